@@ -1,0 +1,55 @@
+"""Everything that can go wrong, as one tree.
+
+    TwbalError
+    ├── ConfigError         a setting that cannot be right
+    ├── DataError           a sample or an episode that cannot be used
+    │   └── LogError        a log file that cannot be read
+    ├── CheckpointError     a model or policy file that cannot be read
+    ├── FitError            a model that cannot be learned from these samples
+    ├── SearchError         a policy search that found nothing finite
+    └── LinkError           the robot cannot be reached, or does not answer
+        ├── ProtocolError   it answers in another language
+        └── LinkLostError   it fell silent in the middle of a rollout
+
+A message says what was found, what was expected and what to try.
+"""
+
+
+class TwbalError(Exception):
+    """Base of every error that twbal raises on purpose; the command line prints it without a traceback."""
+
+
+class ConfigError(TwbalError):
+    """A setting that cannot be right."""
+
+
+class DataError(TwbalError):
+    """A sample or an episode that cannot be used."""
+
+
+class LogError(DataError):
+    """A log file that cannot be read."""
+
+
+class CheckpointError(TwbalError):
+    """A model or policy file that cannot be read."""
+
+
+class FitError(TwbalError):
+    """A model that cannot be learned from these samples."""
+
+
+class SearchError(TwbalError):
+    """A policy search that found nothing finite."""
+
+
+class LinkError(TwbalError):
+    """The robot cannot be reached, or does not answer."""
+
+
+class ProtocolError(LinkError):
+    """The robot answers in another language, or another version of ours."""
+
+
+class LinkLostError(LinkError):
+    """The robot fell silent in the middle of a rollout."""

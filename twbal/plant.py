@@ -1,0 +1,76 @@
+"""The one seam: what twbal asks of a robot, simulated or real.
+
+Signs: tilt > 0 leans forward (+x), wheel angle > 0 rolls forward, a positive command drives the wheels forward and the
+body back. The command u is the sum of the two wheel torques [N·m].
+"""
+
+from abc import ABC, abstractmethod
+from types import TracebackType
+from typing import NamedTuple, Self
+
+
+class Observation(NamedTuple):
+    """What the robot's sensors say at one control instant.
+
+    Attributes:
+        time: robot's own clock since the rollout began [s].
+        tilt: body's angle from the vertical [rad].
+        tilt_rate: body's angular velocity, from the gyro [rad/s].
+        acceleration: platform's forward acceleration, mean over the last control period [m/s²].
+        wheel_angle: mean of the two encoders, wheel relative to body [rad].
+        wheel_rate: rate of `wheel_angle` [rad/s].
+        yaw_rate: turning rate about the vertical, from the gyro [rad/s].
+    """
+
+    time: float
+    tilt: float
+    tilt_rate: float
+    acceleration: float
+    wheel_angle: float
+    wheel_rate: float
+    yaw_rate: float
+
+
+class Plant(ABC):
+    """A robot that can be put at its start, driven one control period at a time, and let go.
+
+    A plant is a context manager; leaving it, on whatever way, stops the motors.
+    """
+
+    control_period: float  # [s]
+
+    @abstractmethod
+    def reset(self, trial: int) -> Observation:
+        """Put the robot at its start and return the first observation.
+
+        Args:
+            trial: number that names this rollout. A simulated robot draws its start pose and its noise from it (and from
+                its own seed), so that the same trial is the same rollout; a person places a real robot.
+
+        Raises:
+            LinkError: the robot cannot be reached.
+        """
+
+    @abstractmethod
+    def step(self, command: float) -> Observation:
+        """Apply `command` [N·m] for one control period and return what is seen at its end.
+
+        Raises:
+            LinkLostError: the robot fell silent.
+        """
+
+    @abstractmethod
+    def stop(self) -> None:
+        """Stop the motors at the end of a rollout. Safe to call twice."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """Stop the motors and free what is held. Safe to call twice."""
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()

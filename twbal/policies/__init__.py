@@ -1,0 +1,1 @@
+"""Policies: from the state to the command."""
