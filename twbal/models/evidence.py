@@ -1,0 +1,54 @@
+"""Log evidence of one GP and its gradient in closed form: several times faster than automatic differentiation."""
+
+import numpy as np
+import scipy.linalg
+
+from twbal.gaussian import Array
+
+
+class Evidence:
+    """log p(y | X, θ) over θ = (log ℓ_1, ..., log ℓ_d, log α/σ, log σ).
+
+    The ratio α/σ is a coordinate of its own because it alone decides how well conditioned K = σ² (α²/σ² C + I) is.
+    With K⁻¹y = a and M = (aaᵀ - K⁻¹) ∘ α²C the derivatives are ½ Σ_ij M_ij (x_ik - x_jk)²/ℓ_k², Σ_ij M_ij and yᵀa - n
+    (Rasmussen and Williams, eq. 5.9).
+    """
+
+    def __init__(self, inputs: Array, target: Array) -> None:
+        """Keep the data of one output: inputs (n, d), target (n,)."""
+        self._inputs = inputs - inputs.mean(axis=0)
+        self._target = target
+
+    def __call__(self, theta: Array) -> tuple[float, Array]:
+        """Log evidence [nats] and its gradient (d + 2,) at `theta` (d + 2,); -inf where K cannot be factored."""
+        n, y = len(self._target), self._target
+        noise = np.exp(2.0 * theta[-1])
+        scaled = self._inputs / np.exp(theta[:-2])  # (n, d)
+        signal = self._signal_covariance(scaled, noise * np.exp(2.0 * theta[-2]))  # (n, n), column-major
+        total = signal.copy(order="F")
+        total[np.diag_indices(n)] += noise
+        factor, failed = scipy.linalg.lapack.dpotrf(total, lower=1, clean=0, overwrite_a=1)
+        if failed:
+            return -np.inf, np.zeros_like(theta)
+        alpha = scipy.linalg.cho_solve((factor, True), y)
+        value = -0.5 * y @ alpha - np.log(np.diag(factor)).sum() - 0.5 * n * np.log(2.0 * np.pi)
+        inverse, _ = scipy.linalg.lapack.dpotri(factor, lower=1, overwrite_c=1)
+        inverse *= -1.0
+        weighted = scipy.linalg.blas.dger(1.0, alpha, alpha, a=inverse, overwrite_a=1)
+        weighted *= signal  # M; only its lower half is meant from here on
+        sides = np.column_stack([scaled, np.ones(n)])
+        products = scipy.linalg.blas.dsymm(1.0, weighted, np.asfortranarray(sides), lower=1)  # M [Z, 1]
+        rows = products[:, -1]
+        scales = rows @ scaled**2 - np.einsum("nk,nk->k", scaled, products[:, :-1])
+        return float(value), np.concatenate([scales, [rows.sum(), y @ alpha - n]])
+
+    @staticmethod
+    def _signal_covariance(scaled: Array, signal_variance: float) -> Array:
+        squares = 0.5 * np.sum(scaled * scaled, axis=1)
+        exponent = scaled @ scaled.T
+        exponent -= squares[:, None]
+        exponent -= squares
+        np.minimum(exponent, 0.0, out=exponent)
+        np.exp(exponent, out=exponent)
+        exponent *= signal_variance
+        return exponent.T  # symmetric, so the transpose is the column-major form that LAPACK wants
