@@ -1,0 +1,106 @@
+"""Exact second moments as sums over pairs of points: the model variance, and the fallback where Hermite series are long.
+
+For basis functions at x_i (Λ_a) and x_j (Λ_b), E[k_i k_j] is proportional to exp(-½ δᵀWδ) in the mean m, with
+W = (S + Λ)⁻¹, Λ = (Λ_a⁻¹ + Λ_b⁻¹)⁻¹ and δ = Λ (Λ_a⁻¹ν_i + Λ_b⁻¹ν_j); so its derivative by m is Wδ times itself and, by
+the heat equation, that by S is ½ (Wδδᵀ W - W) times itself.
+"""
+
+import numpy as np
+from numba import njit
+
+from twbal.gaussian import Array
+from twbal.models.moments.kernel_sum import KernelSum
+from twbal.models.moments.taylor import smoothed_weights
+
+
+@njit(cache=True, fastmath=True, error_model="numpy")
+def _pair_sums(  # type: ignore[no-untyped-def]
+    weights_a: Array, half_a: Array, alpha: Array, weights_b: Array, half_b: Array, beta: Array, links: Array, shift: float
+):
+    """Sums over pairs of c_ij = w_i w_j links_ij: Σ c (e^Δ - 1), Σ c e^Δ, and row, column and cross sums of c e^Δ.
+
+    Δ_ij = shift + half_a[i] + half_b[j] + alpha[i]·beta[j]. `links` is (n_a, n_b), or (0, 0) for all ones.
+    """
+    d = alpha.shape[1]
+    n_a, n_b = len(weights_a), len(weights_b)
+    linked = links.shape[0] > 0
+    centred, total = 0.0, 0.0
+    rows, columns = np.zeros(n_a), np.zeros(n_b)
+    exponents, products = np.empty(n_b), np.empty(n_b)
+    cross = np.zeros((n_a, d))
+    betas = np.ascontiguousarray(beta.T)  # (d, n_b)
+    for i in range(n_a):
+        base = shift + half_a[i]
+        for j in range(n_b):
+            exponents[j] = base + half_b[j]
+        for k in range(d):
+            factor = alpha[i, k]
+            for j in range(n_b):
+                exponents[j] += factor * betas[k, j]
+        for j in range(n_b):
+            c = weights_a[i] * weights_b[j]
+            if linked:
+                c *= links[i, j]
+            small = np.expm1(min(exponents[j], 600.0))
+            centred += c * small
+            products[j] = c * (small + 1.0)
+        row = 0.0
+        for j in range(n_b):
+            row += products[j]
+            columns[j] += products[j]
+        rows[i] = row
+        total += row
+        for k in range(d):
+            value = 0.0
+            for j in range(n_b):
+                value += products[j] * betas[k, j]
+            cross[i, k] = value
+    return centred, total, rows, columns, cross
+
+
+@njit(cache=True, error_model="numpy")
+def pair_moment(  # type: ignore[no-untyped-def]
+    a: int, first: KernelSum, b: int, second: KernelSum, links: Array, mean: Array, covariance: Array
+):
+    """Second moment of output a of `first` and output b of `second`.
+
+    Args:
+        links: (n_a, n_b) weights of the pairs in place of β_i β_j; (0, 0) takes β_i β_j.
+
+    Returns:
+        E[h_a h_b] - E[h_a] E[h_b] (the covariance, free of cancellation), E[h_a h_b], and the derivatives of the latter
+        by m (d,) and by S (d, d).
+    """
+    d = len(mean)
+    linked = links.shape[0] > 0
+    beta_a = np.ones(len(first.inputs)) if linked else first.weights[a]
+    beta_b = np.ones(len(second.inputs)) if linked else second.weights[b]
+    lengths_a, lengths_b = first.length_scales[a], second.length_scales[b]
+    w_a, nu_a, B_a = smoothed_weights(first.inputs, lengths_a, first.signal_variance[a], beta_a, mean, covariance)
+    w_b, nu_b, B_b = smoothed_weights(second.inputs, lengths_b, second.signal_variance[b], beta_b, mean, covariance)
+    precision = lengths_a**-2 + lengths_b**-2  # (d,)
+    W = np.linalg.inv(covariance + np.diag(1.0 / precision))
+    p = nu_a / lengths_a**2 / precision  # (n_a, d), δ_ij = p_i + r_j
+    r = nu_b / lengths_b**2 / precision
+    # log of E[k_i k_j] / (E[k_i] E[k_j]): -½(…) = quadratic in ν_i, in ν_j, and p_iᵀ (precision - W) r_j.
+    K = np.diag(precision) - W
+    half_a = np.empty(len(p))
+    for i in range(len(p)):
+        half_a[i] = 0.5 * (p[i] @ K @ p[i] - np.sum(nu_a[i] ** 2 / lengths_a**2) + nu_a[i] @ B_a @ nu_a[i])
+    half_b = np.empty(len(r))
+    for j in range(len(r)):
+        half_b[j] = 0.5 * (r[j] @ K @ r[j] - np.sum(nu_b[j] ** 2 / lengths_b**2) + nu_b[j] @ B_b @ nu_b[j])
+    eye = np.eye(d)
+    log_a = np.linalg.slogdet(covariance / lengths_a / lengths_a.reshape(-1, 1) + eye)[1]
+    log_b = np.linalg.slogdet(covariance / lengths_b / lengths_b.reshape(-1, 1) + eye)[1]
+    root = np.sqrt(precision)
+    log_ab = np.linalg.slogdet(covariance * root * root.reshape(-1, 1) + eye)[1]
+    shift = 0.5 * (log_a + log_b - log_ab)
+    centred, total, rows, columns, cross = _pair_sums(w_a, half_a, p @ K, w_b, half_b, r, links, shift)
+    # cross holds Σ_j c_ij r_j for each i.
+    first_moment = rows @ p + columns @ r
+    mixed = p.T @ cross
+    second_moment = p.T @ (p * rows.reshape(-1, 1)) + r.T @ (r * columns.reshape(-1, 1)) + mixed + mixed.T
+    by_mean = W @ first_moment
+    by_covariance = 0.5 * (W @ second_moment @ W - total * W)
+    return centred, total, by_mean, by_covariance
