@@ -1,0 +1,42 @@
+# twbal: `make run` and `make test` work in a fresh clone with nothing but Python 3.11 and make.
+
+PYTHON ?= $(shell command -v python3.11 || command -v python3)
+VENV := .venv
+STAMP := $(VENV)/.installed
+
+.DEFAULT_GOAL := help
+.PHONY: help run test test-slow bench lint clean
+
+help: ## list what can be made
+	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 12
+
+run: $(STAMP) ## Algorithm 1 from start to end on the virtual robot (makes the environment first)
+	$(VENV)/bin/twbal iterate
+
+test: $(STAMP) ## the quick tests
+	$(VENV)/bin/python -m pytest -m "not slow"
+
+test-slow: $(STAMP) ## the tests that take minutes
+	$(VENV)/bin/python -m pytest -m slow
+
+bench: $(STAMP) ## the benchmarks behind the README's tables
+	$(VENV)/bin/python -m benchmarks
+
+lint: $(STAMP) ## style and types
+	$(VENV)/bin/ruff check
+	$(VENV)/bin/ruff format --check
+	$(VENV)/bin/mypy
+
+clean: ## remove the environment and what tools leave behind (outputs/ stays)
+	rm -rf $(VENV) build dist .pytest_cache .ruff_cache .mypy_cache
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +
+
+# The environment: remade when what it is made from changes. Versions are pinned in constraints.txt.
+$(STAMP): pyproject.toml constraints.txt
+	@"$(PYTHON)" -c 'import sys; sys.exit(sys.version_info[:2] != (3, 11))' || { \
+	  echo "twbal needs Python 3.11 (PyBullet has wheels for no other); found '$(PYTHON)' =" \
+	       "$$("$(PYTHON)" --version 2>&1). Try: make PYTHON=/path/to/python3.11 $(MAKECMDGOALS)" >&2; exit 1; }
+	rm -rf $(VENV)
+	"$(PYTHON)" -m venv $(VENV)
+	$(VENV)/bin/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable ".[dev]"
+	@touch $@
