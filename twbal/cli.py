@@ -1,0 +1,103 @@
+"""The command line: takes the stage off the arguments and hands the rest to Hydra.
+
+Nothing heavy is imported before a stage is chosen, so that `twbal --help` answers at once.
+"""
+
+import difflib
+import os
+import sys
+import traceback
+from collections.abc import Sequence
+
+from twbal import __version__
+from twbal.errors import TwbalError
+
+STAGES = {
+    "iterate": "Algorithm 1 from start to end: simulator, model, policy, robot, correction, better policy",
+    "sim-collect": "drive the simulated robot at random (or by a policy) and log what it does",
+    "fit-sim-gp": "learn the simulator model f from logged episodes",
+    "optimise-policy": "search the policy that the model expects to do best",
+    "real-rollout": "drive the robot on the other end of a link by a policy and log what it does",
+    "fit-diff-gp": "learn the correction g from logged episodes of the robot",
+    "virtual-robot": "a robot with hidden faults behind a port, to try all of this without hardware",
+}
+
+USAGE = """usage: twbal <stage> [key=value ...] [Hydra flags]
+
+Learn to balance a two-wheeled robot from a wrong simulator and very little real data.
+
+stages:
+{stages}
+
+  twbal <stage> --help        what a stage reads, writes and can be told
+  twbal <stage> --cfg job     its configuration, as it would run
+  twbal <stage> -m key=1,2,3  one run for each value
+  twbal --version
+"""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command line and return its exit code: 0 done, 1 failed, 2 misused, 130 stopped by Ctrl-C.
+
+    Args:
+        arguments: what follows `twbal`; None takes them from the process.
+    """
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    if words and words[0] in ("-sc", "--shell-completion"):
+        return _complete(words)
+    if not words or words[0] in ("-h", "--help", "help"):
+        print(usage(), end="", file=sys.stdout if words else sys.stderr)
+        return 0 if words else 2
+    if words[0] in ("-V", "--version"):
+        print(f"twbal {__version__}")
+        return 0
+    if words[0] not in STAGES:
+        print(f"twbal: error: {_unknown_stage(words[0])}", file=sys.stderr)
+        return 2
+    return _run(words[0], words[1:])
+
+
+def usage() -> str:
+    """What `twbal --help` prints."""
+    width = max(map(len, STAGES))
+    return USAGE.format(stages="\n".join(f"  {name:{width}}  {what}" for name, what in STAGES.items()))
+
+
+def _unknown_stage(word: str) -> str:
+    near = difflib.get_close_matches(word.replace("_", "-"), STAGES, n=1)
+    guess = f" (did you mean {near[0]!r}?)" if near else ""
+    return f"no stage {word!r}{guess}. The stages are: {', '.join(STAGES)}."
+
+
+def _run(stage: str, words: list[str], program: str | None = None) -> int:
+    from twbal.stages import launch
+
+    try:
+        launch.run_stage(stage, words, program or f"twbal {stage}")
+    except KeyboardInterrupt:
+        print("twbal: stopped", file=sys.stderr)
+        return 130
+    except SystemExit as end:  # argparse and Hydra's own flags end this way
+        return end.code if isinstance(end.code, int) else int(end.code is not None)
+    except TwbalError as error:
+        if os.environ.get("TWBAL_DEBUG") == "1" or launch.full_errors_wanted():
+            traceback.print_exception(error)
+        print(f"twbal: error: {error}", file=sys.stderr)
+        return 1
+    return 0
+
+
+def _complete(words: list[str]) -> int:
+    """Answer the shell's completion script, which knows nothing of stages."""
+    line = os.environ.get("COMP_LINE", "").split(" ")
+    if not any(word.startswith("query=") for word in words):
+        return _run("iterate", words, program="twbal")
+    if len(line) > 2 and line[1] in STAGES:
+        os.environ["COMP_LINE"] = " ".join(["twbal", *line[2:]])
+        return _run(line[1], words, program="twbal")
+    print(" ".join(STAGES))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,98 @@
+"""Turns what Hydra and OmegaConf complain of into one clear error."""
+
+import difflib
+import re
+from collections.abc import Iterator
+
+from hydra import compose, initialize_config_dir
+from hydra.errors import InstantiationException, MissingConfigException, OverrideParseException
+from omegaconf import DictConfig, OmegaConf
+from omegaconf.errors import MissingMandatoryValue, OmegaConfBaseException
+
+from twbal.configuration import conf_folder
+from twbal.errors import ConfigError, TwbalError
+
+
+def complaint(error: Exception, stage: str) -> TwbalError:
+    """What `error`, raised by Hydra or OmegaConf, means to the person who typed the command.
+
+    Args:
+        error: as Hydra raised it.
+        stage: its name on the command line.
+    """
+    own = _own_cause(error)
+    if own is not None:
+        return own
+    if isinstance(error, MissingConfigException):
+        return ConfigError(_no_such_choice(error))
+    if isinstance(error, OverrideParseException):
+        return ConfigError(f"{error.override!r} is not an override; expected key=value. ({_line(error, 1)})")
+    if isinstance(error, MissingMandatoryValue):
+        return ConfigError(f"{stage} needs {error.full_key}=...; `twbal {stage} --help` says what it is.")
+    if isinstance(error, InstantiationException):
+        return ConfigError(_not_built(error))
+    unknown = re.match(r"Could not (?:override|delete from config\.) '([^']+)'", str(error))
+    if unknown:
+        return ConfigError(_no_such_key(unknown.group(1), stage))
+    return ConfigError(_plain(error))
+
+
+def _own_cause(error: BaseException) -> TwbalError | None:
+    """The error of ours that Hydra wrapped, if it was one."""
+    cause: BaseException | None = error
+    while cause is not None and not isinstance(cause, TwbalError):
+        cause = cause.__cause__
+    return cause
+
+
+def _no_such_choice(error: MissingConfigException) -> str:
+    group, _, choice = (error.missing_cfg_file or "").rpartition("/")
+    if not group or not error.options:
+        return _line(error, 0)
+    return f"{group} has no choice {choice!r}{_guess(choice, error.options)}. The choices are: {', '.join(error.options)}."
+
+
+def _no_such_key(key: str, stage: str) -> str:
+    with initialize_config_dir(str(conf_folder()), version_base="1.3"):
+        cfg = compose(stage.replace("-", "_"))
+    known = list(_keys(cfg))
+    top = ", ".join(str(name) for name in cfg)
+    guess = _guess(key, known)
+    return f"{stage} has no setting {key!r}{guess}. Its settings are: {top}; `twbal {stage} --cfg job` shows all."
+
+
+def _not_built(error: InstantiationException) -> str:
+    key = re.search(r"full_key: (\S+)", str(error))
+    what = key.group(1) if key else "A part of the configuration"
+    cause = error.__cause__
+    reason = f"{type(cause).__name__}: {cause}" if cause else _plain(error)
+    return f"{what} cannot be built from its settings ({reason}). Is each of them of the right kind, and none left out?"
+
+
+def _keys(cfg: DictConfig, prefix: str = "") -> Iterator[str]:
+    """Every key, dotted."""
+    for name in cfg:
+        yield f"{prefix}{name}"
+        node = cfg._get_node(name)
+        if OmegaConf.is_dict(node) and not node._is_none() and not node._is_missing():
+            yield from _keys(node, f"{prefix}{name}.")
+
+
+def _guess(word: str, known: list[str]) -> str:
+    whole = difflib.get_close_matches(word, known, n=1)
+    ends = {name.split(".")[-1]: name for name in reversed(known)}
+    near = whole or [ends[end] for end in difflib.get_close_matches(word.split(".")[-1], ends, n=1)]
+    return f" (did you mean {near[0]!r}?)" if near else ""
+
+
+def _line(error: Exception, index: int) -> str:
+    lines = str(error).splitlines() or [""]
+    return lines[min(index, len(lines) - 1)].strip()
+
+
+def _plain(error: Exception) -> str:
+    """The message as one line; OmegaConf adds lines of its own bookkeeping that help nobody here."""
+    lines = [line.strip() for line in str(error).splitlines()]
+    text = "; ".join(line for line in lines if line and not line.startswith("object_type="))
+    cause = error.__cause__
+    return f"{text} ({_plain(cause)})" if isinstance(cause, OmegaConfBaseException) else text
