@@ -1,0 +1,1 @@
+"""What a two-wheeled robot is, in SI units, without any engine."""

@@ -1,0 +1,1 @@
+"""What a data sheet leaves out: one file an effect."""

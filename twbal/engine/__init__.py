@@ -1,0 +1,1 @@
+"""What every simulation of a robot has in common, whatever integrates it."""

@@ -1,0 +1,32 @@
+"""A body heavier or lighter than its data sheet."""
+
+from dataclasses import dataclass, replace
+
+from twbal.robot.parameters import RobotParameters
+from twbal.sim.effects.effect import BodyEffect
+
+
+@dataclass(frozen=True)
+class BodyMass(BodyEffect):
+    """The body's mass, and its inertia with it, are `factor` times the data sheet's.
+
+    It acts on the body. With all frictions and the wheels' masses scaled alike it would be the inverse of a torque gain, and
+    it can hardly be told from one.
+
+    Attributes:
+        factor: true mass over the data sheet's.
+    """
+
+    factor: float
+
+    def __post_init__(self) -> None:
+        self._require("factor", 1e-3)
+
+    def alter(self, robot: RobotParameters) -> RobotParameters:
+        return replace(
+            robot,
+            body_mass=self.factor * robot.body_mass,
+            body_inertia_pitch=self.factor * robot.body_inertia_pitch,
+            body_inertia_roll=self.factor * robot.body_inertia_roll,
+            body_inertia_yaw=self.factor * robot.body_inertia_yaw,
+        )

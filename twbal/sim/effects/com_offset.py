@@ -1,0 +1,26 @@
+"""A centre of mass in front of or behind the body's axis."""
+
+from dataclasses import dataclass, replace
+
+from twbal.robot.parameters import RobotParameters
+from twbal.sim.effects.effect import BodyEffect
+
+
+@dataclass(frozen=True)
+class ComOffset(BodyEffect):
+    """The centre of mass, seen from the axle, lies further in front by `angle`: the robot balances at tilt -angle.
+
+    It acts on the body. It cannot be told from a tilt sensor mounted askew, nor, where the robot never turns round, from a
+    slope together with a constant torque.
+
+    Attributes:
+        angle: [rad]; positive leans it forward.
+    """
+
+    angle: float
+
+    def __post_init__(self) -> None:
+        self._require("angle", -1.5, 1.5)
+
+    def alter(self, robot: RobotParameters) -> RobotParameters:
+        return replace(robot, com_offset=robot.com_offset + self.angle)

@@ -1,0 +1,38 @@
+"""Motors that take time to build up their torque."""
+
+from dataclasses import dataclass
+from math import expm1
+
+import numpy as np
+
+from twbal.engine.machine import TorqueFilter
+from twbal.sim.effects.effect import ActuatorEffect, Place
+
+
+@dataclass(frozen=True)
+class MotorLag(ActuatorEffect):
+    """Torque τ follows the command through a first-order lag, T dτ/dt = u - τ, from τ = 0.
+
+    It acts in the motors, after everything else between command and joint; each physics step applies the torque reached
+    at its end. It can hardly be told from an actuation delay.
+
+    Attributes:
+        time_constant: T [s].
+    """
+
+    time_constant: float
+    place = Place.MOTOR
+
+    def __post_init__(self) -> None:
+        self._require("time_constant", 0)
+
+    def start(self, physics_step: float, rng: np.random.Generator) -> TorqueFilter:
+        share = -expm1(-physics_step / self.time_constant) if self.time_constant > 0 else 1.0
+        torque = 0.0
+
+        def lagged(u: float) -> float:
+            nonlocal torque
+            torque += share * (u - torque)
+            return torque
+
+        return lagged

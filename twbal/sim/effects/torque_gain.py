@@ -1,0 +1,30 @@
+"""Motors stronger or weaker than their data sheet."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from twbal.engine.machine import TorqueFilter
+from twbal.sim.effects.effect import ActuatorEffect, Place
+
+
+@dataclass(frozen=True)
+class TorqueGain(ActuatorEffect):
+    """Torque is `gain` times what was commanded.
+
+    It acts between the driver (after its dead zone) and the motors. It cannot be told from all masses, inertias and
+    frictions divided by the same factor, and hardly from a body mass or a sagging battery.
+
+    Attributes:
+        gain: torque over command.
+    """
+
+    gain: float
+    place = Place.GEAR
+
+    def __post_init__(self) -> None:
+        self._require("gain", 0)
+
+    def start(self, physics_step: float, rng: np.random.Generator) -> TorqueFilter:
+        gain = self.gain
+        return lambda u: gain * u

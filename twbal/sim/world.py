@@ -1,0 +1,166 @@
+"""A PyBullet world with one robot on a plane.
+
+PyBullet needs some care to roll a wheeled robot as mechanics says: sphere wheels (see `urdf_text`), the inertias of the
+file, no damping of its own, motors freed, and the client's id on every call, or two worlds in a process meet.
+"""
+
+import tempfile
+from math import atan2, cos, hypot, sin
+from pathlib import Path
+
+import pybullet
+
+from twbal.engine.engine import Engine, Motion
+from twbal.engine.machine import Machine, Running
+from twbal.errors import ConfigError
+from twbal.robot.start_pose import Stance
+from twbal.robot.urdf import urdf_text
+
+GRAVITY = 9.81
+"""Standard gravity, as the analytic twin has it [m/s²]."""
+
+_LARGEST_STEP = 0.001
+_JOINTS = (0, 1)
+
+
+class World(Engine):
+    """Integrates a machine by PyBullet.
+
+    Coulomb friction is a velocity motor with target 0 and the friction torque as its largest force, viscous friction is
+    joint damping: both inside the engine.
+
+    Args:
+        machine: the robot with its effects.
+        physics_step: [s], at most 1 ms.
+
+    Raises:
+        ConfigError: the physics step is too long, or PyBullet has no world left.
+    """
+
+    def __init__(self, machine: Machine, physics_step: float) -> None:
+        if not 0 < physics_step <= _LARGEST_STEP:
+            raise ConfigError(
+                f"PyBullet rolls wheels rightly at physics steps of at most {_LARGEST_STEP} s; found {physics_step} s."
+            )
+        self._machine = machine
+        self._physics_step = physics_step
+        self._text = urdf_text(machine.robot)
+        self._client = pybullet.connect(pybullet.DIRECT)
+        if self._client < 0:
+            raise ConfigError("PyBullet has no world left in this process; close plants that are no longer used.")
+        self._robot = -1
+
+    def reset(self, stance: Stance) -> None:
+        """Build a fresh world and put the robot into it, wheels on the ground and rolling at the stance's speed."""
+        client = self._client
+        pybullet.resetSimulation(physicsClientId=client)
+        pybullet.setPhysicsEngineParameter(
+            fixedTimeStep=self._physics_step, deterministicOverlappingPairs=1, physicsClientId=client
+        )
+        pybullet.setGravity(0, 0, -GRAVITY, physicsClientId=client)
+        plane = pybullet.createCollisionShape(pybullet.GEOM_PLANE, physicsClientId=client)
+        ground = pybullet.createMultiBody(0, plane, physicsClientId=client)
+        pybullet.changeDynamics(ground, -1, lateralFriction=1, physicsClientId=client)
+        self._robot = self._load(stance)
+        self._set_dynamics()
+        self._set_velocity(stance)
+
+    def advance(self, command: float, running: Running, steps: int) -> None:
+        """Take physics steps with half of the torque on each wheel's joint."""
+        client, robot = self._client, self._robot
+        drive, step, mode = pybullet.setJointMotorControlArray, pybullet.stepSimulation, pybullet.TORQUE_CONTROL
+        forces = [0.5 * command] * 2
+        filtered = bool(running.actuators)
+        for _ in range(steps):
+            if filtered:
+                forces = [0.5 * running.actuate(command)] * 2
+            drive(robot, _JOINTS, mode, forces=forces, physicsClientId=client)
+            step(physicsClientId=client)
+
+    def motion(self) -> Motion:
+        """Read the motion off the base and the joints."""
+        client, robot = self._client, self._robot
+        _, orientation = pybullet.getBasePositionAndOrientation(robot, physicsClientId=client)
+        velocity, spin = pybullet.getBaseVelocity(robot, physicsClientId=client)
+        r = pybullet.getMatrixFromQuaternion(orientation)  # rotation body to world, row by row
+        forward, left, up = (r[0], r[3], r[6]), (r[1], r[4], r[7]), (r[2], r[5], r[8])
+        level = hypot(forward[0], forward[1])
+        offset = self._machine.robot.com_offset
+        lx, lz = self._machine.robot.com_height * sin(offset), self._machine.robot.com_height * cos(offset)
+        arm = [lx * f + lz * u for f, u in zip(forward, up, strict=True)]  # axle to centre of mass, world
+        axle_x = velocity[0] - (spin[1] * arm[2] - spin[2] * arm[1])
+        axle_y = velocity[1] - (spin[2] * arm[0] - spin[0] * arm[2])
+        wheels = pybullet.getJointStates(robot, _JOINTS, physicsClientId=client)
+        return Motion(
+            tilt=atan2(-forward[2], up[2]),
+            tilt_rate=sum(w * e for w, e in zip(spin, left, strict=True)),
+            speed=(axle_x * forward[0] + axle_y * forward[1]) / level,
+            wheel_angle=(wheels[0][0] + wheels[1][0]) / 2,
+            wheel_rate=(wheels[0][1] + wheels[1][1]) / 2,
+            yaw_rate=spin[2],
+        )
+
+    def close(self) -> None:
+        """Disconnect from PyBullet."""
+        if self._client >= 0:
+            pybullet.disconnect(physicsClientId=self._client)
+        self._client = -1
+
+    def _load(self, stance: Stance) -> int:
+        """Load the robot with its axle one wheel radius above the ground."""
+        with tempfile.TemporaryDirectory() as folder:  # PyBullet reads URDF from files only
+            path = Path(folder) / "robot.urdf"
+            path.write_text(self._text)
+            return int(
+                pybullet.loadURDF(
+                    str(path),
+                    basePosition=[0, 0, self._machine.robot.wheel_radius],
+                    baseOrientation=[0, sin(stance.tilt / 2), 0, cos(stance.tilt / 2)],
+                    flags=pybullet.URDF_USE_INERTIA_FROM_FILE,
+                    physicsClientId=self._client,
+                )
+            )
+
+    def _set_dynamics(self) -> None:
+        """Take away PyBullet's own damping and motors, and put in the drive's friction."""
+        drive = self._machine.drive
+        for link in (-1, *_JOINTS):
+            pybullet.changeDynamics(
+                self._robot,
+                link,
+                linearDamping=0,
+                angularDamping=0,
+                jointDamping=drive.viscous_friction,
+                lateralFriction=1,
+                spinningFriction=0,
+                rollingFriction=0,
+                restitution=0,
+                physicsClientId=self._client,
+            )
+        for joint in _JOINTS:
+            pybullet.setJointMotorControl2(
+                self._robot,
+                joint,
+                pybullet.VELOCITY_CONTROL,
+                targetVelocity=0,
+                force=drive.coulomb_friction,
+                physicsClientId=self._client,
+            )
+
+    def _set_velocity(self, stance: Stance) -> None:
+        """Velocity of the centre of mass (PyBullet's base) and rates of the wheels, such that the wheels roll."""
+        robot = self._machine.robot
+        lean = stance.tilt + robot.com_offset
+        pybullet.resetBaseVelocity(
+            self._robot,
+            linearVelocity=[
+                stance.speed + robot.com_height * cos(lean) * stance.tilt_rate,
+                0,
+                -robot.com_height * sin(lean) * stance.tilt_rate,
+            ],
+            angularVelocity=[0, stance.tilt_rate, 0],
+            physicsClientId=self._client,
+        )
+        rate = stance.speed / robot.wheel_radius - stance.tilt_rate
+        for joint in _JOINTS:
+            pybullet.resetJointState(self._robot, joint, 0, rate, physicsClientId=self._client)
