@@ -36,7 +36,7 @@ class GaussianProcess:
     """E independent GPs with an SE-ARD kernel (eq. 1) over shared centres.
 
     mean_a(x) = k_a(x, C) β_a and variance_a(x) = α_a² - k_a(x, C) W_a k_a(C, x). For an exact GP the centres are the
-    training inputs, β = K⁻¹y and W = K⁻¹ with the noise inside K (eq. 2, 3); a sparse one has its inducing inputs there.
+    training inputs, β = K⁻¹y and W = K⁻¹ with the noise inside K (eq. 2, 3); a sparse one has its inducing inputs.
 
     Attributes:
         centres: (n, d).
@@ -152,8 +152,8 @@ def condition(
             factor = scipy.linalg.cho_factor(covariance, lower=True)
         except np.linalg.LinAlgError as error:
             raise FitError(
-                f"The covariance of output {a} is not positive definite at signal variance {signal_variance[a]:.3g} and "
-                f"noise variance {noise_variance[a]:.3g}. Lower the largest signal-to-noise ratio of the fit."
+                f"The covariance of output {a} is not positive definite at signal variance {signal_variance[a]:.3g} "
+                f"and noise variance {noise_variance[a]:.3g}. Lower the largest signal-to-noise ratio of the fit."
             ) from error
         inverse = scipy.linalg.cho_solve(factor, np.eye(len(inputs)))
         weights.append(scipy.linalg.cho_solve(factor, target))

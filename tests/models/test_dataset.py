@@ -1,0 +1,59 @@
+import numpy as np
+import pytest
+
+from twbal.channels import Channels
+from twbal.episode import Episode, Outcome, Provenance
+from twbal.errors import DataError
+from twbal.models.dataset import residuals, transitions
+from twbal.models.gp import condition
+
+CHANNELS = Channels(("tilt", "command_1", "tilt_rate"), 0.15)
+
+
+def episode(steps, seed, names=CHANNELS.names, period=0.02):
+    rng = np.random.default_rng(seed)
+    observations = rng.standard_normal((steps + 1, 7))
+    observations[:, 0] = period * np.arange(steps + 1)
+    states = rng.standard_normal((steps + 1, len(names)))
+    provenance = Provenance("paper", "simulation")
+    return Episode(names, period, observations, states, rng.standard_normal(steps), Outcome.COMPLETED, provenance)
+
+
+def test_input_plus_change_is_the_next_state_and_no_sample_is_lost():
+    episodes = [episode(5, 0), episode(0, 1), episode(3, 2)]
+    data = transitions(episodes, CHANNELS)
+    assert data.inputs.shape == (8, 4)
+    after = np.concatenate([e.states[1:] for e in episodes])
+    np.testing.assert_allclose(data.inputs[:, [0, 2]] + data.targets, after[:, [0, 2]], rtol=1e-12)
+    assert np.array_equal(data.inputs[:, 3], np.concatenate([e.commands for e in episodes]))
+
+
+def test_an_episode_with_other_channels_is_refused_with_both_lists():
+    with pytest.raises(DataError, match="Episode 1 has the state channels tilt, speed; expected are tilt, command_1"):
+        transitions([episode(5, 0), episode(5, 1, ("tilt", "speed"))], CHANNELS)
+
+
+def test_mixed_control_periods_are_refused():
+    with pytest.raises(DataError, match=r"\[0.01, 0.02\]"):
+        transitions([episode(5, 0), episode(5, 1, period=0.01)], CHANNELS)
+
+
+@pytest.mark.parametrize("episodes", [[], [episode(0, 0)]])
+def test_no_samples_at_all_is_an_error(episodes):
+    with pytest.raises(DataError, match=f"no control period in {len(episodes)} episodes"):
+        transitions(episodes, CHANNELS)
+
+
+def test_residuals_are_what_f_leaves():
+    data = transitions([episode(20, 0)], CHANNELS)
+    f = condition(data.inputs, data.targets, np.ones((2, 4)), np.ones(2), np.full(2, 1e-8))
+    assert np.abs(residuals(data, f).targets).max() < 1e-6 * np.abs(data.targets).max()
+    zero = condition(data.inputs, 0.0 * data.targets, np.ones((2, 4)), np.ones(2), np.ones(2))
+    np.testing.assert_allclose(residuals(data, zero).targets, data.targets)
+
+
+def test_residuals_of_a_model_of_another_state_are_refused():
+    data = transitions([episode(20, 0)], CHANNELS)
+    f = condition(data.inputs[:, :3], data.targets, np.ones((2, 3)), np.ones(2), np.ones(2))
+    with pytest.raises(DataError, match="4 inputs and 2 targets; the model f has 3 and 2"):
+        residuals(data, f)

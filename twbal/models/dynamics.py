@@ -1,0 +1,153 @@
+"""The model of the robot's dynamics: what f learned in simulation, plus the difference g that real data showed."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple, Self
+
+import numpy as np
+import scipy.optimize
+
+from twbal.channels import Channels
+from twbal.errors import CheckpointError, ConfigError
+from twbal.gaussian import Array
+from twbal.models.gp import GaussianProcess
+
+
+class Step(NamedTuple):
+    """One-step prediction from m known states and commands.
+
+    Attributes:
+        mean: (m, D), of the next state.
+        variance: (m, E), of the latent change of each measured channel (measurement noise is not in it); past commands
+            have none.
+    """
+
+    mean: Array
+    variance: Array
+
+
+@dataclass(frozen=True, eq=False)
+class DynamicsModel:
+    """x_t = A (x_{t-1}, u_{t-1}) + P Δ, with Δ ~ f + g over the E measured channels (eq. 7 and 8).
+
+    A is the identity for the measured channels and copies past commands: command_1' = u, command_k' = command_{k-1}.
+
+    Attributes:
+        channels: the state, D channels.
+        f: of the change in simulation, E outputs over D + 1 inputs.
+        g: of the difference of the real robot from it, likewise; None before there is real data.
+        keep_f_variance: count f's variance in; the paper drops it (below eq. 6).
+
+    Raises:
+        ConfigError: f or g does not fit the channels.
+    """
+
+    channels: Channels
+    f: GaussianProcess
+    g: GaussianProcess | None
+    keep_f_variance: bool
+
+    def __post_init__(self) -> None:
+        expected = (len(self.channels.names) + 1, len(self.channels.measured))
+        for name, gp in (("f", self.f), ("g", self.g)):
+            if gp is not None and (gp.inputs, gp.outputs) != expected:
+                raise ConfigError(
+                    f"The state {', '.join(self.channels.names)} needs a model {name} with {expected[0]} inputs and "
+                    f"{expected[1]} outputs; found {gp.inputs} and {gp.outputs}. Fit it anew with this state."
+                )
+
+    @property
+    def transition_matrix(self) -> Array:
+        """A, (D, D + 1)."""
+        names = self.channels.names
+        matrix = np.zeros((len(names), len(names) + 1))
+        for i in self.channels.measured:
+            matrix[i, i] = 1.0
+        for name, lag in self.channels.lags.items():
+            source = len(names) if lag == 1 else names.index(f"command_{lag - 1}")
+            matrix[names.index(name), source] = 1.0
+        return matrix
+
+    @property
+    def selection(self) -> Array:
+        """P, (D, E): which channel each GP output changes."""
+        return np.eye(len(self.channels.names))[:, list(self.channels.measured)]
+
+    @property
+    def noise_variance(self) -> Array:
+        """Noise of the one-step residual, (E,): g's where there is one, for it saw the real robot; else f's."""
+        return (self.f if self.g is None else self.g).noise_variance
+
+    def change(self, inputs: Array) -> Array:
+        """Mean of Δ at `inputs` (m, D + 1), (m, E)."""
+        mean = self.f.mean(inputs)
+        return mean if self.g is None else mean + self.g.mean(inputs)
+
+    def change_slope(self, inputs: Array) -> Array:
+        """Gradient of the mean of Δ at `inputs` (m, D + 1), (m, E, D + 1)."""
+        slope = self.f.slope(inputs)
+        return slope if self.g is None else slope + self.g.slope(inputs)
+
+    def step_mean(self, states: Array, commands: Array) -> Array:
+        """Mean of the next states, (m, D), from `states` (m, D) and `commands` (m,) [N·m]."""
+        inputs = np.column_stack([states, commands])
+        return inputs @ self.transition_matrix.T + self.change(inputs) @ self.selection.T
+
+    def step_distribution(self, states: Array, commands: Array) -> Step:
+        """Distribution of the next states from `states` (m, D) and `commands` (m,) [N·m], eq. 7."""
+        inputs = np.column_stack([states, commands])
+        variance = np.zeros((len(inputs), self.f.outputs))
+        if self.keep_f_variance:
+            variance += self.f.predict(inputs).variance
+        if self.g is not None:
+            variance += self.g.predict(inputs).variance
+        return Step(self.step_mean(states, commands), variance)
+
+    def to_payload(self) -> dict[str, Any]:
+        """Plain values and arrays from which `from_payload` makes the same model."""
+        return {
+            "channels": list(self.channels.names),
+            "wheel_radius": float(self.channels.wheel_radius),
+            "f": self.f.to_payload(),
+            "g": None if self.g is None else self.g.to_payload(),
+            "keep_f_variance": self.keep_f_variance,
+        }
+
+    @classmethod
+    def from_payload(cls, payload: Mapping[str, Any]) -> Self:
+        """The model that `to_payload` described.
+
+        Raises:
+            CheckpointError: an entry is missing.
+        """
+        names = ("channels", "wheel_radius", "f", "g", "keep_f_variance")
+        missing = [name for name in names if name not in payload]
+        if missing:
+            raise CheckpointError(f"A model checkpoint needs {', '.join(names)}; missing: {', '.join(missing)}.")
+        return cls(
+            channels=Channels(tuple(payload["channels"]), float(payload["wheel_radius"])),
+            f=GaussianProcess.from_payload(payload["f"]),
+            g=None if payload["g"] is None else GaussianProcess.from_payload(payload["g"]),
+            keep_f_variance=bool(payload["keep_f_variance"]),
+        )
+
+
+def observation_noise(model: DynamicsModel, inputs: Array) -> Array:
+    """Variance of each measured channel's noise, (E,), that explains the noise of the one-step residual.
+
+    The noise ε of a measurement enters a sample twice: as x_m' = x' + ε' in the target and as x_m = x + ε in the input.
+    To first order the residual x_m'_a - F_a(x_m, u) is ε'_a - Σ_k ∂F_a/∂x_k ε_k, hence noise_a = s_a + Σ_k J_ak s_k with
+    J_ak the mean square of ∂F_a/∂x_k over the data (McHutchon and Rasmussen 2011), solved for s ≥ 0. The state itself
+    does not grow by this noise. Where the dynamics themselves are noisy, s contains that too.
+
+    Args:
+        model: its residual noise and its slope are used.
+        inputs: (n, D + 1), the samples that the noise was fitted on.
+    """
+    measured = list(model.channels.measured)
+    slope = model.change_slope(inputs)[:, :, measured] + np.eye(len(measured))  # ∂F/∂x, (n, E, E)
+    noise = model.noise_variance
+    mixing = np.eye(len(measured)) + np.mean(slope**2, axis=0)
+    # In units of each channel's own noise, so that no channel's equation outweighs another's by its units.
+    solution, _ = scipy.optimize.nnls(mixing * noise / noise[:, None], np.ones(len(measured)))
+    return solution * noise
