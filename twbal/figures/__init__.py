@@ -1,0 +1,1 @@
+"""The pictures that the tool draws, one file per kind; the only folder that knows matplotlib."""
