@@ -1,0 +1,52 @@
+"""The saturating cost of eq. 11 and its expectation under a normal state."""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from twbal.gaussian import Array, Gaussian
+
+
+class ExpectedCost(NamedTuple):
+    """E[c(x)] and its derivatives (eq. 14).
+
+    Attributes:
+        value: in [0, 1].
+        by_mean: (D,).
+        by_covariance: (D, D), symmetric.
+    """
+
+    value: float
+    by_mean: Array
+    by_covariance: Array
+
+
+@dataclass(frozen=True, eq=False)
+class SaturatingCost:
+    """c(x) = 1 - exp(-½ Σ_k ((x_k - target_k) / width_k)²) (eq. 11; the paper has one width a for all channels).
+
+    Attributes:
+        target: (D,).
+        widths: (D,) in the channels' units; infinite where a channel costs nothing.
+    """
+
+    target: Array
+    widths: Array
+
+    def __call__(self, states: Array) -> Array:
+        """c of shape (...) for states (..., D)."""
+        return -np.expm1(-0.5 * (((states - self.target) / self.widths) ** 2).sum(axis=-1))
+
+    def expected(self, state: Gaussian) -> ExpectedCost:
+        """E[c(x)] for x ~ N(m, S): 1 - |I + SP|^(-1/2) exp(-½ dᵀQd), Q = P (I + SP)⁻¹, P = diag(widths⁻²), d = m - target."""
+        precision = self.widths**-2.0  # (D,)
+        root = np.sqrt(precision)
+        inside = np.eye(len(root)) + root[:, None] * state.covariance * root  # I + √P S √P, symmetric
+        Q = root[:, None] * np.linalg.inv(inside) * root
+        gap = state.mean - self.target
+        reward = np.exp(-0.5 * (gap @ Q @ gap + np.linalg.slogdet(inside)[1]))
+        pull = Q @ gap
+        return ExpectedCost(
+            float(1.0 - reward), reward * pull, 0.5 * reward * (Q - np.outer(pull, pull))
+        )

@@ -1,0 +1,62 @@
+"""The policy that is searched: a radial-basis network, optionally with a linear part, behind the squash of eq. 10."""
+
+from dataclasses import dataclass
+from typing import Any, Self
+
+import numpy as np
+
+from twbal.errors import CheckpointError
+from twbal.gaussian import Array
+from twbal.policies.policy import Controller, Policy
+from twbal.policies.squash import squash
+
+
+@dataclass(frozen=True, eq=False)
+class RbfPolicy(Policy):
+    """u = u_max σ(kᵀx + Σ_i w_i exp(-½ (x - c_i)ᵀΛ⁻¹(x - c_i))), in [-u_max, u_max] for every x (eq. 10).
+
+    Attributes:
+        channels: names of the D state channels that it reads.
+        centres: c (N, D) in the channels' units.
+        weights: w (N,).
+        lengths: (D,) in the channels' units, Λ = diag(lengths²).
+        gain: k (D,), 1 / unit of each channel; zero is the paper's plain network.
+        max_command: u_max [N·m].
+    """
+
+    channels: tuple[str, ...]
+    centres: Array
+    weights: Array
+    lengths: Array
+    gain: Array
+    max_command: float
+
+    def activation(self, states: Array) -> Array:
+        """What goes into the squash, (...) for states (..., D)."""
+        gaps = (states[..., None, :] - self.centres) / self.lengths  # (..., N, D)
+        return states @ self.gain + np.exp(-0.5 * (gaps**2).sum(axis=-1)) @ self.weights
+
+    def command(self, states: Array) -> Array:
+        """u [N·m] of shape (...) for states (..., D)."""
+        return self.max_command * squash(self.activation(states))
+
+    def controller(self, rng: np.random.Generator) -> Controller:
+        """The law itself; nothing in it is random."""
+        return lambda state: float(self.command(state))
+
+    def to_payload(self) -> dict[str, Any]:
+        """Plain values and arrays, for a checkpoint."""
+        return {**vars(self), "channels": list(self.channels)}
+
+    @classmethod
+    def from_payload(cls, payload: dict[str, Any]) -> Self:
+        """Back from `to_payload`.
+
+        Raises:
+            CheckpointError: a part is missing.
+        """
+        try:
+            parts = {name: np.asarray(payload[name]) for name in ("centres", "weights", "lengths", "gain")}
+            return cls(channels=tuple(payload["channels"]), max_command=float(payload["max_command"]), **parts)
+        except KeyError as missing:
+            raise CheckpointError(f"The policy's checkpoint has no {missing}; it has: {', '.join(payload)}.") from None

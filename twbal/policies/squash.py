@@ -1,0 +1,58 @@
+"""The squash of eq. 10, u = u_max σ(a) with σ(a) = (9 sin a + sin 3a) / 8, and its moments at a normal a."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from twbal.gaussian import Array
+
+_AMPLITUDES = ((1, 9 / 8), (3, 1 / 8))  # σ(a) = Σ amplitude · sin(frequency · a)
+
+
+def squash(activation: Array) -> Array:
+    """σ(a) in [-1, 1], any shape (eq. 10)."""
+    return (9.0 * np.sin(activation) + np.sin(3.0 * activation)) / 8.0
+
+
+class Squashed(NamedTuple):
+    """Moments of σ(a), a ~ N(m, v), and their derivatives.
+
+    Attributes:
+        mean: E[σ(a)].
+        gain: E[σ'(a)], so that Cov(x, σ(a)) = gain · Cov(x, a).
+        variance: Var[σ(a)].
+        mean_by, gain_by, variance_by: derivatives of each by (m, v), (2,).
+    """
+
+    mean: float
+    gain: float
+    variance: float
+    mean_by: Array
+    gain_by: Array
+    variance_by: Array
+
+
+def squash_moments(m: float, v: float) -> Squashed:
+    """Moments of σ(a) for a ~ N(m, v), in closed form.
+
+    E[sin ja] = exp(-j²v/2) sin jm, and Cov(sin ja, sin la) = ½ exp(-(j² + l²)v/2) ((e^{jlv} - 1) cos (j - l)m -
+    (e^{-jlv} - 1) cos (j + l)m), written with expm1 so that a small v loses no digits.
+    """
+    mean = gain = variance = 0.0
+    mean_by, gain_by, variance_by = np.zeros(2), np.zeros(2), np.zeros(2)
+    for j, p in _AMPLITUDES:
+        fade, s, c = np.exp(-0.5 * j * j * v), np.sin(j * m), np.cos(j * m)
+        mean += p * fade * s
+        mean_by += p * fade * np.array([j * c, -0.5 * j * j * s])
+        gain += p * fade * j * c
+        gain_by += p * fade * j * np.array([-j * s, -0.5 * j * j * c])
+        for l, q in _AMPLITUDES:
+            fade_both = 0.5 * p * q * np.exp(-0.5 * (j * j + l * l) * v)
+            near, far = np.expm1(j * l * v), np.expm1(-j * l * v)
+            cos_near, cos_far = np.cos((j - l) * m), np.cos((j + l) * m)
+            term = near * cos_near - far * cos_far
+            variance += fade_both * term
+            by_m = -(j - l) * near * np.sin((j - l) * m) + (j + l) * far * np.sin((j + l) * m)
+            by_v = j * l * ((near + 1.0) * cos_near + (far + 1.0) * cos_far) - 0.5 * (j * j + l * l) * term
+            variance_by += fade_both * np.array([by_m, by_v])
+    return Squashed(float(mean), float(gain), max(float(variance), 0.0), mean_by, gain_by, variance_by)
