@@ -1,0 +1,51 @@
+"""From a configuration to typed settings, and to the text that says what decided a result."""
+
+from collections.abc import Iterable
+from dataclasses import fields
+from typing import Any, TypeVar
+
+from hydra.utils import instantiate
+from omegaconf import DictConfig, OmegaConf
+
+Settings = TypeVar("Settings")
+
+
+def typed(kind: type[Settings], cfg: DictConfig) -> Settings:
+    """The fields of the dataclass `kind` from `cfg`, with their types checked (and "3" made 3).
+
+    Raises:
+        ValidationError: a value is of the wrong type.
+        MissingMandatoryValue: one was not given.
+    """
+    schema = OmegaConf.structured(kind)
+    values = {field.name: cfg[field.name] for field in fields(kind)}  # type: ignore[arg-type]
+    settings = OmegaConf.to_object(OmegaConf.merge(schema, values))
+    assert isinstance(settings, kind)
+    return settings
+
+
+def members(cfg: DictConfig) -> tuple[Any, ...]:
+    """The objects that a list or a mapping of `_target_` nodes describes, in order."""
+    built = instantiate(cfg, _convert_="all")
+    return tuple(built.values() if isinstance(built, dict) else built)
+
+
+def recorded(cfg: DictConfig, without: Iterable[str]) -> str:
+    """The resolved configuration as yaml text with sorted keys.
+
+    Args:
+        cfg: of a stage.
+        without: dotted keys that bear on no result (paths of inputs, whose content is recorded instead; ports; numbers
+            of processes).
+
+    Raises:
+        MissingMandatoryValue: a value was not given.
+    """
+    plain = OmegaConf.create(OmegaConf.to_container(cfg, resolve=True))
+    for key in without:
+        parent, _, name = key.rpartition(".")
+        node = OmegaConf.select(plain, parent) if parent else plain
+        if isinstance(node, DictConfig) and name in node:
+            del node[name]
+    container = OmegaConf.to_container(plain, throw_on_missing=True)
+    return OmegaConf.to_yaml(OmegaConf.create(container), sort_keys=True)
