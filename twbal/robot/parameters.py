@@ -8,6 +8,9 @@ from typing import Any
 
 from twbal.errors import ConfigError
 
+GRAVITY = 9.81
+"""[m/s²]"""
+
 
 @dataclass(frozen=True)
 class RobotParameters:
@@ -59,8 +62,8 @@ class RobotParameters:
                 raise ConfigError(f"{field.name} of robot {self.name!r} must be positive and finite; found {value}.")
         if not abs(self.com_offset) < 1.5:
             raise ConfigError(
-                f"com_offset of robot {self.name!r} is an angle in rad, 0 where the centre of mass stands over the axle; "
-                f"found {self.com_offset}. Was it given in degrees?"
+                f"com_offset of robot {self.name!r} is an angle in rad, 0 where the centre of mass stands over the "
+                f"axle; found {self.com_offset}. Was it given in degrees?"
             )
 
 
@@ -68,7 +71,8 @@ def parameter_hash(robot: RobotParameters, effects: Sequence[Any] = (), physics_
     """Sixteen hexadecimal digits that name a robot with its effects and the step it is integrated with.
 
     Args:
-        effects: dataclasses; their order does not count.
+        robot: the data sheet.
+        effects: dataclasses of numbers; their order does not count.
         physics_step: [s].
     """
     lines = sorted(_canonical_text(effect) for effect in effects)

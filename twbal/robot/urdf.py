@@ -11,8 +11,8 @@ WHEELS = (("left_wheel", 0.5), ("right_wheel", -0.5))
 def urdf_text(robot: RobotParameters) -> str:
     """URDF of the robot; the frame of its base link `body` is the middle of the axle.
 
-    The wheels collide as spheres: with cylinders, PyBullet's contact points stick to the wheel off its lowest point and the
-    axle bounces. The cylinder is what is seen. The body collides with nothing.
+    The wheels collide as spheres: with cylinders, PyBullet's contact points stick to the wheel off its lowest point and
+    the axle bounces. The cylinder is what is seen. The body collides with nothing.
     """
     x = robot.com_height * sin(robot.com_offset)
     z = robot.com_height * cos(robot.com_offset)

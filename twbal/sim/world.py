@@ -1,7 +1,8 @@
 """A PyBullet world with one robot on a plane.
 
 PyBullet needs some care to roll a wheeled robot as mechanics says: sphere wheels (see `urdf_text`), the inertias of the
-file, no damping of its own, motors freed, and the client's id on every call, or two worlds in a process meet.
+file, no damping of its own, motors freed, no slop in the contacts (or the robot falls 10 µm before the ground carries
+it, and its wheels spin meanwhile), and the client's id on every call, or two worlds in a process meet.
 """
 
 import tempfile
@@ -13,13 +14,12 @@ import pybullet
 from twbal.engine.engine import Engine, Motion
 from twbal.engine.machine import Machine, Running
 from twbal.errors import ConfigError
+from twbal.robot.parameters import GRAVITY
 from twbal.robot.start_pose import Stance
 from twbal.robot.urdf import urdf_text
 
-GRAVITY = 9.81
-"""Standard gravity, as the analytic twin has it [m/s²]."""
-
 _LARGEST_STEP = 0.001
+_RESIDUAL = 1e-12  # of the contact solver; at PyBullet's 1e-7 the robot yaws by itself at 0.1 mrad/s
 _JOINTS = (0, 1)
 
 
@@ -55,7 +55,11 @@ class World(Engine):
         client = self._client
         pybullet.resetSimulation(physicsClientId=client)
         pybullet.setPhysicsEngineParameter(
-            fixedTimeStep=self._physics_step, deterministicOverlappingPairs=1, physicsClientId=client
+            fixedTimeStep=self._physics_step,
+            deterministicOverlappingPairs=1,
+            contactSlop=0,
+            solverResidualThreshold=_RESIDUAL,
+            physicsClientId=client,
         )
         pybullet.setGravity(0, 0, -GRAVITY, physicsClientId=client)
         plane = pybullet.createCollisionShape(pybullet.GEOM_PLANE, physicsClientId=client)

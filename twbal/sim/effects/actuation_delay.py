@@ -13,9 +13,9 @@ from twbal.sim.effects.effect import ActuatorEffect, Place
 class ActuationDelay(ActuatorEffect):
     """Commands act `delay` late; the motors are idle until the first one arrives.
 
-    It acts on the command, before the driver. Of a physics step that the delay cuts in two, the mean torque is applied, so
-    the robot changes smoothly with the delay. It cannot be told from the same delay of all sensors, and hardly from a motor
-    lag.
+    It acts on the command, before the driver. Of a physics step that the delay cuts in two, the mean torque is applied,
+    so the robot changes smoothly with the delay. It cannot be told from the same delay of all sensors, and hardly from a
+    motor lag.
 
     Attributes:
         delay: [s]; any fraction of a control period.
@@ -28,6 +28,7 @@ class ActuationDelay(ActuatorEffect):
         self._require("delay", 0)
 
     def start(self, physics_step: float, rng: np.random.Generator) -> TorqueFilter:
+        """Hand out an empty line of commands under way."""
         steps = round(self.delay / physics_step, 9)  # 0.06 s is 60 steps of 1 ms, not 59.99...
         whole, fraction = int(steps), steps % 1
         past = deque([0.0] * (whole + 2), maxlen=whole + 2)

@@ -22,4 +22,5 @@ class ComHeight(BodyEffect):
         self._require("factor", 1e-3)
 
     def alter(self, robot: RobotParameters) -> RobotParameters:
+        """Scale the height."""
         return replace(robot, com_height=self.factor * robot.com_height)

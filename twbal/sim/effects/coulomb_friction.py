@@ -10,8 +10,8 @@ from twbal.sim.effects.effect import DriveEffect
 class CoulombFriction(DriveEffect):
     """Each joint resists turning with a constant torque, and sticks where less is asked of it.
 
-    It acts between wheel and body. It can hardly be told from viscous friction on a robot that moves at one speed or not
-    at all, nor from a dead zone on one that keeps moving one way.
+    It acts between wheel and body. It can hardly be told from viscous friction on a robot that moves at one speed or
+    not at all, nor from a dead zone on one that keeps moving one way.
 
     Attributes:
         torque: of each wheel [N·m].
@@ -23,4 +23,5 @@ class CoulombFriction(DriveEffect):
         self._require("torque", 0)
 
     def alter(self, drive: Drive) -> Drive:
+        """Add to the Coulomb friction."""
         return replace(drive, coulomb_friction=drive.coulomb_friction + self.torque)

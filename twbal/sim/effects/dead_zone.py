@@ -27,5 +27,6 @@ class DeadZone(ActuatorEffect):
         self._require("width", 0)
 
     def start(self, physics_step: float, rng: np.random.Generator) -> TorqueFilter:
+        """Hand out the zone; it remembers nothing."""
         width = self.width
         return lambda u: u - copysign(width, u) if abs(u) > width else 0.0

@@ -7,8 +7,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from twbal.errors import ConfigError
 from twbal.engine.machine import Drive, Machine, SensorFilter, TorqueFilter
+from twbal.errors import ConfigError
 from twbal.robot.parameters import RobotParameters
 
 

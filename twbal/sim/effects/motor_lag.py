@@ -27,6 +27,7 @@ class MotorLag(ActuatorEffect):
         self._require("time_constant", 0)
 
     def start(self, physics_step: float, rng: np.random.Generator) -> TorqueFilter:
+        """Hand out a motor at rest."""
         share = -expm1(-physics_step / self.time_constant) if self.time_constant > 0 else 1.0
         torque = 0.0
 

@@ -4,8 +4,8 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from twbal.plant import Observation
 from twbal.engine.machine import SensorFilter
+from twbal.plant import Observation
 from twbal.sim.effects.effect import Place, SensorEffect
 
 
@@ -13,8 +13,8 @@ from twbal.sim.effects.effect import Place, SensorEffect
 class SensorNoise(SensorEffect):
     """Independent normal noise is added to every sensor at every control instant.
 
-    It acts on the measurements, after all else. Where the state is fed back, it cannot be told from noise in the actuators
-    without a look at several instants together.
+    It acts on the measurements, after all else. Where the state is fed back, it cannot be told from noise in the
+    actuators without a look at several instants together.
 
     Attributes:
         tilt: standard deviation [rad].
@@ -38,6 +38,7 @@ class SensorNoise(SensorEffect):
             self._require(field.name, 0)
 
     def start(self, control_period: float, rng: np.random.Generator) -> SensorFilter:
+        """Hand out a noise stream."""
         sd = np.array([getattr(self, name) for name in Observation._fields[1:]])
 
         def noisy(truth: Observation) -> Observation:

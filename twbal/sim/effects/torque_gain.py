@@ -26,5 +26,6 @@ class TorqueGain(ActuatorEffect):
         self._require("gain", 0)
 
     def start(self, physics_step: float, rng: np.random.Generator) -> TorqueFilter:
+        """Hand out the gain; it remembers nothing."""
         gain = self.gain
         return lambda u: gain * u

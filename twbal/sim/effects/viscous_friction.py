@@ -23,4 +23,5 @@ class ViscousFriction(DriveEffect):
         self._require("coefficient", 0)
 
     def alter(self, drive: Drive) -> Drive:
+        """Add to the viscous friction."""
         return replace(drive, viscous_friction=drive.viscous_friction + self.coefficient)

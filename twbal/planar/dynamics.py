@@ -1,0 +1,121 @@
+r"""Equations of motion of a wheeled inverted pendulum in its plane.
+
+Coordinates are the tilt θ of the body from the vertical and the angle φ that the wheels have turned in space (not
+relative to the body); the wheels roll without slip, so the axle moves by r φ. The centre of mass stands at the angle
+α = θ + δ from the vertical, δ being the robot's `com_offset`, at the distance l from the axle. With m, I the body's mass
+and inertia about its centre of mass and m_w, I_w those of each wheel, the kinetic and potential energies are
+
+    T = ½ a φ̇² + b cos α φ̇ θ̇ + ½ c θ̇²,   V = d cos α,
+    a = (m + 2 m_w) r² + 2 I_w,   b = m l r,   c = I + m l²,   d = m g l,
+
+and the torque τ, summed over both wheels, acts on the wheels and backwards on the body. Lagrange's equations are
+
+    a φ̈ + b cos α θ̈ - b sin α θ̇² = τ
+    b cos α φ̈ + c θ̈ - d sin α = -τ.
+
+Positive θ leans forward, positive φ rolls forward.
+"""
+
+from math import cos, sin
+from typing import NamedTuple
+
+from twbal.engine.machine import Drive
+from twbal.robot.parameters import GRAVITY, RobotParameters
+
+
+class PlanarState(NamedTuple):
+    """Motion in the plane.
+
+    Attributes:
+        tilt: θ [rad].
+        wheel: φ, in space [rad].
+        tilt_rate: [rad/s].
+        wheel_speed: [rad/s].
+    """
+
+    tilt: float
+    wheel: float
+    tilt_rate: float
+    wheel_speed: float
+
+
+class Coefficients(NamedTuple):
+    """The constants a, b, c [kg·m²], d [N·m] of the equations of motion, and δ [rad]."""
+
+    a: float
+    b: float
+    c: float
+    d: float
+    offset: float
+
+
+def coefficients(robot: RobotParameters) -> Coefficients:
+    """The constants of a robot's equations of motion."""
+    m, height, r = robot.body_mass, robot.com_height, robot.wheel_radius
+    return Coefficients(
+        a=(m + 2 * robot.wheel_mass) * r**2 + 2 * robot.wheel_inertia,
+        b=m * height * r,
+        c=robot.body_inertia_pitch + m * height**2,
+        d=m * GRAVITY * height,
+        offset=robot.com_offset,
+    )
+
+
+class Accelerations(NamedTuple):
+    """Second derivatives φ̈, θ̈ [rad/s²]."""
+
+    wheel: float
+    tilt: float
+
+
+def accelerations(k: Coefficients, tilt: float, tilt_rate: float, torque: float) -> Accelerations:
+    """Solve the equations of motion.
+
+    Args:
+        k: constants of the robot.
+        tilt: θ [rad].
+        tilt_rate: [rad/s].
+        torque: τ, on both wheels together [N·m].
+    """
+    alpha = tilt + k.offset
+    coupling = k.b * cos(alpha)
+    on_wheels = torque + k.b * sin(alpha) * tilt_rate**2
+    on_body = k.d * sin(alpha) - torque
+    determinant = k.a * k.c - coupling**2
+    return Accelerations(
+        wheel=(k.c * on_wheels - coupling * on_body) / determinant,
+        tilt=(k.a * on_body - coupling * on_wheels) / determinant,
+    )
+
+
+def step(k: Coefficients, drive: Drive, state: PlanarState, torque: float, physics_step: float) -> PlanarState:
+    """One step of semi-implicit Euler: rates by the accelerations at its start, then angles by the new rates.
+
+    Viscous friction acts by the relative rate at the start of the step. Coulomb friction is the impulse, within its
+    bound, that brings the wheels to rest relative to the body, as a velocity motor of a physics engine is.
+
+    Args:
+        k: constants of the robot.
+        drive: friction of the joints.
+        state: at the start.
+        torque: of both motors together [N·m].
+        physics_step: [s].
+    """
+    relative = state.wheel_speed - state.tilt_rate
+    pull = accelerations(k, state.tilt, state.tilt_rate, torque - 2 * drive.viscous_friction * relative)
+    wheel_speed = state.wheel_speed + physics_step * pull.wheel
+    tilt_rate = state.tilt_rate + physics_step * pull.tilt
+    if drive.coulomb_friction > 0:
+        coupling = k.b * cos(state.tilt + k.offset)
+        determinant = k.a * k.c - coupling**2
+        mobility = (k.a + k.c + 2 * coupling) / determinant  # relative rate per unit of joint impulse
+        bound = 2 * drive.coulomb_friction * physics_step
+        impulse = min(max(-(wheel_speed - tilt_rate) / mobility, -bound), bound)
+        wheel_speed += impulse * (k.c + coupling) / determinant
+        tilt_rate -= impulse * (k.a + coupling) / determinant
+    return PlanarState(
+        tilt=state.tilt + physics_step * tilt_rate,
+        wheel=state.wheel + physics_step * wheel_speed,
+        tilt_rate=tilt_rate,
+        wheel_speed=wheel_speed,
+    )
