@@ -136,9 +136,9 @@ def observation_noise(model: DynamicsModel, inputs: Array) -> Array:
     """Variance of each measured channel's noise, (E,), that explains the noise of the one-step residual.
 
     The noise ε of a measurement enters a sample twice: as x_m' = x' + ε' in the target and as x_m = x + ε in the input.
-    To first order the residual x_m'_a - F_a(x_m, u) is ε'_a - Σ_k ∂F_a/∂x_k ε_k, hence noise_a = s_a + Σ_k J_ak s_k with
-    J_ak the mean square of ∂F_a/∂x_k over the data (McHutchon and Rasmussen 2011), solved for s ≥ 0. The state itself
-    does not grow by this noise. Where the dynamics themselves are noisy, s contains that too.
+    To first order the residual x_m'_a - F_a(x_m, u) is ε'_a - Σ_k ∂F_a/∂x_k ε_k, hence noise_a = s_a + Σ_k J_ak s_k
+    with J_ak the mean square of ∂F_a/∂x_k over the data (McHutchon and Rasmussen 2011), solved for s ≥ 0. The state
+    itself does not grow by this noise. Where the dynamics themselves are noisy, s contains that too.
 
     Args:
         model: its residual noise and its slope are used.
@@ -150,4 +150,4 @@ def observation_noise(model: DynamicsModel, inputs: Array) -> Array:
     mixing = np.eye(len(measured)) + np.mean(slope**2, axis=0)
     # In units of each channel's own noise, so that no channel's equation outweighs another's by its units.
     solution, _ = scipy.optimize.nnls(mixing * noise / noise[:, None], np.ones(len(measured)))
-    return solution * noise
+    return np.asarray(solution * noise)

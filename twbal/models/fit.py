@@ -1,85 +1,26 @@
-"""Exact GPs by evidence maximisation, with the care that keeps such fits from going wrong.
+"""Exact GPs by evidence maximisation."""
 
-The search for the hyper-parameters uses the closed-form gradient of `evidence.py`; the posterior and the evidence that is
-reported are checked against GPyTorch, which knows nothing of it.
-"""
-
-from dataclasses import dataclass
 from typing import NamedTuple
 
+import gpytorch
 import numpy as np
-import scipy.optimize
+import torch
 
-from twbal.errors import ConfigError, FitError
+from twbal.errors import FitError
 from twbal.gaussian import Array
 from twbal.models.evidence import Evidence
 from twbal.models.gp import GaussianProcess, condition
+from twbal.models.hyperparameters import (
+    FitSettings,
+    Hyperparameters,
+    LogNormalPrior,
+    Reference,
+    fit_hyperparameters,
+)
 
-PENALTY_POWER = 30  # PILCO's hypCurb: nearly nothing inside the limit, a wall beyond it
-WALL = 1.25  # the search box, in units of the limits' logarithms; the penalty there is 1.25³⁰ = 800 nats
-MUTE_TARGET_SD = 1e-6  # stands for the spread of a target that is zero throughout
+__all__ = ["Fit", "FitSettings", "LogNormalPrior", "Reference", "exact_model", "fit_gp", "log_evidence"]
 
-
-@dataclass(frozen=True)
-class LogNormalPrior:
-    """Prior on a hyper-parameter's ratio to its reference: log(θ / reference) ~ N(log_mean, log_sd²).
-
-    Attributes:
-        log_mean: 0 means that the reference itself is the most likely.
-        log_sd: 1 means within a factor of e.
-    """
-
-    log_mean: float
-    log_sd: float
-
-    def __post_init__(self) -> None:
-        if not self.log_sd > 0:
-            raise ConfigError(f"A prior's log_sd must be positive; found {self.log_sd}.")
-
-
-@dataclass(frozen=True)
-class FitSettings:
-    """How hyper-parameters are searched.
-
-    Attributes:
-        starts: searches an output: the first from std(X), std(y), std(y)/10, the others from perturbations of that.
-        perturbation: standard deviation of the starts' logarithms.
-        screening_points: with more samples than this, the starts compete on a random choice of so many ...
-        finalists: ... and this many of the best are searched to the end on all samples.
-        iterations: at most, of L-BFGS, in each search.
-        max_signal_to_noise: α/σ above which the penalty rises.
-        max_relative_length_scale: ℓ/std(X) above which the penalty rises.
-        length_scale_prior: on ℓ relative to the reference length-scales; None for evidence alone.
-        noise_prior: on σ relative to the reference noise; None for evidence alone.
-    """
-
-    starts: int
-    perturbation: float
-    screening_points: int
-    finalists: int
-    iterations: int
-    max_signal_to_noise: float
-    max_relative_length_scale: float
-    length_scale_prior: LogNormalPrior | None = None
-    noise_prior: LogNormalPrior | None = None
-
-    def __post_init__(self) -> None:
-        if min(self.starts, self.finalists, self.iterations, self.screening_points) < 1:
-            raise ConfigError(f"starts, finalists, iterations and screening_points must be at least 1; found {self}.")
-        if min(self.max_signal_to_noise, self.max_relative_length_scale) <= 1:
-            raise ConfigError(f"max_signal_to_noise and max_relative_length_scale must exceed 1; found {self}.")
-
-
-class Reference(NamedTuple):
-    """What the priors are relative to.
-
-    Attributes:
-        length_scales: (E, d), such as those of f for the difference model g.
-        noise_sd: (E,), in the targets' units.
-    """
-
-    length_scales: Array
-    noise_sd: Array
+DISAGREEMENT = 1e-3  # [nats]; a rounding error of this size no longer ranks one fit before another rightly
 
 
 class Fit(NamedTuple):
@@ -87,62 +28,17 @@ class Fit(NamedTuple):
 
     Attributes:
         gp: the posterior.
-        log_evidence: (E,) log p(y | X) of each output [nats], without penalties and priors.
+        log_evidence: (E,) log p(y | X) of each output [nats], without penalties and priors; of a sparse GP its bound.
     """
 
     gp: GaussianProcess
     log_evidence: Array
 
 
-class Hyperparameters(NamedTuple):
-    """Of E GPs.
-
-    Attributes:
-        length_scales: (E, d).
-        signal_variance: (E,).
-        noise_variance: (E,).
-    """
-
-    length_scales: Array
-    signal_variance: Array
-    noise_variance: Array
-
-
-class _Objective:
-    """Negative log posterior of one output's θ, in units where X and y have standard deviation 1."""
-
-    def __init__(
-        self, inputs: Array, target: Array, settings: FitSettings, length_scales: Array, noise_sd: float
-    ) -> None:
-        d = inputs.shape[1]
-        self._evidence = Evidence(inputs, target)
-        snr, scale = np.log(settings.max_signal_to_noise), np.log(settings.max_relative_length_scale)
-        self._limits = np.concatenate([np.full(d, scale), [snr]])  # of |log ℓ| and |log α/σ|
-        self._centre, self._precision = np.zeros(d + 2), np.zeros(d + 2)
-        if settings.length_scale_prior:
-            self._centre[:d] = np.log(length_scales) + settings.length_scale_prior.log_mean
-            self._precision[:d] = settings.length_scale_prior.log_sd**-2
-        if settings.noise_prior:
-            self._centre[-1] = np.log(noise_sd) + settings.noise_prior.log_mean
-            self._precision[-1] = settings.noise_prior.log_sd**-2
-
-    @property
-    def bounds(self) -> list[tuple[float, float]]:
-        return [(-WALL * limit, WALL * limit) for limit in self._limits] + [(-25.0, 10.0)]
-
-    def __call__(self, theta: Array) -> tuple[float, Array]:
-        value, slope = self._evidence(theta)
-        ratio = theta[:-1] / self._limits
-        penalty_slope = np.append(PENALTY_POWER * ratio ** (PENALTY_POWER - 1) / self._limits, 0.0)
-        away = theta - self._centre
-        value -= np.sum(ratio**PENALTY_POWER) + 0.5 * np.sum(self._precision * away**2)
-        return -value, -(slope - penalty_slope - self._precision * away)
-
-
-def fit_gp(
-    inputs: Array, targets: Array, settings: FitSettings, seed: int, reference: Reference | None = None
-) -> Fit:
+def fit_gp(inputs: Array, targets: Array, settings: FitSettings, seed: int, reference: Reference | None = None) -> Fit:
     """Exact GPs whose hyper-parameters maximise the evidence, less penalties and, where given, with priors.
+
+    The search runs on the closed form of the evidence; GPyTorch has the last word on what was found.
 
     Args:
         inputs: (n, d), in any units.
@@ -152,113 +48,59 @@ def fit_gp(
         reference: what the priors are relative to; None means std(X) and std(y)/10.
 
     Raises:
-        FitError: too few samples, shapes that do not fit, a value that is not finite.
+        FitError: too few samples, shapes that do not fit, a value that is not finite, a covariance that is too badly
+            conditioned.
     """
     found = fit_hyperparameters(inputs, targets, settings, seed, reference)
     gp = condition(inputs, targets, *found)
-    return Fit(gp, log_evidence(inputs, targets, *found))
-
-
-def fit_hyperparameters(
-    inputs: Array, targets: Array, settings: FitSettings, seed: int, reference: Reference | None = None
-) -> Hyperparameters:
-    """The hyper-parameters of `fit_gp` alone; the arguments and errors are the same."""
-    _check(inputs, targets)
-    rng = np.random.default_rng(seed)
-    input_sd = spread(inputs)
-    centred = (inputs - inputs.mean(axis=0)) / input_sd
-    moving = np.ptp(inputs, axis=0) > 0.0
-    thetas, target_sds = [], []
+    evidence = log_evidence(inputs, targets, found)
     for a, target in enumerate(targets.T):
-        target_sd = _target_spread(target)
-        scales = np.ones(inputs.shape[1]) if reference is None else reference.length_scales[a] / input_sd
-        noise_sd = 0.1 if reference is None else reference.noise_sd[a] / target_sd
-        thetas.append(_search(centred, target / target_sd, settings, scales, noise_sd, moving, rng))
-        target_sds.append(target_sd)
-    theta, target_sd = np.array(thetas), np.array(target_sds)
-    noise = np.exp(theta[:, -1]) * target_sd
-    signal = np.exp(theta[:, -2]) * noise
-    return Hyperparameters(np.exp(theta[:, :-2]) * input_sd, signal**2, noise**2)
+        closed_form, _ = Evidence(inputs, target)(found.theta(a))
+        if not abs(closed_form - evidence[a]) < DISAGREEMENT + 1e-6 * abs(closed_form):
+            raise FitError(
+                f"The log evidence of output {a} is {closed_form:.6g} in closed form, {evidence[a]:.6g} by GPyTorch: "
+                "its covariance is too badly conditioned. Lower max_signal_to_noise."
+            )
+    return Fit(gp, evidence)
 
 
-def log_evidence(
-    inputs: Array, targets: Array, length_scales: Array, signal_variance: Array, noise_variance: Array
-) -> Array:
-    """log p(y | X) of each output [nats], (E,), for given hyper-parameters."""
-    thetas = np.column_stack(
-        [np.log(length_scales), 0.5 * np.log(signal_variance / noise_variance), 0.5 * np.log(noise_variance)]
-    )
-    return np.array([Evidence(inputs, y)(theta)[0] for y, theta in zip(targets.T, thetas, strict=True)])
+def log_evidence(inputs: Array, targets: Array, hyperparameters: Hyperparameters) -> Array:
+    """Evidence log p(y | X) of each output [nats], (E,), by GPyTorch."""
+    values = []
+    for a, target in enumerate(targets.T):
+        model = exact_model(inputs, target, hyperparameters, a)
+        evidence = gpytorch.mlls.ExactMarginalLogLikelihood(model.likelihood, model)
+        with torch.no_grad(), gpytorch.settings.fast_computations(False, False, False):
+            values.append(float(evidence(model(*model.train_inputs), model.train_targets)) * len(target))
+    return np.array(values)
 
 
-def spread(inputs: Array) -> Array:
-    """Scale of each input, (d,): its standard deviation, or its size where it never changes."""
-    size = np.abs(inputs).max(axis=0)
-    still = np.where(size > 0.0, size, 1.0)
-    return np.where(np.ptp(inputs, axis=0) > 0.0, inputs.std(axis=0), still)
+class _ExactModel(gpytorch.models.ExactGP):  # type: ignore[misc]
+    """Eq. 1 in GPyTorch: zero mean, SE kernel with one length-scale an input, Gaussian noise."""
+
+    def __init__(
+        self, inputs: torch.Tensor, target: torch.Tensor, likelihood: gpytorch.likelihoods.GaussianLikelihood
+    ) -> None:
+        super().__init__(inputs, target, likelihood)
+        self.mean_module = gpytorch.means.ZeroMean()
+        kernel = gpytorch.kernels.RBFKernel(ard_num_dims=inputs.shape[1], lengthscale_constraint=_positive())
+        self.covar_module = gpytorch.kernels.ScaleKernel(kernel, outputscale_constraint=_positive())
+
+    def forward(self, inputs: torch.Tensor) -> gpytorch.distributions.MultivariateNormal:
+        return gpytorch.distributions.MultivariateNormal(self.mean_module(inputs), self.covar_module(inputs))
 
 
-def _target_spread(target: Array) -> float:
-    """Standard deviation of a target, or its size where it never changes."""
-    size = float(np.abs(target).max())
-    deviation = float(target.std())
-    return deviation if deviation > 1e-9 * size else (size or MUTE_TARGET_SD)
+def _positive() -> gpytorch.constraints.Positive:
+    # GPyTorch's own softplus constraints stop at a noise of 1e-4, which is far too much for radians.
+    return gpytorch.constraints.Positive(transform=torch.exp, inv_transform=torch.log)
 
 
-def _search(
-    inputs: Array,
-    target: Array,
-    settings: FitSettings,
-    length_scales: Array,
-    noise_sd: float,
-    moving: Array,
-    rng: np.random.Generator,
-) -> Array:
-    """The best θ of several searches, (d + 2,), for data of standard deviation 1."""
-    n, d = inputs.shape
-    start = np.append(np.zeros(d), np.log([10.0, 0.1]))
-    noise = rng.standard_normal((settings.starts, d + 2)) * np.append(moving, [1.0, 1.0])
-    noise[0] = 0.0
-    chosen = rng.permutation(n)[: settings.screening_points]
-    if not target.any():
-        return start
-    starts = start + settings.perturbation * noise
-    if len(chosen) < n:
-        screen = _Objective(inputs[chosen], target[chosen], settings, length_scales, noise_sd)
-        results = sorted((_minimise(screen, theta, settings) for theta in starts), key=lambda r: r.value)
-        starts = np.array([r.theta for r in results[: settings.finalists]])
-    objective = _Objective(inputs, target, settings, length_scales, noise_sd)
-    return min((_minimise(objective, theta, settings) for theta in starts), key=lambda r: r.value).theta
-
-
-class _Minimum(NamedTuple):
-    value: float
-    theta: Array
-
-
-def _minimise(objective: _Objective, start: Array, settings: FitSettings) -> _Minimum:
-    bounds = objective.bounds
-    start = np.clip(start, *np.transpose(bounds))
-    found = scipy.optimize.minimize(
-        objective,
-        start,
-        jac=True,
-        method="L-BFGS-B",
-        bounds=bounds,
-        options={"maxiter": settings.iterations, "maxcor": 20, "ftol": 1e-9, "gtol": 1e-3},
-    )
-    return _Minimum(float(found.fun), found.x)
-
-
-def _check(inputs: Array, targets: Array) -> None:
-    if inputs.ndim != 2 or targets.ndim != 2 or len(inputs) != len(targets):
-        raise FitError(f"A fit needs inputs (n, d) and targets (n, E); found {inputs.shape} and {targets.shape}.")
-    n, d = inputs.shape
-    if n < d + 2:
-        raise FitError(
-            f"Too few samples to fit: found {n}, and {d} inputs need at least {d + 2}. Collect more or longer rollouts."
-        )
-    for name, values in (("inputs", inputs), ("targets", targets)):
-        if not np.isfinite(values).all():
-            row = int(np.argwhere(~np.isfinite(values))[0][0])
-            raise FitError(f"Sample {row} of the {name} is not a finite number ({values[row]}). Leave it out.")
+def exact_model(inputs: Array, target: Array, hyperparameters: Hyperparameters, output: int) -> gpytorch.models.ExactGP:
+    """GPyTorch's exact GP, in training mode, of one output: inputs (n, d), target (n,)."""
+    likelihood = gpytorch.likelihoods.GaussianLikelihood(noise_constraint=_positive())
+    x, y = torch.tensor(inputs, dtype=torch.float64), torch.tensor(target, dtype=torch.float64)
+    model = _ExactModel(x, y, likelihood).double()
+    model.covar_module.base_kernel.lengthscale = torch.tensor(hyperparameters.length_scales[output])
+    model.covar_module.outputscale = torch.tensor(hyperparameters.signal_variance[output])
+    likelihood.noise = torch.tensor(hyperparameters.noise_variance[output])
+    return model.train()

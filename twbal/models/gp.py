@@ -28,7 +28,8 @@ def squared_exponential(left: Array, right: Array, length_scales: Array) -> Arra
     shift = left.mean(axis=0)  # distances are differences: centring only saves digits
     a, b = (left - shift) / length_scales, (right - shift) / length_scales
     exponent = a @ b.T - 0.5 * np.sum(a * a, axis=1)[:, None] - 0.5 * np.sum(b * b, axis=1)
-    return np.exp(np.minimum(exponent, 0.0))
+    correlation: Array = np.exp(np.minimum(exponent, 0.0))
+    return correlation
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,12 +79,12 @@ class GaussianProcess:
     @property
     def inputs(self) -> int:
         """d, the number of input dimensions."""
-        return self.centres.shape[1]
+        return int(self.centres.shape[1])
 
     def covariance(self, inputs: Array, output: int) -> Array:
         """k_a(x, C) of output `output`, (m, n), for inputs (m, d)."""
         correlation = squared_exponential(inputs, self.centres, self.length_scales[output])
-        return self.signal_variance[output] * correlation
+        return correlation * float(self.signal_variance[output])
 
     def mean(self, inputs: Array) -> Array:
         """Posterior mean at `inputs` (m, d), eq. 2, (m, E)."""
