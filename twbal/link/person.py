@@ -1,0 +1,21 @@
+"""The person beside a real robot."""
+
+from twbal.errors import LinkError
+
+
+def confirm_placed(trial: int) -> None:
+    """Ask the person at the terminal to place the robot at its start, and wait for Enter.
+
+    Args:
+        trial: number of the rollout that is about to begin.
+
+    Raises:
+        LinkError: nobody is at the terminal.
+    """
+    try:
+        input(f"Trial {trial}: place the robot at its start, step back, and press Enter (Ctrl-C ends the run). ")
+    except EOFError as error:
+        raise LinkError(
+            "The robot has to be placed by a person, but this program has no terminal to ask at. Run it in a terminal, or "
+            "set link.confirm_placed=null for a robot that places itself."
+        ) from error

@@ -1,0 +1,102 @@
+"""Where bytes go in and out; the only file that knows pyserial."""
+
+from abc import ABC, abstractmethod
+
+import serial
+from serial.tools import list_ports
+
+from twbal.errors import LinkError, LinkLostError
+
+_POLL = 0.02  # a read waits at most this long [s]: short beside any timeout, long beside a round trip
+_WRITE_TIMEOUT = 1.0  # a line that takes no bytes for so long is dead [s]
+
+
+class Transport(ABC):
+    """A line of bytes to a robot.
+
+    Attributes:
+        name: of the port, for messages.
+    """
+
+    name: str
+
+    @abstractmethod
+    def read(self) -> bytes:
+        """Whatever has come, after a short wait where nothing has; empty after silence.
+
+        Raises:
+            LinkLostError: the port is gone.
+        """
+
+    @abstractmethod
+    def write(self, data: bytes) -> None:
+        """Send `data`.
+
+        Raises:
+            LinkLostError: the port is gone, or takes nothing any more.
+        """
+
+    @abstractmethod
+    def close(self) -> None:
+        """Free the port. Safe to call twice."""
+
+
+class SerialTransport(Transport):
+    """A serial port, or whatever else pyserial reaches by URL: `/dev/ttyUSB0`, `socket://host:port`, `rfc2217://host:port`.
+
+    Attributes:
+        low_latency: whether the driver passes bytes on at once. FTDI adapters hold them for up to 16 ms otherwise; what is
+            not a serial chip (a pseudo-terminal, a socket) has no such mode and does not need it.
+    """
+
+    def __init__(self, port: str, baud_rate: int) -> None:
+        """Open the port for this process alone.
+
+        Args:
+            port: device or URL.
+            baud_rate: [bit/s].
+
+        Raises:
+            LinkError: it cannot be opened; the message lists the ports that are there.
+        """
+        self.name = port
+        try:
+            self._port = serial.serial_for_url(
+                port, baudrate=baud_rate, timeout=_POLL, write_timeout=_WRITE_TIMEOUT, exclusive=True
+            )
+        except (OSError, ValueError) as error:
+            raise LinkError(_cannot_open(port, error)) from error
+        self.low_latency = self._set_low_latency()
+
+    def _set_low_latency(self) -> bool:
+        try:
+            self._port.set_low_latency_mode(True)
+        except (AttributeError, NotImplementedError, OSError, ValueError):  # pyserial turns ENOTTY into ValueError
+            return False
+        return True
+
+    def read(self) -> bytes:
+        """Whatever has come; see `Transport.read`."""
+        try:
+            return bytes(self._port.read(self._port.in_waiting or 1))
+        except OSError as error:
+            raise LinkLostError(f"The port {self.name} is gone while reading: {error}.") from error
+
+    def write(self, data: bytes) -> None:
+        """Send `data`; see `Transport.write`."""
+        try:
+            self._port.write(data)
+        except OSError as error:
+            raise LinkLostError(f"The port {self.name} is gone while writing: {error}.") from error
+
+    def close(self) -> None:
+        """Close the port; see `Transport.close`."""
+        self._port.close()
+
+
+def _cannot_open(port: str, error: Exception) -> str:
+    ports = ", ".join(p.device for p in list_ports.comports()) or "none"
+    return (
+        f"Cannot open the port {port}: {error}. Serial ports that are there: {ports}. Is the robot plugged in, its port "
+        "free, and may you use it (on Linux: the group dialout)?"
+    )

@@ -1,0 +1,98 @@
+"""What a virtual robot hides: effects drawn from its seed."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+
+import numpy as np
+
+from twbal.errors import ConfigError
+from twbal.robot.parameters import RobotParameters
+from twbal.sim.effects.actuation_delay import ActuationDelay
+from twbal.sim.effects.body_mass import BodyMass
+from twbal.sim.effects.com_height import ComHeight
+from twbal.sim.effects.com_offset import ComOffset
+from twbal.sim.effects.coulomb_friction import CoulombFriction
+from twbal.sim.effects.dead_zone import DeadZone
+from twbal.sim.effects.effect import Effect
+from twbal.sim.effects.motor_lag import MotorLag
+from twbal.sim.effects.sensor_noise import SensorNoise
+from twbal.sim.effects.torque_gain import TorqueGain
+from twbal.sim.effects.viscous_friction import ViscousFriction
+
+Range = Sequence[float]
+"""Lowest and highest value; drawn uniformly between them."""
+
+
+@dataclass(frozen=True)
+class HiddenRecipe:
+    """Ranges of the effects, each a (lowest, highest) pair.
+
+    Torques and frictions are those of a robot whose torque limit is `reference_torque`; for another robot they are scaled by
+    its own limit over that one, so that they are as large beside its motors. Delays and lags are in its control periods.
+
+    Attributes:
+        reference_torque: [N·m].
+        torque_gain: torque over command.
+        dead_zone: half width, on the summed command [N·m].
+        delay_periods: of the actuation [control periods].
+        lag_periods: time constant of the motors [control periods].
+        viscous_friction: of each wheel [N·m·s/rad].
+        coulomb_friction: of each wheel [N·m].
+        body_mass: times the data sheet's.
+        com_height: times the data sheet's.
+        com_offset: [rad].
+        noise: of the sensors, the same for every seed.
+
+    Raises:
+        ConfigError: a range is not a pair in order.
+    """
+
+    reference_torque: float
+    torque_gain: Range
+    dead_zone: Range
+    delay_periods: Range
+    lag_periods: Range
+    viscous_friction: Range
+    coulomb_friction: Range
+    body_mass: Range
+    com_height: Range
+    com_offset: Range
+    noise: SensorNoise
+
+    def __post_init__(self) -> None:
+        for name in self.ranges():
+            pair = getattr(self, name)
+            if len(pair) != 2 or not pair[0] <= pair[1]:
+                raise ConfigError(f"The hidden range {name} must be [lowest, highest]; found {list(pair)}.")
+        if not self.reference_torque > 0:
+            raise ConfigError(f"reference_torque must be positive; found {self.reference_torque} N·m.")
+
+    @classmethod
+    def ranges(cls) -> tuple[str, ...]:
+        """Names of what is drawn, in the order in which it is drawn."""
+        return tuple(f.name for f in fields(cls) if f.name not in ("reference_torque", "noise"))
+
+
+def draw_hidden(recipe: HiddenRecipe, robot: RobotParameters, seed: int) -> list[Effect]:
+    """The effects of the hidden robot `seed`: independent and uniform in their ranges.
+
+    Args:
+        robot: the data sheet, for its torque limit and control period.
+        seed: the same seed is the same robot.
+    """
+    rng = np.random.default_rng(seed)
+    drawn = {name: float(rng.uniform(*getattr(recipe, name))) for name in recipe.ranges()}
+    torque = robot.torque_limit / recipe.reference_torque
+    period = robot.control_period
+    return [
+        TorqueGain(drawn["torque_gain"]),
+        DeadZone(drawn["dead_zone"] * torque),
+        ActuationDelay(drawn["delay_periods"] * period),
+        MotorLag(drawn["lag_periods"] * period),
+        ViscousFriction(drawn["viscous_friction"] * torque),
+        CoulombFriction(drawn["coulomb_friction"] * torque),
+        BodyMass(drawn["body_mass"]),
+        ComHeight(drawn["com_height"]),
+        ComOffset(drawn["com_offset"]),
+        recipe.noise,
+    ]

@@ -1,0 +1,151 @@
+"""Starts a virtual robot as a process of its own; who starts it learns its port and nothing else."""
+
+import os
+import select
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+
+from twbal.errors import LinkError
+from twbal.link.serial_plant import SerialPlant
+
+_TAIL = 2000  # of its last words, for messages [bytes]
+_GRACE = 2.0  # between asking it to end and ending it [s]
+_OPENING = b"port "
+
+
+class VirtualRobotProcess:
+    """A running virtual robot.
+
+    Attributes:
+        port: path of its port.
+        pid: of the process.
+    """
+
+    def __init__(self, command: Sequence[str], start_timeout: float) -> None:
+        """Start it and wait for its port.
+
+        Args:
+            command: program and arguments; must print `port <path>` when ready.
+            start_timeout: how long that may take [s].
+
+        Raises:
+            LinkError: it ended, or said nothing; the message has its last words.
+        """
+        self._errors = tempfile.TemporaryFile()  # noqa: SIM115, a pipe that nobody empties would block it; closed below
+        self._process = subprocess.Popen(
+            command,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=self._errors,
+            start_new_session=True,  # Ctrl-C is for the host, which then stops the robot in good order
+        )
+        self.pid = self._process.pid
+        try:
+            self.port = self._wait_for_port(start_timeout)
+        except BaseException:
+            self.close()
+            raise
+
+    def close(self) -> None:
+        """End it. Safe to call twice."""
+        if self._process.poll() is None:
+            self._process.terminate()
+            try:
+                self._process.wait(_GRACE)
+            except subprocess.TimeoutExpired:
+                self._process.kill()
+                self._process.wait()
+        if self._process.stdout is not None:
+            self._process.stdout.close()
+        self._errors.close()
+
+    def last_words(self) -> str | None:
+        """How it ended and the tail of what it complained of; None while it runs."""
+        code = self._process.poll()
+        return None if code is None else f"It ended with exit code {code}; its last words: {self._tail()}"
+
+    def _tail(self) -> str:
+        size = self._errors.seek(0, os.SEEK_END)
+        self._errors.seek(max(0, size - _TAIL))
+        return self._errors.read().decode(errors="replace").strip() or "none"
+
+    def _wait_for_port(self, start_timeout: float) -> str:
+        assert self._process.stdout is not None
+        deadline = time.monotonic() + start_timeout
+        said = b""
+        while True:
+            for line in said.split(b"\n")[:-1]:
+                if line.startswith(_OPENING):
+                    return line[len(_OPENING) :].decode().strip()
+            left = deadline - time.monotonic()
+            if left <= 0 or not select.select([self._process.stdout], [], [], left)[0]:
+                raise LinkError(
+                    f"The virtual robot did not say its port within {start_timeout:g} s. Last words: {self._tail()}"
+                )
+            more = os.read(self._process.stdout.fileno(), 4096)
+            if not more:
+                self._process.wait(max(left, _GRACE))
+                raise LinkError(f"The virtual robot did not start. {self.last_words()}")
+            said += more
+
+
+def virtual_robot_command(overrides: Sequence[str]) -> list[str]:
+    """The command line of `twbal virtual-robot`, with this interpreter.
+
+    Args:
+        overrides: such as `seed=3`.
+    """
+    return [sys.executable, "-m", "twbal", "virtual-robot", *overrides]
+
+
+@contextmanager
+def launch(command: Sequence[str], start_timeout: float) -> Iterator[str]:
+    """A virtual robot for the length of the body, which gets the path of its port.
+
+    Args:
+        command: see `virtual_robot_command`.
+        start_timeout: how long it may take to say its port [s].
+
+    Raises:
+        LinkError: it did not start; or the body met a LinkError because it had ended, and then with its last words.
+    """
+    process = VirtualRobotProcess(command, start_timeout)
+    try:
+        yield process.port
+    except LinkError as error:
+        words = process.last_words()
+        if words is None:
+            raise
+        raise type(error)(f"{error} The virtual robot is gone. {words}") from error
+    finally:
+        process.close()
+
+
+@contextmanager
+def virtual_plant(
+    overrides: Sequence[str],
+    start_timeout: float,
+    baud_rate: int,
+    connect_timeout: float,
+    arm_timeout: float,
+    timeout: float,
+) -> Iterator[SerialPlant]:
+    """The plant behind the port of a virtual robot that lives as long as the body.
+
+    Args:
+        overrides: for `twbal virtual-robot`, such as `seed=3`.
+        start_timeout: see `launch` [s].
+        baud_rate: see `SerialPlant` for this and the other times.
+
+    Raises:
+        LinkError: see `launch` and `SerialPlant`.
+    """
+    with (
+        launch(virtual_robot_command(overrides), start_timeout) as port,
+        SerialPlant.open(port, baud_rate, connect_timeout, arm_timeout, timeout) as plant,
+    ):
+        yield plant
