@@ -1,0 +1,82 @@
+"""Drive the simulated robot and log what it does."""
+
+from dataclasses import dataclass, replace
+from functools import partial
+from pathlib import Path
+
+from hydra.utils import instantiate
+from omegaconf import DictConfig
+from tqdm import tqdm
+
+from twbal.collection import RolloutPlan, collect
+from twbal.episode import Provenance
+from twbal.logs.writer import write_episode
+from twbal.robot.parameters import parameter_hash
+from twbal.sim.plant import SimPlant
+from twbal.stages.artefacts import episode_file, policy_files, policy_hash
+from twbal.stages.closing import closing, run_folder
+from twbal.stages.manifest import Manifest, Step, perform
+from twbal.stages.settings import members, recorded, typed
+
+NOT_RECORDED = ("workers", "policy.path")
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How much to collect; see conf/stage/sim_collect.yaml."""
+
+    seed: int
+    rollouts: int
+    steps: int
+    tilt_limit: float
+    workers: int
+
+
+def main(cfg: DictConfig) -> None:
+    """Run the stage in Hydra's run folder."""
+    out = run_folder()
+    manifest = run(cfg, out)
+    closing(manifest, out, f"twbal fit-sim-gp episodes={out}")
+
+
+def run(cfg: DictConfig, out: Path) -> Manifest:
+    """Collect what `cfg` asks for into `out`/episodes, unless it is there already."""
+    settings = typed(Settings, cfg)
+    text = recorded(cfg, NOT_RECORDED)
+    robot, start, effects = instantiate(cfg.robot), instantiate(cfg.start), members(cfg.sim.effects)
+    physics_step = float(cfg.sim.physics_step)
+    make_plant = partial(
+        SimPlant, robot=robot, effects=effects, start=start, physics_step=physics_step, seed=settings.seed
+    )
+    plan = RolloutPlan(
+        make_plant, instantiate(cfg.policy), instantiate(cfg.state), settings.steps, settings.tilt_limit
+    )
+    provenance = Provenance(
+        robot=robot.name,
+        source="simulation",
+        parameter_hash=parameter_hash(robot, effects, physics_step),
+        policy_hash=policy_hash(cfg.policy),
+        seed=settings.seed,
+        config=text,
+    )
+    step = Step("sim-collect", out, text, {"policy": policy_files(cfg.policy)}, settings.seed)
+    return perform(step, lambda: simulate(plan, provenance, settings.rollouts, settings.workers, out / "episodes"))
+
+
+def simulate(plan: RolloutPlan, provenance: Provenance, rollouts: int, workers: int, folder: Path) -> list[Path]:
+    """Drive `rollouts` rollouts of the simulated robot and log each to `folder`; returns the files.
+
+    Args:
+        plan: robot, policy and state.
+        provenance: of all of them; each gets its own trial number.
+        rollouts: how many, numbered from 0.
+        workers: processes; 0: one a core.
+        folder: for the logs.
+    """
+    provenances = [replace(provenance, trial=trial) for trial in range(rollouts)]
+    files = []
+    episodes = tqdm(collect(plan, provenances, workers), "rollouts", rollouts, disable=None)
+    for trial, episode in enumerate(episodes):
+        files.append(episode_file(folder, trial))
+        write_episode(files[-1], episode)
+    return files
