@@ -1,8 +1,8 @@
 """How bytes become frames on a noisy line: COBS between zero bytes, closed by a CRC-16.
 
-On the wire a payload is `00 COBS(payload + crc) 00`. COBS (Cheshire and Baker, 1999) removes every zero byte, so a zero can
-only be a border, and a receiver that starts in the middle, or meets noise, is back in step at the next one. The leading
-zero keeps noise between two frames from spoiling the second.
+On the wire a payload is `00 COBS(payload + crc) 00`. COBS (Cheshire and Baker, 1999) removes every zero byte, so a zero
+can only be a border, and a receiver that starts in the middle, or meets noise, is back in step at the next one. The
+leading zero keeps noise between two frames from spoiling the second.
 """
 
 from cobs import cobs
@@ -14,13 +14,13 @@ MAX_FRAME = 256
 
 def wrap(payload: bytes) -> bytes:
     """The bytes to send for `payload`."""
-    return b"\0" + cobs.encode(payload + crc16.ibm_3740(payload).to_bytes(2, "little")) + b"\0"
+    return b"\0" + bytes(cobs.encode(payload + crc16.ibm_3740(payload).to_bytes(2, "little"))) + b"\0"
 
 
 def unwrap(run: bytes) -> bytes | None:
     """The payload in the bytes between two zeros, or None where they are not a frame."""
     try:
-        plain = cobs.decode(run)
+        plain = bytes(cobs.decode(run))
     except cobs.DecodeError:
         return None
     payload, crc = plain[:-2], plain[-2:]

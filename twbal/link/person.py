@@ -16,6 +16,6 @@ def confirm_placed(trial: int) -> None:
         input(f"Trial {trial}: place the robot at its start, step back, and press Enter (Ctrl-C ends the run). ")
     except EOFError as error:
         raise LinkError(
-            "The robot has to be placed by a person, but this program has no terminal to ask at. Run it in a terminal, or "
-            "set link.confirm_placed=null for a robot that places itself."
+            "The robot has to be placed by a person, but this program has no terminal to ask at. Run it in a terminal, "
+            "or set link.confirm_placed=null for a robot that places itself."
         ) from error

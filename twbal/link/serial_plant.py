@@ -55,8 +55,8 @@ class SerialPlant(Plant):
             connect_timeout: how long the robot may take to say who it is; some boot when the port opens [s].
             arm_timeout: how long it may take to arm [s].
             timeout: silence in a rollout after which the link is lost [s].
-            confirm_placed: called with the trial's number before each arming; returns when the robot stands at its start.
-                None: the robot places itself.
+            confirm_placed: called with the trial's number before each arming; returns when the robot stands at its
+                start. None: the robot places itself.
 
         Raises:
             ProtocolError: it speaks another version.
@@ -92,7 +92,7 @@ class SerialPlant(Plant):
 
     @property
     def events(self) -> tuple[Event, ...]:
-        """What happened on the line in the current rollout: missed periods, clipped commands, a stop without an answer."""
+        """What happened on the line in the current rollout: missed periods, clipped commands, an unanswered stop."""
         return tuple(self._events)
 
     @property
@@ -125,8 +125,9 @@ class SerialPlant(Plant):
     def step(self, command: float) -> Observation:
         """Command a torque and return the next telemetry; see `Plant.step`.
 
-        On a robot in real time the next telemetry is the first one that knows of this command. Where the host was too late
-        for a control period, the robot has held the command before; such periods are counted and noted in `events`.
+        On a robot in real time the next telemetry is the first one that knows of this command. Where the host was too
+        late for a control period, the robot has held the command before; such periods are counted and noted in
+        `events`.
 
         Raises:
             LinkLostError: the robot fell silent, or has switched its motors off.
@@ -175,8 +176,8 @@ class SerialPlant(Plant):
             raise ProtocolError(f"The robot on {self._transport.name} answers Hello with {welcome}; expected Welcome.")
         if welcome.version != VERSION:
             raise ProtocolError(
-                f"The robot on {self._transport.name} speaks version {welcome.version} of the link protocol, this twbal "
-                f"version {VERSION}. Update the older of the two."
+                f"The robot on {self._transport.name} speaks version {welcome.version} of the link protocol, this "
+                f"twbal version {VERSION}. Update the older of the two."
             )
         if welcome.control_period_us == 0 or not welcome.torque_limit > 0:
             raise ProtocolError(f"The robot on {self._transport.name} announces what cannot be: {welcome}.")

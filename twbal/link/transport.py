@@ -45,8 +45,8 @@ class SerialTransport(Transport):
     """A serial port, or whatever else pyserial reaches by URL: `/dev/ttyUSB0`, `socket://host:port`, `rfc2217://host:port`.
 
     Attributes:
-        low_latency: whether the driver passes bytes on at once. FTDI adapters hold them for up to 16 ms otherwise; what is
-            not a serial chip (a pseudo-terminal, a socket) has no such mode and does not need it.
+        low_latency: whether the driver passes bytes on at once. FTDI adapters hold them for up to 16 ms otherwise; what
+            is not a serial chip (a pseudo-terminal, a socket) has no such mode and does not need it.
     """
 
     def __init__(self, port: str, baud_rate: int) -> None:
@@ -97,6 +97,6 @@ class SerialTransport(Transport):
 def _cannot_open(port: str, error: Exception) -> str:
     ports = ", ".join(p.device for p in list_ports.comports()) or "none"
     return (
-        f"Cannot open the port {port}: {error}. Serial ports that are there: {ports}. Is the robot plugged in, its port "
-        "free, and may you use it (on Linux: the group dialout)?"
+        f"Cannot open the port {port}: {error}. Serial ports that are there: {ports}. Is the robot plugged in, its "
+        "port free, and may you use it (on Linux: the group dialout)?"
     )

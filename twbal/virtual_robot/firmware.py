@@ -43,9 +43,9 @@ class Identity:
 class Firmware:
     """Drives a plant as the host commands, and stops it by itself where it must.
 
-    In lockstep each command advances the plant by one control period. In real time `advance` does so when a period is over,
-    with the torque that was commanded last; the period in which the watchdog runs out is driven without torque. A robot
-    that has stopped itself goes on measuring, so that the host sees why.
+    In lockstep each command advances the plant by one control period. In real time `advance` does so when a period is
+    over, with the torque that was commanded last; the period in which the watchdog runs out is driven without torque. A
+    robot that has stopped itself goes on measuring, so that the host sees why.
     """
 
     def __init__(self, plant: Plant, identity: Identity) -> None:

@@ -27,8 +27,9 @@ Range = Sequence[float]
 class HiddenRecipe:
     """Ranges of the effects, each a (lowest, highest) pair.
 
-    Torques and frictions are those of a robot whose torque limit is `reference_torque`; for another robot they are scaled by
-    its own limit over that one, so that they are as large beside its motors. Delays and lags are in its control periods.
+    Torques and frictions are those of a robot whose torque limit is `reference_torque`; for another robot they are scaled
+    by its own limit over that one, so that they are as large beside its motors. Delays and lags are in its control
+    periods. Masses, heights and angles are relative already; the noise is that of the same sensors on any robot.
 
     Attributes:
         reference_torque: [N·m].
@@ -77,6 +78,7 @@ def draw_hidden(recipe: HiddenRecipe, robot: RobotParameters, seed: int) -> list
     """The effects of the hidden robot `seed`: independent and uniform in their ranges.
 
     Args:
+        recipe: the ranges.
         robot: the data sheet, for its torque limit and control period.
         seed: the same seed is the same robot.
     """

@@ -127,6 +127,9 @@ def launch(command: Sequence[str], start_timeout: float) -> Iterator[str]:
 
 @contextmanager
 def virtual_plant(
+    robot: str,
+    seed: int,
+    clock: str,
     overrides: Sequence[str],
     start_timeout: float,
     baud_rate: int,
@@ -137,15 +140,22 @@ def virtual_plant(
     """The plant behind the port of a virtual robot that lives as long as the body.
 
     Args:
-        overrides: for `twbal virtual-robot`, such as `seed=3`.
+        robot: which data sheet it starts from.
+        seed: of what it hides, its start poses and its noise.
+        clock: `lockstep` or `real_time`.
+        overrides: more settings of `twbal virtual-robot`, as on the command line.
         start_timeout: see `launch` [s].
-        baud_rate: see `SerialPlant` for this and the other times.
+        baud_rate: see `SerialTransport`.
+        connect_timeout: see `SerialPlant` for this and the next two [s].
+        arm_timeout: [s].
+        timeout: [s].
 
     Raises:
         LinkError: see `launch` and `SerialPlant`.
     """
+    settings = [f"robot={robot}", f"seed={seed}", f"clock={clock}", *overrides]
     with (
-        launch(virtual_robot_command(overrides), start_timeout) as port,
+        launch(virtual_robot_command(settings), start_timeout) as port,
         SerialPlant.open(port, baud_rate, connect_timeout, arm_timeout, timeout) as plant,
     ):
         yield plant

@@ -17,8 +17,8 @@ _LOOK_ROUND = 0.5  # longest wait before looking whether the parent lives [s]
 def serve(plant: Plant, identity: Identity, idle_timeout: float) -> None:
     """Be a robot behind a pseudo-terminal, until nobody needs it any more.
 
-    Prints `port <path>` once a host may open it. Returns when no host has had the port open for a while, when the process
-    that started this one has ended, or on SIGTERM; the plant is closed on every way out.
+    Prints `port <path>` once a host may open it. Returns when no host has had the port open for a while, when the
+    process that started this one has ended, or on SIGTERM; the plant is closed on every way out.
 
     Args:
         plant: what moves.
