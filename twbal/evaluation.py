@@ -60,7 +60,7 @@ def coverage95(predicted: Sequence[Gaussian], episodes: Sequence[Episode], measu
     Counted are all steps t = 1 .. H that the episodes reached; x_0 is given, not predicted.
 
     Args:
-        predicted: p(x_t) for t = 0 .. H, of D channels.
+        predicted: p(x_t) for t = 0 .. H, of D channels as the sensors show them: with their noise.
         episodes: trials of the policy that was predicted.
         measured: channels to count; past commands are no prediction.
 
@@ -85,13 +85,10 @@ def coverage95(predicted: Sequence[Gaussian], episodes: Sequence[Episode], measu
 
 
 def real_cost(episode: Episode, cost: StateCost, horizon: int) -> float:
-    """Long-term cost Σ_{t=1..H} c(x_t) of what the robot did (eq. 9, without expectation).
+    """Long-term cost Σ_{t=1..H} c(x_t) of what the robot did, H = `horizon` (eq. 9, without expectation).
 
     A step that the robot did not reach counts as 1, whatever ended the rollout: it is not balancing then. x_0 is left
     out, as no policy can change it; the cost lies in [0, H].
-
-    Args:
-        horizon: H, number of control periods that count.
     """
     states = episode.states[1 : horizon + 1]
     seen = float(np.sum(cost(states))) if len(states) else 0.0
@@ -101,10 +98,8 @@ def real_cost(episode: Episode, cost: StateCost, horizon: int) -> float:
 def positions(episode: Episode, wheel_radius: float) -> Array:
     """How far the axle has rolled since the start, (T + 1,) [m].
 
-    The encoders see the wheel relative to the body, so the wheel has turned by wheel angle + tilt over ground.
-
-    Args:
-        wheel_radius: of the data sheet [m].
+    The encoders see the wheel relative to the body, so over ground it has turned by wheel angle + tilt. `wheel_radius`
+    is that of the data sheet [m].
     """
     turned = episode.observations[:, _WHEEL_ANGLE] + episode.observations[:, _TILT]
     travelled: Array = wheel_radius * (turned - turned[0])

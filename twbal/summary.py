@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, get_args, get_origin, get_type_hints
 
 from twbal.errors import DataError
+from twbal.files import write_atomically
 
 _AMOUNTS = (
     "real_episodes",
@@ -139,7 +140,7 @@ class Summary:
 def write_summary(path: Path, summary: Summary) -> None:
     """Write `summary.json`."""
     text = json.dumps(asdict(summary), indent=2, ensure_ascii=False, allow_nan=False)
-    path.write_text(text + "\n", encoding="utf-8")
+    write_atomically(path, text + "\n")
 
 
 def read_summary(path: Path) -> Summary:

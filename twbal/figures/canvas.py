@@ -13,6 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from twbal.errors import ConfigError
+from twbal.files import write_atomically
 from twbal.palette import INK, LINE, MUTED, PAPER
 
 STYLE: Any = {  # Any: matplotlib's own type for this lists every setting of one version
@@ -112,11 +113,14 @@ def save(figure: Figure, path: Path, dots_per_inch: float = 160) -> None:
 
     Raises:
         ConfigError: the path ends in something else.
+        DataError: the file cannot be written.
     """
     if path.suffix == ".svg":
-        path.write_text(svg(figure), encoding="utf-8")
+        write_atomically(path, svg(figure))
     elif path.suffix == ".png":
+        pixels = io.BytesIO()
         with matplotlib.rc_context(STYLE):
-            figure.savefig(path, format="png", dpi=dots_per_inch, metadata={"Software": None})
+            figure.savefig(pixels, format="png", dpi=dots_per_inch, metadata={"Software": None})
+        write_atomically(path, pixels.getvalue())
     else:
         raise ConfigError(f"A figure is written as .svg or .png; found {path.name!r}.")

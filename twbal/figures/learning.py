@@ -29,7 +29,7 @@ def learning_curve_figure(summary: Summary) -> Figure:
 
 def _draw_successes(axes: Axes, summary: Summary) -> None:
     counts = [i.successes for i in summary.iterations]
-    most = max(1, *(i.trials for i in summary.iterations), 1)
+    most = max(1, *(i.trials for i in summary.iterations))
     colours = [GOOD.light if i.index == summary.best_iteration else MUTED.light for i in summary.iterations]
     bars = axes.bar(range(len(counts)), counts, width=0.6, color=colours)
     axes.bar_label(bars, [f"{i.successes}/{i.trials}" for i in summary.iterations], padding=2)
