@@ -70,17 +70,17 @@ def _unknown_stage(word: str) -> str:
 
 
 def _run(stage: str, words: list[str], program: str | None = None) -> int:
-    from twbal.stages import launch
+    from twbal.stages.launch import run_stage
 
     try:
-        launch.run_stage(stage, words, program or f"twbal {stage}")
+        run_stage(stage, words, program or f"twbal {stage}")
     except KeyboardInterrupt:
         print("twbal: stopped", file=sys.stderr)
         return 130
     except SystemExit as end:  # argparse and Hydra's own flags end this way
         return end.code if isinstance(end.code, int) else int(end.code is not None)
     except TwbalError as error:
-        if os.environ.get("TWBAL_DEBUG") == "1" or launch.full_errors_wanted():
+        if "1" in (os.environ.get("TWBAL_DEBUG"), os.environ.get("HYDRA_FULL_ERROR")):
             traceback.print_exception(error)
         print(f"twbal: error: {error}", file=sys.stderr)
         return 1

@@ -22,7 +22,7 @@ def load_policy(path: str | Path, channels: Sequence[str]) -> RbfPolicy:
     policy = RbfPolicy.from_payload(load_checkpoint(Path(path), "policy"))
     if policy.channels != tuple(channels):
         raise ConfigError(
-            f"The policy in {path} reads the state {', '.join(policy.channels)}; here the state is {', '.join(channels)}. "
+            f"The policy in {path} reads the state {', '.join(policy.channels)}; here it is {', '.join(channels)}. "
             "Choose the state that it was made with by state=..."
         )
     return policy

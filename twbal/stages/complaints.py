@@ -2,11 +2,12 @@
 
 import difflib
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from typing import Any
 
 from hydra import compose, initialize_config_dir
 from hydra.errors import InstantiationException, MissingConfigException, OverrideParseException
-from omegaconf import DictConfig, OmegaConf
+from omegaconf import OmegaConf
 from omegaconf.errors import MissingMandatoryValue, OmegaConfBaseException
 
 from twbal.configuration import conf_folder
@@ -49,13 +50,15 @@ def _no_such_choice(error: MissingConfigException) -> str:
     group, _, choice = (error.missing_cfg_file or "").rpartition("/")
     if not group or not error.options:
         return _line(error, 0)
-    return f"{group} has no choice {choice!r}{_guess(choice, error.options)}. The choices are: {', '.join(error.options)}."
+    return (
+        f"{group} has no choice {choice!r}{_guess(choice, error.options)}. The choices are: {', '.join(error.options)}."
+    )
 
 
 def _no_such_key(key: str, stage: str) -> str:
     with initialize_config_dir(str(conf_folder()), version_base="1.3"):
         cfg = compose(stage.replace("-", "_"))
-    known = list(_keys(cfg))
+    known = list(_keys(OmegaConf.to_container(cfg)))
     top = ", ".join(str(name) for name in cfg)
     guess = _guess(key, known)
     return f"{stage} has no setting {key!r}{guess}. Its settings are: {top}; `twbal {stage} --cfg job` shows all."
@@ -69,16 +72,15 @@ def _not_built(error: InstantiationException) -> str:
     return f"{what} cannot be built from its settings ({reason}). Is each of them of the right kind, and none left out?"
 
 
-def _keys(cfg: DictConfig, prefix: str = "") -> Iterator[str]:
-    """Every key, dotted."""
-    for name in cfg:
-        yield f"{prefix}{name}"
-        node = cfg._get_node(name)
-        if OmegaConf.is_dict(node) and not node._is_none() and not node._is_missing():
-            yield from _keys(node, f"{prefix}{name}.")
+def _keys(tree: Any) -> Iterator[str]:
+    """Every key of nested dicts, dotted."""
+    for name, value in tree.items():
+        yield str(name)
+        if isinstance(value, dict):
+            yield from (f"{name}.{inner}" for inner in _keys(value))
 
 
-def _guess(word: str, known: list[str]) -> str:
+def _guess(word: str, known: Sequence[str]) -> str:
     whole = difflib.get_close_matches(word, known, n=1)
     ends = {name.split(".")[-1]: name for name in reversed(known)}
     near = whole or [ends[end] for end in difflib.get_close_matches(word.split(".")[-1], ends, n=1)]

@@ -3,6 +3,8 @@
 import importlib
 import os
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 import hydra
 from hydra.core.hydra_config import HydraConfig
@@ -15,24 +17,18 @@ from twbal.configuration import conf_folder
 from twbal.stages.complaints import complaint
 
 _FULL_ERROR = "HYDRA_FULL_ERROR"
-_asked_for_full_errors = os.environ.get(_FULL_ERROR) == "1"
 
 
 class StageFailed(BaseException):
     """Carries a stage's error past Hydra, which would print its own line about it first.
 
-    Not an `Exception`, so that Hydra lets it pass. Only for single runs: in a sweep Hydra must see that a job failed, to go
-    on with the others.
+    Not an `Exception`, so that Hydra lets it pass. Only for single runs: in a sweep Hydra must see that a job failed,
+    to go on with the others.
     """
 
     def __init__(self, error: Exception) -> None:
         super().__init__(str(error))
         self.error = error
-
-
-def full_errors_wanted() -> bool:
-    """Whether the person asked for tracebacks, before this module turned Hydra's own printing off."""
-    return _asked_for_full_errors
 
 
 def run_stage(stage: str, words: list[str], program: str) -> None:
@@ -48,25 +44,40 @@ def run_stage(stage: str, words: list[str], program: str) -> None:
         SystemExit: a flag of Hydra's ended the run.
     """
     name = stage.replace("-", "_")
-    # Hydra then raises errors instead of printing them and leaving.
-    os.environ[_FULL_ERROR] = "1"
     sys.argv = [program, *words]
+    asked = os.environ.get(_FULL_ERROR)
 
     def task(cfg: DictConfig) -> None:
         try:
             # Imported here: help, tab completion and --cfg need none of the libraries that a stage works with.
-            importlib.import_module(f"twbal.stages.{name}").main(cfg)
+            with _full_error(asked):  # for processes that the stage starts
+                importlib.import_module(f"twbal.stages.{name}").main(cfg)
         except Exception as error:
             if HydraConfig.get().mode == RunMode.MULTIRUN:
                 raise
             raise StageFailed(error) from error
 
     try:
-        hydra.main(version_base="1.3", config_path=str(conf_folder()), config_name=name)(task)()
+        with _full_error("1"):  # Hydra then raises errors instead of printing them and leaving
+            hydra.main(version_base="1.3", config_path=str(conf_folder()), config_name=name)(task)()
     except StageFailed as failed:
         raise _translated(failed.error, stage) from failed.error
     except (HydraException, OmegaConfBaseException) as error:
         raise complaint(error, stage) from error
+
+
+@contextmanager
+def _full_error(value: str | None) -> Iterator[None]:
+    """Set Hydra's variable for the length of the body; None takes it away."""
+    before = os.environ.pop(_FULL_ERROR, None)
+    try:
+        if value is not None:
+            os.environ[_FULL_ERROR] = value
+        yield
+    finally:
+        os.environ.pop(_FULL_ERROR, None)
+        if before is not None:
+            os.environ[_FULL_ERROR] = before
 
 
 def _translated(error: Exception, stage: str) -> Exception:

@@ -81,9 +81,9 @@ class Manifest:
 def perform(step: Step, work: Callable[[], Sequence[Path]]) -> Manifest:
     """Do `work`, unless the manifest in the step's folder says that it is done already.
 
-    The manifest is written before the work (not complete) and after it (complete). A process killed in between leaves the
-    first one: the next go does the work again in the same folder, and may use what lies there, as it is of the same
-    settings and inputs.
+    The manifest is written before the work (not complete) and after it (complete). A process killed in between leaves
+    the first one: the next go does the work again in the same folder, and may use what lies there, as it is of the
+    same settings and inputs.
 
     Args:
         step: what decides the result.
@@ -169,9 +169,13 @@ def _other_work(step: Step, inputs: Mapping[str, tuple[FileRecord, ...]], before
     """Why `before` is not a manifest of `step`."""
     if before.stage != step.stage:
         what = f"stage {before.stage}"
-    elif before.settings != step.settings or before.seed != step.seed:
+    elif before.seed != step.seed:
+        what = f"seed {before.seed}"
+    elif before.settings != step.settings:
         old, new = before.settings.splitlines(), step.settings.splitlines()
-        changed = [line.strip() for line in new if line not in old] + [f"seed: {step.seed}"] * (before.seed != step.seed)
+        changed = [line.strip() for line in new if line not in old] + [f"seed: {step.seed}"] * (
+            before.seed != step.seed
+        )
         what = f"other settings (now new: {', '.join(changed[:3]) or 'some are gone'})"
     elif inputs != before.inputs:
         what = "other inputs"

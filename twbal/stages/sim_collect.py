@@ -48,9 +48,7 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
     make_plant = partial(
         SimPlant, robot=robot, effects=effects, start=start, physics_step=physics_step, seed=settings.seed
     )
-    plan = RolloutPlan(
-        make_plant, instantiate(cfg.policy), instantiate(cfg.state), settings.steps, settings.tilt_limit
-    )
+    plan = RolloutPlan(make_plant, instantiate(cfg.policy), instantiate(cfg.state), settings.steps, settings.tilt_limit)
     provenance = Provenance(
         robot=robot.name,
         source="simulation",

@@ -1,0 +1,21 @@
+from pathlib import Path
+
+import pytest
+from hydra.utils import instantiate
+from omegaconf import OmegaConf
+
+CONF = Path(__file__).parents[1] / "conf"
+
+
+def from_yaml(name):
+    return instantiate(OmegaConf.load(CONF / name))
+
+
+@pytest.fixture(scope="session")
+def paper():
+    return from_yaml("robot/paper.yaml")
+
+
+@pytest.fixture(scope="session")
+def regbot():
+    return from_yaml("robot/regbot.yaml")

@@ -1,0 +1,225 @@
+import os
+import re
+import subprocess
+import sys
+
+import pytest
+
+from twbal import __version__
+from twbal.cli import STAGES, main, usage
+from twbal.configuration import conf_folder
+from twbal.errors import ConfigError, LinkError
+
+
+@pytest.fixture(autouse=True)
+def as_from_a_shell(monkeypatch, tmp_path):
+    """A stage sets sys.argv; what it writes goes to an empty folder."""
+    monkeypatch.setattr(sys, "argv", ["twbal"])
+    monkeypatch.delenv("HYDRA_FULL_ERROR", raising=False)
+    monkeypatch.delenv("TWBAL_DEBUG", raising=False)
+    monkeypatch.chdir(tmp_path)
+
+
+@pytest.fixture
+def stage(monkeypatch):
+    """Stands in for the stage sim-collect: calls the function that the test puts in."""
+    module = type(sys)("twbal.stages.sim_collect")
+    monkeypatch.setitem(sys.modules, "twbal.stages.sim_collect", module)
+    return module
+
+
+def only_error(capsys) -> str:
+    """The one line on stderr, without its prefix."""
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == 1, lines
+    assert lines[0].startswith("twbal: error: ")
+    return lines[0].removeprefix("twbal: error: ")
+
+
+def test_help_lists_every_stage(capsys):
+    assert main(["--help"]) == 0
+    said = capsys.readouterr().out
+    assert said == usage()
+    assert all(re.search(rf"^  {name} +\w", said, re.MULTILINE) for name in STAGES)
+
+
+def test_no_stage_at_all_is_misuse(capsys):
+    assert main([]) == 2
+    assert capsys.readouterr().err == usage()
+
+
+def test_version(capsys):
+    assert main(["--version"]) == 0
+    assert capsys.readouterr().out == f"twbal {__version__}\n"
+
+
+def test_help_imports_nothing_heavy():
+    code = "import sys, twbal.cli; twbal.cli.main(['--help']); print(*sys.modules)"
+    out = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, env=environment()
+    ).stdout
+    loaded = set(out.splitlines()[-1].split())
+    assert not loaded & {"hydra", "omegaconf", "numpy", "torch", "pybullet", "scipy", "matplotlib"}
+
+
+@pytest.mark.parametrize("flags", [["--help"], ["--cfg", "job"]])
+def test_help_of_a_stage_does_not_import_the_stage(stage, flags, capsys):
+    assert main(["sim-collect", *flags]) == 0  # the stand-in has no main that could be called
+    assert "rollouts: 20" in capsys.readouterr().out
+
+
+def test_an_unknown_stage_suggests_the_near_one_and_lists_all(capsys):
+    assert main(["sim_colect"]) == 2
+    said = only_error(capsys)
+    assert "did you mean 'sim-collect'" in said
+    assert all(name in said for name in STAGES)
+
+
+@pytest.mark.parametrize(
+    ("word", "expected"),
+    [
+        ("rolouts=3", "no setting 'rolouts' (did you mean 'rollouts'?)"),
+        ("robt=paper", "no setting 'robt' (did you mean 'robot'?)"),
+        ("robot.body_mas=3", "no setting 'robot.body_mas' (did you mean 'robot.body_mass'?)"),
+        ("body_mass=3", "no setting 'body_mass' (did you mean 'robot.body_mass'?)"),
+        ("~rolouts", "no setting 'rolouts' (did you mean 'rollouts'?)"),
+        ("robot=papr", "robot has no choice 'papr' (did you mean 'paper'?). The choices are: paper, regbot."),
+        ("rollouts", "'rollouts' is not an override; expected key=value"),
+    ],
+)
+def test_a_misspelt_override_is_one_clear_error(word, expected, capsys):
+    assert main(["sim-collect", word]) == 1
+    assert expected in only_error(capsys)
+
+
+def test_an_unknown_flag_is_misuse(capsys):
+    assert main(["sim-collect", "--fast"]) == 2
+    assert "unrecognized arguments: --fast" in capsys.readouterr().err
+
+
+def test_an_error_of_ours_is_one_line_and_exit_code_1(stage, capsys):
+    def fail(cfg):
+        raise LinkError("no robot on that port")
+
+    stage.main = fail
+    assert main(["sim-collect"]) == 1
+    assert only_error(capsys) == "no robot on that port"
+
+
+@pytest.mark.parametrize("variable", ["TWBAL_DEBUG", "HYDRA_FULL_ERROR"])
+def test_a_traceback_is_to_be_had(variable, tmp_path):
+    words = [sys.executable, "-m", "twbal", "sim-collect", "robot.body_mass=-1"]
+    done = subprocess.run(words, capture_output=True, text=True, env=environment(**{variable: "1"}), cwd=tmp_path)
+    assert done.returncode == 1
+    assert "Traceback" in done.stderr
+    assert done.stderr.splitlines()[-1].startswith("twbal: error: body_mass")
+
+
+def test_processes_that_a_stage_starts_print_errors_as_usual(stage):
+    seen = []
+    stage.main = lambda cfg: seen.append(os.environ.get("HYDRA_FULL_ERROR"))
+    assert main(["sim-collect"]) == 0
+    assert seen == [None]
+
+
+def test_an_error_of_ours_within_the_building_of_parts_comes_out_bare(stage, capsys):
+    from hydra.utils import instantiate
+
+    stage.main = lambda cfg: instantiate(cfg.robot)
+    assert main(["sim-collect", "robot.body_mass=-1"]) == 1
+    assert only_error(capsys) == "body_mass of robot 'paper' must be positive and finite; found -1."
+
+
+def test_a_part_that_cannot_be_built_is_named(stage, capsys):
+    from hydra.utils import instantiate
+
+    stage.main = lambda cfg: instantiate(cfg.robot)
+    assert main(["sim-collect", "+robot.colour=red"]) == 1
+    said = only_error(capsys)
+    assert said.startswith("robot cannot be built")
+    assert "colour" in said
+
+
+def test_a_missing_value_names_the_setting(stage, capsys):
+    stage.main = lambda cfg: cfg.seed
+    assert main(["sim-collect", "seed=???"]) == 1
+    assert only_error(capsys).startswith("sim-collect needs seed=...")
+
+
+def test_a_bug_keeps_its_traceback(stage):
+    def fail(cfg):
+        raise ZeroDivisionError("a bug")
+
+    stage.main = fail
+    with pytest.raises(ZeroDivisionError):
+        main(["sim-collect"])
+
+
+def test_ctrl_c_exits_130(stage, capsys):
+    def stop(cfg):
+        raise KeyboardInterrupt
+
+    stage.main = stop
+    assert main(["sim-collect"]) == 130
+    assert capsys.readouterr().err == "twbal: stopped\n"
+
+
+def test_a_failed_job_does_not_keep_a_sweep_from_the_others(stage, capsys):
+    seen = []
+
+    def fail_once(cfg):
+        seen.append(cfg.seed)
+        if cfg.seed == 1:
+            raise ConfigError("not this one")
+
+    stage.main = fail_once
+    assert main(["sim-collect", "-m", "seed=1,2,3"]) == 1
+    assert seen == [1, 2, 3]
+    assert "twbal: error: not this one" in capsys.readouterr().err
+
+
+def test_two_runs_at_once_have_folders_of_their_own(stage):
+    from twbal.stages.closing import run_folder
+
+    folders = []
+    stage.main = lambda cfg: folders.append(run_folder())
+    for _ in range(3):
+        assert main(["sim-collect"]) == 0
+    assert len(set(folders)) == 3
+    assert all(re.fullmatch(r"outputs/sim-collect/[-\d]+_[-\d]+", str(folder)) for folder in folders)
+    assert all((folder / ".hydra" / "config.yaml").is_file() for folder in folders)
+
+
+@pytest.mark.parametrize(
+    ("line", "expected"),
+    [
+        ("twbal ", set(STAGES)),
+        ("twbal sim", set(STAGES)),
+        ("twbal sim-collect robot=", {"robot=paper", "robot=regbot"}),
+        ("twbal sim-collect roll", {"rollouts="}),
+    ],
+)
+def test_tab_completion(line, expected, monkeypatch, capsys):
+    monkeypatch.setenv("COMP_LINE", line)
+    assert main(["-sc", "query=bash"]) == 0
+    assert set(capsys.readouterr().out.split()) == expected
+
+
+def test_the_completion_script_is_for_twbal(capsys):
+    assert main(["--shell-completion", "install=bash"]) == 0
+    assert capsys.readouterr().out.splitlines()[-1].endswith("hydra_bash_completion twbal")
+
+
+def test_configuration_of_ones_own(stage, tmp_path):
+    (tmp_path / "mine" / "robot").mkdir(parents=True)
+    text = (conf_folder() / "robot" / "paper.yaml").read_text().replace("name: paper", "name: mine")
+    (tmp_path / "mine" / "robot" / "mine.yaml").write_text(text)
+    names = []
+    stage.main = lambda cfg: names.append(cfg.robot.name)
+    assert main(["sim-collect", f"--config-dir={tmp_path / 'mine'}", "robot=mine"]) == 0
+    assert names == ["mine"]
+
+
+def environment(**more: str) -> dict[str, str]:
+    clean = {name: value for name, value in os.environ.items() if name != "HYDRA_FULL_ERROR"}
+    return clean | {"PYTHONPATH": os.pathsep.join(sys.path)} | more
