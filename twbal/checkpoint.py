@@ -56,8 +56,8 @@ def load_checkpoint(path: Path, kind: str) -> dict[str, Any]:
         kind: what the caller needs ("model", "policy").
 
     Raises:
-        CheckpointError: the file is missing, cut, damaged, of another kind or version, not a checkpoint, or needs code to
-            load.
+        CheckpointError: the file is missing, cut, damaged, not a checkpoint, of another kind or schema version, or needs
+            code to load.
     """
     content = _load_tensors(path, _read_zip(path))
     if not isinstance(content, dict) or content.get("format") != FORMAT:
@@ -155,8 +155,8 @@ def _load_tensors(path: Path, data: bytes) -> Any:
     except pickle.UnpicklingError as error:
         needed = re.search(r"GLOBAL (\S+)", str(error))
         raise CheckpointError(
-            f"Checkpoint {path} needs code to load ({needed.group(1) if needed else 'an unknown object'}) and is refused: "
-            "loading it could run anything. A checkpoint of twbal holds tensors and plain values only."
+            f"Checkpoint {path} needs code to load ({needed.group(1) if needed else 'an unknown object'}) and is "
+            "refused: loading it could run anything. A checkpoint of twbal holds tensors and plain values only."
         ) from error
     except Exception as error:  # torch lets errors of many kinds through on zips that it did not write
         raise CheckpointError(f"{path} is a zip file, but not a checkpoint ({error}).") from error

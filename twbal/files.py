@@ -14,8 +14,8 @@ from twbal.errors import DataError
 def replacing(path: Path) -> Iterator[BinaryIO]:
     """Open a file that takes the place of `path` once it is written, flushed to the disk and closed.
 
-    A process killed on the way leaves the old file, if there was one, and at most a hidden `.partial` beside it. Missing
-    parent folders are made.
+    A process killed on the way leaves the old file, if there was one, and at most a hidden `.partial` beside it.
+    Missing parent folders are made.
 
     Raises:
         DataError: the file cannot be written.
@@ -31,7 +31,7 @@ def replacing(path: Path) -> Iterator[BinaryIO]:
         _sync_folder(path.parent)
     except OSError as error:
         raise DataError(
-            f"Cannot write {path}: {error.strerror or error}. Is there room on the disk, and may you write to {path.parent}?"
+            f"Cannot write {path}: {error.strerror or error}. Is there room on the disk, and may you write there?"
         ) from error
     finally:
         with suppress(OSError):
