@@ -2,8 +2,8 @@ r"""Equations of motion of a wheeled inverted pendulum in its plane.
 
 Coordinates are the tilt θ of the body from the vertical and the angle φ that the wheels have turned in space (not
 relative to the body); the wheels roll without slip, so the axle moves by r φ. The centre of mass stands at the angle
-α = θ + δ from the vertical, δ being the robot's `com_offset`, at the distance l from the axle. With m, I the body's mass
-and inertia about its centre of mass and m_w, I_w those of each wheel, the kinetic and potential energies are
+α = θ + δ from the vertical, δ being the robot's `com_offset`, at the distance l from the axle. With m, I the body's
+mass and inertia about its centre of mass and m_w, I_w those of each wheel, the kinetic and potential energies are
 
     T = ½ a φ̇² + b cos α φ̇ θ̇ + ½ c θ̇²,   V = d cos α,
     a = (m + 2 m_w) r² + 2 I_w,   b = m l r,   c = I + m l²,   d = m g l,

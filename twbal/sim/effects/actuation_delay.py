@@ -14,8 +14,8 @@ class ActuationDelay(ActuatorEffect):
     """Commands act `delay` late; the motors are idle until the first one arrives.
 
     It acts on the command, before the driver. Of a physics step that the delay cuts in two, the mean torque is applied,
-    so the robot changes smoothly with the delay. It cannot be told from the same delay of all sensors, and hardly from a
-    motor lag.
+    so the robot changes smoothly with the delay. It cannot be told from the same delay of all sensors, and hardly from
+    a motor lag.
 
     Attributes:
         delay: [s]; any fraction of a control period.

@@ -10,8 +10,8 @@ from twbal.sim.effects.effect import BodyEffect
 class BodyMass(BodyEffect):
     """The body's mass, and its inertia with it, are `factor` times the data sheet's.
 
-    It acts on the body. With all frictions and the wheels' masses scaled alike it would be the inverse of a torque gain,
-    and it can hardly be told from one.
+    It acts on the body. With all frictions and the wheels' masses scaled alike it would be the inverse of a torque
+    gain, and it can hardly be told from one.
 
     Attributes:
         factor: true mass over the data sheet's.

@@ -10,8 +10,8 @@ from twbal.sim.effects.effect import BodyEffect
 class ComOffset(BodyEffect):
     """The centre of mass, seen from the axle, lies further in front by `angle`: the robot balances at tilt -angle.
 
-    It acts on the body. It cannot be told from a tilt sensor mounted askew, nor, where the robot never turns round, from
-    a slope together with a constant torque.
+    It acts on the body. It cannot be told from a tilt sensor mounted askew, nor, where the robot never turns round,
+    from a slope together with a constant torque.
 
     Attributes:
         angle: [rad]; positive leans it forward.

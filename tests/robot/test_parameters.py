@@ -1,0 +1,52 @@
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+
+from twbal.errors import ConfigError
+from twbal.robot.parameters import parameter_hash
+from twbal.sim.effects.body_mass import BodyMass
+from twbal.sim.effects.com_height import ComHeight
+
+NUMBERS = ["body_mass", "com_height", "body_inertia_pitch", "wheel_radius", "track", "torque_limit", "control_period"]
+
+
+@pytest.mark.parametrize("name", NUMBERS)
+@pytest.mark.parametrize("value", [0.0, -1.0, float("nan"), float("inf")])
+def test_a_value_that_no_robot_has_is_refused_by_name(paper, name, value):
+    with pytest.raises(ConfigError, match=f"{name} of robot 'paper' must be positive and finite; found {value}"):
+        replace(paper, **{name: value})
+
+
+def test_an_offset_in_degrees_is_suspected(paper):
+    with pytest.raises(ConfigError, match="in degrees"):
+        replace(paper, com_offset=5.0)
+
+
+def test_robots_of_the_data_sheets_obey_the_triangle_inequality(paper, regbot):
+    for robot in (paper, regbot):
+        inertias = sorted([robot.body_inertia_pitch, robot.body_inertia_roll, robot.body_inertia_yaw])
+        assert inertias[0] + inertias[1] >= inertias[2]
+
+
+def test_hash_changes_with_every_value(paper):
+    seen = {
+        parameter_hash(paper, [], 0.001),
+        parameter_hash(paper, [], 0.0005),
+        parameter_hash(paper, [BodyMass(1.1)], 0.001),
+    }
+    for field in fields(paper):
+        value = getattr(paper, field.name)
+        other = value + "_2" if isinstance(value, str) else value + 1e-9
+        seen.add(parameter_hash(replace(paper, **{field.name: other}), [], 0.001))
+    assert len(seen) == 3 + len(fields(paper))
+
+
+def test_hash_tells_effects_with_equal_values_apart(paper):
+    assert parameter_hash(paper, [BodyMass(1.1)], 0.001) != parameter_hash(paper, [ComHeight(1.1)], 0.001)
+
+
+def test_hash_ignores_order_and_kind_of_number(paper):
+    one, other = BodyMass(2.0), ComHeight(1.1)
+    expected = parameter_hash(paper, [one, other], 0.001)
+    assert parameter_hash(paper, [other, BodyMass(2)], np.float64(0.001)) == expected

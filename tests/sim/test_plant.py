@@ -1,0 +1,121 @@
+import pickle
+from functools import partial
+
+import numpy as np
+import pytest
+
+from twbal.errors import ConfigError
+from twbal.robot.start_pose import StartPose
+from twbal.sim.effects.actuation_delay import ActuationDelay
+from twbal.sim.effects.coulomb_friction import CoulombFriction
+from twbal.sim.effects.dead_zone import DeadZone
+from twbal.sim.effects.motor_lag import MotorLag
+from twbal.sim.effects.sensor_noise import SensorNoise
+from twbal.sim.plant import SimPlant
+
+START = StartPose(-0.17, 0.02, 0.1, 0.1)
+NOISE = SensorNoise(tilt=0.003, tilt_rate=0.02, acceleration=0.3, wheel_angle=0.001, wheel_rate=0.05, yaw_rate=0.02)
+STATEFUL = [ActuationDelay(0.025), MotorLag(0.02), DeadZone(0.5), CoulombFriction(0.1), NOISE]
+
+
+def plant(robot, effects=(), start=START, physics_step=0.001, seed=0):
+    return SimPlant(robot=robot, effects=effects, start=start, physics_step=physics_step, seed=seed)
+
+
+def drive(simulated, trial, commands):
+    seen = [simulated.reset(trial)]
+    seen += [simulated.step(u) for u in commands]
+    return np.array(seen)
+
+
+COMMANDS = 4 * np.sin(np.arange(15))
+
+
+def test_a_trial_is_the_same_bits_whatever_ran_before(paper):
+    with plant(paper, STATEFUL) as used, plant(paper, STATEFUL) as other, plant(paper, STATEFUL) as fresh:
+        for trial in (0, 3, 1):
+            drive(used, trial, 5 * COMMANDS[: 5 + trial])
+        other.reset(7)
+        expected = drive(fresh, 2, COMMANDS)
+        assert np.array_equal(drive(used, 2, COMMANDS), expected)
+        assert np.array_equal(drive(used, 2, COMMANDS), expected)
+
+
+def test_two_robots_in_one_process_do_not_meet(paper, regbot):
+    with plant(paper) as alone:
+        expected = drive(alone, 0, COMMANDS)
+    with plant(regbot) as small, plant(paper) as big:
+        small.reset(0)
+        seen = [big.reset(0)]
+        for u in COMMANDS:
+            small.step(0.02 * u)
+            seen.append(big.step(u))
+    assert np.array_equal(np.array(seen), expected)
+
+
+def test_trials_and_seeds_differ(paper):
+    with plant(paper, seed=0) as one, plant(paper, seed=1) as other:
+        tilts = {one.reset(0).tilt, one.reset(1).tilt, other.reset(0).tilt, other.reset(1).tilt}
+    assert len(tilts) == 4
+
+
+def test_the_first_observation_is_the_drawn_start(regbot):
+    with plant(regbot, seed=5) as simulated:
+        seen = simulated.reset(2)
+    stance = START.draw(np.random.default_rng([5, 2]))
+    assert seen.tilt == pytest.approx(stance.tilt, abs=1e-12)
+    assert seen.tilt_rate == pytest.approx(stance.tilt_rate, abs=1e-12)
+    assert regbot.wheel_radius * (seen.wheel_rate + seen.tilt_rate) == pytest.approx(stance.speed, abs=1e-9)
+    assert (seen.time, seen.acceleration, seen.wheel_angle, seen.yaw_rate) == (0, 0, 0, 0)
+
+
+def test_wheels_roll_without_slip_and_acceleration_is_the_change_of_speed(paper):
+    with plant(paper) as simulated:
+        seen = drive(simulated, 0, COMMANDS[:5])
+    speed = paper.wheel_radius * (seen[:, 5] + seen[:, 2])
+    np.testing.assert_allclose(seen[1:, 3], np.diff(speed) / paper.control_period, atol=5e-3)
+    np.testing.assert_allclose(np.diff(seen[:, 0]), paper.control_period, rtol=1e-12)
+
+
+def test_positive_command_drives_the_wheels_forward_and_the_body_back(paper):
+    with plant(paper, start=StartPose(0, 0, 0, 0)) as simulated:
+        seen = drive(simulated, 0, [3.0] * 5)[-1]
+    assert seen[2] < 0 < seen[3]
+    assert seen[1] < 0 < seen[4]
+
+
+def test_commands_are_cut_at_the_torque_limit(paper):
+    with plant(paper) as simulated:
+        assert np.array_equal(drive(simulated, 0, [1e6, -1e6]), drive(simulated, 0, [20, -20]))
+
+
+def test_it_keeps_straight_ahead_and_on_the_ground(paper):
+    with plant(paper) as simulated:
+        seen = drive(simulated, 0, COMMANDS)
+    assert np.abs(seen[:, 6]).max() < 1e-5
+
+
+def test_halving_the_physics_step_changes_little(paper):
+    with plant(paper) as coarse, plant(paper, physics_step=0.0005) as fine:
+        gap = np.abs(drive(coarse, 0, COMMANDS[:8]) - drive(fine, 0, COMMANDS[:8])).max(0)
+    assert 0 < gap[1] < 1e-3
+    assert gap[2] < 1e-2
+
+
+def test_a_physics_step_that_rolls_wrongly_is_refused(paper):
+    with pytest.raises(ConfigError, match=r"at most 0.001 s; found 0.002 s"):
+        plant(paper, physics_step=0.002)
+
+
+def test_a_recipe_for_a_plant_travels_between_processes(paper):
+    recipe = partial(SimPlant, robot=paper, effects=STATEFUL, start=START, physics_step=0.001, seed=3)
+    with recipe() as here, pickle.loads(pickle.dumps(recipe))() as there:
+        assert np.array_equal(drive(here, 1, COMMANDS), drive(there, 1, COMMANDS))
+
+
+def test_closing_twice_is_safe(paper):
+    simulated = plant(paper)
+    simulated.reset(0)
+    simulated.stop()
+    simulated.close()
+    simulated.close()
