@@ -1,7 +1,8 @@
 """The search for a GP's hyper-parameters, with the care that keeps such fits from going wrong."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 import scipy.optimize
@@ -10,8 +11,13 @@ from twbal.errors import ConfigError, FitError
 from twbal.gaussian import Array
 from twbal.models.evidence import Evidence
 
+LogEvidence = Callable[[Array], tuple[float, Array]]
+"""Log evidence of one output [nats], or a bound on it, and its gradient (d + 2,), at a θ of `Evidence`."""
+
 PENALTY_POWER = 30  # PILCO's hypCurb: nearly nothing inside the limit, a wall beyond it
 WALL = 1.25  # the search box, in units of the limits' logarithms; the penalty there is 1.25³⁰ = 800 nats
+NOISE_BOX = (-25.0, 10.0)  # of log σ/std(y)
+START_NOISE = 0.1  # σ/std(y)
 MUTE_TARGET_SD = 1e-6  # stands for the spread of a target that is zero throughout
 
 
@@ -96,36 +102,67 @@ class Hyperparameters(NamedTuple):
         ratio = self.signal_variance[output] / noise
         return np.concatenate([np.log(self.length_scales[output]), 0.5 * np.log([ratio, noise])])
 
+    @classmethod
+    def from_thetas(cls, thetas: Array) -> Self:
+        """From the coordinates of E outputs, (E, d + 2)."""
+        noise = np.exp(2.0 * thetas[:, -1])
+        return cls(np.exp(thetas[:, :-2]), noise * np.exp(2.0 * thetas[:, -2]), noise)
 
-class _Objective:
-    """Negative log posterior of one output's θ, in units where X and y have standard deviation 1."""
+
+class Objective:
+    """What the search minimises: minus evidence, plus penalties, minus log prior, for one output.
+
+    Its coordinates are those of `Evidence` less `origin`, so that they are 0 at ℓ = std(X), α/σ = 1 and σ = std(y).
+    """
 
     def __init__(
         self, inputs: Array, target: Array, settings: FitSettings, length_scales: Array, noise_sd: float
     ) -> None:
+        """Take the scales from the data, inputs (n, d) and target (n,); the priors are relative to the last two."""
         d = inputs.shape[1]
-        self._evidence = Evidence(inputs, target)
-        snr, scale = np.log(settings.max_signal_to_noise), np.log(settings.max_relative_length_scale)
-        self._limits = np.concatenate([np.full(d, scale), [snr]])  # of |log ℓ| and |log α/σ|
+        self.origin = np.concatenate([np.log(spread(inputs)), [0.0, np.log(_target_spread(target))]])
+        scale, ratio = np.log(settings.max_relative_length_scale), np.log(settings.max_signal_to_noise)
+        self._limits = np.concatenate([np.full(d, scale), [ratio]])  # of |log ℓ| and |log α/σ|
         self._centre, self._precision = np.zeros(d + 2), np.zeros(d + 2)
         if settings.length_scale_prior:
-            self._centre[:d] = np.log(length_scales) + settings.length_scale_prior.log_mean
+            self._centre[:d] = np.log(length_scales) - self.origin[:d] + settings.length_scale_prior.log_mean
             self._precision[:d] = settings.length_scale_prior.log_sd**-2
         if settings.noise_prior:
-            self._centre[-1] = np.log(noise_sd) + settings.noise_prior.log_mean
+            self._centre[-1] = np.log(noise_sd) - self.origin[-1] + settings.noise_prior.log_mean
             self._precision[-1] = settings.noise_prior.log_sd**-2
 
-    @property
-    def bounds(self) -> list[tuple[float, float]]:
-        return [(-WALL * limit, WALL * limit) for limit in self._limits] + [(-25.0, 10.0)]
+    def minimise(self, evidence: LogEvidence, start: Array, iterations: int) -> "Minimum":
+        """Search with L-BFGS from `start` (d + 2,), in the coordinates of this objective."""
+        bounds = [(-WALL * limit, WALL * limit) for limit in self._limits] + [NOISE_BOX]
+        found = scipy.optimize.minimize(
+            lambda theta: self._value(evidence, theta),
+            np.clip(start, *np.transpose(bounds)),
+            jac=True,
+            method="L-BFGS-B",
+            bounds=bounds,
+            options={"maxiter": iterations, "maxcor": 20, "ftol": 1e-9, "gtol": 1e-3},
+        )
+        return Minimum(float(found.fun), found.x)
 
-    def __call__(self, theta: Array) -> tuple[float, Array]:
-        value, slope = self._evidence(theta)
+    def _value(self, evidence: LogEvidence, theta: Array) -> tuple[float, Array]:
+        value, slope = evidence(theta + self.origin)
         ratio = theta[:-1] / self._limits
         penalty_slope = np.append(PENALTY_POWER * ratio ** (PENALTY_POWER - 1) / self._limits, 0.0)
         away = theta - self._centre
-        value -= np.sum(ratio**PENALTY_POWER) + 0.5 * np.sum(self._precision * away**2)
-        return -value, -(slope - penalty_slope - self._precision * away)
+        penalty = np.sum(ratio**PENALTY_POWER) + 0.5 * np.sum(self._precision * away**2)
+        return float(penalty - value), penalty_slope + self._precision * away - slope
+
+
+class Minimum(NamedTuple):
+    """Where one search ended.
+
+    Attributes:
+        value: of the objective [nats].
+        theta: (d + 2,), in the coordinates of the objective.
+    """
+
+    value: float
+    theta: Array
 
 
 def fit_hyperparameters(
@@ -143,22 +180,45 @@ def fit_hyperparameters(
     Raises:
         FitError: too few samples, shapes that do not fit, a value that is not finite.
     """
-    _check(inputs, targets)
+    check_samples(inputs, targets)
     rng = np.random.default_rng(seed)
-    input_sd = spread(inputs)
-    centred = (inputs - inputs.mean(axis=0)) / input_sd
-    moving = np.ptp(inputs, axis=0) > 0.0
-    thetas, target_sds = [], []
-    for a, target in enumerate(targets.T):
-        target_sd = _target_spread(target)
-        scales = np.ones(inputs.shape[1]) if reference is None else reference.length_scales[a] / input_sd
-        noise_sd = 0.1 if reference is None else reference.noise_sd[a] / target_sd
-        thetas.append(_search(centred, target / target_sd, settings, scales, noise_sd, moving, rng))
-        target_sds.append(target_sd)
-    theta = np.array(thetas)
-    noise = np.exp(theta[:, -1]) * np.array(target_sds)
-    signal = np.exp(theta[:, -2]) * noise
-    return Hyperparameters(np.exp(theta[:, :-2]) * input_sd, signal**2, noise**2)
+    thetas = []
+    for objective, target in zip(objectives(inputs, targets, settings, reference), targets.T, strict=True):
+        thetas.append(_search(objective, inputs, target, settings, rng) + objective.origin)
+    return Hyperparameters.from_thetas(np.array(thetas))
+
+
+def objectives(inputs: Array, targets: Array, settings: FitSettings, reference: Reference | None) -> list[Objective]:
+    """One objective an output, for inputs (n, d) and targets (n, E)."""
+    if reference is None:
+        noise_sd = np.array([_target_spread(target) for target in targets.T]) * START_NOISE
+        reference = Reference(np.tile(spread(inputs), (targets.shape[1], 1)), noise_sd)
+    return [
+        Objective(inputs, target, settings, length_scales, float(noise_sd))
+        for target, length_scales, noise_sd in zip(targets.T, *reference, strict=True)
+    ]
+
+
+def _search(
+    objective: Objective, inputs: Array, target: Array, settings: FitSettings, rng: np.random.Generator
+) -> Array:
+    """The best of several searches, (d + 2,), in the coordinates of the objective."""
+    n, d = inputs.shape
+    start = np.append(np.zeros(d), np.log([1.0 / START_NOISE, START_NOISE]))
+    moving = np.append(np.ptp(inputs, axis=0) > 0.0, [True, True])  # the data say nothing about the other inputs
+    away = settings.perturbation * rng.standard_normal((settings.starts, d + 2)) * moving
+    chosen = rng.permutation(n)[: settings.screening_points]
+    if not target.any():
+        return start
+    starts = np.vstack([start, start + away[1:]])
+    if len(chosen) < n:
+        screen = Evidence(inputs[chosen], target[chosen])
+        results = [objective.minimise(screen, theta, settings.iterations) for theta in starts]
+        results.sort(key=lambda minimum: minimum.value)
+        starts = np.array([minimum.theta for minimum in results[: settings.finalists]])
+    evidence = Evidence(inputs, target)
+    results = [objective.minimise(evidence, theta, settings.iterations) for theta in starts]
+    return min(results, key=lambda minimum: minimum.value).theta
 
 
 def spread(inputs: Array) -> Array:
@@ -175,52 +235,8 @@ def _target_spread(target: Array) -> float:
     return deviation if deviation > 1e-9 * size else (size or MUTE_TARGET_SD)
 
 
-def _search(
-    inputs: Array,
-    target: Array,
-    settings: FitSettings,
-    length_scales: Array,
-    noise_sd: float,
-    moving: Array,
-    rng: np.random.Generator,
-) -> Array:
-    """The best θ of several searches, (d + 2,), for data of standard deviation 1."""
-    n, d = inputs.shape
-    start = np.append(np.zeros(d), np.log([10.0, 0.1]))
-    noise = rng.standard_normal((settings.starts, d + 2)) * np.append(moving, [1.0, 1.0])
-    noise[0] = 0.0
-    chosen = rng.permutation(n)[: settings.screening_points]
-    if not target.any():
-        return start
-    starts = start + settings.perturbation * noise
-    if len(chosen) < n:
-        screen = _Objective(inputs[chosen], target[chosen], settings, length_scales, noise_sd)
-        results = sorted((_minimise(screen, theta, settings) for theta in starts), key=lambda r: r.value)
-        starts = np.array([r.theta for r in results[: settings.finalists]])
-    objective = _Objective(inputs, target, settings, length_scales, noise_sd)
-    return min((_minimise(objective, theta, settings) for theta in starts), key=lambda r: r.value).theta
-
-
-class _Minimum(NamedTuple):
-    value: float
-    theta: Array
-
-
-def _minimise(objective: _Objective, start: Array, settings: FitSettings) -> _Minimum:
-    bounds = objective.bounds
-    start = np.clip(start, *np.transpose(bounds))
-    found = scipy.optimize.minimize(
-        objective,
-        start,
-        jac=True,
-        method="L-BFGS-B",
-        bounds=bounds,
-        options={"maxiter": settings.iterations, "maxcor": 20, "ftol": 1e-9, "gtol": 1e-3},
-    )
-    return _Minimum(float(found.fun), found.x)
-
-
-def _check(inputs: Array, targets: Array) -> None:
+def check_samples(inputs: Array, targets: Array) -> None:
+    """Raise FitError where GPs cannot be fitted to inputs (n, d) and targets (n, E)."""
     if inputs.ndim != 2 or targets.ndim != 2 or len(inputs) != len(targets):
         raise FitError(f"A fit needs inputs (n, d) and targets (n, E); found {inputs.shape} and {targets.shape}.")
     n, d = inputs.shape

@@ -1,0 +1,78 @@
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hydra import compose, initialize_config_dir
+from hydra.utils import instantiate
+
+from twbal.channels import Channels
+from twbal.episode import Episode, Outcome, Provenance
+from twbal.errors import DataError
+from twbal.models.fit import FitSettings, fit_gp
+from twbal.models.recipe import ModelRecipe
+from twbal.models.sparse import SparseSettings, fit_sparse_gp
+
+CONF = Path(__file__).parents[2] / "conf"
+CHANNELS = Channels(("tilt", "tilt_rate", "command_1"), 0.15)
+SETTINGS = FitSettings(
+    starts=2,
+    perturbation=0.5,
+    screening_points=100,
+    finalists=1,
+    iterations=100,
+    max_signal_to_noise=1000.0,
+    max_relative_length_scale=100.0,
+)
+RECIPE = ModelRecipe(partial(fit_gp, settings=SETTINGS), partial(fit_gp, settings=SETTINGS), keep_f_variance=False)
+
+
+def episode(steps, seed, gain, source):
+    """A robot whose next tilt rate feels the present and the past command, and sine of the tilt."""
+    rng = np.random.default_rng(seed)
+    commands = rng.uniform(-2, 2, steps)
+    states = np.zeros((steps + 1, 3))
+    states[0, :2] = rng.normal(0, 0.2, 2)
+    for t, command in enumerate(commands):
+        tilt, rate, past = states[t]
+        states[t + 1] = tilt + 0.1 * rate, rate + 0.3 * np.sin(tilt) - gain * (0.2 * command + 0.1 * past), command
+    noise = np.array([1e-3, 1e-3, 0.0]) * rng.standard_normal(states.shape)
+    observations = np.zeros((steps + 1, 7))
+    observations[:, 0] = 0.02 * np.arange(steps + 1)
+    provenance = Provenance("paper", source)
+    return Episode(CHANNELS.names, 0.02, observations, states + noise, commands, Outcome.COMPLETED, provenance)
+
+
+def test_f_plus_g_predicts_the_real_robot_far_better_than_f():
+    simulated = [episode(20, k, 1.0, "simulation") for k in range(6)]
+    learned = RECIPE.learn_simulation(simulated, CHANNELS, seed=0)
+    assert learned.data.inputs.shape == (120, 4)
+    after = RECIPE.learn_difference(learned.model, [episode(25, 10 + k, 0.6, "robot") for k in range(2)], seed=0)
+    assert after.model.f is learned.model.f
+    real = episode(30, 99, 0.6, "robot")
+    errors = [
+        np.abs(model.step_mean(real.states[:-1], real.commands) - real.states[1:])[:, 1].mean()
+        for model in (learned.model, after.model)
+    ]
+    assert errors[1] < 0.3 * errors[0]
+
+
+def test_real_episodes_with_another_state_are_refused():
+    learned = RECIPE.learn_simulation([episode(20, 0, 1.0, "simulation")], CHANNELS, seed=0)
+    other = Episode(("tilt",), 0.02, np.arange(21.0).reshape(3, 7), np.zeros((3, 1)), np.zeros(2), "completed", None)
+    with pytest.raises(DataError, match="channels tilt; expected are tilt, tilt_rate, command_1"):
+        RECIPE.learn_difference(learned.model, [other], seed=0)
+
+
+@pytest.mark.parametrize(
+    ("choice", "fit_f", "settings"), [("exact", fit_gp, FitSettings), ("sparse", fit_sparse_gp, SparseSettings)]
+)
+def test_every_model_choice_composes_and_learns(choice, fit_f, settings):
+    with initialize_config_dir(str(CONF), version_base="1.3"):
+        recipe = instantiate(compose(overrides=[f"+model={choice}"]).model)
+    assert recipe.fit_f.func is fit_f
+    assert isinstance(recipe.fit_f.keywords["settings"], settings)
+    assert recipe.fit_g.func is fit_gp
+    assert recipe.fit_g.keywords["settings"].length_scale_prior.log_sd == 1.0
+    learned = recipe.learn_simulation([episode(20, 0, 1.0, "simulation")], CHANNELS, seed=0)
+    assert np.isfinite(recipe.learn_difference(learned.model, [episode(9, 1, 0.6, "robot")], seed=0).log_evidence).all()

@@ -1,0 +1,127 @@
+"""Sparse GPs for many samples: a few inducing inputs, chosen among the samples, stand for all of them."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from twbal.errors import ConfigError
+from twbal.gaussian import Array
+from twbal.models.bound import JITTER, Bound
+from twbal.models.fit import Fit, fit_gp
+from twbal.models.gp import GaussianProcess, squared_exponential
+from twbal.models.hyperparameters import (
+    FitSettings,
+    Hyperparameters,
+    Reference,
+    check_samples,
+    fit_hyperparameters,
+    objectives,
+)
+
+
+@dataclass(frozen=True)
+class SparseSettings:
+    """How a sparse GP is made.
+
+    Attributes:
+        inducing: number of inducing inputs, at most; with no more samples than this the fit is exact.
+        subset: number of samples from which the hyper-parameters are first fitted.
+        iterations: of L-BFGS, at most, by which the bound on all samples then moves them.
+        tolerance: no more inducing inputs are added once all samples together lose less than this [nats].
+        fit: of the subset; its penalties and priors hold for the bound too.
+    """
+
+    inducing: int
+    subset: int
+    iterations: int
+    tolerance: float
+    fit: FitSettings
+
+    def __post_init__(self) -> None:
+        if min(self.inducing, self.subset) < 1 or self.iterations < 0:
+            raise ConfigError(f"inducing and subset must be at least 1, iterations at least 0; found {self}.")
+
+
+def fit_sparse_gp(
+    inputs: Array, targets: Array, settings: SparseSettings, seed: int, reference: Reference | None = None
+) -> Fit:
+    """GPs by Titsias' bound (2009) over inducing inputs that all outputs share; its log evidence is the bound.
+
+    The hyper-parameters come from a random subset, then from the bound; the inducing inputs are chosen for each.
+
+    Args:
+        inputs: (n, d), in any units.
+        targets: (n, E).
+        settings: how to fit.
+        seed: of the subset and of the starts.
+        reference: what the priors are relative to; None means std(X) and std(y)/10.
+
+    Raises:
+        FitError: too few samples, shapes that do not fit, a value that is not finite.
+    """
+    check_samples(inputs, targets)
+    if len(inputs) <= settings.inducing:
+        return fit_gp(inputs, targets, settings.fit, seed, reference)
+    subset = np.random.default_rng(seed).permutation(len(inputs))[: settings.subset]
+    found = fit_hyperparameters(inputs[subset], targets[subset], settings.fit, seed, reference)
+    if settings.iterations:
+        centres = choose_inducing(inputs, found, settings.inducing, settings.tolerance)
+        found = _refine(inputs, targets, centres, found, settings, reference)
+    centres = choose_inducing(inputs, found, settings.inducing, settings.tolerance)
+    return condition_sparse(inputs, targets, centres, found)
+
+
+def choose_inducing(inputs: Array, hyperparameters: Hyperparameters, count: int, tolerance: float) -> Array:
+    """Rows of `inputs` (n, d) that leave the least variance unexplained, found greedily, (m ≤ count, d).
+
+    Each is the sample with the largest Σ_a v_a/(2σ_a²), v_a being output a's variance given those chosen before: its
+    own part of what the bound loses (a pivoted Cholesky factorisation; Burt, Rasmussen and van der Wilk 2020).
+    """
+    n, outputs = len(inputs), len(hyperparameters.noise_variance)
+    gain = 0.5 * hyperparameters.signal_variance / hyperparameters.noise_variance
+    left = np.ones((outputs, n))  # v_a/α_a²
+    roots = np.zeros((outputs, min(count, n), n))
+    chosen: list[int] = []
+    while len(chosen) < min(count, n) and np.sum(gain @ left) > tolerance:
+        pivot, step = int(np.argmax(gain @ left)), len(chosen)
+        for a, length_scales in enumerate(hyperparameters.length_scales):
+            row = squared_exponential(inputs[pivot : pivot + 1], inputs, length_scales)[0]
+            row -= roots[a, :step, pivot] @ roots[a, :step]
+            roots[a, step] = row / np.sqrt(left[a, pivot] + JITTER)
+            left[a] = np.maximum(left[a] - roots[a, step] ** 2, 0.0)
+        left[:, pivot] = 0.0
+        chosen.append(pivot)
+    return inputs[chosen]
+
+
+def condition_sparse(inputs: Array, targets: Array, centres: Array, hyperparameters: Hyperparameters) -> Fit:
+    """Sparse posterior of E GPs with given hyper-parameters: inputs (n, d), targets (n, E), centres (m, d)."""
+    thetas = [hyperparameters.theta(a) for a in range(targets.shape[1])]
+    bounds = [Bound(inputs, target, centres) for target in targets.T]
+    posteriors = [bound.posterior(theta) for bound, theta in zip(bounds, thetas, strict=True)]
+    gp = GaussianProcess(
+        centres,
+        *hyperparameters,
+        weights=np.array([posterior.weights for posterior in posteriors]),
+        variance_matrix=np.array([posterior.variance_matrix for posterior in posteriors]),
+    )
+    return Fit(gp, np.array([bound(theta)[0] for bound, theta in zip(bounds, thetas, strict=True)]))
+
+
+def _refine(
+    inputs: Array,
+    targets: Array,
+    centres: Array,
+    start: Hyperparameters,
+    settings: SparseSettings,
+    reference: Reference | None,
+) -> Hyperparameters:
+    """Hyper-parameters moved by the bound on all samples."""
+    thetas = []
+    for a, objective in enumerate(objectives(inputs, targets, settings.fit, reference)):
+        theta = start.theta(a)
+        if targets[:, a].any():
+            bound = Bound(inputs, targets[:, a], centres)
+            theta = objective.minimise(bound, theta - objective.origin, settings.iterations).theta + objective.origin
+        thetas.append(theta)
+    return Hyperparameters.from_thetas(np.array(thetas))
