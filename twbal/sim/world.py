@@ -9,14 +9,13 @@ import tempfile
 from math import atan2, cos, hypot, sin
 from pathlib import Path
 
-import pybullet
-
 from twbal.engine.engine import Engine, Motion
 from twbal.engine.machine import Machine, Running
 from twbal.errors import ConfigError
 from twbal.robot.parameters import GRAVITY
 from twbal.robot.start_pose import Stance
 from twbal.robot.urdf import urdf_text
+from twbal.sim.bullet import pybullet
 
 _LARGEST_STEP = 0.001
 _RESIDUAL = 1e-12  # of the contact solver; at PyBullet's 1e-7 the robot yaws by itself at 0.1 mrad/s

@@ -1,4 +1,8 @@
-"""What an effect is, and the places where one can act."""
+"""What an effect is, and the places where one can act.
+
+A new effect is a file beside this one, with a frozen dataclass of one of the kinds below. A new kind (the ground, an
+outside force) is an abstract class here, a field of `Machine` that `assemble` fills, and its use in the engines.
+"""
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
