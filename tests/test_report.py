@@ -156,6 +156,7 @@ def test_it_says_whether_the_robot_was_real(tmp_path: Path) -> None:
     real = Page(written(tmp_path, summary(), replace(SETTING, virtual=False))).text
     assert claim in virtual and hardware not in virtual
     assert claim not in real and hardware in real and "(virtual)" not in real
+    assert "to the same hashes" in virtual and "to the same hashes" not in real
 
 
 def test_a_run_without_trials_makes_a_page_that_claims_nothing(tmp_path: Path) -> None:
