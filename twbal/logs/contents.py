@@ -2,6 +2,7 @@
 
 import struct
 from collections import defaultdict
+from functools import cached_property
 
 import numpy as np
 from google.protobuf.descriptor_pb2 import FileDescriptorSet
@@ -59,19 +60,22 @@ class Contents:
         """The events in the order in which the episode had them."""
         return tuple(self._events[number] for number in sorted(self._events))
 
+    @cached_property
     def columns(self) -> dict[str, Array]:
         """Of each sample topic the fields of its messages, (n, F), from sample 0 to the first that is missing."""
         assert self._layout is not None
-        table, first = {}, 0
+        numbers = np.concatenate([np.empty(0, np.int64), *(run[0] for run in self._runs)])
+        values = np.concatenate([np.empty((0, len(self._layout.fields))), *(run[1] for run in self._runs)])
+        columns, first = {}, 0
         for topic in self._layout.samples:
             part = slice(first, first := first + len(topic.fields))
-            numbers = [sequence for sequence, _ in self._runs]
-            values = [run[:, part] for _, run in self._runs]
-            if loose := self._loose[topic.name]:
-                numbers.append(np.array([number for number, _ in loose]))
-                values.append(np.array([fields for _, fields in loose]).reshape(len(loose), -1))
-            table[topic.name] = _from_zero(numbers, values, len(topic.fields))
-        return table
+            loose = self._loose[topic.name]
+            single = np.array([fields for _, fields in loose]).reshape(len(loose), len(topic.fields))
+            columns[topic.name] = _from_zero(
+                np.append(numbers, np.array([number for number, _ in loose], np.int64)),
+                np.concatenate([values[:, part], single]),
+            )
+        return columns
 
     def _walk(self, data: bytes, position: int, is_chunk: bool = False) -> None:
         while position < len(data):
@@ -85,11 +89,20 @@ class Contents:
             elif span.opcode == Opcode.CHANNEL:
                 self._take_channel(parse(Channel, data, span))
             elif span.opcode == Opcode.CHUNK and not is_chunk:
-                self._walk(unpacked(parse(Chunk, data, span)), 0, is_chunk=True)
+                records = unpacked(parse(Chunk, data, span))
+                self._walk(records, self._take_definitions(records), is_chunk=True)
             elif span.opcode == Opcode.ATTACHMENT:
                 self._take_attachment(data, span)
             elif span.opcode == Opcode.DATA_END:
                 return
+
+    def _take_definitions(self, records: bytes) -> int:
+        """Read a chunk's definitions at once if they are those that `write_episode` writes; return where they end."""
+        if self._layout is None or not records.startswith(self._layout.definitions):
+            return 0
+        self._known.update({topic.id: topic for topic in self._layout.topics})
+        self.topics.extend(topic.name for topic in self._layout.topics if topic.name not in self.topics)
+        return len(self._layout.definitions)
 
     def _take_channel(self, channel: Channel) -> None:
         if channel.topic not in self.topics:
@@ -161,18 +174,15 @@ def _check_type(topic: Topic, channel: Channel, schema: Schema | None) -> None:
             pass
     found = f"{schema.name!r} ({schema.encoding})" if schema else "no schema"
     raise LogError(
-        f"has messages of another type on topic {topic.name!r}: found {found}, expected {topic.message_name!r} with the "
-        f"doubles {', '.join(topic.fields) or '(none)'}"
+        f"has messages of another type on topic {topic.name!r}: found {found}, expected {topic.message_name!r} with "
+        f"the doubles {', '.join(topic.fields) or '(none)'}"
     )
 
 
-def _from_zero(numbers: list[NDArray[np.int64]], values: list[Array], width: int) -> Array:
+def _from_zero(numbers: NDArray[np.int64], values: Array) -> Array:
     """The rows numbered 0, 1, 2, ... up to the first number that is missing or there twice."""
-    if not numbers:
-        return np.empty((0, width))
-    number, value = np.concatenate(numbers), np.concatenate(values)
-    if not (np.diff(number) > 0).all():
-        order = np.argsort(number, kind="stable")
-        number, value = number[order], value[order]
-    misplaced = np.flatnonzero(number != np.arange(len(number)))
-    return value[: misplaced[0]] if len(misplaced) else value
+    if (numbers == np.arange(len(numbers))).all():
+        return values
+    order = np.argsort(numbers, kind="stable")
+    misplaced = np.flatnonzero(numbers[order] != np.arange(len(numbers)))
+    return values[order[: misplaced[0]] if len(misplaced) else order]

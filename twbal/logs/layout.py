@@ -10,14 +10,16 @@ from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
 import numpy as np
-from mcap.data_stream import RecordBuilder
 from mcap.records import Message
 from numpy.typing import NDArray
 
 from twbal.errors import DataError
 from twbal.gaussian import Array
+from twbal.logs.container import encode
 from twbal.logs.topics import Topic, unit_of
 
+_HEAD_SIZE = 31  # of a message record: u8 opcode, u64 length, u16 channel, u32 sequence, u64 log and publish time
+_CHANGING = (("sequence", "<u4", 11), ("log_time", "<u8", 15), ("publish_time", "<u8", 23))  # and where they lie in it
 _FIELD_NAME = re.compile(r"[a-z][a-z0-9_]*")
 
 
@@ -64,33 +66,38 @@ class Layout:
         return (*self.samples, self.events)
 
     @cached_property
+    def definitions(self) -> bytes:
+        """The schema and channel records of all topics."""
+        return encode(*(topic.schema for topic in self.topics), *(topic.channel for topic in self.topics))
+
+    @cached_property
     def template(self) -> bytes:
         """The message records of one sample, with zeros for all that changes from sample to sample."""
-        builder = RecordBuilder()
-        for topic in self.samples:
-            payload = b"".join(_tag(number) + bytes(8) for number in range(1, len(topic.fields) + 1))
-            Message(channel_id=topic.id, log_time=0, data=payload, publish_time=0, sequence=0).write(builder)
-        template: bytes = builder.end()  # type: ignore[no-untyped-call]
-        return template
+        payloads = [b"".join(_tag(number) + bytes(8) for number in topic.numbers) for topic in self.samples]
+        return encode(
+            *(
+                Message(channel_id=topic.id, log_time=0, data=payload, publish_time=0, sequence=0)
+                for topic, payload in zip(self.samples, payloads, strict=True)
+            )
+        )
 
     @cached_property
     def offsets(self) -> tuple[int, ...]:
         """Where in the template each topic's record begins."""
-        sizes = [31 + sum(len(_tag(n)) + 8 for n in range(1, len(topic.fields) + 1)) for topic in self.samples]
-        return tuple(int(offset) for offset in np.cumsum([0, *sizes[:-1]]))
+        sizes = [_HEAD_SIZE + sum(len(_tag(n)) + 8 for n in topic.numbers) for topic in self.samples]
+        return tuple(sum(sizes[:i]) for i in range(len(sizes)))
 
     @cached_property
     def row(self) -> np.dtype[np.void]:
-        """What changes from sample to sample, by its place in the template."""
+        """One sample as a numpy record: what changes from sample to sample, by its place in the template."""
         names, formats, places = [], [], []
         for topic, start in zip(self.samples, self.offsets, strict=True):
-            head = (("sequence", "<u4", 11), ("log_time", "<u8", 15), ("publish_time", "<u8", 23))
-            place = start + 31
-            for name, kind, shift in head:
+            for name, kind, place in _CHANGING:
                 names.append(f"{topic.name}.{name}")
                 formats.append(kind)
-                places.append(start + shift)
-            for number in range(1, len(topic.fields) + 1):
+                places.append(start + place)
+            place = start + _HEAD_SIZE
+            for number in topic.numbers:
                 place += len(_tag(number))
                 names.append(f"{topic.name}#{number}")
                 formats.append("<f8")
@@ -99,13 +106,17 @@ class Layout:
         return np.dtype({"names": names, "formats": formats, "offsets": places, "itemsize": len(self.template)})
 
     @cached_property
+    def fields(self) -> tuple[str, ...]:
+        """Names in `row` of all fields of all messages, in order."""
+        return tuple(f"{topic.name}#{number}" for topic in self.samples for number in topic.numbers)
+
+    @cached_property
     def fixed(self) -> NDArray[np.intp]:
         """Indices of the template's bytes that are the same in every sample."""
-        is_fixed = np.ones(len(self.template), dtype=bool)
+        ones = np.frombuffer(bytearray(b"\x01" * len(self.template)), dtype=self.row)
         for name in self.row.names or ():
-            kind, place = (self.row.fields or {})[name][:2]
-            is_fixed[place : place + kind.itemsize] = False
-        return np.flatnonzero(is_fixed)
+            ones[name] = 0
+        return np.flatnonzero(ones.view(np.uint8))
 
     def pack(self, first: int, log_times: NDArray[np.uint64], values: Array) -> bytes:
         """The message records of n consecutive samples.
@@ -115,17 +126,14 @@ class Layout:
             log_times: (n,) [ns].
             values: (n, K), the fields of all `samples` topics side by side.
         """
-        blank = np.frombuffer(self.template * len(values), dtype=np.uint8)
-        rows = blank.copy().view(self.row)
-        sequence = np.arange(first, first + len(values))
-        column = 0
+        data = bytearray(self.template * len(values))
+        rows = np.frombuffer(data, dtype=self.row)
         for topic in self.samples:
-            rows[f"{topic.name}.sequence"] = sequence
+            rows[f"{topic.name}.sequence"] = np.arange(first, first + len(values))
             rows[f"{topic.name}.log_time"] = rows[f"{topic.name}.publish_time"] = log_times
-            for number in range(1, len(topic.fields) + 1):
-                rows[f"{topic.name}#{number}"] = values[:, column]
-                column += 1
-        return rows.tobytes()
+        for column, name in enumerate(self.fields):
+            rows[name] = values[:, column]
+        return bytes(data)
 
     def unpack(self, data: bytes, start: int) -> tuple[NDArray[np.int64], Array]:
         """The samples that lie at `start` as `pack` puts them: as many as follow each other without anything between.
@@ -133,17 +141,18 @@ class Layout:
         Returns:
             Their indices (n,) and their values (n, K); n may be 0.
         """
-        count = (len(data) - start) // len(self.template)
+        size = len(self.template)
+        count = (len(data) - start) // size
         rows = np.frombuffer(data, self.row, count, start)
-        fixed = np.frombuffer(self.template, np.uint8)[self.fixed]
-        known = (rows.view(np.uint8).reshape(count, rows.itemsize)[:, self.fixed] == fixed).all(axis=1)
+        same = np.frombuffer(self.template, np.uint8)[self.fixed]
+        whole = (rows.view(np.uint8).reshape(count, size)[:, self.fixed] == same).all(axis=1)
         sequence = rows[f"{self.samples[0].name}.sequence"].astype(np.int64)
         for topic in self.samples[1:]:
-            known &= rows[f"{topic.name}.sequence"] == sequence
-        count = count if known.all() else int(np.argmin(known))
-        names = [f"{topic.name}#{n}" for topic in self.samples for n in range(1, len(topic.fields) + 1)]
-        values = np.empty((count, len(names)))
-        for column, name in enumerate(names):
+            whole &= rows[f"{topic.name}.sequence"] == sequence
+        if not whole.all():
+            count = int(np.argmin(whole))
+        values = np.empty((count, len(self.fields)))
+        for column, name in enumerate(self.fields):
             values[:, column] = rows[name][:count]
         return sequence[:count], values
 

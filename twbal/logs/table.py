@@ -26,7 +26,7 @@ class Table(NamedTuple):
 
 
 def columns_of(episode: Episode) -> Array:
-    """/imu, /wheels, /state and /command side by side, (T + 1, 7 + D + 1); the last row has no command, and 0 for it."""
+    """/imu, /wheels, /state and /command side by side, (T + 1, 7 + D + 1); the last row has no command, so 0."""
     seen = episode.observations[:, [Observation._fields.index(name) for name in _SEEN]]
     return np.column_stack([seen, episode.states, np.append(episode.commands, 0.0)])
 

@@ -32,6 +32,11 @@ class Topic:
     text: bool = False
 
     @property
+    def numbers(self) -> range:
+        """Numbers of the double fields."""
+        return range(1, len(self.fields) + 1)
+
+    @property
     def message_name(self) -> str:
         """Full name of the message type."""
         return f"twbal.{self.name[1:].capitalize()}"
@@ -48,7 +53,7 @@ class Topic:
             )
         return descriptor_pb2.FileDescriptorSet(file=[file])
 
-    @property
+    @cached_property
     def schema(self) -> Schema:
         """The schema record of the message type."""
         data = self.descriptor.SerializeToString(deterministic=True)

@@ -32,7 +32,6 @@ def write_episode(path: Path, episode: Episode) -> None:
     rows = -(-_CHUNK_BYTES // len(layout.template))
     # An event lies in the chunk of the last sample before it.
     event_chunks = np.maximum(np.searchsorted(times, event_times, side="right") - 1, 0) // rows
-    schemas, channels = [topic.schema for topic in layout.topics], [topic.channel for topic in layout.topics]
     with replacing(path) as stream:
         file = McapFile(stream)
         file.add_metadata(METADATA_NAME, metadata_of(episode))
@@ -40,12 +39,12 @@ def write_episode(path: Path, episode: Episode) -> None:
             file.add_attachment(CONFIG_NAME, "application/yaml", episode.provenance.config.encode())
         for number, first in enumerate(range(0, len(times), rows)):
             part = slice(first, first + rows)
-            chunk = _Chunk(encode(*schemas, *channels) if number == 0 else b"")
+            chunk = _Chunk(layout.definitions if number == 0 else b"")
             chunk.add_samples(layout, first, times[part], values[part], ends_episode=part.stop >= len(times))
             for index in np.flatnonzero(event_chunks == number):
                 chunk.add_event(layout.events, int(index), int(event_times[index]), episode.events[index])
             file.add_chunk(chunk.records, chunk.index)
-        file.finish(schemas, channels)
+        file.finish([topic.schema for topic in layout.topics], [topic.channel for topic in layout.topics])
 
 
 class _Chunk:
