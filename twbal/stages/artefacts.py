@@ -1,17 +1,48 @@
 """Names and places of what stages hand to each other."""
 
 import hashlib
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from omegaconf import DictConfig
 
+from twbal.checkpoint import load_checkpoint, save_checkpoint
+from twbal.errors import LogError
 from twbal.files import file_hash
+from twbal.models.dynamics import DynamicsModel
 from twbal.stages.settings import recorded
 
 
 def episode_file(folder: Path, trial: int) -> Path:
     """Where the episode of a trial is logged."""
     return folder / f"trial_{trial:03d}.mcap"
+
+
+def episode_files(sources: str | Sequence[str]) -> list[Path]:
+    """The logs that `episodes=...` names: source by source, and sorted by name within each.
+
+    Args:
+        sources: run folders, folders of logs, or logs.
+
+    Raises:
+        LogError: a source is not there, or has no log in it.
+    """
+    files = [path for source in ([sources] if isinstance(sources, str) else sources) for path in _logs_in(Path(source))]
+    if not files:
+        raise LogError("No episodes were given. Give run folders, or folders of *.mcap files.")
+    return files
+
+
+def _logs_in(source: Path) -> list[Path]:
+    if source.is_file():
+        return [source]
+    inside = source / "episodes"
+    files = sorted((inside if inside.is_dir() else source).glob("*.mcap"))
+    if not files:
+        what = "has no episode logs (*.mcap), nor has an episodes/ in it" if source.is_dir() else "is not there"
+        raise LogError(f"{source} {what}. Give the run folder of a stage that records episodes, or a folder of logs.")
+    return files
 
 
 def policy_files(policy: DictConfig) -> list[Path]:
@@ -27,3 +58,24 @@ def policy_hash(policy: DictConfig) -> str:
     """
     files = policy_files(policy)
     return file_hash(files[0]) if files else hashlib.sha256(recorded(policy, ()).encode()).hexdigest()
+
+
+def load_model(path: Path) -> DynamicsModel:
+    """The model in a `model.pt`.
+
+    Raises:
+        CheckpointError: it cannot be read, or holds no model.
+    """
+    return DynamicsModel.from_payload(load_checkpoint(path, "model"))
+
+
+def save_model(path: Path, model: DynamicsModel, episodes: Mapping[str, Iterable[Path]]) -> None:
+    """Write `model` with the hashes of the episodes that it came from.
+
+    Args:
+        path: of the `model.pt`.
+        model: what to write.
+        episodes: logs by source, "simulation" and "robot".
+    """
+    hashes: dict[str, Any] = {source: [file_hash(log) for log in logs] for source, logs in episodes.items()}
+    save_checkpoint(path, "model", {**model.to_payload(), "episodes": hashes})

@@ -1,0 +1,46 @@
+"""Learn the correction g, what real episodes differ from the model f."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from hydra.utils import instantiate
+from omegaconf import DictConfig
+
+from twbal.logs import read_episode
+from twbal.models.learning import Fitter, learn_g
+from twbal.stages.artefacts import episode_files, load_model, save_model
+from twbal.stages.closing import closing, run_folder
+from twbal.stages.manifest import Manifest, Step, perform
+from twbal.stages.settings import recorded, typed
+
+NOT_RECORDED = ("episodes", "dynamics", "model.fit_f", "model.keep_f_variance")
+
+
+@dataclass(frozen=True)
+class Settings:
+    """See conf/stage/fit_diff_gp.yaml."""
+
+    seed: int
+
+
+def main(cfg: DictConfig) -> None:
+    """Run the stage in Hydra's run folder."""
+    out = run_folder()
+    closing(run(cfg, out), out, f"twbal optimise-policy dynamics={out / 'model.pt'}")
+
+
+def run(cfg: DictConfig, out: Path) -> Manifest:
+    """Learn g from the model and the episodes that `cfg` names into `out`/model.pt, unless it is there already."""
+    settings = typed(Settings, cfg)
+    dynamics, files = Path(cfg.dynamics), episode_files(cfg.episodes)
+    fit = instantiate(cfg.model.fit_g)
+    inputs = {"dynamics": [dynamics], "episodes": files}
+    step = Step("fit-diff-gp", out, recorded(cfg, NOT_RECORDED), inputs, settings.seed)
+    return perform(step, lambda: [fit_to_file(dynamics, files, fit, settings.seed, out / "model.pt")])
+
+
+def fit_to_file(dynamics: Path, files: list[Path], fit: Fitter, seed: int, path: Path) -> Path:
+    """Learn g from logs, given the f in `dynamics`, and write f and g to `path`, which is returned; see `learn_g`."""
+    model = learn_g(load_model(dynamics), [read_episode(file) for file in files], fit, seed)
+    save_model(path, model, {"robot": files})
+    return path

@@ -1,0 +1,48 @@
+"""Learn the model f of the simulated robot."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from hydra.utils import instantiate
+from omegaconf import DictConfig
+
+from twbal.channels import Channels
+from twbal.logs import read_episode
+from twbal.models.learning import Fitter, learn_f
+from twbal.stages.artefacts import episode_files, save_model
+from twbal.stages.closing import closing, run_folder
+from twbal.stages.manifest import Manifest, Step, perform
+from twbal.stages.settings import recorded, typed
+
+NOT_RECORDED = ("episodes", "model.fit_g")
+
+
+@dataclass(frozen=True)
+class Settings:
+    """See conf/stage/fit_sim_gp.yaml."""
+
+    seed: int
+
+
+def main(cfg: DictConfig) -> None:
+    """Run the stage in Hydra's run folder."""
+    out = run_folder()
+    closing(run(cfg, out), out, f"twbal optimise-policy dynamics={out / 'model.pt'}")
+
+
+def run(cfg: DictConfig, out: Path) -> Manifest:
+    """Learn f from the episodes that `cfg` names into `out`/model.pt, unless it is there already."""
+    settings = typed(Settings, cfg)
+    files = episode_files(cfg.episodes)
+    fit, channels, keep = instantiate(cfg.model.fit_f), instantiate(cfg.state), bool(cfg.model.keep_f_variance)
+    step = Step("fit-sim-gp", out, recorded(cfg, NOT_RECORDED), {"episodes": files}, settings.seed)
+    return perform(step, lambda: [fit_to_file(files, channels, fit, keep, settings.seed, out / "model.pt")])
+
+
+def fit_to_file(
+    files: list[Path], channels: Channels, fit: Fitter, keep_f_variance: bool, seed: int, path: Path
+) -> Path:
+    """Learn f from logs and write it to `path`, which is returned; see `learn_f`."""
+    model = learn_f([read_episode(file) for file in files], channels, fit, keep_f_variance, seed)
+    save_model(path, model, {"simulation": files})
+    return path

@@ -1,0 +1,136 @@
+"""Drive the robot on the other end of a link by a policy and log what it does."""
+
+from collections.abc import Callable
+from contextlib import AbstractContextManager
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import count
+from pathlib import Path
+
+from hydra.utils import instantiate
+from omegaconf import DictConfig
+
+from twbal.channels import Channels
+from twbal.episode import Episode, Outcome, Provenance
+from twbal.errors import ConfigError, LinkLostError
+from twbal.link.serial_plant import SerialPlant
+from twbal.logs import read_episode, write_episode
+from twbal.policies.exploring import ExploringPolicy
+from twbal.policies.policy import Policy
+from twbal.robot.parameters import RobotParameters, parameter_hash
+from twbal.rollout import rollout
+from twbal.stages.artefacts import episode_file, policy_files, policy_hash
+from twbal.stages.closing import closing, run_folder
+from twbal.stages.manifest import Manifest, Step, perform
+from twbal.stages.settings import recorded, typed
+
+NOT_RECORDED = ("policy.path", "link.port")
+NOT_IN_EPISODES = ("policy.path", "link")  # the same robot may be reached by other ways
+
+
+@dataclass(frozen=True)
+class Settings:
+    """See conf/stage/real_rollout.yaml."""
+
+    seed: int
+    trials: int
+    first_trial: int
+    steps: int
+    tilt_limit: float
+    exploration: float
+
+
+def main(cfg: DictConfig) -> None:
+    """Run the stage in Hydra's run folder."""
+    out = run_folder()
+    manifest = run(cfg, out)
+    for made in manifest.outputs:
+        episode = read_episode(out / made.path)
+        trial, outcome = episode.provenance.trial, episode.outcome.replace("_", " ")
+        print(f"trial {trial}: {outcome} after {episode.duration:.2f} s, {len(episode)} samples")
+    closing(manifest, out, f"twbal fit-diff-gp dynamics=<model.pt> episodes={out}")
+
+
+def run(cfg: DictConfig, out: Path) -> Manifest:
+    """Drive the trials that `cfg` asks for and log them to `out`/episodes, unless they are there already."""
+    settings = typed(Settings, cfg)
+    robot: RobotParameters = instantiate(cfg.robot)
+    policy: Policy = instantiate(cfg.policy)
+    if settings.exploration:
+        policy = ExploringPolicy(policy, settings.exploration * robot.torque_limit, robot.torque_limit)
+    provenance = Provenance(
+        robot=robot.name,
+        source="robot",
+        parameter_hash=parameter_hash(robot),
+        policy_hash=policy_hash(cfg.policy),
+        seed=settings.seed,
+        config=recorded(cfg, NOT_IN_EPISODES),
+    )
+    open_link = partial(instantiate, cfg.link)
+    inputs = {"policy": policy_files(cfg.policy)}
+    step = Step("real-rollout", out, recorded(cfg, NOT_RECORDED), inputs, settings.seed)
+    channels = instantiate(cfg.state)
+    return perform(step, lambda: record(open_link, robot, policy, channels, settings, provenance, out))
+
+
+def record(
+    open_link: Callable[[], AbstractContextManager[SerialPlant]],
+    robot: RobotParameters,
+    policy: Policy,
+    channels: Channels,
+    settings: Settings,
+    provenance: Provenance,
+    out: Path,
+) -> list[Path]:
+    """Drive the trials whose logs are not there yet; returns the logs of all.
+
+    A trial that the person or a lost link ended is logged to `out`/interrupted, and ends the stage.
+
+    Args:
+        open_link: opens the robot.
+        robot: its data sheet.
+        policy: that drives it.
+        channels: the state.
+        settings: which trials, and how long.
+        provenance: of all trials but for their number.
+        out: for the logs.
+
+    Raises:
+        LinkError: the robot cannot be reached, or fell silent.
+        ConfigError: it is not the robot of the data sheet.
+        KeyboardInterrupt: the person pressed Ctrl-C.
+    """
+    trials = range(settings.first_trial, settings.first_trial + settings.trials)
+    files = {trial: episode_file(out / "episodes", trial) for trial in trials}
+    with open_link() as plant:
+        _check(plant, robot)
+        for trial, file in files.items():
+            if file.exists():
+                continue
+            its_own = replace(provenance, robot=plant.robot_name, trial=trial)
+            episode = rollout(plant, policy, channels, settings.steps, settings.tilt_limit, its_own)
+            with_line = replace(episode, events=tuple(sorted((*episode.events, *plant.events))))
+            if episode.outcome in (Outcome.STOPPED, Outcome.LINK_LOST):
+                _keep_interrupted(with_line, out / "interrupted", why=episode.events[-1].text)
+            write_episode(file, with_line)
+    return list(files.values())
+
+
+def _check(plant: SerialPlant, robot: RobotParameters) -> None:
+    if abs(plant.control_period - robot.control_period) > 1e-6:
+        raise ConfigError(
+            f"The robot {plant.robot_name!r} on the link has a control period of {plant.control_period} s; the data sheet "
+            f"{robot.name!r} says {robot.control_period} s. Is it the right one (robot=...)?"
+        )
+
+
+def _keep_interrupted(episode: Episode, folder: Path, why: str) -> None:
+    """Log what there is of the episode under a free name, and raise what ended it."""
+    name = f"trial_{episode.provenance.trial:03d}_{episode.outcome.value}"
+    file = next(path for i in count() if not (path := folder / f"{name}_{i}.mcap").exists())
+    write_episode(file, episode)
+    kept = f"{len(episode)} samples of trial {episode.provenance.trial} are kept in {file}"
+    if episode.outcome is Outcome.STOPPED:
+        print(kept)
+        raise KeyboardInterrupt
+    raise LinkLostError(f"{why} {kept}, marked link lost; the same command again goes on from there.")
