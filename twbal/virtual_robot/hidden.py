@@ -27,7 +27,7 @@ Range = Sequence[float]
 class HiddenRecipe:
     """Ranges of the effects, each a (lowest, highest) pair.
 
-    Torques and frictions are those of a robot whose torque limit is `reference_torque`; for another robot they are scaled
+    Torques and frictions are those of a robot whose torque limit is `reference_torque`; for another they are scaled
     by its own limit over that one, so that they are as large beside its motors. Delays and lags are in its control
     periods. Masses, heights and angles are relative already; the noise is that of the same sensors on any robot.
 

@@ -14,6 +14,7 @@ from twbal.link.serial_plant import SerialPlant
 
 _TAIL = 2000  # of its last words, for messages [bytes]
 _GRACE = 2.0  # between asking it to end and ending it [s]
+_DYING = 1.0  # a process that dies closes its port some time before it is gone [s]
 _OPENING = b"port "
 
 
@@ -64,9 +65,12 @@ class VirtualRobotProcess:
         self._errors.close()
 
     def last_words(self) -> str | None:
-        """How it ended and the tail of what it complained of; None while it runs."""
-        code = self._process.poll()
-        return None if code is None else f"It ended with exit code {code}; its last words: {self._tail()}"
+        """How it ended and the tail of what it complained of; None where it runs on."""
+        try:
+            code = self._process.wait(_DYING)
+        except subprocess.TimeoutExpired:
+            return None
+        return f"It ended with exit code {code}; its last words: {self._tail()}"
 
     def _tail(self) -> str:
         size = self._errors.seek(0, os.SEEK_END)

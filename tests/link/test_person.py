@@ -1,0 +1,20 @@
+import io
+
+import pytest
+
+from twbal.errors import LinkError
+from twbal.link.person import confirm_placed
+
+
+def test_the_person_is_asked_and_waited_for(monkeypatch, capsys):
+    keys = io.StringIO("\nleft over")
+    monkeypatch.setattr("sys.stdin", keys)
+    confirm_placed(3)
+    assert "Trial 3: place the robot" in capsys.readouterr().out
+    assert keys.read() == "left over"
+
+
+def test_without_a_person_it_is_an_error_that_says_what_to_do(monkeypatch):
+    monkeypatch.setattr("sys.stdin", io.StringIO(""))
+    with pytest.raises(LinkError, match=r"link\.confirm_placed=null"):
+        confirm_placed(0)

@@ -1,0 +1,141 @@
+import struct
+
+import numpy as np
+import pytest
+
+from twbal.link.frame import MAX_FRAME, wrap
+from twbal.link.protocol import (
+    KINDS,
+    MAX_TEXT,
+    VERSION,
+    Arm,
+    Clock,
+    Command,
+    Decoder,
+    Fault,
+    Hello,
+    Status,
+    Stop,
+    Telemetry,
+    Welcome,
+    to_wire,
+)
+
+TELEMETRY = Telemetry(7, 65535, 2**32 - 1, Status.TILT_STOPPED, -0.5, 1.25, -9.75, 0.0, 1e6, -2.0, 2.5, 0.125)
+MESSAGES = [
+    Hello(0),
+    Hello(65535, 3),
+    Welcome(1, VERSION, 20_000, 20.0, Clock.REAL_TIME, "paper"),
+    Welcome(1, VERSION, 15_000, 0.5, Clock.LOCKSTEP, ""),
+    Arm(256, 2**32 - 1),
+    Command(3, -1.5),
+    Command(0, 0.0),
+    Stop(0),
+    TELEMETRY,
+    Fault(9, "zu weit geneigt: 75°"),
+]
+
+
+def crc_by_definition(data: bytes) -> int:
+    """CRC-16 with polynomial 0x1021 and initial value 0xFFFF, bit by bit."""
+    crc = 0xFFFF
+    for byte in data:
+        crc ^= byte << 8
+        for _ in range(8):
+            crc = (crc << 1 ^ (0x1021 if crc & 0x8000 else 0)) & 0xFFFF
+    return crc
+
+
+@pytest.mark.parametrize("message", MESSAGES, ids=lambda m: type(m).__name__)
+def test_decoding_an_encoded_message_gives_it_back(message):
+    assert Decoder().feed(to_wire(message)) == [message]
+
+
+def test_every_kind_of_message_is_among_the_round_trips():
+    assert {type(m) for m in MESSAGES} == set(KINDS.values())
+
+
+def test_a_frame_is_what_the_specification_says():
+    payload = bytes([0x04, 0x01, 0x00])  # Stop, number 1
+    plain = payload + struct.pack("<H", crc_by_definition(payload))
+    assert crc_by_definition(b"123456789") == 0x29B1  # check value of CRC-16/IBM-3740
+    assert plain.count(0) == 1
+    expected = (
+        b"\x00" + b"\x03" + plain[:2] + b"\x03" + plain[3:] + b"\x00"
+    )  # COBS: distance to each zero instead of it
+    assert to_wire(Stop(1)) == expected
+
+
+def test_telemetry_travels_as_float32():
+    seen = Decoder().feed(to_wire(Telemetry(1, 2, 3, Status.ARMED, *[0.1] * 8)))[0]
+    assert seen.tilt == float(np.float32(0.1)) != 0.1
+
+
+def test_messages_do_not_depend_on_how_the_stream_is_cut():
+    stream = b"".join(map(to_wire, MESSAGES))
+    rng = np.random.default_rng(0)
+    for _ in range(200):
+        cuts = sorted(rng.integers(0, len(stream), 12))
+        decoder = Decoder()
+        pieces = [stream[a:b] for a, b in zip([0, *cuts], [*cuts, len(stream)], strict=True)]
+        assert [m for piece in pieces for m in decoder.feed(piece)] == MESSAGES
+        assert decoder.bad_frames == 0
+
+
+def test_noise_between_frames_costs_no_message():
+    rng = np.random.default_rng(1)
+    stream = b"".join(rng.bytes(int(rng.integers(1, 60))) + to_wire(m) for m in MESSAGES * 20)
+    decoder = Decoder()
+    assert decoder.feed(stream) == MESSAGES * 20
+    assert decoder.bad_frames > 100
+
+
+def test_no_flipped_bit_makes_another_message():
+    decoder, frame, after = Decoder(), to_wire(TELEMETRY), Stop(1)
+    for bit in range(8 * len(frame)):
+        flipped = (int.from_bytes(frame, "big") ^ 1 << bit).to_bytes(len(frame), "big")
+        got = decoder.feed(flipped + to_wire(after))
+        assert got == [after]
+    assert decoder.bad_frames >= 8 * len(frame)
+
+
+def test_cut_frames_are_dropped_and_the_next_one_is_read():
+    frame = to_wire(TELEMETRY)
+    for length in range(1, len(frame) - 1):
+        assert Decoder().feed(frame[:length] + to_wire(Stop(1))) == [Stop(1)]
+
+
+def test_random_bytes_are_no_messages_and_no_errors():
+    rng = np.random.default_rng(2)
+    decoder = Decoder()
+    for _ in range(300):
+        assert decoder.feed(rng.bytes(2000)) == []
+    assert decoder.bad_frames > 1000
+
+
+def test_a_flood_without_a_border_is_one_bad_frame_and_is_not_kept():
+    decoder = Decoder()
+    for _ in range(1000):
+        assert decoder.feed(b"\x01" * 1000) == []
+    assert decoder.bad_frames == 1
+    assert decoder.feed(to_wire(Stop(1))) == [Stop(1)]
+
+
+@pytest.mark.parametrize(
+    "payload", [b"", b"\x04", b"\x04\x01", b"\x04\x01\x00\x00", b"\x7f\x01\x00", b"\x83\x01\x00\xff"]
+)
+def test_a_sound_frame_with_a_wrong_body_is_dropped(payload):
+    decoder = Decoder()
+    assert decoder.feed(wrap(payload)) == []
+    assert decoder.bad_frames == 1
+
+
+def test_a_welcome_of_another_version_is_read_as_far_as_its_version():
+    (welcome,) = Decoder().feed(wrap(struct.pack("<BHH", 0x81, 5, VERSION + 1) + b"whatever came later"))
+    assert (welcome.seq, welcome.version, welcome.name) == (5, VERSION + 1, "")
+
+
+def test_long_texts_are_cut_between_characters_and_fit_into_a_frame():
+    wire = to_wire(Fault(1, "x" + "°" * 500))
+    assert len(wire) <= MAX_FRAME
+    assert Decoder().feed(wire) == [Fault(1, "x" + "°" * ((MAX_TEXT - 1) // 2))]

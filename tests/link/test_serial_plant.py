@@ -1,0 +1,288 @@
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from pendulum import MemoryTransport, Pendulum
+
+from twbal.channels import Channels
+from twbal.episode import Outcome, Provenance
+from twbal.errors import DataError, LinkError, LinkLostError, ProtocolError
+from twbal.link.protocol import Clock, Decoder, Stop, Welcome, to_wire
+from twbal.link.serial_plant import SerialPlant
+from twbal.policies.policy import Policy
+from twbal.rollout import rollout
+from twbal.virtual_robot.firmware import Firmware, Identity
+
+CHANNELS = Channels(("tilt", "tilt_rate"), wheel_radius=0.15)
+LOCKSTEP = Identity("pendulum", torque_limit=20.0, tilt_limit=1.0, watchdog=0.1, clock=Clock.LOCKSTEP)
+REAL_TIME = replace(LOCKSTEP, clock=Clock.REAL_TIME)
+CATCH = 30.0, 8.0
+
+
+class Linear(Policy):
+    """u = k · x, and whatever `trap` does at each step."""
+
+    def __init__(self, trap=lambda step: None):
+        self.trap = trap
+
+    def controller(self, rng):
+        steps = iter(range(10**9))
+
+        def law(state):
+            self.trap(next(steps))
+            return float(np.dot(CATCH, state))
+
+        return law
+
+
+def linked(identity=LOCKSTEP, timeout=0.5, **line):
+    pendulum = Pendulum()
+    transport = MemoryTransport(Firmware(pendulum, identity), **line)
+    return SerialPlant(transport, timeout, timeout, timeout), transport, pendulum
+
+
+def drive(plant, steps=40, policy=None, trial=0):
+    return rollout(
+        plant, policy or Linear(), CHANNELS, steps, math.radians(30), Provenance("pendulum", "robot", trial=trial)
+    )
+
+
+def silent(data):
+    return b""
+
+
+def test_a_rollout_over_the_line_is_the_rollout_without_it():
+    direct = drive(Pendulum())
+    linked_episode = drive(linked()[0])
+    assert linked_episode.outcome is direct.outcome is Outcome.COMPLETED
+    np.testing.assert_allclose(linked_episode.observations, direct.observations, atol=1e-6)
+    np.testing.assert_allclose(linked_episode.commands, direct.commands, atol=1e-4)
+
+
+def test_the_handshake_tells_the_robot_and_its_limits():
+    plant, _, _ = linked(REAL_TIME)
+    assert (plant.robot_name, plant.torque_limit, plant.control_period, plant.clock) == (
+        "pendulum",
+        20.0,
+        0.02,
+        Clock.REAL_TIME,
+    )
+
+
+def test_another_protocol_version_is_an_error_that_names_both():
+    class FutureRobot(MemoryTransport):
+        def write(self, data):
+            self._waiting += to_wire(Welcome(1, 7))
+
+    line = FutureRobot(Firmware(Pendulum(), LOCKSTEP))
+    with pytest.raises(ProtocolError, match=r"version 7 .* this twbal version 1"):
+        SerialPlant(line, 0.5, 0.5, 0.5)
+    assert line.closed
+
+
+@pytest.mark.parametrize(
+    "broken", [Welcome(1, 1, 0, 20.0), Welcome(1, 1, 20_000, 0.0), Welcome(1, 1, 20_000, math.nan)]
+)
+def test_a_robot_that_announces_nonsense_is_refused(broken):
+    class OddRobot(MemoryTransport):
+        def write(self, data):
+            self._waiting += to_wire(broken)
+
+    with pytest.raises(ProtocolError, match="announces what cannot be"):
+        SerialPlant(OddRobot(Firmware(Pendulum(), LOCKSTEP)), 0.5, 0.5, 0.5)
+
+
+def test_a_robot_that_does_not_answer_is_an_error():
+    line = MemoryTransport(Firmware(Pendulum(), LOCKSTEP))
+    line.to_host = silent
+    with pytest.raises(LinkError, match=r"No answer to Hello .* memory within 0\.06 s"):
+        SerialPlant(line, 0.06, 0.06, 0.06)
+    assert line.closed
+
+
+def test_noise_on_the_line_changes_nothing_in_lockstep():
+    rng = np.random.default_rng(3)
+    plant, line, _ = linked(timeout=30.0)
+
+    def spoil(data):
+        spoilt = bytearray(data)
+        if spoilt and rng.random() < 0.1:
+            spoilt[rng.integers(len(spoilt))] ^= 1 << rng.integers(8)
+        return rng.bytes(int(rng.integers(0, 9))) + bytes(spoilt)
+
+    line.to_robot = line.to_host = spoil
+    noisy, clean = drive(plant), drive(linked()[0])
+    assert plant.bad_frames > 5
+    np.testing.assert_array_equal(noisy.observations, clean.observations)
+
+
+def test_a_robot_that_falls_silent_leaves_the_episode_so_far():
+    plant, line, _ = linked(timeout=0.06)
+
+    def cut(step):
+        if step == 7:
+            line.to_host = silent
+
+    episode = drive(plant, policy=Linear(cut))
+    assert episode.outcome is Outcome.LINK_LOST
+    assert len(episode) == 7
+    assert "No answer to Command" in episode.events[-1].text
+    with pytest.raises(LinkError, match="No answer to Hello"):
+        plant.reset(1)
+
+
+def test_a_link_that_comes_back_serves_the_next_rollout():
+    plant, line, _ = linked(timeout=0.06)
+
+    def cut(step):
+        if step == 7:
+            line.to_host = silent
+
+    drive(plant, policy=Linear(cut))
+    line.to_host = bytes
+    assert drive(plant, trial=1).outcome is Outcome.COMPLETED
+
+
+@pytest.mark.parametrize("trouble", [KeyboardInterrupt, ZeroDivisionError])
+def test_the_robot_is_disarmed_on_every_way_out(trouble):
+    plant, _, pendulum = linked()
+
+    def fail(step):
+        if step == 5:
+            raise trouble
+
+    if trouble is KeyboardInterrupt:
+        assert drive(plant, policy=Linear(fail)).outcome is Outcome.STOPPED
+    else:
+        with pytest.raises(trouble):
+            drive(plant, policy=Linear(fail))
+    assert len(pendulum.torques) == 6
+    assert pendulum.torques[-1] is None
+
+
+def test_leaving_the_plant_disarms_and_closes():
+    plant, line, pendulum = linked()
+    with plant:
+        plant.reset(0)
+        plant.step(1.0)
+    plant.close()
+    assert pendulum.torques == [1.0, None]
+    assert line.closed
+
+
+def test_commands_are_clipped_to_the_announced_limit_and_that_is_noted():
+    plant, _, pendulum = linked()
+    plant.reset(0)
+    plant.step(19.0)
+    plant.step(-25.0)
+    assert pendulum.torques == [19.0, -20.0]
+    assert [e.text for e in plant.events] == ["command of -25 N·m clipped to the robot's limit of 20 N·m"]
+
+
+def test_a_command_that_is_no_number_is_refused_before_it_is_sent():
+    plant, _, pendulum = linked()
+    plant.reset(0)
+    with pytest.raises(DataError, match="not a finite number"):
+        plant.step(math.nan)
+    assert pendulum.torques == []
+
+
+def test_the_robot_is_placed_before_it_is_armed():
+    seen = []
+    pendulum = Pendulum()
+    line = MemoryTransport(Firmware(pendulum, LOCKSTEP))
+    plant = SerialPlant(
+        line, 0.5, 0.5, 0.5, lambda trial: seen.append((trial, line.firmware.next_tick_us, pendulum.torques))
+    )
+    plant.reset(4)
+    assert seen == [(4, None, [])]
+
+
+def test_a_robot_that_lies_on_the_floor_does_not_arm():
+    with pytest.raises(LinkError, match=r"does not arm: its tilt of -\d+° is beyond its own limit"):
+        linked(replace(LOCKSTEP, tilt_limit=0.01))[0].reset(0)
+
+
+def test_a_robot_that_stopped_itself_is_not_driven_on():
+    plant, _, pendulum = linked(replace(LOCKSTEP, tilt_limit=0.25))
+    seen = plant.reset(0)
+    while abs(seen.tilt) <= 0.25:
+        seen = plant.step(0.0)
+    with pytest.raises(LinkLostError, match="beyond its own limit"):
+        plant.step(0.0)
+    episode = drive(plant, policy=Linear(), trial=0)
+    assert episode.outcome is Outcome.COMPLETED
+    assert pendulum.torques[-1] is None
+
+
+def test_stepping_without_a_reset_is_an_error():
+    with pytest.raises(LinkLostError, match="never reset"):
+        linked()[0].step(0.0)
+
+
+def test_a_robot_that_restarts_ends_the_rollout_with_its_own_words_and_can_be_used_again():
+    plant, line, _ = linked()
+
+    def restart(step):
+        if step == 3:
+            line.firmware.host_gone()
+
+    episode = drive(plant, policy=Linear(restart))
+    assert (len(episode), episode.outcome) == (3, Outcome.LINK_LOST)
+    assert "no handshake" in episode.events[-1].text
+    assert drive(plant, trial=1).outcome is Outcome.COMPLETED
+
+
+def test_time_counts_from_the_rollouts_start_across_the_clocks_overflow():
+    plant, _, _ = linked(REAL_TIME, us_per_read=1000, now_us=2**32 - 50_000)
+    times = [plant.reset(0).time, *(plant.step(0.0).time for _ in range(5))]
+    np.testing.assert_allclose(times, 0.02 * np.arange(6), atol=1e-9)
+
+
+def test_in_real_time_a_punctual_host_drives_as_in_lockstep():
+    plant, _, _ = linked(REAL_TIME, us_per_read=1000)
+    np.testing.assert_array_equal(drive(plant).observations, drive(linked()[0]).observations)
+    assert plant.missed_periods == 0
+
+
+def test_in_real_time_a_late_host_misses_periods_and_they_are_counted():
+    plant, line, pendulum = linked(REAL_TIME, us_per_read=1000)
+    plant.reset(0)
+    plant.step(1.0)
+    line.pass_time(50_000)  # two and a half control periods
+    seen = plant.step(2.0)
+    assert pendulum.torques == [1.0, 1.0, 1.0, 2.0]
+    assert plant.missed_periods == 2
+    assert plant.events[0].text == "2 control periods passed without a command in time"
+    assert seen.time == pytest.approx(0.08)
+
+
+def test_a_host_later_than_the_watchdog_has_lost_the_robot():
+    plant, line, pendulum = linked(REAL_TIME, us_per_read=1000)
+    plant.reset(0)
+    plant.step(1.0)
+    line.pass_time(200_000)
+    with pytest.raises(LinkLostError, match="watchdog"):
+        plant.step(1.0)
+    assert pendulum.torques[-1] == 0.0
+
+
+def test_a_stop_without_an_answer_is_noted_and_does_not_cost_the_episode():
+    plant, line, _ = linked(timeout=0.06)
+    line.to_robot = lambda data: b"" if isinstance(Decoder().feed(data)[0], Stop) else data
+    episode = drive(plant, steps=20)
+    assert (len(episode), episode.outcome) == (20, Outcome.COMPLETED)
+    assert "no answer to the stop" in plant.events[-1].text
+
+
+def test_what_both_wheels_say_is_averaged():
+    plant, line, _ = linked()
+
+    def turning(data):
+        wheels = {"wheel_left": 1.0, "wheel_right": 3.0, "rate_left": -1.0, "rate_right": 2.0}
+        return b"".join(to_wire(replace(seen, **wheels)) for seen in Decoder().feed(data))
+
+    line.to_host = turning
+    seen = plant.reset(0)
+    assert (seen.wheel_angle, seen.wheel_rate) == (2.0, 0.5)

@@ -1,0 +1,100 @@
+import os
+import pty
+import socket
+import threading
+import tty
+
+import pytest
+from pendulum import Pendulum
+
+from twbal.errors import LinkError, LinkLostError
+from twbal.link.protocol import Clock
+from twbal.link.serial_plant import SerialPlant
+from twbal.link.transport import SerialTransport
+from twbal.virtual_robot.firmware import Firmware, Identity
+
+
+@pytest.fixture
+def port():
+    """Both ends of a pseudo-terminal: the far end's file, and the path of the near one."""
+    far, near = pty.openpty()
+    tty.setraw(near)
+    path = os.ttyname(near)
+    os.close(near)
+    yield far, path
+    os.close(far)
+
+
+def test_a_port_that_is_not_there_is_an_error_that_lists_those_that_are():
+    with pytest.raises(LinkError, match=r"/dev/no_such_port.*Serial ports that are there: \S+"):
+        SerialTransport("/dev/no_such_port", 115200)
+
+
+def test_an_unknown_kind_of_url_is_an_error():
+    with pytest.raises(LinkError, match="carrier_pigeon://loft"):
+        SerialTransport("carrier_pigeon://loft", 115200)
+
+
+def test_bytes_pass_unchanged_both_ways(port):
+    far, path = port
+    line = SerialTransport(path, 921600)
+    every_byte = bytes(range(256))
+    line.write(every_byte)
+    assert os.read(far, 1000) == every_byte
+    os.write(far, every_byte)
+    got = b""
+    while len(got) < 256:
+        got += line.read()
+    assert got == every_byte
+    line.close()
+
+
+def test_silence_is_empty_and_a_pseudo_terminal_without_low_latency_is_tolerated(port):
+    line = SerialTransport(port[1], 115200)
+    assert line.low_latency is False
+    assert line.read() == b""
+    line.close()
+
+
+def test_a_port_serves_one_host_at_a_time(port):
+    line = SerialTransport(port[1], 115200)
+    with pytest.raises(LinkError, match="Cannot open"):
+        SerialTransport(port[1], 115200)
+    line.close()
+    SerialTransport(port[1], 115200).close()
+
+
+def test_a_port_that_is_pulled_out_is_a_lost_link():
+    far, near = pty.openpty()
+    line = SerialTransport(os.ttyname(near), 115200)
+    os.close(near)
+    os.close(far)
+    with pytest.raises(LinkLostError, match="gone while reading"):
+        line.read()
+    with pytest.raises(LinkLostError, match="gone while writing"):
+        line.write(b"x")
+    line.close()
+    line.close()
+
+
+def test_a_robot_behind_a_socket_is_driven_by_the_same_code():
+    pendulum = Pendulum()
+    firmware = Firmware(pendulum, Identity("far away", 20.0, 1.0, 0.1, Clock.LOCKSTEP))
+
+    def robot(server):
+        connection, _ = server.accept()
+        with connection:
+            while data := connection.recv(4096):
+                connection.sendall(firmware.receive(data, 0))
+
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        thread = threading.Thread(target=robot, args=[server])
+        thread.start()
+        url = f"socket://127.0.0.1:{server.getsockname()[1]}"
+        with SerialPlant.open(url, 115200, 5.0, 5.0, 5.0) as plant:
+            assert plant.robot_name == "far away"
+            plant.reset(0)
+            for torque in (1.0, 2.0, 3.0):
+                plant.step(torque)
+        thread.join()
+    assert pendulum.torques == [1.0, 2.0, 3.0, None]

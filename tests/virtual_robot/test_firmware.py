@@ -1,0 +1,155 @@
+from dataclasses import replace
+
+import pytest
+
+from twbal.link.protocol import (
+    VERSION,
+    Arm,
+    Clock,
+    Command,
+    Decoder,
+    Fault,
+    Hello,
+    Status,
+    Stop,
+    Telemetry,
+    Welcome,
+    to_wire,
+)
+from twbal.virtual_robot.firmware import Firmware, Identity
+
+LOCKSTEP = Identity("paper", torque_limit=20.0, tilt_limit=1.0, watchdog=0.1, clock=Clock.LOCKSTEP)
+REAL_TIME = replace(LOCKSTEP, clock=Clock.REAL_TIME)
+PERIOD_US = 20_000
+
+
+def tell(firmware, *messages, now_us=0):
+    return Decoder().feed(firmware.receive(b"".join(map(to_wire, messages)), now_us))
+
+
+def armed(plant, identity, now_us=0):
+    firmware = Firmware(plant, identity)
+    tell(firmware, Hello(1), Arm(2, 0), now_us=now_us)
+    return firmware
+
+
+def session(plant, trial):
+    """The bytes of one rollout in lockstep."""
+    firmware = Firmware(plant, LOCKSTEP)
+    words = [Hello(1), Arm(2, trial), *(Command(3 + k, (-1.0) ** k) for k in range(30)), Stop(40)]
+    return b"".join(firmware.receive(to_wire(word), 0) for word in words)
+
+
+def test_the_handshake_says_who_it_is(sim_plant):
+    limits = (20_000, 20.0, Clock.LOCKSTEP, "paper")
+    assert tell(Firmware(sim_plant, LOCKSTEP), Hello(4)) == [Welcome(4, VERSION, *limits)]
+
+
+@pytest.mark.parametrize("word", [Arm(2, 0), Command(2, 1.0), Stop(2)])
+@pytest.mark.parametrize("hello", [None, Hello(1, VERSION + 1)])
+def test_nothing_is_obeyed_before_a_handshake_of_this_version(sim_plant, word, hello):
+    firmware = Firmware(sim_plant, LOCKSTEP)
+    if hello is not None:
+        (welcome,) = tell(firmware, hello)
+        assert welcome.version == VERSION
+    assert tell(firmware, word) == [Fault(2, "no handshake of this version yet; begin with Hello")]
+
+
+def test_the_same_trial_is_the_same_bytes_and_another_is_not(sim_plant):
+    first, other, again = (session(sim_plant, trial) for trial in (3, 4, 3))
+    assert first == again != other
+
+
+def test_each_command_advances_the_clock_by_one_period_in_lockstep(sim_plant):
+    firmware = armed(sim_plant, LOCKSTEP)
+    seen = tell(firmware, *(Command(3 + k, 0.5) for k in range(5)))
+    assert [(s.seq, s.period, s.time_us) for s in seen] == [(3 + k, 1 + k, PERIOD_US * (1 + k)) for k in range(5)]
+    assert firmware.next_tick_us is None
+    assert firmware.advance(10**12) == b""
+
+
+def test_a_repeated_command_acts_once_and_is_answered_again(sim_plant):
+    firmware = armed(sim_plant, LOCKSTEP)
+    first = tell(firmware, Command(3, 5.0))
+    assert tell(firmware, Command(3, 5.0), Command(3, 5.0)) == first * 2
+    assert tell(firmware, Command(4, 5.0))[0].period == 2
+
+
+def test_the_motors_are_off_before_arming_and_after_a_stop(sim_plant):
+    firmware = Firmware(sim_plant, LOCKSTEP)
+    off = "the motors are off; begin with Arm"
+    assert tell(firmware, Hello(1), Command(2, 1.0))[-1] == Fault(2, off)
+    *_, stopped, refused = tell(firmware, Arm(3, 0), Command(4, 1.0), Stop(5), Command(6, 1.0))
+    assert isinstance(stopped, Telemetry)
+    assert stopped.status == Status(0)
+    assert refused == Fault(6, off)
+
+
+def test_a_hello_in_the_middle_disarms(sim_plant):
+    firmware = armed(sim_plant, LOCKSTEP)
+    assert isinstance(tell(firmware, Hello(3), Command(4, 1.0))[-1], Fault)
+
+
+def test_a_torque_that_is_no_number_is_refused_and_the_one_before_stays(sim_plant):
+    firmware = armed(sim_plant, LOCKSTEP)
+    (refused,) = tell(firmware, Command(3, float("nan")))
+    assert "not a finite number" in refused.text
+    (seen,) = tell(firmware, Command(4, 1.0))
+    assert seen.period == 1
+
+
+def test_a_robots_word_from_a_host_is_refused(sim_plant):
+    (refused,) = tell(armed(sim_plant, LOCKSTEP), Welcome(9, VERSION))
+    assert "robot's word" in refused.text
+
+
+def test_beyond_its_tilt_limit_it_stops_itself_and_goes_on_measuring(sim_plant):
+    firmware = armed(sim_plant, replace(LOCKSTEP, tilt_limit=0.3))
+    seen = [tell(firmware, Command(3 + k, 20.0))[0] for k in range(30)]  # forward drive tips it over backwards
+    trip = next(k for k, s in enumerate(seen) if abs(s.tilt) > 0.3)
+    assert [s.status for s in seen[:trip]] == [Status.ARMED] * trip
+    assert {s.status for s in seen[trip:]} == {Status.TILT_STOPPED}
+    assert seen[-1].period == 30
+    assert seen[-1].wheel_left != seen[trip].wheel_left
+
+
+def test_real_time_streams_once_a_period_with_the_torque_commanded_last(sim_plant):
+    start = 123_456
+    firmware = armed(sim_plant, REAL_TIME, now_us=start)
+    assert firmware.next_tick_us == start + PERIOD_US
+    assert firmware.advance(start + PERIOD_US - 1) == b""
+    assert tell(firmware, Command(3, 5.0), now_us=start + 1000) == []
+    seen = Decoder().feed(firmware.advance(start + 2 * PERIOD_US))
+    assert [(s.seq, s.period, s.time_us) for s in seen] == [(3, k, start + k * PERIOD_US) for k in (1, 2)]
+
+    twin = armed(sim_plant, LOCKSTEP)
+    assert [s.tilt for s in tell(twin, Command(3, 5.0), Command(4, 5.0))] == [s.tilt for s in seen]
+
+
+def test_without_commands_the_watchdog_stops_it_after_its_time(sim_plant):
+    firmware = armed(sim_plant, REAL_TIME)
+    tell(firmware, Command(3, 5.0), now_us=30_000)
+    seen = Decoder().feed(firmware.advance(200_000))
+    assert [s.status for s in seen] == [Status.ARMED] * 6 + [Status.WATCHDOG_STOPPED] * 4  # runs out at 130 ms
+    tell(firmware, Command(4, 5.0), now_us=200_000)
+    (late,) = Decoder().feed(firmware.advance(220_000))
+    assert late.status == Status.WATCHDOG_STOPPED
+    (fresh,) = tell(firmware, Arm(5, 0), now_us=220_000)
+    assert fresh.status == Status.ARMED
+
+
+def test_regular_commands_hold_the_watchdog_off_and_repeated_ones_do_too(sim_plant):
+    firmware = armed(sim_plant, REAL_TIME)
+    for k in range(20):
+        tell(firmware, Command(3, 0.0), now_us=90_000 * k)
+        seen = Decoder().feed(firmware.advance(90_000 * k))
+        assert all(not s.status & Status.WATCHDOG_STOPPED for s in seen)
+
+
+def test_a_host_that_has_gone_leaves_a_robot_without_torque(sim_plant):
+    firmware = armed(sim_plant, REAL_TIME)
+    tell(firmware, Command(3, 5.0))
+    firmware.host_gone()
+    assert firmware.next_tick_us is None
+    assert firmware.advance(10**9) == b""
+    assert isinstance(tell(firmware, Command(4, 1.0))[0], Fault)

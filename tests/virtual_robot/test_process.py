@@ -1,0 +1,178 @@
+import math
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import pytest
+
+from twbal.channels import Channels
+from twbal.episode import Outcome, Provenance
+from twbal.errors import LinkError
+from twbal.link.protocol import Clock
+from twbal.link.serial_plant import SerialPlant
+from twbal.policies.policy import Policy
+from twbal.rollout import rollout
+from twbal.virtual_robot.process import VirtualRobotProcess, launch, virtual_plant, virtual_robot_command
+
+START = 60.0
+PATIENCE = 30.0
+
+
+class Linear(Policy):
+    """u = 60 θ + 8 θ̇, which holds the nominal robot; `trap` is called at each step."""
+
+    def __init__(self, trap=lambda step: None):
+        self.trap = trap
+
+    def controller(self, rng):
+        steps = iter(range(10**9))
+
+        def law(state):
+            self.trap(next(steps))
+            return float(60 * state[0] + 8 * state[1])
+
+        return law
+
+
+def drive(plant, trial=0, steps=50, policy=None):
+    provenance = Provenance(plant.robot_name, "robot", trial=trial)
+    channels = Channels(("tilt", "tilt_rate"), 0.15)
+    return rollout(plant, policy or Linear(), channels, steps, math.radians(30), provenance)
+
+
+def connect(port):
+    return SerialPlant.open(port, 921600, PATIENCE, PATIENCE, PATIENCE)
+
+
+def ends(pid):
+    """Whether the process, a child of this one or not, ends before patience does."""
+    deadline = time.monotonic() + PATIENCE
+    while time.monotonic() < deadline:
+        try:
+            with open(f"/proc/{pid}/stat") as stat:
+                if stat.read().rpartition(")")[2].split()[0] == "Z":
+                    return True
+        except FileNotFoundError:
+            return True
+        time.sleep(0.02)
+    return False
+
+
+def virtual(clock="lockstep", seed=3, overrides=()):
+    return virtual_plant("paper", seed, clock, overrides, START, 921600, PATIENCE, PATIENCE, PATIENCE)
+
+
+def test_one_seed_and_trial_is_the_same_episode_in_every_process():
+    episodes = []
+    for seed in (3, 3, 4):
+        with virtual(seed=seed) as plant:
+            episodes.append([drive(plant, trial) for trial in (0, 1, 0)])
+            assert plant.clock is Clock.LOCKSTEP
+            assert (plant.robot_name, plant.torque_limit, plant.control_period) == ("paper", 20.0, 0.02)
+    (first, other, again), (repeated, _, _), (stranger, _, _) = episodes
+    np.testing.assert_array_equal(first.observations, again.observations)
+    np.testing.assert_array_equal(first.observations, repeated.observations)
+    assert first.tilt[0] != other.tilt[0]
+    assert first.tilt[0] != stranger.tilt[0]
+
+
+def test_a_robot_killed_in_mid_rollout_leaves_the_episode_so_far_and_its_last_words():
+    robot = VirtualRobotProcess(virtual_robot_command(["hidden=none"]), START)
+
+    def kill(step):
+        if step == 10:
+            os.kill(robot.pid, signal.SIGKILL)
+            assert ends(robot.pid)
+
+    try:
+        with connect(robot.port) as plant:
+            episode = drive(plant, policy=Linear(kill))
+            assert (len(episode), episode.outcome) == (10, Outcome.LINK_LOST)
+            assert "gone" in episode.events[-1].text
+            with pytest.raises(LinkError):
+                plant.reset(1)
+        assert "exit code -9" in robot.last_words()
+    finally:
+        robot.close()
+
+
+def test_real_time_keeps_the_robots_own_time():
+    with virtual("real_time", overrides=["hidden=none", "tilt_limit=3"]) as plant:
+        assert plant.clock is Clock.REAL_TIME
+        begun = time.monotonic()
+        episode = drive(plant, steps=25)
+        passed = time.monotonic() - begun
+    assert len(episode) > 5
+    assert episode.observations[-1, 0] <= passed
+    periods = np.diff(episode.observations[:, 0]) / 0.02
+    np.testing.assert_allclose(periods, np.round(periods), atol=1e-6)
+    assert periods.sum() - len(periods) == pytest.approx(plant.missed_periods)
+
+
+def test_a_robot_that_does_not_start_is_an_error_with_its_own_words():
+    with (
+        pytest.raises(LinkError, match=r"did not start(.|\n)*no_such_setting"),
+        launch(virtual_robot_command(["no_such_setting=1"]), START),
+    ):
+        pass
+
+
+def test_a_robot_that_says_nothing_is_an_error():
+    with (
+        pytest.raises(LinkError, match=r"did not say its port within 0\.2 s"),
+        launch([sys.executable, "-c", "import time; time.sleep(60)"], 0.2),
+    ):
+        pass
+
+
+def test_a_lost_link_to_a_dead_robot_says_how_it_died():
+    dying = "import sys; print('noise'); print('port /dev/null', flush=True); sys.exit('battery flat')"
+    with (
+        pytest.raises(LinkError, match=r"no answer(.|\n)*exit code 1(.|\n)*battery flat"),
+        launch([sys.executable, "-c", dying], START) as port,
+    ):
+        assert port == "/dev/null"
+        raise LinkError("no answer.")
+
+
+def test_other_errors_pass_and_the_robot_ends_with_the_body():
+    with pytest.raises(ZeroDivisionError), launch(virtual_robot_command([]), START) as port:
+        assert os.path.exists(port)
+        raise ZeroDivisionError
+    assert not os.path.exists(port)
+
+
+def test_asked_to_end_it_ends_cleanly():
+    robot = subprocess.Popen(virtual_robot_command([]), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert "port /dev/" in robot.stdout.readline()
+    robot.terminate()
+    _, complaints = robot.communicate(timeout=PATIENCE)
+    assert (robot.returncode, complaints) == (0, "")
+
+
+def test_it_ends_when_its_host_has_gone_for_long_and_not_when_the_next_one_comes():
+    robot = VirtualRobotProcess(virtual_robot_command(["idle_timeout=1"]), START)
+    for _ in range(2):
+        with connect(robot.port) as plant:
+            plant.reset(0)
+    assert ends(robot.pid)
+    assert "exit code 0" in robot.last_words()
+    robot.close()
+
+
+def test_it_ends_when_the_process_that_started_it_was_killed():
+    starter = (
+        "import sys, time\n"
+        "from twbal.virtual_robot.process import VirtualRobotProcess, virtual_robot_command\n"
+        f"robot = VirtualRobotProcess(virtual_robot_command([]), {START})\n"
+        "print(robot.pid, flush=True)\n"
+        "time.sleep(600)\n"
+    )
+    parent = subprocess.Popen([sys.executable, "-c", starter], stdout=subprocess.PIPE, text=True)
+    pid = int(parent.stdout.readline())
+    parent.kill()
+    parent.communicate()
+    assert ends(pid)
