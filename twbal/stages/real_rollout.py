@@ -119,8 +119,8 @@ def record(
 def _check(plant: SerialPlant, robot: RobotParameters) -> None:
     if abs(plant.control_period - robot.control_period) > 1e-6:
         raise ConfigError(
-            f"The robot {plant.robot_name!r} on the link has a control period of {plant.control_period} s; the data sheet "
-            f"{robot.name!r} says {robot.control_period} s. Is it the right one (robot=...)?"
+            f"The robot {plant.robot_name!r} on the link has a control period of {plant.control_period} s; the data "
+            f"sheet {robot.name!r} says {robot.control_period} s. Is it the right one (robot=...)?"
         )
 
 

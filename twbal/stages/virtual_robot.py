@@ -1,40 +1,56 @@
-"""`twbal virtual-robot`: a robot with hidden faults behind a port."""
+"""A robot with hidden faults behind a port."""
+
+from dataclasses import dataclass
 
 from hydra.utils import instantiate
 from omegaconf import DictConfig
 
 from twbal.errors import ConfigError
 from twbal.link.protocol import Clock
+from twbal.robot.parameters import RobotParameters
 from twbal.sim.plant import SimPlant
+from twbal.stages.settings import typed
 from twbal.virtual_robot.firmware import Identity
 from twbal.virtual_robot.hidden import draw_hidden
 from twbal.virtual_robot.server import serve
 
 
+@dataclass(frozen=True)
+class Settings:
+    """See conf/virtual_robot.yaml."""
+
+    seed: int
+    clock: str
+    physics_step: float
+    tilt_limit: float
+    watchdog: float
+    idle_timeout: float
+
+
 def main(cfg: DictConfig) -> None:
     """Serve one virtual robot until nobody needs it any more."""
-    robot = instantiate(cfg.robot)
-    plant = SimPlant(
-        robot=robot,
-        effects=draw_hidden(instantiate(cfg.hidden), robot, cfg.seed),
-        start=instantiate(cfg.start),
-        physics_step=cfg.physics_step,
-        seed=cfg.seed,
-    )
+    settings = typed(Settings, cfg)
+    robot: RobotParameters = instantiate(cfg.robot)
     identity = Identity(
         name=robot.name,
         torque_limit=robot.torque_limit,
-        tilt_limit=cfg.tilt_limit,
-        watchdog=cfg.watchdog,
-        clock=_clock(cfg.clock),
+        tilt_limit=settings.tilt_limit,
+        watchdog=settings.watchdog,
+        clock=_clock(settings.clock),
     )
-    serve(plant, identity, cfg.idle_timeout)
+    plant = SimPlant(
+        robot=robot,
+        effects=draw_hidden(instantiate(cfg.hidden), robot, settings.seed),
+        start=instantiate(cfg.start),
+        physics_step=settings.physics_step,
+        seed=settings.seed,
+    )
+    serve(plant, identity, settings.idle_timeout)
 
 
 def _clock(name: str) -> Clock:
     try:
         return Clock[name.upper()]
     except KeyError:
-        raise ConfigError(
-            f"Unknown clock {name!r}; the clocks are: {', '.join(c.name.lower() for c in Clock)}."
-        ) from None
+        known = ", ".join(clock.name.lower() for clock in Clock)
+        raise ConfigError(f"Unknown clock {name!r}; the clocks are: {known}.") from None

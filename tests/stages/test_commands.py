@@ -1,0 +1,81 @@
+import shlex
+from pathlib import Path
+
+import pytest
+from hydra import initialize_config_dir
+from hydra.core.override_parser.overrides_parser import OverridesParser
+from omegaconf import OmegaConf
+
+from twbal.configuration import conf_folder
+from twbal.stages.commands import command_line, compose_stage, stage_overrides, text
+
+
+@pytest.fixture(autouse=True)
+def within_a_stage():
+    with initialize_config_dir(str(conf_folder()), version_base="1.3"):
+        yield
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        *(None, True, False, 0, -3, 0.1, 1e-9, float("inf"), "plain", "a/b.pt", "null", "TRUE", "12", "1e3", "", " "),
+        *("two words", "it's", "a\\", "\\'", "a,b=c", "[x]", "{y}", "#", "ümlaut", "2026-11-20_10-00-00", "~a", "$b"),
+        *([], [1, "b c", [2.5]], {"a": 1, "b": {"c": "x y"}}),
+    ],
+)
+def test_a_value_survives_the_way_through_an_override(value):
+    parsed = OverridesParser.create().parse_override(f"key={text(value)}").value()
+    assert OmegaConf.to_container(OmegaConf.create({"key": _plain(parsed)}))["key"] == value
+
+
+def test_what_equals_the_defaults_needs_no_override():
+    cfg = compose_stage("sim-collect", [])
+    assert stage_overrides("sim-collect", cfg, {"robot": "paper", "state": "default"}, []) == []
+
+
+def test_choices_values_and_sections_are_handed_on():
+    cfg = compose_stage(
+        "sim-collect", ["robot=regbot", "state=paper", "robot.body_mass=1.5", "sim.physics_step=0.0005"]
+    )
+    OmegaConf.set_struct(cfg, False)
+    del cfg["rollouts"]
+    cfg.sim_collect = {"rollouts": 7}
+    found = stage_overrides("sim-collect", cfg, {"robot": "regbot", "state": "paper", "model": "exact"}, ["seed=4"])
+    assert found[:2] in (["robot=regbot", "state=paper"], ["state=paper", "robot=regbot"])
+    assert sorted(found[2:-1]) == ["robot.body_mass=1.5", "rollouts=7", "sim.physics_step=0.0005"]
+    assert found[-1] == "seed=4"
+    again = compose_stage("sim-collect", found)
+    assert again.rollouts == 7
+    assert again.seed == 4
+    assert again.robot == cfg.robot
+    assert again.state == cfg.state
+
+
+def test_keys_may_come_and_go():
+    cfg = compose_stage("sim-collect", ["+robot.colour=red", "~robot.track"])
+    found = stage_overrides("sim-collect", cfg, {"robot": "paper"}, [])
+    assert found == ["++robot.colour=red", "~robot.track"]
+    assert compose_stage("sim-collect", found) == cfg
+
+
+def test_what_is_told_comes_before_the_choice_of_the_asking_stage():
+    cfg = compose_stage("sim-collect", ["policy=random"])
+    told = ["policy=saved", "policy.path=p.pt"]
+    found = stage_overrides("real-rollout", cfg, {"policy": "random", "robot": "paper"}, told)
+    assert found[-2:] == told
+    assert compose_stage("real-rollout", found).policy.path == "p.pt"
+
+
+def test_a_command_line_is_what_a_shell_hands_on():
+    line = command_line("fit-sim-gp", ["episodes=[a b,c]"], Path("out puts/x"))
+    assert shlex.split(line) == ["twbal", "fit-sim-gp", "episodes=[a b,c]", "hydra.run.dir='out puts/x'"]
+
+
+def _plain(value):
+    """Hydra's quoted strings as text."""
+    if isinstance(value, list):
+        return [_plain(inner) for inner in value]
+    if isinstance(value, dict):
+        return {str(key): _plain(inner) for key, inner in value.items()}
+    return getattr(value, "text", value)
