@@ -1,6 +1,9 @@
 import io
+from pathlib import Path
 
 import pytest
+from hydra.utils import instantiate
+from omegaconf import OmegaConf
 
 from twbal.errors import LinkError
 from twbal.link.person import confirm_placed
@@ -18,3 +21,10 @@ def test_without_a_person_it_is_an_error_that_says_what_to_do(monkeypatch):
     monkeypatch.setattr("sys.stdin", io.StringIO(""))
     with pytest.raises(LinkError, match=r"link\.confirm_placed=null"):
         confirm_placed(0)
+
+
+def test_the_serial_link_asks_by_default(monkeypatch, capsys):
+    link = OmegaConf.load(Path(__file__).parents[2] / "conf" / "link" / "serial.yaml")
+    monkeypatch.setattr("sys.stdin", io.StringIO("\n"))
+    instantiate(link.confirm_placed)(5)
+    assert "Trial 5" in capsys.readouterr().out

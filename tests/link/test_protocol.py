@@ -63,7 +63,7 @@ def test_a_frame_is_what_the_specification_says():
     expected = (
         b"\x00" + b"\x03" + plain[:2] + b"\x03" + plain[3:] + b"\x00"
     )  # COBS: distance to each zero instead of it
-    assert to_wire(Stop(1)) == expected
+    assert to_wire(Stop(1)) == expected == bytes.fromhex("00 03 04 01 03 6D 23 00")  # the example in docs/link.md
 
 
 def test_telemetry_travels_as_float32():

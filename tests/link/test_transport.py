@@ -3,8 +3,11 @@ import pty
 import socket
 import threading
 import tty
+from pathlib import Path
 
 import pytest
+from hydra.utils import instantiate
+from omegaconf import OmegaConf
 from pendulum import Pendulum
 
 from twbal.errors import LinkError, LinkLostError
@@ -12,6 +15,8 @@ from twbal.link.protocol import Clock
 from twbal.link.serial_plant import SerialPlant
 from twbal.link.transport import SerialTransport
 from twbal.virtual_robot.firmware import Firmware, Identity
+
+CONF = Path(__file__).parents[2] / "conf"
 
 
 @pytest.fixture
@@ -90,8 +95,10 @@ def test_a_robot_behind_a_socket_is_driven_by_the_same_code():
     with socket.create_server(("127.0.0.1", 0)) as server:
         thread = threading.Thread(target=robot, args=[server])
         thread.start()
-        url = f"socket://127.0.0.1:{server.getsockname()[1]}"
-        with SerialPlant.open(url, 115200, 5.0, 5.0, 5.0) as plant:
+        cfg = OmegaConf.load(CONF / "link" / "serial.yaml")
+        cfg.update(port=f"socket://127.0.0.1:{server.getsockname()[1]}", confirm_placed=None)
+        with instantiate(cfg) as plant:
+            assert isinstance(plant, SerialPlant)
             assert plant.robot_name == "far away"
             plant.reset(0)
             for torque in (1.0, 2.0, 3.0):

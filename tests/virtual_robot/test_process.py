@@ -4,9 +4,12 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
+from hydra.utils import instantiate
+from omegaconf import OmegaConf
 
 from twbal.channels import Channels
 from twbal.episode import Outcome, Provenance
@@ -15,8 +18,9 @@ from twbal.link.protocol import Clock
 from twbal.link.serial_plant import SerialPlant
 from twbal.policies.policy import Policy
 from twbal.rollout import rollout
-from twbal.virtual_robot.process import VirtualRobotProcess, launch, virtual_plant, virtual_robot_command
+from twbal.virtual_robot.process import VirtualRobotProcess, launch, virtual_robot_command
 
+CONF = Path(__file__).parents[2] / "conf"
 START = 60.0
 PATIENCE = 30.0
 
@@ -62,7 +66,9 @@ def ends(pid):
 
 
 def virtual(clock="lockstep", seed=3, overrides=()):
-    return virtual_plant("paper", seed, clock, overrides, START, 921600, PATIENCE, PATIENCE, PATIENCE)
+    cfg = OmegaConf.load(CONF / "link" / "virtual.yaml")
+    cfg.update(robot="paper", seed=seed, clock=clock, overrides=[*cfg.overrides, *overrides])
+    return instantiate(cfg)
 
 
 def test_one_seed_and_trial_is_the_same_episode_in_every_process():
@@ -176,3 +182,11 @@ def test_it_ends_when_the_process_that_started_it_was_killed():
     parent.kill()
     parent.communicate()
     assert ends(pid)
+
+
+def test_an_unknown_clock_is_an_error_that_lists_them():
+    with (
+        pytest.raises(LinkError, match=r"Unknown clock 'sundial'; the clocks are: lockstep, real_time"),
+        launch(virtual_robot_command(["clock=sundial"]), START),
+    ):
+        pass
