@@ -52,7 +52,7 @@ def metadata_of(episode: Episode) -> dict[str, str]:
         "events": str(len(episode.events)),
     }
     # MCAP guards attachments and chunks, but no metadata, where the end of the file is lost.
-    return {**entries, "checksum": _checksum(entries)}
+    return {**entries, "checksum": checksum(entries)}
 
 
 def description_of(entries: Mapping[str, str]) -> Description:
@@ -61,7 +61,7 @@ def description_of(entries: Mapping[str, str]) -> Description:
     Raises:
         LogError: another schema version, or entries that are damaged or cannot be right; the message names no file.
     """
-    if entries.get("checksum") != _checksum({key: text for key, text in entries.items() if key != "checksum"}):
+    if entries.get("checksum") != checksum(entries):
         raise LogError("has a damaged metadata record (its checksum does not fit), so none of it can be trusted")
     version = entries.get("schema_version", "")
     if version != str(SCHEMA_VERSION):
@@ -93,6 +93,7 @@ def _parse(entries: Mapping[str, str]) -> Description:
     )
 
 
-def _checksum(entries: Mapping[str, str]) -> str:
-    text = "\n".join(f"{key}={entries[key]}" for key in sorted(entries))
+def checksum(entries: Mapping[str, str]) -> str:
+    """CRC-32 of the entries, sorted by key, without the checksum itself."""
+    text = "\n".join(f"{key}={entries[key]}" for key in sorted(entries) if key != "checksum")
     return f"{zlib.crc32(text.encode()):08x}"

@@ -128,7 +128,7 @@ def _contents(path: Path, data: bytes) -> Contents:
 
 def _damage(data: bytes, contents: Contents) -> str:
     """What is wrong with the bytes, as the end of a sentence; empty if nothing is."""
-    if not data.endswith(MAGIC):
+    if len(data) <= len(MAGIC) or not data.endswith(MAGIC):
         return f"is cut: {contents.damage or f'it ends after {len(data)} bytes, before the end of the data'}"
     try:
         check_ends(data)
