@@ -1,5 +1,6 @@
 """A robot with hidden faults behind a port."""
 
+import os
 from dataclasses import dataclass
 
 from hydra.utils import instantiate
@@ -25,11 +26,13 @@ class Settings:
     tilt_limit: float
     watchdog: float
     idle_timeout: float
+    parent: int | None
 
 
 def main(cfg: DictConfig) -> None:
     """Serve one virtual robot until nobody needs it any more."""
     settings = typed(Settings, cfg)
+    parent = os.getppid() if settings.parent is None else settings.parent
     robot: RobotParameters = instantiate(cfg.robot)
     identity = Identity(
         name=robot.name,
@@ -45,7 +48,7 @@ def main(cfg: DictConfig) -> None:
         physics_step=settings.physics_step,
         seed=settings.seed,
     )
-    serve(plant, identity, settings.idle_timeout)
+    serve(plant, identity, settings.idle_timeout, parent)
 
 
 def _clock(name: str) -> Clock:

@@ -98,12 +98,12 @@ class VirtualRobotProcess:
 
 
 def virtual_robot_command(overrides: Sequence[str]) -> list[str]:
-    """The command line of `twbal virtual-robot`, with this interpreter.
+    """The command line of `twbal virtual-robot`, with this interpreter and to end with this process at the latest.
 
     Args:
         overrides: such as `seed=3`.
     """
-    return [sys.executable, "-m", "twbal", "virtual-robot", *overrides]
+    return [sys.executable, "-m", "twbal", "virtual-robot", f"parent={os.getpid()}", *overrides]
 
 
 @contextmanager

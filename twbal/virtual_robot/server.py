@@ -14,20 +14,21 @@ from twbal.virtual_robot.pseudo_terminal import PseudoTerminal
 _LOOK_ROUND = 0.5  # longest wait before looking whether the parent lives [s]
 
 
-def serve(plant: Plant, identity: Identity, idle_timeout: float) -> None:
+def serve(plant: Plant, identity: Identity, idle_timeout: float, parent: int) -> None:
     """Be a robot behind a pseudo-terminal, until nobody needs it any more.
 
-    Prints `port <path>` once a host may open it. Returns when no host has had the port open for a while, when the
-    process that started this one has ended, or on SIGTERM; the plant is closed on every way out.
+    Prints `port <path>` once a host may open it. Returns when no host has had the port open for a while, when its
+    parent has ended, or on SIGTERM; the plant is closed on every way out.
 
     Args:
         plant: what moves.
         identity: what it says of itself.
         idle_timeout: how long it waits for a host, the first or the next [s].
+        parent: process that started this one.
     """
     with plant, PseudoTerminal() as line, _ended_by_signals():
         print(f"port {line.path}", flush=True)
-        attend(line, Firmware(plant, identity), idle_timeout, os.getppid())
+        attend(line, Firmware(plant, identity), idle_timeout, parent)
 
 
 def attend(line: PseudoTerminal, firmware: Firmware, idle_timeout: float, parent: int) -> None:
