@@ -7,7 +7,7 @@ from hydra.utils import instantiate
 from omegaconf import DictConfig
 
 from twbal.logs import read_episode
-from twbal.models.learning import Fitter, learn_g
+from twbal.models.recipe import ModelRecipe
 from twbal.stages.artefacts import episode_files, load_model, save_model
 from twbal.stages.closing import closing, run_folder
 from twbal.stages.manifest import Manifest, Step, perform
@@ -33,14 +33,17 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
     """Learn g from the model and the episodes that `cfg` names into `out`/model.pt, unless it is there already."""
     settings = typed(Settings, cfg)
     dynamics, files = Path(cfg.dynamics), episode_files(cfg.episodes)
-    fit = instantiate(cfg.model.fit_g)
+    recipe = instantiate(cfg.model)
     inputs = {"dynamics": [dynamics], "episodes": files}
     step = Step("fit-diff-gp", out, recorded(cfg, NOT_RECORDED), inputs, settings.seed)
-    return perform(step, lambda: [fit_to_file(dynamics, files, fit, settings.seed, out / "model.pt")])
+    return perform(step, lambda: [fit_to_file(dynamics, files, recipe, settings.seed, out / "model.pt")])
 
 
-def fit_to_file(dynamics: Path, files: list[Path], fit: Fitter, seed: int, path: Path) -> Path:
-    """Learn g from logs, given the f in `dynamics`, and write f and g to `path`, which is returned; see `learn_g`."""
-    model = learn_g(load_model(dynamics), [read_episode(file) for file in files], fit, seed)
-    save_model(path, model, {"robot": files})
+def fit_to_file(dynamics: Path, files: list[Path], recipe: ModelRecipe, seed: int, path: Path) -> Path:
+    """Learn g from logs, given the f in `dynamics`, and write f and g to `path`, which is returned.
+
+    See `ModelRecipe.learn_difference`.
+    """
+    learned = recipe.learn_difference(load_model(dynamics), [read_episode(file) for file in files], seed)
+    save_model(path, learned.model, {"robot": files})
     return path

@@ -8,7 +8,7 @@ from omegaconf import DictConfig
 
 from twbal.channels import Channels
 from twbal.logs import read_episode
-from twbal.models.learning import Fitter, learn_f
+from twbal.models.recipe import ModelRecipe
 from twbal.stages.artefacts import episode_files, save_model
 from twbal.stages.closing import closing, run_folder
 from twbal.stages.manifest import Manifest, Step, perform
@@ -34,15 +34,13 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
     """Learn f from the episodes that `cfg` names into `out`/model.pt, unless it is there already."""
     settings = typed(Settings, cfg)
     files = episode_files(cfg.episodes)
-    fit, channels, keep = instantiate(cfg.model.fit_f), instantiate(cfg.state), bool(cfg.model.keep_f_variance)
+    recipe, channels = instantiate(cfg.model), instantiate(cfg.state)
     step = Step("fit-sim-gp", out, recorded(cfg, NOT_RECORDED), {"episodes": files}, settings.seed)
-    return perform(step, lambda: [fit_to_file(files, channels, fit, keep, settings.seed, out / "model.pt")])
+    return perform(step, lambda: [fit_to_file(files, channels, recipe, settings.seed, out / "model.pt")])
 
 
-def fit_to_file(
-    files: list[Path], channels: Channels, fit: Fitter, keep_f_variance: bool, seed: int, path: Path
-) -> Path:
-    """Learn f from logs and write it to `path`, which is returned; see `learn_f`."""
-    model = learn_f([read_episode(file) for file in files], channels, fit, keep_f_variance, seed)
-    save_model(path, model, {"simulation": files})
+def fit_to_file(files: list[Path], channels: Channels, recipe: ModelRecipe, seed: int, path: Path) -> Path:
+    """Learn f from logs and write it to `path`, which is returned; see `ModelRecipe.learn_simulation`."""
+    learned = recipe.learn_simulation([read_episode(file) for file in files], channels, seed)
+    save_model(path, learned.model, {"simulation": files})
     return path
