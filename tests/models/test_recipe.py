@@ -73,6 +73,6 @@ def test_every_model_choice_composes_and_learns(choice, fit_f, settings):
     assert recipe.fit_f.func is fit_f
     assert isinstance(recipe.fit_f.keywords["settings"], settings)
     assert recipe.fit_g.func is fit_gp
-    assert recipe.fit_g.keywords["settings"].length_scale_prior.log_sd == 1.0
+    assert recipe.fit_g.keywords["settings"].length_scale_prior.log_sd == 0.7
     learned = recipe.learn_simulation([episode(20, 0, 1.0, "simulation")], CHANNELS, seed=0)
     assert np.isfinite(recipe.learn_difference(learned.model, [episode(9, 1, 0.6, "robot")], seed=0).log_evidence).all()
