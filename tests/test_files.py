@@ -1,0 +1,54 @@
+import hashlib
+from pathlib import Path
+
+import pytest
+
+from twbal.errors import DataError
+from twbal.files import file_hash, replacing, write_atomically
+
+
+def test_bytes_and_text_are_written_with_their_folders(tmp_path: Path) -> None:
+    path = tmp_path / "new" / "folder" / "file"
+    write_atomically(path, b"\x00\xff")
+    assert path.read_bytes() == b"\x00\xff"
+    write_atomically(path, "20 N·m\n")
+    assert path.read_text(encoding="utf-8") == "20 N·m\n"
+    assert [entry.name for entry in path.parent.iterdir()] == ["file"]
+
+
+def test_writing_that_fails_on_the_way_leaves_the_old_file_and_nothing_else(tmp_path: Path) -> None:
+    path = tmp_path / "file"
+    write_atomically(path, "old")
+    with pytest.raises(KeyboardInterrupt), replacing(path) as stream:
+        stream.write(b"half")
+        raise KeyboardInterrupt
+    assert path.read_text() == "old"
+    assert [entry.name for entry in tmp_path.iterdir()] == ["file"]
+
+
+def test_the_file_is_not_there_before_it_is_whole(tmp_path: Path) -> None:
+    path = tmp_path / "file"
+    with replacing(path) as stream:
+        stream.write(b"half")
+        stream.flush()
+        assert not path.exists()
+        [partial] = tmp_path.iterdir()
+        assert partial.name.startswith(".file.") and partial.suffix == ".partial"
+    assert path.read_bytes() == b"half"
+
+
+def test_a_place_that_cannot_be_written_is_named(tmp_path: Path) -> None:
+    (tmp_path / "file").touch()
+    with pytest.raises(DataError, match=f"Cannot write {tmp_path / 'file' / 'below'}: "):
+        write_atomically(tmp_path / "file" / "below", b"")
+    (tmp_path / "folder").mkdir()
+    with pytest.raises(DataError, match=f"Cannot write {tmp_path / 'folder'}: "):
+        write_atomically(tmp_path / "folder", b"")
+    assert sorted(entry.name for entry in tmp_path.iterdir()) == ["file", "folder"]
+
+
+def test_the_hash_is_sha256_of_the_content(tmp_path: Path) -> None:
+    write_atomically(tmp_path / "file", b"content")
+    assert file_hash(tmp_path / "file") == hashlib.sha256(b"content").hexdigest()
+    with pytest.raises(DataError, match=f"Cannot read {tmp_path / 'gone'}: No such file"):
+        file_hash(tmp_path / "gone")
