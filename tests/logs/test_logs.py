@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
 from mcap.exceptions import McapError
+from mcap.opcode import Opcode
 from mcap.reader import NonSeekingReader, make_reader
 from mcap.records import Chunk, Message, MessageIndex
 from mcap.stream_reader import StreamReader, get_chunk_data_stream
@@ -333,6 +334,21 @@ def test_damage_anywhere_is_refused_and_nothing_wrong_is_recovered(
             continue
         assert_same(recovered.episode, episode, len(recovered.episode) + 1)
         assert recovered.lost_samples == 150 - len(recovered.episode)
+
+
+def test_a_record_that_turns_into_a_message_adds_nothing(tmp_path: Path, data: bytes, episode: Episode) -> None:
+    position, changed = 8, 0
+    while data[position] != Opcode.DATA_END:
+        if data[position] == Opcode.MESSAGE_INDEX:
+            damaged = bytearray(data)
+            damaged[position] = Opcode.MESSAGE
+            (tmp_path / "e.mcap").write_bytes(bytes(damaged))
+            recovered = recover_episode(tmp_path / "e.mcap")
+            assert set(recovered.episode.events[: -1 if recovered.lost_samples else None]) <= set(episode.events)
+            assert_same(recovered.episode, episode, len(recovered.episode) + 1)
+            changed += 1
+        position += 9 + int.from_bytes(data[position + 1 : position + 9], "little")
+    assert changed > 12
 
 
 def test_a_damaged_log_says_so(tmp_path: Path, data: bytes) -> None:

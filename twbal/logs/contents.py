@@ -42,6 +42,7 @@ class Contents:
         self.topics: list[str] = []
         self.damage = ""
         self._layout: Layout | None = None
+        self._has_chunks = False
         self._schemas: dict[int, Schema] = {}
         self._known: dict[int, Topic] = {}
         self._runs: list[tuple[NDArray[np.int64], Array]] = []
@@ -82,6 +83,9 @@ class Contents:
             span = span_at(data, position)
             position = span.stop
             if span.opcode == Opcode.MESSAGE:
+                if self._has_chunks and not is_chunk:
+                    # No checksum of its own guards it: more likely another kind of record whose first byte changed.
+                    raise DamageError(f"a message lies outside the chunks, at byte {span.start}")
                 position = self._take_messages(data, span)
             elif span.opcode == Opcode.SCHEMA:
                 schema = parse(Schema, data, span)
@@ -89,6 +93,7 @@ class Contents:
             elif span.opcode == Opcode.CHANNEL:
                 self._take_channel(parse(Channel, data, span))
             elif span.opcode == Opcode.CHUNK and not is_chunk:
+                self._has_chunks = True
                 records = unpacked(parse(Chunk, data, span))
                 self._walk(records, self._take_definitions(records), is_chunk=True)
             elif span.opcode == Opcode.ATTACHMENT:
