@@ -200,3 +200,10 @@ def test_targets_of_another_length_are_refused():
 def test_settings_that_cannot_be_right_are_refused(name, value):
     with pytest.raises(ConfigError, match=name):
         FitSettings(**{**VALUES, name: value})
+
+
+def test_a_covariance_too_badly_conditioned_is_refused_with_advice():
+    inputs = np.random.default_rng(0).uniform(-1, 1, (60, 2))
+    settings = FitSettings(**{**VALUES, "max_signal_to_noise": 1e6})
+    with pytest.raises(FitError, match=r"in closed form, .* by GPyTorch: .* Lower max_signal_to_noise"):
+        fit_gp(inputs, np.sin(inputs[:, :1]), settings, seed=0)
