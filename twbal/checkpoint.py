@@ -56,8 +56,8 @@ def load_checkpoint(path: Path, kind: str) -> dict[str, Any]:
         kind: what the caller needs ("model", "policy").
 
     Raises:
-        CheckpointError: the file is missing, cut, damaged, not a checkpoint, of another kind or schema version, or needs
-            code to load.
+        CheckpointError: the file is missing, cut, damaged, not a checkpoint, of another kind or schema version, or
+            needs code to load.
     """
     content = _load_tensors(path, _read_zip(path))
     if not isinstance(content, dict) or content.get("format") != FORMAT:
