@@ -1,9 +1,9 @@
 """Names and places of what stages hand to each other."""
 
 import hashlib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import NamedTuple
 
 from omegaconf import DictConfig
 
@@ -60,22 +60,33 @@ def policy_hash(policy: DictConfig) -> str:
     return file_hash(files[0]) if files else hashlib.sha256(recorded(policy, ()).encode()).hexdigest()
 
 
-def load_model(path: Path) -> DynamicsModel:
-    """The model in a `model.pt`.
+class SavedModel(NamedTuple):
+    """What is in a `model.pt`.
+
+    Attributes:
+        model: of the dynamics.
+        episodes: sha256 of the logs that it came from, by source ("simulation", "robot").
+    """
+
+    model: DynamicsModel
+    episodes: dict[str, list[str]]
+
+
+def load_model(path: Path) -> SavedModel:
+    """Read a `model.pt`.
 
     Raises:
         CheckpointError: it cannot be read, or holds no model.
     """
-    return DynamicsModel.from_payload(load_checkpoint(path, "model"))
+    payload = load_checkpoint(path, "model")
+    return SavedModel(DynamicsModel.from_payload(payload), dict(payload.get("episodes", {})))
 
 
-def save_model(path: Path, model: DynamicsModel, episodes: Mapping[str, Iterable[Path]]) -> None:
-    """Write `model` with the hashes of the episodes that it came from.
+def save_model(path: Path, saved: SavedModel) -> None:
+    """Write a `model.pt`."""
+    save_checkpoint(path, "model", {**saved.model.to_payload(), "episodes": saved.episodes})
 
-    Args:
-        path: of the `model.pt`.
-        model: what to write.
-        episodes: logs by source, "simulation" and "robot".
-    """
-    hashes: dict[str, Any] = {source: [file_hash(log) for log in logs] for source, logs in episodes.items()}
-    save_checkpoint(path, "model", {**model.to_payload(), "episodes": hashes})
+
+def hashes(files: Iterable[Path]) -> list[str]:
+    """sha256 of each file."""
+    return [file_hash(file) for file in files]

@@ -8,7 +8,7 @@ from omegaconf import DictConfig
 
 from twbal.logs import read_episode
 from twbal.models.recipe import ModelRecipe
-from twbal.stages.artefacts import episode_files, load_model, save_model
+from twbal.stages.artefacts import SavedModel, episode_files, hashes, load_model, save_model
 from twbal.stages.closing import closing, run_folder
 from twbal.stages.manifest import Manifest, Step, perform
 from twbal.stages.settings import recorded, typed
@@ -44,6 +44,7 @@ def fit_to_file(dynamics: Path, files: list[Path], recipe: ModelRecipe, seed: in
 
     See `ModelRecipe.learn_difference`.
     """
-    learned = recipe.learn_difference(load_model(dynamics), [read_episode(file) for file in files], seed)
-    save_model(path, learned.model, {"robot": files})
+    before = load_model(dynamics)
+    learned = recipe.learn_difference(before.model, [read_episode(file) for file in files], seed)
+    save_model(path, SavedModel(learned.model, {**before.episodes, "robot": hashes(files)}))
     return path

@@ -9,7 +9,7 @@ from omegaconf import DictConfig
 from twbal.channels import Channels
 from twbal.logs import read_episode
 from twbal.models.recipe import ModelRecipe
-from twbal.stages.artefacts import episode_files, save_model
+from twbal.stages.artefacts import SavedModel, episode_files, hashes, save_model
 from twbal.stages.closing import closing, run_folder
 from twbal.stages.manifest import Manifest, Step, perform
 from twbal.stages.settings import recorded, typed
@@ -42,5 +42,5 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
 def fit_to_file(files: list[Path], channels: Channels, recipe: ModelRecipe, seed: int, path: Path) -> Path:
     """Learn f from logs and write it to `path`, which is returned; see `ModelRecipe.learn_simulation`."""
     learned = recipe.learn_simulation([read_episode(file) for file in files], channels, seed)
-    save_model(path, learned.model, {"simulation": files})
+    save_model(path, SavedModel(learned.model, {"simulation": hashes(files)}))
     return path

@@ -1,0 +1,74 @@
+import os
+import signal
+from contextlib import closing
+
+import numpy as np
+import pytest
+from hydra import compose, initialize_config_dir
+from hydra.utils import instantiate
+
+from twbal.configuration import conf_folder
+from twbal.episode import Outcome, Provenance
+from twbal.errors import LinkLostError
+from twbal.link.serial_plant import SerialPlant
+from twbal.logs import read_episode
+from twbal.policies.policy import Policy
+from twbal.stages.real_rollout import Settings, record
+from twbal.virtual_robot.process import VirtualRobotProcess, virtual_robot_command
+
+
+class Trap(Policy):
+    """Commands nothing, and at its fifth step does something else."""
+
+    def __init__(self, act):
+        self._act = act
+
+    def controller(self, rng: np.random.Generator):
+        steps = iter(range(100))
+
+        def law(state):
+            if next(steps) == 5:
+                self._act()
+            return 0.0
+
+        return law
+
+
+@pytest.fixture
+def cfg():
+    with initialize_config_dir(str(conf_folder()), version_base="1.3"):
+        return compose("real_rollout", ["policy=random", "steps=8", "trials=2"])
+
+
+def drive(cfg, policy, out, open_link):
+    settings = Settings(seed=0, trials=2, first_trial=0, steps=8, tilt_limit=0.5, exploration=0.0)
+    provenance = Provenance("paper", "robot")
+    return record(open_link, instantiate(cfg.robot), policy, instantiate(cfg.state), settings, provenance, out)
+
+
+def test_ctrl_c_keeps_what_there_is_and_ends_the_stage(cfg, tmp_path):
+    def press():
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        drive(cfg, Trap(press), tmp_path, lambda: instantiate(cfg.link))
+    (kept,) = tmp_path.rglob("*.mcap")
+    assert kept == tmp_path / "interrupted" / "trial_000_stopped_0.mcap"
+    episode = read_episode(kept)
+    assert (episode.outcome, len(episode)) == (Outcome.STOPPED, 5)
+    files = drive(cfg, Trap(lambda: None), tmp_path, lambda: instantiate(cfg.link))  # the same work again
+    assert files == sorted((tmp_path / "episodes").iterdir())
+    assert all(len(read_episode(file)) == 8 for file in files)
+    assert kept.exists()
+
+
+def test_a_robot_killed_in_mid_rollout_leaves_an_episode_marked_link_lost(cfg, tmp_path):
+    patience = 30.0
+    with closing(VirtualRobotProcess(virtual_robot_command([]), patience)) as robot:
+        kill = Trap(lambda: os.kill(robot.pid, signal.SIGKILL))
+        with pytest.raises(LinkLostError, match="5 samples of trial 0 are kept in .*marked link lost"):
+            drive(cfg, kill, tmp_path, lambda: SerialPlant.open(robot.port, 921600, patience, patience, patience))
+    episode = read_episode(tmp_path / "interrupted" / "trial_000_link_lost_0.mcap")
+    assert (episode.outcome, len(episode)) == (Outcome.LINK_LOST, 5)
+    assert episode.events
+    assert not list((tmp_path / "episodes").glob("*"))
