@@ -66,7 +66,7 @@ def test_a_robot_killed_in_mid_rollout_leaves_an_episode_marked_link_lost(cfg, t
     patience = 30.0
     with closing(VirtualRobotProcess(virtual_robot_command([]), patience)) as robot:
         kill = Trap(lambda: os.kill(robot.pid, signal.SIGKILL))
-        with pytest.raises(LinkLostError, match="5 samples of trial 0 are kept in .*marked link lost"):
+        with pytest.raises(LinkLostError, match=r"5 samples of trial 0 are kept in .*marked link lost"):
             drive(cfg, kill, tmp_path, lambda: SerialPlant.open(robot.port, 921600, patience, patience, patience))
     episode = read_episode(tmp_path / "interrupted" / "trial_000_link_lost_0.mcap")
     assert (episode.outcome, len(episode)) == (Outcome.LINK_LOST, 5)
