@@ -1,6 +1,8 @@
 # twbal: `make run` and `make test` work in a fresh clone with nothing but Python 3.11 and make.
 
-PYTHON ?= $(shell command -v python3.11 || command -v python3)
+IS_311 := import sys; sys.exit(sys.version_info[:2] != (3, 11))
+PYTHON ?= $(shell for p in python3.11 python3 python /usr/bin/python3.11; do \
+            $$p -c '$(IS_311)' 2>/dev/null && { echo $$p; break; }; done)
 VENV := .venv
 STAMP := $(VENV)/.installed
 
@@ -33,9 +35,8 @@ clean: ## remove the environment and what tools leave behind (outputs/ stays)
 
 # The environment: remade when what it is made from changes. Versions are pinned in constraints.txt.
 $(STAMP): pyproject.toml constraints.txt
-	@"$(PYTHON)" -c 'import sys; sys.exit(sys.version_info[:2] != (3, 11))' || { \
-	  echo "twbal needs Python 3.11 (PyBullet has wheels for no other); found '$(PYTHON)' =" \
-	       "$$("$(PYTHON)" --version 2>&1). Try: make PYTHON=/path/to/python3.11 $(MAKECMDGOALS)" >&2; exit 1; }
+	@"$(PYTHON)" -c '$(IS_311)' 2>/dev/null || { echo "twbal needs Python 3.11 (PyBullet has wheels for no other)," \
+	  "$(if $(PYTHON),and '$(PYTHON)' is not that,and none was found). Try: make PYTHON=/path/to/python3.11" >&2; exit 1; }
 	rm -rf $(VENV)
 	"$(PYTHON)" -m venv $(VENV)
 	$(VENV)/bin/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable ".[dev]"
