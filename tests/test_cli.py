@@ -164,6 +164,14 @@ def test_ctrl_c_exits_130(stage, capsys):
     assert capsys.readouterr().err == "twbal: stopped\n"
 
 
+def test_a_reader_that_leaves_early_sees_no_complaint(tmp_path):
+    words = f"{sys.executable} -u -m twbal sim-collect --help | head -n 1; exit ${{PIPESTATUS[0]}}"
+    done = subprocess.run(["bash", "-c", words], capture_output=True, text=True, env=environment(), cwd=tmp_path)
+    assert done.stderr == ""
+    assert done.stdout.startswith("twbal sim-collect: ")
+    assert done.returncode in (0, 141)  # where all was written before the reader left, nobody notices
+
+
 def test_a_failed_job_does_not_keep_a_sweep_from_the_others(stage, capsys):
     seen = []
 

@@ -37,7 +37,8 @@ stages:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command line and return its exit code: 0 done, 1 failed, 2 misused, 130 stopped by Ctrl-C.
+    """Run one command line and return its exit code: 0 done, 1 failed, 2 misused, 130 stopped by Ctrl-C, 141
+    when nobody reads its output any more.
 
     Args:
         arguments: what follows `twbal`; None takes them from the process.
@@ -77,6 +78,9 @@ def _run(stage: str, words: list[str], program: str | None = None) -> int:
     except KeyboardInterrupt:
         print("twbal: stopped", file=sys.stderr)
         return 130
+    except BrokenPipeError:  # who read our output, such as `head`, has gone; Python would complain once more at its end
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 141
     except SystemExit as end:  # argparse and Hydra's own flags end this way
         return end.code if isinstance(end.code, int) else int(end.code is not None)
     except TwbalError as error:
