@@ -37,8 +37,9 @@ stages:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run one command line and return its exit code: 0 done, 1 failed, 2 misused, 130 stopped by Ctrl-C, 141
-    when nobody reads its output any more.
+    """Run one command line and return its exit code.
+
+    0: done; 1: failed; 2: misused; 130: stopped by Ctrl-C; 141: nobody reads the output any more.
 
     Args:
         arguments: what follows `twbal`; None takes them from the process.
