@@ -1,10 +1,12 @@
 """The saturating cost of eq. 11 and its expectation under a normal state."""
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
+from twbal.errors import ConfigError
 from twbal.gaussian import Array, Gaussian
 
 
@@ -36,7 +38,8 @@ class SaturatingCost:
 
     def __call__(self, states: Array) -> Array:
         """c of shape (...) for states (..., D)."""
-        return -np.expm1(-0.5 * (((states - self.target) / self.widths) ** 2).sum(axis=-1))
+        cost: Array = -np.expm1(-0.5 * (((states - self.target) / self.widths) ** 2).sum(axis=-1))
+        return cost
 
     def expected(self, state: Gaussian) -> ExpectedCost:
         """E[c(x)] for x ~ N(m, S): 1 - |I + SP|^(-1/2) exp(-½ dᵀQd), Q = P (I + SP)⁻¹, P = diag(widths⁻²), d = m - target."""
@@ -47,6 +50,29 @@ class SaturatingCost:
         gap = state.mean - self.target
         reward = np.exp(-0.5 * (gap @ Q @ gap + np.linalg.slogdet(inside)[1]))
         pull = Q @ gap
-        return ExpectedCost(
-            float(1.0 - reward), reward * pull, 0.5 * reward * (Q - np.outer(pull, pull))
+        return ExpectedCost(float(1.0 - reward), reward * pull, 0.5 * reward * (Q - np.outer(pull, pull)))
+
+
+def cost_over(
+    channels: Sequence[str], widths: Mapping[str, float], past_command_width: float | None, torque_limit: float
+) -> SaturatingCost:
+    """The cost over named channels, with its target at zero.
+
+    Args:
+        channels: of the state, D names.
+        widths: by channel name, in the channel's unit; channels without one cost nothing.
+        past_command_width: of `command_1`, the action's price, as a share of the torque limit; None costs nothing.
+        torque_limit: [N·m].
+
+    Raises:
+        ConfigError: a width is not positive, or nothing has a price.
+    """
+    priced = dict(widths)
+    if past_command_width is not None:
+        priced["command_1"] = past_command_width * torque_limit
+    found = np.array([priced.get(name, np.inf) for name in channels], dtype=np.float64)
+    if not (found > 0).all() or not np.isfinite(found).any():
+        raise ConfigError(
+            f"The cost needs positive widths, at least one of them for the state {', '.join(channels)}; found {priced}."
         )
+    return SaturatingCost(np.zeros(len(found)), found)

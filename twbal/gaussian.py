@@ -28,4 +28,5 @@ class Gaussian(NamedTuple):
         """Draw `count` states, (count, D); also where the covariance is singular."""
         values, vectors = np.linalg.eigh(self.covariance)
         root = vectors * np.sqrt(np.maximum(values, 0.0))  # (D, D), root @ root.T = covariance
-        return self.mean + rng.standard_normal((count, len(self.mean))) @ root.T
+        drawn: Array = self.mean + rng.standard_normal((count, len(self.mean))) @ root.T
+        return drawn

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple, Self
 
 import numpy as np
-import scipy.optimize
 
 from twbal.channels import Channels
 from twbal.errors import CheckpointError, ConfigError
@@ -37,6 +36,8 @@ class DynamicsModel:
         f: of the change in simulation, E outputs over D + 1 inputs.
         g: of the difference of the real robot from it, likewise; None before there is real data.
         keep_f_variance: count f's variance in; the paper drops it (below eq. 6).
+        process_noise: (E,) variances by which the measured channels' own uncertainty grows at each step.
+        observation_noise: (E,) variances that the sensors add to what is seen of them; the state does not grow by it.
 
     Raises:
         ConfigError: f or g does not fit the channels.
@@ -46,6 +47,8 @@ class DynamicsModel:
     f: GaussianProcess
     g: GaussianProcess | None
     keep_f_variance: bool
+    process_noise: Array
+    observation_noise: Array
 
     def __post_init__(self) -> None:
         expected = (len(self.channels.names) + 1, len(self.channels.measured))
@@ -111,6 +114,8 @@ class DynamicsModel:
             "f": self.f.to_payload(),
             "g": None if self.g is None else self.g.to_payload(),
             "keep_f_variance": self.keep_f_variance,
+            "process_noise": self.process_noise,
+            "observation_noise": self.observation_noise,
         }
 
     @classmethod
@@ -120,7 +125,7 @@ class DynamicsModel:
         Raises:
             CheckpointError: an entry is missing.
         """
-        names = ("channels", "wheel_radius", "f", "g", "keep_f_variance")
+        names = ("channels", "wheel_radius", "f", "g", "keep_f_variance", "process_noise", "observation_noise")
         missing = [name for name in names if name not in payload]
         if missing:
             raise CheckpointError(f"A model checkpoint needs {', '.join(names)}; missing: {', '.join(missing)}.")
@@ -129,25 +134,6 @@ class DynamicsModel:
             f=GaussianProcess.from_payload(payload["f"]),
             g=None if payload["g"] is None else GaussianProcess.from_payload(payload["g"]),
             keep_f_variance=bool(payload["keep_f_variance"]),
+            process_noise=np.asarray(payload["process_noise"]),
+            observation_noise=np.asarray(payload["observation_noise"]),
         )
-
-
-def observation_noise(model: DynamicsModel, inputs: Array) -> Array:
-    """Variance of each measured channel's noise, (E,), that explains the noise of the one-step residual.
-
-    The noise ε of a measurement enters a sample twice: as x_m' = x' + ε' in the target and as x_m = x + ε in the input.
-    To first order the residual x_m'_a - F_a(x_m, u) is ε'_a - Σ_k ∂F_a/∂x_k ε_k, hence noise_a = s_a + Σ_k J_ak s_k
-    with J_ak the mean square of ∂F_a/∂x_k over the data (McHutchon and Rasmussen 2011), solved for s ≥ 0. The state
-    itself does not grow by this noise. Where the dynamics themselves are noisy, s contains that too.
-
-    Args:
-        model: its residual noise and its slope are used.
-        inputs: (n, D + 1), the samples that the noise was fitted on.
-    """
-    measured = list(model.channels.measured)
-    slope = model.change_slope(inputs)[:, :, measured] + np.eye(len(measured))  # ∂F/∂x, (n, E, E)
-    noise = model.noise_variance
-    mixing = np.eye(len(measured)) + np.mean(slope**2, axis=0)
-    # In units of each channel's own noise, so that no channel's equation outweighs another's by its units.
-    solution, _ = scipy.optimize.nnls(mixing * noise / noise[:, None], np.ones(len(measured)))
-    return np.asarray(solution * noise)

@@ -13,6 +13,7 @@ from twbal.models.dataset import Transitions, residuals, transitions
 from twbal.models.dynamics import DynamicsModel
 from twbal.models.fit import Fit
 from twbal.models.hyperparameters import Reference, spread
+from twbal.models.smoothing import NoiseLevels, SmoothingSettings, samples, smooth
 
 
 class GpFit(Protocol):
@@ -45,11 +46,14 @@ class ModelRecipe:
         fit_f: for the simulation model; it has no reference.
         fit_g: for the difference model; its priors are relative to the spread of f's inputs and to f's noise.
         keep_f_variance: count f's variance in; the paper drops it.
+        smoothing: of the real episodes' states before g is learned from them; None learns from the measurements as they
+            are, as the paper does, and lets the state's uncertainty grow by g's noise at each step.
     """
 
     fit_f: GpFit
     fit_g: GpFit
     keep_f_variance: bool
+    smoothing: SmoothingSettings | None
 
     def learn_simulation(self, episodes: Sequence[Episode], channels: Channels, seed: int) -> LearnedModel:
         """Line 2 of Algorithm 1: f from simulated episodes.
@@ -60,7 +64,9 @@ class ModelRecipe:
         """
         data = transitions(episodes, channels)
         fit = self.fit_f(data.inputs, data.targets, seed=seed, reference=None)
-        return LearnedModel(DynamicsModel(channels, fit.gp, None, self.keep_f_variance), data, fit.log_evidence)
+        known = np.zeros(len(channels.measured))
+        model = DynamicsModel(channels, fit.gp, None, self.keep_f_variance, fit.gp.noise_variance, known)
+        return LearnedModel(model, data, fit.log_evidence)
 
     def learn_difference(self, model: DynamicsModel, episodes: Sequence[Episode], seed: int) -> LearnedModel:
         """Line 7 of Algorithm 1: `model` with a new g, from all real episodes so far.
@@ -70,7 +76,23 @@ class ModelRecipe:
             FitError: a model cannot be learned from them.
         """
         data = residuals(transitions(episodes, model.channels), model.f)
+        learned = self._fit_difference(model, data, seed)
+        if self.smoothing is None:
+            return learned
+        names = [model.channels.names[i] for i in model.channels.measured]
+        levels = NoiseLevels(self.smoothing.sensor_variances(names), learned.model.process_noise)
+        for _ in range(self.smoothing.rounds):
+            levels, states = smooth(learned.model, episodes, levels, self.smoothing)
+            learned = self._fit_difference(model, samples(episodes, states, model), seed)
+            levels = NoiseLevels(self.smoothing.sensor_variances(names), levels.process)
+        levels, _ = smooth(learned.model, episodes, levels, self.smoothing)
+        quiet = replace(learned.model, process_noise=levels.process, observation_noise=levels.sensors)
+        return learned._replace(model=quiet)
+
+    def _fit_difference(self, model: DynamicsModel, data: Transitions, seed: int) -> LearnedModel:
+        """`model` with a g from `data`, whose noise counts as process noise."""
         length_scales = np.tile(spread(model.f.centres), (model.f.outputs, 1))
         reference = Reference(length_scales, np.sqrt(model.f.noise_variance))
         fit = self.fit_g(data.inputs, data.targets, seed=seed, reference=reference)
-        return LearnedModel(replace(model, g=fit.gp), data, fit.log_evidence)
+        with_g = replace(model, g=fit.gp, process_noise=fit.gp.noise_variance)
+        return LearnedModel(with_g, data, fit.log_evidence)

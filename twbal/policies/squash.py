@@ -35,8 +35,8 @@ class Squashed(NamedTuple):
 def squash_moments(m: float, v: float) -> Squashed:
     """Moments of σ(a) for a ~ N(m, v), in closed form.
 
-    E[sin ja] = exp(-j²v/2) sin jm, and Cov(sin ja, sin la) = ½ exp(-(j² + l²)v/2) ((e^{jlv} - 1) cos (j - l)m -
-    (e^{-jlv} - 1) cos (j + l)m), written with expm1 so that a small v loses no digits.
+    E[sin ja] = exp(-j²v/2) sin jm, and Cov(sin ja, sin la) = ½ (1 - exp(-jlv)) (n cos (j - l)m + f cos (j + l)m) with
+    n = exp(-½(j - l)²v) and f = exp(-½(j² + l²)v). By expm1 a small v loses no digits, and a large one does not overflow.
     """
     mean = gain = variance = 0.0
     mean_by, gain_by, variance_by = np.zeros(2), np.zeros(2), np.zeros(2)
@@ -47,12 +47,11 @@ def squash_moments(m: float, v: float) -> Squashed:
         gain += p * fade * j * c
         gain_by += p * fade * j * np.array([-j * s, -0.5 * j * j * c])
         for l, q in _AMPLITUDES:
-            fade_both = 0.5 * p * q * np.exp(-0.5 * (j * j + l * l) * v)
-            near, far = np.expm1(j * l * v), np.expm1(-j * l * v)
-            cos_near, cos_far = np.cos((j - l) * m), np.cos((j + l) * m)
-            term = near * cos_near - far * cos_far
-            variance += fade_both * term
-            by_m = -(j - l) * near * np.sin((j - l) * m) + (j + l) * far * np.sin((j + l) * m)
-            by_v = j * l * ((near + 1.0) * cos_near + (far + 1.0) * cos_far) - 0.5 * (j * j + l * l) * term
-            variance_by += fade_both * np.array([by_m, by_v])
+            near, far = np.exp(-0.5 * (j - l) ** 2 * v), np.exp(-0.5 * (j * j + l * l) * v)
+            apart, near_cos, far_cos = -np.expm1(-j * l * v), np.cos((j - l) * m), np.cos((j + l) * m)
+            variance += 0.5 * p * q * apart * (near * near_cos + far * far_cos)
+            by_m = -apart * (near * (j - l) * np.sin((j - l) * m) + far * (j + l) * np.sin((j + l) * m))
+            by_v = j * l * (1.0 - apart) * (near * near_cos + far * far_cos)
+            by_v -= 0.5 * apart * ((j - l) ** 2 * near * near_cos + (j * j + l * l) * far * far_cos)
+            variance_by += 0.5 * p * q * np.array([by_m, by_v])
     return Squashed(float(mean), float(gain), max(float(variance), 0.0), mean_by, gain_by, variance_by)

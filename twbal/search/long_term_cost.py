@@ -16,7 +16,7 @@ class LongTermCost(NamedTuple):
 
     Attributes:
         value: in [0, H].
-        gradient: by the policy's parameters (eq. 12).
+        gradient: by the policy's parameters (eq. 12); zero where it was not asked for.
         exact_steps: how many of the H steps fell back to sums over pairs.
     """
 
@@ -46,8 +46,9 @@ def long_term_cost(
     start: Gaussian,
     horizon: int,
     truncation: Truncation,
+    gradient: bool = True,
 ) -> LongTermCost:
-    """J and dJ/dψ by one pass forward and one back."""
+    """J and, where asked, dJ/dψ: one pass forward and one back."""
     steps = propagate(model, policy, start, horizon, truncation)
     costs = [cost.expected(step.next_state) for step in steps]
     by_mean: Array = np.zeros(len(start.mean))
@@ -55,10 +56,10 @@ def long_term_cost(
     total = PolicyGradient(
         np.zeros_like(policy.centres), np.zeros_like(policy.weights), np.zeros_like(policy.lengths), np.zeros_like(policy.gain)
     )
-    for step, here in zip(reversed(steps), reversed(costs), strict=True):
-        by_mean, by_covariance, gradient = step_backward(
+    for step, here in zip(reversed(steps), reversed(costs), strict=True) if gradient else ():
+        by_mean, by_covariance, through = step_backward(
             model, policy, step, by_mean + here.by_mean, by_covariance + here.by_covariance
         )
-        total = PolicyGradient(*(a + b for a, b in zip(total, gradient, strict=True)))
+        total = PolicyGradient(*(a + b for a, b in zip(total, through, strict=True)))
     exact_steps = sum(step.prediction.degree == EXACT for step in steps)
     return LongTermCost(sum(c.value for c in costs), total, exact_steps)

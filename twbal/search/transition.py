@@ -5,7 +5,9 @@ from typing import NamedTuple
 import numpy as np
 
 from twbal.gaussian import Array, Gaussian
-from twbal.models.moments.kernel_sum import KernelSum
+from twbal.models.dynamics import DynamicsModel
+from twbal.models.gp import GaussianProcess
+from twbal.models.moments.kernel_sum import KernelSum, no_kernels
 from twbal.models.moments.prediction import Prediction, Truncation, predict, predict_adjoint
 from twbal.policies.rbf import RbfPolicy
 from twbal.policies.rbf_moments import Activation, activation_adjoint, activation_moments
@@ -30,6 +32,26 @@ class TransitionModel(NamedTuple):
     predicted: Array
     process_noise: Array
     observation_noise: Array
+
+
+def transition_model(model: DynamicsModel) -> TransitionModel:
+    """What moment matching needs of a model: f's variance only where the model keeps it, g's always."""
+    D, E = len(model.channels.names), len(model.channels.measured)
+    observation_noise = np.zeros(D)
+    observation_noise[list(model.channels.measured)] = model.observation_noise
+    return TransitionModel(
+        f=_kernels(model.f, model.keep_f_variance),
+        g=_kernels(model.g, True) if model.g else no_kernels(E, D + 1),
+        carry=model.transition_matrix,
+        predicted=np.array(model.channels.measured),
+        process_noise=model.process_noise,
+        observation_noise=observation_noise,
+    )
+
+
+def _kernels(gp: GaussianProcess, uncertain: bool) -> KernelSum:
+    variance = gp.variance_matrix if uncertain else np.zeros((gp.outputs, 0, 0))
+    return KernelSum(gp.centres, gp.length_scales, gp.signal_variance, gp.weights, variance)
 
 
 class Step(NamedTuple):

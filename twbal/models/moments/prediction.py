@@ -35,10 +35,13 @@ class Truncation(NamedTuple):
     Attributes:
         tolerance: share of an output's variance that the two degrees past the last may still hold.
         degrees: allowed degrees, rising; empty always sums over pairs.
+        fall_back: sum over pairs where no degree is enough; otherwise the highest degree serves, and the covariance is too
+            small by what it leaves out.
     """
 
     tolerance: float = 1e-7
     degrees: tuple[int, ...] = DEGREES
+    fall_back: bool = True
 
 
 class Prediction(NamedTuple):
@@ -151,7 +154,7 @@ def predict(
         variances = degree_variances(T, weights, indices.first)  # (E, p + 3)
         past = variances[:, -2:].sum(axis=1)
         truncated = float(np.max(past / np.maximum(variances[:, 1:].sum(axis=1), 1e-300)))
-        if truncated <= truncation.tolerance:
+        if truncated <= truncation.tolerance or (candidate == truncation.degrees[-1] and not truncation.fall_back):
             degree = candidate
             rest += higher_covariance(T, weights, indices.first[2], indices.first[degree + 1])
             break

@@ -1,0 +1,174 @@
+"""The states behind noisy measurements: an extended Kalman smoother on f + g, with its noise levels by maximum likelihood.
+
+Why: a GP takes its inputs as exact. Sensor noise in them flattens what it learns (errors in variables): a small spurious
+damping of the slow channels, which makes a policy that drifts off look stable. So g is learned from smoothed states. The
+noise is split on the way into what the sensors add and what the dynamics add (where the model is wrong, that too), so that
+the state's own uncertainty grows by the latter alone.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import scipy.optimize
+from numba import njit
+
+from twbal.episode import Episode
+from twbal.errors import ConfigError
+from twbal.gaussian import Array
+from twbal.models.dataset import Transitions
+from twbal.models.dynamics import DynamicsModel
+
+
+class NoiseLevels(NamedTuple):
+    """Of the measured channels.
+
+    Attributes:
+        sensors: (E,) variances that the sensors add to each measurement.
+        process: (E,) variances that the dynamics add at each step.
+    """
+
+    sensors: Array
+    process: Array
+
+
+@dataclass(frozen=True)
+class SmoothingSettings:
+    """How states are smoothed.
+
+    Attributes:
+        rounds: how often g is learned from states smoothed on the g before.
+        linearisations: how often, within a round, the smoother is linearised about its own result.
+        iterations: of the likelihood's L-BFGS, at most.
+        sensor_prior_sd: of log(sd / prior's sd) of each sensor; the prior is the data sheet's.
+        process_prior_sd: of log(sd / last round's sd) of each channel's process noise.
+        sensor_sd: by channel name, the data sheet's standard deviation of each sensor.
+    """
+
+    rounds: int
+    linearisations: int
+    iterations: int
+    sensor_prior_sd: float
+    process_prior_sd: float
+    sensor_sd: dict[str, float]
+
+    def sensor_variances(self, names: Sequence[str]) -> Array:
+        """The data sheet's variance of each named channel, (E,).
+
+        Raises:
+            ConfigError: a channel has no entry.
+        """
+        missing = [name for name in names if name not in self.sensor_sd]
+        if missing:
+            raise ConfigError(
+                f"model.smoothing.sensor_sd has no entry for {missing[0]}; it has: {', '.join(self.sensor_sd)}. Add the "
+                "standard deviation that the sensor's data sheet gives."
+            )
+        return np.array([self.sensor_sd[name] for name in names]) ** 2
+
+
+class _Linearised(NamedTuple):
+    """An episode with its dynamics linearised about its measurements: x' = ahead_t + slope_t (x - measured_t).
+
+    Attributes:
+        measured: (T + 1, E).
+        ahead: (T, E).
+        slope: (T, E, E).
+    """
+
+    measured: Array
+    ahead: Array
+    slope: Array
+
+
+def smooth(
+    model: DynamicsModel, episodes: Sequence[Episode], levels: NoiseLevels, settings: SmoothingSettings
+) -> tuple[NoiseLevels, list[Array]]:
+    """Noise levels, and the smoothed states (T + 1, D) of each episode; past commands stay as they are.
+
+    Args:
+        levels: the priors' means: the data sheet's sensors, and the process noise of the round before.
+    """
+    measured = list(model.channels.measured)
+    states = [np.array(episode.states) for episode in episodes]
+    found = levels
+    for _ in range(settings.linearisations):
+        pieces = [_linearise(model, e, s, measured) for e, s in zip(episodes, states, strict=True)]
+        found = _likeliest(pieces, found, levels, settings)
+        for episode_states, piece in zip(states, pieces, strict=True):
+            episode_states[:, measured] = _smoothed(piece, found)
+    return found, states
+
+
+def samples(episodes: Sequence[Episode], states: Sequence[Array], model: DynamicsModel) -> Transitions:
+    """What f leaves of each smoothed step, as samples for g."""
+    measured = list(model.channels.measured)
+    inputs = np.concatenate([np.column_stack([s[:-1], e.commands]) for e, s in zip(episodes, states, strict=True)])
+    changes = np.concatenate([np.diff(s[:, measured], axis=0) for s in states])
+    return Transitions(inputs, changes - model.f.mean(inputs))
+
+
+def _linearise(model: DynamicsModel, episode: Episode, states: Array, measured: list[int]) -> _Linearised:
+    inputs = np.column_stack([states[:-1], episode.commands])
+    ahead = states[:-1, measured] + model.change(inputs)
+    slope = model.change_slope(inputs)[:, :, measured] + np.eye(len(measured))
+    seen = np.ascontiguousarray(episode.states[:, measured])
+    shift = np.einsum("tab,tb->ta", slope, seen[:-1] - states[:-1, measured])
+    return _Linearised(seen, ahead + shift, np.ascontiguousarray(slope))
+
+
+def _likeliest(
+    pieces: Sequence[_Linearised], start: NoiseLevels, prior: NoiseLevels, settings: SmoothingSettings
+) -> NoiseLevels:
+    """Noise levels that maximise the likelihood of the innovations, with log-normal priors."""
+    E = len(prior.sensors)
+    centre = 0.5 * np.log(np.concatenate(prior))
+    prior_sd = np.repeat([settings.sensor_prior_sd, settings.process_prior_sd], E)
+
+    def negative(logs: Array) -> float:
+        variances = np.exp(2.0 * np.clip(logs, -20.0, 10.0))
+        likelihood = sum(_filter(*piece, variances[:E], variances[E:])[0] for piece in pieces)
+        return 0.5 * float(np.sum(((logs - centre) / prior_sd) ** 2)) - float(likelihood)
+
+    begin = 0.5 * np.log(np.concatenate(start))
+    found = scipy.optimize.minimize(negative, begin, method="L-BFGS-B", options={"maxiter": settings.iterations})
+    variances = np.exp(2.0 * found.x)
+    return NoiseLevels(variances[:E], variances[E:])
+
+
+@njit(cache=True, error_model="numpy")
+def _filter(  # type: ignore[no-untyped-def]
+    measured: Array, ahead: Array, slope: Array, sensors: Array, process: Array
+):
+    """Log likelihood of the innovations; filtered means and covariances; predicted means and covariances."""
+    steps, E = ahead.shape
+    means, covariances = np.zeros((steps + 1, E)), np.zeros((steps + 1, E, E))
+    ahead_means, ahead_covariances = np.zeros((steps + 1, E)), np.zeros((steps + 1, E, E))
+    mean, covariance = measured[0].copy(), np.diag(sensors)
+    means[0], covariances[0] = mean, covariance
+    likelihood = 0.0
+    for t in range(steps):
+        predicted = ahead[t] + slope[t] @ (mean - measured[t])
+        P = slope[t] @ covariance @ slope[t].T + np.diag(process)
+        innovation = measured[t + 1] - predicted
+        S = P + np.diag(sensors)
+        inverse = np.linalg.inv(S)
+        likelihood -= 0.5 * (innovation @ inverse @ innovation + np.linalg.slogdet(S)[1])
+        gain = P @ inverse
+        mean = predicted + gain @ innovation
+        covariance = P - gain @ P
+        covariance = 0.5 * (covariance + covariance.T)
+        means[t + 1], covariances[t + 1] = mean, covariance
+        ahead_means[t + 1], ahead_covariances[t + 1] = predicted, P
+    return likelihood, means, covariances, ahead_means, ahead_covariances
+
+
+def _smoothed(piece: _Linearised, levels: NoiseLevels) -> Array:
+    """Rauch-Tung-Striebel: means of the states given all measurements of the episode, (T + 1, E)."""
+    _, means, covariances, ahead_means, ahead_covariances = _filter(*piece, levels.sensors, levels.process)
+    for t in range(len(piece.ahead) - 1, -1, -1):
+        gain = covariances[t] @ piece.slope[t].T @ np.linalg.inv(ahead_covariances[t + 1])
+        means[t] += gain @ (means[t + 1] - ahead_means[t + 1])
+    smoothed: Array = means
+    return smoothed

@@ -1,0 +1,116 @@
+"""L-BFGS on the expected long-term cost."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import scipy.optimize
+
+from twbal.cost import SaturatingCost
+from twbal.gaussian import Array, Gaussian
+from twbal.models.moments.prediction import Truncation
+from twbal.policies.rbf import RbfPolicy
+from twbal.search.long_term_cost import long_term_cost
+from twbal.search.transition import PolicyGradient, TransitionModel
+
+_WORSE_THAN_ALL = 1e10
+"""Stands for a cost that is not finite: the line search steps back from it."""
+
+
+@dataclass(frozen=True)
+class Objective:
+    """What is minimised: the long-term cost on `model` over `horizon` steps, and a little of the weights' size.
+
+    Attributes:
+        truncation: of the moment matching.
+        weight_penalty: on Σ w²; keeps basis functions from cancelling each other.
+    """
+
+    model: TransitionModel
+    cost: SaturatingCost
+    start: Gaussian
+    horizon: int
+    truncation: Truncation
+    weight_penalty: float
+
+    def value(self, policy: RbfPolicy) -> float:
+        """The long-term cost alone; infinite where it cannot be computed."""
+        try:
+            with np.errstate(all="ignore"):
+                value = long_term_cost(
+                    self.model, policy, self.cost, self.start, self.horizon, self.truncation, gradient=False
+                ).value
+        except np.linalg.LinAlgError:
+            return np.inf
+        return value if np.isfinite(value) else np.inf
+
+
+def descend(objective: Objective, policy: RbfPolicy, scales: Array, linear: bool, iterations: int) -> RbfPolicy:
+    """The policy after at most `iterations` of L-BFGS from `policy`; never one with a higher objective.
+
+    Parameters are searched in units of the channels' scales, length-scales by their logarithms.
+
+    Args:
+        scales: (D,) of the channels.
+        linear: search the linear gain too; otherwise it stays as it is.
+        iterations: at most.
+    """
+    frame = _Frame(policy, scales, linear)
+
+    def function(vector: Array) -> tuple[float, Array]:
+        candidate = frame.policy(vector)
+        nowhere = np.zeros_like(vector)
+        try:
+            with np.errstate(all="ignore"):
+                found = long_term_cost(
+                    objective.model,
+                    candidate,
+                    objective.cost,
+                    objective.start,
+                    objective.horizon,
+                    objective.truncation,
+                )
+        except np.linalg.LinAlgError:
+            return _WORSE_THAN_ALL, nowhere
+        weights = candidate.weights
+        found_gradient = found.gradient._replace(
+            weights=found.gradient.weights + 2.0 * objective.weight_penalty * weights
+        )
+        gradient = frame.gradient(candidate, found_gradient)
+        value = found.value + objective.weight_penalty * float(weights @ weights)
+        if not (np.isfinite(value) and np.isfinite(gradient).all()):
+            return _WORSE_THAN_ALL, nowhere
+        return value, gradient
+
+    options = {"maxiter": iterations, "maxfun": 3 * iterations // 2}
+    result = scipy.optimize.minimize(function, frame.vector, jac=True, method="L-BFGS-B", options=options)
+    return frame.policy(result.x)
+
+
+class _Frame:
+    """A policy's parameters as one vector of unit-free numbers, and back."""
+
+    def __init__(self, policy: RbfPolicy, scales: Array, linear: bool) -> None:
+        self._policy, self._scales, self._linear = policy, scales, linear
+        parts = [(policy.centres / scales).ravel(), policy.weights, np.log(policy.lengths / scales)]
+        if linear:
+            parts.append(policy.gain * scales)
+        self.vector = np.concatenate(parts)
+
+    def policy(self, vector: Array) -> RbfPolicy:
+        """The policy that `vector` stands for."""
+        N, D = self._policy.centres.shape
+        centres, weights, logs, gain = np.split(vector, [N * D, N * D + N, N * D + N + D])
+        return replace(
+            self._policy,
+            centres=centres.reshape(N, D) * self._scales,
+            weights=weights,
+            lengths=np.exp(np.clip(logs, -8.0, 8.0)) * self._scales,
+            gain=gain / self._scales if self._linear else self._policy.gain,
+        )
+
+    def gradient(self, policy: RbfPolicy, gradient: PolicyGradient) -> Array:
+        """The gradient by the policy's parameters as one by the vector."""
+        parts = [(gradient.centres * self._scales).ravel(), gradient.weights, gradient.lengths * policy.lengths]
+        if self._linear:
+            parts.append(gradient.gain / self._scales)
+        return np.concatenate(parts)

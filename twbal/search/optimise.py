@@ -1,0 +1,153 @@
+"""Lines 3 and 8 of Algorithm 1: the policy that is best on the model."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from twbal.cost import SaturatingCost
+from twbal.errors import SearchError
+from twbal.gaussian import Gaussian
+from twbal.models.dynamics import DynamicsModel
+from twbal.models.moments.prediction import Truncation
+from twbal.policies.rbf import RbfPolicy
+from twbal.search.descent import Objective, descend
+from twbal.search.judgement import Judge, Judgement, judge
+from twbal.search.long_term_cost import propagate
+from twbal.search.starts import PolicyShape, Start, starting_policies
+from twbal.search.transition import transition_model
+
+
+@dataclass(frozen=True)
+class SearchSettings:
+    """How to search.
+
+    Attributes:
+        horizon: H [control periods].
+        short_horizon: of the first part of each search; a long one has no slope on the plateau of a policy that falls.
+        iterations: of L-BFGS over the whole horizon, at most.
+        short_iterations: of L-BFGS over the short one, at most.
+        searched: how many starts, the best over the short horizon, are searched.
+        swings: see `starting_policies`.
+        command_widths: see `starting_policies`.
+        shares: see `starting_policies`.
+        weight_penalty: see `Objective`.
+        tolerance: see `Truncation`; while searching.
+        degrees: see `Truncation`; while searching.
+    """
+
+    horizon: int
+    short_horizon: int
+    iterations: int
+    short_iterations: int
+    searched: int
+    swings: tuple[float, ...]
+    command_widths: tuple[float, ...]
+    shares: tuple[float, ...]
+    weight_penalty: float
+    tolerance: float
+    degrees: tuple[int, ...]
+
+
+class Candidate(NamedTuple):
+    """A policy that was considered.
+
+    Attributes:
+        origin: where its search began, or which earlier policy it is.
+        policy: the policy.
+        cost: expected long-term cost over the horizon.
+        judgement: of its long rollouts.
+    """
+
+    origin: str
+    policy: RbfPolicy
+    cost: float
+    judgement: Judgement
+
+
+class SearchResult(NamedTuple):
+    """What a search found.
+
+    Attributes:
+        best: the candidate that the long rollouts say is best.
+        candidates: all that were judged, best first.
+        predicted: (H + 1) distributions of the state under the best policy, t = 0..H, as the sensors show them.
+    """
+
+    best: Candidate
+    candidates: tuple[Candidate, ...]
+    predicted: tuple[Gaussian, ...]
+
+
+def search_policy(
+    model: DynamicsModel,
+    start: Gaussian,
+    cost: SaturatingCost,
+    shape: PolicyShape,
+    torque_limit: float,
+    settings: SearchSettings,
+    judging: Judge,
+    earlier: Sequence[RbfPolicy],
+    seed: int,
+    progress: Callable[[str], None],
+) -> SearchResult:
+    """Search from the most promising starts, judge what was found on long rollouts, and return the best.
+
+    Earlier policies are judged beside the new ones, so that a search that only made things worse shows.
+
+    Args:
+        start: distribution of x_0.
+        earlier: policies of earlier iterations, oldest first.
+        progress: is told what is being done, a line at a time.
+
+    Raises:
+        SearchError: no start has a finite cost on this model.
+    """
+    rng = np.random.default_rng(seed)
+    dynamics = transition_model(model)
+    scales = shape.scales(model.channels.names, torque_limit)
+    searching = Truncation(settings.tolerance, tuple(settings.degrees), fall_back=False)
+
+    def objective(horizon: int) -> Objective:
+        return Objective(dynamics, cost, start, horizon, searching, settings.weight_penalty)
+
+    short, whole = objective(settings.short_horizon), objective(settings.horizon)
+    starts = starting_policies(
+        model, shape, cost, torque_limit, settings.swings, settings.command_widths, earlier, settings.shares, rng
+    )
+    chosen = _promising(starts, short, settings.searched)
+
+    def judged(origin: str, policy: RbfPolicy) -> Candidate:
+        judgement = judge(model, policy, cost, start, judging, seed)
+        candidate = Candidate(origin, policy, whole.value(policy), judgement)
+        progress(f"{origin}: cost {candidate.cost:.2f}, {judgement.success:.0%} of the long rollouts balance")
+        return candidate
+
+    candidates = [judged(f"policy {i}", policy) for i, policy in enumerate(earlier)]
+    for origin, policy in chosen:
+        found = descend(short, policy, scales, shape.linear, settings.short_iterations)
+        found = descend(whole, found, scales, shape.linear, settings.iterations)
+        candidates.append(judged(f"search from {origin}", found))
+    candidates.sort(key=lambda c: (-round(c.judgement.success, 1), c.judgement.cost))
+    best = candidates[0]
+    steps = propagate(dynamics, best.policy, start, settings.horizon, searching)
+    sensors = np.diag(dynamics.observation_noise)
+    states = [start, *(step.next_state for step in steps)]
+    predicted = tuple(Gaussian(state.mean, state.covariance + sensors) for state in states)
+    return SearchResult(best, tuple(candidates), predicted)
+
+
+def _promising(starts: Sequence[Start], objective: Objective, count: int) -> list[Start]:
+    """The `count` starts with the lowest finite cost, no two from the same family while others are left."""
+    costs = [objective.value(start.policy) for start in starts]
+    order = [i for i in np.argsort(costs, kind="stable") if np.isfinite(costs[i])]
+    if not order:
+        raise SearchError(
+            f"None of {len(starts)} starting policies has a finite cost on this model. It was probably learned from too "
+            "few or too wild samples: record another rollout, or fit again."
+        )
+    families = [starts[i].origin.split(" x ")[0].split(" (")[0] for i in order]
+    first = [i for place, i in enumerate(order) if families[place] not in families[:place]]
+    rest = [i for i in order if i not in first]
+    return [starts[i] for i in (first + rest)[:count]]

@@ -1,0 +1,120 @@
+"""Where a policy search begins."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from twbal.cost import SaturatingCost
+from twbal.errors import ConfigError
+from twbal.gaussian import Array
+from twbal.models.dynamics import DynamicsModel
+from twbal.policies.rbf import RbfPolicy
+from twbal.search.linear import regulator, slopes
+
+_SQUASH_SLOPE = 1.5  # σ'(0) of eq. 10
+
+
+@dataclass(frozen=True)
+class PolicyShape:
+    """What the searched policies look like.
+
+    Attributes:
+        basis: number N of radial basis functions.
+        linear: whether a linear part stands beside them; the paper has none.
+        scale: by channel name, the size of a usual deviation: centres and length-scales start at that scale.
+        past_command_scale: the same for past commands, as a share of the torque limit.
+        weight_sd: of the random starting weights, in units of the activation.
+    """
+
+    basis: int
+    linear: bool
+    scale: dict[str, float]
+    past_command_scale: float
+    weight_sd: float
+
+    def scales(self, names: Sequence[str], torque_limit: float) -> Array:
+        """Scale of each channel, (D,).
+
+        Raises:
+            ConfigError: a channel has none.
+        """
+        known = {n: self.past_command_scale * torque_limit for n in names if n.startswith("command_")} | self.scale
+        missing = [n for n in names if n not in known]
+        if missing:
+            raise ConfigError(f"policy.scale has no entry for {missing[0]}; it has: {', '.join(self.scale)}.")
+        return np.array([known[n] for n in names])
+
+
+class Start(NamedTuple):
+    """One start.
+
+    Attributes:
+        origin: where it comes from, for the report.
+        policy: the policy itself.
+    """
+
+    origin: str
+    policy: RbfPolicy
+
+
+def linear_policy(
+    shape: PolicyShape, channels: Sequence[str], torque_limit: float, gain: Array, rng: np.random.Generator
+) -> RbfPolicy:
+    """A policy that is about u = -gain·x near the origin, with small random basis functions on top.
+
+    Without a linear part, the basis functions imitate it: their weights are fitted to it over their own support.
+    """
+    s = shape.scales(channels, torque_limit)
+    D = len(s)
+    activation_gain = -gain / (torque_limit * _SQUASH_SLOPE)
+    centres = rng.standard_normal((shape.basis, D)) * s
+    lengths = np.sqrt(3.0 * D) / 2.0 * s
+    weights = shape.weight_sd * rng.standard_normal(shape.basis)
+    policy = RbfPolicy(tuple(channels), centres, weights, lengths, activation_gain, torque_limit)
+    if shape.linear:
+        return policy
+    places = rng.standard_normal((20 * shape.basis, D)) * s
+    gaps = (places[:, None, :] - centres) / lengths
+    features = np.exp(-0.5 * (gaps**2).sum(axis=-1))  # (20 N, N)
+    ridge = 1e-3 * np.eye(shape.basis)
+    fitted = np.linalg.solve(features.T @ features + ridge, features.T @ (places @ activation_gain))
+    return replace(policy, weights=fitted, gain=np.zeros(D))
+
+
+def starting_policies(
+    model: DynamicsModel,
+    shape: PolicyShape,
+    cost: SaturatingCost,
+    torque_limit: float,
+    swings: Sequence[float],
+    command_widths: Sequence[float],
+    earlier: Sequence[RbfPolicy],
+    shares: Sequence[float],
+    rng: np.random.Generator,
+) -> list[Start]:
+    """All starts: regulators of the model's slopes, earlier policies at several strengths, and one random policy.
+
+    Args:
+        swings: half widths of the command's secant, as shares of the torque limit.
+        command_widths: prices of the command for the regulator, as shares of the torque limit.
+        earlier: policies of earlier iterations, oldest first.
+        shares: strengths at which each earlier policy is tried; a robot stronger than its model wants less.
+    """
+    names = model.channels.names
+    s = shape.scales(names, torque_limit)
+    starts: list[Start] = []
+    for swing in swings:
+        A, B = slopes(model, swing * torque_limit, s)
+        for width in command_widths:
+            gain = regulator(A, B, cost, width * torque_limit)
+            if gain is not None:
+                origin = f"regulator (swing {swing:g}, width {width:g})"
+                starts.append(Start(origin, linear_policy(shape, names, torque_limit, gain, rng)))
+    for index, policy in enumerate(earlier):
+        for share in shares:
+            scaled = replace(policy, weights=share * policy.weights, gain=share * policy.gain)
+            starts.append(Start(f"policy {index} x {share:g}", scaled))
+    starts.append(Start("random", linear_policy(shape, names, torque_limit, np.zeros(len(s)), rng)))
+    return starts
