@@ -40,7 +40,8 @@ class PolicyShape:
         Raises:
             ConfigError: a channel has none.
         """
-        known = {n: self.past_command_scale * torque_limit for n in names if n.startswith("command_")} | self.scale
+        past = self.past_command_scale * torque_limit
+        known = {**{name: past for name in names if name.startswith("command_")}, **self.scale}
         missing = [n for n in names if n not in known]
         if missing:
             raise ConfigError(f"policy.scale has no entry for {missing[0]}; it has: {', '.join(self.scale)}.")
