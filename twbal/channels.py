@@ -17,10 +17,10 @@ _PAST_COMMAND = re.compile(r"command_([1-9])")
 class Channels:
     """The state channels by name, in order.
 
-    `tilt`, `tilt_rate`, `acceleration` and `yaw_rate` are read off the observation. `speed` is the speed of the axle over
-    ground [m/s], wheel_radius · (wheel_rate + tilt_rate), as encoders see the wheel relative to the body. `command_k` is
-    the command [N·m] given k control periods ago (0 before the rollout began): with past commands in it, the state of a
-    robot that reacts late is Markov again.
+    `tilt`, `tilt_rate`, `acceleration` and `yaw_rate` are read off the observation. `speed` is the speed of the axle
+    over ground [m/s], wheel_radius · (wheel_rate + tilt_rate), as encoders see the wheel relative to the body.
+    `command_k` is the command [N·m] given k control periods ago (0 before the rollout began): with past commands in it,
+    the state of a robot that reacts late is Markov again.
 
     Attributes:
         names: channel names; the paper's are ("tilt", "tilt_rate", "acceleration").
@@ -40,7 +40,9 @@ class Channels:
             raise ConfigError(f"State channels must be distinct and at least one; found {list(self.names)}.")
         lags = sorted(self.lags.values())
         if lags != list(range(1, len(lags) + 1)):
-            raise ConfigError(f"Past commands must be command_1, command_2, ... without a gap; found {list(self.names)}.")
+            raise ConfigError(
+                f"Past commands must be command_1, command_2, ... without a gap; found {list(self.names)}."
+            )
 
     @property
     def lags(self) -> dict[str, int]:

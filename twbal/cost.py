@@ -42,7 +42,10 @@ class SaturatingCost:
         return cost
 
     def expected(self, state: Gaussian) -> ExpectedCost:
-        """E[c(x)] for x ~ N(m, S): 1 - |I + SP|^(-1/2) exp(-½ dᵀQd), Q = P (I + SP)⁻¹, P = diag(widths⁻²), d = m - target."""
+        """E[c(x)] for x ~ N(m, S), in closed form.
+
+        1 - |I + SP|^(-1/2) exp(-½ dᵀQd) with P = diag(widths⁻²), Q = P (I + SP)⁻¹ and d = m - target.
+        """
         precision = self.widths**-2.0  # (D,)
         root = np.sqrt(precision)
         inside = np.eye(len(root)) + root[:, None] * state.covariance * root  # I + √P S √P, symmetric

@@ -44,8 +44,8 @@ class Plant(ABC):
         """Put the robot at its start and return the first observation.
 
         Args:
-            trial: number that names this rollout. A simulated robot draws its start pose and its noise from it (and from
-                its own seed), so that the same trial is the same rollout; a person places a real robot.
+            trial: number that names this rollout. A simulated robot draws its start pose and its noise from it (and
+                from its own seed), so that the same trial is the same rollout; a person places a real robot.
 
         Raises:
             LinkError: the robot cannot be reached.

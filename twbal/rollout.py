@@ -39,7 +39,9 @@ def rollout(
 
     def note(observation: Observation) -> None:
         if not np.isfinite(observation).all():
-            raise DataError(f"The robot sent a value that is not a finite number: {observation}. Its motors are stopped.")
+            raise DataError(
+                f"The robot sent a value that is not a finite number: {observation}. Its motors are stopped."
+            )
         seen.append(observation)
         states.append(channels.state(observation, commands))
 

@@ -1,8 +1,8 @@
 """Functions drawn from a GP posterior, cheap to follow along a rollout.
 
-Pathwise conditioning (Wilson et al. 2020, "Efficiently sampling functions from Gaussian process posteriors"): a function
-from the prior, as M random Fourier features, is corrected by the posterior mean of what the data say against it:
-h(x) = φ(x)ᵀw + k(x, X) (β - W (Φw + ε)), with β and W of the posterior.
+Pathwise conditioning (Wilson et al. 2020, "Efficiently sampling functions from Gaussian process posteriors"): a
+function from the prior, as M random Fourier features, is corrected by the posterior mean of what the data say against
+it: h(x) = φ(x)ᵀw + k(x, X) (β - W (Φw + ε)), with β and W of the posterior.
 """
 
 from dataclasses import dataclass

@@ -1,9 +1,9 @@
-"""The states behind noisy measurements: an extended Kalman smoother on f + g, with its noise levels by maximum likelihood.
+"""The states behind noisy measurements: an extended Kalman smoother on f + g, its noise levels by maximum likelihood.
 
-Why: a GP takes its inputs as exact. Sensor noise in them flattens what it learns (errors in variables): a small spurious
-damping of the slow channels, which makes a policy that drifts off look stable. So g is learned from smoothed states. The
-noise is split on the way into what the sensors add and what the dynamics add (where the model is wrong, that too), so that
-the state's own uncertainty grows by the latter alone.
+Why: a GP takes its inputs as exact. Sensor noise in them flattens what it learns (errors in variables): a small
+spurious damping of the slow channels, which makes a policy that drifts off look stable. So g is learned from smoothed
+states. The noise is split on the way into what the sensors add and what the dynamics add (where the model is wrong,
+that too), so that the state's own uncertainty grows by the latter alone.
 """
 
 from collections.abc import Sequence
@@ -62,8 +62,8 @@ class SmoothingSettings:
         missing = [name for name in names if name not in self.sensor_sd]
         if missing:
             raise ConfigError(
-                f"model.smoothing.sensor_sd has no entry for {missing[0]}; it has: {', '.join(self.sensor_sd)}. Add the "
-                "standard deviation that the sensor's data sheet gives."
+                f"model.smoothing.sensor_sd has no entry for {missing[0]}; it has: {', '.join(self.sensor_sd)}. "
+                "Add the standard deviation that the sensor's data sheet gives."
             )
         return np.array([self.sensor_sd[name] for name in names]) ** 2
 

@@ -14,8 +14,8 @@ Controller = Callable[[Array], float]
 class Policy(ABC):
     """Gives out a controller for each rollout.
 
-    What a law must remember within a rollout (a held random torque, a noise stream) lives in its controller, so the policy
-    itself never changes.
+    What a law must remember within a rollout (a held random torque, a noise stream) lives in its controller, so the
+    policy itself never changes.
     """
 
     @abstractmethod

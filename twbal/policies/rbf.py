@@ -34,7 +34,8 @@ class RbfPolicy(Policy):
     def activation(self, states: Array) -> Array:
         """What goes into the squash, (...) for states (..., D)."""
         gaps = (states[..., None, :] - self.centres) / self.lengths  # (..., N, D)
-        return states @ self.gain + np.exp(-0.5 * (gaps**2).sum(axis=-1)) @ self.weights
+        activation: Array = states @ self.gain + np.exp(-0.5 * (gaps**2).sum(axis=-1)) @ self.weights
+        return activation
 
     def command(self, states: Array) -> Array:
         """u [N·m] of shape (...) for states (..., D)."""

@@ -1,8 +1,9 @@
-"""Moments of a(y) = kᵀy + Σ_i w_i exp(-½ (y - c_i)ᵀΛ⁻¹(y - c_i)) at y ~ N(m, S), and the way back from their derivatives.
+"""Moments of a(y) = kᵀy + Σ_i w_i exp(-½ (y - c_i)ᵀΛ⁻¹(y - c_i)) at y ~ N(m, S), and the way back from them.
 
-Exact, as sums over basis functions and their pairs. With ν_i = c_i - m: E[φ_i] = q_i = |SΛ⁻¹ + I|^(-1/2) exp(-½ ν_iᵀBν_i),
-B = (S + Λ)⁻¹, and E[φ_iφ_j] = |2SΛ⁻¹ + I|^(-1/2) exp(-¼ (c_i - c_j)ᵀΛ⁻¹(c_i - c_j) - ½ δᵀWδ), W = (S + Λ/2)⁻¹,
-δ = (ν_i + ν_j) / 2. The variance is summed as q_iq_j expm1(Δ_ij), which loses no digits where S is small.
+Exact, as sums over basis functions and their pairs. With ν_i = c_i - m and B = (S + Λ)⁻¹,
+E[φ_i] = q_i = |SΛ⁻¹ + I|^(-1/2) exp(-½ ν_iᵀBν_i); with δ = (ν_i + ν_j) / 2 and W = (S + Λ/2)⁻¹,
+E[φ_iφ_j] = |2SΛ⁻¹ + I|^(-1/2) exp(-¼ (c_i - c_j)ᵀΛ⁻¹(c_i - c_j) - ½ δᵀWδ). The variance is summed as q_iq_j
+expm1(Δ_ij), which loses no digits where S is small.
 """
 
 from typing import NamedTuple
@@ -75,7 +76,8 @@ def _pair_exponent(i: int, j: int, shift: float, half: Array, nu: Array, W: Arra
         for l in range(d):
             row += W[k, l] * (nu[i, l] + nu[j, l])
         spread += row * (nu[i, k] + nu[j, k])
-    return shift + half[i] + half[j] - 0.25 * distance - 0.125 * spread
+    exponent: float = shift + half[i] + half[j] - 0.25 * distance - 0.125 * spread
+    return exponent
 
 
 @njit(cache=True, error_model="numpy")

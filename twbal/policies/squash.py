@@ -36,7 +36,8 @@ def squash_moments(m: float, v: float) -> Squashed:
     """Moments of σ(a) for a ~ N(m, v), in closed form.
 
     E[sin ja] = exp(-j²v/2) sin jm, and Cov(sin ja, sin la) = ½ (1 - exp(-jlv)) (n cos (j - l)m + f cos (j + l)m) with
-    n = exp(-½(j - l)²v) and f = exp(-½(j² + l²)v). By expm1 a small v loses no digits, and a large one does not overflow.
+    n = exp(-½(j - l)²v) and f = exp(-½(j² + l²)v). By expm1 a small v loses no digits, and a large one does not
+    overflow.
     """
     mean = gain = variance = 0.0
     mean_by, gain_by, variance_by = np.zeros(2), np.zeros(2), np.zeros(2)

@@ -1,1 +1,1 @@
-"""Policy search: the expected long-term cost on f + g, where to start, how to descend, and what to think of the result."""
+"""Policy search: the expected long-term cost on f + g, where to start, how to descend, and how to judge the result."""

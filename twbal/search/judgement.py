@@ -1,8 +1,8 @@
 """Long rollouts of f + g: what a policy is worth before it goes to the robot.
 
-The search sees H steps of a normal distribution; slow drift and rare falls lie beyond both. Here many sampled robots are
-driven for as long as a real trial lasts. Each robot has a g of its own, drawn from the posterior and kept throughout the
-rollout: a model error does not average out from step to step, as it does in moment matching.
+The search sees H steps of a normal distribution; slow drift and rare falls lie beyond both. Here many sampled robots
+are driven for as long as a real trial lasts. Each robot has a g of its own, drawn from the posterior and kept
+throughout the rollout: a model error does not average out from step to step, as it does in moment matching.
 """
 
 from dataclasses import dataclass

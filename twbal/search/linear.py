@@ -29,8 +29,8 @@ def slopes(model: DynamicsModel, swing: float, steps: Array) -> tuple[Array, Arr
 def regulator(A: Array, B: Array, cost: SaturatingCost, command_width: float) -> Array | None:
     """Gain K (D,) of u = -Kx that minimises Σ Σ_k (x_k / width_k)² + (u / command_width)²; None where there is none.
 
-    The saturating cost is, to second order, half that sum: the discrete-time linear-quadratic regulator starts where the
-    search should end, were the model linear.
+    The saturating cost is, to second order, half that sum: the discrete-time linear-quadratic regulator starts where
+    the search should end, were the model linear.
     """
     price = np.diag(cost.widths**-2.0 + 1e-9)  # the small share keeps unpriced channels observable
     try:

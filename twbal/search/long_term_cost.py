@@ -54,7 +54,10 @@ def long_term_cost(
     by_mean: Array = np.zeros(len(start.mean))
     by_covariance: Array = np.zeros((len(start.mean),) * 2)
     total = PolicyGradient(
-        np.zeros_like(policy.centres), np.zeros_like(policy.weights), np.zeros_like(policy.lengths), np.zeros_like(policy.gain)
+        np.zeros_like(policy.centres),
+        np.zeros_like(policy.weights),
+        np.zeros_like(policy.lengths),
+        np.zeros_like(policy.gain),
     )
     for step, here in zip(reversed(steps), reversed(costs), strict=True) if gradient else ():
         by_mean, by_covariance, through = step_backward(

@@ -144,8 +144,8 @@ def _promising(starts: Sequence[Start], objective: Objective, count: int) -> lis
     order = [i for i in np.argsort(costs, kind="stable") if np.isfinite(costs[i])]
     if not order:
         raise SearchError(
-            f"None of {len(starts)} starting policies has a finite cost on this model. It was probably learned from too "
-            "few or too wild samples: record another rollout, or fit again."
+            f"None of {len(starts)} starting policies has a finite cost on this model. It was probably learned from "
+            "too few or too wild samples: record another rollout, or fit again."
         )
     families = [starts[i].origin.split(" x ")[0].split(" (")[0] for i in order]
     first = [i for place, i in enumerate(order) if families[place] not in families[:place]]

@@ -1,4 +1,4 @@
-"""One step of the closed loop in distribution: from N(x_t) to N(x_{t+1}) under a policy, and the way back (eq. 13-17)."""
+"""One step of the closed loop in distribution, N(x_t) to N(x_{t+1}) under a policy, and the way back (eq. 13-17)."""
 
 from typing import NamedTuple
 
@@ -8,6 +8,7 @@ from twbal.gaussian import Array, Gaussian
 from twbal.models.dynamics import DynamicsModel
 from twbal.models.gp import GaussianProcess
 from twbal.models.moments.kernel_sum import KernelSum, no_kernels
+from twbal.models.moments.multi_index import Integers
 from twbal.models.moments.prediction import Prediction, Truncation, predict, predict_adjoint
 from twbal.policies.rbf import RbfPolicy
 from twbal.policies.rbf_moments import Activation, activation_adjoint, activation_moments
@@ -23,13 +24,14 @@ class TransitionModel(NamedTuple):
         carry: A (D, D + 1): identity for measured channels, copies for past commands.
         predicted: (E,) indices of the channels that f and g predict (P selects them).
         process_noise: (E,) variances added at each step.
-        observation_noise: (D,) variances of what the sensors add; the policy acts on x + ε, the state does not grow by it.
+        observation_noise: (D,) variances of what the sensors add; the policy acts on x + ε, the state does not grow by
+            it.
     """
 
     f: KernelSum
     g: KernelSum
     carry: Array
-    predicted: Array
+    predicted: Integers
     process_noise: Array
     observation_noise: Array
 

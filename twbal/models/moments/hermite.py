@@ -1,16 +1,16 @@
 """Covariance of GP means at x ~ N(m, S) as a Gram matrix of Hermite coefficients.
 
-With S = R diag(λ) Rᵀ and T_aγ = ∂^γ F_a(m) along the columns of R, the normalised Hermite coefficient of h_a(m + R √λ z) is
-√(λ^α / α!) T_aα, so Cov_ab = Σ_{|α|>=1} (λ^α / α!) T_aα T_bα: positive semi-definite by construction. The terms of degree 1
-are the linear part, E[∇h_a]ᵀ S E[∇h_b]; the functions here give the rest, |α| = 2..p, and its exact derivatives, which
-need T up to degree p + 2.
+With S = R diag(λ) Rᵀ and T_aγ = ∂^γ F_a(m) along the columns of R, the normalised Hermite coefficient of
+h_a(m + R √λ z) is √(λ^α / α!) T_aα, so Cov_ab = Σ_{|α|>=1} (λ^α / α!) T_aα T_bα: positive semi-definite by
+construction. The terms of degree 1 are the linear part, E[∇h_a]ᵀ S E[∇h_b]; the functions here give the rest,
+|α| = 2..p, and its exact derivatives, which need T up to degree p + 2.
 """
 
 import numpy as np
 from numba import njit
 
 from twbal.gaussian import Array
-from twbal.models.moments.multi_index import MultiIndices
+from twbal.models.moments.multi_index import Integers, MultiIndices
 
 
 @njit(cache=True, error_model="numpy")
@@ -24,7 +24,7 @@ def term_weights(eigenvalues: Array, indices: MultiIndices) -> Array:
 
 
 @njit(cache=True, error_model="numpy")
-def degree_variances(T: Array, weights: Array, first: Array) -> Array:
+def degree_variances(T: Array, weights: Array, first: Integers) -> Array:
     """What each degree adds to the variance of each output, (E, p + 1)."""
     outputs = len(T)
     degrees = len(first) - 1
@@ -56,8 +56,8 @@ def higher_covariance_adjoint(  # type: ignore[no-untyped-def]
 ):
     """Derivative of Σ_ab by_covariance[a, b] higher_covariance[a, b] by m and S, both along the columns of R.
 
-    By m, each coefficient's derivative is the coefficient one degree up. By S there are two parts: S in the smoothing (heat
-    equation: half the second derivative by m) and S in the weights λ^α, which lowers the degree by one.
+    By m, each coefficient's derivative is the coefficient one degree up. By S there are two parts: S in the smoothing
+    (heat equation: half the second derivative by m) and S in the weights λ^α, which lowers the degree by one.
 
     Args:
         by_covariance: (E, E), symmetric.

@@ -8,10 +8,10 @@ from twbal.gaussian import Array
 
 
 class KernelSum(NamedTuple):
-    """E functions h_a(x) = Σ_i weights[a, i] signal_variance[a] exp(-½ (x - inputs[i])ᵀ Λ_a⁻¹ (x - inputs[i])) (eq. 1-2).
+    """E functions h_a(x) = Σ_i β_ai α_a² exp(-½ (x - x_i)ᵀ Λ_a⁻¹ (x - x_i)) (eq. 1-2).
 
     Attributes:
-        inputs: (n, d); n = 0 is the zero function.
+        inputs: x_i (n, d); n = 0 is the zero function.
         length_scales: (E, d), Λ_a = diag(length_scales[a]²).
         signal_variance: (E,), α² of eq. 1.
         weights: (E, n), β_a = K_a⁻¹ y_a.
@@ -28,7 +28,7 @@ class KernelSum(NamedTuple):
     @property
     def has_variance(self) -> bool:
         """Whether the functions themselves are uncertain."""
-        return self.variance_matrix.shape[1] > 0
+        return bool(self.variance_matrix.shape[1] > 0)
 
 
 def no_kernels(outputs: int, dimension: int) -> KernelSum:

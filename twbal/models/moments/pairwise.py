@@ -1,4 +1,4 @@
-"""Exact second moments as sums over pairs of points: the model variance, and the fallback where Hermite series are long.
+"""Exact second moments as sums over pairs of points: the model variance, and where Hermite series are too long.
 
 For basis functions at x_i (Λ_a) and x_j (Λ_b), E[k_i k_j] is proportional to exp(-½ δᵀWδ) in the mean m, with
 W = (S + Λ)⁻¹, Λ = (Λ_a⁻¹ + Λ_b⁻¹)⁻¹ and δ = Λ (Λ_a⁻¹ν_i + Λ_b⁻¹ν_j); so its derivative by m is Wδ times itself and, by
@@ -15,7 +15,14 @@ from twbal.models.moments.taylor import smoothed_weights
 
 @njit(cache=True, fastmath=True, error_model="numpy")
 def _pair_sums(  # type: ignore[no-untyped-def]
-    weights_a: Array, half_a: Array, alpha: Array, weights_b: Array, half_b: Array, beta: Array, links: Array, shift: float
+    weights_a: Array,
+    half_a: Array,
+    alpha: Array,
+    weights_b: Array,
+    half_b: Array,
+    beta: Array,
+    links: Array,
+    shift: float,
 ):
     """Sums over pairs of c_ij = w_i w_j links_ij: Σ c (e^Δ - 1), Σ c e^Δ, and row, column and cross sums of c e^Δ.
 

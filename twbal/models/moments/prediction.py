@@ -1,8 +1,9 @@
 """Moments of f(x) + g(x) at x ~ N(m, S), and the way back from their derivatives to those by m and S.
 
-The mean is F(m), the input-output covariance S Gᵀ with G = E[∇(f + g)], and the covariance is the linear part G S Gᵀ plus the
-rest V. V comes from Hermite coefficients where their series is short enough (`hermite`), from the exact sum over pairs
-where it is not (`pairwise`), and holds the model variance E[var h(x)] of whatever functions count as uncertain.
+The mean is F(m), the input-output covariance S Gᵀ with G = E[∇(f + g)], and the covariance is the linear part G S Gᵀ
+plus the rest V. V comes from Hermite coefficients where their series is short enough (`hermite`), from the exact sum
+over pairs where it is not (`pairwise`), and holds the model variance E[var h(x)] of whatever functions count as
+uncertain.
 """
 
 from typing import NamedTuple
@@ -18,7 +19,7 @@ from twbal.models.moments.hermite import (
     term_weights,
 )
 from twbal.models.moments.kernel_sum import KernelSum
-from twbal.models.moments.multi_index import MultiIndices, multi_indices
+from twbal.models.moments.multi_index import Integers, MultiIndices, multi_indices
 from twbal.models.moments.pairwise import pair_moment
 from twbal.models.moments.taylor import add_derivatives
 
@@ -35,8 +36,8 @@ class Truncation(NamedTuple):
     Attributes:
         tolerance: share of an output's variance that the two degrees past the last may still hold.
         degrees: allowed degrees, rising; empty always sums over pairs.
-        fall_back: sum over pairs where no degree is enough; otherwise the highest degree serves, and the covariance is too
-            small by what it leaves out.
+        fall_back: sum over pairs where no degree is enough; otherwise the highest degree serves, and the covariance is
+            too small by what it leaves out.
     """
 
     tolerance: float = 1e-7
@@ -75,7 +76,7 @@ class Prediction(NamedTuple):
 
 
 @njit(cache=True, error_model="numpy")
-def _hessian(row: Array, up: Array) -> Array:
+def _hessian(row: Array, up: Integers) -> Array:
     """Second derivatives of one output from its row of T, (d, d)."""
     d = up.shape[1]
     hessian = np.empty((d, d))
@@ -186,7 +187,7 @@ def _hessians(T: Array, inverse_basis: Array) -> Array:
 
 
 @njit(cache=True, error_model="numpy")
-def _first_moments_adjoint(T: Array, by_value: Array, by_slope: Array, up: Array):  # type: ignore[no-untyped-def]
+def _first_moments_adjoint(T: Array, by_value: Array, by_slope: Array, up: Integers):  # type: ignore[no-untyped-def]
     """Way back from the mean and the slope, all along the columns of R."""
     outputs, d = by_slope.shape
     by_mean, by_input = np.zeros(d), np.zeros((d, d))
@@ -215,7 +216,7 @@ def predict_adjoint(
     """
     p, inverse = prediction, prediction.inverse_basis
     d = len(inverse)
-    direct = 0.0
+    direct: Array = np.zeros((d, d))
     if p.degree == EXACT:
         by_slope = by_slope - 2.0 * by_rest @ p.slope @ covariance
         direct = -p.slope.T @ by_rest @ p.slope

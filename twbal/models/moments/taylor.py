@@ -10,7 +10,7 @@ from numba import njit
 
 from twbal.gaussian import Array
 from twbal.models.moments.kernel_sum import KernelSum
-from twbal.models.moments.multi_index import MultiIndices
+from twbal.models.moments.multi_index import Integers, MultiIndices
 
 _LANES = 8  # points that the inner loops treat at once: one 512-bit register of doubles
 
@@ -38,7 +38,7 @@ def smoothed_weights(  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, fastmath=True, error_model="numpy")
-def _moment_series(weights: Array, slopes: Array, count: int, parent: Array, axis: Array) -> Array:
+def _moment_series(weights: Array, slopes: Array, count: int, parent: Integers, axis: Integers) -> Array:
     """Σ_i w_i g_i^γ for the first `count` multi-indices γ; slopes g are (d, n)."""
     d, n = slopes.shape
     sums = np.zeros((count, _LANES))
@@ -67,7 +67,7 @@ def _moment_series(weights: Array, slopes: Array, count: int, parent: Array, axi
 
 
 @njit(cache=True, error_model="numpy")
-def _times_gaussian(series: Array, M: Array, down: Array) -> None:
+def _times_gaussian(series: Array, M: Array, down: Integers) -> None:
     """Multiply a power series by exp(-½ tᵀMt), in place: one factor exp(-c t_k t_l) after the other."""
     d = len(M)
     for k in range(d):
