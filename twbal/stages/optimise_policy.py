@@ -1,0 +1,80 @@
+"""Search the policy that the model expects to do best."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from hydra.utils import instantiate
+from omegaconf import DictConfig
+
+from twbal.channels import Channels
+from twbal.checkpoint import save_checkpoint
+from twbal.errors import ConfigError
+from twbal.models.dynamics import DynamicsModel
+from twbal.policies.saved import load_policy
+from twbal.search.optimise import SearchResult, search_policy
+from twbal.search.start_state import start_state
+from twbal.stages.artefacts import load_model
+from twbal.stages.closing import closing, run_folder
+from twbal.stages.manifest import Manifest, Step, perform
+from twbal.stages.predictions import prediction_of, save_prediction
+from twbal.stages.settings import recorded, typed
+
+NOT_RECORDED = ("dynamics", "earlier")
+POLICY, PREDICTION = "policy.pt", "prediction.pt"
+
+
+@dataclass(frozen=True)
+class Settings:
+    """See conf/stage/optimise_policy.yaml."""
+
+    seed: int
+
+
+def main(cfg: DictConfig) -> None:
+    """Run the stage in Hydra's run folder."""
+    out = run_folder()
+    closing(run(cfg, out), out, f"twbal real-rollout policy.path={out / POLICY}")
+
+
+def run(cfg: DictConfig, out: Path) -> Manifest:
+    """Search on the model that `cfg` names; write the best policy and its prediction to `out`, unless they are there."""
+    settings = typed(Settings, cfg)
+    dynamics, earlier = Path(cfg.dynamics), [Path(path) for path in cfg.earlier]
+    inputs = {"dynamics": [dynamics], "earlier": earlier}
+    step = Step("optimise-policy", out, recorded(cfg, NOT_RECORDED), inputs, settings.seed)
+    return perform(step, lambda: write_result(_search(cfg, dynamics, earlier, settings.seed), out))
+
+
+def write_result(result: SearchResult, out: Path) -> list[Path]:
+    """Write the best policy and its prediction to `out`; returns the files."""
+    save_checkpoint(out / POLICY, "policy", result.best.policy.to_payload())
+    save_prediction(out / PREDICTION, prediction_of(result))
+    return [out / POLICY, out / PREDICTION]
+
+
+def _search(cfg: DictConfig, dynamics: Path, earlier: list[Path], seed: int) -> SearchResult:
+    """Build what the search needs from `cfg` and search."""
+    channels: Channels = instantiate(cfg.state)
+    model = load_model(dynamics).model
+    _check_state(model, channels, dynamics)
+    return search_policy(
+        model=model,
+        start=start_state(instantiate(cfg.start), channels),
+        cost=instantiate(cfg.cost),
+        shape=instantiate(cfg.shape),
+        torque_limit=float(cfg.robot.torque_limit),
+        settings=instantiate(cfg.search),
+        judging=instantiate(cfg.judge),
+        earlier=[load_policy(path, channels.names) for path in earlier],
+        seed=seed,
+        progress=lambda line: print(f"  {line}", flush=True),
+    )
+
+
+def _check_state(model: DynamicsModel, channels: Channels, path: Path) -> None:
+    if model.channels != channels:
+        raise ConfigError(
+            f"The model in {path} has the state {', '.join(model.channels.names)} of a robot with a wheel radius of "
+            f"{model.channels.wheel_radius} m; here it is {', '.join(channels.names)} and {channels.wheel_radius} m. "
+            "Choose the state and robot that it was made with by state=... and robot=..."
+        )

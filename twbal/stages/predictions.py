@@ -1,0 +1,90 @@
+"""`prediction.pt`: what the model expects of a policy, and what else was considered."""
+
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from twbal.checkpoint import load_checkpoint, save_checkpoint
+from twbal.errors import CheckpointError
+from twbal.gaussian import Gaussian
+from twbal.search.optimise import Candidate, SearchResult
+
+KIND = "prediction"
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What was thought of a policy before it went to the robot.
+
+    Attributes:
+        origin: where its search began, or which earlier policy it is.
+        cost: expected long-term cost over the horizon (eq. 9).
+        judged_success: share of the long model rollouts that balanced.
+        judged_cost: mean cost of a step in them.
+    """
+
+    origin: str
+    cost: float
+    judged_success: float
+    judged_cost: float
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """What is in a `prediction.pt`.
+
+    Attributes:
+        channels: names of the D state channels.
+        states: p(x_t) for t = 0 .. H under the best policy, as the sensors show them.
+        best: what was thought of that policy.
+        candidates: the same for all that were judged, the best first.
+    """
+
+    channels: tuple[str, ...]
+    states: tuple[Gaussian, ...]
+    best: Verdict
+    candidates: tuple[Verdict, ...]
+
+
+def prediction_of(result: SearchResult) -> Prediction:
+    """What a search says, without the policies."""
+    candidates = tuple(_verdict(candidate) for candidate in result.candidates)
+    return Prediction(result.best.policy.channels, result.predicted, _verdict(result.best), candidates)
+
+
+def save_prediction(path: Path, prediction: Prediction) -> None:
+    """Write a `prediction.pt`."""
+    payload: dict[str, Any] = {
+        "channels": list(prediction.channels),
+        "mean": np.array([state.mean for state in prediction.states]),  # (H + 1, D)
+        "covariance": np.array([state.covariance for state in prediction.states]),  # (H + 1, D, D)
+        "best": asdict(prediction.best),
+        "candidates": [asdict(candidate) for candidate in prediction.candidates],
+    }
+    save_checkpoint(path, KIND, payload)
+
+
+def load_prediction(path: Path) -> Prediction:
+    """Read a `prediction.pt`.
+
+    Raises:
+        CheckpointError: it cannot be read, or holds no prediction.
+    """
+    payload = load_checkpoint(path, KIND)
+    try:
+        states = zip(payload["mean"], payload["covariance"], strict=True)
+        return Prediction(
+            channels=tuple(payload["channels"]),
+            states=tuple(Gaussian(mean, covariance) for mean, covariance in states),
+            best=Verdict(**payload["best"]),
+            candidates=tuple(Verdict(**candidate) for candidate in payload["candidates"]),
+        )
+    except (KeyError, TypeError, ValueError) as error:
+        raise CheckpointError(f"{path} holds no whole prediction ({error}). Run optimise-policy again.") from error
+
+
+def _verdict(candidate: Candidate) -> Verdict:
+    judgement = candidate.judgement
+    return Verdict(candidate.origin, candidate.cost, judgement.success, judgement.cost)
