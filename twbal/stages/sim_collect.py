@@ -11,6 +11,8 @@ from tqdm import tqdm
 from twbal.collection import RolloutPlan, collect
 from twbal.episode import Provenance
 from twbal.logs.writer import write_episode
+from twbal.policies.exploring import ExploringPolicy
+from twbal.policies.policy import Policy
 from twbal.robot.parameters import parameter_hash
 from twbal.sim.plant import SimPlant
 from twbal.stages.artefacts import episode_file, policy_files, policy_hash
@@ -27,8 +29,10 @@ class Settings:
 
     seed: int
     rollouts: int
+    first_trial: int
     steps: int
     tilt_limit: float
+    exploration: float
     workers: int
 
 
@@ -48,7 +52,10 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
     make_plant = partial(
         SimPlant, robot=robot, effects=effects, start=start, physics_step=physics_step, seed=settings.seed
     )
-    plan = RolloutPlan(make_plant, instantiate(cfg.policy), instantiate(cfg.state), settings.steps, settings.tilt_limit)
+    policy: Policy = instantiate(cfg.policy)
+    if settings.exploration:
+        policy = ExploringPolicy(policy, settings.exploration * robot.torque_limit, robot.torque_limit)
+    plan = RolloutPlan(make_plant, policy, instantiate(cfg.state), settings.steps, settings.tilt_limit)
     provenance = Provenance(
         robot=robot.name,
         source="simulation",
@@ -58,23 +65,24 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
         config=text,
     )
     step = Step("sim-collect", out, text, {"policy": policy_files(cfg.policy)}, settings.seed)
-    return perform(step, lambda: simulate(plan, provenance, settings.rollouts, settings.workers, out / "episodes"))
+    trials = range(settings.first_trial, settings.first_trial + settings.rollouts)
+    return perform(step, lambda: simulate(plan, provenance, trials, settings.workers, out / "episodes"))
 
 
-def simulate(plan: RolloutPlan, provenance: Provenance, rollouts: int, workers: int, folder: Path) -> list[Path]:
-    """Drive `rollouts` rollouts of the simulated robot and log each to `folder`; returns the files.
+def simulate(plan: RolloutPlan, provenance: Provenance, trials: range, workers: int, folder: Path) -> list[Path]:
+    """Drive the simulated robot once for each of `trials` and log each rollout to `folder`; returns the files.
 
     Args:
         plan: robot, policy and state.
         provenance: of all of them; each gets its own trial number.
-        rollouts: how many, numbered from 0.
+        trials: their numbers.
         workers: processes; 0: one a core.
         folder: for the logs.
     """
-    provenances = [replace(provenance, trial=trial) for trial in range(rollouts)]
+    provenances = [replace(provenance, trial=trial) for trial in trials]
     files = []
-    episodes = tqdm(collect(plan, provenances, workers), "rollouts", rollouts, disable=None)
-    for trial, episode in enumerate(episodes):
+    episodes = tqdm(collect(plan, provenances, workers), "rollouts", len(trials), disable=None)
+    for trial, episode in zip(trials, episodes, strict=True):
         files.append(episode_file(folder, trial))
         write_episode(files[-1], episode)
     return files
