@@ -9,6 +9,7 @@ from typing import Any
 from hydra import compose
 from omegaconf import DictConfig, OmegaConf
 
+ROOT = Path("$OUT")  # stands for the run folder in commands that are written down
 _PLAIN = re.compile(r"[A-Za-z_./][\w./:@-]*")
 _OTHER_THAN_TEXT = ("null", "true", "false", "nan", "inf")
 
@@ -52,13 +53,16 @@ def stage_overrides(stage: str, cfg: DictConfig, choices: Mapping[str, str], tol
         for key, value in asked.items()
         if key not in default or value != default[key]
     ]
-    gone = [f"~{key}" for key in default if key not in asked]
+    gone = [f"~{key}" for key in default if key not in asked and not _within(key, asked)]
     return [*chosen, *changed, *gone, *told]
 
 
 def command_line(stage: str, overrides: Sequence[str], out: Path) -> str:
-    """The shell command that runs `stage` with these overrides into the folder `out`."""
-    return shlex.join(["twbal", stage, *overrides, f"hydra.run.dir={text(str(out))}"])
+    """The shell command that runs `stage` with these overrides into the folder `out`.
+
+    A path that begins with `ROOT` stays a variable of the shell.
+    """
+    return " ".join(["twbal", stage, *map(_shell_word, [*overrides, f"hydra.run.dir={text(str(out))}"])])
 
 
 def text(value: Any) -> str:
@@ -77,6 +81,18 @@ def text(value: Any) -> str:
         return str(value)
     escaped = re.sub(r"(\\*)'", r"\1\1\\'", re.sub(r"(\\+)$", r"\1\1", value))
     return f"'{escaped}'"
+
+
+def _shell_word(word: str) -> str:
+    if str(ROOT) not in word:
+        return shlex.quote(word)
+    return '"' + re.sub(r'(["\\`])', r"\\\1", word) + '"'
+
+
+def _within(key: str, asked: Mapping[str, Any]) -> bool:
+    """Whether something above the dotted `key` is asked for as a whole."""
+    parts = key.split(".")
+    return any(".".join(parts[:depth]) in asked for depth in range(1, len(parts)))
 
 
 def _config_name(stage: str) -> str:

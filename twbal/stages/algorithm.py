@@ -1,0 +1,180 @@
+"""Algorithm 1 of the paper as a chain of stages.
+
+    f from random rollouts in simulation; policy 0 from f
+    repeat: drive the robot by policy i; g from all real rollouts; policy i + 1 from f + g
+
+Beyond the paper, f is learned once more from rollouts of its own policy in simulation before the robot is touched, and
+every policy is driven in trials that nothing is learned from.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+from omegaconf import DictConfig
+
+from twbal.evaluation import SuccessRule
+from twbal.stages.chain import Call, Chain
+from twbal.stages.manifest import Manifest
+from twbal.stages.optimise_policy import POLICY, PREDICTION
+
+MODEL = "model.pt"
+FIRST_TRIAL = 1000  # of the trials of policy 0; those of policy i begin at (i + 1) times that, apart from what is learned from
+
+
+@dataclass(frozen=True)
+class Settings:
+    """See conf/stage/iterate.yaml."""
+
+    seed: int
+    updates: int
+    trials: int
+    stop_when_solved: bool
+    sim_rounds: int
+    sim_round_rollouts: int
+    sim_round_exploration: float
+
+
+class Learned(NamedTuple):
+    """One policy and how it came about; folders lie within the run folder.
+
+    Attributes:
+        index: 0 is the policy from f alone.
+        fits: manifests of the model fits that it took.
+        searches: manifests of the policy searches that it took.
+        rollouts: run folders of the real rollouts that g was learned from.
+        policy: folder of the search's result.
+        trials: run folder of the trials; None where none were driven.
+    """
+
+    index: int
+    fits: tuple[Manifest, ...]
+    searches: tuple[Manifest, ...]
+    rollouts: tuple[Path, ...]
+    policy: Path
+    trials: Path | None
+
+    @property
+    def policy_file(self) -> Path:
+        """The policy's checkpoint."""
+        return self.policy / POLICY
+
+    @property
+    def prediction_file(self) -> Path:
+        """What the model expected of it."""
+        return self.policy / PREDICTION
+
+
+class Learning(NamedTuple):
+    """All that was learned.
+
+    Attributes:
+        simulated: run folders of the simulated rollouts.
+        policies: policy 0 and one for each update.
+    """
+
+    simulated: tuple[Path, ...]
+    policies: tuple[Learned, ...]
+
+
+class Algorithm:
+    """Runs Algorithm 1 on a chain.
+
+    Args:
+        chain: runs the stages.
+        cfg: of iterate, with a section for each stage.
+        settings: how often and how much.
+        rule: how long trials are, and when the robot has fallen.
+        solved: whether all trials in a run folder succeeded.
+    """
+
+    def __init__(
+        self, chain: Chain, cfg: DictConfig, settings: Settings, rule: SuccessRule, solved: Callable[[Path], bool]
+    ) -> None:
+        self._chain, self._cfg, self._settings, self._rule, self._solved = chain, cfg, settings, rule, solved
+
+    def run(self) -> Learning:
+        """From nothing to the last policy."""
+        simulated, model, first = self._simulation()
+        policies = [self._tried(first)]
+        while len(policies) <= self._settings.updates and not self._is_enough(policies[-1]):
+            policies.append(self._tried(self._update(model, policies)))
+        return Learning(simulated, tuple(policies))
+
+    def _simulation(self) -> tuple[tuple[Path, ...], Path, Learned]:
+        """f and its policy, and again on rollouts of that policy."""
+        rounds = range(self._settings.sim_rounds + 1)
+        simulated: list[Path] = []
+        fits: list[Manifest] = []
+        searches: list[Manifest] = []
+        place = Path("simulation")
+        for i in rounds:
+            simulated.append(place / f"{i}_collect")
+            self._collect(simulated[-1], i, place / f"{i - 1}_policy" / POLICY)
+            fits.append(self._fit("fit-sim-gp", place / f"{i}_model", simulated, {}))
+            earlier = [place / f"{i - 1}_policy" / POLICY] if i else []
+            searches.append(self._search(place / f"{i}_policy", place / f"{i}_model" / MODEL, earlier))
+        last = rounds[-1]
+        first = Learned(0, tuple(fits), tuple(searches), (), place / f"{last}_policy", None)
+        return tuple(simulated), place / f"{last}_model" / MODEL, first
+
+    def _collect(self, out: Path, round_number: int, policy: Path) -> None:
+        """Rollouts in simulation: at random at first, then by the policy of the round before."""
+        told = {"seed": self._cfg.sim_collect.seed}
+        if not round_number:
+            self._chain.run(Call("sim-collect", out, told))
+            return
+        settings = self._settings
+        told |= {
+            "first_trial": FIRST_TRIAL * round_number,
+            "rollouts": settings.sim_round_rollouts,
+            "exploration": settings.sim_round_exploration,
+            "policy.path": policy,
+        }
+        self._chain.run(Call("sim-collect", out, told, {"policy": "saved"}))
+
+    def _update(self, model: Path, policies: list[Learned]) -> Learned:
+        """Drive the robot by the newest policy, learn g from all that was driven, and search again."""
+        newest = policies[-1]
+        rollout = Path(f"iteration_{newest.index}") / "rollout"
+        told = {"seed": self._cfg.real_rollout.seed, "trials": 1, "first_trial": newest.index}
+        self._drive(rollout, newest, told)
+        index, rollouts = newest.index + 1, (*newest.rollouts, rollout)
+        place = Path(f"iteration_{index}")
+        fit = self._fit("fit-diff-gp", place / "model", list(rollouts), {"dynamics": model})
+        earlier = [policy.policy_file for policy in policies]
+        search = self._search(place / "policy", place / "model" / MODEL, earlier)
+        return Learned(index, (fit,), (search,), rollouts, place / "policy", None)
+
+    def _tried(self, learned: Learned) -> Learned:
+        """`learned` with its trials driven."""
+        settings, rule = self._settings, self._rule
+        if not settings.trials:
+            return learned
+        trials = Path(f"iteration_{learned.index}") / "trials"
+        told = {
+            "seed": self._cfg.real_rollout.seed,
+            "trials": settings.trials,
+            "first_trial": FIRST_TRIAL * (learned.index + 1),
+            "steps": rule.steps,
+            "tilt_limit": rule.limit,
+            "exploration": 0.0,
+        }
+        self._drive(trials, learned, told)
+        return learned._replace(trials=trials)
+
+    def _drive(self, out: Path, learned: Learned, told: dict[str, object]) -> None:
+        told = {**told, "policy.path": learned.policy_file}
+        self._chain.run(Call("real-rollout", out, told, {"policy": "saved"}))
+
+    def _fit(self, stage: str, out: Path, episodes: list[Path], told: dict[str, object]) -> Manifest:
+        seed = self._cfg[stage.replace("-", "_")].seed
+        return self._chain.run(Call(stage, out, {"seed": seed, **told, "episodes": episodes}))
+
+    def _search(self, out: Path, model: Path, earlier: list[Path]) -> Manifest:
+        told = {"seed": self._cfg.optimise_policy.seed, "dynamics": model, "earlier": earlier}
+        return self._chain.run(Call("optimise-policy", out, told))
+
+    def _is_enough(self, learned: Learned) -> bool:
+        return self._settings.stop_when_solved and learned.trials is not None and self._solved(learned.trials)

@@ -1,0 +1,57 @@
+"""The pictures of a run of Algorithm 1, as its report shows them."""
+
+from collections.abc import Callable, Sequence
+
+from twbal.channels import Channels
+from twbal.episode import Episode
+from twbal.evaluation import positions
+from twbal.figures.canvas import svg
+from twbal.figures.cost import cost_figure
+from twbal.figures.learning import learning_curve_figure
+from twbal.figures.prediction import prediction_figure
+from twbal.figures.trials import Trials, drift_figure, tilt_figure
+from twbal.gaussian import Array
+from twbal.report import Pictures
+from twbal.stages.findings import Findings, Measures
+from twbal.summary import Iteration, Summary
+
+SHAPES = (0.25, 0.5, 1.0)  # of the paper's cost; 0.5 is its own
+
+
+def pictures(summary: Summary, found: Sequence[Findings], measures: Measures, control_period: float) -> Pictures:
+    """Draw all of them.
+
+    Args:
+        summary: of the run.
+        found: what is known of each policy.
+        measures: by what it was measured.
+        control_period: [s].
+    """
+    channels, rule = measures.channels, measures.rule
+    tried = [each for each in found if each.trials]
+    rolled = _grouped(tried, lambda trial: positions(trial, channels.wheel_radius))
+    first_and_best = dict.fromkeys((0, summary.best_iteration))
+    tilted = _grouped([each for each in tried if each.iteration.index in first_and_best], lambda trial: trial.tilt)
+    return Pictures(
+        tilt=svg(tilt_figure(tilted, control_period, rule)) if tilted else None,
+        predictions=[_prediction(each, channels, control_period) for each in found],
+        learning=svg(learning_curve_figure(summary)),
+        drift=svg(drift_figure(rolled, control_period, rule.steps)) if rolled else None,
+        cost=svg(cost_figure(SHAPES, measures.cost, channels.names, channels.units)),
+    )
+
+
+def _prediction(found: Findings, channels: Channels, control_period: float) -> str:
+    courses = [trial.states for trial in found.trials]
+    figure = prediction_figure(
+        found.prediction.states, courses, channels.names, channels.units, control_period, _title(found.iteration)
+    )
+    return svg(figure)
+
+
+def _grouped(found: Sequence[Findings], course: Callable[[Episode], Array]) -> list[Trials]:
+    return [Trials(_title(each.iteration), [course(trial) for trial in each.trials]) for each in found]
+
+
+def _title(iteration: Iteration) -> str:
+    return f"iteration {iteration.index}: {iteration.successes} of {iteration.trials} balance"

@@ -1,0 +1,105 @@
+"""Algorithm 1 from start to end: simulator, model, policy, robot, correction, better policy."""
+
+import shlex
+import shutil
+from collections.abc import Mapping
+from pathlib import Path
+
+from hydra.core.hydra_config import HydraConfig
+from hydra.utils import instantiate
+from omegaconf import DictConfig
+
+from twbal.evaluation import succeeded
+from twbal.files import write_atomically
+from twbal.report import Setting, write_report
+from twbal.stages.algorithm import Algorithm, Learning, Settings
+from twbal.stages.chain import Chain
+from twbal.stages.closing import run_folder
+from twbal.stages.findings import Measures, episodes_in, findings, summarise
+from twbal.stages.gallery import pictures
+from twbal.stages.manifest import Manifest, Step, perform
+from twbal.stages.script import HASHES, SCRIPT, hash_list, script
+from twbal.stages.settings import recorded, typed
+from twbal.summary import Summary, read_summary, summary_table, write_summary
+
+NOT_RECORDED = ("link.port", "sim_collect.workers")
+SUMMARY, REPORT, BEST_POLICY = "summary.json", "report.html", "best_policy.pt"
+
+
+def main(cfg: DictConfig) -> None:
+    """Run the stage in Hydra's run folder."""
+    out, hydra = run_folder(), HydraConfig.get()
+    told = [word for word in hydra.overrides.task if not word.startswith("hydra.")]
+    again = shlex.join(["twbal", "iterate", *told, f"hydra.run.dir={out}"])
+    print(f"After an interruption, this goes on where it was: {again}\n", flush=True)
+    run(cfg, out, hydra.runtime.choices)
+    print(f"\n{summary_table(read_summary(out / SUMMARY))}\n")
+    print(f"policy  {out / BEST_POLICY}")
+    print(f"by hand {out / SCRIPT}")
+    print(f"report  {out / REPORT}")
+    print(f"next    twbal real-rollout policy.path={out / BEST_POLICY}")
+
+
+def run(cfg: DictConfig, out: Path, choices: Mapping[str, str]) -> Manifest:
+    """Run Algorithm 1 as `cfg` says in `out`, or what of it is not there yet.
+
+    Args:
+        cfg: of this stage.
+        out: the run folder.
+        choices: which choice `cfg` has of each group.
+
+    Raises:
+        TwbalError: a step failed; the message names it. The same command again goes on from there.
+    """
+    settings = typed(Settings, cfg)
+    step = Step("iterate", out, recorded(cfg, NOT_RECORDED), {}, settings.seed)
+    return perform(step, lambda: _learn_and_tell(cfg, out, choices, settings))
+
+
+def _learn_and_tell(cfg: DictConfig, out: Path, choices: Mapping[str, str], settings: Settings) -> list[Path]:
+    measures = Measures(instantiate(cfg.rule), instantiate(cfg.cost), cfg.search.horizon, instantiate(cfg.state))
+
+    def solved(trials: Path) -> bool:
+        return all(succeeded(trial, measures.rule) for trial in episodes_in([out / trials]))
+
+    chain = Chain(cfg, choices, out)
+    learning = Algorithm(chain, cfg, settings, measures.rule, solved).run()
+    return _tell(cfg, chain, learning, measures, choices)
+
+
+def _tell(
+    cfg: DictConfig, chain: Chain, learning: Learning, measures: Measures, choices: Mapping[str, str]
+) -> list[Path]:
+    """Write down what came out; returns the files."""
+    out = chain.root
+    found = findings(learning, out, measures)
+    simulated = episodes_in([out / folder for folder in learning.simulated])
+    summary = summarise(found, simulated, cfg.robot.name, cfg.seed, round(chain.wall_s, 3))
+    best = learning.policies[summary.best_iteration].policy_file
+    shutil.copyfile(out / best, out / BEST_POLICY)
+    commands = script(chain.commands, best, BEST_POLICY)
+    write_atomically(out / SCRIPT, commands)
+    write_atomically(out / HASHES, hash_list({**chain.outputs, BEST_POLICY: summary.best.policy.sha256}))
+    write_summary(out / SUMMARY, summary)
+    drawn = pictures(summary, found, measures, cfg.robot.control_period)
+    write_report(out / REPORT, summary, _setting(cfg, measures, summary, choices), drawn, commands)
+    return [out / name for name in (SUMMARY, BEST_POLICY, SCRIPT, HASHES, REPORT)]
+
+
+def _setting(cfg: DictConfig, measures: Measures, summary: Summary, choices: Mapping[str, str]) -> Setting:
+    """What a reader of the report must know of the set-up."""
+    channels = measures.channels
+    widths = [
+        f"{name} {width:g} {unit}"
+        for name, width, unit in zip(channels.names, measures.cost.widths, channels.units, strict=True)
+        if width < float("inf")
+    ]
+    virtual = choices["link"] == "virtual"
+    facts = [
+        ("state", ", ".join(channels.names)),
+        ("cost widths", ", ".join(widths)),
+        ("horizon", f"{measures.horizon} control periods"),
+        ("policy", f"{cfg.shape.basis} basis functions{', and a linear part' if cfg.shape.linear else ''}"),
+        ("link", f"{choices['link']}, robot {cfg.link.seed}" if virtual else str(choices["link"])),
+    ]
+    return Setting(virtual, measures.rule, cfg.robot.control_period, facts)
