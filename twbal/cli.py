@@ -22,6 +22,8 @@ STAGES = {
     "virtual-robot": "a robot with hidden faults behind a port, to try all of this without hardware",
 }
 
+THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+
 USAGE = """usage: twbal <stage> [key=value ...] [Hydra flags]
 
 Learn to balance a two-wheeled robot from a wrong simulator and very little real data.
@@ -72,6 +74,10 @@ def _unknown_stage(word: str) -> str:
 
 
 def _run(stage: str, words: list[str], program: str | None = None) -> int:
+    # Before anything numeric is loaded. The matrices here are small: more threads wait for each other (a fit took ten times
+    # as long beside another busy process), and sums in another order on every machine would give other hashes.
+    for name in THREADS:
+        os.environ.setdefault(name, "1")
     from twbal.stages.launch import run_stage
 
     try:
