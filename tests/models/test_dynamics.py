@@ -3,20 +3,11 @@ import pytest
 
 from twbal.channels import Channels
 from twbal.errors import CheckpointError, ConfigError
-from twbal.models.dynamics import DynamicsModel, observation_noise
-from twbal.models.fit import FitSettings, fit_gp
+from twbal.models.dynamics import DynamicsModel
 from twbal.models.gp import condition
 
 CHANNELS = Channels(("tilt", "command_2", "tilt_rate", "command_1"), 0.15)
-SETTINGS = FitSettings(
-    starts=2,
-    perturbation=0.5,
-    screening_points=200,
-    finalists=1,
-    iterations=100,
-    max_signal_to_noise=1000.0,
-    max_relative_length_scale=100.0,
-)
+PROCESS, SENSORS = np.array([0.02, 0.3]), np.array([0.001, 0.05])
 
 
 def random_gp(seed, outputs=2, inputs=5, samples=30):
@@ -32,7 +23,7 @@ def random_gp(seed, outputs=2, inputs=5, samples=30):
 
 @pytest.fixture
 def model():
-    return DynamicsModel(CHANNELS, random_gp(1), random_gp(2), keep_f_variance=False)
+    return DynamicsModel(CHANNELS, random_gp(1), random_gp(2), False, PROCESS, SENSORS)
 
 
 def test_past_commands_are_copied_exactly(model):
@@ -53,7 +44,7 @@ def test_measured_channels_move_by_f_plus_g(model):
 
 @pytest.mark.parametrize("keep", [False, True])
 def test_the_variance_is_that_of_g_and_of_f_only_where_it_is_kept(keep):
-    model = DynamicsModel(CHANNELS, random_gp(1), random_gp(2), keep_f_variance=keep)
+    model = DynamicsModel(CHANNELS, random_gp(1), random_gp(2), keep, PROCESS, SENSORS)
     inputs = np.random.default_rng(0).standard_normal((6, 5))
     step = model.step_distribution(inputs[:, :4], inputs[:, 4])
     expected = model.g.predict(inputs).variance + keep * model.f.predict(inputs).variance
@@ -62,7 +53,7 @@ def test_the_variance_is_that_of_g_and_of_f_only_where_it_is_kept(keep):
 
 
 def test_without_g_the_papers_model_is_certain():
-    model = DynamicsModel(CHANNELS, random_gp(1), None, keep_f_variance=False)
+    model = DynamicsModel(CHANNELS, random_gp(1), None, False, PROCESS, SENSORS)
     assert not model.step_distribution(np.ones((3, 4)), np.ones(3)).variance.any()
     assert np.array_equal(model.noise_variance, model.f.noise_variance)
 
@@ -81,29 +72,18 @@ def test_payload_round_trip_predicts_the_same(model):
     ):
         assert np.array_equal(one, other)
     assert again.channels == model.channels
+    assert np.array_equal(again.process_noise, PROCESS)
+    assert np.array_equal(again.observation_noise, SENSORS)
 
 
-def test_a_payload_without_f_says_so(model):
+@pytest.mark.parametrize("part", ["f", "process_noise"])
+def test_a_payload_without_a_part_says_so(model, part):
     payload = model.to_payload()
-    del payload["f"]
-    with pytest.raises(CheckpointError, match="missing: f"):
+    del payload[part]
+    with pytest.raises(CheckpointError, match=f"missing: {part}"):
         DynamicsModel.from_payload(payload)
 
 
 def test_a_model_of_another_state_is_refused():
     with pytest.raises(ConfigError, match="5 inputs and 2 outputs; found 4 and 2"):
-        DynamicsModel(CHANNELS, random_gp(1, inputs=4), None, keep_f_variance=False)
-
-
-def test_measurement_noise_is_recovered_from_linear_data():
-    channels = Channels(("tilt", "tilt_rate"), 0.15)
-    sd = np.array([0.02, 0.05])
-    rng = np.random.default_rng(0)
-    states, commands = rng.standard_normal((400, 2)), rng.uniform(-5, 5, 400)
-    after = states @ np.array([[1.0, 0.1], [0.3, 0.8]]).T + np.outer(commands, [0.02, 0.3])
-    seen, seen_after = (x + sd * rng.standard_normal(x.shape) for x in (states, after))
-    inputs = np.column_stack([seen, commands])
-    f = fit_gp(inputs, seen_after - seen, SETTINGS, seed=0).gp
-    model = DynamicsModel(channels, f, None, keep_f_variance=False)
-    np.testing.assert_allclose(np.sqrt(observation_noise(model, inputs)), sd, rtol=0.1)
-    assert (f.noise_variance > 1.5 * sd**2).all()  # the residual's noise counts the measurement twice
+        DynamicsModel(CHANNELS, random_gp(1, inputs=4), None, False, PROCESS, SENSORS)

@@ -11,6 +11,7 @@ from twbal.episode import Episode, Outcome, Provenance
 from twbal.errors import DataError
 from twbal.models.fit import FitSettings, fit_gp
 from twbal.models.recipe import ModelRecipe
+from twbal.models.smoothing import SmoothingSettings
 from twbal.models.sparse import SparseSettings, fit_sparse_gp
 
 CONF = Path(__file__).parents[2] / "conf"
@@ -24,7 +25,18 @@ SETTINGS = FitSettings(
     max_signal_to_noise=1000.0,
     max_relative_length_scale=100.0,
 )
-RECIPE = ModelRecipe(partial(fit_gp, settings=SETTINGS), partial(fit_gp, settings=SETTINGS), keep_f_variance=False)
+FIT = partial(fit_gp, settings=SETTINGS)
+SMOOTHING = SmoothingSettings(
+    rounds=2,
+    linearisations=2,
+    iterations=30,
+    sensor_prior_sd=1.0,
+    process_prior_sd=2.0,
+    sensor_sd={"tilt": 2e-3, "tilt_rate": 2e-3},
+)
+RAW = ModelRecipe(FIT, FIT, keep_f_variance=False, smoothing=None)
+SMOOTHED = ModelRecipe(FIT, FIT, keep_f_variance=False, smoothing=SMOOTHING)
+RECIPES = pytest.mark.parametrize("recipe", [RAW, SMOOTHED], ids=["raw", "smoothed"])
 
 
 def episode(steps, seed, gain, source):
@@ -43,11 +55,12 @@ def episode(steps, seed, gain, source):
     return Episode(CHANNELS.names, 0.02, observations, states + noise, commands, Outcome.COMPLETED, provenance)
 
 
-def test_f_plus_g_predicts_the_real_robot_far_better_than_f():
+@RECIPES
+def test_f_plus_g_predicts_the_real_robot_far_better_than_f(recipe):
     simulated = [episode(20, k, 1.0, "simulation") for k in range(6)]
-    learned = RECIPE.learn_simulation(simulated, CHANNELS, seed=0)
+    learned = recipe.learn_simulation(simulated, CHANNELS, seed=0)
     assert learned.data.inputs.shape == (120, 4)
-    after = RECIPE.learn_difference(learned.model, [episode(25, 10 + k, 0.6, "robot") for k in range(2)], seed=0)
+    after = recipe.learn_difference(learned.model, [episode(25, 10 + k, 0.6, "robot") for k in range(2)], seed=0)
     assert after.model.f is learned.model.f
     real = episode(30, 99, 0.6, "robot")
     errors = [
@@ -57,11 +70,20 @@ def test_f_plus_g_predicts_the_real_robot_far_better_than_f():
     assert errors[1] < 0.3 * errors[0]
 
 
-def test_real_episodes_with_another_state_are_refused():
-    learned = RECIPE.learn_simulation([episode(20, 0, 1.0, "simulation")], CHANNELS, seed=0)
+def test_without_smoothing_the_state_grows_by_the_noise_of_the_fit():
+    learned = RAW.learn_simulation([episode(40, 0, 1.0, "simulation")], CHANNELS, seed=0)
+    assert np.array_equal(learned.model.process_noise, learned.model.f.noise_variance)
+    after = RAW.learn_difference(learned.model, [episode(25, 10, 0.6, "robot")], seed=0).model
+    assert np.array_equal(after.process_noise, after.g.noise_variance)
+    assert not after.observation_noise.any()
+
+
+@RECIPES
+def test_real_episodes_with_another_state_are_refused(recipe):
+    learned = recipe.learn_simulation([episode(20, 0, 1.0, "simulation")], CHANNELS, seed=0)
     other = Episode(("tilt",), 0.02, np.arange(21.0).reshape(3, 7), np.zeros((3, 1)), np.zeros(2), "completed", None)
     with pytest.raises(DataError, match="channels tilt; expected are tilt, tilt_rate, command_1"):
-        RECIPE.learn_difference(learned.model, [other], seed=0)
+        recipe.learn_difference(learned.model, [other], seed=0)
 
 
 @pytest.mark.parametrize(
