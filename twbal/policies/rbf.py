@@ -10,6 +10,9 @@ from twbal.gaussian import Array
 from twbal.policies.policy import Controller, Policy
 from twbal.policies.squash import squash
 
+_FAR = 1e100
+"""States are cut off here, where squares would overflow: the command is to be a number for any state."""
+
 
 @dataclass(frozen=True, eq=False)
 class RbfPolicy(Policy):
@@ -33,6 +36,7 @@ class RbfPolicy(Policy):
 
     def activation(self, states: Array) -> Array:
         """What goes into the squash, (...) for states (..., D)."""
+        states = np.clip(states, -_FAR, _FAR)
         gaps = (states[..., None, :] - self.centres) / self.lengths  # (..., N, D)
         activation: Array = states @ self.gain + np.exp(-0.5 * (gaps**2).sum(axis=-1)) @ self.weights
         return activation

@@ -11,7 +11,8 @@ _AMPLITUDES = ((1, 9 / 8), (3, 1 / 8))  # σ(a) = Σ amplitude · sin(frequency 
 
 def squash(activation: Array) -> Array:
     """σ(a) in [-1, 1], any shape (eq. 10)."""
-    return (9.0 * np.sin(activation) + np.sin(3.0 * activation)) / 8.0
+    # At its flat top the sum rounds to a little more than 1.
+    return np.clip((9.0 * np.sin(activation) + np.sin(3.0 * activation)) / 8.0, -1.0, 1.0)
 
 
 class Squashed(NamedTuple):
