@@ -57,18 +57,19 @@ def rollout(
             commands.append(command)
             note(observation)
     except (LinkLostError, KeyboardInterrupt) as end:
-        if not seen:
+        if not states:
             raise
         outcome = Outcome.LINK_LOST if isinstance(end, LinkLostError) else Outcome.STOPPED
-        events.append(Event(seen[-1].time, str(end) or "stopped by the person"))
+        events.append(Event(seen[len(states) - 1].time, str(end) or "stopped by the person"))
     finally:
         plant.stop()
+    complete = len(states)  # Ctrl-C may come between two of the records
     return Episode(
         channels=channels.names,
         control_period=plant.control_period,
-        observations=np.array(seen),
+        observations=np.array(seen[:complete]),
         states=np.array(states),
-        commands=np.array(commands),
+        commands=np.array(commands[: complete - 1]),
         outcome=outcome,
         provenance=provenance,
         events=tuple(events),
