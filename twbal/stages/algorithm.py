@@ -8,7 +8,7 @@ every policy is driven in trials that nothing is learned from.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -20,7 +20,9 @@ from twbal.stages.manifest import Manifest
 from twbal.stages.optimise_policy import POLICY, PREDICTION
 
 MODEL = "model.pt"
-FIRST_TRIAL = 1000  # of the trials of policy 0; those of policy i begin at (i + 1) times that, apart from what is learned from
+FIRST_TRIAL = (
+    1000  # of the trials of policy 0; those of policy i begin at (i + 1) times that, apart from what is learned from
+)
 
 
 @dataclass(frozen=True)
@@ -36,7 +38,8 @@ class Settings:
     sim_round_exploration: float
 
 
-class Learned(NamedTuple):
+@dataclass(frozen=True)
+class Learned:
     """One policy and how it came about; folders lie within the run folder.
 
     Attributes:
@@ -162,7 +165,7 @@ class Algorithm:
             "exploration": 0.0,
         }
         self._drive(trials, learned, told)
-        return learned._replace(trials=trials)
+        return replace(learned, trials=trials)
 
     def _drive(self, out: Path, learned: Learned, told: dict[str, object]) -> None:
         told = {**told, "policy.path": learned.policy_file}

@@ -30,8 +30,8 @@ class Call(NamedTuple):
     Attributes:
         stage: its name on the command line.
         folder: for its results, within the run folder.
-        told: what it is told beside what the configuration says, by key; a `Path` (or a list of them) lies within the run
-            folder.
+        told: what it is told beside what the configuration says, by key; a `Path` (or a list of them) lies within the
+            run folder.
         choices: groups that are chosen for it, as `policy: saved`.
     """
 
@@ -53,7 +53,7 @@ class Chain:
         root: the run folder.
         commands: a shell command for each call so far; `$OUT` stands for the run folder.
         outputs: what the calls made, by path within the run folder, with sha256.
-        wall_s: how long the calls took, also those that are done from before [s].
+        wall_s: how long the calls took; of those that were there already, how long they took then [s].
     """
 
     def __init__(self, cfg: DictConfig, choices: Mapping[str, str], root: Path) -> None:
@@ -79,19 +79,21 @@ class Chain:
         out = self.root / call.folder
         print(f"{call.stage} -> {out}", flush=True)
         began = time.monotonic()
+        told, by_hand = call.words(self.root), call.words(ROOT)
         try:
             before = read_manifest(out)
-            words = stage_overrides(call.stage, self._cfg, self._choices, call.words(self.root))
+            words = stage_overrides(call.stage, self._cfg, self._choices, told)
             manifest = RUN[call.stage](compose_stage(call.stage, words), out)
-            by_hand = stage_overrides(call.stage, self._cfg, self._choices, call.words(ROOT))
         except (HydraException, OmegaConfBaseException) as error:
             raise _named(complaint(error, call.stage), call, out) from error
         except TwbalError as error:
             raise _named(error, call, out) from error
-        print("  is there already" if manifest == before else f"  {time.monotonic() - began:.1f} s", flush=True)
-        self.commands.append(command_line(call.stage, by_hand, ROOT / call.folder))
+        kept = manifest == before
+        wall_s = manifest.wall_s if kept else time.monotonic() - began
+        print("  is there already" if kept else f"  {wall_s:.1f} s", flush=True)
+        self.commands.append(command_line(call.stage, [*words[: -len(told)], *by_hand], ROOT / call.folder))
         self.outputs |= {(call.folder / made.path).as_posix(): made.sha256 for made in manifest.outputs}
-        self.wall_s += manifest.wall_s
+        self.wall_s += wall_s
         return manifest
 
 

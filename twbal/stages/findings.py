@@ -70,7 +70,9 @@ def findings(learning: Learning, root: Path, measures: Measures) -> list[Finding
         trials = episodes_in([root / learned.trials]) if learned.trials else ()
         driven = episodes_in([root / folder for folder in learned.rollouts])
         note = _note(prediction, _successes(trials, measures), [earlier.iteration for earlier in found])
-        found.append(Findings(_iteration(learned, root, prediction, trials, driven, measures, note), prediction, trials))
+        found.append(
+            Findings(_iteration(learned, root, prediction, trials, driven, measures, note), prediction, trials)
+        )
     return found
 
 

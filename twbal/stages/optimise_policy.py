@@ -37,7 +37,7 @@ def main(cfg: DictConfig) -> None:
 
 
 def run(cfg: DictConfig, out: Path) -> Manifest:
-    """Search on the model that `cfg` names; write the best policy and its prediction to `out`, unless they are there."""
+    """Search on the model that `cfg` names into `out`/policy.pt and prediction.pt, unless they are there already."""
     settings = typed(Settings, cfg)
     dynamics, earlier = Path(cfg.dynamics), [Path(path) for path in cfg.earlier]
     inputs = {"dynamics": [dynamics], "earlier": earlier}
