@@ -33,8 +33,7 @@ def propagate(
     state, degree = start, 0
     for _ in range(horizon):
         steps.append(step_forward(model, policy, state, truncation, degree))
-        # The next distribution is much like this one: begin one degree lower than what served here.
-        degree = max(steps[-1].prediction.degree - 2, 0)
+        degree = steps[-1].prediction.enough  # the next distribution is much like this one
         state = steps[-1].next_state
     return steps
 

@@ -53,6 +53,7 @@ class Prediction(NamedTuple):
         slope: G (E, d), so that the input-output covariance is S Gᵀ.
         rest: V (E, E), the covariance less G S Gᵀ, model variance included.
         degree: of the series; EXACT where pairs were summed.
+        enough: lowest allowed degree that meets the tolerance here; the highest where none does.
         truncated: largest share of an output's variance that the two degrees past the last hold; 0 where exact.
         derivatives: T (E, R) along the columns of `basis`.
         eigenvalues: λ (d,) of S in that basis.
@@ -66,6 +67,7 @@ class Prediction(NamedTuple):
     slope: Array
     rest: Array
     degree: int
+    enough: int
     truncated: float
     derivatives: Array
     eigenvalues: Array
@@ -147,16 +149,15 @@ def predict(
     rest = np.zeros((outputs, outputs))
     by_mean, by_covariance = np.zeros((outputs, outputs, d)), np.zeros((outputs, outputs, d, d))
 
-    degree, truncated, T = EXACT, 0.0, np.zeros((outputs, 0))
+    degree, enough, truncated, T = EXACT, max(truncation.degrees, default=EXACT), 0.0, np.zeros((outputs, 0))
     for candidate in (p for p in truncation.degrees if p >= start_degree):
         indices = multi_indices(d, candidate + 2)
         T = _derivatives(f, g, mean, covariance, basis, candidate + 2)
         weights = term_weights(eigenvalues, indices)
-        variances = degree_variances(T, weights, indices.first)  # (E, p + 3)
-        past = variances[:, -2:].sum(axis=1)
-        truncated = float(np.max(past / np.maximum(variances[:, 1:].sum(axis=1), 1e-300)))
-        if truncated <= truncation.tolerance or (candidate == truncation.degrees[-1] and not truncation.fall_back):
-            degree = candidate
+        shares = _left_out(degree_variances(T, weights, indices.first))
+        met = [p for p in truncation.degrees if p <= candidate and shares[p] <= truncation.tolerance]
+        if met or (candidate == truncation.degrees[-1] and not truncation.fall_back):
+            degree, enough, truncated = candidate, min(met, default=enough), shares[candidate]
             rest += higher_covariance(T, weights, indices.first[2], indices.first[degree + 1])
             break
     if degree == EXACT:
@@ -176,8 +177,15 @@ def predict(
         if kernels.has_variance:
             _add_model_variance(kernels, mean, covariance, rest, by_mean, by_covariance)
     return Prediction(
-        T[:, 0], slope, rest, degree, truncated, T, eigenvalues, basis, inverse_basis, by_mean, by_covariance
+        T[:, 0], slope, rest, degree, enough, truncated, T, eigenvalues, basis, inverse_basis, by_mean, by_covariance
     )
+
+
+def _left_out(variances: Array) -> Array:
+    """For each degree p, the largest share of an output's variance that the degrees p + 1 and p + 2 hold, (p_max - 1,)."""
+    past = variances[:, 1:-1] + variances[:, 2:]
+    shares: Array = np.max(past / np.maximum(variances[:, 1:].sum(axis=1, keepdims=True), 1e-300), axis=0)
+    return shares
 
 
 def _hessians(T: Array, inverse_basis: Array) -> Array:

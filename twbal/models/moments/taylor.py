@@ -53,12 +53,16 @@ def _moment_series(weights: Array, slopes: Array, count: int, parent: Integers, 
                 block[k, lane] = slopes[k, start + lane] if inside else 0.0
         for lane in range(_LANES):
             sums[0, lane] += monomials[0, lane]
-        for r in range(1, count):
+        for r in range(1, parents):
             p, k = parent[r], axis[r]
             for lane in range(_LANES):
                 value = monomials[p, lane] * block[k, lane]
                 monomials[r, lane] = value
                 sums[r, lane] += value
+        for r in range(parents, count):
+            p, k = parent[r], axis[r]
+            for lane in range(_LANES):
+                sums[r, lane] += monomials[p, lane] * block[k, lane]
     total = np.zeros(count)
     for r in range(count):
         for lane in range(_LANES):
@@ -106,7 +110,7 @@ def add_derivatives(
         )
         BR = np.ascontiguousarray(B @ basis)
         slopes = np.ascontiguousarray((offsets @ BR).T)  # (d, n)
-        series = _moment_series(weights, slopes, count, indices.parent, indices.axis)
+        series = _moment_series(weights, slopes, indices.first[-2], count, indices.parent, indices.axis)
         for r in range(count):
             series[r] /= indices.factorial[r]
         _times_gaussian(series, np.ascontiguousarray(basis.T @ BR), indices.down)
