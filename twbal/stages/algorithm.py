@@ -115,7 +115,7 @@ class Algorithm:
         for i in rounds:
             simulated.append(place / f"{i}_collect")
             self._collect(simulated[-1], i, place / f"{i - 1}_policy" / POLICY)
-            fits.append(self._fit("fit-sim-gp", place / f"{i}_model", simulated, {}))
+            fits.append(self._fit("fit-sim-gp", place / f"{i}_model", list(simulated), {}))
             earlier = [place / f"{i - 1}_policy" / POLICY] if i else []
             searches.append(self._search(place / f"{i}_policy", place / f"{i}_model" / MODEL, earlier))
         last = rounds[-1]

@@ -1,0 +1,26 @@
+"""A run of Algorithm 1 that is whole and small."""
+
+import sys
+from pathlib import Path
+
+OVERRIDES = [
+    *("updates=1", "trials=2", "rule.steps=20", "rule.settle_step=10", "real_rollout.steps=30"),
+    *("sim_collect.rollouts=6", "sim_collect.steps=20", "sim_round_rollouts=1"),
+    *("model.fit_f.settings.starts=1", "model.fit_g.settings.starts=1"),
+    *("model.smoothing.rounds=1", "model.smoothing.iterations=2"),
+    *("search.horizon=8", "search.short_horizon=4", "search.iterations=1", "search.short_iterations=1"),
+    *("search.swings=[0.3]", "search.command_widths=[0.3]", "search.shares=[1.0]", "search.searched=1"),
+    *("judge.robots=3", "judge.features=20", "shape.basis=4"),
+]
+STEPS = 11  # stages that it runs
+
+
+def command(folder: Path) -> list[str]:
+    """That runs it in a process of its own."""
+    return [sys.executable, "-m", "twbal", "iterate", *OVERRIDES, f"hydra.run.dir={folder}"]
+
+
+def listed_hashes(folder: Path) -> dict[str, str]:
+    """What its artefacts.sha256 says, by path."""
+    lines = (folder / "artefacts.sha256").read_text().splitlines()
+    return {path: sha256 for sha256, path in (line.split("  ", 1) for line in lines)}

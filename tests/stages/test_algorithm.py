@@ -1,0 +1,124 @@
+"""The order of Algorithm 1, on a chain that only writes down what it was asked."""
+
+from pathlib import Path
+
+import pytest
+from hydra import compose, initialize_config_dir
+
+from twbal.configuration import conf_folder
+from twbal.evaluation import SuccessRule
+from twbal.stages.algorithm import Algorithm, Settings
+from twbal.stages.manifest import Manifest
+
+RULE = SuccessRule(limit=0.5, settle_limit=0.2, settle_step=100, steps=500)
+
+
+class NotingChain:
+    """Notes calls and does none of them."""
+
+    def __init__(self):
+        self.calls = []
+
+    def run(self, call):
+        self.calls.append(call)
+        return Manifest(call.stage, True, "", 0, "", {}, (), {}, "", 1.0)
+
+
+def learn(solved=(), **changed):
+    """The calls of a run and what it learned; `solved` are the trials that all succeed."""
+    with initialize_config_dir(str(conf_folder()), version_base="1.3"):
+        cfg = compose("iterate", ["seed=5"])
+    usual = {"updates": 2, "trials": 10, "stop_when_solved": False, "sim_rounds": 1}
+    settings = Settings(**{"seed": 5, "sim_round_rollouts": 3, "sim_round_exploration": 0.1, **usual, **changed})
+    chain = NotingChain()
+    learning = Algorithm(chain, cfg, settings, RULE, lambda trials: str(trials) in solved).run()
+    return chain.calls, learning
+
+
+def only(calls, stage):
+    return [call for call in calls if call.stage == stage]
+
+
+def test_the_stages_run_in_the_order_of_the_algorithm():
+    calls, _ = learn()
+    simulation = ["sim-collect", "fit-sim-gp", "optimise-policy"]
+    update = ["real-rollout", "fit-diff-gp", "optimise-policy", "real-rollout"]
+    assert [call.stage for call in calls] == [*simulation, *simulation, "real-rollout", *update, *update]
+
+
+def test_no_two_calls_share_a_folder():
+    calls, _ = learn(updates=4, sim_rounds=3)
+    folders = [call.folder for call in calls]
+    assert len(set(folders)) == len(folders)
+    assert not any(a in b.parents for a in folders for b in folders)
+
+
+def test_the_papers_own_chain_has_one_round_in_simulation():
+    calls, learning = learn(sim_rounds=0)
+    assert len(only(calls, "sim-collect")) == len(only(calls, "fit-sim-gp")) == 1
+    assert learning.policies[0].policy == Path("simulation/0_policy")
+
+
+def test_f_learns_from_all_simulated_rollouts_and_g_from_all_real_ones():
+    calls, learning = learn()
+    first, second = only(calls, "fit-sim-gp")
+    assert first.told["episodes"] == [Path("simulation/0_collect")]
+    assert second.told["episodes"] == [Path("simulation/0_collect"), Path("simulation/1_collect")]
+    rollouts = [Path("iteration_0/rollout"), Path("iteration_1/rollout")]
+    assert [call.told["episodes"] for call in only(calls, "fit-diff-gp")] == [rollouts[:1], rollouts]
+    assert {call.told["dynamics"] for call in only(calls, "fit-diff-gp")} == {Path("simulation/1_model/model.pt")}
+    assert learning.policies[2].rollouts == tuple(rollouts)
+
+
+def test_trials_teach_nothing():
+    calls, learning = learn()
+    taught = {folder for call in only(calls, "fit-diff-gp") for folder in call.told["episodes"]}
+    assert not taught & {learned.trials for learned in learning.policies}
+
+
+def test_trials_last_as_long_as_the_rule_says_and_are_not_disturbed():
+    calls, _ = learn()
+    for call in (call for call in only(calls, "real-rollout") if call.folder.name == "trials"):
+        assert call.told["steps"] == RULE.steps
+        assert call.told["tilt_limit"] == RULE.limit
+        assert call.told["exploration"] == 0.0
+
+
+def test_no_two_rollouts_of_the_robot_have_one_number():
+    numbers = [
+        number
+        for call in only(learn(updates=6)[0], "real-rollout")
+        for number in range(call.told["first_trial"], call.told["first_trial"] + call.told["trials"])
+    ]
+    assert len(set(numbers)) == len(numbers)
+
+
+def test_each_rollout_is_driven_by_the_newest_policy():
+    calls, learning = learn()
+    for learned in learning.policies:
+        place = Path(f"iteration_{learned.index}")
+        drivers = {c.told["policy.path"] for c in only(calls, "real-rollout") if place in c.folder.parents}
+        assert drivers == {learned.policy_file}
+
+
+def test_a_search_knows_all_earlier_policies():
+    calls, learning = learn()
+    files = [learned.policy_file for learned in learning.policies]
+    earlier = [call.told["earlier"] for call in only(calls, "optimise-policy")]
+    assert earlier == [[], [Path("simulation/0_policy/policy.pt")], files[:1], files[:2]]
+
+
+def test_the_seed_reaches_every_stage():
+    assert {call.told["seed"] for call in learn()[0]} == {5}
+
+
+@pytest.mark.parametrize(("asked", "policies"), [(True, 2), (False, 3)])
+def test_a_solved_robot_ends_the_run_where_that_is_asked_for(asked, policies):
+    _, learning = learn(solved=("iteration_1/trials",), stop_when_solved=asked)
+    assert len(learning.policies) == policies
+
+
+def test_without_trials_nothing_but_the_rollouts_is_driven():
+    calls, learning = learn(trials=0)
+    assert [call.folder.name for call in only(calls, "real-rollout")] == ["rollout", "rollout"]
+    assert all(learned.trials is None for learned in learning.policies)

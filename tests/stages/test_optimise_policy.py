@@ -1,0 +1,110 @@
+"""The search as a command: what it reads, writes and refuses."""
+
+import sys
+
+import numpy as np
+import pytest
+
+from twbal.checkpoint import save_checkpoint
+from twbal.cli import main
+from twbal.errors import CheckpointError
+from twbal.policies.saved import load_policy
+from twbal.stages.manifest import read_manifest
+from twbal.stages.predictions import load_prediction
+
+CHANNELS = ("tilt", "tilt_rate", "speed", "command_1", "command_2")
+HORIZON = 8
+QUICK = [
+    *("search.horizon=8", "search.short_horizon=4", "search.iterations=2", "search.short_iterations=2"),
+    *("search.swings=[0.3]", "search.command_widths=[0.3]", "search.shares=[1.0]", "search.searched=1"),
+    *("judge.robots=3", "judge.features=20", "rule.steps=20", "rule.settle_step=10", "shape.basis=4"),
+]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Holds a small model of the simulated robot in f/, and a first policy in p/."""
+    folder = tmp_path_factory.mktemp("search")
+    arguments = sys.argv
+    try:
+        run("sim-collect", folder / "sim", "rollouts=6", "steps=20")
+        run("fit-sim-gp", folder / "f", f"episodes={folder / 'sim'}", "model.fit_f.settings.starts=1")
+        search(folder, "p")
+    finally:
+        sys.argv = arguments
+    return folder
+
+
+def run(stage, out, *words):
+    assert main([stage, f"hydra.run.dir={out}", *words]) == 0
+
+
+def search(folder, name, *words):
+    run("optimise-policy", folder / name, f"dynamics={folder / 'f' / 'model.pt'}", *QUICK, *words)
+
+
+def output_hashes(folder):
+    return {made.path: made.sha256 for made in read_manifest(folder).outputs}
+
+
+def test_the_policy_is_one_that_a_rollout_can_take(folder):
+    policy = load_policy(folder / "p" / "policy.pt", CHANNELS)
+    states = np.random.default_rng(0).normal(scale=3.0, size=(1000, len(CHANNELS)))
+    assert policy.centres.shape == (4, len(CHANNELS))
+    assert np.abs(policy.command(states)).max() <= 20.0
+
+
+def test_the_prediction_begins_at_the_start_and_reaches_the_horizon(folder):
+    prediction = load_prediction(folder / "p" / "prediction.pt")
+    assert prediction.channels == CHANNELS
+    assert len(prediction.states) == HORIZON + 1
+    assert prediction.states[0].mean == pytest.approx([-0.17453, 0, 0, 0, 0])
+    assert prediction.states[0].sd == pytest.approx([0.02, 0.05, 0.02, 0, 0])
+    assert min(np.linalg.eigvalsh(state.covariance).min() for state in prediction.states) > -1e-12
+    assert 0 < prediction.best.cost < HORIZON
+    assert prediction.best == prediction.candidates[0]
+
+
+def test_earlier_policies_are_judged_beside_what_is_found(folder):
+    earlier = folder / "p" / "policy.pt"
+    search(folder, "again", f"earlier=[{earlier},{earlier}]")
+    candidates = load_prediction(folder / "again" / "prediction.pt").candidates
+    assert {"policy 0", "policy 1"} < {candidate.origin for candidate in candidates}
+    (first,) = [candidate for candidate in candidates if candidate.origin == "policy 0"]
+    assert first.cost == load_prediction(folder / "p" / "prediction.pt").best.cost
+    assert [len(files) for files in read_manifest(folder / "again").inputs.values()] == [1, 2]
+
+
+def test_the_same_command_gives_the_same_bytes(folder):
+    search(folder, "p2")
+    assert output_hashes(folder / "p2") == output_hashes(folder / "p")
+
+
+def test_it_tells_what_it_does_and_what_comes_next(folder, capsys):
+    search(folder, "told")
+    *progress, policy, prediction, following = capsys.readouterr().out.splitlines()
+    assert all("of the long rollouts balance" in line for line in progress)
+    assert progress
+    assert (policy, prediction) == tuple(f"made  {folder / 'told' / name}.pt" for name in ("policy", "prediction"))
+    assert following == f"next  twbal real-rollout policy.path={folder / 'told' / 'policy.pt'}"
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["state=paper"], "Choose the state and robot that it was made with"),
+        (["robot=regbot"], "of a robot with a wheel radius of 0.15 m; here it is"),
+        (["earlier=[none.pt]"], "none.pt"),
+    ],
+)
+def test_what_does_not_fit_together_is_refused(folder, tmp_path, capsys, words, message):
+    capsys.readouterr()
+    dynamics = f"dynamics={folder / 'f' / 'model.pt'}"
+    assert main(["optimise-policy", f"hydra.run.dir={tmp_path / 'out'}", dynamics, *QUICK, *words]) == 1
+    assert message in capsys.readouterr().err
+
+
+def test_a_prediction_with_parts_missing_is_refused(tmp_path):
+    save_checkpoint(tmp_path / "prediction.pt", "prediction", {"channels": ["tilt"]})
+    with pytest.raises(CheckpointError, match="no whole prediction"):
+        load_prediction(tmp_path / "prediction.pt")
