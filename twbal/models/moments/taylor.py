@@ -38,11 +38,17 @@ def smoothed_weights(  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, fastmath=True, error_model="numpy")
-def _moment_series(weights: Array, slopes: Array, count: int, parent: Integers, axis: Integers) -> Array:
-    """Σ_i w_i g_i^γ for the first `count` multi-indices γ; slopes g are (d, n)."""
+def _moment_series(
+    weights: Array, slopes: Array, parents: int, count: int, parent: Integers, axis: Integers
+) -> Array:
+    """Σ_i w_i g_i^γ for the first `count` multi-indices γ, of which the first `parents` have others above them.
+
+    Args:
+        slopes: g (d, n).
+    """
     d, n = slopes.shape
     sums = np.zeros((count, _LANES))
-    monomials = np.empty((count, _LANES))
+    monomials = np.empty((max(parents, 1), _LANES))
     block = np.empty((d, _LANES))
     for start in range(0, n, _LANES):
         here = min(_LANES, n - start)
