@@ -38,9 +38,7 @@ def smoothed_weights(  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, fastmath=True, error_model="numpy")
-def _moment_series(
-    weights: Array, slopes: Array, parents: int, count: int, parent: Integers, axis: Integers
-) -> Array:
+def _moment_series(weights: Array, slopes: Array, parents: int, count: int, parent: Integers, axis: Integers) -> Array:
     """Σ_i w_i g_i^γ for the first `count` multi-indices γ, of which the first `parents` have others above them.
 
     Args:
@@ -116,7 +114,7 @@ def add_derivatives(
         )
         BR = np.ascontiguousarray(B @ basis)
         slopes = np.ascontiguousarray((offsets @ BR).T)  # (d, n)
-        series = _moment_series(weights, slopes, indices.first[-2], count, indices.parent, indices.axis)
+        series = _moment_series(weights, slopes, min(indices.first[-2], count), count, indices.parent, indices.axis)
         for r in range(count):
             series[r] /= indices.factorial[r]
         _times_gaussian(series, np.ascontiguousarray(basis.T @ BR), indices.down)
