@@ -182,7 +182,7 @@ def predict(
 
 
 def _left_out(variances: Array) -> Array:
-    """For each degree p, the largest share of an output's variance that the degrees p + 1 and p + 2 hold, (p_max - 1,)."""
+    """For each degree p, the largest share of a variance that the degrees p + 1 and p + 2 hold, (p_max - 1,)."""
     past = variances[:, 1:-1] + variances[:, 2:]
     shares: Array = np.max(past / np.maximum(variances[:, 1:].sum(axis=1, keepdims=True), 1e-300), axis=0)
     return shares

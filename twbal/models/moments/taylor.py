@@ -63,7 +63,7 @@ def _moment_series(weights: Array, slopes: Array, parents: int, count: int, pare
                 value = monomials[p, lane] * block[k, lane]
                 monomials[r, lane] = value
                 sums[r, lane] += value
-        for r in range(parents, count):
+        for r in range(max(parents, 1), count):
             p, k = parent[r], axis[r]
             for lane in range(_LANES):
                 sums[r, lane] += monomials[p, lane] * block[k, lane]
