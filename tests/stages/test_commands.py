@@ -1,4 +1,5 @@
 import shlex
+import subprocess
 from pathlib import Path
 
 import pytest
@@ -7,7 +8,7 @@ from hydra.core.override_parser.overrides_parser import OverridesParser
 from omegaconf import OmegaConf
 
 from twbal.configuration import conf_folder
-from twbal.stages.commands import command_line, compose_stage, stage_overrides, text
+from twbal.stages.commands import ROOT, command_line, compose_stage, stage_overrides, text
 
 
 @pytest.fixture(autouse=True)
@@ -59,6 +60,17 @@ def test_keys_may_come_and_go():
     assert compose_stage("sim-collect", found) == cfg
 
 
+def test_an_effect_may_be_added_to_a_simulation_that_has_none():
+    cfg = compose_stage("sim-collect", ["+effect@sim.effects.dead_zone=dead_zone"])
+    assert compose_stage("sim-collect", stage_overrides("sim-collect", cfg, {}, [])) == cfg
+
+
+def test_a_part_may_be_taken_out_as_a_whole():
+    cfg = compose_stage("fit-diff-gp", ["model.smoothing=null"])
+    found = stage_overrides("fit-diff-gp", cfg, {}, ["dynamics=m", "episodes=e"])
+    assert compose_stage("fit-diff-gp", found).model == cfg.model
+
+
 def test_what_is_told_comes_before_the_choice_of_the_asking_stage():
     cfg = compose_stage("sim-collect", ["policy=random"])
     told = ["policy=saved", "policy.path=p.pt"]
@@ -70,6 +82,20 @@ def test_what_is_told_comes_before_the_choice_of_the_asking_stage():
 def test_a_command_line_is_what_a_shell_hands_on():
     line = command_line("fit-sim-gp", ["episodes=[a b,c]"], Path("out puts/x"))
     assert shlex.split(line) == ["twbal", "fit-sim-gp", "episodes=[a b,c]", "hydra.run.dir='out puts/x'"]
+
+
+def test_the_run_folder_stays_a_variable_in_a_command_that_is_written_down(tmp_path):
+    words = [f"episodes={text([str(ROOT / 'a b'), 'c'])}", "x='`$y'"]
+    line = command_line("fit-sim-gp", words, ROOT / "out")
+    said = subprocess.run(
+        ["sh", "-c", f"twbal() {{ printf '%s\\n' \"$@\"; }}; OUT='it is, odd'; {line}"], capture_output=True, text=True
+    ).stdout
+    assert said.splitlines() == [
+        "fit-sim-gp",
+        "episodes=['it is, odd/a b',c]",
+        "x='`$y'",
+        "hydra.run.dir='it is, odd/out'",
+    ]
 
 
 def _plain(value):

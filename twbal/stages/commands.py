@@ -53,7 +53,7 @@ def stage_overrides(stage: str, cfg: DictConfig, choices: Mapping[str, str], tol
         for key, value in asked.items()
         if key not in default or value != default[key]
     ]
-    gone = [f"~{key}" for key in default if key not in asked and not _within(key, asked)]
+    gone = [f"~{key}" for key in default if not any(_overlap(key, other) for other in asked)]
     return [*chosen, *changed, *gone, *told]
 
 
@@ -89,10 +89,9 @@ def _shell_word(word: str) -> str:
     return '"' + re.sub(r'(["\\`])', r"\\\1", word) + '"'
 
 
-def _within(key: str, asked: Mapping[str, Any]) -> bool:
-    """Whether something above the dotted `key` is asked for as a whole."""
-    parts = key.split(".")
-    return any(".".join(parts[:depth]) in asked for depth in range(1, len(parts)))
+def _overlap(key: str, other: str) -> bool:
+    """Whether one dotted key is the other, or lies within it."""
+    return f"{key}.".startswith(f"{other}.") or f"{other}.".startswith(f"{key}.")
 
 
 def _config_name(stage: str) -> str:

@@ -15,6 +15,7 @@ from twbal.report import Setting, write_report
 from twbal.stages.algorithm import Algorithm, Learning, Settings
 from twbal.stages.chain import Chain
 from twbal.stages.closing import run_folder
+from twbal.stages.commands import text
 from twbal.stages.findings import Measures, episodes_in, findings, summarise
 from twbal.stages.gallery import pictures
 from twbal.stages.manifest import Manifest, Step, perform
@@ -30,7 +31,7 @@ def main(cfg: DictConfig) -> None:
     """Run the stage in Hydra's run folder."""
     out, hydra = run_folder(), HydraConfig.get()
     told = [word for word in hydra.overrides.task if not word.startswith("hydra.")]
-    again = shlex.join(["twbal", "iterate", *told, f"hydra.run.dir={out}"])
+    again = shlex.join(["twbal", "iterate", *told, f"hydra.run.dir={text(str(out))}"])
     print(f"After an interruption, this goes on where it was: {again}\n", flush=True)
     run(cfg, out, hydra.runtime.choices)
     print(f"\n{summary_table(read_summary(out / SUMMARY))}\n")
