@@ -75,6 +75,18 @@ def test_earlier_policies_are_judged_beside_what_is_found(folder):
     assert [len(files) for files in read_manifest(folder / "again").inputs.values()] == [1, 2]
 
 
+def test_equal_policies_are_searched_from_once(folder):
+    earlier = folder / "p" / "policy.pt"
+    search(folder, "twice", f"earlier=[{earlier},{earlier}]", "search.searched=9")
+    candidates = load_prediction(folder / "twice" / "prediction.pt").candidates
+    found = [candidate.origin for candidate in candidates if candidate.origin.startswith("search from")]
+    assert sorted(found) == [
+        "search from policy 0 x 1",
+        "search from random",
+        "search from regulator (swing 0.3, width 0.3)",
+    ]
+
+
 def test_the_same_command_gives_the_same_bytes(folder):
     search(folder, "p2")
     assert output_hashes(folder / "p2") == output_hashes(folder / "p")

@@ -141,7 +141,8 @@ def search_policy(
 def _promising(starts: Sequence[Start], objective: Objective, count: int) -> list[Start]:
     """The `count` starts with the lowest finite cost, no two from the same family while others are left."""
     costs = [objective.value(start.policy) for start in starts]
-    order = [i for i in np.argsort(costs, kind="stable") if np.isfinite(costs[i])]
+    _, first_of_cost = np.unique(costs, return_index=True)  # by cost; of equal policies, as iterations may share, one
+    order = [int(i) for i in first_of_cost if np.isfinite(costs[i])]
     if not order:
         raise SearchError(
             f"None of {len(starts)} starting policies has a finite cost on this model. It was probably learned from "
