@@ -1,0 +1,60 @@
+"""A robot about its balance as a GP model: its linear equations of motion, learned from samples without noise."""
+
+import numpy as np
+import pytest
+import scipy.linalg
+
+from twbal.channels import Channels
+from twbal.models.dynamics import DynamicsModel
+from twbal.models.gp import condition
+from twbal.planar.linear import linearise
+
+TORQUE_LIMIT = 20.0
+SPANS = {"tilt": 0.4, "tilt_rate": 2.0, "speed": 1.5, "command_1": 20.0, "command_2": 20.0}
+SHARES = {0: (1.0,), 1: (0.4, 0.6), 2: (0.3, 0.5, 0.2)}  # of the torque: present command, the one before, ...
+
+
+def discrete(robot, lags):
+    """x' = A x + B u over (tilt, tilt rate, speed, past commands)."""
+    A, B = linearise(robot)
+    joint = scipy.linalg.expm(robot.control_period * np.block([[A, B[:, None]], [np.zeros((1, 4))]]))
+    A_full, B_full = np.zeros((3 + lags, 3 + lags)), np.zeros(3 + lags)
+    A_full[:3, :3] = joint[:3, :3]
+    B_full[:3] = SHARES[lags][0] * joint[:3, 3]
+    for k, share in enumerate(SHARES[lags][1:]):
+        A_full[:3, 3 + k] = share * joint[:3, 3]
+    if lags:
+        B_full[3] = 1.0
+    if lags == 2:
+        A_full[4, 3] = 1.0
+    return A_full, B_full
+
+
+@pytest.fixture(scope="session")
+def make_system(paper):
+    """A function that makes a model, and A and B of what it has learned.
+
+    Args of it:
+        lags: how many past commands act and are in the state.
+        g: scale of a random difference model with variance; None for none.
+        samples: of f.
+    """
+
+    def make(lags=0, g=None, samples=150, process=1e-6, sensors=1e-6):
+        rng = np.random.default_rng(lags)
+        names = ("tilt", "tilt_rate", "speed", "command_1", "command_2")[: 3 + lags]
+        spans = np.array([*(SPANS[n] for n in names), TORQUE_LIMIT])
+        A, B = discrete(paper, lags)
+        inputs = rng.uniform(-1, 1, (samples, len(spans))) * spans
+        targets = inputs @ np.column_stack([A, B]).T[:, :3] - inputs[:, :3]
+        sd = targets.std(axis=0)
+        f = condition(inputs, targets, np.tile(4.0 * spans, (3, 1)), (10.0 * sd) ** 2, (1e-3 * sd) ** 2)
+        difference = None
+        if g is not None:
+            inputs = rng.uniform(-0.7, 0.7, (12, len(spans))) * spans
+            targets = g * sd * np.sin(3.0 * (inputs / spans) @ rng.standard_normal((len(spans), 3)))
+            difference = condition(inputs, targets, np.tile(spans, (3, 1)), (g * sd) ** 2, (0.1 * g * sd) ** 2)
+        noises = [level * np.array([1.0, 30.0, 10.0]) for level in (process, sensors)]
+        return DynamicsModel(Channels(names, 0.15), f, difference, False, *noises), A, B
+
+    return make

@@ -1,0 +1,99 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from twbal.cost import SaturatingCost
+from twbal.gaussian import Gaussian
+from twbal.models.moments.prediction import Truncation
+from twbal.search.descent import Objective, descend
+from twbal.search.starts import PolicyShape, linear_policy
+from twbal.search.transition import transition_model
+
+SCALES = np.array([0.15, 0.8, 0.5])
+SHAPE = PolicyShape(6, True, {"tilt": 0.15, "tilt_rate": 0.8, "speed": 0.5}, past_command_scale=0.4, weight_sd=0.3)
+START = Gaussian(np.array([-0.12, 0.0, 0.0]), np.diag([0.02, 0.1, 0.05]) ** 2)
+
+
+@pytest.fixture(scope="module")
+def objective(make_system):
+    model, _, _ = make_system(samples=60)
+    cost = SaturatingCost(np.zeros(3), np.array([0.25, 2.5, 1.0]))
+    return Objective(transition_model(model), cost, START, 12, Truncation(1e-5, (2, 4), False), weight_penalty=1e-3)
+
+
+def random_start(seed, gain=(0.0, 0.0, 0.0)):
+    return linear_policy(SHAPE, ("tilt", "tilt_rate", "speed"), 20.0, np.array(gain), np.random.default_rng(seed))
+
+
+def total(objective, policy):
+    return objective.value(policy) + objective.weight_penalty * policy.weights @ policy.weights
+
+
+@pytest.mark.parametrize("linear", [True, False])
+def test_the_objective_never_rises(objective, linear):
+    for seed in range(4):
+        start = random_start(seed, gain=np.random.default_rng(seed).normal(0, [60, 12, 6]))
+        courses = [total(objective, descend(objective, start, SCALES, linear, n)) for n in (1, 3, 10)]
+        assert max(courses) <= total(objective, start) + 1e-9
+        assert courses[-1] < total(objective, start) - 1e-3
+
+
+def test_the_slope_is_zero_where_it_ends(objective):
+    start = random_start(0, gain=(-60.0, -12.0, -6.0))
+    found = descend(objective, start, SCALES, True, 300)
+    for name, size in (("gain", 1e-4 / SCALES), ("weights", 1e-4 * np.ones(6)), ("lengths", 1e-4 * SCALES)):
+        for step in np.diag(size):
+            moved = [total(objective, replace(found, **{name: getattr(found, name) + s * step})) for s in (1, -1)]
+            assert abs(moved[0] - moved[1]) / 2e-4 < 0.02
+
+
+def test_what_is_not_searched_stays(objective):
+    start = random_start(0, gain=(-60.0, -12.0, -6.0))
+    found = descend(objective, start, SCALES, False, 5)
+    assert np.array_equal(found.gain, start.gain)
+    assert not np.array_equal(found.weights, start.weights)
+    assert (found.channels, found.max_command) == (start.channels, start.max_command)
+    assert (found.lengths > 0).all()
+
+
+def test_units_of_the_channels_do_not_matter(objective):
+    start = random_start(1, gain=(-60.0, -12.0, -6.0))
+    units = np.array([57.3, 57.3, 100.0])
+    f = objective.model.f
+    wide = np.append(units, 1.0)
+    model = objective.model._replace(
+        f=f._replace(
+            inputs=f.inputs * wide,
+            length_scales=f.length_scales * wide,
+            weights=f.weights / units[:, None],
+            signal_variance=f.signal_variance * units**2,
+        ),
+        g=objective.model.g._replace(length_scales=np.ones((3, 4))),
+        process_noise=objective.model.process_noise * units**2,
+        observation_noise=objective.model.observation_noise * units**2,
+    )
+    other = replace(
+        objective,
+        model=model,
+        cost=SaturatingCost(np.zeros(3), objective.cost.widths * units),
+        start=Gaussian(START.mean * units, START.covariance * np.outer(units, units)),
+    )
+    scaled = replace(start, centres=start.centres * units, lengths=start.lengths * units, gain=start.gain / units)
+    one, two = descend(objective, start, SCALES, True, 4), descend(other, scaled, SCALES * units, True, 4)
+    assert total(other, two) == pytest.approx(total(objective, one), rel=1e-4)
+    np.testing.assert_allclose(two.gain * units, one.gain, rtol=1e-2)
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, 1e200])
+def test_a_cost_that_is_not_finite_counts_as_infinite_and_leaves_the_start(objective, bad):
+    start = replace(random_start(0), gain=np.array([bad, 0.0, 0.0]))
+    assert objective.value(start) == np.inf
+    found = descend(objective, start, SCALES, True, 5)
+    assert np.array_equal(found.gain, start.gain, equal_nan=True)
+
+
+def test_a_broken_model_costs_infinitely_much(objective):
+    f = objective.model.f
+    broken = replace(objective, model=objective.model._replace(f=f._replace(weights=np.full_like(f.weights, np.nan))))
+    assert broken.value(random_start(0)) == np.inf

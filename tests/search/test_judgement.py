@@ -1,0 +1,75 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from twbal.cost import SaturatingCost
+from twbal.evaluation import SuccessRule
+from twbal.gaussian import Gaussian
+from twbal.policies.rbf import RbfPolicy
+from twbal.search.judgement import Judge, judge
+
+RULE = SuccessRule(limit=0.5, settle_limit=0.17, settle_step=60, steps=150)
+JUDGE = Judge(robots=20, features=100, rule=RULE)
+COST = SaturatingCost(np.zeros(3), np.array([0.25, 2.5, 1.0]))
+START = Gaussian(np.array([-0.1, 0.0, 0.0]), np.diag([0.01, 0.02, 0.01]) ** 2)
+HOLDING = np.array([60.0, 12.0, 8.0])
+
+
+def policy_of(gain, names=("tilt", "tilt_rate", "speed")):
+    """u = gain · x where the squash is straight."""
+    D = len(names)
+    return RbfPolicy(names, np.zeros((1, D)), np.zeros(1), np.ones(D), gain / 30.0, 20.0)
+
+
+def test_a_stable_loop_balances_all_robots_and_an_unstable_one_none(make_system):
+    model, A, B = make_system()
+    assert np.abs(np.linalg.eigvals(A + np.outer(B, HOLDING))).max() < 1.0
+    held = judge(model, policy_of(HOLDING), COST, START, JUDGE, seed=0)
+    fallen = judge(model, policy_of(np.zeros(3)), COST, START, JUDGE, seed=0)
+    assert held.success == 1.0
+    assert fallen.success == 0.0
+    assert held.cost < 0.2
+    assert 0.5 < fallen.cost <= 1.0
+
+
+def test_the_verdict_repeats_by_its_seed_and_not_by_another(make_system):
+    model, _, _ = make_system(g=0.3)
+    one, same, other = (judge(model, policy_of(HOLDING), COST, START, JUDGE, seed) for seed in (1, 1, 2))
+    assert one == same
+    assert one.cost != other.cost
+
+
+def test_each_robot_keeps_a_difference_of_its_own_so_some_fall_and_some_do_not(make_system):
+    model, _, _ = make_system(g=0.3)
+    known = replace(model, g=None)
+    policy = policy_of(0.8 * HOLDING)
+    assert judge(known, policy, COST, START, JUDGE, 0).success == 1.0
+    success = judge(model, policy, COST, START, replace(JUDGE, robots=60), 0).success
+    assert 0.0 < success < 1.0
+
+
+def test_sensor_noise_reaches_the_policy(make_system):
+    model, _, _ = make_system()
+    loud = replace(model, observation_noise=np.array([0.15, 1.0, 0.5]) ** 2)
+    quiet, noisy = (judge(m, policy_of(HOLDING), COST, START, JUDGE, 0) for m in (model, loud))
+    assert noisy.cost > quiet.cost + 0.05
+
+
+def test_past_commands_are_carried_on(make_system):
+    model, A, B = make_system(2)
+    names = model.channels.names
+    late = policy_of(np.array([60.0, 12.0, 8.0, -0.3, -0.2]), names)
+    start = Gaussian(np.append(START.mean, [0, 0]), np.diag([0.01, 0.02, 0.01, 0, 0]) ** 2)
+    cost = SaturatingCost(np.zeros(5), np.array([0.25, 2.5, 1.0, np.inf, np.inf]))
+    expected = np.abs(np.linalg.eigvals(A + np.outer(B, late.gain * 30.0))).max() < 1.0
+    assert expected
+    assert judge(model, late, cost, start, JUDGE, 0).success == 1.0
+
+
+@pytest.mark.parametrize(("settle_limit", "success"), [(0.17, 0.0), (0.5, 1.0)])
+def test_a_robot_must_have_settled(make_system, settle_limit, success):
+    model, _, _ = make_system()  # left alone it falls from 0.05 to about 0.23 in 15 steps
+    rule = SuccessRule(limit=0.5, settle_limit=settle_limit, settle_step=10, steps=15)
+    start = Gaussian(np.array([-0.05, 0.0, 0.0]), 1e-8 * np.eye(3))
+    assert judge(model, policy_of(np.zeros(3)), COST, start, Judge(20, 100, rule), 0).success == success
