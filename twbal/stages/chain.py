@@ -1,7 +1,7 @@
 """Stages run one after another within one run folder, with the commands that would do the same by hand."""
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -56,19 +56,20 @@ class Chain:
         wall_s: how long the calls took; of those that were there already, how long they took then [s].
     """
 
-    def __init__(self, cfg: DictConfig, choices: Mapping[str, str], root: Path) -> None:
+    def __init__(self, cfg: DictConfig, choices: Mapping[str, str], root: Path, flags: Sequence[str]) -> None:
         """Run nothing yet.
 
         Args:
             cfg: of the stage that runs the others, with the groups that they share.
             choices: which choice `cfg` has of each group.
             root: the run folder.
+            flags: of Hydra's that each command must have besides.
         """
         self.root = root
         self.commands: list[str] = []
         self.outputs: dict[str, str] = {}
         self.wall_s = 0.0
-        self._cfg, self._choices = cfg, choices
+        self._cfg, self._choices, self._flags = cfg, choices, list(flags)
 
     def run(self, call: Call) -> Manifest:
         """Run one stage, unless its folder says that it is done.
@@ -91,7 +92,8 @@ class Chain:
         kept = manifest == before
         wall_s = manifest.wall_s if kept else time.monotonic() - began
         print("  is there already" if kept else f"  {wall_s:.1f} s", flush=True)
-        self.commands.append(command_line(call.stage, [*words[: -len(told)], *by_hand], ROOT / call.folder))
+        inherited = words[: -len(told)]
+        self.commands.append(command_line(call.stage, [*self._flags, *inherited, *by_hand], ROOT / call.folder))
         self.outputs |= {(call.folder / made.path).as_posix(): made.sha256 for made in manifest.outputs}
         self.wall_s += wall_s
         return manifest

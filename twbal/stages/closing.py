@@ -5,6 +5,7 @@ from pathlib import Path, PurePosixPath
 
 from hydra.core.hydra_config import HydraConfig
 
+from twbal.configuration import conf_folder
 from twbal.stages.manifest import Manifest
 
 LISTED = 3  # files of one folder that are named one by one
@@ -14,6 +15,14 @@ def run_folder() -> Path:
     """Hydra's folder for this run, relative to the working directory where it lies in it."""
     folder = Path(HydraConfig.get().runtime.output_dir)
     return folder.relative_to(Path.cwd()) if folder.is_relative_to(Path.cwd()) else folder
+
+
+def configuration_flags() -> list[str]:
+    """The flags by which this run was given configuration of the user's own."""
+    sources = [(source.provider, source.path) for source in HydraConfig.get().runtime.config_sources]
+    replaced = [f"--config-path={path}" for who, path in sources if who == "main" and Path(path) != conf_folder()]
+    added = [f"--config-dir={path}" for who, path in sources if who == "command-line"]
+    return replaced + added
 
 
 def closing(manifest: Manifest, out: Path, following: str) -> None:

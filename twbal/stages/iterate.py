@@ -2,7 +2,7 @@
 
 import shlex
 import shutil
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from hydra.core.hydra_config import HydraConfig
@@ -14,7 +14,7 @@ from twbal.files import write_atomically
 from twbal.report import Setting, write_report
 from twbal.stages.algorithm import Algorithm, Learning, Settings
 from twbal.stages.chain import Chain
-from twbal.stages.closing import run_folder
+from twbal.stages.closing import configuration_flags, run_folder
 from twbal.stages.commands import text
 from twbal.stages.findings import Measures, episodes_in, findings, summarise
 from twbal.stages.gallery import pictures
@@ -29,11 +29,11 @@ SUMMARY, REPORT, BEST_POLICY = "summary.json", "report.html", "best_policy.pt"
 
 def main(cfg: DictConfig) -> None:
     """Run the stage in Hydra's run folder."""
-    out, hydra = run_folder(), HydraConfig.get()
+    out, hydra, flags = run_folder(), HydraConfig.get(), configuration_flags()
     told = [word for word in hydra.overrides.task if not word.startswith("hydra.")]
-    again = shlex.join(["twbal", "iterate", *told, f"hydra.run.dir={text(str(out))}"])
+    again = shlex.join(["twbal", "iterate", *flags, *told, f"hydra.run.dir={text(str(out))}"])
     print(f"After an interruption, this goes on where it was: {again}\n", flush=True)
-    run(cfg, out, hydra.runtime.choices)
+    run(cfg, out, hydra.runtime.choices, flags)
     print(f"\n{summary_table(read_summary(out / SUMMARY))}\n")
     print(f"policy  {out / BEST_POLICY}")
     print(f"by hand {out / SCRIPT}")
@@ -41,29 +41,30 @@ def main(cfg: DictConfig) -> None:
     print(f"next    twbal real-rollout policy.path={out / BEST_POLICY}")
 
 
-def run(cfg: DictConfig, out: Path, choices: Mapping[str, str]) -> Manifest:
+def run(cfg: DictConfig, out: Path, choices: Mapping[str, str], flags: Sequence[str]) -> Manifest:
     """Run Algorithm 1 as `cfg` says in `out`, or what of it is not there yet.
 
     Args:
         cfg: of this stage.
         out: the run folder.
         choices: which choice `cfg` has of each group.
+        flags: of Hydra's with which each stage would be run by hand.
 
     Raises:
         TwbalError: a step failed; the message names it. The same command again goes on from there.
     """
     settings = typed(Settings, cfg)
     step = Step("iterate", out, recorded(cfg, NOT_RECORDED), {}, settings.seed)
-    return perform(step, lambda: _learn_and_tell(cfg, out, choices, settings))
+    chain = Chain(cfg, choices, out, flags)
+    return perform(step, lambda: _learn_and_tell(cfg, chain, choices, settings))
 
 
-def _learn_and_tell(cfg: DictConfig, out: Path, choices: Mapping[str, str], settings: Settings) -> list[Path]:
+def _learn_and_tell(cfg: DictConfig, chain: Chain, choices: Mapping[str, str], settings: Settings) -> list[Path]:
     measures = Measures(instantiate(cfg.rule), instantiate(cfg.cost), cfg.search.horizon, instantiate(cfg.state))
 
     def solved(trials: Path) -> bool:
-        return all(succeeded(trial, measures.rule) for trial in episodes_in([out / trials]))
+        return all(succeeded(trial, measures.rule) for trial in episodes_in([chain.root / trials]))
 
-    chain = Chain(cfg, choices, out)
     learning = Algorithm(chain, cfg, settings, measures.rule, solved).run()
     return _tell(cfg, chain, learning, measures, choices)
 
