@@ -74,8 +74,8 @@ def _unknown_stage(word: str) -> str:
 
 
 def _run(stage: str, words: list[str], program: str | None = None) -> int:
-    # Before anything numeric is loaded. The matrices here are small: more threads wait for each other (a fit took ten times
-    # as long beside another busy process), and sums in another order on every machine would give other hashes.
+    # Before anything numeric is loaded. The matrices here are small: more threads wait for each other (a fit took ten
+    # times as long beside another busy process), and sums in another order on every machine would give other hashes.
     for name in THREADS:
         os.environ.setdefault(name, "1")
     from twbal.stages.launch import run_stage
