@@ -24,7 +24,8 @@ def test_the_same_seed_is_the_same_robot_and_another_is_not(conf, recipe):
     assert draw_hidden(recipe, robot, 1) == draw_hidden(recipe, robot, 1) != draw_hidden(recipe, robot, 2)
 
 
-def test_draws_are_uniform_in_the_ranges_of_the_paper_robot(conf, recipe):
+def test_half_of_a_range_at_either_end_is_uniform_in_the_ranges_of_the_paper_robot(conf, recipe):
+    recipe = replace(recipe, outer=0.5)
     drawn = [values(draw_hidden(recipe, conf("robot/paper"), seed)) for seed in range(400)]
     expected = {
         "TorqueGain.gain": (0.4, 1.4),
@@ -47,6 +48,20 @@ def test_draws_are_uniform_in_the_ranges_of_the_paper_robot(conf, recipe):
     np.testing.assert_allclose(np.ptp(table, 0), span, atol=0.05 * span.max())
     correlation = np.corrcoef(table[:, span > 0].T) - np.eye((span > 0).sum())
     assert np.abs(correlation).max() < 0.2
+
+
+def test_draws_come_from_the_outer_share_of_a_range_at_both_ends(conf, recipe):
+    recipe = replace(recipe, outer=0.1)
+    gains = np.array([draw_hidden(recipe, conf("robot/paper"), seed)[0].gain for seed in range(200)])
+    low, high = gains <= 0.5, gains >= 1.3
+    assert (low | high).all()
+    assert 70 < low.sum() < 130
+
+
+@pytest.mark.parametrize("outer", [0.0, 0.6, -1.0])
+def test_an_outer_share_that_is_none_is_an_error(recipe, outer):
+    with pytest.raises(ConfigError, match="outer"):
+        replace(recipe, outer=outer)
 
 
 def test_torques_scale_with_the_torque_limit_and_delays_with_the_control_period(conf, recipe):

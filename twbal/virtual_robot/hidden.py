@@ -20,7 +20,7 @@ from twbal.sim.effects.torque_gain import TorqueGain
 from twbal.sim.effects.viscous_friction import ViscousFriction
 
 Range = Sequence[float]
-"""Lowest and highest value; drawn uniformly between them."""
+"""Lowest and highest value."""
 
 
 @dataclass(frozen=True)
@@ -32,6 +32,8 @@ class HiddenRecipe:
     periods. Masses, heights and angles are relative already; the noise is that of the same sensors on any robot.
 
     Attributes:
+        outer: share of each range, at either of its ends, that values are drawn from; 0.5 is the whole range. Robots
+            near the middle of the ranges are much like their data sheet: there is little to learn about them.
         reference_torque: [N·m].
         torque_gain: torque over command.
         dead_zone: half width, on the summed command [N·m].
@@ -48,6 +50,7 @@ class HiddenRecipe:
         ConfigError: a range is not a pair in order.
     """
 
+    outer: float
     reference_torque: float
     torque_gain: Range
     dead_zone: Range
@@ -65,17 +68,19 @@ class HiddenRecipe:
             pair = getattr(self, name)
             if len(pair) != 2 or not pair[0] <= pair[1]:
                 raise ConfigError(f"The hidden range {name} must be [lowest, highest]; found {list(pair)}.")
+        if not 0 < self.outer <= 0.5:
+            raise ConfigError(f"outer must lie within (0, 0.5]; found {self.outer}.")
         if not self.reference_torque > 0:
             raise ConfigError(f"reference_torque must be positive; found {self.reference_torque} N·m.")
 
     @classmethod
     def ranges(cls) -> tuple[str, ...]:
         """Names of what is drawn, in the order in which it is drawn."""
-        return tuple(f.name for f in fields(cls) if f.name not in ("reference_torque", "noise"))
+        return tuple(f.name for f in fields(cls) if f.name not in ("outer", "reference_torque", "noise"))
 
 
 def draw_hidden(recipe: HiddenRecipe, robot: RobotParameters, seed: int) -> list[Effect]:
-    """The effects of the hidden robot `seed`: independent and uniform in their ranges.
+    """The effects of the hidden robot `seed`, each drawn by itself.
 
     Args:
         recipe: the ranges.
@@ -83,7 +88,7 @@ def draw_hidden(recipe: HiddenRecipe, robot: RobotParameters, seed: int) -> list
         seed: the same seed is the same robot.
     """
     rng = np.random.default_rng(seed)
-    drawn = {name: float(rng.uniform(*getattr(recipe, name))) for name in recipe.ranges()}
+    drawn = {name: _draw(*getattr(recipe, name), recipe.outer, rng) for name in recipe.ranges()}
     torque = robot.torque_limit / recipe.reference_torque
     period = robot.control_period
     return [
@@ -98,3 +103,9 @@ def draw_hidden(recipe: HiddenRecipe, robot: RobotParameters, seed: int) -> list
         ComOffset(drawn["com_offset"]),
         recipe.noise,
     ]
+
+
+def _draw(low: float, high: float, outer: float, rng: np.random.Generator) -> float:
+    """Uniform within the share `outer` of [low, high] at one of its ends, either as likely."""
+    depth = outer * rng.uniform() * (high - low)
+    return float(low + depth if rng.uniform() < 0.5 else high - depth)

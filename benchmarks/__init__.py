@@ -1,0 +1,1 @@
+"""Benchmarks: what the README's tables are made from. Off by default; `make bench` runs them all."""

@@ -1,0 +1,75 @@
+"""Run the benchmark: `python -m benchmarks.hidden_robots [robots=20] [first_seed=1000] [updates=6] [workers=2]`.
+
+For each hidden robot: (1) the data sheet's regulator drops it, else it is passed over; (2) a policy searched on its true
+dynamics balances it, else it is drawn anew; (3) Algorithm 1 learns it, from f alone to at most `updates` updates. What is done
+already in outputs/bench/hidden_robots is not done again. Raw results go to benchmarks/results/hidden_robots.json.
+"""
+
+import json
+import sys
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import asdict
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+from benchmarks.hidden_robots.robots import as_simulation, dropped_by_the_data_sheet, iterate
+from twbal.sim.effects.effect import Effect
+
+ROOT = Path("outputs/bench/hidden_robots")
+RESULTS = Path("benchmarks/results/hidden_robots.json")
+ALL = 10  # trials of each policy
+
+
+def learn(seed: int, effects: Sequence[Effect], updates: int, experiment: str) -> dict[str, Any] | None:
+    """All that is to be known about one robot; None where it is drawn anew."""
+    folder = ROOT / f"robot_{seed}"
+    truth = iterate(folder / "truth", [f"link.seed={seed}", "updates=0", "sim_rounds=2", *as_simulation(effects)])
+    known: Any = truth["iterations"]
+    if known[-1]["successes"] < ALL:
+        print(f"robot {seed}: {known[-1]['successes']} of {ALL} with the true dynamics, drawn anew", flush=True)
+        return None
+    chosen = [f"experiment={experiment}"] if experiment != "default" else []
+    summary = iterate(folder / experiment, [f"seed={seed}", f"link.seed={seed}", f"updates={updates}", *chosen])
+    found: Any = summary["iterations"]
+    print(f"robot {seed}: {[i['successes'] for i in found]} of {ALL} by update", flush=True)
+    hidden = {type(e).__name__: asdict(e) for e in effects if type(e).__name__ != "SensorNoise"}  # type: ignore[call-overload]
+    keep = ("index", "successes", "trials", "coverage95", "real_seconds", "real_cost", "predicted_cost", "drift_m")
+    return {"seed": seed, "hidden": hidden, "iterations": [{k: i[k] for k in keep} for i in found]}
+
+
+def main(words: Sequence[str]) -> None:
+    """Run with settings of the form key=value."""
+    told = dict(word.split("=", 1) for word in words)
+    robots, first, updates, workers = (
+        int(told.pop(name, default))
+        for name, default in (("robots", "20"), ("first_seed", "1000"), ("updates", "6"), ("workers", "2"))
+    )
+    experiment = told.pop("experiment", "default")
+    if told:
+        raise SystemExit(f"unknown settings: {', '.join(told)}")
+    source = dropped_by_the_data_sheet(first)
+    done: list[dict[str, Any]] = []
+    tried = 0
+    with ThreadPoolExecutor(workers) as pool:
+        while len(done) < robots:
+            batch = list(islice(source, robots - len(done)))
+            tried += len(batch)
+            found = pool.map(lambda drawn: learn(*drawn, updates, experiment), batch)
+            done += [result for result in found if result is not None]
+    results = {
+        "experiment": experiment,
+        "first_seed": first,
+        "drawn_until": max(r["seed"] for r in done),
+        "dropped_by_the_data_sheet": tried,
+        "robots": sorted(done, key=lambda r: r["seed"]),
+    }
+    target = RESULTS if experiment == "default" else RESULTS.with_name(f"hidden_robots_{experiment}.json")
+    target.parent.mkdir(exist_ok=True)
+    target.write_text(json.dumps(results, indent=1) + "\n")
+    print(f"{target} written")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

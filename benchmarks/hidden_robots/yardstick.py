@@ -1,0 +1,50 @@
+"""A controller that has nothing to do with twbal's learning: the textbook regulator of the data sheet.
+
+A robot that it already holds needs no learning, and tells nothing about it. The hidden robots of the benchmark are those
+that it drops.
+"""
+
+import numpy as np
+import scipy.linalg
+
+from twbal.channels import Channels
+from twbal.episode import Provenance
+from twbal.evaluation import SuccessRule, succeeded
+from twbal.gaussian import Array
+from twbal.planar.linear import linearise
+from twbal.plant import Plant
+from twbal.policies.policy import Controller, Policy
+from twbal.robot.parameters import RobotParameters
+from twbal.rollout import rollout
+
+_WIDTHS = np.array([0.25, 2.5, 1.0])  # rad, rad/s, m/s: Bryson's rule, a usual deviation of each
+
+
+class Regulator(Policy):
+    """u = -Kx, cut at the torque limit, with K of the data sheet's linearised model, sampled at the control period."""
+
+    def __init__(self, robot: RobotParameters) -> None:
+        model = linearise(robot)
+        block = np.zeros((4, 4))
+        block[:3, :3], block[:3, 3] = model.A, model.B
+        sampled = scipy.linalg.expm(block * robot.control_period)
+        A, B = sampled[:3, :3], sampled[:3, 3:]
+        Q, R = np.diag(_WIDTHS**-2.0), np.array([[robot.torque_limit**-2.0]])
+        P = scipy.linalg.solve_discrete_are(A, B, Q, R)
+        self._gain: Array = np.linalg.solve(R + B.T @ P @ B, B.T @ P @ A)[0]
+        self._limit = robot.torque_limit
+
+    def controller(self, rng: np.random.Generator) -> Controller:
+        """The law; nothing in it is random."""
+        return lambda state: float(np.clip(-self._gain @ state, -self._limit, self._limit))
+
+
+def drops(plant: Plant, robot: RobotParameters, rule: SuccessRule, trials: int) -> bool:
+    """Whether the data sheet's regulator fails every one of `trials` trials on this robot."""
+    channels = Channels(("tilt", "tilt_rate", "speed"), robot.wheel_radius)
+    regulator = Regulator(robot)
+    for trial in range(trials):
+        episode = rollout(plant, regulator, channels, rule.steps, rule.limit, Provenance(robot.name, "robot", trial=trial))
+        if succeeded(episode, rule):
+            return False
+    return True
