@@ -24,10 +24,10 @@ class NotingChain:
         return Manifest(call.stage, True, "", 0, "", {}, (), {}, "", 1.0)
 
 
-def learn(solved=(), **changed):
+def learn(solved=(), words=(), **changed):
     """The calls of a run and what it learned; `solved` are the trials that all succeed."""
     with initialize_config_dir(str(conf_folder()), version_base="1.3"):
-        cfg = compose("iterate", ["seed=5"])
+        cfg = compose("iterate", ["seed=5", *words])
     usual = {"updates": 2, "trials": 10, "stop_when_solved": False, "sim_rounds": 1}
     settings = Settings(**{"seed": 5, "sim_round_rollouts": 3, "sim_round_exploration": 0.1, **usual, **changed})
     chain = NotingChain()
@@ -84,13 +84,14 @@ def test_trials_last_as_long_as_the_rule_says_and_are_not_disturbed():
         assert call.told["exploration"] == 0.0
 
 
-def test_no_two_rollouts_of_the_robot_have_one_number():
+@pytest.mark.parametrize("each", [1, 3])
+def test_no_two_rollouts_of_the_robot_have_one_number(each):
     numbers = [
         number
-        for call in only(learn(updates=6)[0], "real-rollout")
+        for call in only(learn(words=[f"real_rollout.trials={each}"], updates=6)[0], "real-rollout")
         for number in range(call.told["first_trial"], call.told["first_trial"] + call.told["trials"])
     ]
-    assert len(set(numbers)) == len(numbers)
+    assert len(set(numbers)) == len(numbers) == 7 * 10 + 6 * each
 
 
 def test_each_rollout_is_driven_by_the_newest_policy():

@@ -141,8 +141,9 @@ class Algorithm:
         """Drive the robot by the newest policy, learn g from all that was driven, and search again."""
         newest = policies[-1]
         rollout = Path(f"iteration_{newest.index}") / "rollout"
-        told = {"seed": self._cfg.real_rollout.seed, "trials": 1, "first_trial": newest.index}
-        self._drive(rollout, newest, told)
+        own = self._cfg.real_rollout
+        first = own.first_trial + newest.index * own.trials
+        self._drive(rollout, newest, {"seed": own.seed, "trials": own.trials, "first_trial": first})
         index, rollouts = newest.index + 1, (*newest.rollouts, rollout)
         place = Path(f"iteration_{index}")
         fit = self._fit("fit-diff-gp", place / "model", list(rollouts), {"dynamics": model})

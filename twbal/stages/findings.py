@@ -111,7 +111,7 @@ def _iteration(
         index=learned.index,
         real_episodes=len(driven),
         real_samples=sum(map(len, driven)),
-        real_seconds=round(sum(episode.duration for episode in driven), 6),
+        real_seconds=round(sum((episode.duration for episode in driven), 0.0), 6),
         predicted_cost=min(prediction.best.cost, float(measures.horizon)),
         real_cost=float(np.mean(costs)) if costs else None,
         successes=_successes(trials, measures),
