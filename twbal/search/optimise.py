@@ -28,7 +28,7 @@ class SearchSettings:
         short_horizon: of the first part of each search; a long one has no slope on the plateau of a policy that falls.
         iterations: of L-BFGS over the whole horizon, at most.
         short_iterations: of L-BFGS over the short one, at most.
-        searched: how many starts, the best over the short horizon, are searched.
+        searched: how many starts, the best over the short horizon, are searched; 0 only judges earlier policies.
         swings: see `starting_policies`.
         command_widths: see `starting_policies`.
         shares: see `starting_policies`.
@@ -113,10 +113,12 @@ def search_policy(
         return Objective(dynamics, cost, start, horizon, searching, settings.weight_penalty)
 
     short, whole = objective(settings.short_horizon), objective(settings.horizon)
-    starts = starting_policies(
-        model, shape, cost, torque_limit, settings.swings, settings.command_widths, earlier, settings.shares, rng
-    )
-    chosen = _promising(starts, short, settings.searched)
+    chosen: list[Start] = []
+    if settings.searched or not earlier:
+        starts = starting_policies(
+            model, shape, cost, torque_limit, settings.swings, settings.command_widths, earlier, settings.shares, rng
+        )
+        chosen = _promising(starts, short, max(settings.searched, 1))
 
     def judged(origin: str, policy: RbfPolicy) -> Candidate:
         judgement = judge(model, policy, cost, start, judging, seed)

@@ -4,13 +4,14 @@
     repeat: drive the robot by policy i; g from all real rollouts; policy i + 1 from f + g
 
 Beyond the paper, f is learned once more from rollouts of its own policy in simulation before the robot is touched, and
-every policy is driven in trials that nothing is learned from.
+every policy is driven in trials that nothing is learned from. Once a policy succeeds in all of them, it is driven once more
+for the model's sake: what the model then predicts of it is what the robot does.
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from omegaconf import DictConfig
 
@@ -33,6 +34,8 @@ class Settings:
     updates: int
     trials: int
     stop_when_solved: bool
+    confirm_steps: int
+    confirm_exploration: float
     sim_rounds: int
     sim_round_rollouts: int
     sim_round_exploration: float
@@ -49,6 +52,7 @@ class Learned:
         rollouts: run folders of the real rollouts that g was learned from.
         policy: folder of the search's result.
         trials: run folder of the trials; None where none were driven.
+        confirms: the policy is that of the iteration before, and only the model is new.
     """
 
     index: int
@@ -57,6 +61,7 @@ class Learned:
     rollouts: tuple[Path, ...]
     policy: Path
     trials: Path | None
+    confirms: bool = False
 
     @property
     def policy_file(self) -> Path:
@@ -103,6 +108,8 @@ class Algorithm:
         policies = [self._tried(first)]
         while len(policies) <= self._settings.updates and not self._is_enough(policies[-1]):
             policies.append(self._tried(self._update(model, policies)))
+        if self._settings.confirm_steps and self._is_enough(policies[-1]):
+            policies.append(self._tried(self._confirmed(model, policies[-1])))
         return Learning(simulated, tuple(policies))
 
     def _simulation(self) -> tuple[tuple[Path, ...], Path, Learned]:
@@ -139,16 +146,27 @@ class Algorithm:
 
     def _update(self, model: Path, policies: list[Learned]) -> Learned:
         """Drive the robot by the newest policy, learn g from all that was driven, and search again."""
-        newest = policies[-1]
+        return self._learn_from_driving(model, policies[-1], [p.policy_file for p in policies], {}, {})
+
+    def _confirmed(self, model: Path, solving: Learned) -> Learned:
+        """Drive the policy that solved it once more, for longer, and learn g again; the policy stays."""
+        settings = self._settings
+        longer = {"trials": 1, "steps": settings.confirm_steps, "exploration": settings.confirm_exploration}
+        learned = self._learn_from_driving(model, solving, [solving.policy_file], longer, {"searches": False})
+        return replace(learned, confirms=True)
+
+    def _learn_from_driving(
+        self, model: Path, newest: Learned, earlier: list[Path], driving: dict[str, Any], searching: dict[str, Any]
+    ) -> Learned:
+        """Drive the newest policy, learn g from all rollouts so far, and search (or judge) on f + g."""
         rollout = Path(f"iteration_{newest.index}") / "rollout"
         own = self._cfg.real_rollout
         first = own.first_trial + newest.index * own.trials
-        self._drive(rollout, newest, {"seed": own.seed, "trials": own.trials, "first_trial": first})
+        self._drive(rollout, newest, {"seed": own.seed, "trials": own.trials, "first_trial": first, **driving})
         index, rollouts = newest.index + 1, (*newest.rollouts, rollout)
         place = Path(f"iteration_{index}")
         fit = self._fit("fit-diff-gp", place / "model", list(rollouts), {"dynamics": model})
-        earlier = [policy.policy_file for policy in policies]
-        search = self._search(place / "policy", place / "model" / MODEL, earlier)
+        search = self._search(place / "policy", place / "model" / MODEL, earlier, searching)
         return Learned(index, (fit,), (search,), rollouts, place / "policy", None)
 
     def _tried(self, learned: Learned) -> Learned:
@@ -176,8 +194,8 @@ class Algorithm:
         seed = self._cfg[stage.replace("-", "_")].seed
         return self._chain.run(Call(stage, out, {"seed": seed, **told, "episodes": episodes}))
 
-    def _search(self, out: Path, model: Path, earlier: list[Path]) -> Manifest:
-        told = {"seed": self._cfg.optimise_policy.seed, "dynamics": model, "earlier": earlier}
+    def _search(self, out: Path, model: Path, earlier: list[Path], also: dict[str, Any] | None = None) -> Manifest:
+        told = {"seed": self._cfg.optimise_policy.seed, "dynamics": model, "earlier": earlier, **(also or {})}
         return self._chain.run(Call("optimise-policy", out, told))
 
     def _is_enough(self, learned: Learned) -> bool:

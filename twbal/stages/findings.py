@@ -69,7 +69,7 @@ def findings(learning: Learning, root: Path, measures: Measures) -> list[Finding
         prediction = load_prediction(root / learned.prediction_file)
         trials = episodes_in([root / learned.trials]) if learned.trials else ()
         driven = episodes_in([root / folder for folder in learned.rollouts])
-        note = _note(prediction, _successes(trials, measures), [earlier.iteration for earlier in found])
+        note = _note(learned, prediction, _successes(trials, measures), [earlier.iteration for earlier in found])
         found.append(
             Findings(_iteration(learned, root, prediction, trials, driven, measures, note), prediction, trials)
         )
@@ -126,10 +126,12 @@ def _iteration(
     )
 
 
-def _note(prediction: Prediction, successes: int, before: Sequence[Iteration]) -> str:
+def _note(learned: Learned, prediction: Prediction, successes: int, before: Sequence[Iteration]) -> str:
     """What a reader should know: that the search found nothing better, or that the robot says it is worse."""
     notes = []
-    if prediction.best.origin.startswith("policy "):
+    if learned.confirms:
+        notes.append("The policy of the iteration before, which balances; the model has learned from driving it.")
+    elif prediction.best.origin.startswith("policy "):
         notes.append(f"The search found nothing better than {prediction.best.origin}, which was driven again.")
     better = [iteration for iteration in before if iteration.successes > successes]
     if better:

@@ -1,6 +1,6 @@
 """Search the policy that the model expects to do best."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from hydra.utils import instantiate
@@ -11,7 +11,7 @@ from twbal.checkpoint import save_checkpoint
 from twbal.errors import ConfigError
 from twbal.models.dynamics import DynamicsModel
 from twbal.policies.saved import load_policy
-from twbal.search.optimise import SearchResult, search_policy
+from twbal.search.optimise import SearchResult, SearchSettings, search_policy
 from twbal.search.start_state import start_state
 from twbal.stages.artefacts import load_model
 from twbal.stages.closing import closing, run_folder
@@ -28,6 +28,7 @@ class Settings:
     """See conf/stage/optimise_policy.yaml."""
 
     seed: int
+    searches: bool
 
 
 def main(cfg: DictConfig) -> None:
@@ -42,7 +43,7 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
     dynamics, earlier = Path(cfg.dynamics), [Path(path) for path in cfg.earlier]
     inputs = {"dynamics": [dynamics], "earlier": earlier}
     step = Step("optimise-policy", out, recorded(cfg, NOT_RECORDED), inputs, settings.seed)
-    return perform(step, lambda: write_result(_search(cfg, dynamics, earlier, settings.seed), out))
+    return perform(step, lambda: write_result(_search(cfg, dynamics, earlier, settings), out))
 
 
 def write_result(result: SearchResult, out: Path) -> list[Path]:
@@ -52,21 +53,22 @@ def write_result(result: SearchResult, out: Path) -> list[Path]:
     return [out / POLICY, out / PREDICTION]
 
 
-def _search(cfg: DictConfig, dynamics: Path, earlier: list[Path], seed: int) -> SearchResult:
+def _search(cfg: DictConfig, dynamics: Path, earlier: list[Path], settings: Settings) -> SearchResult:
     """Build what the search needs from `cfg` and search."""
     channels: Channels = instantiate(cfg.state)
     model = load_model(dynamics).model
     _check_state(model, channels, dynamics)
+    search: SearchSettings = instantiate(cfg.search)
     return search_policy(
         model=model,
         start=start_state(instantiate(cfg.start), channels),
         cost=instantiate(cfg.cost),
         shape=instantiate(cfg.shape),
         torque_limit=float(cfg.robot.torque_limit),
-        settings=instantiate(cfg.search),
+        settings=search if settings.searches else replace(search, searched=0),
         judging=instantiate(cfg.judge),
         earlier=[load_policy(path, channels.names) for path in earlier],
-        seed=seed,
+        seed=settings.seed,
         progress=lambda line: print(f"  {line}", flush=True),
     )
 
