@@ -60,6 +60,13 @@ def test_noise_levels_are_recovered_from_a_prior_that_is_off_by_three():
     np.testing.assert_allclose(np.sqrt(found.process), np.sqrt(PROCESS), rtol=0.2)
 
 
+def test_a_firm_prior_holds_the_noise_levels():
+    firm = replace(SETTINGS, sensor_prior_sd=1e-3, process_prior_sd=1e-3)
+    found, _ = smooth(linear_model(), [drive(0, 100)[0]], PRIOR, firm)
+    np.testing.assert_allclose(found.sensors, PRIOR.sensors, rtol=0.01)
+    np.testing.assert_allclose(found.process, PRIOR.process, rtol=0.01)
+
+
 def test_smoothed_states_are_the_least_squares_solution_over_the_whole_episode():
     seen, _ = drive(3, 30)
     levels, (smoothed,) = smooth(linear_model(), [seen], PRIOR, SETTINGS)
@@ -149,4 +156,5 @@ def test_smoothing_removes_the_spurious_damping_that_sensor_noise_in_the_inputs_
     assert errors[0] < -0.07  # as damped as Var(noise) / Var(seen) says
     assert abs(errors[1]) < 0.3 * abs(errors[0])
     assert np.sqrt(after.observation_noise[0]) == pytest.approx(SENSOR_SD, rel=0.15)
+    assert after.process_noise != after.g.noise_variance  # the fit to smoothed states no longer tells it
     assert np.sqrt(after.process_noise[0]) < 0.15 * np.sqrt(before.process_noise[0])

@@ -2,6 +2,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import scipy.optimize
 
 from twbal.cost import SaturatingCost
 from twbal.gaussian import Gaussian
@@ -40,12 +41,41 @@ def test_the_objective_never_rises(objective, linear):
 
 
 def test_the_slope_is_zero_where_it_ends(objective):
+    penalised = replace(objective, weight_penalty=0.3, horizon=6)
     start = random_start(0, gain=(-60.0, -12.0, -6.0))
-    found = descend(objective, start, SCALES, True, 300)
-    for name, size in (("gain", 1e-4 / SCALES), ("weights", 1e-4 * np.ones(6)), ("lengths", 1e-4 * SCALES)):
-        for step in np.diag(size):
-            moved = [total(objective, replace(found, **{name: getattr(found, name) + s * step})) for s in (1, -1)]
-            assert abs(moved[0] - moved[1]) / 2e-4 < 0.02
+    sizes = {"centres": SCALES, "weights": np.ones(6), "lengths": SCALES, "gain": 1.0 / SCALES}
+
+    def slopes(policy):
+        """By every parameter, in the units that are searched."""
+        for name, size in sizes.items():
+            values = getattr(policy, name)
+            for place in np.ndindex(values.shape):
+                step = np.zeros_like(values)
+                step[place] = 1e-4 * np.broadcast_to(size, values.shape)[place]
+                ends = [total(penalised, replace(policy, **{name: values + s * step})) for s in (1, -1)]
+                yield abs(ends[0] - ends[1]) / 2e-4
+
+    found = descend(penalised, start, SCALES, True, 300)
+    assert max(slopes(found)) < 1e-3 * max(slopes(start))
+
+
+@pytest.mark.parametrize("linear", [True, False])
+def test_the_optimiser_is_given_the_gradient_of_the_value_it_is_given(objective, linear, monkeypatch):
+    given = []
+
+    def spy(function, vector, **options):
+        given.append((function, vector))
+        return scipy.optimize.OptimizeResult(x=vector)
+
+    monkeypatch.setattr(scipy.optimize, "minimize", spy)
+    start = random_start(2, gain=(-60.0, -12.0, -6.0))
+    same = descend(objective, start, SCALES, linear, 1)
+    ((function, vector),) = given
+    value, gradient = function(vector)
+    numeric = [(function(vector + 1e-5 * e)[0] - function(vector - 1e-5 * e)[0]) / 2e-5 for e in np.eye(len(vector))]
+    np.testing.assert_allclose(gradient, numeric, rtol=1e-4, atol=1e-6 * np.abs(numeric).max())
+    assert value == pytest.approx(total(objective, start))
+    np.testing.assert_allclose(same.lengths, start.lengths, rtol=1e-12)
 
 
 def test_what_is_not_searched_stays(objective):

@@ -56,6 +56,28 @@ def test_sensor_noise_reaches_the_policy(make_system):
     assert noisy.cost > quiet.cost + 0.05
 
 
+def test_disturbances_of_the_state_count(make_system):
+    model, _, _ = make_system()
+    rough = replace(model, process_noise=np.array([0.02, 0.3, 0.05]) ** 2)
+    calm, shaken = (judge(m, policy_of(HOLDING), COST, START, JUDGE, 0) for m in (model, rough))
+    assert shaken.cost > calm.cost + 0.05
+
+
+def test_a_fallen_robot_costs_one_for_the_rest_of_the_trial(make_system):
+    model, A, _ = make_system()
+    free = SaturatingCost(np.zeros(3), np.array([1e9, np.inf, np.inf]))
+    steps, x = 0, START.mean
+    while np.abs(x[0]) <= RULE.limit:
+        steps, x = steps + 1, A @ x
+    start, still = START._replace(covariance=1e-8 * np.eye(3)), policy_of(np.zeros(3))
+    found = judge(replace(model, process_noise=np.zeros(3)), still, free, start, JUDGE, 0)
+    assert found.cost == pytest.approx((RULE.steps - steps + 1) / RULE.steps, abs=2 / RULE.steps)
+    # Also one that the policy would have raised again, were nobody to end the trial.
+    narrow = replace(JUDGE, rule=replace(RULE, limit=0.08, settle_limit=0.08))
+    raised = judge(model, policy_of(HOLDING), free, start, narrow, 0)
+    assert (raised.success, raised.cost) == (0.0, 1.0)
+
+
 def test_past_commands_are_carried_on(make_system):
     model, A, B = make_system(2)
     names = model.channels.names

@@ -63,6 +63,11 @@ def test_starts_of_different_families_are_searched(result):
     assert families == {"search from regulator", "search from random"}
 
 
+def test_the_whole_horizon_is_searched_after_the_short_one(model, result):
+    stopped = {c.origin: c.cost for c in search(model, replace(SETTINGS, iterations=1)).candidates}
+    assert all(c.cost < stopped[c.origin] for c in result.candidates)
+
+
 def test_candidates_stand_in_the_order_of_their_judgement(result):
     assert result.best is result.candidates[0]
     keys = [(-round(c.judgement.success, 1), c.judgement.cost) for c in result.candidates]

@@ -64,14 +64,14 @@ def judge(
     sensor_sd[measured] = np.sqrt(model.observation_noise)
     samples = FunctionSamples.draw(model.g, n, settings.features, rng) if model.g else None
     states = start.sample(n, rng)
-    up = np.ones(n, dtype=bool)
+    up, fallen = np.ones(n, dtype=bool), np.zeros(n, dtype=bool)
     total = 0.0
     for step in range(1, rule.steps + 1):
         seen = states + sensor_sd * rng.standard_normal(states.shape)
         states = _advance(model, samples, states, policy.command(seen), rng)
         angle = np.abs(states[:, tilt])
         up &= angle <= (rule.settle_limit if step >= rule.settle_step else rule.limit)
-        fallen = angle > rule.limit
+        fallen |= angle > rule.limit
         total += float(np.where(fallen, 1.0, cost(states)).mean())
         states = np.clip(states, -_FAR, _FAR)
     return Judgement(float(up.mean()), total / rule.steps)
