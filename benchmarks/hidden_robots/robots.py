@@ -13,6 +13,7 @@ from hydra.utils import instantiate
 from benchmarks.hidden_robots.yardstick import drops
 from twbal.configuration import conf_folder
 from twbal.sim.effects.effect import Effect
+from twbal.sim.effects.sensor_noise import SensorNoise
 from twbal.sim.plant import SimPlant
 from twbal.virtual_robot.hidden import draw_hidden
 
@@ -35,9 +36,14 @@ def dropped_by_the_data_sheet(first_seed: int) -> Iterator[tuple[int, list[Effec
 
 
 def as_simulation(effects: Sequence[Effect]) -> list[str]:
-    """Overrides that put these effects into the simulation: what learns from it then knows the true dynamics."""
+    """Overrides that put these effects into the simulation: what learns from it then knows the true dynamics.
+
+    The sensors' noise is left out: it is no part of the dynamics.
+    """
     words = []
     for effect in effects:
+        if isinstance(effect, SensorNoise):
+            continue
         kind, values = type(effect), asdict(effect)  # type: ignore[call-overload]
         node = f"sim.effects.{kind.__name__}"
         words.append(f"++{node}._target_={kind.__module__}.{kind.__name__}")

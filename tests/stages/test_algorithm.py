@@ -29,7 +29,8 @@ def learn(solved=(), words=(), **changed):
     with initialize_config_dir(str(conf_folder()), version_base="1.3"):
         cfg = compose("iterate", ["seed=5", *words])
     usual = {"updates": 2, "trials": 10, "stop_when_solved": False, "sim_rounds": 1, "confirm_steps": 0}
-    settings = Settings(**{"seed": 5, "sim_round_rollouts": 3, "sim_round_exploration": 0.1, "confirm_exploration": 0.05, **usual, **changed})
+    shares = {"sim_round_exploration": 0.1, "confirm_exploration": 0.05}
+    settings = Settings(**{"seed": 5, "sim_round_rollouts": 3, **shares, **usual, **changed})
     chain = NotingChain()
     learning = Algorithm(chain, cfg, settings, RULE, lambda trials: str(trials) in solved).run()
     return chain.calls, learning

@@ -4,8 +4,8 @@
     repeat: drive the robot by policy i; g from all real rollouts; policy i + 1 from f + g
 
 Beyond the paper, f is learned once more from rollouts of its own policy in simulation before the robot is touched, and
-every policy is driven in trials that nothing is learned from. Once a policy succeeds in all of them, it is driven once more
-for the model's sake: what the model then predicts of it is what the robot does.
+every policy is driven in trials that nothing is learned from. Once a policy succeeds in all of them, it is driven once
+more for the model's sake: what the model then predicts of it is what the robot does.
 """
 
 from collections.abc import Callable
