@@ -1,6 +1,7 @@
 """The pictures of a run of Algorithm 1, as its report shows them."""
 
 from collections.abc import Callable, Sequence
+from pathlib import Path
 
 from twbal.channels import Channels
 from twbal.episode import Episode
@@ -10,6 +11,7 @@ from twbal.figures.cost import cost_figure
 from twbal.figures.learning import learning_curve_figure
 from twbal.figures.prediction import prediction_figure
 from twbal.figures.trials import Trials, drift_figure, tilt_figure
+from twbal.files import write_atomically
 from twbal.gaussian import Array
 from twbal.report import Pictures
 from twbal.stages.findings import Findings, Measures
@@ -39,6 +41,18 @@ def pictures(summary: Summary, found: Sequence[Findings], measures: Measures, co
         drift=svg(drift_figure(rolled, control_period, rule.steps)) if rolled else None,
         cost=svg(cost_figure(SHAPES, measures.cost, channels.names, channels.units)),
     )
+
+
+def save(drawn: Pictures, folder: Path) -> list[Path]:
+    """Write each picture as an SVG file into `folder`; returns the files."""
+    named = {"tilt": drawn.tilt, "learning": drawn.learning, "drift": drawn.drift, "cost": drawn.cost}
+    named |= {f"prediction_{i}": picture for i, picture in enumerate(drawn.predictions)}
+    files = []
+    for name, picture in named.items():
+        if picture is not None:
+            files.append(folder / f"{name}.svg")
+            write_atomically(files[-1], picture)
+    return files
 
 
 def _prediction(found: Findings, channels: Channels, control_period: float) -> str:

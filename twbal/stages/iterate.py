@@ -17,14 +17,14 @@ from twbal.stages.chain import Chain
 from twbal.stages.closing import configuration_flags, run_folder
 from twbal.stages.commands import text
 from twbal.stages.findings import Measures, episodes_in, findings, summarise
-from twbal.stages.gallery import pictures
+from twbal.stages.gallery import pictures, save
 from twbal.stages.manifest import Manifest, Step, perform
 from twbal.stages.script import HASHES, SCRIPT, hash_list, script
 from twbal.stages.settings import recorded, typed
 from twbal.summary import Summary, read_summary, summary_table, write_summary
 
 NOT_RECORDED = ("link.port", "sim_collect.workers")
-SUMMARY, REPORT, BEST_POLICY = "summary.json", "report.html", "best_policy.pt"
+SUMMARY, REPORT, FIGURES, BEST_POLICY = "summary.json", "report.html", "figures", "best_policy.pt"
 
 
 def main(cfg: DictConfig) -> None:
@@ -85,7 +85,7 @@ def _tell(
     write_summary(out / SUMMARY, summary)
     drawn = pictures(summary, found, measures, cfg.robot.control_period)
     write_report(out / REPORT, summary, _setting(cfg, measures, summary, choices), drawn, commands)
-    return [out / name for name in (SUMMARY, BEST_POLICY, SCRIPT, HASHES, REPORT)]
+    return [*(out / name for name in (SUMMARY, BEST_POLICY, SCRIPT, HASHES, REPORT)), *save(drawn, out / FIGURES)]
 
 
 def _setting(cfg: DictConfig, measures: Measures, summary: Summary, choices: Mapping[str, str]) -> Setting:
