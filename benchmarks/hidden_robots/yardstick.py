@@ -1,7 +1,7 @@
 """A controller that has nothing to do with twbal's learning: the textbook regulator of the data sheet.
 
-A robot that it already holds needs no learning, and tells nothing about it. The hidden robots of the benchmark are those
-that it drops.
+A robot that it already holds needs no learning, and tells nothing about it. The hidden robots of the benchmark are
+those that it drops.
 """
 
 import numpy as np
@@ -44,7 +44,9 @@ def drops(plant: Plant, robot: RobotParameters, rule: SuccessRule, trials: int) 
     channels = Channels(("tilt", "tilt_rate", "speed"), robot.wheel_radius)
     regulator = Regulator(robot)
     for trial in range(trials):
-        episode = rollout(plant, regulator, channels, rule.steps, rule.limit, Provenance(robot.name, "robot", trial=trial))
+        episode = rollout(
+            plant, regulator, channels, rule.steps, rule.limit, Provenance(robot.name, "robot", trial=trial)
+        )
         if succeeded(episode, rule):
             return False
     return True

@@ -88,7 +88,10 @@ def draw_hidden(recipe: HiddenRecipe, robot: RobotParameters, seed: int) -> list
         seed: the same seed is the same robot.
     """
     rng = np.random.default_rng(seed)
-    drawn = {name: _draw(*getattr(recipe, name), recipe.outer, rng) for name in recipe.ranges()}
+    drawn = {}
+    for name in recipe.ranges():
+        low, high = getattr(recipe, name)
+        drawn[name] = _draw(low, high, recipe.outer, rng)
     torque = robot.torque_limit / recipe.reference_torque
     period = robot.control_period
     return [
