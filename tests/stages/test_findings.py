@@ -1,7 +1,9 @@
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
+from twbal.stages.algorithm import Learned
 from twbal.stages.findings import Findings, _note, summarise
 from twbal.stages.predictions import Prediction, Verdict
 from twbal.summary import Iteration, PolicyFile
@@ -32,6 +34,10 @@ def prediction(origin):
     return Prediction(("tilt",), (), verdict, (verdict,))
 
 
+def learned(index, confirms=False):
+    return Learned(index, (), (), (), Path("policy"), None, confirms)
+
+
 def best(*iterations):
     found = [Findings(each, prediction("random"), ()) for each in iterations]
     return summarise(found, (), "paper", 0, 1.0).best_iteration
@@ -53,11 +59,15 @@ def test_without_trials_the_newest_of_the_best_judged_is_kept():
 @pytest.mark.parametrize(("successes", "worse"), [(10, False), (9, True), (0, True)])
 def test_an_update_that_made_things_worse_is_named(successes, worse):
     before = [iteration(0, 2), replace(iteration(1, 10), real_cost=4.0)]
-    note = _note(prediction("search from random"), successes, before)
+    note = _note(learned(2), prediction("search from random"), successes, before)
     assert note == ("Worse on the robot than policy 1 (10 of 10), which is kept." if worse else "")
 
 
 def test_a_search_that_found_nothing_better_is_named():
-    assert _note(prediction("policy 0"), 10, [iteration(0, 10)]).startswith(
-        "The search found nothing better than policy 0"
-    )
+    note = _note(learned(1), prediction("policy 0"), 10, [iteration(0, 10)])
+    assert note == "The search found nothing better than policy 0, which was driven again."
+
+
+def test_a_policy_that_is_driven_for_the_models_sake_is_not_called_a_failed_search():
+    note = _note(learned(1, confirms=True), prediction("policy 0"), 10, [iteration(0, 10)])
+    assert note == "The policy of the iteration before, which balances; the model has learned from driving it."

@@ -87,6 +87,14 @@ def test_equal_policies_are_searched_from_once(folder):
     ]
 
 
+def test_without_searching_the_best_of_the_earlier_policies_is_kept_and_predicted(folder):
+    search(folder, "kept", f"earlier=[{folder / 'p' / 'policy.pt'}]", "searches=false")
+    kept, before = output_hashes(folder / "kept"), output_hashes(folder / "p")
+    assert kept["policy.pt"] == before["policy.pt"]
+    (candidate,) = load_prediction(folder / "kept" / "prediction.pt").candidates
+    assert candidate.origin == "policy 0"
+
+
 def test_the_same_command_gives_the_same_bytes(folder):
     search(folder, "p2")
     assert output_hashes(folder / "p2") == output_hashes(folder / "p")
