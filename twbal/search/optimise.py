@@ -10,7 +10,7 @@ from twbal.cost import SaturatingCost
 from twbal.errors import SearchError
 from twbal.gaussian import Gaussian
 from twbal.models.dynamics import DynamicsModel
-from twbal.models.moments.prediction import Truncation
+from twbal.models.moments.prediction import DEGREES, Truncation
 from twbal.policies.rbf import RbfPolicy
 from twbal.search.descent import Objective, descend
 from twbal.search.judgement import Judge, Judgement, judge
@@ -133,11 +133,17 @@ def search_policy(
         candidates.append(judged(f"search from {origin}", found))
     candidates.sort(key=lambda c: (-round(c.judgement.success, 1), c.judgement.cost))
     best = candidates[0]
-    steps = propagate(dynamics, best.policy, start, settings.horizon, searching)
+    return SearchResult(best, tuple(candidates), _bands(model, best.policy, start, settings))
+
+
+def _bands(model: DynamicsModel, policy: RbfPolicy, start: Gaussian, settings: SearchSettings) -> tuple[Gaussian, ...]:
+    """Distributions of what the sensors show under a policy, t = 0..H; by longer series than the search takes."""
+    dynamics = transition_model(model.for_bands())
+    truncation = Truncation(settings.tolerance, DEGREES, fall_back=False)
+    steps = propagate(dynamics, policy, start, settings.horizon, truncation)
     sensors = np.diag(dynamics.observation_noise)
     states = [start, *(step.next_state for step in steps)]
-    predicted = tuple(Gaussian(state.mean, state.covariance + sensors) for state in states)
-    return SearchResult(best, tuple(candidates), predicted)
+    return tuple(Gaussian(state.mean, state.covariance + sensors) for state in states)
 
 
 def _promising(starts: Sequence[Start], objective: Objective, count: int) -> list[Start]:
