@@ -8,7 +8,7 @@ from pendulum import MemoryTransport, Pendulum
 from twbal.channels import Channels
 from twbal.episode import Outcome, Provenance
 from twbal.errors import DataError, LinkError, LinkLostError, ProtocolError
-from twbal.link.protocol import Clock, Decoder, Stop, Welcome, to_wire
+from twbal.link.protocol import Clock, Decoder, Status, Stop, Welcome, to_wire
 from twbal.link.serial_plant import SerialPlant
 from twbal.policies.policy import Policy
 from twbal.rollout import rollout
@@ -159,6 +159,52 @@ def test_the_robot_is_disarmed_on_every_way_out(trouble):
             drive(plant, policy=Linear(fail))
     assert len(pendulum.torques) == 6
     assert pendulum.torques[-1] is None
+
+
+def test_a_stop_that_is_cut_short_by_ctrl_c_is_sent_again_on_closing():
+    plant, line, pendulum = linked()
+    plant.reset(0)
+    plant.step(1.0)
+
+    def press(data):
+        line.to_robot = bytes
+        raise KeyboardInterrupt
+
+    line.to_robot = press
+    with pytest.raises(KeyboardInterrupt):
+        plant.stop()
+    assert pendulum.torques == [1.0]
+    plant.close()
+    assert pendulum.torques == [1.0, None]
+
+
+@pytest.mark.parametrize("name", ["tilt", "wheel_left", "yaw_rate"])
+def test_a_value_that_is_no_number_ends_the_rollout_and_keeps_the_episode_so_far(name):
+    plant, line, pendulum = linked()
+
+    def spoil(data):
+        return b"".join(to_wire(replace(seen, **{name: math.nan})) for seen in Decoder().feed(data))
+
+    def break_sensor(step):
+        if step == 7:
+            line.to_host = spoil
+
+    episode = drive(plant, policy=Linear(break_sensor))
+    assert (len(episode), episode.outcome) == (7, Outcome.LINK_LOST)
+    assert f"not finite numbers ({name})" in episode.events[-1].text
+    assert pendulum.torques[-1] is None
+
+
+def test_a_robot_that_was_switched_off_at_its_own_side_in_mid_period_ends_the_rollout():
+    plant, line, _ = linked()
+    plant.reset(0)
+
+    def off(data):
+        return b"".join(to_wire(replace(seen, status=Status(0))) for seen in Decoder().feed(data))
+
+    line.to_host = off
+    with pytest.raises(LinkLostError, match="stopped at its own side"):
+        plant.step(0.0)
 
 
 def test_leaving_the_plant_disarms_and_closes():

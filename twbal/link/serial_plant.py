@@ -130,7 +130,7 @@ class SerialPlant(Plant):
         `events`.
 
         Raises:
-            LinkLostError: the robot fell silent, or has switched its motors off.
+            LinkLostError: the robot fell silent, has switched its motors off, or measures what is no number.
             DataError: the command is not a finite number.
         """
         if not math.isfinite(command):
@@ -144,7 +144,7 @@ class SerialPlant(Plant):
             self._lost = True
             raise LinkLostError(str(error)) from error
         self._count_missed((self._last.period - before.period) % 2**16 - 1)
-        if self._last.status & Status.WATCHDOG_STOPPED:
+        if not self._last.status & (Status.ARMED | Status.TILT_STOPPED):  # the command may not have acted
             raise LinkLostError(f"The robot {self.robot_name} stopped itself: {_why_stopped(self._last)}.")
         return self._observation(self._last)
 
@@ -152,13 +152,13 @@ class SerialPlant(Plant):
         """Disarm and wait for the robot to say so; one that does not is left to its own watchdog."""
         if not self._armed:
             return
-        self._armed = False
         try:
             self._telemetry(Stop(self._next()), self._timeout)
         except LinkError as error:
             if not self._lost:
                 self._note(f"no answer to the stop: {error}")
             self._lost = True
+        self._armed = False  # not before: where Ctrl-C cuts this short, closing sends the stop again
 
     def close(self) -> None:
         """Disarm and close the port."""
@@ -233,6 +233,12 @@ class SerialPlant(Plant):
         self._events.append(Event(self._elapsed, text))
 
     def _observation(self, seen: Telemetry) -> Observation:
+        broken = [name for name, value in vars(seen).items() if not math.isfinite(value)]
+        if broken:
+            raise LinkLostError(
+                f"The robot {self.robot_name} sends values that are not finite numbers ({', '.join(broken)}); its "
+                "motors are stopped. Is that sensor connected?"
+            )
         self._elapsed = (seen.time_us - self._first.time_us) % 2**32 * 1e-6
         return Observation(
             time=self._elapsed,

@@ -17,12 +17,14 @@ from twbal.link.serial_plant import SerialPlant
 from twbal.logs import read_episode, write_episode
 from twbal.policies.exploring import ExploringPolicy
 from twbal.policies.policy import Policy
+from twbal.policies.rbf import RbfPolicy
 from twbal.robot.parameters import RobotParameters, parameter_hash
 from twbal.rollout import rollout
 from twbal.stages.artefacts import episode_file, policy_files, policy_hash
 from twbal.stages.closing import closing, run_folder
 from twbal.stages.manifest import Manifest, Step, perform
-from twbal.stages.settings import recorded, typed
+from twbal.stages.settings import at_least, recorded, typed
+from twbal.stages.signals import stopped_once
 
 NOT_RECORDED = ("policy.path", "link.port")
 NOT_IN_EPISODES = ("policy.path", "link")  # the same robot may be reached by other ways
@@ -54,8 +56,11 @@ def main(cfg: DictConfig) -> None:
 def run(cfg: DictConfig, out: Path) -> Manifest:
     """Drive the trials that `cfg` asks for and log them to `out`/episodes, unless they are there already."""
     settings = typed(Settings, cfg)
+    at_least(0, seed=settings.seed, first_trial=settings.first_trial, exploration=settings.exploration)
+    at_least(1, trials=settings.trials, steps=settings.steps)
     robot: RobotParameters = instantiate(cfg.robot)
     policy: Policy = instantiate(cfg.policy)
+    _check_torque(policy, robot)
     if settings.exploration:
         policy = ExploringPolicy(policy, settings.exploration * robot.torque_limit, robot.torque_limit)
     provenance = Provenance(
@@ -98,12 +103,12 @@ def record(
     Raises:
         LinkError: the robot cannot be reached, or fell silent.
         ConfigError: it is not the robot of the data sheet.
-        KeyboardInterrupt: the person pressed Ctrl-C.
+        KeyboardInterrupt: the person pressed Ctrl-C, or the process was asked to end.
     """
     trials = range(settings.first_trial, settings.first_trial + settings.trials)
     files = {trial: episode_file(out / "episodes", trial) for trial in trials}
-    with open_link() as plant:
-        _check(plant, robot)
+    with stopped_once(), open_link() as plant:
+        _check_period(plant, robot)
         for trial, file in files.items():
             if file.exists():
                 continue
@@ -116,7 +121,15 @@ def record(
     return list(files.values())
 
 
-def _check(plant: SerialPlant, robot: RobotParameters) -> None:
+def _check_torque(policy: Policy, robot: RobotParameters) -> None:
+    if isinstance(policy, RbfPolicy) and policy.max_command > robot.torque_limit * (1 + 1e-9):
+        raise ConfigError(
+            f"The policy commands up to {policy.max_command:g} N·m; the robot {robot.name!r} takes "
+            f"{robot.torque_limit:g} N·m. Choose the robot that it was made for (robot=...), or search a policy for this one."
+        )
+
+
+def _check_period(plant: SerialPlant, robot: RobotParameters) -> None:
     if abs(plant.control_period - robot.control_period) > 1e-6:
         raise ConfigError(
             f"The robot {plant.robot_name!r} on the link has a control period of {plant.control_period} s; the data "
