@@ -11,7 +11,7 @@ from twbal.logs import read_episodes
 from twbal.stages.artefacts import load_model
 from twbal.stages.manifest import read_manifest
 
-QUICK = ["model.fit_f.settings.starts=1", "model.fit_g.settings.starts=1"]
+QUICK = ["model.fit_f.settings.fit.starts=1", "model.fit_g.settings.starts=1"]
 
 
 @pytest.fixture(scope="module")

@@ -28,7 +28,7 @@ def folder(tmp_path_factory):
     arguments = sys.argv
     try:
         run("sim-collect", folder / "sim", "rollouts=6", "steps=20")
-        run("fit-sim-gp", folder / "f", f"episodes={folder / 'sim'}", "model.fit_f.settings.starts=1")
+        run("fit-sim-gp", folder / "f", f"episodes={folder / 'sim'}", "model.fit_f.settings.fit.starts=1")
         search(folder, "p")
     finally:
         sys.argv = arguments
