@@ -57,6 +57,8 @@ def file_hash(path: Path) -> str:
     try:
         with path.open("rb") as stream:
             return hashlib.file_digest(stream, "sha256").hexdigest()
+    except IsADirectoryError as error:
+        raise DataError(f"{path} is a folder; expected is a file, such as one in it.") from error
     except OSError as error:
         raise DataError(f"Cannot read {path}: {error.strerror or error}.") from error
 

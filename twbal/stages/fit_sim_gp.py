@@ -7,12 +7,13 @@ from hydra.utils import instantiate
 from omegaconf import DictConfig
 
 from twbal.channels import Channels
+from twbal.errors import DataError
 from twbal.logs import read_episode
 from twbal.models.recipe import ModelRecipe
 from twbal.stages.artefacts import SavedModel, episode_files, hashes, save_model
 from twbal.stages.closing import closing, run_folder
 from twbal.stages.manifest import Manifest, Step, perform
-from twbal.stages.settings import recorded, typed
+from twbal.stages.settings import at_least, recorded, typed
 
 NOT_RECORDED = ("episodes", "model.fit_g")
 
@@ -33,14 +34,27 @@ def main(cfg: DictConfig) -> None:
 def run(cfg: DictConfig, out: Path) -> Manifest:
     """Learn f from the episodes that `cfg` names into `out`/model.pt, unless it is there already."""
     settings = typed(Settings, cfg)
+    at_least(0, seed=settings.seed)
     files = episode_files(cfg.episodes)
     recipe, channels = instantiate(cfg.model), instantiate(cfg.state)
     step = Step("fit-sim-gp", out, recorded(cfg, NOT_RECORDED), {"episodes": files}, settings.seed)
-    return perform(step, lambda: [fit_to_file(files, channels, recipe, settings.seed, out / "model.pt")])
+    robot, path = str(cfg.robot.name), out / "model.pt"
+    return perform(step, lambda: [fit_to_file(files, robot, channels, recipe, settings.seed, path)])
 
 
-def fit_to_file(files: list[Path], channels: Channels, recipe: ModelRecipe, seed: int, path: Path) -> Path:
-    """Learn f from logs and write it to `path`, which is returned; see `ModelRecipe.learn_simulation`."""
-    learned = recipe.learn_simulation([read_episode(file) for file in files], channels, seed)
+def fit_to_file(files: list[Path], robot: str, channels: Channels, recipe: ModelRecipe, seed: int, path: Path) -> Path:
+    """Learn f from logs of `robot` and write it to `path`, which is returned; see `ModelRecipe.learn_simulation`.
+
+    Raises:
+        DataError: a log is of another robot, or cannot be used.
+    """
+    episodes = [read_episode(file) for file in files]
+    for file, episode in zip(files, episodes, strict=True):
+        if episode.provenance.robot != robot:
+            raise DataError(
+                f"{file} is an episode of the robot {episode.provenance.robot!r}; expected is {robot!r}. Choose the "
+                "robot that the episodes were made with by robot=..."
+            )
+    learned = recipe.learn_simulation(episodes, channels, seed)
     save_model(path, SavedModel(learned.model, {"simulation": hashes(files)}))
     return path

@@ -17,7 +17,7 @@ from twbal.stages.artefacts import load_model
 from twbal.stages.closing import closing, run_folder
 from twbal.stages.manifest import Manifest, Step, perform
 from twbal.stages.predictions import prediction_of, save_prediction
-from twbal.stages.settings import recorded, typed
+from twbal.stages.settings import at_least, recorded, typed
 
 NOT_RECORDED = ("dynamics", "earlier")
 POLICY, PREDICTION = "policy.pt", "prediction.pt"
@@ -40,7 +40,9 @@ def main(cfg: DictConfig) -> None:
 def run(cfg: DictConfig, out: Path) -> Manifest:
     """Search on the model that `cfg` names into `out`/policy.pt and prediction.pt, unless they are there already."""
     settings = typed(Settings, cfg)
-    dynamics, earlier = Path(cfg.dynamics), [Path(path) for path in cfg.earlier]
+    at_least(0, seed=settings.seed)
+    given = [cfg.earlier] if isinstance(cfg.earlier, str) else cfg.earlier
+    dynamics, earlier = Path(cfg.dynamics), [Path(path) for path in given]
     inputs = {"dynamics": [dynamics], "earlier": earlier}
     step = Step("optimise-policy", out, recorded(cfg, NOT_RECORDED), inputs, settings.seed)
     return perform(step, lambda: write_result(_search(cfg, dynamics, earlier, settings), out))

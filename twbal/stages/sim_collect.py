@@ -18,7 +18,7 @@ from twbal.sim.plant import SimPlant
 from twbal.stages.artefacts import episode_file, policy_files, policy_hash
 from twbal.stages.closing import closing, run_folder
 from twbal.stages.manifest import Manifest, Step, perform
-from twbal.stages.settings import members, recorded, typed
+from twbal.stages.settings import at_least, members, recorded, typed
 
 NOT_RECORDED = ("workers", "policy.path")
 
@@ -46,6 +46,8 @@ def main(cfg: DictConfig) -> None:
 def run(cfg: DictConfig, out: Path) -> Manifest:
     """Collect what `cfg` asks for into `out`/episodes, unless it is there already."""
     settings = typed(Settings, cfg)
+    at_least(0, seed=settings.seed, first_trial=settings.first_trial, exploration=settings.exploration)
+    at_least(1, rollouts=settings.rollouts, steps=settings.steps)
     text = recorded(cfg, NOT_RECORDED)
     robot, start, effects = instantiate(cfg.robot), instantiate(cfg.start), members(cfg.sim.effects)
     physics_step = float(cfg.sim.physics_step)
