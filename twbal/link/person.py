@@ -15,6 +15,7 @@ def confirm_placed(trial: int) -> None:
     try:
         input(f"Trial {trial}: place the robot at its start, step back, and press Enter (Ctrl-C ends the run). ")
     except EOFError as error:
+        print()  # the error begins a line of its own
         raise LinkError(
             "The robot has to be placed by a person, but this program has no terminal to ask at. Run it in a terminal, "
             "or set link.confirm_placed=null for a robot that places itself."

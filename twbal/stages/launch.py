@@ -17,6 +17,10 @@ from twbal.configuration import conf_folder
 from twbal.stages.complaints import complaint
 
 _FULL_ERROR = "HYDRA_FULL_ERROR"
+_FLAGS_WITH_A_VALUE = (
+    *("--cfg", "-c", "--info", "-i", "--package", "-p", "--config-path", "-cp", "--config-name", "-cn"),
+    *("--config-dir", "-cd", "--experimental-rerun"),
+)
 
 
 class StageFailed(BaseException):
@@ -44,7 +48,7 @@ def run_stage(stage: str, words: list[str], program: str) -> None:
         SystemExit: a flag of Hydra's ended the run.
     """
     name = stage.replace("-", "_")
-    sys.argv = [program, *words]
+    sys.argv = [program, *_overrides_first(words)]
     asked = os.environ.get(_FULL_ERROR)
 
     def task(cfg: DictConfig) -> None:
@@ -64,6 +68,15 @@ def run_stage(stage: str, words: list[str], program: str) -> None:
         raise _translated(failed.error, stage) from failed.error
     except (HydraException, OmegaConfBaseException) as error:
         raise complaint(error, stage) from error
+
+
+def _overrides_first(words: list[str]) -> list[str]:
+    """`words` with the overrides before Hydra's flags, whose parser does not take overrides on both sides of a flag."""
+    overrides, flags = [], []
+    for before, word in zip(["", *words], words, strict=False):
+        is_override = not word.startswith("-") and before not in _FLAGS_WITH_A_VALUE
+        (overrides if is_override else flags).append(word)
+    return overrides + flags
 
 
 @contextmanager
