@@ -18,6 +18,7 @@ FOREIGN = {
     "gpytorch": ("models/fit.py",),
     "torch": ("checkpoint.py", "models/fit.py"),
     "jinja2": ("report.py",),
+    "numba": ("compiled.py",),
 }
 
 

@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 import scipy.optimize
-from numba import njit
 
+from twbal.compiled import kernel
 from twbal.episode import Episode
 from twbal.errors import ConfigError
 from twbal.gaussian import Array
@@ -137,7 +137,7 @@ def _likeliest(
     return NoiseLevels(variances[:E], variances[E:])
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def _filter(  # type: ignore[no-untyped-def]
     measured: Array, ahead: Array, slope: Array, sensors: Array, process: Array
 ):

@@ -9,8 +9,8 @@ expm1(Δ_ij), which loses no digits where S is small.
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from twbal.compiled import kernel
 from twbal.gaussian import Array
 
 
@@ -48,7 +48,7 @@ class ActivationGradients(NamedTuple):
     lengths: Array
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def _basis(centres: Array, lengths: Array, m: Array, S: Array):  # type: ignore[no-untyped-def]
     """q (N,), ν (N, D), B and W (D, D), and log|SΛ⁻¹ + I| - ½ log|2SΛ⁻¹ + I|."""
     d = len(m)
@@ -64,7 +64,7 @@ def _basis(centres: Array, lengths: Array, m: Array, S: Array):  # type: ignore[
     return q, nu, B, W, log_single - 0.5 * log_pair
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def _pair_exponent(i: int, j: int, shift: float, half: Array, nu: Array, W: Array, lengths: Array) -> float:
     """Δ_ij = log E[φ_iφ_j] - log E[φ_i] E[φ_j]; half[i] = ½ ν_iᵀBν_i."""
     distance, spread = 0.0, 0.0
@@ -80,7 +80,7 @@ def _pair_exponent(i: int, j: int, shift: float, half: Array, nu: Array, W: Arra
     return exponent
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def activation_moments(centres: Array, weights: Array, lengths: Array, gain: Array, m: Array, S: Array) -> Activation:
     """Mean, slope and variance of a(y) at y ~ N(m, S).
 
@@ -104,7 +104,7 @@ def activation_moments(centres: Array, weights: Array, lengths: Array, gain: Arr
     return Activation(smoothed.sum() + gain @ m, radial + gain, max(variance, 0.0))
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def activation_adjoint(  # type: ignore[no-untyped-def]
     centres: Array,
     weights: Array,

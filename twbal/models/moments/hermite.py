@@ -7,13 +7,13 @@ construction. The terms of degree 1 are the linear part, E[∇h_a]ᵀ S E[∇h_b
 """
 
 import numpy as np
-from numba import njit
 
+from twbal.compiled import kernel
 from twbal.gaussian import Array
 from twbal.models.moments.multi_index import Integers, MultiIndices
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def term_weights(eigenvalues: Array, indices: MultiIndices) -> Array:
     """λ^α / α! for each α, (R,)."""
     weights = np.ones(len(indices.parent))
@@ -23,7 +23,7 @@ def term_weights(eigenvalues: Array, indices: MultiIndices) -> Array:
     return weights
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def degree_variances(T: Array, weights: Array, first: Integers) -> Array:
     """What each degree adds to the variance of each output, (E, p + 1)."""
     outputs = len(T)
@@ -36,7 +36,7 @@ def degree_variances(T: Array, weights: Array, first: Integers) -> Array:
     return variances
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def higher_covariance(T: Array, weights: Array, first: int, last: int) -> Array:
     """Σ λ^α / α! T_aα T_bα over the indices first <= α < last, (E, E)."""
     outputs = len(T)
@@ -50,7 +50,7 @@ def higher_covariance(T: Array, weights: Array, first: int, last: int) -> Array:
     return covariance
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def higher_covariance_adjoint(  # type: ignore[no-untyped-def]
     T: Array, weights: Array, by_covariance: Array, indices: MultiIndices, degree: int
 ):

@@ -6,14 +6,15 @@ the heat equation, that by S is ½ (Wδδᵀ W - W) times itself.
 """
 
 import numpy as np
-from numba import njit
 
+from twbal.compiled import kernel
 from twbal.gaussian import Array
+from twbal.models.moments.exponential import expm1_in_place
 from twbal.models.moments.kernel_sum import KernelSum
 from twbal.models.moments.taylor import smoothed_weights
 
 
-@njit(cache=True, fastmath=True, error_model="numpy")
+@kernel(fastmath=True)
 def _pair_sums(  # type: ignore[no-untyped-def]
     weights_a: Array,
     half_a: Array,
@@ -44,13 +45,16 @@ def _pair_sums(  # type: ignore[no-untyped-def]
             factor = alpha[i, k]
             for j in range(n_b):
                 exponents[j] += factor * betas[k, j]
+        expm1_in_place(exponents)
         for j in range(n_b):
-            c = weights_a[i] * weights_b[j]
-            if linked:
-                c *= links[i, j]
-            small = np.expm1(min(exponents[j], 600.0))
-            centred += c * small
-            products[j] = c * (small + 1.0)
+            products[j] = weights_a[i] * weights_b[j]
+        if linked:
+            for j in range(n_b):
+                products[j] *= links[i, j]
+        for j in range(n_b):
+            change = products[j] * exponents[j]
+            centred += change
+            products[j] += change
         row = 0.0
         for j in range(n_b):
             row += products[j]
@@ -65,7 +69,7 @@ def _pair_sums(  # type: ignore[no-untyped-def]
     return centred, total, rows, columns, cross
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def pair_moment(  # type: ignore[no-untyped-def]
     a: int, first: KernelSum, b: int, second: KernelSum, links: Array, mean: Array, covariance: Array
 ):
@@ -91,12 +95,8 @@ def pair_moment(  # type: ignore[no-untyped-def]
     r = nu_b / lengths_b**2 / precision
     # log of E[k_i k_j] / (E[k_i] E[k_j]): -½(…) = quadratic in ν_i, in ν_j, and p_iᵀ (precision - W) r_j.
     K = np.diag(precision) - W
-    half_a = np.empty(len(p))
-    for i in range(len(p)):
-        half_a[i] = 0.5 * (p[i] @ K @ p[i] - np.sum(nu_a[i] ** 2 / lengths_a**2) + nu_a[i] @ B_a @ nu_a[i])
-    half_b = np.empty(len(r))
-    for j in range(len(r)):
-        half_b[j] = 0.5 * (r[j] @ K @ r[j] - np.sum(nu_b[j] ** 2 / lengths_b**2) + nu_b[j] @ B_b @ nu_b[j])
+    half_a = 0.5 * np.sum((p @ K) * p + (nu_a @ B_a) * nu_a - (nu_a / lengths_a) ** 2, axis=1)
+    half_b = 0.5 * np.sum((r @ K) * r + (nu_b @ B_b) * nu_b - (nu_b / lengths_b) ** 2, axis=1)
     eye = np.eye(d)
     log_a = np.linalg.slogdet(covariance / lengths_a / lengths_a.reshape(-1, 1) + eye)[1]
     log_b = np.linalg.slogdet(covariance / lengths_b / lengths_b.reshape(-1, 1) + eye)[1]

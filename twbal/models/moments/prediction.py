@@ -9,8 +9,8 @@ uncertain.
 from typing import NamedTuple
 
 import numpy as np
-from numba import njit
 
+from twbal.compiled import kernel
 from twbal.gaussian import Array
 from twbal.models.moments.hermite import (
     degree_variances,
@@ -77,7 +77,7 @@ class Prediction(NamedTuple):
     exact_by_covariance: Array
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def _hessian(row: Array, up: Integers) -> Array:
     """Second derivatives of one output from its row of T, (d, d)."""
     d = up.shape[1]
@@ -88,7 +88,7 @@ def _hessian(row: Array, up: Integers) -> Array:
     return hessian
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def _add_model_variance(
     kernels: KernelSum, mean: Array, covariance: Array, rest: Array, by_mean: Array, by_covariance: Array
 ) -> None:
@@ -100,7 +100,7 @@ def _add_model_variance(
         by_covariance[a, a] -= ds
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def _add_pair_covariance(
     f: KernelSum, g: KernelSum, mean: Array, covariance: Array, rest: Array, by_mean: Array, by_covariance: Array
 ) -> None:
@@ -194,7 +194,7 @@ def _hessians(T: Array, inverse_basis: Array) -> Array:
     return np.array([inverse_basis.T @ _hessian(row, up) @ inverse_basis for row in T])
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def _first_moments_adjoint(T: Array, by_value: Array, by_slope: Array, up: Integers):  # type: ignore[no-untyped-def]
     """Way back from the mean and the slope, all along the columns of R."""
     outputs, d = by_slope.shape

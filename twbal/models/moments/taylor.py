@@ -6,8 +6,8 @@ summed over the points, times the series of exp(-½ tᵀMt), which is the same f
 """
 
 import numpy as np
-from numba import njit
 
+from twbal.compiled import kernel
 from twbal.gaussian import Array
 from twbal.models.moments.kernel_sum import KernelSum
 from twbal.models.moments.multi_index import Integers, MultiIndices
@@ -15,7 +15,7 @@ from twbal.models.moments.multi_index import Integers, MultiIndices
 _LANES = 8  # points that the inner loops treat at once: one 512-bit register of doubles
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def smoothed_weights(  # type: ignore[no-untyped-def]
     inputs: Array, lengths: Array, signal_variance: float, weights: Array, mean: Array, covariance: Array
 ):
@@ -37,7 +37,7 @@ def smoothed_weights(  # type: ignore[no-untyped-def]
     return smoothed, offsets, B
 
 
-@njit(cache=True, fastmath=True, error_model="numpy")
+@kernel(fastmath=True)
 def _moment_series(weights: Array, slopes: Array, parents: int, count: int, parent: Integers, axis: Integers) -> Array:
     """Σ_i w_i g_i^γ for the first `count` multi-indices γ, of which the first `parents` have others above them.
 
@@ -74,7 +74,7 @@ def _moment_series(weights: Array, slopes: Array, parents: int, count: int, pare
     return total
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def _times_gaussian(series: Array, M: Array, down: Integers) -> None:
     """Multiply a power series by exp(-½ tᵀMt), in place: one factor exp(-c t_k t_l) after the other."""
     d = len(M)
@@ -95,7 +95,7 @@ def _times_gaussian(series: Array, M: Array, down: Integers) -> None:
                     series[r] += factor * series[power]
 
 
-@njit(cache=True, error_model="numpy")
+@kernel()
 def add_derivatives(
     total: Array, kernels: KernelSum, mean: Array, covariance: Array, basis: Array, indices: MultiIndices
 ) -> None:

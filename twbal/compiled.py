@@ -1,0 +1,54 @@
+"""Kernels that numba compiles, and where it keeps their machine code.
+
+Numba's own cache knows a kernel by its file alone: one that was compiled into a kernel of another file goes on being used
+after it was changed. So machine code is kept in a folder that is named after all kernels' sources together: any change
+compiles anew. It lies in the person's cache folder, as the installed package may be read-only.
+"""
+
+import hashlib
+import os
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar, cast
+
+import numba
+
+Kernel = TypeVar("Kernel", bound=Callable[..., Any])
+
+_PACKAGE = Path(__file__).parent
+_MARK = b"from twbal.compiled import kernel"
+
+
+def kernel(fastmath: bool | set[str] = False) -> Callable[[Kernel], Kernel]:
+    """Compile the decorated function on its first call, and keep the machine code for later runs.
+
+    Args:
+        fastmath: liberties that the compiler may take with floating point, as numba's `fastmath`.
+    """
+    return cast(Callable[[Kernel], Kernel], numba.njit(cache=True, error_model="numpy", fastmath=fastmath))
+
+
+def cache_folder() -> Path:
+    """Where machine code of these very sources is kept; made if it is not there."""
+    digest = hashlib.sha256(numba.__version__.encode())
+    for path in sorted(_PACKAGE.rglob("*.py")):
+        source = path.read_bytes()
+        if _MARK in source:
+            digest.update(source)
+    name = f"kernels-{digest.hexdigest()[:16]}"
+    base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+    folder = base / "twbal" / name
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        if os.access(folder, os.W_OK):
+            return folder
+    except OSError:
+        pass  # a home that cannot be written to: the system's place for temporary files serves
+    folder = Path(tempfile.gettempdir()) / f"twbal-{os.getuid()}" / name
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder
+
+
+if "NUMBA_CACHE_DIR" not in os.environ:
+    numba.config.CACHE_DIR = str(cache_folder())  # type: ignore[attr-defined]
