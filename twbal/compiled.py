@@ -1,6 +1,6 @@
 """Kernels that numba compiles, and where it keeps their machine code.
 
-Numba's own cache knows a kernel by its file alone: one that was compiled into a kernel of another file goes on being used
+Numba's own cache knows a kernel by its file alone: one that was compiled into a kernel of another file is still used
 after it was changed. So machine code is kept in a folder that is named after all kernels' sources together: any change
 compiles anew. It lies in the person's cache folder, as the installed package may be read-only.
 """

@@ -102,6 +102,29 @@ def test_other_work_is_never_overwritten(step, changes, message):
     assert (step.out / "sub" / "result.txt").read_text() == "3"
 
 
+def test_a_folder_in_which_other_work_failed_at_once_is_free(step):
+    def fail():
+        (step.out / ".hydra").mkdir()
+        (step.out / ".hydra" / "config.yaml").touch()
+        (step.out / "count.log").touch()
+        raise DataError("no such thing")
+
+    with pytest.raises(DataError, match="no such thing"):
+        perform(replace(step, seed=8), fail)
+    assert perform(step, Work(step)).seed == 7
+
+
+def test_a_folder_in_which_other_work_left_a_part_is_not(step):
+    def fail():
+        step.out.joinpath("half.txt").write_text("half")
+        raise DataError("the rest is missing")
+
+    with pytest.raises(DataError, match="the rest is missing"):
+        perform(replace(step, seed=8), fail)
+    with pytest.raises(ConfigError, match="holds the work of seed 8"):
+        perform(step, Work(step))
+
+
 def test_an_input_that_changed_is_another_input(step):
     perform(step, Work(step))
     step.inputs["data"][0].write_text("abcd")

@@ -90,7 +90,7 @@ def perform(step: Step, work: Callable[[], Sequence[Path]]) -> Manifest:
         work: makes the outputs in `step.out` and returns their paths.
 
     Raises:
-        ConfigError: the folder holds what other settings or inputs made.
+        ConfigError: the folder holds what other settings or inputs made. (Nothing, where they failed at once.)
         DataError: an input cannot be read.
     """
     inputs = {
@@ -99,7 +99,7 @@ def perform(step: Step, work: Callable[[], Sequence[Path]]) -> Manifest:
     fingerprint = _fingerprint(step, inputs)
     before = read_manifest(step.out)
     if before is not None:
-        if before.fingerprint != fingerprint:
+        if before.fingerprint != fingerprint and (before.complete or _something_lies_in(step.out)):
             raise ConfigError(_other_work(step, inputs, before))
         if before.complete and _outputs_are_whole(step.out, before):
             return before
@@ -157,6 +157,15 @@ def _fingerprint(step: Step, inputs: Mapping[str, tuple[FileRecord, ...]]) -> st
     hashes = {name: [record.sha256 for record in records] for name, records in inputs.items()}
     what = [step.stage, __version__, step.settings, step.seed, hashes]
     return hashlib.sha256(json.dumps(what, sort_keys=True).encode()).hexdigest()
+
+
+def _something_lies_in(folder: Path) -> bool:
+    """Whether there is more than what work that failed at once leaves: manifests, and what Hydra writes."""
+    return any(
+        path.is_file() and path.name != MANIFEST and path.suffix != ".log"
+        for path in folder.rglob("*")
+        if not any(part.startswith(".") for part in path.relative_to(folder).parts)
+    )
 
 
 def _outputs_are_whole(folder: Path, manifest: Manifest) -> bool:

@@ -1,6 +1,6 @@
 """e^x - 1 over a row of numbers, as a loop that compilers turn into vector instructions.
 
-x = k ln 2 + r with |r| <= ½ ln 2, and e^x - 1 = 2^k (e^r - 1) + (2^k - 1): for small x it is k = 0 and no digit is lost.
+x = k ln 2 + r with |r| <= ½ ln 2, and e^x - 1 = 2^k (e^r - 1) + (2^k - 1): for small x, k = 0 and no digit is lost.
 The library's own `expm1` takes one number at a time, some five times slower.
 """
 
