@@ -1,0 +1,354 @@
+"""What cannot work ends in one clear line, a non-zero exit and nothing lost, as seen by who types the command.
+
+The same properties are tested one floor down, more densely: of logs in logs/test_logs.py, of checkpoints in
+test_checkpoint.py, of the link in link/test_serial_plant.py; misspelt settings in test_cli.py, too few samples and a
+port that is not there in stages/test_chain.py.
+"""
+
+import hashlib
+import math
+import os
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Callable
+from contextlib import closing, contextmanager
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+from mcap.writer import Writer
+
+from twbal.cli import STAGES, main
+from twbal.episode import Outcome
+from twbal.link.protocol import Clock, Decoder, Message, Telemetry, Welcome, to_wire
+from twbal.logs import read_episode, write_episode
+from twbal.policies.policy import Policy
+from twbal.virtual_robot.firmware import Firmware, Identity
+from twbal.virtual_robot.process import VirtualRobotProcess, virtual_robot_command
+from twbal.virtual_robot.pseudo_terminal import PseudoTerminal
+
+QUICK_F = "model.fit_f.settings.fit.starts=1"
+QUICK_G = "model.fit_g.settings.starts=1"
+
+
+@pytest.fixture(autouse=True)
+def as_from_a_shell(monkeypatch, tmp_path):
+    monkeypatch.setattr(sys, "argv", ["twbal"])
+    monkeypatch.delenv("HYDRA_FULL_ERROR", raising=False)
+    monkeypatch.delenv("TWBAL_DEBUG", raising=False)
+    monkeypatch.chdir(tmp_path)
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """A folder with episodes in simulation (sim), and a model of them (f)."""
+    folder, before = tmp_path_factory.mktemp("made"), sys.argv
+    try:
+        assert main(["sim-collect", f"hydra.run.dir={folder / 'sim'}", "rollouts=4", "steps=12"]) == 0
+        assert main(["fit-sim-gp", f"hydra.run.dir={folder / 'f'}", f"episodes={folder / 'sim'}", QUICK_F]) == 0
+    finally:
+        sys.argv = before
+    return folder
+
+
+@pytest.fixture
+def log(made):
+    """The log of one episode."""
+    return made / "sim" / "episodes" / "trial_000.mcap"
+
+
+@pytest.fixture
+def refused(capfd) -> Callable[..., str]:
+    """Runs a command that must fail, and returns the one line that it says on stderr."""
+
+    def run(*words: str) -> str:
+        capfd.readouterr()
+        assert main(list(words)) == 1
+        said = [line for line in capfd.readouterr().err.splitlines() if "pybullet build time" not in line]
+        assert len(said) == 1, said
+        assert said[0].startswith("twbal: error: ")
+        return said[0]
+
+    return run
+
+
+def content(folder: Path) -> dict[Path, str]:
+    return {path: hashlib.sha256(path.read_bytes()).hexdigest() for path in folder.rglob("*") if path.is_file()}
+
+
+# Words that are not known
+
+
+@pytest.mark.parametrize("stage", STAGES)
+def test_every_stage_refuses_a_misspelt_override_and_names_the_near_one(stage, refused, tmp_path):
+    said = refused(stage, "seeed=1")
+    assert "no setting 'seeed' (did you mean 'seed'?)" in said
+    assert f"`twbal {stage} --cfg job` shows all" in said
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("stage", "word", "choices"),
+    [
+        ("iterate", "experiment=mine", "paper"),
+        ("fit-sim-gp", "model=dense", "exact, sparse"),
+        ("optimise-policy", "cost=cheap", "default, paper"),
+        ("real-rollout", "link=radio", "serial, virtual"),
+        ("virtual-robot", "hidden=all", "none, recipe"),
+    ],
+)
+def test_an_unknown_choice_lists_those_that_there_are(stage, word, choices, refused, tmp_path):
+    group, choice = word.split("=")
+    said = refused(stage, word)
+    assert f"{group} has no choice {choice!r}" in said
+    assert said.endswith(f"The choices are: {choices}.")
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_shell_sees_the_same(tmp_path):
+    words = [sys.executable, "-m", "twbal", "sim-collect", "rolouts=3"]
+    environment = {name: value for name, value in os.environ.items() if name not in ("HYDRA_FULL_ERROR", "TWBAL_DEBUG")}
+    environment["PYTHONPATH"] = os.pathsep.join(sys.path)
+    done = subprocess.run(words, capture_output=True, text=True, cwd=tmp_path, env=environment)
+    assert (done.returncode, done.stdout) == (1, "")
+    (said,) = done.stderr.splitlines()
+    assert said.startswith("twbal: error: sim-collect has no setting 'rolouts' (did you mean 'rollouts'?)")
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["sim-collect", "seed=-1"], "seed must be 0 or more; found -1"),
+        (["sim-collect", "rollouts=0"], "rollouts must be 1 or more; found 0"),
+        (["real-rollout", "policy=random", "steps=0"], "steps must be 1 or more; found 0"),
+        (["real-rollout", "policy=random", "exploration=-0.1"], "exploration must be 0 or more; found -0.1"),
+        (["virtual-robot", "seed=-1"], "seed must be 0 or more; found -1"),
+        (["iterate", "updates=-1"], "updates must be 0 or more; found -1"),
+    ],
+)
+def test_numbers_that_cannot_be_meant_are_refused(words, message, refused):
+    assert message in refused(*words)
+
+
+# Files that cannot be used
+
+
+def fit_f(episodes: Path) -> list[str]:
+    return ["fit-sim-gp", "hydra.run.dir=out", f"episodes={episodes}", QUICK_F]
+
+
+def fit_g(made: Path, episodes: Path) -> list[str]:
+    return ["fit-diff-gp", "hydra.run.dir=out", f"dynamics={made / 'f' / 'model.pt'}", f"episodes={episodes}", QUICK_G]
+
+
+def test_a_missing_episode_folder_is_named(made, refused, tmp_path):
+    expected = "none is not there. Give the run folder of a stage that records episodes, or a folder of logs."
+    assert expected in refused(*fit_f(tmp_path / "none"))
+    assert expected in refused(*fit_g(made, tmp_path / "none"))
+
+
+@pytest.mark.parametrize("kept", [0, 1, 8, 100, 0.25, 0.5, 0.75, 0.999, -1])
+def test_a_log_cut_anywhere_is_refused_and_left_as_it_is(kept, log, refused, tmp_path):
+    whole = log.read_bytes()
+    cut = tmp_path / "cut.mcap"
+    cut.write_bytes(whole[: int(kept * len(whole)) if isinstance(kept, float) else kept])
+    before = cut.read_bytes()
+    said = refused(*fit_f(cut))
+    assert str(cut) in said
+    assert "cut" in said.replace(str(cut), "") or "empty" in said
+    assert cut.read_bytes() == before
+    assert not Path("out", "model.pt").exists()
+
+
+def test_a_foreign_mcap_is_refused_with_its_topics(made, refused, tmp_path):
+    with (tmp_path / "camera.mcap").open("wb") as stream:
+        writer = Writer(stream)
+        writer.start()
+        channel = writer.register_channel("/camera", "json", writer.register_schema("Image", "jsonschema", b"{}"))
+        writer.add_message(channel, 1, b"{}", 1)
+        writer.finish()
+    for words in (fit_f(tmp_path / "camera.mcap"), fit_g(made, tmp_path / "camera.mcap")):
+        assert "is an MCAP file, but not an episode log of twbal" in (said := refused(*words))
+        assert "/camera" in said
+
+
+class Trap:
+    """Makes a file when it is unpickled."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+
+    def __reduce__(self):
+        return self.path.touch, ()
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["optimise-policy", "dynamics=trap.pt"],
+        ["fit-diff-gp", "dynamics=trap.pt", "episodes=LOG"],
+        ["real-rollout", "policy.path=trap.pt"],
+        ["sim-collect", "policy=saved", "policy.path=trap.pt"],
+    ],
+)
+def test_a_checkpoint_that_needs_code_to_load_is_refused_and_not_run(words, log, refused, tmp_path):
+    payload = {"x": Trap(tmp_path / "sprung")}
+    torch.save({"format": "twbal checkpoint", "schema_version": 1, "kind": "model", "payload": payload}, "trap.pt")
+    said = refused(*(word.replace("LOG", str(log)) for word in words))
+    assert "trap.pt needs code to load" in said
+    assert not (tmp_path / "sprung").exists()
+
+
+def test_a_logged_sample_that_is_no_number_is_named(log, refused, tmp_path):
+    spoilt = read_episode(log)
+    states = spoilt.states.copy()
+    states[3, 1] = np.nan
+    object.__setattr__(spoilt, "states", states)  # an episode refuses it at birth; other programs may not
+    write_episode(tmp_path / "spoilt.mcap", spoilt)
+    said = refused(*fit_f(tmp_path / "spoilt.mcap"))
+    assert "spoilt.mcap" in said
+    assert "Sample 3 of the episode's states is not a finite number" in said
+
+
+def test_an_episode_with_other_state_channels_than_the_models_is_refused_with_both(made, refused, tmp_path):
+    words = ["sim-collect", "state=paper", "rollouts=1", "steps=12", f"hydra.run.dir={tmp_path / 'paper'}"]
+    assert main(words) == 0
+    said = refused(*fit_g(made, tmp_path / "paper"))
+    assert "tilt, tilt_rate, acceleration" in said
+    assert "tilt, tilt_rate, speed, command_1, command_2" in said
+
+
+def test_an_episode_of_another_robot_is_refused_with_both_names(log, refused):
+    said = refused(*fit_f(log), "robot=regbot")
+    assert "is an episode of the robot 'paper'; expected is 'regbot'" in said
+
+
+def test_too_few_samples_are_refused_with_how_many_there_are(made, refused, tmp_path):
+    assert main(["sim-collect", "rollouts=1", "steps=1", f"hydra.run.dir={tmp_path / 'one'}"]) == 0
+    assert "Too few samples" in refused(*fit_f(tmp_path / "one"))
+    assert "Too few samples" in refused(*fit_g(made, tmp_path / "one"))
+
+
+def test_a_folder_where_a_file_belongs_is_named(made, refused):
+    assert f"{made / 'f'} is a folder; expected is a file" in refused("optimise-policy", f"dynamics={made / 'f'}")
+
+
+# Robots that cannot be driven
+
+
+class Killer(Policy):
+    """Commands nothing; its eighth command comes from the grave."""
+
+    def __init__(self, pid: int) -> None:
+        self.pid = pid
+
+    def controller(self, rng):
+        steps = iter(range(1000))
+
+        def law(state):
+            if next(steps) == 7:
+                os.kill(self.pid, signal.SIGKILL)
+            return 0.0
+
+        return law
+
+
+def drive(port: str, *words: str) -> list[str]:
+    patience = ("link.connect_timeout=10", "link.arm_timeout=10", "link.timeout=10")
+    link = ("link=serial", f"link.port={port}", "link.confirm_placed=null", *patience)
+    return ["real-rollout", "hydra.run.dir=out", *link, *words]
+
+
+@pytest.mark.parametrize("clock", ["lockstep", "real_time"])
+def test_a_robot_killed_in_mid_rollout_leaves_the_episode_so_far_marked_link_lost(clock, refused, tmp_path):
+    with closing(VirtualRobotProcess(virtual_robot_command([f"clock={clock}", "tilt_limit=100"]), 60.0)) as robot:
+        (tmp_path / "conf" / "policy").mkdir(parents=True)
+        policy = f"_target_: {Killer.__module__}.Killer\npid: {robot.pid}\n"
+        (tmp_path / "conf" / "policy" / "killer.yaml").write_text(policy)
+        said = refused(*drive(robot.port, "policy=killer", "tilt_limit=100"), f"--config-dir={tmp_path / 'conf'}")
+    (kept,) = Path("out").rglob("*.mcap")
+    assert f"7 samples of trial 0 are kept in {kept}, marked link lost" in said
+    episode = read_episode(kept)
+    assert (episode.outcome, len(episode)) == (Outcome.LINK_LOST, 7)
+    assert robot.port in episode.events[-1].text
+
+
+@contextmanager
+def robot_behind_a_port(sim_plant, change: Callable[[Message], Message]):
+    """The path of the port of a robot in this process; `change` is what the line does to what it says."""
+    identity = Identity("paper", torque_limit=20.0, tilt_limit=1.0, watchdog=0.1, clock=Clock.LOCKSTEP)
+    ended = threading.Event()
+
+    def live(line: PseudoTerminal) -> None:
+        firmware = Firmware(sim_plant, identity)
+        while not ended.is_set():
+            answer = firmware.receive(line.read(0.05) or b"", 0)
+            line.write(b"".join(to_wire(change(said)) for said in Decoder().feed(answer)))
+
+    with PseudoTerminal() as line:
+        thread = threading.Thread(target=live, args=(line,))
+        thread.start()
+        try:
+            yield line.path
+        finally:
+            ended.set()
+            thread.join()
+
+
+@pytest.fixture
+def sim_plant(paper):
+    from twbal.robot.start_pose import StartPose
+    from twbal.sim.plant import SimPlant
+
+    start = StartPose(-0.17, 0.0, 0.0, 0.0)
+    with SimPlant(robot=paper, effects=[], start=start, physics_step=1e-3, seed=0) as plant:
+        yield plant
+
+
+def test_a_robot_of_another_protocol_version_is_refused_with_both_versions(sim_plant, refused):
+    def from_the_future(said):
+        return Welcome(said.seq, 7) if isinstance(said, Welcome) else said
+
+    with robot_behind_a_port(sim_plant, from_the_future) as port:
+        said = refused(*drive(port, "policy=random"))
+    assert f"{port} speaks version 7 of the link protocol, this twbal version 1. Update the older of the two." in said
+    assert not list(Path("out").rglob("*.mcap"))
+
+
+def test_a_robot_whose_sensor_breaks_in_mid_rollout_leaves_the_episode_so_far(sim_plant, refused):
+    def broken(said):
+        return replace(said, tilt_rate=math.nan) if isinstance(said, Telemetry) and said.period > 5 else said
+
+    with robot_behind_a_port(sim_plant, broken) as port:
+        said = refused(*drive(port, "policy=random"))
+    assert "not finite numbers (tilt_rate)" in said
+    (kept,) = Path("out").rglob("*.mcap")
+    assert f"5 samples of trial 0 are kept in {kept}" in said
+    assert len(read_episode(kept)) == 5
+
+
+def test_a_policy_made_for_a_stronger_robot_is_refused_before_the_robot_is_reached(refused, tmp_path):
+    from twbal.checkpoint import save_checkpoint
+    from twbal.policies.rbf import RbfPolicy
+
+    channels = ("tilt", "tilt_rate", "speed", "command_1", "command_2")
+    policy = RbfPolicy(channels, np.zeros((1, 5)), np.zeros(1), np.ones(5), np.zeros(5), max_command=20.0)
+    save_checkpoint(tmp_path / "policy.pt", "policy", policy.to_payload())
+    said = refused(*drive("nowhere", "robot=regbot", "policy.path=policy.pt"))
+    assert "commands up to 20 N·m; the robot 'regbot' takes 0.49 N·m" in said
+
+
+# Nothing is lost
+
+
+def test_a_refusal_leaves_a_finished_run_folder_as_it_was(made, refused):
+    before = content(made)
+    assert "which is kept" in refused("sim-collect", f"hydra.run.dir={made / 'sim'}", "rollouts=5", "steps=12")
+    assert "which is kept" in refused("fit-sim-gp", f"hydra.run.dir={made / 'f'}", f"episodes={made / 'sim'}", "seed=3")
+    after = content(made)
+    kept = {path: sha for path, sha in before.items() if ".hydra" not in path.parts and path.suffix != ".log"}
+    assert {path: after[path] for path in kept} == kept
