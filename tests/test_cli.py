@@ -85,11 +85,34 @@ def test_an_unknown_stage_suggests_the_near_one_and_lists_all(capsys):
         ("~rolouts", "no setting 'rolouts' (did you mean 'rollouts'?)"),
         ("robot=papr", "robot has no choice 'papr' (did you mean 'paper'?). The choices are: paper, regbot."),
         ("rollouts", "'rollouts' is not an override; expected key=value"),
+        ("robot.name=[a=b]", "its value cannot be read. Put text with any of = , : [ ] { } in quotes"),
     ],
 )
 def test_a_misspelt_override_is_one_clear_error(word, expected, capsys):
     assert main(["sim-collect", word]) == 1
     assert expected in only_error(capsys)
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["rollouts=3", "-m", "seed=1,2", "steps=4"],
+        ["-m", "rollouts=3", "steps=4", "seed=1,2"],
+        ["seed=1,2", "steps=4", "rollouts=3", "--multirun"],
+    ],
+)
+def test_overrides_may_stand_on_either_side_of_a_flag(stage, words):
+    seen = []
+    stage.main = lambda cfg: seen.append((cfg.rollouts, cfg.seed, cfg.steps))
+    assert main(["sim-collect", *words]) == 0
+    assert seen == [(3, 1, 4), (3, 2, 4)]
+
+
+def test_the_value_of_a_flag_stays_with_it(capsys):
+    assert main(["sim-collect", "--cfg", "job", "seed=4", "--package", "robot", "steps=3"]) == 0
+    said = capsys.readouterr().out
+    assert "body_mass: 10.0" in said
+    assert "seed" not in said
 
 
 def test_an_unknown_flag_is_misuse(capsys):

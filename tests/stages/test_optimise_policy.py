@@ -114,7 +114,8 @@ def test_it_tells_what_it_does_and_what_comes_next(folder, capsys):
     [
         (["state=paper"], "Choose the state and robot that it was made with"),
         (["robot=regbot"], "of a robot with a wheel radius of 0.15 m; here it is"),
-        (["earlier=[none.pt]"], "none.pt"),
+        (["earlier=[none.pt]"], "Cannot read none.pt"),
+        (["earlier=none.pt"], "Cannot read none.pt"),
     ],
 )
 def test_what_does_not_fit_together_is_refused(folder, tmp_path, capsys, words, message):

@@ -27,7 +27,7 @@ def complaint(error: Exception, stage: str) -> TwbalError:
     if isinstance(error, MissingConfigException):
         return ConfigError(_no_such_choice(error))
     if isinstance(error, OverrideParseException):
-        return ConfigError(f"{error.override!r} is not an override; expected key=value. ({_line(error, 1)})")
+        return ConfigError(_no_override(str(error.override)))
     if isinstance(error, MissingMandatoryValue):
         return ConfigError(f"{stage} needs {error.full_key}=...; `twbal {stage} --help` says what it is.")
     if isinstance(error, InstantiationException):
@@ -52,6 +52,16 @@ def _no_such_choice(error: MissingConfigException) -> str:
         return _line(error, 0)
     return (
         f"{group} has no choice {choice!r}{_guess(choice, error.options)}. The choices are: {', '.join(error.options)}."
+    )
+
+
+def _no_override(word: str) -> str:
+    key, equals, _ = word.partition("=")
+    if not equals:
+        return f"{word!r} is not an override; expected key=value."
+    return (
+        f"{word!r} is not an override: its value cannot be read. Put text with any of = , : [ ] {{ }} in quotes that "
+        f"the shell does not take away, as in '{key}=\"text\"', or in a list '{key}=[\"text\"]'."
     )
 
 

@@ -72,7 +72,8 @@ def run_stage(stage: str, words: list[str], program: str) -> None:
 
 def _overrides_first(words: list[str]) -> list[str]:
     """`words` with the overrides before Hydra's flags, whose parser does not take overrides on both sides of a flag."""
-    overrides, flags = [], []
+    overrides: list[str] = []
+    flags: list[str] = []
     for before, word in zip(["", *words], words, strict=False):
         is_override = not word.startswith("-") and before not in _FLAGS_WITH_A_VALUE
         (overrides if is_override else flags).append(word)

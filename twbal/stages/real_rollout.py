@@ -125,7 +125,7 @@ def _check_torque(policy: Policy, robot: RobotParameters) -> None:
     if isinstance(policy, RbfPolicy) and policy.max_command > robot.torque_limit * (1 + 1e-9):
         raise ConfigError(
             f"The policy commands up to {policy.max_command:g} N·m; the robot {robot.name!r} takes "
-            f"{robot.torque_limit:g} N·m. Choose the robot that it was made for by robot=..., or search one for this robot."
+            f"{robot.torque_limit:g} N·m. Choose the robot that it was made for by robot=..., or search one for it."
         )
 
 
