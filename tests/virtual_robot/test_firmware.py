@@ -138,12 +138,20 @@ def test_without_commands_the_watchdog_stops_it_after_its_time(sim_plant):
     assert fresh.status == Status.ARMED
 
 
-def test_regular_commands_hold_the_watchdog_off_and_repeated_ones_do_too(sim_plant):
+def test_regular_commands_hold_the_watchdog_off(sim_plant):
     firmware = armed(sim_plant, REAL_TIME)
     for k in range(20):
-        tell(firmware, Command(3, 0.0), now_us=90_000 * k)
+        tell(firmware, Command(3 + k, 0.0), now_us=90_000 * k)
         seen = Decoder().feed(firmware.advance(90_000 * k))
         assert all(not s.status & Status.WATCHDOG_STOPPED for s in seen)
+
+
+def test_a_host_that_only_repeats_itself_does_not_hold_the_watchdog_off(sim_plant):
+    firmware = armed(sim_plant, REAL_TIME)
+    for k in range(10):
+        tell(firmware, Command(3, 5.0), now_us=50_000 * k)
+    seen = Decoder().feed(firmware.advance(500_000))
+    assert [s.status for s in seen[:6]] == [Status.ARMED] * 5 + [Status.WATCHDOG_STOPPED]
 
 
 def test_a_host_that_has_gone_leaves_a_robot_without_torque(sim_plant):

@@ -96,8 +96,7 @@ class Firmware:
             self._greeted = message.version == VERSION
         elif not self._greeted:
             return [Fault(message.seq, "no handshake of this version yet; begin with Hello")]
-        elif message.seq == self._taken:
-            self._commanded_us = now_us
+        elif message.seq == self._taken:  # does not hold the watchdog off: a host that repeats itself hears nothing
             return [] if self.next_tick_us is not None else self._answer
         self._taken = message.seq
         self._answer = self._act(message, now_us)
