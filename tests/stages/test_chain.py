@@ -91,6 +91,13 @@ def test_a_stage_ends_with_what_it_made_and_the_next_command(chain, capsys):
     ]
 
 
+def test_the_next_command_is_for_the_same_robot_and_state(tmp_path, capsys):
+    run("sim-collect", tmp_path / "sim", "rollouts=1", "steps=3", "robot=regbot", "state=paper", "robot.body_mass=2")
+    assert capsys.readouterr().out.splitlines()[-1] == (
+        f"next  twbal fit-sim-gp episodes={tmp_path / 'sim'} robot=regbot state=paper robot.body_mass=2"
+    )
+
+
 def test_only_trials_that_are_not_there_are_driven(chain, tmp_path):
     out = tmp_path / "real"
     run("real-rollout", out, "policy=random", "trials=2", "steps=10", "exploration=0.05")

@@ -1,5 +1,7 @@
 """How every stage begins and ends on the command line: its run folder, what it made there, and what comes next."""
 
+import re
+import shlex
 from collections import Counter
 from pathlib import Path, PurePosixPath
 
@@ -23,6 +25,12 @@ def configuration_flags() -> list[str]:
     replaced = [f"--config-path={path}" for who, path in sources if who == "main" and Path(path) != conf_folder()]
     added = [f"--config-dir={path}" for who, path in sources if who == "command-line"]
     return replaced + added
+
+
+def told_of_the_robot() -> str:
+    """The words by which this run was told its robot and state, as a next command needs them too."""
+    words = HydraConfig.get().overrides.task
+    return "".join(f" {shlex.quote(word)}" for word in words if re.match(r"[+~]*(robot|state)\b", word))
 
 
 def closing(manifest: Manifest, out: Path, following: str) -> None:
