@@ -27,10 +27,10 @@ def configuration_flags() -> list[str]:
     return replaced + added
 
 
-def told_of_the_robot() -> str:
-    """The words by which this run was told its robot and state, as a next command needs them too."""
+def told_of(*groups: str) -> str:
+    """The words by which this run was told of `groups` (such as robot, state), for a next command to have them too."""
     words = HydraConfig.get().overrides.task
-    return "".join(f" {shlex.quote(word)}" for word in words if re.match(r"[+~]*(robot|state)\b", word))
+    return "".join(f" {shlex.quote(word)}" for word in words if re.match(rf"[+~]*({'|'.join(groups)})\b", word))
 
 
 def closing(manifest: Manifest, out: Path, following: str) -> None:

@@ -14,7 +14,7 @@ from twbal.files import write_atomically
 from twbal.report import Setting, write_report
 from twbal.stages.algorithm import Algorithm, Learning, Settings
 from twbal.stages.chain import Chain
-from twbal.stages.closing import configuration_flags, run_folder
+from twbal.stages.closing import configuration_flags, run_folder, told_of
 from twbal.stages.commands import text
 from twbal.stages.findings import Measures, episodes_in, findings, summarise
 from twbal.stages.gallery import pictures, save
@@ -38,7 +38,7 @@ def main(cfg: DictConfig) -> None:
     print(f"policy  {out / BEST_POLICY}")
     print(f"by hand {out / SCRIPT}")
     print(f"report  {out / REPORT}")
-    print(f"next    twbal real-rollout policy.path={out / BEST_POLICY}")
+    print(f"next    twbal real-rollout policy.path={out / BEST_POLICY}{told_of('robot', 'state', 'link')}")
 
 
 def run(cfg: DictConfig, out: Path, choices: Mapping[str, str], flags: Sequence[str]) -> Manifest:

@@ -14,7 +14,7 @@ from twbal.policies.saved import load_policy
 from twbal.search.optimise import SearchResult, SearchSettings, search_policy
 from twbal.search.start_state import start_state
 from twbal.stages.artefacts import load_model
-from twbal.stages.closing import closing, run_folder, told_of_the_robot
+from twbal.stages.closing import closing, run_folder, told_of
 from twbal.stages.manifest import Manifest, Step, perform
 from twbal.stages.predictions import prediction_of, save_prediction
 from twbal.stages.settings import at_least, recorded, typed
@@ -34,7 +34,7 @@ class Settings:
 def main(cfg: DictConfig) -> None:
     """Run the stage in Hydra's run folder."""
     out = run_folder()
-    closing(run(cfg, out), out, f"twbal real-rollout policy.path={out / POLICY}{told_of_the_robot()}")
+    closing(run(cfg, out), out, f"twbal real-rollout policy.path={out / POLICY}{told_of('robot', 'state')}")
 
 
 def run(cfg: DictConfig, out: Path) -> Manifest:

@@ -16,7 +16,7 @@ from twbal.policies.policy import Policy
 from twbal.robot.parameters import parameter_hash
 from twbal.sim.plant import SimPlant
 from twbal.stages.artefacts import episode_file, policy_files, policy_hash
-from twbal.stages.closing import closing, run_folder, told_of_the_robot
+from twbal.stages.closing import closing, run_folder, told_of
 from twbal.stages.manifest import Manifest, Step, perform
 from twbal.stages.settings import at_least, members, recorded, typed
 
@@ -40,7 +40,7 @@ def main(cfg: DictConfig) -> None:
     """Run the stage in Hydra's run folder."""
     out = run_folder()
     manifest = run(cfg, out)
-    closing(manifest, out, f"twbal fit-sim-gp episodes={out}{told_of_the_robot()}")
+    closing(manifest, out, f"twbal fit-sim-gp episodes={out}{told_of('robot', 'state')}")
 
 
 def run(cfg: DictConfig, out: Path) -> Manifest:
