@@ -11,7 +11,7 @@ from twbal.configuration import conf_folder
 from twbal.episode import Outcome, Provenance
 from twbal.errors import LinkLostError
 from twbal.link.serial_plant import SerialPlant
-from twbal.logs import read_episode
+from twbal.logs import read_episode, write_episode
 from twbal.policies.policy import Policy
 from twbal.stages.real_rollout import Settings, record
 from twbal.virtual_robot.process import VirtualRobotProcess, virtual_robot_command
@@ -60,6 +60,22 @@ def test_ctrl_c_keeps_what_there_is_and_ends_the_stage(cfg, tmp_path):
     assert files == sorted((tmp_path / "episodes").iterdir())
     assert all(len(read_episode(file)) == 8 for file in files)
     assert kept.exists()
+
+
+def test_ctrl_c_while_a_trial_is_logged_loses_nothing_of_it(cfg, tmp_path, monkeypatch):
+    pressed = []
+
+    def press_once(path, episode):
+        if not pressed:
+            pressed.append(path)
+            raise KeyboardInterrupt
+        write_episode(path, episode)
+
+    monkeypatch.setattr("twbal.stages.real_rollout.write_episode", press_once)
+    with pytest.raises(KeyboardInterrupt):
+        drive(cfg, Trap(lambda: None), tmp_path, lambda: instantiate(cfg.link))
+    assert list(tmp_path.rglob("*.mcap")) == pressed == [tmp_path / "episodes" / "trial_000.mcap"]
+    assert len(read_episode(pressed[0])) == 8
 
 
 def test_a_robot_killed_in_mid_rollout_leaves_an_episode_marked_link_lost(cfg, tmp_path):

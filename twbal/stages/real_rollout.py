@@ -117,7 +117,7 @@ def record(
             with_line = replace(episode, events=tuple(sorted((*episode.events, *plant.events))))
             if episode.outcome in (Outcome.STOPPED, Outcome.LINK_LOST):
                 _keep_interrupted(with_line, out / "interrupted", why=episode.events[-1].text)
-            write_episode(file, with_line)
+            _keep(file, with_line)
     return list(files.values())
 
 
@@ -137,11 +137,20 @@ def _check_period(plant: SerialPlant, robot: RobotParameters) -> None:
         )
 
 
+def _keep(file: Path, episode: Episode) -> None:
+    """Log the episode, also where Ctrl-C comes while it is written."""
+    try:
+        write_episode(file, episode)
+    except KeyboardInterrupt:
+        write_episode(file, episode)
+        raise
+
+
 def _keep_interrupted(episode: Episode, folder: Path, why: str) -> None:
     """Log what there is of the episode under a free name, and raise what ended it."""
     name = f"trial_{episode.provenance.trial:03d}_{episode.outcome.value}"
     file = next(path for i in count() if not (path := folder / f"{name}_{i}.mcap").exists())
-    write_episode(file, episode)
+    _keep(file, episode)
     kept = f"{len(episode)} samples of trial {episode.provenance.trial} are kept in {file}"
     if episode.outcome is Outcome.STOPPED:
         print(kept)
