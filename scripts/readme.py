@@ -29,11 +29,18 @@ def main(words: Sequence[str]) -> None:
             for page in PAGES:
                 page.write_text(filled(page.read_text()))
         case ["pictures", folder]:
-            PICTURES.mkdir(parents=True, exist_ok=True)
-            for picture in sorted((Path(folder) / "figures").glob("*.svg")):
-                shutil.copy(picture, PICTURES / picture.name)
+            copy_pictures(Path(folder) / "figures")
         case _:
             raise SystemExit(__doc__)
+
+
+def copy_pictures(figures: Path) -> None:
+    """The pictures of a run that the pages show; its last prediction as `prediction_last`."""
+    PICTURES.mkdir(parents=True, exist_ok=True)
+    predictions = sorted(figures.glob("prediction_*.svg"), key=lambda path: int(path.stem.split("_")[1]))
+    shown = {name: figures / f"{name}.svg" for name in ("tilt", "learning", "drift", "cost", "prediction_0")}
+    for name, picture in {**shown, "prediction_last": predictions[-1]}.items():
+        shutil.copy(picture, PICTURES / f"{name}.svg")
 
 
 def filled(page: str) -> str:
