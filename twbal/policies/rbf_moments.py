@@ -105,6 +105,60 @@ def activation_moments(centres: Array, weights: Array, lengths: Array, gain: Arr
 
 
 @kernel()
+def _add_pairs(  # type: ignore[no-untyped-def]
+    q: Array,
+    weights: Array,
+    nu: Array,
+    W: Array,
+    lengths: Array,
+    shift: float,
+    half: Array,
+    by_variance: float,
+    log_q_by: Array,
+    weights_by: Array,
+    nu_by: Array,
+):
+    """Way back from V = Σ w_iw_j (P_ij - q_iq_j), P_ij = E[φ_iφ_j]: adds to the last three, in place.
+
+    Returns:
+        Derivatives by S through W, (D, D); Σ c and Σ c (c_i - c_j)² (D,), with c the derivative by log P_ij.
+    """
+    n, d = nu.shape
+    smoothed = weights * q
+    pulls = np.zeros((d, d))  # Σ of c Wδ(Wδ)ᵀ
+    gaps = np.zeros(d)
+    total = 0.0
+    delta, pull = np.empty(d), np.empty(d)
+    for i in range(n):
+        for j in range(i + 1):
+            fold = by_variance if i == j else 2.0 * by_variance
+            small = np.expm1(_pair_exponent(i, j, shift, half, nu, W, lengths))
+            product = smoothed[i] * smoothed[j]
+            weights_by[i] += fold * q[i] * smoothed[j] * small
+            weights_by[j] += fold * q[j] * smoothed[i] * small
+            log_q_by[i] -= fold * product
+            log_q_by[j] -= fold * product
+            c = fold * product * (small + 1.0)
+            total += c
+            for k in range(d):
+                delta[k] = 0.5 * (nu[i, k] + nu[j, k])
+            for k in range(d):
+                value = 0.0
+                for l in range(d):
+                    value += W[k, l] * delta[l]
+                pull[k] = value
+            for k in range(d):
+                gap = nu[i, k] - nu[j, k]
+                gaps[k] += c * gap * gap
+                stretch = 0.5 * gap / lengths[k] ** 2
+                nu_by[i, k] -= c * (stretch + 0.5 * pull[k])
+                nu_by[j, k] -= c * (0.5 * pull[k] - stretch)
+                for l in range(d):
+                    pulls[k, l] += c * pull[k] * pull[l]
+    return 0.5 * (pulls - total * W), total, gaps
+
+
+@kernel()
 def activation_adjoint(  # type: ignore[no-untyped-def]
     centres: Array,
     weights: Array,
@@ -134,42 +188,12 @@ def activation_adjoint(  # type: ignore[no-untyped-def]
     h = B @ (by_slope + 2.0 * by_variance * (S @ gain))  # adjoint of s
     BS_by = -0.5 * (np.outer(h, radial) + np.outer(radial, h))  # by S + Λ, through B of the slope
 
-    log_q_by = smoothed * (by_mean + nu @ h)  # by log q_i, the pairs' share follows
+    log_q_by = smoothed * (by_mean + nu @ h)  # by log q_i, to which the pairs add
     weights_by = q * (by_mean + nu @ h)
     nu_by = np.outer(smoothed, h)
-
-    # Pairs: V = Σ w_iw_j (P_ij - q_iq_j), P_ij = E[φ_iφ_j].
-    W_by = np.zeros((d, d))  # Σ of c δδᵀ, by S through W
-    lengths_pairs = np.zeros(d)  # Σ of c (c_i - c_j)²
-    total = 0.0
-    delta, pull = np.empty(d), np.empty(d)
-    for i in range(n):
-        for j in range(i + 1):
-            fold = by_variance if i == j else 2.0 * by_variance
-            small = np.expm1(_pair_exponent(i, j, shift, half, nu, W, lengths))
-            product = smoothed[i] * smoothed[j]
-            weights_by[i] += fold * q[i] * smoothed[j] * small
-            weights_by[j] += fold * q[j] * smoothed[i] * small
-            log_q_by[i] -= fold * product
-            log_q_by[j] -= fold * product
-            c = fold * product * (small + 1.0)
-            total += c
-            for k in range(d):
-                delta[k] = 0.5 * (nu[i, k] + nu[j, k])
-            for k in range(d):
-                value = 0.0
-                for l in range(d):
-                    value += W[k, l] * delta[l]
-                pull[k] = value
-            for k in range(d):
-                gap = nu[i, k] - nu[j, k]
-                lengths_pairs[k] += c * gap * gap
-                stretch = 0.5 * gap / lengths[k] ** 2
-                nu_by[i, k] -= c * (stretch + 0.5 * pull[k])
-                nu_by[j, k] -= c * (0.5 * pull[k] - stretch)
-                for l in range(d):
-                    W_by[k, l] += c * pull[k] * pull[l]
-    pairs_by = 0.5 * (W_by - total * W)  # by S, and by Λ/2
+    pairs_by, total, gaps = _add_pairs(
+        q, weights, nu, W, lengths, shift, half, by_variance, log_q_by, weights_by, nu_by
+    )
 
     # log q_i = -½ log|S + Λ| + ½ log|Λ| - ½ ν_iᵀBν_i.
     Bnu = nu @ B  # (N, D)
@@ -181,5 +205,5 @@ def activation_adjoint(  # type: ignore[no-untyped-def]
     for k in range(d):
         precision = 1.0 / lengths[k] ** 2
         lambda_by[k] = singles[k, k] + 0.5 * precision * log_q_by.sum()
-        lambda_by[k] += 0.5 * pairs_by[k, k] + 0.5 * precision * total + 0.25 * precision**2 * lengths_pairs[k]
+        lambda_by[k] += 0.5 * pairs_by[k, k] + 0.5 * precision * total + 0.25 * precision**2 * gaps[k]
     return ActivationGradients(m_by, S_by, gain_by, nu_by, weights_by, 2.0 * lengths * lambda_by)
