@@ -89,11 +89,13 @@ def test_a_model_of_another_state_is_refused():
         DynamicsModel(CHANNELS, random_gp(1, inputs=4), None, False, PROCESS, SENSORS, RESIDUALS)
 
 
-def test_bands_take_the_mean_of_the_two_accounts_of_the_residuals():
+def test_bands_stand_between_the_two_accounts_of_the_residuals():
     model = DynamicsModel(CHANNELS, random_gp(1), None, False, PROCESS, SENSORS, RESIDUALS)
     bands = model.for_bands()
-    np.testing.assert_allclose(bands.process_noise, [0.025, 0.4])
-    np.testing.assert_allclose(bands.observation_noise, [0.0005, 0.025])
+    assert (PROCESS < bands.process_noise).all()
+    assert (bands.process_noise < RESIDUALS).all()
+    share = (bands.process_noise - PROCESS) / (RESIDUALS - PROCESS)
+    np.testing.assert_allclose(bands.observation_noise, (1.0 - share) * SENSORS)
     assert bands.f is model.f
 
 
