@@ -11,10 +11,11 @@ from twbal.errors import CheckpointError, ConfigError
 from twbal.gaussian import Array
 from twbal.models.gp import GaussianProcess
 
-
 PAPERS_SHARE = 0.1
-"""Weight of the paper's account of the noise in predicted bands; with it 95 % bands held a median of 94 % of the real states
-on the twenty robots of docs/benchmarks.md, with 0 90 %, with 0.5 98 %."""
+"""Weight of the paper's account of the noise in predicted bands.
+
+With it, the 95 % bands of docs/benchmarks.md held a median of 94 % of the real states; with 0 90 %, with 0.5 98 %.
+"""
 
 
 class Step(NamedTuple):
