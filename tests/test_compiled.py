@@ -2,6 +2,8 @@ import os
 import subprocess
 import sys
 
+import pytest
+
 from twbal.compiled import cache_folder
 
 
@@ -34,3 +36,26 @@ def test_another_source_is_another_folder(tmp_path, monkeypatch):
         monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
         names.append(cache_folder().name)
     assert names[0] != names[1]
+
+
+DIGITS = """
+import hashlib
+import numpy as np
+from twbal.models.moments.kernel_sum import KernelSum
+from twbal.models.moments.prediction import Truncation, predict
+rng = np.random.default_rng(0)
+parts = [rng.standard_normal((9, 2)), np.ones((1, 2)), np.ones(1), rng.standard_normal((1, 9))]
+sums = [KernelSum(*parts, np.zeros((1, 0, 0))), KernelSum(*parts, rng.standard_normal((1, 9, 9)))]
+for truncation in (Truncation(), Truncation(degrees=())):
+    found = predict(*sums, np.zeros(2), 0.1 * np.eye(2), truncation)
+    for values in (found.mean, found.slope, found.rest, found.exact_by_mean, found.exact_by_covariance):
+        print(hashlib.sha256(np.ascontiguousarray(values).tobytes()).hexdigest())
+"""
+
+
+@pytest.mark.slow
+def test_code_just_compiled_and_code_from_the_cache_give_the_same_digits(tmp_path):
+    environment = {**os.environ, "XDG_CACHE_HOME": str(tmp_path)}
+    words = [sys.executable, "-c", DIGITS]
+    runs = [subprocess.run(words, env=environment, capture_output=True, text=True, check=True).stdout for _ in range(2)]
+    assert runs[0] == runs[1]

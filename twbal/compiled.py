@@ -24,7 +24,9 @@ def kernel(fastmath: bool | set[str] = False) -> Callable[[Kernel], Kernel]:
     """Compile the decorated function on its first call, and keep the machine code for later runs.
 
     Args:
-        fastmath: liberties that the compiler may take with floating point, as numba's `fastmath`.
+        fastmath: liberties that the compiler may take with floating point, as numba's `fastmath`. None that changes a
+            digit: what the compiler makes of it depends on what else it compiles, and code that was just compiled would
+            give other digits than the same code from the cache.
     """
     return cast(Callable[[Kernel], Kernel], numba.njit(cache=True, error_model="numpy", fastmath=fastmath))
 

@@ -14,7 +14,7 @@ from twbal.models.moments.kernel_sum import KernelSum
 from twbal.models.moments.taylor import smoothed_weights
 
 
-@kernel(fastmath=True)
+@kernel()
 def _pair_sums(  # type: ignore[no-untyped-def]
     weights_a: Array,
     half_a: Array,
@@ -34,7 +34,7 @@ def _pair_sums(  # type: ignore[no-untyped-def]
     linked = links.shape[0] > 0
     centred, total = 0.0, 0.0
     rows, columns = np.zeros(n_a), np.zeros(n_b)
-    exponents, products = np.empty(n_b), np.empty(n_b)
+    exponents, products, ones = np.empty(n_b), np.empty(n_b), np.ones(n_b)
     cross = np.zeros((n_a, d))
     betas = np.ascontiguousarray(beta.T)  # (d, n_b)
     for i in range(n_a):
@@ -51,21 +51,13 @@ def _pair_sums(  # type: ignore[no-untyped-def]
         if linked:
             for j in range(n_b):
                 products[j] *= links[i, j]
+        centred += np.dot(products, exponents)
         for j in range(n_b):
-            change = products[j] * exponents[j]
-            centred += change
-            products[j] += change
-        row = 0.0
-        for j in range(n_b):
-            row += products[j]
+            products[j] += products[j] * exponents[j]
             columns[j] += products[j]
-        rows[i] = row
-        total += row
-        for k in range(d):
-            value = 0.0
-            for j in range(n_b):
-                value += products[j] * betas[k, j]
-            cross[i, k] = value
+        rows[i] = np.dot(products, ones)
+        total += rows[i]
+        cross[i] = np.dot(betas, products)
     return centred, total, rows, columns, cross
 
 

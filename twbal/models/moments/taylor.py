@@ -37,7 +37,7 @@ def smoothed_weights(  # type: ignore[no-untyped-def]
     return smoothed, offsets, B
 
 
-@kernel(fastmath=True)
+@kernel()
 def _moment_series(weights: Array, slopes: Array, parents: int, count: int, parent: Integers, axis: Integers) -> Array:
     """Σ_i w_i g_i^γ for the first `count` multi-indices γ, of which the first `parents` have others above them.
 
