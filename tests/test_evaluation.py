@@ -7,7 +7,7 @@ import pytest
 
 from twbal.episode import Episode, Outcome, Provenance
 from twbal.errors import ConfigError, DataError
-from twbal.evaluation import SuccessRule, coverage95, drift, positions, real_cost, succeeded
+from twbal.evaluation import SuccessRule, coverage95, drift, positions, real_cost, succeeded, widened
 from twbal.gaussian import Array, Gaussian
 
 RULE = SuccessRule(limit=0.5, settle_limit=0.2, settle_step=10, steps=50)
@@ -97,6 +97,44 @@ def test_nothing_to_compare_is_an_error() -> None:
         coverage95(linear_system(3), [episode(np.zeros(1), np.zeros((1, 2)))], [0])
     with pytest.raises(DataError, match="2 channels, the episode 1"):
         coverage95(linear_system(3), [episode(np.zeros(4))], [0])
+
+
+def test_bands_that_miss_a_steady_error_are_widened_until_other_rollouts_lie_in_them() -> None:
+    rng = np.random.default_rng(4)
+    predicted = linear_system(40)
+
+    def off() -> Episode:
+        course = np.array([p.sample(1, rng)[0] for p in predicted])
+        course[1:] += [0.0, 2.0 * predicted[-1].sd[1]]
+        return episode(course[:, 0], course)
+
+    others = [off() for _ in range(100)]
+    wide = widened(predicted, [off() for _ in range(20)], [0, 1])
+    assert coverage95(predicted, others, [1]) < 0.7
+    assert coverage95(wide, others, [1]) == pytest.approx(0.95, abs=0.03)
+    assert coverage95(wide, others, [0]) == pytest.approx(0.95, abs=0.03)
+
+
+def test_bands_are_never_narrowed_and_past_commands_and_the_start_stay() -> None:
+    predicted = linear_system(6)
+    before = np.array([p.covariance for p in predicted])
+    course = np.array([p.mean for p in predicted])
+    same = widened(predicted, [episode(course[:, 0], course)], [0, 1])
+    np.testing.assert_array_equal([p.covariance for p in same], before)
+    course[1:] += 1.0
+    wide = widened(predicted, [episode(course[:, 0], course)], [0])
+    growth = np.array([p.covariance for p in wide]) - before
+    assert not growth[0].any()
+    growth = growth[1:]
+    needed = (1.0 / 1.96) ** 2 - max(0.0, min(p.sd[0] ** 2 for p in predicted[1:]))
+    assert 0 < growth[0, 0, 0] <= needed + 1e-12
+    growth[:, 0, 0] = 0.0
+    assert not growth.any()
+
+
+def test_bands_cannot_be_widened_by_episodes_of_another_state() -> None:
+    with pytest.raises(DataError, match="2 channels, the episode 1"):
+        widened(linear_system(3), [episode(np.zeros(4))], [0])
 
 
 def squared(states: Array) -> Array:

@@ -84,6 +84,38 @@ def coverage95(predicted: Sequence[Gaussian], episodes: Sequence[Episode], measu
     return float(np.concatenate(inside).mean())
 
 
+def widened(
+    predicted: Sequence[Gaussian], episodes: Sequence[Episode], measured: Sequence[int]
+) -> tuple[Gaussian, ...]:
+    """The prediction with as much more variance as rollouts of the same policy show to be missing.
+
+    What a model gets wrong again and again (a dead zone smoothed over, a speed that is off) is no noise, and no bands of
+    its noise hold it. So each measured channel gets the smallest variance v, the same at all steps, with which the 95 %
+    bands hold 95 % of what these episodes measured: by split conformal prediction the same share of further
+    rollouts, were the steps of a rollout independent. Past commands are left as they are.
+
+    Args:
+        predicted: p(x_t) for t = 0 .. H, of D channels as the sensors show them.
+        episodes: of the predicted policy, driven without exploration; best as long as the prediction.
+        measured: channels to widen.
+
+    Raises:
+        DataError: see `coverage95`.
+    """
+    coverage95(predicted, episodes, measured)  # raises where they do not belong together
+    index = list(measured)
+    missing = []
+    for episode in episodes:
+        ahead = min(len(episode.states), len(predicted))
+        mean = np.array([p.mean[index] for p in predicted[:ahead]])
+        variance = np.array([p.sd[index] ** 2 for p in predicted[:ahead]])
+        missing.append(((episode.states[:ahead, index] - mean) / _HALF_WIDTH_95) ** 2 - variance)
+    more = np.zeros(len(predicted[0].mean))
+    more[index] = np.maximum(0.0, np.quantile(np.concatenate([m[1:] for m in missing]), 0.95, axis=0))
+    first, *later = predicted
+    return (first, *(Gaussian(p.mean, p.covariance + np.diag(more)) for p in later))
+
+
 def real_cost(episode: Episode, cost: StateCost, horizon: int) -> float:
     """Long-term cost Σ_{t=1..H} c(x_t) of what the robot did, H = `horizon` (eq. 9, without expectation).
 

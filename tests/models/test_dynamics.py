@@ -7,7 +7,7 @@ from twbal.models.dynamics import DynamicsModel
 from twbal.models.gp import condition
 
 CHANNELS = Channels(("tilt", "command_2", "tilt_rate", "command_1"), 0.15)
-PROCESS, SENSORS, RESIDUALS = np.array([0.02, 0.3]), np.array([0.001, 0.05]), np.array([0.03, 0.5])
+PROCESS, SENSORS = np.array([0.02, 0.3]), np.array([0.001, 0.05])
 
 
 def random_gp(seed, outputs=2, inputs=5, samples=30):
@@ -23,7 +23,7 @@ def random_gp(seed, outputs=2, inputs=5, samples=30):
 
 @pytest.fixture
 def model():
-    return DynamicsModel(CHANNELS, random_gp(1), random_gp(2), False, PROCESS, SENSORS, RESIDUALS)
+    return DynamicsModel(CHANNELS, random_gp(1), random_gp(2), False, PROCESS, SENSORS)
 
 
 def test_past_commands_are_copied_exactly(model):
@@ -44,7 +44,7 @@ def test_measured_channels_move_by_f_plus_g(model):
 
 @pytest.mark.parametrize("keep", [False, True])
 def test_the_variance_is_that_of_g_and_of_f_only_where_it_is_kept(keep):
-    model = DynamicsModel(CHANNELS, random_gp(1), random_gp(2), keep, PROCESS, SENSORS, RESIDUALS)
+    model = DynamicsModel(CHANNELS, random_gp(1), random_gp(2), keep, PROCESS, SENSORS)
     inputs = np.random.default_rng(0).standard_normal((6, 5))
     step = model.step_distribution(inputs[:, :4], inputs[:, 4])
     expected = model.g.predict(inputs).variance + keep * model.f.predict(inputs).variance
@@ -53,7 +53,7 @@ def test_the_variance_is_that_of_g_and_of_f_only_where_it_is_kept(keep):
 
 
 def test_without_g_the_papers_model_is_certain():
-    model = DynamicsModel(CHANNELS, random_gp(1), None, False, PROCESS, SENSORS, RESIDUALS)
+    model = DynamicsModel(CHANNELS, random_gp(1), None, False, PROCESS, SENSORS)
     assert not model.step_distribution(np.ones((3, 4)), np.ones(3)).variance.any()
     assert np.array_equal(model.noise_variance, model.f.noise_variance)
 
@@ -86,19 +86,4 @@ def test_a_payload_without_a_part_says_so(model, part):
 
 def test_a_model_of_another_state_is_refused():
     with pytest.raises(ConfigError, match="5 inputs and 2 outputs; found 4 and 2"):
-        DynamicsModel(CHANNELS, random_gp(1, inputs=4), None, False, PROCESS, SENSORS, RESIDUALS)
-
-
-def test_bands_stand_between_the_two_accounts_of_the_residuals():
-    model = DynamicsModel(CHANNELS, random_gp(1), None, False, PROCESS, SENSORS, RESIDUALS)
-    bands = model.for_bands()
-    assert (bands.process_noise > PROCESS).all()
-    assert (bands.process_noise < RESIDUALS).all()
-    share = (bands.process_noise - PROCESS) / (RESIDUALS - PROCESS)
-    np.testing.assert_allclose(bands.observation_noise, (1.0 - share) * SENSORS)
-    assert bands.f is model.f
-
-
-def test_bands_are_the_models_own_where_all_residuals_count_as_growth():
-    model = DynamicsModel(CHANNELS, random_gp(1), None, False, PROCESS, 0 * SENSORS, PROCESS)
-    np.testing.assert_allclose(model.for_bands().process_noise, PROCESS)
+        DynamicsModel(CHANNELS, random_gp(1, inputs=4), None, False, PROCESS, SENSORS)

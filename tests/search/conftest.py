@@ -54,7 +54,7 @@ def make_system(paper):
             inputs = rng.uniform(-0.7, 0.7, (12, len(spans))) * spans
             targets = g * sd * np.sin(3.0 * (inputs / spans) @ rng.standard_normal((len(spans), 3)))
             difference = condition(inputs, targets, np.tile(spans, (3, 1)), (g * sd) ** 2, (0.1 * g * sd) ** 2)
-        noises = [level * np.array([1.0, 30.0, 10.0]) for level in (process, sensors, process)]
+        noises = [level * np.array([1.0, 30.0, 10.0]) for level in (process, sensors)]
         return DynamicsModel(Channels(names, 0.15), f, difference, False, *noises), A, B
 
     return make

@@ -81,14 +81,13 @@ def test_the_prediction_is_of_the_best_policy_as_the_sensors_show_it(model, resu
     assert len(result.predicted) == SETTINGS.horizon + 1
     first = result.predicted[0]
     np.testing.assert_allclose(first.mean, [-0.17, 0, 0, 0])
-    bands = model.for_bands()
-    np.testing.assert_allclose(np.diag(first.covariance), START_SD**2 + [*bands.observation_noise, 0.0])
+    np.testing.assert_allclose(np.diag(first.covariance), START_SD**2 + [*model.observation_noise, 0.0])
     cost = SaturatingCost(np.zeros(4), WIDTHS)
-    sensors = np.diag([*bands.observation_noise, 0.0])
+    sensors = np.diag([*model.observation_noise, 0.0])
     states = [Gaussian(seen.mean, seen.covariance - sensors) for seen in result.predicted[1:]]
     start = Gaussian(first.mean, first.covariance - sensors)
     expected = long_term_cost(
-        transition_model(bands), result.best.policy, cost, start, SETTINGS.horizon, Truncation(), gradient=False
+        transition_model(model), result.best.policy, cost, start, SETTINGS.horizon, Truncation(), gradient=False
     )
     assert sum(cost.expected(state).value for state in states) == pytest.approx(expected.value, rel=1e-4)
 

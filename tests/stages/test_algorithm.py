@@ -28,9 +28,9 @@ def learn(solved=(), words=(), **changed):
     """The calls of a run and what it learned; `solved` are the trials that all succeed."""
     with initialize_config_dir(str(conf_folder()), version_base="1.3"):
         cfg = compose("iterate", ["seed=5", *words])
-    usual = {"updates": 2, "trials": 10, "stop_when_solved": False, "sim_rounds": 1, "confirm_steps": 0}
-    shares = {"sim_round_exploration": 0.1, "confirm_exploration": 0.05}
-    settings = Settings(**{"seed": 5, "sim_round_rollouts": 3, **shares, **usual, **changed})
+    usual = {"updates": 2, "trials": 10, "stop_when_solved": False, "sim_rounds": 1, "confirm_rollouts": 0}
+    simulated = {"sim_round_rollouts": 3, "sim_round_exploration": 0.1}
+    settings = Settings(**{"seed": 5, "confirm_steps": 70, **simulated, **usual, **changed})
     chain = NotingChain()
     learning = Algorithm(chain, cfg, settings, RULE, lambda trials: str(trials) in solved).run()
     return chain.calls, learning
@@ -120,20 +120,20 @@ def test_a_solved_robot_ends_the_run_where_that_is_asked_for(asked, policies):
     assert len(learning.policies) == policies
 
 
-def test_a_policy_that_solves_it_is_driven_once_more_for_the_model_and_kept():
-    asked = {"stop_when_solved": True, "confirm_steps": 70, "confirm_exploration": 0.25}
-    calls, learning = learn(solved=("iteration_1/trials",), **asked)
+def test_a_policy_that_solves_it_is_driven_as_it_is_for_the_model_and_kept():
+    calls, learning = learn(solved=("iteration_1/trials",), stop_when_solved=True, confirm_rollouts=4)
     last = learning.policies[-1]
     assert [learned.confirms for learned in learning.policies] == [False, False, True]
     rollout = next(call for call in calls if call.folder == last.rollouts[-1])
-    assert (rollout.told["steps"], rollout.told["exploration"], rollout.told["trials"]) == (70, 0.25, 1)
+    assert (rollout.told["steps"], rollout.told["exploration"], rollout.told["trials"]) == (70, 0.0, 4)
     search = only(calls, "optimise-policy")[-1]
     assert not search.told["searches"]
     assert search.told["earlier"] == [learning.policies[1].policy_file]
+    assert search.told["confirming"] == [last.rollouts[-1]]
 
 
 def test_a_policy_that_solves_nothing_is_not_confirmed():
-    _, learning = learn(stop_when_solved=True, confirm_steps=70)
+    _, learning = learn(stop_when_solved=True, confirm_rollouts=4)
     assert not any(learned.confirms for learned in learning.policies)
 
 

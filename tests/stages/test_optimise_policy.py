@@ -43,6 +43,44 @@ def search(folder, name, *words):
     run("optimise-policy", folder / name, f"dynamics={folder / 'f' / 'model.pt'}", *QUICK, *words)
 
 
+def confirm(folder, name, driver):
+    """Drive `driver`'s policy in simulation, and predict p's anew with that."""
+    policy = f"policy.path={folder / driver / 'policy.pt'}"
+    run(
+        "sim-collect",
+        folder / f"{name}_driven",
+        "policy=saved",
+        policy,
+        "rollouts=2",
+        f"steps={HORIZON}",
+        "exploration=0",
+    )
+    told = [f"dynamics={folder / 'f' / 'model.pt'}", "searches=false", f"earlier=[{folder / 'p' / 'policy.pt'}]"]
+    return main(
+        [
+            "optimise-policy",
+            f"hydra.run.dir={folder / name}",
+            *QUICK,
+            *told,
+            f"confirming=[{folder / f'{name}_driven'}]",
+        ]
+    )
+
+
+def test_rollouts_of_the_policy_itself_widen_its_bands(folder):
+    assert confirm(folder, "confirmed", "p") == 0
+    plain, wide = (load_prediction(folder / name / "prediction.pt").states for name in ("p", "confirmed"))
+    assert all(np.allclose(w.mean, p.mean) for w, p in zip(wide, plain, strict=True))
+    assert all((w.sd >= p.sd - 1e-12).all() for w, p in zip(wide, plain, strict=True))
+
+
+def test_rollouts_of_another_policy_do_not_confirm(folder, capsys):
+    search(folder, "other", "seed=9")
+    assert confirm(folder, "unconfirmed", "other") != 0
+    assert "another one drove it" in capsys.readouterr().err
+    assert not (folder / "unconfirmed" / "prediction.pt").exists()
+
+
 def output_hashes(folder):
     return {made.path: made.sha256 for made in read_manifest(folder).outputs}
 

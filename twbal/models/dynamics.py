@@ -1,7 +1,7 @@
 """The model of the robot's dynamics: what f learned in simulation, plus the difference g that real data showed."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -10,12 +10,6 @@ from twbal.channels import Channels
 from twbal.errors import CheckpointError, ConfigError
 from twbal.gaussian import Array
 from twbal.models.gp import GaussianProcess
-
-PAPERS_SHARE = 0.1
-"""Weight of the paper's account of the noise in predicted bands.
-
-With it, the 95 % bands of docs/benchmarks.md held a median of 94 % of the real states; with 0 90 %, with 0.5 98 %.
-"""
 
 
 class Step(NamedTuple):
@@ -44,7 +38,6 @@ class DynamicsModel:
         keep_f_variance: count f's variance in; the paper drops it (below eq. 6).
         process_noise: (E,) variances by which the measured channels' own uncertainty grows at each step.
         observation_noise: (E,) variances that the sensors add to what is seen of them; the state does not grow by it.
-        residual_noise: (E,) variances of the one-step residuals of the measurements themselves.
 
     Raises:
         ConfigError: f or g does not fit the channels.
@@ -56,7 +49,6 @@ class DynamicsModel:
     keep_f_variance: bool
     process_noise: Array
     observation_noise: Array
-    residual_noise: Array
 
     def __post_init__(self) -> None:
         expected = (len(self.channels.names) + 1, len(self.channels.measured))
@@ -114,18 +106,6 @@ class DynamicsModel:
             variance += self.g.predict(inputs).variance
         return Step(self.step_mean(states, commands), variance)
 
-    def for_bands(self) -> Self:
-        """The same model with the noise that predicted bands are drawn from.
-
-        There are two accounts of the one-step residuals. The paper's takes all of them for growth of the state (Σ_g of
-        eq. 7): too much, as a sensor's noise enters two of them and adds nothing to the state. The smoother's takes but
-        its own process noise: too little, as what the model gets wrong again and again counts as known. Bands stand
-        between the two, see `PAPERS_SHARE`. The two are the same where nothing was smoothed.
-        """
-        w = PAPERS_SHARE
-        process = w * self.residual_noise + (1.0 - w) * self.process_noise
-        return replace(self, process_noise=process, observation_noise=(1.0 - w) * self.observation_noise)
-
     def to_payload(self) -> dict[str, Any]:
         """Plain values and arrays from which `from_payload` makes the same model."""
         return {
@@ -136,7 +116,6 @@ class DynamicsModel:
             "keep_f_variance": self.keep_f_variance,
             "process_noise": self.process_noise,
             "observation_noise": self.observation_noise,
-            "residual_noise": self.residual_noise,
         }
 
     @classmethod
@@ -146,7 +125,7 @@ class DynamicsModel:
         Raises:
             CheckpointError: an entry is missing.
         """
-        noises = ("process_noise", "observation_noise", "residual_noise")
+        noises = ("process_noise", "observation_noise")
         names = ("channels", "wheel_radius", "f", "g", "keep_f_variance", *noises)
         missing = [name for name in names if name not in payload]
         if missing:

@@ -65,9 +65,7 @@ class ModelRecipe:
         data = transitions(episodes, channels)
         fit = self.fit_f(data.inputs, data.targets, seed=seed, reference=None)
         known = np.zeros(len(channels.measured))
-        model = DynamicsModel(
-            channels, fit.gp, None, self.keep_f_variance, fit.gp.noise_variance, known, fit.gp.noise_variance
-        )
+        model = DynamicsModel(channels, fit.gp, None, self.keep_f_variance, fit.gp.noise_variance, known)
         return LearnedModel(model, data, fit.log_evidence)
 
     def learn_difference(self, model: DynamicsModel, episodes: Sequence[Episode], seed: int) -> LearnedModel:
@@ -88,13 +86,7 @@ class ModelRecipe:
             learned = self._fit_difference(model, samples(episodes, states, model), seed)
             levels = NoiseLevels(self.smoothing.sensor_variances(names), levels.process)
         levels, _ = smooth(learned.model, episodes, levels, self.smoothing)
-        left = data.targets - learned.model.g.mean(data.inputs) if learned.model.g else data.targets
-        model = replace(
-            learned.model,
-            process_noise=levels.process,
-            observation_noise=levels.sensors,
-            residual_noise=np.mean(left**2, axis=0),
-        )
+        model = replace(learned.model, process_noise=levels.process, observation_noise=levels.sensors)
         return learned._replace(model=model)
 
     def _fit_difference(self, model: DynamicsModel, data: Transitions, seed: int) -> LearnedModel:
@@ -103,5 +95,5 @@ class ModelRecipe:
         reference = Reference(length_scales, np.sqrt(model.f.noise_variance))
         fit = self.fit_g(data.inputs, data.targets, seed=seed, reference=reference)
         noise = fit.gp.noise_variance
-        with_g = replace(model, g=fit.gp, process_noise=noise, residual_noise=noise)
+        with_g = replace(model, g=fit.gp, process_noise=noise)
         return LearnedModel(with_g, data, fit.log_evidence)

@@ -138,7 +138,7 @@ def search_policy(
 
 def _bands(model: DynamicsModel, policy: RbfPolicy, start: Gaussian, settings: SearchSettings) -> tuple[Gaussian, ...]:
     """Distributions of what the sensors show under a policy, t = 0..H; by longer series than the search takes."""
-    dynamics = transition_model(model.for_bands())
+    dynamics = transition_model(model)
     truncation = Truncation(settings.tolerance, DEGREES, fall_back=False)
     steps = propagate(dynamics, policy, start, settings.horizon, truncation)
     sensors = np.diag(dynamics.observation_noise)

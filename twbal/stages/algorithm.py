@@ -4,8 +4,9 @@
     repeat: drive the robot by policy i; g from all real rollouts; policy i + 1 from f + g
 
 Beyond the paper, f is learned once more from rollouts of its own policy in simulation before the robot is touched, and
-every policy is driven in trials that nothing is learned from. Once a policy succeeds in all of them, it is driven once
-more for the model's sake: what the model then predicts of it is what the robot does.
+every policy is driven in trials that nothing is learned from. Once a policy succeeds in all of them, it is driven a few
+times more for the model's sake, as it is: what the model then predicts of it is what the robot does, in bands as wide as
+these rollouts ask for.
 """
 
 from collections.abc import Callable
@@ -34,8 +35,8 @@ class Settings:
     updates: int
     trials: int
     stop_when_solved: bool
+    confirm_rollouts: int
     confirm_steps: int
-    confirm_exploration: float
     sim_rounds: int
     sim_round_rollouts: int
     sim_round_exploration: float
@@ -108,7 +109,7 @@ class Algorithm:
         policies = [self._tried(first)]
         while len(policies) <= self._settings.updates and not self._is_enough(policies[-1]):
             policies.append(self._tried(self._update(model, policies)))
-        if self._settings.confirm_steps and self._is_enough(policies[-1]):
+        if self._settings.confirm_rollouts and self._is_enough(policies[-1]):
             policies.append(self._tried(self._confirmed(model, policies[-1])))
         return Learning(simulated, tuple(policies))
 
@@ -149,17 +150,18 @@ class Algorithm:
         return self._learn_from_driving(model, policies[-1], [p.policy_file for p in policies], {}, {})
 
     def _confirmed(self, model: Path, solving: Learned) -> Learned:
-        """Drive the policy that solved it once more, for longer, and learn g again; the policy stays."""
+        """Drive the policy that solved it again and learn g again; the policy stays."""
         settings = self._settings
-        longer = {"trials": 1, "steps": settings.confirm_steps, "exploration": settings.confirm_exploration}
-        learned = self._learn_from_driving(model, solving, [solving.policy_file], longer, {"searches": False})
+        bare = {"trials": settings.confirm_rollouts, "steps": settings.confirm_steps, "exploration": 0.0}
+        judging = {"searches": False, "confirming": [_rollout_of(solving)]}
+        learned = self._learn_from_driving(model, solving, [solving.policy_file], bare, judging)
         return replace(learned, confirms=True)
 
     def _learn_from_driving(
         self, model: Path, newest: Learned, earlier: list[Path], driving: dict[str, Any], searching: dict[str, Any]
     ) -> Learned:
         """Drive the newest policy, learn g from all rollouts so far, and search (or judge) on f + g."""
-        rollout = Path(f"iteration_{newest.index}") / "rollout"
+        rollout = _rollout_of(newest)
         own = self._cfg.real_rollout
         first = own.first_trial + newest.index * own.trials
         self._drive(rollout, newest, {"seed": own.seed, "trials": own.trials, "first_trial": first, **driving})
@@ -200,3 +202,8 @@ class Algorithm:
 
     def _is_enough(self, learned: Learned) -> bool:
         return self._settings.stop_when_solved and learned.trials is not None and self._solved(learned.trials)
+
+
+def _rollout_of(learned: Learned) -> Path:
+    """Run folder of the real rollouts of a policy that something is learned from."""
+    return Path(f"iteration_{learned.index}") / "rollout"

@@ -1,5 +1,6 @@
 """Search the policy that the model expects to do best."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -9,17 +10,20 @@ from omegaconf import DictConfig
 from twbal.channels import Channels
 from twbal.checkpoint import save_checkpoint
 from twbal.errors import ConfigError
+from twbal.evaluation import widened
+from twbal.files import file_hash
+from twbal.logs import read_episode
 from twbal.models.dynamics import DynamicsModel
 from twbal.policies.saved import load_policy
 from twbal.search.optimise import SearchResult, SearchSettings, search_policy
 from twbal.search.start_state import start_state
-from twbal.stages.artefacts import load_model
+from twbal.stages.artefacts import episode_files, load_model
 from twbal.stages.closing import closing, run_folder, told_of
 from twbal.stages.manifest import Manifest, Step, perform
 from twbal.stages.predictions import prediction_of, save_prediction
 from twbal.stages.settings import at_least, recorded, typed
 
-NOT_RECORDED = ("dynamics", "earlier")
+NOT_RECORDED = ("dynamics", "earlier", "confirming")
 POLICY, PREDICTION = "policy.pt", "prediction.pt"
 
 
@@ -43,9 +47,14 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
     at_least(0, seed=settings.seed)
     given = [cfg.earlier] if isinstance(cfg.earlier, str) else cfg.earlier
     dynamics, earlier = Path(cfg.dynamics), [Path(path) for path in given]
-    inputs = {"dynamics": [dynamics], "earlier": earlier}
+    confirming = episode_files(cfg.confirming) if cfg.confirming else []
+    inputs = {"dynamics": [dynamics], "earlier": earlier, **({"confirming": confirming} if confirming else {})}
     step = Step("optimise-policy", out, recorded(cfg, NOT_RECORDED), inputs, settings.seed)
-    return perform(step, lambda: write_result(_search(cfg, dynamics, earlier, settings), out))
+
+    def result() -> SearchResult:
+        return _confirmed(_search(cfg, dynamics, earlier, settings), confirming, earlier, instantiate(cfg.state))
+
+    return perform(step, lambda: write_result(result(), out))
 
 
 def write_result(result: SearchResult, out: Path) -> list[Path]:
@@ -73,6 +82,23 @@ def _search(cfg: DictConfig, dynamics: Path, earlier: list[Path], settings: Sett
         seed=settings.seed,
         progress=lambda line: print(f"  {line}", flush=True),
     )
+
+
+def _confirmed(
+    result: SearchResult, files: Sequence[Path], earlier: Sequence[Path], channels: Channels
+) -> SearchResult:
+    """The result with its prediction as wide as the episodes in `files`, of that very policy, ask for."""
+    if not files:
+        return result
+    drivers = {f"policy {i}": file_hash(path) for i, path in enumerate(earlier)}
+    episodes = [read_episode(file) for file in files]
+    for file, episode in zip(files, episodes, strict=True):
+        if episode.provenance.policy_hash != drivers.get(result.best.origin):
+            raise ConfigError(
+                f"{file} is to confirm the prediction of the best policy ({result.best.origin}), but another one drove "
+                "it. Give confirming=[...] the rollouts of the one policy in earlier=[...], and searches=false."
+            )
+    return result._replace(predicted=widened(result.predicted, episodes, channels.measured))
 
 
 def _check_state(model: DynamicsModel, channels: Channels, path: Path) -> None:
