@@ -89,9 +89,9 @@ def widened(
 ) -> tuple[Gaussian, ...]:
     """The prediction with as much more variance as rollouts of the same policy show to be missing.
 
-    What a model gets wrong again and again (a dead zone smoothed over, a speed that is off) is no noise, and no bands of
-    its noise hold it. So each measured channel gets the smallest variance v, the same at all steps, with which the 95 %
-    bands hold 95 % of what these episodes measured: by split conformal prediction the same share of further
+    What a model gets wrong again and again (a dead zone smoothed over, a speed that is off) is no noise, and no bands
+    of its noise hold it. So each measured channel gets the smallest variance v, the same at all steps, with which the
+    95 % bands hold 95 % of what these episodes measured: by split conformal prediction the same share of further
     rollouts, were the steps of a rollout independent. Past commands are left as they are.
 
     Args:

@@ -4,9 +4,9 @@
     repeat: drive the robot by policy i; g from all real rollouts; policy i + 1 from f + g
 
 Beyond the paper, f is learned once more from rollouts of its own policy in simulation before the robot is touched, and
-every policy is driven in trials that nothing is learned from. Once a policy succeeds in all of them, it is driven a few
-times more for the model's sake, as it is: what the model then predicts of it is what the robot does, in bands as wide as
-these rollouts ask for.
+every policy is driven in trials that nothing is learned from. Once a policy succeeds in all of them, it is driven a
+few times more for the model's sake, as it is: what the model then predicts of it is what the robot does, in bands as
+wide as these rollouts ask for.
 """
 
 from collections.abc import Callable
