@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from twbal.diagnose.diagnosis import Region
+from twbal.diagnosis import Region
 from twbal.gaussian import Array
 
 AXES = ("speed", "command", "tilt", "direction", "time")
