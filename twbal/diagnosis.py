@@ -77,7 +77,7 @@ class Shift(NamedTuple):
 
     Attributes:
         name: the parameter.
-        group: class of parameters that no data of this kind tell apart (gain, mass and inertia; COM height and radius; ...).
+        group: class of parameters that such data hardly tell apart ("gain, mass and inertia", "height and radius").
         factor: times the data sheet's value.
         sigmas: the shift in standard deviations of its tolerance.
     """

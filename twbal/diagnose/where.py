@@ -1,6 +1,7 @@
 """Where the simulation and the measurement disagree: which channel, in which region of the data, how much."""
 
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 
 import numpy as np
 
@@ -32,7 +33,7 @@ def regions(
     found = []
     for axis, values in axes.items():
         edges = _edges(axis, values, bins)
-        for low, high in zip(edges[:-1], edges[1:], strict=True):
+        for low, high in pairwise(edges):
             last = high == edges[-1]
             inside = (values >= low) & ((values <= high) if last else (values < high))
             if inside.sum() < _FEWEST:

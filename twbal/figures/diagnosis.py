@@ -61,7 +61,7 @@ def rivals_figure(rivals: Sequence[Rival], most: int) -> Figure:
 
 @styled
 def gap_figure(gaps: Sequence[Gap], units: dict[str, str]) -> Figure:
-    """Draw the error of the simulation on held-out data over its horizons: before, refitted, with the effects, floor."""
+    """Draw the error of the simulation on held-out data over its horizons, before, after and at its floor."""
     channels = list(dict.fromkeys(gap.channel for gap in gaps))
     figure, drawn = panels(len(channels), columns=2, width=4.4, height=2.7)
     for panel, channel in zip(drawn, channels, strict=True):
