@@ -17,7 +17,7 @@ FOREIGN = {
     "matplotlib": ("figures/",),
     "gpytorch": ("models/fit.py",),
     "torch": ("checkpoint.py", "models/fit.py"),
-    "jinja2": ("report.py",),
+    "jinja2": ("report/",),
     "numba": ("compiled.py",),
 }
 

@@ -13,7 +13,7 @@ from twbal.figures.prediction import prediction_figure
 from twbal.figures.trials import Trials, drift_figure, tilt_figure
 from twbal.files import write_atomically
 from twbal.gaussian import Array
-from twbal.report import Pictures
+from twbal.report.run import Pictures
 from twbal.stages.findings import Findings, Measures
 from twbal.summary import Iteration, Summary
 

@@ -11,7 +11,7 @@ from omegaconf import DictConfig
 
 from twbal.evaluation import succeeded
 from twbal.files import write_atomically
-from twbal.report import Setting, write_report
+from twbal.report.run import Setting, write_report
 from twbal.stages.algorithm import Algorithm, Learning, Settings
 from twbal.stages.chain import Chain
 from twbal.stages.closing import configuration_flags, run_folder, told_of

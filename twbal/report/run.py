@@ -1,25 +1,16 @@
 """The run of Algorithm 1 as one page: a single HTML file that needs nothing but a browser."""
 
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass
-from importlib import resources
-from math import degrees
 from pathlib import Path
 
-from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
 
 from twbal.errors import DataError
 from twbal.evaluation import SuccessRule
 from twbal.files import write_atomically
-from twbal.palette import PALETTE
+from twbal.report.page import inline, percent, render
 from twbal.summary import Iteration, Summary
-
-_TEMPLATE = "report.html.jinja"
-_PROLOGUE = re.compile(r"^.*?(?=<svg )|<metadata>.*?</metadata>", re.DOTALL)
-_FIXED_SIZE = re.compile(r' (?:width|height)="[\d.]+pt"')
-_ID = re.compile(r'(\bid="|href="#|url\(#)')
 
 
 @dataclass(frozen=True)
@@ -76,23 +67,20 @@ def write_report(path: Path, summary: Summary, setting: Setting, pictures: Pictu
             f"The report needs a prediction picture for each of {len(summary.iterations)} iterations; "
             f"found {len(pictures.predictions)}."
         )
-    page = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
-    page.filters |= {"degrees": degrees, "number": _number, "percent": _percent}
-    template = page.from_string(resources.files("twbal").joinpath(_TEMPLATE).read_text(encoding="utf-8"))
-    html = template.render(
+    html = render(
+        "run.html.jinja",
         summary=summary,
         setting=setting,
         commands=commands,
-        palette=PALETTE,
         headline=headline(summary),
         tilt=_optional_inline(pictures.tilt, "tilt", "Tilt of the robot in its trials, before and after learning"),
         predictions=[
-            (i, _inline(svg, f"iteration-{i.index}", f"Predicted and real states, iteration {i.index}"), _caption(i))
+            (i, inline(svg, f"iteration-{i.index}", f"Predicted and real states, iteration {i.index}"), _caption(i))
             for i, svg in zip(summary.iterations, pictures.predictions, strict=True)
         ],
-        learning=_inline(pictures.learning, "learning", "Successes, cost and coverage of each iteration"),
+        learning=inline(pictures.learning, "learning", "Successes, cost and coverage of each iteration"),
         drift=_optional_inline(pictures.drift, "drift", "Position of the robot in its trials"),
-        cost=_inline(pictures.cost, "cost", "Cost of a state"),
+        cost=inline(pictures.cost, "cost", "Cost of a state"),
     )
     write_atomically(path, html)
 
@@ -123,34 +111,15 @@ def _caption(iteration: Iteration) -> str:
         )
     text = f"Predicted by {learned}."
     if iteration.coverage95 is not None:
-        text += f" The 95 % band holds {_percent(iteration.coverage95)} of the real states."
+        text += f" The 95 % band holds {percent(iteration.coverage95)} of the real states."
     if iteration.trials:
         text += f" The robot balanced in {iteration.successes} of {iteration.trials} trials."
     return f"{text} {iteration.note}".rstrip()
 
 
-def _inline(svg: str, name: str, label: str) -> Markup:
-    """An SVG as it can stand in the page: scaled by it, in its colours, and with ids that no other figure has."""
-    text = _FIXED_SIZE.sub("", _PROLOGUE.sub("", svg))
-    text = _ID.sub(rf"\g<1>{name}-", text)
-    for colour in PALETTE:
-        text = text.replace(colour.light, f"var(--{colour.name})")
-    # Safe: drawn by this package, in which every text went through an XML writer.
-    return Markup(text.replace("<svg ", f'<svg role="img" aria-label="{label}" ', 1))
-
-
 def _optional_inline(svg: str | None, name: str, label: str) -> Markup | None:
-    return None if svg is None else _inline(svg, name, label)
+    return None if svg is None else inline(svg, name, label)
 
 
 def _count(number: int, thing: str) -> str:
     return f"{number} {thing}" if number == 1 else f"{number} {thing}s"
-
-
-def _number(value: float | None, form: str) -> str:
-    """A figure of the table; a dash where it was not measured."""
-    return "–" if value is None else format(value, form)
-
-
-def _percent(share: float | None) -> str:
-    return "–" if share is None else f"{100 * share:.0f}\u00a0%"

@@ -19,7 +19,7 @@ from twbal.figures.prediction import prediction_figure
 from twbal.figures.trials import Trials, drift_figure
 from twbal.gaussian import Gaussian
 from twbal.palette import PALETTE
-from twbal.report import Pictures, Setting, headline, write_report
+from twbal.report.run import Pictures, Setting, headline, write_report
 from twbal.summary import Iteration, PolicyFile, SimData, Summary
 
 RULE = SuccessRule(limit=np.radians(30), settle_limit=np.radians(10), settle_step=100, steps=500)

@@ -1,0 +1,1 @@
+"""Pages that tell what a run came to; the only folder that knows jinja2."""
