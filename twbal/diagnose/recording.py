@@ -1,0 +1,139 @@
+"""What a diagnosis reads of an episode, checked."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from twbal.episode import Episode
+from twbal.errors import DataError
+from twbal.gaussian import Array
+from twbal.plant import Observation
+from twbal.robot.parameters import RobotParameters
+
+MEASURED = ("tilt", "tilt_rate", "wheel_angle", "wheel_rate")
+"""Channels whose prediction errors are weighed, in this order."""
+
+_COLUMNS = [Observation._fields.index(name) for name in MEASURED]
+_TIME, _YAW = Observation._fields.index("time"), Observation._fields.index("yaw_rate")
+_JITTER = 0.25  # share of a control period by which one may be longer or shorter
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """T control periods of a robot, as a diagnosis needs them.
+
+    Attributes:
+        name: for reports.
+        period: control period [s].
+        commands: (T,) [N·m]; commands[t] acted between instants t and t + 1.
+        measured: (T + 1, 4) in the order of `MEASURED`.
+        yaw_rate: (T + 1,) [rad/s].
+        usable: (T + 1,); False at instants whose prediction errors do not count, as the robot turned too fast.
+    """
+
+    name: str
+    period: float
+    commands: Array
+    measured: Array
+    yaw_rate: Array
+    usable: Array
+
+    def __len__(self) -> int:
+        return len(self.commands)
+
+
+@dataclass(frozen=True)
+class Usability:
+    """What recordings must have.
+
+    Attributes:
+        shortest: periods of an episode, below which it is left out.
+        fewest: periods of all episodes together.
+        fastest_turn: yaw rate beyond which instants do not count [rad/s].
+        widest_tilt: tilt at which a recording is cut off, as the robot has fallen [rad].
+    """
+
+    shortest: int
+    fewest: int
+    fastest_turn: float
+    widest_tilt: float
+
+
+def read_recordings(
+    episodes: Sequence[Episode], names: Sequence[str], robot: RobotParameters, usability: Usability
+) -> tuple[Recording, ...]:
+    """What a diagnosis of `robot` reads of measured episodes.
+
+    Args:
+        episodes: measured, of one robot.
+        names: of the episodes, for reports and errors.
+        robot: data sheet, whose control period must be that of the episodes.
+        usability: what recordings must have.
+
+    Raises:
+        DataError: the episodes cannot be used; the message says which, why, and what to try.
+    """
+    if not episodes:
+        raise DataError("A diagnosis needs at least one measured episode; found none.")
+    found = [_read(episode, name, robot, usability) for episode, name in zip(episodes, names, strict=True)]
+    recordings = tuple(recording for recording in found if len(recording) >= usability.shortest)
+    total = sum(map(len, recordings))
+    if total < usability.fewest:
+        raise DataError(
+            f"A diagnosis needs {usability.fewest} control periods "
+            f"({usability.fewest * robot.control_period:.3g} s) in episodes of at least {usability.shortest}, upright; found {total} in {len(recordings)} of "
+            f"{len(episodes)} episodes. Record longer: twbal real-rollout experiment=excite."
+        )
+    _check_signals(recordings)
+    return recordings
+
+
+def _read(episode: Episode, name: str, robot: RobotParameters, usability: Usability) -> Recording:
+    """One episode, up to the instant at which the robot has fallen."""
+    if abs(episode.control_period - robot.control_period) > 1e-6:
+        raise DataError(
+            f"Episode {name} has a control period of {episode.control_period} s, robot {robot.name!r} one of "
+            f"{robot.control_period} s. Was it recorded with another robot? Choose the robot by robot=..."
+        )
+    seen = episode.observations
+    if not np.isfinite(seen).all() or not np.isfinite(episode.commands).all():
+        raise DataError(f"Episode {name} has values that are not finite numbers. Leave it out.")
+    _check_clock(seen[:, _TIME], name, robot.control_period)
+    measured, yaw_rate = seen[:, _COLUMNS], seen[:, _YAW]
+    fallen = np.flatnonzero(np.abs(measured[:, 0]) > usability.widest_tilt)
+    end = int(fallen[0]) if len(fallen) else len(seen)
+    usable = np.abs(yaw_rate[:end]) <= usability.fastest_turn
+    commands = np.clip(episode.commands[: max(end - 1, 0)], -robot.torque_limit, robot.torque_limit)
+    return Recording(name, robot.control_period, commands, measured[:end], yaw_rate[:end], usable)
+
+
+def _check_clock(times: Array, name: str, period: float) -> None:
+    """Raise where the clock runs backwards, or control periods are not as long as they are said to be."""
+    steps = np.diff(times)
+    if len(steps) and steps.min() <= 0:
+        k = int(np.argmin(steps))
+        raise DataError(f"The clock of episode {name} runs backwards between samples {k} and {k + 1}. Leave it out.")
+    odd = float(np.mean(np.abs(steps - period) > _JITTER * period)) if len(steps) else 0.0
+    if odd > 0.05:
+        raise DataError(
+            f"In episode {name} {odd:.0%} of the control periods are more than {_JITTER:.0%} off {period} s, so "
+            "samples were lost or the robot's period is another. Choose the robot by robot=... or record again."
+        )
+
+
+def _check_signals(recordings: Sequence[Recording]) -> None:
+    """Raise where a channel does not change, or the torque never varied: nothing can be learned then."""
+    measured = np.concatenate([recording.measured for recording in recordings])
+    for i, channel in enumerate(MEASURED):
+        if np.ptp(measured[:, i]) <= 1e-9:
+            raise DataError(
+                f"Channel {channel} is {measured[0, i]:.6g} throughout {len(measured)} samples: its sensor was off, "
+                "or is not logged. A diagnosis needs tilt, tilt_rate, wheel_angle and wheel_rate."
+            )
+    commands = np.concatenate([recording.commands for recording in recordings])
+    if np.ptp(commands) <= 1e-9:
+        raise DataError(
+            f"The command is {commands[0]:.6g} N·m throughout {len(commands)} control periods; a diagnosis needs "
+            "one that varies. Record with twbal real-rollout experiment=excite."
+        )
