@@ -1,9 +1,17 @@
 """What a diagnosis says: the record that reports draw and that `diagnosis.json` keeps."""
 
+import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from enum import StrEnum
-from typing import NamedTuple
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from twbal.files import write_atomically
+
+HEADLINE = ("tilt", 0.15)
+"""Channel and horizon [s] of the gap that stands for all: longer rollouts of this unstable robot go wrong by any model,
+shorter ones show little but noise."""
 
 
 class Verdict(StrEnum):
@@ -175,3 +183,71 @@ class Diagnosis:
     whiteness: tuple[Whiteness, ...]
     noise: Mapping[str, float]
     advice: tuple[str, ...]
+
+    @property
+    def headline(self) -> Gap | None:
+        """The gap that stands for all; None where none was measured."""
+        channel, horizon = HEADLINE
+        same = [gap for gap in self.gap if gap.channel == channel]
+        return min(same, key=lambda gap: abs(gap.horizon - horizon)) if same else None
+
+
+def as_record(diagnosis: Diagnosis) -> dict[str, Any]:
+    """What is in a `diagnosis.json`."""
+    head = diagnosis.headline
+    gap: dict[str, Any] = {
+        name: getattr(head, name, None) for name in ("before", "refitted", "after", "floor", "closed")
+    }
+    if head is not None:
+        gap["metric"] = f"rms error of {head.channel} after {head.horizon:g} s"
+    gap |= {"held_out": list(diagnosis.held_out), "all": [each._asdict() for each in diagnosis.gap]}
+    coloured = {
+        kind: max((getattr(w, kind) for w in diagnosis.whiteness), default=None) for kind in ("before", "after")
+    }
+    return {
+        "verdict": str(diagnosis.verdict),
+        "effects": [_effect(effect) for effect in diagnosis.effects],
+        "data_sheet": [shift._asdict() for shift in diagnosis.data_sheet],
+        "data_sheet_class": list(diagnosis.data_sheet_class),
+        "rivals": [rival._asdict() for rival in diagnosis.rivals],
+        "where": [region._asdict() for region in diagnosis.where],
+        "gap": gap,
+        "whiteness": {**coloured, "channels": [each._asdict() for each in diagnosis.whiteness]},
+        "noise": dict(diagnosis.noise),
+        "advice": list(diagnosis.advice),
+    }
+
+
+def write_diagnosis(path: Path, diagnosis: Diagnosis) -> None:
+    """Write `diagnosis.json`."""
+    text = json.dumps(as_record(diagnosis), indent=2, ensure_ascii=False, allow_nan=False)
+    write_atomically(path, text + "\n")
+
+
+def _effect(effect: NamedEffect) -> dict[str, Any]:
+    return {**asdict(effect), "parameters": {name: p._asdict() for name, p in effect.parameters.items()}}
+
+
+def headline_text(diagnosis: Diagnosis) -> str:
+    """What the diagnosis comes to, in a sentence or two."""
+    sentences = {
+        Verdict.NONE: "The simulation explains these data: nothing is missing that they could show.",
+        Verdict.DATA_SHEET: "No effect is missing, but the data sheet is off: "
+        + "; ".join(diagnosis.data_sheet_class)
+        + ".",
+        Verdict.UNKNOWN: "There is a gap between simulation and measurement, and nothing in the library explains it.",
+        Verdict.UNDECIDED: "These data are too poor to tell what the simulation lacks.",
+        Verdict.NAMED: "The simulation lacks " + " and ".join(map(_described, diagnosis.effects)) + ".",
+    }
+    text = sentences[diagnosis.verdict]
+    head = diagnosis.headline
+    if diagnosis.verdict is Verdict.NAMED and head is not None and head.closed is not None:
+        text += f" With that, {100 * head.closed:.0f} % of the gap is closed."
+    return text
+
+
+def _described(effect: NamedEffect) -> str:
+    name = effect.name.replace("_", " ")
+    if effect.equivalents:
+        name += f" (or {', '.join(other.replace('_', ' ') for other in effect.equivalents)})"
+    return name
