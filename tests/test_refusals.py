@@ -352,3 +352,13 @@ def test_a_refusal_leaves_a_finished_run_folder_as_it_was(made, refused):
     after = content(made)
     kept = {path: sha for path, sha in before.items() if ".hydra" not in path.parts and path.suffix != ".log"}
     assert {path: after[path] for path in kept} == kept
+
+
+def test_a_robot_weaker_than_its_data_sheet_is_refused_with_both_limits(sim_plant, refused):
+    def weaker(said):
+        return replace(said, torque_limit=12.0) if isinstance(said, Welcome) else said
+
+    with robot_behind_a_port(sim_plant, weaker) as port:
+        said = refused(*drive(port, "policy=random"))
+    assert "takes at most 12 N·m; the data sheet 'paper' says 20 N·m" in said
+    assert not list(Path("out").rglob("*.mcap"))

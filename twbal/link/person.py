@@ -1,5 +1,7 @@
 """The person beside a real robot."""
 
+import sys
+
 from twbal.errors import LinkError
 
 
@@ -13,6 +15,8 @@ def confirm_placed(trial: int) -> None:
         LinkError: nobody is at the terminal.
     """
     try:
+        if not sys.stdin.isatty():
+            raise EOFError  # a pipe may say Enter before anyone stands beside the robot
         input(f"Trial {trial}: place the robot at its start, step back, and press Enter (Ctrl-C ends the run). ")
     except EOFError as error:
         print()  # the error begins a line of its own

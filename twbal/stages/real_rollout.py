@@ -108,7 +108,7 @@ def record(
     trials = range(settings.first_trial, settings.first_trial + settings.trials)
     files = {trial: episode_file(out / "episodes", trial) for trial in trials}
     with stopped_once(), open_link() as plant:
-        _check_period(plant, robot)
+        _check_robot(plant, robot)
         for trial, file in files.items():
             if file.exists():
                 continue
@@ -129,11 +129,17 @@ def _check_torque(policy: Policy, robot: RobotParameters) -> None:
         )
 
 
-def _check_period(plant: SerialPlant, robot: RobotParameters) -> None:
+def _check_robot(plant: SerialPlant, robot: RobotParameters) -> None:
     if abs(plant.control_period - robot.control_period) > 1e-6:
         raise ConfigError(
             f"The robot {plant.robot_name!r} on the link has a control period of {plant.control_period} s; the data "
             f"sheet {robot.name!r} says {robot.control_period} s. Is it the right one (robot=...)?"
+        )
+    if plant.torque_limit < robot.torque_limit * (1 - 1e-6):
+        raise ConfigError(
+            f"The robot {plant.robot_name!r} on the link takes at most {plant.torque_limit:g} N·m; the data sheet "
+            f"{robot.name!r} says {robot.torque_limit:g} N·m. Commands beyond would be recorded but not act. Is it the "
+            f"right one (robot=...)? Or set robot.torque_limit={plant.torque_limit:g} throughout."
         )
 
 
