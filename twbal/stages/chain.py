@@ -14,6 +14,7 @@ from twbal.stages import fit_diff_gp, fit_sim_gp, optimise_policy, real_rollout,
 from twbal.stages.commands import ROOT, command_line, compose_stage, stage_overrides, text
 from twbal.stages.complaints import complaint
 from twbal.stages.manifest import Manifest, read_manifest
+from twbal.stages.sim_files import with_files
 
 RUN: Mapping[str, Callable[[DictConfig, Path], Manifest]] = {
     "sim-collect": sim_collect.run,
@@ -84,7 +85,7 @@ class Chain:
         try:
             before = read_manifest(out)
             words = stage_overrides(call.stage, self._cfg, self._choices, told)
-            manifest = RUN[call.stage](compose_stage(call.stage, words), out)
+            manifest = RUN[call.stage](compose_stage(call.stage, with_files(words)), out)
         except (HydraException, OmegaConfBaseException) as error:
             raise _named(complaint(error, call.stage), call, out) from error
         except TwbalError as error:

@@ -15,6 +15,7 @@ from omegaconf.errors import OmegaConfBaseException
 
 from twbal.configuration import conf_folder
 from twbal.stages.complaints import complaint
+from twbal.stages.sim_files import with_files
 
 _FULL_ERROR = "HYDRA_FULL_ERROR"
 _FLAGS_WITH_A_VALUE = (
@@ -48,7 +49,7 @@ def run_stage(stage: str, words: list[str], program: str) -> None:
         SystemExit: a flag of Hydra's ended the run.
     """
     name = stage.replace("-", "_")
-    sys.argv = [program, *_overrides_first(words)]
+    sys.argv = [program, *_overrides_first(with_files(words))]
     asked = os.environ.get(_FULL_ERROR)
 
     def task(cfg: DictConfig) -> None:
