@@ -19,24 +19,7 @@ Positive θ leans forward, positive φ rolls forward.
 from math import cos, sin
 from typing import NamedTuple
 
-from twbal.engine.machine import Drive
 from twbal.robot.parameters import GRAVITY, RobotParameters
-
-
-class PlanarState(NamedTuple):
-    """Motion in the plane.
-
-    Attributes:
-        tilt: θ [rad].
-        wheel: φ, in space [rad].
-        tilt_rate: [rad/s].
-        wheel_speed: [rad/s].
-    """
-
-    tilt: float
-    wheel: float
-    tilt_rate: float
-    wheel_speed: float
 
 
 class Coefficients(NamedTuple):
@@ -85,37 +68,4 @@ def accelerations(k: Coefficients, tilt: float, tilt_rate: float, torque: float)
     return Accelerations(
         wheel=(k.c * on_wheels - coupling * on_body) / determinant,
         tilt=(k.a * on_body - coupling * on_wheels) / determinant,
-    )
-
-
-def step(k: Coefficients, drive: Drive, state: PlanarState, torque: float, physics_step: float) -> PlanarState:
-    """One step of semi-implicit Euler: rates by the accelerations at its start, then angles by the new rates.
-
-    Viscous friction acts by the relative rate at the start of the step. Coulomb friction is the impulse, within its
-    bound, that brings the wheels to rest relative to the body, as a velocity motor of a physics engine is.
-
-    Args:
-        k: constants of the robot.
-        drive: friction of the joints.
-        state: at the start.
-        torque: of both motors together [N·m].
-        physics_step: [s].
-    """
-    relative = state.wheel_speed - state.tilt_rate
-    pull = accelerations(k, state.tilt, state.tilt_rate, torque - 2 * drive.viscous_friction * relative)
-    wheel_speed = state.wheel_speed + physics_step * pull.wheel
-    tilt_rate = state.tilt_rate + physics_step * pull.tilt
-    if drive.coulomb_friction > 0:
-        coupling = k.b * cos(state.tilt + k.offset)
-        determinant = k.a * k.c - coupling**2
-        mobility = (k.a + k.c + 2 * coupling) / determinant  # relative rate per unit of joint impulse
-        bound = 2 * drive.coulomb_friction * physics_step
-        impulse = min(max(-(wheel_speed - tilt_rate) / mobility, -bound), bound)
-        wheel_speed += impulse * (k.c + coupling) / determinant
-        tilt_rate -= impulse * (k.a + coupling) / determinant
-    return PlanarState(
-        tilt=state.tilt + physics_step * tilt_rate,
-        wheel=state.wheel + physics_step * wheel_speed,
-        tilt_rate=tilt_rate,
-        wheel_speed=wheel_speed,
     )

@@ -1,66 +1,151 @@
 """The analytic twin behind the seam."""
 
-from twbal.engine.engine import Engine, EnginePlant, Motion
-from twbal.engine.machine import Machine, Running
-from twbal.planar.dynamics import PlanarState, coefficients, step
-from twbal.robot.start_pose import Stance, StartPose
+from collections.abc import Mapping
+
+import numpy as np
+
+from twbal.compiled import kernel
+from twbal.engine.engine import substeps
+from twbal.errors import ConfigError
+from twbal.gaussian import Array
+from twbal.planar.actuation import command_at, driver_torque, lag_share
+from twbal.planar.motion import Constants, TwinState, constants, step
+from twbal.planar.parameters import TwinParameters, twin_parameters
+from twbal.planar.sensing import Reading, read_sensors
+from twbal.plant import Observation, Plant
+from twbal.robot.parameters import RobotParameters
+from twbal.robot.start_pose import StartPose
 
 
-class PlanarEngine(Engine):
-    """Integrates a machine by its planar equations of motion.
+@kernel()
+def hold(
+    p: TwinParameters,
+    k: Constants,
+    s: TwinState,
+    commands: Array,
+    past: int,
+    substeps: int,
+    yaw_rate: float,
+    imu: Array,
+) -> TwinState:
+    """One control period of the twin; it writes what the IMU sees into the ring `imu`.
 
     Args:
-        machine: the robot with its effects.
-        physics_step: [s].
+        p: the twin.
+        k: its constants.
+        s: state at the period's start.
+        commands: (T,) of the rollout [N·m]; that of this period is the one at index `past`.
+        past: control periods before this one.
+        substeps: physics steps of a period.
+        yaw_rate: [rad/s].
+        imu: (N, 2), as of `read_sensors`.
     """
-
-    def __init__(self, machine: Machine, physics_step: float) -> None:
-        self._coefficients = coefficients(machine.robot)
-        self._radius = machine.robot.wheel_radius
-        self._drive = machine.drive
-        self._physics_step = physics_step
-        self._state = PlanarState(0.0, 0.0, 0.0, 0.0)
-
-    def reset(self, stance: Stance) -> None:
-        """Stand at the stance, with the encoders at 0."""
-        self._state = PlanarState(stance.tilt, stance.tilt, stance.tilt_rate, stance.speed / self._radius)
-
-    def advance(self, command: float, running: Running, steps: int) -> None:
-        """Take physics steps."""
-        for _ in range(steps):
-            torque = running.actuate(command)
-            self._state = step(self._coefficients, self._drive, self._state, torque, self._physics_step)
-
-    def motion(self) -> Motion:
-        """The motion now; there is no turning in the plane."""
-        state = self._state
-        return Motion(
-            tilt=state.tilt,
-            tilt_rate=state.tilt_rate,
-            speed=self._radius * state.wheel_speed,
-            wheel_angle=state.wheel - state.tilt,
-            wheel_rate=state.wheel_speed - state.tilt_rate,
-            yaw_rate=0.0,
-        )
-
-    def close(self) -> None:
-        """Nothing is held."""
+    share = lag_share(p, k.step)
+    late = p.actuation_delay_delay / (k.step * substeps)
+    length = 1.0 / substeps
+    for i in range(substeps):
+        number = past * substeps + i
+        time = number * k.step
+        command = commands[past] if late == 0.0 else command_at(commands, number * length - late, length)
+        torque = s.torque + share * (driver_torque(p, command, time) - s.torque)
+        s = step(p, k, s, torque, time, yaw_rate)
+        row = (number + 1) % len(imu)
+        imu[row, 0], imu[row, 1] = s.tilt, s.tilt_rate
+    return s
 
 
-class PlanarPlant(EnginePlant):
+@kernel()
+def standing(p: TwinParameters, tilt: float, tilt_rate: float, speed: float, wheel_angle: float) -> TwinState:
+    """The state at a rollout's start: motors without torque, rotors in the middle of the backlash.
+
+    Args:
+        p: the twin.
+        tilt: [rad].
+        tilt_rate: [rad/s].
+        speed: of the axle [m/s].
+        wheel_angle: of the encoders [rad].
+    """
+    wheel = wheel_angle + tilt
+    turning = speed / (p.wheel_radius * p.wheel_radius_factor)
+    return TwinState(tilt, wheel, tilt_rate, turning, 0.0, wheel, turning, 0.0, 0.0)
+
+
+class PlanarPlant(Plant):
     """A robot with effects that drives straight ahead, integrated by its own equations.
 
-    The same machine, start and seed give the same start poses and noise as they give the robot in the physics engine.
+    The start pose of a trial follows from (seed, trial) as that of the robot in the physics engine does.
 
     Args:
-        machine: the robot with its effects.
+        robot: data sheet.
+        effects: values by effect and by parameter, as the effects of the simulation take them. Of `sensor_noise` it
+            takes the standard deviations; its noise is drawn from (seed, trial) too, but in an order of its own.
         start: where rollouts begin.
         physics_step: [s]; divides the control period.
         seed: of all randomness.
 
     Raises:
-        ConfigError: the physics step does not divide the control period.
+        ConfigError: the physics step does not divide the control period, or the twin has no such effect.
     """
 
-    def __init__(self, *, machine: Machine, start: StartPose, physics_step: float, seed: int) -> None:
-        super().__init__(machine, PlanarEngine(machine, physics_step), start, physics_step, seed)
+    def __init__(
+        self,
+        *,
+        robot: RobotParameters,
+        effects: Mapping[str, Mapping[str, float]],
+        start: StartPose,
+        physics_step: float,
+        seed: int,
+    ) -> None:
+        self.control_period = robot.control_period
+        self._twin = twin_parameters(robot, effects)
+        self._substeps = substeps(robot.control_period, physics_step)
+        self._constants: Constants = constants(self._twin, physics_step)
+        self._noise = np.array([effects.get("sensor_noise", {}).get(name, 0.0) for name in Observation._fields[1:]])
+        if self._twin.backlash_gap > 0 and self._twin.wheel_slip_friction < 1e6:
+            raise ConfigError("The planar twin has no backlash on wheels that slip; leave one of the two effects out.")
+        self._start = start
+        self._seed = seed
+        self._reset_memory()
+
+    def _reset_memory(self) -> None:
+        ring = self._substeps * (2 + int(self._twin.imu_delay_delay / self.control_period))
+        self._imu = np.zeros((ring, 2))
+        self._commands: list[float] = []
+        self._state: TwinState = standing(self._twin, 0.0, 0.0, 0.0, 0.0)
+        self._speed = 0.0
+
+    def reset(self, trial: int) -> Observation:
+        """Begin the rollout that (seed, trial) names."""
+        self._rng = np.random.default_rng([self._seed, trial])
+        stance = self._start.draw(self._rng)
+        self._reset_memory()
+        self._state = standing(self._twin, stance.tilt, stance.tilt_rate, stance.speed, 0.0)
+        self._imu[:] = stance.tilt, stance.tilt_rate
+        self._speed = stance.speed
+        return self._observe()
+
+    def step(self, command: float) -> Observation:
+        """Hold the command, cut to the torque limit, for one control period."""
+        limit = self._twin.torque_limit
+        self._commands.append(min(max(float(command), -limit), limit))
+        past = len(self._commands) - 1
+        commands = np.array(self._commands)
+        self._state = hold(self._twin, self._constants, self._state, commands, past, self._substeps, 0.0, self._imu)
+        return self._observe()
+
+    def stop(self) -> None:
+        """Nothing turns between the steps of a simulation."""
+
+    def close(self) -> None:
+        """Nothing is held."""
+
+    def _observe(self) -> Observation:
+        periods = len(self._commands)
+        state, radius = self._state, self._constants.radius
+        seen: Reading = read_sensors(self._twin, state, self._imu, periods * self._substeps, self._constants.step, 0.0)
+        speed = radius * state.wheel_speed + state.slip
+        acceleration = (speed - self._speed) / self.control_period
+        self._speed = speed
+        values = [seen.tilt, seen.tilt_rate, acceleration, seen.wheel_angle, seen.wheel_rate, 0.0]
+        noisy = np.array(values) + self._noise * self._rng.standard_normal(len(values))
+        return Observation(periods * self.control_period, *noisy.tolist())

@@ -1,0 +1,58 @@
+"""From the command to the torque of the motors."""
+
+from math import expm1, floor
+
+from twbal.compiled import kernel
+from twbal.gaussian import Array
+from twbal.planar.parameters import TwinParameters
+
+
+@kernel()
+def command_at(commands: Array, start: float, length: float) -> float:
+    """Mean of a command sequence over a stretch of time, at most one control period long.
+
+    As the mean moves smoothly with the stretch, so does the robot with a delay.
+
+    Args:
+        commands: (T,), each held for one control period; before the first the motors are idle.
+        start: of the stretch, in control periods since the first command.
+        length: of the stretch, in control periods.
+    """
+    first = int(floor(start))
+    end = start + length
+    last = len(commands) - 1
+    before = 0.0 if first < 0 else commands[min(first, last)]
+    beyond = end - (first + 1)
+    if beyond <= 1e-9 * length:
+        return before
+    after = 0.0 if first + 1 < 0 else commands[min(first + 1, last)]
+    return before + (after - before) * beyond / length
+
+
+@kernel()
+def driver_torque(p: TwinParameters, command: float, time: float) -> float:
+    """What the driver makes of a command [N·m]: dead zone, saturation, gain and the battery's sag, in this order.
+
+    Args:
+        p: the twin.
+        command: that arrives at the driver [N·m].
+        time: since the rollout began [s].
+    """
+    width = p.dead_zone_width
+    if command > width:
+        command -= width
+    elif command < -width:
+        command += width
+    else:
+        command = 0.0
+    limit = p.torque_saturation_limit
+    command = min(max(command, -limit), limit)
+    return command * p.torque_gain_gain / (1.0 + p.battery_sag_rate * time)
+
+
+@kernel()
+def lag_share(p: TwinParameters, physics_step: float) -> float:
+    """Share of the way to the asked torque that the motors go in a physics step."""
+    if p.motor_lag_time_constant <= 0.0:
+        return 1.0
+    return -expm1(-physics_step / p.motor_lag_time_constant)

@@ -1,0 +1,284 @@
+r"""One physics step of the twin.
+
+The equations of `dynamics` with what effects add. On ground that rises by σ towards +x, turning at the yaw rate ψ̇ (a
+known input), with the torque τ between wheels and body, the force F and the torque τ_g on the wheels from outside,
+
+    a φ̈ + b cos(α + σ) θ̈ - b sin(α + σ) θ̇² = τ + τ_g + r F - M g r sin σ + b sin α ψ̇²
+    b cos(α + σ) φ̈ + c θ̈ - d sin α = -τ + (I_xx - I_zz + m l²) ψ̇² sin α cos α,
+
+M being the mass of all. Rates go by the accelerations at the step's start, then angles by the new rates (semi-implicit
+Euler). Dry frictions and the backlash are impulses within bounds, which act after the rest of the step: each brings its
+relative rate to where it wants it, or goes to its bound.
+
+With a backlash the rotors, of inertia J (both), turn by an angle ρ of their own: J ρ̈ = τ - (contact), and the wheels
+have a - J in place of a. The contact is plastic and keeps |ρ - φ| within half of the gap.
+"""
+
+from math import cos, exp, pi, sin
+from typing import NamedTuple
+
+from twbal.compiled import kernel
+from twbal.planar.parameters import ROTOR_SHARE, UNBOUNDED, TwinParameters
+from twbal.robot.parameters import GRAVITY
+
+_SWEEPS = 50
+"""Rounds over the impulses, where several act at once; as many as a physics engine takes."""
+
+
+class TwinState(NamedTuple):
+    """All that the twin remembers.
+
+    Attributes:
+        tilt: θ [rad].
+        wheel: φ, in space [rad].
+        tilt_rate: [rad/s].
+        wheel_speed: φ̇ [rad/s].
+        torque: that the motors make, both together [N·m].
+        rotor: ρ, in space, in turns of the wheel [rad]; φ without backlash.
+        rotor_speed: [rad/s].
+        slip: speed of the axle beyond r φ̇ [m/s]; 0 where the wheels roll.
+        position: of the axle since the rollout began [m].
+    """
+
+    tilt: float
+    wheel: float
+    tilt_rate: float
+    wheel_speed: float
+    torque: float
+    rotor: float
+    rotor_speed: float
+    slip: float
+    position: float
+
+
+class Constants(NamedTuple):
+    """The constants of the equations of motion, effects on the body applied.
+
+    Attributes:
+        a, b, c: [kg·m²].
+        d: [N·m].
+        offset: δ [rad].
+        turn: I_xx - I_zz + m l² [kg·m²].
+        radius: r [m].
+        mass: M, of all [kg].
+        arm: m l [kg·m].
+        rotors: J [kg·m²]; 0 without backlash.
+        slope: σ [rad].
+        pull: M g r sin σ [N·m].
+        step: of the physics [s].
+    """
+
+    a: float
+    b: float
+    c: float
+    d: float
+    offset: float
+    turn: float
+    radius: float
+    mass: float
+    arm: float
+    rotors: float
+    slope: float
+    pull: float
+    step: float
+
+
+@kernel()
+def constants(p: TwinParameters, step: float) -> Constants:
+    """The constants of a twin, integrated at a physics step [s]."""
+    m = p.body_mass * p.body_mass_factor
+    height = p.com_height * p.com_height_factor
+    r = p.wheel_radius * p.wheel_radius_factor
+    inertia = p.body_inertia * p.body_mass_factor * p.body_inertia_factor
+    mass = m + 2.0 * p.wheel_mass
+    slope = p.ground_slope_angle
+    return Constants(
+        mass * r * r + 2.0 * p.wheel_inertia,
+        m * height * r,
+        inertia + m * height * height,
+        m * GRAVITY * height,
+        p.com_offset + p.com_offset_angle,
+        p.body_inertia_turn * p.body_mass_factor + m * height * height,
+        r,
+        mass,
+        m * height,
+        2.0 * ROTOR_SHARE * p.wheel_inertia if p.backlash_gap > 0.0 else 0.0,
+        slope,
+        mass * GRAVITY * r * sin(slope),
+        step,
+    )
+
+
+class Forces(NamedTuple):
+    """What acts on the coordinates at a step's start, beside the motors and all that is dry.
+
+    Attributes:
+        on_wheels: generalised force on φ [N·m].
+        on_body: on θ [N·m].
+        outside: force at the axle, contained in `on_wheels` [N].
+    """
+
+    on_wheels: float
+    on_body: float
+    outside: float
+
+
+@kernel()
+def forces(p: TwinParameters, k: Constants, s: TwinState, time: float, yaw_rate: float) -> Forces:
+    """Smooth forces: gravity, inertia, turning, viscous friction, cogging, cable and disturbance."""
+    alpha = s.tilt + k.offset
+    sine, spin = sin(alpha), yaw_rate * yaw_rate
+    relative = s.wheel_speed - s.tilt_rate
+    joint = -2.0 * p.viscous_friction_coefficient * relative
+    if p.cogging_torque != 0.0:
+        joint += 2.0 * p.cogging_torque * sin(p.cogging_count * (s.wheel - s.tilt) + p.cogging_phase)
+    outside = -p.cable_spring_stiffness * s.position
+    if p.periodic_disturbance_force != 0.0:
+        angle = 2.0 * pi * p.periodic_disturbance_frequency * time + p.periodic_disturbance_phase
+        outside += p.periodic_disturbance_force * sin(angle)
+    rising = sine if k.slope == 0.0 else sin(alpha + k.slope)
+    wheels = joint + k.b * (rising * s.tilt_rate * s.tilt_rate + sine * spin) - k.pull
+    wheels += k.radius * outside - 2.0 * p.rolling_viscous_coefficient * s.wheel_speed
+    body = k.d * sine - joint + k.turn * spin * sine * cos(alpha)
+    return Forces(wheels, body, outside)
+
+
+@kernel()
+def joint_bound(p: TwinParameters, relative: float) -> float:
+    """Largest dry friction of both joints together [N·m] at a rate of wheel relative to body [rad/s]."""
+    bound = p.coulomb_friction_torque + p.stribeck_friction_torque
+    if p.stribeck_friction_breakaway > 0.0:
+        share = relative / p.stribeck_friction_rate
+        bound += p.stribeck_friction_breakaway * exp(-share * share)
+    return 2.0 * bound
+
+
+@kernel()
+def _cut(value: float, bound: float) -> float:
+    return min(max(value, -bound), bound)
+
+
+@kernel()
+def roll(p: TwinParameters, k: Constants, s: TwinState, torque: float, time: float, yaw_rate: float) -> TwinState:
+    """One step of a robot whose wheels roll.
+
+    Args:
+        p: the twin.
+        k: its constants.
+        s: state at the step's start.
+        torque: of the motors in this step, both together [N·m].
+        time: since the rollout began [s].
+        yaw_rate: [rad/s].
+    """
+    h = k.step
+    f = forces(p, k, s, time, yaw_rate)
+    loose = k.rotors > 0.0
+    a = k.a - k.rotors
+    coupling = k.b * cos(s.tilt + k.offset + k.slope)
+    determinant = a * k.c - coupling * coupling
+    w, v = k.c / determinant, -coupling / determinant  # inverse inertia: wheel by wheel, wheel by body
+    q = a / determinant  # body by body
+    on_wheels = f.on_wheels if loose else f.on_wheels + torque
+    on_body = f.on_body - torque
+    wheel_speed = s.wheel_speed + h * (w * on_wheels + v * on_body)
+    tilt_rate = s.tilt_rate + h * (v * on_wheels + q * on_body)
+    rotor_speed = s.rotor_speed + h * torque / k.rotors if loose else wheel_speed
+
+    joint = h * joint_bound(p, s.wheel_speed - s.tilt_rate)
+    ground = 2.0 * h * p.rolling_resistance_torque
+    if joint > 0.0 or ground > 0.0 or loose:
+        half = 0.5 * p.backlash_gap
+        contact = rubbing = rolling = 0.0
+        alone = (joint > 0.0) + (ground > 0.0) + loose == 1
+        for _ in range(1 if alone else _SWEEPS):
+            if loose:
+                inverse = w + 1.0 / k.rotors
+                wanted = _cut(s.rotor - s.wheel + h * (rotor_speed - wheel_speed) + h * inverse * contact, half)
+                free = rotor_speed - wheel_speed + inverse * contact
+                change = (free - (wanted - s.rotor + s.wheel) / h) / inverse - contact
+                contact += change
+                rotor_speed -= change / k.rotors
+                wheel_speed += w * change
+                tilt_rate += v * change
+            if ground > 0.0:
+                change = _cut(rolling - wheel_speed / w, ground) - rolling
+                rolling += change
+                wheel_speed += w * change
+                tilt_rate += v * change
+            if joint > 0.0:
+                change = _cut(rubbing - (wheel_speed - tilt_rate) / (w - 2.0 * v + q), joint) - rubbing
+                rubbing += change
+                wheel_speed += (w - v) * change
+                tilt_rate += (v - q) * change
+    wheel = s.wheel + h * wheel_speed
+    return TwinState(
+        s.tilt + h * tilt_rate,
+        wheel,
+        tilt_rate,
+        wheel_speed,
+        torque,
+        s.rotor + h * rotor_speed if loose else wheel,
+        rotor_speed if loose else wheel_speed,
+        0.0,
+        s.position + h * k.radius * wheel_speed,
+    )
+
+
+@kernel()
+def slide(p: TwinParameters, k: Constants, s: TwinState, torque: float, time: float, yaw_rate: float) -> TwinState:
+    r"""One step of a robot whose tyres may slip; backlash is left out.
+
+    Axle speed v and wheel rate φ̇ are coordinates of their own, with 2 I_w = a - M r² and b / r in place of a and b;
+    traction is dry friction at the tyres with the bound μ N, N being the weight that the body's motion leaves.
+
+    Args: as of `roll`.
+    """
+    h, r = k.step, k.radius
+    f = forces(p, k, s, time, yaw_rate)
+    spin = k.a - k.mass * r * r  # of both wheels about the axle
+    alpha = s.tilt + k.offset
+    coupling = k.arm * cos(alpha + k.slope)
+    determinant = k.mass * k.c - coupling * coupling
+    w, v, q = k.c / determinant, -coupling / determinant, k.mass / determinant  # axle by axle, by body; body by body
+    rubbed = -2.0 * p.viscous_friction_coefficient * (s.wheel_speed - s.tilt_rate)
+    if p.cogging_torque != 0.0:
+        rubbed += 2.0 * p.cogging_torque * sin(p.cogging_count * (s.wheel - s.tilt) + p.cogging_phase)
+    rolled = -2.0 * p.rolling_viscous_coefficient * s.wheel_speed
+    on_axle = (f.on_wheels - rubbed - rolled) / r
+    on_body = f.on_body - torque
+    bend = v * on_axle + q * on_body  # θ̈ without traction
+    speed = s.slip + r * s.wheel_speed + h * (w * on_axle + v * on_body)
+    tilt_rate = s.tilt_rate + h * bend
+    wheel_speed = s.wheel_speed + h * (torque + rubbed + rolled) / spin
+
+    weight = k.mass * GRAVITY * cos(k.slope) - k.arm * (cos(alpha) * s.tilt_rate**2 + sin(alpha) * bend)
+    grip = h * p.wheel_slip_friction * max(weight, 0.0)
+    joint = h * joint_bound(p, s.wheel_speed - s.tilt_rate)
+    ground = 2.0 * h * p.rolling_resistance_torque
+    traction = rubbing = rolling = 0.0
+    for _ in range(1 if joint == 0.0 and ground == 0.0 else _SWEEPS):
+        change = _cut(traction - (speed - r * wheel_speed) / (w + r * r / spin), grip) - traction
+        traction += change
+        speed += w * change
+        tilt_rate += v * change
+        wheel_speed -= r * change / spin
+        change = _cut(rolling - wheel_speed * spin, ground) - rolling
+        rolling += change
+        wheel_speed += change / spin
+        change = _cut(rubbing - (wheel_speed - tilt_rate) / (1.0 / spin + q), joint) - rubbing
+        rubbing += change
+        wheel_speed += change / spin
+        tilt_rate -= q * change
+        speed -= v * change
+    wheel = s.wheel + h * wheel_speed
+    slip = speed - r * wheel_speed
+    tilt = s.tilt + h * tilt_rate
+    return TwinState(tilt, wheel, tilt_rate, wheel_speed, torque, wheel, wheel_speed, slip, s.position + h * speed)
+
+
+@kernel()
+def step(p: TwinParameters, k: Constants, s: TwinState, torque: float, time: float, yaw_rate: float) -> TwinState:
+    """One physics step, as of `roll` or `slide`."""
+    if p.wheel_slip_friction < UNBOUNDED:
+        return slide(p, k, s, torque, time, yaw_rate)
+    return roll(p, k, s, torque, time, yaw_rate)
