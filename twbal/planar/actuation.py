@@ -18,7 +18,7 @@ def command_at(commands: Array, start: float, length: float) -> float:
         start: of the stretch, in control periods since the first command.
         length: of the stretch, in control periods.
     """
-    first = int(floor(start))
+    first = floor(start)
     end = start + length
     last = len(commands) - 1
     before = 0.0 if first < 0 else commands[min(first, last)]

@@ -29,7 +29,7 @@ class Reading(NamedTuple):
 def read_sensors(p: TwinParameters, s: TwinState, imu: Array, steps: int, step: float, lead: float) -> Reading:
     """Read the sensors.
 
-    Between physics steps what the IMU was to tell is interpolated; before the rollout it told what it told at its start.
+    Between physics steps what the IMU sees is interpolated; before the rollout it saw what it sees at its start.
 
     Args:
         p: the twin.
@@ -40,7 +40,7 @@ def read_sensors(p: TwinParameters, s: TwinState, imu: Array, steps: int, step: 
         lead: time by which the integrator's angles run ahead of the truth [s]; 0 to read what the integrator has.
     """
     back = p.imu_delay_delay / step
-    whole = int(floor(back))
+    whole = floor(back)
     share = back - whole
     near, far = max(steps - whole, 0) % len(imu), max(steps - whole - 1, 0) % len(imu)
     tilt = (1.0 - share) * imu[near, 0] + share * imu[far, 0]
