@@ -23,7 +23,7 @@ from twbal.planar.motion import TwinState, constants
 from twbal.planar.parameters import UNBOUNDED, TwinParameters
 from twbal.planar.plant import hold
 
-_INSTANTS = 100  # after which gains have settled
+_INSTANTS = 50  # after which gains have settled
 _STEPS = 5  # physics steps of a control period in the linear model
 
 
@@ -248,3 +248,30 @@ def fit_noise(linear: LinearTwin, noise: Noise, errors: list[Array], usable: lis
 def _levels(x: Array) -> Noise:
     levels = np.exp(x)
     return Noise(levels[:4], levels[4:])
+
+
+@kernel()
+def respond(F: Array, C: Array, gains: Array, B: Array, torques: Array) -> Array:
+    """Prediction errors (T + 1, 4) that torques (T,) leave, of which the model does not know; B is (8,).
+
+    With δ the true state less the predicted one, e_n = C δ_n and δ_{n+1} = F (δ_n - K_n e_n) + B τ_n.
+    """
+    errors = np.zeros((len(torques) + 1, 4))
+    delta, moved = np.zeros(8), np.empty(8)
+    last = len(gains) - 1
+    for n in range(len(torques) + 1):
+        K = gains[min(n, last)]
+        for j in range(4):
+            for i in range(8):
+                errors[n, j] += C[j, i] * delta[i]
+        if n == len(torques):
+            break
+        for i in range(8):
+            moved[i] = delta[i]
+            for j in range(4):
+                moved[i] -= K[i, j] * errors[n, j]
+        for i in range(8):
+            delta[i] = B[i] * torques[n]
+            for j in range(8):
+                delta[i] += F[i, j] * moved[j]
+    return errors

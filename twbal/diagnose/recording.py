@@ -82,8 +82,9 @@ def read_recordings(
     if total < usability.fewest:
         raise DataError(
             f"A diagnosis needs {usability.fewest} control periods "
-            f"({usability.fewest * robot.control_period:.3g} s) in episodes of at least {usability.shortest}, upright; found {total} in {len(recordings)} of "
-            f"{len(episodes)} episodes. Record longer: twbal real-rollout experiment=excite."
+            f"({usability.fewest * robot.control_period:.3g} s) in episodes of at least {usability.shortest}, upright; "
+            f"found {total} in {len(recordings)} of {len(episodes)} episodes. "
+            "Record longer: twbal real-rollout experiment=excite."
         )
     _check_signals(recordings)
     return recordings

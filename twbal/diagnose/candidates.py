@@ -1,0 +1,79 @@
+"""What a diagnosis may name, and what is always free."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from twbal.diagnose.model import ANGLE_LEAD, Free
+from twbal.diagnose.settings import Tolerances
+
+DATA_SHEET = {
+    "torque_gain_gain": "gain, mass and inertia",
+    "body_mass_factor": "gain, mass and inertia",
+    "body_inertia_factor": "gain, mass and inertia",
+    "com_height_factor": "COM height and wheel radius",
+    "wheel_radius_factor": "COM height and wheel radius",
+}
+"""Fields that factor the data sheet, and the class of those that data of this kind can hardly tell apart."""
+
+_NUDGE = 1e-3  # of finite differences, as a share of a parameter's range
+
+
+class Parameter(NamedTuple):
+    """A parameter of a candidate.
+
+    Attributes:
+        name: as the effect in the simulation calls it.
+        unit: "" for a plain number.
+        low: lower bound.
+        high: upper bound.
+        start: where its gradient is not zero.
+        none: where it does nothing.
+    """
+
+    name: str
+    unit: str
+    low: float
+    high: float
+    start: float
+    none: float
+
+
+class Candidate(NamedTuple):
+    """An effect that may be missing.
+
+    Attributes:
+        name: as in conf/effect/.
+        parameters: of the effect.
+        equivalents: effects that no data of this kind tell from it.
+        separate_by: the experiment that would.
+    """
+
+    name: str
+    parameters: tuple[Parameter, ...]
+    equivalents: tuple[str, ...]
+    separate_by: str
+
+    @property
+    def frees(self) -> tuple[Free, ...]:
+        """Its parameters as free values without a prior."""
+        return tuple(
+            Free(f"{self.name}_{p.name}", p.low, p.high, p.none, float("inf"), _NUDGE * (p.high - p.low))
+            for p in self.parameters
+        )
+
+
+def always_free(tolerances: Tolerances, base: Sequence[tuple[str, float]]) -> tuple[Free, ...]:
+    """What every model may change: the data sheet's values and the sensors' timing, within tolerances.
+
+    Args:
+        tolerances: their standard deviations.
+        base: values that the simulation has for the fields of `DATA_SHEET`.
+    """
+    sd = tolerances.data_sheet
+    sheet = [Free(field, 0.4 * value, 2.5 * value, value, sd * value, 1e-3 * value) for field, value in base]
+    late, lead = tolerances.imu_timing, tolerances.angle_timing
+    return (
+        *sheet,
+        Free("imu_delay_delay", 0.0, 20 * late, 0.0, late, 0.1 * late),
+        Free(ANGLE_LEAD, -20 * lead, 20 * lead, 0.0, lead, 0.1 * lead),
+    )

@@ -1,0 +1,152 @@
+"""Prediction-error fits: the values under which the recordings are likeliest, with a prior on some of them."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from twbal.diagnose.model import Data, Free, Model
+from twbal.diagnose.noise import Filter
+from twbal.gaussian import Array
+
+_FIRST_DAMPING, _LAST_DAMPING = 1e-4, 1e6
+_SETTLED = 0.02  # gain in cost [2 nats] below which a fit is done
+_RIDGE = 1e-4  # against values that the recordings do not bear on, in units of their ranges
+
+
+class Fit(NamedTuple):
+    """A fitted model.
+
+    Attributes:
+        model: with the fitted values in it.
+        frees: what was free.
+        cost: -2 log likelihood and log prior, but for a constant.
+        white: whitened prediction errors, flat (N,).
+        slopes: (N, P), their derivatives by the free values.
+    """
+
+    model: Model
+    frees: tuple[Free, ...]
+    cost: float
+    white: Array
+    slopes: Array
+
+    @property
+    def values(self) -> Array:
+        """(P,) fitted values."""
+        return np.array([self.model.value(free.field) for free in self.frees])
+
+
+def penalty(frees: Sequence[Free], values: Array) -> float:
+    """-2 log prior of free values, but for a constant."""
+    means, sds = np.array([free.mean for free in frees]), np.array([free.sd for free in frees])
+    return float((((values - means) / sds) ** 2).sum())
+
+
+def slopes(data: Data, model: Model, kalman: Filter, frees: Sequence[Free], white: Array) -> Array:
+    """Derivatives of the whitened errors by free values, (N, P), by forward differences (backward at an upper bound)."""
+    columns = np.empty((len(white), len(frees)))
+    for i, free in enumerate(frees):
+        value = model.value(free.field)
+        nudge = free.nudge if value + free.nudge <= free.high else -free.nudge
+        columns[:, i] = (data.white(model.put({free.field: value + nudge}), kalman) - white) / nudge
+    return columns
+
+
+def descend(
+    data: Data,
+    model: Model,
+    kalman: Filter,
+    frees: Sequence[Free],
+    iterations: int,
+    frozen: Array | None = None,
+) -> Fit:
+    """Levenberg-Marquardt within bounds, with the noise and the filter as they are.
+
+    Args:
+        data: recordings.
+        model: where the search begins.
+        kalman: the filter.
+        frees: what is free.
+        iterations: at most.
+        frozen: (N, Q), slopes of the first Q free values that are not computed anew.
+    """
+    sds = np.array([free.sd for free in frees])
+    means = np.array([free.mean for free in frees])
+    low, high = np.array([free.low for free in frees]), np.array([free.high for free in frees])
+    names = [free.field for free in frees]
+    x = np.clip([model.value(name) for name in names], low, high)
+    model = model.put(dict(zip(names, x.tolist(), strict=True)))
+    white = data.white(model, kalman)
+    best = float(white @ white) + penalty(frees, x)
+    kept = 0 if frozen is None else frozen.shape[1]
+    damping = _FIRST_DAMPING
+    J = np.empty((len(white), 0))
+    for _ in range(iterations):
+        J = slopes(data, model, kalman, frees[kept:], white)
+        if frozen is not None:
+            J = np.hstack([frozen, J])
+        H = J.T @ J + np.diag(1.0 / sds**2 + _RIDGE / (high - low) ** 2)
+        gradient = J.T @ white + (x - means) / sds**2
+        gained = 0.0
+        while damping < _LAST_DAMPING:
+            trial = _step(x, gradient, H, damping, low, high)
+            moved = model.put(dict(zip(names, trial.tolist(), strict=True)))
+            after = data.white(moved, kalman)
+            value = float(after @ after) + penalty(frees, trial)
+            if value < best:
+                gained, best, x, model, white = best - value, value, trial, moved, after
+                damping = max(0.1 * damping, 1e-9)
+                break
+            damping *= 10.0
+            if np.abs((trial - x) / (high - low)).max() < 1e-7:
+                break
+        if gained < _SETTLED:
+            break
+    return Fit(model, tuple(frees), best, white, J)
+
+
+def _step(x: Array, gradient: Array, H: Array, damping: float, low: Array, high: Array) -> Array:
+    """A damped Newton step; values that it would push out of their bounds stay at them, and the others make up."""
+    free = np.ones(len(x), bool)
+    moved = x.copy()
+    for _ in range(len(x)):
+        damped = H + damping * np.diag(np.diag(H))
+        inside = np.flatnonzero(free)
+        if not len(inside):
+            break
+        shift = moved - x
+        rest = gradient[inside] + damped[np.ix_(inside, ~free)] @ shift[~free]
+        moved[inside] = x[inside] - np.linalg.solve(damped[np.ix_(inside, inside)], rest)
+        out = free & ((moved < low) | (moved > high))
+        moved = np.clip(moved, low, high)
+        if not out.any():
+            break
+        free &= ~out
+    return moved
+
+
+def refit(data: Data, model: Model, frees: Sequence[Free], rounds: int, iterations: int, noise_iterations: int) -> Fit:
+    """Values and noise in turn: a fit with the filter of the noise, then the noise of the fit; the last is a fit.
+
+    Args:
+        data: recordings.
+        model: where the search begins.
+        frees: what is free.
+        rounds: of both.
+        iterations: of each fit, at most.
+        noise_iterations: of each fit of the noise, at most.
+    """
+    for _ in range(rounds):
+        model = descend(data, model, data.filter(model), frees, iterations).model
+        model = data.with_noise(model, noise_iterations)
+    kalman = data.filter(model)
+    found = descend(data, model, kalman, frees, iterations)
+    determinants = sum(_log_determinants(kalman, recording.usable) for recording in data.recordings)
+    return found._replace(cost=found.cost + determinants)
+
+
+def _log_determinants(kalman: Filter, usable: Array) -> float:
+    last = len(kalman.log_determinants) - 1
+    rows = np.minimum(np.arange(1, len(usable)), last)
+    return float(kalman.log_determinants[rows][usable[1:]].sum())

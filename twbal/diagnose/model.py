@@ -1,0 +1,120 @@
+"""A model of the recordings: the twin with values for what is free, and what it leaves of the data."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from twbal.diagnose.noise import Filter, Noise, cost, fit_noise, kalman_filter, linearise_period, whiten
+from twbal.diagnose.predictor import Prediction, predict
+from twbal.diagnose.recording import Recording
+from twbal.gaussian import Array
+from twbal.planar.parameters import TwinParameters
+
+ANGLE_LEAD = "angle_lead"
+"""Name of the one free value that is no field of the twin: time by which measured angles run ahead of rates [s]."""
+
+
+class Free(NamedTuple):
+    """A value that a fit may change.
+
+    Attributes:
+        field: of `TwinParameters`, or `ANGLE_LEAD`.
+        low: lower bound.
+        high: upper bound.
+        mean: of its prior.
+        sd: of its prior; infinite without one.
+        nudge: step of finite differences.
+    """
+
+    field: str
+    low: float
+    high: float
+    mean: float
+    sd: float
+    nudge: float
+
+
+class Model(NamedTuple):
+    """A twin and its noise.
+
+    Attributes:
+        twin: with all values put in.
+        angle_lead: [s].
+        noise: levels of noise, from which the filter's gain follows.
+    """
+
+    twin: TwinParameters
+    angle_lead: float
+    noise: Noise
+
+    def value(self, field: str) -> float:
+        """The value of a field."""
+        return self.angle_lead if field == ANGLE_LEAD else float(getattr(self.twin, field))
+
+    def put(self, values: Mapping[str, float]) -> "Model":
+        """The model with other values of some fields."""
+        fields = dict(values)
+        lead = fields.pop(ANGLE_LEAD, self.angle_lead)
+        return self._replace(twin=self.twin._replace(**fields), angle_lead=lead)
+
+
+@dataclass(frozen=True, eq=False)
+class Data:
+    """Recordings of one robot, and how finely the twin steps through them.
+
+    Attributes:
+        recordings: at least one.
+        substeps: physics steps of a control period.
+    """
+
+    recordings: Sequence[Recording]
+    substeps: int
+
+    @property
+    def period(self) -> float:
+        """Control period [s]."""
+        return self.recordings[0].period
+
+    @property
+    def usable(self) -> list[Array]:
+        """Which instants count, per recording (T + 1,)."""
+        return [recording.usable for recording in self.recordings]
+
+    @property
+    def count(self) -> int:
+        """Instants that count."""
+        return int(sum(recording.usable[1:].sum() for recording in self.recordings))
+
+    def filter(self, model: Model) -> Filter:
+        """The Kalman filter of a model."""
+        return kalman_filter(linearise_period(model.twin, self.period), model.noise)
+
+    def predictions(self, model: Model, kalman: Filter) -> list[Prediction]:
+        """What a model predicts of each recording with a filter."""
+        lead = 0.5 * self.period / self.substeps - model.angle_lead
+        return [predict(model.twin, recording, self.substeps, lead, kalman.gains) for recording in self.recordings]
+
+    def errors(self, model: Model, kalman: Filter) -> list[Array]:
+        """Its prediction errors, (T + 1, 4) each."""
+        return [prediction.errors for prediction in self.predictions(model, kalman)]
+
+    def white(self, model: Model, kalman: Filter) -> Array:
+        """Its prediction errors over all recordings, decorrelated and in standard deviations, flat (N,)."""
+        parts = [
+            whiten(errors, recording.usable, kalman.whiteners)
+            for errors, recording in zip(self.errors(model, kalman), self.recordings, strict=True)
+        ]
+        return np.concatenate(parts).ravel()
+
+    def cost(self, model: Model) -> float:
+        """-2 log likelihood of the recordings under a model, but for a constant."""
+        kalman = self.filter(model)
+        return cost(self.errors(model, kalman), self.usable, kalman)
+
+    def with_noise(self, model: Model, iterations: int) -> Model:
+        """The model with its noise refitted."""
+        errors = self.errors(model, self.filter(model))
+        linear = linearise_period(model.twin, self.period)
+        return model._replace(noise=fit_noise(linear, model.noise, errors, self.usable, iterations))

@@ -1,0 +1,180 @@
+"""Quick look at every candidate: how much likelier would each make the recordings?
+
+The noise and the filter stay those of the model so far, and the slopes by what is always free are computed once; only
+what is new is fitted, from the most promising of several starts.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from twbal.diagnose.candidates import Candidate
+from twbal.diagnose.fit import Fit, descend, penalty
+from twbal.diagnose.model import Data, Free, Model
+from twbal.diagnose.noise import Filter, LinearTwin, linearise_period, respond, whiten
+from twbal.gaussian import Array
+
+_SIZES = (0.1, 0.3, 1.0, -0.3, -1.0)  # of the start values at which a candidate is tried, in their distance from none
+_ITERATIONS = 3
+_FRACTIONS = 5  # of a control period, over which a torque that depends on the wheels' angle is averaged
+_TONES = 8192  # frequencies of the Fourier transform
+_COUNT_STEP = 0.25
+
+
+class Screened(NamedTuple):
+    """A candidate at a glance.
+
+    Attributes:
+        candidate: which.
+        gain: in -2 log likelihood.
+        model: with its values.
+        seen: gain in -2 log likelihood that the candidate at its start values would have brought, had it been there.
+    """
+
+    candidate: Candidate
+    gain: float
+    model: Model
+    seen: float
+
+
+def screen(data: Data, fit: Fit, kalman: Filter, slopes: Array, candidates: Sequence[Candidate]) -> list[Screened]:
+    """Every candidate at a glance, the most promising first.
+
+    Args:
+        data: recordings.
+        fit: the model so far.
+        kalman: its filter.
+        slopes: (N, P) of its whitened errors by what is free in it.
+        candidates: which it does not hold yet.
+    """
+    found = [_screen(data, fit, kalman, slopes, candidate) for candidate in candidates]
+    return sorted(found, key=lambda screened: -screened.gain)
+
+
+def _screen(data: Data, fit: Fit, kalman: Filter, slopes: Array, candidate: Candidate) -> Screened:
+    fields = [free.field for free in candidate.frees]
+    kept = [i for i, free in enumerate(fit.frees) if free.field not in fields]
+    frees = [fit.frees[i] for i in kept]
+    frozen = slopes[:, kept]
+    begin = float(fit.white @ fit.white) + penalty(frees, fit.values[kept])
+    model, seen = _start(data, fit, kalman, frozen, frees, candidate)
+    after = descend(data, model, kalman, [*frees, *candidate.frees], _ITERATIONS, frozen)
+    return Screened(candidate, begin - after.cost, after.model, seen)
+
+
+def _start(
+    data: Data, fit: Fit, kalman: Filter, frozen: Array, frees: Sequence[Free], candidate: Candidate
+) -> tuple[Model, float]:
+    """The most promising start, and what the candidate's own start values would have been seen by.
+
+    A secant from none to a start, less what the other free values could do, says how far along it to go.
+    """
+    base = {f"{candidate.name}_{p.name}": p.start for p in candidate.parameters}
+    tone = _tone(data, fit, kalman, candidate)
+    if tone is not None:
+        base.update(tone)
+    ridge = np.array([1.0 / free.sd**2 + 1e-6 / (free.high - free.low) ** 2 for free in frees])
+    normal = np.linalg.inv(frozen.T @ frozen + np.diag(ridge))
+    best, chosen, seen = -np.inf, fit.model.put(base), 0.0
+    for size in _SIZES:
+        values = dict(base)
+        sized = [p for p in candidate.parameters if p.none != p.start]
+        for p in sized:
+            value = p.none + size * (base[f"{candidate.name}_{p.name}"] - p.none)
+            values[f"{candidate.name}_{p.name}"] = value
+        if any(not p.low <= values[f"{candidate.name}_{p.name}"] <= p.high for p in sized):
+            continue
+        secant = data.white(fit.model.put(values), kalman) - fit.white
+        rest = secant - frozen @ (normal @ (frozen.T @ secant))
+        power = float(rest @ rest) + 1e-9
+        if size == 1.0:
+            seen = power
+        share = float(np.clip(-(rest @ fit.white) / power, 0.0, 3.0))
+        gain = -2.0 * share * float(rest @ fit.white) - share**2 * power
+        if gain > best:
+            best = gain
+            moved = {
+                f"{candidate.name}_{p.name}": float(
+                    np.clip(p.none + max(share, 0.05) * (values[f"{candidate.name}_{p.name}"] - p.none), p.low, p.high)
+                )
+                for p in sized
+            }
+            chosen = fit.model.put({**values, **moved})
+    return chosen, seen
+
+
+def _tone(data: Data, fit: Fit, kalman: Filter, candidate: Candidate) -> dict[str, float] | None:
+    """Frequency (or count), size and phase of the sine that explains most; None for a candidate that is none."""
+    parameters = {p.name: p for p in candidate.parameters}
+    if "phase" not in parameters:
+        return None
+    linear = linearise_period(fit.model.twin, data.period)
+    if "frequency" in parameters:
+        rate = parameters["frequency"]
+        value, wave = _over_time(data, fit, kalman, linear, rate.low, rate.high)
+        scale = 1.0 / fit.model.twin.wheel_radius
+    else:
+        rate = parameters["count"]
+        value, wave = _over_angle(data, fit, kalman, linear, rate.low, rate.high)
+        scale = 0.5
+    size = candidate.parameters[0]
+    amplitude = float(np.clip(abs(wave) * scale, size.low + 1e-3 * (size.high - size.low), size.high))
+    fields = {size.name: amplitude, rate.name: value, "phase": float(np.angle(wave))}
+    return {f"{candidate.name}_{name}": number for name, number in fields.items()}
+
+
+def _over_time(
+    data: Data, fit: Fit, kalman: Filter, linear: LinearTwin, low: float, high: float
+) -> tuple[float, complex]:
+    """Frequency [Hz] and complex size of the outside torque Im(wave exp(2πi f t)) that explains most."""
+    white = fit.white.reshape(-1, 4)
+    sums, begin, count = np.zeros((_TONES // 2 + 1, 4), complex), 0, len(white)
+    for recording in data.recordings:
+        part = white[begin : begin + len(recording)][:_TONES]
+        sums += np.fft.rfft(part, _TONES, axis=0)
+        begin += len(recording)
+    frequencies = np.fft.rfftfreq(_TONES, data.period)
+    inside = np.flatnonzero((frequencies >= low) & (frequencies <= min(high, 0.4 / data.period)))
+    K, W = kalman.gains[-1], kalman.whiteners[-1]
+    closed = linear.F @ (np.eye(8) - K @ linear.C)
+    turns = np.exp(2j * np.pi * frequencies[inside] * data.period)
+    # error n follows torque n - 1, which is a mean over its period: its phase is that of the period's middle
+    inner = np.linalg.solve(
+        turns[:, None, None] * np.eye(8) - closed, np.broadcast_to(linear.B[:, 1:], (len(turns), 8, 1))
+    )
+    response = (W @ linear.C @ inner[:, :, 0].T).T * (turns * np.sqrt(turns))[:, None]
+    power = (np.abs(response) ** 2).sum(axis=1)
+    match = (response.conj() * sums[inside]).sum(axis=1)
+    best = int(np.argmax(np.abs(match) ** 2 / power))
+    wave = 2.0 * match[best] / (count * power[best])  # torque Re(wave exp(2πi f t))
+    return float(frequencies[inside[best]]), complex(1j * wave)
+
+
+def _over_angle(
+    data: Data, fit: Fit, kalman: Filter, linear: LinearTwin, low: float, high: float
+) -> tuple[float, complex]:
+    """Count per turn and complex size of the joint torque Im(wave exp(i count angle)) that explains most."""
+    white, predictions = fit.white, data.predictions(fit.model, kalman)
+    angles = [prediction.states[:, 1] - prediction.states[:, 0] for prediction in predictions]
+    shares = (np.arange(_FRACTIONS) + 0.5) / _FRACTIONS
+    between = [a[:-1, None] + shares * np.diff(a)[:, None] for a in angles]  # (T, fractions) each
+    best, found = -np.inf, (low, 0j)
+    for count in np.arange(low, high + 1e-9, _COUNT_STEP):
+        columns = []
+        for part in (np.sin, np.cos):
+            pieces = [
+                whiten(
+                    respond(linear.F, linear.C, kalman.gains, linear.B[:, 0].copy(), part(count * b).mean(axis=1)),
+                    recording.usable,
+                    kalman.whiteners,
+                )
+                for b, recording in zip(between, data.recordings, strict=True)
+            ]
+            columns.append(np.concatenate(pieces).ravel())
+        X = np.stack(columns, axis=1)
+        sizes, *_ = np.linalg.lstsq(X, white, rcond=None)
+        gain = float(white @ X @ sizes)
+        if gain > best:
+            best, found = gain, (float(count), complex(sizes[0], sizes[1]))
+    return found

@@ -1,0 +1,58 @@
+"""What a diagnosis takes for granted, and where it draws its lines."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Tolerances:
+    """Standard deviations of what is always free.
+
+    Attributes:
+        data_sheet: of each factor on a data-sheet value.
+        imu_timing: by which the IMU may be late, one-sided [s].
+        angle_timing: by which angles may be read before or after rates [s].
+    """
+
+    data_sheet: float
+    imu_timing: float
+    angle_timing: float
+
+
+@dataclass(frozen=True)
+class Lines:
+    """Where decisions are made.
+
+    Attributes:
+        score: of a candidate, over the whiteness it leaves, from which on it is named.
+        whiteness: left after the fix, above which nothing in the library explains the gap.
+        shift: of a data-sheet parameter, in standard deviations, beyond which the data sheet is off.
+        margin: in score over whiteness, within which a rival counts as an equivalent.
+        cosine: of two sensitivities, above which two effects cannot be told apart.
+    """
+
+    score: float
+    whiteness: float
+    shift: float
+    margin: float
+    cosine: float
+
+
+@dataclass(frozen=True)
+class Settings:
+    """All settings of a diagnosis.
+
+    Attributes:
+        tolerances: of what is always free.
+        lines: where decisions are made.
+        substeps: physics steps of a control period.
+        shortlist: candidates that are fitted in full.
+        most_effects: that are named together, at most.
+        temperature: of the probabilities: scores are divided by it.
+    """
+
+    tolerances: Tolerances
+    lines: Lines
+    substeps: int
+    shortlist: int
+    most_effects: int
+    temperature: float

@@ -1,0 +1,116 @@
+"""Weighing sets of effects against each other: full fits of the most promising, with their noise refitted."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from twbal.diagnose.candidates import Candidate
+from twbal.diagnose.colour import whiteness
+from twbal.diagnose.fit import Fit, refit, slopes
+from twbal.diagnose.model import Data, Free, Model
+from twbal.diagnose.noise import Filter
+from twbal.diagnose.screen import Screened, screen
+from twbal.gaussian import Array
+
+_LAGS = 20  # control periods over which errors may remember
+_ROUNDS, _ITERATIONS, _NOISE_ITERATIONS = 2, 4, 12
+_AT_BOUND = 0.01  # share of its range from a bound at which a parameter has run to it
+_PROMISING = 0.2  # share of the best gain at a glance from which on a candidate is fitted in full
+
+
+class Weighed(NamedTuple):
+    """A set of effects, fitted in full.
+
+    Attributes:
+        candidates: the effects; none for the data sheet refitted.
+        fit: with all that is always free.
+        whiteness: (4,) that it leaves.
+        price: of its parameters, in -2 log likelihood.
+    """
+
+    candidates: tuple[Candidate, ...]
+    fit: Fit
+    whiteness: Array
+    price: float
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the effects, sorted."""
+        return tuple(sorted(candidate.name for candidate in self.candidates))
+
+    @property
+    def total(self) -> float:
+        """Cost and price."""
+        return self.fit.cost + self.price
+
+    @property
+    def colour(self) -> float:
+        """Whiteness of the channels together; at least 1."""
+        return max(float(np.mean(self.whiteness)), 1.0)
+
+    @property
+    def stuck(self) -> tuple[str, ...]:
+        """Parameters that ran to a bound other than the one that is no effect."""
+        found = []
+        for candidate in self.candidates:
+            for parameter in candidate.parameters:
+                value = self.fit.model.value(f"{candidate.name}_{parameter.name}")
+                margin = _AT_BOUND * (parameter.high - parameter.low)
+                ends = [end for end in (parameter.low, parameter.high) if end != parameter.none]
+                if parameter.name != "phase" and any(abs(value - end) < margin for end in ends):
+                    found.append(f"{candidate.name}.{parameter.name}")
+        return tuple(found)
+
+
+class Round(NamedTuple):
+    """A step of the selection.
+
+    Attributes:
+        base: what candidates were added to.
+        screened: all candidates at a glance.
+        weighed: the best of them in full, the likeliest first.
+    """
+
+    base: Weighed
+    screened: list[Screened]
+    weighed: list[Weighed]
+
+
+def weigh(data: Data, model: Model, always: Sequence[Free], candidates: Sequence[Candidate], rounds: int) -> Weighed:
+    """Fit a set of effects in full.
+
+    Args:
+        data: recordings.
+        model: where the fit begins.
+        always: what is always free; a candidate's own parameters take the place of those of the same name.
+        candidates: the set.
+        rounds: of values and noise in turn.
+    """
+    own = [free for candidate in candidates for free in candidate.frees]
+    frees = [free for free in always if free.field not in {o.field for o in own}] + own
+    fit = refit(data, model, frees, rounds, _ITERATIONS, _NOISE_ITERATIONS)
+    kalman = data.filter(fit.model)
+    left = whiteness(data.errors(fit.model, kalman), data.usable, _LAGS)
+    return Weighed(tuple(candidates), fit, left, len(own) * float(np.log(data.count)))
+
+
+def add_one(
+    data: Data, base: Weighed, always: Sequence[Free], candidates: Sequence[Candidate], shortlist: int
+) -> Round:
+    """Weigh what one more effect would bring.
+
+    Args:
+        data: recordings.
+        base: the set so far.
+        always: what is always free.
+        candidates: that are not in it.
+        shortlist: candidates that are fitted in full, at most.
+    """
+    kalman: Filter = data.filter(base.fit.model)
+    J = slopes(data, base.fit.model, kalman, base.fit.frees, base.fit.white)
+    screened = screen(data, base.fit, kalman, J, candidates)
+    best = screened[0].gain
+    chosen = [s for s in screened[:shortlist] if s.gain > max(_PROMISING * best, 3.0)]
+    weighed = [weigh(data, s.model, always, (*base.candidates, s.candidate), _ROUNDS) for s in chosen]
+    return Round(base, screened, sorted(weighed, key=lambda w: w.total))
