@@ -54,6 +54,11 @@ class Candidate(NamedTuple):
     separate_by: str
 
     @property
+    def in_data_sheet(self) -> bool:
+        """Whether it is a value of the data sheet that is off, and no effect."""
+        return any(f"{self.name}_{p.name}" in DATA_SHEET for p in self.parameters)
+
+    @property
     def frees(self) -> tuple[Free, ...]:
         """Its parameters as free values without a prior."""
         return tuple(

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from twbal.diagnose.noise import Noise
 from twbal.diagnosis import NamedEffect, Rival, Shift, Verdict, Whiteness
 from twbal.gaussian import Array
 
@@ -50,12 +51,16 @@ class Account:
         tracks: per recording.
         errors: per recording (T + 1, 4): measured less predicted from the instant before, in the order of `MEASURED`.
         error_noise: (4,) standard deviations that such errors have by noise alone.
+        noise: levels by which its filter weighs measurements.
+        angle_lead: time by which measured angles run ahead of rates [s].
     """
 
     effects: Effects
     tracks: tuple[Track, ...]
     errors: tuple[Array, ...]
     error_noise: Array
+    noise: Noise
+    angle_lead: float
 
 
 @dataclass(frozen=True, eq=False)

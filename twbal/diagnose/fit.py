@@ -11,6 +11,7 @@ from twbal.gaussian import Array
 
 _FIRST_DAMPING, _LAST_DAMPING = 1e-4, 1e6
 _SETTLED = 0.02  # gain in cost [2 nats] below which a fit is done
+_CONVERGED = 0.5  # gain of a round [2 nats] below which values and noise have settled
 _RIDGE = 1e-4  # against values that the recordings do not bear on, in units of their ranges
 
 
@@ -44,7 +45,7 @@ def penalty(frees: Sequence[Free], values: Array) -> float:
 
 
 def slopes(data: Data, model: Model, kalman: Filter, frees: Sequence[Free], white: Array) -> Array:
-    """Derivatives of the whitened errors by free values, (N, P), by forward differences (backward at an upper bound)."""
+    """Derivatives of the whitened errors by free values, (N, P): differences forward, or backward at a bound."""
     columns = np.empty((len(white), len(frees)))
     for i, free in enumerate(frees):
         value = model.value(free.field)
@@ -127,26 +128,31 @@ def _step(x: Array, gradient: Array, H: Array, damping: float, low: Array, high:
 
 
 def refit(data: Data, model: Model, frees: Sequence[Free], rounds: int, iterations: int, noise_iterations: int) -> Fit:
-    """Values and noise in turn: a fit with the filter of the noise, then the noise of the fit; the last is a fit.
+    """Values and noise in turn, until neither gains: a fit with the filter of the noise, then the noise of the fit.
 
     Args:
         data: recordings.
         model: where the search begins.
         frees: what is free.
-        rounds: of both.
+        rounds: of both, at most.
         iterations: of each fit, at most.
         noise_iterations: of each fit of the noise, at most.
     """
-    for _ in range(rounds):
-        model = descend(data, model, data.filter(model), frees, iterations).model
-        model = data.with_noise(model, noise_iterations)
-    kalman = data.filter(model)
-    found = descend(data, model, kalman, frees, iterations)
-    determinants = sum(_log_determinants(kalman, recording.usable) for recording in data.recordings)
-    return found._replace(cost=found.cost + determinants)
+    best = np.inf
+    for number in range(rounds + 1):
+        kalman = data.filter(model)
+        found = descend(data, model, kalman, frees, iterations)
+        determinants = sum(_log_determinants(kalman, recording.usable) for recording in data.recordings)
+        total = found.cost + determinants
+        if number == rounds or best - total < _CONVERGED:
+            break
+        best = total
+        model = data.with_noise(found.model, noise_iterations)
+    return found._replace(cost=total)
 
 
 def _log_determinants(kalman: Filter, usable: Array) -> float:
+    """Their sum over the instants that count."""
     last = len(kalman.log_determinants) - 1
     rows = np.minimum(np.arange(1, len(usable)), last)
     return float(kalman.log_determinants[rows][usable[1:]].sum())

@@ -48,6 +48,7 @@ class Settings:
         shortlist: candidates that are fitted in full.
         most_effects: that are named together, at most.
         temperature: of the probabilities: scores are divided by it.
+        blocks: into which the data are cut for intervals and held-out gains.
     """
 
     tolerances: Tolerances
@@ -56,3 +57,4 @@ class Settings:
     shortlist: int
     most_effects: int
     temperature: float
+    blocks: int

@@ -14,7 +14,7 @@ from twbal.diagnose.screen import Screened, screen
 from twbal.gaussian import Array
 
 _LAGS = 20  # control periods over which errors may remember
-_ROUNDS, _ITERATIONS, _NOISE_ITERATIONS = 2, 4, 12
+_ROUNDS, _ITERATIONS, _NOISE_ITERATIONS = 6, 4, 12
 _AT_BOUND = 0.01  # share of its range from a bound at which a parameter has run to it
 _PROMISING = 0.2  # share of the best gain at a glance from which on a candidate is fitted in full
 
@@ -38,6 +38,11 @@ class Weighed(NamedTuple):
     def names(self) -> tuple[str, ...]:
         """Names of the effects, sorted."""
         return tuple(sorted(candidate.name for candidate in self.candidates))
+
+    @property
+    def effects(self) -> tuple[Candidate, ...]:
+        """Those of its candidates that are no values of the data sheet."""
+        return tuple(candidate for candidate in self.candidates if not candidate.in_data_sheet)
 
     @property
     def total(self) -> float:

@@ -1,0 +1,69 @@
+"""What a model makes of recordings: the motion it sees in them, and what it did not expect."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from twbal.diagnose.findings import Account, Effects, Track
+from twbal.diagnose.model import Data, Model
+from twbal.diagnose.noise import Filter, Noise
+from twbal.diagnose.recording import Recording
+from twbal.gaussian import Array
+from twbal.planar.parameters import TwinParameters, twin_parameters
+from twbal.robot.parameters import RobotParameters
+
+
+def take_account(
+    robot: RobotParameters,
+    effects: Effects,
+    noise: Noise,
+    angle_lead: float,
+    recordings: Sequence[Recording],
+    substeps: int,
+) -> Account:
+    """What a model with known values makes of recordings, whether it was fitted to them or not.
+
+    Args:
+        robot: data sheet.
+        effects: all that the model has beyond it.
+        noise: levels by which its filter weighs measurements.
+        angle_lead: time by which measured angles run ahead of rates [s].
+        recordings: at least one.
+        substeps: physics steps of a control period.
+    """
+    model = Model(twin_parameters(robot, effects), angle_lead, noise)
+    return account_of(Data(recordings, substeps), model, effects)
+
+
+def account_of(data: Data, model: Model, effects: Effects) -> Account:
+    """What a model makes of recordings; `effects` are its values as the simulation takes them."""
+    kalman = data.filter(model)
+    predictions = data.predictions(model, kalman)
+    tracks = tuple(
+        _track(model.twin, recording, prediction.states)
+        for recording, prediction in zip(data.recordings, predictions, strict=True)
+    )
+    errors = tuple(prediction.errors for prediction in predictions)
+    return Account(effects, tracks, errors, error_noise(kalman), model.noise, model.angle_lead)
+
+
+def error_noise(kalman: Filter) -> Array:
+    """(4,) standard deviations of the prediction errors of a filter that has settled."""
+    L = np.linalg.inv(kalman.whiteners[-1])
+    return np.sqrt(np.diag(L @ L.T))
+
+
+def _track(twin: TwinParameters, recording: Recording, states: Array) -> Track:
+    """The motion in the predictor's states (T + 1, 9)."""
+    tilt, wheel, tilt_rate, wheel_speed, torque, rotor, _, slip, position = states.T
+    return Track(
+        tilt=tilt,
+        tilt_rate=tilt_rate,
+        speed=twin.wheel_radius * twin.wheel_radius_factor * wheel_speed + slip,
+        wheel_angle=wheel - tilt,
+        wheel_rate=wheel_speed - tilt_rate,
+        position=position,
+        torque=torque,
+        gap=rotor - wheel,
+        yaw_rate=recording.yaw_rate,
+    )

@@ -1,0 +1,137 @@
+"""From recordings to the effects that a simulation lacks."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from twbal.diagnose.account import account_of
+from twbal.diagnose.candidates import DATA_SHEET, Candidate, always_free
+from twbal.diagnose.certainty import interval, standard_errors
+from twbal.diagnose.colour import whiteness
+from twbal.diagnose.findings import Account, Effects, Findings
+from twbal.diagnose.fit import slopes
+from twbal.diagnose.model import Data, Model
+from twbal.diagnose.noise import Noise
+from twbal.diagnose.recording import MEASURED, Recording
+from twbal.diagnose.select import Selection, select
+from twbal.diagnose.settings import Settings
+from twbal.diagnose.verdict import advise, conclude, data_sheet_classes, probabilities, shifts_of
+from twbal.diagnose.weigh import Weighed
+from twbal.diagnosis import Estimate, NamedEffect, Rival, Verdict, Whiteness
+from twbal.planar.parameters import twin_parameters
+from twbal.robot.parameters import RobotParameters
+
+_LAGS = 20
+
+
+def name_effects(
+    recordings: Sequence[Recording],
+    robot: RobotParameters,
+    effects: Effects,
+    candidates: Sequence[Candidate],
+    settings: Settings,
+) -> Findings:
+    """Name what the simulation of a robot lacks to explain recordings.
+
+    Args:
+        recordings: of the robot; long enough, and checked (`recording.read_recordings`).
+        robot: data sheet.
+        effects: that the simulation has already, without the sensors' noise.
+        candidates: that may be missing (`library.candidates`).
+        settings: of the diagnosis.
+    """
+    twin = twin_parameters(robot, effects)
+    data = Data(recordings, settings.substeps)
+    start = Model(twin, 0.0, _first_noise(robot))
+    always = always_free(settings.tolerances, [(field, float(getattr(twin, field))) for field in DATA_SHEET])
+    missing = [candidate for candidate in candidates if candidate.name not in effects]
+    selection = select(data, start, always, missing, settings)
+    verdict = conclude(selection, settings)
+    named = selection.chosen if verdict in (Verdict.NAMED, Verdict.DATA_SHEET) else selection.base
+    nominal = data.with_noise(start._replace(noise=selection.base.fit.model.noise), 30)
+    models = (
+        account_of(data, nominal, effects),
+        account_of(data, selection.base.fit.model, _as_effects(selection.base, effects)),
+        account_of(data, named.fit.model, _as_effects(named, effects)),
+    )
+    weights = probabilities(selection, settings)
+    return Findings(
+        verdict=verdict,
+        effects=_named(data, named, selection, weights, settings) if verdict is Verdict.NAMED else (),
+        data_sheet=shifts_of(named, settings),
+        data_sheet_class=data_sheet_classes(named, settings) if verdict is Verdict.DATA_SHEET else (),
+        rivals=_rivals(selection, weights),
+        whiteness=_whiteness(data, models[0], models[2]),
+        noise=dict(zip(MEASURED, named.fit.model.noise.sensors.tolist(), strict=True)),
+        advice=advise(selection, verdict, settings),
+        nominal=models[0],
+        refitted=models[1],
+        named=models[2],
+    )
+
+
+def _first_noise(robot: RobotParameters) -> Noise:
+    """Where the search for the noise begins."""
+    return Noise(np.array([0.005, 0.03, 0.003, 0.1]), np.full(2, 0.005 * robot.torque_limit))
+
+
+def _as_effects(weighed: Weighed, already: Effects) -> Effects:
+    """The values of a fit as the simulation takes them, with what it had already."""
+    found: dict[str, dict[str, float]] = {name: dict(values) for name, values in already.items()}
+    for field in DATA_SHEET:
+        effect, _, parameter = field.rpartition("_")
+        found.setdefault(effect, {})[parameter] = weighed.fit.model.value(field)
+    for candidate in weighed.candidates:
+        found[candidate.name] = {
+            p.name: weighed.fit.model.value(f"{candidate.name}_{p.name}") for p in candidate.parameters
+        }
+    return found
+
+
+def _named(
+    data: Data, named: Weighed, selection: Selection, weights: Mapping[tuple[str, ...], float], settings: Settings
+) -> tuple[NamedEffect, ...]:
+    """The named effects with their intervals and what the data cannot tell from them."""
+    J = slopes(data, named.fit.model, data.filter(named.fit.model), named.fit.frees, named.fit.white)
+    errors = standard_errors(named.fit, J, settings.blocks)
+    by_field = dict(zip([free.field for free in named.fit.frees], errors.tolist(), strict=True))
+    found = []
+    for candidate in named.effects:
+        estimates = {}
+        for p in candidate.parameters:
+            field = f"{candidate.name}_{p.name}"
+            value = named.fit.model.value(field)
+            estimates[p.name] = Estimate(value, *interval(value, by_field[field]), p.unit)
+        alike = tuple(dict.fromkeys([*candidate.equivalents, *_rivals_within_margin(candidate, selection, settings)]))
+        found.append(NamedEffect(candidate.name, weights[named.names], estimates, alike, candidate.separate_by))
+    return tuple(found)
+
+
+def _rivals_within_margin(candidate: Candidate, selection: Selection, settings: Settings) -> list[str]:
+    """Effects that explain the data nearly as well in this one's place."""
+    chosen, found = selection.chosen, []
+    rest = {name for name in chosen.names if name != candidate.name}
+    for w in (w for step in selection.rounds for w in step.weighed):
+        others = set(w.names) - rest
+        swapped = len(w.names) == len(chosen.names) and len(others) == 1 and candidate.name not in others
+        if swapped and (w.total - chosen.total) / chosen.colour < settings.lines.margin:
+            found.extend(others)
+    return found
+
+
+def _rivals(selection: Selection, weights: Mapping[tuple[str, ...], float]) -> tuple[Rival, ...]:
+    """All sets that were weighed, the best first."""
+    sets = [selection.base] + [w for step in selection.rounds for w in step.weighed]
+    found = [Rival(w.names, selection.base.total - w.total, weights[w.names], w.colour) for w in sets]
+    return tuple(sorted(found, key=lambda rival: -rival.score))
+
+
+def _whiteness(data: Data, before: Account, after: Account) -> tuple[Whiteness, ...]:
+    """Per channel, by the simulation as it is and with what was found."""
+    pairs = zip(
+        MEASURED,
+        whiteness(before.errors, data.usable, _LAGS).tolist(),
+        whiteness(after.errors, data.usable, _LAGS).tolist(),
+        strict=True,
+    )
+    return tuple(Whiteness(*pair) for pair in pairs)

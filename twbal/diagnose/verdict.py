@@ -1,0 +1,85 @@
+"""What to make of a selection: the verdict, its probability, and what to do next."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from twbal.diagnose.candidates import DATA_SHEET
+from twbal.diagnose.select import Selection, worth
+from twbal.diagnose.settings import Settings
+from twbal.diagnose.weigh import Weighed
+from twbal.diagnosis import Shift, Verdict
+
+EXCITE = "twbal real-rollout experiment=excite link=serial link.port=..."
+_BLIND = 0.5  # share of the candidates that poor data could not have shown, from which on nothing is decided
+
+
+def conclude(selection: Selection, settings: Settings) -> Verdict:
+    """The verdict of a selection."""
+    chosen, lines = selection.chosen, settings.lines
+    if chosen.colour > lines.whiteness or chosen.stuck:
+        return Verdict.UNKNOWN
+    if chosen.effects:
+        return Verdict.NAMED
+    if chosen.candidates or max(abs(shift.sigmas) for shift in shifts_of(chosen, settings)) > lines.shift:
+        return Verdict.DATA_SHEET
+    if len(blind(selection, settings)) > _BLIND * len(selection.rounds[0].screened):
+        return Verdict.UNDECIDED
+    return Verdict.NONE
+
+
+def shifts_of(weighed: Weighed, settings: Settings) -> tuple[Shift, ...]:
+    """How far the data pull the values of the data sheet, the largest first."""
+    found, tolerance = [], settings.tolerances.data_sheet
+    for free in weighed.fit.frees:
+        if free.field in DATA_SHEET:
+            factor = weighed.fit.model.value(free.field) / free.mean
+            name = free.field.rpartition("_")[0]
+            found.append(Shift(name, DATA_SHEET[free.field], factor, (factor - 1.0) / tolerance))
+    return tuple(sorted(found, key=lambda shift: -abs(shift.sigmas)))
+
+
+def data_sheet_classes(weighed: Weighed, settings: Settings) -> tuple[str, ...]:
+    """Classes of data-sheet values that are off, the worst first."""
+    chosen = [shift for shift in shifts_of(weighed, settings) if shift.name in weighed.names]
+    far = [shift for shift in shifts_of(weighed, settings) if abs(shift.sigmas) > settings.lines.shift]
+    return tuple(dict.fromkeys(shift.group for shift in chosen or far))
+
+
+def blind(selection: Selection, settings: Settings) -> list[str]:
+    """Effects that could be there at their usual size without these data showing it."""
+    return [s.candidate.name for s in selection.rounds[0].screened if s.seen < settings.lines.score]
+
+
+def probabilities(selection: Selection, settings: Settings) -> Mapping[tuple[str, ...], float]:
+    """Of each set that was weighed, by its names: a softmax of half the scores, cooled as calibration asks."""
+    sets = [selection.base] + [w for step in selection.rounds for w in step.weighed]
+    scores = -np.array([w.total for w in sets]) / (2.0 * settings.temperature * selection.chosen.colour)
+    weights = np.exp(scores - scores.max())
+    weights /= weights.sum()
+    found: dict[tuple[str, ...], float] = {}
+    for w, p in zip(sets, weights.tolist(), strict=True):
+        found[w.names] = max(found.get(w.names, 0.0), p)
+    return found
+
+
+def advise(selection: Selection, verdict: Verdict, settings: Settings) -> tuple[str, ...]:
+    """Plain sentences: what the data do not carry, and what to do next."""
+    found = []
+    unseen = blind(selection, settings)
+    if verdict is Verdict.UNDECIDED:
+        found.append(f"The recordings are too poor to decide. Record some that tell effects apart: {EXCITE}")
+    if verdict in (Verdict.UNDECIDED, Verdict.NONE) and unseen:
+        found.append(f"These effects could be there without these recordings showing it: {', '.join(unseen)}.")
+    if verdict is Verdict.UNKNOWN:
+        found.append(
+            "Something moves this robot that no effect of the library explains; the map of the disagreement says where."
+        )
+        for name in selection.chosen.stuck:
+            found.append(f"The best guess ran to a bound of its range ({name}), so it is none.")
+    if verdict is Verdict.NAMED and data_sheet_classes(selection.chosen, settings):
+        found.append("Values of the data sheet are off as well, beyond their tolerances.")
+    rest = [w for step in selection.rounds[-1:] for w in step.weighed if worth(w, selection.chosen, settings)]
+    if rest and verdict is Verdict.NAMED:
+        found.append("The data ask for one more effect than is named; diagnose again with augmented.yaml as sim=.")
+    return tuple(found)
