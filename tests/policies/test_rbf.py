@@ -80,3 +80,12 @@ def test_exploration_repeats_by_its_seed():
     exploring = ExploringPolicy(random_policy(0), noise_sd=1.0, max_command=17.3)
     one, other = (exploring.controller(np.random.default_rng(3)) for _ in range(2))
     assert [one(np.zeros(4)) for _ in range(5)] == [other(np.zeros(4)) for _ in range(5)]
+
+
+def test_exploration_ends_where_it_is_told_to() -> None:
+    policy = random_policy(0)
+    exploring = ExploringPolicy(policy, noise_sd=1.0, max_command=17.3, periods=5)
+    states = np.random.default_rng(1).standard_normal((12, len(policy.channels)))
+    driven = exploring.controller(np.random.default_rng(2))
+    differs = [driven(state) != float(policy.command(state)) for state in states]
+    assert differs == [True] * 5 + [False] * 7

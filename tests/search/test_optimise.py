@@ -20,6 +20,9 @@ SETTINGS = SearchSettings(
     iterations=12,
     short_iterations=8,
     searched=2,
+    long_horizon=80,
+    long_iterations=4,
+    content=0.0,
     swings=(0.3,),
     command_widths=(1.0, 0.3),
     shares=(1.0, 0.5),
@@ -108,6 +111,26 @@ def test_earlier_policies_are_judged_beside_the_new_and_win_where_the_search_fin
     assert found.best.judgement == result.best.judgement
     assert len(lines) == len(found.candidates) == 3
     assert lines[1].startswith(f"policy 1: cost {result.best.cost:.2f}, 100%")
+
+
+def test_the_search_goes_on_over_a_longer_horizon_until_the_judge_is_content(model, result):
+    hurried = replace(SETTINGS, iterations=2, short_iterations=2, long_iterations=3, searched=1)
+    origins = {
+        content: [c.origin for c in search(model, replace(hurried, content=content)).candidates]
+        for content in (0.0, 1.01)
+    }
+    assert not any(origin.startswith("long") for origin in origins[0.0])
+    (more,) = set(origins[1.01]) - set(origins[0.0])
+    assert more == f"long {origins[0.0][0]}"
+
+
+def test_what_runs_away_slowly_is_held_by_the_longer_horizon(model):
+    """A regulator that lets the speed grow a little at each step costs little over a short horizon."""
+    found = search(model, replace(SETTINGS, iterations=2, short_iterations=2, content=1.01, long_iterations=8))
+    by_origin = {c.origin: c.judgement.cost for c in found.candidates}
+    longer = [origin for origin in by_origin if origin.startswith("long ")]
+    assert longer
+    assert all(by_origin[origin] <= by_origin[origin.removeprefix("long ")] for origin in longer)
 
 
 def test_the_papers_plain_network_balances_too(make_system):

@@ -41,7 +41,7 @@ def cfg():
 
 
 def drive(cfg, policy, out, open_link):
-    settings = Settings(seed=0, trials=2, first_trial=0, steps=8, tilt_limit=0.5, exploration=0.0)
+    settings = Settings(seed=0, trials=2, first_trial=0, steps=8, tilt_limit=0.5, exploration=0.0, exploration_steps=None)
     provenance = Provenance("paper", "robot")
     return record(open_link, instantiate(cfg.robot), policy, instantiate(cfg.state), settings, provenance, out)
 

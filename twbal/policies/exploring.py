@@ -1,6 +1,7 @@
 """A policy with noise on its command, so that the data tell what each command does."""
 
 from dataclasses import dataclass
+from itertools import count
 
 import numpy as np
 
@@ -16,18 +17,23 @@ class ExploringPolicy(Policy):
         policy: the policy that is disturbed.
         noise_sd: [N·m].
         max_command: [N·m].
+        periods: control periods for which it is disturbed; from then on the other policy drives alone. None disturbs
+            throughout.
     """
 
     policy: Policy
     noise_sd: float
     max_command: float
+    periods: int | None = None
 
     def controller(self, rng: np.random.Generator) -> Controller:
         """The other policy's law with noise drawn from `rng`."""
         law = self.policy.controller(rng)
+        left = count() if self.periods is None else iter(range(self.periods))
 
         def disturbed(state: Array) -> float:
-            command = law(state) + self.noise_sd * rng.standard_normal()
+            disturbance = 0.0 if next(left, None) is None else self.noise_sd * rng.standard_normal()
+            command = law(state) + disturbance
             return float(np.clip(command, -self.max_command, self.max_command))
 
         return disturbed

@@ -29,6 +29,10 @@ class SearchSettings:
         iterations: of L-BFGS over the whole horizon, at most.
         short_iterations: of L-BFGS over the short one, at most.
         searched: how many starts, the best over the short horizon, are searched; 0 only judges earlier policies.
+        long_horizon: over which the search goes on from what it found where less than `content` of the judge's robots
+            balance under any candidate: a robot that slowly runs away is cheap over a short horizon.
+        long_iterations: of L-BFGS over that, at most.
+        content: share of the judge's robots.
         swings: see `starting_policies`.
         command_widths: see `starting_policies`.
         shares: see `starting_policies`.
@@ -42,6 +46,9 @@ class SearchSettings:
     iterations: int
     short_iterations: int
     searched: int
+    long_horizon: int
+    long_iterations: int
+    content: float
     swings: tuple[float, ...]
     command_widths: tuple[float, ...]
     shares: tuple[float, ...]
@@ -131,9 +138,20 @@ def search_policy(
         found = descend(short, policy, scales, shape.linear, settings.short_iterations)
         found = descend(whole, found, scales, shape.linear, settings.iterations)
         candidates.append(judged(f"search from {origin}", found))
-    candidates.sort(key=lambda c: (-round(c.judgement.success, 1), c.judgement.cost))
+    candidates.sort(key=_rank)
+    if chosen and candidates[0].judgement.success < settings.content:
+        patient = objective(settings.long_horizon)
+        for near in [c for c in candidates if c.origin.startswith("search")][: len(chosen)]:
+            found = descend(patient, near.policy, scales, shape.linear, settings.long_iterations)
+            candidates.append(judged(f"long {near.origin}", found))
+        candidates.sort(key=_rank)
     best = candidates[0]
     return SearchResult(best, tuple(candidates), _bands(model, best.policy, start, settings))
+
+
+def _rank(candidate: Candidate) -> tuple[float, float]:
+    """Less is better: success in tenths, then the judge's cost."""
+    return -round(candidate.judgement.success, 1), candidate.judgement.cost
 
 
 def _bands(model: DynamicsModel, policy: RbfPolicy, start: Gaussian, settings: SearchSettings) -> tuple[Gaussian, ...]:

@@ -40,6 +40,7 @@ class Settings:
     steps: int
     tilt_limit: float
     exploration: float
+    exploration_steps: int | None
 
 
 def main(cfg: DictConfig) -> None:
@@ -62,7 +63,9 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
     policy: Policy = instantiate(cfg.policy)
     _check_torque(policy, robot)
     if settings.exploration:
-        policy = ExploringPolicy(policy, settings.exploration * robot.torque_limit, robot.torque_limit)
+        policy = ExploringPolicy(
+            policy, settings.exploration * robot.torque_limit, robot.torque_limit, settings.exploration_steps
+        )
     provenance = Provenance(
         robot=robot.name,
         source="robot",
