@@ -103,7 +103,8 @@ def step_forward(
     joint_covariance[:D, D] = joint_covariance[D, :D] = u_max * squashed.gain * (S @ activation.slope)
     joint_covariance[D, D] = u_max**2 * squashed.variance
     joint = Gaussian(np.append(mean, u_max * squashed.mean), joint_covariance)
-    prediction = predict(model.f, model.g, joint.mean, joint.covariance, truncation, start_degree)
+    moved = S[model.predicted, model.predicted]  # the change is added to a state that varies already
+    prediction = predict(model.f, model.g, joint.mean, joint.covariance, truncation, start_degree, moved)
     jacobian = model.carry.copy()
     jacobian[model.predicted] += prediction.slope
     next_mean = model.carry @ joint.mean

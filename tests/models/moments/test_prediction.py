@@ -257,11 +257,22 @@ def test_a_cut_series_only_leaves_variance_out_and_says_so():
 def test_the_degree_rises_until_the_tolerance_holds():
     f, g = (kernels(random_gp(k, 30, 3, 2)[0], False) for k in (0, 1))
     m, S = random_input(0, 3, 0.15)
-    found = [predict(f, g, m, S, Truncation(tolerance)) for tolerance in (1e-1, 1e-3, 1e-5, 1e-12)]
+    found = [predict(f, g, m, S, Truncation(tolerance)) for tolerance in (1e-1, 1e-3, 1e-5, 1e-18)]
     assert [p.degree for p in found] == [*sorted(p.degree for p in found[:-1]), EXACT]
     assert len({p.degree for p in found}) > 2
     assert all(p.truncated <= t for p, t in zip(found, (1e-1, 1e-3, 1e-5, 1e-12), strict=True))
     assert predict(f, g, m, S, Truncation(1e-1), start_degree=6).degree == 6
+
+
+def test_an_output_that_is_added_to_what_varies_more_needs_fewer_degrees():
+    f, g = (kernels(random_gp(k, 30, 3, 2)[0], False) for k in (0, 1))
+    m, S = random_input(0, 3, 0.15)
+    alone = predict(f, g, m, S, Truncation(1e-5))
+    variances = np.diag(alone.rest + alone.slope @ S @ alone.slope.T)
+    beside = predict(f, g, m, S, Truncation(1e-5), reference=1e3 * variances)
+    assert beside.degree < alone.degree
+    exact = np.diag(predict(f, g, m, S, PAIRS).rest)
+    assert (np.abs(np.diag(beside.rest) - exact) < 1e-5 * 1e3 * variances).all()
 
 
 def test_a_singular_input_covariance_moves_along_its_own_directions_only():

@@ -23,7 +23,7 @@ from twbal.models.moments.multi_index import Integers, MultiIndices, multi_indic
 from twbal.models.moments.pairwise import pair_moment
 from twbal.models.moments.taylor import add_derivatives
 
-DEGREES = (2, 4, 6)
+DEGREES = (2, 4, 6, 8)
 """Degrees p of the covariance series that are tried in turn; derivatives take two degrees more."""
 
 EXACT = 0
@@ -34,7 +34,8 @@ class Truncation(NamedTuple):
     """How far to trust a short series.
 
     Attributes:
-        tolerance: share of an output's variance that the two degrees past the last may still hold.
+        tolerance: share of an output's variance (or of a `reference` above it) that the two degrees past the last may
+            still hold.
         degrees: allowed degrees, rising; empty always sums over pairs.
         fall_back: sum over pairs where no degree is enough; otherwise the highest degree serves, and the covariance is
             too small by what it leaves out.
@@ -129,7 +130,13 @@ def _derivatives(f: KernelSum, g: KernelSum, mean: Array, covariance: Array, bas
 
 
 def predict(
-    f: KernelSum, g: KernelSum, mean: Array, covariance: Array, truncation: Truncation, start_degree: int = 2
+    f: KernelSum,
+    g: KernelSum,
+    mean: Array,
+    covariance: Array,
+    truncation: Truncation,
+    start_degree: int = 2,
+    reference: Array | float = 0.0,
 ) -> Prediction:
     """Moments of f(x) + g(x) for x ~ N(mean, covariance) (eq. 7-8 with an uncertain input).
 
@@ -139,13 +146,15 @@ def predict(
         covariance: (d, d), positive semi-definite; may be singular.
         truncation: which series to trust.
         start_degree: first degree tried, for callers who know their last one.
+        reference: (E,) variances beside which an error in that of an output does not count, as where the output is
+            added to something that varies more.
     """
     d, outputs = len(mean), len(f.weights)
-    reference = np.exp(np.log(f.length_scales).mean(axis=0))  # (d,)
-    eigenvalues, vectors = np.linalg.eigh(covariance / np.outer(reference, reference))
+    typical = np.exp(np.log(f.length_scales).mean(axis=0))  # (d,)
+    eigenvalues, vectors = np.linalg.eigh(covariance / np.outer(typical, typical))
     eigenvalues = np.maximum(eigenvalues, 0.0)
-    basis = np.ascontiguousarray(reference[:, None] * vectors)
-    inverse_basis = np.ascontiguousarray(vectors.T / reference)
+    basis = np.ascontiguousarray(typical[:, None] * vectors)
+    inverse_basis = np.ascontiguousarray(vectors.T / typical)
     rest = np.zeros((outputs, outputs))
     by_mean, by_covariance = np.zeros((outputs, outputs, d)), np.zeros((outputs, outputs, d, d))
 
@@ -154,7 +163,7 @@ def predict(
         indices = multi_indices(d, candidate + 2)
         T = _derivatives(f, g, mean, covariance, basis, candidate + 2)
         weights = term_weights(eigenvalues, indices)
-        shares = _left_out(degree_variances(T, weights, indices.first))
+        shares = _left_out(degree_variances(T, weights, indices.first), reference)
         met = [p for p in truncation.degrees if p <= candidate and shares[p] <= truncation.tolerance]
         if met or (candidate == truncation.degrees[-1] and not truncation.fall_back):
             degree, enough, truncated = candidate, min(met, default=enough), shares[candidate]
@@ -181,10 +190,11 @@ def predict(
     )
 
 
-def _left_out(variances: Array) -> Array:
+def _left_out(variances: Array, reference: Array | float) -> Array:
     """For each degree p, the largest share of a variance that the degrees p + 1 and p + 2 hold, (p_max - 1,)."""
     past = variances[:, 1:-1] + variances[:, 2:]
-    shares: Array = np.max(past / np.maximum(variances[:, 1:].sum(axis=1, keepdims=True), 1e-300), axis=0)
+    whole = np.maximum(np.maximum(variances[:, 1:].sum(axis=1), reference), 1e-300)
+    shares: Array = np.max(past / whole[:, None], axis=0)
     return shares
 
 
