@@ -1,0 +1,88 @@
+"""The common problem: a toy robot of three states under one control, with known hyper-parameters.
+
+Inputs are uniform in ±[0.5, 3, 3, 1] (tilt, tilt rate w, speed v, command u); targets are one explicit step of 0.05 s,
+dt·(w + dw/2), dw = dt·(15 sin θ - 4u - 0.2w) and dt·(6u - 1.5v), with noise. The policy has 50 basis functions and H is
+100.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from twbal.cost import SaturatingCost
+from twbal.gaussian import Array, Gaussian
+from twbal.models.gp import GaussianProcess, condition
+from twbal.models.moments.kernel_sum import KernelSum, no_kernels
+from twbal.models.moments.prediction import Truncation
+from twbal.policies.rbf import RbfPolicy
+from twbal.search.descent import Objective, descend
+from twbal.search.linear import regulator
+from twbal.search.transition import TransitionModel
+
+HORIZON, BASIS, PERIOD = 100, 50, 0.05
+SPANS = np.array([0.5, 3.0, 3.0, 1.0])
+NOISE = np.array([0.003, 0.02, 0.02])
+LENGTH_SCALES = np.array([[1.0, 4.0, 8.0, 4.0], [0.9, 6.0, 8.0, 2.5], [3.0, 8.0, 5.0, 2.5]])
+SIGNAL_VARIANCES = np.array([0.05, 0.6, 0.6])
+START = Gaussian(np.zeros(3), 0.01 * np.eye(3))
+COST = SaturatingCost(np.zeros(3), np.array([0.5, 5.0, 5.0]))
+
+
+class Data(NamedTuple):
+    """Samples of the toy robot: inputs (n, 4) and targets (n, 3)."""
+
+    inputs: Array
+    targets: Array
+
+
+def data(n: int, seed: int, strength: float = 1.0) -> Data:
+    """Samples; `strength` scales the changes, for a second GP beside the first."""
+    rng = np.random.default_rng(seed)
+    inputs = rng.uniform(-1.0, 1.0, (n, 4)) * SPANS
+    tilt, rate, speed, command = inputs.T
+    change = PERIOD * (15.0 * np.sin(tilt) - 4.0 * command - 0.2 * rate)
+    targets = np.column_stack([PERIOD * (rate + change / 2.0), change, PERIOD * (6.0 * command - 1.5 * speed)])
+    return Data(inputs, strength * targets + NOISE * rng.standard_normal((n, 3)))
+
+
+def gp(n: int, seed: int = 0, strength: float = 1.0) -> GaussianProcess:
+    """The GP of n samples at the common hyper-parameters."""
+    samples = data(n, seed, strength)
+    return condition(samples.inputs, samples.targets, LENGTH_SCALES, SIGNAL_VARIANCES, NOISE**2)
+
+
+def transition(f: GaussianProcess, keep_variance: bool, g: GaussianProcess | None = None) -> TransitionModel:
+    """f, or f + g with g's variance always kept, as the search propagates it."""
+    return TransitionModel(
+        f=_kernels(f, keep_variance),
+        g=no_kernels(3, 4) if g is None else _kernels(g, True),
+        carry=np.hstack([np.eye(3), np.zeros((3, 1))]),
+        predicted=np.arange(3),
+        process_noise=np.zeros(3),
+        observation_noise=np.zeros(3),
+    )
+
+
+def random_policy(seed: int = 1, weight: float = 0.1) -> RbfPolicy:
+    """Centres standard normal, weights `weight` × normal, unit lengths: it falls, so its states spread widely."""
+    rng = np.random.default_rng(seed)
+    centres, weights = rng.standard_normal((BASIS, 3)), weight * rng.standard_normal(BASIS)
+    return RbfPolicy(("tilt", "tilt_rate", "speed"), centres, weights, np.ones(3), np.zeros(3), 1.0)
+
+
+def found_policy(f: GaussianProcess) -> RbfPolicy:
+    """A policy that balances: a linear regulator of the model beside the random network, after 30 steps of L-BFGS."""
+    slope = f.slope(np.zeros((1, 4)))[0]  # (3, 4)
+    A, B = np.eye(3) + slope[:, :3], slope[:, 3]
+    gain = regulator(A, B, COST, 1.0)
+    if gain is None:
+        raise ValueError("The common problem has no regulator; was the model changed?")
+    random = random_policy()
+    start = RbfPolicy(random.channels, random.centres, 0.1 * random.weights, random.lengths, -gain / 1.5, 1.0)
+    objective = Objective(transition(f, False), COST, START, HORIZON, Truncation(1e-5, (2, 4), False), 1e-4)
+    return descend(objective, start, np.ones(3), True, 30)
+
+
+def _kernels(gp: GaussianProcess, uncertain: bool) -> KernelSum:
+    variance = gp.variance_matrix if uncertain else np.zeros((gp.outputs, 0, 0))
+    return KernelSum(gp.centres, gp.length_scales, gp.signal_variance, gp.weights, variance)
