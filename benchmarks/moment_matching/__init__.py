@@ -1,1 +1,1 @@
-"""How long one expected long-term cost with its gradient takes, beside the peer and beside the exact sums over pairs."""
+"""How long one expected long-term cost with its gradient takes, beside the peer and beside exact sums over pairs."""
