@@ -1,10 +1,10 @@
 """What a diagnosis may name, and what is always free."""
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 from twbal.diagnose.model import ANGLE_LEAD, Free
 from twbal.diagnose.settings import Tolerances
+from twbal.planar.parameters import TwinParameters
 
 DATA_SHEET = {
     "torque_gain_gain": "gain, mass and inertia",
@@ -15,7 +15,10 @@ DATA_SHEET = {
 }
 """Fields that factor the data sheet, and the class of those that data of this kind can hardly tell apart."""
 
-_NUDGE = 1e-3  # of finite differences, as a share of a parameter's range
+WHEELS = ("wheel_mass", "wheel_inertia")
+"""Fields of the data sheet that are free too, and have no effect of their own."""
+
+_NUDGE = 1e-5  # of finite differences, as a share of a parameter's range; a larger one bends the gradient
 
 
 class Parameter(NamedTuple):
@@ -67,18 +70,19 @@ class Candidate(NamedTuple):
         )
 
 
-def always_free(tolerances: Tolerances, base: Sequence[tuple[str, float]]) -> tuple[Free, ...]:
+def always_free(tolerances: Tolerances, twin: TwinParameters) -> tuple[Free, ...]:
     """What every model may change: the data sheet's values and the sensors' timing, within tolerances.
 
     Args:
         tolerances: their standard deviations.
-        base: values that the simulation has for the fields of `DATA_SHEET`.
+        twin: what the simulation has for them.
     """
+    values = [(field, float(getattr(twin, field))) for field in (*DATA_SHEET, *WHEELS)]
     sd = tolerances.data_sheet
-    sheet = [Free(field, 0.4 * value, 2.5 * value, value, sd * value, 1e-3 * value) for field, value in base]
+    sheet = [Free(field, 0.4 * value, 2.5 * value, value, sd * value, _NUDGE * value) for field, value in values]
     late, lead = tolerances.imu_timing, tolerances.angle_timing
     return (
         *sheet,
-        Free("imu_delay_delay", 0.0, 20 * late, 0.0, late, 0.1 * late),
-        Free(ANGLE_LEAD, -20 * lead, 20 * lead, 0.0, lead, 0.1 * lead),
+        Free("imu_delay_delay", 0.0, 20 * late, 0.0, late, 1e-3 * late),
+        Free(ANGLE_LEAD, -20 * lead, 20 * lead, 0.0, lead, 1e-3 * lead),
     )

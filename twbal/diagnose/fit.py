@@ -9,7 +9,7 @@ from twbal.diagnose.model import Data, Free, Model
 from twbal.diagnose.noise import Filter
 from twbal.gaussian import Array
 
-_FIRST_DAMPING, _LAST_DAMPING = 1e-4, 1e6
+_FIRST_DAMPING, _LAST_DAMPING = 1e-8, 1e4
 _SETTLED = 0.02  # gain in cost [2 nats] below which a fit is done
 _CONVERGED = 0.5  # gain of a round [2 nats] below which values and noise have settled
 _RIDGE = 1e-4  # against values that the recordings do not bear on, in units of their ranges
@@ -60,7 +60,6 @@ def descend(
     kalman: Filter,
     frees: Sequence[Free],
     iterations: int,
-    frozen: Array | None = None,
 ) -> Fit:
     """Levenberg-Marquardt within bounds, with the noise and the filter as they are.
 
@@ -70,7 +69,6 @@ def descend(
         kalman: the filter.
         frees: what is free.
         iterations: at most.
-        frozen: (N, Q), slopes of the first Q free values that are not computed anew.
     """
     sds = np.array([free.sd for free in frees])
     means = np.array([free.mean for free in frees])
@@ -80,13 +78,10 @@ def descend(
     model = model.put(dict(zip(names, x.tolist(), strict=True)))
     white = data.white(model, kalman)
     best = float(white @ white) + penalty(frees, x)
-    kept = 0 if frozen is None else frozen.shape[1]
     damping = _FIRST_DAMPING
     J = np.empty((len(white), 0))
     for _ in range(iterations):
-        J = slopes(data, model, kalman, frees[kept:], white)
-        if frozen is not None:
-            J = np.hstack([frozen, J])
+        J = slopes(data, model, kalman, frees, white)
         H = J.T @ J + np.diag(1.0 / sds**2 + _RIDGE / (high - low) ** 2)
         gradient = J.T @ white + (x - means) / sds**2
         gained = 0.0
@@ -97,9 +92,9 @@ def descend(
             value = float(after @ after) + penalty(frees, trial)
             if value < best:
                 gained, best, x, model, white = best - value, value, trial, moved, after
-                damping = max(0.1 * damping, 1e-9)
+                damping = max(0.01 * damping, _FIRST_DAMPING)
                 break
-            damping *= 10.0
+            damping *= 100.0
             if np.abs((trial - x) / (high - low)).max() < 1e-7:
                 break
         if gained < _SETTLED:

@@ -6,7 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from twbal.diagnose.noise import Filter, Noise, cost, fit_noise, kalman_filter, linearise_period, whiten
+from twbal.diagnose.colour import whiteness
+from twbal.diagnose.noise import Filter, Noise, cost, fit_noise, kalman_filter, linearise_period, tame, whiten
 from twbal.diagnose.predictor import Prediction, predict
 from twbal.diagnose.recording import Recording
 from twbal.gaussian import Array
@@ -14,6 +15,7 @@ from twbal.planar.parameters import TwinParameters
 
 ANGLE_LEAD = "angle_lead"
 """Name of the one free value that is no field of the twin: time by which measured angles run ahead of rates [s]."""
+_LAGS = 20  # control periods over which errors may remember
 
 
 class Free(NamedTuple):
@@ -107,6 +109,11 @@ class Data:
             for errors, recording in zip(self.errors(model, kalman), self.recordings, strict=True)
         ]
         return np.concatenate(parts).ravel()
+
+    def colour(self, errors: Sequence[Array], kalman: Filter) -> Array:
+        """Whiteness of prediction errors that were made with a filter, per channel (4,); 1 is white."""
+        tamed = [tame(e, u, kalman.whiteners) for e, u in zip(errors, self.usable, strict=True)]
+        return whiteness(tamed, self.count, _LAGS)
 
     def cost(self, model: Model) -> float:
         """-2 log likelihood of the recordings under a model, but for a constant."""

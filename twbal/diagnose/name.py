@@ -7,7 +7,6 @@ import numpy as np
 from twbal.diagnose.account import account_of
 from twbal.diagnose.candidates import DATA_SHEET, Candidate, always_free
 from twbal.diagnose.certainty import interval, standard_errors
-from twbal.diagnose.colour import whiteness
 from twbal.diagnose.findings import Account, Effects, Findings
 from twbal.diagnose.fit import slopes
 from twbal.diagnose.model import Data, Model
@@ -20,8 +19,6 @@ from twbal.diagnose.weigh import Weighed
 from twbal.diagnosis import Estimate, NamedEffect, Rival, Verdict, Whiteness
 from twbal.planar.parameters import twin_parameters
 from twbal.robot.parameters import RobotParameters
-
-_LAGS = 20
 
 
 def name_effects(
@@ -43,7 +40,7 @@ def name_effects(
     twin = twin_parameters(robot, effects)
     data = Data(recordings, settings.substeps)
     start = Model(twin, 0.0, _first_noise(robot))
-    always = always_free(settings.tolerances, [(field, float(getattr(twin, field))) for field in DATA_SHEET])
+    always = always_free(settings.tolerances, twin)
     missing = [candidate for candidate in candidates if candidate.name not in effects]
     selection = select(data, start, always, missing, settings)
     verdict = conclude(selection, settings)
@@ -61,7 +58,7 @@ def name_effects(
         data_sheet=shifts_of(named, settings),
         data_sheet_class=data_sheet_classes(named, settings) if verdict is Verdict.DATA_SHEET else (),
         rivals=_rivals(selection, weights),
-        whiteness=_whiteness(data, models[0], models[2]),
+        whiteness=_whiteness(data, nominal, named.fit.model),
         noise=dict(zip(MEASURED, named.fit.model.noise.sensors.tolist(), strict=True)),
         advice=advise(selection, verdict, settings),
         nominal=models[0],
@@ -95,7 +92,7 @@ def _named(
     J = slopes(data, named.fit.model, data.filter(named.fit.model), named.fit.frees, named.fit.white)
     errors = standard_errors(named.fit, J, settings.blocks)
     by_field = dict(zip([free.field for free in named.fit.frees], errors.tolist(), strict=True))
-    found = []
+    found: list[NamedEffect] = []
     for candidate in named.effects:
         estimates = {}
         for p in candidate.parameters:
@@ -103,8 +100,16 @@ def _named(
             value = named.fit.model.value(field)
             estimates[p.name] = Estimate(value, *interval(value, by_field[field]), p.unit)
         alike = tuple(dict.fromkeys([*candidate.equivalents, *_rivals_within_margin(candidate, selection, settings)]))
-        found.append(NamedEffect(candidate.name, weights[named.names], estimates, alike, candidate.separate_by))
+        found.append(
+            NamedEffect(candidate.name, _probability(candidate, weights), estimates, alike, candidate.separate_by)
+        )
     return tuple(found)
+
+
+def _probability(candidate: Candidate, weights: Mapping[tuple[str, ...], float]) -> float:
+    """Of an effect or one of its equivalents: that of all sets that hold one."""
+    alike = {candidate.name, *candidate.equivalents}
+    return min(sum(weight for names, weight in weights.items() if alike & set(names)), 1.0)
 
 
 def _rivals_within_margin(candidate: Candidate, selection: Selection, settings: Settings) -> list[str]:
@@ -121,17 +126,15 @@ def _rivals_within_margin(candidate: Candidate, selection: Selection, settings: 
 
 def _rivals(selection: Selection, weights: Mapping[tuple[str, ...], float]) -> tuple[Rival, ...]:
     """All sets that were weighed, the best first."""
-    sets = [selection.base] + [w for step in selection.rounds for w in step.weighed]
+    sets: list[Weighed] = [selection.base] + [w for step in selection.rounds for w in step.weighed]
     found = [Rival(w.names, selection.base.total - w.total, weights[w.names], w.colour) for w in sets]
     return tuple(sorted(found, key=lambda rival: -rival.score))
 
 
-def _whiteness(data: Data, before: Account, after: Account) -> tuple[Whiteness, ...]:
+def _whiteness(data: Data, before: Model, after: Model) -> tuple[Whiteness, ...]:
     """Per channel, by the simulation as it is and with what was found."""
-    pairs = zip(
-        MEASURED,
-        whiteness(before.errors, data.usable, _LAGS).tolist(),
-        whiteness(after.errors, data.usable, _LAGS).tolist(),
-        strict=True,
-    )
-    return tuple(Whiteness(*pair) for pair in pairs)
+    colours = []
+    for model in (before, after):
+        kalman = data.filter(model)
+        colours.append(data.colour(data.errors(model, kalman), kalman).tolist())
+    return tuple(Whiteness(*triple) for triple in zip(MEASURED, *colours, strict=True))

@@ -10,6 +10,9 @@ Another gain K' in place of K changes the prediction errors as the linear twin s
     e'_n = e_n - C δ_n,   δ_{n+1} = F (δ_n + K'_n e'_n - K_n e_n),   δ_0 = 0,
 
 so noise is fitted without running the twin again.
+
+Prediction errors are taken to be of Student's t distribution, with the filter's covariance: a shove, a bump or a landing
+at the start then bears on the fit by no more than a few ordinary instants.
 """
 
 from typing import NamedTuple
@@ -24,6 +27,7 @@ from twbal.planar.parameters import UNBOUNDED, TwinParameters
 from twbal.planar.plant import hold
 
 _INSTANTS = 50  # after which gains have settled
+_TAIL = 10.0  # degrees of freedom of the errors' distribution
 _STEPS = 5  # physics steps of a control period in the linear model
 
 
@@ -93,7 +97,8 @@ def linearise_period(twin: TwinParameters, period: float) -> LinearTwin:
         pushed = smooth._replace(
             periodic_disturbance_force=outside / smooth.wheel_radius, periodic_disturbance_phase=0.5 * np.pi
         )
-        state = TwinState(*x, 0.0, x[1], x[3], 0.0, 0.0)
+        tilt, wheel, tilt_rate, wheel_speed = x.tolist()
+        state = TwinState(tilt, wheel, tilt_rate, wheel_speed, 0.0, wheel, wheel_speed, 0.0, 0.0)
         k, imu = constants(pushed, period / _STEPS), np.zeros((2 * _STEPS, 2))
         return np.array(hold(pushed, k, state, np.array([torque]), 0, _STEPS, 0.0, imu)[:4])
 
@@ -181,36 +186,61 @@ def _refilter(F: Array, C: Array, old: Array, new: Array, errors: Array) -> Arra
 
 
 @kernel()
+def _square(errors: Array, W: Array, white: Array) -> float:
+    """Squared length of W e, which is written to `white`."""
+    total = 0.0
+    for i in range(4):
+        white[i] = 0.0
+        for j in range(i + 1):
+            white[i] += W[i, j] * errors[j]
+        total += white[i] * white[i]
+    return total
+
+
+@kernel()
+def _heavy(square: float) -> float:
+    """-2 log density, but for a constant, of errors of a squared length: Student's t of unit covariance."""
+    tail: float = (_TAIL + 4.0) * np.log1p(square / (_TAIL - 2.0))
+    return tail
+
+
+@kernel()
 def _cost(errors: Array, usable: Array, whiteners: Array, determinants: Array) -> float:
     """-2 log likelihood of prediction errors, but for a constant; the first instant does not count."""
     total = 0.0
-    last = len(whiteners) - 1
+    last, white = len(whiteners) - 1, np.empty(4)
     for n in range(1, len(errors)):
-        if not usable[n]:
-            continue
-        W = whiteners[min(n, last)]
-        total += determinants[min(n, last)]
-        for i in range(4):
-            value = 0.0
-            for j in range(i + 1):
-                value += W[i, j] * errors[n, j]
-            total += value * value
+        if usable[n]:
+            total += determinants[min(n, last)] + _heavy(_square(errors[n], whiteners[min(n, last)], white))
     return total
 
 
 @kernel()
 def whiten(errors: Array, usable: Array, whiteners: Array) -> Array:
-    """Prediction errors in units of their standard deviation, decorrelated: (T, 4), 0 where they do not count."""
+    """Prediction errors decorrelated, (T, 4), 0 where they do not count.
+
+    They are scaled such that their squares add up to -2 log likelihood: about standard deviations where they are small,
+    and less where they are large.
+    """
     last = len(whiteners) - 1
     white = np.zeros((len(errors) - 1, 4))
     for n in range(1, len(errors)):
-        if not usable[n]:
-            continue
-        W = whiteners[min(n, last)]
-        for i in range(4):
-            for j in range(i + 1):
-                white[n - 1, i] += W[i, j] * errors[n, j]
+        if usable[n]:
+            square = _square(errors[n], whiteners[min(n, last)], white[n - 1])
+            white[n - 1] *= np.sqrt(_heavy(square) / max(square, 1e-12))
     return white
+
+
+@kernel()
+def tame(errors: Array, usable: Array, whiteners: Array) -> Array:
+    """Prediction errors (T, 4) in their units, 0 where they do not count and less where they are large."""
+    last, white = len(whiteners) - 1, np.empty(4)
+    tamed = np.zeros((len(errors) - 1, 4))
+    for n in range(1, len(errors)):
+        if usable[n]:
+            square = _square(errors[n], whiteners[min(n, last)], white)
+            tamed[n - 1] = errors[n] * np.sqrt(_heavy(square) / max(square, 1e-12))
+    return tamed
 
 
 def cost(errors: list[Array], usable: list[Array], kalman: Filter) -> float:

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from twbal.episode import Episode
 from twbal.errors import DataError
@@ -37,7 +38,7 @@ class Recording:
     commands: Array
     measured: Array
     yaw_rate: Array
-    usable: Array
+    usable: NDArray[np.bool_]
 
     def __len__(self) -> int:
         return len(self.commands)

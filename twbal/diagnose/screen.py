@@ -1,7 +1,6 @@
 """Quick look at every candidate: how much likelier would each make the recordings?
 
-The noise and the filter stay those of the model so far, and the slopes by what is always free are computed once; only
-what is new is fitted, from the most promising of several starts.
+The noise and the filter stay those of the model so far; a few steps are fitted from the most promising of several starts.
 """
 
 from collections.abc import Sequence
@@ -15,7 +14,14 @@ from twbal.diagnose.model import Data, Free, Model
 from twbal.diagnose.noise import Filter, LinearTwin, linearise_period, respond, whiten
 from twbal.gaussian import Array
 
-_SIZES = (0.1, 0.3, 1.0, -0.3, -1.0)  # of the start values at which a candidate is tried, in their distance from none
+_SIZES = (
+    0.03,
+    0.2,
+    1.0,
+    3.0,
+    -0.2,
+    -1.0,
+)  # of the start values at which a candidate is tried, in their distance from none
 _ITERATIONS = 3
 _FRACTIONS = 5  # of a control period, over which a torque that depends on the wheels' angle is averaged
 _TONES = 8192  # frequencies of the Fourier transform
@@ -56,52 +62,37 @@ def _screen(data: Data, fit: Fit, kalman: Filter, slopes: Array, candidate: Cand
     fields = [free.field for free in candidate.frees]
     kept = [i for i, free in enumerate(fit.frees) if free.field not in fields]
     frees = [fit.frees[i] for i in kept]
-    frozen = slopes[:, kept]
     begin = float(fit.white @ fit.white) + penalty(frees, fit.values[kept])
-    model, seen = _start(data, fit, kalman, frozen, frees, candidate)
-    after = descend(data, model, kalman, [*frees, *candidate.frees], _ITERATIONS, frozen)
+    start = _values(candidate, "start") | (_tone(data, fit, kalman, candidate) or {})
+    model = _start(data, fit, kalman, candidate, start)
+    seen = _seen(data, fit, kalman, frees, slopes[:, kept], start)
+    after = descend(data, model, kalman, [*frees, *candidate.frees], _ITERATIONS)
     return Screened(candidate, begin - after.cost, after.model, seen)
 
 
-def _start(
-    data: Data, fit: Fit, kalman: Filter, frozen: Array, frees: Sequence[Free], candidate: Candidate
-) -> tuple[Model, float]:
-    """The most promising start, and what the candidate's own start values would have been seen by.
+def _values(candidate: Candidate, which: str) -> dict[str, float]:
+    """An attribute of a candidate's parameters, by field."""
+    return {f"{candidate.name}_{p.name}": float(getattr(p, which)) for p in candidate.parameters}
 
-    A secant from none to a start, less what the other free values could do, says how far along it to go.
-    """
-    base = {f"{candidate.name}_{p.name}": p.start for p in candidate.parameters}
-    tone = _tone(data, fit, kalman, candidate)
-    if tone is not None:
-        base.update(tone)
-    ridge = np.array([1.0 / free.sd**2 + 1e-6 / (free.high - free.low) ** 2 for free in frees])
-    normal = np.linalg.inv(frozen.T @ frozen + np.diag(ridge))
-    best, chosen, seen = -np.inf, fit.model.put(base), 0.0
+
+def _start(data: Data, fit: Fit, kalman: Filter, candidate: Candidate, start: dict[str, float]) -> Model:
+    """The model with the candidate at the most promising of several sizes, shares of the way from none to its start."""
+    none, low, high = (_values(candidate, which) for which in ("none", "low", "high"))
+    now = {f: min(max(fit.model.value(f), low[f]), high[f]) for f in start}
+    tried = [] if now == none else [now]
     for size in _SIZES:
-        values = dict(base)
-        sized = [p for p in candidate.parameters if p.none != p.start]
-        for p in sized:
-            value = p.none + size * (base[f"{candidate.name}_{p.name}"] - p.none)
-            values[f"{candidate.name}_{p.name}"] = value
-        if any(not p.low <= values[f"{candidate.name}_{p.name}"] <= p.high for p in sized):
-            continue
-        secant = data.white(fit.model.put(values), kalman) - fit.white
-        rest = secant - frozen @ (normal @ (frozen.T @ secant))
-        power = float(rest @ rest) + 1e-9
-        if size == 1.0:
-            seen = power
-        share = float(np.clip(-(rest @ fit.white) / power, 0.0, 3.0))
-        gain = -2.0 * share * float(rest @ fit.white) - share**2 * power
-        if gain > best:
-            best = gain
-            moved = {
-                f"{candidate.name}_{p.name}": float(
-                    np.clip(p.none + max(share, 0.05) * (values[f"{candidate.name}_{p.name}"] - p.none), p.low, p.high)
-                )
-                for p in sized
-            }
-            chosen = fit.model.put({**values, **moved})
-    return chosen, seen
+        tried.append({f: min(max(none[f] + size * (start[f] - none[f]), low[f]), high[f]) for f in start})
+    models = [fit.model.put(values) for values in tried]
+    costs = [float(white @ white) for white in (data.white(model, kalman) for model in models)]
+    return models[int(np.argmin(costs))]
+
+
+def _seen(data: Data, fit: Fit, kalman: Filter, frees: Sequence[Free], frozen: Array, start: dict[str, float]) -> float:
+    """By how much the start values change the errors, beyond what the other free values can make up for."""
+    ridge = np.array([1.0 / free.sd**2 + 1e-6 / (free.high - free.low) ** 2 for free in frees])
+    change = data.white(fit.model.put(start), kalman) - fit.white
+    pull = frozen.T @ change
+    return float(change @ change - pull @ np.linalg.solve(frozen.T @ frozen + np.diag(ridge), pull))
 
 
 def _tone(data: Data, fit: Fit, kalman: Filter, candidate: Candidate) -> dict[str, float] | None:

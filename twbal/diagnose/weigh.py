@@ -6,14 +6,12 @@ from typing import NamedTuple
 import numpy as np
 
 from twbal.diagnose.candidates import Candidate
-from twbal.diagnose.colour import whiteness
 from twbal.diagnose.fit import Fit, refit, slopes
 from twbal.diagnose.model import Data, Free, Model
 from twbal.diagnose.noise import Filter
 from twbal.diagnose.screen import Screened, screen
 from twbal.gaussian import Array
 
-_LAGS = 20  # control periods over which errors may remember
 _ROUNDS, _ITERATIONS, _NOISE_ITERATIONS = 6, 4, 12
 _AT_BOUND = 0.01  # share of its range from a bound at which a parameter has run to it
 _PROMISING = 0.2  # share of the best gain at a glance from which on a candidate is fitted in full
@@ -96,7 +94,7 @@ def weigh(data: Data, model: Model, always: Sequence[Free], candidates: Sequence
     frees = [free for free in always if free.field not in {o.field for o in own}] + own
     fit = refit(data, model, frees, rounds, _ITERATIONS, _NOISE_ITERATIONS)
     kalman = data.filter(fit.model)
-    left = whiteness(data.errors(fit.model, kalman), data.usable, _LAGS)
+    left = data.colour(data.errors(fit.model, kalman), kalman)
     return Weighed(tuple(candidates), fit, left, len(own) * float(np.log(data.count)))
 
 

@@ -1,6 +1,7 @@
 """From the command to the torque of the motors."""
 
 from math import expm1, floor
+from typing import NamedTuple
 
 from twbal.compiled import kernel
 from twbal.gaussian import Array
@@ -50,9 +51,22 @@ def driver_torque(p: TwinParameters, command: float, time: float) -> float:
     return command * p.torque_gain_gain / (1.0 + p.battery_sag_rate * time)
 
 
+class Lag(NamedTuple):
+    """What a first-order lag does in a physics step, exactly.
+
+    Attributes:
+        share: of the way to the asked torque that the motors go.
+        fade: weight of the torque at the step's start in the mean over it.
+    """
+
+    share: float
+    fade: float
+
+
 @kernel()
-def lag_share(p: TwinParameters, physics_step: float) -> float:
-    """Share of the way to the asked torque that the motors go in a physics step."""
+def lag_of(p: TwinParameters, physics_step: float) -> Lag:
+    """The lag of the motors over a physics step [s]."""
     if p.motor_lag_time_constant <= 0.0:
-        return 1.0
-    return -expm1(-physics_step / p.motor_lag_time_constant)
+        return Lag(1.0, 0.0)
+    share = -expm1(-physics_step / p.motor_lag_time_constant)
+    return Lag(share, share * p.motor_lag_time_constant / physics_step)

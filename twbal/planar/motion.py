@@ -33,7 +33,7 @@ class TwinState(NamedTuple):
         wheel: φ, in space [rad].
         tilt_rate: [rad/s].
         wheel_speed: φ̇ [rad/s].
-        torque: that the motors make, both together [N·m].
+        torque: to which the motors have come, both together [N·m].
         rotor: ρ, in space, in turns of the wheel [rad]; φ without backlash.
         rotor_speed: [rad/s].
         slip: speed of the axle beyond r φ̇ [m/s]; 0 where the wheels roll.
@@ -216,7 +216,7 @@ def roll(p: TwinParameters, k: Constants, s: TwinState, torque: float, time: flo
         wheel,
         tilt_rate,
         wheel_speed,
-        torque,
+        s.torque,
         s.rotor + h * rotor_speed if loose else wheel,
         rotor_speed if loose else wheel_speed,
         0.0,
@@ -273,7 +273,7 @@ def slide(p: TwinParameters, k: Constants, s: TwinState, torque: float, time: fl
     wheel = s.wheel + h * wheel_speed
     slip = speed - r * wheel_speed
     tilt = s.tilt + h * tilt_rate
-    return TwinState(tilt, wheel, tilt_rate, wheel_speed, torque, wheel, wheel_speed, slip, s.position + h * speed)
+    return TwinState(tilt, wheel, tilt_rate, wheel_speed, s.torque, wheel, wheel_speed, slip, s.position + h * speed)
 
 
 @kernel()

@@ -8,7 +8,7 @@ from twbal.compiled import kernel
 from twbal.engine.engine import substeps
 from twbal.errors import ConfigError
 from twbal.gaussian import Array
-from twbal.planar.actuation import command_at, driver_torque, lag_share
+from twbal.planar.actuation import command_at, driver_torque, lag_of
 from twbal.planar.motion import Constants, TwinState, constants, step
 from twbal.planar.parameters import TwinParameters, twin_parameters
 from twbal.planar.sensing import Reading, read_sensors
@@ -40,18 +40,20 @@ def hold(
         yaw_rate: [rad/s].
         imu: (N, 2), as of `read_sensors`.
     """
-    share = lag_share(p, k.step)
+    lag = lag_of(p, k.step)
+    reached = s.torque
     late = p.actuation_delay_delay / (k.step * substeps)
     length = 1.0 / substeps
     for i in range(substeps):
         number = past * substeps + i
         time = number * k.step
         command = commands[past] if late == 0.0 else command_at(commands, number * length - late, length)
-        torque = s.torque + share * (driver_torque(p, command, time) - s.torque)
-        s = step(p, k, s, torque, time, yaw_rate)
+        asked = driver_torque(p, command, time)
+        s = step(p, k, s, asked + lag.fade * (reached - asked), time, yaw_rate)
+        reached += lag.share * (asked - reached)
         row = (number + 1) % len(imu)
         imu[row, 0], imu[row, 1] = s.tilt, s.tilt_rate
-    return s
+    return TwinState(s.tilt, s.wheel, s.tilt_rate, s.wheel_speed, reached, s.rotor, s.rotor_speed, s.slip, s.position)
 
 
 @kernel()

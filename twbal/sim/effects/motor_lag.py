@@ -13,8 +13,8 @@ from twbal.sim.effects.effect import ActuatorEffect, Place
 class MotorLag(ActuatorEffect):
     """Torque τ follows the command through a first-order lag, T dτ/dt = u - τ, from τ = 0.
 
-    It acts in the motors, after everything else between command and joint; each physics step applies the torque reached
-    at its end. It can hardly be told from an actuation delay.
+    It acts in the motors, after everything else between command and joint; each physics step applies its mean torque,
+    so that the lag is the same whatever the step. It can hardly be told from an actuation delay.
 
     Attributes:
         time_constant: T [s].
@@ -29,11 +29,13 @@ class MotorLag(ActuatorEffect):
     def start(self, physics_step: float, rng: np.random.Generator) -> TorqueFilter:
         """Hand out a motor at rest."""
         share = -expm1(-physics_step / self.time_constant) if self.time_constant > 0 else 1.0
+        fade = share * self.time_constant / physics_step  # mean of exp(-t / T) over a step
         torque = 0.0
 
         def lagged(u: float) -> float:
             nonlocal torque
+            mean = u + fade * (torque - u)
             torque += share * (u - torque)
-            return torque
+            return mean
 
         return lagged
