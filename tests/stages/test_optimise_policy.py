@@ -105,12 +105,21 @@ def test_the_prediction_begins_at_the_start_and_reaches_the_horizon(folder):
 
 def test_earlier_policies_are_judged_beside_what_is_found(folder):
     earlier = folder / "p" / "policy.pt"
-    search(folder, "again", f"earlier=[{earlier},{earlier}]")
+    search(folder, "another", "seed=4")
+    search(folder, "again", f"earlier=[{earlier},{folder / 'another' / 'policy.pt'}]")
     candidates = load_prediction(folder / "again" / "prediction.pt").candidates
     assert {"policy 0", "policy 1"} < {candidate.origin for candidate in candidates}
     (first,) = [candidate for candidate in candidates if candidate.origin == "policy 0"]
     assert first.cost == load_prediction(folder / "p" / "prediction.pt").best.cost
     assert [len(files) for files in read_manifest(folder / "again").inputs.values()] == [1, 2]
+
+
+def test_a_policy_that_was_driven_twice_is_not_driven_again(folder):
+    twice = folder / "p" / "policy.pt"
+    search(folder, "stuck", f"earlier=[{twice},{twice}]")
+    candidates = load_prediction(folder / "stuck" / "prediction.pt").candidates
+    assert candidates
+    assert not any(candidate.origin.startswith("policy") for candidate in candidates)
 
 
 def test_equal_policies_are_searched_from_once(folder):

@@ -29,7 +29,7 @@ class SearchSettings:
         iterations: of L-BFGS over the whole horizon, at most.
         short_iterations: of L-BFGS over the short one, at most.
         searched: how many starts, the best over the short horizon, are searched; 0 only judges earlier policies.
-        long_horizon: over which the search goes on from what it found where less than `content` of the judge's robots
+        long_horizon: over which the search goes on from the best that it found where less than `content` of the judge's robots
             balance under any candidate: a robot that slowly runs away is cheap over a short horizon.
         long_iterations: of L-BFGS over that, at most.
         content: share of the judge's robots.
@@ -101,7 +101,8 @@ def search_policy(
 ) -> SearchResult:
     """Search from the most promising starts, judge what was found on long rollouts, and return the best.
 
-    Earlier policies are judged beside the new ones, so that a search that only made things worse shows.
+    Earlier policies are judged beside the new ones, so that a search that only made things worse shows. One that was
+    chosen twice already is none of them: what it does the model has been told, and a third time would teach nothing.
 
     Args:
         start: distribution of x_0.
@@ -133,7 +134,8 @@ def search_policy(
         progress(f"{origin}: cost {candidate.cost:.2f}, {judgement.success:.0%} of the long rollouts balance")
         return candidate
 
-    candidates = [judged(f"policy {i}", policy) for i, policy in enumerate(earlier)]
+    fresh = _not_driven_twice(earlier) if settings.searched else range(len(earlier))
+    candidates = [judged(f"policy {i}", earlier[i]) for i in fresh]
     for origin, policy in chosen:
         found = descend(short, policy, scales, shape.linear, settings.short_iterations)
         found = descend(whole, found, scales, shape.linear, settings.iterations)
@@ -141,12 +143,18 @@ def search_policy(
     candidates.sort(key=_rank)
     if chosen and candidates[0].judgement.success < settings.content:
         patient = objective(settings.long_horizon)
-        for near in [c for c in candidates if c.origin.startswith("search")][: len(chosen)]:
-            found = descend(patient, near.policy, scales, shape.linear, settings.long_iterations)
-            candidates.append(judged(f"long {near.origin}", found))
+        near = next(c for c in candidates if c.origin.startswith("search"))
+        found = descend(patient, near.policy, scales, shape.linear, settings.long_iterations)
+        candidates.append(judged(f"long {near.origin}", found))
         candidates.sort(key=_rank)
     best = candidates[0]
     return SearchResult(best, tuple(candidates), _bands(model, best.policy, start, settings))
+
+
+def _not_driven_twice(earlier: Sequence[RbfPolicy]) -> list[int]:
+    """Indices of the first of each policy that is among `earlier` but once."""
+    keys = [tuple(part.tobytes() for part in (p.centres, p.weights, p.lengths, p.gain)) for p in earlier]
+    return [i for i, key in enumerate(keys) if keys.count(key) == 1]
 
 
 def _rank(candidate: Candidate) -> tuple[float, float]:
