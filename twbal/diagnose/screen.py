@@ -1,6 +1,6 @@
 """Quick look at every candidate: how much likelier would each make the recordings?
 
-The noise and the filter stay those of the model so far; a few steps are fitted from the most promising of several starts.
+The noise and the filter stay those of the model so far; a few steps are fitted from the best of several starts.
 """
 
 from collections.abc import Sequence
@@ -10,7 +10,7 @@ import numpy as np
 
 from twbal.diagnose.candidates import Candidate
 from twbal.diagnose.fit import Fit, descend, penalty
-from twbal.diagnose.model import Data, Free, Model
+from twbal.diagnose.model import Data, Model
 from twbal.diagnose.noise import Filter, LinearTwin, linearise_period, respond, whiten
 from twbal.gaussian import Array
 
@@ -22,7 +22,9 @@ _SIZES = (
     -0.2,
     -1.0,
 )  # of the start values at which a candidate is tried, in their distance from none
+_SMALL = 0.05  # sizes up to this one foretell, larger ones are too far off for a parabola
 _ITERATIONS = 3
+_FITTED, _LEAST = 12, 6.0  # candidates that are fitted by a few steps, and what they must promise
 _FRACTIONS = 5  # of a control period, over which a torque that depends on the wheels' angle is averaged
 _TONES = 8192  # frequencies of the Fourier transform
 _COUNT_STEP = 0.25
@@ -44,8 +46,26 @@ class Screened(NamedTuple):
     seen: float
 
 
+class _Glance(NamedTuple):
+    """A candidate before any fit.
+
+    Attributes:
+        candidate: which.
+        model: with it at the most promising of several sizes.
+        promise: gain in -2 log likelihood that its secants foretell.
+        seen: as of `Screened`.
+    """
+
+    candidate: Candidate
+    model: Model
+    promise: float
+    seen: float
+
+
 def screen(data: Data, fit: Fit, kalman: Filter, slopes: Array, candidates: Sequence[Candidate]) -> list[Screened]:
     """Every candidate at a glance, the most promising first.
+
+    Those whose secants promise most are fitted by a few steps, the others keep what is promised.
 
     Args:
         data: recordings.
@@ -54,20 +74,25 @@ def screen(data: Data, fit: Fit, kalman: Filter, slopes: Array, candidates: Sequ
         slopes: (N, P) of its whitened errors by what is free in it.
         candidates: which it does not hold yet.
     """
-    found = [_screen(data, fit, kalman, slopes, candidate) for candidate in candidates]
+    glances = [_glance(data, fit, kalman, slopes, candidate) for candidate in candidates]
+    glances.sort(key=lambda glance: -glance.promise)
+    found = []
+    for number, glance in enumerate(glances):
+        if number < _FITTED and glance.promise > _LEAST:
+            found.append(_screen(data, fit, kalman, glance))
+        else:
+            found.append(Screened(glance.candidate, min(glance.promise, 0.0), glance.model, glance.seen))
     return sorted(found, key=lambda screened: -screened.gain)
 
 
-def _screen(data: Data, fit: Fit, kalman: Filter, slopes: Array, candidate: Candidate) -> Screened:
-    fields = [free.field for free in candidate.frees]
-    kept = [i for i, free in enumerate(fit.frees) if free.field not in fields]
-    frees = [fit.frees[i] for i in kept]
-    begin = float(fit.white @ fit.white) + penalty(frees, fit.values[kept])
-    start = _values(candidate, "start") | (_tone(data, fit, kalman, candidate) or {})
-    model = _start(data, fit, kalman, candidate, start)
-    seen = _seen(data, fit, kalman, frees, slopes[:, kept], start)
-    after = descend(data, model, kalman, [*frees, *candidate.frees], _ITERATIONS)
-    return Screened(candidate, begin - after.cost, after.model, seen)
+def _screen(data: Data, fit: Fit, kalman: Filter, glance: _Glance) -> Screened:
+    """Fit a candidate by a few steps."""
+    fields = [free.field for free in glance.candidate.frees]
+    frees = [free for free in fit.frees if free.field not in fields]
+    values = np.array([fit.model.value(free.field) for free in frees])
+    begin = float(fit.white @ fit.white) + penalty(frees, values)
+    after = descend(data, glance.model, kalman, [*frees, *glance.candidate.frees], _ITERATIONS)
+    return Screened(glance.candidate, begin - after.cost, after.model, glance.seen)
 
 
 def _values(candidate: Candidate, which: str) -> dict[str, float]:
@@ -75,24 +100,42 @@ def _values(candidate: Candidate, which: str) -> dict[str, float]:
     return {f"{candidate.name}_{p.name}": float(getattr(p, which)) for p in candidate.parameters}
 
 
-def _start(data: Data, fit: Fit, kalman: Filter, candidate: Candidate, start: dict[str, float]) -> Model:
-    """The model with the candidate at the most promising of several sizes, shares of the way from none to its start."""
+def _glance(data: Data, fit: Fit, kalman: Filter, slopes: Array, candidate: Candidate) -> _Glance:
+    """Try several sizes of a candidate, shares of the way from none to its start.
+
+    What a small size changes in the errors, less what the other free values can make up for, is a slope; along it the
+    cost is a parabola, whose lowest point is promised. So is what a larger size gains as it is.
+    """
+    start = _values(candidate, "start") | (_tone(data, fit, kalman, candidate) or {})
     none, low, high = (_values(candidate, which) for which in ("none", "low", "high"))
-    now = {f: min(max(fit.model.value(f), low[f]), high[f]) for f in start}
-    tried = [] if now == none else [now]
-    for size in _SIZES:
-        tried.append({f: min(max(none[f] + size * (start[f] - none[f]), low[f]), high[f]) for f in start})
-    models = [fit.model.put(values) for values in tried]
-    costs = [float(white @ white) for white in (data.white(model, kalman) for model in models)]
-    return models[int(np.argmin(costs))]
-
-
-def _seen(data: Data, fit: Fit, kalman: Filter, frees: Sequence[Free], frozen: Array, start: dict[str, float]) -> float:
-    """By how much the start values change the errors, beyond what the other free values can make up for."""
+    if "phase" in {p.name for p in candidate.parameters}:  # of a wave, only the size is tried at several values
+        none = {f: value if i else none[f] for i, (f, value) in enumerate(start.items())}
+    kept = [i for i, free in enumerate(fit.frees) if free.field not in start]
+    frozen, frees = slopes[:, kept], [fit.frees[i] for i in kept]
     ridge = np.array([1.0 / free.sd**2 + 1e-6 / (free.high - free.low) ** 2 for free in frees])
-    change = data.white(fit.model.put(start), kalman) - fit.white
-    pull = frozen.T @ change
-    return float(change @ change - pull @ np.linalg.solve(frozen.T @ frozen + np.diag(ridge), pull))
+    normal = np.linalg.inv(frozen.T @ frozen + np.diag(ridge))
+    own = [free for free in fit.frees if free.field in start]
+    freed = penalty(own, np.array([fit.model.value(free.field) for free in own]))  # prior that it does away with
+    now = {f: min(max(fit.model.value(f), low[f]), high[f]) for f in start}
+    best, promise, seen = np.inf, -np.inf, 0.0
+    model = fit.model.put(now)
+    for size in (0.0, *_SIZES) if own else _SIZES:
+        values = {f: min(max(none[f] + size * (start[f] - none[f]), low[f]), high[f]) for f in start} if size else now
+        tried = fit.model.put(values)
+        white = data.white(tried, kalman)
+        change = white - fit.white
+        pull = frozen.T @ change
+        power = float(change @ change - pull @ normal @ pull)
+        slope = -float(change @ fit.white)
+        small = abs(size) <= _SMALL and slope > 0.0 and power > 1e-6
+        foretold = slope**2 / power if small else 0.0
+        cost = float(white @ white)
+        promise = max(promise, freed + foretold, freed + float(fit.white @ fit.white) - cost)
+        if size == 1.0:
+            seen = power
+        if cost < best:
+            best, model = cost, tried
+    return _Glance(candidate, model, promise, seen)
 
 
 def _tone(data: Data, fit: Fit, kalman: Filter, candidate: Candidate) -> dict[str, float] | None:
