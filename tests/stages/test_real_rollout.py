@@ -41,7 +41,8 @@ def cfg():
 
 
 def drive(cfg, policy, out, open_link):
-    settings = Settings(seed=0, trials=2, first_trial=0, steps=8, tilt_limit=0.5, exploration=0.0, exploration_steps=None)
+    bare = {"exploration": 0.0, "exploration_steps": None}
+    settings = Settings(seed=0, trials=2, first_trial=0, steps=8, tilt_limit=0.5, **bare)
     provenance = Provenance("paper", "robot")
     return record(open_link, instantiate(cfg.robot), policy, instantiate(cfg.state), settings, provenance, out)
 

@@ -3,14 +3,12 @@
 from collections.abc import Mapping
 from typing import NamedTuple
 
+from twbal.engine.machine import ROTOR_SHARE as ROTOR_SHARE
 from twbal.errors import ConfigError
 from twbal.robot.parameters import RobotParameters
 
 UNBOUNDED = 1e9
 """Stands for no limit, where a parameter is one [N·m], and for tyres that cannot slip."""
-
-ROTOR_SHARE = 0.5
-"""Share of the wheels' inertia that lies on the motors' side of the backlash."""
 
 
 class TwinParameters(NamedTuple):

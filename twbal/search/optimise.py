@@ -29,8 +29,8 @@ class SearchSettings:
         iterations: of L-BFGS over the whole horizon, at most.
         short_iterations: of L-BFGS over the short one, at most.
         searched: how many starts, the best over the short horizon, are searched; 0 only judges earlier policies.
-        long_horizon: over which the search goes on from the best that it found where less than `content` of the judge's robots
-            balance under any candidate: a robot that slowly runs away is cheap over a short horizon.
+        long_horizon: over which the search goes on from the best that it found where less than `content` of the judge's
+            robots balance under any candidate: a robot that slowly runs away is cheap over a short horizon.
         long_iterations: of L-BFGS over that, at most.
         content: share of the judge's robots.
         swings: see `starting_policies`.

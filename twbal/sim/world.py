@@ -10,12 +10,14 @@ from math import atan2, cos, hypot, sin
 from pathlib import Path
 
 from twbal.engine.engine import Engine, Motion
-from twbal.engine.machine import Machine, Running
+from twbal.engine.machine import JointMotion, Machine, Running
 from twbal.errors import ConfigError
 from twbal.robot.parameters import GRAVITY
 from twbal.robot.start_pose import Stance
 from twbal.robot.urdf import urdf_text
 from twbal.sim.bullet import pybullet
+from twbal.sim.gears import Gears
+from twbal.sim.surroundings import Surroundings
 
 _LARGEST_STEP = 0.001
 _RESIDUAL = 1e-12  # of the contact solver; at PyBullet's 1e-7 the robot yaws by itself at 0.1 mrad/s
@@ -26,7 +28,8 @@ class World(Engine):
     """Integrates a machine by PyBullet.
 
     Coulomb friction is a velocity motor with target 0 and the friction torque as its largest force, viscous friction is
-    joint damping: both inside the engine.
+    joint damping, tyres that slip are a coefficient of friction, a slope is gravity that leans: all inside the engine.
+    What the engine has no form for acts on it step by step: see `Gears` and `Surroundings`.
 
     Args:
         machine: the robot with its effects.
@@ -43,7 +46,9 @@ class World(Engine):
             )
         self._machine = machine
         self._physics_step = physics_step
-        self._text = urdf_text(machine.robot)
+        self._gears = Gears(machine, physics_step)
+        self._surroundings = Surroundings(machine, physics_step)
+        self._text = urdf_text(self._gears.robot)
         self._client = pybullet.connect(pybullet.DIRECT)
         if self._client < 0:
             raise ConfigError("PyBullet has no world left in this process; close plants that are no longer used.")
@@ -60,13 +65,16 @@ class World(Engine):
             solverResidualThreshold=_RESIDUAL,
             physicsClientId=client,
         )
-        pybullet.setGravity(0, 0, -GRAVITY, physicsClientId=client)
+        slope = self._machine.ground.slope  # the ground stays level and the vertical leans
+        pybullet.setGravity(-GRAVITY * sin(slope), 0, -GRAVITY * cos(slope), physicsClientId=client)
         plane = pybullet.createCollisionShape(pybullet.GEOM_PLANE, physicsClientId=client)
         ground = pybullet.createMultiBody(0, plane, physicsClientId=client)
         pybullet.changeDynamics(ground, -1, lateralFriction=1, physicsClientId=client)
         self._robot = self._load(stance)
         self._set_dynamics()
         self._set_velocity(stance)
+        self._gears.reset()
+        self._surroundings.reset()
 
     def advance(self, command: float, running: Running, steps: int) -> None:
         """Take physics steps with half of the torque on each wheel's joint."""
@@ -74,11 +82,76 @@ class World(Engine):
         drive, step, mode = pybullet.setJointMotorControlArray, pybullet.stepSimulation, pybullet.TORQUE_CONTROL
         forces = [0.5 * command] * 2
         filtered = bool(running.actuators)
+        if self._gears.needed or self._surroundings.needed or running.joints:
+            self._advance_with_care(command, running, steps)
+            return
         for _ in range(steps):
             if filtered:
                 forces = [0.5 * running.actuate(command)] * 2
             drive(robot, _JOINTS, mode, forces=forces, physicsClientId=client)
             step(physicsClientId=client)
+
+    def _advance_with_care(self, command: float, running: Running, steps: int) -> None:
+        """Take physics steps with all that must be told to the engine anew in each."""
+        client, robot = self._client, self._robot
+        for _ in range(steps):
+            motion = self.motion()
+            joint = JointMotion(motion.wheel_angle, motion.wheel_rate)
+            torque = running.turn(running.actuate(command), joint)
+            if self._gears.friction_changes:
+                self._set_dry_friction(motion.wheel_rate)
+            passed = self._gears.pass_on(torque, motion)
+            pybullet.setJointMotorControlArray(
+                robot, _JOINTS, pybullet.TORQUE_CONTROL, forces=[0.5 * passed] * 2, physicsClientId=client
+            )
+            if passed != torque:  # the motors push themselves off the body, whatever their rotors meet
+                self._turn(-1, passed - torque)
+            around = self._surroundings.act(motion)
+            if around.on_wheels:
+                for wheel in _JOINTS:
+                    self._turn(wheel, 0.5 * around.on_wheels)
+            if around.at_axle:
+                self._push(around.at_axle)
+            pybullet.stepSimulation(physicsClientId=client)
+
+    def _turn(self, link: int, torque: float) -> None:
+        """Turn a link about the axle from outside [N·m], positive forward."""
+        axis = self._left()
+        pybullet.applyExternalTorque(
+            self._robot,
+            link,
+            torqueObj=[torque * part for part in axis],
+            flags=pybullet.WORLD_FRAME,
+            physicsClientId=self._client,
+        )
+
+    def _push(self, force: float) -> None:
+        """Push the axle forward along the ground [N]."""
+        left = self._left()
+        level = hypot(left[0], left[1])
+        place, orientation = pybullet.getBasePositionAndOrientation(self._robot, physicsClientId=self._client)
+        r = pybullet.getMatrixFromQuaternion(orientation)
+        lx, lz = self._arm()
+        axle = [p - lx * r[3 * i] - lz * r[3 * i + 2] for i, p in enumerate(place)]
+        pybullet.applyExternalForce(
+            self._robot,
+            -1,
+            forceObj=[force * left[1] / level, -force * left[0] / level, 0],
+            posObj=axle,
+            flags=pybullet.WORLD_FRAME,
+            physicsClientId=self._client,
+        )
+
+    def _left(self) -> tuple[float, float, float]:
+        """The body's y axis in the world."""
+        _, orientation = pybullet.getBasePositionAndOrientation(self._robot, physicsClientId=self._client)
+        r = pybullet.getMatrixFromQuaternion(orientation)
+        return r[1], r[4], r[7]
+
+    def _arm(self) -> tuple[float, float]:
+        """From the axle to the centre of mass, in the body's x and z [m]."""
+        robot = self._machine.robot
+        return robot.com_height * sin(robot.com_offset), robot.com_height * cos(robot.com_offset)
 
     def motion(self) -> Motion:
         """Read the motion off the base and the joints."""
@@ -88,14 +161,13 @@ class World(Engine):
         r = pybullet.getMatrixFromQuaternion(orientation)  # rotation body to world, row by row
         forward, left, up = (r[0], r[3], r[6]), (r[1], r[4], r[7]), (r[2], r[5], r[8])
         level = hypot(forward[0], forward[1])
-        offset = self._machine.robot.com_offset
-        lx, lz = self._machine.robot.com_height * sin(offset), self._machine.robot.com_height * cos(offset)
+        lx, lz = self._arm()
         arm = [lx * f + lz * u for f, u in zip(forward, up, strict=True)]  # axle to centre of mass, world
         axle_x = velocity[0] - (spin[1] * arm[2] - spin[2] * arm[1])
         axle_y = velocity[1] - (spin[2] * arm[0] - spin[0] * arm[2])
         wheels = pybullet.getJointStates(robot, _JOINTS, physicsClientId=client)
         return Motion(
-            tilt=atan2(-forward[2], up[2]),
+            tilt=atan2(-forward[2], up[2]) - self._machine.ground.slope,
             tilt_rate=sum(w * e for w, e in zip(spin, left, strict=True)),
             speed=(axle_x * forward[0] + axle_y * forward[1]) / level,
             wheel_angle=(wheels[0][0] + wheels[1][0]) / 2,
@@ -111,6 +183,7 @@ class World(Engine):
 
     def _load(self, stance: Stance) -> int:
         """Load the robot with its axle one wheel radius above the ground."""
+        lean = stance.tilt + self._machine.ground.slope  # from the ground's normal
         with tempfile.TemporaryDirectory() as folder:  # PyBullet reads URDF from files only
             path = Path(folder) / "robot.urdf"
             path.write_text(self._text)
@@ -118,7 +191,7 @@ class World(Engine):
                 pybullet.loadURDF(
                     str(path),
                     basePosition=[0, 0, self._machine.robot.wheel_radius],
-                    baseOrientation=[0, sin(stance.tilt / 2), 0, cos(stance.tilt / 2)],
+                    baseOrientation=[0, sin(lean / 2), 0, cos(lean / 2)],
                     flags=pybullet.URDF_USE_INERTIA_FROM_FILE,
                     physicsClientId=self._client,
                 )
@@ -127,6 +200,7 @@ class World(Engine):
     def _set_dynamics(self) -> None:
         """Take away PyBullet's own damping and motors, and put in the drive's friction."""
         drive = self._machine.drive
+        grip = min(self._machine.ground.grip, 1.0)
         for link in (-1, *_JOINTS):
             pybullet.changeDynamics(
                 self._robot,
@@ -134,26 +208,30 @@ class World(Engine):
                 linearDamping=0,
                 angularDamping=0,
                 jointDamping=drive.viscous_friction,
-                lateralFriction=1,
+                lateralFriction=grip,
                 spinningFriction=0,
                 rollingFriction=0,
                 restitution=0,
                 physicsClientId=self._client,
             )
+        self._set_dry_friction(0.0)
+
+    def _set_dry_friction(self, rate: float) -> None:
+        """Tell the joints' motors how far they may hold, at a rate of the wheels relative to the body [rad/s]."""
         for joint in _JOINTS:
             pybullet.setJointMotorControl2(
                 self._robot,
                 joint,
                 pybullet.VELOCITY_CONTROL,
                 targetVelocity=0,
-                force=drive.coulomb_friction,
+                force=self._machine.drive.dry_friction(rate),
                 physicsClientId=self._client,
             )
 
     def _set_velocity(self, stance: Stance) -> None:
         """Velocity of the centre of mass (PyBullet's base) and rates of the wheels, such that the wheels roll."""
         robot = self._machine.robot
-        lean = stance.tilt + robot.com_offset
+        lean = stance.tilt + robot.com_offset + self._machine.ground.slope
         pybullet.resetBaseVelocity(
             self._robot,
             linearVelocity=[

@@ -1,4 +1,4 @@
-from dataclasses import fields, replace
+from dataclasses import replace
 from itertools import permutations
 from pathlib import Path
 
@@ -15,7 +15,7 @@ from twbal.sim.effects.com_height import ComHeight
 from twbal.sim.effects.com_offset import ComOffset
 from twbal.sim.effects.coulomb_friction import CoulombFriction
 from twbal.sim.effects.dead_zone import DeadZone
-from twbal.sim.effects.effect import ActuatorEffect, BodyEffect, DriveEffect, Effect, SensorEffect, assemble
+from twbal.sim.effects.effect import Effect, assemble, parameters_of
 from twbal.sim.effects.motor_lag import MotorLag
 from twbal.sim.effects.sensor_noise import SensorNoise
 from twbal.sim.effects.torque_gain import TorqueGain
@@ -33,10 +33,12 @@ def run(effect, torques, physics_step=H):
 @pytest.mark.parametrize("file", FILES, ids=lambda f: f.stem)
 def test_every_yaml_makes_an_effect_of_its_own_name_that_starts_away_from_nothing(file):
     effect = instantiate(OmegaConf.load(file))
-    assert isinstance(effect, (ActuatorEffect, BodyEffect, DriveEffect, SensorEffect))
+    assert isinstance(effect, Effect)
     assert type(effect).__module__ == f"twbal.sim.effects.{file.stem}"
-    neutral = 1.0 if {f.name for f in fields(effect)} & {"gain", "factor"} else 0.0
-    assert all(getattr(effect, f.name) != neutral for f in fields(effect))
+    for name, known in parameters_of(type(effect)).items():
+        assert known.low <= getattr(effect, name) <= known.high
+        assert known.low <= known.start <= known.high
+        assert getattr(effect, name) != known.none or name == "phase"
 
 
 def test_every_effect_has_a_yaml():

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from twbal.engine.machine import TorqueFilter
-from twbal.sim.effects.effect import ActuatorEffect, Place
+from twbal.sim.effects.effect import ActuatorEffect, Place, parameter
 
 
 @dataclass(frozen=True)
@@ -21,8 +21,10 @@ class ActuationDelay(ActuatorEffect):
         delay: [s]; any fraction of a control period.
     """
 
-    delay: float
+    delay: float = parameter("s", 0.0, 0.06, 0.01, scale="period")
     place = Place.COMMAND
+    cannot_be_told_from = ("motor_lag", "imu_delay")
+    separate_by = "Give steps of the command: a lag answers at once and slowly, a delay late and at once."
 
     def __post_init__(self) -> None:
         self._require("delay", 0)

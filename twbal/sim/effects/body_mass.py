@@ -3,7 +3,7 @@
 from dataclasses import dataclass, replace
 
 from twbal.robot.parameters import RobotParameters
-from twbal.sim.effects.effect import BodyEffect
+from twbal.sim.effects.effect import BodyEffect, parameter
 
 
 @dataclass(frozen=True)
@@ -17,7 +17,9 @@ class BodyMass(BodyEffect):
         factor: true mass over the data sheet's.
     """
 
-    factor: float
+    factor: float = parameter("", 0.5, 2.0, 1.1, none=1.0)
+    cannot_be_told_from = ("torque_gain", "battery_sag")
+    separate_by = "Weigh the body."
 
     def __post_init__(self) -> None:
         self._require("factor", 1e-3)

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, replace
 
 from twbal.robot.parameters import RobotParameters
-from twbal.sim.effects.effect import BodyEffect
+from twbal.sim.effects.effect import BodyEffect, parameter
 
 
 @dataclass(frozen=True)
@@ -17,7 +17,9 @@ class ComOffset(BodyEffect):
         angle: [rad]; positive leans it forward.
     """
 
-    angle: float
+    angle: float = parameter("rad", -0.15, 0.15, 0.02)
+    cannot_be_told_from = ("imu_mount_angle",)
+    separate_by = "Find the tilt at which the robot balances, and measure the IMU against the body."
 
     def __post_init__(self) -> None:
         self._require("angle", -1.5, 1.5)

@@ -3,7 +3,7 @@
 from dataclasses import dataclass, replace
 
 from twbal.engine.machine import Drive
-from twbal.sim.effects.effect import DriveEffect
+from twbal.sim.effects.effect import DriveEffect, parameter
 
 
 @dataclass(frozen=True)
@@ -17,7 +17,9 @@ class CoulombFriction(DriveEffect):
         torque: of each wheel [N·m].
     """
 
-    torque: float
+    torque: float = parameter("N·m", 0.0, 2.0, 0.1, scale="torque")
+    cannot_be_told_from = ("viscous_friction", "dead_zone")
+    separate_by = "Drive at several speeds, both ways."
 
     def __post_init__(self) -> None:
         self._require("torque", 0)

@@ -6,7 +6,7 @@ from math import copysign
 import numpy as np
 
 from twbal.engine.machine import TorqueFilter
-from twbal.sim.effects.effect import ActuatorEffect, Place
+from twbal.sim.effects.effect import ActuatorEffect, Place, parameter
 
 
 @dataclass(frozen=True)
@@ -20,8 +20,10 @@ class DeadZone(ActuatorEffect):
         width: half width of the zone, on the summed command [N·m].
     """
 
-    width: float
+    width: float = parameter("N·m", 0.0, 5.0, 0.3, scale="torque")
     place = Place.DRIVER
+    cannot_be_told_from = ("coulomb_friction",)
+    separate_by = "Command small torques both ways while the robot rolls."
 
     def __post_init__(self) -> None:
         self._require("width", 0)

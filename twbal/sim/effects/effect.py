@@ -6,12 +6,13 @@ outside force) is an abstract class here, a field of `Machine` that `assemble` f
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
+from dataclasses import field, fields
 from enum import IntEnum
-from typing import ClassVar
+from typing import Any, ClassVar, Literal, NamedTuple
 
 import numpy as np
 
-from twbal.engine.machine import Drive, Machine, SensorFilter, TorqueFilter
+from twbal.engine.machine import Drive, Ground, JointTorque, Machine, Push, SensorFilter, TorqueFilter
 from twbal.errors import ConfigError
 from twbal.robot.parameters import RobotParameters
 
@@ -25,8 +26,40 @@ class Place(IntEnum):
     GEAR = 3
     MOTOR = 4
     JOINT = 5
-    SENSOR = 6
-    NOISE = 7
+    GROUND = 6
+    OUTSIDE = 7
+    LATENCY = 8
+    SENSOR = 9
+    OFFSET = 10
+    NOISE = 11
+
+
+class Parameter(NamedTuple):
+    """What is known of a parameter before any data.
+
+    Attributes:
+        unit: "" for a plain number.
+        low: lowest value that a plausible robot has.
+        high: highest.
+        start: a value at which data say something about it: at the value that does nothing many slopes are zero.
+        none: value at which the effect does nothing.
+        scale: what `low`, `high` and `start` grow with: the robot's torque limit over 20 N·m ("torque"), its control
+            period over 20 ms ("period"), or nothing ("").
+    """
+
+    unit: str
+    low: float
+    high: float
+    start: float
+    none: float
+    scale: Literal["", "torque", "period"]
+
+
+def parameter(
+    unit: str, low: float, high: float, start: float, none: float = 0.0, scale: Literal["", "torque", "period"] = ""
+) -> Any:  # Any: what dataclasses.field returns stands for a value of the field's own type
+    """A field of an effect with what is known of it; arguments as of `Parameter`."""
+    return field(metadata={"parameter": Parameter(unit, low, high, start, none, scale)})
 
 
 class Effect(ABC):
@@ -34,9 +67,16 @@ class Effect(ABC):
 
     An effect is a frozen dataclass of its parameters, and a subclass of one of the kinds below. What must be remembered
     within a rollout lives in the object that `start` hands out, never in the effect.
+
+    Attributes:
+        place: where it acts.
+        cannot_be_told_from: names of effects that the robot's sensors and commands hardly tell from it.
+        separate_by: the experiment that would.
     """
 
     place: ClassVar[Place]
+    cannot_be_told_from: ClassVar[tuple[str, ...]] = ()
+    separate_by: ClassVar[str] = ""
 
     def _require(self, name: str, low: float, high: float = float("inf")) -> None:
         """Raise ConfigError unless the field `name` lies within [low, high) and is finite."""
@@ -73,6 +113,36 @@ class ActuatorEffect(Effect):
         """A fresh link for one rollout: summed torque in, summed torque out [N·m], once a physics step [s]."""
 
 
+class JointEffect(Effect):
+    """A torque in the wheels' joints that depends on their motion."""
+
+    place = Place.JOINT
+
+    @abstractmethod
+    def start(self, physics_step: float) -> JointTorque:
+        """A fresh joint for one rollout."""
+
+
+class GroundEffect(Effect):
+    """Changes the ground."""
+
+    place = Place.GROUND
+
+    @abstractmethod
+    def alter(self, ground: Ground) -> Ground:
+        """The ground as it really is."""
+
+
+class OutsideEffect(Effect):
+    """A force from outside at the axle."""
+
+    place = Place.OUTSIDE
+
+    @abstractmethod
+    def push(self) -> Push:
+        """The force [N] by the axle's distance from where the rollout began [m] and the time since then [s]."""
+
+
 class SensorEffect(Effect):
     """Stands between the truth and what is measured."""
 
@@ -89,17 +159,27 @@ def assemble(robot: RobotParameters, effects: Sequence[Effect]) -> Machine:
     Commands are cut at the data sheet's torque limit.
     """
     ordered = sorted(effects, key=lambda effect: (effect.place, type(effect).__name__))
-    drive = Drive()
+    drive, ground = Drive(), Ground()
     torque_limit = robot.torque_limit
     for effect in ordered:
         if isinstance(effect, BodyEffect):
             robot = effect.alter(robot)
         elif isinstance(effect, DriveEffect):
             drive = effect.alter(drive)
+        elif isinstance(effect, GroundEffect):
+            ground = effect.alter(ground)
     return Machine(
         robot=robot,
         torque_limit=torque_limit,
         drive=drive,
+        ground=ground,
+        joints=tuple(e for e in ordered if isinstance(e, JointEffect)),
+        pushes=tuple(e.push() for e in ordered if isinstance(e, OutsideEffect)),
         actuators=tuple(e for e in ordered if isinstance(e, ActuatorEffect)),
         sensors=tuple(e for e in ordered if isinstance(e, SensorEffect)),
     )
+
+
+def parameters_of(effect: type[Effect]) -> dict[str, Parameter]:
+    """What is known of each parameter of an effect, by name."""
+    return {f.name: f.metadata["parameter"] for f in fields(effect) if "parameter" in f.metadata}  # type: ignore[arg-type]

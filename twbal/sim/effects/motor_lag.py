@@ -6,7 +6,7 @@ from math import expm1
 import numpy as np
 
 from twbal.engine.machine import TorqueFilter
-from twbal.sim.effects.effect import ActuatorEffect, Place
+from twbal.sim.effects.effect import ActuatorEffect, Place, parameter
 
 
 @dataclass(frozen=True)
@@ -20,8 +20,10 @@ class MotorLag(ActuatorEffect):
         time_constant: T [s].
     """
 
-    time_constant: float
+    time_constant: float = parameter("s", 0.0, 0.1, 0.01, scale="period")
     place = Place.MOTOR
+    cannot_be_told_from = ("actuation_delay",)
+    separate_by = "Give steps of the command: a lag answers at once and slowly, a delay late and at once."
 
     def __post_init__(self) -> None:
         self._require("time_constant", 0)

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from twbal.engine.machine import TorqueFilter
-from twbal.sim.effects.effect import ActuatorEffect, Place
+from twbal.sim.effects.effect import ActuatorEffect, Place, parameter
 
 
 @dataclass(frozen=True)
@@ -19,8 +19,10 @@ class TorqueGain(ActuatorEffect):
         gain: torque over command.
     """
 
-    gain: float
+    gain: float = parameter("", 0.3, 2.0, 0.9, none=1.0)
     place = Place.GEAR
+    cannot_be_told_from = ("body_mass", "battery_sag")
+    separate_by = "Hold the robot and weigh the force at the wheels, or weigh the body."
 
     def __post_init__(self) -> None:
         self._require("gain", 0)

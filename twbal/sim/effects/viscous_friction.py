@@ -3,7 +3,7 @@
 from dataclasses import dataclass, replace
 
 from twbal.engine.machine import Drive
-from twbal.sim.effects.effect import DriveEffect
+from twbal.sim.effects.effect import DriveEffect, parameter
 
 
 @dataclass(frozen=True)
@@ -17,7 +17,9 @@ class ViscousFriction(DriveEffect):
         coefficient: of each wheel [N·m·s/rad].
     """
 
-    coefficient: float
+    coefficient: float = parameter("N·m·s/rad", 0.0, 0.3, 0.02, scale="torque")
+    cannot_be_told_from = ("coulomb_friction",)
+    separate_by = "Drive at several speeds."
 
     def __post_init__(self) -> None:
         self._require("coefficient", 0)

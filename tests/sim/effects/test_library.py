@@ -1,0 +1,28 @@
+"""All effects are found, say what is known of them, and name others that exist."""
+
+import pytest
+
+from twbal.planar.parameters import TwinParameters
+from twbal.sim.effects.effect import parameters_of
+from twbal.sim.effects.library import library
+
+
+def test_every_effect_that_can_be_named_is_found_and_the_sensors_noise_is_none_of_them():
+    found = library()
+    assert len(found) == 26
+    assert {"coulomb_friction", "imu_delay", "wheel_slip"} < set(found)
+    assert "sensor_noise" not in found
+
+
+@pytest.mark.parametrize("name", library())
+def test_an_effect_says_what_it_is_like_and_names_only_others(name):
+    effect = library()[name]
+    assert set(effect.cannot_be_told_from) <= set(library()) - {name}
+    assert effect.separate_by.endswith(".")
+    assert parameters_of(effect)
+
+
+@pytest.mark.parametrize("name", library())
+def test_the_twin_does_nothing_where_the_effect_does_nothing(name):
+    for parameter, known in parameters_of(library()[name]).items():
+        assert TwinParameters._field_defaults[f"{name}_{parameter}"] == known.none or parameter in ("rate", "count")

@@ -1,0 +1,60 @@
+"""Physics engine and planar twin agree, effect by effect: two codes that share nothing but the definition."""
+
+import numpy as np
+import pytest
+from hydra import compose, initialize_config_dir
+from hydra.utils import instantiate
+from omegaconf import OmegaConf
+
+from twbal.configuration import conf_folder
+from twbal.planar.plant import PlanarPlant
+from twbal.plant import Observation
+from twbal.robot.start_pose import StartPose
+from twbal.sim.effects.library import library
+from twbal.sim.plant import SimPlant
+
+STEP, PERIODS = 0.00025, 15
+SEEN = [Observation._fields.index(name) for name in ("tilt", "tilt_rate", "wheel_angle", "wheel_rate")]
+START = StartPose(-0.1, 0.0, 0.0, 0.0)
+CLOSE = {"backlash": 0.5, "wheel_slip": 0.1, "cable_spring": 0.02, "rolling_resistance": 0.02}
+"""Largest difference as a share of what the effect does; 0.01 for all others. The impacts of a backlash fall on other
+steps; on tyres that slip the engine's contact takes another share of the weight."""
+
+
+@pytest.fixture(scope="module")
+def robot():
+    with initialize_config_dir(str(conf_folder()), version_base="1.3"):
+        return instantiate(compose("sim_collect").robot)
+
+
+@pytest.fixture(scope="module")
+def commands(robot):
+    """What a regulator that is pushed about commands."""
+    pushes, found = np.random.default_rng(3).normal(0.0, 5.0, PERIODS), []
+    with PlanarPlant(robot=robot, effects={}, start=START, physics_step=STEP, seed=0) as plant:
+        seen = plant.reset(0)
+        for t in range(PERIODS):
+            push = pushes[t - t % 5]
+            speed = robot.wheel_radius * (seen.wheel_rate + seen.tilt_rate)
+            found.append(80 * seen.tilt + 14 * seen.tilt_rate + 6 * speed + push)
+            seen = plant.step(found[-1])
+    return found
+
+
+def course(plant, commands):
+    with plant:
+        return np.array([plant.reset(0), *(plant.step(u) for u in commands)])[:, SEEN]
+
+
+@pytest.mark.parametrize("name", library())
+def test_engine_and_twin_agree_on_what_an_effect_does(name, robot, commands):
+    values = dict(OmegaConf.load(conf_folder() / "effect" / f"{name}.yaml"))
+    del values["_target_"]
+    settings = {"robot": robot, "start": START, "physics_step": STEP, "seed": 0}
+    engine = course(SimPlant(effects=[library()[name](**values)], **settings), commands)
+    twin = course(PlanarPlant(effects={name: values}, **settings), commands)
+    without = course(PlanarPlant(effects={}, **settings), commands)
+    size = np.array([0.01, 0.1, 0.03, 0.3])  # below which an effect counts as no larger, by channel
+    does = np.maximum(np.abs(twin - without).max(axis=0), size)
+    assert (np.abs(twin - without).max(axis=0) > 0.1 * size).any()
+    assert (np.abs(engine - twin).max(axis=0) < CLOSE.get(name, 0.01) * does).all()

@@ -1,0 +1,28 @@
+"""All effects that can be named: the files of this folder, found and not listed."""
+
+import importlib
+import pkgutil
+from dataclasses import is_dataclass
+from functools import cache
+
+import twbal.sim.effects
+from twbal.sim.effects.effect import Effect, parameters_of
+
+
+@cache
+def library() -> dict[str, type[Effect]]:
+    """Effects by name, which is that of their file and of their yaml in conf/effect/; in the order of the names.
+
+    What has no `parameter` (noise of the sensors) is no effect that a diagnosis could name.
+    """
+    found = {}
+    for file in pkgutil.iter_modules(twbal.sim.effects.__path__):
+        module = importlib.import_module(f"twbal.sim.effects.{file.name}")
+        for kind in vars(module).values():
+            if _is_effect_of(kind, module.__name__) and parameters_of(kind):
+                found[file.name] = kind
+    return found
+
+
+def _is_effect_of(kind: object, module: str) -> bool:
+    return isinstance(kind, type) and issubclass(kind, Effect) and is_dataclass(kind) and kind.__module__ == module

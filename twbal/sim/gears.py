@@ -1,0 +1,62 @@
+"""Motors, gears and dry friction that a physics engine has no form for, beside it step by step."""
+
+from dataclasses import replace
+
+from twbal.engine.engine import Motion
+from twbal.engine.machine import ROTOR_SHARE, Machine
+from twbal.robot.parameters import RobotParameters
+from twbal.sim.mobility import wheel_mobility
+
+
+class Gears:
+    """What stands between the motors and the wheels.
+
+    With a backlash the rotors turn by themselves within the gap. At its ends they meet the wheels in a plastic impact:
+    each step passes on the torque that brings the rotors, where they would pass an end, just to it.
+
+    Attributes:
+        robot: what is left for the engine: wheels without the rotors, where these turn by themselves.
+        needed: whether there is anything to do in a step.
+        friction_changes: whether the joints' dry friction depends on their rate.
+    """
+
+    def __init__(self, machine: Machine, physics_step: float) -> None:
+        drive, robot = machine.drive, machine.robot
+        loose = drive.gap > 0
+        self.robot: RobotParameters = (
+            replace(robot, wheel_inertia=(1 - ROTOR_SHARE) * robot.wheel_inertia) if loose else robot
+        )
+        self.friction_changes = drive.breakaway > 0
+        self.needed = loose or self.friction_changes
+        self._half = 0.5 * drive.gap
+        self._rotors = 2 * ROTOR_SHARE * robot.wheel_inertia
+        self._mobility = wheel_mobility(self.robot)
+        self._physics_step = physics_step
+        self.reset()
+
+    def reset(self, ahead: float = 0.0) -> None:
+        """Put the rotors into the gap, turning with the wheels; `ahead` of them, within the gap [rad]."""
+        self._ahead = ahead
+        self._rotor = self._rate = self._wheel_rate = self._contact = 0.0
+        self._begins = True
+
+    def pass_on(self, torque: float, motion: Motion) -> float:
+        """Torque that the wheels get of what the motors make [N·m], for one physics step.
+
+        What moves the wheels beside the contact is taken to be as in the step before.
+        """
+        if self._half <= 0:
+            return torque
+        h = self._physics_step
+        wheel, wheel_rate = motion.wheel_angle + motion.tilt, motion.wheel_rate + motion.tilt_rate
+        if self._begins:
+            self._rotor, self._rate, self._wheel_rate, self._begins = wheel + self._ahead, wheel_rate, wheel_rate, False
+        drift = wheel_rate - self._wheel_rate - h * self._mobility * self._contact
+        rate, wheels = self._rate + h * torque / self._rotors, wheel_rate + drift
+        ahead = self._rotor - wheel
+        wanted = min(max(ahead + h * (rate - wheels), -self._half), self._half)
+        contact = ((rate - wheels) - (wanted - ahead) / h) / (self._mobility + 1 / self._rotors) / h
+        self._rate = rate - h * contact / self._rotors
+        self._rotor += h * self._rate
+        self._wheel_rate, self._contact = wheel_rate, contact
+        return contact

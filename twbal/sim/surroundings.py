@@ -1,0 +1,63 @@
+"""Ground and outside forces that a physics engine has no form for, beside it step by step."""
+
+from typing import NamedTuple
+
+from twbal.engine.engine import Motion
+from twbal.engine.machine import Machine
+from twbal.sim.mobility import wheel_mobility
+
+_SHARE = 1.0  # of the wheels' leftover rate that the holding torque learns from in a step
+
+
+class Outside(NamedTuple):
+    """What acts on the robot from outside in one physics step.
+
+    Attributes:
+        on_wheels: torque on both wheels, from the ground [N·m].
+        at_axle: force, forward [N].
+    """
+
+    on_wheels: float
+    at_axle: float
+
+
+class Surroundings:
+    """What acts from outside.
+
+    Dry rolling resistance is a torque within bounds that would stop the wheels in this step, beside one that it has
+    learned to hold them with: as the motor of an engine does it, but one step behind.
+
+    Attributes:
+        needed: whether there is anything to do in a step.
+    """
+
+    def __init__(self, machine: Machine, physics_step: float) -> None:
+        ground = machine.ground
+        self._bound = 2 * ground.rolling_resistance
+        self._viscous = 2 * ground.rolling_viscous
+        self._pushes = machine.pushes
+        self._physics_step = physics_step
+        self._stopping = 1 / (physics_step * wheel_mobility(machine.robot))  # torque that stops a rate in one step
+        self.needed = bool(self._bound or self._viscous or self._pushes)
+        self.reset()
+
+    def reset(self, position: float = 0.0, time: float = 0.0) -> None:
+        """Begin a rollout, or go on with one that has gone so far [m] for so long [s]."""
+        self._position, self._time, self._held = position, time, 0.0
+
+    def act(self, motion: Motion) -> Outside:
+        """What acts in the step that begins with this motion."""
+        rate = motion.wheel_rate + motion.tilt_rate
+        torque = -self._viscous * rate
+        if self._bound:
+            stop = rate * self._stopping
+            self._held = _cut(self._held - _SHARE * stop, self._bound)
+            torque += _cut(self._held - stop, self._bound)
+        force = sum(push(self._position, self._time) for push in self._pushes)
+        self._position += self._physics_step * motion.speed
+        self._time += self._physics_step
+        return Outside(torque, force)
+
+
+def _cut(value: float, bound: float) -> float:
+    return min(max(value, -bound), bound)
