@@ -76,6 +76,21 @@ class World(Engine):
         self._gears.reset()
         self._surroundings.reset()
 
+    def resume(self, wheel_angle: float, position: float, time: float, rotor_ahead: float) -> None:
+        """After a reset: be in the middle of a rollout.
+
+        Args:
+            wheel_angle: relative to the body [rad].
+            position: of the axle since the rollout began [m].
+            time: since then [s].
+            rotor_ahead: of the wheels, within a backlash [rad].
+        """
+        for joint in _JOINTS:
+            rate = pybullet.getJointState(self._robot, joint, physicsClientId=self._client)[1]
+            pybullet.resetJointState(self._robot, joint, wheel_angle, rate, physicsClientId=self._client)
+        self._gears.reset(rotor_ahead)
+        self._surroundings.reset(position, time)
+
     def advance(self, command: float, running: Running, steps: int) -> None:
         """Take physics steps with half of the torque on each wheel's joint."""
         client, robot = self._client, self._robot

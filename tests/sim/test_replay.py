@@ -1,0 +1,94 @@
+"""A replay from the middle of a rollout goes on as the rollout did."""
+
+import numpy as np
+import pytest
+from hydra import compose, initialize_config_dir
+from hydra.utils import instantiate
+
+from twbal.configuration import conf_folder
+from twbal.errors import DataError
+from twbal.plant import Observation
+from twbal.robot.start_pose import Stance, StartPose
+from twbal.sim.effects.actuation_delay import ActuationDelay
+from twbal.sim.effects.backlash import Backlash
+from twbal.sim.effects.battery_sag import BatterySag
+from twbal.sim.effects.cable_spring import CableSpring
+from twbal.sim.effects.cogging import Cogging
+from twbal.sim.effects.ground_slope import GroundSlope
+from twbal.sim.effects.imu_delay import ImuDelay
+from twbal.sim.effects.motor_lag import MotorLag
+from twbal.sim.effects.periodic_disturbance import PeriodicDisturbance
+from twbal.sim.plant import SimPlant
+from twbal.sim.replay import ReplayStart, replay
+
+STEP = 0.001
+SEEN = [Observation._fields.index(name) for name in ("tilt", "tilt_rate", "wheel_angle", "wheel_rate")]
+COMMANDS = 6.0 * np.sin(np.arange(24))
+FROM = 9
+KINDS = {
+    "nothing": [],
+    "delay": [ActuationDelay(0.033)],
+    "lag": [MotorLag(0.05)],
+    "battery": [BatterySag(0.3)],
+    "cogging": [Cogging(0.4, 12.0, 0.3)],
+    "cable": [CableSpring(40.0)],
+    "slope": [GroundSlope(0.05)],
+    "disturbance": [PeriodicDisturbance(8.0, 2.0, 0.4)],
+    "late IMU": [ImuDelay(0.033)],
+    "backlash": [Backlash(0.02)],
+}
+
+
+@pytest.fixture(scope="module")
+def robot():
+    with initialize_config_dir(str(conf_folder()), version_base="1.3"):
+        return instantiate(compose("sim_collect").robot)
+
+
+def driven(robot, effects):
+    """The observations of a rollout."""
+    start = StartPose(-0.02, 0.0, 0.0, 0.0)
+    with SimPlant(robot=robot, effects=effects, start=start, physics_step=STEP, seed=0) as plant:
+        return np.array([plant.reset(0), *(plant.step(u) for u in COMMANDS)])
+
+
+def start_at(robot, truth, t):
+    """The start that a perfect filter would find, with the rotors in the middle of a backlash."""
+    _, tilt, rate, _, angle, wheel_rate, _ = truth[t]
+    r = robot.wheel_radius
+    rolled = r * (truth[:, 4] + truth[:, 1] - truth[0, 4] - truth[0, 1])
+    stance = Stance(tilt, rate, r * (wheel_rate + rate))
+    return ReplayStart(stance, angle, rolled[t], 0.0, COMMANDS[:t], truth[:t, [1, 2]])
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_replay_goes_on_as_the_rollout_did(kind, robot):
+    effects = KINDS[kind]
+    truth = driven(robot, [effect for effect in effects if not isinstance(effect, ImuDelay)])
+    shown = driven(robot, effects)
+    (found,) = replay(robot, effects, STEP, [start_at(robot, truth, FROM)], COMMANDS[None, FROM:])
+    error = np.abs(found[:, SEEN] - shown[FROM:, SEEN]).max(axis=0)
+    moved = np.ptp(shown[FROM:, SEEN], axis=0)
+    assert (error < (0.15 if kind == "backlash" else 0.01) * moved).all()
+
+
+def test_a_replay_with_another_effect_goes_another_way(robot):
+    truth = driven(robot, [])
+    start = start_at(robot, truth, FROM)
+    late, prompt = (replay(robot, e, STEP, [start], COMMANDS[None, FROM:])[0] for e in ([ActuationDelay(0.02)], []))
+    assert np.abs(late - prompt)[:, 1].max() > 20 * np.abs(prompt - truth[FROM:])[:, 1].max()
+
+
+def test_replays_do_not_depend_on_those_before(robot):
+    truth = driven(robot, [MotorLag(0.05)])
+    starts = [start_at(robot, truth, t) for t in (3, 7)]
+    commands = np.array([COMMANDS[3:9], COMMANDS[7:13]])
+    both = replay(robot, [MotorLag(0.05)], STEP, starts, commands)
+    alone = replay(robot, [MotorLag(0.05)], STEP, starts[1:], commands[1:])
+    assert np.array_equal(both[1], alone[0])
+
+
+def test_each_start_needs_its_commands(robot):
+    truth = driven(robot, [])
+    with pytest.raises(DataError, match="each of 1 starts; found 2"):
+        replay(robot, [], STEP, [start_at(robot, truth, 3)], np.zeros((2, 4)))
