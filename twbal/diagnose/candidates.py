@@ -30,7 +30,7 @@ class Parameter(NamedTuple):
         low: lower bound.
         high: upper bound.
         start: where its gradient is not zero.
-        none: where it does nothing.
+        none: where it does nothing, within the bounds.
     """
 
     name: str
@@ -47,19 +47,24 @@ class Candidate(NamedTuple):
     Attributes:
         name: as in conf/effect/.
         parameters: of the effect.
-        equivalents: effects that no data of this kind tell from it.
+        hard_to_tell_from: effects that data of this kind hardly tell from it.
         separate_by: the experiment that would.
     """
 
     name: str
     parameters: tuple[Parameter, ...]
-    equivalents: tuple[str, ...]
+    hard_to_tell_from: tuple[str, ...]
     separate_by: str
 
     @property
     def in_data_sheet(self) -> bool:
         """Whether it is a value of the data sheet that is off, and no effect."""
         return any(f"{self.name}_{p.name}" in DATA_SHEET for p in self.parameters)
+
+    @property
+    def is_wave(self) -> bool:
+        """Whether it has a phase, and so a frequency that is looked for among many."""
+        return any(p.name == "phase" for p in self.parameters)
 
     @property
     def frees(self) -> tuple[Free, ...]:

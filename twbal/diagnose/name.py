@@ -7,7 +7,7 @@ import numpy as np
 from twbal.diagnose.account import account_of
 from twbal.diagnose.candidates import DATA_SHEET, Candidate, always_free
 from twbal.diagnose.certainty import interval, standard_errors
-from twbal.diagnose.findings import Account, Effects, Findings
+from twbal.diagnose.findings import Effects, Findings
 from twbal.diagnose.fit import slopes
 from twbal.diagnose.model import Data, Model
 from twbal.diagnose.noise import Noise
@@ -99,16 +99,17 @@ def _named(
             field = f"{candidate.name}_{p.name}"
             value = named.fit.model.value(field)
             estimates[p.name] = Estimate(value, *interval(value, by_field[field]), p.unit)
-        alike = tuple(dict.fromkeys([*candidate.equivalents, *_rivals_within_margin(candidate, selection, settings)]))
+        alike = tuple(dict.fromkeys(_rivals_within_margin(candidate, selection, settings)))
         found.append(
-            NamedEffect(candidate.name, _probability(candidate, weights), estimates, alike, candidate.separate_by)
+            NamedEffect(
+                candidate.name, _probability({candidate.name, *alike}, weights), estimates, alike, candidate.separate_by
+            )
         )
     return tuple(found)
 
 
-def _probability(candidate: Candidate, weights: Mapping[tuple[str, ...], float]) -> float:
-    """Of an effect or one of its equivalents: that of all sets that hold one."""
-    alike = {candidate.name, *candidate.equivalents}
+def _probability(alike: set[str], weights: Mapping[tuple[str, ...], float]) -> float:
+    """Of an effect or one that these data cannot tell from it: that of all sets that hold one."""
     return min(sum(weight for names, weight in weights.items() if alike & set(names)), 1.0)
 
 

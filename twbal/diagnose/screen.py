@@ -108,7 +108,7 @@ def _glance(data: Data, fit: Fit, kalman: Filter, slopes: Array, candidate: Cand
     """
     start = _values(candidate, "start") | (_tone(data, fit, kalman, candidate) or {})
     none, low, high = (_values(candidate, which) for which in ("none", "low", "high"))
-    if "phase" in {p.name for p in candidate.parameters}:  # of a wave, only the size is tried at several values
+    if candidate.is_wave:  # of a wave, only the size is tried at several values
         none = {f: value if i else none[f] for i, (f, value) in enumerate(start.items())}
     kept = [i for i, free in enumerate(fit.frees) if free.field not in start]
     frozen, frees = slopes[:, kept], [fit.frees[i] for i in kept]
@@ -140,9 +140,9 @@ def _glance(data: Data, fit: Fit, kalman: Filter, slopes: Array, candidate: Cand
 
 def _tone(data: Data, fit: Fit, kalman: Filter, candidate: Candidate) -> dict[str, float] | None:
     """Frequency (or count), size and phase of the sine that explains most; None for a candidate that is none."""
-    parameters = {p.name: p for p in candidate.parameters}
-    if "phase" not in parameters:
+    if not candidate.is_wave:
         return None
+    parameters = {p.name: p for p in candidate.parameters}
     linear = linearise_period(fit.model.twin, data.period)
     if "frequency" in parameters:
         rate = parameters["frequency"]

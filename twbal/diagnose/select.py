@@ -50,7 +50,7 @@ def select(
         if best is None:
             break
         chosen = best
-    if len(chosen.candidates) > 1:
+    if len(chosen.effects) > 1:
         step = _reconsider(data, chosen, always, candidates, settings)
         rounds.append(step)
         chosen = min([chosen, *step.weighed], key=lambda w: w.total)
@@ -58,9 +58,8 @@ def select(
 
 
 def _beside(chosen: Weighed, candidates: Sequence[Candidate]) -> list[Candidate]:
-    """Candidates that a set neither holds nor has an equivalent of."""
-    held = set(chosen.names)
-    return [c for c in candidates if c.name not in held and not set(c.equivalents) & held]
+    """Candidates that a set does not hold."""
+    return [c for c in candidates if c.name not in chosen.names]
 
 
 def _reconsider(
@@ -75,9 +74,11 @@ def _reconsider(
 
 
 def worth(weighed: Weighed, base: Weighed, settings: Settings) -> bool:
-    """Whether the data ask for the effects that one set has beyond another.
+    """Whether the data ask for what one set has beyond another, the last of its candidates.
 
-    A gain as large as this one's share of the whole cannot be chance, however coloured what is left.
+    Coloured errors gain too much by chance, so a gain counts over the colour that is left; but over no more than that
+    at which nothing is named anyway, as another effect may still take it away.
     """
-    gain = base.total - weighed.total
-    return gain / min(weighed.colour, settings.lines.whiteness) >= settings.lines.score
+    lines = settings.lines
+    line = lines.sheet if weighed.candidates[-1].in_data_sheet else lines.score
+    return (base.total - weighed.total) / min(weighed.colour, lines.whiteness) >= line

@@ -24,17 +24,17 @@ class Lines:
 
     Attributes:
         score: of a candidate, over the whiteness it leaves, from which on it is named.
+        sheet: the same for a value of the data sheet that is off.
         whiteness: left after the fix, above which nothing in the library explains the gap.
-        shift: of a data-sheet parameter, in standard deviations, beyond which the data sheet is off.
+        shift: of a data-sheet value, in standard deviations of its tolerance, that is worth a word.
         margin: in score over whiteness, within which a rival counts as an equivalent.
-        cosine: of two sensitivities, above which two effects cannot be told apart.
     """
 
     score: float
+    sheet: float
     whiteness: float
     shift: float
     margin: float
-    cosine: float
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ def conclude(selection: Selection, settings: Settings) -> Verdict:
         return Verdict.UNKNOWN
     if chosen.effects:
         return Verdict.NAMED
-    if chosen.candidates or max(abs(shift.sigmas) for shift in shifts_of(chosen, settings)) > lines.shift:
+    if chosen.candidates:
         return Verdict.DATA_SHEET
     if len(blind(selection, settings)) > _BLIND * len(selection.rounds[0].screened):
         return Verdict.UNDECIDED

@@ -14,6 +14,8 @@ from twbal.gaussian import Array
 
 _ROUNDS, _ITERATIONS, _NOISE_ITERATIONS = 6, 4, 12
 _AT_BOUND = 0.01  # share of its range from a bound at which a parameter has run to it
+_WAVES = 200.0  # frequencies or counts among which a wave is looked for: the best of many is good by chance
+_ALIKE = 1.0  # in -2 log likelihood
 _PROMISING = 0.2  # share of the best gain at a glance from which on a candidate is fitted in full
 
 
@@ -95,7 +97,8 @@ def weigh(data: Data, model: Model, always: Sequence[Free], candidates: Sequence
     fit = refit(data, model, frees, rounds, _ITERATIONS, _NOISE_ITERATIONS)
     kalman = data.filter(fit.model)
     left = data.colour(data.errors(fit.model, kalman), kalman)
-    return Weighed(tuple(candidates), fit, left, len(own) * float(np.log(data.count)))
+    searched = 2.0 * sum(candidate.is_wave for candidate in candidates) * np.log(_WAVES)
+    return Weighed(tuple(candidates), fit, left, len(own) * float(np.log(data.count)) + float(searched))
 
 
 def add_one(
@@ -116,4 +119,11 @@ def add_one(
     best = screened[0].gain
     chosen = [s for s in screened[:shortlist] if s.gain > max(_PROMISING * best, 3.0)]
     weighed = [weigh(data, s.model, always, (*base.candidates, s.candidate), _ROUNDS) for s in chosen]
-    return Round(base, screened, sorted(weighed, key=lambda w: w.total))
+    best = min((w.total for w in weighed), default=0.0)
+    order = [candidate.name for candidate in candidates]
+
+    def rank(w: Weighed) -> tuple[float, int]:
+        """Of what fits equally well, the first in the library goes first."""
+        return (max(w.total, best + _ALIKE), order.index(w.candidates[-1].name))
+
+    return Round(base, screened, sorted(weighed, key=rank))

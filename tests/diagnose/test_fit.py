@@ -1,0 +1,73 @@
+import numpy as np
+import pytest
+from rides import ride
+
+from twbal.diagnose.certainty import held_out, standard_errors
+from twbal.diagnose.fit import descend, penalty, refit, slopes
+from twbal.diagnose.model import ANGLE_LEAD, Data, Free, Model
+from twbal.diagnose.noise import Noise
+from twbal.planar.parameters import twin_parameters
+
+NOISE = Noise(np.array([0.004, 0.02, 0.002, 0.05]), np.array([0.01, 0.01]))
+TRUTH = {"coulomb_friction": {"torque": 0.1}, "actuation_delay": {"delay": 0.008}}
+FREES = (
+    Free("torque_gain_gain", 0.4, 2.5, 1.0, 0.03, 1e-5),
+    Free("body_mass_factor", 0.4, 2.5, 1.0, 0.03, 1e-5),
+    Free("coulomb_friction_torque", 0.0, 1.0, 0.0, np.inf, 1e-5),
+    Free("actuation_delay_delay", 0.0, 0.05, 0.0, np.inf, 1e-6),
+    Free(ANGLE_LEAD, -0.005, 0.005, 0.0, 0.00025, 1e-7),
+)
+
+
+@pytest.fixture(scope="module")
+def data(paper):
+    return Data([ride(paper, TRUTH, seed=1, periods=700, tolerance=0.0)], 10)
+
+
+@pytest.fixture(scope="module")
+def start(paper):
+    twin = twin_parameters(paper, {"coulomb_friction": {"torque": 0.05}, "actuation_delay": {"delay": 0.004}})
+    return Model(twin, 0.0, NOISE)
+
+
+def test_slopes_are_the_derivatives_of_the_errors(data, start):
+    kalman = data.filter(start)
+    white = data.white(start, kalman)
+    J = slopes(data, start, kalman, FREES, white)
+    for i, free in enumerate(FREES):
+        e = 20 * free.nudge
+        value = start.value(free.field)
+        up, down = (data.white(start.put({free.field: value + s * e}), kalman) for s in (1, -1))
+        scale = np.linalg.norm(J[:, i])
+        assert np.linalg.norm(J[:, i] - (up - down) / (2 * e)) < 0.05 * scale
+
+
+def test_a_fit_ends_where_the_cost_is_flat(data, start):
+    fit = descend(data, start, data.filter(start), FREES, 30)
+    J = slopes(data, fit.model, data.filter(start), FREES, fit.white)
+    sds = np.array([free.sd for free in FREES])
+    pull = J.T @ fit.white + (fit.values - [free.mean for free in FREES]) / sds**2
+    assert np.abs(pull / np.linalg.norm(J, axis=0)).max() < 0.5
+    assert fit.cost == pytest.approx(fit.white @ fit.white + penalty(FREES, fit.values))
+
+
+def test_values_stop_at_their_bounds_and_the_others_make_up(data, start):
+    tight = (*FREES[:3], FREES[3]._replace(high=0.006), FREES[4])
+    fit = descend(data, start, data.filter(start), tight, 20)
+    assert fit.values[3] == 0.006
+
+
+def test_refitting_finds_the_truth_within_its_errors(data, start):
+    fit = refit(data, start, FREES, 5, 6, 12)
+    J = slopes(data, fit.model, data.filter(fit.model), FREES, fit.white)
+    errors = standard_errors(fit, J, 14)
+    truth = [TRUTH["coulomb_friction"]["torque"], TRUTH["actuation_delay"]["delay"]]
+    assert (np.abs(fit.values[2:4] - truth) < 3.5 * errors[2:4]).all()
+    np.testing.assert_allclose(fit.values[2:4], truth, rtol=0.05)
+
+
+def test_held_out_blocks_are_predicted_about_as_well_as_fitted_ones_and_no_better(data, start):
+    fit = refit(data, start, FREES, 3, 6, 12)
+    J = slopes(data, fit.model, data.filter(fit.model), FREES, fit.white)
+    left = held_out(fit, J, 10).sum()
+    assert 0 < left - fit.white @ fit.white < 20
