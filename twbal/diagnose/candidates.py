@@ -18,7 +18,7 @@ DATA_SHEET = {
 WHEELS = ("wheel_mass", "wheel_inertia")
 """Fields of the data sheet that are free too, and have no effect of their own."""
 
-_NUDGE = 1e-5  # of finite differences, as a share of a parameter's range; a larger one bends the gradient
+_NUDGE = 1e-7  # of finite differences, as a share of a parameter's range; a larger one bends the gradient
 
 
 class Parameter(NamedTuple):
@@ -88,6 +88,6 @@ def always_free(tolerances: Tolerances, twin: TwinParameters) -> tuple[Free, ...
     late, lead = tolerances.imu_timing, tolerances.angle_timing
     return (
         *sheet,
-        Free("imu_delay_delay", 0.0, 20 * late, 0.0, late, 1e-3 * late),
-        Free(ANGLE_LEAD, -20 * lead, 20 * lead, 0.0, lead, 1e-3 * lead),
+        Free("imu_delay_delay", 0.0, 20 * late, 0.0, late, 1e-5 * late),
+        Free(ANGLE_LEAD, -20 * lead, 20 * lead, 0.0, lead, 1e-5 * lead),
     )
