@@ -12,6 +12,9 @@ from twbal.gaussian import Array
 from twbal.planar.parameters import TwinParameters, twin_parameters
 from twbal.robot.parameters import RobotParameters
 
+_SEES = np.array([[1, 0, 0, 0], [0, 0, 1, 0], [-1, 1, 0, 0], [0, 0, -1, 1]], dtype=float)
+"""H: what the sensors show of tilt, wheel, tilt rate and wheel speed, in the order of `MEASURED`."""
+
 
 def take_account(
     robot: RobotParameters,
@@ -44,13 +47,26 @@ def account_of(data: Data, model: Model, effects: Effects) -> Account:
         for recording, prediction in zip(data.recordings, predictions, strict=True)
     )
     errors = tuple(prediction.errors for prediction in predictions)
-    return Account(effects, tracks, errors, error_noise(kalman), model.noise, model.angle_lead)
+    return Account(effects, tracks, errors, error_noise(kalman), model.noise, model.angle_lead, doubt(kalman))
 
 
 def error_noise(kalman: Filter) -> Array:
     """(4,) standard deviations of the prediction errors of a filter that has settled."""
     L = np.linalg.inv(kalman.whiteners[-1])
     return np.sqrt(np.diag(L @ L.T))
+
+
+def doubt(kalman: Filter) -> Array:
+    """Covariance of the corrected tilt, wheel angle, tilt rate and wheel speed of a filter that has settled, (4, 4).
+
+    With the gain K and S the covariance of the prediction errors, P⁻Hᵀ = K S, and P⁺ = P⁻ - K S Kᵀ.
+    """
+    K, L = kalman.gains[-1][:4], np.linalg.inv(kalman.whiteners[-1])
+    S = L @ L.T
+    before = K @ S @ np.linalg.inv(_SEES).T
+    after = before - K @ S @ K.T
+    values, vectors = np.linalg.eigh(0.5 * (after + after.T))
+    return np.asarray(vectors * np.maximum(values, 0.0) @ vectors.T)
 
 
 def _track(twin: TwinParameters, recording: Recording, states: Array) -> Track:

@@ -53,6 +53,8 @@ class Account:
         error_noise: (4,) standard deviations that such errors have by noise alone.
         noise: levels by which its filter weighs measurements.
         angle_lead: time by which measured angles run ahead of rates [s].
+        doubt: (4, 4) covariance of what a track gets wrong of tilt, wheel angle in space, tilt rate and wheel rate in
+            space, where the model is right.
     """
 
     effects: Effects
@@ -61,6 +63,7 @@ class Account:
     error_noise: Array
     noise: Noise
     angle_lead: float
+    doubt: Array
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,0 +1,210 @@
+"""Name what a simulation lacks to explain measured episodes."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from functools import partial
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from hydra.utils import instantiate
+from omegaconf import DictConfig, OmegaConf
+
+from twbal.diagnose.account import take_account
+from twbal.diagnose.findings import Account, Effects, Findings, Track
+from twbal.diagnose.gap import Models, Stretches, measure_gaps
+from twbal.diagnose.held_out import held_out
+from twbal.diagnose.library import candidates_for
+from twbal.diagnose.name import name_effects
+from twbal.diagnose.recording import MEASURED, Recording, Usability, read_recordings
+from twbal.diagnose.settings import Settings as DiagnosisSettings
+from twbal.diagnose.where import regions
+from twbal.diagnosis import Diagnosis, Region, headline_text, write_diagnosis
+from twbal.figures.canvas import save, svg
+from twbal.figures.diagnosis import disagreement_figure, gap_figure, rivals_figure, whiteness_figure
+from twbal.files import write_atomically
+from twbal.gaussian import Array
+from twbal.logs import read_episode
+from twbal.report.diagnosis import DiagnosisPictures, DiagnosisSetting, write_diagnosis_report
+from twbal.robot.parameters import RobotParameters
+from twbal.sim.effects.effect import Effect
+from twbal.sim.effects.library import library
+from twbal.sim.replay import ReplayStart, replay
+from twbal.stages.artefacts import episode_files
+from twbal.stages.closing import closing, run_folder
+from twbal.stages.manifest import Manifest, Step, perform
+from twbal.stages.settings import recorded, typed
+
+NOT_RECORDED = ("episodes",)
+DIAGNOSIS, REPORT, AUGMENTED, FIGURES = "diagnosis.json", "report.html", "augmented.yaml", "figures"
+_UNITS = {"tilt": "rad", "tilt_rate": "rad/s", "wheel_angle": "rad", "wheel_rate": "rad/s"}
+_HISTORY = 5  # control periods before a rollout, for what a late IMU still shows
+_MOST_RIVALS = 10
+
+
+@dataclass(frozen=True)
+class Settings:
+    """See conf/stage/diagnose.yaml."""
+
+    horizons: list[float]
+    held_out: float
+    starts: int
+    bins: int
+    shortest: int
+    fewest: int
+    fastest_turn: float
+    widest_tilt: float
+
+
+class Told(NamedTuple):
+    """What a diagnosis is told beside the recordings.
+
+    Attributes:
+        robot: data sheet.
+        present: effects that the simulation has already, by name.
+        physics_step: of the simulation [s].
+        estimating: how effects are named.
+        settings: of the stage.
+    """
+
+    robot: RobotParameters
+    present: Effects
+    physics_step: float
+    estimating: DiagnosisSettings
+    settings: Settings
+
+
+def main(cfg: DictConfig) -> None:
+    """Run the stage in Hydra's run folder."""
+    out = run_folder()
+    closing(run(cfg, out), out, f"twbal sim-collect sim={out / AUGMENTED}")
+
+
+def run(cfg: DictConfig, out: Path) -> Manifest:
+    """Diagnose the episodes that `cfg` names into `out`, unless that is done there already."""
+    settings = typed(Settings, cfg)
+    files = episode_files(cfg.episodes)
+    robot: RobotParameters = instantiate(cfg.robot)
+    present = {_name(effect): asdict(effect) for effect in instantiate(cfg.sim.effects).values()}  # type: ignore[call-overload]
+    told = Told(robot, present, float(cfg.sim.physics_step), instantiate(cfg.diagnosis), settings)
+    step = Step("diagnose", out, recorded(cfg, NOT_RECORDED), {"episodes": files}, 0)
+    return perform(step, lambda: _diagnose_to_files(files, told, out))
+
+
+def diagnose(recordings: Sequence[Recording], told: Told) -> tuple[Diagnosis, Findings]:
+    """Name what is missing on one part of the recordings, and measure on the other how far that closes the gap."""
+    split = held_out(recordings, told.settings.held_out)
+    candidates = candidates_for(told.robot)
+    found = name_effects(split.fitted, told.robot, told.present, candidates, told.estimating)
+    models = Models(
+        *(_seen_by(account, split.kept_back, told) for account in (found.nominal, found.refitted, found.named))
+    )
+    period = told.robot.control_period
+    gaps = measure_gaps(
+        models,
+        split.kept_back,
+        partial(_replay, told),
+        sorted({max(1, round(horizon / period)) for horizon in told.settings.horizons}),
+        Stretches(_HISTORY, 5, told.settings.starts),
+        np.array([found.noise[name] for name in MEASURED]),
+        told.robot.wheel_radius,
+    )
+    diagnosis = Diagnosis(
+        verdict=found.verdict,
+        effects=found.effects,
+        data_sheet=found.data_sheet,
+        data_sheet_class=found.data_sheet_class,
+        rivals=found.rivals,
+        where=_where(found.nominal, split.fitted, told.settings.bins),
+        gap=gaps,
+        held_out=split.names,
+        whiteness=found.whiteness,
+        noise=found.noise,
+        advice=found.advice,
+    )
+    return diagnosis, found
+
+
+def augmented(present: Effects, found: Effects, physics_step: float) -> str:
+    """The simulation with what was found, as yaml; what does nothing is left out."""
+    effects = {}
+    for name, values in {**present, **found}.items():
+        target = {"_target_": f"{library()[name].__module__}.{library()[name].__name__}"} if name in library() else {}
+        effects[name] = {**target, **{key: float(value) for key, value in values.items()}}
+    return str(OmegaConf.to_yaml(OmegaConf.create({"physics_step": physics_step, "effects": effects})))
+
+
+def _diagnose_to_files(files: Sequence[Path], told: Told, out: Path) -> list[Path]:
+    names = [file.stem for file in files]
+    usability = Usability(
+        told.settings.shortest, told.settings.fewest, told.settings.fastest_turn, told.settings.widest_tilt
+    )
+    recordings = read_recordings([read_episode(file) for file in files], names, told.robot, usability)
+    diagnosis, found = diagnose(recordings, told)
+    print(headline_text(diagnosis))
+    write_diagnosis(out / DIAGNOSIS, diagnosis)
+    write_atomically(out / AUGMENTED, augmented(told.present, found.named.effects, told.physics_step))
+    pictures, drawn = _draw(diagnosis, out / FIGURES)
+    seconds = sum(len(recording) * recording.period for recording in recordings)
+    facts = [
+        ("robot", told.robot.name),
+        ("effects in the simulation already", ", ".join(told.present) or "none"),
+        ("noise of the sensors, as found", ", ".join(f"{k} {v:.2g} {_UNITS[k]}" for k, v in diagnosis.noise.items())),
+    ]
+    setting = DiagnosisSetting(told.robot.name, names, seconds, str(out / AUGMENTED), facts)
+    write_diagnosis_report(out / REPORT, diagnosis, setting, pictures)
+    return [out / DIAGNOSIS, out / AUGMENTED, out / REPORT, *drawn]
+
+
+def _draw(diagnosis: Diagnosis, folder: Path) -> tuple[DiagnosisPictures, list[Path]]:
+    """All pictures, as SVG text and as files."""
+    figures = {
+        "where": disagreement_figure(diagnosis.where, MEASURED),
+        "rivals": rivals_figure(diagnosis.rivals, _MOST_RIVALS) if any(r.names for r in diagnosis.rivals) else None,
+        "gap": gap_figure(diagnosis.gap, _UNITS) if diagnosis.gap else None,
+        "whiteness": whiteness_figure(diagnosis.whiteness),
+    }
+    files = []
+    for name, figure in figures.items():
+        if figure is not None:
+            files.append(folder / f"{name}.svg")
+            save(figure, files[-1])
+    texts = {name: None if figure is None else svg(figure) for name, figure in figures.items()}
+    return DiagnosisPictures(texts["where"] or "", texts["rivals"], texts["gap"], texts["whiteness"] or ""), files
+
+
+def _seen_by(account: Account, recordings: Sequence[Recording], told: Told) -> Account:
+    """What a fitted model makes of other recordings."""
+    substeps = told.estimating.substeps
+    return take_account(told.robot, account.effects, account.noise, account.angle_lead, recordings, substeps)
+
+
+def _replay(told: Told, account: Account, starts: Sequence[ReplayStart], commands: Array) -> Array:
+    return replay(told.robot, _as_simulated(account.effects), told.physics_step, starts, commands)
+
+
+def _as_simulated(effects: Mapping[str, Mapping[str, float]]) -> list[Effect]:
+    known = library()
+    return [known[name](**values) for name, values in effects.items() if name in known]
+
+
+def _where(nominal: Account, recordings: Sequence[Recording], bins: int) -> tuple[Region, ...]:
+    """The map of disagreement of the simulation as it is."""
+    rows = [np.flatnonzero(recording.usable[1:]) + 1 for recording in recordings]
+
+    def all_of(values: Sequence[Array]) -> Array:
+        return np.concatenate([value[row] for value, row in zip(values, rows, strict=True)])
+
+    tracks: Sequence[Track] = nominal.tracks
+    axes = {
+        "speed": all_of([track.speed for track in tracks]),
+        "command": all_of([np.append(0.0, recording.commands) for recording in recordings]),
+        "tilt": all_of([track.tilt for track in tracks]),
+        "direction": np.sign(all_of([track.wheel_rate for track in tracks])),
+        "time": all_of([recording.period * np.arange(len(recording) + 1) for recording in recordings]),
+    }
+    return regions(all_of(nominal.errors), nominal.error_noise, axes, MEASURED, bins)
+
+
+def _name(effect: object) -> str:
+    return type(effect).__module__.rpartition(".")[2]
