@@ -1,0 +1,77 @@
+"""A balancing law with excitation on top, so that the data tell effects apart."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from twbal.errors import ConfigError
+from twbal.gaussian import Array
+from twbal.policies.policy import Controller, Policy
+
+_SINES, _SLOWEST, _FASTEST = 8, 0.2, 5.0  # of the multisine; frequencies in Hz
+_BINARY_PERIODS = 5  # for which the pseudo-random binary torque keeps its sign
+_LEG = 3.0  # time for which the robot is asked to drive one way, stand, or drive the other way [s]
+
+
+@dataclass(frozen=True, eq=False)
+class Excitation(Policy):
+    """u = -kᵀ(x - x_asked(t)) + a(x) d(t), within ±u_max.
+
+    The disturbance d is a multisine of 0.2-5 Hz with random phases and a pseudo-random binary torque; the speed that is
+    asked for goes in steps forth, to rest and back. Near the tilt limit the disturbance fades, so that the robot stays
+    up: a(x) falls from 1 at half of `tilt_limit` to 0 at it.
+
+    Attributes:
+        channels: names of the state channels; tilt, tilt_rate and speed are needed.
+        gain: k for tilt [N·m/rad], tilt rate [N·m·s/rad] and speed [N·s].
+        control_period: [s].
+        max_command: u_max [N·m].
+        sine: standard deviation of the multisine, as a share of u_max.
+        binary: torque of the binary signal, likewise.
+        speed: asked for at most [m/s].
+        tilt_limit: where the disturbance has faded [rad].
+
+    Raises:
+        ConfigError: a channel is missing.
+    """
+
+    channels: tuple[str, ...]
+    gain: tuple[float, float, float]
+    control_period: float
+    max_command: float
+    sine: float
+    binary: float
+    speed: float
+    tilt_limit: float
+
+    def __post_init__(self) -> None:
+        missing = [name for name in ("tilt", "tilt_rate", "speed") if name not in self.channels]
+        if missing:
+            raise ConfigError(
+                f"Excitation balances by tilt, tilt_rate and speed; the state {', '.join(self.channels)} lacks "
+                f"{', '.join(missing)}. Choose a state that has them by state=..."
+            )
+
+    def controller(self, rng: np.random.Generator) -> Controller:
+        """The law with a disturbance drawn from `rng`; it counts control periods from its first call."""
+        frequencies = rng.uniform(_SLOWEST, _FASTEST, _SINES)  # [Hz]
+        phases = rng.uniform(0.0, 2.0 * np.pi, _SINES)
+        forth = rng.choice([-1.0, 1.0])
+        size = self.sine * np.sqrt(2.0 / _SINES)
+        places = [self.channels.index(name) for name in ("tilt", "tilt_rate", "speed")]
+        periods, sign = 0, 1.0
+
+        def excited(state: Array) -> float:
+            nonlocal periods, sign
+            time = periods * self.control_period
+            if periods % _BINARY_PERIODS == 0:
+                sign = rng.choice([-1.0, 0.0, 1.0])
+            periods += 1
+            asked = self.speed * forth * (0.0, 1.0, 0.0, -1.0)[int(time / _LEG) % 4]
+            off = state[places] - [0.0, 0.0, asked]
+            fade = min(max(2.0 - 2.0 * abs(off[0]) / self.tilt_limit, 0.0), 1.0)
+            disturbance = size * np.sin(2.0 * np.pi * frequencies * time + phases).sum() + self.binary * sign
+            command = -np.dot(self.gain, off) + fade * self.max_command * disturbance
+            return float(np.clip(command, -self.max_command, self.max_command))
+
+        return excited

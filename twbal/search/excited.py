@@ -1,0 +1,56 @@
+"""The excitation of a robot by its data sheet."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import scipy.linalg
+
+from twbal.errors import ConfigError
+from twbal.planar.linear import linearise
+from twbal.policies.excitation import Excitation
+from twbal.robot.parameters import RobotParameters
+
+
+def excited_regulator(
+    robot: RobotParameters,
+    channels: Sequence[str],
+    widths: Sequence[float],
+    command_width: float,
+    sine: float,
+    binary: float,
+    speed: float,
+    tilt_limit: float,
+) -> Excitation:
+    """The linear-quadratic regulator of the data sheet, sampled at its control period, with excitation on top.
+
+    Args:
+        robot: data sheet.
+        channels: names of the state channels.
+        widths: deviations of tilt [rad], tilt rate [rad/s] and speed [m/s] that cost alike (Bryson's rule).
+        command_width: command that costs as much, as a share of the torque limit.
+        sine, binary, speed, tilt_limit: as of `Excitation`.
+
+    Raises:
+        ConfigError: the state lacks a channel, or a width is not positive.
+    """
+    if len(widths) != 3 or not min(*widths, command_width) > 0:
+        raise ConfigError(
+            f"widths must be three positive numbers, and command_width one; found {list(widths)}, {command_width}."
+        )
+    A, B = linearise(robot)
+    both = scipy.linalg.expm(robot.control_period * np.block([[A, B[:, None]], [np.zeros((1, 4))]]))
+    Ad, Bd = both[:3, :3], both[:3, 3:]
+    price = np.diag(np.asarray(widths, dtype=float) ** -2.0)
+    effort = np.array([[(command_width * robot.torque_limit) ** -2.0]])
+    P = scipy.linalg.solve_discrete_are(Ad, Bd, price, effort)
+    gain = np.linalg.solve(effort + Bd.T @ P @ Bd, Bd.T @ P @ Ad)[0]
+    return Excitation(
+        tuple(channels),
+        (float(gain[0]), float(gain[1]), float(gain[2])),
+        robot.control_period,
+        robot.torque_limit,
+        sine,
+        binary,
+        speed,
+        tilt_limit,
+    )
