@@ -7,6 +7,7 @@ import numpy as np
 
 from twbal.diagnose.model import Data, Free, Model
 from twbal.diagnose.noise import Filter
+from twbal.diagnose.recording import Mask
 from twbal.gaussian import Array
 
 _FIRST_DAMPING, _LAST_DAMPING = 1e-8, 1e4
@@ -146,7 +147,7 @@ def refit(data: Data, model: Model, frees: Sequence[Free], rounds: int, iteratio
     return found._replace(cost=total)
 
 
-def _log_determinants(kalman: Filter, usable: Array) -> float:
+def _log_determinants(kalman: Filter, usable: Mask) -> float:
     """Their sum over the instants that count."""
     last = len(kalman.log_determinants) - 1
     rows = np.minimum(np.arange(1, len(usable)), last)

@@ -9,7 +9,7 @@ import numpy as np
 from twbal.diagnose.colour import whiteness
 from twbal.diagnose.noise import Filter, Noise, cost, fit_noise, kalman_filter, linearise_period, tame, whiten
 from twbal.diagnose.predictor import Prediction, predict
-from twbal.diagnose.recording import Recording
+from twbal.diagnose.recording import Mask, Recording
 from twbal.gaussian import Array
 from twbal.planar.parameters import TwinParameters
 
@@ -80,7 +80,7 @@ class Data:
         return self.recordings[0].period
 
     @property
-    def usable(self) -> list[Array]:
+    def usable(self) -> list[Mask]:
         """Which instants count, per recording (T + 1,)."""
         return [recording.usable for recording in self.recordings]
 

@@ -115,7 +115,8 @@ def _probability(alike: set[str], weights: Mapping[tuple[str, ...], float]) -> f
 
 def _rivals_within_margin(candidate: Candidate, selection: Selection, settings: Settings) -> list[str]:
     """Effects that explain the data nearly as well in this one's place."""
-    chosen, found = selection.chosen, []
+    chosen = selection.chosen
+    found: list[str] = []
     rest = {name for name in chosen.names if name != candidate.name}
     for w in (w for step in selection.rounds for w in step.weighed):
         others = set(w.names) - rest

@@ -11,7 +11,7 @@ Another gain K' in place of K changes the prediction errors as the linear twin s
 
 so noise is fitted without running the twin again.
 
-Prediction errors are taken to be of Student's t distribution, with the filter's covariance: a shove, a bump or a landing
+Prediction errors are taken to be of Student's t distribution, with the filter's covariance: a shove or a landing
 at the start then bears on the fit by no more than a few ordinary instants.
 """
 
@@ -21,6 +21,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 from twbal.compiled import kernel
+from twbal.diagnose.recording import Mask
 from twbal.gaussian import Array
 from twbal.planar.motion import TwinState, constants
 from twbal.planar.parameters import UNBOUNDED, TwinParameters
@@ -205,7 +206,7 @@ def _heavy(square: float) -> float:
 
 
 @kernel()
-def _cost(errors: Array, usable: Array, whiteners: Array, determinants: Array) -> float:
+def _cost(errors: Array, usable: Mask, whiteners: Array, determinants: Array) -> float:
     """-2 log likelihood of prediction errors, but for a constant; the first instant does not count."""
     total = 0.0
     last, white = len(whiteners) - 1, np.empty(4)
@@ -216,7 +217,7 @@ def _cost(errors: Array, usable: Array, whiteners: Array, determinants: Array) -
 
 
 @kernel()
-def whiten(errors: Array, usable: Array, whiteners: Array) -> Array:
+def whiten(errors: Array, usable: Mask, whiteners: Array) -> Array:
     """Prediction errors decorrelated, (T, 4), 0 where they do not count.
 
     They are scaled such that their squares add up to -2 log likelihood: about standard deviations where they are small,
@@ -232,7 +233,7 @@ def whiten(errors: Array, usable: Array, whiteners: Array) -> Array:
 
 
 @kernel()
-def tame(errors: Array, usable: Array, whiteners: Array) -> Array:
+def tame(errors: Array, usable: Mask, whiteners: Array) -> Array:
     """Prediction errors (T, 4) in their units, 0 where they do not count and less where they are large."""
     last, white = len(whiteners) - 1, np.empty(4)
     tamed = np.zeros((len(errors) - 1, 4))
@@ -243,14 +244,14 @@ def tame(errors: Array, usable: Array, whiteners: Array) -> Array:
     return tamed
 
 
-def cost(errors: list[Array], usable: list[Array], kalman: Filter) -> float:
+def cost(errors: list[Array], usable: list[Mask], kalman: Filter) -> float:
     """-2 log likelihood of the prediction errors of several recordings, but for a constant."""
     return float(
         sum(_cost(e, u, kalman.whiteners, kalman.log_determinants) for e, u in zip(errors, usable, strict=True))
     )
 
 
-def fit_noise(linear: LinearTwin, noise: Noise, errors: list[Array], usable: list[Array], iterations: int) -> Noise:
+def fit_noise(linear: LinearTwin, noise: Noise, errors: list[Array], usable: list[Mask], iterations: int) -> Noise:
     """The noise of the highest likelihood, from prediction errors made with the filter of `noise`.
 
     Args:

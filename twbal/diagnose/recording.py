@@ -12,6 +12,8 @@ from twbal.gaussian import Array
 from twbal.plant import Observation
 from twbal.robot.parameters import RobotParameters
 
+Mask = NDArray[np.bool_]
+
 MEASURED = ("tilt", "tilt_rate", "wheel_angle", "wheel_rate")
 """Channels whose prediction errors are weighed, in this order."""
 
@@ -38,7 +40,7 @@ class Recording:
     commands: Array
     measured: Array
     yaw_rate: Array
-    usable: NDArray[np.bool_]
+    usable: Mask
 
     def __len__(self) -> int:
         return len(self.commands)

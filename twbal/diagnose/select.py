@@ -46,10 +46,10 @@ def select(
     while len(chosen.effects) < settings.most_effects and len(chosen.candidates) <= settings.most_effects:
         step = add_one(data, chosen, always, _beside(chosen, candidates), settings.shortlist)
         rounds.append(step)
-        best = next((w for w in step.weighed if worth(w, chosen, settings)), None)
-        if best is None:
+        asked = [w for w in step.weighed if worth(w, chosen, settings) and belongs(w, chosen, base, settings)]
+        if not asked:
             break
-        chosen = best
+        chosen = asked[0]
     if len(chosen.effects) > 1:
         step = _reconsider(data, chosen, always, candidates, settings)
         rounds.append(step)
@@ -82,3 +82,18 @@ def worth(weighed: Weighed, base: Weighed, settings: Settings) -> bool:
     lines = settings.lines
     line = lines.sheet if weighed.candidates[-1].in_data_sheet else lines.score
     return (base.total - weighed.total) / min(weighed.colour, lines.whiteness) >= line
+
+
+def belongs(weighed: Weighed, base: Weighed, first: Weighed, settings: Settings) -> bool:
+    """Whether another effect gains enough beside what the others gained to be an effect of its own.
+
+    Where the form of a named effect is not quite the robot's, what is left asks for more effects, each for little.
+
+    Args:
+        weighed: the set with the other effect.
+        base: the set without it.
+        first: the data sheet refitted.
+        settings: of the diagnosis.
+    """
+    gain = base.total - weighed.total
+    return not base.effects or gain >= settings.lines.share * (first.total - base.total)
