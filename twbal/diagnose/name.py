@@ -5,10 +5,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from twbal.diagnose.account import account_of
-from twbal.diagnose.candidates import DATA_SHEET, Candidate, always_free
+from twbal.diagnose.candidates import DATA_SHEET, WHEELS, Candidate, always_free
 from twbal.diagnose.certainty import interval, standard_errors
-from twbal.diagnose.findings import Effects, Findings
-from twbal.diagnose.fit import slopes
+from twbal.diagnose.findings import Account, Effects, Findings
+from twbal.diagnose.fit import descend, slopes
 from twbal.diagnose.model import Data, Model
 from twbal.diagnose.noise import Noise
 from twbal.diagnose.recording import MEASURED, Recording
@@ -19,6 +19,8 @@ from twbal.diagnose.weigh import Weighed
 from twbal.diagnosis import Estimate, NamedEffect, Rival, Verdict, Whiteness
 from twbal.planar.parameters import twin_parameters
 from twbal.robot.parameters import RobotParameters
+
+_ITERATIONS = 6  # of the fit that puts the wheels back to the data sheet
 
 
 def name_effects(
@@ -48,8 +50,8 @@ def name_effects(
     nominal = data.with_noise(start._replace(noise=selection.base.fit.model.noise), 30)
     models = (
         account_of(data, nominal, effects),
-        account_of(data, selection.base.fit.model, _as_effects(selection.base, effects)),
-        account_of(data, named.fit.model, _as_effects(named, effects)),
+        _account(data, selection.base, effects),
+        _account(data, named, effects),
     )
     weights = probabilities(selection, settings)
     return Findings(
@@ -72,17 +74,21 @@ def _first_noise(robot: RobotParameters) -> Noise:
     return Noise(np.array([0.005, 0.03, 0.003, 0.1]), np.full(2, 0.005 * robot.torque_limit))
 
 
-def _as_effects(weighed: Weighed, already: Effects) -> Effects:
-    """The values of a fit as the simulation takes them, with what it had already."""
-    found: dict[str, dict[str, float]] = {name: dict(values) for name, values in already.items()}
+def _account(data: Data, weighed: Weighed, already: Effects) -> Account:
+    """What a fit makes of the recordings, in values that the simulation can take.
+
+    It has no effect for the wheels' mass and inertia: these go back to the data sheet, and what else is free makes up.
+    """
+    kept = [free for free in weighed.fit.frees if free.field not in WHEELS]
+    start = weighed.fit.model.put({free.field: free.mean for free in weighed.fit.frees if free.field in WHEELS})
+    model = descend(data, start, data.filter(start), kept, _ITERATIONS).model
+    effects: dict[str, dict[str, float]] = {name: dict(values) for name, values in already.items()}
     for field in DATA_SHEET:
         effect, _, parameter = field.rpartition("_")
-        found.setdefault(effect, {})[parameter] = weighed.fit.model.value(field)
+        effects.setdefault(effect, {})[parameter] = model.value(field)
     for candidate in weighed.candidates:
-        found[candidate.name] = {
-            p.name: weighed.fit.model.value(f"{candidate.name}_{p.name}") for p in candidate.parameters
-        }
-    return found
+        effects[candidate.name] = {p.name: model.value(f"{candidate.name}_{p.name}") for p in candidate.parameters}
+    return account_of(data, model, effects)
 
 
 def _named(
