@@ -28,6 +28,7 @@ from twbal.planar.parameters import UNBOUNDED, TwinParameters
 from twbal.planar.plant import hold
 
 _INSTANTS = 50  # after which gains have settled
+_IMPOSSIBLE = 1e12
 _TAIL = 10.0  # degrees of freedom of the errors' distribution
 _STEPS = 5  # physics steps of a control period in the linear model
 
@@ -265,10 +266,13 @@ def fit_noise(linear: LinearTwin, noise: Noise, errors: list[Array], usable: lis
     begin = np.log(np.concatenate([noise.sensors, noise.torques]))
 
     def objective(x: Array) -> float:
-        kalman = kalman_filter(linear, _levels(x))
+        try:
+            kalman = kalman_filter(linear, _levels(x))
+        except np.linalg.LinAlgError:  # levels too far apart for the covariance to stay definite
+            return _IMPOSSIBLE
         moved = [_refilter(linear.F, linear.C, old.gains, kalman.gains, e) for e in errors]
         value = cost(moved, usable, kalman)
-        return value if np.isfinite(value) else 1e12
+        return value if np.isfinite(value) else _IMPOSSIBLE
 
     bounds = [(x - 4.0, x + 4.0) for x in begin]
     options = {"maxiter": iterations, "ftol": 1e-7}

@@ -123,6 +123,8 @@ def _glance(data: Data, fit: Fit, kalman: Filter, slopes: Array, candidate: Cand
         values = {f: min(max(none[f] + size * (start[f] - none[f]), low[f]), high[f]) for f in start} if size else now
         tried = fit.model.put(values)
         white = data.white(tried, kalman)
+        if not np.isfinite(white).all():
+            continue
         change = white - fit.white
         pull = frozen.T @ change
         power = float(change @ change - pull @ normal @ pull)
