@@ -67,6 +67,12 @@ class Candidate(NamedTuple):
         return any(p.name == "phase" for p in self.parameters)
 
     @property
+    def sizes(self) -> tuple[Parameter, ...]:
+        """Those of its parameters that say how large it is: the first, and others that do nothing at their low end."""
+        more = () if self.is_wave else tuple(p for p in self.parameters[1:] if p.none == p.low)
+        return (self.parameters[0], *more)
+
+    @property
     def frees(self) -> tuple[Free, ...]:
         """Its parameters as free values without a prior."""
         return tuple(

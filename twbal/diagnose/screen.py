@@ -22,6 +22,7 @@ _SIZES = (
     -0.2,
     -1.0,
 )  # of the start values at which a candidate is tried, in their distance from none
+_LIMITS = (0.98, 0.7, 0.5, 0.35, 0.25, 0.17, 0.1, 0.05)  # of the highest value, at which a limit is tried
 _SMALL = 0.05  # sizes up to this one foretell, larger ones are too far off for a parabola
 _ITERATIONS = 3
 _FITTED, _LEAST = 12, 6.0  # candidates that are fitted by a few steps, and what they must promise
@@ -100,6 +101,14 @@ def _values(candidate: Candidate, which: str) -> dict[str, float]:
     return {f"{candidate.name}_{p.name}": float(getattr(p, which)) for p in candidate.parameters}
 
 
+def _sizes(candidate: Candidate) -> tuple[float, ...]:
+    """Shares of the way from none to its start at which a candidate is tried; a limit is tried at ever lower values."""
+    size = candidate.parameters[0]
+    if size.none < size.high:
+        return _SIZES
+    return tuple((size.none - share * size.high) / (size.none - size.start) for share in _LIMITS)
+
+
 def _glance(data: Data, fit: Fit, kalman: Filter, slopes: Array, candidate: Candidate) -> _Glance:
     """Try several sizes of a candidate, shares of the way from none to its start.
 
@@ -119,7 +128,7 @@ def _glance(data: Data, fit: Fit, kalman: Filter, slopes: Array, candidate: Cand
     now = {f: min(max(fit.model.value(f), low[f]), high[f]) for f in start}
     best, promise, seen = np.inf, -np.inf, 0.0
     model = fit.model.put(now)
-    for size in (0.0, *_SIZES) if own else _SIZES:
+    for size in (*((0.0,) if own else ()), *_sizes(candidate)):
         values = {f: min(max(none[f] + size * (start[f] - none[f]), low[f]), high[f]) for f in start} if size else now
         tried = fit.model.put(values)
         white = data.white(tried, kalman)

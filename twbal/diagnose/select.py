@@ -49,12 +49,20 @@ def select(
         asked = [w for w in step.weighed if worth(w, chosen, settings) and belongs(w, chosen, base, settings)]
         if not asked:
             break
-        chosen = asked[0]
+        chosen = _inside(asked, chosen, settings)
     if len(chosen.effects) > 1:
         step = _reconsider(data, chosen, always, candidates, settings)
         rounds.append(step)
-        chosen = min([chosen, *step.weighed], key=lambda w: w.total)
+        chosen = _inside(sorted([chosen, *step.weighed], key=lambda w: w.total), base, settings)
     return Selection(base, tuple(rounds), chosen)
+
+
+def _inside(asked: Sequence[Weighed], before: Weighed, settings: Settings) -> Weighed:
+    """The best set; or one with all parameters inside their ranges, where that explains nearly as much."""
+    best = asked[0]
+    handicap = max(3.0 * settings.lines.score * best.colour, settings.lines.share * (before.total - best.total))
+    inside = [w for w in asked if not w.stuck and w.total < best.total + handicap]
+    return inside[0] if inside else best
 
 
 def _beside(chosen: Weighed, candidates: Sequence[Candidate]) -> list[Candidate]:
@@ -77,11 +85,13 @@ def worth(weighed: Weighed, base: Weighed, settings: Settings) -> bool:
     """Whether the data ask for what one set has beyond another, the last of its candidates.
 
     Coloured errors gain too much by chance, so a gain counts over the colour that is left; but over no more than that
-    at which nothing is named anyway, as another effect may still take it away.
+    at which nothing is named anyway, as another effect may still take it away. What is negligible is not named, however
+    sure it is: it stands for some trifle of the robot's form.
     """
     lines = settings.lines
     line = lines.sheet if weighed.candidates[-1].in_data_sheet else lines.score
-    return (base.total - weighed.total) / min(weighed.colour, lines.whiteness) >= line
+    gain = (base.total - weighed.total) / min(weighed.colour, lines.whiteness)
+    return gain >= line and weighed.size >= lines.least
 
 
 def belongs(weighed: Weighed, base: Weighed, first: Weighed, settings: Settings) -> bool:

@@ -26,6 +26,7 @@ class Lines:
         score: of a candidate, over the whiteness it leaves, from which on it is named.
         sheet: the same for a value of the data sheet that is off.
         share: of what the effects named so far gain, that another one must gain beside them.
+        least: of the start values of its parameters that an effect must have to be named.
         whiteness: left after the fix, above which nothing in the library explains the gap.
         shift: of a data-sheet value, in standard deviations of its tolerance, that is worth a word.
         margin: in score over whiteness, within which a rival counts as an equivalent.
@@ -34,6 +35,7 @@ class Lines:
     score: float
     sheet: float
     share: float
+    least: float
     whiteness: float
     shift: float
     margin: float

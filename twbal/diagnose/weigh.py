@@ -55,6 +55,15 @@ class Weighed(NamedTuple):
         return max(float(np.mean(self.whiteness)), 1.0)
 
     @property
+    def size(self) -> float:
+        """Of its last candidate, as a share of its start values."""
+        candidate = self.candidates[-1]
+        return max(
+            abs(self.fit.model.value(f"{candidate.name}_{p.name}") - p.none) / abs(p.start - p.none)
+            for p in candidate.sizes
+        )
+
+    @property
     def stuck(self) -> tuple[str, ...]:
         """Parameters that ran to a bound other than the one that is no effect."""
         found = []
