@@ -11,13 +11,15 @@ from twbal.diagnose.weigh import Weighed
 from twbal.diagnosis import Shift, Verdict
 
 EXCITE = "twbal real-rollout experiment=excite link=serial link.port=..."
+_INSTANTS = 2000  # for which the line of whiteness is drawn; that of coloured errors grows with the length of the data
 _BLIND = 0.5  # share of the candidates that poor data could not have shown, from which on nothing is decided
 
 
 def conclude(selection: Selection, settings: Settings) -> Verdict:
     """The verdict of a selection."""
     chosen, lines = selection.chosen, settings.lines
-    if chosen.colour > lines.whiteness or chosen.stuck:
+    instants = len(chosen.fit.white) / 4
+    if chosen.colour > 1.0 + (lines.whiteness - 1.0) * max(instants / _INSTANTS, 1.0) or chosen.stuck:
         return Verdict.UNKNOWN
     if chosen.effects:
         return Verdict.NAMED
