@@ -7,7 +7,7 @@ VENV := .venv
 STAMP := $(VENV)/.installed
 
 .DEFAULT_GOAL := help
-.PHONY: help run test test-slow bench lint clean
+.PHONY: help run test test-slow bench bench-hidden lint clean
 
 help: ## list what can be made
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' $(MAKEFILE_LIST) | expand -t 12
@@ -20,6 +20,10 @@ test: $(STAMP) ## the quick tests
 
 test-slow: $(STAMP) ## the tests that take minutes
 	$(VENV)/bin/python -m pytest -m slow
+
+bench-hidden: $(STAMP) ## hide effects in another engine and diagnose them
+	$(VENV)/bin/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable ".[bench]"
+	$(VENV)/bin/python -m benchmarks.hidden_effects all seeds=0
 
 bench: $(STAMP) ## the benchmarks behind the README's tables
 	$(VENV)/bin/python -m benchmarks

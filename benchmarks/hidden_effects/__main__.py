@@ -1,0 +1,105 @@
+"""`python -m benchmarks.hidden_effects generate|diagnose|score|all [seeds=0,1,...] [strata=clean,pairs] [workers=1]`.
+
+`generate` drives the hidden robots and logs what they do; what is hidden goes to one file, which only `score` opens.
+`diagnose` runs `twbal diagnose` on each set, `score` compares. What is there already in outputs/bench/hidden_effects is
+not done again. Seeds from 100 on are for development; the published table has those below.
+"""
+
+import json
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from hydra import compose, initialize_config_dir
+from hydra.utils import instantiate
+
+from benchmarks.hidden_effects.faults import parameters
+from benchmarks.hidden_effects.robot import drawn
+from benchmarks.hidden_effects.score import score
+from benchmarks.hidden_effects.sets import STRATA, Set, sets
+from benchmarks.hidden_effects.truth import HiddenRobot
+from twbal.configuration import conf_folder
+from twbal.episode import Provenance
+from twbal.logs import write_episode
+from twbal.rollout import rollout
+
+ROOT, RESULTS = Path("outputs/bench/hidden_effects"), Path("benchmarks/results/hidden_effects.json")
+_EPISODES, _PERIODS = 4, 500
+_TOLERANCE, _ASYMMETRY = 0.03, 0.02
+
+
+def generate(wanted: Sequence[Set], labels: Path) -> None:
+    """Drive the robots and log what they do."""
+    with initialize_config_dir(str(conf_folder()), version_base="1.3"):
+        cfg = compose("real_rollout", ["experiment=excite"])
+    robot, policy, channels = instantiate(cfg.robot), instantiate(cfg.policy), instantiate(cfg.state)
+    known: dict[str, Any] = json.loads(labels.read_text()) if labels.exists() else {}
+    for each in wanted:
+        folder = ROOT / each.name
+        if each.name in known:
+            continue
+        rng = np.random.default_rng(each.seed)
+        body = drawn(robot, rng, _TOLERANCE, _ASYMMETRY)
+        hidden = {name: parameters(name, severity, rng) for name, severity in each.effects.items()}
+        driven = replace(policy, sine=0.0, binary=0.0, speed=0.0) if each.still else policy
+        plant = HiddenRobot(robot, body, hidden, each.surface, each.seed)
+        for trial in range(_EPISODES):
+            source = Provenance("hidden", "robot", seed=each.seed, trial=trial)
+            write_episode(
+                folder / "episodes" / f"trial_{trial}.mcap", rollout(plant, driven, channels, _PERIODS, 0.6, source)
+            )
+        known[each.name] = {"stratum": each.stratum, "hidden": hidden, "severity": each.effects}
+        labels.write_text(json.dumps(known, indent=1) + "\n")
+
+
+def diagnose(name: str) -> None:
+    """Run the command on one set, in a process of its own, and note its CPU time."""
+    out = ROOT / name / "diagnosis"
+    if (out / "cpu.json").exists():
+        return
+    command = [sys.executable, "-m", "twbal", "diagnose", f"episodes={ROOT / name}", f"hydra.run.dir={out}"]
+    before = time.monotonic()
+    done = subprocess.run(command, capture_output=True, text=True, env={**os.environ, "OMP_NUM_THREADS": "1"})
+    (out).mkdir(parents=True, exist_ok=True)
+    note = {"wall_s": time.monotonic() - before, "failed": done.stderr[-500:] if done.returncode else ""}
+    (out / "cpu.json").write_text(json.dumps(note))
+    print(name, done.stdout.splitlines()[0] if done.stdout else done.stderr.strip()[-200:], flush=True)
+
+
+def main(words: Sequence[str]) -> None:
+    """Do what the first word says."""
+    what, *rest = words or ["all"]
+    told = dict(word.split("=", 1) for word in rest)
+    seeds = [int(seed) for seed in told.pop("seeds", "0").split(",")]
+    strata = told.pop("strata", ",".join(STRATA)).split(",")
+    workers = int(told.pop("workers", "1"))
+    if told or what not in ("generate", "diagnose", "score", "all") or not set(strata) <= set(STRATA):
+        raise SystemExit(f"{__doc__}\nStrata: {', '.join(STRATA)}.")
+    wanted = sets(seeds, strata)
+    labels = ROOT / f"labels_{seeds[0]}.json"
+    ROOT.mkdir(parents=True, exist_ok=True)
+    if what in ("generate", "all"):
+        generate(wanted, labels)
+    if what in ("diagnose", "all"):
+        with ThreadPoolExecutor(workers) as pool:
+            list(pool.map(diagnose, [each.name for each in wanted]))
+    if what in ("score", "all"):
+        diagnoses = {
+            each.name: json.loads((ROOT / each.name / "diagnosis" / "diagnosis.json").read_text())
+            for each in wanted
+            if (ROOT / each.name / "diagnosis" / "diagnosis.json").exists()
+        }
+        result = {"seeds": seeds, **score(json.loads(labels.read_text()), diagnoses)}
+        RESULTS.write_text(json.dumps(result, indent=1) + "\n")
+        print(json.dumps(result["figures"], indent=1))
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -1,0 +1,94 @@
+"""How right the diagnoses were."""
+
+from collections.abc import Mapping
+from statistics import median
+from typing import Any
+
+import numpy as np
+
+GROUPS = {
+    "torque_gain": "gain, mass and inertia",
+    "body_mass": "gain, mass and inertia",
+    "body_inertia": "gain, mass and inertia",
+    "com_height": "COM height and wheel radius",
+    "wheel_radius": "COM height and wheel radius",
+}
+"""Class that a value of the data sheet belongs to."""
+
+
+def score(labels: Mapping[str, Any], diagnoses: Mapping[str, Any]) -> dict[str, Any]:
+    """The figures over all sets that were diagnosed, and what became of each set."""
+    rows = [{"name": name, **_row(labels[name], diagnoses[name])} for name in sorted(labels) if name in diagnoses]
+    failed = sorted(set(labels) - set(diagnoses))
+    by = {stratum: [row for row in rows if row["stratum"] == stratum] for stratum in {r["stratum"] for r in rows}}
+    figures: dict[str, Any] = {}
+    for stratum, inside in sorted(by.items()):
+        figures[f"right, {stratum}"] = f"{sum(row['right'] for row in inside)} of {len(inside)}"
+    figures["wrong name, all strata"] = f"{sum(row['wrong'] for row in rows)} of {len(rows)}"
+    closed = [row["closed"] for row in rows if row["right"] and row["said"] and row["closed"] is not None]
+    if closed:
+        figures["gap closed in PyBullet where named, from the nominal, median"] = round(median(closed), 3)
+    errors = [error for row in rows for error in row["errors"]]
+    if errors:
+        figures["parameter error, median"] = round(median(errors), 3)
+        held = [inside for row in rows for inside in row["held"]]
+        figures["95 % intervals that hold the truth"] = f"{sum(held)} of {len(held)}"
+    surest = [(row["probability"], row["right"]) for row in rows if row["said"]]
+    if surest:
+        figures["expected calibration error"] = round(_calibration_error(surest), 3)
+    figures["no diagnosis"] = len(failed)
+    return {"figures": figures, "sets": rows, "failed": failed}
+
+
+def _row(label: Mapping[str, Any], diagnosis: Mapping[str, Any]) -> dict[str, Any]:
+    """What became of one set."""
+    hidden, said = label["hidden"], diagnosis["effects"]
+    alike = [{effect["name"], *effect["equivalents"]} for effect in said]
+    stratum, verdict = label["stratum"], diagnosis["verdict"]
+    if stratum in ("clean", "uneven"):
+        right = verdict in ("none", "undecided", "data_sheet")
+        wrong = verdict == "named"
+    elif stratum == "foreign":
+        right, wrong = verdict == "unknown", verdict == "named"
+    elif stratum == "data sheet":
+        right = verdict == "data_sheet" and GROUPS[next(iter(hidden))] in diagnosis["data_sheet_class"]
+        wrong = verdict == "named"
+    else:
+        right = len(alike) == len(hidden) and all(any(name in group for group in alike) for name in hidden)
+        wrong = verdict == "named" and any(not group & set(hidden) for group in alike)
+        if stratum == "still":
+            right = right or verdict in ("undecided", "none", "unknown", "data_sheet")
+    errors, held = _parameters(hidden, said) if right else ([], [])
+    return {
+        "stratum": stratum,
+        "hidden": hidden,
+        "verdict": verdict,
+        "said": [effect["name"] for effect in said],
+        "right": bool(right),
+        "wrong": bool(wrong),
+        "probability": min((effect["probability"] for effect in said), default=None),
+        "closed": diagnosis["gap"]["closed"],
+        "errors": errors,
+        "held": held,
+    }
+
+
+def _parameters(hidden: Mapping[str, Any], said: Any) -> tuple[list[float], list[bool]]:
+    """Relative errors of the first parameter of each effect that was named as it is, and whether its interval holds."""
+    errors, held = [], []
+    for effect in said:
+        if effect["name"] not in hidden:
+            continue
+        key, true = next(iter(hidden[effect["name"]].items()))
+        found = effect["parameters"].get(key)
+        if found is not None:
+            errors.append(abs(found["value"] - true) / abs(true))
+            held.append(found["low95"] <= true <= found["high95"])
+    return errors, held
+
+
+def _calibration_error(pairs: list[tuple[float, bool]]) -> float:
+    """Mean gap between probability and frequency over ten bins of equal width, weighted by their sets."""
+    p, right = np.array([a for a, _ in pairs]), np.array([float(b) for _, b in pairs])
+    bins = np.minimum((10 * p).astype(int), 9)
+    return float(sum(abs(p[bins == b].mean() - right[bins == b].mean()) * (bins == b).mean() for b in np.unique(bins)))

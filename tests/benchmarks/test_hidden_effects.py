@@ -1,0 +1,91 @@
+"""The truth of the hidden-effect benchmark is right, and shares nothing with what it tests."""
+
+import ast
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hydra import compose, initialize_config_dir
+from hydra.utils import instantiate
+
+from benchmarks.hidden_effects.score import score
+from twbal.configuration import conf_folder
+from twbal.planar.dynamics import coefficients
+
+HOUSE = Path(__file__).parents[2] / "benchmarks" / "hidden_effects"
+FORBIDDEN = ("twbal.sim", "twbal.planar", "twbal.engine", "twbal.diagnose", "twbal.virtual_robot")
+
+
+@pytest.mark.parametrize("file", ["robot.py", "faults.py", "truth.py", "sets.py", "score.py"])
+def test_the_truth_shares_no_code_with_simulation_twin_or_diagnosis(file):
+    for node in ast.walk(ast.parse((HOUSE / file).read_text())):
+        names = [a.name for a in node.names] if isinstance(node, ast.Import) else []
+        names += [node.module or ""] if isinstance(node, ast.ImportFrom) else []
+        assert not any(name.startswith(FORBIDDEN) for name in names)
+
+
+@pytest.fixture(scope="module")
+def paper():
+    with initialize_config_dir(str(conf_folder()), version_base="1.3"):
+        return instantiate(compose("sim_collect").robot)
+
+
+@pytest.fixture(scope="module")
+def ride(paper):
+    pytest.importorskip("mujoco", reason="comes with the extra [bench]")
+    from benchmarks.hidden_effects.robot import Ride, drawn
+
+    return Ride(drawn(paper, np.random.default_rng(0), 0.0, 0.0))
+
+
+def test_the_robot_falls_as_its_equations_say(paper, ride):
+    from benchmarks.hidden_effects.robot import STEP
+
+    k = coefficients(paper)
+    pole = np.sqrt(k.a * k.d / (k.a * k.c - k.b**2))
+    ride.place(0.001, 0.0, 0.0)
+    for _ in range(600):
+        ride.step(np.zeros(2), 0.0, np.zeros(2), 0.0)
+    assert ride.tilt() == pytest.approx(0.001 * np.cosh(pole * 600 * STEP), rel=0.01)
+
+
+@pytest.mark.parametrize(("joint", "outside", "push"), [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 5.0)])
+def test_torques_and_pushes_move_it_as_its_equations_say(joint, outside, push, paper, ride):
+    from benchmarks.hidden_effects.robot import STEP
+
+    k = coefficients(paper)
+    inertia = np.array([[k.a, k.b], [k.b, k.c]])  # of wheel angle in space and tilt
+    gained = 20 * STEP * np.linalg.solve(inertia, [joint + outside + paper.wheel_radius * push, -joint])
+    ride.place(0.0, 0.0, 0.0)
+    for _ in range(20):
+        ride.step(np.full(2, joint / 2), 0.0, np.full(2, outside / 2), push)
+    assert ride.speed() == pytest.approx(paper.wheel_radius * gained[0], rel=0.02)
+    assert ride.tilt_rate() == pytest.approx(gained[1], rel=0.02)
+
+
+def diagnosis(verdict, names=(), closed=0.9, equivalents=(), parameters=None):
+    effects = [
+        {"name": n, "probability": 0.9, "equivalents": list(equivalents), "parameters": parameters or {}} for n in names
+    ]
+    return {"verdict": verdict, "effects": effects, "data_sheet_class": [], "gap": {"closed": closed}}
+
+
+def test_names_count_as_right_wrong_or_neither():
+    hidden = {"stratum": "severity 1", "hidden": {"dead_zone": {"width": 1.0}}}
+    clean = {"stratum": "clean", "hidden": {}}
+    labels = {"a": hidden, "b": hidden, "c": hidden, "d": hidden, "e": clean, "f": clean}
+    found = {"width": {"value": 1.1, "low95": 0.9, "high95": 1.2}}
+    said = {
+        "a": diagnosis("named", ["dead_zone"], parameters=found),
+        "b": diagnosis("named", ["coulomb_friction"]),
+        "c": diagnosis("named", ["coulomb_friction"], equivalents=["dead_zone"]),
+        "d": diagnosis("unknown"),
+        "e": diagnosis("none"),
+        "f": diagnosis("named", ["motor_lag"]),
+    }
+    figures = score(labels, said)["figures"]
+    assert figures["right, severity 1"] == "2 of 4"
+    assert figures["right, clean"] == "1 of 2"
+    assert figures["wrong name, all strata"] == "2 of 6"
+    assert figures["parameter error, median"] == pytest.approx(0.1)
+    assert figures["95 % intervals that hold the truth"] == "1 of 1"
