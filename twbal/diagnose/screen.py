@@ -23,6 +23,7 @@ _SIZES = (
     -1.0,
 )  # of the start values at which a candidate is tried, in their distance from none
 _LIMITS = (0.98, 0.7, 0.5, 0.35, 0.25, 0.17, 0.1, 0.05)  # of the highest value, at which a limit is tried
+_FAR = 30.0  # penalty of the data sheet's shifts from which on it is tried to put it back
 _SMALL = 0.05  # sizes up to this one foretell, larger ones are too far off for a parabola
 _ITERATIONS = 3
 _FITTED, _LEAST = 12, 6.0  # candidates that are fitted by a few steps, and what they must promise
@@ -90,8 +91,7 @@ def _screen(data: Data, fit: Fit, kalman: Filter, glance: _Glance) -> Screened:
     """Fit a candidate by a few steps."""
     fields = [free.field for free in glance.candidate.frees]
     frees = [free for free in fit.frees if free.field not in fields]
-    values = np.array([fit.model.value(free.field) for free in frees])
-    begin = float(fit.white @ fit.white) + penalty(frees, values)
+    begin = float(fit.white @ fit.white) + penalty(fit.frees, fit.values)
     after = descend(data, glance.model, kalman, [*frees, *glance.candidate.frees], _ITERATIONS)
     return Screened(glance.candidate, begin - after.cost, after.model, glance.seen)
 
@@ -113,7 +113,8 @@ def _glance(data: Data, fit: Fit, kalman: Filter, slopes: Array, candidate: Cand
     """Try several sizes of a candidate, shares of the way from none to its start.
 
     What a small size changes in the errors, less what the other free values can make up for, is a slope; along it the
-    cost is a parabola, whose lowest point is promised. So is what a larger size gains as it is.
+    cost is a parabola, whose lowest point is promised. So is what a larger size gains as it is, or with the data sheet
+    put back, where the lack of the candidate has pulled it far away.
     """
     start = _values(candidate, "start") | (_tone(data, fit, kalman, candidate) or {})
     none, low, high = (_values(candidate, which) for which in ("none", "low", "high"))
@@ -126,6 +127,8 @@ def _glance(data: Data, fit: Fit, kalman: Filter, slopes: Array, candidate: Cand
     own = [free for free in fit.frees if free.field in start]
     freed = penalty(own, np.array([fit.model.value(free.field) for free in own]))  # prior that it does away with
     now = {f: min(max(fit.model.value(f), low[f]), high[f]) for f in start}
+    shift = penalty(fit.frees, fit.values)
+    far = shift > _FAR
     best, promise, seen = np.inf, -np.inf, 0.0
     model = fit.model.put(now)
     for size in (*((0.0,) if own else ()), *_sizes(candidate)):
@@ -138,14 +141,20 @@ def _glance(data: Data, fit: Fit, kalman: Filter, slopes: Array, candidate: Cand
         pull = frozen.T @ change
         power = float(change @ change - pull @ normal @ pull)
         slope = -float(change @ fit.white)
-        small = abs(size) <= _SMALL and slope > 0.0 and power > 1e-6
-        foretold = slope**2 / power if small else 0.0
+        small = abs(size) <= _SMALL
+        foretold = slope**2 / power if small and slope > 0.0 and power > 1e-6 else 0.0
         cost = float(white @ white)
         promise = max(promise, freed + foretold, freed + float(fit.white @ fit.white) - cost)
         if size == 1.0:
             seen = power
         if cost < best:
             best, model = cost, tried
+        if far and not small:
+            home = tried.put({free.field: free.mean for free in frees if np.isfinite(free.sd)})
+            cost = float(np.nan_to_num(np.sum(data.white(home, kalman) ** 2), nan=np.inf))
+            promise = max(promise, shift + float(fit.white @ fit.white) - cost)
+            if cost - shift < best:
+                best, model = cost - shift, home
     return _Glance(candidate, model, promise, seen)
 
 
