@@ -126,7 +126,7 @@ class Kind:
     """One effect.
 
     Attributes:
-        sizes: value of each parameter at severity 1, as twbal's effect would have it; the first is what severity scales.
+        sizes: value of each parameter at severity 1, as twbal's effect has it; the first is what severity scales.
         signed: whether its sign is drawn.
         act: puts it into the hooks.
         body: changes the body.

@@ -33,7 +33,7 @@ from twbal.sim.replay import ReplayStart, replay
 from twbal.stages.artefacts import episode_files
 from twbal.stages.closing import closing, run_folder
 from twbal.stages.manifest import Manifest, Step, perform
-from twbal.stages.settings import recorded, typed
+from twbal.stages.settings import members, recorded, typed
 
 NOT_RECORDED = ("episodes",)
 DIAGNOSIS, REPORT, AUGMENTED, FIGURES = "diagnosis.json", "report.html", "augmented.yaml", "figures"
@@ -85,7 +85,7 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
     settings = typed(Settings, cfg)
     files = episode_files(cfg.episodes)
     robot: RobotParameters = instantiate(cfg.robot)
-    present = {_name(effect): asdict(effect) for effect in instantiate(cfg.sim.effects).values()}  # type: ignore[call-overload]
+    present = {_name(effect): asdict(effect) for effect in members(cfg.sim.effects)}
     told = Told(robot, present, float(cfg.sim.physics_step), instantiate(cfg.diagnosis), settings)
     step = Step("diagnose", out, recorded(cfg, NOT_RECORDED), {"episodes": files}, 0)
     return perform(step, lambda: _diagnose_to_files(files, told, out))

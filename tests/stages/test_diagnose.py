@@ -1,0 +1,127 @@
+"""The diagnosis as a command: what it reads, writes, names and refuses."""
+
+import json
+
+import numpy as np
+import pytest
+from hydra import compose, initialize_config_dir
+from hydra.utils import instantiate
+from omegaconf import OmegaConf
+
+from twbal.cli import main
+from twbal.configuration import conf_folder
+from twbal.diagnose.held_out import held_out
+from twbal.diagnose.recording import Recording
+from twbal.episode import Provenance
+from twbal.logs import read_episode, write_episode
+from twbal.robot.start_pose import StartPose
+from twbal.rollout import rollout
+from twbal.sim.effects.dead_zone import DeadZone
+from twbal.sim.effects.sensor_noise import SensorNoise
+from twbal.sim.plant import SimPlant
+
+NOISE = SensorNoise(0.0035, 0.02, 0.3, 0.001, 0.05, 0.02)
+
+
+@pytest.fixture(scope="module")
+def measured(tmp_path_factory):
+    """Two episodes of a robot with a dead zone that its data sheet does not tell of."""
+    folder = tmp_path_factory.mktemp("measured")
+    with initialize_config_dir(str(conf_folder()), version_base="1.3"):
+        cfg = compose("real_rollout", ["experiment=excite"])
+    robot, policy, channels = instantiate(cfg.robot), instantiate(cfg.policy), instantiate(cfg.state)
+    start = StartPose(0.0, 0.03, 0.05, 0.02)
+    with SimPlant(robot=robot, effects=[DeadZone(1.0), NOISE], start=start, physics_step=0.0005, seed=3) as plant:
+        for trial in range(2):
+            source = Provenance("paper", "robot", seed=1, trial=trial)
+            write_episode(folder / f"trial_{trial}.mcap", rollout(plant, policy, channels, 300, 0.6, source))
+    return folder
+
+
+@pytest.fixture(scope="module")
+def diagnosed(measured, tmp_path_factory):
+    out = tmp_path_factory.mktemp("diagnosed")
+    assert main(["diagnose", f"episodes={measured}", f"hydra.run.dir={out}", "starts=10"]) == 0
+    return out
+
+
+def test_the_missing_effect_is_named_with_its_size(diagnosed):
+    record = json.loads((diagnosed / "diagnosis.json").read_text())
+    assert record["verdict"] == "named"
+    (effect,) = record["effects"]
+    assert effect["name"] == "dead_zone"
+    assert effect["parameters"]["width"]["value"] == pytest.approx(1.0, rel=0.05)
+
+
+def test_the_gap_shrinks_to_what_noise_leaves(diagnosed):
+    gap = json.loads((diagnosed / "diagnosis.json").read_text())["gap"]
+    assert gap["after"] < 0.3 * gap["before"]
+    assert gap["closed"] > 0.9
+    assert len(gap["held_out"]) == 2
+
+
+def test_the_augmented_simulation_has_it_and_any_stage_takes_it(diagnosed, tmp_path, capsys):
+    effects = OmegaConf.load(diagnosed / "augmented.yaml").effects
+    assert effects.dead_zone.width == pytest.approx(1.0, rel=0.05)
+    words = [f"sim={diagnosed / 'augmented.yaml'}", "rollouts=2", "steps=5", f"hydra.run.dir={tmp_path / 'sim'}"]
+    assert main(["sim-collect", *words]) == 0
+    assert len(list((tmp_path / "sim" / "episodes").glob("*.mcap"))) == 2
+
+
+def test_report_and_pictures_are_there(diagnosed):
+    assert "dead zone" in (diagnosed / "report.html").read_text()
+    assert {p.stem for p in (diagnosed / "figures").glob("*.svg")} == {"where", "rivals", "gap", "whiteness"}
+
+
+def test_with_the_effect_in_the_simulation_nothing_is_missing(measured, diagnosed, tmp_path):
+    words = [f"episodes={measured}", f"sim={diagnosed / 'augmented.yaml'}", f"hydra.run.dir={tmp_path}", "starts=10"]
+    assert main(["diagnose", *words]) == 0
+    assert json.loads((tmp_path / "diagnosis.json").read_text())["verdict"] == "none"
+
+
+def spoilt(measured, folder, change):
+    """The episodes with something wrong."""
+    for file in measured.glob("*.mcap"):
+        episode = read_episode(file)
+        seen, commands = np.array(episode.observations), np.array(episode.commands)
+        seen, commands = change(seen, commands)
+        kept = {"observations": seen, "commands": commands, "states": episode.states[: len(seen)]}
+        write_episode(folder / file.name, type(episode)(**{**vars(episode), **kept}))
+
+
+@pytest.mark.parametrize(
+    ("change", "complaint"),
+    [
+        (lambda seen, u: (seen[:30], u[:29]), "control periods"),
+        (lambda seen, u: (seen * [1, 1, 0, 1, 1, 1, 1], u), "tilt_rate"),
+        (lambda seen, u: (seen, 0 * u), "command is 0"),
+    ],
+    ids=["too short", "a constant channel", "no torque"],
+)
+def test_unusable_data_get_one_clear_error(change, complaint, measured, tmp_path, capsys):
+    spoilt(measured, tmp_path / "logs", change)
+    assert main(["diagnose", f"episodes={tmp_path / 'logs'}", f"hydra.run.dir={tmp_path / 'out'}"]) == 1
+    said = capsys.readouterr().err.strip()
+    assert complaint in said
+    assert len(said.splitlines()) == 1
+    assert not (tmp_path / "out" / "diagnosis.json").exists()
+
+
+def test_another_robots_data_are_refused(measured, tmp_path, capsys):
+    assert main(["diagnose", f"episodes={measured}", "robot=regbot", f"hydra.run.dir={tmp_path}"]) == 1
+    assert "control period" in capsys.readouterr().err
+
+
+def recording(name, periods):
+    return Recording(
+        name, 0.02, np.zeros(periods), np.zeros((periods + 1, 4)), np.zeros(periods + 1), np.ones(periods + 1, bool)
+    )
+
+
+def test_of_many_recordings_whole_ones_are_kept_back_and_of_few_their_ends():
+    many = held_out([recording(f"r{i}", 100) for i in range(8)], 0.25)
+    assert many.names == ("r3", "r7")
+    assert len(many.fitted) == 6
+    (first,), (last,), _ = held_out([recording("r", 100)], 0.25)
+    assert (len(first), len(last)) == (75, 25)
+    assert last.name == "r, 1.5-2.0 s"
