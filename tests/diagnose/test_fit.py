@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from rides import ride
 
-from twbal.diagnose.certainty import held_out, standard_errors
+from twbal.diagnose.certainty import standard_errors
 from twbal.diagnose.fit import descend, penalty, refit, slopes
 from twbal.diagnose.model import ANGLE_LEAD, Data, Free, Model
 from twbal.diagnose.noise import Noise
@@ -64,10 +64,3 @@ def test_refitting_finds_the_truth_within_its_errors(data, start):
     truth = [TRUTH["coulomb_friction"]["torque"], TRUTH["actuation_delay"]["delay"]]
     assert (np.abs(fit.values[2:4] - truth) < 3.5 * errors[2:4]).all()
     np.testing.assert_allclose(fit.values[2:4], truth, rtol=0.05)
-
-
-def test_held_out_blocks_are_predicted_about_as_well_as_fitted_ones_and_no_better(data, start):
-    fit = refit(data, start, FREES, 3, 6, 12)
-    J = slopes(data, fit.model, data.filter(fit.model), FREES, fit.white)
-    left = held_out(fit, J, 10).sum()
-    assert 0 < left - fit.white @ fit.white < 20

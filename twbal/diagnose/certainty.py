@@ -1,8 +1,7 @@
-"""How sure a fit may be: intervals and held-out gains from blocks of the data.
+"""How sure a fit may be: intervals from blocks of the data.
 
 Errors of a model with a wrong form are neither white nor alike everywhere, and the curvature of the likelihood says too
-little of them. Blocks of some seconds are nearly independent: how their slopes scatter gives the sandwich covariance,
-and leaving each out in turn, by one Newton step, says what the others would have predicted of it.
+little of them. Blocks of some seconds are nearly independent: how their slopes scatter gives the sandwich covariance.
 """
 
 from collections.abc import Sequence
@@ -49,15 +48,3 @@ def standard_errors(fit: Fit, J: Array, blocks: int) -> Array:
 def interval(value: float, error: float) -> tuple[float, float]:
     """Ends of the 95 % interval."""
     return value - _NORMAL95 * error, value + _NORMAL95 * error
-
-
-def held_out(fit: Fit, J: Array, blocks: int) -> Array:
-    """(B,) squared whitened errors of each block by the fit to all others, which one Newton step stands for."""
-    H = _curvature(fit.frees, J)
-    costs = []
-    for part in _parts(len(fit.white), blocks):
-        own, white = J[part], fit.white[part]
-        step = np.linalg.solve(H - own.T @ own + 1e-9 * np.diag(np.diag(H)), own.T @ white)
-        left = white + own @ step
-        costs.append(float(left @ left))
-    return np.array(costs)

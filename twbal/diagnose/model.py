@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from twbal.diagnose.colour import whiteness
-from twbal.diagnose.noise import Filter, Noise, cost, fit_noise, kalman_filter, linearise_period, tame, whiten
+from twbal.diagnose.noise import Filter, Noise, fit_noise, kalman_filter, linearise_period, tame, whiten
 from twbal.diagnose.predictor import Prediction, predict
 from twbal.diagnose.recording import Mask, Recording
 from twbal.gaussian import Array
@@ -114,11 +114,6 @@ class Data:
         """Whiteness of prediction errors that were made with a filter, per channel (4,); 1 is white."""
         tamed = [tame(e, u, kalman.whiteners) for e, u in zip(errors, self.usable, strict=True)]
         return whiteness(tamed, self.count, _LAGS)
-
-    def cost(self, model: Model) -> float:
-        """-2 log likelihood of the recordings under a model, but for a constant."""
-        kalman = self.filter(model)
-        return cost(self.errors(model, kalman), self.usable, kalman)
 
     def with_noise(self, model: Model, iterations: int) -> Model:
         """The model with its noise refitted."""

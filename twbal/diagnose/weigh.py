@@ -15,7 +15,7 @@ from twbal.gaussian import Array
 _ROUNDS, _ITERATIONS, _NOISE_ITERATIONS = 6, 4, 12
 _AT_BOUND = 0.01  # share of its range from a bound at which a parameter has run to it
 _WAVES = 200.0  # frequencies or counts among which a wave is looked for: the best of many is good by chance
-_ALIKE = 1.0  # in -2 log likelihood
+_ALIKE = 0.2  # in -2 log likelihood
 _PROMISING = 0.2  # share of the best gain at a glance from which on a candidate is fitted in full
 
 
