@@ -50,7 +50,9 @@ def filled(page: str) -> str:
         name = found.group(1)
         part, _, file = name.partition(" of ")
         results = json.loads((RESULTS / f"{file}.json").read_text())
-        lines = {"summary": summary, "robots": robots}[part](results)
+        lines = {"summary": summary, "robots": robots, "figures": figures, "missed": missed, "times": times}[part](
+            results
+        )
         return "\n".join([f"<!-- table {name} -->", *lines, "<!-- end -->"])
 
     return re.sub(r"<!-- table ([\w ]+) -->.*?<!-- end -->", table, page, flags=re.DOTALL)
@@ -94,6 +96,41 @@ def robots(results: Mapping[str, Any]) -> list[str]:
             f"| {'-' if seconds is None else f'{seconds:.1f}'} | {steps[-1]['coverage95']:.2f} |"
         )
     return lines
+
+
+def figures(results: Mapping[str, Any]) -> list[str]:
+    """One line a figure of the hidden effects."""
+    return ["| figure | value |", "|---|---|", *(f"| {name} | {value} |" for name, value in results["figures"].items())]
+
+
+def missed(results: Mapping[str, Any]) -> list[str]:
+    """One line a set that was not diagnosed right."""
+    lines = ["| stratum | hidden | verdict | named |", "|---|---|---|---|"]
+    for row in results["sets"]:
+        if not row["right"]:
+            hidden = ", ".join(f"{n} ({next(iter(p.values())):.3g})" for n, p in row["hidden"].items()) or "nothing"
+            lines.append(f"| {row['stratum']} | {hidden} | {row['verdict']} | {', '.join(row['said']) or '-'} |")
+    return lines
+
+
+def times(results: Mapping[str, Any]) -> list[str]:
+    """One line a case of the moment matching."""
+    names = "engine, policy, samples, f's variance, CPU s, by pairs alone, cost off by, gradient off by, peak memory"
+    lines = [f"| {names.replace(', ', ' | ')} |", "|" + "---|" * 9]
+    for case in results["cases"]:
+        s, r = case["settings"], case["result"]
+        engine = "torchrl" if case["module"] == "peer" else "twbal"
+        kept = "kept" if engine == "torchrl" or s["keep_variance"] else "dropped"
+        samples = f"{s['n']} + {s['difference']}" if s.get("difference") else f"{s['n']}"
+        optional = [f"{r[k]:{form}}" if k in r else "-" for k, form in _OPTIONAL.items()]
+        lines.append(
+            f"| {engine} | {s['policy']} | {samples} | {kept} | {r['cpu_s']:.3f} | {' | '.join(optional)} "
+            f"| {r['memory_mb']:.0f} MB |"
+        )
+    return lines
+
+
+_OPTIONAL = {"pairs_cpu_s": ".3f", "cost_error": ".0e", "gradient_error": ".0e"}
 
 
 def solved_at(robot: Mapping[str, Any]) -> int | None:
