@@ -15,18 +15,21 @@ from twbal.diagnose.noise import Filter, LinearTwin, linearise_period, respond, 
 from twbal.gaussian import Array
 
 _SIZES = (
-    0.03,
-    0.2,
+    0.001,
+    0.1,
+    0.4,
     1.0,
+    1.7,
     3.0,
-    -0.2,
+    -0.001,
+    -0.3,
     -1.0,
 )  # of the start values at which a candidate is tried, in their distance from none
 _LIMITS = (0.98, 0.7, 0.5, 0.35, 0.25, 0.17, 0.1, 0.05)  # of the highest value, at which a limit is tried
 _FAR = 30.0  # penalty of the data sheet's shifts from which on it is tried to put it back
-_SMALL = 0.05  # sizes up to this one foretell, larger ones are too far off for a parabola
+_SMALL = 0.01  # sizes up to this one foretell, larger ones are too far off for a parabola
 _ITERATIONS = 3
-_FITTED, _LEAST = 12, 6.0  # candidates that are fitted by a few steps, and what they must promise
+_FITTED, _LEAST = 14, 6.0  # candidates that are fitted by a few steps, and what they must promise
 _FRACTIONS = 5  # of a control period, over which a torque that depends on the wheels' angle is averaged
 _TONES = 8192  # frequencies of the Fourier transform
 _COUNT_STEP = 0.25
@@ -141,7 +144,7 @@ def _glance(data: Data, fit: Fit, kalman: Filter, slopes: Array, candidate: Cand
         pull = frozen.T @ change
         power = float(change @ change - pull @ normal @ pull)
         slope = -float(change @ fit.white)
-        small = abs(size) <= _SMALL
+        small = abs(size) <= _SMALL and not own
         foretold = slope**2 / power if small and slope > 0.0 and power > 1e-6 else 0.0
         cost = float(white @ white)
         promise = max(promise, freed + foretold, freed + float(fit.white @ fit.white) - cost)

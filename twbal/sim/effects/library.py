@@ -25,4 +25,6 @@ def library() -> dict[str, type[Effect]]:
 
 
 def _is_effect_of(kind: object, module: str) -> bool:
-    return isinstance(kind, type) and issubclass(kind, Effect) and is_dataclass(kind) and kind.__module__ == module
+    if not isinstance(kind, type) or kind.__module__ != module or not is_dataclass(kind):
+        return False
+    return issubclass(kind, Effect)
