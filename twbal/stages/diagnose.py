@@ -201,7 +201,9 @@ def _where(nominal: Account, recordings: Sequence[Recording], bins: int) -> tupl
         "command": all_of([np.concatenate([np.zeros(1), recording.commands]) for recording in recordings]),
         "tilt": all_of([track.tilt for track in tracks]),
         "direction": np.sign(all_of([track.wheel_rate for track in tracks])),
-        "time": all_of([recording.period * np.arange(len(recording) + 1, dtype=np.float64) for recording in recordings]),
+        "time": all_of(
+            [recording.period * np.arange(len(recording) + 1, dtype=np.float64) for recording in recordings]
+        ),
     }
     return regions(all_of(nominal.errors), nominal.error_noise, axes, MEASURED, bins)
 
