@@ -122,5 +122,5 @@ def test_a_step_that_fails_is_named_with_its_folder(tmp_path, capsys):
 def test_it_says_how_to_go_on_after_an_interruption(folder, capsys):
     assert iterate(folder) == 0
     first = capsys.readouterr().out.splitlines()[0]
-    assert first.startswith("After an interruption, this goes on where it was: twbal iterate updates=1 trials=2 ")
+    assert first.startswith("After an interruption, this goes on where it was: twbal iterate updates=1 ")
     assert first.endswith(f" hydra.run.dir={folder}")

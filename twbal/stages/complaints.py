@@ -92,9 +92,13 @@ def _keys(tree: Any) -> Iterator[str]:
 
 def _guess(word: str, known: Sequence[str]) -> str:
     whole = difflib.get_close_matches(word, known, n=1)
-    ends = {name.split(".")[-1]: name for name in reversed(known)}
+    ends = {name.split(".")[-1]: name for name in sorted(known, key=_depth, reverse=True)}
     near = whole or [ends[end] for end in difflib.get_close_matches(word.split(".")[-1], ends, n=1)]
     return f" (did you mean {near[0]!r}?)" if near else ""
+
+
+def _depth(name: str) -> int:
+    return name.count(".")
 
 
 def _line(error: Exception, index: int) -> str:
