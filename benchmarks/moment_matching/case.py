@@ -4,32 +4,27 @@ Prints one line of JSON: median CPU seconds of one cost and gradient, peak memor
 """
 
 import json
-import resource
 import sys
-import time
-from collections.abc import Callable
-from statistics import median
 from typing import Any
 
 import numpy as np
 
-from benchmarks.moment_matching.problem import COST, HORIZON, START, found_policy, gp, random_policy, transition
+from benchmarks.measure import memory_mb, timed
+from benchmarks.moment_matching.problem import (
+    COST,
+    HORIZON,
+    START,
+    found_policy,
+    gp,
+    kernels,
+    random_policy,
+    transition,
+)
 from twbal.models.moments.prediction import DEGREES, Truncation
-from twbal.search.long_term_cost import LongTermCost, long_term_cost
+from twbal.search.long_term_cost import long_term_cost
 
 TOLERANCE = 1e-6
 SERIES, PAIRS = Truncation(TOLERANCE, DEGREES, True), Truncation(TOLERANCE, (), True)
-
-
-def timed(work: Callable[[], LongTermCost], repeats: int) -> tuple[float, LongTermCost]:
-    """Median CPU seconds of `repeats` runs after one that warms up, and what came out."""
-    found = work()
-    seconds = []
-    for _ in range(repeats):
-        began = time.process_time()
-        found = work()
-        seconds.append(time.process_time() - began)
-    return median(seconds), found
 
 
 def run(n: int, policy: str, keep_variance: bool, difference: int, repeats: int, exact: bool) -> dict[str, Any]:
@@ -45,7 +40,8 @@ def run(n: int, policy: str, keep_variance: bool, difference: int, repeats: int,
     """
     law = found_policy(gp(300)) if policy == "found" else random_policy()
     before = memory_mb()  # of the libraries and the search of the policy
-    model = transition(gp(n), keep_variance, gp(difference, 5, 0.1) if difference else None)
+    g = kernels(difference, True, seed=5, strength=0.1) if difference else None
+    model = transition(kernels(n, keep_variance), g)
     seconds, found = timed(lambda: long_term_cost(model, law, COST, START, HORIZON, SERIES), repeats)
     result = {
         "n": n,
@@ -65,11 +61,6 @@ def run(n: int, policy: str, keep_variance: bool, difference: int, repeats: int,
         result["cost_error"] = abs(found.value - pairs.value) / pairs.value
         result["gradient_error"] = max(errors) / scale
     return result
-
-
-def memory_mb() -> float:
-    """Most memory that this process has held [MB]."""
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024.0
 
 
 if __name__ == "__main__":

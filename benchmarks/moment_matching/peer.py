@@ -17,7 +17,7 @@ from torchrl.modules.models.gp import GPWorldModel
 from torchrl.modules.models.rbf_controller import RBFController
 from torchrl.objectives.pilco import ExponentialQuadraticCost
 
-from benchmarks.moment_matching.case import memory_mb
+from benchmarks.measure import memory_mb
 from benchmarks.moment_matching.problem import BASIS, COST, HORIZON, START, found_policy, gp, random_policy
 from twbal.policies.rbf import RbfPolicy
 

@@ -5,13 +5,16 @@ dt·(w + dw/2), dw = dt·(15 sin θ - 4u - 0.2w) and dt·(6u - 1.5v), with noise
 100.
 """
 
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
 from typing import NamedTuple
 
 import numpy as np
+from scipy.linalg import cho_factor, cho_solve
 
 from twbal.cost import SaturatingCost
 from twbal.gaussian import Array, Gaussian
-from twbal.models.gp import GaussianProcess, condition
+from twbal.models.gp import GaussianProcess, condition, squared_exponential
 from twbal.models.moments.kernel_sum import KernelSum, no_kernels
 from twbal.models.moments.prediction import Truncation
 from twbal.policies.rbf import RbfPolicy
@@ -51,11 +54,35 @@ def gp(n: int, seed: int = 0, strength: float = 1.0) -> GaussianProcess:
     return condition(samples.inputs, samples.targets, LENGTH_SCALES, SIGNAL_VARIANCES, NOISE**2)
 
 
-def transition(f: GaussianProcess, keep_variance: bool, g: GaussianProcess | None = None) -> TransitionModel:
-    """f, or f + g with g's variance always kept, as the search propagates it."""
+def kernels(n: int, keep_variance: bool, seed: int = 0, strength: float = 1.0) -> KernelSum:
+    """The GP of n samples, as the search takes it.
+
+    Without its variance only the weights are needed. They come from a process of their own, so that the memory of
+    their Cholesky factors does not count as the engine's.
+    """
+    if keep_variance:
+        whole = gp(n, seed, strength)
+        return KernelSum(whole.centres, LENGTH_SCALES, SIGNAL_VARIANCES, whole.weights, whole.variance_matrix)
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
+        weights = pool.submit(_weights, n, seed, strength).result()
+    return KernelSum(data(n, seed, strength).inputs, LENGTH_SCALES, SIGNAL_VARIANCES, weights, np.zeros((3, 0, 0)))
+
+
+def _weights(n: int, seed: int, strength: float) -> Array:
+    samples, weights = data(n, seed, strength), []
+    for a, target in enumerate(samples.targets.T):
+        covariance = SIGNAL_VARIANCES[a] * squared_exponential(samples.inputs, samples.inputs, LENGTH_SCALES[a])
+        covariance[np.diag_indices(n)] += NOISE[a] ** 2
+        factor = cho_factor(covariance, lower=True, overwrite_a=True, check_finite=False)
+        weights.append(cho_solve(factor, target))
+    return np.array(weights)
+
+
+def transition(f: KernelSum, g: KernelSum | None = None) -> TransitionModel:
+    """f, or f + g, as the search propagates it."""
     return TransitionModel(
-        f=_kernels(f, keep_variance),
-        g=no_kernels(3, 4) if g is None else _kernels(g, True),
+        f=f,
+        g=no_kernels(3, 4) if g is None else g,
         carry=np.hstack([np.eye(3), np.zeros((3, 1))]),
         predicted=np.arange(3),
         process_noise=np.zeros(3),
@@ -79,10 +106,6 @@ def found_policy(f: GaussianProcess) -> RbfPolicy:
         raise ValueError("The common problem has no regulator; was the model changed?")
     random = random_policy()
     start = RbfPolicy(random.channels, random.centres, 0.1 * random.weights, random.lengths, -gain / 1.5, 1.0)
-    objective = Objective(transition(f, False), COST, START, HORIZON, Truncation(1e-5, (2, 4), False), 1e-4)
+    bare = KernelSum(f.centres, f.length_scales, f.signal_variance, f.weights, np.zeros((3, 0, 0)))
+    objective = Objective(transition(bare), COST, START, HORIZON, Truncation(1e-5, (2, 4), False), 1e-4)
     return descend(objective, start, np.ones(3), True, 30)
-
-
-def _kernels(gp: GaussianProcess, uncertain: bool) -> KernelSum:
-    variance = gp.variance_matrix if uncertain else np.zeros((gp.outputs, 0, 0))
-    return KernelSum(gp.centres, gp.length_scales, gp.signal_variance, gp.weights, variance)

@@ -4,7 +4,14 @@ import sys
 from pathlib import Path
 
 OVERRIDES = [
-    *("updates=1", "stop_when_solved=false", "trials=2", "rule.steps=20", "rule.settle_step=10", "real_rollout.steps=30"),
+    *(
+        "updates=1",
+        "stop_when_solved=false",
+        "trials=2",
+        "rule.steps=20",
+        "rule.settle_step=10",
+        "real_rollout.steps=30",
+    ),
     *("sim_collect.rollouts=6", "sim_collect.steps=20", "sim_round_rollouts=1"),
     *("model.fit_f.settings.fit.starts=1", "model.fit_g.settings.starts=1"),
     *("model.smoothing.rounds=1", "model.smoothing.iterations=2"),
