@@ -28,7 +28,7 @@ def kernel(fastmath: bool | set[str] = False) -> Callable[[Kernel], Kernel]:
             digit: what the compiler makes of it depends on what else it compiles, and code that was just compiled would
             give other digits than the same code from the cache.
     """
-    return cast(Callable[[Kernel], Kernel], numba.njit(cache=True, error_model="numpy", fastmath=fastmath))
+    return cast(Callable[[Kernel], Kernel], numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=fastmath))
 
 
 def cache_folder() -> Path:

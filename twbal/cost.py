@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from twbal.compiled import kernel
 from twbal.errors import ConfigError
 from twbal.gaussian import Array, Gaussian
 
@@ -22,6 +23,22 @@ class ExpectedCost(NamedTuple):
     value: float
     by_mean: Array
     by_covariance: Array
+
+
+@kernel()
+def expected_cost(target: Array, widths: Array, mean: Array, covariance: Array) -> ExpectedCost:
+    """E[c(x)] for x ~ N(m, S): 1 - |I + SP|^(-1/2) exp(-½ dᵀQd).
+
+    Here P = diag(widths⁻²), Q = P (I + SP)⁻¹ and d = m - target; see `SaturatingCost` for the arguments.
+    """
+    root = 1.0 / widths
+    across = root.reshape(-1, 1)
+    inside = np.eye(len(root)) + across * covariance * root  # I + √P S √P, symmetric
+    Q = across * np.linalg.inv(inside) * root
+    gap = mean - target
+    pull = Q @ gap
+    reward = np.exp(-0.5 * (gap @ pull + np.linalg.slogdet(inside)[1]))
+    return ExpectedCost(1.0 - reward, reward * pull, 0.5 * reward * (Q - np.outer(pull, pull)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,18 +59,8 @@ class SaturatingCost:
         return cost
 
     def expected(self, state: Gaussian) -> ExpectedCost:
-        """E[c(x)] for x ~ N(m, S), in closed form.
-
-        1 - |I + SP|^(-1/2) exp(-½ dᵀQd) with P = diag(widths⁻²), Q = P (I + SP)⁻¹ and d = m - target.
-        """
-        precision = self.widths**-2.0  # (D,)
-        root = np.sqrt(precision)
-        inside = np.eye(len(root)) + root[:, None] * state.covariance * root  # I + √P S √P, symmetric
-        Q = root[:, None] * np.linalg.inv(inside) * root
-        gap = state.mean - self.target
-        reward = np.exp(-0.5 * (gap @ Q @ gap + np.linalg.slogdet(inside)[1]))
-        pull = Q @ gap
-        return ExpectedCost(float(1.0 - reward), reward * pull, 0.5 * reward * (Q - np.outer(pull, pull)))
+        """E[c(x)] for x ~ N(m, S), in closed form."""
+        return expected_cost(self.target, self.widths, *map(np.ascontiguousarray, state))
 
 
 def cost_over(

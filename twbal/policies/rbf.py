@@ -8,6 +8,7 @@ import numpy as np
 from twbal.errors import CheckpointError
 from twbal.gaussian import Array
 from twbal.policies.policy import Controller, Policy
+from twbal.policies.rbf_moments import Network
 from twbal.policies.squash import squash
 
 _FAR = 1e100
@@ -33,6 +34,13 @@ class RbfPolicy(Policy):
     lengths: Array
     gain: Array
     max_command: float
+
+    @property
+    def network(self) -> Network:
+        """The parameters alone, as moment matching takes them."""
+        parts = (self.centres, self.weights, self.lengths, self.gain)
+        centres, weights, lengths, gain = (np.ascontiguousarray(part, dtype=np.float64) for part in parts)
+        return Network(centres, weights, lengths, gain, float(self.max_command))
 
     def activation(self, states: Array) -> Array:
         """What goes into the squash, (...) for states (..., D)."""

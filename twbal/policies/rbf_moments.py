@@ -12,6 +12,25 @@ import numpy as np
 
 from twbal.compiled import kernel
 from twbal.gaussian import Array
+from twbal.models.moments.exponential import expm1_in_place
+
+
+class Network(NamedTuple):
+    """The parameters of an `RbfPolicy`, as compiled code takes them; the same names and shapes.
+
+    Attributes:
+        centres: (N, D).
+        weights: (N,).
+        lengths: (D,), Λ = diag(lengths²).
+        gain: k (D,).
+        max_command: u_max [N·m].
+    """
+
+    centres: Array
+    weights: Array
+    lengths: Array
+    gain: Array
+    max_command: float
 
 
 class Activation(NamedTuple):
@@ -48,162 +67,115 @@ class ActivationGradients(NamedTuple):
     lengths: Array
 
 
+class _Basis(NamedTuple):
+    """What mean, variance and their ways back share.
+
+    Attributes:
+        q: E[φ_i] (N,).
+        nu: c_i - m (N, D).
+        B: (S + Λ)⁻¹ (D, D).
+        W: (S + Λ/2)⁻¹ (D, D).
+        excess: expm1(Δ_ij) (N, N) for j <= i, half of it for j = i, and zero above, so that the whole is this and its
+            transpose.
+    """
+
+    q: Array
+    nu: Array
+    B: Array
+    W: Array
+    excess: Array
+
+
 @kernel()
-def _basis(centres: Array, lengths: Array, m: Array, S: Array):  # type: ignore[no-untyped-def]
-    """q (N,), ν (N, D), B and W (D, D), and log|SΛ⁻¹ + I| - ½ log|2SΛ⁻¹ + I|."""
-    d = len(m)
+def _basis(centres: Array, lengths: Array, m: Array, S: Array) -> _Basis:
+    """Δ_ij = log E[φ_iφ_j] - log E[φ_i] E[φ_j] is a constant, a square of ν_i, one of ν_j and a product of both."""
+    n, d = centres.shape
     scaled = S / lengths / lengths.reshape(-1, 1)
     log_single = np.linalg.slogdet(scaled + np.eye(d))[1]
     log_pair = np.linalg.slogdet(2.0 * scaled + np.eye(d))[1]
+    precision = np.diag(lengths**-2)
     B = np.linalg.inv(S + np.diag(lengths**2))
     W = np.linalg.inv(S + np.diag(0.5 * lengths**2))
     nu = centres - m
-    q = np.empty(len(centres))
-    for i in range(len(centres)):
-        q[i] = np.exp(-0.5 * (log_single + nu[i] @ B @ nu[i]))
-    return q, nu, B, W, log_single - 0.5 * log_pair
+    q = np.exp(-0.5 * (log_single + np.sum((nu @ B) * nu, axis=1)))
+    own = np.sum((nu @ (0.5 * B - 0.25 * precision - 0.125 * W)) * nu, axis=1)
+    across = nu @ (0.5 * precision - 0.25 * W)  # (N, D)
+    columns = np.ascontiguousarray(nu.T)
+    shift = log_single - 0.5 * log_pair
+    excess = np.zeros((n, n))
+    for i in range(n):
+        here = excess[i, : i + 1]
+        for j in range(i + 1):
+            here[j] = shift + own[i] + own[j]
+        for k in range(d):
+            factor = across[i, k]
+            for j in range(i + 1):
+                here[j] += factor * columns[k, j]
+        expm1_in_place(here)
+        here[i] *= 0.5
+    return _Basis(q, nu, B, W, excess)  # type: ignore[arg-type]
 
 
 @kernel()
-def _pair_exponent(i: int, j: int, shift: float, half: Array, nu: Array, W: Array, lengths: Array) -> float:
-    """Δ_ij = log E[φ_iφ_j] - log E[φ_i] E[φ_j]; half[i] = ½ ν_iᵀBν_i."""
-    distance, spread = 0.0, 0.0
-    d = len(lengths)
-    for k in range(d):
-        gap = (nu[i, k] - nu[j, k]) / lengths[k]
-        distance += gap * gap
-        row = 0.0
-        for l in range(d):
-            row += W[k, l] * (nu[i, l] + nu[j, l])
-        spread += row * (nu[i, k] + nu[j, k])
-    exponent: float = shift + half[i] + half[j] - 0.25 * distance - 0.125 * spread
-    return exponent
-
-
-@kernel()
-def activation_moments(centres: Array, weights: Array, lengths: Array, gain: Array, m: Array, S: Array) -> Activation:
-    """Mean, slope and variance of a(y) at y ~ N(m, S).
-
-    Args:
-        centres: (N, D); weights: (N,); lengths: (D,), Λ = diag(lengths²); gain: k (D,).
-    """
-    q, nu, B, W, shift = _basis(centres, lengths, m, S)
-    n = len(q)
+def activation_moments(network: Network, m: Array, S: Array) -> Activation:
+    """Mean, slope and variance of a(y) at y ~ N(m, S)."""
+    centres, weights, lengths, gain, _ = network
+    q, nu, B, _, excess = _basis(centres, lengths, m, S)
     smoothed = weights * q
     radial = B @ (nu.T @ smoothed)  # (D,) slope of the radial part
-    half = np.empty(n)
-    for i in range(n):
-        half[i] = 0.5 * (nu[i] @ B @ nu[i])
-    variance = 0.0
-    for i in range(n):
-        for j in range(i + 1):
-            exponent = _pair_exponent(i, j, shift, half, nu, W, lengths)
-            term = smoothed[i] * smoothed[j] * np.expm1(exponent)
-            variance += term if i == j else 2.0 * term
-    variance += gain @ S @ gain + 2.0 * (gain @ S @ radial)
-    return Activation(smoothed.sum() + gain @ m, radial + gain, max(variance, 0.0))
-
-
-@kernel()
-def _add_pairs(  # type: ignore[no-untyped-def]
-    q: Array,
-    weights: Array,
-    nu: Array,
-    W: Array,
-    lengths: Array,
-    shift: float,
-    half: Array,
-    by_variance: float,
-    log_q_by: Array,
-    weights_by: Array,
-    nu_by: Array,
-):
-    """Way back from V = Σ w_iw_j (P_ij - q_iq_j), P_ij = E[φ_iφ_j]: adds to the last three, in place.
-
-    Returns:
-        Derivatives by S through W, (D, D); Σ c and Σ c (c_i - c_j)² (D,), with c the derivative by log P_ij.
-    """
-    n, d = nu.shape
-    smoothed = weights * q
-    pulls = np.zeros((d, d))  # Σ of c Wδ(Wδ)ᵀ
-    gaps = np.zeros(d)
-    total = 0.0
-    delta, pull = np.empty(d), np.empty(d)
-    for i in range(n):
-        for j in range(i + 1):
-            fold = by_variance if i == j else 2.0 * by_variance
-            small = np.expm1(_pair_exponent(i, j, shift, half, nu, W, lengths))
-            product = smoothed[i] * smoothed[j]
-            weights_by[i] += fold * q[i] * smoothed[j] * small
-            weights_by[j] += fold * q[j] * smoothed[i] * small
-            log_q_by[i] -= fold * product
-            log_q_by[j] -= fold * product
-            c = fold * product * (small + 1.0)
-            total += c
-            for k in range(d):
-                delta[k] = 0.5 * (nu[i, k] + nu[j, k])
-            for k in range(d):
-                value = 0.0
-                for l in range(d):
-                    value += W[k, l] * delta[l]
-                pull[k] = value
-            for k in range(d):
-                gap = nu[i, k] - nu[j, k]
-                gaps[k] += c * gap * gap
-                stretch = 0.5 * gap / lengths[k] ** 2
-                nu_by[i, k] -= c * (stretch + 0.5 * pull[k])
-                nu_by[j, k] -= c * (0.5 * pull[k] - stretch)
-                for l in range(d):
-                    pulls[k, l] += c * pull[k] * pull[l]
-    return 0.5 * (pulls - total * W), total, gaps
+    variance = 2.0 * (smoothed @ (excess @ smoothed))
+    variance += gain @ (S @ gain) + 2.0 * (gain @ (S @ radial))
+    return Activation(smoothed.sum() + gain @ m, radial + gain, max(variance, 0.0))  # type: ignore[arg-type]
 
 
 @kernel()
 def activation_adjoint(  # type: ignore[no-untyped-def]
-    centres: Array,
-    weights: Array,
-    lengths: Array,
-    gain: Array,
-    m: Array,
-    S: Array,
-    by_mean: float,
-    by_slope: Array,
-    by_variance: float,
+    network: Network, m: Array, S: Array, by_mean: float, by_slope: Array, by_variance: float
 ):
     """From the derivatives by mean, slope and variance to those by all that `activation_moments` was given."""
-    q, nu, B, W, shift = _basis(centres, lengths, m, S)
+    centres, weights, lengths, gain, _ = network
+    q, nu, B, W, excess = _basis(centres, lengths, m, S)
     n, d = nu.shape
     smoothed = weights * q
-    moment = nu.T @ smoothed  # s = Σ w_i q_i ν_i, radial slope = B s
-    radial = B @ moment
-    half = np.empty(n)
-    for i in range(n):
-        half[i] = 0.5 * (nu[i] @ B @ nu[i])
+    radial = B @ (nu.T @ smoothed)
 
     # The linear part: mean kᵀm, slope k, variance kᵀSk + 2kᵀS·radial.
     gain_by = by_mean * m + by_slope + 2.0 * by_variance * (S @ (gain + radial))
-    m_by = by_mean * gain
     mixed = np.outer(gain, radial)
     S_by = by_variance * (np.outer(gain, gain) + mixed + mixed.T)
-    h = B @ (by_slope + 2.0 * by_variance * (S @ gain))  # adjoint of s
+    h = B @ (by_slope + 2.0 * by_variance * (S @ gain))  # adjoint of Σ w_i q_i ν_i, of which the slope is B times
     BS_by = -0.5 * (np.outer(h, radial) + np.outer(radial, h))  # by S + Λ, through B of the slope
 
-    log_q_by = smoothed * (by_mean + nu @ h)  # by log q_i, to which the pairs add
-    weights_by = q * (by_mean + nu @ h)
+    singly = by_mean + nu @ h
+    weights_by = q * (singly + 2.0 * by_variance * (excess @ smoothed + excess.T @ smoothed))
+    log_q_by = smoothed * (singly - 2.0 * by_variance * smoothed.sum())
     nu_by = np.outer(smoothed, h)
-    pairs_by, total, gaps = _add_pairs(
-        q, weights, nu, W, lengths, shift, half, by_variance, log_q_by, weights_by, nu_by
-    )
+
+    # The pairs: C_ij = by_variance w_i w_j P_ij, the derivative by log P_ij, as a lower triangle in place of `excess`.
+    for i in range(n):
+        for j in range(i):
+            excess[i, j] = by_variance * smoothed[i] * smoothed[j] * (excess[i, j] + 1.0)
+        excess[i, i] = by_variance * smoothed[i] ** 2 * (excess[i, i] + 0.5)
+    ones = np.ones(n)
+    rows = excess @ ones + excess.T @ ones  # Σ_j C_ij
+    across = excess @ nu + excess.T @ nu  # Σ_j C_ij ν_j (N, D)
+    own = nu * rows.reshape(-1, 1)
+    squares, products = nu.T @ own, nu.T @ across  # Σ C_ij ν_i ν_iᵀ and Σ C_ij ν_i ν_jᵀ
+    total = rows.sum()
+    pairs_by = 0.5 * (0.5 * (W @ (squares + products) @ W) - total * W)  # by S + Λ/2
+    nu_by -= (own - across) / lengths**2 + 0.5 * ((own + across) @ W)
 
     # log q_i = -½ log|S + Λ| + ½ log|Λ| - ½ ν_iᵀBν_i.
     Bnu = nu @ B  # (N, D)
     singles = 0.5 * ((Bnu * log_q_by.reshape(-1, 1)).T @ Bnu - log_q_by.sum() * B) + BS_by
     nu_by -= Bnu * log_q_by.reshape(-1, 1)
     S_by += singles + pairs_by
-    m_by = m_by - nu_by.sum(axis=0)
-    lambda_by = np.empty(d)  # by Λ_kk
+    m_by = by_mean * gain - nu_by.sum(axis=0)
+    lengths_by = np.empty(d)
     for k in range(d):
         precision = 1.0 / lengths[k] ** 2
-        lambda_by[k] = singles[k, k] + 0.5 * precision * log_q_by.sum()
-        lambda_by[k] += 0.5 * pairs_by[k, k] + 0.5 * precision * total + 0.25 * precision**2 * gaps[k]
-    return ActivationGradients(m_by, S_by, gain_by, nu_by, weights_by, 2.0 * lengths * lambda_by)
+        gap = 2.0 * (squares[k, k] - products[k, k])  # Σ C_ij (ν_ik - ν_jk)²
+        by_lambda = singles[k, k] + 0.5 * precision * log_q_by.sum()
+        by_lambda += 0.5 * pairs_by[k, k] + 0.5 * precision * total + 0.25 * precision**2 * gap
+        lengths_by[k] = 2.0 * lengths[k] * by_lambda
+    return ActivationGradients(m_by, S_by, gain_by, nu_by, weights_by, lengths_by)

@@ -4,9 +4,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from twbal.compiled import kernel
 from twbal.gaussian import Array
 
-_AMPLITUDES = ((1, 9 / 8), (3, 1 / 8))  # σ(a) = Σ amplitude · sin(frequency · a)
+_AMPLITUDES = ((1.0, 9 / 8), (3.0, 1 / 8))  # σ(a) = Σ amplitude · sin(frequency · a)
 
 
 def squash(activation: Array) -> Array:
@@ -33,6 +34,7 @@ class Squashed(NamedTuple):
     variance_by: Array
 
 
+@kernel()
 def squash_moments(m: float, v: float) -> Squashed:
     """Moments of σ(a) for a ~ N(m, v), in closed form.
 
@@ -56,4 +58,4 @@ def squash_moments(m: float, v: float) -> Squashed:
             by_v = j * l * (1.0 - apart) * (near * near_cos + far * far_cos)
             by_v -= 0.5 * apart * ((j - l) ** 2 * near * near_cos + (j * j + l * l) * far * far_cos)
             variance_by += 0.5 * p * q * np.array([by_m, by_v])
-    return Squashed(float(mean), float(gain), max(float(variance), 0.0), mean_by, gain_by, variance_by)
+    return Squashed(mean, gain, max(variance, 0.0), mean_by, gain_by, variance_by)

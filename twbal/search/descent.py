@@ -9,7 +9,7 @@ from twbal.cost import SaturatingCost
 from twbal.gaussian import Array, Gaussian
 from twbal.models.moments.prediction import Truncation
 from twbal.policies.rbf import RbfPolicy
-from twbal.search.long_term_cost import long_term_cost
+from twbal.search.long_term_cost import LongTermCost, long_term_cost
 from twbal.search.transition import PolicyGradient, TransitionModel
 
 _WORSE_THAN_ALL = 1e10
@@ -34,14 +34,17 @@ class Objective:
 
     def value(self, policy: RbfPolicy) -> float:
         """The long-term cost alone; infinite where it cannot be computed."""
+        found = self.cost_of(policy, gradient=False)
+        return found.value if found and np.isfinite(found.value) else np.inf
+
+    def cost_of(self, policy: RbfPolicy, gradient: bool) -> LongTermCost | None:
+        """The long-term cost without the penalty; None where a covariance on the way is not one."""
         try:
-            with np.errstate(all="ignore"):
-                value = long_term_cost(
-                    self.model, policy, self.cost, self.start, self.horizon, self.truncation, gradient=False
-                ).value
+            return long_term_cost(
+                self.model, policy, self.cost, self.start, self.horizon, self.truncation, gradient=gradient
+            )
         except np.linalg.LinAlgError:
-            return np.inf
-        return value if np.isfinite(value) else np.inf
+            return None
 
 
 def descend(objective: Objective, policy: RbfPolicy, scales: Array, linear: bool, iterations: int) -> RbfPolicy:
@@ -59,17 +62,8 @@ def descend(objective: Objective, policy: RbfPolicy, scales: Array, linear: bool
     def function(vector: Array) -> tuple[float, Array]:
         candidate = frame.policy(vector)
         nowhere = np.zeros_like(vector)
-        try:
-            with np.errstate(all="ignore"):
-                found = long_term_cost(
-                    objective.model,
-                    candidate,
-                    objective.cost,
-                    objective.start,
-                    objective.horizon,
-                    objective.truncation,
-                )
-        except np.linalg.LinAlgError:
+        found = objective.cost_of(candidate, gradient=True)
+        if found is None:
             return _WORSE_THAN_ALL, nowhere
         weights = candidate.weights
         found_gradient = found.gradient._replace(

@@ -4,10 +4,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from twbal.cost import SaturatingCost
+from twbal.compiled import kernel
+from twbal.cost import SaturatingCost, expected_cost
 from twbal.gaussian import Array, Gaussian
-from twbal.models.moments.prediction import EXACT, Truncation
+from twbal.models.moments.prediction import EXACT, Series, Truncation, series
 from twbal.policies.rbf import RbfPolicy
+from twbal.policies.rbf_moments import Network
 from twbal.search.transition import PolicyGradient, Step, TransitionModel, step_backward, step_forward
 
 
@@ -30,9 +32,10 @@ def propagate(
 ) -> list[Step]:
     """Steps of the closed loop in distribution from N(x_0), `horizon` of them."""
     steps: list[Step] = []
-    state, degree = start, 0
+    network, told = policy.network, series(truncation, len(start.mean) + 1)
+    state, degree = _plain(start), 0
     for _ in range(horizon):
-        steps.append(step_forward(model, policy, state, truncation, degree))
+        steps.append(step_forward(model, network, state, told, degree))
         degree = steps[-1].prediction.enough  # the next distribution is much like this one
         state = steps[-1].next_state
     return steps
@@ -47,21 +50,59 @@ def long_term_cost(
     truncation: Truncation,
     gradient: bool = True,
 ) -> LongTermCost:
-    """J and, where asked, dJ/dψ: one pass forward and one back."""
-    steps = propagate(model, policy, start, horizon, truncation)
-    costs = [cost.expected(step.next_state) for step in steps]
-    by_mean: Array = np.zeros(len(start.mean))
-    by_covariance: Array = np.zeros((len(start.mean),) * 2)
-    total = PolicyGradient(
-        np.zeros_like(policy.centres),
-        np.zeros_like(policy.weights),
-        np.zeros_like(policy.lengths),
-        np.zeros_like(policy.gain),
-    )
-    for step, here in zip(reversed(steps), reversed(costs), strict=True) if gradient else ():
-        by_mean, by_covariance, through = step_backward(
-            model, policy, step, by_mean + here.by_mean, by_covariance + here.by_covariance
-        )
-        total = PolicyGradient(*(a + b for a, b in zip(total, through, strict=True)))
-    exact_steps = sum(step.prediction.degree == EXACT for step in steps)
-    return LongTermCost(sum(c.value for c in costs), total, exact_steps)
+    """J and, where asked, dJ/dψ: one pass forward and one back, `horizon` steps each.
+
+    Compiled as a whole, and free of Python's lock: several can run at once in threads.
+
+    Raises:
+        numpy.linalg.LinAlgError: a state's covariance is no longer finite.
+    """
+    told = series(truncation, len(start.mean) + 1)
+    target, widths = np.ascontiguousarray(cost.target), np.ascontiguousarray(cost.widths)
+    return _long_term_cost(model, policy.network, target, widths, _plain(start), horizon, told, gradient)
+
+
+def _plain(state: Gaussian) -> Gaussian:
+    return Gaussian(*(np.ascontiguousarray(part, dtype=np.float64) for part in state))
+
+
+@kernel()
+def _long_term_cost(
+    model: TransitionModel,
+    network: Network,
+    target: Array,
+    widths: Array,
+    start: Gaussian,
+    horizon: int,
+    told: Series,
+    gradient: bool,
+) -> LongTermCost:
+    steps = [step_forward(model, network, start, told, 0)]
+    while len(steps) < horizon:
+        before = steps[-1]
+        steps.append(step_forward(model, network, before.next_state, told, before.prediction.enough))
+    costs = [expected_cost(target, widths, step.next_state.mean, step.next_state.covariance) for step in steps]
+    value, exact_steps = 0.0, 0
+    for t in range(horizon):
+        value += costs[t].value
+        exact_steps += steps[t].prediction.degree == EXACT
+
+    D = len(start.mean)
+    by_mean, by_covariance = np.zeros(D), np.zeros((D, D))
+    centres, weights = np.zeros_like(network.centres), np.zeros_like(network.weights)
+    lengths, gain = np.zeros(D), np.zeros(D)
+    if gradient:
+        for t in range(horizon - 1, -1, -1):
+            by_mean, by_covariance, through = step_backward(
+                model,
+                network,
+                steps[t],
+                told.indices,
+                by_mean + costs[t].by_mean,
+                by_covariance + costs[t].by_covariance,
+            )
+            centres += through.centres
+            weights += through.weights
+            lengths += through.lengths
+            gain += through.gain
+    return LongTermCost(value, PolicyGradient(centres, weights, lengths, gain), exact_steps)

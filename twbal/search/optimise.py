@@ -1,6 +1,7 @@
 """Lines 3 and 8 of Algorithm 1: the policy that is best on the model."""
 
 from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -98,6 +99,7 @@ def search_policy(
     earlier: Sequence[RbfPolicy],
     seed: int,
     progress: Callable[[str], None],
+    workers: int = 1,
 ) -> SearchResult:
     """Search from the most promising starts, judge what was found on long rollouts, and return the best.
 
@@ -108,6 +110,7 @@ def search_policy(
         start: distribution of x_0.
         earlier: policies of earlier iterations, oldest first.
         progress: is told what is being done, a line at a time.
+        workers: threads that search beside each other; what is found does not depend on it.
 
     Raises:
         SearchError: no start has a finite cost on this model.
@@ -121,12 +124,17 @@ def search_policy(
         return Objective(dynamics, cost, start, horizon, searching, settings.weight_penalty)
 
     short, whole = objective(settings.short_horizon), objective(settings.horizon)
+
+    def searched(chosen: Start) -> RbfPolicy:
+        found = descend(short, chosen.policy, scales, shape.linear, settings.short_iterations)
+        return descend(whole, found, scales, shape.linear, settings.iterations)
+
     chosen: list[Start] = []
     if settings.searched or not earlier:
         starts = starting_policies(
             model, shape, cost, torque_limit, settings.swings, settings.command_widths, earlier, settings.shares, rng
         )
-        chosen = _promising(starts, short, max(settings.searched, 1))
+        chosen = _promising(starts, short, max(settings.searched, 1), workers)
 
     def judged(origin: str, policy: RbfPolicy) -> Candidate:
         judgement = judge(model, policy, cost, start, judging, seed)
@@ -136,10 +144,9 @@ def search_policy(
 
     fresh = _not_driven_twice(earlier) if settings.searched else range(len(earlier))
     candidates = [judged(f"policy {i}", earlier[i]) for i in fresh]
-    for origin, policy in chosen:
-        found = descend(short, policy, scales, shape.linear, settings.short_iterations)
-        found = descend(whole, found, scales, shape.linear, settings.iterations)
-        candidates.append(judged(f"search from {origin}", found))
+    with ThreadPoolExecutor(workers) as pool:
+        for each, found in zip(chosen, pool.map(searched, chosen), strict=True):
+            candidates.append(judged(f"search from {each.origin}", found))
     candidates.sort(key=_rank)
     if chosen and candidates[0].judgement.success < settings.content:
         patient = objective(settings.long_horizon)
@@ -172,9 +179,10 @@ def _bands(model: DynamicsModel, policy: RbfPolicy, start: Gaussian, settings: S
     return tuple(Gaussian(state.mean, state.covariance + sensors) for state in states)
 
 
-def _promising(starts: Sequence[Start], objective: Objective, count: int) -> list[Start]:
+def _promising(starts: Sequence[Start], objective: Objective, count: int, workers: int) -> list[Start]:
     """The `count` starts with the lowest finite cost, no two from the same family while others are left."""
-    costs = [objective.value(start.policy) for start in starts]
+    with ThreadPoolExecutor(workers) as pool:
+        costs = list(pool.map(objective.value, (start.policy for start in starts)))
     _, first_of_cost = np.unique(costs, return_index=True)  # by cost; of equal policies, as iterations may share, one
     order = [int(i) for i in first_of_cost if np.isfinite(costs[i])]
     if not order:

@@ -4,14 +4,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from twbal.compiled import kernel
 from twbal.gaussian import Array, Gaussian
 from twbal.models.dynamics import DynamicsModel
 from twbal.models.gp import GaussianProcess
 from twbal.models.moments.kernel_sum import KernelSum, no_kernels
-from twbal.models.moments.multi_index import Integers
-from twbal.models.moments.prediction import Prediction, Truncation, predict, predict_adjoint
-from twbal.policies.rbf import RbfPolicy
-from twbal.policies.rbf_moments import Activation, activation_adjoint, activation_moments
+from twbal.models.moments.multi_index import Integers, MultiIndices
+from twbal.models.moments.prediction import Prediction, Series, predict_adjoint, predict_by_series
+from twbal.policies.rbf_moments import Activation, Network, activation_adjoint, activation_moments
 from twbal.policies.squash import Squashed, squash_moments
 
 
@@ -87,74 +87,77 @@ class PolicyGradient(NamedTuple):
     gain: Array
 
 
-def step_forward(
-    model: TransitionModel, policy: RbfPolicy, state: Gaussian, truncation: Truncation, start_degree: int
-) -> Step:
+@kernel()
+def step_forward(model: TransitionModel, network: Network, state: Gaussian, told: Series, start_degree: int) -> Step:
     """One step. The policy sees x + ε; as x and x + ε are jointly normal, Cov(x, u) = S E[∇π] (Stein's lemma)."""
     mean, S = state
-    D = len(mean)
-    activation = activation_moments(
-        policy.centres, policy.weights, policy.lengths, policy.gain, mean, S + np.diag(model.observation_noise)
-    )
+    D, predicted = len(mean), model.predicted
+    activation = activation_moments(network, mean, S + np.diag(model.observation_noise))
     squashed = squash_moments(activation.mean, activation.variance)
-    u_max = policy.max_command
-    joint_covariance = np.empty((D + 1, D + 1))
+    u_max = network.max_command
+    cross = u_max * squashed.gain * (S @ activation.slope)
+    joint_mean, joint_covariance = np.empty(D + 1), np.empty((D + 1, D + 1))
+    joint_mean[:D], joint_mean[D] = mean, u_max * squashed.mean
     joint_covariance[:D, :D] = S
-    joint_covariance[:D, D] = joint_covariance[D, :D] = u_max * squashed.gain * (S @ activation.slope)
+    joint_covariance[:D, D], joint_covariance[D, :D] = cross, cross
     joint_covariance[D, D] = u_max**2 * squashed.variance
-    joint = Gaussian(np.append(mean, u_max * squashed.mean), joint_covariance)
-    moved = S[model.predicted, model.predicted]  # the change is added to a state that varies already
-    prediction = predict(model.f, model.g, joint.mean, joint.covariance, truncation, start_degree, moved)
+    joint = Gaussian(joint_mean, joint_covariance)
+    moved = np.array([S[k, k] for k in predicted])  # the change is added to a state that varies already
+    prediction = predict_by_series(model.f, model.g, joint_mean, joint_covariance, told, start_degree, moved)
     jacobian = model.carry.copy()
-    jacobian[model.predicted] += prediction.slope
-    next_mean = model.carry @ joint.mean
-    next_mean[model.predicted] += prediction.mean
-    next_covariance = jacobian @ joint.covariance @ jacobian.T
-    next_covariance[np.ix_(model.predicted, model.predicted)] += prediction.rest + np.diag(model.process_noise)
-    next_state = Gaussian(next_mean, 0.5 * (next_covariance + next_covariance.T))
-    return Step(state, activation, squashed, joint, prediction, jacobian, next_state)
+    next_mean = model.carry @ joint_mean
+    for a, k in enumerate(predicted):
+        jacobian[k] += prediction.slope[a]
+        next_mean[k] += prediction.mean[a]
+    moved_covariance = jacobian @ joint_covariance @ jacobian.T
+    for a, k in enumerate(predicted):
+        for b, l in enumerate(predicted):
+            moved_covariance[k, l] += prediction.rest[a, b]
+        moved_covariance[k, k] += model.process_noise[a]
+    next_covariance = np.empty((D, D))
+    for j in range(D):
+        for k in range(D):
+            next_covariance[j, k] = 0.5 * (moved_covariance[j, k] + moved_covariance[k, j])
+    return Step(state, activation, squashed, joint, prediction, jacobian, Gaussian(next_mean, next_covariance))
 
 
-def step_backward(
-    model: TransitionModel, policy: RbfPolicy, step: Step, by_mean: Array, by_covariance: Array
-) -> tuple[Array, Array, PolicyGradient]:
+@kernel()
+def step_backward(  # type: ignore[no-untyped-def]
+    model: TransitionModel, network: Network, step: Step, indices: MultiIndices, by_mean: Array, by_covariance: Array
+):
     """From the derivatives by the next state to those by the state and by the policy.
 
     Args:
+        indices: of the step's series.
         by_mean: (D,).
         by_covariance: (D, D), symmetric.
     """
-    D = len(by_mean)
-    at = model.predicted
-    by_jacobian = 2.0 * by_covariance @ step.jacobian @ step.joint.covariance  # (D, D + 1)
-    joint_mean_by, joint_covariance_by = predict_adjoint(
-        step.prediction, step.joint.covariance, by_mean[at], by_jacobian[at], by_covariance[np.ix_(at, at)]
+    D, E, predicted = len(by_mean), len(model.predicted), model.predicted
+    by_jacobian = 2.0 * (by_covariance @ step.jacobian @ step.joint.covariance)  # (D, D + 1)
+    by_value, by_slope, by_rest = np.empty(E), np.empty((E, D + 1)), np.empty((E, E))
+    for a, k in enumerate(predicted):
+        by_value[a], by_slope[a] = by_mean[k], by_jacobian[k]
+        for b, l in enumerate(predicted):
+            by_rest[a, b] = by_covariance[k, l]
+    mean_by, covariance_by = predict_adjoint(
+        step.prediction, step.joint.covariance, indices, by_value, by_slope, by_rest
     )
-    joint_mean_by = joint_mean_by + model.carry.T @ by_mean
-    joint_covariance_by = joint_covariance_by + step.jacobian.T @ by_covariance @ step.jacobian
+    mean_by = mean_by + model.carry.T @ by_mean
+    covariance_by = covariance_by + step.jacobian.T @ by_covariance @ step.jacobian
 
     # Through the joint's cross term u_max · gain · S slope and its last entry u_max² · variance.
-    S, u_max = step.state.covariance, policy.max_command
-    cross_by = 2.0 * u_max * joint_covariance_by[:D, D]
-    along = cross_by @ S @ step.activation.slope
+    S, u_max = step.state.covariance, network.max_command
+    cross_by = 2.0 * u_max * covariance_by[:D, D]
+    along = cross_by @ (S @ step.activation.slope)
     activation_by = (
-        u_max * joint_mean_by[D] * step.squashed.mean_by
+        u_max * mean_by[D] * step.squashed.mean_by
         + along * step.squashed.gain_by
-        + u_max**2 * joint_covariance_by[D, D] * step.squashed.variance_by
+        + u_max**2 * covariance_by[D, D] * step.squashed.variance_by
     )  # by (mean, variance) of the activation
     slope_by = step.squashed.gain * (S @ cross_by)
     half = 0.5 * step.squashed.gain * np.outer(cross_by, step.activation.slope)
-    back = activation_adjoint(
-        policy.centres,
-        policy.weights,
-        policy.lengths,
-        policy.gain,
-        step.state.mean,
-        S + np.diag(model.observation_noise),
-        activation_by[0],
-        slope_by,
-        activation_by[1],
-    )
-    state_mean_by = joint_mean_by[:D] + back.mean
-    state_covariance_by = joint_covariance_by[:D, :D] + half + half.T + back.covariance
-    return state_mean_by, state_covariance_by, PolicyGradient(back.centres, back.weights, back.lengths, back.gain)
+    seen = S + np.diag(model.observation_noise)
+    back = activation_adjoint(network, step.state.mean, seen, activation_by[0], slope_by, activation_by[1])
+    state_covariance_by = covariance_by[:D, :D] + half + half.T + back.covariance
+    gradient = PolicyGradient(back.centres, back.weights, back.lengths, back.gain)
+    return mean_by[:D] + back.mean, np.ascontiguousarray(state_covariance_by), gradient

@@ -23,7 +23,7 @@ from twbal.stages.script import HASHES, SCRIPT, hash_list, script
 from twbal.stages.settings import at_least, recorded, typed
 from twbal.summary import Summary, read_summary, summary_table, write_summary
 
-NOT_RECORDED = ("link.port", "sim_collect.workers")
+NOT_RECORDED = ("link.port", "sim_collect.workers", "optimise_policy.workers")
 SUMMARY, REPORT, FIGURES, BEST_POLICY = "summary.json", "report.html", "figures", "best_policy.pt"
 
 

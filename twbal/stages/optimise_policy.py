@@ -1,5 +1,6 @@
 """Search the policy that the model expects to do best."""
 
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -23,7 +24,7 @@ from twbal.stages.manifest import Manifest, Step, perform
 from twbal.stages.predictions import prediction_of, save_prediction
 from twbal.stages.settings import at_least, recorded, typed
 
-NOT_RECORDED = ("dynamics", "earlier", "confirming")
+NOT_RECORDED = ("dynamics", "earlier", "confirming", "workers")
 POLICY, PREDICTION = "policy.pt", "prediction.pt"
 
 
@@ -33,6 +34,7 @@ class Settings:
 
     seed: int
     searches: bool
+    workers: int
 
 
 def main(cfg: DictConfig) -> None:
@@ -44,7 +46,7 @@ def main(cfg: DictConfig) -> None:
 def run(cfg: DictConfig, out: Path) -> Manifest:
     """Search on the model that `cfg` names into `out`/policy.pt and prediction.pt, unless they are there already."""
     settings = typed(Settings, cfg)
-    at_least(0, seed=settings.seed)
+    at_least(0, seed=settings.seed, workers=settings.workers)
     given = [cfg.earlier] if isinstance(cfg.earlier, str) else cfg.earlier
     dynamics, earlier = Path(cfg.dynamics), [Path(path) for path in given]
     confirming = episode_files(cfg.confirming) if cfg.confirming else []
@@ -81,6 +83,7 @@ def _search(cfg: DictConfig, dynamics: Path, earlier: list[Path], settings: Sett
         earlier=[load_policy(path, channels.names) for path in earlier],
         seed=settings.seed,
         progress=lambda line: print(f"  {line}", flush=True),
+        workers=settings.workers or os.cpu_count() or 1,
     )
 
 

@@ -11,7 +11,7 @@ from twbal.models.fit import exact_model
 from twbal.models.gp import GaussianProcess, condition
 from twbal.models.hyperparameters import Hyperparameters
 from twbal.models.moments.kernel_sum import KernelSum, no_kernels
-from twbal.models.moments.prediction import EXACT, Truncation, predict, predict_adjoint
+from twbal.models.moments.prediction import EXACT, Truncation, predict, predict_adjoint, series
 
 UNITS = np.array([0.1, 2.0, 20.0, 1.0, 5.0, 0.5])  # of up to six inputs
 PAIRS = Truncation(degrees=())
@@ -178,7 +178,9 @@ def test_gradients_equal_finite_differences(parts, truncation, seed, d, width):
         p = predict(f, g, mean, covariance, truncation)
         return by_value @ p.mean + np.sum(by_slope * p.slope) + np.sum(by_rest * p.rest)
 
-    by_mean, by_covariance = predict_adjoint(predict(f, g, m, S, truncation), S, by_value, by_slope, by_rest)
+    by_mean, by_covariance = predict_adjoint(
+        predict(f, g, m, S, truncation), S, series(truncation, len(m)).indices, by_value, by_slope, by_rest
+    )
     steps = 1e-2 * units
     numeric = [stencil(lambda x: scalar(x, S), m, e) for e in np.diag(steps)]
     np.testing.assert_allclose(by_mean * steps, numeric, rtol=1e-6, atol=1e-6 * np.abs(numeric).max())

@@ -14,9 +14,9 @@ from twbal.models.moments.multi_index import Integers, MultiIndices
 
 
 @kernel()
-def term_weights(eigenvalues: Array, indices: MultiIndices) -> Array:
-    """λ^α / α! for each α, (R,)."""
-    weights = np.ones(len(indices.parent))
+def term_weights(eigenvalues: Array, indices: MultiIndices, count: int) -> Array:
+    """λ^α / α! for each of the first `count` α."""
+    weights = np.ones(count)
     for r in range(1, len(weights)):
         k = indices.axis[r]
         weights[r] = weights[indices.parent[r]] * eigenvalues[k] / indices.powers[r, k]
@@ -24,15 +24,14 @@ def term_weights(eigenvalues: Array, indices: MultiIndices) -> Array:
 
 
 @kernel()
-def degree_variances(T: Array, weights: Array, first: Integers) -> Array:
-    """What each degree adds to the variance of each output, (E, p + 1)."""
+def degree_variances(T: Array, weights: Array, first: Integers, degree: int) -> Array:
+    """What each degree up to `degree` adds to the variance of each output, (E, degree + 1)."""
     outputs = len(T)
-    degrees = len(first) - 1
-    variances = np.zeros((outputs, degrees))
+    variances = np.zeros((outputs, degree + 1))
     for a in range(outputs):
-        for degree in range(degrees):
-            for r in range(first[degree], first[degree + 1]):
-                variances[a, degree] += weights[r] * T[a, r] ** 2
+        for p in range(degree + 1):
+            for r in range(first[p], first[p + 1]):
+                variances[a, p] += weights[r] * T[a, r] ** 2
     return variances
 
 

@@ -13,6 +13,8 @@ from twbal.models.moments.exponential import expm1_in_place
 from twbal.models.moments.kernel_sum import KernelSum
 from twbal.models.moments.taylor import smoothed_weights
 
+_ROWS = 32  # that are summed at once: as many as stay in the processor's cache
+
 
 @kernel()
 def _pair_sums(  # type: ignore[no-untyped-def]
@@ -59,6 +61,69 @@ def _pair_sums(  # type: ignore[no-untyped-def]
         total += rows[i]
         cross[i] = np.dot(betas, products)
     return centred, total, rows, columns, cross
+
+
+@kernel()
+def _symmetric_sums(weights: Array, half: Array, alpha: Array, beta: Array, links: Array, shift: float):  # type: ignore[no-untyped-def]
+    """`_pair_sums` of one set of points with itself, where Δ and links are symmetric: half of the pairs are enough.
+
+    Returns:
+        Σ c e^Δ, its row sums (n,), and L beta (n, d) with L the lower triangle of c e^Δ, its diagonal halved, so that
+        the sum over all pairs is L and its transpose.
+    """
+    n, d = alpha.shape
+    columns, cross = np.zeros(n), np.empty((n, d + 1))
+    betas = np.ascontiguousarray(beta.T)  # (d, n)
+    sides = np.hstack((beta, np.ones((n, 1))))
+    for start in range(0, n, _ROWS):
+        end = min(start + _ROWS, n)
+        lower = np.zeros((end - start, end))
+        for i in range(start, end):
+            here = lower[i - start, : i + 1]
+            base = shift + half[i]
+            for j in range(i + 1):
+                here[j] = base + half[j]
+            for k in range(d):
+                factor = alpha[i, k]
+                for j in range(i + 1):
+                    here[j] += factor * betas[k, j]
+            expm1_in_place(here)
+            for j in range(i + 1):
+                here[j] = (here[j] + 1.0) * (weights[i] * weights[j] * links[i, j])
+            here[i] *= 0.5
+            for j in range(i + 1):
+                columns[j] += here[j]
+        cross[start:end] = lower @ sides[:end]
+    rows = cross[:, d] + columns
+    return rows.sum(), rows, np.ascontiguousarray(cross[:, :d])
+
+
+@kernel()
+def variance_reduction(a: int, kernels: KernelSum, mean: Array, covariance: Array):  # type: ignore[no-untyped-def]
+    """Σ_ij W_ij E[k_i k_j] of output a, and its derivatives by m (d,) and by S (d, d).
+
+    That is `pair_moment` of an output with itself, linked by W; δ_ij = (ν_i + ν_j) / 2 then.
+    """
+    d = len(mean)
+    lengths = kernels.length_scales[a]
+    ones = np.ones(len(kernels.inputs))
+    w, nu, B = smoothed_weights(kernels.inputs, lengths, kernels.signal_variance[a], ones, mean, covariance)
+    precision = 2.0 * lengths**-2  # (d,)
+    W = np.linalg.inv(covariance + np.diag(1.0 / precision))
+    p = 0.5 * nu  # (n, d)
+    K = np.diag(precision) - W
+    pK = p @ K
+    half = 0.5 * np.sum(pK * p + (nu @ B) * nu - (nu / lengths) ** 2, axis=1)
+    eye = np.eye(d)
+    log_one = np.linalg.slogdet(covariance / lengths / lengths.reshape(-1, 1) + eye)[1]
+    log_two = np.linalg.slogdet(2.0 * covariance / lengths / lengths.reshape(-1, 1) + eye)[1]
+    links = kernels.variance_matrix[a]
+    total, rows, cross = _symmetric_sums(w, half, pK, p, links, log_one - 0.5 * log_two)
+    mixed = p.T @ cross
+    mixed = mixed + mixed.T + p.T @ (p * rows.reshape(-1, 1))
+    by_mean = W @ (2.0 * (rows @ p))
+    by_covariance = 0.5 * (W @ (2.0 * mixed) @ W - total * W)
+    return total, by_mean, by_covariance
 
 
 @kernel()

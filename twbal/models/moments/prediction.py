@@ -20,11 +20,13 @@ from twbal.models.moments.hermite import (
 )
 from twbal.models.moments.kernel_sum import KernelSum
 from twbal.models.moments.multi_index import Integers, MultiIndices, multi_indices
-from twbal.models.moments.pairwise import pair_moment
+from twbal.models.moments.pairwise import pair_moment, variance_reduction
 from twbal.models.moments.taylor import add_derivatives
 
 DEGREES = (2, 4, 6, 8)
 """Degrees p of the covariance series that are tried in turn; derivatives take two degrees more."""
+
+_LOWEST = 3  # degree of the derivatives that mean, slope and their ways back need
 
 EXACT = 0
 """As a degree: no series, the sum over pairs."""
@@ -44,6 +46,27 @@ class Truncation(NamedTuple):
     tolerance: float = 1e-7
     degrees: tuple[int, ...] = DEGREES
     fall_back: bool = True
+
+
+class Series(NamedTuple):
+    """A truncation for d inputs, as compiled code takes it.
+
+    Attributes:
+        tolerance, degrees, fall_back: see `Truncation`; degrees (k,).
+        indices: multi-indices up to two degrees past the last.
+    """
+
+    tolerance: float
+    degrees: Integers
+    fall_back: bool
+    indices: MultiIndices
+
+
+def series(truncation: Truncation, dimension: int) -> Series:
+    """The tables of a truncation, for `dimension` inputs."""
+    highest = max(truncation.degrees, default=_LOWEST - 2) + 2
+    degrees = np.array(truncation.degrees, dtype=np.int64)
+    return Series(float(truncation.tolerance), degrees, truncation.fall_back, multi_indices(dimension, highest))
 
 
 class Prediction(NamedTuple):
@@ -79,23 +102,12 @@ class Prediction(NamedTuple):
 
 
 @kernel()
-def _hessian(row: Array, up: Integers) -> Array:
-    """Second derivatives of one output from its row of T, (d, d)."""
-    d = up.shape[1]
-    hessian = np.empty((d, d))
-    for j in range(d):
-        for k in range(d):
-            hessian[j, k] = row[up[up[0, j], k]]
-    return hessian
-
-
-@kernel()
 def _add_model_variance(
     kernels: KernelSum, mean: Array, covariance: Array, rest: Array, by_mean: Array, by_covariance: Array
 ) -> None:
     """Add E[var h_a(x)] = α² - Σ_ij W_ij E[k_i k_j] (eq. 3, averaged over x) and its derivatives, in place."""
     for a in range(len(rest)):
-        _, reduction, dm, ds = pair_moment(a, kernels, a, kernels, kernels.variance_matrix[a], mean, covariance)
+        reduction, dm, ds = variance_reduction(a, kernels, mean, covariance)
         rest[a, a] += max(kernels.signal_variance[a] - reduction, 0.0)
         by_mean[a, a] -= dm
         by_covariance[a, a] -= ds
@@ -120,13 +132,110 @@ def _add_pair_covariance(
             rest[b, a], by_mean[b, a], by_covariance[b, a] = rest[a, b], by_mean[a, b], by_covariance[a, b]
 
 
-def _derivatives(f: KernelSum, g: KernelSum, mean: Array, covariance: Array, basis: Array, degree: int) -> Array:
+@kernel()
+def _derivatives(
+    f: KernelSum, g: KernelSum, mean: Array, covariance: Array, basis: Array, indices: MultiIndices, degree: int
+) -> Array:
     """T of f + g up to `degree`, (E, R): the coefficients of a sum are the sums of the coefficients."""
-    indices = multi_indices(len(mean), degree)
-    T = np.zeros((len(f.weights), len(indices.parent)))
+    T = np.zeros((len(f.weights), indices.first[degree + 1]))
     add_derivatives(T, f, mean, covariance, basis, indices)
     add_derivatives(T, g, mean, covariance, basis, indices)
     return T
+
+
+@kernel()
+def _axes(typical: Array, covariance: Array):  # type: ignore[no-untyped-def]
+    """Eigenvalues (d,) of S in the inputs' units `typical`, the basis R with S = R diag(λ) Rᵀ, and R⁻¹."""
+    d = len(typical)
+    scaled = np.empty((d, d))
+    for j in range(d):
+        for k in range(d):
+            scaled[j, k] = covariance[j, k] / (typical[j] * typical[k])
+    eigenvalues, vectors = np.linalg.eigh(scaled)
+    basis, inverse = np.empty((d, d)), np.empty((d, d))
+    for j in range(d):
+        for k in range(d):
+            basis[j, k] = typical[j] * vectors[j, k]
+            inverse[k, j] = vectors[j, k] / typical[j]
+    return np.maximum(eigenvalues, 0.0), basis, inverse
+
+
+@kernel()
+def _left_out(variances: Array, reference: Array, p: int) -> float:
+    """Largest share of a variance that the degrees p + 1 and p + 2 hold."""
+    share = 0.0
+    for a in range(len(variances)):
+        whole = max(variances[a, 1:].sum(), reference[a], 1e-300)
+        share = max(share, (variances[a, p + 1] + variances[a, p + 2]) / whole)
+    return share
+
+
+@kernel()
+def _take_off_first_moments(T: Array, inverse: Array, up: Integers, by_mean: Array, by_covariance: Array) -> None:
+    """From the derivatives of E[h_a h_b] by m and S take off those of E[h_a] E[h_b], in place."""
+    outputs, d = len(T), len(inverse)
+    slope = np.ascontiguousarray(T[:, 1 : d + 1]) @ inverse
+    hessians = np.empty((outputs, d, d))
+    for a in range(outputs):
+        along = np.empty((d, d))
+        for j in range(d):
+            for k in range(d):
+                along[j, k] = T[a, up[up[0, j], k]]
+        hessians[a] = inverse.T @ along @ inverse
+    for a in range(outputs):
+        for b in range(outputs):
+            by_mean[a, b] -= T[a, 0] * slope[b] + T[b, 0] * slope[a]
+            by_covariance[a, b] -= 0.5 * (T[a, 0] * hessians[b] + T[b, 0] * hessians[a])
+
+
+@kernel()
+def predict_by_series(
+    f: KernelSum, g: KernelSum, mean: Array, covariance: Array, told: Series, start_degree: int, reference: Array
+) -> Prediction:
+    """`predict` with the truncation's tables at hand; reference (E,)."""
+    d, outputs = len(mean), len(f.weights)
+    typical = np.empty(d)
+    for k in range(d):
+        typical[k] = np.exp(np.log(f.length_scales[:, k]).mean())
+    eigenvalues, basis, inverse_basis = _axes(typical, covariance)
+    first = told.indices.first
+    rest = np.zeros((outputs, outputs))
+    by_mean, by_covariance = np.zeros((outputs, outputs, d)), np.zeros((outputs, outputs, d, d))
+
+    degree, enough, truncated, T = EXACT, EXACT, 0.0, np.zeros((outputs, 0))
+    if len(told.degrees):
+        enough = told.degrees[-1]
+    for candidate in told.degrees:
+        if candidate < start_degree:
+            continue
+        T = _derivatives(f, g, mean, covariance, basis, told.indices, candidate + 2)
+        weights = term_weights(eigenvalues, told.indices, T.shape[1])
+        variances = degree_variances(T, weights, first, candidate + 2)
+        met = EXACT
+        for p in told.degrees:
+            if p <= candidate and _left_out(variances, reference, p) <= told.tolerance:
+                met = p
+                break
+        if met != EXACT or (candidate == told.degrees[-1] and not told.fall_back):
+            degree, truncated = candidate, _left_out(variances, reference, candidate)
+            if met != EXACT:
+                enough = met
+            rest += higher_covariance(T, weights, first[2], first[degree + 1])
+            break
+    if degree == EXACT and T.shape[1] == 0:
+        T = _derivatives(f, g, mean, covariance, basis, told.indices, _LOWEST)
+    slope = np.ascontiguousarray(T[:, 1 : d + 1]) @ inverse_basis
+    if degree == EXACT:
+        _add_pair_covariance(f, g, mean, covariance, rest, by_mean, by_covariance)
+        rest -= slope @ covariance @ slope.T
+        _take_off_first_moments(T, inverse_basis, told.indices.up, by_mean, by_covariance)
+    for kernels in (f, g):
+        if kernels.variance_matrix.shape[1] > 0:
+            _add_model_variance(kernels, mean, covariance, rest, by_mean, by_covariance)
+    value = T[:, 0].copy()
+    return Prediction(
+        value, slope, rest, degree, enough, truncated, T, eigenvalues, basis, inverse_basis, by_mean, by_covariance
+    )
 
 
 def predict(
@@ -149,59 +258,9 @@ def predict(
         reference: (E,) variances beside which an error in that of an output does not count, as where the output is
             added to something that varies more.
     """
-    d, outputs = len(mean), len(f.weights)
-    typical = np.exp(np.log(f.length_scales).mean(axis=0))  # (d,)
-    eigenvalues, vectors = np.linalg.eigh(covariance / np.outer(typical, typical))
-    eigenvalues = np.maximum(eigenvalues, 0.0)
-    basis = np.ascontiguousarray(typical[:, None] * vectors)
-    inverse_basis = np.ascontiguousarray(vectors.T / typical)
-    rest = np.zeros((outputs, outputs))
-    by_mean, by_covariance = np.zeros((outputs, outputs, d)), np.zeros((outputs, outputs, d, d))
-
-    degree, enough, truncated, T = EXACT, max(truncation.degrees, default=EXACT), 0.0, np.zeros((outputs, 0))
-    for candidate in (p for p in truncation.degrees if p >= start_degree):
-        indices = multi_indices(d, candidate + 2)
-        T = _derivatives(f, g, mean, covariance, basis, candidate + 2)
-        weights = term_weights(eigenvalues, indices)
-        shares = _left_out(degree_variances(T, weights, indices.first), reference)
-        met = [p for p in truncation.degrees if p <= candidate and shares[p] <= truncation.tolerance]
-        if met or (candidate == truncation.degrees[-1] and not truncation.fall_back):
-            degree, enough, truncated = candidate, min(met, default=enough), shares[candidate]
-            rest += higher_covariance(T, weights, indices.first[2], indices.first[degree + 1])
-            break
-    if degree == EXACT:
-        truncated = 0.0
-        if T.shape[1] == 0:
-            T = _derivatives(f, g, mean, covariance, basis, 3)
-        _add_pair_covariance(f, g, mean, covariance, rest, by_mean, by_covariance)
-    slope = T[:, 1 : d + 1] @ inverse_basis
-    if degree == EXACT:
-        rest -= slope @ covariance @ slope.T
-        # The pairs gave the derivative of E[h_a h_b]; take off that of E[h_a] E[h_b].
-        hessians = _hessians(T, inverse_basis)
-        m = T[:, 0]
-        by_mean -= m[:, None, None] * slope[None] + m[None, :, None] * slope[:, None]
-        by_covariance -= 0.5 * (m[:, None, None, None] * hessians[None] + m[None, :, None, None] * hessians[:, None])
-    for kernels in (f, g):
-        if kernels.has_variance:
-            _add_model_variance(kernels, mean, covariance, rest, by_mean, by_covariance)
-    return Prediction(
-        T[:, 0], slope, rest, degree, enough, truncated, T, eigenvalues, basis, inverse_basis, by_mean, by_covariance
-    )
-
-
-def _left_out(variances: Array, reference: Array | float) -> Array:
-    """For each degree p, the largest share of a variance that the degrees p + 1 and p + 2 hold, (p_max - 1,)."""
-    past = variances[:, 1:-1] + variances[:, 2:]
-    whole = np.maximum(np.maximum(variances[:, 1:].sum(axis=1), reference), 1e-300)
-    shares: Array = np.max(past / whole[:, None], axis=0)
-    return shares
-
-
-def _hessians(T: Array, inverse_basis: Array) -> Array:
-    """E[∇∇h_a] in raw coordinates, (E, d, d)."""
-    up = multi_indices(len(inverse_basis), 3).up
-    return np.array([inverse_basis.T @ _hessian(row, up) @ inverse_basis for row in T])
+    beside = np.zeros(len(f.weights)) + reference
+    mean, covariance = np.ascontiguousarray(mean), np.ascontiguousarray(covariance)
+    return predict_by_series(f, g, mean, covariance, series(truncation, len(mean)), start_degree, beside)
 
 
 @kernel()
@@ -221,32 +280,34 @@ def _first_moments_adjoint(T: Array, by_value: Array, by_slope: Array, up: Integ
     return by_mean, by_input
 
 
-def predict_adjoint(
-    prediction: Prediction, covariance: Array, by_value: Array, by_slope: Array, by_rest: Array
-) -> tuple[Array, Array]:
+@kernel()
+def predict_adjoint(  # type: ignore[no-untyped-def]
+    prediction: Prediction, covariance: Array, indices: MultiIndices, by_value: Array, by_slope: Array, by_rest: Array
+):
     """From the derivatives by mean, slope and rest to those by the input's mean (d,) and covariance (d, d) (eq. 15-16).
 
     Args:
         covariance: S that the prediction was made at, (d, d).
+        indices: of its series.
         by_value: (E,).
         by_slope: (E, d).
         by_rest: (E, E), symmetric.
     """
-    p, inverse = prediction, prediction.inverse_basis
-    d = len(inverse)
-    direct: Array = np.zeros((d, d))
-    if p.degree == EXACT:
-        by_slope = by_slope - 2.0 * by_rest @ p.slope @ covariance
-        direct = -p.slope.T @ by_rest @ p.slope
-    third = multi_indices(d, 3).up
-    slope_along = np.ascontiguousarray(by_slope @ inverse.T)
-    by_mean, by_input = _first_moments_adjoint(p.derivatives, by_value, slope_along, third)
-    if p.degree != EXACT:
-        indices: MultiIndices = multi_indices(d, p.degree + 2)
-        weights = term_weights(p.eigenvalues, indices)
-        dm, ds = higher_covariance_adjoint(p.derivatives, weights, np.ascontiguousarray(by_rest), indices, p.degree)
+    inverse = prediction.inverse_basis
+    outputs, d = by_slope.shape
+    direct = np.zeros((d, d))
+    if prediction.degree == EXACT:
+        by_slope = by_slope - 2.0 * (by_rest @ prediction.slope @ covariance)
+        direct -= prediction.slope.T @ by_rest @ prediction.slope
+    by_mean, by_input = _first_moments_adjoint(prediction.derivatives, by_value, by_slope @ inverse.T, indices.up)
+    if prediction.degree != EXACT:
+        weights = term_weights(prediction.eigenvalues, indices, prediction.derivatives.shape[1])
+        dm, ds = higher_covariance_adjoint(prediction.derivatives, weights, by_rest, indices, prediction.degree)
         by_mean, by_input = by_mean + dm, by_input + ds
-    by_mean = inverse.T @ by_mean + np.einsum("ab,abk->k", by_rest, p.exact_by_mean)
+    by_mean = inverse.T @ by_mean
     by_covariance = inverse.T @ by_input @ inverse + direct
-    by_covariance = by_covariance + np.einsum("ab,abkl->kl", by_rest, p.exact_by_covariance)
+    for a in range(outputs):
+        for b in range(outputs):
+            by_mean += by_rest[a, b] * prediction.exact_by_mean[a, b]
+            by_covariance += by_rest[a, b] * prediction.exact_by_covariance[a, b]
     return by_mean, by_covariance

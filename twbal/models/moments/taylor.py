@@ -102,19 +102,20 @@ def add_derivatives(
     """Add ∂^γ F_a(m) along the columns of `basis` to total[a, γ], for all its γ (the first R of `indices`).
 
     Args:
-        total: (E, R), added to in place.
+        total: (E, R), added to in place; R takes in whole degrees.
         basis: R of the module's text, (d, d).
     """
     outputs, count = total.shape
     if len(kernels.inputs) == 0:
         return
+    parents = indices.first[np.searchsorted(indices.first, count) - 1]  # all but those of the highest degree
     for a in range(outputs):
         weights, offsets, B = smoothed_weights(
             kernels.inputs, kernels.length_scales[a], kernels.signal_variance[a], kernels.weights[a], mean, covariance
         )
         BR = np.ascontiguousarray(B @ basis)
         slopes = np.ascontiguousarray((offsets @ BR).T)  # (d, n)
-        series = _moment_series(weights, slopes, min(indices.first[-2], count), count, indices.parent, indices.axis)
+        series = _moment_series(weights, slopes, parents, count, indices.parent, indices.axis)
         for r in range(count):
             series[r] /= indices.factorial[r]
         _times_gaussian(series, np.ascontiguousarray(basis.T @ BR), indices.down)
