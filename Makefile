@@ -44,4 +44,5 @@ $(STAMP): pyproject.toml constraints.txt
 	rm -rf $(VENV)
 	"$(PYTHON)" -m venv $(VENV)
 	$(VENV)/bin/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable ".[dev]"
+	$(VENV)/bin/python -m twbal.search.warm
 	@touch $@

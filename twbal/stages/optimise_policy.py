@@ -18,6 +18,7 @@ from twbal.models.dynamics import DynamicsModel
 from twbal.policies.saved import load_policy
 from twbal.search.optimise import SearchResult, SearchSettings, search_policy
 from twbal.search.start_state import start_state
+from twbal.search.warm import is_compiled
 from twbal.stages.artefacts import episode_files, load_model
 from twbal.stages.closing import closing, run_folder, told_of
 from twbal.stages.manifest import Manifest, Step, perform
@@ -72,6 +73,8 @@ def _search(cfg: DictConfig, dynamics: Path, earlier: list[Path], settings: Sett
     model = load_model(dynamics).model
     _check_state(model, channels, dynamics)
     search: SearchSettings = instantiate(cfg.search)
+    if not is_compiled():
+        print("  compiling the search, once for this version of twbal (about a minute)", flush=True)
     return search_policy(
         model=model,
         start=start_state(instantiate(cfg.start), channels),

@@ -223,7 +223,7 @@ def predict_by_series(
             rest += higher_covariance(T, weights, first[2], first[degree + 1])
             break
     if degree == EXACT and T.shape[1] == 0:
-        T = _derivatives(f, g, mean, covariance, basis, told.indices, _LOWEST)
+        T = _derivatives(f, g, mean, covariance, basis, told.indices, len(first) - 2)
     slope = np.ascontiguousarray(T[:, 1 : d + 1]) @ inverse_basis
     if degree == EXACT:
         _add_pair_covariance(f, g, mean, covariance, rest, by_mean, by_covariance)
