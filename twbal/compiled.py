@@ -15,7 +15,7 @@ from typing import Any, TypeVar, cast
 # The kernels run as fast as with numba's usual 3, and compile in half of the time. Numba reads it when it is imported.
 os.environ.setdefault("NUMBA_OPT", "2")
 
-import numba  # noqa: E402
+import numba
 
 Kernel = TypeVar("Kernel", bound=Callable[..., Any])
 

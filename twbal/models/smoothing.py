@@ -164,6 +164,11 @@ def _filter(  # type: ignore[no-untyped-def]
     return likelihood, means, covariances, ahead_means, ahead_covariances
 
 
+def compile_filter() -> None:
+    """Run the filter once; its machine code stays in the cache folder."""
+    _filter(np.zeros((2, 1)), np.zeros((1, 1)), np.ones((1, 1, 1)), np.ones(1), np.ones(1))
+
+
 def _smoothed(piece: _Linearised, levels: NoiseLevels) -> Array:
     """Rauch-Tung-Striebel: means of the states given all measurements of the episode, (T + 1, E)."""
     _, means, covariances, ahead_means, ahead_covariances = _filter(*piece, levels.sensors, levels.process)

@@ -78,7 +78,8 @@ def _long_term_cost(
     gradient: bool,
 ) -> LongTermCost:
     steps, costs = [], []
-    state, degree, value, exact_steps = start, np.int64(0), 0.0, 0  # a bare 0 is a type of its own: all compiles twice
+    state, value, exact_steps = start, 0.0, 0
+    degree = int(np.int64(0))  # a bare 0 is a type of its own to numba, and all would be compiled twice
     for _ in range(horizon):
         step = step_forward(model, network, state, told, degree)
         state, degree = step.next_state, step.prediction.enough

@@ -7,6 +7,7 @@ from twbal.cost import SaturatingCost
 from twbal.gaussian import Gaussian
 from twbal.models.moments.kernel_sum import KernelSum, no_kernels
 from twbal.models.moments.prediction import Truncation
+from twbal.models.smoothing import compile_filter
 from twbal.policies.rbf import RbfPolicy
 from twbal.search.long_term_cost import long_term_cost
 from twbal.search.transition import TransitionModel
@@ -30,3 +31,4 @@ if __name__ == "__main__":
     if not is_compiled():
         print("compiling the policy search, once for this version (about a minute) ...", flush=True)
         compile_search()
+        compile_filter()
