@@ -23,10 +23,12 @@ from twbal.models.moments.multi_index import Integers, MultiIndices, multi_indic
 from twbal.models.moments.pairwise import pair_moment, variance_reduction
 from twbal.models.moments.taylor import add_derivatives
 
-DEGREES = (2, 4, 6, 8)
+DEGREES = (2, 4, 6, 8, 10)
 """Degrees p of the covariance series that are tried in turn; derivatives take two degrees more."""
 
 _LOWEST = 3  # degree of the derivatives that mean, slope and their ways back need
+
+_SLOWEST_FALL = 0.9  # a series that falls slower than that is not trusted anyway
 
 EXACT = 0
 """As a degree: no series, the sum over pairs."""
@@ -36,14 +38,14 @@ class Truncation(NamedTuple):
     """How far to trust a short series.
 
     Attributes:
-        tolerance: share of an output's variance (or of a `reference` above it) that the two degrees past the last may
-            still hold.
+        tolerance: largest error, as a share of an output's variance (or of a `reference` above it), of covariances and
+            their derivatives; estimated from the two degrees past the last.
         degrees: allowed degrees, rising; empty always sums over pairs.
         fall_back: sum over pairs where no degree is enough; otherwise the highest degree serves, and the covariance is
             too small by what it leaves out.
     """
 
-    tolerance: float = 1e-7
+    tolerance: float = 1e-6
     degrees: tuple[int, ...] = DEGREES
     fall_back: bool = True
 
@@ -78,7 +80,7 @@ class Prediction(NamedTuple):
         rest: V (E, E), the covariance less G S Gᵀ, model variance included.
         degree: of the series; EXACT where pairs were summed.
         enough: lowest allowed degree that meets the tolerance here; the highest where none does.
-        truncated: largest share of an output's variance that the two degrees past the last hold; 0 where exact.
+        truncated: estimate of what the series leaves out, as `Truncation.tolerance` bounds it; 0 where exact.
         derivatives: T (E, R) along the columns of `basis`.
         eigenvalues: λ (d,) of S in that basis.
         basis: R (d, d).
@@ -162,11 +164,19 @@ def _axes(typical: Array, covariance: Array):  # type: ignore[no-untyped-def]
 
 @kernel()
 def _left_out(variances: Array, reference: Array, p: int) -> float:
-    """Largest share of a variance that the degrees p + 1 and p + 2 hold."""
+    """Bound, by all we have seen, on what a series up to degree p leaves out of a variance and of its derivatives.
+
+    As a share of the variance, derivatives in units of S's own size. A degree q of size v_q takes part in them with
+    some 2q v_q. The two degrees past p are known (two, as one may vanish by symmetry); later ones go on falling as
+    these two fell from the two before.
+    """
     share = 0.0
     for a in range(len(variances)):
-        whole = max(variances[a, 1:].sum(), reference[a], 1e-300)
-        share = max(share, (variances[a, p + 1] + variances[a, p + 2]) / whole)
+        v = variances[a]
+        whole = max(v[1:].sum(), reference[a], 1e-300)
+        fall = (v[p + 1] + v[p + 2]) / max(v[p - 1] + v[p], 1e-300)
+        known = 2.0 * ((p + 1) * v[p + 1] + (p + 2) * v[p + 2])
+        share = max(share, known / (1.0 - min(fall, _SLOWEST_FALL)) / whole)
     return share
 
 

@@ -1,0 +1,70 @@
+"""The error estimate of the series against Gauss-Hermite quadrature, over random draws of model and state."""
+
+from itertools import product
+
+import numpy as np
+from numpy.polynomial.hermite_e import hermegauss
+
+from twbal.models.gp import condition
+from twbal.models.moments.kernel_sum import KernelSum, no_kernels
+from twbal.models.moments.prediction import DEGREES, Truncation, predict, predict_adjoint, series
+
+NODES = {1: 80, 2: 40, 3: 24}  # per input, by the number of inputs
+TRUNCATION = Truncation(1e-6, DEGREES, fall_back=False)
+SMOOTH = (1e-6, 1e-1)  # noise to signal variance: a signal-to-noise ratio up to 1000
+E = 2
+
+
+def grid(d):
+    z, w = hermegauss(NODES[d])
+    return np.array(list(product(z, repeat=d))), np.prod(list(product(w / w.sum(), repeat=d)), axis=1)
+
+
+def draw(seed):
+    """GPs of 5 to 40 samples of sines, and a state: its inputs from a thousandth of them to twice their spread."""
+    rng = np.random.default_rng(seed)
+    d, n = int(rng.integers(1, 4)), int(rng.integers(5, 40))
+    x, lengths, signal = rng.standard_normal((n, d)), np.exp(rng.normal(0.5, 0.7, (E, d))), np.exp(rng.normal(0, 1, E))
+    noise = signal * 10 ** rng.uniform(*np.log10(SMOOTH), E)
+    clean = np.sqrt(signal) * np.sin(x @ rng.standard_normal((d, E)))
+    gp = condition(x, clean + np.sqrt(noise) * rng.standard_normal((n, E)), lengths, signal, noise)
+    weighting = rng.standard_normal((E, E))
+    root = 10 ** rng.uniform(-3, 0.3) * rng.standard_normal((d, d))
+    return gp, rng.standard_normal(d), root, weighting + weighting.T
+
+
+def errors(seed):
+    """Estimate, and errors of covariance, derivative by m and by S as shares of the variance, in units of S."""
+    gp, m, R, weighting = draw(seed)
+    d, S = len(m), R @ R.T
+    f = KernelSum(gp.centres, gp.length_scales, gp.signal_variance, gp.weights, np.zeros((E, 0, 0)))
+    found = predict(f, no_kernels(E, d), m, S, TRUNCATION)
+    covariance = found.rest + found.slope @ S @ found.slope.T
+    by_slope, tables = 2.0 * weighting @ found.slope @ S, series(TRUNCATION, d).indices
+    by_mean, by_S = predict_adjoint(found, S, tables, np.zeros(E), by_slope, weighting)
+    by_S += found.slope.T @ weighting @ found.slope
+
+    z, w = grid(d)
+    values, slopes = gp.mean(m + z @ R.T), gp.slope(m + z @ R.T)
+    gaps = values - w @ values
+    true = (gaps * w[:, None]).T @ gaps
+    slope_of_product = np.einsum("na,ab,nbk->nk", gaps, 2.0 * weighting, slopes)
+    true_by_mean = w @ slope_of_product
+    true_by_S = 0.5 * np.linalg.solve(R.T, (z * w[:, None]).T @ slope_of_product)  # Stein's lemma
+    size = np.abs(weighting).max() * np.diag(true).max()
+    return (
+        found.truncated,
+        np.abs(np.diag(covariance - true) / np.diag(true)).max(),
+        np.abs(R.T @ (by_mean - true_by_mean)).max() / size,
+        np.abs(R.T @ (by_S - true_by_S) @ R).max() / size,
+    )
+
+
+def test_where_the_estimate_is_content_covariance_and_derivatives_are_right():
+    content = 0
+    for seed in range(1000):
+        estimate, *wrong = errors(seed)
+        if estimate <= TRUNCATION.tolerance:
+            content += 1
+            assert max(wrong) <= TRUNCATION.tolerance, f"seed {seed}: estimated {estimate:.1e}, found {max(wrong):.1e}"
+    assert content > 500
