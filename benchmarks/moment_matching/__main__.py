@@ -36,6 +36,7 @@ def peers() -> Iterator[Case]:
 def main(words: Sequence[str]) -> None:
     """Run what is not there yet."""
     measure("moment_matching", [*cases(), *(peers() if "peer=false" not in words else ())])
+    measure("moment_matching_profile", [Case("benchmarks.moment_matching.profile", {"n": n}) for n in (*SIZES, MOST)])
 
 
 if __name__ == "__main__":

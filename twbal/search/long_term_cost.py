@@ -108,3 +108,8 @@ def _long_term_cost(
             lengths += through.lengths
             gain += through.gain
     return LongTermCost(value, PolicyGradient(centres, weights, lengths, gain), exact_steps)
+
+
+def machine_code_folder() -> str:
+    """Where the machine code of all this is kept."""
+    return str(_long_term_cost.stats.cache_path)  # type: ignore[attr-defined]

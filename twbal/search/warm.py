@@ -1,21 +1,22 @@
 """Compile what the search runs, once: `python -m twbal.search.warm`, as a part of setting up."""
 
+from pathlib import Path
+
 import numpy as np
 
-from twbal.compiled import cache_folder
 from twbal.cost import SaturatingCost
 from twbal.gaussian import Gaussian
 from twbal.models.moments.kernel_sum import KernelSum, no_kernels
 from twbal.models.moments.prediction import Truncation
 from twbal.models.smoothing import compile_filter
 from twbal.policies.rbf import RbfPolicy
-from twbal.search.long_term_cost import long_term_cost
+from twbal.search.long_term_cost import long_term_cost, machine_code_folder
 from twbal.search.transition import TransitionModel
 
 
 def is_compiled() -> bool:
     """Whether the machine code of the search is there already."""
-    return any(cache_folder().rglob("long_term_cost.*.nbc"))
+    return any(Path(machine_code_folder()).glob("*.nbc"))
 
 
 def compile_search() -> None:
