@@ -4,7 +4,6 @@ from numpy.polynomial.hermite_e import hermegauss
 
 from twbal.models.moments.kernel_sum import KernelSum, no_kernels
 from twbal.models.moments.multi_index import multi_indices
-from twbal.models.moments.pairwise import pair_moment
 from twbal.models.moments.taylor import add_derivatives
 
 
@@ -62,24 +61,3 @@ def test_the_smoothed_value_is_the_average_over_the_input():
 def test_no_kernels_add_nothing():
     T, _ = derivatives(no_kernels(2, 3), np.zeros(3), np.eye(3), np.eye(3), 4)
     assert not T.any()
-
-
-@pytest.mark.parametrize("linked", [False, True])
-def test_a_pair_moment_is_the_average_of_the_product(linked):
-    first, second, m, S = random_sum(3, 1), random_sum(4, 1), np.array([-0.2]), np.array([[0.7]])
-    links = np.random.default_rng(0).standard_normal((11, 11)) if linked else np.zeros((0, 0))
-    nodes, weights = hermegauss(120)
-    weights = weights / weights.sum()
-    x = m + np.sqrt(S[0]) * nodes[:, None]
-
-    def basis(kernels, a):
-        gaps = (x - kernels.inputs[:, 0]) / kernels.length_scales[a]
-        return kernels.signal_variance[a] * np.exp(-0.5 * gaps**2)  # (m, n)
-
-    k_a, k_b = basis(first, 0), basis(second, 1)
-    pairs = links if linked else np.outer(first.weights[0], second.weights[1])
-    product = weights @ np.einsum("mi,ij,mj->m", k_a, pairs, k_b)
-    apart = (weights @ k_a) @ pairs @ (weights @ k_b)
-    centred, total, _, _ = pair_moment(0, first, 1, second, links, m, S)
-    assert total == pytest.approx(product, rel=1e-10)
-    assert centred == pytest.approx(product - apart, rel=1e-8)

@@ -24,16 +24,14 @@ def _pair_sums(  # type: ignore[no-untyped-def]
     weights_b: Array,
     half_b: Array,
     beta: Array,
-    links: Array,
     shift: float,
 ):
-    """Sums over pairs of c_ij = w_i w_j links_ij: Σ c (e^Δ - 1), Σ c e^Δ, and row, column and cross sums of c e^Δ.
+    """Sums over pairs of c_ij = w_i w_j: Σ c (e^Δ - 1), Σ c e^Δ, and row, column and cross sums of c e^Δ.
 
-    Δ_ij = shift + half_a[i] + half_b[j] + alpha[i]·beta[j]. `links` is (n_a, n_b), or (0, 0) for all ones.
+    Δ_ij = shift + half_a[i] + half_b[j] + alpha[i]·beta[j].
     """
     d = alpha.shape[1]
     n_a, n_b = len(weights_a), len(weights_b)
-    linked = links.shape[0] > 0
     centred, total = 0.0, 0.0
     rows, columns = np.zeros(n_a), np.zeros(n_b)
     exponents, products, ones = np.empty(n_b), np.empty(n_b), np.ones(n_b)
@@ -50,9 +48,6 @@ def _pair_sums(  # type: ignore[no-untyped-def]
         expm1_in_place(exponents)
         for j in range(n_b):
             products[j] = weights_a[i] * weights_b[j]
-        if linked:
-            for j in range(n_b):
-                products[j] *= links[i, j]
         centred += np.dot(products, exponents)
         for j in range(n_b):
             products[j] += products[j] * exponents[j]
@@ -64,17 +59,25 @@ def _pair_sums(  # type: ignore[no-untyped-def]
 
 
 @kernel()
-def _symmetric_sums(weights: Array, half: Array, alpha: Array, beta: Array, links: Array, shift: float):  # type: ignore[no-untyped-def]
-    """`_pair_sums` of one set of points with itself, where Δ and links are symmetric: half of the pairs are enough.
+def _symmetric_sums(  # type: ignore[no-untyped-def]
+    q: Array, half: Array, alpha: Array, beta: Array, weights: Array, links: Array, shift: float
+):
+    """`_pair_sums` of one set of points with itself, where Δ is symmetric: half of the pairs are enough.
+
+    Of c_ij = q_i q_j (w_i w_j - links_ij); `weights` may be empty, which stands for zeros, and so may `links`.
 
     Returns:
-        Σ c e^Δ, its row sums (n,), and L beta (n, d) with L the lower triangle of c e^Δ, its diagonal halved, so that
-        the sum over all pairs is L and its transpose.
+        Σ q_i q_j w_i w_j (e^Δ - 1); Σ q_i q_j links_ij e^Δ; the row sums of c e^Δ (n,); and L beta (n, d) with L the
+        lower triangle of c e^Δ, its diagonal halved, so that the sum over all pairs is L and its transpose.
     """
     n, d = alpha.shape
+    linked, weighted = len(links) > 0, len(weights) > 0
     columns, cross = np.zeros(n), np.empty((n, d + 1))
     betas = np.ascontiguousarray(beta.T)  # (d, n)
     sides = np.hstack((beta, np.ones((n, 1))))
+    qw = q * weights if weighted else np.zeros(n)
+    bonds, ones = np.empty(n), np.ones(n)
+    centred, linked_sum = 0.0, 0.0
     for start in range(0, n, _ROWS):
         end = min(start + _ROWS, n)
         lower = np.zeros((end - start, end))
@@ -88,26 +91,41 @@ def _symmetric_sums(weights: Array, half: Array, alpha: Array, beta: Array, link
                 for j in range(i + 1):
                     here[j] += factor * betas[k, j]
             expm1_in_place(here)
-            for j in range(i + 1):
-                here[j] = (here[j] + 1.0) * (weights[i] * weights[j] * links[i, j])
+            if weighted:
+                centred += qw[i] * (2.0 * np.dot(here, qw[: i + 1]) - here[i] * qw[i])
+            if linked:
+                for j in range(i + 1):
+                    bonds[j] = (here[j] + 1.0) * (q[i] * q[j] * links[i, j])
+                    here[j] = (here[j] + 1.0) * (qw[i] * qw[j]) - bonds[j]
+                linked_sum += 2.0 * np.dot(bonds[:i], ones[:i]) + bonds[i]
+            else:
+                for j in range(i + 1):
+                    here[j] = (here[j] + 1.0) * (qw[i] * qw[j])
             here[i] *= 0.5
             for j in range(i + 1):
                 columns[j] += here[j]
         cross[start:end] = lower @ sides[:end]
     rows = cross[:, d] + columns
-    return rows.sum(), rows, np.ascontiguousarray(cross[:, :d])
+    return centred, linked_sum, rows, np.ascontiguousarray(cross[:, :d])
 
 
 @kernel()
-def variance_reduction(a: int, kernels: KernelSum, mean: Array, covariance: Array):  # type: ignore[no-untyped-def]
-    """Σ_ij W_ij E[k_i k_j] of output a, and its derivatives by m (d,) and by S (d, d).
+def own_moment(a: int, kernels: KernelSum, weights: Array, links: Array, mean: Array, covariance: Array):  # type: ignore[no-untyped-def]
+    """`pair_moment` of output a of `kernels` with itself, at half of its cost; δ_ij = (ν_i + ν_j) / 2 here.
 
-    That is `pair_moment` of an output with itself, linked by W; δ_ij = (ν_i + ν_j) / 2 then.
+    With β as weights and W of eq. 3 as links it gives h_a's variance and the model's in one.
+
+    Args:
+        weights: w (n,), or (0,) for zeros.
+        links: (n, n), or (0, 0) for zeros.
+
+    Returns:
+        E[h²] - E[h]² of h = Σ w_i k_i; Σ links_ij E[k_i k_j]; the derivatives of E[h²] less that sum, by m and by S.
     """
     d = len(mean)
     lengths = kernels.length_scales[a]
     ones = np.ones(len(kernels.inputs))
-    w, nu, B = smoothed_weights(kernels.inputs, lengths, kernels.signal_variance[a], ones, mean, covariance)
+    q, nu, B = smoothed_weights(kernels.inputs, lengths, kernels.signal_variance[a], ones, mean, covariance)
     precision = 2.0 * lengths**-2  # (d,)
     W = np.linalg.inv(covariance + np.diag(1.0 / precision))
     p = 0.5 * nu  # (n, d)
@@ -117,32 +135,27 @@ def variance_reduction(a: int, kernels: KernelSum, mean: Array, covariance: Arra
     eye = np.eye(d)
     log_one = np.linalg.slogdet(covariance / lengths / lengths.reshape(-1, 1) + eye)[1]
     log_two = np.linalg.slogdet(2.0 * covariance / lengths / lengths.reshape(-1, 1) + eye)[1]
-    links = kernels.variance_matrix[a]
-    total, rows, cross = _symmetric_sums(w, half, pK, p, links, log_one - 0.5 * log_two)
+    shift = log_one - 0.5 * log_two
+    centred, linked_sum, rows, cross = _symmetric_sums(q, half, pK, p, weights, links, shift)
     mixed = p.T @ cross
     mixed = mixed + mixed.T + p.T @ (p * rows.reshape(-1, 1))
     by_mean = W @ (2.0 * (rows @ p))
-    by_covariance = 0.5 * (W @ (2.0 * mixed) @ W - total * W)
-    return total, by_mean, by_covariance
+    by_covariance = 0.5 * (W @ (2.0 * mixed) @ W - rows.sum() * W)
+    return centred, linked_sum, by_mean, by_covariance
 
 
 @kernel()
 def pair_moment(  # type: ignore[no-untyped-def]
-    a: int, first: KernelSum, b: int, second: KernelSum, links: Array, mean: Array, covariance: Array
+    a: int, first: KernelSum, b: int, second: KernelSum, mean: Array, covariance: Array
 ):
     """Second moment of output a of `first` and output b of `second`.
-
-    Args:
-        links: (n_a, n_b) weights of the pairs in place of β_i β_j; (0, 0) takes β_i β_j.
 
     Returns:
         E[h_a h_b] - E[h_a] E[h_b] (the covariance, free of cancellation), E[h_a h_b], and the derivatives of the latter
         by m (d,) and by S (d, d).
     """
     d = len(mean)
-    linked = links.shape[0] > 0
-    beta_a = np.ones(len(first.inputs)) if linked else first.weights[a]
-    beta_b = np.ones(len(second.inputs)) if linked else second.weights[b]
+    beta_a, beta_b = first.weights[a], second.weights[b]
     lengths_a, lengths_b = first.length_scales[a], second.length_scales[b]
     w_a, nu_a, B_a = smoothed_weights(first.inputs, lengths_a, first.signal_variance[a], beta_a, mean, covariance)
     w_b, nu_b, B_b = smoothed_weights(second.inputs, lengths_b, second.signal_variance[b], beta_b, mean, covariance)
@@ -160,7 +173,7 @@ def pair_moment(  # type: ignore[no-untyped-def]
     root = np.sqrt(precision)
     log_ab = np.linalg.slogdet(covariance * root * root.reshape(-1, 1) + eye)[1]
     shift = 0.5 * (log_a + log_b - log_ab)
-    centred, total, rows, columns, cross = _pair_sums(w_a, half_a, p @ K, w_b, half_b, r, links, shift)
+    centred, total, rows, columns, cross = _pair_sums(w_a, half_a, p @ K, w_b, half_b, r, shift)
     # cross holds Σ_j c_ij r_j for each i.
     first_moment = rows @ p + columns @ r
     mixed = p.T @ cross

@@ -20,7 +20,7 @@ from twbal.models.moments.hermite import (
 )
 from twbal.models.moments.kernel_sum import KernelSum
 from twbal.models.moments.multi_index import Integers, MultiIndices, multi_indices
-from twbal.models.moments.pairwise import pair_moment, variance_reduction
+from twbal.models.moments.pairwise import own_moment, pair_moment
 from twbal.models.moments.taylor import add_derivatives
 
 DEGREES = (2, 4, 6, 8, 10)
@@ -29,6 +29,8 @@ DEGREES = (2, 4, 6, 8, 10)
 _LOWEST = 3  # degree of the derivatives that mean, slope and their ways back need
 
 _SLOWEST_FALL = 0.9  # a series that falls slower than that is not trusted anyway
+
+_REST = 4  # predictions by pairs without a trial, after a trial that failed
 
 EXACT = 0
 """As a degree: no series, the sum over pairs."""
@@ -79,7 +81,8 @@ class Prediction(NamedTuple):
         slope: G (E, d), so that the input-output covariance is S Gᵀ.
         rest: V (E, E), the covariance less G S Gᵀ, model variance included.
         degree: of the series; EXACT where pairs were summed.
-        enough: lowest allowed degree that meets the tolerance here; the highest where none does.
+        enough: lowest degree worth a trial at a distribution much like this one: the lowest allowed that meets the
+            tolerance. Where pairs were summed, more than the highest: that many times are pairs summed without a trial.
         truncated: estimate of what the series leaves out, as `Truncation.tolerance` bounds it; 0 where exact.
         derivatives: T (E, R) along the columns of `basis`.
         eigenvalues: λ (d,) of S in that basis.
@@ -109,25 +112,39 @@ def _add_model_variance(
 ) -> None:
     """Add E[var h_a(x)] = α² - Σ_ij W_ij E[k_i k_j] (eq. 3, averaged over x) and its derivatives, in place."""
     for a in range(len(rest)):
-        reduction, dm, ds = variance_reduction(a, kernels, mean, covariance)
+        links = kernels.variance_matrix[a]
+        _, reduction, dm, ds = own_moment(a, kernels, np.zeros(0), links, mean, covariance)
         rest[a, a] += max(kernels.signal_variance[a] - reduction, 0.0)
-        by_mean[a, a] -= dm
-        by_covariance[a, a] -= ds
+        by_mean[a, a] += dm
+        by_covariance[a, a] += ds
 
 
 @kernel()
-def _add_pair_covariance(
+def _add_pairs(
     f: KernelSum, g: KernelSum, mean: Array, covariance: Array, rest: Array, by_mean: Array, by_covariance: Array
 ) -> None:
-    """Add Cov[(f + g)_a, (f + g)_b], and the derivatives of E[(f + g)_a (f + g)_b], in place."""
-    nothing = np.zeros((0, 0))
+    """Add Cov[(f + g)_a, (f + g)_b] and the model variance; of both and of E[h_a] E[h_b] add the derivatives."""
     for a in range(len(rest)):
-        for b in range(a + 1):
+        for kernels in (f, g):
+            if len(kernels.inputs) > 0:
+                links = kernels.variance_matrix[a]
+                value, reduction, dm, ds = own_moment(a, kernels, kernels.weights[a], links, mean, covariance)
+                rest[a, a] += value
+                if len(links) > 0:
+                    rest[a, a] += max(kernels.signal_variance[a] - reduction, 0.0)
+                by_mean[a, a] += dm
+                by_covariance[a, a] += ds
+        if len(f.inputs) > 0 and len(g.inputs) > 0:
+            value, _, dm, ds = pair_moment(a, f, a, g, mean, covariance)
+            rest[a, a] += 2.0 * value
+            by_mean[a, a] += 2.0 * dm
+            by_covariance[a, a] += 2.0 * ds
+        for b in range(a):
             for first in (f, g):
                 for second in (f, g):
                     if len(first.inputs) == 0 or len(second.inputs) == 0:
                         continue
-                    value, _, dm, ds = pair_moment(a, first, b, second, nothing, mean, covariance)
+                    value, _, dm, ds = pair_moment(a, first, b, second, mean, covariance)
                     rest[a, b] += value
                     by_mean[a, b] += dm
                     by_covariance[a, b] += ds
@@ -215,6 +232,8 @@ def predict_by_series(
     degree, enough, truncated, T = EXACT, EXACT, 0.0, np.zeros((outputs, 0))
     if len(told.degrees):
         enough = told.degrees[-1]
+        if told.fall_back:
+            enough = start_degree - 1 if start_degree > enough else enough + _REST
     for candidate in told.degrees:
         if candidate < start_degree:
             continue
@@ -228,20 +247,21 @@ def predict_by_series(
                 break
         if met != EXACT or (candidate == told.degrees[-1] and not told.fall_back):
             degree, truncated = candidate, _left_out(variances, reference, candidate)
-            if met != EXACT:
-                enough = met
+            enough = candidate if met == EXACT else met
             rest += higher_covariance(T, weights, first[2], first[degree + 1])
             break
     if degree == EXACT and T.shape[1] == 0:
-        T = _derivatives(f, g, mean, covariance, basis, told.indices, len(first) - 2)
+        lowest = int(np.int64(_LOWEST))  # a bare constant is a type of its own to numba, and compiled anew
+        T = _derivatives(f, g, mean, covariance, basis, told.indices, lowest)
     slope = np.ascontiguousarray(T[:, 1 : d + 1]) @ inverse_basis
     if degree == EXACT:
-        _add_pair_covariance(f, g, mean, covariance, rest, by_mean, by_covariance)
+        _add_pairs(f, g, mean, covariance, rest, by_mean, by_covariance)
         rest -= slope @ covariance @ slope.T
         _take_off_first_moments(T, inverse_basis, told.indices.up, by_mean, by_covariance)
-    for kernels in (f, g):
-        if kernels.variance_matrix.shape[1] > 0:
-            _add_model_variance(kernels, mean, covariance, rest, by_mean, by_covariance)
+    else:
+        for kernels in (f, g):
+            if kernels.variance_matrix.shape[1] > 0:
+                _add_model_variance(kernels, mean, covariance, rest, by_mean, by_covariance)
     value = T[:, 0].copy()
     return Prediction(
         value, slope, rest, degree, enough, truncated, T, eigenvalues, basis, inverse_basis, by_mean, by_covariance
@@ -264,7 +284,7 @@ def predict(
         mean: (d,).
         covariance: (d, d), positive semi-definite; may be singular.
         truncation: which series to trust.
-        start_degree: first degree tried, for callers who know their last one.
+        start_degree: first degree tried, for callers who know what was enough for the last distribution.
         reference: (E,) variances beside which an error in that of an output does not count, as where the output is
             added to something that varies more.
     """
