@@ -10,7 +10,7 @@ import json
 import re
 import shutil
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from statistics import median
 from typing import Any
@@ -18,7 +18,7 @@ from typing import Any
 HOUSE = Path(__file__).resolve().parent.parent
 RESULTS = HOUSE / "benchmarks" / "results"
 PICTURES = HOUSE / "docs" / "pictures"
-PAGES = (HOUSE / "README.md", HOUSE / "docs" / "benchmarks.md")
+PAGES = (HOUSE / "README.md", HOUSE / "docs" / "benchmarks.md", HOUSE / "docs" / "speed.md")
 BAND = (0.85, 0.99)  # where the share inside a 95 % band should lie
 
 
@@ -50,9 +50,7 @@ def filled(page: str) -> str:
         name = found.group(1)
         part, _, file = name.partition(" of ")
         results = json.loads((RESULTS / f"{file}.json").read_text())
-        lines = {"summary": summary, "robots": robots, "figures": figures, "missed": missed, "times": times}[part](
-            results
-        )
+        lines = PARTS[part](results)
         return "\n".join([f"<!-- table {name} -->", *lines, "<!-- end -->"])
 
     return re.sub(r"<!-- table ([\w ]+) -->.*?<!-- end -->", table, page, flags=re.DOTALL)
@@ -115,11 +113,11 @@ def missed(results: Mapping[str, Any]) -> list[str]:
 
 def times(results: Mapping[str, Any]) -> list[str]:
     """One line a case of the moment matching."""
-    names = "engine, policy, samples, f's variance, CPU s, by pairs alone, cost off by, gradient off by, peak memory"
-    lines = [f"| {names.replace(', ', ' | ')} |", "|" + "---|" * 9]
+    names = "engine, policy, samples, f's variance, CPU s, steps by pairs, all by pairs, cost off by, gradient off by, memory"
+    lines = [f"| {names.replace(', ', ' | ')} |", "|" + "---|" * 10]
     for case in results["cases"]:
         s, r = case["settings"], case["result"]
-        engine = "torchrl" if case["module"] == "peer" else "twbal"
+        engine = "torchrl" if case["module"].endswith("peer") else "twbal"
         kept = "kept" if engine == "torchrl" or s["keep_variance"] else "dropped"
         samples = f"{s['n']} + {s['difference']}" if s.get("difference") else f"{s['n']}"
         optional = [f"{r[k]:{form}}" if k in r else "-" for k, form in _OPTIONAL.items()]
@@ -127,10 +125,93 @@ def times(results: Mapping[str, Any]) -> list[str]:
             f"| {engine} | {s['policy']} | {samples} | {kept} | {r['cpu_s']:.3f} | {' | '.join(optional)} "
             f"| {r['memory_mb']:.0f} MB |"
         )
+    return [*lines, "", where(results)]
+
+
+def ratios(results: Mapping[str, Any]) -> list[str]:
+    """How many times faster than the peer, whose time does not depend on the policy."""
+    ours = {(c["settings"]["n"], c["settings"]["policy"]): c["result"]["cpu_s"] for c in with_variance(results)}
+    lines = ["| samples | torchrl, CPU s | times faster: found policy | random policy |", "|---|---|---|---|"]
+    for case in results["cases"]:
+        if case["module"].endswith("peer"):
+            n, seconds = case["settings"]["n"], case["result"]["cpu_s"]
+            faster = [f"{seconds / ours[n, policy]:.0f}" for policy in ("found", "random")]
+            lines.append(f"| {n} | {seconds:.2f} | {' | '.join(faster)} |")
     return lines
 
 
-_OPTIONAL = {"pairs_cpu_s": ".3f", "cost_error": ".0e", "gradient_error": ".0e"}
+def with_variance(results: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+    """Our cases with f's variance kept, as the peer keeps it."""
+    return [case for case in results["cases"] if case["settings"].get("keep_variance")]
+
+
+def steps(results: Mapping[str, Any]) -> list[str]:
+    """Where the time of one step goes, one line a part and one column a size."""
+    found = [case["result"] for case in results["cases"]]
+    lines = [f"| µs a step, samples | {' | '.join(str(r['n']) for r in found)} |", "|---|" + "---|" * len(found)]
+    for name, part in _STEP_PARTS.items():
+        lines.append(f"| {name} | {' | '.join(f'{part(r):.0f}' for r in found)} |")
+    return [*lines, "", where(results)]
+
+
+_STEP_PARTS: Mapping[str, Callable[[Mapping[str, Any]], float]] = {
+    "sums over f's points: weights": lambda r: r["weights_us"],
+    "sums over f's points: series": lambda r: r["sums_over_points_us"] - r["weights_us"],
+    "policy, forward": lambda r: r["policy_forward_us"],
+    "policy, back": lambda r: r["policy_back_us"],
+    "cost": lambda r: r["cost_us"],
+    "small matrices, forward": lambda r: (
+        r["forward_us"] - r["sums_over_points_us"] - r["policy_forward_us"] - r["cost_us"]
+    ),
+    "small matrices, back": lambda r: r["step_us"] - r["forward_us"] - r["policy_back_us"],
+    "**all**": lambda r: r["step_us"],
+    "floor of the sums over points": lambda r: r["floor_us"],
+}
+
+
+def fits(results: Mapping[str, Any]) -> list[str]:
+    """One line a size of the fits."""
+    names = "samples, data sets, twbal: CPU s, BoTorch: CPU s a fit, evidence short of BoTorch's best of 20 [nats]"
+    lines = [f"| {names.replace(', ', ' | ')}, worst | what the limits cost [nats], worst |", "|" + "---|" * 6]
+    for n in sorted({case["settings"]["n"] for case in results["cases"]}):
+        found = [case["result"] for case in results["cases"] if case["settings"]["n"] == n]
+        lines.append(
+            f"| {n} | {len(found)} | {median(r['cpu_s'] for r in found):.2f} "
+            f"| {median(r['botorch_cpu_s'] for r in found):.2f} | {max(r['short_by'] for r in found):+.3f} "
+            f"| {max(r['limits_cost'] for r in found):.1f} |"
+        )
+    return [*lines, "", where(results)]
+
+
+def running(results: Mapping[str, Any]) -> list[str]:
+    """Plant, collection and start."""
+    found = {case["module"].rpartition(".")[-1]: case["result"] for case in results["cases"]}
+    plant, collection, start = found["plant"], found["collection"], found["start"]
+    rows = [
+        ("control periods a second of the plant, beside a bare PyBullet loop", f"{plant['share_of_bare']:.2f}"),
+        ("`sim-collect` on two processes, times faster than on one", f"{collection['times_faster']:.2f}"),
+        ("`twbal --help`, CPU s (an empty Python)", f"{start['help_cpu_s']:.2f} ({start['python_cpu_s']:.2f})"),
+    ]
+    return ["| figure | value |", "|---|---|", *(f"| {name} | {value} |" for name, value in rows), "", where(results)]
+
+
+def where(results: Mapping[str, Any]) -> str:
+    """On what machine and when."""
+    return f"{results['machine']}, {results['date']}."
+
+
+_OPTIONAL = {"steps_by_pairs": "d", "pairs_cpu_s": ".3f", "cost_error": ".0e", "gradient_error": ".0e"}
+PARTS: Mapping[str, Callable[[Mapping[str, Any]], list[str]]] = {
+    "summary": summary,
+    "robots": robots,
+    "figures": figures,
+    "missed": missed,
+    "times": times,
+    "ratios": ratios,
+    "steps": steps,
+    "fits": fits,
+    "running": running,
+}
 
 
 def solved_at(robot: Mapping[str, Any]) -> int | None:
