@@ -4,7 +4,7 @@ from benchmarks.measure import Case, measure
 
 CASES = (
     Case("benchmarks.running.plant", {"periods": 500, "repeats": 9}),
-    Case("benchmarks.running.collection", {"rollouts": 600, "steps": 200, "repeats": 3}),
+    Case("benchmarks.running.collection", {"rollouts": 2000, "steps": 200, "repeats": 3}),
     Case("benchmarks.running.start", {"repeats": 9}),
 )
 
