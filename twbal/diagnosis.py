@@ -224,6 +224,12 @@ def write_diagnosis(path: Path, diagnosis: Diagnosis) -> None:
     write_atomically(path, text + "\n")
 
 
+def closed_share(path: Path) -> float:
+    """Share of the gap on held-out data that what was found closes, by a `diagnosis.json`; 0 where there is no gap."""
+    record = json.loads(path.read_text())
+    return float(record["gap"]["closed"] or 0.0)
+
+
 def _effect(effect: NamedEffect) -> dict[str, Any]:
     return {**asdict(effect), "parameters": {name: p._asdict() for name, p in effect.parameters.items()}}
 

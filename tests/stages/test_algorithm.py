@@ -7,7 +7,7 @@ from hydra import compose, initialize_config_dir
 
 from twbal.configuration import conf_folder
 from twbal.evaluation import SuccessRule
-from twbal.stages.algorithm import Algorithm, Settings
+from twbal.stages.algorithm import Algorithm, Questions, Settings
 from twbal.stages.manifest import Manifest
 
 RULE = SuccessRule(limit=0.5, settle_limit=0.2, settle_step=100, steps=500)
@@ -24,15 +24,29 @@ class NotingChain:
         return Manifest(call.stage, True, "", 0, "", {}, (), {}, "", 1.0)
 
 
-def learn(solved=(), words=(), **changed):
-    """The calls of a run and what it learned; `solved` are the trials that all succeed."""
+def learn(solved=(), words=(), diagnosable=1, useless=(), **changed):
+    """The calls of a run and what it learned.
+
+    Args:
+        solved: the trials that all succeed.
+        words: overrides of the configuration.
+        diagnosable: rollouts that are enough for a diagnosis.
+        useless: diagnoses that leave the gap as it is.
+        changed: settings.
+    """
     with initialize_config_dir(str(conf_folder()), version_base="1.3"):
         cfg = compose("iterate", ["seed=5", *words])
     usual = {"updates": 2, "trials": 10, "stop_when_solved": False, "sim_rounds": 1, "confirm_rollouts": 0}
+    usual["diagnose"] = False
     simulated = {"sim_round_rollouts": 3, "sim_round_exploration": 0.1}
     settings = Settings(**{"seed": 5, "confirm_steps": 70, **simulated, **usual, **changed})
     chain = NotingChain()
-    learning = Algorithm(chain, cfg, settings, RULE, lambda trials: str(trials) in solved).run()
+    asks = Questions(
+        lambda trials: str(trials) in solved,
+        lambda rollouts: len(rollouts) >= diagnosable,
+        lambda diagnosis: str(diagnosis) not in useless,
+    )
+    learning = Algorithm(chain, cfg, settings, RULE, asks).run()
     return chain.calls, learning
 
 
@@ -141,3 +155,36 @@ def test_without_trials_nothing_but_the_rollouts_is_driven():
     calls, learning = learn(trials=0)
     assert [call.folder.name for call in only(calls, "real-rollout")] == ["rollout", "rollout"]
     assert all(learned.trials is None for learned in learning.policies)
+
+
+def test_a_diagnosis_mends_the_simulation_before_g_is_learned():
+    calls, learning = learn(diagnose=True)
+    update = ["diagnose", "sim-collect", "sim-collect", "fit-sim-gp", "fit-diff-gp", "optimise-policy", "real-rollout"]
+    assert [call.stage for call in calls[7:15]] == ["real-rollout", *update]
+    mended = [call for call in only(calls, "sim-collect") if "sim" in call.told]
+    assert {call.told["sim"] for call in mended[:2]} == {Path("iteration_1/diagnosis/augmented.yaml")}
+    assert [call.told["dynamics"] for call in only(calls, "fit-diff-gp")] == [
+        Path("iteration_1/sim_model/model.pt"),
+        Path("iteration_2/sim_model/model.pt"),
+    ]
+    assert only(calls, "diagnose")[1].told["episodes"] == list(learning.policies[2].rollouts)
+
+
+def test_rollouts_too_short_to_diagnose_teach_g_alone():
+    calls, _ = learn(diagnose=True, diagnosable=2)
+    assert [call.folder for call in only(calls, "diagnose")] == [Path("iteration_2/diagnosis")]
+    first = only(calls, "fit-diff-gp")[0]
+    assert first.told["dynamics"] == Path("simulation/1_model/model.pt")
+
+
+def test_a_diagnosis_that_leaves_the_gap_changes_nothing():
+    calls, _ = learn(diagnose=True, useless=("iteration_1/diagnosis",))
+    assert [call.told["dynamics"] for call in only(calls, "fit-diff-gp")] == [
+        Path("simulation/1_model/model.pt"),
+        Path("iteration_2/sim_model/model.pt"),
+    ]
+
+
+def test_a_policy_that_is_only_confirmed_needs_no_diagnosis():
+    calls, _ = learn(solved=("iteration_1/trials",), stop_when_solved=True, confirm_rollouts=4, diagnose=True)
+    assert [call.folder for call in only(calls, "diagnose")] == [Path("iteration_1/diagnosis")]

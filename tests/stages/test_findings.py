@@ -35,7 +35,7 @@ def prediction(origin):
 
 
 def learned(index, confirms=False):
-    return Learned(index, (), (), (), Path("policy"), None, confirms)
+    return Learned(index, (), (), (), Path("policy"), Path("model.pt"), None, confirms)
 
 
 def best(*iterations):

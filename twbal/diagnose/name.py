@@ -46,7 +46,8 @@ def name_effects(
     missing = [candidate for candidate in candidates if candidate.name not in effects]
     selection = select(data, start, always, missing, settings)
     verdict = conclude(selection, settings)
-    named = selection.chosen if verdict in (Verdict.NAMED, Verdict.DATA_SHEET) else selection.base
+    guessed = verdict is Verdict.UNKNOWN and settings.best_guess and not selection.chosen.stuck
+    named = selection.chosen if guessed or verdict in (Verdict.NAMED, Verdict.DATA_SHEET) else selection.base
     nominal = data.with_noise(start._replace(noise=selection.base.fit.model.noise), 30)
     models = (
         account_of(data, nominal, effects),

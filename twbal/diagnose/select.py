@@ -8,7 +8,7 @@ from twbal.diagnose.model import Data, Free, Model
 from twbal.diagnose.settings import Settings
 from twbal.diagnose.weigh import Round, Weighed, add_one, weigh
 
-_BASE_ROUNDS = 8
+_BASE_ROUNDS, _LIGHTER_ROUNDS = 8, 3
 
 
 class Selection(NamedTuple):
@@ -30,8 +30,8 @@ def select(
 ) -> Selection:
     """Add effects to the data sheet as long as they are worth their price.
 
-    One that was chosen while another was missing may be the wrong one, so with two effects each is reconsidered with
-    the other in place.
+    One that was chosen while another was missing may be the wrong one. So with two effects each is reconsidered with
+    the other in place, and of more those go again that are not worth their price beside the others.
 
     Args:
         data: recordings.
@@ -50,7 +50,9 @@ def select(
         if not asked:
             break
         chosen = _inside(asked, chosen, settings)
-    if len(chosen.effects) > 1:
+    if len(chosen.effects) > 2:
+        chosen = _without_idle(data, chosen, always, settings)
+    elif len(chosen.effects) > 1:
         step = _reconsider(data, chosen, always, candidates, settings)
         rounds.append(step)
         chosen = _inside(sorted([chosen, *step.weighed], key=lambda w: w.total), base, settings)
@@ -79,6 +81,22 @@ def _reconsider(
     base = weigh(data, without, always, rest, _BASE_ROUNDS)
     left = [c for c in _beside(base, candidates) if c.name != first.name]
     return add_one(data, base, always, left, max(settings.shortlist // 2, 1))
+
+
+def _without_idle(data: Data, chosen: Weighed, always: Sequence[Free], settings: Settings) -> Weighed:
+    """Take off one candidate after the other, the least of use first, while it gains less than a named one must."""
+    while len(chosen.candidates) > 1:
+        lighter = []
+        for candidate in chosen.candidates:
+            rest = [other for other in chosen.candidates if other is not candidate]
+            without = chosen.fit.model.put({f"{candidate.name}_{p.name}": p.none for p in candidate.parameters})
+            lighter.append(weigh(data, without, always, rest, _LIGHTER_ROUNDS))
+        best = min(lighter, key=lambda w: w.total)
+        colour = min(chosen.colour, settings.lines.whiteness)
+        if (best.total - chosen.total) / colour >= settings.lines.score:
+            break
+        chosen = best
+    return chosen
 
 
 def worth(weighed: Weighed, base: Weighed, settings: Settings) -> bool:

@@ -51,6 +51,7 @@ class Settings:
         substeps: physics steps of a control period.
         shortlist: candidates that are fitted in full.
         most_effects: that are named together, at most.
+        best_guess: whether the likeliest effects enter the simulation where they do not explain all.
         temperature: of the probabilities: scores are divided by it.
         blocks: into which the data are cut for intervals and held-out gains.
     """
@@ -60,5 +61,6 @@ class Settings:
     substeps: int
     shortlist: int
     most_effects: int
+    best_guess: bool
     temperature: float
     blocks: int

@@ -9,7 +9,7 @@ few times more for the model's sake, as it is: what the model then predicts of i
 wide as these rollouts ask for.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -18,6 +18,7 @@ from omegaconf import DictConfig
 
 from twbal.evaluation import SuccessRule
 from twbal.stages.chain import Call, Chain
+from twbal.stages.diagnose import AUGMENTED
 from twbal.stages.manifest import Manifest
 from twbal.stages.optimise_policy import POLICY, PREDICTION
 
@@ -40,6 +41,7 @@ class Settings:
     sim_rounds: int
     sim_round_rollouts: int
     sim_round_exploration: float
+    diagnose: bool
 
 
 @dataclass(frozen=True)
@@ -52,6 +54,7 @@ class Learned:
         searches: manifests of the policy searches that it took.
         rollouts: run folders of the real rollouts that g was learned from.
         policy: folder of the search's result.
+        f: model of the simulation that it was learned from; the one from the simulation as it is, or as it was mended.
         trials: run folder of the trials; None where none were driven.
         confirms: the policy is that of the iteration before, and only the model is new.
     """
@@ -61,6 +64,7 @@ class Learned:
     searches: tuple[Manifest, ...]
     rollouts: tuple[Path, ...]
     policy: Path
+    f: Path
     trials: Path | None
     confirms: bool = False
 
@@ -87,6 +91,20 @@ class Learning(NamedTuple):
     policies: tuple[Learned, ...]
 
 
+class Questions(NamedTuple):
+    """What the algorithm asks about rollouts.
+
+    Attributes:
+        solved: whether all trials in a run folder succeeded.
+        diagnosable: whether the real rollouts in run folders are enough for a diagnosis.
+        mended: whether the diagnosis in a run folder closes the better part of the gap.
+    """
+
+    solved: Callable[[Path], bool]
+    diagnosable: Callable[[Sequence[Path]], bool]
+    mended: Callable[[Path], bool]
+
+
 class Algorithm:
     """Runs Algorithm 1 on a chain.
 
@@ -95,25 +113,23 @@ class Algorithm:
         cfg: of iterate, with a section for each stage.
         settings: how often and how much.
         rule: how long trials are, and when the robot has fallen.
-        solved: whether all trials in a run folder succeeded.
+        asks: what it must know of rollouts on its way.
     """
 
-    def __init__(
-        self, chain: Chain, cfg: DictConfig, settings: Settings, rule: SuccessRule, solved: Callable[[Path], bool]
-    ) -> None:
-        self._chain, self._cfg, self._settings, self._rule, self._solved = chain, cfg, settings, rule, solved
+    def __init__(self, chain: Chain, cfg: DictConfig, settings: Settings, rule: SuccessRule, asks: Questions) -> None:
+        self._chain, self._cfg, self._settings, self._rule, self._asks = chain, cfg, settings, rule, asks
 
     def run(self) -> Learning:
         """From nothing to the last policy."""
-        simulated, model, first = self._simulation()
+        simulated, first = self._simulation()
         policies = [self._tried(first)]
         while len(policies) <= self._settings.updates and not self._is_enough(policies[-1]):
-            policies.append(self._tried(self._update(model, policies)))
+            policies.append(self._tried(self._update(policies)))
         if self._settings.confirm_rollouts and self._is_enough(policies[-1]):
-            policies.append(self._tried(self._confirmed(model, policies[-1])))
+            policies.append(self._tried(self._confirmed(policies[-1])))
         return Learning(simulated, tuple(policies))
 
-    def _simulation(self) -> tuple[tuple[Path, ...], Path, Learned]:
+    def _simulation(self) -> tuple[tuple[Path, ...], Learned]:
         """f and its policy, and again on rollouts of that policy."""
         rounds = range(self._settings.sim_rounds + 1)
         simulated: list[Path] = []
@@ -127,12 +143,14 @@ class Algorithm:
             earlier = [place / f"{i - 1}_policy" / POLICY] if i else []
             searches.append(self._search(place / f"{i}_policy", place / f"{i}_model" / MODEL, earlier))
         last = rounds[-1]
-        first = Learned(0, tuple(fits), tuple(searches), (), place / f"{last}_policy", None)
-        return tuple(simulated), place / f"{last}_model" / MODEL, first
+        f = place / f"{last}_model" / MODEL
+        return tuple(simulated), Learned(0, tuple(fits), tuple(searches), (), place / f"{last}_policy", f, None)
 
-    def _collect(self, out: Path, round_number: int, policy: Path) -> None:
-        """Rollouts in simulation: at random at first, then by the policy of the round before."""
-        told = {"seed": self._cfg.sim_collect.seed}
+    def _collect(
+        self, out: Path, round_number: int, policy: Path, simulation: Mapping[str, Path] | None = None
+    ) -> None:
+        """Rollouts in simulation, as it is or as told: at random at first, then by the policy of the round before."""
+        told = {**(simulation or {}), "seed": self._cfg.sim_collect.seed}
         if not round_number:
             self._chain.run(Call("sim-collect", out, told))
             return
@@ -145,20 +163,20 @@ class Algorithm:
         }
         self._chain.run(Call("sim-collect", out, told, {"policy": "saved"}))
 
-    def _update(self, model: Path, policies: list[Learned]) -> Learned:
+    def _update(self, policies: list[Learned]) -> Learned:
         """Drive the robot by the newest policy, learn g from all that was driven, and search again."""
-        return self._learn_from_driving(model, policies[-1], [p.policy_file for p in policies], {}, {})
+        return self._learn_from_driving(policies[-1], [p.policy_file for p in policies], {}, {})
 
-    def _confirmed(self, model: Path, solving: Learned) -> Learned:
+    def _confirmed(self, solving: Learned) -> Learned:
         """Drive the policy that solved it again and learn g again; the policy stays."""
         settings = self._settings
         bare = {"trials": settings.confirm_rollouts, "steps": settings.confirm_steps, "exploration": 0.0}
         judging = {"searches": False, "confirming": [_rollout_of(solving)]}
-        learned = self._learn_from_driving(model, solving, [solving.policy_file], bare, judging)
+        learned = self._learn_from_driving(solving, [solving.policy_file], bare, judging)
         return replace(learned, confirms=True)
 
     def _learn_from_driving(
-        self, model: Path, newest: Learned, earlier: list[Path], driving: dict[str, Any], searching: dict[str, Any]
+        self, newest: Learned, earlier: list[Path], driving: dict[str, Any], searching: dict[str, Any]
     ) -> Learned:
         """Drive the newest policy, learn g from all rollouts so far, and search (or judge) on f + g."""
         rollout = _rollout_of(newest)
@@ -167,9 +185,27 @@ class Algorithm:
         self._drive(rollout, newest, {"seed": own.seed, "trials": own.trials, "first_trial": first, **driving})
         index, rollouts = newest.index + 1, (*newest.rollouts, rollout)
         place = Path(f"iteration_{index}")
-        fit = self._fit("fit-diff-gp", place / "model", list(rollouts), {"dynamics": model})
+        mended = None if searching else self._mend(place, newest, rollouts)
+        f = place / "sim_model" / MODEL if mended else newest.f
+        fit = self._fit("fit-diff-gp", place / "model", list(rollouts), {"dynamics": f})
         search = self._search(place / "policy", place / "model" / MODEL, earlier, searching)
-        return Learned(index, (fit,), (search,), rollouts, place / "policy", None)
+        return Learned(index, (mended, fit) if mended else (fit,), (search,), rollouts, place / "policy", f, None)
+
+    def _mend(self, place: Path, newest: Learned, rollouts: Sequence[Path]) -> Manifest | None:
+        """Put into the simulation what real rollouts show to be missing, and learn another f from it.
+
+        None where that is not asked for, rollouts are too short, or what was found leaves the better part of the gap.
+        """
+        if not (self._settings.diagnose and self._asks.diagnosable(rollouts)):
+            return None
+        self._chain.run(Call("diagnose", place / "diagnosis", {"episodes": list(rollouts)}))
+        if not self._asks.mended(place / "diagnosis"):
+            return None
+        simulation = {"sim": place / "diagnosis" / AUGMENTED}
+        collected = [place / "sim_collect", place / "sim_driven"]
+        self._collect(collected[0], 0, newest.policy_file, simulation)
+        self._collect(collected[1], newest.index + 1, newest.policy_file, simulation)
+        return self._fit("fit-sim-gp", place / "sim_model", collected, {})
 
     def _tried(self, learned: Learned) -> Learned:
         """`learned` with its trials driven."""
@@ -201,7 +237,7 @@ class Algorithm:
         return self._chain.run(Call("optimise-policy", out, told))
 
     def _is_enough(self, learned: Learned) -> bool:
-        return self._settings.stop_when_solved and learned.trials is not None and self._solved(learned.trials)
+        return self._settings.stop_when_solved and learned.trials is not None and self._asks.solved(learned.trials)
 
 
 def _rollout_of(learned: Learned) -> Path:

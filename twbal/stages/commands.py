@@ -44,7 +44,8 @@ def stage_overrides(stage: str, cfg: DictConfig, choices: Mapping[str, str], tol
         if group in choices and choices[group] != own and not group.startswith("hydra/") and group not in decided
     ]
     base, whole = _tree(compose_stage(stage, chosen)), _tree(cfg)
-    known = {**whole, **whole.get(_config_name(stage), {})}
+    section = whole.get(_config_name(stage))
+    known = {**whole, **(section if isinstance(section, dict) else {})}
     keys = [key for key in base if key in known and key not in decided]
     asked = dict(_leaves({key: known[key] for key in keys}))
     default = dict(_leaves({key: base[key] for key in keys}))

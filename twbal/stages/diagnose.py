@@ -20,6 +20,7 @@ from twbal.diagnose.recording import MEASURED, Recording, Usability, read_record
 from twbal.diagnose.settings import Settings as DiagnosisSettings
 from twbal.diagnose.where import regions
 from twbal.diagnosis import Diagnosis, Region, headline_text, write_diagnosis
+from twbal.episode import Episode
 from twbal.figures.canvas import save, svg
 from twbal.figures.diagnosis import disagreement_figure, gap_figure, rivals_figure, whiteness_figure
 from twbal.files import write_atomically
@@ -32,6 +33,7 @@ from twbal.sim.effects.library import library
 from twbal.sim.replay import ReplayStart, replay
 from twbal.stages.artefacts import episode_files
 from twbal.stages.closing import closing, run_folder
+from twbal.stages.commands import compose_stage
 from twbal.stages.manifest import Manifest, Step, perform
 from twbal.stages.settings import members, recorded, typed
 
@@ -89,6 +91,12 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
     told = Told(robot, present, float(cfg.sim.physics_step), instantiate(cfg.diagnosis), settings)
     step = Step("diagnose", out, recorded(cfg, NOT_RECORDED), {"episodes": files}, 0)
     return perform(step, lambda: _diagnose_to_files(files, told, out))
+
+
+def enough_for_diagnosis(episodes: Sequence[Episode]) -> bool:
+    """Whether the episodes are long enough, one by one and together, for the stage's usual settings."""
+    usual = typed(Settings, compose_stage("diagnose", ["episodes=none"]))
+    return sum(len(episode) for episode in episodes if len(episode) >= usual.shortest) >= usual.fewest
 
 
 def diagnose(recordings: Sequence[Recording], told: Told) -> tuple[Diagnosis, Findings]:

@@ -9,13 +9,15 @@ from hydra.core.hydra_config import HydraConfig
 from hydra.utils import instantiate
 from omegaconf import DictConfig
 
+from twbal.diagnosis import closed_share
 from twbal.evaluation import succeeded
 from twbal.files import write_atomically
 from twbal.report.run import Setting, write_report
-from twbal.stages.algorithm import Algorithm, Learning, Settings
+from twbal.stages.algorithm import Algorithm, Learning, Questions, Settings
 from twbal.stages.chain import Chain
 from twbal.stages.closing import configuration_flags, run_folder, told_of
 from twbal.stages.commands import text
+from twbal.stages.diagnose import DIAGNOSIS, enough_for_diagnosis
 from twbal.stages.findings import Measures, episodes_in, findings, summarise
 from twbal.stages.gallery import pictures, save
 from twbal.stages.manifest import Manifest, Step, perform
@@ -24,6 +26,7 @@ from twbal.stages.settings import at_least, recorded, typed
 from twbal.summary import Summary, read_summary, summary_table, write_summary
 
 NOT_RECORDED = ("link.port", "sim_collect.workers", "optimise_policy.workers")
+MENDED = 0.5  # share of the gap, on held-out data, above which a simulation with what was found is learned from
 SUMMARY, REPORT, FIGURES, BEST_POLICY = "summary.json", "report.html", "figures", "best_policy.pt"
 
 
@@ -66,7 +69,13 @@ def _learn_and_tell(cfg: DictConfig, chain: Chain, choices: Mapping[str, str], s
     def solved(trials: Path) -> bool:
         return all(succeeded(trial, measures.rule) for trial in episodes_in([chain.root / trials]))
 
-    learning = Algorithm(chain, cfg, settings, measures.rule, solved).run()
+    def diagnosable(rollouts: Sequence[Path]) -> bool:
+        return enough_for_diagnosis(episodes_in([chain.root / rollout for rollout in rollouts]))
+
+    def mended(diagnosis: Path) -> bool:
+        return closed_share(chain.root / diagnosis / DIAGNOSIS) > MENDED
+
+    learning = Algorithm(chain, cfg, settings, measures.rule, Questions(solved, diagnosable, mended)).run()
     return _tell(cfg, chain, learning, measures, choices)
 
 

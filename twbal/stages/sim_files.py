@@ -23,8 +23,9 @@ def with_files(words: Sequence[str]) -> list[str]:
     """
     found: list[str] = []
     for word in words:
-        is_file = word.startswith(_KEY) and word.endswith(_ENDINGS)
-        found += _as_overrides(Path(word.removeprefix(_KEY))) if is_file else [word]
+        path = word.removeprefix(_KEY).strip("'\"")
+        is_file = word.startswith(_KEY) and path.endswith(_ENDINGS)
+        found += _as_overrides(Path(path)) if is_file else [word]
     return found
 
 
