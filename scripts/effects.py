@@ -10,10 +10,16 @@ from twbal.sim.effects.library import library
 PAGE = Path(__file__).resolve().parent.parent / "docs" / "effects.md"
 HEAD = """# Effects
 
-What a robot may have that its data sheet leaves out. Each is a file of `twbal/sim/effects/` and a choice of `conf/effect/`:
-`twbal sim-collect +effect@sim.effects.dead_zone=dead_zone sim.effects.dead_zone.width=0.5` puts one into the simulation, and
-`twbal diagnose` weighs all of them. Ranges are those of plausible robots; torques are for the 20 N·m class and shrink with the
-robot's torque limit, times are for a control period of 20 ms and grow with it. This page is written by `scripts/effects.py`.
+What a robot may have that its data sheet leaves out. Each is a file of `twbal/sim/effects/` and a choice of
+`conf/effect/`. To put one into the simulation:
+
+```
+twbal sim-collect +effect@sim.effects.dead_zone=dead_zone sim.effects.dead_zone.width=0.5
+```
+
+`twbal diagnose` weighs all of them. Ranges are those of plausible robots; torques are for the 20 N·m class and shrink
+with the robot's torque limit, times are for a control period of 20 ms and grow with it. This page is written by
+`scripts/effects.py`.
 """
 
 
