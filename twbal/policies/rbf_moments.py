@@ -11,8 +11,8 @@ from typing import NamedTuple
 import numpy as np
 
 from twbal.compiled import kernel
+from twbal.exponential import expm1_in_place
 from twbal.gaussian import Array
-from twbal.models.moments.exponential import expm1_in_place
 
 
 class Network(NamedTuple):

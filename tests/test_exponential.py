@@ -1,6 +1,6 @@
 import numpy as np
 
-from twbal.models.moments.exponential import expm1_in_place
+from twbal.exponential import expm1_in_place
 
 
 def test_it_is_the_librarys_to_two_units_in_the_last_place():
