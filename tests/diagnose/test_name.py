@@ -120,8 +120,15 @@ def test_an_account_of_other_recordings_is_that_of_the_same_model(paper, clean):
     assert np.abs(account.tracks[0].tilt - other.measured[:, 0]).std() < 0.005
 
 
+NOT_YET = {"wheel_slip": "what is left after tyres that slip at times is coloured, so the verdict is unknown"}
+EVERY = [
+    pytest.param(name, marks=pytest.mark.xfail(strict=True, reason=NOT_YET[name])) if name in NOT_YET else name
+    for name in MISSING
+]
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("name", MISSING)
+@pytest.mark.parametrize("name", EVERY)
 def test_every_effect_is_named_on_data_of_the_twin(paper, name):
     effects = {name: MISSING[name]}
     found = diagnose(paper, [ride(paper, effects, seed=20)])
