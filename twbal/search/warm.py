@@ -32,4 +32,4 @@ if __name__ == "__main__":
     if not is_compiled():
         print("compiling the policy search, once for this version (about a minute) ...", flush=True)
         compile_search()
-        compile_filter()
+    compile_filter()

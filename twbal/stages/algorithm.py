@@ -9,7 +9,7 @@ few times more for the model's sake, as it is: what the model then predicts of i
 wide as these rollouts ask for.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -146,11 +146,10 @@ class Algorithm:
         f = place / f"{last}_model" / MODEL
         return tuple(simulated), Learned(0, tuple(fits), tuple(searches), (), place / f"{last}_policy", f, None)
 
-    def _collect(
-        self, out: Path, round_number: int, policy: Path, simulation: Mapping[str, Path] | None = None
-    ) -> None:
-        """Rollouts in simulation, as it is or as told: at random at first, then by the policy of the round before."""
-        told = {**(simulation or {}), "seed": self._cfg.sim_collect.seed}
+    def _collect(self, out: Path, round_number: int, policy: Path, simulation: Path | None = None) -> None:
+        """Rollouts in simulation, as it is or by a file: at random at first, then by the policy of the round before."""
+        told: dict[str, Any] = {"sim": simulation} if simulation else {}
+        told["seed"] = self._cfg.sim_collect.seed
         if not round_number:
             self._chain.run(Call("sim-collect", out, told))
             return
@@ -185,7 +184,8 @@ class Algorithm:
         self._drive(rollout, newest, {"seed": own.seed, "trials": own.trials, "first_trial": first, **driving})
         index, rollouts = newest.index + 1, (*newest.rollouts, rollout)
         place = Path(f"iteration_{index}")
-        mended = None if searching else self._mend(place, newest, rollouts)
+        confirms = "confirming" in searching  # then the policy stays, and another f would change nothing of it
+        mended = None if confirms else self._mend(place, newest, rollouts)
         f = place / "sim_model" / MODEL if mended else newest.f
         fit = self._fit("fit-diff-gp", place / "model", list(rollouts), {"dynamics": f})
         search = self._search(place / "policy", place / "model" / MODEL, earlier, searching)
@@ -201,7 +201,7 @@ class Algorithm:
         self._chain.run(Call("diagnose", place / "diagnosis", {"episodes": list(rollouts)}))
         if not self._asks.mended(place / "diagnosis"):
             return None
-        simulation = {"sim": place / "diagnosis" / AUGMENTED}
+        simulation = place / "diagnosis" / AUGMENTED
         collected = [place / "sim_collect", place / "sim_driven"]
         self._collect(collected[0], 0, newest.policy_file, simulation)
         self._collect(collected[1], newest.index + 1, newest.policy_file, simulation)

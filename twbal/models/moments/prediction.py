@@ -68,7 +68,7 @@ class Series(NamedTuple):
 
 def series(truncation: Truncation, dimension: int) -> Series:
     """The tables of a truncation, for `dimension` inputs."""
-    highest = max(truncation.degrees, default=_LOWEST - 2) + 2
+    highest = max((p + 2 for p in truncation.degrees), default=_LOWEST)
     degrees = np.array(truncation.degrees, dtype=np.int64)
     return Series(float(truncation.tolerance), degrees, truncation.fall_back, multi_indices(dimension, highest))
 
