@@ -2,6 +2,7 @@
 
 import re
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -66,13 +67,29 @@ class Channels:
             seen: the observation at that instant.
             past_commands: commands given so far, oldest first [N·m].
         """
-        values = {
+        values = self._values(seen)
+        for name, lag in self.lags.items():
+            values[name] = past_commands[-lag] if lag <= len(past_commands) else 0.0
+        return np.array([values[n] for n in self.names])
+
+    def states(self, observations: Array, commands: Array) -> Array:
+        """The states of a whole rollout, (T + 1, D).
+
+        Args:
+            observations: (T + 1, 7) in the order of `Observation`.
+            commands: (T,) [N·m].
+        """
+        values = self._values(Observation(*observations.T))
+        for name, lag in self.lags.items():
+            values[name] = np.concatenate([np.zeros(lag), commands])[: len(observations)]
+        return np.column_stack([values[n] for n in self.names])
+
+    def _values(self, seen: Observation) -> dict[str, Any]:
+        """The measured channels, as numbers or as columns, as `seen` is."""
+        return {
             "tilt": seen.tilt,
             "tilt_rate": seen.tilt_rate,
             "acceleration": seen.acceleration,
             "speed": self.wheel_radius * (seen.wheel_rate + seen.tilt_rate),
             "yaw_rate": seen.yaw_rate,
         }
-        for name, lag in self.lags.items():
-            values[name] = past_commands[-lag] if lag <= len(past_commands) else 0.0
-        return np.array([values[n] for n in self.names])

@@ -19,6 +19,7 @@ STAGES = {
     "optimise-policy": "search the policy that the model expects to do best",
     "real-rollout": "drive the robot on the other end of a link by a policy and log what it does",
     "fit-diff-gp": "learn the correction g from logged episodes of the robot",
+    "import-log": "bring logs that twbal did not make into episode logs, by a mapping",
     "diagnose": "name what the simulation lacks to explain measured episodes, and add it",
     "virtual-robot": "a robot with hidden faults behind a port, to try all of this without hardware",
 }

@@ -55,6 +55,18 @@ class Provenance:
     config: str = ""
 
 
+class Estimated(NamedTuple):
+    """A channel of the observations that no sensor measured.
+
+    Attributes:
+        channel: its name, of `Observation`.
+        sd: standard deviation by which what stands there may be off, in the channel's unit.
+    """
+
+    channel: str
+    sd: float
+
+
 @dataclass(frozen=True, eq=False)
 class Episode:
     """T control periods of a robot.
@@ -68,6 +80,7 @@ class Episode:
         outcome: how it ended.
         provenance: where it comes from.
         events: what happened on the way.
+        estimated: channels that were worked out from others, in logs of robots that lack a sensor.
 
     Raises:
         DataError: shapes do not fit together, a value is not finite, or time does not run forward.
@@ -81,6 +94,7 @@ class Episode:
     outcome: Outcome
     provenance: Provenance
     events: tuple[Event, ...] = field(default=())
+    estimated: tuple[Estimated, ...] = field(default=())
 
     def __post_init__(self) -> None:
         for name in ("observations", "states", "commands"):
@@ -89,6 +103,9 @@ class Episode:
             object.__setattr__(self, name, values)
         object.__setattr__(self, "channels", tuple(self.channels))
         object.__setattr__(self, "outcome", Outcome(self.outcome))
+        for channel, sd in self.estimated:
+            if channel not in Observation._fields or not sd >= 0:
+                raise DataError(f"An episode has no channel {channel!r} estimated to {sd}.")
         steps = len(self.commands)
         expected = {
             "observations": (steps + 1, len(Observation._fields)),

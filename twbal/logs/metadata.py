@@ -4,11 +4,12 @@ import zlib
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from twbal.episode import Episode, Outcome, Provenance
+from twbal.episode import Episode, Estimated, Outcome, Provenance
 from twbal.errors import LogError
 from twbal.logs.topics import unit_of
 
-SCHEMA_VERSION = 1
+SCHEMA_VERSION = 2
+"""Newest that this twbal reads and writes. A log says the lowest version that tells all of it: 2 added `estimated`."""
 METADATA_NAME = "twbal.episode"
 CONFIG_NAME = "config.yaml"
 
@@ -23,6 +24,7 @@ class Description(NamedTuple):
         provenance: where the episode comes from; its configuration is an attachment, and is not in here.
         samples: T + 1.
         events: how many events were written.
+        estimated: channels that no sensor measured.
     """
 
     channels: tuple[str, ...]
@@ -31,13 +33,14 @@ class Description(NamedTuple):
     provenance: Provenance
     samples: int
     events: int
+    estimated: tuple[Estimated, ...]
 
 
 def metadata_of(episode: Episode) -> dict[str, str]:
     """The entries of the metadata record of `episode`."""
     source = episode.provenance
     entries = {
-        "schema_version": str(SCHEMA_VERSION),
+        "schema_version": str(2 if episode.estimated else 1),
         "robot": source.robot,
         "source": source.source,
         "parameter_hash": source.parameter_hash,
@@ -51,6 +54,8 @@ def metadata_of(episode: Episode) -> dict[str, str]:
         "samples": str(len(episode) + 1),
         "events": str(len(episode.events)),
     }
+    if episode.estimated:
+        entries["estimated"] = ",".join(f"{channel}:{float(sd)!r}" for channel, sd in episode.estimated)
     # MCAP guards attachments and chunks, but no metadata, where the end of the file is lost.
     return {**entries, "checksum": checksum(entries)}
 
@@ -64,9 +69,10 @@ def description_of(entries: Mapping[str, str]) -> Description:
     if entries.get("checksum") != checksum(entries):
         raise LogError("has a damaged metadata record (its checksum does not fit), so none of it can be trusted")
     version = entries.get("schema_version", "")
-    if version != str(SCHEMA_VERSION):
+    if version not in map(str, range(1, SCHEMA_VERSION + 1)):
         raise LogError(
-            f"is an episode log of schema version {version or 'unknown'}; this twbal reads version {SCHEMA_VERSION}. "
+            f"is an episode log of schema version {version or 'unknown'}; this twbal reads versions up to "
+            f"{SCHEMA_VERSION}. "
             "Read it with the version of twbal that wrote it, or a newer one"
         )
     try:
@@ -90,7 +96,13 @@ def _parse(entries: Mapping[str, str]) -> Description:
         ),
         samples=int(entries["samples"]),
         events=int(entries["events"]),
+        estimated=tuple(_estimated(word) for word in entries.get("estimated", "").split(",") if word),
     )
+
+
+def _estimated(word: str) -> Estimated:
+    channel, _, sd = word.partition(":")
+    return Estimated(channel, float(sd))
 
 
 def checksum(entries: Mapping[str, str]) -> str:

@@ -1,0 +1,78 @@
+"""NumPy and MATLAB files as columns."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import scipy.io
+
+from twbal.errors import LogError
+from twbal.foreign.columns import Columns, Name, places
+from twbal.gaussian import Array
+
+ENDINGS = (".npy", ".npz", ".mat")
+
+
+def named_arrays(path: Path) -> dict[str, Array]:
+    """The columns of a NumPy or MATLAB file by name: (n,) each, all of the length that most numbers have.
+
+    A matrix `data` gives the columns `data:1`, `data:2`, ...; a structure `log` with a field `tilt` gives `log.tilt`.
+
+    Raises:
+        LogError: the file cannot be read, or has no columns.
+    """
+    try:
+        found = dict(_columns("", _content(path)))
+    except (OSError, ValueError, NotImplementedError, EOFError, KeyError, TypeError) as error:
+        newer = " A MATLAB 7.3 file is HDF5: save it with -v7." if isinstance(error, NotImplementedError) else ""
+        raise LogError(f"{path} cannot be read as a {path.suffix} file ({error}).{newer}") from error
+    if not found:
+        raise LogError(f"{path} has no vector or matrix of numbers.")
+    lengths = [len(values) for values in found.values()]
+    common = max(set(lengths), key=lambda length: length * lengths.count(length))
+    return {name: values for name, values in found.items() if len(values) == common}
+
+
+def read_arrays(path: Path, wanted: Sequence[Name], names: Sequence[str] = ()) -> Columns:
+    """Columns of a NumPy or MATLAB file; arguments as of `text.read_text`.
+
+    Raises:
+        LogError: the file cannot be read, or has no such column.
+    """
+    found = named_arrays(path)
+    known = list(names) if names and len(names) == len(found) else list(found)
+    where = places(path, known, len(found), wanted)
+    columns = list(found.values())
+    values = np.column_stack([columns[k] for k in where])
+    return Columns(values, np.arange(1, len(values) + 1), "row", ())
+
+
+def _content(path: Path) -> Mapping[str, Any]:
+    if path.suffix == ".mat":
+        whole = scipy.io.loadmat(path, squeeze_me=True, struct_as_record=False)
+        return {name: value for name, value in whole.items() if not name.startswith("__")}
+    loaded = np.load(path, allow_pickle=False)
+    if isinstance(loaded, np.ndarray):
+        if loaded.dtype.names:
+            return {name: loaded[name] for name in loaded.dtype.names}
+        return {"column": loaded}
+    with loaded:
+        return {name: loaded[name] for name in loaded.files}
+
+
+def _columns(prefix: str, tree: Mapping[str, Any]) -> list[tuple[str, Array]]:
+    found: list[tuple[str, Array]] = []
+    for name, value in tree.items():
+        if hasattr(value, "_fieldnames"):  # a MATLAB structure
+            found += _columns(f"{prefix}{name}.", {field: getattr(value, field) for field in value._fieldnames})
+            continue
+        array = np.asarray(value)
+        if array.dtype.kind not in "fiub" or array.ndim not in (1, 2):
+            continue
+        if array.ndim == 1:
+            found.append((prefix + name, array.astype(np.float64)))
+        else:
+            tall = array if array.shape[0] >= array.shape[1] else array.T
+            found += [(f"{prefix}{name}:{k + 1}", tall[:, k].astype(np.float64)) for k in range(tall.shape[1])]
+    return found

@@ -1,0 +1,265 @@
+"""From the columns of a foreign log to episodes."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twbal.channels import Channels
+from twbal.episode import Episode, Estimated, Event, Outcome, Provenance
+from twbal.errors import LogError
+from twbal.foreign.arrays import ENDINGS, read_arrays
+from twbal.foreign.checks import doubts
+from twbal.foreign.columns import Columns
+from twbal.foreign.mapping import Mapping as LogMapping
+from twbal.foreign.smoother import smooth
+from twbal.foreign.text import read_text
+from twbal.gaussian import Array
+from twbal.plant import Observation
+
+_MOST_BACKWARD = 0.01  # share of the samples at which time may run backwards
+_ODD_PERIOD = 0.25  # share by which a control period may be off
+_SAME_PERIOD = 0.02  # share of a period within which two periods are the same
+
+
+class Wanted(NamedTuple):
+    """What is to come out.
+
+    Attributes:
+        channels: state channels of the episodes.
+        period: control period of the episodes [s], a multiple of the log's; None keeps the log's.
+        shortest: samples of a recording, below which it is left out.
+    """
+
+    channels: Channels
+    period: float | None
+    shortest: int
+
+
+class Imported(NamedTuple):
+    """What came out of one file.
+
+    Attributes:
+        episodes: one for each part without a gap.
+        notes: what was done to the data.
+        doubts: what looks wrong with them.
+    """
+
+    episodes: tuple[Episode, ...]
+    notes: tuple[str, ...]
+    doubts: tuple[str, ...]
+
+
+def import_file(path: Path, mapping: LogMapping, wanted: Wanted, provenance: Provenance) -> Imported:
+    """Read a foreign log.
+
+    Raises:
+        LogError: it cannot be read; the message says where and why.
+    """
+    read = read_arrays if path.suffix in ENDINGS else read_text
+    columns = read(path, mapping.wanted, mapping.names)
+    columns, notes = _without_nan(path, columns)
+    signals = mapping.signals(columns)
+    if mapping.rate is not None:
+        signals["time"] = (columns.lines - columns.lines[0]) / mapping.rate  # rows left out leave gaps
+    parts, period, more = _parts(path, signals, columns, mapping.fill)
+    notes = [*columns.notes, *notes, *more]
+    every = _every(path, period, wanted.period)
+    episodes: list[Episode] = []
+    for signal in parts:
+        begin = int(np.searchsorted(signal["time"], signal["time"][0] + mapping.skip - 1e-9))
+        rest = {name: values[begin:] for name, values in signal.items()}
+        if len(rest["time"]) < max(wanted.shortest, 4 * every):
+            notes.append(f"a part of {len(signal['time'])} samples is too short and left out")
+            continue
+        trial = replace(provenance, trial=provenance.trial + len(episodes))
+        episodes.append(_episode(rest, period, every, mapping, wanted.channels, trial))
+    if not episodes:
+        raise LogError(
+            f"{path} has no recording of {wanted.shortest} samples without a gap: {'; '.join(notes)}. "
+            "Is the rate right? `shortest` and the mapping's `fill` and `skip` change what is kept."
+        )
+    if mapping.skip:
+        notes.append(f"the first {mapping.skip:g} s of each recording are left out")
+    worked_out = dict.fromkeys(f"{e.channel} (to ±{e.sd:.2g})" for episode in episodes for e in episode.estimated)
+    if worked_out:
+        notes.append(f"not measured, and worked out: {', '.join(worked_out)}")
+    return Imported(tuple(episodes), tuple(notes), tuple(doubts(signals, episodes)))
+
+
+def _without_nan(path: Path, columns: Columns) -> tuple[Columns, list[str]]:
+    """The columns without rows that have an empty field or no finite number."""
+    good = np.isfinite(columns.values).all(axis=1)
+    if good.all():
+        return columns, []
+    if not good.any():
+        empty = int(np.argmin(np.isfinite(columns.values).any(axis=0)))
+        raise LogError(f"{path} has no row with all numbers: the mapping's column {empty + 1} is empty throughout.")
+    first = columns.lines[np.argmin(good)]
+    note = f"{int((~good).sum())} rows with an empty field, NaN or infinity are left out, the first in {columns.row} {first}"
+    return columns._replace(values=columns.values[good], lines=columns.lines[good]), [note]
+
+
+def _parts(
+    path: Path, signals: Mapping[str, Array], columns: Columns, fill: int
+) -> tuple[list[dict[str, Array]], float, list[str]]:
+    """Stretches without a gap, the period, and what was done to get them."""
+    time, notes = signals["time"], []
+    steps = np.diff(time)
+    if not len(steps) or not (steps > 0).any():
+        raise LogError(f"{path} has no two samples between which time runs forward; its {len(time)} rows are no log.")
+    period = float(np.median(steps[steps > 0]))
+    repeated = np.concatenate([[False], steps == 0])
+    if repeated.any():
+        where = columns.lines[np.argmax(repeated)]
+        same = bool((columns.values[1:][repeated[1:]] == columns.values[:-1][repeated[1:]]).all())
+        what = "rows that repeat the one before" if same else "rows whose time repeats that of the one before"
+        notes.append(f"{int(repeated.sum())} {what} are left out, the first in {columns.row} {where}")
+    kept = np.flatnonzero(~repeated)
+    time = time[kept]
+    steps = np.diff(time)
+    back = np.flatnonzero(steps < 0)
+    if len(back) > max(1, _MOST_BACKWARD * len(steps)):
+        line = columns.lines[kept[back[0] + 1]]
+        raise LogError(
+            f"In {path} time runs backwards {len(back)} times, first in {columns.row} {line} "
+            f"({time[back[0]]:g} s, then {time[back[0] + 1]:g} s). Is another column the time, or is its unit wrong?"
+        )
+    missing = np.round(steps / period).astype(int) - 1
+    cuts = np.flatnonzero((steps < 0) | (missing > fill))
+    for cut in cuts[:3]:
+        line = columns.lines[kept[cut + 1]]
+        why = "time runs backwards" if steps[cut] < 0 else f"{missing[cut]} samples are missing"
+        notes.append(f"{why} before {columns.row} {line}: a new recording begins there")
+    if len(cuts) > 3:
+        notes.append(f"and so in {len(cuts) - 3} more places")
+    filled = int(missing[(missing > 0) & (missing <= fill)].sum())
+    if filled:
+        notes.append(f"{filled} missing samples are interpolated")
+    odd = float(np.mean(np.abs(steps / period - 1.0) > _ODD_PERIOD))
+    if odd > 0.01:
+        notes.append(f"{odd:.1%} of the periods are more than {_ODD_PERIOD:.0%} off {period:.6g} s")
+    rows = [kept[part] for part in np.split(np.arange(len(kept)), cuts + 1)]
+    return [_filled({k: v[part] for k, v in signals.items()}, period) for part in rows], period, notes
+
+
+def _filled(signals: Mapping[str, Array], period: float) -> dict[str, Array]:
+    """Signals with missing samples interpolated."""
+    time = signals["time"]
+    counts = np.maximum(np.round(np.diff(time) / period).astype(int), 1)
+    if not len(counts) or counts.max() == 1:
+        return dict(signals)
+    at: NDArray[np.float64] = np.concatenate([[0.0], np.cumsum(np.repeat(1.0 / counts, counts))])
+    return {name: np.interp(at, np.arange(len(time)), values) for name, values in signals.items()}
+
+
+def _every(path: Path, period: float, wanted: float | None) -> int:
+    """How many samples of the log make a control period."""
+    if wanted is None:
+        return 1
+    every = round(wanted / period)
+    if every < 1 or abs(every * period / wanted - 1.0) > _SAME_PERIOD:
+        raise LogError(
+            f"{path} has a sample every {period:.6g} s, of which a control period of {wanted:g} s is no multiple. "
+            "Give period=null to keep the log's own, or a multiple of it."
+        )
+    return every
+
+
+def _episode(
+    signals: Mapping[str, Array],
+    period: float,
+    every: int,
+    mapping: LogMapping,
+    channels: Channels,
+    provenance: Provenance,
+) -> Episode:
+    """One recording as an episode."""
+    radius = channels.wheel_radius
+    commands = _commands(signals, every, mapping)
+    taken = {name: values[::every][: len(commands) + 1] for name, values in signals.items()}
+    period = period * every
+    estimated: list[Estimated] = []
+
+    def rate_of(name: str, values: Array) -> Array:
+        smoothed = smooth(values, period)
+        estimated.append(Estimated(name, smoothed.rate_sd))
+        return smoothed.rate
+
+    def absent(name: str) -> Array:
+        estimated.append(Estimated(name, float("inf")))
+        return np.zeros(len(taken["time"]))
+
+    tilt = taken["tilt"]
+    tilt_rate = taken["tilt_rate"] if "tilt_rate" in taken else rate_of("tilt_rate", tilt)
+    if (angle := _wheel_angle(taken, radius)) is None:
+        angle = np.concatenate([[0.0], np.cumsum(0.5 * period * (taken["wheel_rate"][1:] + taken["wheel_rate"][:-1]))])
+        estimated.append(Estimated("wheel_angle", float("inf")))
+    wheel_rate = taken["wheel_rate"] if "wheel_rate" in taken else rate_of("wheel_rate", angle)
+    if "yaw_rate" in taken:
+        yaw_rate = taken["yaw_rate"]
+    else:
+        yaw_rate = rate_of("yaw_rate", np.unwrap(taken["heading"])) if "heading" in taken else absent("yaw_rate")
+    if "acceleration" in taken:
+        acceleration = taken["acceleration"]
+    else:
+        speed = radius * (wheel_rate + tilt_rate)
+        acceleration = np.concatenate([[0.0], np.diff(speed)]) / period
+        doubt = sum(e.sd**2 for e in estimated if e.channel in ("tilt_rate", "wheel_rate"))
+        estimated.append(Estimated("acceleration", radius * float(np.sqrt(2.0 * doubt)) / period))
+    time = taken["time"] - taken["time"][0]
+    seen = Observation(time, tilt, tilt_rate, acceleration, angle, wheel_rate, yaw_rate)
+    observations = np.column_stack(seen)
+    events = [Event(0.0, f"began {float(taken['time'][0]):g} s into the log")] if taken["time"][0] else []
+    return Episode(
+        channels=channels.names,
+        control_period=float(f"{period:.9g}"),
+        observations=observations,
+        states=channels.states(observations, commands),
+        commands=commands,
+        outcome=Outcome.COMPLETED,
+        provenance=provenance,
+        events=tuple(events),
+        estimated=tuple(estimated),
+    )
+
+
+def _commands(signals: Mapping[str, Array], every: int, mapping: LogMapping) -> Array:
+    """Mean torque over each control period, (T,) [N·m].
+
+    A command that is an instant of a faster loop is taken to run straight from one sample to the next.
+    """
+    if mapping.motor is not None and "voltage" in signals:
+        supply = mapping.motor.supply
+        torque = mapping.motor.torque_per_volt * np.clip(signals["voltage"], -supply, supply)
+    else:
+        torque = signals["command"]
+    held = 0.5 * (torque[1:] + torque[:-1]) if mapping.command_is_sample else torque[:-1]
+    periods = len(held) // every
+    return held[: periods * every].reshape(periods, every).mean(axis=1)
+
+
+def _wheel_angle(taken: Mapping[str, Array], radius: float) -> Array | None:
+    """Angle of the wheels relative to the body, as encoders count it; None where only their rate is known."""
+    if "wheel_angle" in taken:
+        return taken["wheel_angle"]
+    if "distance" in taken:
+        return taken["distance"] / radius
+    if "x" in taken:
+        heading = taken["heading"]
+        middle = 0.5 * (heading[1:] + heading[:-1])
+        forward = np.diff(taken["x"]) * np.cos(middle) + np.diff(taken["y"]) * np.sin(middle)
+        return np.concatenate([[0.0], np.cumsum(forward)]) / radius
+    return None
+
+
+def duplicated(episodes: Sequence[Episode], names: Sequence[str]) -> Iterator[str]:
+    """Recordings of which another one has most of the rows already."""
+    rows = [{row.tobytes() for row in episode.observations[:, 1:]} for episode in episodes]
+    for i, j in ((i, j) for i in range(len(rows)) for j in range(i)):
+        shared = len(rows[i] & rows[j])
+        if shared > 0.5 * min(len(rows[i]), len(rows[j])):
+            yield f"{names[i]} has {shared} of its {len(rows[i])} rows in common with {names[j]}: take one of them"
