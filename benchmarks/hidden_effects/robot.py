@@ -125,9 +125,9 @@ class Ride:
 
     def tilt(self) -> float:
         """From the vertical [rad]."""
-        x = self.data.xmat[self._robot].reshape(3, 3)[2, 0]
-        z = self.data.xmat[self._robot].reshape(3, 3)[2, 2]
-        return float(np.arctan2(-x, z)) - self.slope
+        axes = self.data.xmat[self._robot].reshape(3, 3)
+        up = np.array([sin(self.slope), 0.0, cos(self.slope)])
+        return float(np.arctan2(-(up @ axes[:, 0]), up @ axes[:, 2]))
 
     def tilt_rate(self) -> float:
         """About the axle [rad/s]; a free joint's angular velocity is in the body's axes."""

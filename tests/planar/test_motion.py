@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from twbal.planar.motion import TwinState, constants, step
+from twbal.planar.motion import Turning, TwinState, constants, step
 from twbal.planar.parameters import twin_parameters
 from twbal.robot.parameters import GRAVITY
 
 REST = TwinState(*(0.0,) * 9)
 
 
-def swing(robot, effects, start, torque, physics_step, seconds, yaw_rate=0.0):
+def swing(robot, effects, start, torque, physics_step, seconds, yaw_rate=0.0, heading=0.0):
     """States from `start` on; `torque` is a number or a function of time."""
     twin = twin_parameters(robot, effects)
     k = constants(twin, physics_step)
@@ -21,7 +21,7 @@ def swing(robot, effects, start, torque, physics_step, seconds, yaw_rate=0.0):
     for i in range(round(seconds / physics_step)):
         time = i * physics_step
         pull = torque(time) if callable(torque) else torque
-        state = step(twin, k, state, pull, time, yaw_rate)
+        state = step(twin, k, state, pull, time, Turning(yaw_rate, heading + time * yaw_rate))
         states.append(state)
     return states
 
@@ -202,3 +202,59 @@ def test_turning_pulls_the_body_over(paper):
     quick = swing(paper, {}, {"tilt": 0.2}, 0.0, 1e-4, 0.1, yaw_rate=3.0)[-1]
     slow = swing(paper, {}, {"tilt": 0.2}, 0.0, 1e-4, 0.1)[-1]
     assert quick.tilt - slow.tilt > 5e-3
+
+
+@pytest.mark.parametrize("heading", [np.pi / 2, np.pi])
+def test_a_robot_that_looks_elsewhere_meets_another_slope(paper, heading):
+    begin, slope = {"tilt": 0.1, "wheel_speed": 1.0}, 0.05
+    turned = swing(paper, {"ground_slope": {"angle": slope}}, begin, 1.0, 1e-3, 0.2, heading=heading)[-1]
+    met = {"ground_slope": {"angle": slope * np.cos(heading)}}
+    assert turned == pytest.approx(swing(paper, met, begin, 1.0, 1e-3, 0.2)[-1], abs=1e-12)
+
+
+def test_cogging_of_a_turned_robot_is_that_of_its_two_wheels(paper):
+    values, heading, h = {"torque": 0.4, "count": 12.0, "phase": 0.3}, 0.7, 1e-3
+    ahead = heading * paper.track / (2 * paper.wheel_radius)
+
+    def push(effects, torque, heading):
+        first, last = swing(paper, effects, {"wheel": 0.2}, torque, h, h, heading=heading)
+        return (last.wheel_speed - first.wheel_speed) / h
+
+    both = sum(values["torque"] * np.sin(12.0 * (0.2 + side * ahead) + 0.3) for side in (1, -1))
+    assert push({"cogging": values}, 0.0, heading) == pytest.approx(push({}, both, 0.0), rel=1e-9)
+
+
+@pytest.mark.parametrize("effect", ["coulomb_friction", "rolling_resistance"])
+def test_dry_friction_of_a_turning_robot_is_that_of_its_two_wheels(paper, effect):
+    """Against both wheels on their own, with friction that is smooth about rest."""
+    torque, yaw_rate, seconds = 0.4, 0.8, 0.4
+    apart = yaw_rate * paper.track / (2 * paper.wheel_radius)
+    m, l, r = paper.body_mass, paper.com_height, paper.wheel_radius
+    a, b, c = (
+        (m + 2 * paper.wheel_mass) * r**2 + 2 * paper.wheel_inertia,
+        m * l * r,
+        paper.body_inertia_pitch + m * l**2,
+    )
+    turn = paper.body_inertia_roll - paper.body_inertia_yaw + m * l**2
+
+    def motion(t, z):
+        tilt, _, rate, wheel = z
+        sliding = wheel - rate if effect == "coulomb_friction" else wheel
+        rub = -sum(torque * np.tanh((sliding + side * apart) / 1e-3) for side in (1, -1))
+        on_body = -rub if effect == "coulomb_friction" else 0.0
+        forces = [
+            b * np.sin(tilt) * (rate**2 + yaw_rate**2) + rub,
+            m * GRAVITY * l * np.sin(tilt) + turn * yaw_rate**2 * np.sin(tilt) * np.cos(tilt) + on_body,
+        ]
+        wheel_acc, tilt_acc = np.linalg.solve([[a, b * np.cos(tilt)], [b * np.cos(tilt), c]], forces)
+        return [rate, wheel, tilt_acc, wheel_acc]
+
+    start = {"tilt": 0.02, "wheel_speed": 4.0}
+    truth = solve_ivp(motion, (0, seconds), [0.02, 0.0, 0.0, 4.0], method="LSODA", rtol=1e-8, atol=1e-10).y[:, -1]
+    end = swing(paper, {effect: {"torque": torque}}, start, 0.0, 1e-4, seconds, yaw_rate)[-1]
+    without = swing(paper, {}, start, 0.0, 1e-4, seconds, yaw_rate)[-1]
+    does = abs(without.wheel_speed - truth[3])
+    assert does > 1.0
+    assert abs(end.wheel_speed - truth[3]) < 0.01 * does
+    straight = swing(paper, {effect: {"torque": torque}}, start, 0.0, 1e-4, seconds)[-1]
+    assert abs(straight.wheel_speed - truth[3]) > 0.02 * does  # so the test would see a twin that only goes straight

@@ -5,7 +5,7 @@ import pytest
 from scipy.linalg import solve_continuous_are
 
 from twbal.planar.linear import linearise
-from twbal.planar.motion import constants
+from twbal.planar.motion import STRAIGHT, constants
 from twbal.planar.parameters import twin_parameters
 from twbal.planar.plant import PlanarPlant, hold, standing
 from twbal.robot.start_pose import StartPose
@@ -88,7 +88,7 @@ def gaps(robot, name, start, physics_step, drive):
                 tilt_rate=seen.tilt_rate,
                 wheel_speed=seen.wheel_rate + seen.tilt_rate,
             )
-            state = hold(twin, k, state, np.array(commands), len(rows), substeps, 0.0, np.zeros((substeps, 2)))
+            state = hold(twin, k, state, np.array(commands), len(rows), substeps, STRAIGHT, np.zeros((substeps, 2)))
             seen = plant.step(command)
             rate = state.wheel_speed - state.tilt_rate
             rows.append([state.tilt - seen.tilt, state.tilt_rate - seen.tilt_rate, rate - seen.wheel_rate])

@@ -114,7 +114,13 @@ def test_another_robots_data_are_refused(measured, tmp_path, capsys):
 
 def recording(name, periods):
     return Recording(
-        name, 0.02, np.zeros(periods), np.zeros((periods + 1, 4)), np.zeros(periods + 1), np.ones(periods + 1, bool)
+        name,
+        0.02,
+        np.zeros(periods),
+        np.zeros((periods + 1, 4)),
+        np.zeros(periods + 1),
+        np.ones(periods + 1, bool),
+        np.ones(4, bool),
     )
 
 

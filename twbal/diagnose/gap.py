@@ -84,13 +84,13 @@ def measure_gaps(
         errors[kind] = replay(account, starts, commands)[:, :, _COLUMNS] - seen
     floor = _floor(models.named, starts, replay, commands, noise, radius)
     gaps = []
-    for i, channel in enumerate(MEASURED):
+    for i in np.flatnonzero(recordings[0].sensed):
         for steps in horizons:
             before, refitted, after = (_rms(errors[kind][:, steps, i]) for kind in Models._fields)
             least = min(float(floor[steps, i]), after)
             closed = (before - after) / (before - least) if before > (1.0 + _FLAT) * least else None
             horizon = steps * recordings[0].period
-            gaps.append(Gap(channel, horizon, before, refitted, after, least, closed))
+            gaps.append(Gap(MEASURED[i], horizon, before, refitted, after, least, closed))
     return tuple(gaps)
 
 

@@ -2,12 +2,13 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
 from twbal.diagnose.colour import whiteness
-from twbal.diagnose.noise import Filter, Noise, fit_noise, kalman_filter, linearise_period, tame, whiten
+from twbal.diagnose.noise import UNSENSED, Filter, Noise, fit_noise, kalman_filter, linearise_period, tame, whiten
 from twbal.diagnose.predictor import Prediction, predict
 from twbal.diagnose.recording import Mask, Recording
 from twbal.gaussian import Array
@@ -85,6 +86,21 @@ class Data:
         return [recording.usable for recording in self.recordings]
 
     @property
+    def sensed(self) -> Mask:
+        """(4,) which channels were measured."""
+        return self.recordings[0].sensed
+
+    @cached_property
+    def resolution(self) -> Array:
+        """(4,) standard deviations that the sensors' steps alone make: no sensor's noise is less.
+
+        A sensor's step is taken to be the least change between two of its readings, but for one in a hundred.
+        """
+        changes = np.concatenate([np.abs(np.diff(recording.measured, axis=0)) for recording in self.recordings])
+        steps = [np.quantile(column[column > 1e-12], 0.01) if column.any() else 0.0 for column in changes.T]
+        return np.array(steps) / np.sqrt(12.0)
+
+    @property
     def count(self) -> int:
         """Instants that count."""
         return int(sum(recording.usable[1:].sum() for recording in self.recordings))
@@ -96,7 +112,10 @@ class Data:
     def predictions(self, model: Model, kalman: Filter) -> list[Prediction]:
         """What a model predicts of each recording with a filter."""
         lead = 0.5 * self.period / self.substeps - model.angle_lead
-        return [predict(model.twin, recording, self.substeps, lead, kalman.gains) for recording in self.recordings]
+        found = [predict(model.twin, recording, self.substeps, lead, kalman.gains) for recording in self.recordings]
+        for prediction in found:
+            prediction.errors[:, ~self.sensed] = 0.0
+        return found
 
     def errors(self, model: Model, kalman: Filter) -> list[Array]:
         """Its prediction errors, (T + 1, 4) each."""
@@ -119,4 +138,6 @@ class Data:
         """The model with its noise refitted."""
         errors = self.errors(model, self.filter(model))
         linear = linearise_period(model.twin, self.period)
-        return model._replace(noise=fit_noise(linear, model.noise, errors, self.usable, iterations))
+        lowest = np.where(self.sensed, self.resolution, UNSENSED)
+        highest = np.where(self.sensed, np.inf, UNSENSED)
+        return model._replace(noise=fit_noise(linear, model.noise, errors, self.usable, (lowest, highest), iterations))

@@ -10,13 +10,14 @@ from twbal.diagnose.certainty import interval, standard_errors
 from twbal.diagnose.findings import Account, Effects, Findings
 from twbal.diagnose.fit import descend, slopes
 from twbal.diagnose.model import Data, Model
-from twbal.diagnose.noise import Noise
-from twbal.diagnose.recording import MEASURED, Recording
+from twbal.diagnose.noise import UNSENSED, Noise
+from twbal.diagnose.recording import MEASURED, Mask, Recording
 from twbal.diagnose.select import Selection, select
 from twbal.diagnose.settings import Settings
 from twbal.diagnose.verdict import advise, conclude, data_sheet_classes, probabilities, shifts_of
 from twbal.diagnose.weigh import Weighed
 from twbal.diagnosis import Estimate, NamedEffect, Rival, Verdict, Whiteness
+from twbal.gaussian import Array
 from twbal.planar.parameters import twin_parameters
 from twbal.robot.parameters import RobotParameters
 
@@ -41,7 +42,7 @@ def name_effects(
     """
     twin = twin_parameters(robot, effects)
     data = Data(recordings, settings.substeps)
-    start = Model(twin, 0.0, _first_noise(robot))
+    start = Model(twin, 0.0, _first_noise(robot, data.sensed))
     always = always_free(settings.tolerances, twin)
     missing = [candidate for candidate in candidates if candidate.name not in effects]
     selection = select(data, start, always, missing, settings)
@@ -62,7 +63,7 @@ def name_effects(
         data_sheet_class=data_sheet_classes(named, settings) if verdict is Verdict.DATA_SHEET else (),
         rivals=_rivals(selection, weights),
         whiteness=_whiteness(data, nominal, named.fit.model),
-        noise=dict(zip(MEASURED, named.fit.model.noise.sensors.tolist(), strict=True)),
+        noise=_sensed(data, named.fit.model.noise.sensors),
         advice=advise(selection, verdict, settings),
         nominal=models[0],
         refitted=models[1],
@@ -70,9 +71,15 @@ def name_effects(
     )
 
 
-def _first_noise(robot: RobotParameters) -> Noise:
+def _first_noise(robot: RobotParameters, sensed: Mask) -> Noise:
     """Where the search for the noise begins."""
-    return Noise(np.array([0.005, 0.03, 0.003, 0.1]), np.full(2, 0.005 * robot.torque_limit))
+    sensors = np.where(sensed, [0.005, 0.03, 0.003, 0.1], UNSENSED)
+    return Noise(sensors, np.full(2, 0.005 * robot.torque_limit))
+
+
+def _sensed(data: Data, values: Array) -> dict[str, float]:
+    """Values of the channels that were measured, by name."""
+    return {name: float(value) for name, value, is_sensed in zip(MEASURED, values, data.sensed, strict=True) if is_sensed}
 
 
 def _account(data: Data, weighed: Weighed, already: Effects) -> Account:
@@ -145,5 +152,5 @@ def _whiteness(data: Data, before: Model, after: Model) -> tuple[Whiteness, ...]
     colours = []
     for model in (before, after):
         kalman = data.filter(model)
-        colours.append(data.colour(data.errors(model, kalman), kalman).tolist())
-    return tuple(Whiteness(*triple) for triple in zip(MEASURED, *colours, strict=True))
+        colours.append(_sensed(data, data.colour(data.errors(model, kalman), kalman)))
+    return tuple(Whiteness(name, colours[0][name], colours[1][name]) for name in colours[0])

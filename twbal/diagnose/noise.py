@@ -23,12 +23,14 @@ from scipy.optimize import minimize
 from twbal.compiled import kernel
 from twbal.diagnose.recording import Mask
 from twbal.gaussian import Array
-from twbal.planar.motion import TwinState, constants
+from twbal.planar.motion import STRAIGHT, TwinState, constants
 from twbal.planar.parameters import UNBOUNDED, TwinParameters
 from twbal.planar.plant import hold
 
 _INSTANTS = 50  # after which gains have settled
 _IMPOSSIBLE = 1e12
+UNSENSED = 100.0
+"""Standard deviation of a channel that was not measured [rad, rad/s]: so large that it corrects nothing."""
 _TAIL = 10.0  # degrees of freedom of the errors' distribution
 _STEPS = 5  # physics steps of a control period in the linear model
 
@@ -102,7 +104,7 @@ def linearise_period(twin: TwinParameters, period: float) -> LinearTwin:
         tilt, wheel, tilt_rate, wheel_speed = x.tolist()
         state = TwinState(tilt, wheel, tilt_rate, wheel_speed, 0.0, wheel, wheel_speed, 0.0, 0.0)
         k, imu = constants(pushed, period / _STEPS), np.zeros((2 * _STEPS, 2))
-        return np.array(hold(pushed, k, state, np.array([torque]), 0, _STEPS, 0.0, imu)[:4])
+        return np.array(hold(pushed, k, state, np.array([torque]), 0, _STEPS, STRAIGHT, imu)[:4])
 
     rest = after(balance, 0.0, 0.0)
     F, B = np.zeros((8, 8)), np.zeros((8, 2))
@@ -252,7 +254,14 @@ def cost(errors: list[Array], usable: list[Mask], kalman: Filter) -> float:
     )
 
 
-def fit_noise(linear: LinearTwin, noise: Noise, errors: list[Array], usable: list[Mask], iterations: int) -> Noise:
+def fit_noise(
+    linear: LinearTwin,
+    noise: Noise,
+    errors: list[Array],
+    usable: list[Mask],
+    limits: tuple[Array, Array],
+    iterations: int,
+) -> Noise:
     """The noise of the highest likelihood, from prediction errors made with the filter of `noise`.
 
     Args:
@@ -260,9 +269,11 @@ def fit_noise(linear: LinearTwin, noise: Noise, errors: list[Array], usable: lis
         noise: with whose filter the errors were made; where the search begins.
         errors: (T + 1, 4) of each recording.
         usable: (T + 1,) of each recording.
+        limits: (4,) each, least and largest standard deviations of the sensors.
         iterations: of L-BFGS, at most.
     """
     old = kalman_filter(linear, noise)
+    low, high = np.log(np.maximum(limits[0], 1e-12)), np.log(limits[1])
     begin = np.log(np.concatenate([noise.sensors, noise.torques]))
 
     def objective(x: Array) -> float:
@@ -274,7 +285,10 @@ def fit_noise(linear: LinearTwin, noise: Noise, errors: list[Array], usable: lis
         value = cost(moved, usable, kalman)
         return value if np.isfinite(value) else _IMPOSSIBLE
 
-    bounds = [(x - 4.0, x + 4.0) for x in begin]
+    bounds = [
+        (max(x - 4.0, low[i]), max(min(x + 4.0, high[i]), low[i])) if i < 4 else (x - 4.0, x + 4.0)
+        for i, x in enumerate(begin)
+    ]
     options = {"maxiter": iterations, "ftol": 1e-7}
     found = minimize(objective, begin, method="L-BFGS-B", bounds=bounds, options=options)
     return _levels(found.x if found.fun <= objective(begin) else begin)

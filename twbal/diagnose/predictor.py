@@ -12,7 +12,7 @@ import numpy as np
 from twbal.compiled import kernel
 from twbal.diagnose.recording import Recording
 from twbal.gaussian import Array
-from twbal.planar.motion import TwinState, constants
+from twbal.planar.motion import Turning, TwinState, constants
 from twbal.planar.parameters import TwinParameters
 from twbal.planar.plant import hold
 from twbal.planar.sensing import read_sensors
@@ -78,11 +78,14 @@ def run_predictor(
     h = period / substeps
     k = constants(p, h)
     s = _first(p, measured[0], lead)
+    heading = 0.0
     imu = np.empty((_RING * substeps, 2))
     imu[:, 0], imu[:, 1] = s.tilt, s.tilt_rate
     for n in range(len(measured)):
         if n > 0:
-            s = hold(p, k, s, commands, n - 1, substeps, 0.5 * (yaw_rate[n - 1] + yaw_rate[n]), imu)
+            turning = Turning(0.5 * (yaw_rate[n - 1] + yaw_rate[n]), heading)
+            s = hold(p, k, s, commands, n - 1, substeps, turning, imu)
+            heading += period * turning.rate
             seen = read_sensors(p, s, imu, n * substeps, h, lead)
             error = errors[n]
             error[0] = measured[n, 0] - seen.tilt

@@ -1,10 +1,11 @@
 """What a diagnosis reads of an episode, checked."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter1d
 
 from twbal.episode import Episode
 from twbal.errors import DataError
@@ -19,6 +20,7 @@ MEASURED = ("tilt", "tilt_rate", "wheel_angle", "wheel_rate")
 
 _COLUMNS = [Observation._fields.index(name) for name in MEASURED]
 _TIME, _YAW = Observation._fields.index("time"), Observation._fields.index("yaw_rate")
+_YAW_MEAN = 7  # instants over which the yaw rate is averaged: a robot turns slowly
 _JITTER = 0.25  # share of a control period by which one may be longer or shorter
 
 
@@ -31,8 +33,10 @@ class Recording:
         period: control period [s].
         commands: (T,) [N·m]; commands[t] acted between instants t and t + 1.
         measured: (T + 1, 4) in the order of `MEASURED`.
-        yaw_rate: (T + 1,) [rad/s].
+        yaw_rate: (T + 1,) [rad/s], with the gyro's noise smoothed away.
         usable: (T + 1,); False at instants whose prediction errors do not count, as the robot turned too fast.
+        sensed: (4,); False for channels that no sensor measured: what stands there was worked out from others, and its
+            errors do not count.
     """
 
     name: str
@@ -41,6 +45,7 @@ class Recording:
     measured: Array
     yaw_rate: Array
     usable: Mask
+    sensed: Mask
 
     def __len__(self) -> int:
         return len(self.commands)
@@ -89,6 +94,8 @@ def read_recordings(
             f"found {total} in {len(recordings)} of {len(episodes)} episodes. "
             "Record longer: twbal real-rollout experiment=excite."
         )
+    sensed = np.all([recording.sensed for recording in recordings], axis=0)  # by some of them only: by none
+    recordings = tuple(replace(recording, sensed=sensed) for recording in recordings)
     _check_signals(recordings)
     return recordings
 
@@ -109,7 +116,10 @@ def _read(episode: Episode, name: str, robot: RobotParameters, usability: Usabil
     end = int(fallen[0]) if len(fallen) else len(seen)
     usable = np.abs(yaw_rate[:end]) <= usability.fastest_turn
     commands = np.clip(episode.commands[: max(end - 1, 0)], -robot.torque_limit, robot.torque_limit)
-    return Recording(name, robot.control_period, commands, measured[:end], yaw_rate[:end], usable)
+    worked_out = {channel for channel, _ in episode.estimated}
+    sensed = np.array([channel not in worked_out for channel in MEASURED])
+    smooth = uniform_filter1d(yaw_rate[:end], _YAW_MEAN, mode="nearest")
+    return Recording(name, robot.control_period, commands, measured[:end], smooth, usable, sensed)
 
 
 def _check_clock(times: Array, name: str, period: float) -> None:
@@ -129,11 +139,14 @@ def _check_clock(times: Array, name: str, period: float) -> None:
 def _check_signals(recordings: Sequence[Recording]) -> None:
     """Raise where a channel does not change, or the torque never varied: nothing can be learned then."""
     measured = np.concatenate([recording.measured for recording in recordings])
+    sensed = recordings[0].sensed
+    if not sensed[0] or not sensed[2:].any():
+        raise DataError("A diagnosis needs a measured tilt, and wheels whose angle or rate is measured.")
     for i, channel in enumerate(MEASURED):
-        if np.ptp(measured[:, i]) <= 1e-9:
+        if sensed[i] and np.ptp(measured[:, i]) <= 1e-9:
             raise DataError(
                 f"Channel {channel} is {measured[0, i]:.6g} throughout {len(measured)} samples: its sensor was off, "
-                "or is not logged. A diagnosis needs tilt, tilt_rate, wheel_angle and wheel_rate."
+                "or is not logged. `twbal import-log` works a rate out that was not measured."
             )
     commands = np.concatenate([recording.commands for recording in recordings])
     if np.ptp(commands) <= 1e-9:

@@ -25,7 +25,7 @@ class Weighed(NamedTuple):
     Attributes:
         candidates: the effects; none for the data sheet refitted.
         fit: with all that is always free.
-        whiteness: (4,) that it leaves.
+        whiteness: that it leaves in each channel that was measured.
         price: of its parameters, in -2 log likelihood.
     """
 
@@ -105,7 +105,7 @@ def weigh(data: Data, model: Model, always: Sequence[Free], candidates: Sequence
     frees = [free for free in always if free.field not in {o.field for o in own}] + own
     fit = refit(data, model, frees, rounds, _ITERATIONS, _NOISE_ITERATIONS)
     kalman = data.filter(fit.model)
-    left = data.colour(data.errors(fit.model, kalman), kalman)
+    left = data.colour(data.errors(fit.model, kalman), kalman)[data.sensed]
     searched = 2.0 * sum(candidate.is_wave for candidate in candidates) * np.log(_WAVES)
     return Weighed(tuple(candidates), fit, left, len(own) * float(np.log(data.count)) + float(searched))
 

@@ -258,6 +258,8 @@ def _wheel_angle(taken: Mapping[str, Array], radius: float) -> Array | None:
 
 def duplicated(episodes: Sequence[Episode], names: Sequence[str]) -> Iterator[str]:
     """Recordings of which another one has most of the rows already."""
+    if len(episodes) < 2:
+        return
     rows = [{row.tobytes() for row in episode.observations[:, 1:]} for episode in episodes]
     for i, j in ((i, j) for i in range(len(rows)) for j in range(i)):
         shared = len(rows[i] & rows[j])

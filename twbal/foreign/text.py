@@ -176,20 +176,27 @@ def _count_fields(data: bytes, delimiter: str) -> tuple[NDArray[np.int64], NDArr
         block = np.frombuffer(data, np.uint8, end - begin, begin)
         ends = np.flatnonzero(block == _NEWLINE)
         starts = np.concatenate([[0], ends[:-1] + 1])
-        solid = block > _BLANK
-        fresh = solid & ~np.concatenate([[False], solid[:-1]])  # where a run of characters begins
-        runs = np.add.reduceat(fresh, starts, dtype=np.int64)
+        first = block[starts]
+        if delimiter == BLANKS or (first <= _BLANK).any():
+            solid = block > _BLANK
+            fresh = np.flatnonzero(solid & ~np.concatenate([[False], solid[:-1]]))  # where runs of characters begin
+            runs = _within(fresh, starts, ends)
+            first = np.zeros(len(starts), np.uint8)
+            first[runs > 0] = block[fresh[np.searchsorted(fresh, starts[runs > 0])]]
+        else:
+            runs = np.ones(len(starts), np.int64)
         if delimiter == BLANKS:
             fields = runs
         else:
-            fields = np.add.reduceat(block == ord(delimiter), starts, dtype=np.int64) + (runs > 0)
-        places_ = np.flatnonzero(fresh)
-        at = np.searchsorted(places_, starts)
-        first = np.zeros(len(starts), np.uint8)
-        first[runs > 0] = block[places_[at[runs > 0]]]
+            fields = _within(np.flatnonzero(block == ord(delimiter)), starts, ends) + 1
         counts.append(np.where(runs > 0, fields, 0))
         firsts.append(first)
     return np.concatenate(counts), np.concatenate(firsts)
+
+
+def _within(places: NDArray[np.int64], starts: NDArray[np.int64], ends: NDArray[np.int64]) -> NDArray[np.int64]:
+    """How many of the sorted places lie in each line."""
+    return np.searchsorted(places, ends) - np.searchsorted(places, starts)
 
 
 def _blocks(data: bytes, size: int = 1 << 24) -> list[tuple[int, int]]:

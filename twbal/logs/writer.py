@@ -17,6 +17,7 @@ from twbal.logs.table import columns_of
 from twbal.logs.topics import Topic
 
 _CHUNK_BYTES = 16 * 1024  # before compression; whole chunks are what a damaged file loses
+_LONG, _LONG_CHUNK_BYTES = 10_000, 64 * 1024  # samples from which on chunks are larger: fewer of them take less time
 
 
 def write_episode(path: Path, episode: Episode) -> None:
@@ -29,7 +30,7 @@ def write_episode(path: Path, episode: Episode) -> None:
     values = columns_of(episode)
     times = _log_times(episode.observations[:, 0], "sample")
     event_times = _log_times(np.array([event.time for event in episode.events]), "event")
-    rows = -(-_CHUNK_BYTES // len(layout.template))
+    rows = -(-(_CHUNK_BYTES if len(times) < _LONG else _LONG_CHUNK_BYTES) // len(layout.template))
     # An event lies in the chunk of the last sample before it.
     event_chunks = np.maximum(np.searchsorted(times, event_times, side="right") - 1, 0) // rows
     with replacing(path) as stream:

@@ -1,7 +1,7 @@
 r"""One physics step of the twin.
 
-The equations of `dynamics` with what effects add. On ground that rises by σ towards +x, turning at the yaw rate ψ̇ (a
-known input), with the torque τ between wheels and body, the force F and the torque τ_g on the wheels from outside,
+The equations of `dynamics` with what effects add. On ground that rises by σ ahead, turning at the yaw rate ψ̇ (a known
+input), with the torque τ between wheels and body, the force F and the torque τ_g on the wheels from outside,
 
     a φ̈ + b cos(α + σ) θ̈ - b sin(α + σ) θ̇² = τ + τ_g + r F - M g r sin σ + b sin α ψ̇²
     b cos(α + σ) φ̈ + c θ̈ - d sin α = -τ + (I_xx - I_zz + m l²) ψ̇² sin α cos α,
@@ -9,6 +9,10 @@ known input), with the torque τ between wheels and body, the force F and the to
 M being the mass of all. Rates go by the accelerations at the step's start, then angles by the new rates (semi-implicit
 Euler). Dry frictions and the backlash are impulses within bounds, which act after the rest of the step: each brings its
 relative rate to where it wants it, or goes to its bound.
+
+A robot that turns has its slope and its wheels elsewhere: ground that rose by σ_0 at the start rises by σ_0 cos ψ at the
+heading ψ, and the wheels turn by e = ψ̇ t / 2 r faster and slower than their mean, t being the track. Dry friction at the
+two of them then cancels as long as the mean rate is within ±e, and their cogging is out of step.
 
 With a backlash the rotors, of inertia J (both), turn by an angle ρ of their own: J ρ̈ = τ - (contact), and the wheels
 have a - J in place of a. The contact is plastic and keeps |ρ - φ| within half of the gap.
@@ -51,6 +55,21 @@ class TwinState(NamedTuple):
     position: float
 
 
+class Turning(NamedTuple):
+    """How the robot turns: a known input.
+
+    Attributes:
+        rate: ψ̇ [rad/s].
+        heading: ψ, since the rollout began [rad].
+    """
+
+    rate: float
+    heading: float
+
+
+STRAIGHT = Turning(0.0, 0.0)
+
+
 class Constants(NamedTuple):
     """The constants of the equations of motion, effects on the body applied.
 
@@ -63,8 +82,8 @@ class Constants(NamedTuple):
         mass: M, of all [kg].
         arm: m l [kg·m].
         rotors: J [kg·m²]; 0 without backlash.
-        slope: σ [rad].
-        pull: M g r sin σ [N·m].
+        slope: σ at the start [rad].
+        apart: half the track over the wheels' radius.
         step: of the physics [s].
     """
 
@@ -79,7 +98,7 @@ class Constants(NamedTuple):
     arm: float
     rotors: float
     slope: float
-    pull: float
+    apart: float
     step: float
 
 
@@ -91,7 +110,6 @@ def constants(p: TwinParameters, step: float) -> Constants:
     r = p.wheel_radius * p.wheel_radius_factor
     inertia = p.body_inertia * p.body_mass_factor * p.body_inertia_factor
     mass = m + 2.0 * p.wheel_mass
-    slope = p.ground_slope_angle
     return Constants(
         mass * r * r + 2.0 * p.wheel_inertia,
         m * height * r,
@@ -103,8 +121,8 @@ def constants(p: TwinParameters, step: float) -> Constants:
         mass,
         m * height,
         2.0 * ROTOR_SHARE * p.wheel_inertia if p.backlash_gap > 0.0 else 0.0,
-        slope,
-        mass * GRAVITY * r * sin(slope),
+        p.ground_slope_angle,
+        0.5 * p.track / r,
         step,
     )
 
@@ -124,33 +142,56 @@ class Forces(NamedTuple):
 
 
 @kernel()
-def forces(p: TwinParameters, k: Constants, s: TwinState, time: float, yaw_rate: float) -> Forces:
+def slope_ahead(k: Constants, turning: Turning) -> float:
+    """σ: by how much the ground rises in the direction in which the robot looks [rad]."""
+    return k.slope if k.slope == 0.0 or turning.heading == 0.0 else k.slope * cos(turning.heading)
+
+
+@kernel()
+def cogging(p: TwinParameters, k: Constants, s: TwinState, turning: Turning) -> float:
+    """Torque of both motors' poles [N·m]."""
+    in_step = cos(p.cogging_count * k.apart * turning.heading)
+    return 2.0 * p.cogging_torque * in_step * sin(p.cogging_count * (s.wheel - s.tilt) + p.cogging_phase)
+
+
+@kernel()
+def forces(p: TwinParameters, k: Constants, s: TwinState, time: float, turning: Turning) -> Forces:
     """Smooth forces: gravity, inertia, turning, viscous friction, cogging, cable and disturbance."""
     alpha = s.tilt + k.offset
-    sine, spin = sin(alpha), yaw_rate * yaw_rate
+    sine, spin = sin(alpha), turning.rate * turning.rate
     relative = s.wheel_speed - s.tilt_rate
     joint = -2.0 * p.viscous_friction_coefficient * relative
     if p.cogging_torque != 0.0:
-        joint += 2.0 * p.cogging_torque * sin(p.cogging_count * (s.wheel - s.tilt) + p.cogging_phase)
+        joint += cogging(p, k, s, turning)
     outside = -p.cable_spring_stiffness * s.position
     if p.periodic_disturbance_force != 0.0:
         angle = 2.0 * pi * p.periodic_disturbance_frequency * time + p.periodic_disturbance_phase
         outside += p.periodic_disturbance_force * sin(angle)
-    rising = sine if k.slope == 0.0 else sin(alpha + k.slope)
-    wheels = joint + k.b * (rising * s.tilt_rate * s.tilt_rate + sine * spin) - k.pull
+    slope = slope_ahead(k, turning)
+    rising = sine if slope == 0.0 else sin(alpha + slope)
+    wheels = joint + k.b * (rising * s.tilt_rate * s.tilt_rate + sine * spin)
+    if slope != 0.0:
+        wheels -= k.mass * GRAVITY * k.radius * sin(slope)
     wheels += k.radius * outside - 2.0 * p.rolling_viscous_coefficient * s.wheel_speed
     body = k.d * sine - joint + k.turn * spin * sine * cos(alpha)
     return Forces(wheels, body, outside)
 
 
 @kernel()
-def joint_bound(p: TwinParameters, relative: float) -> float:
-    """Largest dry friction of both joints together [N·m] at a rate of wheel relative to body [rad/s]."""
-    bound = p.coulomb_friction_torque + p.stribeck_friction_torque
+def joint_bound(p: TwinParameters, relative: float, apart: float) -> float:
+    """Largest dry friction of both joints together [N·m].
+
+    Args:
+        p: the twin.
+        relative: mean rate of the wheels relative to the body [rad/s].
+        apart: by which one wheel is faster than that and the other slower [rad/s].
+    """
+    bound = 2.0 * (p.coulomb_friction_torque + p.stribeck_friction_torque)
     if p.stribeck_friction_breakaway > 0.0:
-        share = relative / p.stribeck_friction_rate
-        bound += p.stribeck_friction_breakaway * exp(-share * share)
-    return 2.0 * bound
+        for rate in (relative + apart, relative - apart):
+            share = rate / p.stribeck_friction_rate
+            bound += p.stribeck_friction_breakaway * exp(-share * share)
+    return bound
 
 
 @kernel()
@@ -159,7 +200,24 @@ def _cut(value: float, bound: float) -> float:
 
 
 @kernel()
-def roll(p: TwinParameters, k: Constants, s: TwinState, torque: float, time: float, yaw_rate: float) -> TwinState:
+def _rub(so_far: float, rate: float, inverse: float, bound: float, apart: float) -> float:
+    """Change of the dry friction's impulse on both wheels.
+
+    Alone, the impulse would bring a rate beyond what the wheels are apart back to that, where one of them stands still.
+
+    Args:
+        so_far: impulse of the rounds before.
+        rate: mean of the wheels, with that impulse.
+        inverse: inverse inertia.
+        bound: of the impulse.
+        apart: as of `joint_bound`.
+    """
+    wanted = _cut(rate - inverse * so_far, apart) if apart > 0.0 else 0.0
+    return _cut(so_far - (rate - wanted) / inverse, bound) - so_far
+
+
+@kernel()
+def roll(p: TwinParameters, k: Constants, s: TwinState, torque: float, time: float, turning: Turning) -> TwinState:
     """One step of a robot whose wheels roll.
 
     Args:
@@ -168,13 +226,13 @@ def roll(p: TwinParameters, k: Constants, s: TwinState, torque: float, time: flo
         s: state at the step's start.
         torque: of the motors in this step, both together [N·m].
         time: since the rollout began [s].
-        yaw_rate: [rad/s].
+        turning: of the robot.
     """
     h = k.step
-    f = forces(p, k, s, time, yaw_rate)
+    f = forces(p, k, s, time, turning)
     loose = k.rotors > 0.0
     a = k.a - k.rotors
-    coupling = k.b * cos(s.tilt + k.offset + k.slope)
+    coupling = k.b * cos(s.tilt + k.offset + slope_ahead(k, turning))
     determinant = a * k.c - coupling * coupling
     w, v = k.c / determinant, -coupling / determinant  # inverse inertia: wheel by wheel, wheel by body
     q = a / determinant  # body by body
@@ -184,7 +242,8 @@ def roll(p: TwinParameters, k: Constants, s: TwinState, torque: float, time: flo
     tilt_rate = s.tilt_rate + h * (v * on_wheels + q * on_body)
     rotor_speed = s.rotor_speed + h * torque / k.rotors if loose else wheel_speed
 
-    joint = h * joint_bound(p, s.wheel_speed - s.tilt_rate)
+    apart = k.apart * abs(turning.rate)
+    joint = h * joint_bound(p, s.wheel_speed - s.tilt_rate, apart)
     ground = 2.0 * h * p.rolling_resistance_torque
     if joint > 0.0 or ground > 0.0 or loose:
         half = 0.5 * p.backlash_gap
@@ -201,12 +260,12 @@ def roll(p: TwinParameters, k: Constants, s: TwinState, torque: float, time: flo
                 wheel_speed += w * change
                 tilt_rate += v * change
             if ground > 0.0:
-                change = _cut(rolling - wheel_speed / w, ground) - rolling
+                change = _rub(rolling, wheel_speed, w, ground, apart)
                 rolling += change
                 wheel_speed += w * change
                 tilt_rate += v * change
             if joint > 0.0:
-                change = _cut(rubbing - (wheel_speed - tilt_rate) / (w - 2.0 * v + q), joint) - rubbing
+                change = _rub(rubbing, wheel_speed - tilt_rate, w - 2.0 * v + q, joint, apart)
                 rubbing += change
                 wheel_speed += (w - v) * change
                 tilt_rate += (v - q) * change
@@ -225,7 +284,7 @@ def roll(p: TwinParameters, k: Constants, s: TwinState, torque: float, time: flo
 
 
 @kernel()
-def slide(p: TwinParameters, k: Constants, s: TwinState, torque: float, time: float, yaw_rate: float) -> TwinState:
+def slide(p: TwinParameters, k: Constants, s: TwinState, torque: float, time: float, turning: Turning) -> TwinState:
     r"""One step of a robot whose tyres may slip; backlash is left out.
 
     Axle speed v and wheel rate φ̇ are coordinates of their own, with 2 I_w = a - M r² and b / r in place of a and b;
@@ -234,15 +293,16 @@ def slide(p: TwinParameters, k: Constants, s: TwinState, torque: float, time: fl
     Args: as of `roll`.
     """
     h, r = k.step, k.radius
-    f = forces(p, k, s, time, yaw_rate)
+    f = forces(p, k, s, time, turning)
+    slope = slope_ahead(k, turning)
     spin = k.a - k.mass * r * r  # of both wheels about the axle
     alpha = s.tilt + k.offset
-    coupling = k.arm * cos(alpha + k.slope)
+    coupling = k.arm * cos(alpha + slope)
     determinant = k.mass * k.c - coupling * coupling
     w, v, q = k.c / determinant, -coupling / determinant, k.mass / determinant  # axle by axle, by body; body by body
     rubbed = -2.0 * p.viscous_friction_coefficient * (s.wheel_speed - s.tilt_rate)
     if p.cogging_torque != 0.0:
-        rubbed += 2.0 * p.cogging_torque * sin(p.cogging_count * (s.wheel - s.tilt) + p.cogging_phase)
+        rubbed += cogging(p, k, s, turning)
     rolled = -2.0 * p.rolling_viscous_coefficient * s.wheel_speed
     on_axle = (f.on_wheels - rubbed - rolled) / r
     on_body = f.on_body - torque
@@ -251,9 +311,10 @@ def slide(p: TwinParameters, k: Constants, s: TwinState, torque: float, time: fl
     tilt_rate = s.tilt_rate + h * bend
     wheel_speed = s.wheel_speed + h * (torque + rubbed + rolled) / spin
 
-    weight = k.mass * GRAVITY * cos(k.slope) - k.arm * (cos(alpha) * s.tilt_rate**2 + sin(alpha) * bend)
+    weight = k.mass * GRAVITY * cos(slope) - k.arm * (cos(alpha) * s.tilt_rate**2 + sin(alpha) * bend)
     grip = h * p.wheel_slip_friction * max(weight, 0.0)
-    joint = h * joint_bound(p, s.wheel_speed - s.tilt_rate)
+    apart = k.apart * abs(turning.rate)
+    joint = h * joint_bound(p, s.wheel_speed - s.tilt_rate, apart)
     ground = 2.0 * h * p.rolling_resistance_torque
     traction = rubbing = rolling = 0.0
     for _ in range(1 if joint == 0.0 and ground == 0.0 else _SWEEPS):
@@ -262,10 +323,10 @@ def slide(p: TwinParameters, k: Constants, s: TwinState, torque: float, time: fl
         speed += w * change
         tilt_rate += v * change
         wheel_speed -= r * change / spin
-        change = _cut(rolling - wheel_speed * spin, ground) - rolling
+        change = _rub(rolling, wheel_speed, 1.0 / spin, ground, apart)
         rolling += change
         wheel_speed += change / spin
-        change = _cut(rubbing - (wheel_speed - tilt_rate) / (1.0 / spin + q), joint) - rubbing
+        change = _rub(rubbing, wheel_speed - tilt_rate, 1.0 / spin + q, joint, apart)
         rubbing += change
         wheel_speed += change / spin
         tilt_rate -= q * change
@@ -277,8 +338,8 @@ def slide(p: TwinParameters, k: Constants, s: TwinState, torque: float, time: fl
 
 
 @kernel()
-def step(p: TwinParameters, k: Constants, s: TwinState, torque: float, time: float, yaw_rate: float) -> TwinState:
+def step(p: TwinParameters, k: Constants, s: TwinState, torque: float, time: float, turning: Turning) -> TwinState:
     """One physics step, as of `roll` or `slide`."""
     if p.wheel_slip_friction < UNBOUNDED:
-        return slide(p, k, s, torque, time, yaw_rate)
-    return roll(p, k, s, torque, time, yaw_rate)
+        return slide(p, k, s, torque, time, turning)
+    return roll(p, k, s, torque, time, turning)

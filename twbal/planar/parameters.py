@@ -26,6 +26,7 @@ class TwinParameters(NamedTuple):
     wheel_mass: float
     wheel_radius: float
     wheel_inertia: float
+    track: float
     torque_limit: float
     dead_zone_width: float = 0.0
     torque_gain_gain: float = 1.0
@@ -81,6 +82,7 @@ def twin_parameters(robot: RobotParameters, effects: Mapping[str, Mapping[str, f
         wheel_mass=robot.wheel_mass,
         wheel_radius=robot.wheel_radius,
         wheel_inertia=robot.wheel_inertia,
+        track=robot.track,
         torque_limit=robot.torque_limit,
     )
     return changed(sheet, effects)

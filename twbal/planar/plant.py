@@ -9,7 +9,7 @@ from twbal.engine.engine import substeps
 from twbal.errors import ConfigError
 from twbal.gaussian import Array
 from twbal.planar.actuation import command_at, driver_torque, lag_of
-from twbal.planar.motion import Constants, TwinState, constants, step
+from twbal.planar.motion import STRAIGHT, Constants, Turning, TwinState, constants, step
 from twbal.planar.parameters import TwinParameters, twin_parameters
 from twbal.planar.sensing import Reading, read_sensors
 from twbal.plant import Observation, Plant
@@ -25,7 +25,7 @@ def hold(
     commands: Array,
     past: int,
     substeps: int,
-    yaw_rate: float,
+    turning: Turning,
     imu: Array,
 ) -> TwinState:
     """One control period of the twin; it writes what the IMU sees into the ring `imu`.
@@ -37,7 +37,7 @@ def hold(
         commands: (T,) of the rollout [N·m]; that of this period is the one at index `past`.
         past: control periods before this one.
         substeps: physics steps of a period.
-        yaw_rate: [rad/s].
+        turning: at the period's start; its rate stays.
         imu: (N, 2), as of `read_sensors`.
     """
     lag = lag_of(p, k.step)
@@ -49,7 +49,8 @@ def hold(
         time = number * k.step
         command = commands[past] if late == 0.0 else command_at(commands, number * length - late, length)
         asked = driver_torque(p, command, time)
-        s = step(p, k, s, asked + lag.fade * (reached - asked), time, yaw_rate)
+        now = Turning(turning.rate, turning.heading + i * k.step * turning.rate)
+        s = step(p, k, s, asked + lag.fade * (reached - asked), time, now)
         reached += lag.share * (asked - reached)
         row = (number + 1) % len(imu)
         imu[row, 0], imu[row, 1] = s.tilt, s.tilt_rate
@@ -132,7 +133,7 @@ class PlanarPlant(Plant):
         self._commands.append(min(max(float(command), -limit), limit))
         past = len(self._commands) - 1
         commands = np.array(self._commands)
-        self._state = hold(self._twin, self._constants, self._state, commands, past, self._substeps, 0.0, self._imu)
+        self._state = hold(self._twin, self._constants, self._state, commands, past, self._substeps, STRAIGHT, self._imu)
         return self._observe()
 
     def stop(self) -> None:

@@ -114,7 +114,7 @@ def diagnose(recordings: Sequence[Recording], told: Told) -> tuple[Diagnosis, Fi
         partial(_replay, told),
         sorted({max(1, round(horizon / period)) for horizon in told.settings.horizons}),
         Stretches(_HISTORY, 5, told.settings.starts),
-        np.array([found.noise[name] for name in MEASURED]),
+        np.array([found.noise.get(name, 0.0) for name in MEASURED]),
         told.robot.wheel_radius,
     )
     diagnosis = Diagnosis(
@@ -167,7 +167,7 @@ def _diagnose_to_files(files: Sequence[Path], told: Told, out: Path) -> list[Pat
 def _draw(diagnosis: Diagnosis, folder: Path) -> tuple[DiagnosisPictures, list[Path]]:
     """All pictures, as SVG text and as files."""
     figures = {
-        "where": disagreement_figure(diagnosis.where, MEASURED),
+        "where": disagreement_figure(diagnosis.where, tuple(diagnosis.noise)),
         "rivals": rivals_figure(diagnosis.rivals, _MOST_RIVALS) if any(r.names for r in diagnosis.rivals) else None,
         "gap": gap_figure(diagnosis.gap, _UNITS) if diagnosis.gap else None,
         "whiteness": whiteness_figure(diagnosis.whiteness),
@@ -213,7 +213,9 @@ def _where(nominal: Account, recordings: Sequence[Recording], bins: int) -> tupl
             [recording.period * np.arange(len(recording) + 1, dtype=np.float64) for recording in recordings]
         ),
     }
-    return regions(all_of(nominal.errors), nominal.error_noise, axes, MEASURED, bins)
+    sensed = recordings[0].sensed
+    channels = [name for name, is_sensed in zip(MEASURED, sensed, strict=True) if is_sensed]
+    return regions(all_of(nominal.errors)[:, sensed], nominal.error_noise[sensed], axes, channels, bins)
 
 
 def _name(effect: object) -> str:
