@@ -9,7 +9,7 @@ import json
 import os
 import subprocess
 import sys
-import time
+import tempfile
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -59,18 +59,24 @@ def generate(wanted: Sequence[Set], labels: Path) -> None:
         labels.write_text(json.dumps(known, indent=1) + "\n")
 
 
-def diagnose(name: str) -> None:
+def diagnose(each: Set) -> None:
     """Run the command on one set, in a process of its own, and note its CPU time."""
-    out = ROOT / name / "diagnosis"
+    out = ROOT / each.name / "diagnosis"
     if (out / "cpu.json").exists():
         return
-    command = [sys.executable, "-m", "twbal", "diagnose", f"episodes={ROOT / name}", f"hydra.run.dir={out}"]
-    before = time.monotonic()
-    done = subprocess.run(command, capture_output=True, text=True, env={**os.environ, "OMP_NUM_THREADS": "1"})
-    (out).mkdir(parents=True, exist_ok=True)
-    note = {"wall_s": time.monotonic() - before, "failed": done.stderr[-500:] if done.returncode else ""}
+    command = [sys.executable, "-m", "twbal", "diagnose", f"episodes={ROOT / each.name}", f"hydra.run.dir={out}"]
+    if each.left_out:
+        command.append(f"diagnosis.leave_out=[{','.join(each.left_out)}]")
+    with tempfile.TemporaryFile("w+") as said:
+        process = subprocess.Popen(command, stdout=said, stderr=said, env={**os.environ, "OMP_NUM_THREADS": "1"})
+        _, status, used = os.wait4(process.pid, 0)
+        process.returncode = os.waitstatus_to_exitcode(status)
+        said.seek(0)
+        text = said.read()
+    out.mkdir(parents=True, exist_ok=True)
+    note = {"cpu_s": used.ru_utime + used.ru_stime, "failed": text[-500:] if process.returncode else ""}
     (out / "cpu.json").write_text(json.dumps(note))
-    print(name, done.stdout.splitlines()[0] if done.stdout else done.stderr.strip()[-200:], flush=True)
+    print(each.name, text.splitlines()[0] if text else "", flush=True)
 
 
 def main(words: Sequence[str]) -> None:
@@ -89,14 +95,15 @@ def main(words: Sequence[str]) -> None:
         generate(wanted, labels)
     if what in ("diagnose", "all"):
         with ThreadPoolExecutor(workers) as pool:
-            list(pool.map(diagnose, [each.name for each in wanted]))
+            list(pool.map(diagnose, wanted))
     if what in ("score", "all"):
         diagnoses = {
             each.name: json.loads((ROOT / each.name / "diagnosis" / "diagnosis.json").read_text())
             for each in wanted
             if (ROOT / each.name / "diagnosis" / "diagnosis.json").exists()
         }
-        result = {"seeds": seeds, **score(json.loads(labels.read_text()), diagnoses)}
+        cpu = {name: json.loads((ROOT / name / "diagnosis" / "cpu.json").read_text())["cpu_s"] for name in diagnoses}
+        result = {"seeds": seeds, "strata": strata, **score(json.loads(labels.read_text()), diagnoses, cpu)}
         RESULTS.write_text(json.dumps(result, indent=1) + "\n")
         print(json.dumps(result["figures"], indent=1))
 

@@ -218,6 +218,9 @@ FOREIGN = {
 }
 """Effects that twbal does not know."""
 
+ALIKE = ({"coulomb_friction", "stribeck_friction"}, {"com_offset", "imu_mount_angle"})
+"""Effects of which one is a case of the other, or that no data of this kind tell apart: left out together."""
+
 ALL = {**STRUCTURAL, **SHEET, **FOREIGN}
 
 

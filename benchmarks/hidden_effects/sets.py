@@ -6,12 +6,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from benchmarks.hidden_effects.faults import FOREIGN, SHEET, STRUCTURAL
+from benchmarks.hidden_effects.faults import ALIKE, FOREIGN, SHEET, STRUCTURAL
 from benchmarks.hidden_effects.truth import Surface
 
-STRATA = ("severity 1", "severity 1/4", "severity 1/8", "clean", "uneven", "data sheet", "pairs", "foreign", "still")
+STRATA = ("severity 1", "severity 1/4", "severity 1/8", "clean", "uneven", "data sheet", "pairs", "left out", "foreign", "still")
 _SEVERITIES = {"severity 1": 1.0, "severity 1/4": 0.25, "severity 1/8": 0.125}
-_CLEAN, _UNEVEN, _PAIRS = 20, 10, 4  # sets for each seed
+_CLEAN, _UNEVEN, _PAIRS, _LEFT_OUT = 20, 10, 5, 5  # sets for each seed
 
 
 class Set(NamedTuple):
@@ -22,6 +22,7 @@ class Set(NamedTuple):
         stratum: of the benchmark.
         effects: what is hidden, at which severity.
         surface: that the robot drives on.
+        left_out: effects that the diagnosis must do without.
         still: nothing is excited: the robot stands and balances.
         seed: of all that is drawn.
     """
@@ -30,6 +31,7 @@ class Set(NamedTuple):
     stratum: str
     effects: dict[str, float]
     surface: Surface
+    left_out: tuple[str, ...]
     still: bool
     seed: int
 
@@ -44,8 +46,10 @@ def sets(seeds: Sequence[int], strata: Sequence[str]) -> list[Set]:
 def _stratum(stratum: str, seed: int) -> Iterator[Set]:
     level, rng = Surface(), np.random.default_rng([seed, STRATA.index(stratum)])
 
-    def one(effects: dict[str, float], surface: Surface = level, still: bool = False) -> Set:
-        return Set("", stratum, effects, surface, still, int(rng.integers(2**31)))
+    def one(
+        effects: dict[str, float], surface: Surface = level, left_out: tuple[str, ...] = (), still: bool = False
+    ) -> Set:
+        return Set("", stratum, effects, surface, left_out, still, int(rng.integers(2**31)))
 
     if stratum in _SEVERITIES:
         for name in STRUCTURAL:
@@ -64,6 +68,11 @@ def _stratum(stratum: str, seed: int) -> Iterator[Set]:
         pairs = list(combinations(STRUCTURAL, 2))
         for k in rng.choice(len(pairs), _PAIRS, replace=False):
             yield one(dict.fromkeys(pairs[k], 1.0))
+    elif stratum == "left out":
+        for i in range(_LEFT_OUT):  # each in turn, over five seeds
+            name = list(STRUCTURAL)[(_LEFT_OUT * seed + i) % len(STRUCTURAL)]
+            alike = next((group for group in ALIKE if name in group), {name})
+            yield one({name: 1.0}, left_out=tuple(sorted(alike)))
     elif stratum == "foreign":
         for name in FOREIGN:
             yield one({name: 1.0})

@@ -63,17 +63,20 @@ def test_torques_and_pushes_move_it_as_its_equations_say(joint, outside, push, p
     assert ride.tilt_rate() == pytest.approx(gained[1], rel=0.02)
 
 
+GAP = {"refitted": 2.0, "after": 1.2, "floor": 1.0}
+
+
 def diagnosis(verdict, names=(), closed=0.9, equivalents=(), parameters=None):
     effects = [
         {"name": n, "probability": 0.9, "equivalents": list(equivalents), "parameters": parameters or {}} for n in names
     ]
-    return {"verdict": verdict, "effects": effects, "data_sheet_class": [], "gap": {"closed": closed}}
+    return {"verdict": verdict, "effects": effects, "data_sheet_class": [], "gap": GAP | {"closed": closed}}
 
 
 def test_names_count_as_right_wrong_or_neither():
     hidden = {"stratum": "severity 1", "hidden": {"dead_zone": {"width": 1.0}}}
-    clean = {"stratum": "clean", "hidden": {}}
-    labels = {"a": hidden, "b": hidden, "c": hidden, "d": hidden, "e": clean, "f": clean}
+    clean, uneven = {"stratum": "clean", "hidden": {}}, {"stratum": "uneven", "hidden": {}}
+    labels = {"a": hidden, "b": hidden, "c": hidden, "d": hidden, "e": clean, "f": clean, "g": uneven, "h": clean}
     found = {"width": {"value": 1.1, "low95": 0.9, "high95": 1.2}}
     said = {
         "a": diagnosis("named", ["dead_zone"], parameters=found),
@@ -82,10 +85,14 @@ def test_names_count_as_right_wrong_or_neither():
         "d": diagnosis("unknown"),
         "e": diagnosis("none"),
         "f": diagnosis("named", ["motor_lag"]),
+        "g": diagnosis("named", ["ground_waves"]),
+        "h": diagnosis("named", ["ground_waves"]),
     }
-    figures = score(labels, said)["figures"]
+    figures = score(labels, said, dict.fromkeys(said, 3.0))["figures"]
     assert figures["right, severity 1"] == "2 of 4"
-    assert figures["right, clean"] == "1 of 2"
-    assert figures["wrong name, all strata"] == "2 of 6"
+    assert figures["right, clean"] == "1 of 3"
+    assert figures["right, uneven"] == "1 of 1"
+    assert figures["wrong name, all strata"] == "3 of 8"
+    assert figures["gap closed in PyBullet where named, from the refitted data sheet, median"] == pytest.approx(0.8)
     assert figures["parameter error, median"] == pytest.approx(0.1)
     assert figures["95 % intervals that hold the truth"] == "1 of 1"

@@ -22,7 +22,8 @@ def _parts(count: int, blocks: int) -> list[slice]:
     return [slice(a, b) for a, b in pairwise(ends)]
 
 
-def _curvature(frees: Sequence[Free], J: Array) -> Array:
+def curvature(frees: Sequence[Free], J: Array) -> Array:
+    """Half the second derivatives of a fit's cost, (P, P), from the slopes (N, P) and the priors."""
     sds = np.array([free.sd for free in frees])
     ranges = np.array([free.high - free.low for free in frees])
     H: Array = J.T @ J + np.diag(1.0 / sds**2 + _RIDGE / ranges**2)
@@ -37,7 +38,7 @@ def standard_errors(fit: Fit, J: Array, blocks: int) -> Array:
         J: (N, P), slopes of its whitened errors.
         blocks: into which the data are cut.
     """
-    inverse = np.linalg.inv(_curvature(fit.frees, J))
+    inverse = np.linalg.inv(curvature(fit.frees, J))
     pulls = np.array([J[part].T @ fit.white[part] for part in _parts(len(fit.white), blocks)])  # (B, P)
     pulls -= pulls.mean(axis=0)
     spread = pulls.T @ pulls * blocks / (blocks - 1)

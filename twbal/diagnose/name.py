@@ -14,9 +14,11 @@ from twbal.diagnose.noise import UNSENSED, Noise
 from twbal.diagnose.recording import MEASURED, Mask, Recording
 from twbal.diagnose.select import Selection, select
 from twbal.diagnose.settings import Settings
+from twbal.diagnose.steady import unsteady_effects
 from twbal.diagnose.verdict import advise, conclude, data_sheet_classes, probabilities, shifts_of
 from twbal.diagnose.weigh import Weighed
 from twbal.diagnosis import Estimate, NamedEffect, Rival, Verdict, Whiteness
+from twbal.errors import ConfigError
 from twbal.gaussian import Array
 from twbal.planar.parameters import twin_parameters
 from twbal.robot.parameters import RobotParameters
@@ -39,14 +41,23 @@ def name_effects(
         effects: that the simulation has already, without the sensors' noise.
         candidates: that may be missing (`library.candidates`).
         settings: of the diagnosis.
+
+    Raises:
+        ConfigError: an effect that is to be left out is none.
     """
     twin = twin_parameters(robot, effects)
     data = Data(recordings, settings.substeps)
     start = Model(twin, 0.0, _first_noise(robot, data.sensed))
     always = always_free(settings.tolerances, twin)
-    missing = [candidate for candidate in candidates if candidate.name not in effects]
+    unknown = set(settings.leave_out) - {candidate.name for candidate in candidates}
+    if unknown:
+        known = ", ".join(candidate.name for candidate in candidates)
+        raise ConfigError(f"There is no effect {min(unknown)!r} to leave out; the effects are: {known}.")
+    taken = {*effects, *settings.leave_out}
+    missing = [candidate for candidate in candidates if candidate.name not in taken]
     selection = select(data, start, always, missing, settings)
-    verdict = conclude(selection, settings)
+    unsteady = unsteady_effects(data, selection.chosen, settings.lines.steady)
+    verdict = conclude(selection, unsteady, settings)
     guessed = verdict is Verdict.UNKNOWN and settings.best_guess and not selection.chosen.stuck
     named = selection.chosen if guessed or verdict in (Verdict.NAMED, Verdict.DATA_SHEET) else selection.base
     nominal = data.with_noise(start._replace(noise=selection.base.fit.model.noise), 30)
@@ -64,7 +75,7 @@ def name_effects(
         rivals=_rivals(selection, weights),
         whiteness=_whiteness(data, nominal, named.fit.model),
         noise=_sensed(data, named.fit.model.noise.sensors),
-        advice=advise(selection, verdict, settings),
+        advice=advise(selection, unsteady, verdict, settings),
         nominal=models[0],
         refitted=models[1],
         named=models[2],
@@ -112,7 +123,9 @@ def _named(
         for p in candidate.parameters:
             field = f"{candidate.name}_{p.name}"
             value = named.fit.model.value(field)
-            estimates[p.name] = Estimate(value, *interval(value, by_field[field]), p.unit)
+            timing = settings.tolerances.imu_timing if p.unit == "s" else 0.0
+            error = float(np.sqrt(by_field[field] ** 2 + (settings.lines.form * (value - p.none)) ** 2 + timing**2))
+            estimates[p.name] = Estimate(value, *interval(value, error), p.unit)
         alike = tuple(dict.fromkeys(_rivals_within_margin(candidate, selection, settings)))
         found.append(
             NamedEffect(

@@ -89,6 +89,7 @@ def linearise_period(twin: TwinParameters, period: float) -> LinearTwin:
         backlash_gap=0.0,
         cogging_torque=0.0,
         wheel_slip_friction=UNBOUNDED,
+        ground_waves_slope=0.0,
         periodic_disturbance_force=0.0,
         torque_gain_gain=1.0,
         battery_sag_rate=0.0,

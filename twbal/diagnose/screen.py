@@ -13,6 +13,7 @@ from twbal.diagnose.fit import Fit, descend, penalty
 from twbal.diagnose.model import Data, Model
 from twbal.diagnose.noise import Filter, LinearTwin, linearise_period, respond, whiten
 from twbal.gaussian import Array
+from twbal.robot.parameters import GRAVITY
 
 _SIZES = (
     0.001,
@@ -32,7 +33,7 @@ _ITERATIONS = 3
 _FITTED, _LEAST = 14, 6.0  # candidates that are fitted by a few steps, and what they must promise
 _FRACTIONS = 5  # of a control period, over which a torque that depends on the wheels' angle is averaged
 _TONES = 8192  # frequencies of the Fourier transform
-_COUNT_STEP = 0.25
+_COUNT_STEP, _WAVES_STEP = 0.25, 0.1
 
 
 class Screened(NamedTuple):
@@ -162,7 +163,7 @@ def _glance(data: Data, fit: Fit, kalman: Filter, slopes: Array, candidate: Cand
 
 
 def _tone(data: Data, fit: Fit, kalman: Filter, candidate: Candidate) -> dict[str, float] | None:
-    """Frequency (or count), size and phase of the sine that explains most; None for a candidate that is none."""
+    """Frequency (or count, or waves a metre), size and phase of the sine that explains most; None for a candidate that is none."""
     if not candidate.is_wave:
         return None
     parameters = {p.name: p for p in candidate.parameters}
@@ -171,10 +172,19 @@ def _tone(data: Data, fit: Fit, kalman: Filter, candidate: Candidate) -> dict[st
         rate = parameters["frequency"]
         value, wave = _over_time(data, fit, kalman, linear, rate.low, rate.high)
         scale = 1.0 / fit.model.twin.wheel_radius
-    else:
+    elif "count" in parameters:
         rate = parameters["count"]
-        value, wave = _over_angle(data, fit, kalman, linear, rate.low, rate.high)
+        angles = [track[:, 1] - track[:, 0] for track in _tracks(data, fit, kalman)]
+        grid = np.arange(rate.low, rate.high + 1e-9, _COUNT_STEP)
+        value, wave = _over_angle(data, fit, kalman, linear, 0, angles, grid)
         scale = 0.5
+    else:
+        rate = parameters["waves"]
+        ways = [2.0 * np.pi * track[:, 8] for track in _tracks(data, fit, kalman)]
+        grid = np.arange(rate.low, rate.high + 1e-9, _WAVES_STEP)
+        value, wave = _over_angle(data, fit, kalman, linear, 1, ways, grid)
+        wave, twin = -wave, fit.model.twin
+        scale = 1.0 / ((twin.body_mass + 2.0 * twin.wheel_mass) * GRAVITY * twin.wheel_radius)
     size = candidate.parameters[0]
     amplitude = float(np.clip(abs(wave) * scale, size.low + 1e-3 * (size.high - size.low), size.high))
     fields = {size.name: amplitude, rate.name: value, "phase": float(np.angle(wave))}
@@ -208,21 +218,35 @@ def _over_time(
     return float(frequencies[inside[best]]), complex(1j * wave)
 
 
+def _tracks(data: Data, fit: Fit, kalman: Filter) -> list[Array]:
+    """The predictor's states of each recording, (T + 1, 9)."""
+    return [prediction.states for prediction in data.predictions(fit.model, kalman)]
+
+
 def _over_angle(
-    data: Data, fit: Fit, kalman: Filter, linear: LinearTwin, low: float, high: float
+    data: Data, fit: Fit, kalman: Filter, linear: LinearTwin, which: int, angles: Sequence[Array], counts: Array
 ) -> tuple[float, complex]:
-    """Count per turn and complex size of the joint torque Im(wave exp(i count angle)) that explains most."""
-    white, predictions = fit.white, data.predictions(fit.model, kalman)
-    angles = [prediction.states[:, 1] - prediction.states[:, 0] for prediction in predictions]
+    """Count and complex size of the torque Im(wave exp(i count angle)) that explains most.
+
+    Args:
+        data: recordings.
+        fit: the model so far.
+        kalman: its filter.
+        linear: the linear twin.
+        which: 0 for a torque at the joints, 1 for one on the wheels from outside.
+        angles: (T + 1,) of each recording [rad].
+        counts: that are tried.
+    """
+    white = fit.white
     shares = (np.arange(_FRACTIONS) + 0.5) / _FRACTIONS
     between = [a[:-1, None] + shares * np.diff(a)[:, None] for a in angles]  # (T, fractions) each
-    best, found = -np.inf, (low, 0j)
-    for count in np.arange(low, high + 1e-9, _COUNT_STEP):
+    best, found = -np.inf, (float(counts[0]), 0j)
+    for count in counts:
         columns = []
         for part in (np.sin, np.cos):
             pieces = [
                 whiten(
-                    respond(linear.F, linear.C, kalman.gains, linear.B[:, 0].copy(), part(count * b).mean(axis=1)),
+                    respond(linear.F, linear.C, kalman.gains, linear.B[:, which].copy(), part(count * b).mean(axis=1)),
                     recording.usable,
                     kalman.whiteners,
                 )

@@ -1,5 +1,6 @@
 """What a diagnosis takes for granted, and where it draws its lines."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 
@@ -28,7 +29,10 @@ class Lines:
         share: of what the effects named so far gain, that another one must gain beside them.
         least: of the start values of its parameters that an effect must have to be named.
         whiteness: left after the fix, above which nothing in the library explains the gap.
+        shifts: sum of the squares of all these shifts, from which on the data sheet is off without one that stands out.
         shift: of a data-sheet value, in standard deviations of its tolerance, that is worth a word.
+        steady: share of its size by which a named effect may differ between two halves of the data.
+        form: share of its size by which an effect's parameter may be off, as a robot's own form of it is never ours.
         margin: in score over whiteness, within which a rival counts as an equivalent.
     """
 
@@ -37,7 +41,10 @@ class Lines:
     share: float
     least: float
     whiteness: float
+    shifts: float
     shift: float
+    steady: float
+    form: float
     margin: float
 
 
@@ -50,6 +57,7 @@ class Settings:
         lines: where decisions are made.
         substeps: physics steps of a control period.
         shortlist: candidates that are fitted in full.
+        leave_out: names of effects that are known not to be there.
         most_effects: that are named together, at most.
         best_guess: whether the likeliest effects enter the simulation where they do not explain all.
         temperature: of the probabilities: scores are divided by it.
@@ -60,6 +68,7 @@ class Settings:
     lines: Lines
     substeps: int
     shortlist: int
+    leave_out: Sequence[str]
     most_effects: int
     best_guess: bool
     temperature: float

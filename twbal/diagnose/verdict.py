@@ -1,29 +1,31 @@
 """What to make of a selection: the verdict, its probability, and what to do next."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from twbal.diagnose.candidates import DATA_SHEET
 from twbal.diagnose.select import Selection, worth
 from twbal.diagnose.settings import Settings
+from twbal.diagnose.steady import Unsteady
 from twbal.diagnose.weigh import Weighed
 from twbal.diagnosis import Shift, Verdict
 
+_WHERE = {"speed": "the wheels turn fast", "time": "time has gone by", "command": "the command is large"}
 EXCITE = "twbal real-rollout experiment=excite link=serial link.port=..."
 _INSTANTS = 2000  # for which the line of whiteness is drawn; that of coloured errors grows with the length of the data
 _BLIND = 0.5  # share of the candidates that poor data could not have shown, from which on nothing is decided
 
 
-def conclude(selection: Selection, settings: Settings) -> Verdict:
-    """The verdict of a selection."""
+def conclude(selection: Selection, unsteady: Sequence[Unsteady], settings: Settings) -> Verdict:
+    """The verdict of a selection, of whose effects some may not be of one size."""
     chosen, lines = selection.chosen, settings.lines
     instants = len(chosen.fit.white) / 4
-    if chosen.colour > 1.0 + (lines.whiteness - 1.0) * max(instants / _INSTANTS, 1.0) or chosen.stuck:
+    if chosen.colour > 1.0 + (lines.whiteness - 1.0) * max(instants / _INSTANTS, 1.0) or chosen.stuck or unsteady:
         return Verdict.UNKNOWN
     if chosen.effects:
         return Verdict.NAMED
-    if chosen.candidates:
+    if chosen.candidates or _shifted(chosen, settings):
         return Verdict.DATA_SHEET
     if len(blind(selection, settings)) > _BLIND * len(selection.rounds[0].screened):
         return Verdict.UNDECIDED
@@ -44,8 +46,14 @@ def shifts_of(weighed: Weighed, settings: Settings) -> tuple[Shift, ...]:
 def data_sheet_classes(weighed: Weighed, settings: Settings) -> tuple[str, ...]:
     """Classes of data-sheet values that are off, the worst first."""
     chosen = [shift for shift in shifts_of(weighed, settings) if shift.name in weighed.names]
-    far = [shift for shift in shifts_of(weighed, settings) if abs(shift.sigmas) > settings.lines.shift]
-    return tuple(dict.fromkeys(shift.group for shift in chosen or far))
+    shifts = shifts_of(weighed, settings)
+    far = [shift for shift in shifts if abs(shift.sigmas) > settings.lines.shift]
+    return tuple(dict.fromkeys(shift.group for shift in chosen or far or shifts[:1] * _shifted(weighed, settings)))
+
+
+def _shifted(weighed: Weighed, settings: Settings) -> bool:
+    """Whether the values of the data sheet are farther off, all together, than their tolerances allow."""
+    return sum(shift.sigmas**2 for shift in shifts_of(weighed, settings)) > settings.lines.shifts
 
 
 def blind(selection: Selection, settings: Settings) -> list[str]:
@@ -65,7 +73,9 @@ def probabilities(selection: Selection, settings: Settings) -> Mapping[tuple[str
     return found
 
 
-def advise(selection: Selection, verdict: Verdict, settings: Settings) -> tuple[str, ...]:
+def advise(
+    selection: Selection, unsteady: Sequence[Unsteady], verdict: Verdict, settings: Settings
+) -> tuple[str, ...]:
     """Plain sentences: what the data do not carry, and what to do next."""
     found = []
     unseen = blind(selection, settings)
@@ -79,6 +89,11 @@ def advise(selection: Selection, verdict: Verdict, settings: Settings) -> tuple[
         )
         for name in selection.chosen.stuck:
             found.append(f"The best guess ran to a bound of its range ({name}), so it is none.")
+        for effect, axis, share, _ in unsteady:
+            found.append(
+                f"The best guess, {effect.replace('_', ' ')}, would have to be {abs(share):.0%} "
+                f"{'larger' if share > 0 else 'smaller'} where {_WHERE[axis]}: what moves the robot has another form."
+            )
     if verdict is Verdict.NAMED and data_sheet_classes(selection.chosen, settings):
         found.append("Values of the data sheet are off as well, beyond their tolerances.")
     rest = [w for step in selection.rounds[-1:] for w in step.weighed if worth(w, selection.chosen, settings)]

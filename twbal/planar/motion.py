@@ -156,7 +156,7 @@ def cogging(p: TwinParameters, k: Constants, s: TwinState, turning: Turning) -> 
 
 @kernel()
 def forces(p: TwinParameters, k: Constants, s: TwinState, time: float, turning: Turning) -> Forces:
-    """Smooth forces: gravity, inertia, turning, viscous friction, cogging, cable and disturbance."""
+    """Smooth forces: gravity, inertia, turning, viscous friction, cogging, cable, waves of the ground and disturbance."""
     alpha = s.tilt + k.offset
     sine, spin = sin(alpha), turning.rate * turning.rate
     relative = s.wheel_speed - s.tilt_rate
@@ -164,6 +164,9 @@ def forces(p: TwinParameters, k: Constants, s: TwinState, time: float, turning: 
     if p.cogging_torque != 0.0:
         joint += cogging(p, k, s, turning)
     outside = -p.cable_spring_stiffness * s.position
+    if p.ground_waves_slope != 0.0:
+        angle = 2.0 * pi * p.ground_waves_waves * s.position + p.ground_waves_phase
+        outside -= k.mass * GRAVITY * p.ground_waves_slope * sin(angle)
     if p.periodic_disturbance_force != 0.0:
         angle = 2.0 * pi * p.periodic_disturbance_frequency * time + p.periodic_disturbance_phase
         outside += p.periodic_disturbance_force * sin(angle)

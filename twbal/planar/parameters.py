@@ -57,6 +57,9 @@ class TwinParameters(NamedTuple):
     imu_mount_angle_angle: float = 0.0
     imu_delay_delay: float = 0.0
     cable_spring_stiffness: float = 0.0
+    ground_waves_slope: float = 0.0
+    ground_waves_waves: float = 0.0
+    ground_waves_phase: float = 0.0
     periodic_disturbance_force: float = 0.0
     periodic_disturbance_frequency: float = 0.0
     periodic_disturbance_phase: float = 0.0

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from twbal.engine.machine import Push
+from twbal.robot.parameters import RobotParameters
 from twbal.sim.effects.effect import OutsideEffect, parameter
 
 
@@ -23,7 +24,7 @@ class CableSpring(OutsideEffect):
     def __post_init__(self) -> None:
         self._require("stiffness", 0)
 
-    def push(self) -> Push:
+    def push(self, robot: RobotParameters) -> Push:
         """The pull of the spring."""
         stiffness = self.stiffness
         return lambda position, time: -stiffness * position

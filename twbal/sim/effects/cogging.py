@@ -22,7 +22,7 @@ class Cogging(JointEffect):
     torque: float = parameter("N·m", 0.0, 2.0, 0.2, scale="torque")
     count: float = parameter("", 1.0, 60.0, 12.0)
     phase: float = parameter("rad", -3.2, 3.2, 0.0)
-    cannot_be_told_from = ("periodic_disturbance",)
+    cannot_be_told_from = ("ground_waves", "periodic_disturbance")
     separate_by = "Drive at several speeds."
 
     def __post_init__(self) -> None:

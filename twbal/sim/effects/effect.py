@@ -139,8 +139,8 @@ class OutsideEffect(Effect):
     place = Place.OUTSIDE
 
     @abstractmethod
-    def push(self) -> Push:
-        """The force [N] by the axle's distance from where the rollout began [m] and the time since then [s]."""
+    def push(self, robot: RobotParameters) -> Push:
+        """The force [N] on a robot by the axle's distance from where the rollout began [m] and the time since then [s]."""
 
 
 class SensorEffect(Effect):
@@ -174,7 +174,7 @@ def assemble(robot: RobotParameters, effects: Sequence[Effect]) -> Machine:
         drive=drive,
         ground=ground,
         joints=tuple(e for e in ordered if isinstance(e, JointEffect)),
-        pushes=tuple(e.push() for e in ordered if isinstance(e, OutsideEffect)),
+        pushes=tuple(e.push(robot) for e in ordered if isinstance(e, OutsideEffect)),
         actuators=tuple(e for e in ordered if isinstance(e, ActuatorEffect)),
         sensors=tuple(e for e in ordered if isinstance(e, SensorEffect)),
     )

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from math import pi, sin
 
 from twbal.engine.machine import Push
+from twbal.robot.parameters import RobotParameters
 from twbal.sim.effects.effect import OutsideEffect, parameter
 
 
@@ -30,6 +31,6 @@ class PeriodicDisturbance(OutsideEffect):
         self._require("frequency", 0)
         self._require("phase", -100, 100)
 
-    def push(self) -> Push:
+    def push(self, robot: RobotParameters) -> Push:
         """The shaking force."""
         return lambda position, time: self.force * sin(2 * pi * self.frequency * time + self.phase)
