@@ -8,7 +8,8 @@ from twbal.diagnose.model import Data, Free, Model
 from twbal.diagnose.settings import Settings
 from twbal.diagnose.weigh import Round, Weighed, add_one, weigh
 
-_BASE_ROUNDS, _LIGHTER_ROUNDS = 8, 3
+_BASE_ROUNDS, _LIGHTER_ROUNDS, _AT_ONCE_ROUNDS = 8, 3, 12
+_BEGIN = 0.3  # share of their start values at which several effects begin at once
 
 
 class Selection(NamedTuple):
@@ -50,6 +51,13 @@ def select(
         if not asked:
             break
         chosen = _inside(asked, chosen, settings)
+    usual = [candidate for candidate in candidates if candidate.name in settings.usual]
+    if usual:
+        at_once = _without_idle(data, _all_at_once(data, model, always, usual), always, settings)
+        if at_once.total < chosen.total:
+            rounds.append(add_one(data, at_once, always, _beside(at_once, candidates), settings.shortlist))
+            better = [w for w in rounds[-1].weighed if worth(w, at_once, settings)]
+            chosen = better[0] if better else at_once
     if len(chosen.effects) > 2:
         chosen = _without_idle(data, chosen, always, settings)
     elif len(chosen.effects) > 1:
@@ -81,6 +89,20 @@ def _reconsider(
     base = weigh(data, without, always, rest, _BASE_ROUNDS)
     left = [c for c in _beside(base, candidates) if c.name != first.name]
     return add_one(data, base, always, left, max(settings.shortlist // 2, 1))
+
+
+def _all_at_once(data: Data, model: Model, always: Sequence[Free], candidates: Sequence[Candidate]) -> Weighed:
+    """Several effects from a data sheet that is still as it was.
+
+    One by one, the first has to do the work of all the others, and pulls the data sheet away to where the next is not
+    found any more.
+    """
+    small = {
+        f"{candidate.name}_{p.name}": p.none + _BEGIN * (p.start - p.none)
+        for candidate in candidates
+        for p in candidate.parameters
+    }
+    return weigh(data, data.with_noise(model.put(small), 30), always, candidates, _AT_ONCE_ROUNDS)
 
 
 def _without_idle(data: Data, chosen: Weighed, always: Sequence[Free], settings: Settings) -> Weighed:

@@ -57,6 +57,7 @@ class Settings:
         lines: where decisions are made.
         substeps: physics steps of a control period.
         shortlist: candidates that are fitted in full.
+        usual: names of effects that most robots have: where several may be there, a search begins with all of these too.
         leave_out: names of effects that are known not to be there.
         most_effects: that are named together, at most.
         best_guess: whether the likeliest effects enter the simulation where they do not explain all.
@@ -68,6 +69,7 @@ class Settings:
     lines: Lines
     substeps: int
     shortlist: int
+    usual: Sequence[str]
     leave_out: Sequence[str]
     most_effects: int
     best_guess: bool

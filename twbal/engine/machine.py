@@ -56,8 +56,8 @@ JointTorque = Callable[[float, JointMotion], float]
 class Joint(Protocol):
     """Something in the wheels' joints that depends on how they move."""
 
-    def start(self, physics_step: float) -> JointTorque:
-        """A fresh joint for one rollout, called once a physics step of `physics_step` [s]."""
+    def start(self, robot: RobotParameters, physics_step: float) -> JointTorque:
+        """A fresh joint of a robot for one rollout, called once a physics step of `physics_step` [s]."""
 
 
 @dataclass(frozen=True)
@@ -137,7 +137,7 @@ class Machine:
         sensing = streams[len(self.actuators) :]
         period = self.robot.control_period
         sensors = [s.start(period, stream) for s, stream in zip(self.sensors, sensing, strict=True)]
-        joints = tuple(joint.start(physics_step) for joint in self.joints)
+        joints = tuple(joint.start(self.robot, physics_step) for joint in self.joints)
         return Running(tuple(actuators), tuple(sensors), joints)
 
 

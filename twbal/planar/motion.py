@@ -14,6 +14,9 @@ A robot that turns has its slope and its wheels elsewhere: ground that rose by �
 heading ψ, and the wheels turn by e = ψ̇ t / 2 r faster and slower than their mean, t being the track. Dry friction at the
 two of them then cancels as long as the mean rate is within ±e, and their cogging is out of step.
 
+Where a part J' of the wheels' inertia is of rotors that turn relative to the body, b cos loses J' and c gains it. (On
+tyres that slip these rotors turn with the wheels in space.)
+
 With a backlash the rotors, of inertia J (both), turn by an angle ρ of their own: J ρ̈ = τ - (contact), and the wheels
 have a - J in place of a. The contact is plastic and keeps |ρ - φ| within half of the gap.
 """
@@ -84,6 +87,7 @@ class Constants(NamedTuple):
         rotors: J [kg·m²]; 0 without backlash.
         slope: σ at the start [rad].
         apart: half the track over the wheels' radius.
+        geared: part of the wheels' inertia that turns relative to the body [kg·m²].
         step: of the physics [s].
     """
 
@@ -99,6 +103,7 @@ class Constants(NamedTuple):
     rotors: float
     slope: float
     apart: float
+    geared: float
     step: float
 
 
@@ -110,10 +115,11 @@ def constants(p: TwinParameters, step: float) -> Constants:
     r = p.wheel_radius * p.wheel_radius_factor
     inertia = p.body_inertia * p.body_mass_factor * p.body_inertia_factor
     mass = m + 2.0 * p.wheel_mass
+    geared = 2.0 * p.rotor_inertia_share * p.wheel_inertia
     return Constants(
         mass * r * r + 2.0 * p.wheel_inertia,
         m * height * r,
-        inertia + m * height * height,
+        inertia + m * height * height + geared,
         m * GRAVITY * height,
         p.com_offset + p.com_offset_angle,
         p.body_inertia_turn * p.body_mass_factor + m * height * height,
@@ -123,6 +129,7 @@ def constants(p: TwinParameters, step: float) -> Constants:
         2.0 * ROTOR_SHARE * p.wheel_inertia if p.backlash_gap > 0.0 else 0.0,
         p.ground_slope_angle,
         0.5 * p.track / r,
+        geared,
         step,
     )
 
@@ -235,7 +242,7 @@ def roll(p: TwinParameters, k: Constants, s: TwinState, torque: float, time: flo
     f = forces(p, k, s, time, turning)
     loose = k.rotors > 0.0
     a = k.a - k.rotors
-    coupling = k.b * cos(s.tilt + k.offset + slope_ahead(k, turning))
+    coupling = k.b * cos(s.tilt + k.offset + slope_ahead(k, turning)) - k.geared
     determinant = a * k.c - coupling * coupling
     w, v = k.c / determinant, -coupling / determinant  # inverse inertia: wheel by wheel, wheel by body
     q = a / determinant  # body by body
@@ -301,8 +308,9 @@ def slide(p: TwinParameters, k: Constants, s: TwinState, torque: float, time: fl
     spin = k.a - k.mass * r * r  # of both wheels about the axle
     alpha = s.tilt + k.offset
     coupling = k.arm * cos(alpha + slope)
-    determinant = k.mass * k.c - coupling * coupling
-    w, v, q = k.c / determinant, -coupling / determinant, k.mass / determinant  # axle by axle, by body; body by body
+    c = k.c - k.geared
+    determinant = k.mass * c - coupling * coupling
+    w, v, q = c / determinant, -coupling / determinant, k.mass / determinant  # axle by axle, by body; body by body
     rubbed = -2.0 * p.viscous_friction_coefficient * (s.wheel_speed - s.tilt_rate)
     if p.cogging_torque != 0.0:
         rubbed += cogging(p, k, s, turning)

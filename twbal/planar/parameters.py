@@ -40,6 +40,7 @@ class TwinParameters(NamedTuple):
     stribeck_friction_breakaway: float = 0.0
     stribeck_friction_rate: float = 1.0
     backlash_gap: float = 0.0
+    rotor_inertia_share: float = 0.0
     cogging_torque: float = 0.0
     cogging_count: float = 0.0
     cogging_phase: float = 0.0

@@ -9,7 +9,7 @@ from twbal.sim.effects.library import library
 
 def test_every_effect_that_can_be_named_is_found_and_the_sensors_noise_is_none_of_them():
     found = library()
-    assert len(found) == 27
+    assert len(found) == 28
     assert {"coulomb_friction", "imu_delay", "wheel_slip"} < set(found)
     assert "sensor_noise" not in found
 

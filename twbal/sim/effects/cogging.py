@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from math import sin
 
 from twbal.engine.machine import JointMotion, JointTorque
+from twbal.robot.parameters import RobotParameters
 from twbal.sim.effects.effect import JointEffect, parameter
 
 
@@ -30,7 +31,7 @@ class Cogging(JointEffect):
         self._require("count", 0)
         self._require("phase", -100, 100)
 
-    def start(self, physics_step: float) -> JointTorque:
+    def start(self, robot: RobotParameters, physics_step: float) -> JointTorque:
         """Hand out the joint; it remembers nothing."""
         return lambda torque, motion: torque + self._pull(motion)
 

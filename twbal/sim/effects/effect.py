@@ -119,8 +119,8 @@ class JointEffect(Effect):
     place = Place.JOINT
 
     @abstractmethod
-    def start(self, physics_step: float) -> JointTorque:
-        """A fresh joint for one rollout."""
+    def start(self, robot: RobotParameters, physics_step: float) -> JointTorque:
+        """A fresh joint of a robot (with all effects on its body) for one rollout."""
 
 
 class GroundEffect(Effect):
