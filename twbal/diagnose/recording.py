@@ -87,6 +87,12 @@ def read_recordings(
     found = [_read(episode, name, robot, usability) for episode, name in zip(episodes, names, strict=True)]
     recordings = tuple(recording for recording in found if len(recording) >= usability.shortest)
     total = sum(map(len, recordings))
+    if not total and all(np.median(np.abs(episode.tilt)) > usability.widest_tilt for episode in episodes):
+        raise DataError(
+            f"The robot lies in all {len(episodes)} episodes (tilt beyond {usability.widest_tilt:g} rad): its wheels turn "
+            "without load, which tells of motors and friction, but nothing of the balance. A diagnosis needs a robot that "
+            "stands or drives upright. Lying on purpose, or is tilt counted from elsewhere (conf/import/, `offset`)?"
+        )
     if total < usability.fewest:
         raise DataError(
             f"A diagnosis needs {usability.fewest} control periods "

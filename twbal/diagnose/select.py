@@ -53,11 +53,16 @@ def select(
         chosen = _inside(asked, chosen, settings)
     usual = [candidate for candidate in candidates if candidate.name in settings.usual]
     if usual:
-        at_once = _without_idle(data, _all_at_once(data, model, always, usual), always, settings)
-        if at_once.total < chosen.total:
+        begin = data.with_noise(model, 30)
+        at_once = _without_idle(data, _all_at_once(data, begin, always, usual), always, settings, begin)
+        margin = settings.lines.score * min(at_once.colour, settings.lines.whiteness)
+        if at_once.total < chosen.total + margin or (chosen.stuck and not at_once.stuck):
             rounds.append(add_one(data, at_once, always, _beside(at_once, candidates), settings.shortlist))
-            better = [w for w in rounds[-1].weighed if worth(w, at_once, settings)]
-            chosen = better[0] if better else at_once
+            asked = [w for w in rounds[-1].weighed if worth(w, at_once, settings) and not w.stuck]
+            chosen = asked[0] if asked else at_once
+            rounds.append(_swap(data, chosen, begin, always, candidates, settings))
+            better = [w for w in rounds[-1].weighed if w.total < chosen.total and not w.stuck]
+            return Selection(base, tuple(rounds), better[0] if better else chosen)
     if len(chosen.effects) > 2:
         chosen = _without_idle(data, chosen, always, settings)
     elif len(chosen.effects) > 1:
@@ -105,14 +110,44 @@ def _all_at_once(data: Data, model: Model, always: Sequence[Free], candidates: S
     return weigh(data, data.with_noise(model.put(small), 30), always, candidates, _AT_ONCE_ROUNDS)
 
 
-def _without_idle(data: Data, chosen: Weighed, always: Sequence[Free], settings: Settings) -> Weighed:
-    """Take off one candidate after the other, the least of use first, while it gains less than a named one must."""
+def _swap(
+    data: Data,
+    chosen: Weighed,
+    begin: Model,
+    always: Sequence[Free],
+    candidates: Sequence[Candidate],
+    settings: Settings,
+) -> Round:
+    """Weigh in each effect's place those that most robots have and those that are hard to tell from it."""
+    found = []
+    for out in chosen.effects:
+        rest = [candidate for candidate in chosen.candidates if candidate is not out]
+        for candidate in _beside(chosen, candidates):
+            if candidate.name in settings.usual or candidate.name in out.hard_to_tell_from:
+                found.append(_all_at_once(data, begin, always, [*rest, candidate]))
+    return Round(chosen, [], sorted(found, key=lambda w: w.total))
+
+
+def _without_idle(
+    data: Data, chosen: Weighed, always: Sequence[Free], settings: Settings, begin: Model | None = None
+) -> Weighed:
+    """Take off one candidate after the other, the least of use first, while it gains less than a named one must.
+
+    Args:
+        data: recordings.
+        chosen: the set.
+        always: what is always free.
+        settings: of the diagnosis.
+        begin: a data sheet as it was, from which what is left is fitted too: the way from the larger set may be barred.
+    """
     while len(chosen.candidates) > 1:
         lighter = []
         for candidate in chosen.candidates:
             rest = [other for other in chosen.candidates if other is not candidate]
             without = chosen.fit.model.put({f"{candidate.name}_{p.name}": p.none for p in candidate.parameters})
             lighter.append(weigh(data, without, always, rest, _LIGHTER_ROUNDS))
+            if begin is not None:
+                lighter.append(_all_at_once(data, begin, always, rest))
         best = min(lighter, key=lambda w: w.total)
         colour = min(chosen.colour, settings.lines.whiteness)
         if (best.total - chosen.total) / colour >= settings.lines.score:

@@ -31,6 +31,7 @@ class Lines:
         whiteness: left after the fix, above which nothing in the library explains the gap.
         shifts: sum of the squares of all these shifts, from which on the data sheet is off without one that stands out.
         shift: of a data-sheet value, in standard deviations of its tolerance, that is worth a word.
+        beyond: shift of a data-sheet value, in standard deviations, that is no finding any more but a sign of something else.
         steady: share of its size by which a named effect may differ between two halves of the data.
         form: share of its size by which an effect's parameter may be off, as a robot's own form of it is never ours.
         margin: in score over whiteness, within which a rival counts as an equivalent.
@@ -43,6 +44,7 @@ class Lines:
     whiteness: float
     shifts: float
     shift: float
+    beyond: float
     steady: float
     form: float
     margin: float

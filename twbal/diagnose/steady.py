@@ -52,6 +52,8 @@ def unsteady_effects(data: Data, weighed: Weighed, most: float) -> tuple[Unstead
         size = candidate.parameters[0]
         column = fields.index(f"{candidate.name}_{size.name}")
         value = model.value(fields[column]) - size.none
+        if value == 0.0:
+            continue
         for axis, values in _axes(data, [prediction.states for prediction in data.predictions(model, kalman)]).items():
             side = np.where(values > np.median(values), 0.5, -0.5)
             A = np.column_stack([J, J[:, column] * np.repeat(side, 4)])

@@ -23,6 +23,8 @@ def conclude(selection: Selection, unsteady: Sequence[Unsteady], settings: Setti
     instants = len(chosen.fit.white) / 4
     if chosen.colour > 1.0 + (lines.whiteness - 1.0) * max(instants / _INSTANTS, 1.0) or chosen.stuck or unsteady:
         return Verdict.UNKNOWN
+    if _absurd(chosen, settings):
+        return Verdict.UNKNOWN
     if chosen.effects:
         return Verdict.NAMED
     if chosen.candidates or _shifted(chosen, settings):
@@ -49,6 +51,12 @@ def data_sheet_classes(weighed: Weighed, settings: Settings) -> tuple[str, ...]:
     shifts = shifts_of(weighed, settings)
     far = [shift for shift in shifts if abs(shift.sigmas) > settings.lines.shift]
     return tuple(dict.fromkeys(shift.group for shift in chosen or far or shifts[:1] * _shifted(weighed, settings)))
+
+
+def _absurd(weighed: Weighed, settings: Settings) -> list[Shift]:
+    """Values of the data sheet that the fit has dragged far away without their being named."""
+    shifts = shifts_of(weighed, settings)
+    return [shift for shift in shifts if abs(shift.sigmas) > settings.lines.beyond and shift.name not in weighed.names]
 
 
 def _shifted(weighed: Weighed, settings: Settings) -> bool:
@@ -89,6 +97,11 @@ def advise(
         )
         for name in selection.chosen.stuck:
             found.append(f"The best guess ran to a bound of its range ({name}), so it is none.")
+        for shift in _absurd(selection.chosen, settings):
+            found.append(
+                f"The best guess needs a {shift.name.replace('_', ' ')} of {shift.factor:.2g} times the data sheet's, "
+                f"{abs(shift.sigmas):.0f} tolerances off: that is no finding."
+            )
         for effect, axis, share, _ in unsteady:
             found.append(
                 f"The best guess, {effect.replace('_', ' ')}, would have to be {abs(share):.0%} "

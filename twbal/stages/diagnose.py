@@ -1,7 +1,7 @@
 """Name what a simulation lacks to explain measured episodes."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
@@ -13,7 +13,7 @@ from omegaconf import DictConfig, OmegaConf
 from twbal.diagnose.account import take_account
 from twbal.diagnose.findings import Account, Effects, Findings, Track
 from twbal.diagnose.gap import Models, Stretches, measure_gaps
-from twbal.diagnose.held_out import held_out
+from twbal.diagnose.held_out import Split, held_out
 from twbal.diagnose.library import candidates_for
 from twbal.diagnose.name import name_effects
 from twbal.diagnose.recording import MEASURED, Recording, Usability, read_recordings
@@ -37,7 +37,7 @@ from twbal.stages.commands import compose_stage
 from twbal.stages.manifest import Manifest, Step, perform
 from twbal.stages.settings import members, recorded, typed
 
-NOT_RECORDED = ("episodes",)
+NOT_RECORDED = ("episodes", "test_episodes")
 DIAGNOSIS, REPORT, AUGMENTED, FIGURES = "diagnosis.json", "report.html", "augmented.yaml", "figures"
 _UNITS = {"tilt": "rad", "tilt_rate": "rad/s", "wheel_angle": "rad", "wheel_rate": "rad/s"}
 _HISTORY = 5  # control periods before a rollout, for what a late IMU still shows
@@ -86,11 +86,12 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
     """Diagnose the episodes that `cfg` names into `out`, unless that is done there already."""
     settings = typed(Settings, cfg)
     files = episode_files(cfg.episodes)
+    tests = episode_files(cfg.test_episodes) if cfg.test_episodes else []
     robot: RobotParameters = instantiate(cfg.robot)
     present = {_name(effect): asdict(effect) for effect in members(cfg.sim.effects)}
     told = Told(robot, present, float(cfg.sim.physics_step), instantiate(cfg.diagnosis), settings)
-    step = Step("diagnose", out, recorded(cfg, NOT_RECORDED), {"episodes": files}, 0)
-    return perform(step, lambda: _diagnose_to_files(files, told, out))
+    step = Step("diagnose", out, recorded(cfg, NOT_RECORDED), {"episodes": files, "test episodes": tests}, 0)
+    return perform(step, lambda: _diagnose_to_files(files, tests, told, out))
 
 
 def enough_for_diagnosis(episodes: Sequence[Episode]) -> bool:
@@ -99,9 +100,8 @@ def enough_for_diagnosis(episodes: Sequence[Episode]) -> bool:
     return sum(len(episode) for episode in episodes if len(episode) >= usual.shortest) >= usual.fewest
 
 
-def diagnose(recordings: Sequence[Recording], told: Told) -> tuple[Diagnosis, Findings]:
+def diagnose(split: Split, told: Told) -> tuple[Diagnosis, Findings]:
     """Name what is missing on one part of the recordings, and measure on the other how far that closes the gap."""
-    split = held_out(recordings, told.settings.held_out)
     candidates = candidates_for(told.robot)
     found = name_effects(split.fitted, told.robot, told.present, candidates, told.estimating)
     models = Models(
@@ -142,13 +142,22 @@ def augmented(present: Effects, found: Effects, physics_step: float) -> str:
     return str(OmegaConf.to_yaml(OmegaConf.create({"physics_step": physics_step, "effects": effects})))
 
 
-def _diagnose_to_files(files: Sequence[Path], told: Told, out: Path) -> list[Path]:
+def _diagnose_to_files(files: Sequence[Path], tests: Sequence[Path], told: Told, out: Path) -> list[Path]:
     names = [file.stem for file in files]
     usability = Usability(
         told.settings.shortest, told.settings.fewest, told.settings.fastest_turn, told.settings.widest_tilt
     )
-    recordings = read_recordings([read_episode(file) for file in files], names, told.robot, usability)
-    diagnosis, found = diagnose(recordings, told)
+
+    def recorded_in(these: Sequence[Path], need: Usability) -> tuple[Recording, ...]:
+        return read_recordings([read_episode(file) for file in these], [file.stem for file in these], told.robot, need)
+
+    recordings = recorded_in(files, usability)
+    if tests:
+        kept_back = recorded_in(tests, replace(usability, fewest=usability.shortest))
+        split = Split(recordings, kept_back, tuple(recording.name for recording in kept_back))
+    else:
+        split = held_out(recordings, told.settings.held_out)
+    diagnosis, found = diagnose(split, told)
     print(headline_text(diagnosis))
     write_diagnosis(out / DIAGNOSIS, diagnosis)
     write_atomically(out / AUGMENTED, augmented(told.present, found.named.effects, told.physics_step))
