@@ -24,7 +24,7 @@ def named_arrays(path: Path) -> dict[str, Array]:
     """
     try:
         found = dict(_columns("", _content(path)))
-    except (OSError, ValueError, NotImplementedError, EOFError, KeyError, TypeError) as error:
+    except Exception as error:  # what readers raise at a damaged file is anything
         newer = " A MATLAB 7.3 file is HDF5: save it with -v7." if isinstance(error, NotImplementedError) else ""
         raise LogError(f"{path} cannot be read as a {path.suffix} file ({error}).{newer}") from error
     if not found:

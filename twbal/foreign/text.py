@@ -214,11 +214,13 @@ def _blocks(data: bytes, size: int = 1 << 24) -> list[tuple[int, int]]:
 def _numbers(path: Path, data: bytes, layout: Layout, where: list[int], lines: NDArray[np.int64]) -> Array:
     """The columns at `where` of the rows at `lines`."""
     try:
-        return _parse(data, layout, where, len(lines), np.float64).to_numpy(np.float64)
-    except ValueError:
-        raise _complaint(path, _parse(data, layout, where, len(lines), str), layout, where, lines) from None
-    except (pandas.errors.ParserError, OverflowError) as error:
-        raise LogError(f"{path} cannot be read: {error}.") from error
+        try:
+            return _parse(data, layout, where, len(lines), np.float64).to_numpy(np.float64)
+        except ValueError:
+            texts = _parse(data, layout, where, len(lines), str)
+    except (ValueError, OverflowError) as error:
+        raise LogError(f"{path} cannot be read: {str(error).strip()}.") from error
+    raise _complaint(path, texts, layout, where, lines)
 
 
 def _parse(data: bytes, layout: Layout, where: list[int], rows: int, kind: type) -> pandas.DataFrame:

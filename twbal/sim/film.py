@@ -1,0 +1,131 @@
+"""What robots did, drawn by PyBullet's software renderer: no window, no graphics card."""
+
+import re
+import tempfile
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from math import cos, floor, sin
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twbal.gaussian import Array
+from twbal.robot.parameters import RobotParameters
+from twbal.robot.urdf import urdf_text
+from twbal.sim.bullet import pybullet
+
+Image = NDArray[np.uint8]
+_JOINTS = (0, 1)
+_COLLISION = re.compile(r"<collision>.*?</collision>", re.DOTALL)
+_TILES = 14  # of the floor, that the camera sees
+_PALE, _DARK = (0.93, 0.94, 0.95, 1.0), (0.83, 0.85, 0.87, 1.0)
+_WHEEL = (0.15, 0.17, 0.2, 1.0)
+
+
+class Role(NamedTuple):
+    """One robot of the film.
+
+    Attributes:
+        poses: (F, 3), frame by frame: position of the axle [m], tilt [rad], wheel angle relative to the body [rad].
+        colour: of its body, red, green and blue from 0 to 1.
+    """
+
+    poses: Array
+    colour: tuple[float, float, float]
+
+
+def film(robot: RobotParameters, cast: Sequence[Role], width: int, height: int) -> Iterator[Image]:
+    """Frames (height, width, 3) of robots that drive side by side; the camera goes along with the first.
+
+    Args:
+        robot: how they look.
+        cast: at least one, of equally many frames.
+        width: of a frame [pixels].
+        height: [pixels].
+    """
+    client = pybullet.connect(pybullet.DIRECT)
+    try:
+        size = max(2 * robot.com_height + robot.wheel_radius, 2 * robot.wheel_radius)
+        lanes = [1.6 * (robot.track + robot.wheel_width) * (i - 0.5 * (len(cast) - 1)) for i in range(len(cast))]
+        actors = [_load(client, robot, role.colour) for role in cast]
+        tile = 0.5 * size
+        tiles = _floor(client, tile, 4.0 * size + len(cast) * robot.track)
+        for frame in range(len(cast[0].poses)):
+            for actor, role, lane in zip(actors, cast, lanes, strict=True):
+                _pose(client, actor, robot, role.poses[frame], lane)
+            at = float(cast[0].poses[frame, 0])
+            _move_floor(client, tiles, tile, at)
+            yield _picture(client, at, size, width, height)
+    finally:
+        pybullet.disconnect(physicsClientId=client)
+
+
+def _load(client: int, robot: RobotParameters, colour: tuple[float, float, float]) -> int:
+    with tempfile.TemporaryDirectory() as folder:  # PyBullet reads URDF from files only
+        path = Path(folder) / "robot.urdf"
+        wide = replace(robot, wheel_width=max(robot.wheel_width, 0.25 * robot.wheel_radius))
+        path.write_text(_COLLISION.sub("", urdf_text(wide)))  # the renderer would draw these shapes too
+        actor = int(pybullet.loadURDF(str(path), physicsClientId=client))
+    pybullet.changeVisualShape(actor, -1, rgbaColor=[*colour, 1.0], physicsClientId=client)
+    for wheel in _JOINTS:
+        pybullet.changeVisualShape(actor, wheel, rgbaColor=_WHEEL, physicsClientId=client)
+    return actor
+
+
+def _pose(client: int, actor: int, robot: RobotParameters, pose: Array, lane: float) -> None:
+    position, tilt, wheel = pose.tolist()
+    height = robot.com_height  # PyBullet's base is the centre of mass
+    lean = tilt + robot.com_offset
+    place = [position + height * sin(lean), lane, robot.wheel_radius + height * cos(lean)]
+    pybullet.resetBasePositionAndOrientation(
+        actor, place, [0, sin(tilt / 2), 0, cos(tilt / 2)], physicsClientId=client
+    )
+    for joint in _JOINTS:
+        pybullet.resetJointState(actor, joint, wheel, physicsClientId=client)
+
+
+def _floor(client: int, tile: float, breadth: float) -> list[int]:
+    """Strips across the way: without them nobody sees that a robot moves."""
+    found = []
+    for k in range(_TILES):
+        shape = pybullet.createVisualShape(
+            pybullet.GEOM_BOX,
+            halfExtents=[0.5 * tile, breadth, 0.001],
+            rgbaColor=_PALE if k % 2 else _DARK,
+            physicsClientId=client,
+        )
+        found.append(int(pybullet.createMultiBody(0, -1, shape, physicsClientId=client)))
+    return found
+
+
+def _move_floor(client: int, tiles: Sequence[int], tile: float, at: float) -> None:
+    first = 2 * floor((at / tile - _TILES / 2) / 2)
+    for k, strip in enumerate(tiles):
+        pybullet.resetBasePositionAndOrientation(
+            strip, [(first + k) * tile, 0, -0.001], [0, 0, 0, 1], physicsClientId=client
+        )
+
+
+def _picture(client: int, at: float, size: float, width: int, height: int) -> Image:
+    view = pybullet.computeViewMatrix(
+        cameraEyePosition=[at + 0.6 * size, -3.2 * size, 1.3 * size],
+        cameraTargetPosition=[at, 0, 0.42 * size],
+        cameraUpVector=[0, 0, 1],
+    )
+    lens = pybullet.computeProjectionMatrixFOV(fov=38, aspect=width / height, nearVal=0.05 * size, farVal=20 * size)
+    _, _, pixels, _, _ = pybullet.getCameraImage(
+        width,
+        height,
+        viewMatrix=view,
+        projectionMatrix=lens,
+        lightDirection=[1, -2, 3],
+        shadow=0,
+        lightAmbientCoeff=0.65,
+        lightDiffuseCoeff=0.4,
+        lightSpecularCoeff=0.0,
+        renderer=pybullet.ER_TINY_RENDERER,
+        physicsClientId=client,
+    )
+    return np.asarray(pixels, dtype=np.uint8).reshape(height, width, 4)[:, :, :3]
