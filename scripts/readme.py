@@ -1,7 +1,7 @@
 """Fill the README with what the tool itself drew and measured.
 
     python scripts/readme.py tables                the tables, from benchmarks/results/*.json
-    python scripts/readme.py pictures <run folder> the pictures, from the figures/ of a run of `twbal iterate`
+    python scripts/readme.py pictures <run folder> the pictures and the film, from a run of `twbal iterate`
 
 Nothing in these tables is typed by hand.
 """
@@ -9,7 +9,9 @@ Nothing in these tables is typed by hand.
 import json
 import re
 import shutil
+import subprocess
 import sys
+import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from statistics import median
@@ -30,6 +32,7 @@ def main(words: Sequence[str]) -> None:
                 page.write_text(filled(page.read_text()))
         case ["pictures", folder]:
             copy_pictures(Path(folder) / "figures")
+            draw_film(Path(folder))
         case _:
             raise SystemExit(__doc__)
 
@@ -41,6 +44,18 @@ def copy_pictures(figures: Path) -> None:
     shown = {name: figures / f"{name}.svg" for name in ("tilt", "learning", "drift", "cost", "prediction_0")}
     for name, picture in {**shown, "prediction_last": predictions[-1]}.items():
         shutil.copy(picture, PICTURES / f"{name}.svg")
+
+
+def draw_film(run: Path) -> None:
+    """The first trial of the policy from f alone, and beside it that of the last policy."""
+    trials = sorted(run.glob("iteration_*/trials/episodes"), key=lambda path: int(path.parts[-3].split("_")[1]))
+    first, last = (min(folder.glob("*.mcap")) for folder in (trials[0], trials[-1]))
+    settings = [f"episode={last}", f"beside=[{first}]", "captions=[after learning,before]", "simulate=false"]
+    settings += ["seconds=6", "width=560", "height=260"]
+    with tempfile.TemporaryDirectory() as out:
+        command = [sys.executable, "-m", "twbal", "show", *settings, f"hydra.run.dir={out}"]
+        subprocess.run(command, check=True)
+        shutil.copy(Path(out) / "film.gif", PICTURES / "film.gif")
 
 
 def filled(page: str) -> str:

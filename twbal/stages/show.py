@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import zip_longest
 from pathlib import Path
 
 import numpy as np
@@ -37,6 +38,7 @@ _POSE = [Observation._fields.index(name) for name in ("tilt", "wheel_angle")]
 class Settings:
     """See conf/stage/show.yaml."""
 
+    captions: list[str]
     simulate: bool
     resync: float
     film: bool
@@ -85,7 +87,7 @@ def _draw(
     made = [out / "figures" / "courses.svg"]
     save(courses_figure(first, files[0].stem, pieces), made[0])
     if settings.film:
-        names = [file.stem for file in files]
+        names = [caption or file.stem for caption, file in zip_longest(settings.captions[: len(files)], files)]
         tracks = [(episode.observations[:, 0], _poses(episode.observations, robot)) for episode in episodes]
         if pieces:
             names.append("simulated")
