@@ -19,6 +19,8 @@ FOREIGN = {
     "torch": ("checkpoint.py", "models/fit.py"),
     "jinja2": ("report/",),
     "numba": ("compiled.py",),
+    "pandas": ("foreign/text.py", "stages/export.py"),
+    "PIL": ("figures/film.py",),
 }
 
 

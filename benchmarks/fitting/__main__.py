@@ -1,4 +1,4 @@
-"""Run the benchmark: `python -m benchmarks.fitting`; see `benchmarks.measure`. An hour and a half, most of it BoTorch's."""
+"""Run the benchmark: `python -m benchmarks.fitting`; see `benchmarks.measure`. Hours, mostly BoTorch's."""
 
 from collections.abc import Iterator
 

@@ -9,7 +9,18 @@ import numpy as np
 from benchmarks.hidden_effects.faults import ALIKE, FOREIGN, SHEET, STRUCTURAL
 from benchmarks.hidden_effects.truth import Surface
 
-STRATA = ("severity 1", "severity 1/4", "severity 1/8", "clean", "uneven", "data sheet", "pairs", "left out", "foreign", "still")
+STRATA = (
+    "severity 1",
+    "severity 1/4",
+    "severity 1/8",
+    "clean",
+    "uneven",
+    "data sheet",
+    "pairs",
+    "left out",
+    "foreign",
+    "still",
+)
 _SEVERITIES = {"severity 1": 1.0, "severity 1/4": 0.25, "severity 1/8": 0.125}
 _CLEAN, _UNEVEN, _PAIRS, _LEFT_OUT = 20, 10, 5, 5  # sets for each seed
 

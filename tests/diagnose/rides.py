@@ -54,5 +54,11 @@ def ride(robot, effects, seed, periods=2000, still=False, tolerance=0.03):
     seen = np.array(rows)
     still_going = np.ones(len(seen), bool)
     return Recording(
-        f"ride {seed}", robot.control_period, np.array(commands), seen[:, COLUMNS], 0 * seen[:, 6], still_going, np.ones(4, bool)
+        f"ride {seed}",
+        robot.control_period,
+        np.array(commands),
+        seen[:, COLUMNS],
+        0 * seen[:, 6],
+        still_going,
+        np.ones(4, bool),
     )

@@ -64,7 +64,9 @@ def test_a_few_wild_samples_leave_the_noise_as_it_is(paper, recording):
     errors = data.errors(model, data.filter(model))[0]
     wild = errors.copy()
     wild[100:105] += 30 * LEVELS.sensors
-    clean, shoved = [fit_noise(linear, LEVELS, [e], data.usable, (np.zeros(4), np.full(4, np.inf)), 30) for e in (errors, wild)]
+    clean, shoved = [
+        fit_noise(linear, LEVELS, [e], data.usable, (np.zeros(4), np.full(4, np.inf)), 30) for e in (errors, wild)
+    ]
     np.testing.assert_allclose(shoved.sensors, clean.sensors, rtol=0.15)
 
 

@@ -5,10 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 import scipy.io
+from foreign_logs import NAMES, PERIOD, columns, text
 from hydra import compose, initialize_config_dir
 from hydra.utils import instantiate
 
-from foreign_logs import NAMES, PERIOD, columns, text
 from twbal.channels import Channels
 from twbal.configuration import conf_folder
 from twbal.episode import Provenance
@@ -62,7 +62,9 @@ def test_every_quantity_lands_in_its_channel(brought):
 
 
 def test_units_signs_means_and_offsets(brought):
-    rows = np.column_stack([1e3 * ROWS[:, 0], -np.degrees(ROWS[:, 1]) + 2, ROWS[:, 5] - 0.2, ROWS[:, 5] + 0.2, ROWS[:, 7]])
+    rows = np.column_stack(
+        [1e3 * ROWS[:, 0], -np.degrees(ROWS[:, 1]) + 2, ROWS[:, 5] - 0.2, ROWS[:, 5] + 0.2, ROWS[:, 7]]
+    )
     episode = only(
         brought(
             rows,
@@ -110,8 +112,12 @@ def test_a_pose_gives_the_way_whatever_the_heading(brought):
     middle = 0.5 * (heading[1:] + heading[:-1])
     x, y = (np.concatenate([[0], np.cumsum(steps * part)]) for part in (np.cos(middle), np.sin(middle)))
     rows = np.column_stack([ROWS[:, 0], ROWS[:, 1], x, y, heading, ROWS[:, 7]])
-    sources = "import.quantities={x:{from:x},y:{from:y},heading:{from:h},wheel_angle:null,wheel_rate:null,tilt_rate:null,"
-    imported = brought(rows, sources + "acceleration:null,yaw_rate:null}", names=("time", "tilt", "x", "y", "h", "command"))
+    sources = (
+        "import.quantities={x:{from:x},y:{from:y},heading:{from:h},wheel_angle:null,wheel_rate:null,tilt_rate:null,"
+    )
+    imported = brought(
+        rows, sources + "acceleration:null,yaw_rate:null}", names=("time", "tilt", "x", "y", "h", "command")
+    )
     episode = only(imported)
     assert seen(episode, "wheel_angle") == pytest.approx(ROWS[:, 5] - ROWS[0, 5], abs=1e-6)
     turning = 0.3 * np.cos(ROWS[:, 0])

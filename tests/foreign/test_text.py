@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-
 from foreign_logs import NAMES, columns, text
+
 from twbal.errors import LogError
 from twbal.foreign.text import read_text
 
@@ -76,7 +76,9 @@ def spoiled(line, change):
 BAD = {
     "Line 17 of .* has 9 columns": spoiled(17, lambda line: line + ",1"),
     "Line 18 of .* has 7 columns": spoiled(18, lambda line: line.rpartition(",")[0]),
-    "Line 9 of .* has 'abc' in column 2 \\(tilt\\)": spoiled(9, lambda line: line.replace(line.split(",")[1], "abc", 1)),
+    "Line 9 of .* has 'abc' in column 2 \\(tilt\\)": spoiled(
+        9, lambda line: line.replace(line.split(",")[1], "abc", 1)
+    ),
     "Line 9 of .* has '0x1f' in column 2 .*hexadecimal": spoiled(
         9, lambda line: ",".join(["9", "0x1f", *line.split(",")[2:]])
     ),
@@ -120,7 +122,7 @@ def test_damaged_files_are_read_or_refused_and_never_crash(log):
                 case 1:
                     del data[place : place + int(rng.integers(1, 40))]
                 case 2:
-                    data[place:place] = bytes(rng.choice(list(b",;\n\t -.e0x%#\""), 3).tolist())
+                    data[place:place] = bytes(rng.choice(list(b',;\n\t -.e0x%#"'), 3).tolist())
         try:
             read = read_text(log(bytes(data)), WANTED)
         except LogError:

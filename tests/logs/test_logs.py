@@ -382,7 +382,9 @@ def test_a_foreign_mcap_is_refused_with_the_topics_it_has(tmp_path: Path) -> Non
 
 def test_a_log_of_another_schema_version_is_refused(tmp_path: Path, data: bytes) -> None:
     (tmp_path / "e.mcap").write_bytes(rewritten(data, {"schema_version": "3"}))
-    with pytest.raises(LogError, match=r"e.mcap is an episode log of schema version 3; this twbal reads versions up to 2"):
+    with pytest.raises(
+        LogError, match=r"e.mcap is an episode log of schema version 3; this twbal reads versions up to 2"
+    ):
         read_episode(tmp_path / "e.mcap")
 
 

@@ -125,7 +125,9 @@ def test_a_viewer_sees_typed_fields_of_every_topic(episode, tmp_path):
         pytest.skip("rerun comes with the extra [viewers]")
     out = tmp_path / "ride.rrd"
     subprocess.run([rerun, "mcap", "convert", str(episode), "-o", str(out)], check=True, capture_output=True)
-    listed = subprocess.run([rerun, "rrd", "print", "-vvv", str(out)], check=True, capture_output=True, text=True).stdout
+    listed = subprocess.run(
+        [rerun, "rrd", "print", "-vvv", str(out)], check=True, capture_output=True, text=True
+    ).stdout
     for topic, fields in {
         "/imu": ("tilt", "tilt_rate", "acceleration", "yaw_rate"),
         "/wheels": ("angle", "rate"),

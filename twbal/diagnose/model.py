@@ -98,7 +98,7 @@ class Data:
         """
         changes = np.concatenate([np.abs(np.diff(recording.measured, axis=0)) for recording in self.recordings])
         steps = [np.quantile(column[column > 1e-12], 0.01) if column.any() else 0.0 for column in changes.T]
-        return np.array(steps) / np.sqrt(12.0)
+        return np.asarray(np.array(steps) / np.sqrt(12.0))
 
     @property
     def count(self) -> int:

@@ -90,7 +90,9 @@ def _first_noise(robot: RobotParameters, sensed: Mask) -> Noise:
 
 def _sensed(data: Data, values: Array) -> dict[str, float]:
     """Values of the channels that were measured, by name."""
-    return {name: float(value) for name, value, is_sensed in zip(MEASURED, values, data.sensed, strict=True) if is_sensed}
+    return {
+        name: float(value) for name, value, is_sensed in zip(MEASURED, values, data.sensed, strict=True) if is_sensed
+    }
 
 
 def _account(data: Data, weighed: Weighed, already: Effects) -> Account:

@@ -89,9 +89,9 @@ def read_recordings(
     total = sum(map(len, recordings))
     if not total and all(np.median(np.abs(episode.tilt)) > usability.widest_tilt for episode in episodes):
         raise DataError(
-            f"The robot lies in all {len(episodes)} episodes (tilt beyond {usability.widest_tilt:g} rad): its wheels turn "
-            "without load, which tells of motors and friction, but nothing of the balance. A diagnosis needs a robot that "
-            "stands or drives upright. Lying on purpose, or is tilt counted from elsewhere (conf/import/, `offset`)?"
+            f"The robot lies in all {len(episodes)} episodes (tilt beyond {usability.widest_tilt:g} rad): its wheels "
+            "turn without load, which tells of motors and friction, but nothing of the balance. A diagnosis needs a "
+            "robot that stands or drives upright. Lying on purpose, or is tilt counted from elsewhere (conf/import/, `offset`)?"
         )
     if total < usability.fewest:
         raise DataError(

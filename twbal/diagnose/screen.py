@@ -163,7 +163,7 @@ def _glance(data: Data, fit: Fit, kalman: Filter, slopes: Array, candidate: Cand
 
 
 def _tone(data: Data, fit: Fit, kalman: Filter, candidate: Candidate) -> dict[str, float] | None:
-    """Frequency (or count, or waves a metre), size and phase of the sine that explains most; None for a candidate that is none."""
+    """Frequency (or count, or waves a metre), size and phase of the sine that explains most; None if it is no wave."""
     if not candidate.is_wave:
         return None
     parameters = {p.name: p for p in candidate.parameters}

@@ -31,7 +31,7 @@ class Lines:
         whiteness: left after the fix, above which nothing in the library explains the gap.
         shifts: sum of the squares of all these shifts, from which on the data sheet is off without one that stands out.
         shift: of a data-sheet value, in standard deviations of its tolerance, that is worth a word.
-        beyond: shift of a data-sheet value, in standard deviations, that is no finding any more but a sign of something else.
+        beyond: shift of a data-sheet value, in standard deviations, that is no finding any more.
         steady: share of its size by which a named effect may differ between two halves of the data.
         form: share of its size by which an effect's parameter may be off, as a robot's own form of it is never ours.
         margin: in score over whiteness, within which a rival counts as an equivalent.
@@ -59,7 +59,7 @@ class Settings:
         lines: where decisions are made.
         substeps: physics steps of a control period.
         shortlist: candidates that are fitted in full.
-        usual: names of effects that most robots have: where several may be there, a search begins with all of these too.
+        usual: names of effects that most robots have: a search begins with all of these at once too.
         leave_out: names of effects that are known not to be there.
         most_effects: that are named together, at most.
         best_guess: whether the likeliest effects enter the simulation where they do not explain all.

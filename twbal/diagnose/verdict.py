@@ -81,9 +81,7 @@ def probabilities(selection: Selection, settings: Settings) -> Mapping[tuple[str
     return found
 
 
-def advise(
-    selection: Selection, unsteady: Sequence[Unsteady], verdict: Verdict, settings: Settings
-) -> tuple[str, ...]:
+def advise(selection: Selection, unsteady: Sequence[Unsteady], verdict: Verdict, settings: Settings) -> tuple[str, ...]:
     """Plain sentences: what the data do not carry, and what to do next."""
     found = []
     unseen = blind(selection, settings)

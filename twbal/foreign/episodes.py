@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from itertools import combinations
 from pathlib import Path
 from typing import NamedTuple
 
@@ -99,8 +100,9 @@ def _without_nan(path: Path, columns: Columns) -> tuple[Columns, list[str]]:
         empty = int(np.argmin(np.isfinite(columns.values).any(axis=0)))
         raise LogError(f"{path} has no row with all numbers: the mapping's column {empty + 1} is empty throughout.")
     first = columns.lines[np.argmin(good)]
-    note = f"{int((~good).sum())} rows with an empty field, NaN or infinity are left out, the first in {columns.row} {first}"
-    return columns._replace(values=columns.values[good], lines=columns.lines[good]), [note]
+    what = f"{int((~good).sum())} rows with an empty field, NaN or infinity are left out"
+    kept = columns._replace(values=columns.values[good], lines=columns.lines[good])
+    return kept, [f"{what}, the first in {columns.row} {first}"]
 
 
 def _parts(
@@ -211,8 +213,16 @@ def _episode(
         doubt = sum(e.sd**2 for e in estimated if e.channel in ("tilt_rate", "wheel_rate"))
         estimated.append(Estimated("acceleration", radius * float(np.sqrt(2.0 * doubt)) / period))
     time = taken["time"] - taken["time"][0]
-    seen = Observation(time, tilt, tilt_rate, acceleration, angle, wheel_rate, yaw_rate)
-    observations = np.column_stack(seen)
+    columns = {
+        "time": time,
+        "tilt": tilt,
+        "tilt_rate": tilt_rate,
+        "acceleration": acceleration,
+        "wheel_angle": angle,
+        "wheel_rate": wheel_rate,
+        "yaw_rate": yaw_rate,
+    }
+    observations = np.column_stack([columns[name] for name in Observation._fields])
     events = [Event(0.0, f"began {float(taken['time'][0]):g} s into the log")] if taken["time"][0] else []
     return Episode(
         channels=channels.names,
@@ -239,7 +249,7 @@ def _commands(signals: Mapping[str, Array], every: int, mapping: LogMapping) -> 
         torque = signals["command"]
     held = 0.5 * (torque[1:] + torque[:-1]) if mapping.command_is_sample else torque[:-1]
     periods = len(held) // every
-    return held[: periods * every].reshape(periods, every).mean(axis=1)
+    return np.asarray(held[: periods * every].reshape(periods, every).mean(axis=1))
 
 
 def _wheel_angle(taken: Mapping[str, Array], radius: float) -> Array | None:
@@ -261,7 +271,7 @@ def duplicated(episodes: Sequence[Episode], names: Sequence[str]) -> Iterator[st
     if len(episodes) < 2:
         return
     rows = [{row.tobytes() for row in episode.observations[:, 1:]} for episode in episodes]
-    for i, j in ((i, j) for i in range(len(rows)) for j in range(i)):
+    for j, i in combinations(range(len(rows)), 2):
         shared = len(rows[i] & rows[j])
         if shared > 0.5 * min(len(rows[i]), len(rows[j])):
             yield f"{names[i]} has {shared} of its {len(rows[i])} rows in common with {names[j]}: take one of them"

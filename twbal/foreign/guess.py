@@ -28,7 +28,9 @@ _WORDS = {
 """What columns of a quantity are called, in the order in which they are looked for."""
 
 _NOT = re.compile(r"ref|target|setpoint|desired|batt|limit|error", re.IGNORECASE)
-_UNIT = re.compile(r"[\[(]([^\])]+)[\])]\s*$|_(s|ms|us|ns|rad|deg|rad_s|deg_s|dps|rpm|m|mm|cm|v|mv|nm|g)$", re.IGNORECASE)
+_UNIT = re.compile(
+    r"[\[(]([^\])]+)[\])]\s*$|_(s|ms|us|ns|rad|deg|rad_s|deg_s|dps|rpm|m|mm|cm|v|mv|nm|g)$", re.IGNORECASE
+)
 _ALIASES = {"rad_s": "rad/s", "deg_s": "deg/s", "dps": "deg/s", "degrees": "deg", "v": "V", "mv": "mV", "nm": "N·m"}
 _SHOWN = 5
 
@@ -75,7 +77,12 @@ def guess(path: Path) -> Guess:
             lines.append(f"  {name}: null")
     if "voltage" in found:
         lines += ["motor:  # both as one; from its data sheet", "  _target_: twbal.robot.motor.Motor"]
-        lines += ["  resistance: ???       # ohm", "  torque_constant: ???  # N·m/A", "  gear: ???", "  supply: ???  # V"]
+        lines += [
+            "  resistance: ???       # ohm",
+            "  torque_constant: ???  # N·m/A",
+            "  gear: ???",
+            "  supply: ???  # V",
+        ]
     table = [_row(k, name, column) for k, (name, column) in enumerate(zip(names, columns.T, strict=True), start=1)]
     return Guess(tuple(table), "\n".join(lines) + "\n", tuple(missing))
 
@@ -86,11 +93,11 @@ def _all_columns(path: Path) -> tuple[list[str], Array]:
         arrays = named_arrays(path)
         return list(arrays), np.column_stack(list(arrays.values()))
     layout = layout_of(path, path.read_bytes())
-    numbers = [k for k in range(layout.count) if all(_plain(row[k]) for row in layout.sample if k < len(row))]
+    numbers = [k for k in range(layout.width) if all(_plain(row[k]) for row in layout.sample if k < len(row))]
     read = read_text(path, [k + 1 for k in numbers])
-    values = np.full((len(read.values), layout.count), np.nan)
+    values = np.full((len(read.values), layout.width), np.nan)
     values[:, numbers] = read.values
-    return list(layout.names) or [""] * layout.count, values
+    return list(layout.names) or [""] * layout.width, values
 
 
 def _plain(field: str) -> bool:

@@ -47,10 +47,10 @@ def smooth(measured: Array, period: float) -> Smoothed:
     def misfit(log_ratio: float) -> float:
         """-2 log likelihood a sample, at the best r, but for a constant."""
         errors = _forward(part, _settled(10.0**log_ratio)[0])[1][3:]
-        return float(np.log(max(np.mean(errors**2), 1e-300)))
+        return float(np.log(max(float(np.mean(errors**2)), 1e-300)))
 
     grid = np.linspace(*_RATIOS, _TRIED)
-    best = grid[int(np.argmin([misfit(x) for x in grid]))]
+    best = float(grid[int(np.argmin([misfit(float(x)) for x in grid]))])
     log_ratio = float(minimize_scalar(misfit, bounds=(best - 0.5, best + 0.5), method="bounded").x)
     gain, covariance, spread = _settled(10.0**log_ratio)
     _, errors = _forward(part, gain)

@@ -31,7 +31,7 @@ class Layout(NamedTuple):
         decimal: `.` or `,`.
         comment: character that begins comments; "" where none was seen.
         names: of the columns, from the header; empty without one.
-        count: of the columns.
+        width: number of columns.
         sample: fields of some lines, for whoever guesses what they mean.
     """
 
@@ -39,7 +39,7 @@ class Layout(NamedTuple):
     decimal: str
     comment: str
     names: tuple[str, ...]
-    count: int
+    width: int
     sample: tuple[tuple[str, ...], ...]
 
 
@@ -79,7 +79,7 @@ def read_text(path: Path, wanted: Sequence[Name], names: Sequence[str] = ()) -> 
     data = _content(path)
     layout = layout_of(path, data)
     known = layout.names or tuple(names)
-    where = places(path, known, layout.count, wanted)
+    where = places(path, known, layout.width, wanted)
     lines, cut = _lines_of_data(path, data, layout)
     notes = []
     if cut:
@@ -157,12 +157,12 @@ def _lines_of_data(path: Path, data: bytes, layout: Layout) -> tuple[NDArray[np.
         rows = rows[1:]
     if not len(rows):
         raise LogError(f"{path} has a header and no rows.")
-    odd = np.flatnonzero(counts[rows] != layout.count) if b'"' not in data else np.empty(0, np.int64)
+    odd = np.flatnonzero(counts[rows] != layout.width) if b'"' not in data else np.empty(0, np.int64)
     # with a delimiter at their end, lines have one field more, and it is empty
     if len(odd) and odd[0] < len(rows) - 1:
         line = int(rows[odd[0]])
         raise LogError(
-            f"Line {line + 1} of {path} has {counts[line]} columns, those before it {layout.count}. "
+            f"Line {line + 1} of {path} has {counts[line]} columns, those before it {layout.width}. "
             "Was it damaged on its way, or is it two files in one? Mend or cut the file there."
         )
     cut = int(rows[-1]) + 1 if len(odd) else 0
@@ -185,10 +185,7 @@ def _count_fields(data: bytes, delimiter: str) -> tuple[NDArray[np.int64], NDArr
             first[runs > 0] = block[fresh[np.searchsorted(fresh, starts[runs > 0])]]
         else:
             runs = np.ones(len(starts), np.int64)
-        if delimiter == BLANKS:
-            fields = runs
-        else:
-            fields = _within(np.flatnonzero(block == ord(delimiter)), starts, ends) + 1
+        fields = runs if delimiter == BLANKS else _within(np.flatnonzero(block == ord(delimiter)), starts, ends) + 1
         counts.append(np.where(runs > 0, fields, 0))
         firsts.append(first)
     return np.concatenate(counts), np.concatenate(firsts)
@@ -215,7 +212,7 @@ def _numbers(path: Path, data: bytes, layout: Layout, where: list[int], lines: N
     """The columns at `where` of the rows at `lines`."""
     try:
         try:
-            return _parse(data, layout, where, len(lines), np.float64).to_numpy(np.float64)
+            return np.asarray(_parse(data, layout, where, len(lines), np.float64), dtype=np.float64)
         except ValueError:
             texts = _parse(data, layout, where, len(lines), str)
     except (ValueError, OverflowError) as error:
@@ -228,7 +225,7 @@ def _parse(data: bytes, layout: Layout, where: list[int], rows: int, kind: type)
         io.BytesIO(data),
         sep=_DELIMITERS[layout.delimiter],
         header=None,
-        names=list(range(layout.count)),
+        names=list(range(layout.width)),
         usecols=where,
         skiprows=_lines_before(data, layout),
         nrows=rows,

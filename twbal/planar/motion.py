@@ -10,9 +10,9 @@ M being the mass of all. Rates go by the accelerations at the step's start, then
 Euler). Dry frictions and the backlash are impulses within bounds, which act after the rest of the step: each brings its
 relative rate to where it wants it, or goes to its bound.
 
-A robot that turns has its slope and its wheels elsewhere: ground that rose by σ_0 at the start rises by σ_0 cos ψ at the
-heading ψ, and the wheels turn by e = ψ̇ t / 2 r faster and slower than their mean, t being the track. Dry friction at the
-two of them then cancels as long as the mean rate is within ±e, and their cogging is out of step.
+A robot that turns has its slope and its wheels elsewhere: ground that rose by σ_0 at the start rises by σ_0 cos ψ at
+the heading ψ, and the wheels turn by e = ψ̇ t / 2 r faster and slower than their mean, t being the track. Dry friction
+at the two of them then cancels as long as the mean rate is within ±e, and their cogging is out of step.
 
 Where a part J' of the wheels' inertia is of rotors that turn relative to the body, b cos loses J' and c gains it. (On
 tyres that slip these rotors turn with the wheels in space.)
@@ -163,7 +163,7 @@ def cogging(p: TwinParameters, k: Constants, s: TwinState, turning: Turning) -> 
 
 @kernel()
 def forces(p: TwinParameters, k: Constants, s: TwinState, time: float, turning: Turning) -> Forces:
-    """Smooth forces: gravity, inertia, turning, viscous friction, cogging, cable, waves of the ground and disturbance."""
+    """Smooth forces: gravity, inertia, turning, viscous friction, cogging, cable, uneven ground, disturbance."""
     alpha = s.tilt + k.offset
     sine, spin = sin(alpha), turning.rate * turning.rate
     relative = s.wheel_speed - s.tilt_rate

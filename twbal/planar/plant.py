@@ -133,7 +133,9 @@ class PlanarPlant(Plant):
         self._commands.append(min(max(float(command), -limit), limit))
         past = len(self._commands) - 1
         commands = np.array(self._commands)
-        self._state = hold(self._twin, self._constants, self._state, commands, past, self._substeps, STRAIGHT, self._imu)
+        self._state = hold(
+            self._twin, self._constants, self._state, commands, past, self._substeps, STRAIGHT, self._imu
+        )
         return self._observe()
 
     def stop(self) -> None:

@@ -79,9 +79,7 @@ def _pose(client: int, actor: int, robot: RobotParameters, pose: Array, lane: fl
     height = robot.com_height  # PyBullet's base is the centre of mass
     lean = tilt + robot.com_offset
     place = [position + height * sin(lean), lane, robot.wheel_radius + height * cos(lean)]
-    pybullet.resetBasePositionAndOrientation(
-        actor, place, [0, sin(tilt / 2), 0, cos(tilt / 2)], physicsClientId=client
-    )
+    pybullet.resetBasePositionAndOrientation(actor, place, [0, sin(tilt / 2), 0, cos(tilt / 2)], physicsClientId=client)
     for joint in _JOINTS:
         pybullet.resetJointState(actor, joint, wheel, physicsClientId=client)
 

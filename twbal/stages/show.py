@@ -61,7 +61,9 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
     at_least(16, width=settings.width, height=settings.height)
     files = [Path(cfg.episode), *map(Path, cfg.beside)]
     if len(files) + settings.simulate > len(_COLOURS):
-        raise ConfigError(f"A film has room for {len(_COLOURS)} robots; asked for are {len(files) + settings.simulate}.")
+        raise ConfigError(
+            f"A film has room for {len(_COLOURS)} robots; asked for are {len(files) + settings.simulate}."
+        )
     robot: RobotParameters = instantiate(cfg.robot)
     effects: Sequence[Effect] = members(cfg.sim.effects)
     step = Step("show", out, recorded(cfg, NOT_RECORDED), {"episode": files}, 0)

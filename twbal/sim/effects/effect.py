@@ -140,7 +140,7 @@ class OutsideEffect(Effect):
 
     @abstractmethod
     def push(self, robot: RobotParameters) -> Push:
-        """The force [N] on a robot by the axle's distance from where the rollout began [m] and the time since then [s]."""
+        """The force [N] on a robot by the axle's way since the rollout began [m] and the time since then [s]."""
 
 
 class SensorEffect(Effect):
