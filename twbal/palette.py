@@ -20,6 +20,12 @@ class Colour(NamedTuple):
     light: str
     dark: str
 
+    @property
+    def parts(self) -> tuple[float, float, float]:
+        """Red, green and blue of `light`, from 0 to 1."""
+        red, green, blue = (int(self.light[i : i + 2], 16) / 255 for i in (1, 3, 5))
+        return red, green, blue
+
 
 PAPER = Colour("paper", "#ffffff", "#15191f")
 INK = Colour("ink", "#1f2630", "#e4e8ee")

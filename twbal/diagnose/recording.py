@@ -91,7 +91,7 @@ def read_recordings(
         raise DataError(
             f"The robot lies in all {len(episodes)} episodes (tilt beyond {usability.widest_tilt:g} rad): its wheels "
             "turn without load, which tells of motors and friction, but nothing of the balance. A diagnosis needs a "
-            "robot that stands or drives upright. Lying on purpose, or is tilt counted from elsewhere (conf/import/, `offset`)?"
+            "robot that stands or drives upright. Lying on purpose, or is tilt counted from elsewhere (`offset`)?"
         )
     if total < usability.fewest:
         raise DataError(

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 from hydra.utils import instantiate
-from matplotlib.colors import to_rgb
 from omegaconf import DictConfig
 from tqdm import tqdm
 
@@ -30,7 +29,7 @@ from twbal.stages.manifest import Manifest, Step, perform
 from twbal.stages.settings import at_least, members, recorded, typed
 
 NOT_RECORDED = ("episode", "beside")
-_COLOURS = (REAL.light, PREDICTED.light, GOOD.light)
+_COLOURS = (REAL, PREDICTED, GOOD)
 _POSE = [Observation._fields.index(name) for name in ("tilt", "wheel_angle")]
 
 
@@ -146,7 +145,7 @@ def _film(
     end = min(max(float(time[-1]) for time, _ in tracks), settings.seconds)
     times = np.arange(0.0, end, 1.0 / settings.frame_rate)
     cast = [
-        Role(poses[np.minimum(np.searchsorted(time, times), len(time) - 1)], to_rgb(colour))
+        Role(poses[np.minimum(np.searchsorted(time, times), len(time) - 1)], colour.parts)
         for (time, poses), colour in zip(tracks, _COLOURS, strict=False)
     ]
     frames = film(robot, cast, settings.width, settings.height)
