@@ -16,7 +16,15 @@ ENTRIES = sorted(path.stem for path in CONF.glob("*.yaml") if path.stem != "base
 PLACES = [path.relative_to(CONF) for path in CONF.rglob("*.yaml")]
 OPTIONS = sorted((place.parent.as_posix(), place.stem) for place in PLACES if place.parts[0] != "stage")
 OPTIONS = [(group, option) for group, option in OPTIONS if group != "."]
-NEEDED = {"policy.path": "p.pt", "link.port": "/dev/null", "episodes": "e", "dynamics": "m.pt", "files": "l.csv"}
+NEEDED = {
+    "policy.path": "p.pt",
+    "link.port": "/dev/null",
+    "episodes": "e",
+    "dynamics": "m.pt",
+    "files": "l.csv",
+    "episode": "e.mcap",
+    "logs": "l.mcap",
+}
 OPENS = {"link": "opens a port", "policy/saved": "reads a file"}  # built up to that
 
 

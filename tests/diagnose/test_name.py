@@ -23,6 +23,7 @@ MISSING = {
     "coulomb_friction": {"torque": 0.1},
     "dead_zone": {"width": 0.3},
     "ground_slope": {"angle": 0.01},
+    "ground_waves": {"slope": 0.004, "waves": 1.5, "phase": 0.5},
     "gyro_bias": {"rate": 0.02},
     "gyro_scale": {"factor": 1.05},
     "imu_delay": {"delay": 0.008},

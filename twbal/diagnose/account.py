@@ -5,13 +5,15 @@ from collections.abc import Sequence
 import numpy as np
 
 from twbal.diagnose.findings import Account, Effects, Track
-from twbal.diagnose.model import Data, Model
+from twbal.diagnose.fit import descend
+from twbal.diagnose.model import Data, Free, Model
 from twbal.diagnose.noise import Filter, Noise
 from twbal.diagnose.recording import Recording
 from twbal.gaussian import Array
 from twbal.planar.parameters import TwinParameters, twin_parameters
 from twbal.robot.parameters import RobotParameters
 
+_OFFSET_STEPS = 6
 _SEES = np.array([[1, 0, 0, 0], [0, 0, 1, 0], [-1, 1, 0, 0], [0, 0, -1, 1]], dtype=float)
 """H: what the sensors show of tilt, wheel, tilt rate and wheel speed, in the order of `MEASURED`."""
 
@@ -23,6 +25,7 @@ def take_account(
     angle_lead: float,
     recordings: Sequence[Recording],
     substeps: int,
+    offsets: tuple[float, ...] | Sequence[Free] = (),
 ) -> Account:
     """What a model with known values makes of recordings, whether it was fitted to them or not.
 
@@ -33,9 +36,20 @@ def take_account(
         angle_lead: time by which measured angles run ahead of rates [s].
         recordings: at least one.
         substeps: physics steps of a control period.
+        offsets: of the tilt of each recording [rad], or what is free of them; none where they are all 0.
     """
+    data = Data(recordings, substeps)
     model = Model(twin_parameters(robot, effects), angle_lead, noise)
-    return account_of(Data(recordings, substeps), model, effects)
+    return account_of(data, with_offsets(data, model, offsets), effects)
+
+
+def with_offsets(data: Data, model: Model, offsets: tuple[float, ...] | Sequence[Free]) -> Model:
+    """The model with these offsets, or with those that fit best; all else stays."""
+    frees = [offset for offset in offsets if isinstance(offset, Free)]
+    if not frees:
+        return model._replace(offsets=tuple(float(offset) for offset in offsets if not isinstance(offset, Free)))
+    start = model._replace(offsets=(0.0,) * len(frees))
+    return descend(data, start, data.filter(start), frees, _OFFSET_STEPS).model
 
 
 def account_of(data: Data, model: Model, effects: Effects) -> Account:
@@ -47,7 +61,9 @@ def account_of(data: Data, model: Model, effects: Effects) -> Account:
         for recording, prediction in zip(data.recordings, predictions, strict=True)
     )
     errors = tuple(prediction.errors for prediction in predictions)
-    return Account(effects, tracks, errors, error_noise(kalman), model.noise, model.angle_lead, doubt(kalman))
+    return Account(
+        effects, tracks, errors, error_noise(kalman), model.noise, model.angle_lead, model.offsets, doubt(kalman)
+    )
 
 
 def error_noise(kalman: Filter) -> Array:

@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from twbal.diagnose.model import ANGLE_LEAD, Free
+from twbal.diagnose.model import ANGLE_LEAD, TILT_OFFSET, Free
 from twbal.diagnose.settings import Tolerances
 from twbal.planar.parameters import TwinParameters
 
@@ -81,12 +81,19 @@ class Candidate(NamedTuple):
         )
 
 
-def always_free(tolerances: Tolerances, twin: TwinParameters) -> tuple[Free, ...]:
-    """What every model may change: the data sheet's values and the sensors' timing, within tolerances.
+def tilt_offsets(tolerances: Tolerances, recordings: int) -> tuple[Free, ...]:
+    """The constant by which the tilt of each recording may be off; none where it may not."""
+    sd = tolerances.tilt_offset
+    return tuple(Free(f"{TILT_OFFSET}{k}", -10 * sd, 10 * sd, 0.0, sd, 1e-5 * sd) for k in range(recordings) if sd)
+
+
+def always_free(tolerances: Tolerances, twin: TwinParameters, recordings: int) -> tuple[Free, ...]:
+    """What every model may change: the data sheet's values, the sensors' timing and tilt offsets, within tolerances.
 
     Args:
         tolerances: their standard deviations.
         twin: what the simulation has for them.
+        recordings: how many there are.
     """
     values = [(field, float(getattr(twin, field))) for field in (*DATA_SHEET, *WHEELS)]
     sd = tolerances.data_sheet
@@ -96,4 +103,5 @@ def always_free(tolerances: Tolerances, twin: TwinParameters) -> tuple[Free, ...
         *sheet,
         Free("imu_delay_delay", 0.0, 20 * late, 0.0, late, 1e-5 * late),
         Free(ANGLE_LEAD, -20 * lead, 20 * lead, 0.0, lead, 1e-5 * lead),
+        *tilt_offsets(tolerances, recordings),
     )

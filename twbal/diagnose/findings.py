@@ -53,6 +53,7 @@ class Account:
         error_noise: (4,) standard deviations that such errors have by noise alone.
         noise: levels by which its filter weighs measurements.
         angle_lead: time by which measured angles run ahead of rates [s].
+        offsets: of the tilt of each recording [rad]; none where they are all 0.
         doubt: (4, 4) covariance of what a track gets wrong of tilt, wheel angle in space, tilt rate and wheel rate in
             space, where the model is right.
     """
@@ -63,6 +64,7 @@ class Account:
     error_noise: Array
     noise: Noise
     angle_lead: float
+    offsets: tuple[float, ...]
     doubt: Array
 
 

@@ -82,6 +82,8 @@ def measure_gaps(
     for kind, account in models._asdict().items():
         starts = [_start(account.tracks[r], recordings[r], t, stretches.history) for r, t in places]
         errors[kind] = replay(account, starts, commands)[:, :, _COLUMNS] - seen
+        if account.offsets:  # the engine knows of no offset that changes from recording to recording
+            errors[kind][:, :, 0] += np.array([account.offsets[r] for r, _ in places])[:, None]
     floor = _floor(models.named, starts, replay, commands, noise, radius)
     gaps = []
     for i in np.flatnonzero(recordings[0].sensed):

@@ -16,6 +16,8 @@ from twbal.planar.parameters import TwinParameters
 
 ANGLE_LEAD = "angle_lead"
 """Name of the one free value that is no field of the twin: time by which measured angles run ahead of rates [s]."""
+TILT_OFFSET = "tilt_offset_"
+"""Begins the names of the values that belong to one recording each: a constant that is added to its tilt [rad]."""
 _LAGS = 20  # control periods over which errors may remember
 
 
@@ -23,7 +25,7 @@ class Free(NamedTuple):
     """A value that a fit may change.
 
     Attributes:
-        field: of `TwinParameters`, or `ANGLE_LEAD`.
+        field: of `TwinParameters`, `ANGLE_LEAD`, or `TILT_OFFSET` and the number of a recording.
         low: lower bound.
         high: upper bound.
         mean: of its prior.
@@ -46,21 +48,33 @@ class Model(NamedTuple):
         twin: with all values put in.
         angle_lead: [s].
         noise: levels of noise, from which the filter's gain follows.
+        offsets: of the tilt of each recording [rad]; none where they are all 0.
     """
 
     twin: TwinParameters
     angle_lead: float
     noise: Noise
+    offsets: tuple[float, ...] = ()
 
     def value(self, field: str) -> float:
         """The value of a field."""
+        if field.startswith(TILT_OFFSET):
+            return self.offsets[int(field.removeprefix(TILT_OFFSET))]
         return self.angle_lead if field == ANGLE_LEAD else float(getattr(self.twin, field))
 
     def put(self, values: Mapping[str, float]) -> "Model":
         """The model with other values of some fields."""
         fields = dict(values)
         lead = fields.pop(ANGLE_LEAD, self.angle_lead)
-        return self._replace(twin=self.twin._replace(**fields), angle_lead=lead)
+        offsets = [fields.pop(f"{TILT_OFFSET}{k}", offset) for k, offset in enumerate(self.offsets)]
+        return self._replace(twin=self.twin._replace(**fields), angle_lead=lead, offsets=tuple(offsets))
+
+    def twin_for(self, recording: int) -> TwinParameters:
+        """The twin, with the tilt's offset in a recording."""
+        if not self.offsets:
+            return self.twin
+        angle = self.twin.imu_mount_angle_angle + self.offsets[recording]
+        return self.twin._replace(imu_mount_angle_angle=angle)
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,7 +126,10 @@ class Data:
     def predictions(self, model: Model, kalman: Filter) -> list[Prediction]:
         """What a model predicts of each recording with a filter."""
         lead = 0.5 * self.period / self.substeps - model.angle_lead
-        found = [predict(model.twin, recording, self.substeps, lead, kalman.gains) for recording in self.recordings]
+        found = [
+            predict(model.twin_for(k), recording, self.substeps, lead, kalman.gains)
+            for k, recording in enumerate(self.recordings)
+        ]
         for prediction in found:
             prediction.errors[:, ~self.sensed] = 0.0
         return found

@@ -4,8 +4,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from twbal.diagnose.account import account_of
-from twbal.diagnose.candidates import DATA_SHEET, WHEELS, Candidate, always_free
+from twbal.diagnose.account import account_of, with_offsets
+from twbal.diagnose.candidates import DATA_SHEET, WHEELS, Candidate, always_free, tilt_offsets
 from twbal.diagnose.certainty import interval, standard_errors
 from twbal.diagnose.findings import Account, Effects, Findings
 from twbal.diagnose.fit import descend, slopes
@@ -47,8 +47,9 @@ def name_effects(
     """
     twin = twin_parameters(robot, effects)
     data = Data(recordings, settings.substeps)
-    start = Model(twin, 0.0, _first_noise(robot, data.sensed))
-    always = always_free(settings.tolerances, twin)
+    offsets = tilt_offsets(settings.tolerances, len(recordings))
+    start = Model(twin, 0.0, _first_noise(robot, data.sensed), (0.0,) * len(offsets))
+    always = always_free(settings.tolerances, twin, len(recordings))
     unknown = set(settings.leave_out) - {candidate.name for candidate in candidates}
     if unknown:
         known = ", ".join(candidate.name for candidate in candidates)
@@ -60,7 +61,8 @@ def name_effects(
     verdict = conclude(selection, unsteady, settings)
     guessed = verdict is Verdict.UNKNOWN and settings.best_guess and not selection.chosen.stuck
     named = selection.chosen if guessed or verdict in (Verdict.NAMED, Verdict.DATA_SHEET) else selection.base
-    nominal = data.with_noise(start._replace(noise=selection.base.fit.model.noise), 30)
+    nominal = with_offsets(data, start._replace(noise=selection.base.fit.model.noise), offsets)
+    nominal = data.with_noise(nominal, 30)
     models = (
         account_of(data, nominal, effects),
         _account(data, selection.base, effects),
@@ -157,8 +159,8 @@ def _rivals_within_margin(candidate: Candidate, selection: Selection, settings: 
 
 def _rivals(selection: Selection, weights: Mapping[tuple[str, ...], float]) -> tuple[Rival, ...]:
     """All sets that were weighed, the best first."""
-    sets: list[Weighed] = [selection.base] + [w for step in selection.rounds for w in step.weighed]
-    found = [Rival(w.names, selection.base.total - w.total, weights[w.names], w.colour) for w in sets]
+    base = selection.base
+    found = [Rival(w.names, base.total - w.total, weights[w.names], w.colour) for w in selection.sets]
     return tuple(sorted(found, key=lambda rival: -rival.score))
 
 

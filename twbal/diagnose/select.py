@@ -25,6 +25,15 @@ class Selection(NamedTuple):
     rounds: tuple[Round, ...]
     chosen: Weighed
 
+    @property
+    def sets(self) -> tuple[Weighed, ...]:
+        """The best fit of every set of effects that was weighed."""
+        best: dict[tuple[str, ...], Weighed] = {}
+        for w in (self.base, self.chosen, *(w for step in self.rounds for w in (step.base, *step.weighed))):
+            if w.names not in best or w.total < best[w.names].total:
+                best[w.names] = w
+        return tuple(best.values())
+
 
 def select(
     data: Data, model: Model, always: Sequence[Free], candidates: Sequence[Candidate], settings: Settings

@@ -12,11 +12,13 @@ class Tolerances:
         data_sheet: of each factor on a data-sheet value.
         imu_timing: by which the IMU may be late, one-sided [s].
         angle_timing: by which angles may be read before or after rates [s].
+        tilt_offset: by which the tilt of each recording may be off by a constant of its own [rad]; 0: by nothing.
     """
 
     data_sheet: float
     imu_timing: float
     angle_timing: float
+    tilt_offset: float
 
 
 @dataclass(frozen=True)

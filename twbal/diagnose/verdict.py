@@ -71,14 +71,11 @@ def blind(selection: Selection, settings: Settings) -> list[str]:
 
 def probabilities(selection: Selection, settings: Settings) -> Mapping[tuple[str, ...], float]:
     """Of each set that was weighed, by its names: a softmax of half the scores, cooled as calibration asks."""
-    sets = [selection.base] + [w for step in selection.rounds for w in step.weighed]
+    sets = selection.sets
     scores = -np.array([w.total for w in sets]) / (2.0 * settings.temperature * selection.chosen.colour)
     weights = np.exp(scores - scores.max())
     weights /= weights.sum()
-    found: dict[tuple[str, ...], float] = {}
-    for w, p in zip(sets, weights.tolist(), strict=True):
-        found[w.names] = max(found.get(w.names, 0.0), p)
-    return found
+    return {w.names: p for w, p in zip(sets, weights.tolist(), strict=True)}
 
 
 def advise(selection: Selection, unsteady: Sequence[Unsteady], verdict: Verdict, settings: Settings) -> tuple[str, ...]:

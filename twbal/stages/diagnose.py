@@ -11,6 +11,7 @@ from hydra.utils import instantiate
 from omegaconf import DictConfig, OmegaConf
 
 from twbal.diagnose.account import take_account
+from twbal.diagnose.candidates import tilt_offsets
 from twbal.diagnose.findings import Account, Effects, Findings, Track
 from twbal.diagnose.gap import Models, Stretches, measure_gaps
 from twbal.diagnose.held_out import Split, held_out
@@ -104,8 +105,9 @@ def diagnose(split: Split, told: Told) -> tuple[Diagnosis, Findings]:
     """Name what is missing on one part of the recordings, and measure on the other how far that closes the gap."""
     candidates = candidates_for(told.robot)
     found = name_effects(split.fitted, told.robot, told.present, candidates, told.estimating)
+    names = [recording.name for recording in split.fitted]
     models = Models(
-        *(_seen_by(account, split.kept_back, told) for account in (found.nominal, found.refitted, found.named))
+        *(_seen_by(account, names, split.kept_back, told) for account in (found.nominal, found.refitted, found.named))
     )
     period = told.robot.control_period
     gaps = measure_gaps(
@@ -166,11 +168,20 @@ def _diagnose_to_files(files: Sequence[Path], tests: Sequence[Path], told: Told,
     facts = [
         ("robot", told.robot.name),
         ("effects in the simulation already", ", ".join(told.present) or "none"),
+        *_offsets(found.named, names),
         ("noise of the sensors, as found", ", ".join(f"{k} {v:.2g} {_UNITS[k]}" for k, v in diagnosis.noise.items())),
     ]
     setting = DiagnosisSetting(told.robot.name, names, seconds, str(out / AUGMENTED), facts)
     write_diagnosis_report(out / REPORT, diagnosis, setting, pictures)
     return [out / DIAGNOSIS, out / AUGMENTED, out / REPORT, *drawn]
+
+
+def _offsets(account: Account, names: Sequence[str]) -> list[tuple[str, str]]:
+    """A line on the tilt's offsets, where they were free."""
+    if not account.offsets:
+        return []
+    told = [f"{name} {np.degrees(offset):+.1f}°" for name, offset in zip(names, account.offsets, strict=False)]
+    return [("offsets of the tilt, as found", ", ".join(told))]
 
 
 def _draw(diagnosis: Diagnosis, folder: Path) -> tuple[DiagnosisPictures, list[Path]]:
@@ -190,10 +201,13 @@ def _draw(diagnosis: Diagnosis, folder: Path) -> tuple[DiagnosisPictures, list[P
     return DiagnosisPictures(texts["where"] or "", texts["rivals"], texts["gap"], texts["whiteness"] or ""), files
 
 
-def _seen_by(account: Account, recordings: Sequence[Recording], told: Told) -> Account:
-    """What a fitted model makes of other recordings."""
+def _seen_by(account: Account, names: Sequence[str], recordings: Sequence[Recording], told: Told) -> Account:
+    """What a model that was fitted to recordings of these names makes of others, with tilt offsets of their own."""
     substeps = told.estimating.substeps
-    return take_account(told.robot, account.effects, account.noise, account.angle_lead, recordings, substeps)
+    parted = [name for name in names if any(recording.name.startswith(name) for recording in recordings)]
+    same = len(parted) == len(account.offsets) == len(recordings)  # ends of the very recordings
+    offsets = account.offsets if same else tilt_offsets(told.estimating.tolerances, len(recordings))
+    return take_account(told.robot, account.effects, account.noise, account.angle_lead, recordings, substeps, offsets)
 
 
 def _replay(told: Told, account: Account, starts: Sequence[ReplayStart], commands: Array) -> Array:
