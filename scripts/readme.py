@@ -200,10 +200,19 @@ def fits(results: Mapping[str, Any]) -> list[str]:
 def running(results: Mapping[str, Any]) -> list[str]:
     """Plant, collection and start."""
     found = {case["module"].rpartition(".")[-1]: case["result"] for case in results["cases"]}
-    plant, collection, start = found["plant"], found["collection"], found["start"]
+    plant, collection, start, logs = (found[name] for name in ("plant", "collection", "start", "logs"))
+    memory = f"{logs['import_memory_mb']:.0f} MB"
     rows = [
         ("control periods a second of the plant, beside a bare PyBullet loop", f"{plant['share_of_bare']:.2f}"),
         ("`sim-collect` on two processes, times faster than on one", f"{collection['times_faster']:.2f}"),
+        (
+            "`import-log` of 1,000,000 rows, s (CPU s, memory)",
+            f"{logs['import_s']:.1f} ({logs['import_cpu_s']:.1f}, {memory})",
+        ),
+        (
+            "reading an episode log, over the bare protobuf decoding of its messages",
+            f"{logs['read_over_bare_decode']:.2f}",
+        ),
         ("`twbal --help`, CPU s (an empty Python)", f"{start['help_cpu_s']:.2f} ({start['python_cpu_s']:.2f})"),
     ]
     return ["| figure | value |", "|---|---|", *(f"| {name} | {value} |" for name, value in rows), "", where(results)]
