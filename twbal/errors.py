@@ -7,6 +7,7 @@
     ├── CheckpointError     a model or policy file that cannot be read
     ├── FitError            a model that cannot be learned from these samples
     ├── SearchError         a policy search that found nothing finite
+    ├── RegressionError     logged data of which twbal makes something else than before
     └── LinkError           the robot cannot be reached, or does not answer
         ├── ProtocolError   it answers in another language
         └── LinkLostError   it fell silent in the middle of a rollout
@@ -41,6 +42,10 @@ class FitError(TwbalError):
 
 class SearchError(TwbalError):
     """A policy search that found nothing finite."""
+
+
+class RegressionError(TwbalError):
+    """Logged data of which twbal makes something else than before."""
 
 
 class LinkError(TwbalError):

@@ -1,7 +1,8 @@
-"""How long a log of a million rows takes to come in, and an episode log to be read: `python -m benchmarks.running.logs`.
+"""How long a log of a million rows takes to come in, and an episode log to be read.
 
-The import is that of a CSV of 1 kHz with all quantities, as a person sees it from start to end. Reading is timed beside the
-bare decoding of the same messages by protobuf, which are in memory already.
+`python -m benchmarks.running.logs '<settings>'`. The import is that of a CSV of 1 kHz with all quantities, as a person
+sees it from start to end. Reading is timed beside the bare decoding of the same messages, in memory already, by
+protobuf.
 """
 
 import json

@@ -1,0 +1,1 @@
+"""Whether what twbal makes of logged data is still what it made before."""
