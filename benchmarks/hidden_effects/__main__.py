@@ -11,7 +11,7 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -21,6 +21,7 @@ from hydra import compose, initialize_config_dir
 from hydra.utils import instantiate
 
 from benchmarks.hidden_effects.faults import parameters
+from benchmarks.hidden_effects.noise_free import closed_noise_free
 from benchmarks.hidden_effects.robot import drawn
 from benchmarks.hidden_effects.score import score
 from benchmarks.hidden_effects.sets import STRATA, Set, sets
@@ -79,6 +80,11 @@ def diagnose(each: Set) -> None:
     print(each.name, text.splitlines()[0] if text else "", flush=True)
 
 
+def noise_free(each: Set, hidden: dict[str, dict[str, float]]) -> float | None:
+    """Share of the gap to the noise-free truth that a diagnosis closes."""
+    return closed_noise_free(each, hidden, ROOT / each.name, (_TOLERANCE, _ASYMMETRY))
+
+
 def main(words: Sequence[str]) -> None:
     """Do what the first word says."""
     what, *rest = words or ["all"]
@@ -103,7 +109,13 @@ def main(words: Sequence[str]) -> None:
             if (ROOT / each.name / "diagnosis" / "diagnosis.json").exists()
         }
         cpu = {name: json.loads((ROOT / name / "diagnosis" / "cpu.json").read_text())["cpu_s"] for name in diagnoses}
-        result = {"seeds": seeds, "strata": strata, **score(json.loads(labels.read_text()), diagnoses, cpu)}
+        known = json.loads(labels.read_text())
+        named = [each for each in wanted if diagnoses.get(each.name, {}).get("verdict") == "named"]
+        with ProcessPoolExecutor(workers) as processes:
+            hidden = [known[each.name]["hidden"] for each in named]
+            closed = list(processes.map(noise_free, named, hidden))
+        truly = dict(zip([each.name for each in named], closed, strict=True))
+        result = {"seeds": seeds, "strata": strata, **score(known, diagnoses, cpu, truly)}
         RESULTS.write_text(json.dumps(result, indent=1) + "\n")
         print(json.dumps(result["figures"], indent=1))
 

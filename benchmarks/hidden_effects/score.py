@@ -21,15 +21,25 @@ FLOOR = "ground_waves"
 _FLAT = 0.1  # share of the floor by which a gap must exceed it for a share of it to mean anything
 
 
-def score(labels: Mapping[str, Any], diagnoses: Mapping[str, Any], cpu_s: Mapping[str, float]) -> dict[str, Any]:
+def score(
+    labels: Mapping[str, Any],
+    diagnoses: Mapping[str, Any],
+    cpu_s: Mapping[str, float],
+    noise_free: Mapping[str, float | None],
+) -> dict[str, Any]:
     """The figures over all sets that were diagnosed, and what became of each set.
 
     Args:
         labels: what is hidden in each set.
         diagnoses: contents of their diagnosis.json.
         cpu_s: CPU seconds of each diagnosis.
+        noise_free: share of the gap to the noise-free truth that each named effect closes.
     """
-    rows = [{"name": name, **_row(labels[name], diagnoses[name])} for name in sorted(labels) if name in diagnoses]
+    rows = [
+        {"name": name, **_row(labels[name], diagnoses[name]), "closed_noise_free": noise_free.get(name)}
+        for name in sorted(labels)
+        if name in diagnoses
+    ]
     failed = sorted(set(labels) - set(diagnoses))
     by = {stratum: [row for row in rows if row["stratum"] == stratum] for stratum in {r["stratum"] for r in rows}}
     figures: dict[str, Any] = {}
@@ -41,6 +51,12 @@ def score(labels: Mapping[str, Any], diagnoses: Mapping[str, Any], cpu_s: Mappin
         closed = [row[key] for row in named if row[key] is not None]
         if closed:
             figures[f"gap closed in PyBullet where named, from {since}, median"] = round(median(closed), 3)
+    truly = [row["closed_noise_free"] for row in named if row["closed_noise_free"] is not None]
+    if truly:
+        tenth = float(np.quantile(truly, 0.1))
+        figures["the same against the noise-free truth, median (10th percentile)"] = (
+            f"{median(truly):.3f} ({tenth:.3f})"
+        )
     errors = [error for row in rows for error in row["errors"]]
     if errors:
         figures["parameter error, median"] = round(median(errors), 3)

@@ -26,6 +26,9 @@ class Sensors:
     wheel_rate: float = 0.03
 
 
+SENSORS = Sensors()
+
+
 @dataclass(frozen=True)
 class Surface:
     """What the robot drives on, and how it turns.
@@ -50,15 +53,22 @@ class HiddenRobot(Plant):
         faults: by name, their parameters.
         surface: what it drives on.
         seed: of start poses and noise.
+        sensors: their noise; without any, encoders have no ticks either.
     """
 
     def __init__(
-        self, sheet: Any, body: Body, faults: Mapping[str, dict[str, float]], surface: Surface, seed: int
+        self,
+        sheet: Any,
+        body: Body,
+        faults: Mapping[str, dict[str, float]],
+        surface: Surface,
+        seed: int,
+        sensors: Sensors = SENSORS,
     ) -> None:
         self.control_period = sheet.control_period
         self._limit = sheet.torque_limit
         self._steps = round(sheet.control_period / STEP)
-        self._faults, self._surface, self._seed = dict(faults), surface, seed
+        self._faults, self._surface, self._seed, self._sensors = dict(faults), surface, seed, sensors
         for name, values in self._faults.items():
             change = ALL[name].body
             body = change(body, values) if change else body
@@ -103,6 +113,12 @@ class HiddenRobot(Plant):
 
     def close(self) -> None:
         """Nothing is held."""
+
+    def motion(self) -> tuple[float, float, float, float, float]:
+        """Tilt, tilt rate, speed, wheel angle relative to the body and position as they are, whatever sensors show."""
+        ride = self._ride
+        assert ride is not None
+        return ride.tilt(), ride.tilt_rate(), ride.speed(), float(ride.wheels()[0].mean()), self._position
 
     def _advance(self, asked: float) -> None:
         ride, hooks = self._ride, self._hooks
@@ -150,7 +166,7 @@ class HiddenRobot(Plant):
         self._ticks.append(float(ride.wheels()[0].mean()))
 
     def _observe(self) -> Observation:
-        ride, rng, hooks, sensors = self._ride, self._rng, self._hooks, Sensors()
+        ride, rng, hooks, sensors = self._ride, self._rng, self._hooks, self._sensors
         assert ride is not None
         tilt, rate = self._imu[0]
         for change in hooks.gyro:
@@ -158,7 +174,7 @@ class HiddenRobot(Plant):
         for change in hooks.level:
             tilt = change(tilt)
         unit = 2 * np.pi / _TICKS
-        angle = unit * np.round(self._ticks[-1] / unit)
+        angle = unit * np.round(self._ticks[-1] / unit) if sensors.tilt else self._ticks[-1]
         elapsed = STEP * (len(self._ticks) - 1)
         wheel_rate = (self._ticks[-1] - self._ticks[0]) / elapsed if elapsed else float(ride.wheels()[1].mean())
         speed = ride.speed()

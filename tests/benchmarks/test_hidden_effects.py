@@ -88,11 +88,12 @@ def test_names_count_as_right_wrong_or_neither():
         "g": diagnosis("named", ["ground_waves"]),
         "h": diagnosis("named", ["ground_waves"]),
     }
-    figures = score(labels, said, dict.fromkeys(said, 3.0))["figures"]
+    figures = score(labels, said, dict.fromkeys(said, 3.0), {"a": 0.7})["figures"]
     assert figures["right, severity 1"] == "2 of 4"
     assert figures["right, clean"] == "1 of 3"
     assert figures["right, uneven"] == "1 of 1"
     assert figures["wrong name, all strata"] == "3 of 8"
+    assert figures["the same against the noise-free truth, median (10th percentile)"] == "0.700 (0.700)"
     assert figures["gap closed in PyBullet where named, from the refitted data sheet, median"] == pytest.approx(0.8)
     assert figures["parameter error, median"] == pytest.approx(0.1)
     assert figures["95 % intervals that hold the truth"] == "1 of 1"
