@@ -24,6 +24,7 @@ NEEDED = {
     "files": "l.csv",
     "episode": "e.mcap",
     "logs": "l.mcap",
+    "runs": "[r]",
 }
 OPENS = {"link": "opens a port", "policy/saved": "reads a file"}  # built up to that
 

@@ -22,6 +22,7 @@ STAGES = {
     "import-log": "bring logs that twbal did not make into episode logs, by a mapping",
     "diagnose": "name what the simulation lacks to explain measured episodes, and add it",
     "show": "draw an episode as plots and as a film of the robot",
+    "compare": "put runs and sweeps of iterate beside each other",
     "check": "compare what every part makes of logged data with a baseline",
     "export": "write episodes as CSV or Parquet",
     "recover": "save what is left of damaged episode logs",
