@@ -18,7 +18,7 @@ from omegaconf import DictConfig
 
 from twbal.evaluation import SuccessRule
 from twbal.stages.chain import Call, Chain
-from twbal.stages.diagnose import AUGMENTED
+from twbal.stages.diagnose import AUGMENTED, FEW_DATA
 from twbal.stages.manifest import Manifest
 from twbal.stages.optimise_policy import POLICY, PREDICTION
 
@@ -198,7 +198,7 @@ class Algorithm:
         """
         if not (self._settings.diagnose and self._asks.diagnosable(rollouts)):
             return None
-        self._chain.run(Call("diagnose", place / "diagnosis", {"episodes": list(rollouts)}))
+        self._chain.run(Call("diagnose", place / "diagnosis", {"episodes": list(rollouts), **FEW_DATA}))
         if not self._asks.mended(place / "diagnosis"):
             return None
         simulation = place / "diagnosis" / AUGMENTED
