@@ -47,12 +47,14 @@ class Candidate(NamedTuple):
     Attributes:
         name: as in conf/effect/.
         parameters: of the effect.
+        same_as: effects that no data of this kind tell from it.
         hard_to_tell_from: effects that data of this kind hardly tell from it.
         separate_by: the experiment that would.
     """
 
     name: str
     parameters: tuple[Parameter, ...]
+    same_as: tuple[str, ...]
     hard_to_tell_from: tuple[str, ...]
     separate_by: str
 

@@ -21,4 +21,4 @@ def _candidate(name: str, kind: type[Effect], robot: RobotParameters) -> Candida
         low, high = size * p.low, size * p.high
         none = min(max(size * p.none, low), high)  # what no limit is: the far end of the range
         parameters.append(Parameter(key, p.unit, low, high, size * p.start, none))
-    return Candidate(name, tuple(parameters), kind.cannot_be_told_from, kind.separate_by)
+    return Candidate(name, tuple(parameters), kind.same_as, kind.cannot_be_told_from, kind.separate_by)

@@ -130,7 +130,8 @@ def _named(
             timing = settings.tolerances.imu_timing if p.unit == "s" else 0.0
             error = float(np.sqrt(by_field[field] ** 2 + (settings.lines.form * (value - p.none)) ** 2 + timing**2))
             estimates[p.name] = Estimate(value, *interval(value, error), p.unit)
-        alike = tuple(dict.fromkeys(_rivals_within_margin(candidate, selection, settings)))
+        near = _rivals_within_margin(candidate, selection, settings)
+        alike = tuple(dict.fromkeys([*candidate.same_as, *near]))
         found.append(
             NamedEffect(
                 candidate.name, _probability({candidate.name, *alike}, weights), estimates, alike, candidate.separate_by

@@ -12,6 +12,7 @@ from twbal.diagnose.candidates import Candidate
 from twbal.diagnose.fit import Fit, descend, penalty
 from twbal.diagnose.model import Data, Model
 from twbal.diagnose.noise import Filter, LinearTwin, linearise_period, respond, whiten
+from twbal.diagnose.recording import Recording
 from twbal.gaussian import Array
 from twbal.robot.parameters import GRAVITY
 
@@ -176,13 +177,15 @@ def _tone(data: Data, fit: Fit, kalman: Filter, candidate: Candidate) -> dict[st
         rate = parameters["count"]
         angles = [track[:, 1] - track[:, 0] for track in _tracks(data, fit, kalman)]
         grid = np.arange(rate.low, rate.high + 1e-9, _COUNT_STEP)
-        value, wave = _over_angle(data, fit, kalman, linear, 0, angles, grid)
+        apart = 0.5 * fit.model.twin.track / fit.model.twin.wheel_radius
+        ahead = [apart * data.period * np.cumsum(recording.yaw_rate) for recording in data.recordings]
+        value, wave = _over_angle(data, fit, kalman, linear, _Waves(0, angles, ahead), grid)
         scale = 0.5
     else:
         rate = parameters["waves"]
         ways = [2.0 * np.pi * track[:, 8] for track in _tracks(data, fit, kalman)]
         grid = np.arange(rate.low, rate.high + 1e-9, _WAVES_STEP)
-        value, wave = _over_angle(data, fit, kalman, linear, 1, ways, grid)
+        value, wave = _over_angle(data, fit, kalman, linear, _Waves(1, ways, [0.0 * way for way in ways]), grid)
         wave, twin = -wave, fit.model.twin
         scale = 1.0 / ((twin.body_mass + 2.0 * twin.wheel_mass) * GRAVITY * twin.wheel_radius)
     size = candidate.parameters[0]
@@ -223,8 +226,22 @@ def _tracks(data: Data, fit: Fit, kalman: Filter) -> list[Array]:
     return [prediction.states for prediction in data.predictions(fit.model, kalman)]
 
 
+class _Waves(NamedTuple):
+    """Where a torque in waves may act.
+
+    Attributes:
+        which: 0 for a torque at the joints, 1 for one on the wheels from outside.
+        angles: (T + 1,) of each recording, the mean of both wheels [rad].
+        ahead: (T + 1,) of each recording, by which one wheel is ahead of the mean and the other behind [rad].
+    """
+
+    which: int
+    angles: Sequence[Array]
+    ahead: Sequence[Array]
+
+
 def _over_angle(
-    data: Data, fit: Fit, kalman: Filter, linear: LinearTwin, which: int, angles: Sequence[Array], counts: Array
+    data: Data, fit: Fit, kalman: Filter, linear: LinearTwin, waves: _Waves, counts: Array
 ) -> tuple[float, complex]:
     """Count and complex size of the torque Im(wave exp(i count angle)) that explains most.
 
@@ -233,24 +250,20 @@ def _over_angle(
         fit: the model so far.
         kalman: its filter.
         linear: the linear twin.
-        which: 0 for a torque at the joints, 1 for one on the wheels from outside.
-        angles: (T + 1,) of each recording [rad].
+        waves: where it acts.
         counts: that are tried.
     """
     white = fit.white
     shares = (np.arange(_FRACTIONS) + 0.5) / _FRACTIONS
-    between = [a[:-1, None] + shares * np.diff(a)[:, None] for a in angles]  # (T, fractions) each
+    between = [a[:-1, None] + shares * np.diff(a)[:, None] for a in waves.angles]  # (T, fractions) each
+    push = linear.B[:, waves.which].copy()
     best, found = -np.inf, (float(counts[0]), 0j)
     for count in counts:
         columns = []
         for part in (np.sin, np.cos):
             pieces = [
-                whiten(
-                    respond(linear.F, linear.C, kalman.gains, linear.B[:, which].copy(), part(count * b).mean(axis=1)),
-                    recording.usable,
-                    kalman.whiteners,
-                )
-                for b, recording in zip(between, data.recordings, strict=True)
+                _answer(linear, kalman, push, np.cos(count * ahead[:-1]) * part(count * angles).mean(axis=1), recording)
+                for angles, ahead, recording in zip(between, waves.ahead, data.recordings, strict=True)
             ]
             columns.append(np.concatenate(pieces).ravel())
         X = np.stack(columns, axis=1)
@@ -259,3 +272,9 @@ def _over_angle(
         if gain > best:
             best, found = gain, (float(count), complex(sizes[0], sizes[1]))
     return found
+
+
+def _answer(linear: LinearTwin, kalman: Filter, push: Array, torques: Array, recording: Recording) -> Array:
+    """Whitened prediction errors that torques leave."""
+    errors = respond(linear.F, linear.C, kalman.gains, push, torques)
+    return np.asarray(whiten(errors, recording.usable, kalman.whiteners))

@@ -18,6 +18,7 @@ class ComOffset(BodyEffect):
     """
 
     angle: float = parameter("rad", -0.15, 0.15, 0.02)
+    same_as = ("imu_mount_angle",)
     cannot_be_told_from = ("imu_mount_angle",)
     separate_by = "Find the tilt at which the robot balances, and measure the IMU against the body."
 

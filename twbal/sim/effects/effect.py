@@ -70,11 +70,13 @@ class Effect(ABC):
 
     Attributes:
         place: where it acts.
+        same_as: names of effects that do exactly the same to everything the robot measures.
         cannot_be_told_from: names of effects that the robot's sensors and commands hardly tell from it.
         separate_by: the experiment that would.
     """
 
     place: ClassVar[Place]
+    same_as: ClassVar[tuple[str, ...]] = ()
     cannot_be_told_from: ClassVar[tuple[str, ...]] = ()
     separate_by: ClassVar[str] = ""
 

@@ -20,6 +20,7 @@ class ImuMountAngle(SensorEffect):
 
     angle: float = parameter("rad", -0.15, 0.15, 0.02)
     place = Place.OFFSET
+    same_as = ("com_offset",)
     cannot_be_told_from = ("com_offset",)
     separate_by = "Measure the IMU against the body."
 
