@@ -127,6 +127,35 @@ def missed(results: Mapping[str, Any]) -> list[str]:
     return lines
 
 
+def mending(results: Mapping[str, Any]) -> list[str]:
+    """One line a robot of those that diagnose themselves while they learn."""
+    lines = [
+        "| robot | trials that balance, by update | real seconds to all, without | with | gap closed, by diagnosis | variance left for g |",
+        "|---|---|---|---|---|---|",
+    ]
+    falls = []
+    for robot in results["robots"]:
+        found = robot["diagnoses"]
+        closed = ", ".join("-" if d["closed"] is None else f"{d['closed']:.0%}" for d in found) or "not enough data"
+        left = [sum(d["left"]) / len(d["left"]) for d in found if "left" in d]
+        falls += [1 - share for share in left]
+        seconds = ["never" if s is None else f"{s:.1f}" for s in (robot["seconds_without"], robot["seconds_with"])]
+        shares = ", ".join(f"{share:.0%}" for share in left) or "-"
+        trials = " ".join(map(str, robot["successes"]))
+        lines.append(f"| {robot['seed']} | {trials} | {' | '.join(seconds)} | {closed} | {shares} |")
+    both = [(r["seconds_without"], r["seconds_with"]) for r in results["robots"]]
+    known = [(a, b) for a, b in both if a is not None and b is not None]
+    fall = f"{median(falls):.0%}" if falls else "nothing mended"
+    sums = (
+        f"{sum(a for a, _ in known):.0f} s without and {sum(b for _, b in known):.0f} s with, over {len(known)} robots"
+    )
+    return [
+        *lines,
+        "",
+        f"Median fall of the variance that g must explain, where a simulation was mended: {fall}. Real seconds: {sums}.",
+    ]
+
+
 def times(results: Mapping[str, Any]) -> list[str]:
     """One line a case of the moment matching."""
     names = "engine, policy, samples, f's variance, CPU s, steps by pairs, all by pairs, cost off, gradient off, memory"
@@ -229,6 +258,7 @@ PARTS: Mapping[str, Callable[[Mapping[str, Any]], list[str]]] = {
     "robots": robots,
     "figures": figures,
     "missed": missed,
+    "mending": mending,
     "times": times,
     "ratios": ratios,
     "steps": steps,
