@@ -129,10 +129,8 @@ def missed(results: Mapping[str, Any]) -> list[str]:
 
 def mending(results: Mapping[str, Any]) -> list[str]:
     """One line a robot of those that diagnose themselves while they learn."""
-    lines = [
-        "| robot | trials that balance, by update | real seconds to all, without | with | gap closed, by diagnosis | variance left for g |",
-        "|---|---|---|---|---|---|",
-    ]
+    names = "robot, trials that balance by update, real seconds without it, with it, gap closed, variance left for g"
+    lines = [f"| {names.replace(', ', ' | ')} |", "|" + "---|" * 6]
     falls = []
     for robot in results["robots"]:
         found = robot["diagnoses"]
@@ -149,11 +147,8 @@ def mending(results: Mapping[str, Any]) -> list[str]:
     sums = (
         f"{sum(a for a, _ in known):.0f} s without and {sum(b for _, b in known):.0f} s with, over {len(known)} robots"
     )
-    return [
-        *lines,
-        "",
-        f"Median fall of the variance that g must explain, where a simulation was mended: {fall}. Real seconds: {sums}.",
-    ]
+    told = f"Median fall of the variance that g must explain, where a simulation was mended: {fall}."
+    return [*lines, "", f"{told} Real seconds: {sums}."]
 
 
 def times(results: Mapping[str, Any]) -> list[str]:
