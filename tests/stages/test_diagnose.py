@@ -128,6 +128,8 @@ def test_of_many_recordings_whole_ones_are_kept_back_and_of_few_their_ends():
     many = held_out([recording(f"r{i}", 100) for i in range(8)], 0.25)
     assert many.names == ("r3", "r7")
     assert len(many.fitted) == 6
-    (first,), (last,), _ = held_out([recording("r", 100)], 0.25)
+    (first,), (last,), _, are_ends = held_out([recording("r", 100)], 0.25)
+    assert are_ends
+    assert not many.are_ends
     assert (len(first), len(last)) == (75, 25)
     assert last.name == "r, 1.5-2.0 s"

@@ -16,11 +16,13 @@ class Split(NamedTuple):
         fitted: that models are fitted to.
         kept_back: that they are not.
         names: of what was kept back.
+        are_ends: whether what was kept back are the ends of the very recordings that are fitted, in the same order.
     """
 
     fitted: tuple[Recording, ...]
     kept_back: tuple[Recording, ...]
     names: tuple[str, ...]
+    are_ends: bool
 
 
 def held_out(recordings: Sequence[Recording], share: float) -> Split:
@@ -32,11 +34,10 @@ def held_out(recordings: Sequence[Recording], share: float) -> Split:
         every = max(2, round(1 / share))
         back = [recording for i, recording in enumerate(recordings) if i % every == every - 1]
         fitted = [recording for recording in recordings if recording not in back]
-        return Split(tuple(fitted), tuple(back), tuple(recording.name for recording in back))
+        return Split(tuple(fitted), tuple(back), tuple(recording.name for recording in back), are_ends=False)
     parted = [_cut(recording, round((1 - share) * len(recording))) for recording in recordings]
-    return Split(
-        tuple(first for first, _ in parted), tuple(last for _, last in parted), tuple(r.name for _, r in parted)
-    )
+    first, last = zip(*parted, strict=True)
+    return Split(first, last, tuple(recording.name for recording in last), are_ends=True)
 
 
 def _cut(recording: Recording, at: int) -> tuple[Recording, Recording]:

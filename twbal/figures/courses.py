@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from typing import NamedTuple
 
-import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -77,4 +76,3 @@ def _line(axes: Axes, time: Array, values: Array, colour: str, name: str) -> Non
     rows = len(values) // every * every
     parts = values[:rows].reshape(-1, every)
     axes.fill_between(time[:rows:every], parts.min(axis=1), parts.max(axis=1), color=colour, linewidth=0.5, label=name)
-    axes.set_ylim(*np.percentile(values, [0, 100]))

@@ -32,7 +32,6 @@ from twbal.regression.measures import (
     search_measures,
 )
 from twbal.robot.parameters import RobotParameters
-from twbal.sim.effects.effect import parameters_of
 from twbal.sim.effects.library import library
 from twbal.stages.artefacts import load_model
 from twbal.stages.closing import run_folder
@@ -99,12 +98,14 @@ def measure(cfg: DictConfig, folder: Path) -> Measures:
     real = [*logs["real"], *logs["held_out"]]
 
     def diagnosed() -> Measures:
-        usability = Usability(50, 300, 1.5, 0.7)
         names = [f"excited {k}" for k in range(len(logs["excited"]))]
         recordings = read_recordings(logs["excited"], names, robot, usability)
-        return diagnosis_measures(recordings, robot, candidates_for(robot), settings)
+        return diagnosis_measures(recordings, robot, candidates, settings)
 
-    effects = {name: kind(**_usual(kind, robot)) for name, kind in library().items()}
+    candidates = candidates_for(robot)
+    effects = {c.name: library()[c.name](**{p.name: p.start for p in c.parameters}) for c in candidates}
+    told = cfg.recordings
+    usability = Usability(told.shortest, told.fewest, told.fastest_turn, told.widest_tilt)
     parts: Sequence[tuple[str, Callable[[], Measures]]] = (
         *((f"logs {name}", lambda name=name: log_measures(name, logs[name])) for name in LOGS),
         ("model", lambda: model_measures("model", model, logs["held_out"])),
@@ -122,12 +123,6 @@ def measure(cfg: DictConfig, folder: Path) -> Measures:
     if bad:
         raise RegressionError(f"{bad[0]} is {found[bad[0]]}, which is no finite number ({len(bad)} such measures).")
     return found
-
-
-def _usual(kind: type, robot: RobotParameters) -> dict[str, float]:
-    """Start values of an effect's parameters, in the robot's size."""
-    scale = {"": 1.0, "torque": robot.torque_limit / 20.0, "period": robot.control_period / 0.02}
-    return {name: scale[p.scale] * p.start for name, p in parameters_of(kind).items()}
 
 
 def _hashes(folder: Path) -> dict[str, str]:

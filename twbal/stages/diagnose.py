@@ -106,10 +106,7 @@ def diagnose(split: Split, told: Told) -> tuple[Diagnosis, Findings]:
     """Name what is missing on one part of the recordings, and measure on the other how far that closes the gap."""
     candidates = candidates_for(told.robot)
     found = name_effects(split.fitted, told.robot, told.present, candidates, told.estimating)
-    names = [recording.name for recording in split.fitted]
-    models = Models(
-        *(_seen_by(account, names, split.kept_back, told) for account in (found.nominal, found.refitted, found.named))
-    )
+    models = Models(*(_seen_by(account, split, told) for account in (found.nominal, found.refitted, found.named)))
     period = told.robot.control_period
     gaps = measure_gaps(
         models,
@@ -157,7 +154,7 @@ def _diagnose_to_files(files: Sequence[Path], tests: Sequence[Path], told: Told,
     recordings = recorded_in(files, usability)
     if tests:
         kept_back = recorded_in(tests, replace(usability, fewest=usability.shortest))
-        split = Split(recordings, kept_back, tuple(recording.name for recording in kept_back))
+        split = Split(recordings, kept_back, tuple(recording.name for recording in kept_back), are_ends=False)
     else:
         split = held_out(recordings, told.settings.held_out)
     diagnosis, found = diagnose(split, told)
@@ -169,7 +166,7 @@ def _diagnose_to_files(files: Sequence[Path], tests: Sequence[Path], told: Told,
     facts = [
         ("robot", told.robot.name),
         ("effects in the simulation already", ", ".join(told.present) or "none"),
-        *_offsets(found.named, names),
+        *_offsets(found.named, [recording.name for recording in split.fitted]),
         ("noise of the sensors, as found", ", ".join(f"{k} {v:.2g} {_UNITS[k]}" for k, v in diagnosis.noise.items())),
     ]
     setting = DiagnosisSetting(told.robot.name, names, seconds, str(out / AUGMENTED), facts)
@@ -181,7 +178,7 @@ def _offsets(account: Account, names: Sequence[str]) -> list[tuple[str, str]]:
     """A line on the tilt's offsets, where they were free."""
     if not account.offsets:
         return []
-    told = [f"{name} {np.degrees(offset):+.1f}°" for name, offset in zip(names, account.offsets, strict=False)]
+    told = [f"{name} {np.degrees(offset):+.1f}°" for name, offset in zip(names, account.offsets, strict=True)]
     return [("offsets of the tilt, as found", ", ".join(told))]
 
 
@@ -202,13 +199,13 @@ def _draw(diagnosis: Diagnosis, folder: Path) -> tuple[DiagnosisPictures, list[P
     return DiagnosisPictures(texts["where"] or "", texts["rivals"], texts["gap"], texts["whiteness"] or ""), files
 
 
-def _seen_by(account: Account, names: Sequence[str], recordings: Sequence[Recording], told: Told) -> Account:
-    """What a model that was fitted to recordings of these names makes of others, with tilt offsets of their own."""
-    substeps = told.estimating.substeps
-    parted = [name for name in names if any(recording.name.startswith(name) for recording in recordings)]
-    same = len(parted) == len(account.offsets) == len(recordings)  # ends of the very recordings
-    offsets = account.offsets if same else tilt_offsets(told.estimating.tolerances, len(recordings))
-    return take_account(told.robot, account.effects, account.noise, account.angle_lead, recordings, substeps, offsets)
+def _seen_by(account: Account, split: Split, told: Told) -> Account:
+    """What a fitted model makes of what was kept back; other recordings have tilt offsets of their own."""
+    estimating, recordings = told.estimating, split.kept_back
+    offsets = account.offsets if split.are_ends else tilt_offsets(estimating.tolerances, len(recordings))
+    return take_account(
+        told.robot, account.effects, account.noise, account.angle_lead, recordings, estimating.substeps, offsets
+    )
 
 
 def _replay(told: Told, account: Account, starts: Sequence[ReplayStart], commands: Array) -> Array:
