@@ -4,6 +4,7 @@ Nothing heavy is imported before a stage is chosen, so that `twbal --help` answe
 """
 
 import difflib
+import gc
 import os
 import sys
 import traceback
@@ -85,6 +86,7 @@ def _run(stage: str, words: list[str], program: str | None = None) -> int:
     # times as long beside another busy process), and sums in another order on every machine would give other hashes.
     for name in THREADS:
         os.environ.setdefault(name, "1")
+    gc.disable()  # while libraries load, which makes many objects and drops few: a twentieth of a short command
     from twbal.stages.launch import run_stage
 
     try:
@@ -102,6 +104,8 @@ def _run(stage: str, words: list[str], program: str | None = None) -> int:
             traceback.print_exception(error)
         print(f"twbal: error: {error}", file=sys.stderr)
         return 1
+    finally:
+        gc.enable()
     return 0
 
 

@@ -15,7 +15,7 @@ from twbal.plant import Observation
 
 _UNITS = {**MEASURED_UNITS, "wheel_angle": "rad", "wheel_rate": "rad/s", "command": "N·m"}
 _CHANNELS = ("tilt", "tilt_rate", "wheel_angle", "wheel_rate", "acceleration", "command")
-_MOST_POINTS = 4000  # of a line; more are drawn as the band between their least and their most
+_MOST_POINTS = 1500  # of a line; more are drawn as the band between their least and their most
 
 
 class Stretch(NamedTuple):

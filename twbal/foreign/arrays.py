@@ -5,7 +5,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import scipy.io
 
 from twbal.errors import LogError
 from twbal.foreign.columns import Columns, Name, places
@@ -50,7 +49,9 @@ def read_arrays(path: Path, wanted: Sequence[Name], names: Sequence[str] = ()) -
 
 def _content(path: Path) -> Mapping[str, Any]:
     if path.suffix == ".mat":
-        whole = scipy.io.loadmat(path, squeeze_me=True, struct_as_record=False)
+        from scipy.io import loadmat  # takes a tenth of a second, and most logs are text
+
+        whole = loadmat(path, squeeze_me=True, struct_as_record=False)
         return {name: value for name, value in whole.items() if not name.startswith("__")}
     loaded = np.load(path, allow_pickle=False)
     if isinstance(loaded, np.ndarray):

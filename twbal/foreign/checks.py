@@ -5,7 +5,6 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from twbal.episode import Episode
-from twbal.foreign.smoother import smooth
 from twbal.gaussian import Array
 from twbal.plant import Observation
 
@@ -13,6 +12,7 @@ _SURE = 0.25  # correlation from which its sign means something
 _ALIKE = (0.6, 1.7)  # slope between a measured rate and one worked out, within which units agree
 _LYING = 0.9  # rad; a robot that tilts more does not balance
 _LONGEST = 20_000  # samples that are looked at
+_SPAN = 0.1  # s over which changes are taken: noise matters less, and what differs in sign or unit does so at any span
 
 
 def doubts(signals: Mapping[str, Array], episodes: Sequence[Episode]) -> Iterator[str]:
@@ -40,11 +40,13 @@ def doubts(signals: Mapping[str, Array], episodes: Sequence[Episode]) -> Iterato
 def _rates(episode: Episode, measured: set[str]) -> Iterator[str]:
     """Measured rates against what the measured angles make them."""
     part = episode.observations[:_LONGEST]
+    span = _samples(len(part), episode.control_period)
     for angle, rate in (("tilt", "tilt_rate"), ("wheel_angle", "wheel_rate")):
         if rate not in measured or any(e.channel == angle for e in episode.estimated):
             continue
-        said = part[:, Observation._fields.index(rate)]
-        worked_out = smooth(part[:, Observation._fields.index(angle)], episode.control_period).rate
+        values = part[:, Observation._fields.index(rate)]
+        said = _sums(0.5 * (values[1:] + values[:-1]), span)
+        worked_out = _changes(part[:, Observation._fields.index(angle)], span) / episode.control_period
         correlation, slope = _related(worked_out, said)
         if correlation < -_SURE:
             yield f"{rate} runs against {angle}: one of them has the wrong sign"
@@ -56,12 +58,13 @@ def _physics(episode: Episode) -> Iterator[str]:
     """Signs against mechanics: a torque drives the wheels forward and the body back, and a leaning body falls."""
     part = episode.observations[: _LONGEST + 1]
     commands = episode.commands[: len(part) - 1]
-    period = episode.control_period
-    body = smooth(part[:, Observation._fields.index("tilt_rate")], period).rate[:-1]
-    wheels = smooth(part[:, Observation._fields.index("wheel_rate")], period).rate[:-1]
-    tilt = part[:-1, Observation._fields.index("tilt")]
-    if min(np.ptp(commands), np.ptp(tilt)) == 0.0:
+    span = _samples(len(part), episode.control_period)
+    body = _changes(part[:, Observation._fields.index("tilt_rate")], span)
+    wheels = _changes(part[:, Observation._fields.index("wheel_rate")], span)
+    if min(np.ptp(commands), np.ptp(episode.tilt)) == 0.0:
         return
+    tilt = _sums(part[:-1, Observation._fields.index("tilt")], span)
+    commands = _sums(commands, span)
     driven, turned = _partial(wheels, commands, tilt), _partial(body, commands, tilt)
     if driven < -_SURE and turned > _SURE:
         yield "the command seems to have the wrong sign: a positive one must drive the wheels forward"
@@ -69,6 +72,20 @@ def _physics(episode: Episode) -> Iterator[str]:
         yield "the wheels seem to have the wrong sign: a positive command must drive them forward"
     elif turned > _SURE:
         yield "the tilt seems to have the wrong sign: a positive command must turn the body back"
+
+
+def _samples(count: int, period: float) -> int:
+    """Samples in `_SPAN`, of which `count` have several."""
+    return max(1, min(round(_SPAN / period), count // 4))
+
+
+def _changes(values: Array, span: int) -> Array:
+    return values[span:] - values[:-span]
+
+
+def _sums(values: Array, span: int) -> Array:
+    """Sums of `span` values in a row."""
+    return _changes(np.concatenate([[0.0], np.cumsum(values)]), span)
 
 
 def _related(x: Array, y: Array) -> tuple[float, float]:

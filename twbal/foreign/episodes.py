@@ -16,7 +16,6 @@ from twbal.foreign.arrays import ENDINGS, read_arrays
 from twbal.foreign.checks import doubts
 from twbal.foreign.columns import Columns
 from twbal.foreign.mapping import Mapping as LogMapping
-from twbal.foreign.smoother import smooth
 from twbal.foreign.text import read_text
 from twbal.gaussian import Array
 from twbal.plant import Observation
@@ -187,6 +186,8 @@ def _episode(
     estimated: list[Estimated] = []
 
     def rate_of(name: str, values: Array) -> Array:
+        from twbal.foreign.smoother import smooth  # compiled: takes half a second to load, and most logs have rates
+
         smoothed = smooth(values, period)
         estimated.append(Estimated(name, smoothed.rate_sd))
         return smoothed.rate

@@ -6,6 +6,7 @@ state all gains are constant, so that a recording is gone through once forward a
 Striebel 1965).
 """
 
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -66,6 +67,7 @@ _Q = np.array([[1 / 20, 1 / 8, 1 / 6], [1 / 8, 1 / 3, 1 / 2], [1 / 6, 1 / 2, 1.0
 _C = np.array([[1.0, 0.0, 0.0]])
 
 
+@lru_cache(maxsize=256)
 def _settled(ratio: float) -> tuple[Array, Array, float]:
     """Gain (3,), covariance before a measurement (3, 3) and variance of the prediction error, for r = 1."""
     P = solve_discrete_are(_F.T, _C.T, ratio * _Q, np.eye(1))

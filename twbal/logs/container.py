@@ -52,9 +52,14 @@ class MessageTimes(NamedTuple):
 
 
 class McapFile:
-    """An MCAP file being written: metadata, attachments and chunks in any order, then `finish`."""
+    """An MCAP file being written: metadata, attachments and chunks in any order, then `finish`.
 
-    def __init__(self, stream: BinaryIO) -> None:
+    Args:
+        stream: to write to.
+        level: of zstandard's compression.
+    """
+
+    def __init__(self, stream: BinaryIO, level: int = 3) -> None:
         self._stream = stream
         self._crc = 0
         self._length = 0
@@ -62,7 +67,7 @@ class McapFile:
         self._attachments: list[AttachmentIndex] = []
         self._chunks: list[ChunkIndex] = []
         self._counts: dict[int, int] = {}
-        self._compressor = zstandard.ZstdCompressor(level=3)
+        self._compressor = zstandard.ZstdCompressor(level=level)
         self._put(MAGIC + encode(Header(profile="", library="twbal")))
 
     def add_metadata(self, name: str, entries: dict[str, str]) -> None:

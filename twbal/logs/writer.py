@@ -17,7 +17,8 @@ from twbal.logs.table import columns_of
 from twbal.logs.topics import Topic
 
 _CHUNK_BYTES = 16 * 1024  # before compression; whole chunks are what a damaged file loses
-_LONG, _LONG_CHUNK_BYTES = 10_000, 64 * 1024  # samples from which on chunks are larger: fewer of them take less time
+_LONG = 10_000  # samples from which on a log is written in less time: in larger chunks, by a faster compression
+_LONG_CHUNK_BYTES, _LEVEL, _LONG_LEVEL = 64 * 1024, 3, 1
 
 
 def write_episode(path: Path, episode: Episode) -> None:
@@ -30,11 +31,12 @@ def write_episode(path: Path, episode: Episode) -> None:
     values = columns_of(episode)
     times = _log_times(episode.observations[:, 0], "sample")
     event_times = _log_times(np.array([event.time for event in episode.events]), "event")
-    rows = -(-(_CHUNK_BYTES if len(times) < _LONG else _LONG_CHUNK_BYTES) // len(layout.template))
+    long = len(times) >= _LONG
+    rows = -(-(_LONG_CHUNK_BYTES if long else _CHUNK_BYTES) // len(layout.template))
     # An event lies in the chunk of the last sample before it.
     event_chunks = np.maximum(np.searchsorted(times, event_times, side="right") - 1, 0) // rows
     with replacing(path) as stream:
-        file = McapFile(stream)
+        file = McapFile(stream, _LONG_LEVEL if long else _LEVEL)
         file.add_metadata(METADATA_NAME, metadata_of(episode))
         if episode.provenance.config:
             file.add_attachment(CONFIG_NAME, "application/yaml", episode.provenance.config.encode())

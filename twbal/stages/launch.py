@@ -1,5 +1,6 @@
 """Runs one stage under Hydra and lets its errors come out as errors of twbal."""
 
+import gc
 import importlib
 import os
 import sys
@@ -56,7 +57,9 @@ def run_stage(stage: str, words: list[str], program: str) -> None:
         try:
             # Imported here: help, tab completion and --cfg need none of the libraries that a stage works with.
             with _full_error(asked):  # for processes that the stage starts
-                importlib.import_module(f"twbal.stages.{name}").main(cfg)
+                stage_module = importlib.import_module(f"twbal.stages.{name}")
+                gc.enable()
+                stage_module.main(cfg)
         except Exception as error:
             if HydraConfig.get().mode == RunMode.MULTIRUN:
                 raise
