@@ -112,7 +112,23 @@ def test_many_effects_at_once_are_found_with_their_values(paper):
         assert values[name] == pytest.approx(next(iter(parameters.values())), rel=0.2)
 
 
-LOGS = sorted((Path(__file__).resolve().parents[3] / "shared" / "measured" / "regbot").glob("test[34]*.txt"))
+FOLDER = Path(__file__).resolve().parents[3] / "shared" / "measured" / "regbot"
+LOGS = sorted(FOLDER.glob("test[34]*.txt"))
+IN_AIR = sorted(FOLDER.glob("test0*.txt"))
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not IN_AIR, reason="the logs of the real robot are not here")
+def test_wheels_in_the_air_tell_the_same_friction_and_no_more(tmp_path):
+    imported, out = tmp_path / "imported", tmp_path / "out"
+    assert main(["import-log", "import=regbot", f"files={IN_AIR[0]}", "robot=regbot", f"hydra.run.dir={imported}"]) == 0
+    words = ["robot=regbot", "sim=regbot", "diagnosis=measured", f"hydra.run.dir={out}"]
+    assert main(["diagnose", f"episodes={imported}", *words]) == 0
+    found = json.loads((out / "diagnosis.json").read_text())
+    (effect,) = found["effects"]
+    assert {effect["name"], *effect["equivalents"]} == {"coulomb_friction", "viscous_friction", "dead_zone"}
+    estimate = effect["parameters"]["torque"]
+    assert estimate["low95"] < 0.0229 < estimate["high95"]  # of the upright logs
 
 
 @pytest.mark.slow

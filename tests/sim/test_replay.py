@@ -14,10 +14,13 @@ from twbal.sim.effects.backlash import Backlash
 from twbal.sim.effects.battery_sag import BatterySag
 from twbal.sim.effects.cable_spring import CableSpring
 from twbal.sim.effects.cogging import Cogging
+from twbal.sim.effects.coulomb_friction import CoulombFriction
 from twbal.sim.effects.ground_slope import GroundSlope
 from twbal.sim.effects.imu_delay import ImuDelay
 from twbal.sim.effects.motor_lag import MotorLag
 from twbal.sim.effects.periodic_disturbance import PeriodicDisturbance
+from twbal.sim.effects.rotor_inertia import RotorInertia
+from twbal.sim.effects.viscous_friction import ViscousFriction
 from twbal.sim.plant import SimPlant
 from twbal.sim.replay import ReplayStart, replay
 
@@ -45,20 +48,20 @@ def robot():
         return instantiate(compose("sim_collect").robot)
 
 
-def driven(robot, effects):
+def driven(robot, effects, commands=COMMANDS):
     """The observations of a rollout."""
     start = StartPose(-0.02, 0.0, 0.0, 0.0)
     with SimPlant(robot=robot, effects=effects, start=start, physics_step=STEP, seed=0) as plant:
-        return np.array([plant.reset(0), *(plant.step(u) for u in COMMANDS)])
+        return np.array([plant.reset(0), *(plant.step(u) for u in commands)])
 
 
-def start_at(robot, truth, t):
+def start_at(robot, truth, t, commands=COMMANDS):
     """The start that a perfect filter would find, with the rotors in the middle of a backlash."""
     _, tilt, rate, _, angle, wheel_rate, _ = truth[t]
     r = robot.wheel_radius
     rolled = r * (truth[:, 4] + truth[:, 1] - truth[0, 4] - truth[0, 1])
     stance = Stance(tilt, rate, r * (wheel_rate + rate))
-    return ReplayStart(stance, angle, rolled[t], 0.0, COMMANDS[:t], truth[:t, [1, 2]])
+    return ReplayStart(stance, angle, rolled[t], 0.0, commands[:t], truth[:t, [1, 2]])
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -70,6 +73,15 @@ def test_a_replay_goes_on_as_the_rollout_did(kind, robot):
     error = np.abs(found[:, SEEN] - shown[FROM:, SEEN]).max(axis=0)
     moved = np.ptp(shown[FROM:, SEEN], axis=0)
     assert (error < (0.15 if kind == "backlash" else 0.01) * moved).all()
+
+
+def test_rotors_that_turn_with_the_gears_feel_friction_from_the_first_step_on(regbot):
+    effects = [RotorInertia(0.96), ViscousFriction(0.0034), CoulombFriction(0.022)]
+    commands = np.full(24, 0.12)
+    truth = driven(regbot, effects, commands)
+    (found,) = replay(regbot, effects, STEP, [start_at(regbot, truth, FROM, commands)], commands[None, FROM:])
+    error = np.abs(found[:, SEEN] - truth[FROM:, SEEN]).max(axis=0)
+    assert (error < 0.002 * np.ptp(truth[FROM:, SEEN], axis=0)).all()
 
 
 def test_a_replay_with_another_effect_goes_another_way(robot):

@@ -18,6 +18,8 @@ ANGLE_LEAD = "angle_lead"
 """Name of the one free value that is no field of the twin: time by which measured angles run ahead of rates [s]."""
 TILT_OFFSET = "tilt_offset_"
 """Begins the names of the values that belong to one recording each: a constant that is added to its tilt [rad]."""
+_ROUNDING = 1e-9  # rad, rad/s; smaller changes are those of the numbers in the file
+_ONE_WAY = 0.98  # less the share of changes against them, the share of changes in one direction
 _LAGS = 20  # control periods over which errors may remember
 
 
@@ -108,10 +110,17 @@ class Data:
     def resolution(self) -> Array:
         """(4,) standard deviations that the sensors' steps alone make: no sensor's noise is less.
 
-        A sensor's step is taken to be the least change between two of its readings, but for one in a hundred.
+        A sensor's step is taken to be the least change between two of its readings, but for one in a hundred; the least
+        change of these changes, where it runs one way throughout.
         """
-        changes = np.concatenate([np.abs(np.diff(recording.measured, axis=0)) for recording in self.recordings])
-        steps = [np.quantile(column[column > 1e-12], 0.01) if column.any() else 0.0 for column in changes.T]
+        changes, bends = (
+            np.concatenate([np.diff(recording.measured, n=order, axis=0) for recording in self.recordings])
+            for order in (1, 2)
+        )
+        runs = np.abs(np.sign(changes).mean(axis=0)) > _ONE_WAY
+        steps = []
+        for column in (np.abs(bends[:, i] if runs[i] else changes[:, i]) for i in range(4)):
+            steps.append(np.quantile(column[column > _ROUNDING], 0.01) if (column > _ROUNDING).any() else 0.0)
         return np.asarray(np.array(steps) / np.sqrt(12.0))
 
     @property

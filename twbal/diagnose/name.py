@@ -48,7 +48,7 @@ def name_effects(
     twin = twin_parameters(robot, effects)
     data = Data(recordings, settings.substeps)
     offsets = tilt_offsets(settings.tolerances, len(recordings))
-    start = Model(twin, 0.0, _first_noise(robot, data.sensed), (0.0,) * len(offsets))
+    start = Model(twin, 0.0, first_noise(robot, data.sensed), (0.0,) * len(offsets))
     always = always_free(settings.tolerances, twin, len(recordings))
     unknown = set(settings.leave_out) - {candidate.name for candidate in candidates}
     if unknown:
@@ -75,8 +75,8 @@ def name_effects(
         data_sheet=shifts_of(named, settings),
         data_sheet_class=data_sheet_classes(named, settings) if verdict is Verdict.DATA_SHEET else (),
         rivals=_rivals(selection, weights),
-        whiteness=_whiteness(data, nominal, named.fit.model),
-        noise=_sensed(data, named.fit.model.noise.sensors),
+        whiteness=whiteness_of(data, nominal, named.fit.model),
+        noise=sensed_values(data, named.fit.model.noise.sensors),
         advice=advise(selection, unsteady, verdict, settings),
         nominal=models[0],
         refitted=models[1],
@@ -84,13 +84,13 @@ def name_effects(
     )
 
 
-def _first_noise(robot: RobotParameters, sensed: Mask) -> Noise:
+def first_noise(robot: RobotParameters, sensed: Mask) -> Noise:
     """Where the search for the noise begins."""
     sensors = np.where(sensed, [0.005, 0.03, 0.003, 0.1], UNSENSED)
     return Noise(sensors, np.full(2, 0.005 * robot.torque_limit))
 
 
-def _sensed(data: Data, values: Array) -> dict[str, float]:
+def sensed_values(data: Data, values: Array) -> dict[str, float]:
     """Values of the channels that were measured, by name."""
     return {
         name: float(value) for name, value, is_sensed in zip(MEASURED, values, data.sensed, strict=True) if is_sensed
@@ -165,10 +165,10 @@ def _rivals(selection: Selection, weights: Mapping[tuple[str, ...], float]) -> t
     return tuple(sorted(found, key=lambda rival: -rival.score))
 
 
-def _whiteness(data: Data, before: Model, after: Model) -> tuple[Whiteness, ...]:
+def whiteness_of(data: Data, before: Model, after: Model) -> tuple[Whiteness, ...]:
     """Per channel, by the simulation as it is and with what was found."""
     colours = []
     for model in (before, after):
         kalman = data.filter(model)
-        colours.append(_sensed(data, data.colour(data.errors(model, kalman), kalman)))
+        colours.append(sensed_values(data, data.colour(data.errors(model, kalman), kalman)))
     return tuple(Whiteness(name, colours[0][name], colours[1][name]) for name in colours[0])

@@ -60,12 +60,14 @@ class Usability:
         fewest: periods of all episodes together.
         fastest_turn: yaw rate beyond which instants do not count [rad/s].
         widest_tilt: tilt at which a recording is cut off, as the robot has fallen [rad].
+        needs_tilt: whether a tilt must have been measured; not where the robot lies and its wheels turn in the air.
     """
 
     shortest: int
     fewest: int
     fastest_turn: float
     widest_tilt: float
+    needs_tilt: bool = True
 
 
 def read_recordings(
@@ -87,12 +89,6 @@ def read_recordings(
     found = [_read(episode, name, robot, usability) for episode, name in zip(episodes, names, strict=True)]
     recordings = tuple(recording for recording in found if len(recording) >= usability.shortest)
     total = sum(map(len, recordings))
-    if not total and all(np.median(np.abs(episode.tilt)) > usability.widest_tilt for episode in episodes):
-        raise DataError(
-            f"The robot lies in all {len(episodes)} episodes (tilt beyond {usability.widest_tilt:g} rad): its wheels "
-            "turn without load, which tells of motors and friction, but nothing of the balance. A diagnosis needs a "
-            "robot that stands or drives upright. Lying on purpose, or is tilt counted from elsewhere (`offset`)?"
-        )
     if total < usability.fewest:
         raise DataError(
             f"A diagnosis needs {usability.fewest} control periods "
@@ -102,7 +98,7 @@ def read_recordings(
         )
     sensed = np.all([recording.sensed for recording in recordings], axis=0)  # by some of them only: by none
     recordings = tuple(replace(recording, sensed=sensed) for recording in recordings)
-    _check_signals(recordings)
+    _check_signals(recordings, usability.needs_tilt)
     return recordings
 
 
@@ -142,11 +138,11 @@ def _check_clock(times: Array, name: str, period: float) -> None:
         )
 
 
-def _check_signals(recordings: Sequence[Recording]) -> None:
+def _check_signals(recordings: Sequence[Recording], needs_tilt: bool) -> None:
     """Raise where a channel does not change, or the torque never varied: nothing can be learned then."""
     measured = np.concatenate([recording.measured for recording in recordings])
     sensed = recordings[0].sensed
-    if not sensed[0] or not sensed[2:].any():
+    if (needs_tilt and not sensed[0]) or not sensed[2:].any():
         raise DataError("A diagnosis needs a measured tilt, and wheels whose angle or rate is measured.")
     for i, channel in enumerate(MEASURED):
         if sensed[i] and np.ptp(measured[:, i]) <= 1e-9:

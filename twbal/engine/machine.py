@@ -43,10 +43,12 @@ class JointMotion(NamedTuple):
     Attributes:
         angle: of the wheel relative to the body [rad].
         rate: [rad/s].
+        acceleration: in the physics step before; before the first one, what it would be without torque, or 0 [rad/s²].
     """
 
     angle: float
     rate: float
+    acceleration: float
 
 
 JointTorque = Callable[[float, JointMotion], float]

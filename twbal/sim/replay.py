@@ -83,7 +83,11 @@ def _course(
     running = _remembering(machine, physics_step, steps, start)
     time = len(start.past_commands) * period
     world.reset(start.stance)
-    world.resume(start.wheel_angle, start.position, time, start.rotor_ahead)
+    acceleration = 0.0
+    if running.joints:
+        acceleration = world.glide()
+        world.reset(start.stance)
+    world.resume(start.wheel_angle, start.position, time, start.rotor_ahead, acceleration)
     speed = world.motion().speed
     seen = []
     for i in range(len(commands) + 1):

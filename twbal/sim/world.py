@@ -53,6 +53,8 @@ class World(Engine):
         if self._client < 0:
             raise ConfigError("PyBullet has no world left in this process; close plants that are no longer used.")
         self._robot = -1
+        self._rate_before: float | None = None
+        self._first_acceleration = 0.0
 
     def reset(self, stance: Stance) -> None:
         """Build a fresh world and put the robot into it, wheels on the ground and rolling at the stance's speed."""
@@ -75,8 +77,17 @@ class World(Engine):
         self._set_velocity(stance)
         self._gears.reset()
         self._surroundings.reset()
+        self._rate_before, self._first_acceleration = None, 0.0
 
-    def resume(self, wheel_angle: float, position: float, time: float, rotor_ahead: float) -> None:
+    def glide(self) -> float:
+        """Take one physics step without torque and return the joints' acceleration in it [rad/s²]."""
+        rate = self.motion().wheel_rate
+        pybullet.stepSimulation(physicsClientId=self._client)
+        return (self.motion().wheel_rate - rate) / self._physics_step
+
+    def resume(
+        self, wheel_angle: float, position: float, time: float, rotor_ahead: float, acceleration: float = 0.0
+    ) -> None:
         """After a reset: be in the middle of a rollout.
 
         Args:
@@ -84,7 +95,9 @@ class World(Engine):
             position: of the axle since the rollout began [m].
             time: since then [s].
             rotor_ahead: of the wheels, within a backlash [rad].
+            acceleration: of the joints without torque (`glide`) [rad/s²]; what turns with the gears feels it.
         """
+        self._first_acceleration = acceleration
         for joint in _JOINTS:
             rate = pybullet.getJointState(self._robot, joint, physicsClientId=self._client)[1]
             pybullet.resetJointState(self._robot, joint, wheel_angle, rate, physicsClientId=self._client)
@@ -111,7 +124,12 @@ class World(Engine):
         client, robot = self._client, self._robot
         for _ in range(steps):
             motion = self.motion()
-            joint = JointMotion(motion.wheel_angle, motion.wheel_rate)
+            before = self._rate_before
+            acceleration = (
+                self._first_acceleration if before is None else (motion.wheel_rate - before) / self._physics_step
+            )
+            self._rate_before = motion.wheel_rate
+            joint = JointMotion(motion.wheel_angle, motion.wheel_rate, acceleration)
             torque = running.turn(running.actuate(command), joint)
             if self._gears.friction_changes:
                 self._set_dry_friction(motion.wheel_rate)

@@ -12,9 +12,12 @@ from omegaconf import DictConfig, OmegaConf
 
 from twbal.diagnose.account import take_account
 from twbal.diagnose.candidates import tilt_offsets
+from twbal.diagnose.drag import name_drag
 from twbal.diagnose.findings import Account, Effects, Findings, Track
 from twbal.diagnose.gap import Models, Stretches, measure_gaps
 from twbal.diagnose.held_out import Split, held_out
+from twbal.diagnose.in_air import ADVICE as IN_AIR
+from twbal.diagnose.in_air import held, held_upright, wheels_in_air, without_rotors
 from twbal.diagnose.library import candidates_for
 from twbal.diagnose.name import name_effects
 from twbal.diagnose.recording import MEASURED, Recording, Usability, read_recordings
@@ -69,6 +72,7 @@ class Told(NamedTuple):
         physics_step: of the simulation [s].
         estimating: how effects are named.
         settings: of the stage.
+        in_air: whether the robot lies and its wheels turn in the air.
     """
 
     robot: RobotParameters
@@ -76,6 +80,7 @@ class Told(NamedTuple):
     physics_step: float
     estimating: DiagnosisSettings
     settings: Settings
+    in_air: bool = False
 
 
 def main(cfg: DictConfig) -> None:
@@ -104,8 +109,8 @@ def enough_for_diagnosis(episodes: Sequence[Episode]) -> bool:
 
 def diagnose(split: Split, told: Told) -> tuple[Diagnosis, Findings]:
     """Name what is missing on one part of the recordings, and measure on the other how far that closes the gap."""
-    candidates = candidates_for(told.robot)
-    found = name_effects(split.fitted, told.robot, told.present, candidates, told.estimating)
+    name = name_drag if told.in_air else name_effects
+    found = name(split.fitted, told.robot, told.present, candidates_for(told.robot), told.estimating)
     models = Models(*(_seen_by(account, split, told) for account in (found.nominal, found.refitted, found.named)))
     period = told.robot.control_period
     gaps = measure_gaps(
@@ -144,28 +149,35 @@ def augmented(present: Effects, found: Effects, physics_step: float) -> str:
 
 def _diagnose_to_files(files: Sequence[Path], tests: Sequence[Path], told: Told, out: Path) -> list[Path]:
     names = [file.stem for file in files]
-    usability = Usability(
-        told.settings.shortest, told.settings.fewest, told.settings.fastest_turn, told.settings.widest_tilt
-    )
-
-    def recorded_in(these: Sequence[Path], need: Usability) -> tuple[Recording, ...]:
-        return read_recordings([read_episode(file) for file in these], [file.stem for file in these], told.robot, need)
-
-    recordings = recorded_in(files, usability)
+    limits, present = told.settings, told.present
+    usability = Usability(limits.shortest, limits.fewest, limits.fastest_turn, limits.widest_tilt)
+    episodes, test_episodes = ([read_episode(file) for file in these] for these in (files, tests))
+    in_air = wheels_in_air([*episodes, *test_episodes], limits.widest_tilt)
+    if in_air:
+        level = replace(told.estimating.tolerances, tilt_offset=0.0)
+        estimating = replace(told.estimating, tolerances=level)
+        sheet, acting = held(told.robot), without_rotors(present)
+        told = told._replace(robot=sheet, present=acting, estimating=estimating, in_air=True)
+        usability = replace(usability, fewest=limits.shortest, needs_tilt=False)
+        episodes, test_episodes = ([held_upright(episode) for episode in these] for these in (episodes, test_episodes))
+    recordings = read_recordings(episodes, names, told.robot, usability)
     if tests:
-        kept_back = recorded_in(tests, replace(usability, fewest=usability.shortest))
+        few = replace(usability, fewest=limits.shortest)
+        kept_back = read_recordings(test_episodes, [file.stem for file in tests], told.robot, few)
         split = Split(recordings, kept_back, tuple(recording.name for recording in kept_back), are_ends=False)
     else:
         split = held_out(recordings, told.settings.held_out)
     diagnosis, found = diagnose(split, told)
-    print(headline_text(diagnosis))
+    if in_air:
+        diagnosis = replace(diagnosis, advice=(IN_AIR, *diagnosis.advice))
+    print("\n  ".join([headline_text(diagnosis), *diagnosis.advice]))
     write_diagnosis(out / DIAGNOSIS, diagnosis)
-    write_atomically(out / AUGMENTED, augmented(told.present, found.named.effects, told.physics_step))
+    write_atomically(out / AUGMENTED, augmented(present, found.named.effects, told.physics_step))
     pictures, drawn = _draw(diagnosis, out / FIGURES)
     seconds = sum(len(recording) * recording.period for recording in recordings)
     facts = [
         ("robot", told.robot.name),
-        ("effects in the simulation already", ", ".join(told.present) or "none"),
+        ("effects in the simulation already", ", ".join(present) or "none"),
         *_offsets(found.named, [recording.name for recording in split.fitted]),
         ("noise of the sensors, as found", ", ".join(f"{k} {v:.2g} {_UNITS[k]}" for k, v in diagnosis.noise.items())),
     ]

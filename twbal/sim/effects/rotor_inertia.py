@@ -39,14 +39,12 @@ class RotorInertia(BodyEffect, JointEffect):
         """
         inertia = 2 * self.share / (1 - self.share) * robot.wheel_inertia
         gain = inertia * joint_mobility(robot)
-        before: JointMotion | None = None
         given = taken = 0.0
 
         def joint(torque: float, motion: JointMotion) -> float:
-            nonlocal before, given, taken
-            acceleration = (motion.rate - before.rate) / physics_step if before else 0.0
-            taken = (gain * taken - inertia * acceleration - gain * (torque - given)) / (1 + gain)
-            before, given = motion, torque
+            nonlocal given, taken
+            taken = (gain * taken - inertia * motion.acceleration - gain * (torque - given)) / (1 + gain)
+            given = torque
             return torque + taken
 
         return joint

@@ -1,0 +1,66 @@
+"""A robot that lies or hangs while its wheels turn in the air: what little that tells.
+
+Its data sheet is changed so that the body does not move and the wheels carry nothing, which twin and physics engine
+take as any other robot. What is left is I φ'' = torque of the motors less drag, and `drag` names its form.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from twbal.diagnose.findings import Effects
+from twbal.episode import Episode, Estimated
+from twbal.plant import Observation
+from twbal.robot.parameters import RobotParameters
+
+ADVICE = (
+    "The robot lies in these recordings and its wheels turn in the air. That tells of motors, gears and friction, as "
+    "shares of the motors' torque and of the wheels' inertia, and nothing of balance, ground, tyres or the IMU: "
+    "diagnose a robot that stands or drives upright for those."
+)
+
+_LIGHT, _HEAVY = 1e-3, 1e6  # inertia of what the wheels carry, and of the body they push off, in theirs
+_STILL = 0.2  # rad within which the tilt of a robot that lies stays, but for one sample in twenty
+_NOT_SEEN = ("tilt", "tilt_rate", "yaw_rate")
+
+
+def wheels_in_air(episodes: Sequence[Episode], widest_tilt: float) -> bool:
+    """Whether the robot lies still in all episodes while its wheels turn."""
+    return bool(episodes) and all(_lies(episode, widest_tilt) for episode in episodes)
+
+
+def held(robot: RobotParameters) -> RobotParameters:
+    """The data sheet of a robot whose body is held, and whose wheels carry nothing."""
+    mass = _LIGHT * robot.wheel_inertia / robot.wheel_radius**2
+    inertia = _HEAVY * robot.wheel_inertia
+    return replace(
+        robot,
+        body_mass=mass,
+        wheel_mass=mass,
+        com_height=_LIGHT * robot.wheel_radius,
+        com_offset=0.0,
+        body_inertia_pitch=inertia,
+        body_inertia_roll=inertia,
+        body_inertia_yaw=inertia,
+    )
+
+
+def without_rotors(effects: Effects) -> Effects:
+    """The effects less those that do nothing where the body is held: rotors turn in space as they turn against it."""
+    return {name: values for name, values in effects.items() if name != "rotor_inertia"}
+
+
+def held_upright(episode: Episode) -> Episode:
+    """The episode as that of a robot that is held upright, with a body that no sensor sees."""
+    seen = episode.observations.copy()
+    seen[:, [Observation._fields.index(name) for name in _NOT_SEEN]] = 0.0
+    blind = tuple(Estimated(name, float("inf")) for name in _NOT_SEEN)
+    others = tuple(e for e in episode.estimated if e.channel not in _NOT_SEEN)
+    return replace(episode, observations=seen, estimated=(*others, *blind))
+
+
+def _lies(episode: Episode, widest_tilt: float) -> bool:
+    tilt = np.unwrap(episode.tilt)
+    low, high = np.quantile(tilt, [0.025, 0.975])
+    return bool(np.median(np.abs(tilt)) > widest_tilt and high - low < _STILL)
