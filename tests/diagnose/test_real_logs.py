@@ -149,3 +149,11 @@ def test_the_real_robots_friction_is_named_on_each_log_alone(log, tmp_path):
     (path,) = [gap for gap in gaps if gap["horizon"] == pytest.approx(0.15)]
     assert path["after"] < 0.5 * path["before"]
     assert path["after"] < path["refitted"]
+
+
+@pytest.mark.skipif(not LOGS, reason="the logs of the real robot are not here")
+@pytest.mark.parametrize("log", LOGS, ids=lambda path: path.stem[:6])
+def test_the_import_of_a_real_log_raises_no_false_alarm(log, tmp_path, capsys):
+    words = ["import=regbot", f"files={log}", "robot=regbot", f"hydra.run.dir={tmp_path}"]
+    assert main(["import-log", *words]) == 0
+    assert "WARNING" not in capsys.readouterr().out

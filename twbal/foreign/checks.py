@@ -9,6 +9,7 @@ from twbal.gaussian import Array
 from twbal.plant import Observation
 
 _SURE = 0.25  # correlation from which its sign means something
+_HINT = 0.1  # correlation that the other wheel or the body must have for one alone to be wrong: loops mix them up
 _ALIKE = (0.6, 1.7)  # slope between a measured rate and one worked out, within which units agree
 _LYING = 0.9  # rad; a robot that tilts more does not balance
 _LONGEST = 20_000  # samples that are looked at
@@ -68,9 +69,9 @@ def _physics(episode: Episode) -> Iterator[str]:
     driven, turned = _partial(wheels, commands, tilt), _partial(body, commands, tilt)
     if driven < -_SURE and turned > _SURE:
         yield "the command seems to have the wrong sign: a positive one must drive the wheels forward"
-    elif driven < -_SURE:
+    elif driven < -_SURE and turned < -_HINT:
         yield "the wheels seem to have the wrong sign: a positive command must drive them forward"
-    elif turned > _SURE:
+    elif turned > _SURE and driven > _HINT:
         yield "the tilt seems to have the wrong sign: a positive command must turn the body back"
 
 
