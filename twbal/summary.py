@@ -53,15 +53,15 @@ class Iteration:
     """One policy: what it was learned from, what was predicted for it and what it then did.
 
     Attributes:
-        index: 0 is the policy from f alone, i the one from f and the g of update i.
+        index: 0 is the policy before any update (from f alone), i the one of update i.
         real_episodes: rollouts on the robot that g was learned from; trials that evaluate are not among them.
         real_samples: state transitions in them.
         real_seconds: how long the robot was driven in them [s].
-        predicted_cost: expected long-term cost by the model (eq. 9).
+        predicted_cost: expected long-term cost by the model (eq. 9); None where no model was asked.
         real_cost: mean long-term cost of the trials; None without trials.
         successes: trials in which the robot balanced.
         trials: trials driven with this policy.
-        coverage95: share of real states inside the predicted 95 % band; None without trials.
+        coverage95: share of real states inside the predicted 95 % band; None without trials or a prediction.
         fit_s: time to learn the model [s].
         search_s: time to search the policy [s].
         drift_m: median distance between start and end of a trial [m]; None without trials.
@@ -75,7 +75,7 @@ class Iteration:
     real_episodes: int
     real_samples: int
     real_seconds: float
-    predicted_cost: float
+    predicted_cost: float | None
     real_cost: float | None
     successes: int
     trials: int
@@ -212,7 +212,7 @@ def _cells(iteration: Iteration, best: int) -> tuple[str, ...]:
     return (
         f"{'*' if iteration.index == best else ' '} {iteration.index}",
         f"{iteration.real_samples} samples, {iteration.real_seconds:.1f} s",
-        f"{iteration.predicted_cost:.1f}",
+        _number(iteration.predicted_cost, ".1f"),
         _number(iteration.real_cost, ".1f"),
         f"{iteration.successes} of {iteration.trials}" if iteration.trials else "-",
         _number(iteration.coverage95, ".2f"),

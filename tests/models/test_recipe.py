@@ -9,6 +9,7 @@ from hydra.utils import instantiate
 from twbal.channels import Channels
 from twbal.episode import Episode, Outcome, Provenance
 from twbal.errors import DataError
+from twbal.models.dataset import transitions
 from twbal.models.fit import FitSettings, fit_gp
 from twbal.models.recipe import ModelRecipe
 from twbal.models.smoothing import SmoothingSettings
@@ -98,3 +99,13 @@ def test_every_model_choice_composes_and_learns(choice, fit_f, settings):
     assert recipe.fit_g.keywords["settings"].length_scale_prior.log_sd == 0.7
     learned = recipe.learn_simulation([episode(20, 0, 1.0, "simulation")], CHANNELS, seed=0)
     assert np.isfinite(recipe.learn_difference(learned.model, [episode(9, 1, 0.6, "robot")], seed=0).log_evidence).all()
+
+
+@RECIPES
+def test_without_a_simulation_all_is_learned_from_the_robot(recipe):
+    learned = recipe.learn_all([episode(25, k, 0.6, "robot") for k in range(6)], CHANNELS, seed=0)
+    test = transitions([episode(40, 99, 0.6, "robot")], CHANNELS)
+    error = np.sqrt(np.mean((learned.model.change(test.inputs) - test.targets) ** 2, axis=0))
+    assert (error < 0.1 * test.targets.std(axis=0)).all()
+    assert not learned.model.has_simulation
+    assert not learned.model.f.mean(test.inputs).any()

@@ -23,7 +23,7 @@ from twbal.report.run import Pictures, Setting, headline, write_report
 from twbal.summary import Iteration, PolicyFile, SimData, Summary
 
 RULE = SuccessRule(limit=np.radians(30), settle_limit=np.radians(10), settle_step=100, steps=500)
-SETTING = Setting(True, RULE, 0.02, [("state", "tilt, speed"), ("<i>link</i>", "serial & lockstep")])
+SETTING = Setting(True, RULE, 0.02, "twbal", [("state", "tilt, speed"), ("<i>link</i>", "serial & lockstep")])
 COMMANDS = "twbal sim-collect robot=paper && echo '<done>'\n"
 VOID = {"meta", "br"}
 
@@ -174,7 +174,7 @@ def test_a_run_without_trials_makes_a_page_that_claims_nothing(tmp_path: Path) -
     ],
 )
 def test_the_headline_tells_the_outcome_as_it_is(successes: tuple[int, ...], best: int, words: str) -> None:
-    assert headline(summary(successes, best)).endswith(words)
+    assert headline(summary(successes, best), "twbal").endswith(words)
 
 
 def test_a_missing_picture_is_an_error(tmp_path: Path) -> None:

@@ -27,6 +27,7 @@ SETTINGS = SearchSettings(
     command_widths=(1.0, 0.3),
     shares=(1.0, 0.5),
     weight_penalty=1e-4,
+    particles=0,
     tolerance=1e-5,
     degrees=(2, 4),
 )

@@ -6,6 +6,7 @@ import pytest
 from hydra import compose, initialize_config_dir
 
 from twbal.configuration import conf_folder
+from twbal.errors import ConfigError
 from twbal.evaluation import SuccessRule
 from twbal.stages.algorithm import Algorithm, Questions, Settings
 from twbal.stages.manifest import Manifest
@@ -37,9 +38,9 @@ def learn(solved=(), words=(), diagnosable=1, useless=(), **changed):
     with initialize_config_dir(str(conf_folder()), version_base="1.3"):
         cfg = compose("iterate", ["seed=5", *words])
     usual = {"updates": 2, "trials": 10, "stop_when_solved": False, "sim_rounds": 1, "confirm_rollouts": 0}
-    usual["diagnose"] = False
+    usual |= {"diagnose": False, "on_regulator": False, "first": "simulation", "update": "difference"}
     simulated = {"sim_round_rollouts": 3, "sim_round_exploration": 0.1}
-    settings = Settings(**{"seed": 5, "confirm_steps": 70, **simulated, **usual, **changed})
+    settings = Settings(**{"seed": 5, "confirm_steps": 70, "first_rollouts": 4, **simulated, **usual, **changed})
     chain = NotingChain()
     asks = Questions(
         lambda trials: str(trials) in solved,
@@ -188,3 +189,34 @@ def test_a_diagnosis_that_leaves_the_gap_changes_nothing():
 def test_a_policy_that_is_only_confirmed_needs_no_diagnosis():
     calls, _ = learn(solved=("iteration_1/trials",), stop_when_solved=True, confirm_rollouts=4, diagnose=True)
     assert [call.folder for call in only(calls, "diagnose")] == [Path("iteration_1/diagnosis")]
+
+
+def test_without_a_simulation_the_robot_is_driven_at_random_first_and_all_of_its_rollouts_are_learned_from():
+    calls, learning = learn(first="random", update="whole")
+    random, *_ = only(calls, "real-rollout")
+    assert (random.choices, random.told["trials"]) == ({"policy": "random"}, 4)
+    assert not only(calls, "sim-collect") + only(calls, "fit-sim-gp")
+    rollouts = [Path("random/rollout"), Path("iteration_0/rollout"), Path("iteration_1/rollout")]
+    assert [call.told["episodes"] for call in only(calls, "fit-diff-gp")] == [rollouts[:1], rollouts[:2], rollouts]
+    assert {call.told["dynamics"] for call in only(calls, "fit-diff-gp")} == {None}
+    assert learning.policies[0].rollouts == tuple(rollouts[:1])
+
+
+def test_a_regulator_is_identified_from_all_rollouts_and_nothing_is_searched():
+    calls, learning = learn(first="regulator", update="identified", confirm_rollouts=2)
+    rollouts = [Path("iteration_0/rollout"), Path("iteration_1/rollout")]
+    assert [call.told["episodes"] for call in only(calls, "linear-policy")] == [[], rollouts[:1], rollouts]
+    assert {call.stage for call in calls} == {"linear-policy", "real-rollout"}
+    assert not any(learned.predicted for learned in learning.policies)
+
+
+def test_a_network_on_a_regulator_is_searched_on_the_same_one_each_time():
+    calls, _ = learn(on_regulator=True)
+    assert {call.folder for call in only(calls, "linear-policy")} == {Path("regulator")}
+    assert {call.told["base"] for call in only(calls, "optimise-policy")} == {Path("regulator/policy.pt")}
+
+
+@pytest.mark.parametrize("setting", ["first", "update"])
+def test_an_unknown_way_to_learn_is_refused(setting):
+    with pytest.raises(ConfigError, match=f"{setting} must be one of"):
+        learn(**{setting: "magic"})

@@ -46,7 +46,8 @@ def _draw_costs(axes: Axes, summary: Summary) -> None:
     axes.set_ylim(bottom=0)
     axes.set_title("long-term cost")
     axes.set_ylabel("cost, sum over H steps")
-    axes.legend()
+    if axes.get_legend_handles_labels()[0]:
+        axes.legend()
 
 
 def _draw_coverage(axes: Axes, summary: Summary) -> None:
@@ -61,4 +62,6 @@ def _draw_coverage(axes: Axes, summary: Summary) -> None:
 def _draw_line(axes: Axes, values: Sequence[float | None], colour: str, form: str, name: str) -> None:
     """Draw what was measured; an iteration without trials leaves no point."""
     known = [(i, value) for i, value in enumerate(values) if value is not None]
+    if not known:
+        return
     axes.plot([i for i, _ in known], [value for _, value in known], form, color=colour, label=name)

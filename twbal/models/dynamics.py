@@ -60,6 +60,11 @@ class DynamicsModel:
                 )
 
     @property
+    def has_simulation(self) -> bool:
+        """Whether f says anything."""
+        return bool(self.f.weights.any())
+
+    @property
     def transition_matrix(self) -> Array:
         """A, (D, D + 1)."""
         names = self.channels.names
@@ -137,3 +142,17 @@ class DynamicsModel:
             keep_f_variance=bool(payload["keep_f_variance"]),
             **{noise: np.asarray(payload[noise]) for noise in noises},
         )
+
+
+def without_simulation(channels: Channels) -> DynamicsModel:
+    """A model by which nothing changes: f is zero, and all is left to g."""
+    d, E = len(channels.names) + 1, len(channels.measured)
+    nothing = GaussianProcess(
+        centres=np.zeros((1, d)),
+        length_scales=np.ones((E, d)),
+        signal_variance=np.ones(E),
+        noise_variance=np.zeros(E),
+        weights=np.zeros((E, 1)),
+        variance_matrix=np.zeros((E, 1, 1)),
+    )
+    return DynamicsModel(channels, nothing, None, False, np.zeros(E), np.zeros(E))

@@ -10,7 +10,7 @@ from twbal.channels import Channels
 from twbal.episode import Episode
 from twbal.gaussian import Array
 from twbal.models.dataset import Transitions, residuals, transitions
-from twbal.models.dynamics import DynamicsModel
+from twbal.models.dynamics import DynamicsModel, without_simulation
 from twbal.models.fit import Fit
 from twbal.models.hyperparameters import Reference, spread
 from twbal.models.smoothing import NoiseLevels, SmoothingSettings, samples, smooth
@@ -68,6 +68,15 @@ class ModelRecipe:
         model = DynamicsModel(channels, fit.gp, None, self.keep_f_variance, fit.gp.noise_variance, known)
         return LearnedModel(model, data, fit.log_evidence)
 
+    def learn_all(self, episodes: Sequence[Episode], channels: Channels, seed: int) -> LearnedModel:
+        """The whole dynamics from real episodes, as g beside an f that says nothing; priors are relative to the data.
+
+        Raises:
+            DataError: the episodes cannot be used together.
+            FitError: a model cannot be learned from them.
+        """
+        return self.learn_difference(without_simulation(channels), episodes, seed)
+
     def learn_difference(self, model: DynamicsModel, episodes: Sequence[Episode], seed: int) -> LearnedModel:
         """Line 7 of Algorithm 1: `model` with a new g, from all real episodes so far.
 
@@ -91,8 +100,10 @@ class ModelRecipe:
 
     def _fit_difference(self, model: DynamicsModel, data: Transitions, seed: int) -> LearnedModel:
         """`model` with a g from `data`, whose noise counts as process noise."""
-        length_scales = np.tile(spread(model.f.centres), (model.f.outputs, 1))
-        reference = Reference(length_scales, np.sqrt(model.f.noise_variance))
+        reference = None
+        if model.has_simulation:
+            length_scales = np.tile(spread(model.f.centres), (model.f.outputs, 1))
+            reference = Reference(length_scales, np.sqrt(model.f.noise_variance))
         fit = self.fit_g(data.inputs, data.targets, seed=seed, reference=reference)
         noise = fit.gp.noise_variance
         with_g = replace(model, g=fit.gp, process_noise=noise)

@@ -1,8 +1,9 @@
 """The run of Algorithm 1 as one page: a single HTML file that needs nothing but a browser."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 from markupsafe import Markup
 
@@ -21,12 +22,14 @@ class Setting:
         virtual: whether the robot behind the link was the virtual one, not hardware.
         rule: what made a trial a success.
         control_period: [s].
+        method: by which the policies came about, as of conf/method/.
         facts: further names and values, in order: state, cost widths, link and the like.
     """
 
     virtual: bool
     rule: SuccessRule
     control_period: float
+    method: str
     facts: Sequence[tuple[str, str]]
 
 
@@ -36,17 +39,57 @@ class Pictures:
 
     Attributes:
         tilt: trials before and after; None where no trial was driven.
-        predictions: one for each iteration.
+        predictions: one for each iteration; None where nothing was predicted.
         learning: the learning curve.
         drift: how far the robot rolled away; None where no trial was driven.
         cost: what a state costs.
     """
 
     tilt: str | None
-    predictions: Sequence[str]
+    predictions: Sequence[str | None]
     learning: str
     drift: str | None
     cost: str
+
+
+class Method(NamedTuple):
+    """What a report says of a method.
+
+    Attributes:
+        first: where policy 0 comes from.
+        story: what was done, a sentence for each step; empty for Algorithm 1, which the page tells itself.
+    """
+
+    first: str
+    story: Sequence[str] = ()
+
+
+OWN = Method("from the simulation alone")
+METHODS: Mapping[str, Method] = {
+    "lqr": Method(
+        "of the data sheet",
+        ("The linear-quadratic regulator of the linearised data sheet drives the robot; nothing is learned.",),
+    ),
+    "lqr_identified": Method(
+        "of the data sheet",
+        (
+            "The linear-quadratic regulator of the linearised data sheet drives the robot first.",
+            "A linear state-space model is fitted to all that the robot did, and its regulator drives next.",
+        ),
+    ),
+    "pilco": Method(
+        "from rollouts at random",
+        (
+            "No simulation. Random torques drive the robot, and a Gaussian process learns its whole dynamics.",
+            "A policy is searched on it and drives the robot; then all is learned and searched again.",
+        ),
+    ),
+    "agent": Method(
+        "of a model-free agent trained in simulation",
+        ("A model-free agent was trained in the simulation; nothing is learned on the robot.",),
+    ),
+}
+"""Methods whose story is another than that of Algorithm 1."""
 
 
 def write_report(path: Path, summary: Summary, setting: Setting, pictures: Pictures, commands: str) -> None:
@@ -72,11 +115,13 @@ def write_report(path: Path, summary: Summary, setting: Setting, pictures: Pictu
         summary=summary,
         setting=setting,
         commands=commands,
-        headline=headline(summary),
+        headline=headline(summary, setting.method),
+        method=METHODS.get(setting.method, OWN),
         tilt=_optional_inline(pictures.tilt, "tilt", "Tilt of the robot in its trials, before and after learning"),
         predictions=[
             (i, inline(svg, f"iteration-{i.index}", f"Predicted and real states, iteration {i.index}"), _caption(i))
             for i, svg in zip(summary.iterations, pictures.predictions, strict=True)
+            if svg is not None
         ],
         learning=inline(pictures.learning, "learning", "Successes, cost and coverage of each iteration"),
         drift=_optional_inline(pictures.drift, "drift", "Position of the robot in its trials"),
@@ -85,14 +130,15 @@ def write_report(path: Path, summary: Summary, setting: Setting, pictures: Pictu
     write_atomically(path, html)
 
 
-def headline(summary: Summary) -> str:
+def headline(summary: Summary, method: str) -> str:
     """What the run achieved, in one or two sentences."""
     first, best, updates = summary.iterations[0], summary.best, len(summary.iterations) - 1
     if not first.trials or not best.trials:
         return (
             f"{_count(updates, 'update')} of the policy; no trial was driven, so nothing is known of how it balances."
         )
-    start = f"The policy from the simulation alone balances the robot in {first.successes} of {first.trials} trials."
+    begin = METHODS.get(method, OWN).first
+    start = f"The policy {begin} balances the robot in {first.successes} of {first.trials} trials."
     if best.index == 0:
         return f"{start} {_count(updates, 'update')} brought nothing better." if updates else start
     return (

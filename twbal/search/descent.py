@@ -1,6 +1,7 @@
 """L-BFGS on the expected long-term cost."""
 
 from dataclasses import dataclass, replace
+from typing import Protocol
 
 import numpy as np
 import scipy.optimize
@@ -47,7 +48,21 @@ class Objective:
             return None
 
 
-def descend(objective: Objective, policy: RbfPolicy, scales: Array, linear: bool, iterations: int) -> RbfPolicy:
+class Minimised(Protocol):
+    """What `descend` needs of an objective; see `Objective`."""
+
+    @property
+    def weight_penalty(self) -> float:
+        """On Σ w²."""
+
+    def value(self, policy: RbfPolicy) -> float:
+        """The cost alone."""
+
+    def cost_of(self, policy: RbfPolicy, gradient: bool) -> LongTermCost | None:
+        """The cost with its gradient."""
+
+
+def descend(objective: Minimised, policy: RbfPolicy, scales: Array, linear: bool, iterations: int) -> RbfPolicy:
     """The policy after at most `iterations` of L-BFGS from `policy`; never one with a higher objective.
 
     Parameters are searched in units of the channels' scales, length-scales by their logarithms.

@@ -9,14 +9,15 @@ import numpy as np
 
 from twbal.cost import SaturatingCost
 from twbal.errors import SearchError
-from twbal.gaussian import Gaussian
+from twbal.gaussian import Array, Gaussian
 from twbal.models.dynamics import DynamicsModel
 from twbal.models.moments.prediction import DEGREES, Truncation
 from twbal.policies.rbf import RbfPolicy
-from twbal.search.descent import Objective, descend
+from twbal.search.descent import Minimised, Objective, descend
 from twbal.search.judgement import Judge, Judgement, judge
 from twbal.search.long_term_cost import propagate
-from twbal.search.starts import PolicyShape, Start, starting_policies
+from twbal.search.particles import ParticleObjective
+from twbal.search.starts import PolicyShape, Start, starting_policies, starts_on
 from twbal.search.transition import transition_model
 
 
@@ -38,6 +39,7 @@ class SearchSettings:
         command_widths: see `starting_policies`.
         shares: see `starting_policies`.
         weight_penalty: see `Objective`.
+        particles: by which costs are found instead of moment matching (`ParticleObjective`); 0: by moment matching.
         tolerance: see `Truncation`; while searching.
         degrees: see `Truncation`; while searching.
     """
@@ -54,6 +56,7 @@ class SearchSettings:
     command_widths: tuple[float, ...]
     shares: tuple[float, ...]
     weight_penalty: float
+    particles: int
     tolerance: float
     degrees: tuple[int, ...]
 
@@ -100,6 +103,7 @@ def search_policy(
     seed: int,
     progress: Callable[[str], None],
     workers: int = 1,
+    base: Array | None = None,
 ) -> SearchResult:
     """Search from the most promising starts, judge what was found on long rollouts, and return the best.
 
@@ -111,6 +115,8 @@ def search_policy(
         earlier: policies of earlier iterations, oldest first.
         progress: is told what is being done, a line at a time.
         workers: threads that search beside each other; what is found does not depend on it.
+        base: (D,) gain K of a regulator u = -Kx that stays as it is, while the network on top of it is searched; None
+            searches all.
 
     Raises:
         SearchError: no start has a finite cost on this model.
@@ -120,19 +126,35 @@ def search_policy(
     scales = shape.scales(model.channels.names, torque_limit)
     searching = Truncation(settings.tolerance, tuple(settings.degrees), fall_back=False)
 
-    def objective(horizon: int) -> Objective:
+    def objective(horizon: int) -> Minimised:
+        if settings.particles:
+            count, penalty = settings.particles, settings.weight_penalty
+            return ParticleObjective(model, cost, start, horizon, count, judging.features, seed, penalty)
         return Objective(dynamics, cost, start, horizon, searching, settings.weight_penalty)
 
     short, whole = objective(settings.short_horizon), objective(settings.horizon)
+    linear = shape.linear and base is None
 
     def searched(chosen: Start) -> RbfPolicy:
-        found = descend(short, chosen.policy, scales, shape.linear, settings.short_iterations)
-        return descend(whole, found, scales, shape.linear, settings.iterations)
+        found = descend(short, chosen.policy, scales, linear, settings.short_iterations)
+        return descend(whole, found, scales, linear, settings.iterations)
 
     chosen: list[Start] = []
     if settings.searched or not earlier:
-        starts = starting_policies(
-            model, shape, cost, torque_limit, settings.swings, settings.command_widths, earlier, settings.shares, rng
+        starts = (
+            starting_policies(
+                model,
+                shape,
+                cost,
+                torque_limit,
+                settings.swings,
+                settings.command_widths,
+                earlier,
+                settings.shares,
+                rng,
+            )
+            if base is None
+            else starts_on(base, model.channels.names, shape, torque_limit, earlier, rng)
         )
         chosen = _promising(starts, short, max(settings.searched, 1), workers)
 
@@ -151,11 +173,18 @@ def search_policy(
     if chosen and candidates[0].judgement.success < settings.content:
         patient = objective(settings.long_horizon)
         near = next(c for c in candidates if c.origin.startswith("search"))
-        found = descend(patient, near.policy, scales, shape.linear, settings.long_iterations)
+        found = descend(patient, near.policy, scales, linear, settings.long_iterations)
         candidates.append(judged(f"long {near.origin}", found))
         candidates.sort(key=_rank)
     best = candidates[0]
-    return SearchResult(best, tuple(candidates), _bands(model, best.policy, start, settings))
+    if isinstance(whole, ParticleObjective):
+        courses = whole.distributions(best.policy)
+    else:
+        truncation = Truncation(settings.tolerance, DEGREES, fall_back=False)  # a longer series than the search takes
+        courses = [step.next_state for step in propagate(dynamics, best.policy, start, settings.horizon, truncation)]
+    sensors = np.diag(dynamics.observation_noise)
+    bands = tuple(Gaussian(state.mean, state.covariance + sensors) for state in (start, *courses))
+    return SearchResult(best, tuple(candidates), bands)
 
 
 def _not_driven_twice(earlier: Sequence[RbfPolicy]) -> list[int]:
@@ -169,17 +198,7 @@ def _rank(candidate: Candidate) -> tuple[float, float]:
     return -round(candidate.judgement.success, 1), candidate.judgement.cost
 
 
-def _bands(model: DynamicsModel, policy: RbfPolicy, start: Gaussian, settings: SearchSettings) -> tuple[Gaussian, ...]:
-    """Distributions of what the sensors show under a policy, t = 0..H; by longer series than the search takes."""
-    dynamics = transition_model(model)
-    truncation = Truncation(settings.tolerance, DEGREES, fall_back=False)
-    steps = propagate(dynamics, policy, start, settings.horizon, truncation)
-    sensors = np.diag(dynamics.observation_noise)
-    states = [start, *(step.next_state for step in steps)]
-    return tuple(Gaussian(state.mean, state.covariance + sensors) for state in states)
-
-
-def _promising(starts: Sequence[Start], objective: Objective, count: int, workers: int) -> list[Start]:
+def _promising(starts: Sequence[Start], objective: Minimised, count: int, workers: int) -> list[Start]:
     """The `count` starts with the lowest finite cost, no two from the same family while others are left."""
     with ThreadPoolExecutor(workers) as pool:
         costs = list(pool.map(objective.value, (start.policy for start in starts)))

@@ -14,6 +14,7 @@ from twbal.policies.rbf import RbfPolicy
 from twbal.search.linear import regulator, slopes
 
 _SQUASH_SLOPE = 1.5  # σ'(0) of eq. 10
+_NETWORKS = 4  # random ones on top of a regulator
 
 
 @dataclass(frozen=True)
@@ -119,3 +120,26 @@ def starting_policies(
             starts.append(Start(f"policy {index} x {share:g}", scaled))
     starts.append(Start("random", linear_policy(shape, names, torque_limit, np.zeros(len(s)), rng)))
     return starts
+
+
+def starts_on(
+    gain: Array,
+    names: Sequence[str],
+    shape: PolicyShape,
+    torque_limit: float,
+    earlier: Sequence[RbfPolicy],
+    rng: np.random.Generator,
+) -> list[Start]:
+    """Starts of a search for a network on top of the regulator u = -Kx: random ones, and earlier policies.
+
+    Args:
+        gain: K (D,) [N·m / unit of each channel].
+        names: of the channels.
+        shape: of the network.
+        torque_limit: [N·m].
+        earlier: policies of earlier iterations, on the same regulator.
+        rng: draws the networks.
+    """
+    beside = replace(shape, linear=True)
+    fresh = [Start("network", linear_policy(beside, names, torque_limit, gain, rng)) for _ in range(_NETWORKS)]
+    return [*fresh, *(Start(f"policy {index} x 1", policy) for index, policy in enumerate(earlier))]

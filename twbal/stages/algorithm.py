@@ -1,4 +1,4 @@
-"""Algorithm 1 of the paper as a chain of stages.
+"""Algorithm 1 of the paper, and what it is to be compared with, as a chain of stages.
 
     f from random rollouts in simulation; policy 0 from f
     repeat: drive the robot by policy i; g from all real rollouts; policy i + 1 from f + g
@@ -7,15 +7,19 @@ Beyond the paper, f is learned once more from rollouts of its own policy in simu
 every policy is driven in trials that nothing is learned from. Once a policy succeeds in all of them, it is driven a
 few times more for the model's sake, as it is: what the model then predicts of it is what the robot does, in bands as
 wide as these rollouts ask for.
+
+Other methods begin elsewhere (`first`) or learn something else from the robot's rollouts (`update`); what is driven,
+tried and told stays the same.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from omegaconf import DictConfig
 
+from twbal.errors import ConfigError
 from twbal.evaluation import SuccessRule
 from twbal.stages.chain import Call, Chain
 from twbal.stages.diagnose import AUGMENTED, FEW_DATA
@@ -42,6 +46,10 @@ class Settings:
     sim_round_rollouts: int
     sim_round_exploration: float
     diagnose: bool
+    first: str
+    first_rollouts: int
+    update: str
+    on_regulator: bool
 
 
 @dataclass(frozen=True)
@@ -54,9 +62,11 @@ class Learned:
         searches: manifests of the policy searches that it took.
         rollouts: run folders of the real rollouts that g was learned from.
         policy: folder of the search's result.
-        f: model of the simulation that it was learned from; the one from the simulation as it is, or as it was mended.
+        f: model of the simulation that it was learned from; the one from the simulation as it is, or as it was mended;
+            None where there is none.
         trials: run folder of the trials; None where none were driven.
         confirms: the policy is that of the iteration before, and only the model is new.
+        predicted: a model has said what to expect of the policy.
     """
 
     index: int
@@ -64,9 +74,10 @@ class Learned:
     searches: tuple[Manifest, ...]
     rollouts: tuple[Path, ...]
     policy: Path
-    f: Path
+    f: Path | None
     trials: Path | None
     confirms: bool = False
+    predicted: bool = True
 
     @property
     def policy_file(self) -> Path:
@@ -89,6 +100,26 @@ class Learning(NamedTuple):
 
     simulated: tuple[Path, ...]
     policies: tuple[Learned, ...]
+
+
+class Lesson(NamedTuple):
+    """What an update learns from.
+
+    Attributes:
+        number: index of the policy that comes of it.
+        rollouts: run folders of all real rollouts.
+        earlier: policies so far, oldest first.
+        place: for its results.
+        newest: what was learned last; None before the first policy.
+        searching: what the search is told beside.
+    """
+
+    number: int
+    rollouts: tuple[Path, ...]
+    earlier: tuple[Path, ...]
+    place: Path
+    newest: Learned | None
+    searching: dict[str, Any]
 
 
 class Questions(NamedTuple):
@@ -119,13 +150,28 @@ class Algorithm:
     def __init__(self, chain: Chain, cfg: DictConfig, settings: Settings, rule: SuccessRule, asks: Questions) -> None:
         self._chain, self._cfg, self._settings, self._rule, self._asks = chain, cfg, settings, rule, asks
 
+        self._firsts: Mapping[str, Callable[[], tuple[tuple[Path, ...], Learned]]] = {
+            "simulation": self._simulation,
+            "random": self._random,
+            "regulator": self._regulator,
+        }
+        self._lessons: Mapping[str, Callable[[Lesson], Learned]] = {
+            "difference": self._difference,
+            "whole": self._whole,
+            "identified": self._identified,
+        }
+        for name, known in (("first", self._firsts), ("update", self._lessons)):
+            told = getattr(settings, name)
+            if told not in known:
+                raise ConfigError(f"{name} must be one of {', '.join(known)}; found {told!r}.")
+
     def run(self) -> Learning:
         """From nothing to the last policy."""
-        simulated, first = self._simulation()
+        simulated, first = self._firsts[self._settings.first]()
         policies = [self._tried(first)]
         while len(policies) <= self._settings.updates and not self._is_enough(policies[-1]):
             policies.append(self._tried(self._update(policies)))
-        if self._settings.confirm_rollouts and self._is_enough(policies[-1]):
+        if self._settings.confirm_rollouts and policies[-1].predicted and self._is_enough(policies[-1]):
             policies.append(self._tried(self._confirmed(policies[-1])))
         return Learning(simulated, tuple(policies))
 
@@ -145,6 +191,18 @@ class Algorithm:
         last = rounds[-1]
         f = place / f"{last}_model" / MODEL
         return tuple(simulated), Learned(0, tuple(fits), tuple(searches), (), place / f"{last}_policy", f, None)
+
+    def _random(self) -> tuple[tuple[Path, ...], Learned]:
+        """No simulation: the robot is driven at random, and all is learned from that."""
+        rollout, own = Path("random") / "rollout", self._cfg.real_rollout
+        told = {"seed": own.seed, "trials": self._settings.first_rollouts, "exploration": 0.0}
+        self._chain.run(Call("real-rollout", rollout, told, {"policy": "random"}))
+        return (), self._whole(Lesson(0, (rollout,), (), Path("iteration_0"), None, {}))
+
+    def _regulator(self) -> tuple[tuple[Path, ...], Learned]:
+        """The regulator of the data sheet; nothing is learned."""
+        made = self._chain.run(Call("linear-policy", Path("regulator"), {"episodes": []}))
+        return (), Learned(0, (), (made,), (), Path("regulator"), None, None, predicted=False)
 
     def _collect(self, out: Path, round_number: int, policy: Path, simulation: Path | None = None) -> None:
         """Rollouts in simulation, as it is or by a file: at random at first, then by the policy of the round before."""
@@ -177,19 +235,39 @@ class Algorithm:
     def _learn_from_driving(
         self, newest: Learned, earlier: list[Path], driving: dict[str, Any], searching: dict[str, Any]
     ) -> Learned:
-        """Drive the newest policy, learn g from all rollouts so far, and search (or judge) on f + g."""
+        """Drive the newest policy, and learn from all rollouts so far."""
         rollout = _rollout_of(newest)
         own = self._cfg.real_rollout
         first = own.first_trial + newest.index * own.trials
         self._drive(rollout, newest, {"seed": own.seed, "trials": own.trials, "first_trial": first, **driving})
-        index, rollouts = newest.index + 1, (*newest.rollouts, rollout)
+        index = newest.index + 1
         place = Path(f"iteration_{index}")
+        lesson = Lesson(index, (*newest.rollouts, rollout), tuple(earlier), place, newest, searching)
+        return self._lessons[self._settings.update](lesson)
+
+    def _difference(self, lesson: Lesson) -> Learned:
+        """Learn g, and search (or judge) on f + g."""
+        index, rollouts, earlier, place, newest, searching = lesson
+        assert newest is not None  # f came before
         confirms = "confirming" in searching  # then the policy stays, and another f would change nothing of it
         mended = None if confirms else self._mend(place, newest, rollouts)
         f = place / "sim_model" / MODEL if mended else newest.f
         fit = self._fit("fit-diff-gp", place / "model", list(rollouts), {"dynamics": f})
-        search = self._search(place / "policy", place / "model" / MODEL, earlier, searching)
+        search = self._search(place / "policy", place / "model" / MODEL, list(earlier), searching)
         return Learned(index, (mended, fit) if mended else (fit,), (search,), rollouts, place / "policy", f, None)
+
+    def _whole(self, lesson: Lesson) -> Learned:
+        """Learn the whole dynamics, without a simulation, and search (or judge) on that."""
+        index, rollouts, earlier, place, _, searching = lesson
+        fit = self._fit("fit-diff-gp", place / "model", list(rollouts), {"dynamics": None})
+        search = self._search(place / "policy", place / "model" / MODEL, list(earlier), searching)
+        return Learned(index, (fit,), (search,), rollouts, place / "policy", None, None)
+
+    def _identified(self, lesson: Lesson) -> Learned:
+        """Fit a linear model and make its regulator."""
+        index, rollouts, _, place, _, _ = lesson
+        made = self._chain.run(Call("linear-policy", place / "policy", {"episodes": list(rollouts)}))
+        return Learned(index, (), (made,), rollouts, place / "policy", None, None, predicted=False)
 
     def _mend(self, place: Path, newest: Learned, rollouts: Sequence[Path]) -> Manifest | None:
         """Put into the simulation what real rollouts show to be missing, and learn another f from it.
@@ -234,6 +312,9 @@ class Algorithm:
 
     def _search(self, out: Path, model: Path, earlier: list[Path], also: dict[str, Any] | None = None) -> Manifest:
         told = {"seed": self._cfg.optimise_policy.seed, "dynamics": model, "earlier": earlier, **(also or {})}
+        if self._settings.on_regulator:
+            self._chain.run(Call("linear-policy", Path("regulator"), {"episodes": []}))
+            told["base"] = Path("regulator") / POLICY
         return self._chain.run(Call("optimise-policy", out, told))
 
     def _is_enough(self, learned: Learned) -> bool:

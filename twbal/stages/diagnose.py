@@ -1,7 +1,7 @@
 """Name what a simulation lacks to explain measured episodes."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
@@ -33,7 +33,7 @@ from twbal.logs import read_episode
 from twbal.report.diagnosis import DiagnosisPictures, DiagnosisSetting, write_diagnosis_report
 from twbal.robot.parameters import RobotParameters
 from twbal.sim.effects.effect import Effect
-from twbal.sim.effects.library import library
+from twbal.sim.effects.library import library, values_of
 from twbal.sim.replay import ReplayStart, replay
 from twbal.stages.artefacts import episode_files
 from twbal.stages.closing import closing, run_folder
@@ -95,7 +95,7 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
     files = episode_files(cfg.episodes)
     tests = episode_files(cfg.test_episodes) if cfg.test_episodes else []
     robot: RobotParameters = instantiate(cfg.robot)
-    present = {_name(effect): asdict(effect) for effect in members(cfg.sim.effects)}
+    present = values_of(members(cfg.sim.effects))
     told = Told(robot, present, float(cfg.sim.physics_step), instantiate(cfg.diagnosis), settings)
     step = Step("diagnose", out, recorded(cfg, NOT_RECORDED), {"episodes": files, "test episodes": tests}, 0)
     return perform(step, lambda: _diagnose_to_files(files, tests, told, out))
@@ -249,7 +249,3 @@ def _where(nominal: Account, recordings: Sequence[Recording], bins: int) -> tupl
     sensed = recordings[0].sensed
     channels = [name for name, is_sensed in zip(MEASURED, sensed, strict=True) if is_sensed]
     return regions(all_of(nominal.errors)[:, sensed], nominal.error_noise[sensed], axes, channels, bins)
-
-
-def _name(effect: object) -> str:
-    return type(effect).__module__.rpartition(".")[2]

@@ -42,12 +42,12 @@ class Findings:
 
     Attributes:
         iteration: its line of the summary.
-        prediction: what the model expected.
+        prediction: what the model expected; None where none was asked.
         trials: what the robot did.
     """
 
     iteration: Iteration
-    prediction: Prediction
+    prediction: Prediction | None
     trials: tuple[Episode, ...]
 
 
@@ -66,7 +66,7 @@ def findings(learning: Learning, root: Path, measures: Measures) -> list[Finding
     """
     found: list[Findings] = []
     for learned in learning.policies:
-        prediction = load_prediction(root / learned.prediction_file)
+        prediction = load_prediction(root / learned.prediction_file) if learned.predicted else None
         trials = episodes_in([root / learned.trials]) if learned.trials else ()
         driven = episodes_in([root / folder for folder in learned.rollouts])
         note = _note(learned, prediction, _successes(trials, measures), [earlier.iteration for earlier in found])
@@ -99,7 +99,7 @@ def _rank(iteration: Iteration) -> tuple[float, ...]:
 def _iteration(
     learned: Learned,
     root: Path,
-    prediction: Prediction,
+    prediction: Prediction | None,
     trials: Sequence[Episode],
     driven: Sequence[Episode],
     measures: Measures,
@@ -112,26 +112,26 @@ def _iteration(
         real_episodes=len(driven),
         real_samples=sum(map(len, driven)),
         real_seconds=round(sum((episode.duration for episode in driven), 0.0), 6),
-        predicted_cost=min(prediction.best.cost, float(measures.horizon)),
+        predicted_cost=min(prediction.best.cost, float(measures.horizon)) if prediction else None,
         real_cost=float(np.mean(costs)) if costs else None,
         successes=_successes(trials, measures),
         trials=len(trials),
-        coverage95=coverage95(prediction.states, trials, channels.measured) if trials else None,
+        coverage95=coverage95(prediction.states, trials, channels.measured) if trials and prediction else None,
         fit_s=_seconds(learned.fits),
         search_s=_seconds(learned.searches),
         drift_m=float(np.median([drift(trial, channels.wheel_radius) for trial in trials])) if trials else None,
-        judged_success=prediction.best.judged_success,
+        judged_success=prediction.best.judged_success if prediction else None,
         policy=PolicyFile(str(policy), file_hash(policy)),
         note=note,
     )
 
 
-def _note(learned: Learned, prediction: Prediction, successes: int, before: Sequence[Iteration]) -> str:
+def _note(learned: Learned, prediction: Prediction | None, successes: int, before: Sequence[Iteration]) -> str:
     """What a reader should know: that the search found nothing better, or that the robot says it is worse."""
     notes = []
     if learned.confirms:
         notes.append("The policy of the iteration before, which balances; the model has learned from driving it.")
-    elif prediction.best.origin.startswith("policy "):
+    elif prediction and prediction.best.origin.startswith("policy "):
         notes.append(f"The search found nothing better than {prediction.best.origin}, which was driven again.")
     better = [iteration for iteration in before if iteration.successes > successes]
     if better:

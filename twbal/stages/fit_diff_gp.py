@@ -6,6 +6,7 @@ from pathlib import Path
 from hydra.utils import instantiate
 from omegaconf import DictConfig
 
+from twbal.channels import Channels
 from twbal.logs import read_episode
 from twbal.models.recipe import ModelRecipe
 from twbal.stages.artefacts import SavedModel, episode_files, hashes, load_model, save_model
@@ -33,11 +34,17 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
     """Learn g from the model and the episodes that `cfg` names into `out`/model.pt, unless it is there already."""
     settings = typed(Settings, cfg)
     at_least(0, seed=settings.seed)
-    dynamics, files = Path(cfg.dynamics), episode_files(cfg.episodes)
-    recipe = instantiate(cfg.model)
-    inputs = {"dynamics": [dynamics], "episodes": files}
+    dynamics, files = Path(cfg.dynamics) if cfg.dynamics else None, episode_files(cfg.episodes)
+    recipe, channels = instantiate(cfg.model), instantiate(cfg.state)
+    inputs = {"dynamics": [dynamics] if dynamics else [], "episodes": files}
     step = Step("fit-diff-gp", out, recorded(cfg, NOT_RECORDED), inputs, settings.seed)
-    return perform(step, lambda: [fit_to_file(dynamics, files, recipe, settings.seed, out / "model.pt")])
+
+    def learn() -> list[Path]:
+        if dynamics is None:
+            return [fit_all_to_file(files, channels, recipe, settings.seed, out / "model.pt")]
+        return [fit_to_file(dynamics, files, recipe, settings.seed, out / "model.pt")]
+
+    return perform(step, learn)
 
 
 def fit_to_file(dynamics: Path, files: list[Path], recipe: ModelRecipe, seed: int, path: Path) -> Path:
@@ -48,4 +55,11 @@ def fit_to_file(dynamics: Path, files: list[Path], recipe: ModelRecipe, seed: in
     before = load_model(dynamics)
     learned = recipe.learn_difference(before.model, [read_episode(file) for file in files], seed)
     save_model(path, SavedModel(learned.model, {**before.episodes, "robot": hashes(files)}))
+    return path
+
+
+def fit_all_to_file(files: list[Path], channels: Channels, recipe: ModelRecipe, seed: int, path: Path) -> Path:
+    """Learn the whole dynamics from logs and write it to `path`, which is returned; see `ModelRecipe.learn_all`."""
+    learned = recipe.learn_all([read_episode(file) for file in files], channels, seed)
+    save_model(path, SavedModel(learned.model, {"robot": hashes(files)}))
     return path

@@ -55,7 +55,9 @@ def save(drawn: Pictures, folder: Path) -> list[Path]:
     return files
 
 
-def _prediction(found: Findings, channels: Channels, control_period: float) -> str:
+def _prediction(found: Findings, channels: Channels, control_period: float) -> str | None:
+    if found.prediction is None:
+        return None
     courses = [trial.states for trial in found.trials]
     figure = prediction_figure(
         found.prediction.states, courses, channels.names, channels.units, control_period, _title(found.iteration)

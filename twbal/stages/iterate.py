@@ -108,10 +108,11 @@ def _setting(cfg: DictConfig, measures: Measures, summary: Summary, choices: Map
     ]
     virtual = choices["link"] == "virtual"
     facts = [
+        ("method", str(cfg.method)),
         ("state", ", ".join(channels.names)),
         ("cost widths", ", ".join(widths)),
         ("horizon", f"{measures.horizon} control periods"),
         ("policy", f"{cfg.shape.basis} basis functions{', and a linear part' if cfg.shape.linear else ''}"),
         ("link", f"{choices['link']}, robot {cfg.link.seed}" if virtual else str(choices["link"])),
     ]
-    return Setting(virtual, measures.rule, cfg.robot.control_period, facts)
+    return Setting(virtual, measures.rule, cfg.robot.control_period, str(cfg.method), facts)

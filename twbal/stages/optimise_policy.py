@@ -15,7 +15,7 @@ from twbal.evaluation import widened
 from twbal.files import file_hash
 from twbal.logs import read_episode
 from twbal.models.dynamics import DynamicsModel
-from twbal.policies.saved import load_policy
+from twbal.policies.saved import load_network, load_regulator
 from twbal.search.optimise import SearchResult, SearchSettings, search_policy
 from twbal.search.start_state import start_state
 from twbal.search.warm import is_compiled
@@ -25,7 +25,7 @@ from twbal.stages.manifest import Manifest, Step, perform
 from twbal.stages.predictions import prediction_of, save_prediction
 from twbal.stages.settings import at_least, recorded, typed
 
-NOT_RECORDED = ("dynamics", "earlier", "confirming", "workers")
+NOT_RECORDED = ("dynamics", "earlier", "confirming", "base", "workers")
 POLICY, PREDICTION = "policy.pt", "prediction.pt"
 
 
@@ -51,7 +51,9 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
     given = [cfg.earlier] if isinstance(cfg.earlier, str) else cfg.earlier
     dynamics, earlier = Path(cfg.dynamics), [Path(path) for path in given]
     confirming = episode_files(cfg.confirming) if cfg.confirming else []
-    inputs = {"dynamics": [dynamics], "earlier": earlier, **({"confirming": confirming} if confirming else {})}
+    inputs = {"dynamics": [dynamics], "earlier": earlier}
+    for name, files in (("confirming", confirming), ("base", [Path(cfg.base)] if cfg.base else [])):
+        inputs |= {name: files} if files else {}
     step = Step("optimise-policy", out, recorded(cfg, NOT_RECORDED), inputs, settings.seed)
 
     def result() -> SearchResult:
@@ -73,6 +75,7 @@ def _search(cfg: DictConfig, dynamics: Path, earlier: list[Path], settings: Sett
     model = load_model(dynamics).model
     _check_state(model, channels, dynamics)
     search: SearchSettings = instantiate(cfg.search)
+    base = load_regulator(cfg.base, channels.names) if cfg.base else None
     if not is_compiled():
         print("  compiling the search, once for this version of twbal (about a minute)", flush=True)
     return search_policy(
@@ -83,10 +86,11 @@ def _search(cfg: DictConfig, dynamics: Path, earlier: list[Path], settings: Sett
         torque_limit=float(cfg.robot.torque_limit),
         settings=search if settings.searches else replace(search, searched=0),
         judging=instantiate(cfg.judge),
-        earlier=[load_policy(path, channels.names) for path in earlier],
+        earlier=[load_network(path, channels.names) for path in earlier],
         seed=settings.seed,
         progress=lambda line: print(f"  {line}", flush=True),
         workers=settings.workers or os.cpu_count() or 1,
+        base=None if base is None else base.gain,
     )
 
 

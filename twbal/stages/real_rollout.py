@@ -17,7 +17,6 @@ from twbal.link.serial_plant import SerialPlant
 from twbal.logs import read_episode, write_episode
 from twbal.policies.exploring import ExploringPolicy
 from twbal.policies.policy import Policy
-from twbal.policies.rbf import RbfPolicy
 from twbal.robot.parameters import RobotParameters, parameter_hash
 from twbal.rollout import rollout
 from twbal.stages.artefacts import episode_file, policy_files, policy_hash
@@ -125,9 +124,10 @@ def record(
 
 
 def _check_torque(policy: Policy, robot: RobotParameters) -> None:
-    if isinstance(policy, RbfPolicy) and policy.max_command > robot.torque_limit * (1 + 1e-9):
+    most = float(getattr(policy, "max_command", 0.0))
+    if most > robot.torque_limit * (1 + 1e-9):
         raise ConfigError(
-            f"The policy commands up to {policy.max_command:g} N·m; the robot {robot.name!r} takes "
+            f"The policy commands up to {most:g} N·m; the robot {robot.name!r} takes "
             f"{robot.torque_limit:g} N·m. Choose the robot that it was made for by robot=..., or search one for it."
         )
 

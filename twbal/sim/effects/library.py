@@ -2,8 +2,10 @@
 
 import importlib
 import pkgutil
-from dataclasses import is_dataclass
+from collections.abc import Iterable
+from dataclasses import asdict, is_dataclass
 from functools import cache
+from typing import Any, cast
 
 import twbal.sim.effects
 from twbal.sim.effects.effect import Effect, parameters_of
@@ -28,3 +30,13 @@ def _is_effect_of(kind: object, module: str) -> bool:
     if not isinstance(kind, type) or kind.__module__ != module or not is_dataclass(kind):
         return False
     return issubclass(kind, Effect)
+
+
+def values_of(effects: Iterable[Effect]) -> dict[str, dict[str, float]]:
+    """Values by name of the effect and of its parameter, as the planar twin takes them."""
+    return {effect_name(effect): asdict(cast(Any, effect)) for effect in effects}
+
+
+def effect_name(effect: Effect) -> str:
+    """The name of an effect, as in conf/effect/."""
+    return type(effect).__module__.rpartition(".")[2]

@@ -1,0 +1,107 @@
+"""Run the benchmark: `python -m benchmarks.methods [robots=10] [first_seed=7000] [workers=2]`.
+
+Every method of conf/method/ learns the same hidden robots, which the textbook regulator of the data sheet drops, with
+at most 6 updates; the fast ones with three seeds each. What is done already in outputs/bench/methods is not done
+again. `twbal compare` reads that folder; what the docs show goes to benchmarks/results/methods.json.
+"""
+
+import json
+import platform
+import sys
+import time
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+from benchmarks.hidden_robots.robots import dropped_by_the_data_sheet, iterate
+from twbal.comparison import METRICS, Run, estimate, paired, run_values
+from twbal.summary import read_summary
+
+ROOT = Path("outputs/bench/methods")
+RESULTS = Path("benchmarks/results/methods.json")
+MAIN = "twbal"  # what the others are compared with
+UPDATES = 6
+SLOW = {MAIN, "pilco", "analytic", "particles", "on_lqr", "diagnosed"}  # one seed
+SEEDS = 3  # of the others
+
+
+def methods() -> list[str]:
+    """All methods, the main one first."""
+    names = sorted(file.stem for file in Path("conf/method").glob("*.yaml"))
+    return [MAIN, *(name for name in names if name != MAIN)]
+
+
+def jobs(robots: Sequence[int]) -> list[tuple[str, int, int]]:
+    """Method, robot and seed of every run; robot by robot, so that a run that was cut short has whole robots."""
+    return [
+        (method, robot, seed)
+        for robot in robots
+        for method in methods()
+        for seed in range(1 if method in SLOW else SEEDS)
+    ]
+
+
+def learn(job: tuple[str, int, int]) -> None:
+    """One run."""
+    method, robot, seed = job
+    folder = ROOT / method / f"robot_{robot}_seed_{seed}"
+    words = [f"method={method}", f"link.seed={robot}", f"seed={seed}", "confirm_rollouts=0"]
+    if "updates: 0" not in Path(f"conf/method/{method}.yaml").read_text():
+        words.append(f"updates={UPDATES}")
+    began = time.monotonic()
+    found: Any = iterate(folder, words)["iterations"]
+    told = [i["successes"] for i in found]
+    print(f"{method}, robot {robot}, seed {seed}: {told} by update, {time.monotonic() - began:.0f} s", flush=True)
+
+
+def runs_of(method: str) -> list[Run]:
+    """All runs of a method that are done."""
+    files = sorted((ROOT / method).glob("*/summary.json"))
+    return [Run(tuple(file.parent.name.split("_")), run_values(read_summary(file))) for file in files]
+
+
+def table(groups: Mapping[str, Sequence[Run]]) -> list[dict[str, Any]]:
+    """One record a method: how many robots were solved, every metric with its interval, and against the main method."""
+    found = []
+    for name, runs in groups.items():
+        solved = sum(run.values["success"] == 1.0 for run in runs)
+        record: dict[str, Any] = {"method": name, "runs": len(runs), "solved": solved}
+        for metric in METRICS:
+            told = estimate([run.values[metric] for run in runs], seed=0)
+            beside = paired(runs, groups[MAIN], metric)
+            record[metric] = None if told is None else told.words
+            record[f"{metric}_p"] = beside._asdict()
+        found.append(record)
+    return found
+
+
+def main(words: Sequence[str]) -> None:
+    """Run with settings of the form key=value."""
+    told = dict(word.split("=", 1) for word in words)
+    count, first, workers = (
+        int(told.pop(name, default)) for name, default in (("robots", "10"), ("first_seed", "7000"), ("workers", "2"))
+    )
+    if told:
+        raise SystemExit(f"unknown settings: {', '.join(told)}")
+    robots = [seed for seed, _ in islice(dropped_by_the_data_sheet(first), count)]
+    began = time.monotonic()
+    with ThreadPoolExecutor(workers) as pool:
+        list(pool.map(learn, jobs(robots)))
+    groups = {method: runs_of(method) for method in methods()}
+    results = {
+        "robots": robots,
+        "updates": UPDATES,
+        "seeds": {method: 1 if method in SLOW else SEEDS for method in methods()},
+        "wall_s": round(time.monotonic() - began),
+        "machine": f"{platform.machine()}, {workers} runs at a time",
+        "methods": table(groups),
+        "runs": {name: {" ".join(run.key): dict(run.values) for run in runs} for name, runs in groups.items()},
+    }
+    RESULTS.write_text(json.dumps(results, indent=1) + "\n")
+    print(f"{RESULTS} written")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -1,0 +1,106 @@
+"""Linear-quadratic regulators without a learned model: of the data sheet, or of a linear model fitted to episodes."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import scipy.linalg
+
+from twbal.channels import Channels
+from twbal.cost import SaturatingCost
+from twbal.episode import Episode
+from twbal.errors import ConfigError, SearchError
+from twbal.gaussian import Array
+from twbal.models.dataset import transitions
+from twbal.planar.linear import linearise
+from twbal.policies.linear import LinearPolicy
+from twbal.robot.parameters import RobotParameters
+from twbal.search.linear import regulator
+
+_UPRIGHT = 0.35  # rad; samples beyond tell of a robot that falls, which is not linear
+_RIDGE = 1e-6  # of the samples' own variance, for what they do not excite
+_PHYSICAL = ("tilt", "tilt_rate", "speed")
+
+
+def data_sheet_regulator(
+    robot: RobotParameters, channels: Channels, cost: SaturatingCost, command_width: float
+) -> LinearPolicy:
+    """The regulator of the data sheet's linearised equations of motion, sampled at the control period.
+
+    Args:
+        robot: data sheet.
+        channels: of the state; tilt, tilt rate and speed are needed.
+        cost: whose widths price the state.
+        command_width: command that costs as much as a width, as a share of the torque limit.
+
+    Raises:
+        ConfigError: the state lacks a channel.
+    """
+    missing = [name for name in _PHYSICAL if name not in channels.names]
+    if missing:
+        raise ConfigError(
+            f"A regulator of the data sheet needs tilt, tilt_rate and speed; the state {', '.join(channels.names)} "
+            f"lacks {', '.join(missing)}. Choose a state that has them by state=..."
+        )
+    A, B = linearise(robot)
+    both = scipy.linalg.expm(robot.control_period * np.block([[A, B[:, None]], [np.zeros((1, 4))]]))
+    index = [channels.names.index(name) for name in _PHYSICAL]
+    physical = SaturatingCost(cost.target[index], cost.widths[index])
+    found = regulator(both[:3, :3], both[:3, 3], physical, command_width * robot.torque_limit)
+    if found is None:
+        raise SearchError(
+            f"The linearised equations of robot {robot.name!r} cannot be stabilised; is its data sheet right?"
+        )
+    gain = np.zeros(len(channels.names))
+    gain[index] = found
+    return LinearPolicy(channels.names, gain, 0.0, robot.torque_limit)
+
+
+def identified_regulator(
+    episodes: Sequence[Episode], channels: Channels, cost: SaturatingCost, command_width: float, torque_limit: float
+) -> LinearPolicy | None:
+    """The regulator of x' = A x + B u + c, fitted to episodes by least squares; None where it cannot be stabilised.
+
+    With past commands among the channels the model has the delay of the robot in it. The constant is counteracted: the
+    robot is held where it stands still.
+
+    Args:
+        episodes: of the robot.
+        channels: of the state.
+        cost: whose widths price the state.
+        command_width: command that costs as much as a width, as a share of the torque limit.
+        torque_limit: [N·m].
+
+    Raises:
+        DataError: the episodes cannot be used together.
+    """
+    data = transitions(episodes, channels)
+    D = len(channels.names)
+    upright = np.abs(data.inputs[:, channels.names.index("tilt")]) < _UPRIGHT
+    inputs, changes = data.inputs[upright], data.targets[upright]
+    if len(inputs) <= D + 2:
+        return None
+    fitted, constant = _least_squares(inputs, changes)  # (E, D + 1), (E,)
+    A, B, c = np.zeros((D, D)), np.zeros(D), np.zeros(D)
+    measured = list(channels.measured)
+    A[measured] = np.eye(D)[measured] + fitted[:, :D]
+    B[measured], c[measured] = fitted[:, D], constant
+    for name, lag in channels.lags.items():
+        row = channels.names.index(name)
+        if lag == 1:
+            B[row] = 1.0
+        else:
+            A[row, channels.names.index(f"command_{lag - 1}")] = 1.0
+    gain = regulator(A, B, cost, command_width * torque_limit)
+    if gain is None:
+        return None
+    rest, *_ = np.linalg.lstsq(np.column_stack([np.eye(D) - A, -B]), c, rcond=1e-6)  # (x, u) that stays
+    return LinearPolicy(channels.names, gain, float(rest[D] + gain @ rest[:D]), torque_limit)
+
+
+def _least_squares(inputs: Array, changes: Array) -> tuple[Array, Array]:
+    """Slopes (E, D + 1) and constants (E,) of changes over inputs."""
+    mean, spread = inputs.mean(axis=0), inputs.std(axis=0) + 1e-12
+    scaled = (inputs - mean) / spread
+    normal = scaled.T @ scaled / len(scaled) + _RIDGE * np.eye(scaled.shape[1])
+    slopes = np.linalg.solve(normal, scaled.T @ (changes - changes.mean(axis=0)) / len(scaled)).T / spread
+    return slopes, changes.mean(axis=0) - slopes @ mean

@@ -1,0 +1,93 @@
+"""A simulated robot that is another one in each rollout: domain randomisation."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from twbal.errors import ConfigError
+from twbal.plant import Observation, Plant
+from twbal.robot.parameters import RobotParameters
+from twbal.robot.start_pose import StartPose
+from twbal.sim.effects.effect import Effect, parameters_of
+from twbal.sim.effects.library import library
+from twbal.sim.plant import SimPlant
+
+Draws = Mapping[str, Mapping[str, Sequence[float]]]
+"""Ranges [lowest, highest] by effect and by parameter."""
+
+_OWN = 7  # keeps these draws apart from those of start poses and noise, which have the same seed and trial
+
+
+class RandomisedPlant(Plant):
+    """PyBullet with effects of random size, drawn anew from (seed, trial) for each rollout, evenly over ranges.
+
+    Args:
+        robot: data sheet.
+        effects: that every robot has.
+        draws: what is drawn.
+        start: where rollouts begin.
+        physics_step: [s].
+        seed: of all randomness.
+
+    Raises:
+        ConfigError: there is no such effect or parameter, or a range is not a pair in order.
+    """
+
+    def __init__(
+        self,
+        *,
+        robot: RobotParameters,
+        effects: Sequence[Effect],
+        draws: Draws,
+        start: StartPose,
+        physics_step: float,
+        seed: int,
+    ) -> None:
+        self.control_period = robot.control_period
+        self._robot, self._effects, self._draws = robot, list(effects), draws
+        self._start, self._physics_step, self._seed = start, physics_step, seed
+        for name, ranges in draws.items():
+            if name not in library():
+                raise ConfigError(f"There is no effect {name!r} to draw; the effects are: {', '.join(library())}.")
+            known = parameters_of(library()[name])
+            for parameter, pair in ranges.items():
+                if parameter not in known:
+                    raise ConfigError(f"{name} has no parameter {parameter!r}; it has: {', '.join(known)}.")
+                if len(pair) != 2 or not pair[0] <= pair[1]:
+                    raise ConfigError(f"The range of {name}.{parameter} must be [lowest, highest]; found {list(pair)}.")
+        self._plant: SimPlant | None = None
+
+    def drawn(self, trial: int) -> list[Effect]:
+        """What the robot of a trial has beyond those effects that all have."""
+        rng = np.random.default_rng([self._seed, trial, _OWN])
+        return [
+            library()[name](**{key: float(rng.uniform(pair[0], pair[1])) for key, pair in ranges.items()})
+            for name, ranges in self._draws.items()
+        ]
+
+    def reset(self, trial: int) -> Observation:
+        """Begin the rollout that (seed, trial) names, with another robot."""
+        self.close()
+        self._plant = SimPlant(
+            robot=self._robot,
+            effects=[*self._effects, *self.drawn(trial)],
+            start=self._start,
+            physics_step=self._physics_step,
+            seed=self._seed,
+        )
+        return self._plant.reset(trial)
+
+    def step(self, command: float) -> Observation:
+        """Hold the command for one control period."""
+        if self._plant is None:
+            raise ConfigError("A plant must be reset before its first step.")
+        return self._plant.step(command)
+
+    def stop(self) -> None:
+        """Nothing moves between rollouts."""
+
+    def close(self) -> None:
+        """Let go of the engine."""
+        if self._plant is not None:
+            self._plant.close()
+        self._plant = None

@@ -1,0 +1,65 @@
+"""Make a linear-quadratic regulator: of the data sheet, or of a linear model of real episodes."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from hydra.utils import instantiate
+from omegaconf import DictConfig
+
+from twbal.channels import Channels
+from twbal.checkpoint import save_checkpoint
+from twbal.errors import ConfigError
+from twbal.logs import read_episode
+from twbal.policies.linear import LinearPolicy
+from twbal.robot.parameters import RobotParameters
+from twbal.search.regulator import data_sheet_regulator, identified_regulator
+from twbal.stages.artefacts import episode_files
+from twbal.stages.closing import closing, run_folder, told_of
+from twbal.stages.manifest import Manifest, Step, perform
+from twbal.stages.optimise_policy import POLICY
+from twbal.stages.settings import recorded, typed
+
+NOT_RECORDED = ("episodes",)
+
+
+@dataclass(frozen=True)
+class Settings:
+    """See conf/stage/linear_policy.yaml."""
+
+    command_width: float
+
+
+def main(cfg: DictConfig) -> None:
+    """Run the stage in Hydra's run folder."""
+    out = run_folder()
+    closing(run(cfg, out), out, f"twbal real-rollout policy.path={out / POLICY}{told_of('robot', 'state')}")
+
+
+def run(cfg: DictConfig, out: Path) -> Manifest:
+    """Write the regulator that `cfg` asks for to `out`/policy.pt, unless it is there already."""
+    settings = typed(Settings, cfg)
+    if not settings.command_width > 0:
+        raise ConfigError(
+            f"command_width must be a positive share of the torque limit; found {settings.command_width}."
+        )
+    files = episode_files(cfg.episodes) if cfg.episodes else []
+    step = Step("linear-policy", out, recorded(cfg, NOT_RECORDED), {"episodes": files}, 0)
+
+    def make() -> list[Path]:
+        save_checkpoint(out / POLICY, "policy", _regulator(cfg, settings, files).to_payload())
+        return [out / POLICY]
+
+    return perform(step, make)
+
+
+def _regulator(cfg: DictConfig, settings: Settings, files: list[Path]) -> LinearPolicy:
+    robot: RobotParameters = instantiate(cfg.robot)
+    channels: Channels = instantiate(cfg.state)
+    cost, width = instantiate(cfg.cost), settings.command_width
+    if files:
+        episodes = [read_episode(file) for file in files]
+        found = identified_regulator(episodes, channels, cost, width, robot.torque_limit)
+        if found is not None:
+            return found
+        print("  the linear model of these episodes cannot be stabilised: the regulator is that of the data sheet")
+    return data_sheet_regulator(robot, channels, cost, width)
