@@ -20,7 +20,7 @@ from typing import Any
 HOUSE = Path(__file__).resolve().parent.parent
 RESULTS = HOUSE / "benchmarks" / "results"
 PICTURES = HOUSE / "docs" / "pictures"
-PAGES = (HOUSE / "README.md", HOUSE / "docs" / "benchmarks.md", HOUSE / "docs" / "speed.md")
+PAGES = (HOUSE / "README.md", HOUSE / "docs" / "methods.md", HOUSE / "docs" / "benchmarks.md", HOUSE / "docs" / "speed.md")
 BAND = (0.85, 0.99)  # where the share inside a 95 % band should lie
 
 
@@ -151,6 +151,21 @@ def mending(results: Mapping[str, Any]) -> list[str]:
     return [*lines, "", f"{told} Real seconds: {sums}."]
 
 
+def methods(results: Mapping[str, Any]) -> list[str]:
+    """One line a method, beside the main one."""
+    shown = {"seconds": "real seconds to 10 of 10", "cost": "real cost", "coverage": "in the 95 % band", "drift": "drift [m]"}
+    names = ["method", "runs", "all trials balance", *shown.values(), "fits and searches [s]", "seconds: better, worse, p"]
+    lines = [f"| {' | '.join(names)} |", "|" + "---|" * len(names)]
+    for row in results["methods"]:
+        beside = row["seconds_p"]
+        cells = [row["method"], row["runs"], f"{row['solved']} of {row['runs']}"]
+        cells += [row[metric] or "-" for metric in (*shown, "search")]
+        cells.append(f"{beside['better']}, {beside['worse']}, {beside['p']:.2g}" if beside["pairs"] else "-")
+        lines.append(f"| {' | '.join(map(str, cells))} |")
+    robots = ", ".join(map(str, results["robots"]))
+    return [*lines, "", f"Robots {robots}; {results['wall_s'] / 60:.0f} minutes in all ({results['machine']})."]
+
+
 def times(results: Mapping[str, Any]) -> list[str]:
     """One line a case of the moment matching."""
     names = "engine, policy, samples, f's variance, CPU s, steps by pairs, all by pairs, cost off, gradient off, memory"
@@ -254,6 +269,7 @@ PARTS: Mapping[str, Callable[[Mapping[str, Any]], list[str]]] = {
     "figures": figures,
     "missed": missed,
     "mending": mending,
+    "methods": methods,
     "times": times,
     "ratios": ratios,
     "steps": steps,
