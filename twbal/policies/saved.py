@@ -4,12 +4,15 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from twbal.checkpoint import load_checkpoint
-from twbal.errors import ConfigError
+from twbal.errors import CheckpointError, ConfigError
+from twbal.policies.mlp import MlpPolicy
 from twbal.policies.rbf import RbfPolicy
 
+_KINDS: dict[str, type[RbfPolicy] | type[MlpPolicy]] = {"rbf": RbfPolicy, "mlp": MlpPolicy}
 
-def load_policy(path: str | Path, channels: Sequence[str]) -> RbfPolicy:
-    """The policy in the checkpoint `path`.
+
+def load_policy(path: str | Path, channels: Sequence[str]) -> RbfPolicy | MlpPolicy:
+    """The policy in the checkpoint `path`, of the kind that its payload's `law` says (without one: "rbf").
 
     Args:
         path: a `policy.pt`.
@@ -19,10 +22,33 @@ def load_policy(path: str | Path, channels: Sequence[str]) -> RbfPolicy:
         CheckpointError: the file cannot be read, or holds no policy.
         ConfigError: the policy reads other channels.
     """
-    policy = RbfPolicy.from_payload(load_checkpoint(Path(path), "policy"))
+    payload = load_checkpoint(Path(path), "policy")
+    law = payload.get("law", "rbf")
+    if law not in _KINDS:
+        raise CheckpointError(
+            f"The policy in {path} is of the kind {law!r}; this twbal knows {', '.join(_KINDS)}. "
+            "Was it made by a newer one?"
+        )
+    policy = _KINDS[law].from_payload(payload)
     if policy.channels != tuple(channels):
         raise ConfigError(
             f"The policy in {path} reads the state {', '.join(policy.channels)}; here it is {', '.join(channels)}. "
             "Choose the state that it was made with by state=..."
+        )
+    return policy
+
+
+def load_searched_policy(path: str | Path, channels: Sequence[str]) -> RbfPolicy:
+    """The policy in the checkpoint `path`, which must be of the kind that is searched.
+
+    Raises:
+        CheckpointError, ConfigError: as of `load_policy`.
+        ConfigError: it is of another kind.
+    """
+    policy = load_policy(path, channels)
+    if not isinstance(policy, RbfPolicy):
+        raise ConfigError(
+            f"The policy in {path} is the network of an agent; searched and measured on a model are "
+            "those of `twbal optimise-policy` alone."
         )
     return policy

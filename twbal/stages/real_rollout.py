@@ -16,6 +16,7 @@ from twbal.errors import ConfigError, LinkLostError
 from twbal.link.serial_plant import SerialPlant
 from twbal.logs import read_episode, write_episode
 from twbal.policies.exploring import ExploringPolicy
+from twbal.policies.mlp import MlpPolicy
 from twbal.policies.policy import Policy
 from twbal.policies.rbf import RbfPolicy
 from twbal.robot.parameters import RobotParameters, parameter_hash
@@ -125,10 +126,10 @@ def record(
 
 
 def _check_torque(policy: Policy, robot: RobotParameters) -> None:
-    if isinstance(policy, RbfPolicy) and policy.max_command > robot.torque_limit * (1 + 1e-9):
+    if isinstance(policy, RbfPolicy | MlpPolicy) and policy.max_command > robot.torque_limit * (1 + 1e-9):
         raise ConfigError(
             f"The policy commands up to {policy.max_command:g} N·m; the robot {robot.name!r} takes "
-            f"{robot.torque_limit:g} N·m. Choose the robot that it was made for by robot=..., or search one for it."
+            f"{robot.torque_limit:g} N·m. Choose the robot that it was made for by robot=..., or make one for it."
         )
 
 
