@@ -18,6 +18,7 @@ STAGES = {
     "sim-collect": "drive the simulated robot at random (or by a policy) and log what it does",
     "fit-sim-gp": "learn the simulator model f from logged episodes",
     "optimise-policy": "search the policy that the model expects to do best",
+    "train-agent": "train a model-free agent in simulation, as a baseline",
     "real-rollout": "drive the robot on the other end of a link by a policy and log what it does",
     "fit-diff-gp": "learn the correction g from logged episodes of the robot",
     "import-log": "bring logs that twbal did not make into episode logs, by a mapping",
