@@ -19,6 +19,7 @@ STAGES = {
     "fit-sim-gp": "learn the simulator model f from logged episodes",
     "optimise-policy": "search the policy that the model expects to do best",
     "linear-policy": "make a linear-quadratic regulator, of the data sheet or of a linear model of real episodes",
+    "train-agent": "train a model-free agent in simulation, as a baseline",
     "real-rollout": "drive the robot on the other end of a link by a policy and log what it does",
     "fit-diff-gp": "learn the correction g from logged episodes of the robot",
     "import-log": "bring logs that twbal did not make into episode logs, by a mapping",

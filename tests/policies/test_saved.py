@@ -5,7 +5,7 @@ from twbal.checkpoint import save_checkpoint
 from twbal.errors import CheckpointError, ConfigError
 from twbal.policies.linear import LinearPolicy
 from twbal.policies.rbf import RbfPolicy
-from twbal.policies.saved import load_network, load_policy, load_regulator
+from twbal.policies.saved import load_policy, load_regulator, load_searched_policy
 
 NAMES = ("tilt", "tilt_rate")
 LINEAR = LinearPolicy(NAMES, np.array([3.0, 0.5]), 0.2, 4.0)
@@ -38,13 +38,13 @@ def test_a_linear_law_is_cut_at_its_limit_and_has_a_bias():
 
 
 def test_an_unknown_kind_is_refused(saved):
-    with pytest.raises(CheckpointError, match="of the kind 'oracle'; this version knows: rbf, linear"):
-        load_policy(saved({"kind": "oracle"}), NAMES)
+    with pytest.raises(CheckpointError, match="of the kind 'oracle'; this twbal knows rbf, linear"):
+        load_policy(saved({"law": "oracle"}), NAMES)
 
 
-@pytest.mark.parametrize(("load", "other"), [(load_network, LINEAR), (load_regulator, NETWORK)])
+@pytest.mark.parametrize(("load", "other"), [(load_searched_policy, LINEAR), (load_regulator, NETWORK)])
 def test_a_search_takes_no_policy_of_another_kind(saved, load, other):
-    with pytest.raises(CheckpointError, match=f"holds a {type(other).__name__}"):
+    with pytest.raises(ConfigError, match=f"is a {type(other).__name__}"):
         load(saved(other), NAMES)
 
 

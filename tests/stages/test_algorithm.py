@@ -40,7 +40,7 @@ def learn(solved=(), words=(), diagnosable=1, useless=(), **changed):
     usual = {"updates": 2, "trials": 10, "stop_when_solved": False, "sim_rounds": 1, "confirm_rollouts": 0}
     usual |= {"diagnose": False, "on_regulator": False, "first": "simulation", "update": "difference"}
     simulated = {"sim_round_rollouts": 3, "sim_round_exploration": 0.1}
-    settings = Settings(**{"seed": 5, "confirm_steps": 70, "first_rollouts": 4, **simulated, **usual, **changed})
+    settings = Settings(**{"seed": 5, "confirm_steps": 70, "first_rollouts": 4, "trained": None, **simulated, **usual, **changed})
     chain = NotingChain()
     asks = Questions(
         lambda trials: str(trials) in solved,
@@ -220,3 +220,11 @@ def test_a_network_on_a_regulator_is_searched_on_the_same_one_each_time():
 def test_an_unknown_way_to_learn_is_refused(setting):
     with pytest.raises(ConfigError, match=f"{setting} must be one of"):
         learn(**{setting: "magic"})
+
+
+def test_an_agent_is_trained_once_or_was_before(tmp_path):
+    calls, learning = learn(first="agent", updates=0)
+    assert [call.stage for call in calls] == ["train-agent", "real-rollout"]
+    calls, learning = learn(first="agent", updates=0, trained=str(tmp_path))
+    assert [call.stage for call in calls] == ["real-rollout"]
+    assert learning.policies[0].policy_file == tmp_path / "policy.pt"

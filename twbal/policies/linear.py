@@ -21,8 +21,6 @@ class LinearPolicy(Policy):
         max_command: u_max [N·m].
     """
 
-    KIND = "linear"
-
     channels: tuple[str, ...]
     gain: Array
     bias: float
@@ -39,7 +37,7 @@ class LinearPolicy(Policy):
 
     def to_payload(self) -> dict[str, Any]:
         """Plain values and arrays, for a checkpoint."""
-        return {"kind": self.KIND, **vars(self), "channels": list(self.channels)}
+        return {"law": "linear", **vars(self), "channels": list(self.channels)}
 
     @classmethod
     def from_payload(cls, payload: dict[str, Any]) -> Self:

@@ -1,27 +1,26 @@
 """Policies from checkpoints."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Protocol
 
 from twbal.checkpoint import load_checkpoint
 from twbal.errors import CheckpointError, ConfigError
 from twbal.policies.linear import LinearPolicy
-from twbal.policies.policy import Policy
+from twbal.policies.mlp import MlpPolicy
 from twbal.policies.rbf import RbfPolicy
 
-_RBF = "rbf"  # what a payload is that names no kind
+SavedPolicy = RbfPolicy | LinearPolicy | MlpPolicy
+"""What a checkpoint can hold."""
+
+_KINDS: dict[str, type[RbfPolicy] | type[LinearPolicy] | type[MlpPolicy]] = {
+    "rbf": RbfPolicy,
+    "linear": LinearPolicy,
+    "mlp": MlpPolicy,
+}
 
 
-class _Kind(Protocol):
-    def from_payload(self, payload: dict[str, Any]) -> Policy: ...
-
-
-_KINDS: Mapping[str, _Kind] = {_RBF: RbfPolicy, LinearPolicy.KIND: LinearPolicy}
-
-
-def load_policy(path: str | Path, channels: Sequence[str]) -> Policy:
-    """The policy in the checkpoint `path`.
+def load_policy(path: str | Path, channels: Sequence[str]) -> SavedPolicy:
+    """The policy in the checkpoint `path`, of the kind that its payload's `law` says (without one: "rbf").
 
     Args:
         path: a `policy.pt`.
@@ -32,43 +31,47 @@ def load_policy(path: str | Path, channels: Sequence[str]) -> Policy:
         ConfigError: the policy reads other channels.
     """
     payload = load_checkpoint(Path(path), "policy")
-    kind = str(payload.get("kind", _RBF))
-    if kind not in _KINDS:
-        raise CheckpointError(f"{path} holds a policy of the kind {kind!r}; this version knows: {', '.join(_KINDS)}.")
-    policy = _KINDS[kind].from_payload(payload)
-    reads = tuple(getattr(policy, "channels", ()))
-    if reads != tuple(channels):
+    law = payload.get("law", "rbf")
+    if law not in _KINDS:
+        raise CheckpointError(
+            f"The policy in {path} is of the kind {law!r}; this twbal knows {', '.join(_KINDS)}. "
+            "Was it made by a newer one?"
+        )
+    policy = _KINDS[law].from_payload(payload)
+    if policy.channels != tuple(channels):
         raise ConfigError(
-            f"The policy in {path} reads the state {', '.join(reads)}; here it is {', '.join(channels)}. "
+            f"The policy in {path} reads the state {', '.join(policy.channels)}; here it is {', '.join(channels)}. "
             "Choose the state that it was made with by state=..."
         )
     return policy
 
 
-def load_network(path: str | Path, channels: Sequence[str]) -> RbfPolicy:
-    """The radial-basis policy in a checkpoint: what a search can begin at; see `load_policy`.
+def load_searched_policy(path: str | Path, channels: Sequence[str]) -> RbfPolicy:
+    """The policy in the checkpoint `path`, which must be of the kind that is searched.
 
     Raises:
-        CheckpointError: it is a policy of another kind.
+        CheckpointError, ConfigError: as of `load_policy`.
+        ConfigError: it is of another kind.
     """
     policy = load_policy(path, channels)
     if not isinstance(policy, RbfPolicy):
-        raise CheckpointError(
-            f"{path} holds a {type(policy).__name__}; a search begins at, and judges, radial-basis policies only. "
-            "Give it a policy.pt of optimise-policy."
+        raise ConfigError(
+            f"The policy in {path} is a {type(policy).__name__}; searched and measured on a model are those of "
+            "`twbal optimise-policy` alone."
         )
     return policy
 
 
 def load_regulator(path: str | Path, channels: Sequence[str]) -> LinearPolicy:
-    """The regulator in a checkpoint; see `load_policy`.
+    """The regulator in the checkpoint `path`.
 
     Raises:
-        CheckpointError: it is a policy of another kind.
+        CheckpointError, ConfigError: as of `load_policy`.
+        ConfigError: it is of another kind.
     """
     policy = load_policy(path, channels)
     if not isinstance(policy, LinearPolicy):
-        raise CheckpointError(
-            f"{path} holds a {type(policy).__name__}; expected is a regulator. Give it a policy.pt of linear-policy."
+        raise ConfigError(
+            f"The policy in {path} is a {type(policy).__name__}; expected is a regulator of `twbal linear-policy`."
         )
     return policy

@@ -50,6 +50,7 @@ class Settings:
     first_rollouts: int
     update: str
     on_regulator: bool
+    trained: str | None
 
 
 @dataclass(frozen=True)
@@ -154,6 +155,7 @@ class Algorithm:
             "simulation": self._simulation,
             "random": self._random,
             "regulator": self._regulator,
+            "agent": self._agent,
         }
         self._lessons: Mapping[str, Callable[[Lesson], Learned]] = {
             "difference": self._difference,
@@ -203,6 +205,13 @@ class Algorithm:
         """The regulator of the data sheet; nothing is learned."""
         made = self._chain.run(Call("linear-policy", Path("regulator"), {"episodes": []}))
         return (), Learned(0, (), (made,), (), Path("regulator"), None, None, predicted=False)
+
+    def _agent(self) -> tuple[tuple[Path, ...], Learned]:
+        """A model-free agent, trained in simulation here or before."""
+        if self._settings.trained is not None:
+            return (), Learned(0, (), (), (), Path(self._settings.trained).absolute(), None, None, predicted=False)
+        made = self._chain.run(Call("train-agent", Path("agent"), {"seed": self._settings.seed}))
+        return (), Learned(0, (), (made,), (), Path("agent"), None, None, predicted=False)
 
     def _collect(self, out: Path, round_number: int, policy: Path, simulation: Path | None = None) -> None:
         """Rollouts in simulation, as it is or by a file: at random at first, then by the policy of the round before."""

@@ -10,7 +10,7 @@ from omegaconf import DictConfig
 from omegaconf.errors import OmegaConfBaseException
 
 from twbal.errors import TwbalError
-from twbal.stages import diagnose, fit_diff_gp, fit_sim_gp, linear_policy, optimise_policy, real_rollout, sim_collect
+from twbal.stages import diagnose, fit_diff_gp, fit_sim_gp, linear_policy, optimise_policy, real_rollout, sim_collect, train_agent
 from twbal.stages.commands import ROOT, command_line, compose_stage, stage_overrides, text
 from twbal.stages.complaints import complaint
 from twbal.stages.manifest import Manifest, read_manifest
@@ -22,6 +22,7 @@ RUN: Mapping[str, Callable[[DictConfig, Path], Manifest]] = {
     "optimise-policy": optimise_policy.run,
     "linear-policy": linear_policy.run,
     "real-rollout": real_rollout.run,
+    "train-agent": train_agent.run,
     "fit-diff-gp": fit_diff_gp.run,
     "diagnose": diagnose.run,
 }

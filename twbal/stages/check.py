@@ -18,7 +18,7 @@ from twbal.diagnose.recording import Usability, read_recordings
 from twbal.errors import ConfigError, DataError, RegressionError
 from twbal.files import file_hash, write_atomically
 from twbal.logs import read_episodes
-from twbal.policies.saved import load_network
+from twbal.policies.saved import load_searched_policy
 from twbal.regression.compare import Tolerance, compare, junit, table
 from twbal.regression.measures import (
     Measures,
@@ -92,7 +92,7 @@ def measure(cfg: DictConfig, folder: Path) -> Measures:
     logs = {name: read_episodes(folder / name) for name in LOGS}
     robot: RobotParameters = instantiate(cfg.robot)
     channels: Channels = instantiate(cfg.state)
-    model, policy = load_model(folder / MODEL).model, load_network(folder / POLICY, channels.names)
+    model, policy = load_model(folder / MODEL).model, load_searched_policy(folder / POLICY, channels.names)
     cost, pose, recipe = instantiate(cfg.cost), instantiate(cfg.start), instantiate(cfg.model)
     settings = instantiate(cfg.diagnosis)
     real = [*logs["real"], *logs["held_out"]]

@@ -14,7 +14,10 @@ from twbal.errors import ConfigError, DataError
 from twbal.files import file_hash, write_atomically
 
 MANIFEST = "manifest.json"
-PACKAGES = ("torch", "gpytorch", "pybullet", "numpy", "scipy", "numba", "mcap", "protobuf", "hydra-core", "omegaconf")
+PACKAGES = (
+    *("torch", "gpytorch", "pybullet", "numpy", "scipy", "numba", "mcap", "protobuf", "hydra-core", "omegaconf"),
+    *("gymnasium", "stable-baselines3"),
+)
 
 
 @dataclass(frozen=True)

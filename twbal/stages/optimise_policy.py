@@ -15,7 +15,7 @@ from twbal.evaluation import widened
 from twbal.files import file_hash
 from twbal.logs import read_episode
 from twbal.models.dynamics import DynamicsModel
-from twbal.policies.saved import load_network, load_regulator
+from twbal.policies.saved import load_regulator, load_searched_policy
 from twbal.search.optimise import SearchResult, SearchSettings, search_policy
 from twbal.search.start_state import start_state
 from twbal.search.warm import is_compiled
@@ -86,7 +86,7 @@ def _search(cfg: DictConfig, dynamics: Path, earlier: list[Path], settings: Sett
         torque_limit=float(cfg.robot.torque_limit),
         settings=search if settings.searches else replace(search, searched=0),
         judging=instantiate(cfg.judge),
-        earlier=[load_network(path, channels.names) for path in earlier],
+        earlier=[load_searched_policy(path, channels.names) for path in earlier],
         seed=settings.seed,
         progress=lambda line: print(f"  {line}", flush=True),
         workers=settings.workers or os.cpu_count() or 1,

@@ -128,7 +128,7 @@ def _check_torque(policy: Policy, robot: RobotParameters) -> None:
     if most > robot.torque_limit * (1 + 1e-9):
         raise ConfigError(
             f"The policy commands up to {most:g} N·m; the robot {robot.name!r} takes "
-            f"{robot.torque_limit:g} N·m. Choose the robot that it was made for by robot=..., or search one for it."
+            f"{robot.torque_limit:g} N·m. Choose the robot that it was made for by robot=..., or make one for it."
         )
 
 

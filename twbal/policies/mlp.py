@@ -1,0 +1,90 @@
+"""A neural network as a policy: what a model-free agent learns."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Self
+
+import numpy as np
+
+from twbal.errors import CheckpointError
+from twbal.gaussian import Array
+from twbal.policies.policy import Controller, Policy
+
+_Function = Callable[[Array], Array]
+_ACTIVATIONS: Mapping[str, _Function] = {"tanh": np.tanh, "relu": lambda x: np.maximum(x, 0.0)}
+_SQUASHES: Mapping[str, _Function] = {"tanh": np.tanh, "clip": lambda x: np.clip(x, -1.0, 1.0)}
+_FAR = 1e100
+"""States are cut off here, where products would overflow: the command is to be a number for any state."""
+
+
+@dataclass(frozen=True, eq=False)
+class MlpPolicy(Policy):
+    """u = u_max σ(W_L h_{L-1} + b_L) with h_l = a(W_l h_{l-1} + b_l) and h_0 = x, in [-u_max, u_max] for every x.
+
+    Attributes:
+        channels: names of the D state channels that it reads.
+        weights: W_l, (N_l, N_{l-1}) each; N_0 = D, N_L = 1. The first takes the state in the channels' units.
+        biases: b_l, (N_l,) each.
+        activation: a, "tanh" or "relu".
+        squash: σ, "tanh", or "clip" to [-1, 1].
+        max_command: u_max [N·m].
+
+    Raises:
+        CheckpointError: the layers do not fit together, or a function is not known.
+    """
+
+    channels: tuple[str, ...]
+    weights: tuple[Array, ...]
+    biases: tuple[Array, ...]
+    activation: str
+    squash: str
+    max_command: float
+
+    def __post_init__(self) -> None:
+        for name, known in (("activation", _ACTIVATIONS), ("squash", _SQUASHES)):
+            if getattr(self, name) not in known:
+                raise CheckpointError(
+                    f"A network's {name} is {' or '.join(known)}; found {getattr(self, name)!r}. Train it with one."
+                )
+        widths = [len(self.channels), *map(len, self.biases)]
+        expected = list(zip(widths[1:], widths, strict=False))
+        found = [np.shape(layer) for layer in self.weights]
+        if found != expected or widths[-1] != 1 or not self.biases:
+            raise CheckpointError(
+                f"The layers of a network from {widths[0]} channels to 1 command do not fit together: biases of "
+                f"{widths[1:]}, weights of {found}. Was the file changed by hand? Train it again."
+            )
+
+    def command(self, states: Array) -> Array:
+        """u [N·m] of shape (...) for states (..., D)."""
+        hidden = np.clip(states, -_FAR, _FAR)
+        *inner, last = zip(self.weights, self.biases, strict=True)
+        for W, b in inner:
+            hidden = _ACTIVATIONS[self.activation](hidden @ W.T + b)  # (..., N_l)
+        W, b = last
+        command: Array = self.max_command * _SQUASHES[self.squash](hidden @ W[0] + b[0])
+        return command
+
+    def controller(self, rng: np.random.Generator) -> Controller:
+        """The law itself; nothing in it is random."""
+        return lambda state: float(self.command(state))
+
+    def to_payload(self) -> dict[str, Any]:
+        """Plain values and arrays, for a checkpoint."""
+        lists = {name: list(getattr(self, name)) for name in ("channels", "weights", "biases")}
+        return {"law": "mlp", **vars(self), **lists}
+
+    @classmethod
+    def from_payload(cls, payload: dict[str, Any]) -> Self:
+        """Back from `to_payload`.
+
+        Raises:
+            CheckpointError: a part is missing, or the parts do not fit together.
+        """
+        try:
+            weights, biases = (tuple(map(np.asarray, payload[name])) for name in ("weights", "biases"))
+            activation, squash = str(payload["activation"]), str(payload["squash"])
+            max_command = float(payload["max_command"])
+            return cls(tuple(payload["channels"]), weights, biases, activation, squash, max_command)
+        except KeyError as missing:
+            raise CheckpointError(f"The policy's checkpoint has no {missing}; it has: {', '.join(payload)}.") from None

@@ -1,0 +1,53 @@
+"""The environment that a configuration describes."""
+
+from collections.abc import Sequence
+from functools import partial
+
+from hydra import compose, initialize_config_dir
+from hydra.errors import HydraException
+from hydra.utils import instantiate
+from omegaconf import DictConfig
+from omegaconf.errors import OmegaConfBaseException
+
+from twbal.configuration import conf_folder
+from twbal.environment.two_wheeled import TwoWheeled
+from twbal.sim.plant import SimPlant
+from twbal.stages.complaints import complaint
+from twbal.stages.settings import members
+from twbal.stages.sim_files import with_files
+
+
+def make(overrides: Sequence[str] = (), render_mode: str | None = None) -> TwoWheeled:
+    """The environment of `twbal train-agent` with these words; what `gymnasium.make("twbal/TwoWheeled-v0")` calls.
+
+    Args:
+        overrides: such as `["robot=regbot", "sim=regbot", "+effect@sim.effects.dead_zone=dead_zone"]`.
+        render_mode: "rgb_array", or None.
+
+    Raises:
+        ConfigError: a word that the configuration does not take.
+    """
+    try:
+        with initialize_config_dir(str(conf_folder()), version_base="1.3"):
+            cfg = compose("train_agent", with_files(overrides))
+        return environment_of(cfg, render_mode)
+    except (HydraException, OmegaConfBaseException) as error:
+        raise complaint(error, "train-agent") from error
+
+
+def environment_of(cfg: DictConfig, render_mode: str | None = None) -> TwoWheeled:
+    """The environment that `cfg` describes; trial k is the one that `sim-collect` drives with the same seed."""
+    robot, channels, cost, rule = (instantiate(cfg[part]) for part in ("robot", "state", "cost", "rule"))
+    return TwoWheeled(plant_maker(cfg)(), robot, channels, cost, rule, render_mode)
+
+
+def plant_maker(cfg: DictConfig) -> partial[SimPlant]:
+    """Makes the simulated robot of `cfg`."""
+    return partial(
+        SimPlant,
+        robot=instantiate(cfg.robot),
+        effects=members(cfg.sim.effects),
+        start=instantiate(cfg.start),
+        physics_step=float(cfg.sim.physics_step),
+        seed=int(cfg.seed),
+    )
