@@ -14,8 +14,7 @@ from benchmarks.moment_matching.problem import (
     COST,
     HORIZON,
     START,
-    found_policy,
-    gp,
+    found_apart,
     kernels,
     random_policy,
     transition,
@@ -38,8 +37,8 @@ def run(n: int, policy: str, keep_variance: bool, difference: int, repeats: int,
         repeats: timed runs.
         exact: compare with the exact sums over pairs too.
     """
-    law = found_policy(gp(300)) if policy == "found" else random_policy()
-    before = memory_mb()  # of the libraries and the search of the policy
+    law = found_apart(300) if policy == "found" else random_policy()
+    before = memory_mb()  # of the libraries
     g = kernels(difference, True, seed=5, strength=0.1) if difference else None
     model = transition(kernels(n, keep_variance), g)
     seconds, found = timed(lambda: long_term_cost(model, law, COST, START, HORIZON, SERIES), repeats)

@@ -18,7 +18,6 @@ from twbal.models.gp import GaussianProcess, condition, squared_exponential
 from twbal.models.moments.kernel_sum import KernelSum, no_kernels
 from twbal.models.moments.prediction import Truncation
 from twbal.policies.rbf import RbfPolicy
-from twbal.search.descent import Objective, descend
 from twbal.search.linear import regulator
 from twbal.search.transition import TransitionModel
 
@@ -99,6 +98,8 @@ def random_policy(seed: int = 1, weight: float = 0.1) -> RbfPolicy:
 
 def found_policy(f: GaussianProcess) -> RbfPolicy:
     """A policy that balances: a linear regulator of the model beside the random network, after 30 steps of L-BFGS."""
+    from twbal.search.descent import Objective, descend  # 20 MB of scipy.optimize that the engine does without
+
     slope = f.slope(np.zeros((1, 4)))[0]  # (3, 4)
     A, B = np.eye(3) + slope[:, :3], slope[:, 3]
     gain = regulator(A, B, COST, 1.0)
@@ -109,3 +110,13 @@ def found_policy(f: GaussianProcess) -> RbfPolicy:
     bare = KernelSum(f.centres, f.length_scales, f.signal_variance, f.weights, np.zeros((3, 0, 0)))
     objective = Objective(transition(bare), COST, START, HORIZON, Truncation(1e-5, (2, 4), False), 1e-4)
     return descend(objective, start, np.ones(3), True, 30)
+
+
+def found_apart(n: int) -> RbfPolicy:
+    """`found_policy` of n samples from a process of its own: the search's memory does not count as the engine's."""
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
+        return pool.submit(_found, n).result()
+
+
+def _found(n: int) -> RbfPolicy:
+    return found_policy(gp(n))

@@ -121,6 +121,25 @@ def test_the_same_seed_gives_the_same_fit():
     assert np.array_equal(one.weights, other.weights)
 
 
+def test_searches_that_begin_on_choices_of_their_own_end_where_searches_on_all_samples_do():
+    inputs, targets = samples(n=200)
+    on_all = fit_gp(inputs, targets, FitSettings(**{**VALUES, "screening_points": 200}), seed=0).log_evidence
+    own = fit_gp(inputs, targets, FitSettings(**{**VALUES, "screening_points": 100}, own_choices=4), seed=0)
+    np.testing.assert_allclose(own.log_evidence, on_all, atol=0.01)
+
+
+@pytest.mark.slow
+def test_choices_of_their_own_show_an_optimum_that_a_common_choice_hides():
+    rng = np.random.default_rng(1003)
+    inputs = rng.uniform(-1.0, 1.0, (1000, 4)) * [0.5, 3.0, 3.0, 1.0]
+    clean = 0.05 * (15.0 * np.sin(inputs[:, 0]) - 4.0 * inputs[:, 3] - 0.2 * inputs[:, 1])
+    target = (clean + 0.02 * rng.standard_normal((1000, 3))[:, 1])[:, None]
+    free = {**VALUES, "screening_points": 300, "max_signal_to_noise": 1e5, "max_relative_length_scale": 1e6}
+    common = fit_gp(inputs, target, FitSettings(**{**free, "starts": 5}), seed=0).log_evidence
+    own = fit_gp(inputs, target, FitSettings(**free, own_choices=8), seed=0).log_evidence
+    assert own > common + 1.0
+
+
 def test_penalties_hold_noiseless_data_and_idle_inputs():
     inputs = np.random.default_rng(0).standard_normal((60, 2))
     gp = fit_gp(inputs, np.sin(inputs[:, :1]), SETTINGS, seed=0).gp
@@ -196,7 +215,7 @@ def test_targets_of_another_length_are_refused():
         fit_gp(inputs, targets[1:], SETTINGS, seed=0)
 
 
-@pytest.mark.parametrize(("name", "value"), [("starts", 0), ("max_signal_to_noise", 1.0)])
+@pytest.mark.parametrize(("name", "value"), [("starts", 0), ("own_choices", -1), ("max_signal_to_noise", 1.0)])
 def test_settings_that_cannot_be_right_are_refused(name, value):
     with pytest.raises(ConfigError, match=name):
         FitSettings(**{**VALUES, name: value})

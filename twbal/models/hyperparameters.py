@@ -6,10 +6,13 @@ from typing import NamedTuple, Self
 
 import numpy as np
 import scipy.optimize
+from numpy.typing import NDArray
 
 from twbal.errors import ConfigError, FitError
 from twbal.gaussian import Array
 from twbal.models.evidence import Evidence
+
+Integers = NDArray[np.int64]
 
 LogEvidence = Callable[[Array], tuple[float, Array]]
 """Log evidence of one output [nats], or a bound on it, and its gradient (d + 2,), at a θ of `Evidence`."""
@@ -19,6 +22,9 @@ WALL = 1.25  # the search box, in units of the limits' logarithms; the penalty t
 NOISE_BOX = (-25.0, 10.0)  # of log σ/std(y)
 START_NOISE = 0.1  # σ/std(y)
 MUTE_TARGET_SD = 1e-6  # stands for the spread of a target that is zero throughout
+CURVATURE_STEP = 1e-2  # of the logarithms, in differences of slopes
+FLATTEST = 1.0  # [nats]; the least curvature by which coordinates are scaled
+FARTHEST = 30.0  # a polish's box, in units of the scaled coordinates: it only keeps exponentials from overflowing
 
 
 @dataclass(frozen=True)
@@ -45,13 +51,16 @@ class FitSettings:
     Attributes:
         starts: searches an output: the first from std(X), std(y), std(y)/10, the others from perturbations of that.
         perturbation: standard deviation of the starts' logarithms.
-        screening_points: with more samples than this, the starts compete on a random choice of so many ...
-        finalists: ... and this many of the best are searched to the end on all samples.
+        screening_points: with more samples than this, the starts are searched on a random choice of so many first ...
+        finalists: ... on which they compete, and this many of the best are searched to the end on all samples.
         iterations: at most, of L-BFGS, in each search.
         max_signal_to_noise: α/σ above which the penalty rises.
         max_relative_length_scale: ℓ/std(X) above which the penalty rises.
         length_scale_prior: on ℓ relative to the reference length-scales; None for evidence alone.
         noise_prior: on σ relative to the reference noise; None for evidence alone.
+        own_choices: above 0, so many starts do not compete: each is searched on a random choice of its own, and all of
+            them then on all samples. A few samples often have one optimum where all of them have several, and which one
+            differs from choice to choice.
     """
 
     starts: int
@@ -63,10 +72,13 @@ class FitSettings:
     max_relative_length_scale: float
     length_scale_prior: LogNormalPrior | None = None
     noise_prior: LogNormalPrior | None = None
+    own_choices: int = 0
 
     def __post_init__(self) -> None:
         if min(self.starts, self.finalists, self.iterations, self.screening_points) < 1:
             raise ConfigError(f"starts, finalists, iterations and screening_points must be at least 1; found {self}.")
+        if self.own_choices < 0:
+            raise ConfigError(f"own_choices must be at least 0; found {self.own_choices}.")
         if min(self.max_signal_to_noise, self.max_relative_length_scale) <= 1:
             raise ConfigError(f"max_signal_to_noise and max_relative_length_scale must exceed 1; found {self}.")
 
@@ -144,6 +156,36 @@ class Objective:
         )
         return Minimum(float(found.fun), found.x)
 
+    def curvature(self, evidence: LogEvidence, theta: Array) -> Array:
+        """Second derivatives at `theta` (d + 2,), by differences of slopes, (d + 2, d + 2)."""
+        steps = CURVATURE_STEP * np.eye(len(theta))
+        slopes = [self._value(evidence, theta + h)[1] - self._value(evidence, theta - h)[1] for h in steps]
+        difference = np.array(slopes) / (2.0 * CURVATURE_STEP)
+        return 0.5 * (difference + difference.T)
+
+    def polish(self, evidence: LogEvidence, start: Array, curvature: Array, iterations: int) -> "Minimum":
+        """Search with L-BFGS from `start` (d + 2,) near a minimum, in coordinates that make `curvature` about I.
+
+        Length-scales and α/σ mostly rise together at little cost, so that curvatures differ a thousandfold: a search in
+        such coordinates takes a fifth of the evaluations.
+        """
+        curvatures, axes = np.linalg.eigh(curvature)
+        scale = axes / np.sqrt(np.maximum(np.abs(curvatures), FLATTEST))
+
+        def value(z: Array) -> tuple[float, Array]:
+            found, slope = self._value(evidence, start + scale @ z)
+            return found, slope @ scale
+
+        found = scipy.optimize.minimize(
+            value,
+            np.zeros_like(start),
+            jac=True,
+            method="L-BFGS-B",
+            bounds=[(-FARTHEST, FARTHEST)] * len(start),
+            options={"maxiter": iterations, "maxcor": 20, "ftol": 1e-7, "gtol": 1e-2},
+        )
+        return Minimum(float(found.fun), start + scale @ found.x)
+
     def _value(self, evidence: LogEvidence, theta: Array) -> tuple[float, Array]:
         value, slope = evidence(theta + self.origin)
         ratio = theta[:-1] / self._limits
@@ -206,11 +248,16 @@ def _search(
     n, d = inputs.shape
     start = np.append(np.zeros(d), np.log([1.0 / START_NOISE, START_NOISE]))
     moving = np.append(np.ptp(inputs, axis=0) > 0.0, [True, True])  # the data say nothing about the other inputs
-    away = settings.perturbation * rng.standard_normal((settings.starts, d + 2)) * moving
+    apart = n > settings.screening_points and settings.own_choices > 0
+    count = settings.own_choices if apart else settings.starts
+    away = settings.perturbation * rng.standard_normal((count, d + 2)) * moving
     chosen = rng.permutation(n)[: settings.screening_points]
     if not target.any():
         return start
     starts = np.vstack([start, start + away[1:]])
+    if apart:
+        choices = [chosen, *(rng.permutation(n)[: len(chosen)] for _ in starts[1:])]
+        return _best_of_own_choices(objective, inputs, target, starts, choices, settings.iterations)
     if len(chosen) < n:
         screen = Evidence(inputs[chosen], target[chosen])
         results = [objective.minimise(screen, theta, settings.iterations) for theta in starts]
@@ -218,6 +265,23 @@ def _search(
         starts = np.array([minimum.theta for minimum in results[: settings.finalists]])
     evidence = Evidence(inputs, target)
     results = [objective.minimise(evidence, theta, settings.iterations) for theta in starts]
+    return min(results, key=lambda minimum: minimum.value).theta
+
+
+def _best_of_own_choices(
+    objective: Objective, inputs: Array, target: Array, starts: Array, choices: list[Integers], iterations: int
+) -> Array:
+    """The best of searches that each begin on a choice of samples and end on all, (d + 2,).
+
+    An optimum on a few samples is near one on all of them, and has its curvature but for the number of samples.
+    """
+    evidence = Evidence(inputs, target)
+    results = []
+    for start, chosen in zip(starts, choices, strict=True):
+        screen = Evidence(inputs[chosen], target[chosen])
+        near = objective.minimise(screen, start, iterations).theta
+        curvature = objective.curvature(screen, near) * (len(target) / len(chosen))
+        results.append(objective.polish(evidence, near, curvature, iterations))
     return min(results, key=lambda minimum: minimum.value).theta
 
 
