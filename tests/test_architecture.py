@@ -21,6 +21,7 @@ FOREIGN = {
     "numba": ("compiled.py",),
     "pandas": ("foreign/text.py", "stages/export.py"),
     "PIL": ("figures/film.py",),
+    "ray": ("stages/ray_launcher.py",),
 }
 
 
