@@ -133,10 +133,9 @@ class Job:
             first: failure that Hydra told of.
             words: with which the stage was called.
         """
-        found = [
-            path.read_text(encoding="utf-8").split("\n", 3) for path in sorted(first.sweep.glob(f"*/**/{FAILURE}"))
-        ]
-        ours = [f"{told or 'default'} ({said})" for told, said, sweep, _ in found if sweep == f"sweep {self._sweep}"]
+        files = sorted(first.sweep.glob(f"*/**/{FAILURE}"))
+        logs = [lines for file in files if len(lines := file.read_text(encoding="utf-8").split("\n", 3)) == 4]
+        ours = [f"{told or 'default'} ({said})" for told, said, sweep, _ in logs if sweep == f"sweep {self._sweep}"]
         more = f" and {len(ours) - _LISTED} more" if len(ours) > _LISTED else ""
         which = f"{'; '.join(ours[:_LISTED])}{more}" if ours else str(first)
         count = "1 job of the sweep" if len(ours) < 2 else f"{len(ours)} jobs of the sweep"
