@@ -189,12 +189,21 @@ def cluster():
 
 def start_on_ray(folder, address):
     words = [*SWEEP, "hydra/launcher=ray_cluster", f"hydra.launcher.address={address}", f"hydra.sweep.dir={folder}"]
-    return subprocess.Popen(words, env=environment(), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    verbose = {**environment(), "RAY_DEDUP_LOGS": "0"}
+    return subprocess.Popen(words, env=verbose, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
 
 
 def ended_well(process):
-    said, _ = process.communicate(timeout=PATIENCE)
+    said = all_said(process)
     assert process.returncode == 0, said
+    return said
+
+
+def all_said(process):
+    try:
+        return process.communicate(timeout=PATIENCE)[0]
+    finally:
+        process.kill()
 
 
 def has_begun(folder):
@@ -206,7 +215,7 @@ def test_a_ray_cluster_of_two_nodes_makes_the_same_files(cluster, one_process, t
     address, nodes = cluster
     process = start_on_ray(tmp_path / "sweep", address)
     eventually(lambda: all(node.jobs() for node in nodes))
-    ended_well(process)
+    assert "is there already" not in ended_well(process)
     assert hashes(tmp_path / "sweep") == one_process
 
 
@@ -216,7 +225,7 @@ def test_a_killed_worker_loses_no_result(cluster, one_process, tmp_path):
     eventually(lambda: has_begun(tmp_path / "sweep"))
     (victim,) = nodes[0].jobs()
     os.kill(victim, signal.SIGKILL)
-    ended_well(process)
+    assert "is there already" in ended_well(process)  # as the job that was lost says where it goes on
     assert hashes(tmp_path / "sweep") == one_process
 
 
@@ -226,7 +235,7 @@ def test_a_killed_node_loses_no_result(cluster, one_process, tmp_path):
     eventually(lambda: has_begun(tmp_path / "sweep"))
     assert nodes[1].jobs()
     nodes[1].kill()
-    ended_well(process)
+    assert "is there already" in ended_well(process)
     assert hashes(tmp_path / "sweep") == one_process
     assert alive_nodes(address) == "1"
 
@@ -234,6 +243,6 @@ def test_a_killed_node_loses_no_result(cluster, one_process, tmp_path):
 def test_no_cluster_at_an_address_is_one_clear_error(tmp_path):
     pytest.importorskip("ray")
     process = start_on_ray(tmp_path / "sweep", f"127.0.0.1:{free_port()}")
-    said, _ = process.communicate(timeout=PATIENCE)
+    said = all_said(process)
     assert process.returncode == 1
     assert said.splitlines()[-1].startswith("twbal: error: There is no Ray cluster at '127.0.0.1:")

@@ -5,6 +5,7 @@ Hydra's own Ray launcher only starts a cluster: on one that runs it passes `obje
 
 import logging
 import os
+import socket
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,6 +25,7 @@ from twbal.threads import asked_threads
 
 # Hydra takes plug-ins from modules of this name only, which it would look for in installed packages.
 _NAME = "hydra_plugins.twbal_ray_cluster.RayClusterLauncher"
+_PATIENCE = 10.0  # s
 _log = logging.getLogger(__name__)
 
 
@@ -157,6 +159,7 @@ def _joined(address: str) -> Any:
         raise SweepError("hydra/launcher=ray_cluster needs Ray: `pip install 'twbal[sweeps]'`.") from error
     passed = {name: os.environ[name] for name in ("PYTHONPATH",) if name in os.environ}
     try:
+        _reached(address)
         ray.init(
             address=address, runtime_env={"env_vars": {**asked_threads(), **passed}}, logging_level=logging.WARNING
         )
@@ -167,3 +170,14 @@ def _joined(address: str) -> Any:
             "with `ray start --head`, and give its address by hydra.launcher.address=host:port."
         ) from error
     return ray
+
+
+def _reached(address: str) -> None:
+    """Knock at host:port, where Ray itself would go on knocking for minutes.
+
+    Raises:
+        OSError: nobody answers.
+    """
+    host, _, port = address.rpartition(":")
+    if host and port.isdecimal() and "//" not in host:
+        socket.create_connection((host.strip("[]"), int(port)), _PATIENCE).close()
