@@ -11,7 +11,7 @@ from hydra.core.override_parser.overrides_parser import OverridesParser
 from twbal.cli import main
 from twbal.files import file_hash
 from twbal.stages.manifest import read_manifest
-from twbal.stages.sweeps import FailedJobError, job_folder
+from twbal.stages.sweeps import FailedJobError, Job, job_folder
 
 QUICK = ("rollouts=1", "steps=4", "workers=1")
 
@@ -185,3 +185,16 @@ def test_a_failure_comes_through_a_pipe():
     error = pickle.loads(pickle.dumps(FailedJobError("too few samples", "outputs/sweep")))
     assert str(error) == "too few samples"
     assert str(error.sweep) == "outputs/sweep"
+
+
+def test_a_job_elsewhere_has_the_threads_of_the_command_before_anything_numeric_is_loaded(monkeypatch):
+    monkeypatch.setenv("OMP_NUM_THREADS", "3")
+    job = pickle.dumps(Job("sim-collect"))
+    code = (
+        "import os, pickle, sys; pickle.load(sys.stdin.buffer); "
+        "print(os.environ['OMP_NUM_THREADS'], {'numpy', 'torch'} & set(sys.modules))"
+    )
+    environment = {name: value for name, value in os.environ.items() if name != "OMP_NUM_THREADS"}
+    environment["PYTHONPATH"] = os.pathsep.join(sys.path)
+    done = subprocess.run([sys.executable, "-c", code], input=job, env=environment, capture_output=True, check=True)
+    assert done.stdout.decode().strip() == "3 set()"
