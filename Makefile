@@ -6,6 +6,7 @@ PYTHON ?= $(shell for p in python3.11 python3 python /usr/bin/python3.11; do \
 VENV := .venv
 STAMP := $(VENV)/.installed
 BENCH_STAMP := $(VENV)/.installed-bench
+SWEEPS_STAMP := $(VENV)/.installed-sweeps
 
 .DEFAULT_GOAL := help
 .PHONY: help run test test-slow bench bench-hidden lint clean
@@ -19,7 +20,7 @@ run: $(STAMP) ## Algorithm 1 from start to end on the virtual robot (makes the e
 test: $(STAMP) ## the quick tests
 	$(VENV)/bin/python -m pytest -m "not slow"
 
-test-slow: $(STAMP) ## the tests that take minutes
+test-slow: $(STAMP) $(SWEEPS_STAMP) ## the tests that take minutes (needs the launchers of sweeps: extra [sweeps])
 	$(VENV)/bin/python -m pytest -m slow
 
 bench: $(STAMP) $(BENCH_STAMP) ## the benchmarks behind the tables (two hours; needs the peers: extra [bench])
@@ -49,4 +50,8 @@ $(STAMP): pyproject.toml constraints.txt
 
 $(BENCH_STAMP): $(STAMP)
 	$(VENV)/bin/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable ".[bench]"
+	@touch $@
+
+$(SWEEPS_STAMP): $(STAMP)
+	$(VENV)/bin/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable ".[sweeps]"
 	@touch $@

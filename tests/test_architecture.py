@@ -23,6 +23,7 @@ FOREIGN = {
     "numba": ("compiled.py",),
     "pandas": ("foreign/text.py", "stages/export.py"),
     "PIL": ("figures/film.py",),
+    "ray": ("stages/ray_launcher.py",),
 }
 
 

@@ -206,7 +206,7 @@ def test_a_failed_job_does_not_keep_a_sweep_from_the_others(stage, capsys):
     stage.main = fail_once
     assert main(["sim-collect", "-m", "seed=1,2,3"]) == 1
     assert seen == [1, 2, 3]
-    assert "twbal: error: not this one" in capsys.readouterr().err
+    assert "twbal: error: 1 job of the sweep failed: seed=1 (not this one)." in capsys.readouterr().err
 
 
 def test_two_runs_at_once_have_folders_of_their_own(stage):

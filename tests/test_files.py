@@ -1,10 +1,11 @@
 import hashlib
+import threading
 from pathlib import Path
 
 import pytest
 
 from twbal.errors import DataError
-from twbal.files import file_hash, replacing, write_atomically
+from twbal.files import alone_in, file_hash, replacing, write_atomically
 
 
 def test_bytes_and_text_are_written_with_their_folders(tmp_path: Path) -> None:
@@ -52,3 +53,19 @@ def test_the_hash_is_sha256_of_the_content(tmp_path: Path) -> None:
     assert file_hash(tmp_path / "file") == hashlib.sha256(b"content").hexdigest()
     with pytest.raises(DataError, match=f"Cannot read {tmp_path / 'gone'}: No such file"):
         file_hash(tmp_path / "gone")
+
+
+def test_who_comes_second_to_a_folder_waits_for_the_first(tmp_path, capfd):
+    entered = threading.Event()
+
+    def second():
+        with alone_in(tmp_path):
+            entered.set()
+
+    thread = threading.Thread(target=second)
+    with alone_in(tmp_path):
+        thread.start()
+        assert not entered.wait(0.2)
+    thread.join()
+    assert entered.is_set()
+    assert f"waiting for another process that works in {tmp_path}" in capfd.readouterr().err

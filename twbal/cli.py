@@ -12,6 +12,7 @@ from collections.abc import Sequence
 
 from twbal import __version__
 from twbal.errors import TwbalError
+from twbal.threads import default_to_one_thread
 
 STAGES = {
     "iterate": "Algorithm 1 from start to end: simulator, model, policy, robot, correction, better policy",
@@ -31,8 +32,6 @@ STAGES = {
     "recover": "save what is left of damaged episode logs",
     "virtual-robot": "a robot with hidden faults behind a port, to try all of this without hardware",
 }
-
-THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 USAGE = """usage: twbal <stage> [key=value ...] [Hydra flags]
 
@@ -84,10 +83,7 @@ def _unknown_stage(word: str) -> str:
 
 
 def _run(stage: str, words: list[str], program: str | None = None) -> int:
-    # Before anything numeric is loaded. The matrices here are small: more threads wait for each other (a fit took ten
-    # times as long beside another busy process), and sums in another order on every machine would give other hashes.
-    for name in THREADS:
-        os.environ.setdefault(name, "1")
+    default_to_one_thread()
     gc.disable()  # while libraries load, which makes many objects and drops few: a twentieth of a short command
     from twbal.stages.launch import run_stage
 

@@ -7,6 +7,7 @@
     ├── CheckpointError     a model or policy file that cannot be read
     ├── FitError            a model that cannot be learned from these samples
     ├── SearchError         a policy search that found nothing finite
+    ├── SweepError          jobs of a sweep that failed, or that cannot be started
     ├── RegressionError     logged data of which twbal makes something else than before
     └── LinkError           the robot cannot be reached, or does not answer
         ├── ProtocolError   it answers in another language
@@ -42,6 +43,10 @@ class FitError(TwbalError):
 
 class SearchError(TwbalError):
     """A policy search that found nothing finite."""
+
+
+class SweepError(TwbalError):
+    """Jobs of a sweep that failed, or that cannot be started."""
 
 
 class RegressionError(TwbalError):

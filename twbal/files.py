@@ -1,7 +1,10 @@
 """Files that are either wholly there or not at all, and what names their content."""
 
+import fcntl
 import hashlib
 import os
+import secrets
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -20,7 +23,8 @@ def replacing(path: Path) -> Iterator[BinaryIO]:
     Raises:
         DataError: the file cannot be written.
     """
-    partial = path.with_name(f".{path.name}.{os.getpid()}.partial")
+    # A process id alone would name two files alike where machines share the disk.
+    partial = path.with_name(f".{path.name}.{os.getpid()}-{secrets.token_hex(4)}.partial")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         with partial.open("wb") as stream:
@@ -46,6 +50,38 @@ def write_atomically(path: Path, data: bytes | str) -> None:
     """
     with replacing(path) as stream:
         stream.write(data.encode() if isinstance(data, str) else data)
+
+
+@contextmanager
+def alone_in(folder: Path) -> Iterator[None]:
+    """Wait until no other process is in here with the same folder, and keep others waiting.
+
+    The lock is on a hidden file, and goes with the process however that ends. Where the disk knows no locks, nobody
+    waits.
+
+    Raises:
+        DataError: the folder cannot be written to.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        handle = os.open(folder / ".lock", os.O_RDWR | os.O_CREAT, 0o666)
+    except OSError as error:
+        raise DataError(f"Cannot write to {folder}: {error.strerror or error}. May you write there?") from error
+    try:
+        _lock(handle, folder)
+        yield
+    finally:
+        os.close(handle)
+
+
+def _lock(handle: int, folder: Path) -> None:
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        print(f"waiting for another process that works in {folder}", file=sys.stderr, flush=True)
+        fcntl.flock(handle, fcntl.LOCK_EX)
+    except OSError:  # such as network disks without locks
+        return
 
 
 def file_hash(path: Path) -> str:

@@ -76,7 +76,7 @@ def test_a_network_is_not_taken_for_a_policy_that_is_searched(tmp_path):
 
 def test_an_unknown_kind_is_refused_with_those_that_are_known(tmp_path):
     save_checkpoint(tmp_path / "policy.pt", "policy", {**random_policy(0).to_payload(), "law": "tree"})
-    with pytest.raises(CheckpointError, match="of the kind 'tree'; this twbal knows rbf, mlp"):
+    with pytest.raises(CheckpointError, match="of the kind 'tree'; this twbal knows rbf, linear, mlp"):
         load_policy(tmp_path / "policy.pt", NAMES)
 
 

@@ -40,7 +40,9 @@ def learn(solved=(), words=(), diagnosable=1, useless=(), **changed):
     usual = {"updates": 2, "trials": 10, "stop_when_solved": False, "sim_rounds": 1, "confirm_rollouts": 0}
     usual |= {"diagnose": False, "on_regulator": False, "first": "simulation", "update": "difference"}
     simulated = {"sim_round_rollouts": 3, "sim_round_exploration": 0.1}
-    settings = Settings(**{"seed": 5, "confirm_steps": 70, "first_rollouts": 4, "trained": None, **simulated, **usual, **changed})
+    settings = Settings(
+        **{"seed": 5, "confirm_steps": 70, "first_rollouts": 4, "trained": None, **simulated, **usual, **changed}
+    )
     chain = NotingChain()
     asks = Questions(
         lambda trials: str(trials) in solved,

@@ -10,7 +10,16 @@ from omegaconf import DictConfig
 from omegaconf.errors import OmegaConfBaseException
 
 from twbal.errors import TwbalError
-from twbal.stages import diagnose, fit_diff_gp, fit_sim_gp, linear_policy, optimise_policy, real_rollout, sim_collect, train_agent
+from twbal.stages import (
+    diagnose,
+    fit_diff_gp,
+    fit_sim_gp,
+    linear_policy,
+    optimise_policy,
+    real_rollout,
+    sim_collect,
+    train_agent,
+)
 from twbal.stages.commands import ROOT, command_line, compose_stage, stage_overrides, text
 from twbal.stages.complaints import complaint
 from twbal.stages.manifest import Manifest, read_manifest

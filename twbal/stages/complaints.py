@@ -13,6 +13,8 @@ from omegaconf.errors import MissingMandatoryValue, OmegaConfBaseException
 from twbal.configuration import conf_folder
 from twbal.errors import ConfigError, TwbalError
 
+_PLUGINS = ("hydra/launcher", "hydra/sweeper", "hydra/sweeper/sampler")
+
 
 def complaint(error: Exception, stage: str) -> TwbalError:
     """What `error`, raised by Hydra or OmegaConf, means to the person who typed the command.
@@ -50,8 +52,10 @@ def _no_such_choice(error: MissingConfigException) -> str:
     group, _, choice = (error.missing_cfg_file or "").rpartition("/")
     if not group or not error.options:
         return _line(error, 0)
+    more = " Others come with `pip install 'twbal[sweeps]'`." if group in _PLUGINS else ""
     return (
-        f"{group} has no choice {choice!r}{_guess(choice, error.options)}. The choices are: {', '.join(error.options)}."
+        f"{group} has no choice {choice!r}{_guess(choice, error.options)}. "
+        f"The choices are: {', '.join(error.options)}.{more}"
     )
 
 

@@ -30,18 +30,25 @@ MENDED = 0.5  # share of the gap, on held-out data, above which a simulation wit
 SUMMARY, REPORT, FIGURES, BEST_POLICY = "summary.json", "report.html", "figures", "best_policy.pt"
 
 
-def main(cfg: DictConfig) -> None:
-    """Run the stage in Hydra's run folder."""
+def main(cfg: DictConfig) -> float:
+    """Run the stage in Hydra's run folder.
+
+    Returns:
+        The long-term cost of the best policy: real where it was tried, else as predicted; for a sweeper to make small.
+    """
     out, hydra, flags = run_folder(), HydraConfig.get(), configuration_flags()
     told = [word for word in hydra.overrides.task if not word.startswith("hydra.")]
     again = shlex.join(["twbal", "iterate", *flags, *told, f"hydra.run.dir={text(str(out))}"])
     print(f"After an interruption, this goes on where it was: {again}\n", flush=True)
     run(cfg, out, hydra.runtime.choices, flags)
-    print(f"\n{summary_table(read_summary(out / SUMMARY))}\n")
+    summary = read_summary(out / SUMMARY)
+    print(f"\n{summary_table(summary)}\n")
     print(f"policy  {out / BEST_POLICY}")
     print(f"by hand {out / SCRIPT}")
     print(f"report  {out / REPORT}")
     print(f"next    twbal real-rollout policy.path={out / BEST_POLICY}{told_of('robot', 'state', 'link')}")
+    best = summary.best
+    return best.predicted_cost if best.real_cost is None else best.real_cost
 
 
 def run(cfg: DictConfig, out: Path, choices: Mapping[str, str], flags: Sequence[str]) -> Manifest:

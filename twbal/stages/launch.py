@@ -1,40 +1,21 @@
 """Runs one stage under Hydra and lets its errors come out as errors of twbal."""
 
-import gc
-import importlib
-import os
 import sys
-from collections.abc import Iterator
-from contextlib import contextmanager
 
 import hydra
-from hydra.core.hydra_config import HydraConfig
 from hydra.errors import HydraException
-from hydra.types import RunMode
-from omegaconf import DictConfig
 from omegaconf.errors import OmegaConfBaseException
 
 from twbal.configuration import conf_folder
+from twbal.stages import ray_launcher
 from twbal.stages.complaints import complaint
 from twbal.stages.sim_files import with_files
+from twbal.stages.sweeps import FailedJobError, Job, StageFailed, full_error, translated
 
-_FULL_ERROR = "HYDRA_FULL_ERROR"
 _FLAGS_WITH_A_VALUE = (
     *("--cfg", "-c", "--info", "-i", "--package", "-p", "--config-path", "-cp", "--config-name", "-cn"),
     *("--config-dir", "-cd", "--experimental-rerun"),
 )
-
-
-class StageFailed(BaseException):
-    """Carries a stage's error past Hydra, which would print its own line about it first.
-
-    Not an `Exception`, so that Hydra lets it pass. Only for single runs: in a sweep Hydra must see that a job failed,
-    to go on with the others.
-    """
-
-    def __init__(self, error: Exception) -> None:
-        super().__init__(str(error))
-        self.error = error
 
 
 def run_stage(stage: str, words: list[str], program: str) -> None:
@@ -46,30 +27,20 @@ def run_stage(stage: str, words: list[str], program: str) -> None:
         program: what Hydra takes for the program's name.
 
     Raises:
-        TwbalError: the configuration or the stage failed.
+        TwbalError: the configuration, the stage or a job of a sweep failed.
         SystemExit: a flag of Hydra's ended the run.
     """
     name = stage.replace("-", "_")
     sys.argv = [program, *_overrides_first(with_files(words))]
-    asked = os.environ.get(_FULL_ERROR)
-
-    def task(cfg: DictConfig) -> None:
-        try:
-            # Imported here: help, tab completion and --cfg need none of the libraries that a stage works with.
-            with _full_error(asked):  # for processes that the stage starts
-                stage_module = importlib.import_module(f"twbal.stages.{name}")
-                gc.enable()
-                stage_module.main(cfg)
-        except Exception as error:
-            if HydraConfig.get().mode == RunMode.MULTIRUN:
-                raise
-            raise StageFailed(error) from error
-
+    ray_launcher.register()
+    job = Job(stage)
     try:
-        with _full_error("1"):  # Hydra then raises errors instead of printing them and leaving
-            hydra.main(version_base="1.3", config_path=str(conf_folder()), config_name=name)(task)()
+        with full_error("1"):  # Hydra then raises errors instead of printing them and leaving
+            hydra.main(version_base="1.3", config_path=str(conf_folder()), config_name=name)(job)()
     except StageFailed as failed:
-        raise _translated(failed.error, stage) from failed.error
+        raise translated(failed.error, stage) from failed.error
+    except FailedJobError as failed:
+        raise job.failures(failed, words) from failed
     except (HydraException, OmegaConfBaseException) as error:
         raise complaint(error, stage) from error
 
@@ -82,22 +53,3 @@ def _overrides_first(words: list[str]) -> list[str]:
         is_override = not word.startswith("-") and before not in _FLAGS_WITH_A_VALUE
         (overrides if is_override else flags).append(word)
     return overrides + flags
-
-
-@contextmanager
-def _full_error(value: str | None) -> Iterator[None]:
-    """Set Hydra's variable for the length of the body; None takes it away."""
-    before = os.environ.pop(_FULL_ERROR, None)
-    try:
-        if value is not None:
-            os.environ[_FULL_ERROR] = value
-        yield
-    finally:
-        os.environ.pop(_FULL_ERROR, None)
-        if before is not None:
-            os.environ[_FULL_ERROR] = before
-
-
-def _translated(error: Exception, stage: str) -> Exception:
-    """`error` itself, or what it means to the person who typed the command."""
-    return complaint(error, stage) if isinstance(error, HydraException | OmegaConfBaseException) else error

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from twbal import __version__
 from twbal.errors import ConfigError, DataError
-from twbal.files import file_hash, write_atomically
+from twbal.files import alone_in, file_hash, write_atomically
 
 MANIFEST = "manifest.json"
 PACKAGES = (
@@ -84,7 +84,8 @@ class Manifest:
 def perform(step: Step, work: Callable[[], Sequence[Path]]) -> Manifest:
     """Do `work`, unless the manifest in the step's folder says that it is done already.
 
-    The manifest is written before the work (not complete) and after it (complete). A process killed in between leaves
+    A second process with the same folder waits for the first, and then finds the work done. The manifest is written
+    before the work (not complete) and after it (complete). A process killed in between leaves
     the first one: the next go does the work again in the same folder, and may use what lies there, as it is of the
     same settings and inputs.
 
@@ -100,12 +101,29 @@ def perform(step: Step, work: Callable[[], Sequence[Path]]) -> Manifest:
         name: tuple(FileRecord(str(path), file_hash(path)) for path in paths) for name, paths in step.inputs.items()
     }
     fingerprint = _fingerprint(step, inputs)
+    done = _done_before(step, inputs, fingerprint)
+    if done is not None:
+        return done
+    with alone_in(step.out):
+        return _done_before(step, inputs, fingerprint) or _do(step, inputs, fingerprint, work)
+
+
+def _done_before(step: Step, inputs: Mapping[str, tuple[FileRecord, ...]], fingerprint: str) -> Manifest | None:
+    """The manifest in the step's folder, if it says that the work is done."""
     before = read_manifest(step.out)
-    if before is not None:
-        if before.fingerprint != fingerprint and (before.complete or _something_lies_in(step.out)):
-            raise ConfigError(_other_work(step, inputs, before))
-        if before.complete and _outputs_are_whole(step.out, before):
-            return before
+    if before is None:
+        return None
+    if before.fingerprint != fingerprint and (before.complete or _something_lies_in(step.out)):
+        raise ConfigError(_other_work(step, inputs, before))
+    return before if before.complete and _outputs_are_whole(step.out, before) else None
+
+
+def _do(
+    step: Step,
+    inputs: Mapping[str, tuple[FileRecord, ...]],
+    fingerprint: str,
+    work: Callable[[], Sequence[Path]],
+) -> Manifest:
     started = time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())
     clock = time.monotonic()
 

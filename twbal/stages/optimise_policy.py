@@ -22,7 +22,7 @@ from twbal.search.warm import is_compiled
 from twbal.stages.artefacts import episode_files, load_model
 from twbal.stages.closing import closing, run_folder, told_of
 from twbal.stages.manifest import Manifest, Step, perform
-from twbal.stages.predictions import prediction_of, save_prediction
+from twbal.stages.predictions import load_prediction, prediction_of, save_prediction
 from twbal.stages.settings import at_least, recorded, typed
 
 NOT_RECORDED = ("dynamics", "earlier", "confirming", "base", "workers")
@@ -38,10 +38,15 @@ class Settings:
     workers: int
 
 
-def main(cfg: DictConfig) -> None:
-    """Run the stage in Hydra's run folder."""
+def main(cfg: DictConfig) -> float:
+    """Run the stage in Hydra's run folder.
+
+    Returns:
+        The expected long-term cost of the best policy; for a sweeper to make small.
+    """
     out = run_folder()
     closing(run(cfg, out), out, f"twbal real-rollout policy.path={out / POLICY}{told_of('robot', 'state')}")
+    return load_prediction(out / PREDICTION).best.cost
 
 
 def run(cfg: DictConfig, out: Path) -> Manifest:
