@@ -7,7 +7,9 @@ again. `twbal compare` reads that folder; what the docs show goes to benchmarks/
 
 import json
 import platform
+import subprocess
 import sys
+import threading
 import time
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -25,6 +27,7 @@ MAIN = "twbal"  # what the others are compared with
 UPDATES = 6
 SLOW = {MAIN, "pilco", "analytic", "particles", "on_lqr", "diagnosed"}  # one seed
 SEEDS = 3  # of the others
+LOCK = threading.Lock()
 
 
 def methods() -> list[str]:
@@ -48,12 +51,23 @@ def learn(job: tuple[str, int, int]) -> None:
     method, robot, seed = job
     folder = ROOT / method / f"robot_{robot}_seed_{seed}"
     words = [f"method={method}", f"link.seed={robot}", f"seed={seed}", "confirm_rollouts=0"]
+    if method == "agent":  # knows nothing of the robot: trained once for each seed
+        words.append(f"trained={trained(seed)}")
     if "updates: 0" not in Path(f"conf/method/{method}.yaml").read_text():
         words.append(f"updates={UPDATES}")
     began = time.monotonic()
     found: Any = iterate(folder, words)["iterations"]
     told = [i["successes"] for i in found]
     print(f"{method}, robot {robot}, seed {seed}: {told} by update, {time.monotonic() - began:.0f} s", flush=True)
+
+
+def trained(seed: int) -> Path:
+    """Folder of an agent that is trained, or was before."""
+    folder = (ROOT / "agents" / f"seed_{seed}").absolute()
+    with LOCK:
+        command = [sys.executable, "-m", "twbal", "train-agent", f"seed={seed}", f"hydra.run.dir={folder}"]
+        subprocess.run(command, stdout=subprocess.DEVNULL, check=True)
+    return folder
 
 
 def runs_of(method: str) -> list[Run]:

@@ -30,11 +30,12 @@ MENDED = 0.5  # share of the gap, on held-out data, above which a simulation wit
 SUMMARY, REPORT, FIGURES, BEST_POLICY = "summary.json", "report.html", "figures", "best_policy.pt"
 
 
-def main(cfg: DictConfig) -> float:
+def main(cfg: DictConfig) -> float | None:
     """Run the stage in Hydra's run folder.
 
     Returns:
-        The long-term cost of the best policy: real where it was tried, else as predicted; for a sweeper to make small.
+        The long-term cost of the best policy: real where it was tried, else as predicted (None where it was
+        not); for a sweeper to make small.
     """
     out, hydra, flags = run_folder(), HydraConfig.get(), configuration_flags()
     told = [word for word in hydra.overrides.task if not word.startswith("hydra.")]
