@@ -89,6 +89,7 @@ DRAWS_NOTHING = {  # a setting of stages without a seed
     "check": "baseline",
     "export": "format",
     "recover": "logs",
+    "linear-policy": "episodes",
 }
 
 
