@@ -20,7 +20,8 @@ from twbal.episode import Outcome, Provenance
 from twbal.errors import ConfigError
 from twbal.policies.policy import Policy
 from twbal.rollout import rollout
-from twbal.stages.environment import make, plant_maker
+from twbal.stages.environment import make
+from twbal.stages.simulation import plant_maker
 
 UNBOUNDED = "ignore:.*Box observation space m(in|ax)imum value is -?infinity.*:UserWarning"  # tilt rates are
 
@@ -63,7 +64,7 @@ def test_a_shell_makes_it_by_the_name_of_its_module(tmp_path):
 def test_an_episode_is_the_rollout_of_the_same_trial(words, periods):
     cfg = configured("seed=5", "rule.steps=120", *words)
     channels, cost, policy = instantiate(cfg.state), instantiate(cfg.cost), Swaying(periods)
-    with plant_maker(cfg)() as plant:
+    with plant_maker(cfg, 5)() as plant:
         driven = rollout(
             plant, policy, channels, 120, cfg.rule.limit, Provenance("paper", "simulation", seed=5, trial=3)
         )

@@ -1,7 +1,6 @@
 """The environment that a configuration describes."""
 
 from collections.abc import Sequence
-from functools import partial
 
 from hydra import compose, initialize_config_dir
 from hydra.errors import HydraException
@@ -11,10 +10,9 @@ from omegaconf.errors import OmegaConfBaseException
 
 from twbal.configuration import conf_folder
 from twbal.environment.two_wheeled import TwoWheeled
-from twbal.sim.plant import SimPlant
 from twbal.stages.complaints import complaint
-from twbal.stages.settings import members
 from twbal.stages.sim_files import with_files
+from twbal.stages.simulation import plant_maker
 
 
 def make(overrides: Sequence[str] = (), render_mode: str | None = None) -> TwoWheeled:
@@ -38,16 +36,4 @@ def make(overrides: Sequence[str] = (), render_mode: str | None = None) -> TwoWh
 def environment_of(cfg: DictConfig, render_mode: str | None = None) -> TwoWheeled:
     """The environment that `cfg` describes; trial k is the one that `sim-collect` drives with the same seed."""
     robot, channels, cost, rule = (instantiate(cfg[part]) for part in ("robot", "state", "cost", "rule"))
-    return TwoWheeled(plant_maker(cfg)(), robot, channels, cost, rule, render_mode)
-
-
-def plant_maker(cfg: DictConfig) -> partial[SimPlant]:
-    """Makes the simulated robot of `cfg`."""
-    return partial(
-        SimPlant,
-        robot=instantiate(cfg.robot),
-        effects=members(cfg.sim.effects),
-        start=instantiate(cfg.start),
-        physics_step=float(cfg.sim.physics_step),
-        seed=int(cfg.seed),
-    )
+    return TwoWheeled(plant_maker(cfg, int(cfg.seed))(), robot, channels, cost, rule, render_mode)

@@ -1,35 +1,25 @@
 """Drive the simulated robot and log what it does."""
 
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
-from typing import cast
 
 from hydra.utils import instantiate
-from omegaconf import DictConfig, OmegaConf
+from omegaconf import DictConfig
 from tqdm import tqdm
 
 from twbal.collection import RolloutPlan, collect
 from twbal.episode import Provenance
-from twbal.errors import ConfigError
 from twbal.logs.writer import write_episode
-from twbal.planar.plant import PlanarPlant
-from twbal.plant import Plant
 from twbal.policies.exploring import ExploringPolicy
 from twbal.policies.policy import Policy
 from twbal.robot.parameters import parameter_hash
-from twbal.sim.effects.effect import Effect
-from twbal.sim.effects.library import values_of
-from twbal.sim.plant import SimPlant
-from twbal.sim.randomised import Draws, RandomisedPlant
 from twbal.stages.artefacts import episode_file, policy_files, policy_hash
 from twbal.stages.closing import closing, run_folder, told_of
 from twbal.stages.manifest import Manifest, Step, perform
 from twbal.stages.settings import at_least, members, recorded, typed
+from twbal.stages.simulation import plant_maker
 
 NOT_RECORDED = ("workers", "policy.path")
-PYBULLET, PLANAR = "pybullet", "planar"  # engines
 
 
 @dataclass(frozen=True)
@@ -58,11 +48,8 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
     at_least(0, seed=settings.seed, first_trial=settings.first_trial, exploration=settings.exploration)
     at_least(1, rollouts=settings.rollouts, steps=settings.steps)
     text = recorded(cfg, NOT_RECORDED)
-    robot, start, effects = instantiate(cfg.robot), instantiate(cfg.start), members(cfg.sim.effects)
-    physics_step = float(cfg.sim.physics_step)
-    make_plant = partial(
-        _plant_of(cfg.sim, effects), robot=robot, start=start, physics_step=physics_step, seed=settings.seed
-    )
+    robot, effects = instantiate(cfg.robot), members(cfg.sim.effects)
+    make_plant = plant_maker(cfg, settings.seed)
     policy: Policy = instantiate(cfg.policy)
     if settings.exploration:
         policy = ExploringPolicy(policy, settings.exploration * robot.torque_limit, robot.torque_limit)
@@ -70,7 +57,7 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
     provenance = Provenance(
         robot=robot.name,
         source="simulation",
-        parameter_hash=parameter_hash(robot, effects, physics_step),
+        parameter_hash=parameter_hash(robot, effects, float(cfg.sim.physics_step)),
         policy_hash=policy_hash(cfg.policy),
         seed=settings.seed,
         config=text,
@@ -78,18 +65,6 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
     step = Step("sim-collect", out, text, {"policy": policy_files(cfg.policy)}, settings.seed)
     trials = range(settings.first_trial, settings.first_trial + settings.rollouts)
     return perform(step, lambda: simulate(plan, provenance, trials, settings.workers, out / "episodes"))
-
-
-def _plant_of(sim: DictConfig, effects: Sequence[Effect]) -> Callable[..., Plant]:
-    """What simulates: PyBullet, the analytic equations, or PyBullet with another robot in each rollout."""
-    engine = sim.get("engine", PYBULLET)
-    if engine == PLANAR:
-        return partial(PlanarPlant, effects=values_of(effects))
-    if engine != PYBULLET:
-        raise ConfigError(f"sim.engine must be {PYBULLET} or {PLANAR}; found {engine!r}.")
-    if "draws" in sim:
-        return partial(RandomisedPlant, effects=effects, draws=cast(Draws, OmegaConf.to_container(sim.draws)))
-    return partial(SimPlant, effects=effects)
 
 
 def simulate(plan: RolloutPlan, provenance: Provenance, trials: range, workers: int, folder: Path) -> list[Path]:

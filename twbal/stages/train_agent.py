@@ -15,9 +15,10 @@ from twbal.episode import Provenance
 from twbal.evaluation import SuccessRule, succeeded
 from twbal.policies.saved import load_policy
 from twbal.stages.closing import closing, run_folder, told_of
-from twbal.stages.environment import environment_of, plant_maker
+from twbal.stages.environment import environment_of
 from twbal.stages.manifest import Manifest, Step, perform
 from twbal.stages.settings import at_least, recorded, typed
+from twbal.stages.simulation import plant_maker
 
 NOT_RECORDED = ("trials",)
 POLICY = "policy.pt"
@@ -56,7 +57,8 @@ def successes(cfg: DictConfig, policy: Path, trials: int) -> int:
     """In how many simulated trials the policy balances, by the rule of `cfg`; trial k is that of `sim-collect`."""
     rule: SuccessRule = instantiate(cfg.rule)
     channels = instantiate(cfg.state)
-    plan = RolloutPlan(plant_maker(cfg), load_policy(policy, channels.names), channels, rule.steps, rule.limit)
+    learned, make_plant = load_policy(policy, channels.names), plant_maker(cfg, int(cfg.seed))
+    plan = RolloutPlan(make_plant, learned, channels, rule.steps, rule.limit)
     provenances = [Provenance(str(cfg.robot.name), "simulation", seed=int(cfg.seed), trial=k) for k in range(trials)]
     return sum(succeeded(episode, rule) for episode in plan.drive(provenances))
 

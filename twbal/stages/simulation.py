@@ -1,0 +1,40 @@
+"""The simulated robot that a configuration describes."""
+
+from collections.abc import Callable
+from functools import partial
+from typing import cast
+
+from hydra.utils import instantiate
+from omegaconf import DictConfig, OmegaConf
+
+from twbal.errors import ConfigError
+from twbal.planar.plant import PlanarPlant
+from twbal.plant import Plant
+from twbal.sim.effects.library import values_of
+from twbal.sim.plant import SimPlant
+from twbal.sim.randomised import Draws, RandomisedPlant
+from twbal.stages.settings import members
+
+PYBULLET, PLANAR = "pybullet", "planar"  # engines
+
+
+def plant_maker(cfg: DictConfig, seed: int) -> partial[Plant]:
+    """Makes the robot of `cfg`: in PyBullet, by the analytic equations, or in PyBullet with another one a rollout.
+
+    What it returns can be pickled, for processes that each make their own.
+
+    Raises:
+        ConfigError: there is no such engine.
+    """
+    engine, effects = cfg.sim.get("engine", PYBULLET), members(cfg.sim.effects)
+    make: Callable[..., Plant]
+    if engine == PLANAR:
+        make = partial(PlanarPlant, effects=values_of(effects))
+    elif engine != PYBULLET:
+        raise ConfigError(f"sim.engine must be {PYBULLET} or {PLANAR}; found {engine!r}.")
+    elif "draws" in cfg.sim:
+        make = partial(RandomisedPlant, effects=effects, draws=cast(Draws, OmegaConf.to_container(cfg.sim.draws)))
+    else:
+        make = partial(SimPlant, effects=effects)
+    robot, start = instantiate(cfg.robot), instantiate(cfg.start)
+    return partial(make, robot=robot, start=start, physics_step=float(cfg.sim.physics_step), seed=seed)
