@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from functools import partial
-from typing import cast
+from typing import Any, cast
 
 from hydra.utils import instantiate
 from omegaconf import DictConfig, OmegaConf
@@ -18,7 +18,7 @@ from twbal.stages.settings import members
 PYBULLET, PLANAR = "pybullet", "planar"  # engines
 
 
-def plant_maker(cfg: DictConfig, seed: int) -> partial[Plant]:
+def plant_maker(cfg: DictConfig, seed: int) -> Callable[[], Plant]:
     """Makes the robot of `cfg`: in PyBullet, by the analytic equations, or in PyBullet with another one a rollout.
 
     What it returns can be pickled, for processes that each make their own.
@@ -27,14 +27,17 @@ def plant_maker(cfg: DictConfig, seed: int) -> partial[Plant]:
         ConfigError: there is no such engine.
     """
     engine, effects = cfg.sim.get("engine", PYBULLET), members(cfg.sim.effects)
-    make: Callable[..., Plant]
+    told: dict[str, Any] = {
+        "robot": instantiate(cfg.robot),
+        "start": instantiate(cfg.start),
+        "physics_step": float(cfg.sim.physics_step),
+        "seed": seed,
+    }
     if engine == PLANAR:
-        make = partial(PlanarPlant, effects=values_of(effects))
-    elif engine != PYBULLET:
+        return partial(PlanarPlant, effects=values_of(effects), **told)
+    if engine != PYBULLET:
         raise ConfigError(f"sim.engine must be {PYBULLET} or {PLANAR}; found {engine!r}.")
-    elif "draws" in cfg.sim:
-        make = partial(RandomisedPlant, effects=effects, draws=cast(Draws, OmegaConf.to_container(cfg.sim.draws)))
-    else:
-        make = partial(SimPlant, effects=effects)
-    robot, start = instantiate(cfg.robot), instantiate(cfg.start)
-    return partial(make, robot=robot, start=start, physics_step=float(cfg.sim.physics_step), seed=seed)
+    if "draws" in cfg.sim:
+        draws = cast(Draws, OmegaConf.to_container(cfg.sim.draws))
+        return partial(RandomisedPlant, effects=effects, draws=draws, **told)
+    return partial(SimPlant, effects=effects, **told)
