@@ -70,7 +70,7 @@ def test_a_policy_of_either_kind_comes_back_from_its_file(policy, tmp_path):
 
 def test_a_network_is_not_taken_for_a_policy_that_is_searched(tmp_path):
     save_checkpoint(tmp_path / "policy.pt", "policy", random_policy(0).to_payload())
-    with pytest.raises(ConfigError, match=r"policy\.pt is a MlpPolicy"):
+    with pytest.raises(ConfigError, match=r"policy\.pt is a MlpPolicy; expected is one that is searched"):
         load_searched_policy(tmp_path / "policy.pt", NAMES)
 
 

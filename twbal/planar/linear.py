@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 import numpy as np
+import scipy.linalg
 
 from twbal.gaussian import Array
 from twbal.planar.dynamics import coefficients
@@ -10,7 +11,9 @@ from twbal.robot.parameters import RobotParameters
 
 
 class LinearModel(NamedTuple):
-    """ẋ = A x + B u in continuous time, x = (tilt - balance, tilt rate, speed) in rad, rad/s, m/s; u in N·m.
+    """ẋ = A x + B u in continuous time, or x' = A x + B u from one control period to the next.
+
+    x = (tilt - balance, tilt rate, speed) in rad, rad/s, m/s; u in N·m.
 
     Attributes:
         A: (3, 3).
@@ -32,3 +35,10 @@ def linearise(robot: RobotParameters) -> LinearModel:
     A[2, 0] = -r * k.b * k.d / determinant
     B = np.array([0.0, -(k.a + k.b) / determinant, r * (k.c + k.b) / determinant])
     return LinearModel(A, B)
+
+
+def sampled(robot: RobotParameters) -> LinearModel:
+    """The same over one control period, the command being held: x' = A x + B u."""
+    A, B = linearise(robot)
+    both = scipy.linalg.expm(robot.control_period * np.block([[A, B[:, None]], [np.zeros((1, 4))]]))
+    return LinearModel(both[:3, :3], both[:3, 3])

@@ -2,12 +2,15 @@
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TypeVar
 
 from twbal.checkpoint import load_checkpoint
 from twbal.errors import CheckpointError, ConfigError
 from twbal.policies.linear import LinearPolicy
 from twbal.policies.mlp import MlpPolicy
 from twbal.policies.rbf import RbfPolicy
+
+_Kind = TypeVar("_Kind", RbfPolicy, LinearPolicy)
 
 SavedPolicy = RbfPolicy | LinearPolicy | MlpPolicy
 """What a checkpoint can hold."""
@@ -47,31 +50,17 @@ def load_policy(path: str | Path, channels: Sequence[str]) -> SavedPolicy:
 
 
 def load_searched_policy(path: str | Path, channels: Sequence[str]) -> RbfPolicy:
-    """The policy in the checkpoint `path`, which must be of the kind that is searched.
-
-    Raises:
-        CheckpointError, ConfigError: as of `load_policy`.
-        ConfigError: it is of another kind.
-    """
-    policy = load_policy(path, channels)
-    if not isinstance(policy, RbfPolicy):
-        raise ConfigError(
-            f"The policy in {path} is a {type(policy).__name__}; searched and measured on a model are those of "
-            "`twbal optimise-policy` alone."
-        )
-    return policy
+    """The policy in the checkpoint `path`, which must be of the kind that is searched; else as `load_policy`."""
+    return _of_kind(RbfPolicy, "one that is searched, of `twbal optimise-policy`", path, channels)
 
 
 def load_regulator(path: str | Path, channels: Sequence[str]) -> LinearPolicy:
-    """The regulator in the checkpoint `path`.
+    """The policy in the checkpoint `path`, which must be a regulator; else as `load_policy`."""
+    return _of_kind(LinearPolicy, "a regulator, of `twbal linear-policy`", path, channels)
 
-    Raises:
-        CheckpointError, ConfigError: as of `load_policy`.
-        ConfigError: it is of another kind.
-    """
+
+def _of_kind(kind: type[_Kind], expected: str, path: str | Path, channels: Sequence[str]) -> _Kind:
     policy = load_policy(path, channels)
-    if not isinstance(policy, LinearPolicy):
-        raise ConfigError(
-            f"The policy in {path} is a {type(policy).__name__}; expected is a regulator of `twbal linear-policy`."
-        )
+    if not isinstance(policy, kind):
+        raise ConfigError(f"The policy in {path} is a {type(policy).__name__}; expected is {expected}.")
     return policy

@@ -6,7 +6,7 @@ import numpy as np
 import scipy.linalg
 
 from twbal.errors import ConfigError
-from twbal.planar.linear import linearise
+from twbal.planar.linear import sampled
 from twbal.policies.excitation import Excitation
 from twbal.robot.parameters import RobotParameters
 
@@ -37,9 +37,8 @@ def excited_regulator(
         raise ConfigError(
             f"widths must be three positive numbers, and command_width one; found {list(widths)}, {command_width}."
         )
-    A, B = linearise(robot)
-    both = scipy.linalg.expm(robot.control_period * np.block([[A, B[:, None]], [np.zeros((1, 4))]]))
-    Ad, Bd = both[:3, :3], both[:3, 3:]
+    Ad, Bd = sampled(robot)
+    Bd = Bd[:, None]
     price = np.diag(np.asarray(widths, dtype=float) ** -2.0)
     effort = np.array([[(command_width * robot.torque_limit) ** -2.0]])
     P = scipy.linalg.solve_discrete_are(Ad, Bd, price, effort)

@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 
 import numpy as np
-import scipy.linalg
 
 from twbal.channels import Channels
 from twbal.cost import SaturatingCost
@@ -11,7 +10,7 @@ from twbal.episode import Episode
 from twbal.errors import ConfigError, SearchError
 from twbal.gaussian import Array
 from twbal.models.dataset import transitions
-from twbal.planar.linear import linearise
+from twbal.planar.linear import sampled
 from twbal.policies.linear import LinearPolicy
 from twbal.robot.parameters import RobotParameters
 from twbal.search.linear import regulator
@@ -41,11 +40,9 @@ def data_sheet_regulator(
             f"A regulator of the data sheet needs tilt, tilt_rate and speed; the state {', '.join(channels.names)} "
             f"lacks {', '.join(missing)}. Choose a state that has them by state=..."
         )
-    A, B = linearise(robot)
-    both = scipy.linalg.expm(robot.control_period * np.block([[A, B[:, None]], [np.zeros((1, 4))]]))
     index = [channels.names.index(name) for name in _PHYSICAL]
     physical = SaturatingCost(cost.target[index], cost.widths[index])
-    found = regulator(both[:3, :3], both[:3, 3], physical, command_width * robot.torque_limit)
+    found = regulator(*sampled(robot), physical, command_width * robot.torque_limit)
     if found is None:
         raise SearchError(
             f"The linearised equations of robot {robot.name!r} cannot be stabilised; is its data sheet right?"
