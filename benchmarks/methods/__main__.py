@@ -25,7 +25,8 @@ ROOT = Path("outputs/bench/methods")
 RESULTS = Path("benchmarks/results/methods.json")
 MAIN = "twbal"  # what the others are compared with
 UPDATES = 6
-SLOW = {MAIN, "pilco", "analytic", "particles", "on_lqr", "diagnosed"}  # one seed
+VARIANTS = ("analytic", "particles", "diagnosed")
+SLOW = {MAIN, "pilco", "on_lqr", *VARIANTS}  # one seed
 SEEDS = 3  # of the others
 LOCK = threading.Lock()
 
@@ -37,12 +38,14 @@ def methods() -> list[str]:
 
 
 def jobs(robots: Sequence[int]) -> list[tuple[str, int, int]]:
-    """Method, robot and seed of every run; all robots before a second seed, and robot by robot."""
+    """Method, robot and seed of every run; all robots before a second seed, and variants of the main method last."""
+    others = [method for method in methods() if method not in VARIANTS]
     return [
         (method, robot, seed)
         for seed in range(SEEDS)
+        for group in (others, VARIANTS)
         for robot in robots
-        for method in methods()
+        for method in group
         if seed == 0 or method not in SLOW
     ]
 
