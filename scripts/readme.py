@@ -158,12 +158,15 @@ def methods(results: Mapping[str, Any]) -> list[str]:
     lines = [f"| {' | '.join(names)} |", "|" + "---|" * len(names)]
     for row in results["methods"]:
         beside = row["seconds_p"]
+        if not row["runs"]:
+            continue
         cells = [row["method"], row["runs"], f"{row['solved']} of {row['runs']}"]
         cells += [row[metric] or "-" for metric in (*shown, "search")]
         cells.append(f"{beside['better']}, {beside['worse']}, {beside['p']:.2g}" if beside["pairs"] else "-")
         lines.append(f"| {' | '.join(map(str, cells))} |")
     robots = ", ".join(map(str, results["robots"]))
-    return [*lines, "", f"Robots {robots}; {results['wall_s'] / 60:.0f} minutes in all ({results['machine']})."]
+    took = f"The runs took {results['work_s'] / 60:.0f} minutes together, {results['machine']}."
+    return [*lines, "", f"Robots {robots}. {took}"]
 
 
 def times(results: Mapping[str, Any]) -> list[str]:

@@ -1,8 +1,9 @@
-"""Run the benchmark: `python -m benchmarks.methods [robots=10] [first_seed=7000] [workers=2]`.
+"""Run the benchmark: `python -m benchmarks.methods [robots=10] [first_seed=7000] [workers=2] [collect=true]`.
 
 Every method of conf/method/ learns the same hidden robots, which the textbook regulator of the data sheet drops, with
 at most 6 updates; the fast ones with three seeds each. What is done already in outputs/bench/methods is not done
-again. `twbal compare` reads that folder; what the docs show goes to benchmarks/results/methods.json.
+again; with collect=true nothing is, and what is there is put together. `twbal compare` reads that folder, too; what
+the docs show goes to benchmarks/results/methods.json.
 """
 
 import json
@@ -101,18 +102,18 @@ def main(words: Sequence[str]) -> None:
     count, first, workers = (
         int(told.pop(name, default)) for name, default in (("robots", "10"), ("first_seed", "7000"), ("workers", "2"))
     )
+    collects = told.pop("collect", "false") == "true"
     if told:
         raise SystemExit(f"unknown settings: {', '.join(told)}")
     robots = [seed for seed, _ in islice(dropped_by_the_data_sheet(first), count)]
-    began = time.monotonic()
-    with ThreadPoolExecutor(workers) as pool:
-        list(pool.map(learn, jobs(robots)))
+    if not collects:
+        with ThreadPoolExecutor(workers) as pool:
+            list(pool.map(learn, jobs(robots)))
     groups = {method: runs_of(method) for method in methods()}
     results = {
         "robots": robots,
         "updates": UPDATES,
-        "seeds": {method: 1 if method in SLOW else SEEDS for method in methods()},
-        "wall_s": round(time.monotonic() - began),
+        "work_s": round(sum(read_summary(file).wall_s for file in ROOT.glob("*/*/summary.json"))),
         "machine": f"{platform.machine()}, {workers} runs at a time",
         "methods": table(groups),
         "runs": {name: {" ".join(run.key): dict(run.values) for run in runs} for name, runs in groups.items()},
