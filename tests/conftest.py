@@ -1,3 +1,4 @@
+import sys
 from pathlib import Path
 
 import pytest
@@ -19,3 +20,12 @@ def paper():
 @pytest.fixture(scope="session")
 def regbot():
     return from_yaml("robot/regbot.yaml")
+
+
+@pytest.fixture
+def as_from_a_shell(monkeypatch, tmp_path):
+    """A stage sets sys.argv; what it writes goes to an empty folder."""
+    monkeypatch.setattr(sys, "argv", ["twbal"])
+    monkeypatch.delenv("HYDRA_FULL_ERROR", raising=False)
+    monkeypatch.delenv("TWBAL_DEBUG", raising=False)
+    monkeypatch.chdir(tmp_path)

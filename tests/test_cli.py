@@ -10,14 +10,7 @@ from twbal.cli import STAGES, main, usage
 from twbal.configuration import conf_folder
 from twbal.errors import ConfigError, LinkError
 
-
-@pytest.fixture(autouse=True)
-def as_from_a_shell(monkeypatch, tmp_path):
-    """A stage sets sys.argv; what it writes goes to an empty folder."""
-    monkeypatch.setattr(sys, "argv", ["twbal"])
-    monkeypatch.delenv("HYDRA_FULL_ERROR", raising=False)
-    monkeypatch.delenv("TWBAL_DEBUG", raising=False)
-    monkeypatch.chdir(tmp_path)
+pytestmark = pytest.mark.usefixtures("as_from_a_shell")
 
 
 @pytest.fixture

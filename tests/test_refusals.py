@@ -35,12 +35,7 @@ QUICK_F = "model.fit_f.settings.fit.starts=1"
 QUICK_G = "model.fit_g.settings.starts=1"
 
 
-@pytest.fixture(autouse=True)
-def as_from_a_shell(monkeypatch, tmp_path):
-    monkeypatch.setattr(sys, "argv", ["twbal"])
-    monkeypatch.delenv("HYDRA_FULL_ERROR", raising=False)
-    monkeypatch.delenv("TWBAL_DEBUG", raising=False)
-    monkeypatch.chdir(tmp_path)
+pytestmark = pytest.mark.usefixtures("as_from_a_shell")
 
 
 @pytest.fixture(scope="module")

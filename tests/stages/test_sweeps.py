@@ -16,12 +16,7 @@ from twbal.stages.sweeps import FailedJobError, Job, job_folder
 QUICK = ("rollouts=1", "steps=4", "workers=1")
 
 
-@pytest.fixture(autouse=True)
-def as_from_a_shell(monkeypatch, tmp_path):
-    monkeypatch.setattr(sys, "argv", ["twbal"])
-    monkeypatch.delenv("HYDRA_FULL_ERROR", raising=False)
-    monkeypatch.delenv("TWBAL_DEBUG", raising=False)
-    monkeypatch.chdir(tmp_path)
+pytestmark = pytest.mark.usefixtures("as_from_a_shell")
 
 
 def command(*words):

@@ -167,7 +167,7 @@ class Objective:
         """Search with L-BFGS from `start` (d + 2,) near a minimum, in coordinates that make `curvature` about I.
 
         Length-scales and α/σ mostly rise together at little cost, so that curvatures differ a thousandfold: a search in
-        such coordinates takes a fifth of the evaluations.
+        such coordinates takes far fewer evaluations.
         """
         curvatures, axes = np.linalg.eigh(curvature)
         scale = axes / np.sqrt(np.maximum(np.abs(curvatures), FLATTEST))

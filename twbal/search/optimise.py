@@ -18,7 +18,7 @@ from twbal.search.judgement import Judge, Judgement, judge
 from twbal.search.long_term_cost import propagate
 from twbal.search.particles import ParticleObjective
 from twbal.search.starts import PolicyShape, Start, starting_policies, starts_on
-from twbal.search.transition import transition_model
+from twbal.search.transition import TransitionModel, transition_model
 
 
 @dataclass(frozen=True)
@@ -142,17 +142,7 @@ def search_policy(
     chosen: list[Start] = []
     if settings.searched or not earlier:
         starts = (
-            starting_policies(
-                model,
-                shape,
-                cost,
-                torque_limit,
-                settings.swings,
-                settings.command_widths,
-                earlier,
-                settings.shares,
-                rng,
-            )
+            _usual_starts(model, shape, cost, torque_limit, settings, earlier, rng)
             if base is None
             else starts_on(base, model.channels.names, shape, torque_limit, earlier, rng)
         )
@@ -177,14 +167,20 @@ def search_policy(
         candidates.append(judged(f"long {near.origin}", found))
         candidates.sort(key=_rank)
     best = candidates[0]
-    if isinstance(whole, ParticleObjective):
-        courses = whole.distributions(best.policy)
-    else:
-        truncation = Truncation(settings.tolerance, DEGREES, fall_back=False)  # a longer series than the search takes
-        courses = [step.next_state for step in propagate(dynamics, best.policy, start, settings.horizon, truncation)]
-    sensors = np.diag(dynamics.observation_noise)
-    bands = tuple(Gaussian(state.mean, state.covariance + sensors) for state in (start, *courses))
-    return SearchResult(best, tuple(candidates), bands)
+    return SearchResult(best, tuple(candidates), _bands(whole, dynamics, best.policy, start, settings))
+
+
+def _usual_starts(
+    model: DynamicsModel,
+    shape: PolicyShape,
+    cost: SaturatingCost,
+    torque_limit: float,
+    settings: SearchSettings,
+    earlier: Sequence[RbfPolicy],
+    rng: np.random.Generator,
+) -> list[Start]:
+    swings, widths = settings.swings, settings.command_widths
+    return starting_policies(model, shape, cost, torque_limit, swings, widths, earlier, settings.shares, rng)
 
 
 def _not_driven_twice(earlier: Sequence[RbfPolicy]) -> list[int]:
@@ -196,6 +192,19 @@ def _not_driven_twice(earlier: Sequence[RbfPolicy]) -> list[int]:
 def _rank(candidate: Candidate) -> tuple[float, float]:
     """Less is better: success in tenths, then the judge's cost."""
     return -round(candidate.judgement.success, 1), candidate.judgement.cost
+
+
+def _bands(
+    objective: Minimised, dynamics: TransitionModel, policy: RbfPolicy, start: Gaussian, settings: SearchSettings
+) -> tuple[Gaussian, ...]:
+    """Distributions of what the sensors show under a policy, t = 0..H; by longer series than the search takes."""
+    if isinstance(objective, ParticleObjective):
+        courses = objective.distributions(policy)
+    else:
+        truncation = Truncation(settings.tolerance, DEGREES, fall_back=False)
+        courses = [step.next_state for step in propagate(dynamics, policy, start, settings.horizon, truncation)]
+    sensors = np.diag(dynamics.observation_noise)
+    return tuple(Gaussian(state.mean, state.covariance + sensors) for state in (start, *courses))
 
 
 def _promising(starts: Sequence[Start], objective: Minimised, count: int, workers: int) -> list[Start]:
