@@ -1,5 +1,6 @@
 """A normal distribution over the state."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -30,3 +31,11 @@ class Gaussian(NamedTuple):
         root = vectors * np.sqrt(np.maximum(values, 0.0))  # (D, D), root @ root.T = covariance
         drawn: Array = self.mean + rng.standard_normal((count, len(self.mean))) @ root.T
         return drawn
+
+
+def mixed(parts: Sequence[Gaussian]) -> Gaussian:
+    """The normal distribution with mean and covariance of the mixture of `parts`, each as likely."""
+    means = np.array([part.mean for part in parts])  # (K, D)
+    gaps = means - means.mean(axis=0)
+    within = np.mean([part.covariance for part in parts], axis=0)
+    return Gaussian(means.mean(axis=0), within + gaps.T @ gaps / len(parts))

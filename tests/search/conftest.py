@@ -1,13 +1,20 @@
 """A robot about its balance as a GP model: its linear equations of motion, learned from samples without noise."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import scipy.linalg
 
 from twbal.channels import Channels
+from twbal.cost import SaturatingCost
+from twbal.evaluation import SuccessRule
+from twbal.gaussian import Gaussian
 from twbal.models.dynamics import DynamicsModel
 from twbal.models.gp import condition
 from twbal.planar.linear import linearise
+from twbal.search.judgement import Judge
+from twbal.search.task import SearchSettings, Task
 
 TORQUE_LIMIT = 20.0
 SPANS = {"tilt": 0.4, "tilt_rate": 2.0, "speed": 1.5, "command_1": 20.0, "command_2": 20.0}
@@ -56,5 +63,40 @@ def make_system(paper):
             difference = condition(inputs, targets, np.tile(spans, (3, 1)), (g * sd) ** 2, (0.1 * g * sd) ** 2)
         noises = [level * np.array([1.0, 30.0, 10.0]) for level in (process, sensors)]
         return DynamicsModel(Channels(names, 0.15), f, difference, False, *noises), A, B
+
+    return make
+
+
+SETTINGS = SearchSettings(
+    horizon=40,
+    short_horizon=15,
+    iterations=12,
+    short_iterations=8,
+    searched=2,
+    long_horizon=80,
+    long_iterations=4,
+    content=0.0,
+    swings=(0.3,),
+    command_widths=(1.0, 0.3),
+    shares=(1.0, 0.5),
+    weight_penalty=1e-4,
+    particles=0,
+    tolerance=1e-5,
+    degrees=(2, 4),
+)
+JUDGE = Judge(robots=20, features=60, rule=SuccessRule(limit=0.5236, settle_limit=0.1745, settle_step=60, steps=150))
+WIDTHS = np.array([0.25, 2.5, 1.0, 20.0])
+START_SD = np.array([0.02, 0.05, 0.02, 0.0])
+
+
+@pytest.fixture(scope="session")
+def make_task():
+    """A function that makes a short task of models; settings that it is told are other than usual."""
+
+    def make(*models, seed=0, **told):
+        D = len(models[0].channels.names)
+        start = Gaussian(np.array([-0.17, 0.0, 0.0, 0.0])[:D], np.diag(START_SD[:D]) ** 2)
+        cost = SaturatingCost(np.zeros(D), WIDTHS[:D])
+        return Task(models, start, cost, replace(SETTINGS, **told), JUDGE, seed)
 
     return make

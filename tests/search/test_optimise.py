@@ -3,46 +3,24 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from twbal.cost import SaturatingCost
 from twbal.errors import SearchError
-from twbal.evaluation import SuccessRule
 from twbal.gaussian import Gaussian
 from twbal.models.moments.prediction import Truncation
-from twbal.search.judgement import Judge, judge
 from twbal.search.long_term_cost import long_term_cost
-from twbal.search.optimise import SearchSettings, search_policy
+from twbal.search.optimise import search_policy
 from twbal.search.starts import PolicyShape, linear_policy
 from twbal.search.transition import transition_model
 
-SETTINGS = SearchSettings(
-    horizon=40,
-    short_horizon=15,
-    iterations=12,
-    short_iterations=8,
-    searched=2,
-    long_horizon=80,
-    long_iterations=4,
-    content=0.0,
-    swings=(0.3,),
-    command_widths=(1.0, 0.3),
-    shares=(1.0, 0.5),
-    weight_penalty=1e-4,
-    particles=0,
-    tolerance=1e-5,
-    degrees=(2, 4),
-)
 SCALE = {"tilt": 0.15, "tilt_rate": 0.8, "speed": 0.5}
 SHAPE = PolicyShape(8, True, SCALE, past_command_scale=0.4, weight_sd=0.05)
-JUDGE = Judge(robots=20, features=60, rule=SuccessRule(limit=0.5236, settle_limit=0.1745, settle_step=60, steps=150))
-WIDTHS = np.array([0.25, 2.5, 1.0, 20.0])
-START_SD = np.array([0.02, 0.05, 0.02, 0.0])
 
 
-def search(model, settings=SETTINGS, shape=SHAPE, earlier=(), seed=0, progress=lambda line: None):
-    D = len(model.channels.names)
-    start = Gaussian(np.array([-0.17, 0.0, 0.0, 0.0])[:D], np.diag(START_SD[:D]) ** 2)
-    cost = SaturatingCost(np.zeros(D), WIDTHS[:D])
-    return search_policy(model, start, cost, shape, 20.0, settings, JUDGE, earlier, seed, progress)
+@pytest.fixture(scope="module")
+def search(make_task):
+    def run(*models, shape=SHAPE, earlier=(), seed=0, progress=lambda line: None, **told):
+        return search_policy(make_task(*models, seed=seed, **told), shape, 20.0, earlier, progress)
+
+    return run
 
 
 @pytest.fixture(scope="module")
@@ -51,7 +29,7 @@ def model(make_system):
 
 
 @pytest.fixture(scope="module")
-def result(model):
+def result(search, model):
     return search(model)
 
 
@@ -70,8 +48,8 @@ def test_starts_of_different_families_are_searched(result):
     assert families == {"search from regulator", "search from random"}
 
 
-def test_the_whole_horizon_is_searched_after_the_short_one(model, result):
-    stopped = {c.origin: c.cost for c in search(model, replace(SETTINGS, iterations=1)).candidates}
+def test_the_whole_horizon_is_searched_after_the_short_one(search, model, result):
+    stopped = {c.origin: c.cost for c in search(model, iterations=1).candidates}
     assert all(c.cost < stopped[c.origin] for c in result.candidates)
 
 
@@ -81,32 +59,37 @@ def test_candidates_stand_in_the_order_of_their_judgement(result):
     assert keys == sorted(keys)
 
 
-def test_the_prediction_is_of_the_best_policy_as_the_sensors_show_it(model, result):
-    assert len(result.predicted) == SETTINGS.horizon + 1
+def test_the_prediction_is_of_the_best_policy_as_the_sensors_show_it(make_task, model, result):
+    task = make_task(model)
+    assert len(result.predicted) == task.settings.horizon + 1
     first = result.predicted[0]
     np.testing.assert_allclose(first.mean, [-0.17, 0, 0, 0])
-    np.testing.assert_allclose(np.diag(first.covariance), START_SD**2 + [*model.observation_noise, 0.0])
-    cost = SaturatingCost(np.zeros(4), WIDTHS)
     sensors = np.diag([*model.observation_noise, 0.0])
+    np.testing.assert_allclose(first.covariance, task.start.covariance + sensors)
     states = [Gaussian(seen.mean, seen.covariance - sensors) for seen in result.predicted[1:]]
-    start = Gaussian(first.mean, first.covariance - sensors)
     expected = long_term_cost(
-        transition_model(model), result.best.policy, cost, start, SETTINGS.horizon, Truncation(), gradient=False
+        transition_model(model),
+        result.best.policy,
+        task.cost,
+        task.start,
+        task.settings.horizon,
+        Truncation(),
+        gradient=False,
     )
-    assert sum(cost.expected(state).value for state in states) == pytest.approx(expected.value, rel=1e-4)
+    assert sum(task.cost.expected(state).value for state in states) == pytest.approx(expected.value, rel=1e-4)
 
 
-def test_the_same_seed_finds_the_same_policy(model, result):
+def test_the_same_seed_finds_the_same_policy(search, model, result):
     again = search(model).best.policy
     for name in ("centres", "weights", "lengths", "gain"):
         assert np.array_equal(getattr(again, name), getattr(result.best.policy, name))
 
 
-def test_earlier_policies_are_judged_beside_the_new_and_win_where_the_search_finds_worse(model, result):
+def test_earlier_policies_are_judged_beside_the_new_and_win_where_the_search_finds_worse(search, model, result):
     names, lines = model.channels.names, []
     falling = linear_policy(SHAPE, names, 20.0, np.zeros(4), np.random.default_rng(0))
-    hurried = replace(SETTINGS, iterations=1, short_iterations=1, swings=(), searched=1, shares=(0.01,))
-    found = search(model, hurried, earlier=[falling, result.best.policy], progress=lines.append)
+    hurried = {"iterations": 1, "short_iterations": 1, "swings": (), "searched": 1, "shares": (0.01,)}
+    found = search(model, **hurried, earlier=[falling, result.best.policy], progress=lines.append)
     assert {"policy 0", "policy 1"} < {c.origin for c in found.candidates}
     assert found.best.origin == "policy 1"
     assert found.best.judgement == result.best.judgement
@@ -114,44 +97,86 @@ def test_earlier_policies_are_judged_beside_the_new_and_win_where_the_search_fin
     assert lines[1].startswith(f"policy 1: cost {result.best.cost:.2f}, 100%")
 
 
-def test_the_search_goes_on_over_a_longer_horizon_until_the_judge_is_content(model, result):
-    hurried = replace(SETTINGS, iterations=2, short_iterations=2, long_iterations=3, searched=1)
+def test_the_search_goes_on_over_a_longer_horizon_until_the_judge_is_content(search, model, result):
+    hurried = {"iterations": 2, "short_iterations": 2, "long_iterations": 3, "searched": 1}
     origins = {
-        content: [c.origin for c in search(model, replace(hurried, content=content)).candidates]
-        for content in (0.0, 1.01)
+        content: [c.origin for c in search(model, **hurried, content=content).candidates] for content in (0.0, 1.01)
     }
     assert not any(origin.startswith("long") for origin in origins[0.0])
     (more,) = set(origins[1.01]) - set(origins[0.0])
     assert more == f"long {origins[0.0][0]}"
 
 
-def test_what_runs_away_slowly_is_held_by_the_longer_horizon(model):
+def test_what_runs_away_slowly_is_held_by_the_longer_horizon(search, model):
     """A regulator that lets the speed grow a little at each step costs little over a short horizon."""
-    found = search(model, replace(SETTINGS, iterations=2, short_iterations=2, content=1.01, long_iterations=8))
+    found = search(model, iterations=2, short_iterations=2, content=1.01, long_iterations=8)
     by_origin = {c.origin: c.judgement.cost for c in found.candidates}
     longer = [origin for origin in by_origin if origin.startswith("long ")]
     assert longer
     assert all(by_origin[origin] <= by_origin[origin.removeprefix("long ")] for origin in longer)
 
 
-def test_the_papers_plain_network_balances_too(make_system):
+def test_the_papers_plain_network_balances_too(search, make_system):
     model, _, _ = make_system(0, samples=80)
     shape = replace(SHAPE, basis=30, linear=False)
-    found = search(model, replace(SETTINGS, searched=1), shape)
+    found = search(model, searched=1, shape=shape)
     assert found.best.judgement.success >= 0.9
     assert not found.best.policy.gain.any()
 
 
-def test_a_model_without_a_finite_cost_anywhere_is_named(make_system):
+def test_a_model_without_a_finite_cost_anywhere_is_named(search, make_system):
     model, _, _ = make_system(0, samples=20)
     model.f.weights[:] = np.nan
     with pytest.raises(SearchError, match="None of 1 starting policies has a finite cost"):
         search(model)
 
 
-def test_what_the_search_finds_beats_its_starts_in_the_judges_eyes(model, result):
+def test_what_the_search_finds_beats_its_starts_in_the_judges_eyes(make_task, model, result):
     still = linear_policy(SHAPE, model.channels.names, 20.0, np.zeros(4), np.random.default_rng(0))
-    start = Gaussian(np.array([-0.17, 0.0, 0.0, 0.0]), np.diag(START_SD) ** 2)
-    verdict = judge(model, still, SaturatingCost(np.zeros(4), WIDTHS), start, JUDGE, 0)
+    verdict = make_task(model).judged("still", still).judgement
     assert verdict.success == 0.0
     assert result.best.judgement.cost < 0.5 * verdict.cost
+
+
+@pytest.fixture(scope="module")
+def weak_and_strong(model):
+    """Two robots about the one that was learned: half and one and a half times the torque."""
+    scaled = [replace(model, f=stretched(model.f, share), g=None) for share in (0.5, 1.6)]
+    return scaled
+
+
+def stretched(gp, share):
+    """`gp` of a robot whose commands, the past one with them, do `share` of what they did."""
+    scale = np.array([1.0, 1.0, 1.0, 1.0 / share, 1.0 / share])
+    return replace(gp, centres=gp.centres * scale, length_scales=gp.length_scales * scale)
+
+
+def test_a_policy_for_two_robots_holds_both_where_one_for_either_does_not(search, make_task, weak_and_strong):
+    both = make_task(*weak_and_strong)
+    for_both = search(*weak_and_strong).best
+    assert for_both.judgement.success == 1.0
+    for robot in weak_and_strong:
+        assert make_task(robot).judged("", for_both.policy).judgement.success == 1.0
+        for_one = search(robot).best.policy
+        assert both.judged("", for_one).cost > for_both.cost
+
+
+def test_several_models_cost_their_mean_and_so_does_their_gradient(make_task, weak_and_strong, result):
+    policy, task = result.best.policy, make_task(*weak_and_strong)
+    found = task.objective(20).cost_of(policy, gradient=True)
+    each = [make_task(robot).objective(20).cost_of(policy, gradient=True) for robot in weak_and_strong]
+    assert found.value == pytest.approx(np.mean([one.value for one in each]), rel=1e-12)
+    assert found.value == pytest.approx(task.objective(20).value(policy), rel=1e-12)
+    for name in ("centres", "weights", "lengths", "gain"):
+        mean = np.mean([getattr(one.gradient, name) for one in each], axis=0)
+        np.testing.assert_allclose(getattr(found.gradient, name), mean, rtol=1e-12)
+
+
+def test_what_several_models_predict_is_their_mixture(make_task, weak_and_strong, result):
+    """Against states drawn from one model or the other, by chance."""
+    policy, rng = result.best.policy, np.random.default_rng(0)
+    mixture = make_task(*weak_and_strong).predicted(policy)[30]
+    ones = [make_task(robot).predicted(policy)[30] for robot in weak_and_strong]
+    drawn = np.concatenate([one.sample(20000, rng) for one in ones])
+    np.testing.assert_allclose(mixture.mean, drawn.mean(axis=0), atol=4 * mixture.sd.max() / 200)
+    np.testing.assert_allclose(mixture.covariance, np.cov(drawn.T), atol=0.05 * np.max(mixture.covariance))

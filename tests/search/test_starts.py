@@ -1,13 +1,20 @@
 import numpy as np
 import pytest
 
-from twbal.cost import SaturatingCost
 from twbal.errors import ConfigError
 from twbal.search.starts import PolicyShape, linear_policy, starting_policies
 
 SCALE = {"tilt": 0.15, "tilt_rate": 0.8, "speed": 0.5}
 NAMES = ("tilt", "tilt_rate", "speed", "command_1")
 GAIN = np.array([-60.0, -12.0, -6.0, 0.1])
+
+
+@pytest.fixture
+def starts_of(make_task):
+    def make(model, policy_shape, earlier=(), seed=0, **told):
+        return starting_policies(make_task(model, **told), policy_shape, 20.0, earlier, np.random.default_rng(seed))
+
+    return make
 
 
 def shape(linear, basis=40, weight_sd=0.01):
@@ -38,13 +45,12 @@ def test_without_one_the_basis_functions_imitate_it_over_their_support():
 
 
 @pytest.mark.parametrize("linear", [True, False])
-def test_all_starts_are_there_finite_and_named(make_system, linear):
+def test_all_starts_are_there_finite_and_named(make_system, starts_of, linear):
     model, _, _ = make_system(1)
-    cost = SaturatingCost(np.zeros(4), np.array([0.25, 2.5, 1.0, 20.0]))
     rng = np.random.default_rng(0)
     earlier = [linear_policy(shape(linear), NAMES, 20.0, GAIN, rng) for _ in range(2)]
-    starts = starting_policies(
-        model, shape(linear), cost, 20.0, [0.3, 0.6], [1.0, 0.1], earlier, [1.0, 0.5], np.random.default_rng(3)
+    starts = starts_of(
+        model, shape(linear), earlier, seed=3, swings=(0.3, 0.6), command_widths=(1.0, 0.1), shares=(1.0, 0.5)
     )
     regulators = [f"regulator (swing {s:g}, width {w:g})" for s in (0.3, 0.6) for w in (1, 0.1)]
     old = [f"policy {i} x {share:g}" for i in range(2) for share in (1, 0.5)]
@@ -57,28 +63,25 @@ def test_all_starts_are_there_finite_and_named(make_system, linear):
         assert linear or not policy.gain.any()
 
 
-def test_a_share_weakens_an_earlier_policy_before_the_squash(make_system):
+def test_a_share_weakens_an_earlier_policy_before_the_squash(make_system, starts_of):
     model, _, _ = make_system(1)
     earlier = linear_policy(shape(True, weight_sd=1.0), NAMES, 20.0, GAIN, np.random.default_rng(0))
-    cost = SaturatingCost(np.zeros(4), np.ones(4))
-    starts = starting_policies(model, shape(True), cost, 20.0, [], [], [earlier], [0.5], np.random.default_rng(0))
+    starts = starts_of(model, shape(True), [earlier], swings=(), shares=(0.5,))
     states = np.random.default_rng(1).standard_normal((20, 4))
     np.testing.assert_allclose(starts[0].policy.activation(states), 0.5 * earlier.activation(states), rtol=1e-12)
 
 
-def test_a_regulator_start_holds_the_model(make_system):
+def test_a_regulator_start_holds_the_model(make_system, starts_of):
     model, A, B = make_system(1)
-    cost = SaturatingCost(np.zeros(4), np.array([0.25, 2.5, 1.0, 20.0]))
-    starts = starting_policies(model, shape(True), cost, 20.0, [0.3], [0.3], [], [], np.random.default_rng(0))
+    starts = starts_of(model, shape(True), command_widths=(0.3,))
     x = np.array([-0.1, 0.0, 0.0, 0.0])
     for _ in range(150):
         x = A @ x + B * float(starts[0].policy.command(x))
     assert np.abs(x[0]) < 0.02
 
 
-def test_a_model_that_no_regulator_holds_still_has_starts(make_system):
+def test_a_model_that_no_regulator_holds_still_has_starts(make_system, starts_of):
     model, _, _ = make_system()
     model.f.weights[:] = np.nan
-    cost = SaturatingCost(np.zeros(3), np.ones(3))
-    starts = starting_policies(model, shape(True), cost, 20.0, [0.3], [1.0], [], [], np.random.default_rng(0))
+    starts = starts_of(model, shape(True))
     assert [s.origin for s in starts] == ["random"]

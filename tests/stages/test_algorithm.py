@@ -36,7 +36,7 @@ def learn(solved=(), words=(), diagnosable=1, useless=(), **changed):
         changed: settings.
     """
     with initialize_config_dir(str(conf_folder()), version_base="1.3"):
-        cfg = compose("iterate", ["seed=5", *words])
+        cfg = compose("iterate", ["seed=5", "variants=none", *words])
     usual = {"updates": 2, "trials": 10, "stop_when_solved": False, "sim_rounds": 1, "confirm_rollouts": 0}
     usual |= {"diagnose": False, "on_regulator": False, "first": "simulation", "update": "difference"}
     simulated = {"sim_round_rollouts": 3, "sim_round_exploration": 0.1}
@@ -64,8 +64,27 @@ def test_the_stages_run_in_the_order_of_the_algorithm():
     assert [call.stage for call in calls] == [*simulation, *simulation, "real-rollout", *update, *update]
 
 
+def test_the_last_policy_from_simulation_serves_the_variants_too():
+    heavy = ["+effect@variants.heavy.body_mass=body_mass", "variants.heavy.body_mass.factor=1.2"]
+    calls, learning = learn(words=["variants=late", *heavy])
+    late, weighty = (
+        call for call in only(calls, "sim-collect") if call.folder.name in ("late_collect", "heavy_collect")
+    )
+    (effect,) = (key for key in late.told if "effects" in key)
+    assert (effect, late.told[effect]["delay"]) == ("++sim.effects.actuation_delay", 0.04)
+    assert weighty.told["++sim.effects.body_mass"]["factor"] == 1.2
+    before, after, *later = only(calls, "optimise-policy")
+    own = [Path(f"simulation/{number}_model/model.pt") for number in (0, 1)]
+    assert before.told["dynamics"] == own[:1]
+    varied = [Path(f"simulation/{name}_model/model.pt") for name in ("late", "heavy")]
+    assert after.told["dynamics"] == [own[1], *varied]
+    assert all(len(call.told["dynamics"]) == 1 for call in later)
+    assert {call.told["dynamics"] for call in only(calls, "fit-diff-gp")} == {own[1]}
+    assert {late.folder, weighty.folder} < set(learning.simulated)
+
+
 def test_no_two_calls_share_a_folder():
-    calls, _ = learn(updates=4, sim_rounds=3)
+    calls, _ = learn(updates=4, sim_rounds=3, words=["variants=late"])
     folders = [call.folder for call in calls]
     assert len(set(folders)) == len(folders)
     assert not any(a in b.parents for a in folders for b in folders)

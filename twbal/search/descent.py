@@ -1,5 +1,6 @@
 """L-BFGS on the expected long-term cost."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Protocol
 
@@ -56,10 +57,43 @@ class Minimised(Protocol):
         """On Σ w²."""
 
     def value(self, policy: RbfPolicy) -> float:
-        """The cost alone."""
+        """The cost alone; infinite where it cannot be computed."""
 
     def cost_of(self, policy: RbfPolicy, gradient: bool) -> LongTermCost | None:
         """The cost with its gradient."""
+
+
+@dataclass(frozen=True)
+class MeanObjective:
+    """What is minimised where one policy is to serve several models, each as likely: the mean of their costs.
+
+    Attributes:
+        parts: the objective on each model.
+    """
+
+    parts: Sequence[Minimised]
+
+    @property
+    def weight_penalty(self) -> float:
+        """On Σ w²; the same in all parts."""
+        return self.parts[0].weight_penalty
+
+    def value(self, policy: RbfPolicy) -> float:
+        """The mean cost alone; infinite where one cannot be computed."""
+        return float(np.mean([part.value(policy) for part in self.parts]))
+
+    def cost_of(self, policy: RbfPolicy, gradient: bool) -> LongTermCost | None:
+        """The mean cost with its gradient; None where one has none."""
+        found = [part.cost_of(policy, gradient) for part in self.parts]
+        costs = [cost for cost in found if cost is not None]
+        if len(costs) < len(found):
+            return None
+        slopes = zip(*(cost.gradient for cost in costs), strict=True)
+        return LongTermCost(
+            float(np.mean([cost.value for cost in costs])),
+            PolicyGradient(*(np.mean(parts, axis=0) for parts in slopes)),
+            sum(cost.exact_steps for cost in costs),
+        )
 
 
 def descend(objective: Minimised, policy: RbfPolicy, scales: Array, linear: bool, iterations: int) -> RbfPolicy:

@@ -2,79 +2,16 @@
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
-from twbal.cost import SaturatingCost
 from twbal.errors import SearchError
 from twbal.gaussian import Array, Gaussian
-from twbal.models.dynamics import DynamicsModel
-from twbal.models.moments.prediction import DEGREES, Truncation
 from twbal.policies.rbf import RbfPolicy
-from twbal.search.descent import Minimised, Objective, descend
-from twbal.search.judgement import Judge, Judgement, judge
-from twbal.search.long_term_cost import propagate
-from twbal.search.particles import ParticleObjective
+from twbal.search.descent import Minimised, descend
 from twbal.search.starts import PolicyShape, Start, starting_policies, starts_on
-from twbal.search.transition import TransitionModel, transition_model
-
-
-@dataclass(frozen=True)
-class SearchSettings:
-    """How to search.
-
-    Attributes:
-        horizon: H [control periods].
-        short_horizon: of the first part of each search; a long one has no slope on the plateau of a policy that falls.
-        iterations: of L-BFGS over the whole horizon, at most.
-        short_iterations: of L-BFGS over the short one, at most.
-        searched: how many starts, the best over the short horizon, are searched; 0 only judges earlier policies.
-        long_horizon: over which the search goes on from the best that it found where less than `content` of the judge's
-            robots balance under any candidate: a robot that slowly runs away is cheap over a short horizon.
-        long_iterations: of L-BFGS over that, at most.
-        content: share of the judge's robots.
-        swings: see `starting_policies`.
-        command_widths: see `starting_policies`.
-        shares: see `starting_policies`.
-        weight_penalty: see `Objective`.
-        particles: by which costs are found instead of moment matching (`ParticleObjective`); 0: by moment matching.
-        tolerance: see `Truncation`; while searching.
-        degrees: see `Truncation`; while searching.
-    """
-
-    horizon: int
-    short_horizon: int
-    iterations: int
-    short_iterations: int
-    searched: int
-    long_horizon: int
-    long_iterations: int
-    content: float
-    swings: tuple[float, ...]
-    command_widths: tuple[float, ...]
-    shares: tuple[float, ...]
-    weight_penalty: float
-    particles: int
-    tolerance: float
-    degrees: tuple[int, ...]
-
-
-class Candidate(NamedTuple):
-    """A policy that was considered.
-
-    Attributes:
-        origin: where its search began, or which earlier policy it is.
-        policy: the policy.
-        cost: expected long-term cost over the horizon.
-        judgement: of its long rollouts.
-    """
-
-    origin: str
-    policy: RbfPolicy
-    cost: float
-    judgement: Judgement
+from twbal.search.task import Candidate, Task
 
 
 class SearchResult(NamedTuple):
@@ -92,15 +29,10 @@ class SearchResult(NamedTuple):
 
 
 def search_policy(
-    model: DynamicsModel,
-    start: Gaussian,
-    cost: SaturatingCost,
+    task: Task,
     shape: PolicyShape,
     torque_limit: float,
-    settings: SearchSettings,
-    judging: Judge,
     earlier: Sequence[RbfPolicy],
-    seed: int,
     progress: Callable[[str], None],
     workers: int = 1,
     base: Array | None = None,
@@ -111,7 +43,9 @@ def search_policy(
     chosen twice already is none of them: what it does the model has been told, and a third time would teach nothing.
 
     Args:
-        start: distribution of x_0.
+        task: what the policy is for.
+        shape: of the policy.
+        torque_limit: [N·m].
         earlier: policies of earlier iterations, oldest first.
         progress: is told what is being done, a line at a time.
         workers: threads that search beside each other; what is found does not depend on it.
@@ -121,18 +55,10 @@ def search_policy(
     Raises:
         SearchError: no start has a finite cost on this model.
     """
-    rng = np.random.default_rng(seed)
-    dynamics = transition_model(model)
-    scales = shape.scales(model.channels.names, torque_limit)
-    searching = Truncation(settings.tolerance, tuple(settings.degrees), fall_back=False)
-
-    def objective(horizon: int) -> Minimised:
-        if settings.particles:
-            count, penalty = settings.particles, settings.weight_penalty
-            return ParticleObjective(model, cost, start, horizon, count, judging.features, seed, penalty)
-        return Objective(dynamics, cost, start, horizon, searching, settings.weight_penalty)
-
-    short, whole = objective(settings.short_horizon), objective(settings.horizon)
+    settings = task.settings
+    names = task.models[0].channels.names
+    scales = shape.scales(names, torque_limit)
+    short, whole = task.objective(settings.short_horizon), task.objective(settings.horizon)
     linear = shape.linear and base is None
 
     def searched(chosen: Start) -> RbfPolicy:
@@ -141,18 +67,18 @@ def search_policy(
 
     chosen: list[Start] = []
     if settings.searched or not earlier:
+        rng = np.random.default_rng(task.seed)
         starts = (
-            _usual_starts(model, shape, cost, torque_limit, settings, earlier, rng)
+            starting_policies(task, shape, torque_limit, earlier, rng)
             if base is None
-            else starts_on(base, model.channels.names, shape, torque_limit, earlier, rng)
+            else starts_on(base, names, shape, torque_limit, earlier, rng)
         )
         chosen = _promising(starts, short, max(settings.searched, 1), workers)
 
     def judged(origin: str, policy: RbfPolicy) -> Candidate:
-        judgement = judge(model, policy, cost, start, judging, seed)
-        candidate = Candidate(origin, policy, whole.value(policy), judgement)
-        progress(f"{origin}: cost {candidate.cost:.2f}, {judgement.success:.0%} of the long rollouts balance")
-        return candidate
+        found = task.judged(origin, policy)
+        progress(f"{origin}: cost {found.cost:.2f}, {found.judgement.success:.0%} of the long rollouts balance")
+        return found
 
     fresh = _not_driven_twice(earlier) if settings.searched else range(len(earlier))
     candidates = [judged(f"policy {i}", earlier[i]) for i in fresh]
@@ -161,26 +87,13 @@ def search_policy(
             candidates.append(judged(f"search from {each.origin}", found))
     candidates.sort(key=_rank)
     if chosen and candidates[0].judgement.success < settings.content:
-        patient = objective(settings.long_horizon)
+        patient = task.objective(settings.long_horizon)
         near = next(c for c in candidates if c.origin.startswith("search"))
         found = descend(patient, near.policy, scales, linear, settings.long_iterations)
         candidates.append(judged(f"long {near.origin}", found))
         candidates.sort(key=_rank)
     best = candidates[0]
-    return SearchResult(best, tuple(candidates), _bands(whole, dynamics, best.policy, start, settings))
-
-
-def _usual_starts(
-    model: DynamicsModel,
-    shape: PolicyShape,
-    cost: SaturatingCost,
-    torque_limit: float,
-    settings: SearchSettings,
-    earlier: Sequence[RbfPolicy],
-    rng: np.random.Generator,
-) -> list[Start]:
-    swings, widths = settings.swings, settings.command_widths
-    return starting_policies(model, shape, cost, torque_limit, swings, widths, earlier, settings.shares, rng)
+    return SearchResult(best, tuple(candidates), task.predicted(best.policy))
 
 
 def _not_driven_twice(earlier: Sequence[RbfPolicy]) -> list[int]:
@@ -192,19 +105,6 @@ def _not_driven_twice(earlier: Sequence[RbfPolicy]) -> list[int]:
 def _rank(candidate: Candidate) -> tuple[float, float]:
     """Less is better: success in tenths, then the judge's cost."""
     return -round(candidate.judgement.success, 1), candidate.judgement.cost
-
-
-def _bands(
-    objective: Minimised, dynamics: TransitionModel, policy: RbfPolicy, start: Gaussian, settings: SearchSettings
-) -> tuple[Gaussian, ...]:
-    """Distributions of what the sensors show under a policy, t = 0..H; by longer series than the search takes."""
-    if isinstance(objective, ParticleObjective):
-        courses = objective.distributions(policy)
-    else:
-        truncation = Truncation(settings.tolerance, DEGREES, fall_back=False)
-        courses = [step.next_state for step in propagate(dynamics, policy, start, settings.horizon, truncation)]
-    sensors = np.diag(dynamics.observation_noise)
-    return tuple(Gaussian(state.mean, state.covariance + sensors) for state in (start, *courses))
 
 
 def _promising(starts: Sequence[Start], objective: Minimised, count: int, workers: int) -> list[Start]:

@@ -6,12 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from twbal.cost import SaturatingCost
 from twbal.errors import ConfigError
 from twbal.gaussian import Array
-from twbal.models.dynamics import DynamicsModel
 from twbal.policies.rbf import RbfPolicy
 from twbal.search.linear import regulator, slopes
+from twbal.search.task import Task
 
 _SQUASH_SLOPE = 1.5  # σ'(0) of eq. 10
 _NETWORKS = 4  # random ones on top of a regulator
@@ -86,36 +85,35 @@ def linear_policy(
 
 
 def starting_policies(
-    model: DynamicsModel,
-    shape: PolicyShape,
-    cost: SaturatingCost,
-    torque_limit: float,
-    swings: Sequence[float],
-    command_widths: Sequence[float],
-    earlier: Sequence[RbfPolicy],
-    shares: Sequence[float],
-    rng: np.random.Generator,
+    task: Task, shape: PolicyShape, torque_limit: float, earlier: Sequence[RbfPolicy], rng: np.random.Generator
 ) -> list[Start]:
-    """All starts: regulators of the model's slopes, earlier policies at several strengths, and one random policy.
+    """All starts: regulators of each model's slopes, earlier policies at several strengths, and one random policy.
+
+    Of the task's settings, `swings` are half widths of the command's secant and `command_widths` prices of the command
+    for the regulator, both as shares of the torque limit; `shares` are strengths at which each earlier policy is tried,
+    as a robot stronger than its model wants less.
 
     Args:
-        swings: half widths of the command's secant, as shares of the torque limit.
-        command_widths: prices of the command for the regulator, as shares of the torque limit.
+        task: what the policy is for.
+        shape: of the policy.
+        torque_limit: [N·m].
         earlier: policies of earlier iterations, oldest first.
-        shares: strengths at which each earlier policy is tried; a robot stronger than its model wants less.
+        rng: draws the networks.
     """
-    names = model.channels.names
+    settings, names = task.settings, task.models[0].channels.names
     s = shape.scales(names, torque_limit)
     starts: list[Start] = []
-    for swing in swings:
-        A, B = slopes(model, swing * torque_limit, s)
-        for width in command_widths:
-            gain = regulator(A, B, cost, width * torque_limit)
-            if gain is not None:
-                origin = f"regulator (swing {swing:g}, width {width:g})"
-                starts.append(Start(origin, linear_policy(shape, names, torque_limit, gain, rng)))
+    for number, model in enumerate(task.models):
+        regulated = "regulator" if len(task.models) == 1 else f"regulator of model {number}"
+        for swing in settings.swings:
+            A, B = slopes(model, swing * torque_limit, s)
+            for width in settings.command_widths:
+                gain = regulator(A, B, task.cost, width * torque_limit)
+                if gain is not None:
+                    origin = f"{regulated} (swing {swing:g}, width {width:g})"
+                    starts.append(Start(origin, linear_policy(shape, names, torque_limit, gain, rng)))
     for index, policy in enumerate(earlier):
-        for share in shares:
+        for share in settings.shares:
             scaled = replace(policy, weights=share * policy.weights, gain=share * policy.gain)
             starts.append(Start(f"policy {index} x {share:g}", scaled))
     starts.append(Start("random", linear_policy(shape, names, torque_limit, np.zeros(len(s)), rng)))

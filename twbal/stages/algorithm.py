@@ -3,10 +3,11 @@
     f from random rollouts in simulation; policy 0 from f
     repeat: drive the robot by policy i; g from all real rollouts; policy i + 1 from f + g
 
-Beyond the paper, f is learned once more from rollouts of its own policy in simulation before the robot is touched, and
-every policy is driven in trials that nothing is learned from. Once a policy succeeds in all of them, it is driven a
-few times more for the model's sake, as it is: what the model then predicts of it is what the robot does, in bands as
-wide as these rollouts ask for.
+Beyond the paper, f is learned once more from rollouts of its own policy in simulation before the robot is touched;
+policy 0 serves not only that f but those of other simulated robots too, `variants` of it; and every policy is driven in
+trials that nothing is learned from. Once a policy succeeds in all of them, it is driven a few times more for the
+model's sake, as it is: what the model then predicts of it is what the robot does, in bands as wide as these rollouts
+ask for.
 
 Other methods begin elsewhere (`first`) or learn something else from the robot's rollouts (`update`); what is driven,
 tried and told stays the same.
@@ -17,7 +18,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from omegaconf import DictConfig
+from omegaconf import DictConfig, OmegaConf
 
 from twbal.errors import ConfigError
 from twbal.evaluation import SuccessRule
@@ -178,21 +179,34 @@ class Algorithm:
         return Learning(simulated, tuple(policies))
 
     def _simulation(self) -> tuple[tuple[Path, ...], Learned]:
-        """f and its policy, and again on rollouts of that policy."""
+        """f and its policy, and again on rollouts of that policy; the last policy serves the variants too."""
         rounds = range(self._settings.sim_rounds + 1)
         simulated: list[Path] = []
         fits: list[Manifest] = []
         searches: list[Manifest] = []
-        place = Path("simulation")
+        place, last = Path("simulation"), rounds[-1]
         for i in rounds:
             simulated.append(place / f"{i}_collect")
             self._collect(simulated[-1], i, place / f"{i - 1}_policy" / POLICY)
-            fits.append(self._fit("fit-sim-gp", place / f"{i}_model", list(simulated), {}))
+            models = [place / f"{i}_model" / MODEL]
+            fits.append(self._fit("fit-sim-gp", models[0].parent, list(simulated), {}))
+            for name, effects in self._cfg.variants.items() if i == last else ():
+                varied = place / f"{name}_collect"
+                self._chain.run(Call("sim-collect", varied, self._varied(effects)))
+                models.append(place / f"{name}_model" / MODEL)
+                fits.append(self._fit("fit-sim-gp", models[-1].parent, [varied], {}))
             earlier = [place / f"{i - 1}_policy" / POLICY] if i else []
-            searches.append(self._search(place / f"{i}_policy", place / f"{i}_model" / MODEL, earlier))
-        last = rounds[-1]
+            searches.append(self._search(place / f"{i}_policy", models, earlier))
+        simulated += [place / f"{name}_collect" for name in self._cfg.variants]
         f = place / f"{last}_model" / MODEL
         return tuple(simulated), Learned(0, tuple(fits), tuple(searches), (), place / f"{last}_policy", f, None)
+
+    def _varied(self, effects: DictConfig) -> dict[str, Any]:
+        """What sim-collect is told so that the simulated robot has these effects besides."""
+        told: dict[str, Any] = {"seed": self._cfg.sim_collect.seed}
+        for name, effect in effects.items():
+            told[f"++sim.effects.{name!s}"] = OmegaConf.to_container(effect, resolve=True)
+        return told
 
     def _random(self) -> tuple[tuple[Path, ...], Learned]:
         """No simulation: the robot is driven at random, and all is learned from that."""
@@ -262,14 +276,14 @@ class Algorithm:
         mended = None if confirms else self._mend(place, newest, rollouts)
         f = place / "sim_model" / MODEL if mended else newest.f
         fit = self._fit("fit-diff-gp", place / "model", list(rollouts), {"dynamics": f})
-        search = self._search(place / "policy", place / "model" / MODEL, list(earlier), searching)
+        search = self._search(place / "policy", [place / "model" / MODEL], list(earlier), searching)
         return Learned(index, (mended, fit) if mended else (fit,), (search,), rollouts, place / "policy", f, None)
 
     def _whole(self, lesson: Lesson) -> Learned:
         """Learn the whole dynamics, without a simulation, and search (or judge) on that."""
         index, rollouts, earlier, place, _, searching = lesson
         fit = self._fit("fit-diff-gp", place / "model", list(rollouts), {"dynamics": None})
-        search = self._search(place / "policy", place / "model" / MODEL, list(earlier), searching)
+        search = self._search(place / "policy", [place / "model" / MODEL], list(earlier), searching)
         return Learned(index, (fit,), (search,), rollouts, place / "policy", None, None)
 
     def _identified(self, lesson: Lesson) -> Learned:
@@ -319,8 +333,10 @@ class Algorithm:
         seed = self._cfg[stage.replace("-", "_")].seed
         return self._chain.run(Call(stage, out, {"seed": seed, **told, "episodes": episodes}))
 
-    def _search(self, out: Path, model: Path, earlier: list[Path], also: dict[str, Any] | None = None) -> Manifest:
-        told = {"seed": self._cfg.optimise_policy.seed, "dynamics": model, "earlier": earlier, **(also or {})}
+    def _search(
+        self, out: Path, models: list[Path], earlier: list[Path], also: dict[str, Any] | None = None
+    ) -> Manifest:
+        told = {"seed": self._cfg.optimise_policy.seed, "dynamics": models, "earlier": earlier, **(also or {})}
         if self._settings.on_regulator:
             self._chain.run(Call("linear-policy", Path("regulator"), {"episodes": []}))
             told["base"] = Path("regulator") / POLICY

@@ -2,7 +2,7 @@
 
 import re
 import shlex
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -36,7 +36,7 @@ def stage_overrides(stage: str, cfg: DictConfig, choices: Mapping[str, str], tol
         choices: which choice `cfg` has of each group, as in Hydra's `runtime.choices`.
         told: overrides that come before all else.
     """
-    decided = {re.split(r"[.@=]", word.lstrip("+~"), maxsplit=1)[0] for word in told}
+    decided = {re.split(r"[@=]", word.lstrip("+~"), maxsplit=1)[0] for word in told}
     groups = compose(_config_name(stage), return_hydra_config=True).hydra.runtime.choices
     chosen = [
         f"{group}={choices[group]}"
@@ -46,15 +46,17 @@ def stage_overrides(stage: str, cfg: DictConfig, choices: Mapping[str, str], tol
     base, whole = _tree(compose_stage(stage, chosen)), _tree(cfg)
     section = whole.get(_config_name(stage))
     known = {**whole, **(section if isinstance(section, dict) else {})}
-    keys = [key for key in base if key in known and key not in decided]
-    asked = dict(_leaves({key: known[key] for key in keys}))
-    default = dict(_leaves({key: base[key] for key in keys}))
+    shared = [key for key in base if key in known]
+    asked, default = (
+        {key: value for key, value in _leaves({name: tree[name] for name in shared}) if not _any_overlap(key, decided)}
+        for tree in (known, base)
+    )
     changed = [
         f"{'' if key in default else '++'}{key}={text(value)}"
         for key, value in asked.items()
         if key not in default or value != default[key]
     ]
-    gone = [f"~{key}" for key in default if not any(_overlap(key, other) for other in asked)]
+    gone = [f"~{key}" for key in default if not _any_overlap(key, asked)]
     return [*chosen, *changed, *gone, *told]
 
 
@@ -90,9 +92,9 @@ def _shell_word(word: str) -> str:
     return '"' + re.sub(r'(["\\`])', r"\\\1", word) + '"'
 
 
-def _overlap(key: str, other: str) -> bool:
-    """Whether one dotted key is the other, or lies within it."""
-    return f"{key}.".startswith(f"{other}.") or f"{other}.".startswith(f"{key}.")
+def _any_overlap(key: str, others: Iterable[str]) -> bool:
+    """Whether a dotted key is one of the others, or one of them lies within the other."""
+    return any(f"{key}.".startswith(f"{other}.") or f"{other}.".startswith(f"{key}.") for other in others)
 
 
 def _config_name(stage: str) -> str:

@@ -16,8 +16,9 @@ from twbal.files import file_hash
 from twbal.logs import read_episode
 from twbal.models.dynamics import DynamicsModel
 from twbal.policies.saved import load_regulator, load_searched_policy
-from twbal.search.optimise import SearchResult, SearchSettings, search_policy
+from twbal.search.optimise import SearchResult, search_policy
 from twbal.search.start_state import start_state
+from twbal.search.task import SearchSettings, Task
 from twbal.search.warm import is_compiled
 from twbal.stages.artefacts import episode_files, load_model
 from twbal.stages.closing import closing, run_folder, told_of
@@ -53,10 +54,11 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
     """Search on the model that `cfg` names into `out`/policy.pt and prediction.pt, unless they are there already."""
     settings = typed(Settings, cfg)
     at_least(0, seed=settings.seed, workers=settings.workers)
-    given = [cfg.earlier] if isinstance(cfg.earlier, str) else cfg.earlier
-    dynamics, earlier = Path(cfg.dynamics), [Path(path) for path in given]
+    dynamics, earlier = _paths(cfg.dynamics), _paths(cfg.earlier)
+    if not dynamics:
+        raise ConfigError("No model was given. Give dynamics=<model.pt>, or a list of models.")
     confirming = episode_files(cfg.confirming) if cfg.confirming else []
-    inputs = {"dynamics": [dynamics], "earlier": earlier}
+    inputs = {"dynamics": dynamics, "earlier": earlier}
     for name, files in (("confirming", confirming), ("base", [Path(cfg.base)] if cfg.base else [])):
         inputs |= {name: files} if files else {}
     step = Step("optimise-policy", out, recorded(cfg, NOT_RECORDED), inputs, settings.seed)
@@ -67,6 +69,10 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
     return perform(step, lambda: write_result(result(), out))
 
 
+def _paths(given: str | Sequence[str]) -> list[Path]:
+    return [Path(path) for path in ([given] if isinstance(given, str) else given)]
+
+
 def write_result(result: SearchResult, out: Path) -> list[Path]:
     """Write the best policy and its prediction to `out`; returns the files."""
     save_checkpoint(out / POLICY, "policy", result.best.policy.to_payload())
@@ -74,25 +80,29 @@ def write_result(result: SearchResult, out: Path) -> list[Path]:
     return [out / POLICY, out / PREDICTION]
 
 
-def _search(cfg: DictConfig, dynamics: Path, earlier: list[Path], settings: Settings) -> SearchResult:
+def _search(cfg: DictConfig, dynamics: Sequence[Path], earlier: Sequence[Path], settings: Settings) -> SearchResult:
     """Build what the search needs from `cfg` and search."""
     channels: Channels = instantiate(cfg.state)
-    model = load_model(dynamics).model
-    _check_state(model, channels, dynamics)
+    models = [load_model(path).model for path in dynamics]
+    for model, path in zip(models, dynamics, strict=True):
+        _check_state(model, channels, path)
     search: SearchSettings = instantiate(cfg.search)
     base = load_regulator(cfg.base, channels.names) if cfg.base else None
     if not is_compiled():
         print("  compiling the search, once for this version of twbal (about a minute)", flush=True)
-    return search_policy(
-        model=model,
+    task = Task(
+        models=models,
         start=start_state(instantiate(cfg.start), channels),
         cost=instantiate(cfg.cost),
-        shape=instantiate(cfg.shape),
-        torque_limit=float(cfg.robot.torque_limit),
         settings=search if settings.searches else replace(search, searched=0),
         judging=instantiate(cfg.judge),
-        earlier=[load_searched_policy(path, channels.names) for path in earlier],
         seed=settings.seed,
+    )
+    return search_policy(
+        task=task,
+        shape=instantiate(cfg.shape),
+        torque_limit=float(cfg.robot.torque_limit),
+        earlier=[load_searched_policy(path, channels.names) for path in earlier],
         progress=lambda line: print(f"  {line}", flush=True),
         workers=settings.workers or os.cpu_count() or 1,
         base=None if base is None else base.gain,

@@ -9,7 +9,8 @@ import numpy as np
 from twbal.checkpoint import load_checkpoint, save_checkpoint
 from twbal.errors import CheckpointError
 from twbal.gaussian import Gaussian
-from twbal.search.optimise import Candidate, SearchResult
+from twbal.search.optimise import SearchResult
+from twbal.search.task import Candidate
 
 KIND = "prediction"
 

@@ -1,0 +1,149 @@
+"""What a policy is searched for: the models that it is to serve, what states cost, and what is made of them."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from twbal.cost import SaturatingCost
+from twbal.gaussian import Gaussian, mixed
+from twbal.models.dynamics import DynamicsModel
+from twbal.models.moments.prediction import DEGREES, Truncation
+from twbal.policies.rbf import RbfPolicy
+from twbal.search.descent import MeanObjective, Minimised, Objective
+from twbal.search.judgement import Judge, Judgement, judge
+from twbal.search.long_term_cost import propagate
+from twbal.search.particles import ParticleObjective
+from twbal.search.transition import TransitionModel, transition_model
+
+
+@dataclass(frozen=True)
+class SearchSettings:
+    """How to search.
+
+    Attributes:
+        horizon: H [control periods].
+        short_horizon: of the first part of each search; a long one has no slope on the plateau of a policy that falls.
+        iterations: of L-BFGS over the whole horizon, at most.
+        short_iterations: of L-BFGS over the short one, at most.
+        searched: how many starts, the best over the short horizon, are searched; 0 only judges earlier policies.
+        long_horizon: over which the search goes on from the best that it found where less than `content` of the judge's
+            robots balance under any candidate: a robot that slowly runs away is cheap over a short horizon.
+        long_iterations: of L-BFGS over that, at most.
+        content: share of the judge's robots.
+        swings: see `starting_policies`.
+        command_widths: see `starting_policies`.
+        shares: see `starting_policies`.
+        weight_penalty: see `Objective`.
+        particles: by which costs are found instead of moment matching (`ParticleObjective`); 0: by moment matching.
+        tolerance: see `Truncation`; while searching.
+        degrees: see `Truncation`; while searching.
+    """
+
+    horizon: int
+    short_horizon: int
+    iterations: int
+    short_iterations: int
+    searched: int
+    long_horizon: int
+    long_iterations: int
+    content: float
+    swings: tuple[float, ...]
+    command_widths: tuple[float, ...]
+    shares: tuple[float, ...]
+    weight_penalty: float
+    particles: int
+    tolerance: float
+    degrees: tuple[int, ...]
+
+
+class Candidate(NamedTuple):
+    """A policy that was considered.
+
+    Attributes:
+        origin: where its search began, or which earlier policy it is.
+        policy: the policy.
+        cost: expected long-term cost over the horizon.
+        judgement: of its long rollouts.
+    """
+
+    origin: str
+    policy: RbfPolicy
+    cost: float
+    judgement: Judgement
+
+
+@dataclass(frozen=True)
+class Task:
+    """What the policy is for; on several models it is to serve them all, each as likely.
+
+    Attributes:
+        models: of the dynamics, with the same state; one or more.
+        start: distribution of x_0.
+        cost: of a state.
+        settings: of the search.
+        judging: of the long rollouts.
+        seed: of all that is drawn.
+    """
+
+    models: Sequence[DynamicsModel]
+    start: Gaussian
+    cost: SaturatingCost
+    settings: SearchSettings
+    judging: Judge
+    seed: int
+
+    @cached_property
+    def _transitions(self) -> list[TransitionModel]:
+        return [transition_model(model) for model in self.models]
+
+    def objective(self, horizon: int) -> Minimised:
+        """What is minimised: the mean of the long-term costs over `horizon`."""
+        return MeanObjective(self._particles(horizon) if self.settings.particles else self._moments(horizon))
+
+    def _moments(self, horizon: int) -> list[Objective]:
+        settings = self.settings
+        truncation = Truncation(settings.tolerance, tuple(settings.degrees), fall_back=False)
+        return [
+            Objective(transition, self.cost, self.start, horizon, truncation, settings.weight_penalty)
+            for transition in self._transitions
+        ]
+
+    def _particles(self, horizon: int) -> list[ParticleObjective]:
+        count = math.ceil(self.settings.particles / len(self.models))
+        features, penalty = self.judging.features, self.settings.weight_penalty
+        return [
+            ParticleObjective(model, self.cost, self.start, horizon, count, features, self.seed, penalty)
+            for model in self.models
+        ]
+
+    def judged(self, origin: str, policy: RbfPolicy) -> Candidate:
+        """A policy with its cost and the verdict of the judge, whose robots the models share."""
+        share = replace(self.judging, robots=math.ceil(self.judging.robots / len(self.models)))
+        found = [judge(model, policy, self.cost, self.start, share, self.seed) for model in self.models]
+        judgement = Judgement(*(float(np.mean(values)) for values in zip(*found, strict=True)))
+        return Candidate(origin, policy, self.objective(self.settings.horizon).value(policy), judgement)
+
+    def predicted(self, policy: RbfPolicy) -> tuple[Gaussian, ...]:
+        """Distributions of what the sensors show under a policy, t = 0..H; by longer series than the search takes.
+
+        Of several models: the mean and covariance of their mixture.
+        """
+        horizon = self.settings.horizon
+        if self.settings.particles:
+            courses = [part.distributions(policy) for part in self._particles(horizon)]
+        else:
+            truncation = Truncation(self.settings.tolerance, DEGREES, fall_back=False)
+            courses = [
+                [step.next_state for step in propagate(transition, policy, self.start, horizon, truncation)]
+                for transition in self._transitions
+            ]
+        sensors = [np.diag(transition.observation_noise) for transition in self._transitions]
+        seen = [
+            [Gaussian(state.mean, state.covariance + noise) for state in (self.start, *course)]
+            for course, noise in zip(courses, sensors, strict=True)
+        ]
+        return tuple(mixed(states) for states in zip(*seen, strict=True))
