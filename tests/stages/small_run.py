@@ -19,7 +19,7 @@ OVERRIDES = [
     *("search.swings=[0.3]", "search.command_widths=[0.3]", "search.shares=[1.0]", "search.searched=1"),
     *("judge.robots=3", "judge.features=20", "shape.basis=4"),
 ]
-STEPS = 11  # stages that it runs
+STEPS = 13  # stages that it runs
 
 
 def command(folder: Path) -> list[str]:

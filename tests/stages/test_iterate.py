@@ -33,9 +33,9 @@ def iterate(folder, *words):
 
 def test_the_summary_says_what_the_logs_say(folder):
     summary = read_summary(folder / "summary.json")
-    simulated = [*read_episodes(folder / "simulation/0_collect/episodes")]
-    simulated += read_episodes(folder / "simulation/1_collect/episodes")
-    assert (summary.sim.episodes, summary.sim.samples) == (7, sum(map(len, simulated)))
+    collected = ("0_collect", "1_collect", "late_collect")
+    simulated = [e for name in collected for e in read_episodes(folder / "simulation" / name / "episodes")]
+    assert (summary.sim.episodes, summary.sim.samples) == (13, sum(map(len, simulated)))
     first, second = summary.iterations
     (driven,) = read_episodes(folder / "iteration_0/rollout/episodes")
     assert (first.real_episodes, first.real_samples, first.real_seconds) == (0, 0, 0.0)
