@@ -84,12 +84,15 @@ def summary(results: Mapping[str, Any]) -> list[str]:
     inside = sum(c is not None and BAND[0] <= c <= BAND[1] for c in last)
     rows = [
         ("robots", f"{len(found)}"),
-        ("trials that the policy from f alone balances", f"{alone} of {trials} ({alone / trials:.0%})"),
+        ("trials that policy 0 balances, before any real data", f"{alone} of {trials} ({alone / trials:.0%})"),
         ("robots at 10 of 10 within 3 updates", f"{sum(f is not None and f <= 3 for f in first)}"),
         *([("robots at 10 of 10 within 6 updates", f"{sum(f is not None and f <= 6 for f in first)}")] * (updates > 4)),
         ("real seconds driven up to there, median (worst)", f"{median(solved):.1f} s ({solved[-1]:.1f} s)"),
         (f"robots with {BAND[0]:g}-{BAND[1]:g} of the real states in the last 95 % band", f"{inside}"),
-        ("share in the first band (f alone), median", f"{median(r['iterations'][0]['coverage95'] for r in found):.2f}"),
+        (
+            "share in the first band, before any real data, median",
+            f"{median(r['iterations'][0]['coverage95'] for r in found):.2f}",
+        ),
         ("share in the last band, median", f"{median(c for c in last if c is not None):.2f}"),
     ]
     return ["| figure | value |", "|---|---|", *(f"| {name} | {value} |" for name, value in rows)]

@@ -1,4 +1,4 @@
-"""Run the benchmark: `python -m benchmarks.hidden_robots [robots=20] [first_seed=6000] [updates=6] [workers=2]`.
+"""Run the benchmark: `python -m benchmarks.hidden_robots [robots=20] [first_seed=8000] [updates=6] [workers=2]`.
 
 For each hidden robot: (1) the data sheet's regulator drops it, else it is passed over; (2) a policy searched on its
 true dynamics balances it, else it is drawn anew; (3) Algorithm 1 learns it, from f alone to at most `updates` updates.
@@ -45,7 +45,7 @@ def main(words: Sequence[str]) -> None:
     told = dict(word.split("=", 1) for word in words)
     robots, first, updates, workers = (
         int(told.pop(name, default))
-        for name, default in (("robots", "20"), ("first_seed", "6000"), ("updates", "6"), ("workers", "2"))
+        for name, default in (("robots", "20"), ("first_seed", "8000"), ("updates", "6"), ("workers", "2"))
     )
     experiment = told.pop("experiment", "default")
     if told:

@@ -61,7 +61,7 @@ def learn(known: dict[str, Any]) -> dict[str, Any]:
     """One robot with diagnoses, beside what is known of it without."""
     seed = known["seed"]
     folder = ROOT / f"robot_{seed}"
-    words = [f"seed={seed}", f"link.seed={seed}", f"updates={UPDATES}", "diagnose=true"]
+    words = [f"seed={seed}", f"link.seed={seed}", f"updates={UPDATES}", "method=one_simulation", "diagnose=true"]
     found: Any = iterate(folder, words)["iterations"]
     result = {
         "seed": seed,
@@ -80,7 +80,7 @@ def main(words: Sequence[str]) -> None:
     robots, workers = int(told.pop("robots", "10")), int(told.pop("workers", "2"))
     if told:
         raise SystemExit(f"{__doc__}\nunknown settings: {', '.join(told)}")
-    known = json.loads((RESULTS / "hidden_robots.json").read_text())["robots"][:robots]
+    known = json.loads((RESULTS / "hidden_robots_one_simulation.json").read_text())["robots"][:robots]
     with ThreadPoolExecutor(workers) as pool:
         found = list(pool.map(learn, known))
     (RESULTS / "mending.json").write_text(json.dumps({"updates": UPDATES, "robots": found}, indent=1) + "\n")

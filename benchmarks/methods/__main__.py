@@ -27,7 +27,7 @@ RESULTS = Path("benchmarks/results/methods.json")
 MAIN = "twbal"  # what the others are compared with
 UPDATES = 6
 VARIANTS = ("analytic", "particles", "diagnosed")
-SLOW = {MAIN, "pilco", "on_lqr", *VARIANTS}  # one seed
+SLOW = {MAIN, "one_simulation", "pilco", "on_lqr", *VARIANTS}  # one seed
 SEEDS = 3  # of the others
 LOCK = threading.Lock()
 

@@ -176,3 +176,27 @@ def test_a_prediction_with_parts_missing_is_refused(tmp_path):
     save_checkpoint(tmp_path / "prediction.pt", "prediction", {"channels": ["tilt"]})
     with pytest.raises(CheckpointError, match="no whole prediction"):
         load_prediction(tmp_path / "prediction.pt")
+
+
+def test_a_policy_can_be_for_several_models(folder):
+    """Twice the same model is that model once more, but for the number of robots that judge it."""
+    model = folder / "f" / "model.pt"
+    run("optimise-policy", folder / "two_models", f"dynamics=[{model},{model}]", *QUICK)
+    once, twice = (load_prediction(folder / name / "prediction.pt") for name in ("p", "two_models"))
+    assert twice.best.cost == pytest.approx(once.best.cost, rel=0.2)
+    assert [record.path for record in read_manifest(folder / "two_models").inputs["dynamics"]] == [str(model)] * 2
+
+
+@pytest.mark.parametrize(
+    ("models", "complaint"),
+    [
+        ("[]", "No model was given. Give dynamics=<model.pt>, or a list of models."),
+        ("[{model},{policy}]", "policy.pt"),
+        ("[{model},nowhere.pt]", "nowhere.pt"),
+    ],
+)
+def test_a_list_of_models_with_something_else_in_it_is_refused(folder, capsys, models, complaint):
+    told = models.format(model=folder / "f" / "model.pt", policy=folder / "p" / "policy.pt")
+    assert main(["optimise-policy", f"hydra.run.dir={folder / 'refused'}", f"dynamics={told}", *QUICK]) == 1
+    assert complaint in capsys.readouterr().err
+    assert not (folder / "refused" / "policy.pt").exists()
