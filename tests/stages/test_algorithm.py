@@ -192,6 +192,14 @@ def test_a_diagnosis_mends_the_simulation_before_g_is_learned():
     assert only(calls, "diagnose")[1].told["episodes"] == list(learning.policies[2].rollouts)
 
 
+def test_every_policy_that_drove_the_robot_drives_the_mended_simulation():
+    calls, learning = learn(diagnose=True)
+    for number, fit in enumerate(only(calls, "fit-sim-gp")[2:], start=1):
+        driven = [call for call in calls if call.folder in fit.told["episodes"] and "policy.path" in call.told]
+        assert [call.told["policy.path"] for call in driven] == [p.policy_file for p in learning.policies[:number]]
+        assert len({call.told["first_trial"] for call in driven}) == number
+
+
 def test_rollouts_too_short_to_diagnose_teach_g_alone():
     calls, _ = learn(diagnose=True, diagnosable=2)
     assert [call.folder for call in only(calls, "diagnose")] == [Path("iteration_2/diagnosis")]

@@ -273,7 +273,7 @@ class Algorithm:
         index, rollouts, earlier, place, newest, searching = lesson
         assert newest is not None  # f came before
         confirms = "confirming" in searching  # then the policy stays, and another f would change nothing of it
-        mended = None if confirms else self._mend(place, newest, rollouts)
+        mended = None if confirms else self._mend(place, earlier, rollouts)
         f = place / "sim_model" / MODEL if mended else newest.f
         fit = self._fit("fit-diff-gp", place / "model", list(rollouts), {"dynamics": f})
         search = self._search(place / "policy", [place / "model" / MODEL], list(earlier), searching)
@@ -292,8 +292,11 @@ class Algorithm:
         made = self._chain.run(Call("linear-policy", place / "policy", {"episodes": list(rollouts)}))
         return Learned(index, (), (made,), rollouts, place / "policy", None, None, predicted=False)
 
-    def _mend(self, place: Path, newest: Learned, rollouts: Sequence[Path]) -> Manifest | None:
+    def _mend(self, place: Path, policies: Sequence[Path], rollouts: Sequence[Path]) -> Manifest | None:
         """Put into the simulation what real rollouts show to be missing, and learn another f from it.
+
+        f must say what the robot did under each of its policies, so each of them drives the new simulation, too: f says
+        nothing of where no rollout has been.
 
         None where that is not asked for, rollouts are too short, or what was found leaves the better part of the gap.
         """
@@ -303,9 +306,10 @@ class Algorithm:
         if not self._asks.mended(place / "diagnosis"):
             return None
         simulation = place / "diagnosis" / AUGMENTED
-        collected = [place / "sim_collect", place / "sim_driven"]
-        self._collect(collected[0], 0, newest.policy_file, simulation)
-        self._collect(collected[1], newest.index + 1, newest.policy_file, simulation)
+        collected = [place / "sim_collect", *(place / f"sim_driven_{i}" for i in range(len(policies)))]
+        self._collect(collected[0], 0, policies[-1], simulation)
+        for i, policy in enumerate(policies):
+            self._collect(collected[i + 1], i + 1, policy, simulation)
         return self._fit("fit-sim-gp", place / "sim_model", collected, {})
 
     def _tried(self, learned: Learned) -> Learned:
