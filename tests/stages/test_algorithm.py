@@ -8,7 +8,8 @@ from hydra import compose, initialize_config_dir
 from twbal.configuration import conf_folder
 from twbal.errors import ConfigError
 from twbal.evaluation import SuccessRule
-from twbal.stages.algorithm import Algorithm, Questions, Settings
+from twbal.stages.algorithm import Algorithm
+from twbal.stages.learning import Questions, Settings
 from twbal.stages.manifest import Manifest
 
 RULE = SuccessRule(limit=0.5, settle_limit=0.2, settle_step=100, steps=500)

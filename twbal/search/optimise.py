@@ -56,8 +56,7 @@ def search_policy(
         SearchError: no start has a finite cost on this model.
     """
     settings = task.settings
-    names = task.models[0].channels.names
-    scales = shape.scales(names, torque_limit)
+    scales = shape.scales(task.models[0].channels.names, torque_limit)
     short, whole = task.objective(settings.short_horizon), task.objective(settings.horizon)
     linear = shape.linear and base is None
 
@@ -65,15 +64,10 @@ def search_policy(
         found = descend(short, chosen.policy, scales, linear, settings.short_iterations)
         return descend(whole, found, scales, linear, settings.iterations)
 
-    chosen: list[Start] = []
+    starts: list[Start] = []
     if settings.searched or not earlier:
-        rng = np.random.default_rng(task.seed)
-        starts = (
-            starting_policies(task, shape, torque_limit, earlier, rng)
-            if base is None
-            else starts_on(base, names, shape, torque_limit, earlier, rng)
-        )
-        chosen = _promising(starts, short, max(settings.searched, 1), workers)
+        starts = _starts(task, shape, torque_limit, earlier, base)
+    chosen = _promising(starts, short, max(settings.searched, 1), workers)
 
     def judged(origin: str, policy: RbfPolicy) -> Candidate:
         found = task.judged(origin, policy)
@@ -96,6 +90,15 @@ def search_policy(
     return SearchResult(best, tuple(candidates), task.predicted(best.policy))
 
 
+def _starts(
+    task: Task, shape: PolicyShape, torque_limit: float, earlier: Sequence[RbfPolicy], base: Array | None
+) -> list[Start]:
+    rng = np.random.default_rng(task.seed)
+    if base is None:
+        return starting_policies(task, shape, torque_limit, earlier, rng)
+    return starts_on(base, task.models[0].channels.names, shape, torque_limit, earlier, rng)
+
+
 def _not_driven_twice(earlier: Sequence[RbfPolicy]) -> list[int]:
     """Indices of the first of each policy that is among `earlier` but once."""
     keys = [tuple(part.tobytes() for part in (p.centres, p.weights, p.lengths, p.gain)) for p in earlier]
@@ -108,7 +111,13 @@ def _rank(candidate: Candidate) -> tuple[float, float]:
 
 
 def _promising(starts: Sequence[Start], objective: Minimised, count: int, workers: int) -> list[Start]:
-    """The `count` starts with the lowest finite cost, no two from the same family while others are left."""
+    """The `count` starts with the lowest finite cost, no two from the same family while others are left; of none, none.
+
+    Raises:
+        SearchError: no start has a finite cost.
+    """
+    if not starts:
+        return []
     with ThreadPoolExecutor(workers) as pool:
         costs = list(pool.map(objective.value, (start.policy for start in starts)))
     _, first_of_cost = np.unique(costs, return_index=True)  # by cost; of equal policies, as iterations may share, one

@@ -12,8 +12,8 @@ from twbal.episode import Episode
 from twbal.evaluation import SuccessRule, coverage95, drift, real_cost, succeeded
 from twbal.files import file_hash
 from twbal.logs import read_episode
-from twbal.stages.algorithm import Learned, Learning
 from twbal.stages.artefacts import episode_files
+from twbal.stages.learning import Learned, Learning
 from twbal.stages.manifest import Manifest
 from twbal.stages.predictions import Prediction, load_prediction
 from twbal.summary import Iteration, PolicyFile, SimData, Summary

@@ -13,13 +13,14 @@ from twbal.diagnosis import closed_share
 from twbal.evaluation import succeeded
 from twbal.files import write_atomically
 from twbal.report.run import Setting, write_report
-from twbal.stages.algorithm import Algorithm, Learning, Questions, Settings
+from twbal.stages.algorithm import Algorithm
 from twbal.stages.chain import Chain
 from twbal.stages.closing import configuration_flags, run_folder, told_of
 from twbal.stages.commands import text
 from twbal.stages.diagnose import DIAGNOSIS, enough_for_diagnosis
 from twbal.stages.findings import Measures, episodes_in, findings, summarise
 from twbal.stages.gallery import pictures, save
+from twbal.stages.learning import Learning, Questions, Settings
 from twbal.stages.manifest import Manifest, Step, perform
 from twbal.stages.script import HASHES, SCRIPT, hash_list, script
 from twbal.stages.settings import at_least, recorded, typed
