@@ -3,8 +3,8 @@ from pathlib import Path
 
 import pytest
 
-from twbal.stages.learning import Learned
 from twbal.stages.findings import Findings, _note, summarise
+from twbal.stages.learning import Learned
 from twbal.stages.predictions import Prediction, Verdict
 from twbal.summary import Iteration, PolicyFile
 
