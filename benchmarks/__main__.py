@@ -12,7 +12,7 @@ COMMANDS = (
     ("benchmarks.moment_matching",),
     ("benchmarks.fitting",),
     ("benchmarks.hidden_robots",),
-    ("benchmarks.hidden_robots", "experiment=paper", "updates=3", "first_seed=5000"),
+    ("benchmarks.hidden_robots", "recipe=paper", "updates=3", "first_seed=5000"),
 )
 
 if __name__ == "__main__":

@@ -1,9 +1,10 @@
-"""Run the benchmark: `python -m benchmarks.hidden_robots [robots=20] [first_seed=8000] [updates=6] [workers=2]`.
+"""Run the benchmark: `python -m benchmarks.hidden_robots [robots=20] [first_seed=8000] [updates=6] [workers=2]`, and
+`recipe=paper` or `recipe=one_simulation` for another recipe than the default.
 
 For each hidden robot: (1) the data sheet's regulator drops it, else it is passed over; (2) a policy searched on its
 true dynamics balances it, else it is drawn anew; (3) Algorithm 1 learns it, from f alone to at most `updates` updates.
 What is done already in outputs/bench/hidden_robots is not done again. Raw results go to
-benchmarks/results/hidden_robots.json.
+benchmarks/results/hidden_robots.json, or hidden_robots_<recipe>.json.
 """
 
 import json
@@ -21,9 +22,10 @@ from twbal.sim.effects.effect import Effect
 ROOT = Path("outputs/bench/hidden_robots")
 RESULTS = Path("benchmarks/results/hidden_robots.json")
 ALL = 10  # trials of each policy
+RECIPES = {"default": [], "paper": ["experiment=paper"], "one_simulation": ["method=one_simulation"]}
 
 
-def learn(seed: int, effects: Sequence[Effect], updates: int, experiment: str) -> dict[str, Any] | None:
+def learn(seed: int, effects: Sequence[Effect], updates: int, recipe: str) -> dict[str, Any] | None:
     """All that is to be known about one robot; None where it is drawn anew."""
     folder = ROOT / f"robot_{seed}"
     truth = iterate(folder / "truth", [f"link.seed={seed}", "updates=0", "variants=none", *as_simulation(effects)])
@@ -31,8 +33,8 @@ def learn(seed: int, effects: Sequence[Effect], updates: int, experiment: str) -
     if known[-1]["successes"] < ALL:
         print(f"robot {seed}: {known[-1]['successes']} of {ALL} with the true dynamics, drawn anew", flush=True)
         return None
-    chosen = [f"experiment={experiment}"] if experiment != "default" else []
-    summary = iterate(folder / experiment, [f"seed={seed}", f"link.seed={seed}", f"updates={updates}", *chosen])
+    words = [f"seed={seed}", f"link.seed={seed}", f"updates={updates}", *RECIPES[recipe]]
+    summary = iterate(folder / recipe, words)
     found: Any = summary["iterations"]
     print(f"robot {seed}: {[i['successes'] for i in found]} of {ALL} by update", flush=True)
     hidden = {type(e).__name__: asdict(e) for e in effects if type(e).__name__ != "SensorNoise"}  # type: ignore[call-overload]
@@ -47,9 +49,9 @@ def main(words: Sequence[str]) -> None:
         int(told.pop(name, default))
         for name, default in (("robots", "20"), ("first_seed", "8000"), ("updates", "6"), ("workers", "2"))
     )
-    experiment = told.pop("experiment", "default")
-    if told:
-        raise SystemExit(f"unknown settings: {', '.join(told)}")
+    recipe = told.pop("recipe", "default")
+    if told or recipe not in RECIPES:
+        raise SystemExit(f"unknown settings: {', '.join(told) or f'recipe={recipe}'}")
     source = dropped_by_the_data_sheet(first)
     done: list[dict[str, Any]] = []
     tried = 0
@@ -57,16 +59,16 @@ def main(words: Sequence[str]) -> None:
         while len(done) < robots:
             batch = list(islice(source, robots - len(done)))
             tried += len(batch)
-            found = pool.map(lambda drawn: learn(*drawn, updates, experiment), batch)
+            found = pool.map(lambda drawn: learn(*drawn, updates, recipe), batch)
             done += [result for result in found if result is not None]
     results = {
-        "experiment": experiment,
+        "recipe": recipe,
         "first_seed": first,
         "drawn_until": max(r["seed"] for r in done),
         "dropped_by_the_data_sheet": tried,
         "robots": sorted(done, key=lambda r: r["seed"]),
     }
-    target = RESULTS if experiment == "default" else RESULTS.with_name(f"hidden_robots_{experiment}.json")
+    target = RESULTS if recipe == "default" else RESULTS.with_name(f"hidden_robots_{recipe}.json")
     target.parent.mkdir(exist_ok=True)
     target.write_text(json.dumps(results, indent=1) + "\n")
     print(f"{target} written")
