@@ -1,9 +1,9 @@
-"""Run the benchmark: `python -m benchmarks.hidden_robots [robots=20] [first_seed=8000] [updates=6] [workers=2]`, and
-`recipe=paper` or `recipe=one_simulation` for another recipe than the default.
+"""Run the benchmark: `python -m benchmarks.hidden_robots [recipe=default] [robots=20] [first_seed=8000] [updates=6]`.
 
 For each hidden robot: (1) the data sheet's regulator drops it, else it is passed over; (2) a policy searched on its
-true dynamics balances it, else it is drawn anew; (3) Algorithm 1 learns it, from f alone to at most `updates` updates.
-What is done already in outputs/bench/hidden_robots is not done again. Raw results go to
+true dynamics balances it, else it is drawn anew; (3) Algorithm 1 learns it, from simulation alone to at most `updates`
+updates, by a recipe: the default, `paper` (the paper's own) or `one_simulation`. `workers=2`: how many at a time. What
+is done already in outputs/bench/hidden_robots is not done again. Raw results go to
 benchmarks/results/hidden_robots.json, or hidden_robots_<recipe>.json.
 """
 
