@@ -1,7 +1,7 @@
 """Run the benchmark: `python -m benchmarks.methods [robots=10] [first_seed=7000] [workers=2] [collect=true]`.
 
 Every method of conf/method/ learns the same hidden robots, which the textbook regulator of the data sheet drops, with
-at most 6 updates; the fast ones with three seeds each. What is done already in outputs/bench/methods is not done
+at most 6 updates; those that search nothing with three seeds each. What is done already in outputs/bench/methods is not done
 again; with collect=true nothing is, and what is there is put together. `twbal compare` reads that folder, too; what
 the docs show goes to benchmarks/results/methods.json.
 """
@@ -26,9 +26,8 @@ ROOT = Path("outputs/bench/methods")
 RESULTS = Path("benchmarks/results/methods.json")
 MAIN = "twbal"  # what the others are compared with
 UPDATES = 6
-VARIANTS = ("analytic", "particles", "diagnosed")
-SLOW = {MAIN, "one_simulation", "pilco", "on_lqr", *VARIANTS}  # one seed
-SEEDS = 3  # of the others
+FAST = ("lqr", "lqr_identified", "agent")  # nothing is searched: three seeds each
+SEEDS = 3
 LOCK = threading.Lock()
 
 
@@ -39,15 +38,13 @@ def methods() -> list[str]:
 
 
 def jobs(robots: Sequence[int]) -> list[tuple[str, int, int]]:
-    """Method, robot and seed of every run; all robots before a second seed, and variants of the main method last."""
-    others = [method for method in methods() if method not in VARIANTS]
+    """Method, robot and seed of every run; all robots before a second seed."""
     return [
         (method, robot, seed)
         for seed in range(SEEDS)
-        for group in (others, VARIANTS)
         for robot in robots
-        for method in group
-        if seed == 0 or method not in SLOW
+        for method in methods()
+        if seed == 0 or method in FAST
     ]
 
 
