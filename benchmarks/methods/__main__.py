@@ -1,9 +1,9 @@
 """Run the benchmark: `python -m benchmarks.methods [robots=10] [first_seed=7000] [workers=2] [collect=true]`.
 
 Every method of conf/method/ learns the same hidden robots, which the textbook regulator of the data sheet drops, with
-at most 6 updates; those that search nothing with three seeds each. What is done already in outputs/bench/methods is not done
-again; with collect=true nothing is, and what is there is put together. `twbal compare` reads that folder, too; what
-the docs show goes to benchmarks/results/methods.json.
+at most 6 updates; those that search nothing with three seeds each. What is done already in outputs/bench/methods is
+not done again; with collect=true nothing is, and what is there is put together. `twbal compare` reads that folder,
+too; what the docs show goes to benchmarks/results/methods.json.
 """
 
 import json
