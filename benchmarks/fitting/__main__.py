@@ -1,10 +1,10 @@
-"""Run the benchmark: `python -m benchmarks.fitting`; see `benchmarks.measure`. Hours, mostly BoTorch's."""
+"""Run the benchmark: `python -m benchmarks.fitting`; see `benchmarks.measure`. Four hours, mostly BoTorch's."""
 
 from collections.abc import Iterator
 
 from benchmarks.measure import Case, measure
 
-SETS = {100: 20, 300: 20, 1000: 5}  # data sets by samples
+SETS = {100: 20, 300: 20, 1000: 20}  # data sets by samples
 STARTS = 20  # of BoTorch on each
 
 

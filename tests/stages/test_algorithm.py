@@ -84,6 +84,12 @@ def test_the_last_policy_from_simulation_serves_the_variants_too():
     assert {late.folder, weighty.folder} < set(learning.simulated)
 
 
+@pytest.mark.parametrize("name", ["0", "very-late"])
+def test_a_variant_has_a_word_for_a_name(name):
+    with pytest.raises(ConfigError, match="name of a variant must be a word"):
+        learn(words=[f"+variants.{name}={{}}"])
+
+
 def test_no_two_calls_share_a_folder():
     calls, _ = learn(updates=4, sim_rounds=3, words=["variants=late"])
     folders = [call.folder for call in calls]

@@ -61,6 +61,9 @@ class Algorithm:
             told = getattr(settings, name)
             if told not in known:
                 raise ConfigError(f"{name} must be one of {', '.join(known)}; found {told!r}.")
+        for name in cfg.variants:  # names of folders, beside those of the rounds, which are numbers
+            if not str(name).isidentifier():
+                raise ConfigError(f"The name of a variant must be a word, as `late`; found {name!r}.")
 
     def run(self) -> Learning:
         """From nothing to the last policy."""
