@@ -57,7 +57,7 @@ def search_policy(
     """
     settings = task.settings
     scales = shape.scales(task.models[0].channels.names, torque_limit)
-    short, whole = task.objective(settings.short_horizon), task.objective(settings.horizon)
+    short, whole = task.objective(settings.short_horizon), task.whole
     linear = shape.linear and base is None
 
     def searched(chosen: Start) -> RbfPolicy:

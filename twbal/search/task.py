@@ -100,6 +100,11 @@ class Task:
     def _transitions(self) -> list[TransitionModel]:
         return [transition_model(model) for model in self.models]
 
+    @cached_property
+    def whole(self) -> Minimised:
+        """The objective over the whole horizon, by which candidates are told apart."""
+        return self.objective(self.settings.horizon)
+
     def objective(self, horizon: int) -> Minimised:
         """What is minimised: the mean of the long-term costs over `horizon`."""
         return MeanObjective(self._particles(horizon) if self.settings.particles else self._moments(horizon))
@@ -125,7 +130,7 @@ class Task:
         share = replace(self.judging, robots=math.ceil(self.judging.robots / len(self.models)))
         found = [judge(model, policy, self.cost, self.start, share, self.seed) for model in self.models]
         judgement = Judgement(*(float(np.mean(values)) for values in zip(*found, strict=True)))
-        return Candidate(origin, policy, self.objective(self.settings.horizon).value(policy), judgement)
+        return Candidate(origin, policy, self.whole.value(policy), judgement)
 
     def predicted(self, policy: RbfPolicy) -> tuple[Gaussian, ...]:
         """Distributions of what the sensors show under a policy, t = 0..H; by longer series than the search takes.

@@ -121,8 +121,9 @@ def _setting(cfg: DictConfig, measures: Measures, summary: Summary, choices: Map
         ("state", ", ".join(channels.names)),
         ("cost widths", ", ".join(widths)),
         ("horizon", f"{measures.horizon} control periods"),
-        ("simulated robots", ", ".join([str(choices.get("sim", "own")), *map(str, cfg.variants)])),
         ("policy", f"{cfg.shape.basis} basis functions{', and a linear part' if cfg.shape.linear else ''}"),
         ("link", f"{choices['link']}, robot {cfg.link.seed}" if virtual else str(choices["link"])),
     ]
+    if cfg.first == "simulation":
+        facts.append(("simulated robots", ", ".join([str(choices.get("sim", "own")), *map(str, cfg.variants)])))
     return Setting(virtual, measures.rule, cfg.robot.control_period, str(cfg.method), facts)
