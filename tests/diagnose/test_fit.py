@@ -3,7 +3,7 @@ import pytest
 from rides import ride
 
 from twbal.diagnose.certainty import standard_errors
-from twbal.diagnose.fit import descend, penalty, refit, slopes
+from twbal.diagnose.fit import descend, penalty, refit, slopes, slopes_of
 from twbal.diagnose.model import ANGLE_LEAD, Data, Free, Model
 from twbal.diagnose.noise import Noise
 from twbal.planar.parameters import twin_parameters
@@ -42,9 +42,20 @@ def test_slopes_are_the_derivatives_of_the_errors(data, start):
         assert np.linalg.norm(J[:, i] - (up - down) / (2 * e)) < 0.05 * scale
 
 
+def test_a_fit_knows_the_filter_of_its_errors(data, start):
+    """Slopes are differences of errors: with another filter than that of the fit they would be all filter."""
+    fit = refit(data, start, FREES, 2, 2, 12)
+    np.testing.assert_array_equal(data.white(fit.model, fit.kalman), fit.white)
+    J = slopes_of(data, fit)
+    for i, free in enumerate(FREES):
+        e = 20 * free.nudge
+        up, down = (data.white(fit.model.put({free.field: fit.values[i] + s * e}), fit.kalman) for s in (1, -1))
+        assert np.linalg.norm(J[:, i] - (up - down) / (2 * e)) < 0.05 * np.linalg.norm(J[:, i])
+
+
 def test_a_fit_ends_where_the_cost_is_flat(data, start):
     fit = descend(data, start, data.filter(start), FREES, 30)
-    J = slopes(data, fit.model, data.filter(start), FREES, fit.white)
+    J = slopes_of(data, fit)
     sds = np.array([free.sd for free in FREES])
     pull = J.T @ fit.white + (fit.values - [free.mean for free in FREES]) / sds**2
     assert np.abs(pull / np.linalg.norm(J, axis=0)).max() < 0.5
@@ -59,8 +70,7 @@ def test_values_stop_at_their_bounds_and_the_others_make_up(data, start):
 
 def test_refitting_finds_the_truth_within_its_errors(data, start):
     fit = refit(data, start, FREES, 5, 6, 12)
-    J = slopes(data, fit.model, data.filter(fit.model), FREES, fit.white)
-    errors = standard_errors(fit, J, 14)
+    errors = standard_errors(fit, slopes_of(data, fit), 14)
     truth = [TRUTH["coulomb_friction"]["torque"], TRUTH["actuation_delay"]["delay"]]
     assert (np.abs(fit.values[2:4] - truth) < 3.5 * errors[2:4]).all()
     np.testing.assert_allclose(fit.values[2:4], truth, rtol=0.05)

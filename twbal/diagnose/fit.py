@@ -23,15 +23,15 @@ class Fit(NamedTuple):
         model: with the fitted values in it.
         frees: what was free.
         cost: -2 log likelihood and log prior, but for a constant.
+        kalman: the filter that made its prediction errors: that of the model which this fit began from.
         white: whitened prediction errors, flat (N,).
-        slopes: (N, P), their derivatives by the free values.
     """
 
     model: Model
     frees: tuple[Free, ...]
     cost: float
+    kalman: Filter
     white: Array
-    slopes: Array
 
     @property
     def values(self) -> Array:
@@ -53,6 +53,15 @@ def slopes(data: Data, model: Model, kalman: Filter, frees: Sequence[Free], whit
         nudge = free.nudge if value + free.nudge <= free.high else -free.nudge
         columns[:, i] = (data.white(model.put({free.field: value + nudge}), kalman) - white) / nudge
     return columns
+
+
+def slopes_of(data: Data, fit: Fit) -> Array:
+    """Derivatives of a fit's whitened errors by what is free in it, (N, P).
+
+    With its own filter: that of the fitted model makes other errors, and a finite difference between the two is all
+    filter and no derivative.
+    """
+    return slopes(data, fit.model, fit.kalman, fit.frees, fit.white)
 
 
 def descend(
@@ -80,7 +89,6 @@ def descend(
     white = data.white(model, kalman)
     best = float(white @ white) + penalty(frees, x)
     damping = _FIRST_DAMPING
-    J = np.empty((len(white), 0))
     for _ in range(iterations):
         J = slopes(data, model, kalman, frees, white)
         H = J.T @ J + np.diag(1.0 / sds**2 + _RIDGE / (high - low) ** 2)
@@ -100,7 +108,7 @@ def descend(
                 break
         if gained < _SETTLED:
             break
-    return Fit(model, tuple(frees), best, white, J)
+    return Fit(model, tuple(frees), best, kalman, white)
 
 
 def _step(x: Array, gradient: Array, H: Array, damping: float, low: Array, high: Array) -> Array:

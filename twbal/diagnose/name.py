@@ -8,13 +8,14 @@ from twbal.diagnose.account import account_of, with_offsets
 from twbal.diagnose.candidates import DATA_SHEET, WHEELS, Candidate, always_free, tilt_offsets
 from twbal.diagnose.certainty import interval, standard_errors
 from twbal.diagnose.findings import Account, Effects, Findings
-from twbal.diagnose.fit import descend, slopes
+from twbal.diagnose.fit import descend, slopes_of
 from twbal.diagnose.model import Data, Model
 from twbal.diagnose.noise import UNSENSED, Noise
 from twbal.diagnose.recording import MEASURED, Mask, Recording
-from twbal.diagnose.select import Selection, select
+from twbal.diagnose.select import Selection, in_its_place, select
 from twbal.diagnose.settings import Settings
 from twbal.diagnose.steady import unsteady_effects
+from twbal.diagnose.strain import strain
 from twbal.diagnose.verdict import advise, conclude, data_sheet_classes, probabilities, shifts_of
 from twbal.diagnose.weigh import Weighed
 from twbal.diagnosis import Estimate, NamedEffect, Rival, Verdict, Whiteness
@@ -58,7 +59,8 @@ def name_effects(
     missing = [candidate for candidate in candidates if candidate.name not in taken]
     selection = select(data, start, always, missing, settings)
     unsteady = unsteady_effects(data, selection.chosen, settings.lines.steady)
-    verdict = conclude(selection, unsteady, settings)
+    tension = strain(data, selection.chosen.fit, settings.tolerances.data_sheet)
+    verdict = conclude(selection, unsteady, tension, settings)
     guessed = verdict is Verdict.UNKNOWN and settings.best_guess and not selection.chosen.stuck
     named = selection.chosen if guessed or verdict in (Verdict.NAMED, Verdict.DATA_SHEET) else selection.base
     nominal = with_offsets(data, start._replace(noise=selection.base.fit.model.noise), offsets)
@@ -73,11 +75,11 @@ def name_effects(
         verdict=verdict,
         effects=_named(data, named, selection, weights, settings) if verdict is Verdict.NAMED else (),
         data_sheet=shifts_of(named, settings),
-        data_sheet_class=data_sheet_classes(named, settings) if verdict is Verdict.DATA_SHEET else (),
+        data_sheet_class=data_sheet_classes(named, tension, settings) if verdict is Verdict.DATA_SHEET else (),
         rivals=_rivals(selection, weights),
         whiteness=whiteness_of(data, nominal, named.fit.model),
         noise=sensed_values(data, named.fit.model.noise.sensors),
-        advice=advise(selection, unsteady, verdict, settings),
+        advice=advise(selection, unsteady, tension, verdict, settings),
         nominal=models[0],
         refitted=models[1],
         named=models[2],
@@ -118,8 +120,7 @@ def _named(
     data: Data, named: Weighed, selection: Selection, weights: Mapping[tuple[str, ...], float], settings: Settings
 ) -> tuple[NamedEffect, ...]:
     """The named effects with their intervals and what the data cannot tell from them."""
-    J = slopes(data, named.fit.model, data.filter(named.fit.model), named.fit.frees, named.fit.white)
-    errors = standard_errors(named.fit, J, settings.blocks)
+    errors = standard_errors(named.fit, slopes_of(data, named.fit), settings.blocks)
     by_field = dict(zip([free.field for free in named.fit.frees], errors.tolist(), strict=True))
     found: list[NamedEffect] = []
     for candidate in named.effects:
@@ -130,7 +131,7 @@ def _named(
             timing = settings.tolerances.imu_timing if p.unit == "s" else 0.0
             error = float(np.sqrt(by_field[field] ** 2 + (settings.lines.form * (value - p.none)) ** 2 + timing**2))
             estimates[p.name] = Estimate(value, *interval(value, error), p.unit)
-        near = _rivals_within_margin(candidate, selection, settings)
+        near = in_its_place(candidate, selection.chosen, selection.rounds, settings)
         alike = tuple(dict.fromkeys([*candidate.same_as, *near]))
         found.append(
             NamedEffect(
@@ -143,19 +144,6 @@ def _named(
 def _probability(alike: set[str], weights: Mapping[tuple[str, ...], float]) -> float:
     """Of an effect or one that these data cannot tell from it: that of all sets that hold one."""
     return min(sum(weight for names, weight in weights.items() if alike & set(names)), 1.0)
-
-
-def _rivals_within_margin(candidate: Candidate, selection: Selection, settings: Settings) -> list[str]:
-    """Effects that explain the data nearly as well in this one's place."""
-    chosen = selection.chosen
-    found: list[str] = []
-    rest = {name for name in chosen.names if name != candidate.name}
-    for w in (w for step in selection.rounds for w in step.weighed):
-        others = set(w.names) - rest
-        swapped = len(w.names) == len(chosen.names) and len(others) == 1 and candidate.name not in others
-        if swapped and (w.total - chosen.total) / chosen.colour < settings.lines.margin:
-            found.extend(others)
-    return found
 
 
 def _rivals(selection: Selection, weights: Mapping[tuple[str, ...], float]) -> tuple[Rival, ...]:

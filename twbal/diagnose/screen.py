@@ -3,13 +3,13 @@
 The noise and the filter stay those of the model so far; a few steps are fitted from the best of several starts.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from twbal.diagnose.candidates import Candidate
-from twbal.diagnose.fit import Fit, descend, penalty
+from twbal.diagnose.fit import Fit, descend, penalty, slopes_of
 from twbal.diagnose.model import Data, Model
 from twbal.diagnose.noise import Filter, LinearTwin, linearise_period, respond, whiten
 from twbal.diagnose.recording import Recording
@@ -69,35 +69,34 @@ class _Glance(NamedTuple):
     seen: float
 
 
-def screen(data: Data, fit: Fit, kalman: Filter, slopes: Array, candidates: Sequence[Candidate]) -> list[Screened]:
+def screen(data: Data, fit: Fit, candidates: Sequence[Candidate]) -> list[Screened]:
     """Every candidate at a glance, the most promising first.
 
     Those whose secants promise most are fitted by a few steps, the others keep what is promised.
 
     Args:
         data: recordings.
-        fit: the model so far.
-        kalman: its filter.
-        slopes: (N, P) of its whitened errors by what is free in it.
+        fit: the model so far; its filter serves all.
         candidates: which it does not hold yet.
     """
-    glances = [_glance(data, fit, kalman, slopes, candidate) for candidate in candidates]
+    J = slopes_of(data, fit)
+    glances = [_glance(data, fit, J, candidate) for candidate in candidates]
     glances.sort(key=lambda glance: -glance.promise)
     found = []
     for number, glance in enumerate(glances):
         if number < _FITTED and glance.promise > _LEAST:
-            found.append(_screen(data, fit, kalman, glance))
+            found.append(_screen(data, fit, glance))
         else:
             found.append(Screened(glance.candidate, min(glance.promise, 0.0), glance.model, glance.seen))
     return sorted(found, key=lambda screened: -screened.gain)
 
 
-def _screen(data: Data, fit: Fit, kalman: Filter, glance: _Glance) -> Screened:
+def _screen(data: Data, fit: Fit, glance: _Glance) -> Screened:
     """Fit a candidate by a few steps."""
     fields = [free.field for free in glance.candidate.frees]
     frees = [free for free in fit.frees if free.field not in fields]
     begin = float(fit.white @ fit.white) + penalty(fit.frees, fit.values)
-    after = descend(data, glance.model, kalman, [*frees, *glance.candidate.frees], _ITERATIONS)
+    after = descend(data, glance.model, fit.kalman, [*frees, *glance.candidate.frees], _ITERATIONS)
     return Screened(glance.candidate, begin - after.cost, after.model, glance.seen)
 
 
@@ -114,19 +113,19 @@ def _sizes(candidate: Candidate) -> tuple[float, ...]:
     return tuple((size.none - share * size.high) / (size.none - size.start) for share in _LIMITS)
 
 
-def _glance(data: Data, fit: Fit, kalman: Filter, slopes: Array, candidate: Candidate) -> _Glance:
+def _glance(data: Data, fit: Fit, J: Array, candidate: Candidate) -> _Glance:
     """Try several sizes of a candidate, shares of the way from none to its start.
 
     What a small size changes in the errors, less what the other free values can make up for, is a slope; along it the
     cost is a parabola, whose lowest point is promised. So is what a larger size gains as it is, or with the data sheet
     put back, where the lack of the candidate has pulled it far away.
     """
-    start = _values(candidate, "start") | (_tone(data, fit, kalman, candidate) or {})
+    start = _values(candidate, "start") | (_tone(data, fit, candidate) or {})
     none, low, high = (_values(candidate, which) for which in ("none", "low", "high"))
     if candidate.is_wave:  # of a wave, only the size is tried at several values
         none = {f: value if i else none[f] for i, (f, value) in enumerate(start.items())}
     kept = [i for i, free in enumerate(fit.frees) if free.field not in start]
-    frozen, frees = slopes[:, kept], [fit.frees[i] for i in kept]
+    frozen, frees = J[:, kept], [fit.frees[i] for i in kept]
     ridge = np.array([1.0 / free.sd**2 + 1e-6 / (free.high - free.low) ** 2 for free in frees])
     normal = np.linalg.inv(frozen.T @ frozen + np.diag(ridge))
     own = [free for free in fit.frees if free.field in start]
@@ -139,7 +138,7 @@ def _glance(data: Data, fit: Fit, kalman: Filter, slopes: Array, candidate: Cand
     for size in (*((0.0,) if own else ()), *_sizes(candidate)):
         values = {f: min(max(none[f] + size * (start[f] - none[f]), low[f]), high[f]) for f in start} if size else now
         tried = fit.model.put(values)
-        white = data.white(tried, kalman)
+        white = data.white(tried, fit.kalman)
         if not np.isfinite(white).all():
             continue
         change = white - fit.white
@@ -156,14 +155,14 @@ def _glance(data: Data, fit: Fit, kalman: Filter, slopes: Array, candidate: Cand
             best, model = cost, tried
         if far and not small:
             home = tried.put({free.field: free.mean for free in frees if np.isfinite(free.sd)})
-            cost = float(np.nan_to_num(np.sum(data.white(home, kalman) ** 2), nan=np.inf))
+            cost = float(np.nan_to_num(np.sum(data.white(home, fit.kalman) ** 2), nan=np.inf))
             promise = max(promise, shift + float(fit.white @ fit.white) - cost)
             if cost - shift < best:
                 best, model = cost - shift, home
     return _Glance(candidate, model, promise, seen)
 
 
-def _tone(data: Data, fit: Fit, kalman: Filter, candidate: Candidate) -> dict[str, float] | None:
+def _tone(data: Data, fit: Fit, candidate: Candidate) -> dict[str, float] | None:
     """Frequency (or count, or waves a metre), size and phase of the sine that explains most; None if it is no wave."""
     if not candidate.is_wave:
         return None
@@ -171,21 +170,21 @@ def _tone(data: Data, fit: Fit, kalman: Filter, candidate: Candidate) -> dict[st
     linear = linearise_period(fit.model.twin, data.period)
     if "frequency" in parameters:
         rate = parameters["frequency"]
-        value, wave = _over_time(data, fit, kalman, linear, rate.low, rate.high)
+        value, wave = _over_time(data, fit, linear, rate.low, rate.high)
         scale = 1.0 / fit.model.twin.wheel_radius
     elif "count" in parameters:
         rate = parameters["count"]
-        angles = [track[:, 1] - track[:, 0] for track in _tracks(data, fit, kalman)]
+        angles = [track[:, 1] - track[:, 0] for track in _tracks(data, fit)]
         grid = np.arange(rate.low, rate.high + 1e-9, _COUNT_STEP)
         apart = 0.5 * fit.model.twin.track / fit.model.twin.wheel_radius
         ahead = [apart * data.period * np.cumsum(recording.yaw_rate) for recording in data.recordings]
-        value, wave = _over_angle(data, fit, kalman, linear, _Waves(0, angles, ahead), grid)
+        value, wave = _over_angle(data, fit, linear, _Waves(0, angles, ahead), grid)
         scale = 0.5
     else:
         rate = parameters["waves"]
-        ways = [2.0 * np.pi * track[:, 8] for track in _tracks(data, fit, kalman)]
+        ways = [2.0 * np.pi * track[:, 8] for track in _tracks(data, fit)]
         grid = np.arange(rate.low, rate.high + 1e-9, _WAVES_STEP)
-        value, wave = _over_angle(data, fit, kalman, linear, _Waves(1, ways, [0.0 * way for way in ways]), grid)
+        value, wave = _over_angle(data, fit, linear, _Waves(1, ways, [0.0 * way for way in ways]), grid)
         wave, twin = -wave, fit.model.twin
         scale = 1.0 / ((twin.body_mass + 2.0 * twin.wheel_mass) * GRAVITY * twin.wheel_radius)
     size = candidate.parameters[0]
@@ -194,9 +193,7 @@ def _tone(data: Data, fit: Fit, kalman: Filter, candidate: Candidate) -> dict[st
     return {f"{candidate.name}_{name}": number for name, number in fields.items()}
 
 
-def _over_time(
-    data: Data, fit: Fit, kalman: Filter, linear: LinearTwin, low: float, high: float
-) -> tuple[float, complex]:
+def _over_time(data: Data, fit: Fit, linear: LinearTwin, low: float, high: float) -> tuple[float, complex]:
     """Frequency [Hz] and complex size of the outside torque Im(wave exp(2πi f t)) that explains most."""
     white = fit.white.reshape(-1, 4)
     sums, begin, count = np.zeros((_TONES // 2 + 1, 4), complex), 0, len(white)
@@ -206,7 +203,7 @@ def _over_time(
         begin += len(recording)
     frequencies = np.fft.rfftfreq(_TONES, data.period)
     inside = np.flatnonzero((frequencies >= low) & (frequencies <= min(high, 0.4 / data.period)))
-    K, W = kalman.gains[-1], kalman.whiteners[-1]
+    K, W = fit.kalman.gains[-1], fit.kalman.whiteners[-1]
     closed = linear.F @ (np.eye(8) - K @ linear.C)
     turns = np.exp(2j * np.pi * frequencies[inside] * data.period)
     # error n follows torque n - 1, which is a mean over its period: its phase is that of the period's middle
@@ -221,9 +218,9 @@ def _over_time(
     return float(frequencies[inside[best]]), complex(1j * wave)
 
 
-def _tracks(data: Data, fit: Fit, kalman: Filter) -> list[Array]:
+def _tracks(data: Data, fit: Fit) -> list[Array]:
     """The predictor's states of each recording, (T + 1, 9)."""
-    return [prediction.states for prediction in data.predictions(fit.model, kalman)]
+    return [prediction.states for prediction in data.predictions(fit.model, fit.kalman)]
 
 
 class _Waves(NamedTuple):
@@ -240,15 +237,12 @@ class _Waves(NamedTuple):
     ahead: Sequence[Array]
 
 
-def _over_angle(
-    data: Data, fit: Fit, kalman: Filter, linear: LinearTwin, waves: _Waves, counts: Array
-) -> tuple[float, complex]:
+def _over_angle(data: Data, fit: Fit, linear: LinearTwin, waves: _Waves, counts: Array) -> tuple[float, complex]:
     """Count and complex size of the torque Im(wave exp(i count angle)) that explains most.
 
     Args:
         data: recordings.
         fit: the model so far.
-        kalman: its filter.
         linear: the linear twin.
         waves: where it acts.
         counts: that are tried.
@@ -262,7 +256,7 @@ def _over_angle(
         columns = []
         for part in (np.sin, np.cos):
             pieces = [
-                _answer(linear, kalman, push, np.cos(count * ahead[:-1]) * part(count * angles).mean(axis=1), recording)
+                _answer(linear, fit.kalman, push, _over_periods(part, count, angles, ahead), recording)
                 for angles, ahead, recording in zip(between, waves.ahead, data.recordings, strict=True)
             ]
             columns.append(np.concatenate(pieces).ravel())
@@ -272,6 +266,11 @@ def _over_angle(
         if gain > best:
             best, found = gain, (float(count), complex(sizes[0], sizes[1]))
     return found
+
+
+def _over_periods(part: Callable[[Array], Array], count: float, angles: Array, ahead: Array) -> Array:
+    """Mean of a wave over each control period and both wheels, (T,); angles are (T, fractions)."""
+    return np.asarray(np.cos(count * ahead[:-1]) * part(count * angles).mean(axis=1))
 
 
 def _answer(linear: LinearTwin, kalman: Filter, push: Array, torques: Array, recording: Recording) -> Array:

@@ -10,6 +10,7 @@ from twbal.diagnose.weigh import Round, Weighed, add_one, weigh
 
 _BASE_ROUNDS, _LIGHTER_ROUNDS, _AT_ONCE_ROUNDS = 8, 3, 12
 _BEGIN = 0.3  # share of their start values at which several effects begin at once
+_MANY = 3  # effects of other kinds that do as well in the place of one, from which on it is not named beside another
 
 
 class Selection(NamedTuple):
@@ -78,6 +79,7 @@ def select(
         step = _reconsider(data, chosen, always, candidates, settings)
         rounds.append(step)
         chosen = _inside(sorted([chosen, *step.weighed], key=lambda w: w.total), base, settings)
+        chosen = _without_nameless(data, _without_idle(data, chosen, always, settings), always, rounds, settings)
     return Selection(base, tuple(rounds), chosen)
 
 
@@ -163,6 +165,34 @@ def _without_idle(
             break
         chosen = best
     return chosen
+
+
+def _without_nameless(
+    data: Data, chosen: Weighed, always: Sequence[Free], rounds: Sequence[Round], settings: Settings
+) -> Weighed:
+    """Of two effects, take off the later in whose place many others do as well.
+
+    Where the robot's form of an effect is not quite ours, what is left asks for more, and gladly takes anything.
+    """
+    for candidate in reversed(chosen.effects):
+        kin = {*candidate.same_as, *candidate.hard_to_tell_from}
+        rest = [other for other in chosen.candidates if other is not candidate]
+        if rest and len(set(in_its_place(candidate, chosen, rounds, settings)) - kin) >= _MANY:
+            without = chosen.fit.model.put({f"{candidate.name}_{p.name}": p.none for p in candidate.parameters})
+            return weigh(data, without, always, rest, _LIGHTER_ROUNDS)
+    return chosen
+
+
+def in_its_place(candidate: Candidate, chosen: Weighed, rounds: Sequence[Round], settings: Settings) -> list[str]:
+    """Effects that explain the data nearly as well in the place of one of a set."""
+    found: list[str] = []
+    rest = {name for name in chosen.names if name != candidate.name}
+    for w in (w for step in rounds for w in step.weighed):
+        others = set(w.names) - rest
+        swapped = len(w.names) == len(chosen.names) and len(others) == 1 and candidate.name not in others
+        if swapped and (w.total - chosen.total) / chosen.colour < settings.lines.margin:
+            found.extend(others)
+    return found
 
 
 def worth(weighed: Weighed, base: Weighed, settings: Settings) -> bool:

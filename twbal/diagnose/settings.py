@@ -9,7 +9,7 @@ class Tolerances:
     """Standard deviations of what is always free.
 
     Attributes:
-        data_sheet: of each factor on a data-sheet value.
+        data_sheet: of each factor on a data-sheet value; and the limits beyond which it is off (`strain`).
         imu_timing: by which the IMU may be late, one-sided [s].
         angle_timing: by which angles may be read before or after rates [s].
         tilt_offset: by which the tilt of each recording may be off by a constant of its own [rad]; 0: by nothing.
@@ -31,7 +31,7 @@ class Lines:
         share: of what the effects named so far gain, that another one must gain beside them.
         least: of the start values of its parameters that an effect must have to be named.
         whiteness: left after the fix, above which nothing in the library explains the gap.
-        shifts: sum of the squares of all these shifts, from which on the data sheet is off without one that stands out.
+        strain: gain over whiteness of a data sheet that may leave its tolerances, from which on it is off.
         shift: of a data-sheet value, in standard deviations of its tolerance, that is worth a word.
         beyond: shift of a data-sheet value, in standard deviations, that is no finding any more.
         steady: share of its size by which a named effect may differ between two halves of the data.
@@ -44,7 +44,7 @@ class Lines:
     share: float
     least: float
     whiteness: float
-    shifts: float
+    strain: float
     shift: float
     beyond: float
     steady: float

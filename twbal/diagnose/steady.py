@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from twbal.diagnose.certainty import curvature
-from twbal.diagnose.fit import slopes
+from twbal.diagnose.fit import slopes_of
 from twbal.diagnose.model import Data
 from twbal.diagnose.weigh import Weighed
 from twbal.gaussian import Array
@@ -42,11 +42,10 @@ def unsteady_effects(data: Data, weighed: Weighed, most: float) -> tuple[Unstead
     """
     if not weighed.effects:
         return ()
-    model, frees = weighed.fit.model, weighed.fit.frees
-    kalman = data.filter(model)
-    white = data.white(model, kalman)
-    J = slopes(data, model, kalman, frees, white)
+    model, frees, white = weighed.fit.model, weighed.fit.frees, weighed.fit.white
+    J = slopes_of(data, weighed.fit)
     fields = [free.field for free in frees]
+    axes = _axes(data, [prediction.states for prediction in data.predictions(model, weighed.fit.kalman)])
     found = []
     for candidate in weighed.effects:
         size = candidate.parameters[0]
@@ -54,7 +53,7 @@ def unsteady_effects(data: Data, weighed: Weighed, most: float) -> tuple[Unstead
         value = model.value(fields[column]) - size.none
         if value == 0.0:
             continue
-        for axis, values in _axes(data, [prediction.states for prediction in data.predictions(model, kalman)]).items():
+        for axis, values in axes.items():
             side = np.where(values > np.median(values), 0.5, -0.5)
             A = np.column_stack([J, J[:, column] * np.repeat(side, 4)])
             H = np.zeros((len(frees) + 1,) * 2)

@@ -17,8 +17,8 @@ _INSTANTS = 2000  # for which the line of whiteness is drawn; that of coloured e
 _BLIND = 0.5  # share of the candidates that poor data could not have shown, from which on nothing is decided
 
 
-def conclude(selection: Selection, unsteady: Sequence[Unsteady], settings: Settings) -> Verdict:
-    """The verdict of a selection, of whose effects some may not be of one size."""
+def conclude(selection: Selection, unsteady: Sequence[Unsteady], strain: float, settings: Settings) -> Verdict:
+    """The verdict of a selection, of whose effects some may not be of one size, and whose data sheet is strained."""
     chosen, lines = selection.chosen, settings.lines
     instants = len(chosen.fit.white) / 4
     if chosen.colour > 1.0 + (lines.whiteness - 1.0) * max(instants / _INSTANTS, 1.0) or chosen.stuck or unsteady:
@@ -27,7 +27,7 @@ def conclude(selection: Selection, unsteady: Sequence[Unsteady], settings: Setti
         return Verdict.UNKNOWN
     if chosen.effects:
         return Verdict.NAMED
-    if chosen.candidates or _shifted(chosen, settings):
+    if chosen.candidates or strained(chosen, strain, settings):
         return Verdict.DATA_SHEET
     if len(blind(selection, settings)) > _BLIND * len(selection.rounds[0].screened):
         return Verdict.UNDECIDED
@@ -45,12 +45,13 @@ def shifts_of(weighed: Weighed, settings: Settings) -> tuple[Shift, ...]:
     return tuple(sorted(found, key=lambda shift: -abs(shift.sigmas)))
 
 
-def data_sheet_classes(weighed: Weighed, settings: Settings) -> tuple[str, ...]:
+def data_sheet_classes(weighed: Weighed, strain: float, settings: Settings) -> tuple[str, ...]:
     """Classes of data-sheet values that are off, the worst first."""
-    chosen = [shift for shift in shifts_of(weighed, settings) if shift.name in weighed.names]
     shifts = shifts_of(weighed, settings)
+    chosen = [shift for shift in shifts if shift.name in weighed.names]
     far = [shift for shift in shifts if abs(shift.sigmas) > settings.lines.shift]
-    return tuple(dict.fromkeys(shift.group for shift in chosen or far or shifts[:1] * _shifted(weighed, settings)))
+    worst = shifts[:1] * strained(weighed, strain, settings)
+    return tuple(dict.fromkeys(shift.group for shift in chosen or far or worst))
 
 
 def _absurd(weighed: Weighed, settings: Settings) -> list[Shift]:
@@ -59,9 +60,9 @@ def _absurd(weighed: Weighed, settings: Settings) -> list[Shift]:
     return [shift for shift in shifts if abs(shift.sigmas) > settings.lines.beyond and shift.name not in weighed.names]
 
 
-def _shifted(weighed: Weighed, settings: Settings) -> bool:
-    """Whether the values of the data sheet are farther off, all together, than their tolerances allow."""
-    return sum(shift.sigmas**2 for shift in shifts_of(weighed, settings)) > settings.lines.shifts
+def strained(weighed: Weighed, strain: float, settings: Settings) -> bool:
+    """Whether no values of the data sheet within their tolerances explain the data; of coloured errors, less so."""
+    return strain / weighed.colour > settings.lines.strain
 
 
 def blind(selection: Selection, settings: Settings) -> list[str]:
@@ -78,7 +79,9 @@ def probabilities(selection: Selection, settings: Settings) -> Mapping[tuple[str
     return {w.names: p for w, p in zip(sets, weights.tolist(), strict=True)}
 
 
-def advise(selection: Selection, unsteady: Sequence[Unsteady], verdict: Verdict, settings: Settings) -> tuple[str, ...]:
+def advise(
+    selection: Selection, unsteady: Sequence[Unsteady], strain: float, verdict: Verdict, settings: Settings
+) -> tuple[str, ...]:
     """Plain sentences: what the data do not carry, and what to do next."""
     found = []
     unseen = blind(selection, settings)
@@ -102,7 +105,7 @@ def advise(selection: Selection, unsteady: Sequence[Unsteady], verdict: Verdict,
                 f"The best guess, {effect.replace('_', ' ')}, would have to be {abs(share):.0%} "
                 f"{'larger' if share > 0 else 'smaller'} where {_WHERE[axis]}: what moves the robot has another form."
             )
-    if verdict is Verdict.NAMED and data_sheet_classes(selection.chosen, settings):
+    if verdict is Verdict.NAMED and data_sheet_classes(selection.chosen, strain, settings):
         found.append("Values of the data sheet are off as well, beyond their tolerances.")
     rest = [w for step in selection.rounds[-1:] for w in step.weighed if worth(w, selection.chosen, settings)]
     if rest and verdict is Verdict.NAMED:

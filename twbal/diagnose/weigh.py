@@ -6,9 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from twbal.diagnose.candidates import Candidate
-from twbal.diagnose.fit import Fit, refit, slopes
+from twbal.diagnose.fit import Fit, refit
 from twbal.diagnose.model import Data, Free, Model
-from twbal.diagnose.noise import Filter
 from twbal.diagnose.screen import Screened, screen
 from twbal.gaussian import Array
 
@@ -122,9 +121,7 @@ def add_one(
         candidates: that are not in it.
         shortlist: candidates that are fitted in full, at most.
     """
-    kalman: Filter = data.filter(base.fit.model)
-    J = slopes(data, base.fit.model, kalman, base.fit.frees, base.fit.white)
-    screened = screen(data, base.fit, kalman, J, candidates)
+    screened = screen(data, base.fit, candidates)
     best = screened[0].gain
     chosen = [s for s in screened[:shortlist] if s.gain > max(_PROMISING * best, 3.0)]
     weighed = [weigh(data, s.model, always, (*base.candidates, s.candidate), _ROUNDS) for s in chosen]

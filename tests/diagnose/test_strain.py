@@ -1,0 +1,68 @@
+import numpy as np
+import pytest
+from hydra.utils import instantiate
+from omegaconf import OmegaConf
+from rides import ride
+from scipy.optimize import least_squares
+
+from twbal.configuration import conf_folder
+from twbal.diagnose.candidates import DATA_SHEET, WHEELS, always_free
+from twbal.diagnose.library import candidates_for
+from twbal.diagnose.model import Data, Model
+from twbal.diagnose.name import first_noise, name_effects
+from twbal.diagnose.strain import strain
+from twbal.diagnose.weigh import weigh
+from twbal.diagnosis import Verdict
+from twbal.planar.parameters import twin_parameters
+
+SETTINGS = instantiate(OmegaConf.load(conf_folder() / "diagnosis" / "default.yaml"))
+TOLERANCE = SETTINGS.tolerances.data_sheet
+
+
+def refitted(robot, effects):
+    """Recordings of a robot whose data sheet is off by these effects alone, and the fit that is the model to beat."""
+    data = Data([ride(robot, effects, seed=21, periods=1000, tolerance=0.0)], SETTINGS.substeps)
+    twin = twin_parameters(robot, {})
+    start = Model(twin, 0.0, first_noise(robot, data.sensed))
+    always = always_free(SETTINGS.tolerances, twin, 1)
+    return data, weigh(data, data.with_noise(start, 30), always, (), 8).fit
+
+
+def scaled(**factors):
+    return {name: {"factor": factor} for name, factor in factors.items()}
+
+
+def test_a_robot_within_its_tolerances_strains_nothing(paper):
+    corner = scaled(body_mass=1.029, body_inertia=0.971, com_height=1.029, wheel_radius=0.971)
+    assert strain(*refitted(paper, corner), TOLERANCE) < 0.2 * SETTINGS.lines.strain
+
+
+def test_strain_is_what_a_bounded_fit_loses(paper):
+    """The truth is a fit within the limits by another method, with nothing linearised: hence the quarter."""
+    data, fit = refitted(paper, scaled(body_mass=1.12))
+    sds = np.array([free.sd for free in fit.frees])
+    means = np.array([free.mean for free in fit.frees])
+    sheet = np.array([free.field in (*DATA_SHEET, *WHEELS) for free in fit.frees])
+    low = np.where(sheet, means * (1 - TOLERANCE), [free.low for free in fit.frees])
+    high = np.where(sheet, means * (1 + TOLERANCE), [free.high for free in fit.frees])
+
+    def errors(shares):
+        values = low + shares * (high - low)
+        model = fit.model.put(dict(zip([free.field for free in fit.frees], values, strict=True)))
+        return np.concatenate([data.white(model, fit.kalman), ((values - means) / sds)[~sheet]])
+
+    begin = np.clip((fit.values - low) / (high - low), 1e-3, 1 - 1e-3)
+    bounded = least_squares(errors, begin, bounds=(0.0, 1.0), diff_step=1e-4)
+    unbounded = fit.white @ fit.white + np.sum(((fit.values - means) / sds)[~sheet] ** 2)
+    found = strain(data, fit, TOLERANCE)
+    assert found > SETTINGS.lines.strain
+    assert found == pytest.approx(2.0 * bounded.cost - unbounded, rel=0.25)
+
+
+def test_a_body_too_heavy_is_seen_although_no_value_stands_out(paper):
+    """Mass, inertia and gain share what the mass is off by, and each is within two standard deviations."""
+    recording = ride(paper, scaled(body_mass=1.11), seed=22, periods=1500, tolerance=0.0)
+    found = name_effects([recording], paper, {}, candidates_for(paper), SETTINGS)
+    assert found.verdict is Verdict.DATA_SHEET
+    assert found.data_sheet_class == ("gain, mass and inertia",)
+    assert max(abs(shift.sigmas) for shift in found.data_sheet) < SETTINGS.lines.shift
