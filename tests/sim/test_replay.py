@@ -1,5 +1,7 @@
 """A replay from the middle of a rollout goes on as the rollout did."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hydra import compose, initialize_config_dir
@@ -15,14 +17,17 @@ from twbal.sim.effects.battery_sag import BatterySag
 from twbal.sim.effects.cable_spring import CableSpring
 from twbal.sim.effects.cogging import Cogging
 from twbal.sim.effects.coulomb_friction import CoulombFriction
+from twbal.sim.effects.effect import assemble
 from twbal.sim.effects.ground_slope import GroundSlope
 from twbal.sim.effects.imu_delay import ImuDelay
 from twbal.sim.effects.motor_lag import MotorLag
 from twbal.sim.effects.periodic_disturbance import PeriodicDisturbance
 from twbal.sim.effects.rotor_inertia import RotorInertia
 from twbal.sim.effects.viscous_friction import ViscousFriction
+from twbal.sim.effects.wheel_slip import WheelSlip
 from twbal.sim.plant import SimPlant
 from twbal.sim.replay import ReplayStart, replay
+from twbal.sim.world import Underway, World
 
 STEP = 0.001
 SEEN = [Observation._fields.index(name) for name in ("tilt", "tilt_rate", "wheel_angle", "wheel_rate")]
@@ -61,7 +66,7 @@ def start_at(robot, truth, t, commands=COMMANDS):
     r = robot.wheel_radius
     rolled = r * (truth[:, 4] + truth[:, 1] - truth[0, 4] - truth[0, 1])
     stance = Stance(tilt, rate, r * (wheel_rate + rate))
-    return ReplayStart(stance, angle, rolled[t], 0.0, commands[:t], truth[:t, [1, 2]])
+    return ReplayStart(stance, Underway(angle, position=rolled[t]), commands[:t], truth[:t, [1, 2]])
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -82,6 +87,51 @@ def test_rotors_that_turn_with_the_gears_feel_friction_from_the_first_step_on(re
     (found,) = replay(regbot, effects, STEP, [start_at(regbot, truth, FROM, commands)], commands[None, FROM:])
     error = np.abs(found[:, SEEN] - truth[FROM:, SEEN]).max(axis=0)
     assert (error < 0.002 * np.ptp(truth[FROM:, SEEN], axis=0)).all()
+
+
+def test_wheels_that_slip_go_on_slipping(robot):
+    """The truth is the world itself, which knows its speed over ground."""
+    machine = assemble(robot, [WheelSlip(0.1)])
+    world, running = World(machine, STEP), machine.start(STEP, np.random.default_rng(0))
+    world.reset(Stance(0.3, 0.0, 0.0))
+    motions = [world.motion()]
+    for _ in range(12):
+        world.advance(8.0, running, round(robot.control_period / STEP))
+        motions.append(world.motion())
+    world.close()
+    at = motions[6]
+    rolling = robot.wheel_radius * (at.wheel_rate + at.tilt_rate)
+    slips = at.speed - rolling
+    assert abs(slips) > 0.2 * abs(rolling)
+    stance, past = Stance(at.tilt, at.tilt_rate, at.speed), np.zeros((0, 2))
+    starts = [ReplayStart(stance, Underway(at.wheel_angle, slip=s), np.full(6, 8.0), past) for s in (slips, 0.0)]
+    slipping, gripping = replay(robot, [WheelSlip(0.1)], STEP, starts, np.full((2, 6), 8.0))
+    truth = np.array([[m.tilt, m.tilt_rate, m.wheel_angle, m.wheel_rate] for m in motions[6:]])
+    moved = np.ptp(truth, axis=0)
+    assert (np.abs(slipping[:, SEEN] - truth).max(axis=0) < 0.02 * moved).all()
+    assert (np.abs(gripping[:, SEEN] - truth).max(axis=0) > 0.05 * moved)[3]
+
+
+def test_a_robot_that_turns_goes_on_turning(robot):
+    """Nearly upright, nothing slows its turning, and the wheels' mean rolls as before."""
+    straight = ReplayStart(Stance(0.01, 0.0, 0.3), Underway(1.0), np.zeros(0), np.zeros((0, 2)))
+    turning = replace(straight, underway=Underway(1.0, apart=0.4, yaw_rate=1.2))
+    before, after = replay(robot, [], STEP, [straight, turning], np.zeros((2, 5)))
+    yaw = Observation._fields.index("yaw_rate")
+    assert np.abs(before[:, yaw]).max() < 1e-3
+    np.testing.assert_allclose(after[:, yaw], 1.2, rtol=0.01)
+    assert (np.abs(after - before)[:, SEEN] < 0.05 * np.abs(before).max(axis=0)[SEEN]).all()
+
+
+def test_poles_that_the_wheels_meet_apart_cancel(robot):
+    """With the wheels a quarter of a pole ahead and behind, one pulls as hard as the other pushes."""
+    start = start_at(robot, driven(robot, []), FROM)
+    apart = replace(start, underway=start.underway._replace(apart=0.5 * np.pi / 12))
+    held = COMMANDS[None, FROM : FROM + 6]
+    none, cogging = (replay(robot, effects, STEP, [apart], held) for effects in ([], [Cogging(0.4, 12.0, 0.3)]))
+    (together,) = replay(robot, [Cogging(0.4, 12.0, 0.3)], STEP, [start], held)
+    least = np.abs(cogging[0] - none[0])[:, SEEN].max()
+    assert least < 0.02 * np.abs(together - none[0])[:, SEEN].max()
 
 
 def test_a_replay_with_another_effect_goes_another_way(robot):

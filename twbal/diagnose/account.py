@@ -97,5 +97,7 @@ def _track(twin: TwinParameters, recording: Recording, states: Array) -> Track:
         position=position,
         torque=torque,
         gap=rotor - wheel,
+        slip=slip,
         yaw_rate=recording.yaw_rate,
+        apart=0.5 * twin.track / twin.wheel_radius * recording.heading,
     )

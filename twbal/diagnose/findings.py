@@ -27,7 +27,9 @@ class Track:
         position: of the axle since the recording began [m].
         torque: that the motors make: what a lag remembers [N·m].
         gap: of the rotor within the backlash, -½ to ½ of the gap: which side it rests on [rad]; 0 without backlash.
+        slip: speed of the axle beyond that of wheels which roll [m/s].
         yaw_rate: as measured [rad/s].
+        apart: by which the right wheel is ahead of the mean of both, as the robot has turned [rad].
     """
 
     tilt: Array
@@ -38,7 +40,9 @@ class Track:
     position: Array
     torque: Array
     gap: Array
+    slip: Array
     yaw_rate: Array
+    apart: Array
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,6 +18,7 @@ from twbal.gaussian import Array
 from twbal.plant import Observation
 from twbal.robot.start_pose import Stance
 from twbal.sim.replay import ReplayStart
+from twbal.sim.world import Underway
 
 Replay = Callable[[Account, Sequence[ReplayStart], Array], Array]
 """Runs a model in the physics engine: from (n,) starts and (n, S) commands to (n, S + 1, 7) observations, no noise."""
@@ -113,9 +114,14 @@ def _start(track: Track, recording: Recording, t: int, history: int) -> ReplaySt
     """The motion that a model's filter sees at an instant, with the past that its effects remember."""
     return ReplayStart(
         stance=Stance(track.tilt[t], track.tilt_rate[t], track.speed[t]),
-        wheel_angle=track.wheel_angle[t],
-        position=track.position[t],
-        rotor_ahead=track.gap[t],
+        underway=Underway(
+            wheel_angle=track.wheel_angle[t],
+            apart=track.apart[t],
+            slip=track.slip[t],
+            yaw_rate=track.yaw_rate[t],
+            position=track.position[t],
+            rotor_ahead=track.gap[t],
+        ),
         past_commands=recording.commands[:t],
         past_motion=np.column_stack([track.tilt, track.tilt_rate])[t - history : t],
     )
@@ -141,7 +147,8 @@ def _moved(start: ReplayStart, by: Array, radius: float) -> ReplayStart:
     tilt, wheel, tilt_rate, wheel_speed = by
     at = start.stance
     stance = Stance(at.tilt + tilt, at.tilt_rate + tilt_rate, at.speed + radius * wheel_speed)
-    return replace(start, stance=stance, wheel_angle=start.wheel_angle + wheel - tilt)
+    turned = start.underway._replace(wheel_angle=start.underway.wheel_angle + wheel - tilt)
+    return replace(start, stance=stance, underway=turned)
 
 
 def _rms(errors: Array) -> float:

@@ -50,6 +50,12 @@ class Recording:
     def __len__(self) -> int:
         return len(self.commands)
 
+    @property
+    def heading(self) -> Array:
+        """(T + 1,) angle by which the robot has turned since the first instant [rad]."""
+        turns = 0.5 * self.period * (self.yaw_rate[:-1] + self.yaw_rate[1:])
+        return np.concatenate([np.zeros(1), np.cumsum(turns)])
+
 
 @dataclass(frozen=True)
 class Usability:

@@ -177,7 +177,7 @@ def _tone(data: Data, fit: Fit, candidate: Candidate) -> dict[str, float] | None
         angles = [track[:, 1] - track[:, 0] for track in _tracks(data, fit)]
         grid = np.arange(rate.low, rate.high + 1e-9, _COUNT_STEP)
         apart = 0.5 * fit.model.twin.track / fit.model.twin.wheel_radius
-        ahead = [apart * data.period * np.cumsum(recording.yaw_rate) for recording in data.recordings]
+        ahead = [apart * recording.heading for recording in data.recordings]
         value, wave = _over_angle(data, fit, linear, _Waves(0, angles, ahead), grid)
         scale = 0.5
     else:

@@ -44,11 +44,13 @@ class JointMotion(NamedTuple):
         angle: of the wheel relative to the body [rad].
         rate: [rad/s].
         acceleration: in the physics step before; before the first one, what it would be without torque, or 0 [rad/s²].
+        apart: by which one wheel is ahead of the mean and the other behind it [rad].
     """
 
     angle: float
     rate: float
     acceleration: float
+    apart: float = 0.0
 
 
 JointTorque = Callable[[float, JointMotion], float]

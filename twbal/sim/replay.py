@@ -14,7 +14,7 @@ from twbal.robot.parameters import RobotParameters
 from twbal.robot.start_pose import Stance
 from twbal.sim.effects.effect import Effect, assemble
 from twbal.sim.effects.sensor_noise import SensorNoise
-from twbal.sim.world import World
+from twbal.sim.world import Underway, World
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,17 +23,13 @@ class ReplayStart:
 
     Attributes:
         stance: tilt [rad], tilt rate [rad/s] and speed [m/s].
-        wheel_angle: relative to the body, in the encoders' count [rad].
-        position: of the axle since the recording began [m].
-        rotor_ahead: of the wheels, within a backlash [rad].
+        underway: wheels, turning, and where in the recording it is.
         past_commands: (t,) all commands since the recording began [N·m]: they fill delays and lags and drain batteries.
         past_motion: (k, 2) tilt and tilt rate at the k instants before, oldest first: a late IMU still shows them.
     """
 
     stance: Stance
-    wheel_angle: float
-    position: float
-    rotor_ahead: float
+    underway: Underway
     past_commands: Array
     past_motion: Array
 
@@ -47,7 +43,7 @@ def replay(
 ) -> Array:
     """What the sensors show, without noise, after each start under recorded commands, (n, S + 1, 7).
 
-    The robot drives straight ahead: how fast it turned at a start is left out.
+    It begins with the yaw rate of the start, and heading along x: a slope rises straight ahead.
 
     Args:
         robot: data sheet.
@@ -87,7 +83,7 @@ def _course(
     if running.joints:
         acceleration = world.glide()
         world.reset(start.stance)
-    world.resume(start.wheel_angle, start.position, time, start.rotor_ahead, acceleration)
+    world.resume(start.underway, time, acceleration)
     speed = world.motion().speed
     seen = []
     for i in range(len(commands) + 1):

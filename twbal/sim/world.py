@@ -8,6 +8,7 @@ it, and its wheels spin meanwhile), and the client's id on every call, or two wo
 import tempfile
 from math import atan2, cos, hypot, sin
 from pathlib import Path
+from typing import NamedTuple
 
 from twbal.engine.engine import Engine, Motion
 from twbal.engine.machine import JointMotion, Machine, Running
@@ -21,7 +22,27 @@ from twbal.sim.surroundings import Surroundings
 
 _LARGEST_STEP = 0.001
 _RESIDUAL = 1e-12  # of the contact solver; at PyBullet's 1e-7 the robot yaws by itself at 0.1 mrad/s
-_JOINTS = (0, 1)
+_JOINTS, _SIDES = (0, 1), (-1.0, 1.0)  # left and right; a robot that turns to the left is faster on the right
+
+
+class Underway(NamedTuple):
+    """What a robot in the middle of a rollout has beyond tilt, tilt rate and speed.
+
+    Attributes:
+        wheel_angle: relative to the body, mean of both wheels [rad].
+        apart: by which the right wheel is ahead of that mean and the left one behind it [rad].
+        slip: speed of the axle beyond that of wheels which roll [m/s].
+        yaw_rate: [rad/s].
+        position: of the axle since the rollout began [m].
+        rotor_ahead: of the wheels, within a backlash [rad].
+    """
+
+    wheel_angle: float
+    apart: float = 0.0
+    slip: float = 0.0
+    yaw_rate: float = 0.0
+    position: float = 0.0
+    rotor_ahead: float = 0.0
 
 
 class World(Engine):
@@ -85,24 +106,32 @@ class World(Engine):
         pybullet.stepSimulation(physicsClientId=self._client)
         return (self.motion().wheel_rate - rate) / self._physics_step
 
-    def resume(
-        self, wheel_angle: float, position: float, time: float, rotor_ahead: float, acceleration: float = 0.0
-    ) -> None:
+    def resume(self, underway: Underway, time: float, acceleration: float = 0.0) -> None:
         """After a reset: be in the middle of a rollout.
 
         Args:
-            wheel_angle: relative to the body [rad].
-            position: of the axle since the rollout began [m].
-            time: since then [s].
-            rotor_ahead: of the wheels, within a backlash [rad].
+            underway: what that is beyond the stance.
+            time: since the rollout began [s].
             acceleration: of the joints without torque (`glide`) [rad/s²]; what turns with the gears feels it.
         """
         self._first_acceleration = acceleration
-        for joint in _JOINTS:
-            rate = pybullet.getJointState(self._robot, joint, physicsClientId=self._client)[1]
-            pybullet.resetJointState(self._robot, joint, wheel_angle, rate, physicsClientId=self._client)
-        self._gears.reset(rotor_ahead)
-        self._surroundings.reset(position, time)
+        client, radius = self._client, self._machine.robot.wheel_radius
+        if underway.yaw_rate:
+            ahead = self._ahead_of_axle()
+            (x, y, z), (roll, pitch, yaw) = pybullet.getBaseVelocity(self._robot, physicsClientId=client)
+            pybullet.resetBaseVelocity(
+                self._robot,
+                linearVelocity=[x, y + underway.yaw_rate * ahead, z],
+                angularVelocity=[roll, pitch, yaw + underway.yaw_rate],
+                physicsClientId=client,
+            )
+        for joint, side in zip(_JOINTS, _SIDES, strict=True):
+            rate = pybullet.getJointState(self._robot, joint, physicsClientId=client)[1]
+            rate += (side * 0.5 * self._machine.robot.track * underway.yaw_rate - underway.slip) / radius
+            angle = underway.wheel_angle + side * underway.apart
+            pybullet.resetJointState(self._robot, joint, angle, rate, physicsClientId=client)
+        self._gears.reset(underway.rotor_ahead)
+        self._surroundings.reset(underway.position, time)
 
     def advance(self, command: float, running: Running, steps: int) -> None:
         """Take physics steps with half of the torque on each wheel's joint."""
@@ -129,7 +158,7 @@ class World(Engine):
                 self._first_acceleration if before is None else (motion.wheel_rate - before) / self._physics_step
             )
             self._rate_before = motion.wheel_rate
-            joint = JointMotion(motion.wheel_angle, motion.wheel_rate, acceleration)
+            joint = JointMotion(motion.wheel_angle, motion.wheel_rate, acceleration, self._apart())
             torque = running.turn(running.actuate(command), joint)
             if self._gears.friction_changes:
                 self._set_dry_friction(motion.wheel_rate)
@@ -180,6 +209,18 @@ class World(Engine):
         _, orientation = pybullet.getBasePositionAndOrientation(self._robot, physicsClientId=self._client)
         r = pybullet.getMatrixFromQuaternion(orientation)
         return r[1], r[4], r[7]
+
+    def _apart(self) -> float:
+        """By which the right wheel is ahead of the mean of both and the left one behind it [rad]."""
+        left, right = pybullet.getJointStates(self._robot, _JOINTS, physicsClientId=self._client)
+        return float(0.5 * (right[0] - left[0]))
+
+    def _ahead_of_axle(self) -> float:
+        """Distance of the centre of mass ahead of the axle, along the ground [m]."""
+        _, orientation = pybullet.getBasePositionAndOrientation(self._robot, physicsClientId=self._client)
+        r = pybullet.getMatrixFromQuaternion(orientation)
+        lx, lz = self._arm()
+        return float(lx * hypot(r[0], r[3]) + lz * (r[2] * r[0] + r[5] * r[3]) / hypot(r[0], r[3]))
 
     def _arm(self) -> tuple[float, float]:
         """From the axle to the centre of mass, in the body's x and z [m]."""

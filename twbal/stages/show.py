@@ -24,6 +24,7 @@ from twbal.robot.start_pose import Stance
 from twbal.sim.effects.effect import Effect
 from twbal.sim.film import Role, film
 from twbal.sim.replay import ReplayStart, replay
+from twbal.sim.world import Underway
 from twbal.stages.closing import closing, run_folder
 from twbal.stages.manifest import Manifest, Step, perform
 from twbal.stages.settings import at_least, members, recorded, typed
@@ -111,9 +112,7 @@ def _simulated(
         starts.append(
             ReplayStart(
                 stance=Stance(seen.tilt, seen.tilt_rate, robot.wheel_radius * turning),
-                wheel_angle=seen.wheel_angle,
-                position=0.0,
-                rotor_ahead=0.0,
+                underway=Underway(seen.wheel_angle),
                 past_commands=episode.commands[:t],
                 past_motion=episode.observations[max(t - 5, 0) : t, 1:3],
             )

@@ -1,7 +1,7 @@
 """Motors that pull towards their poles."""
 
 from dataclasses import dataclass
-from math import sin
+from math import cos, sin
 
 from twbal.engine.machine import JointMotion, JointTorque
 from twbal.robot.parameters import RobotParameters
@@ -36,4 +36,5 @@ class Cogging(JointEffect):
         return lambda torque, motion: torque + self._pull(motion)
 
     def _pull(self, motion: JointMotion) -> float:
-        return 2.0 * self.torque * sin(self.count * motion.angle + self.phase)
+        in_step = cos(self.count * motion.apart)  # the wheels of a robot that turns do not meet their poles together
+        return 2.0 * self.torque * in_step * sin(self.count * motion.angle + self.phase)
