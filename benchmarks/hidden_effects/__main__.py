@@ -2,7 +2,7 @@
 
 `generate` drives the hidden robots and logs what they do; what is hidden goes to one file, which only `score` opens.
 `diagnose` runs `twbal diagnose` on each set, `score` compares. What is there already in outputs/bench/hidden_effects is
-not done again. Seeds from 100 on are for development; the published table has those below.
+not done again. Seeds 0 to 4 and those from 100 on are for development; the published table has others.
 """
 
 import json
@@ -10,7 +10,7 @@ import os
 import subprocess
 import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
@@ -24,7 +24,8 @@ from benchmarks.hidden_effects.faults import parameters
 from benchmarks.hidden_effects.noise_free import closed_noise_free
 from benchmarks.hidden_effects.robot import drawn
 from benchmarks.hidden_effects.score import score
-from benchmarks.hidden_effects.sets import STRATA, Set, sets
+from benchmarks.hidden_effects.serial import RECORDED, record
+from benchmarks.hidden_effects.sets import SERIAL, STRATA, Set, sets
 from benchmarks.hidden_effects.truth import HiddenRobot
 from twbal.configuration import conf_folder
 from twbal.episode import Provenance
@@ -42,9 +43,17 @@ def generate(wanted: Sequence[Set], labels: Path) -> None:
         cfg = compose("real_rollout", ["experiment=excite"])
     robot, policy, channels = instantiate(cfg.robot), instantiate(cfg.policy), instantiate(cfg.state)
     known: dict[str, Any] = json.loads(labels.read_text()) if labels.exists() else {}
+
+    def note(each: Set, hidden: Mapping[str, Any]) -> None:
+        known[each.name] = {"stratum": each.stratum, "hidden": hidden, "severity": each.effects}
+        labels.write_text(json.dumps(known, indent=1) + "\n")
+
     for each in wanted:
         folder = ROOT / each.name
         if each.name in known:
+            continue
+        if each.stratum == SERIAL:
+            note(each, record(folder, each.seed))
             continue
         rng = np.random.default_rng(each.seed)
         body = drawn(robot, rng, _TOLERANCE, _ASYMMETRY)
@@ -56,8 +65,7 @@ def generate(wanted: Sequence[Set], labels: Path) -> None:
             write_episode(
                 folder / "episodes" / f"trial_{trial}.mcap", rollout(plant, driven, channels, _PERIODS, 0.6, source)
             )
-        known[each.name] = {"stratum": each.stratum, "hidden": hidden, "severity": each.effects}
-        labels.write_text(json.dumps(known, indent=1) + "\n")
+        note(each, hidden)
 
 
 def diagnose(each: Set) -> None:
@@ -65,9 +73,12 @@ def diagnose(each: Set) -> None:
     out = ROOT / each.name / "diagnosis"
     if (out / "cpu.json").exists():
         return
-    command = [sys.executable, "-m", "twbal", "diagnose", f"episodes={ROOT / each.name}", f"hydra.run.dir={out}"]
+    recorded = ROOT / each.name / RECORDED if each.stratum == SERIAL else ROOT / each.name
+    command = [sys.executable, "-m", "twbal", "diagnose", f"episodes={recorded}", f"hydra.run.dir={out}"]
     if each.left_out:
         command.append(f"diagnosis.leave_out=[{','.join(each.left_out)}]")
+    if each.stratum == SERIAL:
+        command.append("diagnosis=several")
     with tempfile.TemporaryFile("w+") as said:
         process = subprocess.Popen(command, stdout=said, stderr=said, env={**os.environ, "OMP_NUM_THREADS": "1"})
         _, status, used = os.wait4(process.pid, 0)
@@ -81,7 +92,9 @@ def diagnose(each: Set) -> None:
 
 
 def noise_free(each: Set, hidden: dict[str, dict[str, float]]) -> float | None:
-    """Share of the gap to the noise-free truth that a diagnosis closes."""
+    """Share of the gap to the noise-free truth that a diagnosis closes; None for a robot behind a port."""
+    if each.stratum == SERIAL:
+        return None
     return closed_noise_free(each, hidden, ROOT / each.name, (_TOLERANCE, _ASYMMETRY))
 
 

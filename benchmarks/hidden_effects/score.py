@@ -85,6 +85,9 @@ def _row(label: Mapping[str, Any], diagnosis: Mapping[str, Any]) -> dict[str, An
     elif stratum == "data sheet":
         right = verdict == "data_sheet" and GROUPS[next(iter(hidden))] in diagnosis["data_sheet_class"]
         wrong = verdict == "named"
+    elif stratum == "serial":  # hides more than any data tell: what is named must be there
+        wrong = any(not group & set(hidden) for group in alike)
+        right = verdict == "named" and not wrong
     else:
         right = len(alike) == len(hidden) and all(any(name in group for group in alike) for name in hidden)
         wrong = verdict == "named" and any(not group & set(hidden) for group in alike)

@@ -9,6 +9,8 @@ import numpy as np
 from benchmarks.hidden_effects.faults import ALIKE, FOREIGN, SHEET, STRUCTURAL
 from benchmarks.hidden_effects.truth import Surface
 
+SERIAL = "serial"
+"""Sets that the virtual robot behind its port makes, and not the hidden robot of this benchmark."""
 STRATA = (
     "severity 1",
     "severity 1/4",
@@ -20,9 +22,10 @@ STRATA = (
     "left out",
     "foreign",
     "still",
+    SERIAL,
 )
 _SEVERITIES = {"severity 1": 1.0, "severity 1/4": 0.25, "severity 1/8": 0.125}
-_CLEAN, _UNEVEN, _PAIRS, _LEFT_OUT = 20, 10, 5, 5  # sets for each seed
+_CLEAN, _UNEVEN, _PAIRS, _LEFT_OUT, _SERIAL = 20, 10, 5, 5, 5  # sets for each seed
 
 
 class Set(NamedTuple):
@@ -31,7 +34,7 @@ class Set(NamedTuple):
     Attributes:
         name: of its folder; says nothing of what is hidden.
         stratum: of the benchmark.
-        effects: what is hidden, at which severity.
+        effects: what is hidden, at which severity; the virtual robot hides what it draws itself.
         surface: that the robot drives on.
         left_out: effects that the diagnosis must do without.
         still: nothing is excited: the robot stands and balances.
@@ -87,6 +90,9 @@ def _stratum(stratum: str, seed: int) -> Iterator[Set]:
     elif stratum == "foreign":
         for name in FOREIGN:
             yield one({name: 1.0})
+    elif stratum == SERIAL:
+        for _ in range(_SERIAL):
+            yield one({})
     else:
         for name in ("coulomb_friction", "torque_gain", "viscous_friction"):
             yield one({name: 1.0}, still=True)

@@ -80,7 +80,9 @@ def diagnosis(verdict, names=(), closed=0.9, equivalents=(), parameters=None):
 def test_names_count_as_right_wrong_or_neither():
     hidden = {"stratum": "severity 1", "hidden": {"dead_zone": {"width": 1.0}}}
     clean, uneven = {"stratum": "clean", "hidden": {}}, {"stratum": "uneven", "hidden": {}}
+    wired = {"stratum": "serial", "hidden": {"dead_zone": {"width": 1.0}, "motor_lag": {"time_constant": 0.02}}}
     labels = {"a": hidden, "b": hidden, "c": hidden, "d": hidden, "e": clean, "f": clean, "g": uneven, "h": clean}
+    labels |= {"i": wired, "j": wired}
     found = {"width": {"value": 1.1, "low95": 0.9, "high95": 1.2}}
     said = {
         "a": diagnosis("named", ["dead_zone"], parameters=found),
@@ -91,12 +93,15 @@ def test_names_count_as_right_wrong_or_neither():
         "f": diagnosis("named", ["motor_lag"]),
         "g": diagnosis("named", ["ground_waves"]),
         "h": diagnosis("named", ["ground_waves"]),
+        "i": diagnosis("named", ["dead_zone"]),
+        "j": diagnosis("named", ["dead_zone", "cogging"]),
     }
     figures = score(labels, said, dict.fromkeys(said, 3.0), {"a": 0.7})["figures"]
     assert figures["right, severity 1"] == "2 of 4"
     assert figures["right, clean"] == "1 of 3"
     assert figures["right, uneven"] == "1 of 1"
-    assert figures["wrong name, all strata"] == "3 of 8"
+    assert figures["right, serial"] == "1 of 2"
+    assert figures["wrong name, all strata"] == "4 of 10"
     assert figures["the same against the noise-free truth, median (10th percentile)"] == "0.700 (0.700)"
     assert figures["gap closed in PyBullet where named, from the refitted data sheet, median"] == pytest.approx(0.8)
     assert figures["parameter error, median"] == pytest.approx(0.1)

@@ -1,0 +1,39 @@
+"""Sets from the default virtual robot, recorded through its serial port by `real-rollout experiment=excite`.
+
+It hides several effects at once, and a body and motors far off the data sheet. Some of these robots fall early under
+the data sheet's regulator, as a real one would; what they tell until then is the set.
+"""
+
+import subprocess
+import sys
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from hydra import compose, initialize_config_dir
+from hydra.utils import instantiate
+
+from twbal.configuration import conf_folder
+from twbal.sim.effects.library import library
+from twbal.sim.effects.sensor_noise import SensorNoise
+from twbal.virtual_robot.hidden import draw_hidden
+
+RECORDED = "recorded"
+
+
+def record(folder: Path, seed: int) -> dict[str, dict[str, float]]:
+    """Record the robot `seed` into a folder and return the effects that it hides."""
+    out = folder / RECORDED
+    words = ["experiment=excite", "link=virtual", f"link.seed={seed}", f"seed={seed}", f"hydra.run.dir={out}"]
+    subprocess.run(
+        [sys.executable, "-m", "twbal", "real-rollout", *words],
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        check=True,
+    )
+    with initialize_config_dir(str(conf_folder()), version_base="1.3"):
+        cfg = compose("virtual_robot")
+    names = {kind: name for name, kind in library().items()}
+    effects: list[Any] = [e for e in draw_hidden(instantiate(cfg.hidden), instantiate(cfg.robot), seed)]
+    hidden = {names[type(effect)]: asdict(effect) for effect in effects if not isinstance(effect, SensorNoise)}
+    return {name: values for name, values in hidden.items() if next(iter(values.values())) != 0.0}
