@@ -117,7 +117,7 @@ def _start(
         stance=Stance(float(shown[t, 0]), float(shown[t, 1]), speed),
         underway=Underway(
             wheel_angle=wheel_angle,
-            apart=0.5 * body.track / body.radius * float(heading[t]),
+            heading=float(heading[t]),
             slip=speed - body.radius * (now.wheel_rate + tilt_rate),
             yaw_rate=now.yaw_rate,
             position=position,

@@ -113,6 +113,7 @@ NAMED = {
     "friction": ({"coulomb_friction": {"torque": 0.2}}, "named", "coulomb_friction"),
     "delay": ({"actuation_delay": {"delay": 0.008}}, "named", "actuation_delay"),
     "slope": ({"ground_slope": {"angle": 0.015}}, "named", "ground_slope"),
+    "slope while it turns": ({"ground_slope": {"angle": 0.03}}, "named", "ground_slope"),
     "drag that the library lacks": ({"quadratic_drag": {"drag": 12.0}}, "unknown", ""),
 }
 """A few sets of the benchmark, smaller: what is hidden, the verdict, and a name that must be among those given."""
@@ -129,7 +130,7 @@ def test_what_is_hidden_in_another_engine_is_named(case, paper):
         policy, channels = instantiate(cfg.policy), instantiate(cfg.state)
         settings = instantiate(compose("diagnose", ["episodes=e"]).diagnosis)
     body = drawn(paper, np.random.default_rng(7), 0.03, 0.02)
-    plant = HiddenRobot(paper, body, hidden, Surface(), seed=7)
+    plant = HiddenRobot(paper, body, hidden, Surface(turn=1.0 if "turns" in case else 0.0), seed=7)
     episodes = [
         rollout(plant, policy, channels, 450, 0.6, Provenance("hidden", "robot", seed=7, trial=t)) for t in (0, 1)
     ]

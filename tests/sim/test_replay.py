@@ -115,7 +115,7 @@ def test_wheels_that_slip_go_on_slipping(robot):
 def test_a_robot_that_turns_goes_on_turning(robot):
     """Nearly upright, nothing slows its turning, and the wheels' mean rolls as before."""
     straight = ReplayStart(Stance(0.01, 0.0, 0.3), Underway(1.0), np.zeros(0), np.zeros((0, 2)))
-    turning = replace(straight, underway=Underway(1.0, apart=0.4, yaw_rate=1.2))
+    turning = replace(straight, underway=Underway(1.0, heading=0.3, yaw_rate=1.2))
     before, after = replay(robot, [], STEP, [straight, turning], np.zeros((2, 5)))
     yaw = Observation._fields.index("yaw_rate")
     assert np.abs(before[:, yaw]).max() < 1e-3
@@ -126,12 +126,26 @@ def test_a_robot_that_turns_goes_on_turning(robot):
 def test_poles_that_the_wheels_meet_apart_cancel(robot):
     """With the wheels a quarter of a pole ahead and behind, one pulls as hard as the other pushes."""
     start = start_at(robot, driven(robot, []), FROM)
-    apart = replace(start, underway=start.underway._replace(apart=0.5 * np.pi / 12))
+    heading = 0.5 * np.pi / 12 * robot.wheel_radius / (0.5 * robot.track)
+    apart = replace(start, underway=start.underway._replace(heading=heading))
     held = COMMANDS[None, FROM : FROM + 6]
     none, cogging = (replay(robot, effects, STEP, [apart], held) for effects in ([], [Cogging(0.4, 12.0, 0.3)]))
     (together,) = replay(robot, [Cogging(0.4, 12.0, 0.3)], STEP, [start], held)
     least = np.abs(cogging[0] - none[0])[:, SEEN].max()
     assert least < 0.02 * np.abs(together - none[0])[:, SEEN].max()
+
+
+def test_a_robot_that_looks_across_a_slope_stands_on_level_ground(robot):
+    start = ReplayStart(Stance(0.02, 0.0, 0.0), Underway(0.0), np.zeros(0), np.zeros((0, 2)))
+    across, back = (replace(start, underway=Underway(0.0, heading=turn)) for turn in (0.5 * np.pi, np.pi))
+    held = np.zeros((1, 8))
+    (level,) = replay(robot, [], STEP, [start], held)
+    (aside,) = replay(robot, [GroundSlope(0.05)], STEP, [across], held)
+    (down,) = replay(robot, [GroundSlope(0.05)], STEP, [back], held)
+    (fall,) = replay(robot, [GroundSlope(-0.05)], STEP, [start], held)
+    moved = np.ptp(down, axis=0)[SEEN]
+    assert (np.abs(aside - level)[:, SEEN].max(axis=0) < 0.03 * moved).all()
+    assert (np.abs(down - fall)[:, SEEN].max(axis=0) < 0.01 * moved).all()
 
 
 def test_a_replay_with_another_effect_goes_another_way(robot):

@@ -99,5 +99,5 @@ def _track(twin: TwinParameters, recording: Recording, states: Array) -> Track:
         gap=rotor - wheel,
         slip=slip,
         yaw_rate=recording.yaw_rate,
-        apart=0.5 * twin.track / twin.wheel_radius * recording.heading,
+        heading=recording.heading,
     )

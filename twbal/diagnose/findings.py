@@ -29,7 +29,7 @@ class Track:
         gap: of the rotor within the backlash, -½ to ½ of the gap: which side it rests on [rad]; 0 without backlash.
         slip: speed of the axle beyond that of wheels which roll [m/s].
         yaw_rate: as measured [rad/s].
-        apart: by which the right wheel is ahead of the mean of both, as the robot has turned [rad].
+        heading: by which the robot has turned since the recording began [rad].
     """
 
     tilt: Array
@@ -42,7 +42,7 @@ class Track:
     gap: Array
     slip: Array
     yaw_rate: Array
-    apart: Array
+    heading: Array
 
 
 @dataclass(frozen=True, eq=False)

@@ -116,7 +116,7 @@ def _start(track: Track, recording: Recording, t: int, history: int) -> ReplaySt
         stance=Stance(track.tilt[t], track.tilt_rate[t], track.speed[t]),
         underway=Underway(
             wheel_angle=track.wheel_angle[t],
-            apart=track.apart[t],
+            heading=track.heading[t],
             slip=track.slip[t],
             yaw_rate=track.yaw_rate[t],
             position=track.position[t],

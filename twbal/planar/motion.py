@@ -11,8 +11,10 @@ Euler). Dry frictions and the backlash are impulses within bounds, which act aft
 relative rate to where it wants it, or goes to its bound.
 
 A robot that turns has its slope and its wheels elsewhere: ground that rose by σ_0 at the start rises by σ_0 cos ψ at
-the heading ψ, and the wheels turn by e = ψ̇ t / 2 r faster and slower than their mean, t being the track. Dry friction
-at the two of them then cancels as long as the mean rate is within ±e, and their cogging is out of step.
+the heading ψ. As the robot stands on that ground, its axle tips while it turns, and θ and φ, which count from the
+vertical, grow by σ_0 sin ψ ψ̇ beside θ̇, which a gyro measures about the axle. The wheels turn by e = ψ̇ t / 2 r faster
+and slower than their mean, t being the track. Dry friction at the two of them then cancels as long as the mean rate is
+within ±e, and their cogging is out of step.
 
 Where a part J' of the wheels' inertia is of rotors that turn relative to the body, b cos loses J' and c gains it. (On
 tyres that slip these rotors turn with the wheels in space.)
@@ -152,6 +154,15 @@ class Forces(NamedTuple):
 def slope_ahead(k: Constants, turning: Turning) -> float:
     """σ: by how much the ground rises in the direction in which the robot looks [rad]."""
     return k.slope if k.slope == 0.0 or turning.heading == 0.0 else k.slope * cos(turning.heading)
+
+
+@kernel()
+def tipped(k: Constants, s: TwinState, before: Turning, after: Turning) -> TwinState:
+    """The state in angles from the vertical, once the robot has turned on its slope."""
+    by = slope_ahead(k, before) - slope_ahead(k, after)
+    return TwinState(
+        s.tilt + by, s.wheel + by, s.tilt_rate, s.wheel_speed, s.torque, s.rotor + by, s.rotor_speed, s.slip, s.position
+    )
 
 
 @kernel()

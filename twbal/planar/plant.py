@@ -9,7 +9,7 @@ from twbal.engine.engine import substeps
 from twbal.errors import ConfigError
 from twbal.gaussian import Array
 from twbal.planar.actuation import command_at, driver_torque, lag_of
-from twbal.planar.motion import STRAIGHT, Constants, Turning, TwinState, constants, step
+from twbal.planar.motion import STRAIGHT, Constants, Turning, TwinState, constants, step, tipped
 from twbal.planar.parameters import TwinParameters, twin_parameters
 from twbal.planar.sensing import Reading, read_sensors
 from twbal.plant import Observation, Plant
@@ -51,6 +51,8 @@ def hold(
         asked = driver_torque(p, command, time)
         now = Turning(turning.rate, turning.heading + i * k.step * turning.rate)
         s = step(p, k, s, asked + lag.fade * (reached - asked), time, now)
+        if k.slope != 0.0 and turning.rate != 0.0:
+            s = tipped(k, s, now, Turning(turning.rate, now.heading + k.step * turning.rate))
         reached += lag.share * (asked - reached)
         row = (number + 1) % len(imu)
         imu[row, 0], imu[row, 1] = s.tilt, s.tilt_rate

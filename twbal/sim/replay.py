@@ -43,8 +43,6 @@ def replay(
 ) -> Array:
     """What the sensors show, without noise, after each start under recorded commands, (n, S + 1, 7).
 
-    It begins with the yaw rate of the start, and heading along x: a slope rises straight ahead.
-
     Args:
         robot: data sheet.
         effects: of the simulation; noise of the sensors is left out.
@@ -78,11 +76,11 @@ def _course(
     period = machine.robot.control_period
     running = _remembering(machine, physics_step, steps, start)
     time = len(start.past_commands) * period
-    world.reset(start.stance)
+    world.reset(start.stance, start.underway.heading)
     acceleration = 0.0
     if running.joints:
         acceleration = world.glide()
-        world.reset(start.stance)
+        world.reset(start.stance, start.underway.heading)
     world.resume(start.underway, time, acceleration)
     speed = world.motion().speed
     seen = []

@@ -30,7 +30,7 @@ class Underway(NamedTuple):
 
     Attributes:
         wheel_angle: relative to the body, mean of both wheels [rad].
-        apart: by which the right wheel is ahead of that mean and the left one behind it [rad].
+        heading: by which it has turned since the rollout began, to the left [rad].
         slip: speed of the axle beyond that of wheels which roll [m/s].
         yaw_rate: [rad/s].
         position: of the axle since the rollout began [m].
@@ -38,7 +38,7 @@ class Underway(NamedTuple):
     """
 
     wheel_angle: float
-    apart: float = 0.0
+    heading: float = 0.0
     slip: float = 0.0
     yaw_rate: float = 0.0
     position: float = 0.0
@@ -74,11 +74,17 @@ class World(Engine):
         if self._client < 0:
             raise ConfigError("PyBullet has no world left in this process; close plants that are no longer used.")
         self._robot = -1
+        self._vertical = (0.0, 0.0, 1.0)
         self._rate_before: float | None = None
         self._first_acceleration = 0.0
 
-    def reset(self, stance: Stance) -> None:
-        """Build a fresh world and put the robot into it, wheels on the ground and rolling at the stance's speed."""
+    def reset(self, stance: Stance, heading: float = 0.0) -> None:
+        """Build a fresh world and put the robot into it, wheels on the ground and rolling at the stance's speed.
+
+        Args:
+            stance: of the robot.
+            heading: by which it looks away from where a slope rises, to the left [rad].
+        """
         client = self._client
         pybullet.resetSimulation(physicsClientId=client)
         pybullet.setPhysicsEngineParameter(
@@ -89,7 +95,8 @@ class World(Engine):
             physicsClientId=client,
         )
         slope = self._machine.ground.slope  # the ground stays level and the vertical leans
-        pybullet.setGravity(-GRAVITY * sin(slope), 0, -GRAVITY * cos(slope), physicsClientId=client)
+        self._vertical = (sin(slope) * cos(heading), -sin(slope) * sin(heading), cos(slope))
+        pybullet.setGravity(*(-GRAVITY * part for part in self._vertical), physicsClientId=client)
         plane = pybullet.createCollisionShape(pybullet.GEOM_PLANE, physicsClientId=client)
         ground = pybullet.createMultiBody(0, plane, physicsClientId=client)
         pybullet.changeDynamics(ground, -1, lateralFriction=1, physicsClientId=client)
@@ -107,7 +114,7 @@ class World(Engine):
         return (self.motion().wheel_rate - rate) / self._physics_step
 
     def resume(self, underway: Underway, time: float, acceleration: float = 0.0) -> None:
-        """After a reset: be in the middle of a rollout.
+        """After a reset with its heading: be in the middle of a rollout.
 
         Args:
             underway: what that is beyond the stance.
@@ -115,7 +122,7 @@ class World(Engine):
             acceleration: of the joints without torque (`glide`) [rad/s²]; what turns with the gears feels it.
         """
         self._first_acceleration = acceleration
-        client, radius = self._client, self._machine.robot.wheel_radius
+        client, radius, half = self._client, self._machine.robot.wheel_radius, 0.5 * self._machine.robot.track
         if underway.yaw_rate:
             ahead = self._ahead_of_axle()
             (x, y, z), (roll, pitch, yaw) = pybullet.getBaseVelocity(self._robot, physicsClientId=client)
@@ -127,8 +134,8 @@ class World(Engine):
             )
         for joint, side in zip(_JOINTS, _SIDES, strict=True):
             rate = pybullet.getJointState(self._robot, joint, physicsClientId=client)[1]
-            rate += (side * 0.5 * self._machine.robot.track * underway.yaw_rate - underway.slip) / radius
-            angle = underway.wheel_angle + side * underway.apart
+            rate += (side * half * underway.yaw_rate - underway.slip) / radius
+            angle = underway.wheel_angle + side * half * underway.heading / radius
             pybullet.resetJointState(self._robot, joint, angle, rate, physicsClientId=client)
         self._gears.reset(underway.rotor_ahead)
         self._surroundings.reset(underway.position, time)
@@ -241,7 +248,7 @@ class World(Engine):
         axle_y = velocity[1] - (spin[2] * arm[0] - spin[0] * arm[2])
         wheels = pybullet.getJointStates(robot, _JOINTS, physicsClientId=client)
         return Motion(
-            tilt=atan2(-forward[2], up[2]) - self._machine.ground.slope,
+            tilt=atan2(-_dot(self._vertical, forward), _dot(self._vertical, up)),
             tilt_rate=sum(w * e for w, e in zip(spin, left, strict=True)),
             speed=(axle_x * forward[0] + axle_y * forward[1]) / level,
             wheel_angle=(wheels[0][0] + wheels[1][0]) / 2,
@@ -255,9 +262,13 @@ class World(Engine):
             pybullet.disconnect(physicsClientId=self._client)
         self._client = -1
 
+    def _rising(self) -> float:
+        """By how much the ground rises ahead at the start [rad]."""
+        return atan2(self._vertical[0], self._vertical[2])
+
     def _load(self, stance: Stance) -> int:
         """Load the robot with its axle one wheel radius above the ground."""
-        lean = stance.tilt + self._machine.ground.slope  # from the ground's normal
+        lean = stance.tilt + self._rising()  # from the ground's normal
         with tempfile.TemporaryDirectory() as folder:  # PyBullet reads URDF from files only
             path = Path(folder) / "robot.urdf"
             path.write_text(self._text)
@@ -305,7 +316,7 @@ class World(Engine):
     def _set_velocity(self, stance: Stance) -> None:
         """Velocity of the centre of mass (PyBullet's base) and rates of the wheels, such that the wheels roll."""
         robot = self._machine.robot
-        lean = stance.tilt + robot.com_offset + self._machine.ground.slope
+        lean = stance.tilt + robot.com_offset + self._rising()
         pybullet.resetBaseVelocity(
             self._robot,
             linearVelocity=[
@@ -319,3 +330,7 @@ class World(Engine):
         rate = stance.speed / robot.wheel_radius - stance.tilt_rate
         for joint in _JOINTS:
             pybullet.resetJointState(self._robot, joint, 0, rate, physicsClientId=self._client)
+
+
+def _dot(a: tuple[float, float, float], b: tuple[float, float, float]) -> float:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
