@@ -64,7 +64,7 @@ def select(
     usual = [candidate for candidate in candidates if candidate.name in settings.usual]
     if usual:
         begin = data.with_noise(model, 30)
-        at_once = _without_idle(data, _all_at_once(data, begin, always, usual), always, settings, begin)
+        at_once = without_idle(data, _all_at_once(data, begin, always, usual), always, settings, begin)
         margin = settings.lines.score * min(at_once.colour, settings.lines.whiteness)
         if at_once.total < chosen.total + margin or (chosen.stuck and not at_once.stuck):
             rounds.append(add_one(data, at_once, always, _beside(at_once, candidates), settings.shortlist))
@@ -74,12 +74,12 @@ def select(
             better = [w for w in rounds[-1].weighed if w.total < chosen.total and not w.stuck]
             return Selection(base, tuple(rounds), better[0] if better else chosen)
     if len(chosen.effects) > 2:
-        chosen = _without_idle(data, chosen, always, settings)
+        chosen = without_idle(data, chosen, always, settings)
     elif len(chosen.effects) > 1:
         step = _reconsider(data, chosen, always, candidates, settings)
         rounds.append(step)
         chosen = _inside(sorted([chosen, *step.weighed], key=lambda w: w.total), base, settings)
-        chosen = _without_nameless(data, _without_idle(data, chosen, always, settings), always, rounds, settings)
+        chosen = without_nameless(data, without_idle(data, chosen, always, settings), always, rounds, settings)
     return Selection(base, tuple(rounds), chosen)
 
 
@@ -139,7 +139,7 @@ def _swap(
     return Round(chosen, [], sorted(found, key=lambda w: w.total))
 
 
-def _without_idle(
+def without_idle(
     data: Data, chosen: Weighed, always: Sequence[Free], settings: Settings, begin: Model | None = None
 ) -> Weighed:
     """Take off one candidate after the other, the least of use first, while it gains less than a named one must.
@@ -167,7 +167,7 @@ def _without_idle(
     return chosen
 
 
-def _without_nameless(
+def without_nameless(
     data: Data, chosen: Weighed, always: Sequence[Free], rounds: Sequence[Round], settings: Settings
 ) -> Weighed:
     """Of two effects, take off the later in whose place many others do as well.
