@@ -1,6 +1,7 @@
 """What a diagnosis found, as pictures: where the gap is, who explains it, and how it shrank."""
 
 from collections.abc import Sequence
+from textwrap import fill
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -23,6 +24,7 @@ _AXES = {
     "direction": ("wheels turn", ""),
     "time": ("time", "s"),
 }
+_LABEL = 36  # characters of a line of effects' names
 _DIRECTIONS = {-1.0: "back", 0.0: "forth"}
 
 
@@ -43,18 +45,20 @@ def disagreement_figure(regions: Sequence[Region], channels: Sequence[str]) -> F
 def rivals_figure(rivals: Sequence[Rival], most: int) -> Figure:
     """Draw the scores of the candidates, the best `most` of them, with the probability of each."""
     best = [rival for rival in rivals if rival.names][:most]
-    figure, (panel,) = panels(1, columns=1, width=7.2, height=0.9 + 0.28 * len(best))
+    names = [fill(" + ".join(rival.names).replace("_", " "), _LABEL) for rival in best]
+    lines = max((name.count("\n") + 1 for name in names), default=1)
+    figure, (panel,) = panels(1, columns=1, width=7.2, height=0.9 + (0.12 + 0.16 * lines) * len(best))
     places = np.arange(len(best))[::-1]
     colours = [GOOD.light if rival.probability >= 0.5 else MUTED.light for rival in best]
     panel.barh(places, [rival.score for rival in best], height=0.65, color=colours)
-    panel.set_yticks(places, [" + ".join(rival.names).replace("_", " ") for rival in best])
+    panel.set_yticks(places, names)
     for place, rival in zip(places, best, strict=True):
         at = max(rival.score, 0.0)
         panel.annotate(f"{rival.probability:.0%}", (at, place), (4, 0), textcoords="offset points", va="center")
     panel.axvline(0.0, color=INK.light, linewidth=0.8)
     panel.margins(x=0.12)
     panel.grid(visible=False, axis="y")
-    panel.set_xlabel("evidence gained over the data sheet, less the price of parameters [nats]")
+    panel.set_xlabel("evidence gained, less the price of parameters [nats]")
     panel.set_title("what would explain the gap")
     return figure
 
