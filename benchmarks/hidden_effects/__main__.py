@@ -78,7 +78,7 @@ def diagnose(each: Set) -> None:
     if each.left_out:
         command.append(f"diagnosis.leave_out=[{','.join(each.left_out)}]")
     if each.stratum == SERIAL:
-        command.append("diagnosis=several")
+        command.append("diagnosis=rough")
     with tempfile.TemporaryFile("w+") as said:
         process = subprocess.Popen(command, stdout=said, stderr=said, env={**os.environ, "OMP_NUM_THREADS": "1"})
         _, status, used = os.wait4(process.pid, 0)
