@@ -18,9 +18,9 @@ _FEW = 1e-9  # room within bounds that a value may stand on, in standard deviati
 def strain(data: Data, fit: Fit, tolerance: float) -> float:
     """Gain in -2 log likelihood of a fit over the best one whose data sheet is within its tolerances.
 
-    From the slopes at the optimum, so a bounded linear least-squares problem; factors multiply, and at their limits reach
-    a little farther than this sum of them, so it is up to a third too large. Values of the data sheet that are named
-    (that have no prior) stay free, and so does all else within its own bounds and prior.
+    From the slopes at the optimum, so a bounded linear least-squares problem; factors multiply, and at their limits
+    reach a little farther than this sum of them, so it is up to a third too large. Values of the data sheet that are
+    named (that have no prior) stay free, and so does all else within its own bounds and prior.
 
     Args:
         data: recordings.
