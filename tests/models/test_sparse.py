@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import gpytorch
 import numpy as np
 import pytest
@@ -127,3 +129,18 @@ def test_too_few_samples_are_refused():
 def test_no_inducing_inputs_are_refused():
     with pytest.raises(ConfigError, match="inducing"):
         SparseSettings(inducing=0, subset=10, iterations=0, tolerance=0.0, fit=FIT)
+
+
+def test_an_output_with_too_few_inducing_inputs_is_not_taken_for_noise():
+    """Of a wiggly output twelve inducing inputs tell nothing, and their bound is highest where all of it is noise."""
+    rng = np.random.default_rng(3)
+    inputs = rng.uniform(-1.0, 1.0, (400, 2))
+    wiggly = np.sin(9.0 * inputs[:, 0]) * np.cos(9.0 * inputs[:, 1])
+    targets = np.column_stack([wiggly, inputs[:, 0]]) + 0.02 * rng.standard_normal((400, 2))
+    found = fit_sparse_gp(inputs, targets, replace(SETTINGS, inducing=12, subset=200), seed=0).gp
+    assert np.sqrt(found.noise_variance[0]) < 0.05
+    assert np.sqrt(found.noise_variance[1]) == pytest.approx(0.02, rel=0.2)
+    bound = Bound(inputs, targets[:, 0], found.centres)
+    hyper = Hyperparameters(found.length_scales, found.signal_variance, found.noise_variance)
+    noise_alone = np.append(hyper.theta(0)[:2], np.log([1e-3, wiggly.std()]))
+    assert bound(noise_alone)[0] > bound(hyper.theta(0))[0]
