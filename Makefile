@@ -26,7 +26,7 @@ test-slow: $(STAMP) $(SWEEPS_STAMP) ## the tests that take minutes (needs the la
 bench: $(STAMP) $(BENCH_STAMP) ## the benchmarks behind the tables (two hours; needs the peers: extra [bench])
 	$(VENV)/bin/python -m benchmarks
 
-bench-hidden: $(STAMP) $(BENCH_STAMP) ## hide effects in another engine and diagnose them (two hours on two cores)
+bench-hidden: $(STAMP) $(BENCH_STAMP) ## hide effects in another engine and diagnose them (an hour and a half and more on two cores)
 	$(VENV)/bin/python -m benchmarks.hidden_effects all seeds=5,6,7,8,9 workers=2
 
 lint: $(STAMP) ## style and types

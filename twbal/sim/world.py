@@ -165,7 +165,8 @@ class World(Engine):
                 self._first_acceleration if before is None else (motion.wheel_rate - before) / self._physics_step
             )
             self._rate_before = motion.wheel_rate
-            joint = JointMotion(motion.wheel_angle, motion.wheel_rate, acceleration, self._apart())
+            apart = self._apart() if running.joints else 0.0
+            joint = JointMotion(motion.wheel_angle, motion.wheel_rate, acceleration, apart)
             torque = running.turn(running.actuate(command), joint)
             if self._gears.friction_changes:
                 self._set_dry_friction(motion.wheel_rate)
