@@ -13,6 +13,7 @@ import tempfile
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -37,35 +38,40 @@ _EPISODES, _PERIODS = 4, 500
 _TOLERANCE, _ASYMMETRY = 0.03, 0.02
 
 
-def generate(wanted: Sequence[Set], labels: Path) -> None:
+def generate(wanted: Sequence[Set], labels: Path, workers: int) -> None:
     """Drive the robots and log what they do."""
+    known: dict[str, Any] = json.loads(labels.read_text()) if labels.exists() else {}
+    missing = [each for each in wanted if each.name not in known]
+    with ProcessPoolExecutor(workers) as processes:
+        for each, hidden in zip(missing, processes.map(drive, missing), strict=True):
+            known[each.name] = {"stratum": each.stratum, "hidden": hidden, "severity": each.effects}
+            labels.write_text(json.dumps(known, indent=1) + "\n")
+
+
+def drive(each: Set) -> Mapping[str, Any]:
+    """Drive the robot of one set, log what it does, and return what it hides."""
+    folder = ROOT / each.name
+    if each.stratum == SERIAL:
+        return record(folder, each.seed)
+    robot, policy, channels = _driver()
+    rng = np.random.default_rng(each.seed)
+    body = drawn(robot, rng, _TOLERANCE, _ASYMMETRY)
+    hidden = {name: parameters(name, severity, rng) for name, severity in each.effects.items()}
+    driven = replace(policy, sine=0.0, binary=0.0, speed=0.0) if each.still else policy
+    plant = HiddenRobot(robot, body, hidden, each.surface, each.seed)
+    for trial in range(_EPISODES):
+        source = Provenance("hidden", "robot", seed=each.seed, trial=trial)
+        write_episode(
+            folder / "episodes" / f"trial_{trial}.mcap", rollout(plant, driven, channels, _PERIODS, 0.6, source)
+        )
+    return hidden
+
+
+@cache
+def _driver() -> tuple[Any, Any, Any]:
     with initialize_config_dir(str(conf_folder()), version_base="1.3"):
         cfg = compose("real_rollout", ["experiment=excite"])
-    robot, policy, channels = instantiate(cfg.robot), instantiate(cfg.policy), instantiate(cfg.state)
-    known: dict[str, Any] = json.loads(labels.read_text()) if labels.exists() else {}
-
-    def note(each: Set, hidden: Mapping[str, Any]) -> None:
-        known[each.name] = {"stratum": each.stratum, "hidden": hidden, "severity": each.effects}
-        labels.write_text(json.dumps(known, indent=1) + "\n")
-
-    for each in wanted:
-        folder = ROOT / each.name
-        if each.name in known:
-            continue
-        if each.stratum == SERIAL:
-            note(each, record(folder, each.seed))
-            continue
-        rng = np.random.default_rng(each.seed)
-        body = drawn(robot, rng, _TOLERANCE, _ASYMMETRY)
-        hidden = {name: parameters(name, severity, rng) for name, severity in each.effects.items()}
-        driven = replace(policy, sine=0.0, binary=0.0, speed=0.0) if each.still else policy
-        plant = HiddenRobot(robot, body, hidden, each.surface, each.seed)
-        for trial in range(_EPISODES):
-            source = Provenance("hidden", "robot", seed=each.seed, trial=trial)
-            write_episode(
-                folder / "episodes" / f"trial_{trial}.mcap", rollout(plant, driven, channels, _PERIODS, 0.6, source)
-            )
-        note(each, hidden)
+    return instantiate(cfg.robot), instantiate(cfg.policy), instantiate(cfg.state)
 
 
 def diagnose(each: Set) -> None:
@@ -111,7 +117,7 @@ def main(words: Sequence[str]) -> None:
     labels = ROOT / f"labels_{seeds[0]}.json"
     ROOT.mkdir(parents=True, exist_ok=True)
     if what in ("generate", "all"):
-        generate(wanted, labels)
+        generate(wanted, labels, workers)
     if what in ("diagnose", "all"):
         with ThreadPoolExecutor(workers) as pool:
             list(pool.map(diagnose, wanted))
