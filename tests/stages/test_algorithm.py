@@ -39,7 +39,7 @@ def learn(solved=(), words=(), diagnosable=1, useless=(), **changed):
     with initialize_config_dir(str(conf_folder()), version_base="1.3"):
         cfg = compose("iterate", ["seed=5", "variants=none", *words])
     usual = {"updates": 2, "trials": 10, "stop_when_solved": False, "sim_rounds": 1, "confirm_rollouts": 0}
-    usual |= {"diagnose": False, "on_regulator": False, "first": "simulation", "update": "difference"}
+    usual |= {"diagnose": False, "rehearsals": 0, "on_regulator": False, "first": "simulation", "update": "difference"}
     simulated = {"sim_round_rollouts": 3, "sim_round_exploration": 0.1}
     settings = Settings(
         **{"seed": 5, "confirm_steps": 70, "first_rollouts": 4, "trained": None, **simulated, **usual, **changed}
@@ -205,6 +205,45 @@ def test_every_policy_that_drove_the_robot_drives_the_mended_simulation():
         driven = [call for call in calls if call.folder in fit.told["episodes"] and "policy.path" in call.told]
         assert [call.told["policy.path"] for call in driven] == [p.policy_file for p in learning.policies[:number]]
         assert len({call.told["first_trial"] for call in driven}) == number
+
+
+def test_a_policy_that_balances_in_the_mended_simulation_drives_the_robot():
+    calls, learning = learn(diagnose=True, updates=1, rehearsals=2, solved=("iteration_1/rehearsal",))
+    (rehearsal,) = (call for call in only(calls, "sim-collect") if call.folder.name == "rehearsal")
+    assert rehearsal.told["sim"] == Path("iteration_1/diagnosis/augmented.yaml")
+    assert rehearsal.told["policy.path"] == learning.policies[1].policy_file == Path("iteration_1/policy/policy.pt")
+    told = [rehearsal.told[name] for name in ("steps", "tilt_limit", "exploration")]
+    assert told == [RULE.steps, RULE.limit, 0.0]
+    assert calls.index(rehearsal) < next(i for i, c in enumerate(calls) if c.folder == Path("iteration_1/trials"))
+
+
+def test_a_policy_that_falls_in_the_mended_simulation_drives_that_and_is_searched_anew():
+    calls, learning = learn(diagnose=True, updates=1, rehearsals=2, solved=("iteration_1/again_1/rehearsal",))
+    first, second = Path("iteration_1/policy/policy.pt"), Path("iteration_1/again_1/policy/policy.pt")
+    assert learning.policies[1].policy_file == second
+    assert learning.policies[1].f == Path("iteration_1/again_1/sim_model/model.pt")
+    assert [len(stages) for stages in (learning.policies[1].fits, learning.policies[1].searches)] == [4, 2]
+    before, after = only(calls, "fit-sim-gp")[2:]
+    (more,) = set(after.told["episodes"]) - set(before.told["episodes"])
+    assert next(call for call in calls if call.folder == more).told["policy.path"] == first
+    assert first not in {call.told["policy.path"] for call in only(calls, "real-rollout")}
+    *_, search = only(calls, "optimise-policy")
+    assert search.told["dynamics"] == [Path("iteration_1/again_1/model/model.pt")]
+    assert search.told["earlier"] == [learning.policies[0].policy_file]
+
+
+@pytest.mark.parametrize("rehearsals", [0, 1, 3])
+def test_a_policy_that_falls_in_each_rehearsal_drives_the_robot_in_the_end(rehearsals):
+    calls, learning = learn(diagnose=True, updates=1, rehearsals=rehearsals)
+    assert len([call for call in only(calls, "sim-collect") if call.folder.name == "rehearsal"]) == rehearsals
+    assert len(learning.policies[1].searches) == rehearsals + 1
+    assert only(calls, "real-rollout")[-1].told["policy.path"] == learning.policies[1].policy_file
+
+
+def test_no_two_calls_share_a_folder_with_rehearsals_either():
+    folders = [call.folder for call in learn(diagnose=True, rehearsals=3)[0]]
+    assert len(set(folders)) == len(folders)
+    assert not any(a in b.parents for a in folders for b in folders)
 
 
 def test_rollouts_too_short_to_diagnose_teach_g_alone():

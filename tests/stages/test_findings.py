@@ -5,6 +5,7 @@ import pytest
 
 from twbal.stages.findings import Findings, _note, summarise
 from twbal.stages.learning import Learned
+from twbal.stages.manifest import Manifest
 from twbal.stages.predictions import Prediction, Verdict
 from twbal.summary import Iteration, PolicyFile
 
@@ -34,8 +35,9 @@ def prediction(origin):
     return Prediction(("tilt",), (), verdict, (verdict,))
 
 
-def learned(index, confirms=False):
-    return Learned(index, (), (), (), Path("policy"), Path("model.pt"), None, confirms)
+def learned(index, confirms=False, searches=1):
+    search = Manifest("optimise-policy", True, "", 0, "", {}, (), {}, "", 1.0)
+    return Learned(index, (), (search,) * searches, (), Path("policy"), Path("model.pt"), None, confirms)
 
 
 def best(*iterations):
@@ -66,6 +68,12 @@ def test_an_update_that_made_things_worse_is_named(successes, worse):
 def test_a_search_that_found_nothing_better_is_named():
     note = _note(learned(1), prediction("policy 0"), 10, [iteration(0, 10)])
     assert note == "The search found nothing better than policy 0, which was driven again."
+
+
+@pytest.mark.parametrize(("index", "searches", "said"), [(1, 1, False), (1, 3, True), (0, 3, False)])
+def test_policies_that_fell_in_rehearsal_are_told_of(index, searches, said):
+    note = _note(learned(index, searches=searches), prediction("search from random"), 10, [])
+    assert note == ("Searched 3 times: what came before did not balance in the mended simulation." if said else "")
 
 
 def test_a_policy_that_is_driven_for_the_models_sake_is_not_called_a_failed_search():

@@ -170,11 +170,52 @@ class Algorithm:
         index, rollouts, earlier, place, newest, searching = lesson
         assert newest is not None  # f came before
         confirms = "confirming" in searching  # then the policy stays, and another f would change nothing of it
-        mended = None if confirms else self._mend(place, earlier, rollouts)
-        f = place / "sim_model" / MODEL if mended else newest.f
-        fit = self._fit("fit-diff-gp", place / "model", list(rollouts), {"dynamics": f})
+        simulation = None if confirms else self._mended(place, rollouts)
+        if simulation is not None:
+            return self._rehearsed(lesson, simulation)
+        fit = self._fit("fit-diff-gp", place / "model", list(rollouts), {"dynamics": newest.f})
         search = self._search(place / "policy", [place / "model" / MODEL], list(earlier), searching)
-        return Learned(index, (mended, fit) if mended else (fit,), (search,), rollouts, place / "policy", f, None)
+        return Learned(index, (fit,), (search,), rollouts, place / "policy", newest.f, None)
+
+    def _rehearsed(self, lesson: Lesson, simulation: Path) -> Learned:
+        """Learn f from the mended simulation, g, and a policy that balances there.
+
+        f must say what the robot did under each of its policies, so each of them drives the new simulation, too: f says
+        nothing of where no rollout has been. For the same reason the new policy rehearses there before it drives the
+        robot: where it falls, f learns from how, and the search is done again.
+        """
+        index, rollouts, earlier, place, _, searching = lesson
+        drivers, simulated = list(earlier), [place / "sim_collect"]
+        self._collect(simulated[0], 0, drivers[-1], simulation)
+        fits: list[Manifest] = []
+        searches: list[Manifest] = []
+        stands = [place, *(place / f"again_{i}" for i in range(1, self._settings.rehearsals + 1))]
+        for stand in stands:
+            for number in range(len(simulated), len(drivers) + 1):
+                simulated.append(place / f"sim_driven_{number - 1}")
+                self._collect(simulated[-1], number, drivers[number - 1], simulation)
+            f, policy = stand / "sim_model" / MODEL, stand / "policy"
+            fits.append(self._fit("fit-sim-gp", f.parent, list(simulated), {}))
+            fits.append(self._fit("fit-diff-gp", stand / "model", list(rollouts), {"dynamics": f}))
+            searches.append(self._search(policy, [stand / "model" / MODEL], list(earlier), searching))
+            drivers.append(policy / POLICY)
+            if stand == stands[-1] or self._balances(stand / "rehearsal", drivers[-1], simulation):
+                break
+        return Learned(index, tuple(fits), tuple(searches), rollouts, policy, f, None)
+
+    def _balances(self, out: Path, policy: Path, simulation: Path) -> bool:
+        """Whether a policy succeeds in trials in a simulation."""
+        rule = self._rule
+        told = {
+            "sim": simulation,
+            "seed": self._cfg.sim_collect.seed,
+            "steps": rule.steps,
+            "tilt_limit": rule.limit,
+            "exploration": 0.0,
+            "policy.path": policy,
+        }
+        self._chain.run(Call("sim-collect", out, told, {"policy": "saved"}))
+        return self._asks.solved(out)
 
     def _whole(self, lesson: Lesson) -> Learned:
         """Learn the whole dynamics, without a simulation, and search (or judge) on that."""
@@ -189,25 +230,15 @@ class Algorithm:
         made = self._chain.run(Call("linear-policy", place / "policy", {"episodes": list(rollouts)}))
         return Learned(index, (), (made,), rollouts, place / "policy", None, None, predicted=False)
 
-    def _mend(self, place: Path, policies: Sequence[Path], rollouts: Sequence[Path]) -> Manifest | None:
-        """Put into the simulation what real rollouts show to be missing, and learn another f from it.
-
-        f must say what the robot did under each of its policies, so each of them drives the new simulation, too: f says
-        nothing of where no rollout has been.
+    def _mended(self, place: Path, rollouts: Sequence[Path]) -> Path | None:
+        """A simulation with what real rollouts show to be missing.
 
         None where that is not asked for, rollouts are too short, or what was found leaves the better part of the gap.
         """
         if not (self._settings.diagnose and self._asks.diagnosable(rollouts)):
             return None
         self._chain.run(Call("diagnose", place / "diagnosis", {"episodes": list(rollouts), **FEW_DATA}))
-        if not self._asks.mended(place / "diagnosis"):
-            return None
-        simulation = place / "diagnosis" / AUGMENTED
-        collected = [place / "sim_collect", *(place / f"sim_driven_{i}" for i in range(len(policies)))]
-        self._collect(collected[0], 0, policies[-1], simulation)
-        for i, policy in enumerate(policies):
-            self._collect(collected[i + 1], i + 1, policy, simulation)
-        return self._fit("fit-sim-gp", place / "sim_model", collected, {})
+        return place / "diagnosis" / AUGMENTED if self._asks.mended(place / "diagnosis") else None
 
     def _tried(self, learned: Learned) -> Learned:
         """`learned` with its trials driven."""

@@ -133,6 +133,9 @@ def _note(learned: Learned, prediction: Prediction | None, successes: int, befor
         notes.append("The policy of the iteration before, which balances; the model has learned from driving it.")
     elif prediction and prediction.best.origin.startswith("policy "):
         notes.append(f"The search found nothing better than {prediction.best.origin}, which was driven again.")
+    if learned.index and len(learned.searches) > 1:  # policy 0 comes of one search a round
+        times = f"Searched {len(learned.searches)} times"
+        notes.append(f"{times}: what came before did not balance in the mended simulation.")
     better = [iteration for iteration in before if iteration.successes > successes]
     if better:
         best = min(better, key=_rank)

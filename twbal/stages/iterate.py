@@ -66,7 +66,7 @@ def run(cfg: DictConfig, out: Path, choices: Mapping[str, str], flags: Sequence[
         TwbalError: a step failed; the message names it. The same command again goes on from there.
     """
     settings = typed(Settings, cfg)
-    at_least(0, seed=settings.seed, updates=settings.updates, trials=settings.trials)
+    at_least(0, seed=settings.seed, updates=settings.updates, trials=settings.trials, rehearsals=settings.rehearsals)
     step = Step("iterate", out, recorded(cfg, NOT_RECORDED), {}, settings.seed)
     chain = Chain(cfg, choices, out, flags)
     return perform(step, lambda: _learn_and_tell(cfg, chain, choices, settings))

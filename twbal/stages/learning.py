@@ -23,6 +23,7 @@ class Settings:
     sim_round_rollouts: int
     sim_round_exploration: float
     diagnose: bool
+    rehearsals: int
     first: str
     first_rollouts: int
     update: str
@@ -104,7 +105,7 @@ class Questions(NamedTuple):
     """What the algorithm asks about rollouts.
 
     Attributes:
-        solved: whether all trials in a run folder succeeded.
+        solved: whether all trials in a run folder, real or simulated, succeeded.
         diagnosable: whether the real rollouts in run folders are enough for a diagnosis.
         mended: whether the diagnosis in a run folder closes the better part of the gap.
     """
