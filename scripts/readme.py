@@ -132,8 +132,8 @@ def missed(results: Mapping[str, Any]) -> list[str]:
 
 def mending(results: Mapping[str, Any]) -> list[str]:
     """One line a robot of those that diagnose themselves while they learn."""
-    names = "robot, trials that balance by update, real seconds without it, with it, gap closed, variance left for g"
-    lines = [f"| {names.replace(', ', ' | ')} |", "|" + "---|" * 6]
+    names = "robot, trials that balance by update, real seconds without it, with it, gap closed, left for g, searches"
+    lines = [f"| {names.replace(', ', ' | ')} |", "|" + "---|" * 7]
     falls = []
     for robot in results["robots"]:
         found = robot["diagnoses"]
@@ -142,8 +142,9 @@ def mending(results: Mapping[str, Any]) -> list[str]:
         falls += [1 - share for share in left]
         seconds = ["never" if s is None else f"{s:.1f}" for s in (robot["seconds_without"], robot["seconds_with"])]
         shares = ", ".join(f"{share:.0%}" for share in left) or "-"
+        searches = ", ".join(str(d["searches"]) for d in found if "searches" in d) or "-"
         trials = " ".join(map(str, robot["successes"]))
-        lines.append(f"| {robot['seed']} | {trials} | {' | '.join(seconds)} | {closed} | {shares} |")
+        lines.append(f"| {robot['seed']} | {trials} | {' | '.join(seconds)} | {closed} | {shares} | {searches} |")
     both = [(r["seconds_without"], r["seconds_with"]) for r in results["robots"]]
     known = [(a, b) for a, b in both if a is not None and b is not None]
     fall = f"{median(falls):.0%}" if falls else "nothing mended"

@@ -2,9 +2,9 @@
 
 The first robots of benchmarks/results/hidden_robots_one_simulation.json once more, with `iterate diagnose=true`. For
 each: the variance of what f leaves of the real transitions at the time (which g must explain) with the f of the data
-sheet and with that of the mended simulation, channel by channel; and the real seconds up to 10 of 10 beside those
-without. What is done already in outputs/bench/mending is not done again. Results go to
-benchmarks/results/mending.json.
+sheet and with that of the mended simulation, channel by channel; how often a policy was searched until it balanced in
+that simulation (`rehearsals`); and the real seconds up to 10 of 10 beside those without. What is done already in
+outputs/bench/mending is not done again. Results go to benchmarks/results/mending.json.
 """
 
 import json
@@ -44,11 +44,12 @@ def mended(folder: Path) -> list[dict[str, Any]]:
             continue
         diagnosis = json.loads((place / "diagnosis" / "diagnosis.json").read_text())
         entry: dict[str, Any] = {"update": int(place.name.split("_")[1]), "closed": diagnosis["gap"]["closed"]}
-        if (place / "sim_model" / "model.pt").exists():
+        models = [place / "sim_model" / "model.pt", *sorted(place.glob("again_*/sim_model/model.pt"))]
+        if models[0].exists():
             inputs = json.loads((place / "diagnosis" / "manifest.json").read_text())["inputs"]["episodes"]
             rollouts = sorted({Path(record["path"]).parents[1] for record in inputs})
-            before, after = (left_over(model, rollouts) for model in (first, place / "sim_model" / "model.pt"))
-            entry["left"] = (after / before).tolist()
+            before, after = (left_over(model, rollouts) for model in (first, models[-1]))
+            entry |= {"left": (after / before).tolist(), "searches": len(models)}
         found.append(entry)
     return found
 
