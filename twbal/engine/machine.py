@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import exp
-from typing import NamedTuple, Protocol
+from typing import ClassVar, NamedTuple, Protocol
 
 import numpy as np
 
@@ -24,7 +24,13 @@ SensorFilter = Callable[[Observation], Observation]
 
 
 class Actuator(Protocol):
-    """Something between the command and the motors."""
+    """Something between the command and the motors.
+
+    Attributes:
+        remembers: whether what it gives depends on more than the command of the moment.
+    """
+
+    remembers: ClassVar[bool]
 
     def start(self, physics_step: float, rng: np.random.Generator) -> TorqueFilter:
         """A fresh link for one rollout, called once a physics step of `physics_step` [s]."""

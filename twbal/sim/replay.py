@@ -105,10 +105,10 @@ def _course(
 def _remembering(machine: Machine, physics_step: float, steps: int, start: ReplayStart) -> Running:
     """Actuators and sensors as the commands and the motion before the start left them."""
     running = machine.start(physics_step, np.random.default_rng(0))
-    if running.actuators:
-        for command in start.past_commands:
+    if any(actuator.remembers for actuator in machine.actuators):
+        for command in map(machine.clip, start.past_commands):
             for _ in range(steps):
-                running.actuate(machine.clip(command))
+                running.actuate(command)
     for tilt, rate in start.past_motion if running.sensors else ():
         running.sense(Observation(0.0, float(tilt), float(rate), 0.0, 0.0, 0.0, 0.0))
     return running

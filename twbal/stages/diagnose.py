@@ -25,7 +25,7 @@ from twbal.diagnose.settings import Settings as DiagnosisSettings
 from twbal.diagnose.where import regions
 from twbal.diagnosis import Diagnosis, Region, headline_text, write_diagnosis
 from twbal.episode import Episode
-from twbal.figures.canvas import save, svg
+from twbal.figures.canvas import svg
 from twbal.figures.diagnosis import disagreement_figure, gap_figure, rivals_figure, whiteness_figure
 from twbal.files import write_atomically
 from twbal.gaussian import Array
@@ -202,12 +202,12 @@ def _draw(diagnosis: Diagnosis, folder: Path) -> tuple[DiagnosisPictures, list[P
         "gap": gap_figure(diagnosis.gap, _UNITS) if diagnosis.gap else None,
         "whiteness": whiteness_figure(diagnosis.whiteness),
     }
-    files = []
-    for name, figure in figures.items():
-        if figure is not None:
-            files.append(folder / f"{name}.svg")
-            save(figure, files[-1])
     texts = {name: None if figure is None else svg(figure) for name, figure in figures.items()}
+    files = []
+    for name, text in texts.items():
+        if text is not None:
+            files.append(folder / f"{name}.svg")
+            write_atomically(files[-1], text)
     return DiagnosisPictures(texts["where"] or "", texts["rivals"], texts["gap"], texts["whiteness"] or ""), files
 
 

@@ -22,6 +22,7 @@ class DeadZone(ActuatorEffect):
 
     width: float = parameter("N·m", 0.0, 5.0, 0.3, scale="torque")
     place = Place.DRIVER
+    remembers = False
     cannot_be_told_from = ("coulomb_friction",)
     separate_by = "Command small torques both ways while the robot rolls."
 

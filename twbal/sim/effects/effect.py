@@ -108,7 +108,13 @@ class DriveEffect(Effect):
 
 
 class ActuatorEffect(Effect):
-    """Stands between the command and the motors."""
+    """Stands between the command and the motors.
+
+    Attributes:
+        remembers: whether what it gives depends on more than the command of the moment.
+    """
+
+    remembers: ClassVar[bool] = True
 
     @abstractmethod
     def start(self, physics_step: float, rng: np.random.Generator) -> TorqueFilter:

@@ -21,6 +21,7 @@ class TorqueGain(ActuatorEffect):
 
     gain: float = parameter("", 0.3, 2.0, 0.9, none=1.0)
     place = Place.GEAR
+    remembers = False
     cannot_be_told_from = ("body_mass", "battery_sag")
     separate_by = "Hold the robot and weigh the force at the wheels, or weigh the body."
 

@@ -20,6 +20,7 @@ class TorqueSaturation(ActuatorEffect):
 
     limit: float = parameter("N·m", 1.0, 20.0, 8.0, none=1e9, scale="torque")
     place = Place.DRIVER
+    remembers = False
     cannot_be_told_from = ("torque_gain",)
     separate_by = "Command large torques for a short while."
 
