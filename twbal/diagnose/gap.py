@@ -80,20 +80,24 @@ def measure_gaps(
     seen = np.array([recordings[r].measured[t : t + max(horizons) + 1] for r, t in places])  # (n, S + 1, 4)
     errors: dict[str, Array] = {}
     starts: list[ReplayStart] = []
+    courses = np.empty(0)
+    before: Account | None = None
     for kind, account in models._asdict().items():
-        starts = [_start(account.tracks[r], recordings[r], t, stretches.history) for r, t in places]
-        errors[kind] = replay(account, starts, commands)[:, :, _COLUMNS] - seen
+        if account is not before:  # where nothing was named, the last two are one
+            starts = [_start(account.tracks[r], recordings[r], t, stretches.history) for r, t in places]
+            courses = replay(account, starts, commands)[:, :, _COLUMNS]
+        errors[kind], before = courses - seen, account
         if account.offsets:  # the engine knows of no offset that changes from recording to recording
             errors[kind][:, :, 0] += np.array([account.offsets[r] for r, _ in places])[:, None]
-    floor = _floor(models.named, starts, replay, commands, noise, radius)
+    floor = _floor(models.named, starts, courses, replay, commands, noise, radius)
     gaps = []
     for i in np.flatnonzero(recordings[0].sensed):
         for steps in horizons:
-            before, refitted, after = (_rms(errors[kind][:, steps, i]) for kind in Models._fields)
+            nominal, refitted, after = (_rms(errors[kind][:, steps, i]) for kind in Models._fields)
             least = min(float(floor[steps, i]), after)
-            closed = (before - after) / (before - least) if before > (1.0 + _FLAT) * least else None
+            closed = (nominal - after) / (nominal - least) if nominal > (1.0 + _FLAT) * least else None
             horizon = steps * recordings[0].period
-            gaps.append(Gap(MEASURED[i], horizon, before, refitted, after, least, closed))
+            gaps.append(Gap(MEASURED[i], horizon, nominal, refitted, after, least, closed))
     return tuple(gaps)
 
 
@@ -128,12 +132,27 @@ def _start(track: Track, recording: Recording, t: int, history: int) -> ReplaySt
 
 
 def _floor(
-    account: Account, starts: Sequence[ReplayStart], replay: Replay, commands: Array, noise: Array, radius: float
+    account: Account,
+    starts: Sequence[ReplayStart],
+    courses: Array,
+    replay: Replay,
+    commands: Array,
+    noise: Array,
+    radius: float,
 ) -> Array:
-    """What noise alone leaves of each channel after each number of periods, (S + 1, 4)."""
+    """What noise alone leaves of each channel after each number of periods, (S + 1, 4).
+
+    Args:
+        account: of the model that is taken to be right.
+        starts: of rollouts.
+        courses: that they take, (n, S + 1, 4).
+        replay: runs the model in the physics engine.
+        commands: of the rollouts, (n, S).
+        noise: as of `measure_gaps`.
+        radius: as of `measure_gaps`.
+    """
     some = np.linspace(0, len(starts) - 1, min(len(starts), _FLOOR_STARTS)).astype(int)
-    held = commands[some]
-    right = replay(account, [starts[i] for i in some], held)[:, :, _COLUMNS]
+    held, right = commands[some], courses[some]
     values, vectors = np.linalg.eigh(account.doubt)
     variance = np.tile(noise**2, (right.shape[1], 1))
     for value, direction in zip(values, vectors.T, strict=True):

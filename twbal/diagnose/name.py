@@ -65,11 +65,7 @@ def name_effects(
     named = selection.chosen if guessed or verdict in (Verdict.NAMED, Verdict.DATA_SHEET) else selection.base
     nominal = with_offsets(data, start._replace(noise=selection.base.fit.model.noise), offsets)
     nominal = data.with_noise(nominal, 30)
-    models = (
-        account_of(data, nominal, effects),
-        _account(data, selection.base, effects),
-        _account(data, named, effects),
-    )
+    refitted = _account(data, selection.base, effects)
     weights = probabilities(selection, settings)
     return Findings(
         verdict=verdict,
@@ -80,9 +76,9 @@ def name_effects(
         whiteness=whiteness_of(data, nominal, named.fit.model),
         noise=sensed_values(data, named.fit.model.noise.sensors),
         advice=advise(selection, unsteady, tension, verdict, settings),
-        nominal=models[0],
-        refitted=models[1],
-        named=models[2],
+        nominal=account_of(data, nominal, effects),
+        refitted=refitted,
+        named=refitted if named is selection.base else _account(data, named, effects),
     )
 
 

@@ -111,10 +111,11 @@ def diagnose(split: Split, told: Told) -> tuple[Diagnosis, Findings]:
     """Name what is missing on one part of the recordings, and measure on the other how far that closes the gap."""
     name = name_drag if told.in_air else name_effects
     found = name(split.fitted, told.robot, told.present, candidates_for(told.robot), told.estimating)
-    models = Models(*(_seen_by(account, split, told) for account in (found.nominal, found.refitted, found.named)))
+    nominal, refitted = (_seen_by(account, split, told) for account in (found.nominal, found.refitted))
+    named = refitted if found.named is found.refitted else _seen_by(found.named, split, told)
     period = told.robot.control_period
     gaps = measure_gaps(
-        models,
+        Models(nominal, refitted, named),
         split.kept_back,
         partial(_replay, told),
         sorted({max(1, round(horizon / period)) for horizon in told.settings.horizons}),
