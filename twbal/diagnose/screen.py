@@ -251,7 +251,7 @@ def _over_angle(data: Data, fit: Fit, linear: LinearTwin, waves: _Waves, counts:
     shares = (np.arange(_FRACTIONS) + 0.5) / _FRACTIONS
     between = [a[:-1, None] + shares * np.diff(a)[:, None] for a in waves.angles]  # (T, fractions) each
     push = linear.B[:, waves.which].copy()
-    best, found = -np.inf, (float(counts[0]), 0j)
+    best, value, wave = -np.inf, float(counts[0]), np.zeros((len(white), 2))
     for count in counts:
         columns = []
         for part in (np.sin, np.cos):
@@ -261,11 +261,12 @@ def _over_angle(data: Data, fit: Fit, linear: LinearTwin, waves: _Waves, counts:
             ]
             columns.append(np.concatenate(pieces).ravel())
         X = np.stack(columns, axis=1)
-        sizes, *_ = np.linalg.lstsq(X, white, rcond=None)
-        gain = float(white @ X @ sizes)
+        pull = X.T @ white
+        gain = float(pull @ np.linalg.lstsq(X.T @ X, pull, rcond=None)[0])
         if gain > best:
-            best, found = gain, (float(count), complex(sizes[0], sizes[1]))
-    return found
+            best, value, wave = gain, float(count), X
+    sizes, *_ = np.linalg.lstsq(wave, white, rcond=None)
+    return value, complex(sizes[0], sizes[1])
 
 
 def _over_periods(part: Callable[[Array], Array], count: float, angles: Array, ahead: Array) -> Array:
