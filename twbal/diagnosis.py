@@ -13,6 +13,9 @@ HEADLINE = ("tilt", 0.15)
 """Channel and horizon [s] of the gap that stands for all: longer rollouts of this unstable robot go wrong by any model,
 shorter ones show little but noise."""
 
+CLOSED = 0.5
+"""Share of the gap on held-out data above which it counts as closed: the better part of it."""
+
 
 class Verdict(StrEnum):
     """What a diagnosis comes to."""
@@ -248,7 +251,11 @@ def headline_text(diagnosis: Diagnosis) -> str:
     text = sentences[diagnosis.verdict]
     head = diagnosis.headline
     if diagnosis.verdict is Verdict.NAMED and head is not None and head.closed is not None:
-        text += f" With that, {100 * head.closed:.0f} % of the gap is closed."
+        if head.closed > CLOSED:
+            text += f" With that, {100 * head.closed:.0f} % of the gap is closed."
+        else:
+            after = f"{head.after:.3g} rad after {head.horizon:g} s, {head.before:.3g} without"
+            text += f" Named, not closed: with that, rollouts are off by {after}."
     return text
 
 

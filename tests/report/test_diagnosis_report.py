@@ -97,3 +97,12 @@ def test_the_headline_names_effect_equivalents_and_how_much_of_the_gap_is_closed
     said = headline_text(NAMED)
     assert "coulomb friction (or viscous friction)" in said
     assert "94 %" in said
+
+
+@pytest.mark.parametrize(
+    ("closed", "said"),
+    [(0.51, "51 % of the gap is closed"), (0.5, "Named, not closed"), (-0.1, "0.005 rad after")],
+)
+def test_the_headline_tells_named_and_closed_from_named_alone(closed, said):
+    gap = tuple(each._replace(closed=closed) for each in NAMED.gap)
+    assert said in headline_text(replace(NAMED, gap=gap))

@@ -9,7 +9,7 @@ from hydra.core.hydra_config import HydraConfig
 from hydra.utils import instantiate
 from omegaconf import DictConfig
 
-from twbal.diagnosis import closed_share
+from twbal.diagnosis import CLOSED, closed_share
 from twbal.evaluation import succeeded
 from twbal.files import write_atomically
 from twbal.report.run import Setting, write_report
@@ -27,7 +27,6 @@ from twbal.stages.settings import at_least, recorded, typed
 from twbal.summary import Summary, read_summary, summary_table, write_summary
 
 NOT_RECORDED = ("link.port", "sim_collect.workers", "optimise_policy.workers")
-MENDED = 0.5  # share of the gap, on held-out data, above which a simulation with what was found is learned from
 SUMMARY, REPORT, FIGURES, BEST_POLICY = "summary.json", "report.html", "figures", "best_policy.pt"
 
 
@@ -82,7 +81,7 @@ def _learn_and_tell(cfg: DictConfig, chain: Chain, choices: Mapping[str, str], s
         return enough_for_diagnosis(episodes_in([chain.root / rollout for rollout in rollouts]))
 
     def mended(diagnosis: Path) -> bool:
-        return closed_share(chain.root / diagnosis / DIAGNOSIS) > MENDED
+        return closed_share(chain.root / diagnosis / DIAGNOSIS) > CLOSED
 
     learning = Algorithm(chain, cfg, settings, measures.rule, Questions(solved, diagnosable, mended)).run()
     return _tell(cfg, chain, learning, measures, choices)
