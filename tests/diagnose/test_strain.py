@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hydra.utils import instantiate
@@ -69,3 +71,13 @@ def test_a_body_too_heavy_is_seen_although_no_value_stands_out(paper):
     assert found.verdict is Verdict.DATA_SHEET
     assert found.data_sheet_class == ("gain, mass and inertia",)
     assert max(abs(shift.sigmas) for shift in found.data_sheet) < SETTINGS.lines.shift
+
+
+@pytest.mark.parametrize(("tolerance", "told"), [(0.03, True), (0.15, False)])
+def test_a_data_sheet_that_is_far_off_is_no_finding_unless_it_is_said_to_be_rough(paper, tolerance, told):
+    recording = ride(paper, scaled(com_height=1.3), seed=23, periods=1000, tolerance=0.0)
+    drag = [candidate for candidate in candidates_for(paper) if candidate.name == "coulomb_friction"]
+    settings = replace(SETTINGS, tolerances=replace(SETTINGS.tolerances, data_sheet=tolerance))
+    found = name_effects([recording], paper, {}, drag, settings)
+    assert any("no finding" in sentence for sentence in found.advice) == told
+    assert any("diagnosis=rough" in sentence for sentence in found.advice) == told

@@ -1,6 +1,7 @@
 """The diagnosis as a command: what it reads, writes, names and refuses."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,13 +13,15 @@ from twbal.cli import main
 from twbal.configuration import conf_folder
 from twbal.diagnose.held_out import held_out
 from twbal.diagnose.recording import Recording
-from twbal.episode import Provenance
+from twbal.diagnosis import Verdict
+from twbal.episode import Outcome, Provenance
 from twbal.logs import read_episode, write_episode
 from twbal.robot.start_pose import StartPose
 from twbal.rollout import rollout
 from twbal.sim.effects.dead_zone import DeadZone
 from twbal.sim.effects.sensor_noise import SensorNoise
 from twbal.sim.plant import SimPlant
+from twbal.stages.diagnose import _on_falls
 
 NOISE = SensorNoise(0.0035, 0.02, 0.3, 0.001, 0.05, 0.02)
 
@@ -133,3 +136,18 @@ def test_of_many_recordings_whole_ones_are_kept_back_and_of_few_their_ends():
     assert not many.are_ends
     assert (len(first), len(last)) == (75, 25)
     assert last.name == "r, 1.5-2.0 s"
+
+
+@pytest.mark.parametrize(
+    ("verdict", "outcome", "told"),
+    [
+        (Verdict.UNKNOWN, Outcome.TILT_LIMIT, True),
+        (Verdict.UNKNOWN, Outcome.COMPLETED, False),
+        (Verdict.NAMED, Outcome.TILT_LIMIT, False),
+    ],
+)
+def test_a_robot_that_fell_unexplained_is_to_be_recorded_by_a_gentler_regulator(measured, verdict, outcome, told):
+    episodes = [replace(read_episode(file), outcome=outcome) for file in sorted(measured.glob("*.mcap"))]
+    advice = _on_falls(episodes, verdict)
+    assert bool(advice) == told
+    assert not told or ("2 of 2" in advice[0] and "policy.command_width" in advice[0])

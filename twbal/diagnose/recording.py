@@ -100,7 +100,7 @@ def read_recordings(
             f"A diagnosis needs {usability.fewest} control periods "
             f"({usability.fewest * robot.control_period:.3g} s) in episodes of at least {usability.shortest}, upright; "
             f"found {total} in {len(recordings)} of {len(episodes)} episodes. "
-            "Record longer: twbal real-rollout experiment=excite."
+            "Record longer: twbal real-rollout experiment=excite; if the robot falls, with policy.command_width=0.1."
         )
     sensed = np.all([recording.sensed for recording in recordings], axis=0)  # by some of them only: by none
     recordings = tuple(replace(recording, sensed=sensed) for recording in recordings)

@@ -13,6 +13,7 @@ from twbal.diagnosis import Shift, Verdict
 
 _WHERE = {"speed": "the wheels turn fast", "time": "time has gone by", "command": "the command is large"}
 EXCITE = "twbal real-rollout experiment=excite link=serial link.port=..."
+_ROUGH = 0.15  # tolerance of a data sheet by diagnosis=rough
 _INSTANTS = 2000  # for which the line of whiteness is drawn; that of coloured errors grows with the length of the data
 _BLIND = 0.5  # share of the candidates that poor data could not have shown, from which on nothing is decided
 
@@ -100,6 +101,8 @@ def advise(
                 f"The best guess needs a {shift.name.replace('_', ' ')} of {shift.factor:.2g} times the data sheet's, "
                 f"{abs(shift.sigmas):.0f} tolerances off: that is no finding."
             )
+        if _absurd(selection.chosen, settings) and settings.tolerances.data_sheet < _ROUGH:
+            found.append(f"If the data sheet may be as wrong as that (by {_ROUGH:.0%} or so), say diagnosis=rough.")
         for effect, axis, share, _ in unsteady:
             found.append(
                 f"The best guess, {effect.replace('_', ' ')}, would have to be {abs(share):.0%} "

@@ -23,8 +23,8 @@ from twbal.diagnose.name import name_effects
 from twbal.diagnose.recording import MEASURED, Recording, Usability, read_recordings
 from twbal.diagnose.settings import Settings as DiagnosisSettings
 from twbal.diagnose.where import regions
-from twbal.diagnosis import Diagnosis, Region, headline_text, write_diagnosis
-from twbal.episode import Episode
+from twbal.diagnosis import Diagnosis, Region, Verdict, headline_text, write_diagnosis
+from twbal.episode import Episode, Outcome
 from twbal.figures.canvas import svg
 from twbal.figures.diagnosis import disagreement_figure, gap_figure, rivals_figure, whiteness_figure
 from twbal.files import write_atomically
@@ -44,6 +44,7 @@ NOT_RECORDED = ("episodes", "test_episodes")
 DIAGNOSIS, REPORT, AUGMENTED, FIGURES = "diagnosis.json", "report.html", "augmented.yaml", "figures"
 FEW_DATA = {"shortest": 15, "fewest": 150}
 """Settings for the rollouts of `iterate`, which wander and fall: they tell more than as much of a robot that stands."""
+GENTLER = "record it by a gentler regulator, `experiment=excite policy.command_width=0.1`, or less."
 _UNITS = {"tilt": "rad", "tilt_rate": "rad/s", "wheel_angle": "rad", "wheel_rate": "rad/s"}
 _HISTORY = 5  # control periods before a rollout, for what a late IMU still shows
 _MOST_RIVALS = 10
@@ -169,8 +170,8 @@ def _diagnose_to_files(files: Sequence[Path], tests: Sequence[Path], told: Told,
     else:
         split = held_out(recordings, told.settings.held_out)
     diagnosis, found = diagnose(split, told)
-    if in_air:
-        diagnosis = replace(diagnosis, advice=(IN_AIR, *diagnosis.advice))
+    more = (IN_AIR,) if in_air else _on_falls(episodes, diagnosis.verdict)
+    diagnosis = replace(diagnosis, advice=(*more, *diagnosis.advice))
     print("\n  ".join([headline_text(diagnosis), *diagnosis.advice]))
     write_diagnosis(out / DIAGNOSIS, diagnosis)
     write_atomically(out / AUGMENTED, augmented(present, found.named.effects, told.physics_step))
@@ -185,6 +186,14 @@ def _diagnose_to_files(files: Sequence[Path], tests: Sequence[Path], told: Told,
     setting = DiagnosisSetting(told.robot.name, names, seconds, str(out / AUGMENTED), facts)
     write_diagnosis_report(out / REPORT, diagnosis, setting, pictures)
     return [out / DIAGNOSIS, out / AUGMENTED, out / REPORT, *drawn]
+
+
+def _on_falls(episodes: Sequence[Episode], verdict: Verdict) -> tuple[str, ...]:
+    """What to do where the robot fell while it was recorded, and that was not enough to name anything."""
+    fell = sum(episode.outcome is Outcome.TILT_LIMIT for episode in episodes)
+    if not fell or verdict not in (Verdict.UNKNOWN, Verdict.UNDECIDED):
+        return ()
+    return (f"The robot fell in {fell} of {len(episodes)} episodes. One that stays up tells more: {GENTLER}",)
 
 
 def _offsets(account: Account, names: Sequence[str]) -> list[tuple[str, str]]:
