@@ -2,6 +2,7 @@
 
     python scripts/readme.py tables                the tables, from benchmarks/results/*.json
     python scripts/readme.py pictures <run folder> the pictures and the film, from a run of `twbal iterate`
+    python scripts/readme.py diagnosis <run folder> the picture of a gap, from a run of `twbal diagnose`
 
 Nothing in these tables is typed by hand.
 """
@@ -33,6 +34,8 @@ def main(words: Sequence[str]) -> None:
         case ["pictures", folder]:
             copy_pictures(Path(folder) / "figures")
             draw_film(Path(folder))
+        case ["diagnosis", folder]:
+            shutil.copy(Path(folder) / "figures" / "gap.svg", PICTURES / "gap.svg")
         case _:
             raise SystemExit(__doc__)
 

@@ -19,9 +19,11 @@ from twbal.logs import read_episode, write_episode
 from twbal.robot.start_pose import StartPose
 from twbal.rollout import rollout
 from twbal.sim.effects.dead_zone import DeadZone
+from twbal.sim.effects.library import library
 from twbal.sim.effects.sensor_noise import SensorNoise
 from twbal.sim.plant import SimPlant
 from twbal.stages.diagnose import _on_falls
+from twbal.virtual_robot.hidden import draw_hidden
 
 NOISE = SensorNoise(0.0035, 0.02, 0.3, 0.001, 0.05, 0.02)
 
@@ -151,3 +153,22 @@ def test_a_robot_that_fell_unexplained_is_to_be_recorded_by_a_gentler_regulator(
     advice = _on_falls(episodes, verdict)
     assert bool(advice) == told
     assert not told or ("2 of 2" in advice[0] and "policy.command_width" in advice[0])
+
+
+@pytest.mark.slow
+def test_what_the_default_virtual_robot_hides_is_named_with_its_size(tmp_path):
+    recorded, out = tmp_path / "recorded", tmp_path / "diagnosis"
+    excite = ["experiment=excite", "policy.command_width=0.1"]
+    assert main(["real-rollout", *excite, f"hydra.run.dir={recorded}"]) == 0
+    assert main(["diagnose", f"episodes={recorded}", "diagnosis=rough", f"hydra.run.dir={out}"]) == 0
+    with initialize_config_dir(str(conf_folder()), version_base="1.3"):
+        cfg = compose("virtual_robot")
+    hidden = draw_hidden(instantiate(cfg.hidden), instantiate(cfg.robot), cfg.seed)
+    record = json.loads((out / "diagnosis.json").read_text())
+    found = {effect["name"]: effect["parameters"] for effect in record["effects"]}
+    assert set(found) == {"actuation_delay", "com_offset", "coulomb_friction", "dead_zone", "viscous_friction"}
+    for name, parameters in found.items():
+        (effect,) = (effect for effect in hidden if isinstance(effect, library()[name]))
+        for parameter, estimate in parameters.items():
+            assert estimate["value"] == pytest.approx(getattr(effect, parameter), rel=0.1)
+    assert record["gap"]["closed"] > 0.95
