@@ -101,7 +101,7 @@ class Ground:
 
     Attributes:
         slope: angle by which it rises towards +x [rad].
-        grip: coefficient of dry friction between tyre and ground; at 1 and beyond nothing slips.
+        grip: coefficient of dry friction between tyre and ground; PyBullet takes at most 1.
         rolling_resistance: dry torque of each wheel that opposes its turning over ground [N·m].
         rolling_viscous: torque of each wheel over its rate over ground [N·m·s/rad].
     """

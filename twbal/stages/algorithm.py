@@ -167,15 +167,20 @@ class Algorithm:
 
     def _difference(self, lesson: Lesson) -> Learned:
         """Learn g, and search (or judge) on f + g."""
-        index, rollouts, earlier, place, newest, searching = lesson
+        index, rollouts, _, place, newest, searching = lesson
         assert newest is not None  # f came before
         confirms = "confirming" in searching  # then the policy stays, and another f would change nothing of it
         simulation = None if confirms else self._mended(place, rollouts)
         if simulation is not None:
             return self._rehearsed(lesson, simulation)
-        fit = self._fit("fit-diff-gp", place / "model", list(rollouts), {"dynamics": newest.f})
-        search = self._search(place / "policy", [place / "model" / MODEL], list(earlier), searching)
+        fit, search = self._corrected(lesson, place, newest.f)
         return Learned(index, (fit,), (search,), rollouts, place / "policy", newest.f, None)
+
+    def _corrected(self, lesson: Lesson, place: Path, f: Path | None) -> tuple[Manifest, Manifest]:
+        """Learn g on top of an f, or the whole dynamics without one, and search (or judge)."""
+        fit = self._fit("fit-diff-gp", place / "model", list(lesson.rollouts), {"dynamics": f})
+        models, earlier = [place / "model" / MODEL], list(lesson.earlier)
+        return fit, self._search(place / "policy", models, earlier, lesson.searching)
 
     def _rehearsed(self, lesson: Lesson, simulation: Path) -> Learned:
         """Learn f from the mended simulation, g, and a policy that balances there.
@@ -184,7 +189,7 @@ class Algorithm:
         nothing of where no rollout has been. For the same reason the new policy rehearses there before it drives the
         robot: where it falls, f learns from how, and the search is done again.
         """
-        index, rollouts, earlier, place, _, searching = lesson
+        index, rollouts, earlier, place, _, _ = lesson
         drivers, simulated = list(earlier), [place / "sim_collect"]
         self._collect(simulated[0], 0, drivers[-1], simulation)
         fits: list[Manifest] = []
@@ -196,8 +201,9 @@ class Algorithm:
                 self._collect(simulated[-1], number, drivers[number - 1], simulation)
             f, policy = stand / "sim_model" / MODEL, stand / "policy"
             fits.append(self._fit("fit-sim-gp", f.parent, list(simulated), {}))
-            fits.append(self._fit("fit-diff-gp", stand / "model", list(rollouts), {"dynamics": f}))
-            searches.append(self._search(policy, [stand / "model" / MODEL], list(earlier), searching))
+            fit, search = self._corrected(lesson, stand, f)
+            fits.append(fit)
+            searches.append(search)
             drivers.append(policy / POLICY)
             if stand == stands[-1] or self._balances(stand / "rehearsal", drivers[-1], simulation):
                 break
@@ -205,23 +211,14 @@ class Algorithm:
 
     def _balances(self, out: Path, policy: Path, simulation: Path) -> bool:
         """Whether a policy succeeds in trials in a simulation."""
-        rule = self._rule
-        told = {
-            "sim": simulation,
-            "seed": self._cfg.sim_collect.seed,
-            "steps": rule.steps,
-            "tilt_limit": rule.limit,
-            "exploration": 0.0,
-            "policy.path": policy,
-        }
+        told = {"sim": simulation, "seed": self._cfg.sim_collect.seed, "policy.path": policy, **self._as_judged()}
         self._chain.run(Call("sim-collect", out, told, {"policy": "saved"}))
         return self._asks.solved(out)
 
     def _whole(self, lesson: Lesson) -> Learned:
         """Learn the whole dynamics, without a simulation, and search (or judge) on that."""
-        index, rollouts, earlier, place, _, searching = lesson
-        fit = self._fit("fit-diff-gp", place / "model", list(rollouts), {"dynamics": None})
-        search = self._search(place / "policy", [place / "model" / MODEL], list(earlier), searching)
+        index, rollouts, _, place, _, _ = lesson
+        fit, search = self._corrected(lesson, place, None)
         return Learned(index, (fit,), (search,), rollouts, place / "policy", None, None)
 
     def _identified(self, lesson: Lesson) -> Learned:
@@ -242,7 +239,7 @@ class Algorithm:
 
     def _tried(self, learned: Learned) -> Learned:
         """`learned` with its trials driven."""
-        settings, rule = self._settings, self._rule
+        settings = self._settings
         if not settings.trials:
             return learned
         trials = Path(f"iteration_{learned.index}") / "trials"
@@ -250,12 +247,14 @@ class Algorithm:
             "seed": self._cfg.real_rollout.seed,
             "trials": settings.trials,
             "first_trial": FIRST_TRIAL * (learned.index + 1),
-            "steps": rule.steps,
-            "tilt_limit": rule.limit,
-            "exploration": 0.0,
+            **self._as_judged(),
         }
         self._drive(trials, learned, told)
         return replace(learned, trials=trials)
+
+    def _as_judged(self) -> dict[str, Any]:
+        """What a rollout is told that is to be judged by the rule."""
+        return {"steps": self._rule.steps, "tilt_limit": self._rule.limit, "exploration": 0.0}
 
     def _drive(self, out: Path, learned: Learned, told: dict[str, object]) -> None:
         told = {**told, "policy.path": learned.policy_file}

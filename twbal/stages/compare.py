@@ -10,7 +10,7 @@ from omegaconf import DictConfig, ListConfig, OmegaConf
 
 from twbal.comparison import Run, latex, rows, run_values
 from twbal.errors import ConfigError, DataError
-from twbal.figures.canvas import save, svg
+from twbal.figures.canvas import svg
 from twbal.figures.comparison import comparison_figure
 from twbal.files import write_atomically
 from twbal.report.page import inline, render
@@ -36,8 +36,9 @@ def main(cfg: DictConfig) -> None:
     table = rows(groups, settings.seed)
     names = list(dict.fromkeys(key for row in table for key in row))
     figure = comparison_figure(groups)
-    save(figure, out / "comparison.svg")
-    picture = inline(svg(figure), "comparison", "Every metric of every run, by group")
+    drawn = svg(figure)
+    write_atomically(out / "comparison.svg", drawn)
+    picture = inline(drawn, "comparison", "Every metric of every run, by group")
     page = render("comparison.html.jinja", groups=groups, rows=table, names=names, picture=picture)
     write_atomically(out / "comparison.html", page)
     write_atomically(out / "table.csv", _csv(names, table))

@@ -44,7 +44,7 @@ NOT_RECORDED = ("episodes", "test_episodes")
 DIAGNOSIS, REPORT, AUGMENTED, FIGURES = "diagnosis.json", "report.html", "augmented.yaml", "figures"
 FEW_DATA = {"shortest": 15, "fewest": 150}
 """Settings for the rollouts of `iterate`, which wander and fall: they tell more than as much of a robot that stands."""
-GENTLER = "record it by a gentler regulator, `experiment=excite policy.command_width=0.1`, or less."
+_GENTLER = "record it by a gentler regulator, `experiment=excite policy.command_width=0.1`, or less."
 _UNITS = {"tilt": "rad", "tilt_rate": "rad/s", "wheel_angle": "rad", "wheel_rate": "rad/s"}
 _HISTORY = 5  # control periods before a rollout, for what a late IMU still shows
 _MOST_RIVALS = 10
@@ -193,7 +193,7 @@ def _on_falls(episodes: Sequence[Episode], verdict: Verdict) -> tuple[str, ...]:
     fell = sum(episode.outcome is Outcome.TILT_LIMIT for episode in episodes)
     if not fell or verdict not in (Verdict.UNKNOWN, Verdict.UNDECIDED):
         return ()
-    return (f"The robot fell in {fell} of {len(episodes)} episodes. One that stays up tells more: {GENTLER}",)
+    return (f"The robot fell in {fell} of {len(episodes)} episodes. One that stays up tells more: {_GENTLER}",)
 
 
 def _offsets(account: Account, names: Sequence[str]) -> list[tuple[str, str]]:
