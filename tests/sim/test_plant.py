@@ -12,6 +12,7 @@ from twbal.sim.effects.dead_zone import DeadZone
 from twbal.sim.effects.motor_lag import MotorLag
 from twbal.sim.effects.sensor_noise import SensorNoise
 from twbal.sim.plant import SimPlant
+from twbal.streams import Stream, generator
 
 START = StartPose(-0.17, 0.02, 0.1, 0.1)
 NOISE = SensorNoise(tilt=0.003, tilt_rate=0.02, acceleration=0.3, wheel_angle=0.001, wheel_rate=0.05, yaw_rate=0.02)
@@ -62,7 +63,7 @@ def test_trials_and_seeds_differ(paper):
 def test_the_first_observation_is_the_drawn_start(regbot):
     with plant(regbot, seed=5) as simulated:
         seen = simulated.reset(2)
-    stance = START.draw(np.random.default_rng([5, 2]))
+    stance = START.draw(generator(Stream.START_POSE, 5, 2))
     assert seen.tilt == pytest.approx(stance.tilt, abs=1e-12)
     assert seen.tilt_rate == pytest.approx(stance.tilt_rate, abs=1e-12)
     assert regbot.wheel_radius * (seen.wheel_rate + seen.tilt_rate) == pytest.approx(stance.speed, abs=1e-9)

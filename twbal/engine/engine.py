@@ -3,12 +3,11 @@
 from abc import ABC, abstractmethod
 from typing import NamedTuple
 
-import numpy as np
-
 from twbal.engine.machine import Machine, Running
 from twbal.errors import ConfigError
 from twbal.plant import Observation, Plant
 from twbal.robot.start_pose import Stance, StartPose
+from twbal.streams import Stream, generator
 
 
 class Motion(NamedTuple):
@@ -82,9 +81,8 @@ class EnginePlant(Plant):
 
     def reset(self, trial: int) -> Observation:
         """Begin the rollout that (seed, trial) names."""
-        rng = np.random.default_rng([self._seed, trial])
-        stance = self._start.draw(rng)
-        self._running = self._machine.start(self._physics_step, rng)
+        stance = self._start.draw(generator(Stream.START_POSE, self._seed, trial))
+        self._running = self._machine.start(self._physics_step, generator(Stream.SENSOR_NOISE, self._seed, trial))
         self._engine.reset(stance)
         self._periods = 0
         self._speed = self._engine.motion().speed

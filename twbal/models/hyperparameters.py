@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from twbal.errors import ConfigError, FitError
 from twbal.gaussian import Array
 from twbal.models.evidence import Evidence
+from twbal.streams import Stream, generator
 
 Integers = NDArray[np.int64]
 
@@ -223,7 +224,7 @@ def fit_hyperparameters(
         FitError: too few samples, shapes that do not fit, a value that is not finite.
     """
     check_samples(inputs, targets)
-    rng = np.random.default_rng(seed)
+    rng = generator(Stream.FIT_RESTARTS, seed)
     thetas = []
     for objective, target in zip(objectives(inputs, targets, settings, reference), targets.T, strict=True):
         thetas.append(_search(objective, inputs, target, settings, rng) + objective.origin)

@@ -19,6 +19,7 @@ from twbal.models.hyperparameters import (
     fit_hyperparameters,
     objectives,
 )
+from twbal.streams import Stream, generator
 
 _LOSS = 0.5  # of the subset's evidence, by which the bound may move hyper-parameters [nats a sample]
 
@@ -66,7 +67,7 @@ def fit_sparse_gp(
     check_samples(inputs, targets)
     if len(inputs) <= settings.inducing:
         return fit_gp(inputs, targets, settings.fit, seed, reference)
-    subset = np.random.default_rng(seed).permutation(len(inputs))[: settings.subset]
+    subset = generator(Stream.FIT_SUBSET, seed).permutation(len(inputs))[: settings.subset]
     found = fit_hyperparameters(inputs[subset], targets[subset], settings.fit, seed, reference)
     if settings.iterations:
         centres = choose_inducing(inputs, found, settings.inducing, settings.tolerance)

@@ -15,6 +15,7 @@ from twbal.planar.sensing import Reading, read_sensors
 from twbal.plant import Observation, Plant
 from twbal.robot.parameters import RobotParameters
 from twbal.robot.start_pose import StartPose
+from twbal.streams import Stream, generator
 
 
 @kernel()
@@ -121,8 +122,8 @@ class PlanarPlant(Plant):
 
     def reset(self, trial: int) -> Observation:
         """Begin the rollout that (seed, trial) names."""
-        self._rng = np.random.default_rng([self._seed, trial])
-        stance = self._start.draw(self._rng)
+        self._rng = generator(Stream.SENSOR_NOISE, self._seed, trial)
+        stance = self._start.draw(generator(Stream.START_POSE, self._seed, trial))
         self._reset_memory()
         self._state = standing(self._twin, stance.tilt, stance.tilt_rate, stance.speed, 0.0)
         self._imu[:] = stance.tilt, stance.tilt_rate

@@ -16,6 +16,7 @@ from twbal.gaussian import Array, Gaussian
 from twbal.models.dynamics import DynamicsModel
 from twbal.models.function_samples import FunctionSamples
 from twbal.policies.rbf import RbfPolicy
+from twbal.streams import Stream, generator
 
 _FAR = 1e3
 """No channel of a falling robot is followed beyond this."""
@@ -56,7 +57,7 @@ def judge(
     Raises:
         ConfigError: the state has no tilt.
     """
-    rng = np.random.default_rng(seed)
+    rng = generator(Stream.VALIDATION, seed)
     n, rule = settings.robots, settings.rule
     tilt = model.channels.names.index("tilt")
     measured = list(model.channels.measured)

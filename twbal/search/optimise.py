@@ -12,6 +12,7 @@ from twbal.policies.rbf import RbfPolicy
 from twbal.search.descent import Minimised, descend
 from twbal.search.starts import PolicyShape, Start, starting_policies, starts_on
 from twbal.search.task import Candidate, Task
+from twbal.streams import Stream, generator
 
 
 class SearchResult(NamedTuple):
@@ -93,7 +94,7 @@ def search_policy(
 def _starts(
     task: Task, shape: PolicyShape, torque_limit: float, earlier: Sequence[RbfPolicy], base: Array | None
 ) -> list[Start]:
-    rng = np.random.default_rng(task.seed)
+    rng = generator(Stream.SEARCH_STARTS, task.seed)
     if base is None:
         return starting_policies(task, shape, torque_limit, earlier, rng)
     return starts_on(base, task.models[0].channels.names, shape, torque_limit, earlier, rng)

@@ -20,6 +20,7 @@ from twbal.models.gp import GaussianProcess
 from twbal.policies.rbf import RbfPolicy
 from twbal.search.long_term_cost import LongTermCost
 from twbal.search.transition import PolicyGradient
+from twbal.streams import Stream, generator
 
 _FAR = 1e3
 """No channel of a falling robot is followed beyond this."""
@@ -91,7 +92,7 @@ class ParticleObjective:
 
     @cached_property
     def _draws(self) -> "_Draws":
-        rng = np.random.default_rng([self.seed, self.particles])
+        rng = generator(Stream.PARTICLES, self.seed, self.particles)
         model, n, H = self.model, self.particles, self.horizon
         D, measured = len(model.channels.names), list(model.channels.measured)
         samples = FunctionSamples.draw(model.g, n, self.features, rng) if model.g else None

@@ -2,8 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 
-import numpy as np
-
 from twbal.errors import ConfigError
 from twbal.plant import Observation, Plant
 from twbal.robot.parameters import RobotParameters
@@ -11,11 +9,10 @@ from twbal.robot.start_pose import StartPose
 from twbal.sim.effects.effect import Effect, parameters_of
 from twbal.sim.effects.library import library
 from twbal.sim.plant import SimPlant
+from twbal.streams import Stream, generator
 
 Draws = Mapping[str, Mapping[str, Sequence[float]]]
 """Ranges [lowest, highest] by effect and by parameter."""
-
-_OWN = 7  # keeps these draws apart from those of start poses and noise, which have the same seed and trial
 
 
 class RandomisedPlant(Plant):
@@ -59,7 +56,7 @@ class RandomisedPlant(Plant):
 
     def drawn(self, trial: int) -> list[Effect]:
         """What the robot of a trial has beyond those effects that all have."""
-        rng = np.random.default_rng([self._seed, trial, _OWN])
+        rng = generator(Stream.DOMAIN_RANDOMISATION, self._seed, trial)
         return [
             library()[name](**{key: float(rng.uniform(pair[0], pair[1])) for key, pair in ranges.items()})
             for name, ranges in self._draws.items()

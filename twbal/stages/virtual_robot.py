@@ -11,6 +11,7 @@ from twbal.link.protocol import Clock
 from twbal.robot.parameters import RobotParameters
 from twbal.sim.plant import SimPlant
 from twbal.stages.settings import at_least, typed
+from twbal.streams import Stream, child_seed
 from twbal.virtual_robot.firmware import Identity
 from twbal.virtual_robot.hidden import draw_hidden
 from twbal.virtual_robot.server import serve
@@ -47,7 +48,7 @@ def main(cfg: DictConfig) -> None:
         effects=draw_hidden(instantiate(cfg.hidden), robot, settings.seed),
         start=instantiate(cfg.start),
         physics_step=settings.physics_step,
-        seed=settings.seed,
+        seed=child_seed(Stream.VIRTUAL_ROBOT, settings.seed),  # no numbers in common with the host's simulation
     )
     serve(plant, identity, settings.idle_timeout, parent)
 

@@ -87,7 +87,7 @@ def draw_hidden(recipe: HiddenRecipe, robot: RobotParameters, seed: int) -> list
         robot: the data sheet, for its torque limit and control period.
         seed: the same seed is the same robot.
     """
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(seed)  # not a named stream: the robot of a seed stays that of published tables
     drawn = {}
     for name in recipe.ranges():
         low, high = getattr(recipe, name)
