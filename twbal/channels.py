@@ -60,6 +60,19 @@ class Channels:
         """Unit of each channel."""
         return tuple(MEASURED_UNITS.get(n, "N·m") for n in self.names)
 
+    def index(self, name: str) -> int:
+        """Where a channel is in the state.
+
+        Raises:
+            ConfigError: the state does not have it.
+        """
+        if name not in self.names:
+            raise ConfigError(
+                f"The state {', '.join(self.names)} has no {name}, which is needed here. Choose one that has it by "
+                "state=..."
+            )
+        return self.names.index(name)
+
     def state(self, seen: Observation, past_commands: list[float]) -> Array:
         """The state at one instant, (D,).
 

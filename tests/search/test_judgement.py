@@ -3,7 +3,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from twbal.channels import Channels
 from twbal.cost import SaturatingCost
+from twbal.errors import ConfigError
 from twbal.evaluation import SuccessRule
 from twbal.gaussian import Gaussian
 from twbal.policies.rbf import RbfPolicy
@@ -95,3 +97,18 @@ def test_a_robot_must_have_settled(make_system, settle_limit, success):
     rule = SuccessRule(limit=0.5, settle_limit=settle_limit, settle_step=10, steps=15)
     start = Gaussian(np.array([-0.05, 0.0, 0.0]), 1e-8 * np.eye(3))
     assert judge(model, policy_of(np.zeros(3)), COST, start, Judge(20, 100, rule), 0).success == success
+
+
+def test_a_policy_that_commands_no_number_drops_every_robot(make_system):
+    model, _, _ = make_system()
+    broken = policy_of(np.array([np.nan, 0.0, 0.0]))
+    verdict = judge(model, broken, COST, START, JUDGE, seed=0)
+    assert verdict.success == 0.0
+    assert verdict.cost > 0.9
+
+
+def test_a_state_without_tilt_is_refused_by_name(make_system):
+    model, _, _ = make_system()
+    blind = replace(model, channels=Channels(("yaw_rate", "tilt_rate", "speed"), 0.15))
+    with pytest.raises(ConfigError, match="has no tilt"):
+        judge(blind, policy_of(HOLDING, blind.channels.names), COST, START, JUDGE, seed=0)

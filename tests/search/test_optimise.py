@@ -6,8 +6,9 @@ import pytest
 from twbal.errors import SearchError
 from twbal.gaussian import Gaussian
 from twbal.models.moments.prediction import Truncation
+from twbal.search.judgement import Judgement
 from twbal.search.long_term_cost import long_term_cost
-from twbal.search.optimise import search_policy
+from twbal.search.optimise import _rank, search_policy
 from twbal.search.starts import PolicyShape, linear_policy
 from twbal.search.transition import transition_model
 
@@ -180,3 +181,9 @@ def test_what_several_models_predict_is_their_mixture(make_task, weak_and_strong
     drawn = np.concatenate([one.sample(20000, rng) for one in ones])
     np.testing.assert_allclose(mixture.mean, drawn.mean(axis=0), atol=4 * mixture.sd.max() / 200)
     np.testing.assert_allclose(mixture.covariance, np.cov(drawn.T), atol=0.05 * np.max(mixture.covariance))
+
+
+def test_candidates_whose_judgement_is_no_number_come_last(result):
+    broken = [result.best._replace(judgement=Judgement(*values)) for values in ((1.0, np.nan), (np.nan, 0.1))]
+    for order in ([*broken, result.best], [result.best, *broken], [broken[0], result.best, broken[1]]):
+        assert sorted(order, key=_rank)[0] is result.best

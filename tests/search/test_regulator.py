@@ -1,5 +1,7 @@
 """Regulators: of the data sheet, and of a linear model that was fitted to a robot that is known."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -82,3 +84,10 @@ def test_the_data_sheets_regulator_holds_the_linearised_robot(paper):
 def test_a_state_without_speed_is_refused(paper):
     with pytest.raises(ConfigError, match="lacks speed"):
         data_sheet_regulator(paper, Channels(("tilt", "tilt_rate"), 0.15), COST, 1.0)
+
+
+def test_a_linear_model_of_a_state_without_tilt_is_refused_by_name():
+    blind, seen = Channels(("tilt_rate", "speed"), RADIUS), linear_robot(np.zeros(4), 0.0, 40, 1.0, 1)
+    episode = replace(seen, channels=blind.names, states=blind.states(seen.observations, seen.commands))
+    with pytest.raises(ConfigError, match="has no tilt"):
+        identified_regulator([episode], blind, COST, 1.0, 20.0)

@@ -12,14 +12,12 @@ import numpy as np
 
 from twbal.cost import SaturatingCost
 from twbal.evaluation import SuccessRule
-from twbal.gaussian import Array, Gaussian
+from twbal.gaussian import Gaussian
 from twbal.models.dynamics import DynamicsModel
 from twbal.models.function_samples import FunctionSamples
 from twbal.policies.rbf import RbfPolicy
+from twbal.search.sampled_rollouts import Draws, Limits, sampled_rollouts
 from twbal.streams import Stream, generator
-
-_FAR = 1e3
-"""No channel of a falling robot is followed beyond this."""
 
 
 @dataclass(frozen=True)
@@ -58,33 +56,16 @@ def judge(
         ConfigError: the state has no tilt.
     """
     rng = generator(Stream.VALIDATION, seed)
-    n, rule = settings.robots, settings.rule
-    tilt = model.channels.names.index("tilt")
+    n, rule, D = settings.robots, settings.rule, len(model.channels.names)
+    limits = Limits(model.channels.index("tilt"), rule.limit, rule.settle_limit, rule.settle_step)
     measured = list(model.channels.measured)
-    sensor_sd = np.zeros(len(model.channels.names))
+    sensor_sd = np.zeros(D)
     sensor_sd[measured] = np.sqrt(model.observation_noise)
     samples = FunctionSamples.draw(model.g, n, settings.features, rng) if model.g else None
-    states = start.sample(n, rng)
-    up, fallen = np.ones(n, dtype=bool), np.zeros(n, dtype=bool)
-    total = 0.0
-    for step in range(1, rule.steps + 1):
-        seen = states + sensor_sd * rng.standard_normal(states.shape)
-        states = _advance(model, samples, states, policy.command(seen), rng)
-        angle = np.abs(states[:, tilt])
-        up &= angle <= (rule.settle_limit if step >= rule.settle_step else rule.limit)
-        fallen |= angle > rule.limit
-        total += float(np.where(fallen, 1.0, cost(states)).mean())
-        states = np.clip(states, -_FAR, _FAR)
-    return Judgement(float(up.mean()), total / rule.steps)
-
-
-def _advance(
-    model: DynamicsModel, samples: FunctionSamples | None, states: Array, commands: Array, rng: np.random.Generator
-) -> Array:
-    """One step of all robots, each with its own g, (n, D)."""
-    inputs = np.column_stack([states, commands])
-    change = model.f.mean(inputs)
-    if samples is not None:
-        change = change + samples(inputs)
-    change = change + np.sqrt(model.process_noise) * rng.standard_normal(change.shape)
-    return inputs @ model.transition_matrix.T + change @ model.selection.T
+    draws = Draws(
+        start=start.sample(n, rng),
+        sensors=sensor_sd * rng.standard_normal((rule.steps, n, D)),
+        process=np.sqrt(model.process_noise) * rng.standard_normal((rule.steps, n, len(measured))),
+    )
+    stayed, costs = sampled_rollouts(model, samples, policy, cost, limits, draws)
+    return Judgement(float(stayed.mean()), float(costs.mean()))

@@ -107,8 +107,9 @@ def _not_driven_twice(earlier: Sequence[RbfPolicy]) -> list[int]:
 
 
 def _rank(candidate: Candidate) -> tuple[float, float]:
-    """Less is better: success in tenths, then the judge's cost."""
-    return -round(candidate.judgement.success, 1), candidate.judgement.cost
+    """Less is better: success in tenths, then the judge's cost; what is not a number comes last."""
+    success, cost = candidate.judgement
+    return (-round(success, 1), cost) if np.isfinite([success, cost]).all() else (np.inf, np.inf)
 
 
 def _promising(starts: Sequence[Start], objective: Minimised, count: int, workers: int) -> list[Start]:

@@ -69,10 +69,11 @@ def identified_regulator(
 
     Raises:
         DataError: the episodes cannot be used together.
+        ConfigError: the state has no tilt.
     """
     data = transitions(episodes, channels)
     D = len(channels.names)
-    upright = np.abs(data.inputs[:, channels.names.index("tilt")]) < _UPRIGHT
+    upright = np.abs(data.inputs[:, channels.index("tilt")]) < _UPRIGHT
     inputs, changes = data.inputs[upright], data.targets[upright]
     if len(inputs) <= D + 2:
         return None

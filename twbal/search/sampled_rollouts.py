@@ -1,0 +1,249 @@
+"""Rollouts of many sampled robots under one policy, compiled.
+
+Each robot is followed until its tilt passes the limit: what comes after is of no interest.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from twbal.compiled import kernel
+from twbal.cost import SaturatingCost
+from twbal.exponential import expm1_in_place
+from twbal.gaussian import Array
+from twbal.models.dynamics import DynamicsModel
+from twbal.models.function_samples import FunctionSamples
+from twbal.models.gp import GaussianProcess
+from twbal.policies.rbf import RbfPolicy
+from twbal.policies.rbf_moments import Network
+
+_FAR = 1e3
+"""No channel is followed beyond this."""
+
+_NUMBERS = {"nnan", "ninf"}
+
+
+class Limits(NamedTuple):
+    """When a rollout counts as balanced.
+
+    Attributes:
+        tilt: index of the tilt in the state.
+        limit: the tilt must never pass this [rad].
+        settle_limit: from `settle_step` on the tilt must not pass this [rad].
+        settle_step: control periods for recovering from the start.
+    """
+
+    tilt: int
+    limit: float
+    settle_limit: float
+    settle_step: int
+
+
+class KernelMean(NamedTuple):
+    """Σ_c w_c exp(-½ |(x - c) / ℓ|²) of E outputs, laid out for loops over the centres.
+
+    Attributes:
+        scaled: (E, d, n) centres over length-scales.
+        inverse_lengths: (E, d).
+        weights: (E, robots, n); of one robot where all robots share them.
+    """
+
+    scaled: Array
+    inverse_lengths: Array
+    weights: Array
+
+
+class Waves(NamedTuple):
+    """Σ_m a_m cos(ω_m · x + φ_m) of E outputs: the prior part of sampled functions.
+
+    Attributes:
+        frequencies: (E, d, M).
+        phases: (E, M).
+        amplitudes: (E, robots, M).
+    """
+
+    frequencies: Array
+    phases: Array
+    amplitudes: Array
+
+
+class Draws(NamedTuple):
+    """What is random in the rollouts of n robots over T steps.
+
+    Attributes:
+        start: (n, D) states at their beginning.
+        sensors: (T, n, D) errors of what the policy sees.
+        process: (T, n, E) disturbances of the measured channels.
+    """
+
+    start: Array
+    sensors: Array
+    process: Array
+
+
+class Balanced(NamedTuple):
+    """What became of n robots.
+
+    Attributes:
+        stayed: (n,) 1.0 where the robot kept within the limits, else 0.0.
+        costs: (n,) mean cost of a step; a fallen robot costs 1 from its fall on.
+    """
+
+    stayed: Array
+    costs: Array
+
+
+def sampled_rollouts(
+    model: DynamicsModel,
+    samples: FunctionSamples | None,
+    policy: RbfPolicy,
+    cost: SaturatingCost,
+    limits: Limits,
+    draws: Draws,
+) -> Balanced:
+    """Drive n sampled robots by a policy.
+
+    Args:
+        model: of the dynamics; only the mean of its f is used.
+        samples: the g of each robot, n functions; None where there is no g.
+        policy: drives all of them.
+        cost: of a state.
+        limits: when a robot balances.
+        draws: starts and noises.
+    """
+    f = _kernel_mean(model.f, (model.f.weights * model.f.signal_variance[:, None])[:, None, :])
+    d, E = model.f.inputs, model.f.outputs
+    if samples is None:
+        g = KernelMean(np.zeros((E, d, 0)), np.zeros((E, d)), np.zeros((E, 1, 0)))
+        waves = Waves(np.zeros((E, d, 0)), np.zeros((E, 0)), np.zeros((E, 1, 0)))
+    else:
+        scale = samples.gp.signal_variance[:, None, None]
+        g = _kernel_mean(samples.gp, scale * samples.corrections.transpose(0, 2, 1))
+        waves = Waves(
+            np.ascontiguousarray(samples.frequencies.transpose(0, 2, 1)),
+            samples.phases,
+            np.ascontiguousarray(samples.features.transpose(0, 2, 1)),
+        )
+    inverse_widths = 1.0 / cost.widths
+    carry, selection = model.transition_matrix, np.ascontiguousarray(model.selection)
+    return _drive(f, g, waves, policy.network, cost.target, inverse_widths, limits, draws, carry, selection)
+
+
+def _kernel_mean(gp: GaussianProcess, weights: Array) -> KernelMean:
+    scaled = (gp.centres[None] / gp.length_scales[:, None, :]).transpose(0, 2, 1)
+    return KernelMean(np.ascontiguousarray(scaled), 1.0 / gp.length_scales, np.ascontiguousarray(weights))
+
+
+@kernel(fastmath=_NUMBERS)
+def cosine_in_place(values: Array) -> None:
+    """Replace each z of `values` (n,) by cos z; absolute error about 1e-15 (1 + |z|)."""
+    for j in range(len(values)):
+        turns = values[j] * 0.15915494309189535  # 1 / 2π
+        x = 3.141592653589793 * (turns - np.floor(turns + 0.5))  # z / 2 modulo π, within ±π/2
+        y = x * x
+        # sin x by Taylor to x^21, and cos z = 1 - 2 sin² (z / 2)
+        s = 1.0 + y * (-1.0 / 420.0)
+        s = 1.0 - y / 342.0 * s
+        s = 1.0 - y / 272.0 * s
+        s = 1.0 - y / 210.0 * s
+        s = 1.0 - y / 156.0 * s
+        s = 1.0 - y / 110.0 * s
+        s = 1.0 - y / 72.0 * s
+        s = 1.0 - y / 42.0 * s
+        s = 1.0 - y / 20.0 * s
+        s = x * (1.0 - y / 6.0 * s)
+        values[j] = 1.0 - 2.0 * s * s
+
+
+@kernel()
+def _kernel_sum(mean: KernelMean, output: int, robot: int, inputs: Array, row: Array) -> float:
+    """One output for one robot's inputs (d,); `row` (n,) is scratch."""
+    row[:] = 0.0
+    for k in range(len(inputs)):
+        place, centres = inputs[k] * mean.inverse_lengths[output, k], mean.scaled[output, k]
+        for c in range(len(row)):
+            gap = centres[c] - place
+            row[c] -= 0.5 * gap * gap
+    expm1_in_place(row)
+    weights, total = mean.weights[output, robot], 0.0
+    for c in range(len(row)):
+        total += weights[c] * (row[c] + 1.0)
+    return total
+
+
+@kernel()
+def _wave_sum(waves: Waves, output: int, robot: int, inputs: Array, row: Array) -> float:
+    """One output for one robot's inputs (d,); `row` (M,) is scratch."""
+    row[:] = waves.phases[output]
+    for k in range(len(inputs)):
+        frequencies = waves.frequencies[output, k]
+        for m in range(len(row)):
+            row[m] += inputs[k] * frequencies[m]
+    cosine_in_place(row)
+    amplitudes, total = waves.amplitudes[output, robot], 0.0
+    for m in range(len(row)):
+        total += amplitudes[m] * row[m]
+    return total
+
+
+@kernel()
+def _command(network: Network, state: Array) -> float:
+    """The policy's command [N·m]; see `RbfPolicy`."""
+    activation = 0.0
+    for k in range(len(state)):
+        activation += network.gain[k] * state[k]
+    for i in range(len(network.weights)):
+        distance = 0.0
+        for k in range(len(state)):
+            distance += ((state[k] - network.centres[i, k]) / network.lengths[k]) ** 2
+        activation += network.weights[i] * np.exp(-0.5 * distance)
+    squashed = (9.0 * np.sin(activation) + np.sin(3.0 * activation)) / 8.0
+    return float(network.max_command * min(max(squashed, -1.0), 1.0))
+
+
+@kernel()
+def _drive(
+    f: KernelMean,
+    g: KernelMean,
+    waves: Waves,
+    network: Network,
+    target: Array,
+    inverse_widths: Array,
+    limits: Limits,
+    draws: Draws,
+    carry: Array,
+    selection: Array,
+) -> Balanced:
+    steps, robots, D = draws.sensors.shape
+    E = draws.process.shape[2]
+    stayed, costs = np.ones(robots), np.zeros(robots)
+    f_row, g_row, wave_row = np.empty(f.scaled.shape[2]), np.empty(g.scaled.shape[2]), np.empty(waves.phases.shape[1])
+    inputs, change = np.empty(D + 1), np.empty(E)
+    for robot in range(robots):
+        state = draws.start[robot].copy()
+        for step in range(steps):
+            inputs[:D] = state
+            inputs[D] = _command(network, state + draws.sensors[step, robot])
+            if not np.isfinite(inputs).all():  # the kernels below take numbers only
+                stayed[robot] = 0.0
+                costs[robot] += steps - step
+                break
+            for a in range(E):
+                change[a] = draws.process[step, robot, a] + _kernel_sum(f, a, 0, inputs, f_row)
+                if len(wave_row):
+                    change[a] += _wave_sum(waves, a, robot, inputs, wave_row)
+                    change[a] += _kernel_sum(g, a, robot, inputs, g_row)
+            state = carry @ inputs + selection @ change
+            angle = abs(state[limits.tilt])
+            if not angle <= limits.limit:
+                stayed[robot] = 0.0
+                costs[robot] += steps - step
+                break
+            if step + 1 >= limits.settle_step and angle > limits.settle_limit:
+                stayed[robot] = 0.0
+            distance = 0.0
+            for k in range(D):
+                state[k] = min(max(state[k], -_FAR), _FAR)
+                distance += ((state[k] - target[k]) * inverse_widths[k]) ** 2
+            costs[robot] -= np.expm1(-0.5 * distance)
+    return Balanced(stayed, costs / steps)
