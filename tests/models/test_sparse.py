@@ -99,7 +99,7 @@ def test_greedy_choice_beats_a_random_one():
 def test_fit_is_nearly_as_good_as_the_exact_fit_on_all_samples():
     inputs, targets = samples(300)
     fit = fit_sparse_gp(inputs, targets, SETTINGS, seed=0)
-    assert fit.gp.centres.shape == (60, 2) or len(fit.gp.centres) < 60
+    assert fit.gp.centres.shape == (60, 2)
     exact = fit_gp(inputs, targets, FIT, seed=0)
     assert (fit.log_evidence < exact.log_evidence + 1e-3).all()
     assert (fit.log_evidence > exact.log_evidence - 1.0).all()

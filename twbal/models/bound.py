@@ -17,10 +17,12 @@ class InducedPosterior(NamedTuple):
     Attributes:
         weights: (m,), β = σ⁻² A⁻¹ K_mn y with A = K_mm + σ⁻² K_mn K_nm.
         variance_matrix: (m, m), W = K_mm⁻¹ - A⁻¹.
+        sample_root: (m, m), R with R Rᵀ = W - W K_mm W, which is σ⁻² A⁻¹ K_mn K_nm A⁻¹.
     """
 
     weights: Array
     variance_matrix: Array
+    sample_root: Array
 
 
 class _Factors(NamedTuple):
@@ -74,7 +76,11 @@ class Bound:
         f = self._factors(theta)
         inner = np.eye(len(f.kernel)) - f.inner_inverse
         matrix = f.root_inverse.T @ inner @ f.root_inverse
-        return InducedPosterior(f.weights, 0.5 * (matrix + matrix.T))
+        # L⁻¹ K_mn K_nm L⁻ᵀ = knownᵀ known, without squaring its condition
+        known: Array = np.asarray(np.linalg.qr(f.whitened.T, mode="r"))
+        root = np.zeros_like(f.kernel)
+        root[:, : len(known)] = f.root_inverse.T @ f.inner_inverse @ known.T / np.exp(theta[-1])
+        return InducedPosterior(f.weights, 0.5 * (matrix + matrix.T), root)
 
     def _factors(self, theta: Array) -> _Factors:
         noise = np.exp(2.0 * theta[-1])

@@ -1,7 +1,7 @@
 """Gaussian processes as they stand after the fit: arrays, a prediction, and nothing else."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import MISSING, dataclass, fields
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -46,6 +46,8 @@ class GaussianProcess:
         noise_variance: (E,), σ² of one observation.
         weights: (E, n), β.
         variance_matrix: (E, n, n), W, symmetric.
+        sample_root: (E, n, n), R with R Rᵀ = W - W K W, K being the prior covariance of the centres: how far a sampled
+            function strays from the posterior mean (`FunctionSamples`). None: of an exact GP, where it is σ W.
     """
 
     centres: Array
@@ -54,21 +56,25 @@ class GaussianProcess:
     noise_variance: Array
     weights: Array
     variance_matrix: Array
+    sample_root: Array | None = None
 
     def __post_init__(self) -> None:
         for item in fields(self):
-            values = np.ascontiguousarray(getattr(self, item.name), dtype=np.float64)
-            object.__setattr__(self, item.name, values)
+            if getattr(self, item.name) is not None:
+                values = np.ascontiguousarray(getattr(self, item.name), dtype=np.float64)
+                object.__setattr__(self, item.name, values)
         (n, d), e = self.centres.shape, len(self.signal_variance)
         shapes = {
             "length_scales": (e, d),
             "noise_variance": (e,),
             "weights": (e, n),
             "variance_matrix": (e, n, n),
+            "sample_root": (e, n, n),
         }
         for name, shape in shapes.items():
-            if getattr(self, name).shape != shape:
-                found = getattr(self, name).shape
+            values = getattr(self, name)
+            if values is not None and values.shape != shape:
+                found = values.shape
                 raise FitError(f"{e} GPs over {n} centres of {d} inputs need {name} of shape {shape}; found {found}.")
 
     @property
@@ -114,7 +120,8 @@ class GaussianProcess:
 
     def to_payload(self) -> dict[str, Any]:
         """Plain arrays from which `from_payload` makes the same GPs."""
-        return {item.name: getattr(self, item.name) for item in fields(self)}
+        arrays = {item.name: getattr(self, item.name) for item in fields(self)}
+        return {name: values for name, values in arrays.items() if values is not None}
 
     @classmethod
     def from_payload(cls, payload: Mapping[str, Any]) -> Self:
@@ -123,10 +130,11 @@ class GaussianProcess:
         Raises:
             CheckpointError: an array is missing.
         """
-        names = [item.name for item in fields(cls)]
-        missing = [name for name in names if name not in payload]
+        needed = [item.name for item in fields(cls) if item.default is MISSING]
+        missing = [name for name in needed if name not in payload]
         if missing:
-            raise CheckpointError(f"A GP in a checkpoint needs {', '.join(names)}; missing: {', '.join(missing)}.")
+            raise CheckpointError(f"A GP in a checkpoint needs {', '.join(needed)}; missing: {', '.join(missing)}.")
+        names = [item.name for item in fields(cls) if item.name in payload]
         return cls(**{name: np.asarray(payload[name]) for name in names})
 
 

@@ -109,6 +109,7 @@ def condition_sparse(inputs: Array, targets: Array, centres: Array, hyperparamet
         *hyperparameters,
         weights=np.array([posterior.weights for posterior in posteriors]),
         variance_matrix=np.array([posterior.variance_matrix for posterior in posteriors]),
+        sample_root=np.array([posterior.sample_root for posterior in posteriors]),
     )
     return Fit(gp, np.array([bound(theta)[0] for bound, theta in zip(bounds, thetas, strict=True)]))
 
