@@ -27,6 +27,39 @@ def test_a_home_that_cannot_be_written_to_is_no_obstacle(tmp_path):
     assert "kernels-" in folder_seen(XDG_CACHE_HOME=str(tmp_path / "file"))
 
 
+@pytest.fixture
+def nowhere_but_temporary(tmp_path, monkeypatch):
+    """A person whose home cannot be written to, and the folder that stands in for the system's temporary one."""
+    (tmp_path / "file").write_text("")
+    temporary = tmp_path / "temporary"
+    temporary.mkdir()
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "file"))
+    monkeypatch.setattr("tempfile.tempdir", str(temporary))
+    return temporary
+
+
+def test_a_temporary_cache_is_for_its_owner_alone(nowhere_but_temporary):
+    folder = cache_folder()
+    assert folder.parent == nowhere_but_temporary / f"twbal-{os.getuid()}"
+    assert folder.parent.stat().st_mode & 0o077 == 0
+
+
+@pytest.mark.parametrize("trap", ["open to all", "a link", "a file"])
+def test_a_temporary_cache_that_others_could_have_filled_is_not_used(nowhere_but_temporary, trap, tmp_path):
+    place = nowhere_but_temporary / f"twbal-{os.getuid()}"
+    if trap == "open to all":
+        place.mkdir()
+        place.chmod(0o777)
+    elif trap == "a link":
+        (tmp_path / "elsewhere").mkdir()
+        place.symlink_to(tmp_path / "elsewhere")
+    else:
+        place.write_text("")
+    folder = cache_folder()
+    assert folder.parent != place
+    assert folder.parent.stat().st_mode & 0o077 == 0
+
+
 def test_another_source_is_another_folder(tmp_path, monkeypatch):
     source = tmp_path / "some.py"
     names = []

@@ -7,6 +7,7 @@ compiles anew. It lies in the person's cache folder, as the installed package ma
 
 import hashlib
 import os
+import stat
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
@@ -50,9 +51,22 @@ def cache_folder() -> Path:
             return folder
     except OSError:
         pass  # a home that cannot be written to: the system's place for temporary files serves
-    folder = Path(tempfile.gettempdir()) / f"twbal-{os.getuid()}" / name
-    folder.mkdir(parents=True, exist_ok=True)
+    folder = _temporary_folder() / name
+    folder.mkdir(exist_ok=True)
     return folder
+
+
+def _temporary_folder() -> Path:
+    """A folder for temporary files that nobody else can write to: what lies in it is run as machine code."""
+    folder = Path(tempfile.gettempdir()) / f"twbal-{os.getuid()}"
+    try:
+        folder.mkdir(mode=0o700, exist_ok=True)
+        found = folder.lstat()
+        if stat.S_ISDIR(found.st_mode) and found.st_uid == os.getuid() and not found.st_mode & 0o022:
+            return folder
+    except OSError:
+        pass
+    return Path(tempfile.mkdtemp(prefix="twbal-"))  # somebody else has made it: compiled anew in each process
 
 
 if "NUMBA_CACHE_DIR" not in os.environ:
