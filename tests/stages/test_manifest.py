@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from twbal.errors import ConfigError, DataError
-from twbal.stages.manifest import MANIFEST, Step, perform, read_manifest
+from twbal.stages.manifest import MANIFEST, Step, _source_hash, perform, read_manifest
 
 
 class Work:
@@ -147,3 +147,20 @@ def test_a_foreign_manifest_is_refused(step, text):
     (step.out / MANIFEST).write_text(text)
     with pytest.raises(DataError, match="no manifest of this version"):
         perform(step, Work(step))
+
+
+def test_work_of_other_source_code_is_not_taken_for_done(step, monkeypatch):
+    perform(step, Work(step))
+    monkeypatch.setattr("twbal.stages.manifest._source_hash", lambda: "of other code")
+    with pytest.raises(ConfigError, match="source code"):
+        perform(step, Work(step))
+
+
+def test_the_source_hash_is_that_of_every_module(monkeypatch, tmp_path):
+    (tmp_path / "stages").mkdir()
+    (tmp_path / "stages" / "manifest.py").write_text("")
+    (tmp_path / "effect.py").write_text("width = 1")
+    monkeypatch.setattr("twbal.stages.manifest.__file__", str(tmp_path / "stages" / "manifest.py"))
+    before = _source_hash.__wrapped__()
+    (tmp_path / "effect.py").write_text("width = 2")
+    assert _source_hash.__wrapped__() != before

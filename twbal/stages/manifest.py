@@ -6,6 +6,7 @@ import platform
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
+from functools import cache
 from importlib import metadata
 from pathlib import Path
 
@@ -59,7 +60,8 @@ class Manifest:
     Attributes:
         stage: that did the work.
         complete: whether it came to its end.
-        fingerprint: sha256 over stage, version, settings, seed and the content of the inputs; not over paths.
+        fingerprint: sha256 over stage, twbal's version and source code, settings, seed and the content of the inputs;
+            not over paths.
         seed: of its randomness.
         settings: as in `Step`.
         inputs: by what they are.
@@ -176,8 +178,19 @@ def versions() -> dict[str, str]:
 
 def _fingerprint(step: Step, inputs: Mapping[str, tuple[FileRecord, ...]]) -> str:
     hashes = {name: [record.sha256 for record in records] for name, records in inputs.items()}
-    what = [step.stage, __version__, step.settings, step.seed, hashes]
+    what = [step.stage, __version__, _source_hash(), step.settings, step.seed, hashes]
     return hashlib.sha256(json.dumps(what, sort_keys=True).encode()).hexdigest()
+
+
+@cache
+def _source_hash() -> str:
+    """sha256 over the source code of twbal: what other code made is not taken for what this code makes."""
+    package = Path(__file__).parents[1]
+    digest = hashlib.sha256()
+    for path in sorted(package.rglob("*.py")):
+        digest.update(f"{path.relative_to(package).as_posix()} {path.stat().st_size}\n".encode())
+        digest.update(path.read_bytes())
+    return digest.hexdigest()
 
 
 def _something_lies_in(folder: Path) -> bool:
@@ -210,5 +223,5 @@ def _other_work(step: Step, inputs: Mapping[str, tuple[FileRecord, ...]], before
     elif inputs != before.inputs:
         what = "other inputs"
     else:
-        what = f"another version of twbal ({before.versions.get('twbal')})"
+        what = f"another version of twbal ({before.versions.get('twbal')}, or of its source code)"
     return f"Folder {step.out} holds the work of {what}, which is kept. Choose another one by hydra.run.dir=..."
