@@ -17,7 +17,7 @@ from hydra.utils import instantiate
 import twbal.environment  # noqa: F401 (registers)
 from twbal.configuration import conf_folder
 from twbal.episode import Outcome, Provenance
-from twbal.errors import ConfigError
+from twbal.errors import ConfigError, DataError
 from twbal.policies.policy import Policy
 from twbal.rollout import rollout
 from twbal.stages.environment import make
@@ -128,3 +128,12 @@ def test_its_words_are_those_of_the_command_line():
         make(["rule.stepz=7"])
     with pytest.raises(ConfigError, match="robot has no choice 'r2d2'"):
         make(["robot=r2d2"])
+
+
+@pytest.mark.filterwarnings(UNBOUNDED)
+@pytest.mark.parametrize("action", [[np.nan], [np.inf], [0.1, 0.2], 0.3])
+def test_an_action_that_is_not_one_finite_number_is_refused(action):
+    with gymnasium.make("twbal/TwoWheeled-v0") as env:
+        env.reset(seed=0)
+        with pytest.raises(DataError, match="one finite number"):
+            env.unwrapped.step(np.array(action, dtype=np.float32))

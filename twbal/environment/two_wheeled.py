@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from twbal.channels import Channels
 from twbal.cost import SaturatingCost
+from twbal.errors import DataError
 from twbal.evaluation import SuccessRule
 from twbal.gaussian import Array
 from twbal.palette import REAL
@@ -77,7 +78,13 @@ class TwoWheeled(gymnasium.Env[Array, Action]):
         return self._state(), {"trial": trial}
 
     def step(self, action: Action) -> tuple[Array, float, bool, bool, dict[str, Any]]:
-        """Hold a command for one control period."""
+        """Hold a command for one control period.
+
+        Raises:
+            DataError: the action is not one finite number.
+        """
+        if np.shape(action) != (1,) or not np.isfinite(action[0]):
+            raise DataError(f"An action must be one finite number, as a share of the torque limit; found {action}.")
         command = self.torque_limit * float(np.clip(action[0], -1.0, 1.0))
         self._seen = self._plant.step(command)
         self._commands.append(command)
