@@ -5,10 +5,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hydra import compose, initialize_config_dir
 
 from twbal.cli import main
+from twbal.configuration import conf_folder
 from twbal.logs import read_episodes
 from twbal.stages.artefacts import load_model
+from twbal.stages.chain import Call, Chain
 from twbal.stages.manifest import read_manifest
 
 QUICK = ["model.fit_f.settings.fit.starts=1", "model.fit_g.settings.starts=1"]
@@ -153,3 +156,11 @@ def test_a_cut_log_is_an_error(chain, tmp_path, kept, capsys):
 def test_another_control_period_is_another_robot(tmp_path, capsys):
     said = fails(capsys, "real-rollout", tmp_path, "policy=random", "robot.control_period=0.01", "link.overrides=[]")
     assert "has a control period of 0.02 s" in said
+
+
+def test_a_command_that_is_told_nothing_keeps_what_it_inherits(tmp_path, as_from_a_shell):
+    with initialize_config_dir(str(conf_folder()), version_base="1.3"):
+        cfg = compose("iterate", ["robot=regbot", "sim=regbot"])
+        chain = Chain(cfg, {"robot": "regbot", "sim": "regbot"}, tmp_path, [])
+        chain.run(Call("linear-policy", Path("regulator"), {}))
+    assert "robot=regbot" in chain.commands[0]

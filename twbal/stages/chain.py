@@ -105,7 +105,7 @@ class Chain:
         kept = manifest == before
         wall_s = manifest.wall_s if kept else time.monotonic() - began
         print("  is there already" if kept else f"  {wall_s:.1f} s", flush=True)
-        inherited = words[: -len(told)]
+        inherited = words[: len(words) - len(told)]
         self.commands.append(command_line(call.stage, [*self._flags, *inherited, *by_hand], ROOT / call.folder))
         self.outputs |= {(call.folder / made.path).as_posix(): made.sha256 for made in manifest.outputs}
         self.wall_s += wall_s
