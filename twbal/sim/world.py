@@ -69,39 +69,30 @@ class World(Engine):
         self._physics_step = physics_step
         self._gears = Gears(machine, physics_step)
         self._surroundings = Surroundings(machine, physics_step)
-        self._text = urdf_text(self._gears.robot)
         self._client = pybullet.connect(pybullet.DIRECT)
         if self._client < 0:
             raise ConfigError("PyBullet has no world left in this process; close plants that are no longer used.")
-        self._robot = -1
+        self._robot = self._fresh = -1  # the robot, and the state of the world as it was built
         self._vertical = (0.0, 0.0, 1.0)
         self._rate_before: float | None = None
         self._first_acceleration = 0.0
 
     def reset(self, stance: Stance, heading: float = 0.0) -> None:
-        """Build a fresh world and put the robot into it, wheels on the ground and rolling at the stance's speed.
+        """Put the robot into the world as it was built, wheels on the ground and rolling at the stance's speed.
 
         Args:
             stance: of the robot.
             heading: by which it looks away from where a slope rises, to the left [rad].
         """
         client = self._client
-        pybullet.resetSimulation(physicsClientId=client)
-        pybullet.setPhysicsEngineParameter(
-            fixedTimeStep=self._physics_step,
-            deterministicOverlappingPairs=1,
-            contactSlop=0,
-            solverResidualThreshold=_RESIDUAL,
-            physicsClientId=client,
-        )
+        if self._fresh < 0:
+            self._build()
+        pybullet.restoreState(stateId=self._fresh, physicsClientId=client)
         slope = self._machine.ground.slope  # the ground stays level and the vertical leans
         self._vertical = (sin(slope) * cos(heading), -sin(slope) * sin(heading), cos(slope))
         pybullet.setGravity(*(-GRAVITY * part for part in self._vertical), physicsClientId=client)
-        plane = pybullet.createCollisionShape(pybullet.GEOM_PLANE, physicsClientId=client)
-        ground = pybullet.createMultiBody(0, plane, physicsClientId=client)
-        pybullet.changeDynamics(ground, -1, lateralFriction=1, physicsClientId=client)
-        self._robot = self._load(stance)
-        self._set_dynamics()
+        self._place(stance)
+        self._set_dry_friction(0.0)
         self._set_velocity(stance)
         self._gears.reset()
         self._surroundings.reset()
@@ -267,21 +258,38 @@ class World(Engine):
         """By how much the ground rises ahead at the start [rad]."""
         return atan2(self._vertical[0], self._vertical[2])
 
-    def _load(self, stance: Stance) -> int:
-        """Load the robot with its axle one wheel radius above the ground."""
-        lean = stance.tilt + self._rising()  # from the ground's normal
+    def _build(self) -> None:
+        """Lay the ground, load the robot and keep that state: to restore it takes a hundredth of the time."""
+        client = self._client
+        pybullet.setPhysicsEngineParameter(
+            fixedTimeStep=self._physics_step,
+            deterministicOverlappingPairs=1,
+            contactSlop=0,
+            solverResidualThreshold=_RESIDUAL,
+            physicsClientId=client,
+        )
+        plane = pybullet.createCollisionShape(pybullet.GEOM_PLANE, physicsClientId=client)
+        ground = pybullet.createMultiBody(0, plane, physicsClientId=client)
+        pybullet.changeDynamics(ground, -1, lateralFriction=1, physicsClientId=client)
         with tempfile.TemporaryDirectory() as folder:  # PyBullet reads URDF from files only
             path = Path(folder) / "robot.urdf"
-            path.write_text(self._text)
-            return int(
-                pybullet.loadURDF(
-                    str(path),
-                    basePosition=[0, 0, self._machine.robot.wheel_radius],
-                    baseOrientation=[0, sin(lean / 2), 0, cos(lean / 2)],
-                    flags=pybullet.URDF_USE_INERTIA_FROM_FILE,
-                    physicsClientId=self._client,
-                )
-            )
+            path.write_text(urdf_text(self._gears.robot))
+            flags = pybullet.URDF_USE_INERTIA_FROM_FILE
+            self._robot = int(pybullet.loadURDF(str(path), flags=flags, physicsClientId=client))
+        self._set_dynamics()
+        self._fresh = pybullet.saveState(physicsClientId=client)
+
+    def _place(self, stance: Stance) -> None:
+        """Put the axle one wheel radius above the ground, and the body at its tilt."""
+        lean = stance.tilt + self._rising()  # from the ground's normal
+        lx, lz = self._arm()
+        ahead, above = lx * cos(lean) + lz * sin(lean), lz * cos(lean) - lx * sin(lean)  # of the axle; PyBullet's base
+        pybullet.resetBasePositionAndOrientation(  # is the centre of mass
+            self._robot,
+            [ahead, 0, self._machine.robot.wheel_radius + above],
+            [0, sin(lean / 2), 0, cos(lean / 2)],
+            physicsClientId=self._client,
+        )
 
     def _set_dynamics(self) -> None:
         """Take away PyBullet's own damping and motors, and put in the drive's friction."""
@@ -300,7 +308,6 @@ class World(Engine):
                 restitution=0,
                 physicsClientId=self._client,
             )
-        self._set_dry_friction(0.0)
 
     def _set_dry_friction(self, rate: float) -> None:
         """Tell the joints' motors how far they may hold, at a rate of the wheels relative to the body [rad/s]."""
