@@ -275,7 +275,7 @@ def test_a_robot_killed_in_mid_rollout_leaves_the_episode_so_far_marked_link_los
         (tmp_path / "conf" / "policy").mkdir(parents=True)
         policy = f"_target_: {Killer.__module__}.Killer\npid: {robot.pid}\n"
         (tmp_path / "conf" / "policy" / "killer.yaml").write_text(policy)
-        said = refused(*drive(robot.port, "policy=killer", "tilt_limit=100"), f"--config-dir={tmp_path / 'conf'}")
+        said = refused(*drive(robot.port, "policy=killer", "tilt_limit=1.5"), f"--config-dir={tmp_path / 'conf'}")
     (kept,) = Path("out").rglob("*.mcap")
     assert f"7 samples of trial 0 are kept in {kept}, marked link lost" in said
     episode = read_episode(kept)

@@ -3,7 +3,7 @@ import pytest
 
 from twbal.channels import Channels
 from twbal.episode import Outcome, Provenance
-from twbal.errors import DataError, LinkError, LinkLostError
+from twbal.errors import ConfigError, LinkError, LinkLostError
 from twbal.plant import Observation, Plant
 from twbal.policies.policy import Policy
 from twbal.rollout import rollout
@@ -136,11 +136,89 @@ def test_a_robot_that_was_never_seen_is_an_error_and_is_stopped(end):
     assert plant.stops == 1
 
 
-def test_a_value_that_is_not_finite_is_refused_and_the_robot_is_stopped():
+def test_a_value_that_is_not_finite_ends_the_rollout_and_keeps_what_was_seen():
     plant = Toy(at=2, then=float("nan"))
-    with pytest.raises(DataError, match="not a finite number: Observation"):
-        drive(plant)
+    episode = drive(plant)
+    assert (len(episode), episode.outcome) == (1, Outcome.LINK_LOST)
+    assert "not a finite number: Observation" in episode.events[0].text
     assert plant.stops == 1
+
+
+@pytest.mark.parametrize("tick", [0.0, -0.02])
+def test_a_clock_that_does_not_run_forward_ends_the_rollout_and_keeps_what_was_seen(tick):
+    class Stuck(Toy):
+        def seen(self):
+            late = max(len(self.given) - 3, 0)
+            return super().seen()._replace(time=0.02 * (len(self.given) - late) + tick * late)
+
+    plant = Stuck()
+    episode = drive(plant)
+    assert (len(episode), episode.outcome) == (3, Outcome.LINK_LOST)
+    assert "clock does not run forward" in episode.events[0].text
+    assert plant.stops == 1
+
+
+@pytest.mark.parametrize("wrong", [float("nan"), float("inf")])
+def test_a_command_that_is_no_number_is_not_given_and_what_was_seen_is_kept(wrong):
+    class Broken(Policy):
+        def controller(self, rng):
+            commands = iter([1e-3, 2e-3])
+            return lambda state: next(commands, wrong)
+
+    plant = Toy()
+    episode = rollout(plant, Broken(), CHANNELS, 5, 0.5, PROVENANCE)
+    assert (len(episode), episode.outcome) == (2, Outcome.POLICY_FAULT)
+    assert f"The policy commands {wrong} N·m" in episode.events[0].text
+    assert plant.given == [1e-3, 2e-3]
+    assert plant.stops == 1
+
+
+@pytest.mark.parametrize("limit", [float("nan"), float("inf"), 1e9, 1.6, 0.0, -0.5])
+def test_a_tilt_limit_that_would_never_end_a_fall_is_refused_before_the_robot_is_touched(limit):
+    plant = Toy()
+    with pytest.raises(ConfigError, match=r"at most 1\.5708 rad"):
+        drive(plant, limit=limit)
+    assert not hasattr(plant, "given")
+
+
+class Unstoppable(Toy):
+    """Its first stops end as `ends` says."""
+
+    def __init__(self, *ends, **toy):
+        super().__init__(**toy)
+        self.ends = list(ends)
+
+    def stop(self):
+        super().stop()
+        if self.ends:
+            raise self.ends.pop(0)
+
+
+def test_a_robot_that_does_not_confirm_its_stop_is_a_lost_link_and_the_episode_is_kept():
+    episode = drive(Unstoppable(LinkLostError("not confirmed")))
+    assert (len(episode), episode.outcome) == (5, Outcome.LINK_LOST)
+    assert [event.text for event in episode.events] == ["not confirmed"]
+
+
+def test_a_stop_without_confirmation_after_a_lost_link_is_told_beside_what_came_before():
+    episode = drive(Unstoppable(LinkLostError("not confirmed"), at=3, then=LinkLostError("silence")))
+    assert (len(episode), episode.outcome) == (2, Outcome.LINK_LOST)
+    assert [event.text for event in episode.events] == ["silence", "not confirmed"]
+
+
+@pytest.mark.parametrize(
+    ("silence", "length", "outcome", "texts"),
+    [
+        ({}, 5, Outcome.STOPPED, ["stopped by the person"]),
+        ({"at": 3, "then": LinkLostError("silence")}, 2, Outcome.LINK_LOST, ["silence", "stopped by the person"]),
+    ],
+)
+def test_ctrl_c_in_the_last_stop_stops_again_and_keeps_the_episode(silence, length, outcome, texts):
+    plant = Unstoppable(KeyboardInterrupt(), **silence)
+    episode = drive(plant)
+    assert (len(episode), episode.outcome) == (length, outcome)
+    assert [event.text for event in episode.events] == texts
+    assert plant.stops == 2
 
 
 def test_a_fault_of_the_policy_stops_the_robot():

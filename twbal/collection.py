@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 from twbal.channels import Channels
 from twbal.episode import Episode, Outcome, Provenance
-from twbal.errors import ConfigError
+from twbal.errors import ConfigError, DataError
 from twbal.plant import Plant
 from twbal.policies.policy import Policy
 from twbal.rollout import rollout
@@ -40,12 +40,15 @@ class RolloutPlan:
 
         Raises:
             KeyboardInterrupt: the person stopped it; a simulated rollout that was cut short is worth nothing.
+            DataError: the policy or the simulation came to what is no number.
         """
         with self.make_plant() as plant:
             for provenance in provenances:
                 episode = rollout(plant, self.policy, self.channels, self.steps, self.tilt_limit, provenance)
                 if episode.outcome is Outcome.STOPPED:
                     raise KeyboardInterrupt
+                if episode.outcome in (Outcome.POLICY_FAULT, Outcome.LINK_LOST):
+                    raise DataError(f"Rollout {provenance.trial} broke off: {episode.events[-1].text}")
                 yield episode
 
     def drive_all(self, provenances: Sequence[Provenance]) -> list[Episode]:

@@ -16,8 +16,9 @@ class Outcome(StrEnum):
 
     COMPLETED = "completed"
     TILT_LIMIT = "tilt_limit"
-    STOPPED = "stopped"
-    LINK_LOST = "link_lost"
+    STOPPED = "stopped"  # by a person
+    LINK_LOST = "link_lost"  # the robot fell silent, stopped itself, or sent what cannot be
+    POLICY_FAULT = "policy_fault"  # the policy commanded what is no number
 
 
 class Event(NamedTuple):

@@ -61,7 +61,11 @@ class Plant(ABC):
 
     @abstractmethod
     def stop(self) -> None:
-        """Stop the motors at the end of a rollout. Safe to call twice."""
+        """Stop the motors at the end of a rollout. Safe to call twice.
+
+        Raises:
+            LinkLostError: the robot does not confirm that they are off.
+        """
 
     @abstractmethod
     def close(self) -> None:

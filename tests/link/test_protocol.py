@@ -1,9 +1,13 @@
+import re
 import struct
+from itertools import pairwise
 
 import numpy as np
 import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
 
-from twbal.link.frame import MAX_FRAME, wrap
+from twbal.link.frame import MAX_FRAME, Splitter, wrap
 from twbal.link.protocol import (
     KINDS,
     MAX_TEXT,
@@ -119,6 +123,55 @@ def test_a_flood_without_a_border_is_one_bad_frame_and_is_not_kept():
         assert decoder.feed(b"\x01" * 1000) == []
     assert decoder.bad_frames == 1
     assert decoder.feed(to_wire(Stop(1))) == [Stop(1)]
+
+
+unhurried = settings(deadline=None, derandomize=True, database=None)
+RUNS = st.lists(st.integers(1, 255), max_size=3 * MAX_FRAME).map(bytes)
+
+
+@unhurried
+@given(st.lists(RUNS, max_size=6), st.lists(st.integers(0, 20 * MAX_FRAME), max_size=8))
+@example([b"x" * (MAX_FRAME + 1), b"y" * MAX_FRAME], [])  # all at once
+@example([b"x" * (MAX_FRAME + 1), b"y" * MAX_FRAME], [MAX_FRAME, MAX_FRAME + 1, MAX_FRAME + 2])
+def test_runs_up_to_the_limit_pass_and_longer_ones_do_not_however_the_stream_is_cut(runs, cuts):
+    stream = b"".join(run + b"\0" for run in runs)
+    borders = [0, *sorted(cut for cut in cuts if cut < len(stream)), len(stream)]
+    splitter = Splitter()
+    got = [run for a, b in pairwise(borders) for run in splitter.feed(stream[a:b])]
+    assert got == [run for run in runs if 0 < len(run) <= MAX_FRAME]
+    assert splitter.overlong == sum(len(run) > MAX_FRAME for run in runs)
+
+
+@unhurried
+@given(st.binary(max_size=400))
+def test_no_bytes_between_two_zeros_are_an_error(noise):
+    decoder = Decoder()
+    decoder.feed(wrap(noise) + noise)
+    assert decoder.feed(to_wire(Stop(1)))[-1:] == [Stop(1)]
+
+
+@pytest.mark.parametrize("character", ["\x1b", "\r", "\n", "\x07", "\x9b", "\u202e", "\x00"])
+def test_control_characters_of_a_robot_do_not_reach_a_terminal(character):
+    text = f"low{character}[2Jbattery"
+    for message in (Fault(1, text), Welcome(1, VERSION, 20_000, 20.0, Clock.LOCKSTEP, text)):
+        (seen,) = Decoder().feed(to_wire(message))
+        assert (seen.text if isinstance(seen, Fault) else seen.name) == "low\N{REPLACEMENT CHARACTER}[2Jbattery"
+
+
+@pytest.mark.parametrize(
+    ("payload", "complaint"),
+    [
+        (b"\x7f\x01\x00", "unknown type 0x7f"),
+        (b"\x82\x01\x00", "a Telemetry of 3 bytes .*requires a buffer of 42 bytes"),
+        (struct.pack("<BHHIfB", 0x81, 1, VERSION, 20_000, 20.0, 7), "a Welcome of 14 bytes .*7 is not a valid Clock"),
+        (struct.pack("<BHHIfB", 0x81, 1, VERSION, 20_000, 20.0, 1) + b"\xff", "a Welcome of 15 bytes .*utf-8"),
+    ],
+)
+def test_a_sound_frame_that_is_no_message_leaves_a_complaint_that_says_why(payload, complaint):
+    decoder = Decoder()
+    decoder.feed(wrap(payload))
+    assert re.search(complaint, decoder.unreadable)
+    assert Decoder().unreadable == ""
 
 
 @pytest.mark.parametrize(

@@ -127,7 +127,8 @@ def test_a_robot_that_falls_silent_leaves_the_episode_so_far():
     episode = drive(plant, policy=Linear(cut))
     assert episode.outcome is Outcome.LINK_LOST
     assert len(episode) == 7
-    assert "No answer to Command" in episode.events[-1].text
+    assert "No answer to Command" in episode.events[0].text
+    assert "does not confirm that its motors are off" in episode.events[1].text
     with pytest.raises(LinkError, match="No answer to Hello"):
         plant.reset(1)
 
@@ -314,12 +315,13 @@ def test_a_host_later_than_the_watchdog_has_lost_the_robot():
     assert pendulum.torques[-1] == 0.0
 
 
-def test_a_stop_without_an_answer_is_noted_and_does_not_cost_the_episode():
+def test_a_stop_without_an_answer_is_a_lost_link_and_does_not_cost_the_episode():
     plant, line, _ = linked(timeout=0.06)
     line.to_robot = lambda data: b"" if isinstance(Decoder().feed(data)[0], Stop) else data
     episode = drive(plant, steps=20)
-    assert (len(episode), episode.outcome) == (20, Outcome.COMPLETED)
-    assert "no answer to the stop" in plant.events[-1].text
+    assert (len(episode), episode.outcome) == (20, Outcome.LINK_LOST)
+    assert "does not confirm that its motors are off" in episode.events[-1].text
+    assert "No answer to Stop" in episode.events[-1].text
 
 
 def test_what_both_wheels_say_is_averaged():

@@ -41,10 +41,12 @@ class Splitter:
 
     def feed(self, data: bytes) -> list[bytes]:
         """The runs between zeros that `data` completes."""
-        *done, self._rest = (self._rest + data).split(b"\0")
-        if done and self._skipping:
+        *done, rest = (self._rest + data).split(b"\0")
+        if done and self._skipping:  # its first run began in what was dropped already
             done, self._skipping = done[1:], False
-        if len(self._rest) > MAX_FRAME:
+        if len(rest) > MAX_FRAME or self._skipping:
             self.overlong += not self._skipping
-            self._rest, self._skipping = b"", True
-        return [run for run in done if run]
+            rest, self._skipping = b"", True
+        self._rest = rest
+        self.overlong += sum(len(run) > MAX_FRAME for run in done)
+        return [run for run in done if 0 < len(run) <= MAX_FRAME]

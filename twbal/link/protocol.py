@@ -107,7 +107,7 @@ class Welcome:
         if version != VERSION:
             return cls(seq, version)
         _, _, _, period, limit, clock = cls.LAYOUT.unpack_from(payload)
-        return cls(seq, version, period, limit, Clock(clock), payload[cls.LAYOUT.size :].decode())
+        return cls(seq, version, period, limit, Clock(clock), printable(payload[cls.LAYOUT.size :].decode()))
 
 
 @dataclass(frozen=True)
@@ -210,7 +210,7 @@ class Fault:
     def decode(cls, payload: bytes) -> Self:
         """The message in a payload; see `Fixed.decode`."""
         _, seq = cls.LAYOUT.unpack_from(payload)
-        return cls(seq, payload[cls.LAYOUT.size :].decode())
+        return cls(seq, printable(payload[cls.LAYOUT.size :].decode()))
 
 
 Message = Hello | Welcome | Arm | Command | Stop | Telemetry | Fault
@@ -220,6 +220,11 @@ KINDS: dict[int, type[Message]] = {kind.TYPE: kind for kind in (Hello, Welcome, 
 def text_bytes(text: str) -> bytes:
     """`text` in UTF-8, cut between characters where it is too long."""
     return text.encode()[:MAX_TEXT].decode(errors="ignore").encode()
+
+
+def printable(text: str) -> str:
+    """`text` of a robot as a terminal may show it: control characters, which could move its cursor, become �."""
+    return "".join(character if character.isprintable() else "\N{REPLACEMENT CHARACTER}" for character in text)
 
 
 def to_wire(message: Message) -> bytes:
@@ -232,9 +237,12 @@ class Decoder:
 
     Attributes:
         bad_frames: frames dropped so far: a wrong CRC, an unknown type, a wrong length.
+        unreadable: what was wrong with the last frame whose CRC is right and which is no message all the same; empty
+            where there was none. Noise makes no such frame; other firmware does.
     """
 
     def __init__(self) -> None:
+        self.unreadable = ""
         self._splitter = Splitter()
         self._undecodable = 0
 
@@ -251,10 +259,12 @@ class Decoder:
     def _decode(self, run: bytes) -> Message | None:
         payload = unwrap(run)
         kind = KINDS.get(payload[0]) if payload else None
-        try:
-            if payload is not None and kind is not None:
+        if payload and kind is None:
+            self.unreadable = f"a message of the unknown type 0x{payload[0]:02x}"
+        if payload and kind is not None:
+            try:
                 return kind.decode(payload)
-        except (struct.error, ValueError):  # wrong length; unknown clock, or text that is not UTF-8
-            pass
+            except (struct.error, ValueError) as error:  # wrong length; unknown clock, or text that is not UTF-8
+                self.unreadable = f"a {kind.__name__} of {len(payload)} bytes ({error})"
         self._undecodable += 1
         return None

@@ -1,31 +1,30 @@
 """The plant behind a link: a real robot, or a virtual one; from this side there is no difference."""
 
 import math
-import time
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Self
 
 from twbal.episode import Event
-from twbal.errors import DataError, LinkError, LinkLostError, ProtocolError
+from twbal.errors import ConfigError, DataError, LinkError, LinkLostError, ProtocolError
+from twbal.link.exchange import Exchange
 from twbal.link.protocol import (
     VERSION,
     Arm,
     Clock,
     Command,
-    Decoder,
-    Fault,
     Hello,
     Message,
     Status,
     Stop,
     Telemetry,
     Welcome,
-    to_wire,
 )
+from twbal.link.ranges import MAX_CLOCK_STEP_US, MAX_TRIAL, check_timeouts, odd_announcement, odd_values
 from twbal.link.transport import SerialTransport, Transport
 from twbal.plant import Observation, Plant
 
-_RESEND_AFTER = 0.05  # an unanswered message is sent again: within the robot's watchdog of 0.1 s [s]
+_STOPS = 3  # how often a robot is told to stop that does not say that its motors are off
 _FLOAT32_SLACK = 1 + 1e-6  # the announced limit went through float32
 
 
@@ -59,19 +58,19 @@ class SerialPlant(Plant):
                 start. None: the robot places itself.
 
         Raises:
-            ProtocolError: it speaks another version.
+            ProtocolError: it speaks another version, or announces what cannot be.
             LinkError: it does not answer.
+            ConfigError: a time is not positive, or without end.
         """
-        self._transport = transport
+        self._line, self._port = Exchange(transport), transport.name
         self._connect_timeout, self._arm_timeout, self._timeout = connect_timeout, arm_timeout, timeout
         self._confirm_placed = confirm_placed
-        self._decoder = Decoder()
-        self._seq = 0
-        self._armed = self._lost = self._closed = False
+        self._armed = self._lost = self._counter_stands = False
         self._events: list[Event] = []
-        self._elapsed = 0.0  # on the robot's clock, in the current rollout [s]
+        self._elapsed_us = 0  # on the robot's clock, in the current rollout [µs]
         self.missed_periods = 0
         try:
+            check_timeouts(connect_timeout=connect_timeout, arm_timeout=arm_timeout, timeout=timeout)
             self._shake_hands()
         except BaseException:
             transport.close()
@@ -92,30 +91,33 @@ class SerialPlant(Plant):
 
     @property
     def events(self) -> tuple[Event, ...]:
-        """What happened on the line in the current rollout: missed periods, clipped commands, an unanswered stop."""
+        """What happened on the line in the current rollout: missed periods, clipped commands."""
         return tuple(self._events)
 
     @property
     def bad_frames(self) -> int:
         """Frames that arrived damaged since the plant was opened."""
-        return self._decoder.bad_frames
+        return self._line.bad_frames
 
     def reset(self, trial: int) -> Observation:
         """Have the robot placed, arm it and return its first observation; see `Plant.reset`.
 
         Raises:
             LinkError: it does not answer, or does not arm.
+            LinkLostError: it measures what cannot be.
+            ConfigError: no robot can be told this number.
         """
+        if not 0 <= trial <= MAX_TRIAL:
+            raise ConfigError(f"The number of a trial must be 0 to {MAX_TRIAL}; found {trial}.")
         self.stop()
         if self._lost:
             self._shake_hands()
         if self._confirm_placed is not None:
             self._confirm_placed(trial)
         self._events.clear()
-        self._elapsed = 0.0
-        self.missed_periods = 0
+        self._elapsed_us, self.missed_periods, self._counter_stands = 0, 0, False
         self._armed = True  # as far as can be known: from here on the way out must disarm
-        self._last = self._first = self._telemetry(Arm(self._next(), trial), self._arm_timeout)
+        self._last = self._telemetry(Arm(self._line.next_number(), trial), self._arm_timeout)
         if not self._last.status & Status.ARMED:
             raise LinkError(
                 f"The robot {self.robot_name} does not arm: {_why_stopped(self._last)}. Place it at its start."
@@ -125,123 +127,129 @@ class SerialPlant(Plant):
     def step(self, command: float) -> Observation:
         """Command a torque and return the next telemetry; see `Plant.step`.
 
-        On a robot in real time the next telemetry is the first one that knows of this command. Where the host was too
+        On a robot in real time the next telemetry is the newest one that knows of this command. Where the host was too
         late for a control period, the robot has held the command before; such periods are counted and noted in
         `events`.
 
         Raises:
-            LinkLostError: the robot fell silent, has switched its motors off, or measures what is no number.
+            LinkLostError: the robot fell silent, has switched its motors off, measures what cannot be, or its clock
+                does not run forward.
             DataError: the command is not a finite number.
         """
         if not math.isfinite(command):
-            raise DataError(f"The policy commands {command} N·m, which is not a finite number. The robot is stopped.")
+            raise DataError(f"The command {command} N·m is not a finite number; it was not sent.")
         if not self._armed or self._lost or not self._last.status & Status.ARMED:
             raise LinkLostError(f"The robot {self.robot_name} is not armed: {self._why_not_driven()}. Reset it first.")
         before = self._last
         try:
-            self._last = self._telemetry(Command(self._next(), self._clip(command)), self._timeout)
+            self._last = self._telemetry(Command(self._line.next_number(), self._clip(command)), self._timeout)
         except LinkError as error:
             self._lost = True
             raise LinkLostError(str(error)) from error
         self._count_missed((self._last.period - before.period) % 2**16 - 1)
         if not self._last.status & (Status.ARMED | Status.TILT_STOPPED):  # the command may not have acted
             raise LinkLostError(f"The robot {self.robot_name} stopped itself: {_why_stopped(self._last)}.")
+        self._follow_clock(before, self._last)
         return self._observation(self._last)
 
     def stop(self) -> None:
-        """Disarm and wait for the robot to say so; one that does not is left to its own watchdog."""
+        """Switch the motors off and wait until the robot says that they are.
+
+        Raises:
+            LinkLostError: it does not say so. Its own watchdog is then all that is left.
+        """
         if not self._armed:
             return
         try:
-            self._telemetry(Stop(self._next()), self._timeout)
+            self._switch_off()
         except LinkError as error:
-            if not self._lost:
-                self._note(f"no answer to the stop: {error}")
-            self._lost = True
-        self._armed = False  # not before: where Ctrl-C cuts this short, closing sends the stop again
+            self._armed, self._lost = False, True
+            raise LinkLostError(
+                f"The robot {self.robot_name} does not confirm that its motors are off, and THEY MAY STILL BE ON: "
+                f"switch it off by hand. ({error})"
+            ) from error
+        self._armed = False  # not before: where Ctrl-C cuts this short, the next call sends the stop again
 
     def close(self) -> None:
-        """Disarm and close the port."""
-        if self._closed:
-            return
-        self._closed = True
+        """Switch the motors off and close the port; raises as `stop`."""
         try:
-            self.stop()
+            try:
+                self.stop()
+            except KeyboardInterrupt:
+                self.stop()
+                raise
         finally:
-            self._transport.close()
+            self._line.transport.close()
+
+    def _switch_off(self) -> None:
+        """Send Stop until the answer lacks the armed bit.
+
+        Between two of them a Hello stops the motors, too, and makes a robot obey that has started anew.
+        """
+        patience = self._timeout / _STOPS
+        for left in reversed(range(_STOPS)):
+            try:
+                self._line.ask(Stop(self._line.next_number()), patience, until=_says_off)
+                return
+            except LinkError:
+                if not left:
+                    raise
+            with suppress(LinkError):
+                self._line.ask(Hello(self._line.next_number()), patience)
 
     def _shake_hands(self) -> None:
-        welcome = self._ask(Hello(self._next()), self._connect_timeout)
+        welcome = self._line.ask(Hello(self._line.next_number()), self._connect_timeout)
         if not isinstance(welcome, Welcome):
-            raise ProtocolError(f"The robot on {self._transport.name} answers Hello with {welcome}; expected Welcome.")
+            raise ProtocolError(f"The robot on {self._port} answers Hello with {welcome}; expected Welcome.")
         if welcome.version != VERSION:
             raise ProtocolError(
-                f"The robot on {self._transport.name} speaks version {welcome.version} of the link protocol, this "
+                f"The robot on {self._port} speaks version {welcome.version} of the link protocol, this "
                 f"twbal version {VERSION}. Update the older of the two."
             )
-        if welcome.control_period_us == 0 or not welcome.torque_limit > 0:
-            raise ProtocolError(f"The robot on {self._transport.name} announces what cannot be: {welcome}.")
+        if odd := odd_announcement(welcome):
+            raise ProtocolError(f"The robot on {self._port} announces what cannot be: {odd}.")
         self.control_period = welcome.control_period_us * 1e-6
         self.robot_name, self.torque_limit, self.clock = welcome.name, welcome.torque_limit, Clock(welcome.clock)
         self._lost = False
 
-    def _next(self) -> int:
-        self._seq = (self._seq + 1) % 2**16
-        return self._seq
-
     def _telemetry(self, message: Message, timeout: float) -> Telemetry:
         """Send `message` and return the telemetry that answers it."""
-        answer = self._ask(message, timeout)
+        answer = self._line.ask(message, timeout)
         if not isinstance(answer, Telemetry):
-            raise ProtocolError(
-                f"The robot on {self._transport.name} answers {message} with {answer}; expected Telemetry."
-            )
+            raise ProtocolError(f"The robot on {self._port} answers {message} with {answer}; expected Telemetry.")
         return answer
-
-    def _ask(self, message: Message, timeout: float) -> Message:
-        """Send `message`, again where no answer comes, and return the latest answer to it."""
-        wire = to_wire(message)
-        deadline = time.monotonic() + timeout
-        resend_at = 0.0
-        now = 0.0
-        while now < deadline:  # looked at before the read: an answer that came while this process slept still counts
-            now = time.monotonic()
-            if now >= resend_at:
-                self._transport.write(wire)
-                resend_at = now + _RESEND_AFTER
-            answers = [m for m in self._decoder.feed(self._transport.read()) if m.seq == message.seq]
-            if answers and isinstance(answers[-1], Fault):
-                raise LinkError(f"The robot on {self._transport.name} cannot follow: {answers[-1].text}.")
-            if answers:
-                return answers[-1]
-        raise LinkError(
-            f"No answer to {type(message).__name__} from the robot on {self._transport.name} within {timeout:g} s "
-            f"({self._decoder.bad_frames} damaged frames so far). Is it switched on, and is the baud rate right?"
-        )
 
     def _clip(self, command: float) -> float:
         if abs(command) > self.torque_limit * _FLOAT32_SLACK:
             self._note(f"command of {command:.3g} N·m clipped to the robot's limit of {self.torque_limit:.3g} N·m")
         return min(max(command, -self.torque_limit), self.torque_limit)
 
+    def _follow_clock(self, before: Telemetry, now: Telemetry) -> None:
+        advance = (now.time_us - before.time_us) % 2**32
+        if not 0 < advance <= MAX_CLOCK_STEP_US:
+            raise LinkLostError(
+                f"The clock of the robot {self.robot_name} does not run forward: it says {before.time_us} µs, and then "
+                f"{now.time_us} µs; expected at most {MAX_CLOCK_STEP_US * 1e-6:g} s more."
+            )
+        self._elapsed_us += advance
+
     def _count_missed(self, periods: int) -> None:
-        if periods > 0:
+        if 0 <= periods < 2**15:
             self.missed_periods += periods
-            self._note(f"{periods} control periods passed without a command in time")
+            if periods:
+                self._note(f"{periods} control periods passed without a command in time")
+        elif not self._counter_stands:
+            self._counter_stands = True
+            self._note("the robot's count of its control periods does not run forward, so missed ones are not noticed")
 
     def _note(self, text: str) -> None:
-        self._events.append(Event(self._elapsed, text))
+        self._events.append(Event(self._elapsed_us * 1e-6, text))
 
     def _observation(self, seen: Telemetry) -> Observation:
-        broken = [name for name, value in vars(seen).items() if not math.isfinite(value)]
-        if broken:
-            raise LinkLostError(
-                f"The robot {self.robot_name} sends values that are not finite numbers ({', '.join(broken)}); its "
-                "motors are stopped. Is that sensor connected?"
-            )
-        self._elapsed = (seen.time_us - self._first.time_us) % 2**32 * 1e-6
+        if odd := odd_values(seen):
+            raise LinkLostError(f"The robot {self.robot_name} sends {odd}. Is that sensor connected?")
         return Observation(
-            time=self._elapsed,
+            time=self._elapsed_us * 1e-6,
             tilt=seen.tilt,
             tilt_rate=seen.tilt_rate,
             acceleration=seen.acceleration,
@@ -254,6 +262,10 @@ class SerialPlant(Plant):
         if self._lost:
             return "the link was lost"
         return _why_stopped(self._last) if self._armed else "it was stopped, or never reset"
+
+
+def _says_off(answer: Message) -> bool:
+    return isinstance(answer, Telemetry) and not answer.status & Status.ARMED
 
 
 def _why_stopped(seen: Telemetry) -> str:

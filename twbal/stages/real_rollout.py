@@ -12,13 +12,14 @@ from omegaconf import DictConfig
 
 from twbal.channels import Channels
 from twbal.episode import Episode, Outcome, Provenance
-from twbal.errors import ConfigError, LinkLostError
+from twbal.errors import ConfigError, DataError, LinkLostError
+from twbal.link.ranges import MAX_TRIAL
 from twbal.link.serial_plant import SerialPlant
 from twbal.logs import read_episode, write_episode
 from twbal.policies.exploring import ExploringPolicy
 from twbal.policies.policy import Policy
 from twbal.robot.parameters import RobotParameters, parameter_hash
-from twbal.rollout import rollout
+from twbal.rollout import check_tilt_limit, rollout
 from twbal.stages.artefacts import episode_file, policy_files, policy_hash
 from twbal.stages.closing import closing, run_folder
 from twbal.stages.manifest import Manifest, Step, perform
@@ -27,6 +28,8 @@ from twbal.stages.signals import stopped_once
 
 NOT_RECORDED = ("policy.path", "link.port")
 NOT_IN_EPISODES = ("policy.path", "link")  # the same robot may be reached by other ways
+INTERRUPTED = (Outcome.STOPPED, Outcome.LINK_LOST, Outcome.POLICY_FAULT)
+"""Outcomes of trials that end the stage, and that the same command drives again."""
 
 
 @dataclass(frozen=True)
@@ -58,6 +61,7 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
     settings = typed(Settings, cfg)
     at_least(0, seed=settings.seed, first_trial=settings.first_trial, exploration=settings.exploration)
     at_least(1, trials=settings.trials, steps=settings.steps)
+    _check_settings(settings)
     robot: RobotParameters = instantiate(cfg.robot)
     policy: Policy = instantiate(cfg.policy)
     _check_torque(policy, robot)
@@ -91,7 +95,7 @@ def record(
 ) -> list[Path]:
     """Drive the trials whose logs are not there yet; returns the logs of all.
 
-    A trial that the person or a lost link ended is logged to `out`/interrupted, and ends the stage.
+    A trial that the person, a lost link or a faulty policy ended is logged to `out`/interrupted, and ends the stage.
 
     Args:
         open_link: opens the robot.
@@ -103,29 +107,58 @@ def record(
         out: for the logs.
 
     Raises:
-        LinkError: the robot cannot be reached, or fell silent.
+        LinkError: the robot cannot be reached, fell silent, or does not confirm that it has stopped.
         ConfigError: it is not the robot of the data sheet.
+        DataError: the policy commanded what is no number, or an episode cannot be written.
         KeyboardInterrupt: the person pressed Ctrl-C, or the process was asked to end.
     """
     trials = range(settings.first_trial, settings.first_trial + settings.trials)
-    files = {trial: episode_file(out / "episodes", trial) for trial in trials}
     with stopped_once(), open_link() as plant:
         _check_robot(plant, robot)
-        for trial, file in files.items():
+        for trial in trials:
+            file = episode_file(out / "episodes", trial)
             if file.exists():
                 continue
             its_own = replace(provenance, robot=plant.robot_name, trial=trial)
             episode = rollout(plant, policy, channels, settings.steps, settings.tilt_limit, its_own)
             with_line = replace(episode, events=tuple(sorted((*episode.events, *plant.events))))
-            if episode.outcome in (Outcome.STOPPED, Outcome.LINK_LOST):
-                _keep_interrupted(with_line, out / "interrupted", why=episode.events[-1].text)
+            if episode.outcome in INTERRUPTED:
+                _keep_interrupted(with_line, out / "interrupted", why=" ".join(end.text for end in episode.events))
             _keep(file, with_line)
-    return list(files.values())
+    return [episode_file(out / "episodes", trial) for trial in trials]
+
+
+def check_link(open_link: Callable[[], AbstractContextManager[SerialPlant]], robot: RobotParameters) -> None:
+    """Shake hands with the robot and leave it alone again, before work is done whose result is meant for it.
+
+    Args:
+        open_link: opens the robot.
+        robot: its data sheet.
+
+    Raises:
+        LinkError: it cannot be reached.
+        ConfigError: it is not the robot of the data sheet.
+    """
+    with stopped_once(), open_link() as plant:
+        _check_robot(plant, robot)
+
+
+def _check_settings(settings: Settings) -> None:
+    check_tilt_limit(settings.tilt_limit)
+    if not 0 <= settings.exploration <= 1:
+        raise ConfigError(
+            f"exploration must be 0 to 1, a share of the torque limit; found {settings.exploration}. 0.05 is much."
+        )
+    if settings.first_trial + settings.trials - 1 > MAX_TRIAL:
+        raise ConfigError(
+            f"The last of {settings.trials} trials from number {settings.first_trial} on is beyond {MAX_TRIAL}, the "
+            "largest number that a robot can be told. Choose a smaller first_trial, or fewer trials."
+        )
 
 
 def _check_torque(policy: Policy, robot: RobotParameters) -> None:
     most = float(getattr(policy, "max_command", 0.0))
-    if most > robot.torque_limit * (1 + 1e-9):
+    if not most <= robot.torque_limit * (1 + 1e-9):
         raise ConfigError(
             f"The policy commands up to {most:g} N·m; the robot {robot.name!r} takes "
             f"{robot.torque_limit:g} N·m. Choose the robot that it was made for by robot=..., or make one for it."
@@ -133,12 +166,12 @@ def _check_torque(policy: Policy, robot: RobotParameters) -> None:
 
 
 def _check_robot(plant: SerialPlant, robot: RobotParameters) -> None:
-    if abs(plant.control_period - robot.control_period) > 1e-6:
+    if not abs(plant.control_period - robot.control_period) <= 1e-6:
         raise ConfigError(
             f"The robot {plant.robot_name!r} on the link has a control period of {plant.control_period} s; the data "
             f"sheet {robot.name!r} says {robot.control_period} s. Is it the right one (robot=...)?"
         )
-    if plant.torque_limit < robot.torque_limit * (1 - 1e-6):
+    if not plant.torque_limit >= robot.torque_limit * (1 - 1e-6):
         raise ConfigError(
             f"The robot {plant.robot_name!r} on the link takes at most {plant.torque_limit:g} N·m; the data sheet "
             f"{robot.name!r} says {robot.torque_limit:g} N·m. Commands beyond would be recorded but not act. Is it the "
@@ -159,9 +192,15 @@ def _keep_interrupted(episode: Episode, folder: Path, why: str) -> None:
     """Log what there is of the episode under a free name, and raise what ended it."""
     name = f"trial_{episode.provenance.trial:03d}_{episode.outcome.value}"
     file = next(path for i in count() if not (path := folder / f"{name}_{i}.mcap").exists())
-    _keep(file, episode)
-    kept = f"{len(episode)} samples of trial {episode.provenance.trial} are kept in {file}"
-    if episode.outcome is Outcome.STOPPED:
-        print(kept)
-        raise KeyboardInterrupt
-    raise LinkLostError(f"{why} {kept}, marked link lost; the same command again goes on from there.")
+    samples = f"{len(episode)} samples of trial {episode.provenance.trial}"
+    try:
+        _keep(file, episode)
+        kept = f"{samples} are kept in {file}, marked {episode.outcome.replace('_', ' ')}"
+    except DataError as error:  # must not hide what ended the episode
+        kept = f"{samples} are lost. {error}"
+    if episode.outcome is Outcome.LINK_LOST:
+        raise LinkLostError(f"{why} {kept}; the same command again goes on from there.")
+    if episode.outcome is Outcome.POLICY_FAULT:
+        raise DataError(f"{why} {kept}. Make that policy anew, or choose another.")
+    print(kept)
+    raise KeyboardInterrupt

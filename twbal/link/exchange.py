@@ -1,0 +1,80 @@
+"""Messages to a robot and the answers to them."""
+
+import time
+from collections.abc import Callable
+
+from twbal.errors import LinkError
+from twbal.link.protocol import Decoder, Fault, Message, Telemetry, to_wire
+from twbal.link.transport import Transport
+
+_RESEND_AFTER = 0.05  # an unanswered message is sent again: within the robot's watchdog of 0.1 s [s]
+
+
+class Exchange:
+    """Numbers the host's messages, sends them, again where no answer comes, and finds the answers.
+
+    Attributes:
+        transport: the line.
+    """
+
+    def __init__(self, transport: Transport) -> None:
+        self.transport = transport
+        self._decoder = Decoder()
+        self._number = 0
+
+    @property
+    def bad_frames(self) -> int:
+        """Frames that arrived damaged so far."""
+        return self._decoder.bad_frames
+
+    def next_number(self) -> int:
+        """The number for the next message."""
+        self._number = (self._number + 1) % 2**16
+        return self._number
+
+    def ask(self, message: Message, timeout: float, until: Callable[[Message], bool] = lambda answer: True) -> Message:
+        """Send `message`, again where no answer comes, and return the newest answer to it once that is as `until` says.
+
+        Args:
+            message: to send.
+            timeout: how long to wait [s].
+            until: which answers will do.
+
+        Raises:
+            LinkError: it is answered by a fault, not at all, or not so.
+            LinkLostError: the port is gone.
+        """
+        wire = to_wire(message)
+        deadline = time.monotonic() + timeout
+        resend_at = now = 0.0
+        self._decoder.unreadable = ""
+        newest: Message | None = None
+        while now < deadline:  # looked at before the read: an answer that came while this process slept still counts
+            now = time.monotonic()
+            if now >= resend_at:
+                self.transport.write(wire)
+                resend_at = now + _RESEND_AFTER
+            for answer in self._decoder.feed(self.transport.read()):
+                if answer.seq == message.seq:
+                    if isinstance(answer, Fault):
+                        raise LinkError(f"The robot on {self.transport.name} cannot follow: {answer.text}.")
+                    newest = answer
+            if newest is not None and until(newest):
+                return newest
+        raise LinkError(self._why_none(type(message).__name__, timeout, newest))
+
+    def _why_none(self, asked: str, timeout: float, newest: Message | None) -> str:
+        where = f"from the robot on {self.transport.name} within {timeout:.3g} s"
+        if isinstance(newest, Telemetry):
+            return f"All that came {where} in answer to {asked} says that it is armed."
+        if newest is not None:
+            return f"All that came {where} in answer to {asked} is {newest}."
+        if self._decoder.unreadable:
+            return (
+                f"No answer to {asked} {where} can be read; the last was {self._decoder.unreadable}. Does its firmware "
+                "keep to docs/link.md?"
+            )
+        return (
+            f"No answer to {asked} {where} ({self.bad_frames} damaged frames so far). Is it switched on, and is the "
+            "baud rate right?"
+        )

@@ -1,0 +1,72 @@
+"""What a robot can announce and measure; beyond it something is broken, and no motor is driven by it.
+
+The ranges are generous on purpose: each lies several times beyond what two-wheeled robots do, from 30 g to 100 kg, and
+beyond what their sensors can tell. `docs/link.md` has them as a table.
+"""
+
+import math
+
+from twbal.errors import ConfigError
+from twbal.link.protocol import Telemetry, Welcome
+
+CONTROL_PERIOD_US = 500, 1_000_000
+"""Shortest and longest control period that a robot may announce [µs]."""
+
+MAX_TORQUE = 1000.0
+"""Largest torque limit that a robot may announce [N·m]."""
+
+MAX_CLOCK_STEP_US = 10_000_000
+"""How far a robot's clock may go from one telemetry that is used to the next [µs]."""
+
+MAX_TIMEOUT = 3600.0
+"""Longest time for which an answer may be waited for [s]."""
+
+MAX_TRIAL = 2**32 - 1
+"""Largest number of a rollout; it travels as 32 bits."""
+
+MEASURED = {
+    "tilt": (4 * math.pi, "rad"),
+    "tilt_rate": (200.0, "rad/s"),  # gyros of hobby robots end at 35 rad/s
+    "acceleration": (1000.0, "m/s²"),
+    "wheel_left": (1e6, "rad"),  # float32 resolves 0.06 rad there
+    "wheel_right": (1e6, "rad"),
+    "rate_left": (5000.0, "rad/s"),
+    "rate_right": (5000.0, "rad/s"),
+    "yaw_rate": (200.0, "rad/s"),
+}
+"""Largest size of each measured value, and its unit."""
+
+
+def odd_announcement(welcome: Welcome) -> str:
+    """What a robot announces that cannot be, as part of a sentence; empty where all can."""
+    shortest, longest = CONTROL_PERIOD_US
+    if not shortest <= welcome.control_period_us <= longest:
+        return f"a control period of {welcome.control_period_us} µs (expected {shortest} to {longest})"
+    if not 0 < welcome.torque_limit <= MAX_TORQUE:
+        return f"a torque limit of {welcome.torque_limit:g} N·m (expected more than 0, at most {MAX_TORQUE:g})"
+    return ""
+
+
+def odd_values(seen: Telemetry) -> str:
+    """Which measured values cannot be, as part of a sentence; empty where all can."""
+    values = {name: getattr(seen, name) for name in MEASURED}
+    broken = [name for name, value in values.items() if not math.isfinite(value)]
+    if broken:
+        return f"values that are not finite numbers ({', '.join(broken)})"
+    beyond = [
+        f"{name} {values[name]:.3g} {unit}, at most {most:.4g}"
+        for name, (most, unit) in MEASURED.items()
+        if abs(values[name]) > most
+    ]
+    return f"values beyond what any robot does ({'; '.join(beyond)})" if beyond else ""
+
+
+def check_timeouts(**seconds: float) -> None:
+    """Check times for which an answer is waited for.
+
+    Raises:
+        ConfigError: one is not positive, or so long that a silent robot would never be noticed.
+    """
+    for name, value in seconds.items():
+        if not 0 < value <= MAX_TIMEOUT:
+            raise ConfigError(f"link.{name} must be more than 0 and at most {MAX_TIMEOUT:g} s; found {value}.")
