@@ -24,7 +24,7 @@ from mcap.writer import Writer
 
 from twbal.cli import STAGES, main
 from twbal.episode import Outcome
-from twbal.link.protocol import Clock, Decoder, Message, Telemetry, Welcome, to_wire
+from twbal.link.protocol import Clock, Decoder, Message, Status, Telemetry, Welcome, to_wire
 from twbal.logs import read_episode, write_episode
 from twbal.policies.policy import Policy
 from twbal.virtual_robot.firmware import Firmware, Identity
@@ -115,6 +115,17 @@ def test_an_unknown_choice_lists_those_that_there_are(stage, word, choices, refu
     assert not list(tmp_path.iterdir())
 
 
+def test_output_that_has_no_room_is_an_error_in_one_line(made, tmp_path):
+    words = [sys.executable, "-m", "twbal", "export", f"episodes={made / 'sim'}", "hydra.run.dir=out"]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    with open("/dev/full", "w") as full:
+        done = subprocess.run(words, stdout=full, stderr=subprocess.PIPE, text=True, cwd=tmp_path, env=environment)
+    assert done.returncode == 1
+    assert done.stderr == (
+        "twbal: error: Cannot write the output: No space left on device. Is there room on the disk?\n"
+    )
+
+
 def test_a_shell_sees_the_same(tmp_path):
     words = [sys.executable, "-m", "twbal", "sim-collect", "rolouts=3"]
     environment = {name: value for name, value in os.environ.items() if name not in ("HYDRA_FULL_ERROR", "TWBAL_DEBUG")}
@@ -132,6 +143,11 @@ def test_a_shell_sees_the_same(tmp_path):
         (["sim-collect", "rollouts=0"], "rollouts must be 1 or more; found 0"),
         (["real-rollout", "policy=random", "steps=0"], "steps must be 1 or more; found 0"),
         (["real-rollout", "policy=random", "exploration=-0.1"], "exploration must be 0 or more; found -0.1"),
+        (["real-rollout", "policy=random", "exploration=inf"], "exploration must be 0 to 1"),
+        (["real-rollout", "policy=random", "tilt_limit=nan"], "tilt limit of a rollout must be more than 0"),
+        (["real-rollout", "policy=random", "tilt_limit=1e9"], "at most 1.5708 rad"),
+        (["real-rollout", "policy=random", "first_trial=4294967296"], "beyond 4294967295"),
+        (["iterate", "rule.limit=1e9"], "at most 1.5708 rad"),
         (["virtual-robot", "seed=-1"], "seed must be 0 or more; found -1"),
         (["iterate", "updates=-1"], "updates must be 0 or more; found -1"),
     ],
@@ -335,6 +351,38 @@ def test_a_robot_whose_sensor_breaks_in_mid_rollout_leaves_the_episode_so_far(si
     (kept,) = Path("out").rglob("*.mcap")
     assert f"5 samples of trial 0 are kept in {kept}" in said
     assert len(read_episode(kept)) == 5
+
+
+@pytest.mark.parametrize("period", [2, 100])
+def test_a_robot_that_does_not_say_that_it_is_off_leaves_the_episode_and_a_warning(period, sim_plant, refused):
+    def unstoppable(said):
+        if not isinstance(said, Telemetry):
+            return said
+        return replace(said, status=Status.ARMED, tilt=3e38 if said.period >= period else said.tilt)
+
+    with robot_behind_a_port(sim_plant, unstoppable) as port:
+        said = refused(*drive(port, "policy=random", "steps=4", "link.timeout=1"))
+    assert "does not confirm that its motors are off, and THEY MAY STILL BE ON" in said
+    (kept,) = Path("out").rglob("*.mcap")
+    episode = read_episode(kept)
+    assert (len(episode), episode.outcome) == (min(period - 1, 4), Outcome.LINK_LOST)
+    assert "THEY MAY STILL BE ON" in " ".join(event.text for event in episode.events)
+    assert ("beyond what any robot does (tilt 3e+38 rad" in said) == (period < 4)
+
+
+def test_a_port_that_is_not_there_is_noticed_before_anything_is_simulated(refused):
+    said = refused("iterate", "hydra.run.dir=out", "link=serial", "link.port=/dev/no_such_port")
+    assert "Cannot open the port /dev/no_such_port" in said
+    assert "Is the robot plugged in" in said
+    assert not Path("out", "simulation").exists()
+
+
+def test_a_robot_that_is_not_the_data_sheets_is_noticed_before_anything_is_simulated(sim_plant, refused):
+    with robot_behind_a_port(sim_plant, lambda said: said) as port:
+        link = ("link=serial", f"link.port={port}", "link.connect_timeout=10")
+        said = refused("iterate", "hydra.run.dir=out", "robot=regbot", *link)
+    assert "has a control period of 0.02 s; the data sheet 'regbot' says 0.015 s" in said
+    assert not Path("out", "simulation").exists()
 
 
 def test_a_policy_made_for_a_stronger_robot_is_refused_before_the_robot_is_reached(refused, tmp_path):

@@ -4,6 +4,7 @@ Nothing heavy is imported before a stage is chosen, so that `twbal --help` answe
 """
 
 import difflib
+import errno
 import gc
 import os
 import sys
@@ -32,6 +33,8 @@ STAGES = {
     "recover": "save what is left of damaged episode logs",
     "virtual-robot": "a robot with hidden faults behind a port, to try all of this without hardware",
 }
+
+_NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)  # for the output: a disk that is full, or broken
 
 USAGE = """usage: twbal <stage> [key=value ...] [Hydra flags]
 
@@ -89,11 +92,12 @@ def _run(stage: str, words: list[str], program: str | None = None) -> int:
 
     try:
         run_stage(stage, words, program or f"twbal {stage}")
+        sys.stdout.flush()
     except KeyboardInterrupt:
         print("twbal: stopped", file=sys.stderr)
         return 130
-    except BrokenPipeError:  # who read our output, such as `head`, has gone; Python would complain once more at its end
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    except BrokenPipeError:  # who read our output, such as `head`, has gone
+        _drop_output()
         return 141
     except SystemExit as end:  # argparse and Hydra's own flags end this way
         return end.code if isinstance(end.code, int) else int(end.code is not None)
@@ -102,9 +106,20 @@ def _run(stage: str, words: list[str], program: str | None = None) -> int:
             traceback.print_exception(error)
         print(f"twbal: error: {error}", file=sys.stderr)
         return 1
+    except OSError as error:
+        if error.errno not in _NO_ROOM:
+            raise
+        _drop_output()
+        print(f"twbal: error: Cannot write the output: {error.strerror}. Is there room on the disk?", file=sys.stderr)
+        return 1
     finally:
         gc.enable()
     return 0
+
+
+def _drop_output() -> None:
+    """Write what is left of the output to nowhere; Python would complain of it once more at its end."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _complete(words: list[str]) -> int:

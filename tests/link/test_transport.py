@@ -10,7 +10,7 @@ from hydra.utils import instantiate
 from omegaconf import OmegaConf
 from pendulum import Pendulum
 
-from twbal.errors import LinkError, LinkLostError
+from twbal.errors import ConfigError, LinkError, LinkLostError
 from twbal.link.protocol import Clock
 from twbal.link.serial_plant import SerialPlant
 from twbal.link.transport import SerialTransport
@@ -33,6 +33,12 @@ def port():
 def test_a_port_that_is_not_there_is_an_error_that_lists_those_that_are():
     with pytest.raises(LinkError, match=r"/dev/no_such_port.*Serial ports that are there: \S+"):
         SerialTransport("/dev/no_such_port", 115200)
+
+
+@pytest.mark.parametrize("baud_rate", [0, -1])
+def test_a_baud_rate_that_is_none_is_refused_and_named(port, baud_rate):
+    with pytest.raises(ConfigError, match=rf"link\.baud_rate must be positive.* found {baud_rate}"):
+        SerialTransport(port[1], baud_rate)
 
 
 def test_an_unknown_kind_of_url_is_an_error():

@@ -1,6 +1,6 @@
 import os
 import signal
-from contextlib import closing
+from contextlib import closing, contextmanager
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from hydra.utils import instantiate
 
 from twbal.configuration import conf_folder
 from twbal.episode import Outcome, Provenance
-from twbal.errors import LinkLostError
+from twbal.errors import DataError, LinkLostError
 from twbal.link.serial_plant import SerialPlant
 from twbal.logs import read_episode, write_episode
 from twbal.policies.policy import Policy
@@ -32,6 +32,19 @@ class Trap(Policy):
             return 0.0
 
         return law
+
+
+@contextmanager
+def watched(link, events):
+    """The plant of `link`, whose arming, stops and leaving are put down in `events`."""
+    with instantiate(link) as plant:
+        reset, stop = plant.reset, plant.stop
+        plant.reset = lambda trial: events.append("reset") or reset(trial)
+        plant.stop = lambda: events.append("stop") or stop()
+        try:
+            yield plant
+        finally:
+            events.append("left")
 
 
 @pytest.fixture
@@ -77,6 +90,36 @@ def test_ctrl_c_while_a_trial_is_logged_loses_nothing_of_it(cfg, tmp_path, monke
         drive(cfg, Trap(lambda: None), tmp_path, lambda: instantiate(cfg.link))
     assert list(tmp_path.rglob("*.mcap")) == pressed == [tmp_path / "episodes" / "trial_000.mcap"]
     assert len(read_episode(pressed[0])) == 8
+
+
+def test_a_trial_that_cannot_be_logged_is_an_error_and_the_robot_is_off(cfg, tmp_path):
+    (tmp_path / "episodes").write_text("a file where a folder belongs")
+    events = []
+    with pytest.raises(DataError, match=r"Cannot write .*trial_000\.mcap.* Is there room on the disk"):
+        drive(cfg, Trap(lambda: None), tmp_path, lambda: watched(cfg.link, events))
+    assert events[: events.index("left")] == ["reset", "stop", "stop"]  # one before arming
+
+
+def test_ctrl_c_in_a_trial_that_cannot_be_logged_ends_the_stage_as_ever(cfg, tmp_path, capsys):
+    def press():
+        raise KeyboardInterrupt
+
+    (tmp_path / "interrupted").write_text("a file where a folder belongs")
+    with pytest.raises(KeyboardInterrupt):
+        drive(cfg, Trap(press), tmp_path, lambda: instantiate(cfg.link))
+    assert "5 samples of trial 0 are lost. Cannot write" in capsys.readouterr().out
+
+
+def test_a_policy_that_commands_no_number_ends_the_stage_and_the_trial_so_far_is_kept(cfg, tmp_path):
+    class Broken(Policy):
+        def controller(self, rng):
+            commands = iter([0.0] * 5)
+            return lambda state: next(commands, float("nan"))
+
+    with pytest.raises(DataError, match=r"The policy commands nan N·m.* 5 samples of trial 0 are kept in"):
+        drive(cfg, Broken(), tmp_path, lambda: instantiate(cfg.link))
+    episode = read_episode(tmp_path / "interrupted" / "trial_000_policy_fault_0.mcap")
+    assert (episode.outcome, len(episode)) == (Outcome.POLICY_FAULT, 5)
 
 
 def test_a_robot_killed_in_mid_rollout_leaves_an_episode_marked_link_lost(cfg, tmp_path):

@@ -5,7 +5,7 @@ from abc import ABC, abstractmethod
 import serial
 from serial.tools import list_ports
 
-from twbal.errors import LinkError, LinkLostError
+from twbal.errors import ConfigError, LinkError, LinkLostError
 
 _POLL = 0.02  # a read waits at most this long [s]: short beside any timeout, long beside a round trip
 _WRITE_TIMEOUT = 1.0  # a line that takes no bytes for so long is dead [s]
@@ -58,8 +58,11 @@ class SerialTransport(Transport):
 
         Raises:
             LinkError: it cannot be opened; the message lists the ports that are there.
+            ConfigError: the baud rate is not positive.
         """
         self.name = port
+        if not baud_rate > 0:
+            raise ConfigError(f"link.baud_rate must be positive, such as 115200 bit/s; found {baud_rate}.")
         try:
             self._port = serial.serial_for_url(
                 port, baudrate=baud_rate, timeout=_POLL, write_timeout=_WRITE_TIMEOUT, exclusive=True

@@ -22,6 +22,7 @@ from twbal.stages.findings import Measures, episodes_in, findings, summarise
 from twbal.stages.gallery import pictures, save
 from twbal.stages.learning import Learning, Questions, Settings
 from twbal.stages.manifest import Manifest, Step, perform
+from twbal.stages.real_rollout import check_robot_is_there
 from twbal.stages.script import HASHES, SCRIPT, hash_list, script
 from twbal.stages.settings import at_least, recorded, typed
 from twbal.summary import Summary, read_summary, summary_table, write_summary
@@ -73,6 +74,7 @@ def run(cfg: DictConfig, out: Path, choices: Mapping[str, str], flags: Sequence[
 
 def _learn_and_tell(cfg: DictConfig, chain: Chain, choices: Mapping[str, str], settings: Settings) -> list[Path]:
     measures = Measures(instantiate(cfg.rule), instantiate(cfg.cost), cfg.search.horizon, instantiate(cfg.state))
+    check_robot_is_there(cfg, measures.rule.limit)
 
     def solved(trials: Path) -> bool:
         return all(succeeded(trial, measures.rule) for trial in episodes_in([chain.root / trials]))

@@ -128,19 +128,23 @@ def record(
     return [episode_file(out / "episodes", trial) for trial in trials]
 
 
-def check_link(open_link: Callable[[], AbstractContextManager[SerialPlant]], robot: RobotParameters) -> None:
-    """Shake hands with the robot and leave it alone again, before work is done whose result is meant for it.
+def check_robot_is_there(cfg: DictConfig, tilt_limit: float) -> None:
+    """Shake hands with a robot on a port, and leave it alone again, before work is done whose result is meant for it.
+
+    A virtual robot of the run's own is started when it is needed.
 
     Args:
-        open_link: opens the robot.
-        robot: its data sheet.
+        cfg: of a stage that drives a robot later, with `link` and `robot`.
+        tilt_limit: at which its rollouts will end [rad].
 
     Raises:
         LinkError: it cannot be reached.
-        ConfigError: it is not the robot of the data sheet.
+        ConfigError: it is not the robot of the data sheet, or the tilt limit would never end a fall.
     """
-    with stopped_once(), open_link() as plant:
-        _check_robot(plant, robot)
+    check_tilt_limit(tilt_limit)
+    if "port" in cfg.link:
+        with stopped_once(), instantiate(cfg.link) as plant:
+            _check_robot(plant, instantiate(cfg.robot))
 
 
 def _check_settings(settings: Settings) -> None:
