@@ -4,9 +4,11 @@ import math
 import struct
 import sys
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
+from omegaconf import OmegaConf
 from pendulum import MemoryTransport, Pendulum
 
 from twbal.channels import Channels
@@ -21,6 +23,7 @@ from twbal.virtual_robot.firmware import Firmware, Identity
 
 LOCKSTEP = Identity("pendulum", torque_limit=20.0, tilt_limit=1.0, watchdog=0.1, clock=Clock.LOCKSTEP)
 REAL_TIME = replace(LOCKSTEP, clock=Clock.REAL_TIME)
+CHANNELS = Channels(("tilt", "tilt_rate"), wheel_radius=0.15)
 STEPS = 3
 TIMEOUT = 0.06
 
@@ -41,9 +44,8 @@ class Catch(Policy):
         return law
 
 
-def drive(plant, policy=None, steps=STEPS):
-    channels, provenance = Channels(("tilt", "tilt_rate"), wheel_radius=0.15), Provenance("pendulum", "robot")
-    return rollout(plant, policy or Catch(), channels, steps, math.radians(30), provenance)
+def drive(plant, policy=None, steps=STEPS, channels=CHANNELS):
+    return rollout(plant, policy or Catch(), channels, steps, math.radians(30), Provenance("pendulum", "robot"))
 
 
 class Line(MemoryTransport):
@@ -200,6 +202,20 @@ def test_a_trial_that_no_robot_can_be_told_is_refused_before_arming(trial):
     with pytest.raises(ConfigError, match="number of a trial must be 0 to 4294967295"):
         plant_on(line).reset(trial)
     assert kinds_of(line.got) == [Hello]
+
+
+def test_a_robot_without_accelerometer_and_yaw_gyro_is_driven_by_the_default_state_as_one_with_both():
+    def without(seen):
+        return replace(seen, acceleration=0.0, yaw_rate=0.0)
+
+    def turning(seen):
+        return replace(seen, acceleration=0.7, yaw_rate=0.3)
+
+    default = OmegaConf.load(Path(__file__).parents[2] / "conf" / "state" / "default.yaml")
+    channels = Channels(tuple(default.names), wheel_radius=0.15)
+    bare, full = (drive(plant_on(Line(change=change)), channels=channels) for change in (without, turning))
+    np.testing.assert_array_equal(bare.states, full.states)
+    np.testing.assert_array_equal(bare.commands, full.commands)
 
 
 # The robot's clock

@@ -122,6 +122,12 @@ def test_a_policy_that_commands_no_number_ends_the_stage_and_the_trial_so_far_is
     assert (episode.outcome, len(episode)) == (Outcome.POLICY_FAULT, 5)
 
 
+def test_a_robot_may_have_a_name_of_its_own_and_the_episode_bears_it(cfg, tmp_path):
+    cfg.link.overrides = [*cfg.link.overrides, "robot.name=bob"]
+    files = drive(cfg, Trap(lambda: None), tmp_path, lambda: instantiate(cfg.link))
+    assert {read_episode(file).provenance.robot for file in files} == {"bob"}
+
+
 def test_a_robot_killed_in_mid_rollout_leaves_an_episode_marked_link_lost(cfg, tmp_path):
     patience = 30.0
     with closing(VirtualRobotProcess(virtual_robot_command([]), patience)) as robot:

@@ -2,6 +2,7 @@ from dataclasses import replace
 
 import pytest
 
+from twbal.errors import ConfigError
 from twbal.link.protocol import (
     VERSION,
     Arm,
@@ -161,3 +162,84 @@ def test_a_host_that_has_gone_leaves_a_robot_without_torque(sim_plant):
     assert firmware.next_tick_us is None
     assert firmware.advance(10**9) == b""
     assert isinstance(tell(firmware, Command(4, 1.0))[0], Fault)
+
+
+# What docs/link.md says of the robot's side
+
+
+@pytest.mark.parametrize("name", ["torque_limit", "tilt_limit", "watchdog"])
+@pytest.mark.parametrize("value", [float("nan"), float("inf"), 0.0, -1.0])
+def test_a_limit_that_would_never_stop_the_robot_is_refused(name, value):
+    with pytest.raises(ConfigError, match=f"{name} of a robot must be positive and finite; found"):
+        replace(LOCKSTEP, **{name: value})
+
+
+def test_a_robot_that_has_stopped_itself_takes_commands_and_does_not_follow_them(sim_plant):
+    torques = []
+    sim_step, sim_plant.step = sim_plant.step, lambda torque: torques.append(torque) or sim_step(torque)
+    firmware = armed(sim_plant, replace(LOCKSTEP, tilt_limit=0.01))  # it starts at 10°
+    seen = tell(firmware, Command(3, 20.0), Command(4, -20.0))
+    assert [(s.seq, s.period, s.status) for s in seen] == [(3, 1, Status.TILT_STOPPED), (4, 2, Status.TILT_STOPPED)]
+    assert torques == [0.0, 0.0]
+
+
+def test_in_lockstep_a_robot_that_has_stopped_itself_answers_each_command_and_is_else_silent(sim_plant):
+    firmware = armed(sim_plant, replace(LOCKSTEP, tilt_limit=0.01))
+    assert firmware.next_tick_us is None
+    assert firmware.advance(10**12) == b""
+    assert len(tell(firmware, Command(3, 0.0))) == 1
+
+
+def test_in_real_time_a_robot_that_has_stopped_itself_streams_until_it_is_told_to_stop(sim_plant):
+    firmware = armed(sim_plant, replace(REAL_TIME, tilt_limit=0.01))
+    assert [s.status for s in Decoder().feed(firmware.advance(3 * PERIOD_US))] == [Status.TILT_STOPPED] * 3
+    (stopped,) = tell(firmware, Stop(3), now_us=3 * PERIOD_US)
+    assert stopped.status == Status(0)
+    assert firmware.advance(10**12) == b""
+
+
+@pytest.mark.parametrize("word", [Command(3, -20.0), Arm(3, 9), Stop(3)])
+def test_the_number_alone_makes_a_repetition(sim_plant, word):
+    firmware = armed(sim_plant, LOCKSTEP)
+    first = tell(firmware, Command(3, 5.0))
+    assert tell(firmware, word) == first
+    assert tell(firmware, Command(4, 5.0))[0].period == 2
+
+
+def test_a_repeated_arming_does_not_begin_anew(sim_plant):
+    firmware = Firmware(sim_plant, LOCKSTEP)
+    _, first = tell(firmware, Hello(1), Arm(2, 0))
+    assert tell(firmware, Arm(2, 0)) == [first]
+
+
+def test_a_repeated_refusal_is_refused_again(sim_plant):
+    firmware = Firmware(sim_plant, LOCKSTEP)
+    _, refused = tell(firmware, Hello(1), Command(2, 1.0))
+    assert tell(firmware, Command(2, 1.0)) == [refused]
+
+
+def test_a_repeated_hello_is_obeyed_each_time(sim_plant):
+    firmware = armed(sim_plant, LOCKSTEP)
+    tell(firmware, Command(3, 5.0))
+    hello, refused = tell(firmware, Hello(3), Command(4, 5.0))
+    assert isinstance(hello, Welcome)
+    assert isinstance(refused, Fault)
+
+
+def test_a_command_late_in_a_period_carries_its_number_at_the_end_and_acts_for_all_of_it(
+    sim_plant,
+):
+    late = armed(sim_plant, REAL_TIME)
+    tell(late, Command(3, 5.0), now_us=PERIOD_US - 1)
+    (seen,) = Decoder().feed(late.advance(PERIOD_US))
+    assert (seen.seq, seen.period) == (3, 1)
+    (punctual,) = tell(armed(sim_plant, LOCKSTEP), Command(3, 5.0))
+    assert seen.tilt == punctual.tilt
+
+
+def test_the_count_of_periods_overflows_to_zero(sim_plant):
+    seen = sim_plant.reset(0)
+    sim_plant.step = lambda torque: seen
+    firmware = armed(sim_plant, REAL_TIME)
+    counts = [s.period for s in Decoder().feed(firmware.advance(PERIOD_US * (2**16 + 1)))]
+    assert counts[-3:] == [2**16 - 1, 0, 1]

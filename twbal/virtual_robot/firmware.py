@@ -3,6 +3,7 @@
 import math
 from dataclasses import dataclass
 
+from twbal.errors import ConfigError
 from twbal.link.protocol import (
     VERSION,
     Arm,
@@ -31,6 +32,9 @@ class Identity:
         tilt_limit: measured |tilt| beyond which it stops [rad].
         watchdog: time after the last valid command at which it stops, in real time [s].
         clock: lockstep, or real time.
+
+    Raises:
+        ConfigError: a limit is not positive and finite, so that nothing would ever stop the robot.
     """
 
     name: str
@@ -39,13 +43,19 @@ class Identity:
     watchdog: float
     clock: Clock
 
+    def __post_init__(self) -> None:
+        for name in ("torque_limit", "tilt_limit", "watchdog"):
+            if not 0 < getattr(self, name) < math.inf:
+                raise ConfigError(f"{name} of a robot must be positive and finite; found {getattr(self, name)}.")
+
 
 class Firmware:
     """Drives a plant as the host commands, and stops it by itself where it must.
 
     In lockstep each command advances the plant by one control period. In real time `advance` does so when a period is
-    over, with the torque that was commanded last; the period in which the watchdog runs out is driven without torque. A
-    robot that has stopped itself goes on measuring, so that the host sees why.
+    over, with the torque that was commanded last: a command that comes late in a period acts for all of it, where on a
+    real robot it acts for what is left. The period in which the watchdog runs out is driven without torque. A robot
+    that has stopped itself goes on measuring, so that the host sees why, and takes commands without following them.
     """
 
     def __init__(self, plant: Plant, identity: Identity) -> None:
