@@ -51,7 +51,8 @@ def rollout(
             record.end_by(ended)
         finally:
             plant.stop()
-        return record.episode(plant.control_period, provenance)
+        if record.states:
+            return record.episode(plant.control_period, provenance)  # in here, so that Ctrl-C does not cost it
     except LinkLostError as unstopped:
         record.end_by(unstopped)
     except KeyboardInterrupt as pressed:  # in the stop, or later
