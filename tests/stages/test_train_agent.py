@@ -105,6 +105,11 @@ def test_without_the_extra_it_says_what_to_install(lacking, tmp_path):
     assert done.stderr.endswith("pip install 'twbal[rl]'.\n")
 
 
+def test_iterate_does_not_need_the_extra(tmp_path):
+    words = ["iterate", "method=lqr", "trials=1", "rule.steps=5", "rule.settle_step=5", f"hydra.run.dir={tmp_path}/out"]
+    assert without(["gymnasium", "stable_baselines3"], words, tmp_path).returncode == 0
+
+
 def test_nothing_else_needs_the_extra(folder, tmp_path):
     saved = ["policy=saved", f"policy.path={folder / 'agent' / 'policy.pt'}", "rollouts=1", "steps=5"]
     assert without(["gymnasium", "stable_baselines3"], ["sim-collect", *saved], tmp_path).returncode == 0

@@ -8,14 +8,12 @@ from omegaconf import DictConfig
 from tqdm import tqdm
 
 from twbal.agents.recipe import AgentRecipe
-from twbal.agents.training import policy_of, train
 from twbal.checkpoint import save_checkpoint
 from twbal.collection import RolloutPlan
 from twbal.episode import Provenance
 from twbal.evaluation import SuccessRule, succeeded
 from twbal.policies.saved import load_policy
 from twbal.stages.closing import closing, run_folder, told_of
-from twbal.stages.environment import environment_of
 from twbal.stages.manifest import Manifest, Step, perform
 from twbal.stages.settings import at_least, recorded, typed
 from twbal.stages.simulation import plant_maker
@@ -64,6 +62,10 @@ def successes(cfg: DictConfig, policy: Path, trials: int) -> int:
 
 
 def _trained(cfg: DictConfig, recipe: AgentRecipe, settings: Settings, path: Path) -> Path:
+    # Imported here: `iterate` has this stage among its own, and must run without the extra [rl].
+    from twbal.agents.training import policy_of, train
+    from twbal.stages.environment import environment_of
+
     with environment_of(cfg) as env, tqdm(total=settings.steps, desc="steps", disable=None) as bar:
 
         def show(steps: int, mean_return: float | None) -> None:
