@@ -1,5 +1,6 @@
 """Foreign logs into episodes: units, signs, gaps, what was not measured, and what looks wrong."""
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -165,6 +166,81 @@ def test_repeated_rows_backward_time_and_nan_are_handled_and_said(brought):
     assert "in common" in pair[0]
 
 
+def test_many_short_parts_are_one_line(brought):
+    keep = np.ones(len(ROWS), bool)
+    keep[100:] = np.arange(300) % 10 < 2  # two samples, then eight missing
+    imported = brought(ROWS[keep])
+    assert len(imported.episodes) == 1
+    (said,) = [note for note in imported.notes if "too short" in note]
+    assert said.startswith("29 parts without a gap, of at most 2 samples, are too short")
+
+
+def test_a_rows_command_acts_after_its_sample_or_before_it_where_the_mapping_says_so(brought):
+    """A mass whose speed says which command acted when: speed[t + 1] = speed[t] + period command[t]."""
+    commands = np.random.default_rng(1).standard_normal(300)
+    speed = np.concatenate([[0.0], np.cumsum(PERIOD * commands)])
+    rows = ROWS[:301].copy()
+    rows[:, NAMES.index("wheel_rate")] = speed
+    for key, logged in (("false", np.append(commands, 0.0)), ("true", np.append(0.0, commands))):
+        rows[:, -1] = logged
+        episode = only(brought(rows, f"import.command_before_sample={key}"))
+        assert np.diff(seen(episode, "wheel_rate")) == pytest.approx(PERIOD * episode.commands, abs=1e-7)
+
+
+def test_the_last_row_needs_no_command(brought):
+    rows = ROWS.copy()
+    rows[-1, -1] = np.nan
+    episode = only(brought(rows))
+    assert len(episode) == len(ROWS) - 1
+    assert episode.commands == pytest.approx(ROWS[:-1, -1], abs=1e-8)
+    assert len(only(brought(rows, "import.command_before_sample=true"))) == len(ROWS) - 2
+
+
+@pytest.mark.parametrize("digits", [9, 3])
+def test_a_rate_that_is_no_whole_number_of_milliseconds_keeps_its_period(digits, brought):
+    rows = columns(1000)
+    rows[:, 0] = np.round(np.arange(1000) / 70, digits)
+    assert only(brought(rows)).control_period == 1 / 70
+    assert only(brought(rows, period=2 / 70)).control_period == pytest.approx(1 / 35, abs=1e-15)
+
+
+def test_the_period_of_a_loop_that_is_late_now_and_then_is_its_mean(brought):
+    rng = np.random.default_rng(0)
+    steps = 0.03 + 0.002 * (rng.random(999) < 0.5)
+    rows = columns(1000)
+    rows[:, 0] = np.concatenate([[0.0], np.cumsum(steps)])
+    assert only(brought(rows)).control_period == pytest.approx(0.031, rel=2e-3)
+
+
+def test_logs_of_a_loop_that_is_not_quite_even_take_the_period_that_is_asked_for(brought):
+    rows = columns()
+    rows[:, 0] = 0.0309 * np.arange(len(rows))
+    assert only(brought(rows, period=0.031)).control_period == 0.031
+    assert only(brought(rows, period=0.0312)).control_period == pytest.approx(0.0309)
+
+
+def test_a_period_that_was_worked_out_is_kept_to_the_last_digit(brought):
+    rows = columns()
+    rows[:, 0] = 0.0123456 * np.arange(len(rows))
+    assert only(brought(rows)).control_period == pytest.approx(0.0123456, rel=1e-8)
+
+
+@pytest.mark.parametrize("jitter", [0.006, 0.02])
+def test_stamps_that_jitter_are_said_to_with_what_to_try(jitter, brought):
+    rng = np.random.default_rng(0)
+    rows = columns()
+    rows[:, 0] = 0.02 * np.arange(len(rows)) + jitter * rng.standard_normal(len(rows))
+    try:
+        said = " ".join(brought(rows).doubts)
+    except LogError as error:
+        said = str(error)
+    assert "++import.quantities.time=null import.rate=" in said
+    words = said.split("leave the stamps out: ")[1].split()[:2]
+    (even,) = brought(rows, words[0].removeprefix("++"), words[1]).episodes
+    assert even.control_period == pytest.approx(0.02, rel=0.2)
+    assert len(even) == len(rows) - 1
+
+
 def test_time_that_is_no_time_is_refused(brought):
     rows = ROWS.copy()
     rows[:, 0] = np.random.default_rng(0).permutation(rows[:, 0])
@@ -177,15 +253,25 @@ def test_time_that_is_no_time_is_refused(brought):
         brought(ROWS[:20])
 
 
-def ride(seconds=20.0):
-    """A pendulum on wheels under a regulator, by its own equations: signs are those of mechanics."""
+def ride(seconds=20.0, braking=0.0, wheel_gain=0.02, return_gain=0.0, noise=0.2):
+    """A pendulum on wheels under a regulator, by its own equations: signs are those of mechanics.
+
+    Args:
+        seconds: of the ride.
+        braking: friction and back-EMF, torque for a turning rate of the wheels [N·m·s/rad].
+        wheel_gain: of the regulator, on the turning rate of the wheels.
+        return_gain: of the regulator, on their angle.
+        noise: standard deviation of what is added to the command [N·m].
+    """
     rng, dt = np.random.default_rng(3), PERIOD
     tilt = rate = wheel = wheel_rate = 0.0
     rows = []
     for k in range(round(seconds / dt)):
-        u = 12 * tilt + 2 * rate + 0.02 * (wheel_rate + rate) + 0.3 * np.sin(2.1 * k * dt) + 0.2 * rng.standard_normal()
+        u = 12 * tilt + 2 * rate + wheel_gain * (wheel_rate + rate) + return_gain * wheel
+        u += 0.3 * np.sin(2.1 * k * dt) + noise * rng.standard_normal()
         rows.append([k * dt, tilt, rate, 0.0, 0.01 * rng.standard_normal(), wheel, wheel_rate, u])
-        rate, spin = rate + dt * (20 * tilt - 8 * u), wheel_rate + rate + dt * (20 * u - 15 * tilt)
+        torque = u - braking * wheel_rate
+        rate, spin = rate + dt * (20 * tilt - 8 * torque), wheel_rate + rate + dt * (20 * torque - 15 * tilt)
         tilt, wheel_rate = tilt + dt * rate, spin - rate
         wheel += dt * wheel_rate
     return np.array(rows)
@@ -215,12 +301,33 @@ def test_what_looks_wrong_is_said(doubt, brought):
     assert any(re.search(doubt, said) for said in brought(rows).doubts)
 
 
-@pytest.mark.parametrize("suffix", [".npz", ".npy", ".mat"])
-def test_numpy_and_matlab_files_read_like_text(suffix, tmp_path):
+def test_wheels_that_brake_are_no_wrong_sign_and_hide_none(brought):
+    rows = ride(braking=1.0, wheel_gain=0.92, return_gain=0.02, noise=0.02)
+    assert np.abs(rows[:, 1]).max() < 0.3
+    said = [doubt for doubt in brought(rows).doubts if "sign" in doubt]
+    assert said == []
+    rows[:, NAMES.index("command")] *= -1
+    assert any("the command seems to have the wrong sign" in doubt for doubt in brought(rows).doubts)
+
+
+def test_two_torques_without_their_factor_are_said(brought):
+    rows = np.column_stack([ROWS[:, :7], ROWS[:, 7], ROWS[:, 7]])
+    names = (*NAMES[:-1], "torque_left", "torque_right")
+    both = "import.quantities.command={from:[torque_left,torque_right]%s}"
+    assert any("their sum is meant" in doubt for doubt in brought(rows, both % "", names=names).doubts)
+    summed = brought(rows, both % ",scale:2", names=names)
+    assert not any("their sum is meant" in doubt for doubt in summed.doubts)
+    assert only(summed).commands == pytest.approx(2 * ROWS[:-1, 7], abs=1e-7)
+
+
+@pytest.mark.parametrize("suffix", [".npz", ".npy", ".mat", ".json"])
+def test_files_of_arrays_read_like_text(suffix, tmp_path):
     path = tmp_path / f"log{suffix}"
     by_name = {name: ROWS[:, i] for i, name in enumerate(NAMES)}
     if suffix == ".npz":
         np.savez(path, **by_name)
+    elif suffix == ".json":
+        path.write_text(json.dumps({name: column.tolist() for name, column in by_name.items()} | {"note": "by hand"}))
     elif suffix == ".npy":
         np.save(path, np.rec.fromarrays(list(by_name.values()), names=",".join(NAMES)))
     else:
@@ -229,7 +336,7 @@ def test_numpy_and_matlab_files_read_like_text(suffix, tmp_path):
     assert seen(episode, "tilt") == pytest.approx(ROWS[:, 1])
 
 
-@pytest.mark.parametrize("suffix", [".npz", ".npy", ".mat"])
+@pytest.mark.parametrize("suffix", [".npz", ".npy", ".mat", ".json"])
 def test_a_file_that_only_has_their_name_is_refused(suffix, tmp_path):
     path = tmp_path / f"log{suffix}"
     path.write_text("no such thing")

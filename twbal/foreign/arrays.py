@@ -1,5 +1,6 @@
-"""NumPy and MATLAB files as columns."""
+"""NumPy, MATLAB, JSON and Parquet files as columns."""
 
+import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -10,12 +11,13 @@ from twbal.errors import LogError
 from twbal.foreign.columns import Columns, Name, places
 from twbal.gaussian import Array
 
-ENDINGS = (".npy", ".npz", ".mat")
+ENDINGS = (".npy", ".npz", ".mat", ".json", ".parquet")
 
 
 def named_arrays(path: Path) -> dict[str, Array]:
-    """The columns of a NumPy or MATLAB file by name: (n,) each, all of the length that most numbers have.
+    """The columns of such a file by name: (n,) each, all of the length that most numbers have.
 
+    JSON is an object of lists, or a list of objects.
     A matrix `data` gives the columns `data:1`, `data:2`, ...; a structure `log` with a field `tilt` gives `log.tilt`.
 
     Raises:
@@ -23,6 +25,8 @@ def named_arrays(path: Path) -> dict[str, Array]:
     """
     try:
         found = dict(_columns("", _content(path)))
+    except LogError:
+        raise
     except Exception as error:  # what readers raise at a damaged file is anything
         newer = " A MATLAB 7.3 file is HDF5: save it with -v7." if isinstance(error, NotImplementedError) else ""
         raise LogError(f"{path} cannot be read as a {path.suffix} file ({error}).{newer}") from error
@@ -34,7 +38,7 @@ def named_arrays(path: Path) -> dict[str, Array]:
 
 
 def read_arrays(path: Path, wanted: Sequence[Name], names: Sequence[str] = ()) -> Columns:
-    """Columns of a NumPy or MATLAB file; arguments as of `text.read_text`.
+    """Columns of such a file; arguments as of `text.read_text`.
 
     Raises:
         LogError: the file cannot be read, or has no such column.
@@ -53,6 +57,13 @@ def _content(path: Path) -> Mapping[str, Any]:
 
         whole = loadmat(path, squeeze_me=True, struct_as_record=False)
         return {name: value for name, value in whole.items() if not name.startswith("__")}
+    if path.suffix == ".json":
+        whole = json.loads(path.read_bytes())
+        if isinstance(whole, list):
+            whole = {name: [row[name] for row in whole] for name in whole[0]}
+        return {name: value for name, value in whole.items() if isinstance(value, list)}
+    if path.suffix == ".parquet":
+        return _parquet(path)
     loaded = np.load(path, allow_pickle=False)
     if isinstance(loaded, np.ndarray):
         if loaded.dtype.names:
@@ -60,6 +71,15 @@ def _content(path: Path) -> Mapping[str, Any]:
         return {"column": loaded}
     with loaded:
         return {name: loaded[name] for name in loaded.files}
+
+
+def _parquet(path: Path) -> dict[str, Any]:
+    try:
+        from pyarrow import parquet
+    except ImportError as error:
+        raise LogError(f"{path} is a Parquet file, which needs the package pyarrow; or export it as CSV.") from error
+    table = parquet.read_table(path)
+    return {name: table.column(name).to_numpy() for name in table.column_names}
 
 
 def _columns(prefix: str, tree: Mapping[str, Any]) -> list[tuple[str, Array]]:

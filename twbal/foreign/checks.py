@@ -56,7 +56,11 @@ def _rates(episode: Episode, measured: set[str]) -> Iterator[str]:
 
 
 def _physics(episode: Episode) -> Iterator[str]:
-    """Signs against mechanics: a torque drives the wheels forward and the body back, and a leaning body falls."""
+    """Signs against mechanics: a torque drives the wheels forward and the body back, and a leaning body falls.
+
+    What the speed of the wheels tells is taken off, too: friction and back-EMF brake, and a robot that keeps its speed
+    by a large command would else seem to be slowed down by it.
+    """
     part = episode.observations[: _LONGEST + 1]
     commands = episode.commands[: len(part) - 1]
     span = _samples(len(part), episode.control_period)
@@ -64,9 +68,9 @@ def _physics(episode: Episode) -> Iterator[str]:
     wheels = _changes(part[:, Observation._fields.index("wheel_rate")], span)
     if min(np.ptp(commands), np.ptp(episode.tilt)) == 0.0:
         return
-    tilt = _sums(part[:-1, Observation._fields.index("tilt")], span)
+    others = [_sums(part[:-1, Observation._fields.index(name)], span) for name in ("tilt", "wheel_rate")]
     commands = _sums(commands, span)
-    driven, turned = _partial(wheels, commands, tilt), _partial(body, commands, tilt)
+    driven, turned = _partial(wheels, commands, others), _partial(body, commands, others)
     if driven < -_SURE and turned > _SURE:
         yield "the command seems to have the wrong sign: a positive one must drive the wheels forward"
     elif driven < -_SURE and turned < -_HINT:
@@ -97,8 +101,8 @@ def _related(x: Array, y: Array) -> tuple[float, float]:
     return correlation, float(np.sqrt((y @ y) / (x @ x))) if x @ x else 1.0
 
 
-def _partial(y: Array, x: Array, other: Array) -> float:
-    """Correlation of y and x, with what `other` tells of both taken off."""
-    A = np.column_stack([np.ones(len(y)), other])
+def _partial(y: Array, x: Array, others: Sequence[Array]) -> float:
+    """Correlation of y and x, with what `others` tell of both taken off."""
+    A = np.column_stack([np.ones(len(y)), *others])
     rest = [v - A @ np.linalg.lstsq(A, v, rcond=None)[0] for v in (x, y)]
     return _related(*rest)[0]

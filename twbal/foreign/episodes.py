@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from twbal.channels import Channels
 from twbal.episode import Episode, Estimated, Event, Outcome, Provenance
@@ -15,13 +14,13 @@ from twbal.errors import LogError
 from twbal.foreign.arrays import ENDINGS, read_arrays
 from twbal.foreign.checks import doubts
 from twbal.foreign.columns import Columns
+from twbal.foreign.mapping import UNITS
 from twbal.foreign.mapping import Mapping as LogMapping
+from twbal.foreign.sampling import stretches
 from twbal.foreign.text import read_text
 from twbal.gaussian import Array
 from twbal.plant import Observation
 
-_MOST_BACKWARD = 0.01  # share of the samples at which time may run backwards
-_ODD_PERIOD = 0.25  # share by which a control period may be off
 _SAME_PERIOD = 0.02  # share of a period within which two periods are the same
 
 
@@ -61,22 +60,25 @@ def import_file(path: Path, mapping: LogMapping, wanted: Wanted, provenance: Pro
     """
     read = read_arrays if path.suffix in ENDINGS else read_text
     columns = read(path, mapping.wanted, mapping.names)
-    columns, notes = _without_nan(path, columns)
+    columns, notes = _without_nan(path, _with_last_command(columns, mapping))
     signals = mapping.signals(columns)
     if mapping.rate is not None:
         signals["time"] = (columns.lines - columns.lines[0]) / mapping.rate  # rows left out leave gaps
-    parts, period, more = _parts(path, signals, columns, mapping.fill)
+    parts, period, more, odd = stretches(path, signals, columns, mapping.fill)
     notes = [*columns.notes, *notes, *more]
-    every = _every(path, period, wanted.period)
+    every = _every(path, period.of(1), wanted.period)
     episodes: list[Episode] = []
+    short: list[int] = []
     for signal in parts:
         begin = int(np.searchsorted(signal["time"], signal["time"][0] + mapping.skip - 1e-9))
         rest = {name: values[begin:] for name, values in signal.items()}
         if len(rest["time"]) < max(wanted.shortest, 4 * every):
-            notes.append(f"a part of {len(signal['time'])} samples is too short and left out")
+            short.append(len(signal["time"]))
             continue
         trial = replace(provenance, trial=provenance.trial + len(episodes))
-        episodes.append(_episode(rest, period, every, mapping, wanted.channels, trial))
+        episodes.append(_episode(rest, period.of(every, wanted.period), every, mapping, wanted.channels, trial))
+    if short:
+        notes.append(f"{len(short)} parts without a gap, of at most {max(short)} samples, are too short and left out")
     if not episodes:
         raise LogError(
             f"{path} has no recording of {wanted.shortest} samples without a gap: {'; '.join(notes)}. "
@@ -87,7 +89,32 @@ def import_file(path: Path, mapping: LogMapping, wanted: Wanted, provenance: Pro
     worked_out = dict.fromkeys(f"{e.channel} (to ±{e.sd:.2g})" for episode in episodes for e in episode.estimated)
     if worked_out:
         notes.append(f"not measured, and worked out: {', '.join(worked_out)}")
-    return Imported(tuple(episodes), tuple(notes), tuple(doubts(signals, episodes)))
+    return Imported(tuple(episodes), tuple(notes), (*odd, *_of_one_wheel(mapping), *doubts(signals, episodes)))
+
+
+def _with_last_command(columns: Columns, mapping: LogMapping) -> Columns:
+    """The columns with some command in the last row, where that one alone is missing: it acts after the last sample."""
+    is_command = np.array(
+        [name in ("command", "voltage") for name, source in mapping.quantities.items() for _ in source.columns]
+    )
+    last = columns.values[-1]
+    acts_later = not (mapping.command_is_sample or mapping.command_before_sample)
+    if not acts_later or np.isfinite(last[is_command]).all() or not np.isfinite(last[~is_command]).all():
+        return columns
+    values = columns.values.copy()
+    values[-1, is_command] = 0.0
+    return columns._replace(values=values)
+
+
+def _of_one_wheel(mapping: LogMapping) -> Iterator[str]:
+    """A doubt about a command that is the mean of two torques, where their sum is meant."""
+    source = mapping.quantities.get("command")
+    if source is not None and len(source.columns) == 2 and abs(source.factor) in UNITS["N·m"].values():
+        left, right = source.columns
+        yield (
+            f"command is the mean of {left} and {right}: where these are the torques of the two wheels, their sum is "
+            "meant; give it scale: 2"
+        )
 
 
 def _without_nan(path: Path, columns: Columns) -> tuple[Columns, list[str]]:
@@ -102,59 +129,6 @@ def _without_nan(path: Path, columns: Columns) -> tuple[Columns, list[str]]:
     what = f"{int((~good).sum())} rows with an empty field, NaN or infinity are left out"
     kept = columns._replace(values=columns.values[good], lines=columns.lines[good])
     return kept, [f"{what}, the first in {columns.row} {first}"]
-
-
-def _parts(
-    path: Path, signals: Mapping[str, Array], columns: Columns, fill: int
-) -> tuple[list[dict[str, Array]], float, list[str]]:
-    """Stretches without a gap, the period, and what was done to get them."""
-    time, notes = signals["time"], []
-    steps = np.diff(time)
-    if not len(steps) or not (steps > 0).any():
-        raise LogError(f"{path} has no two samples between which time runs forward; its {len(time)} rows are no log.")
-    period = float(np.median(steps[steps > 0]))
-    repeated = np.concatenate([[False], steps == 0])
-    if repeated.any():
-        where = columns.lines[np.argmax(repeated)]
-        same = bool((columns.values[1:][repeated[1:]] == columns.values[:-1][repeated[1:]]).all())
-        what = "rows that repeat the one before" if same else "rows whose time repeats that of the one before"
-        notes.append(f"{int(repeated.sum())} {what} are left out, the first in {columns.row} {where}")
-    kept = np.flatnonzero(~repeated)
-    time = time[kept]
-    steps = np.diff(time)
-    back = np.flatnonzero(steps < 0)
-    if len(back) > max(1, _MOST_BACKWARD * len(steps)):
-        line = columns.lines[kept[back[0] + 1]]
-        raise LogError(
-            f"In {path} time runs backwards {len(back)} times, first in {columns.row} {line} "
-            f"({time[back[0]]:g} s, then {time[back[0] + 1]:g} s). Is another column the time, or is its unit wrong?"
-        )
-    missing = np.round(steps / period).astype(int) - 1
-    cuts = np.flatnonzero((steps < 0) | (missing > fill))
-    for cut in cuts[:3]:
-        line = columns.lines[kept[cut + 1]]
-        why = "time runs backwards" if steps[cut] < 0 else f"{missing[cut]} samples are missing"
-        notes.append(f"{why} before {columns.row} {line}: a new recording begins there")
-    if len(cuts) > 3:
-        notes.append(f"and so in {len(cuts) - 3} more places")
-    filled = int(missing[(missing > 0) & (missing <= fill)].sum())
-    if filled:
-        notes.append(f"{filled} missing samples are interpolated")
-    odd = float(np.mean(np.abs(steps / period - 1.0) > _ODD_PERIOD))
-    if odd > 0.01:
-        notes.append(f"{odd:.1%} of the periods are more than {_ODD_PERIOD:.0%} off {period:.6g} s")
-    rows = [kept[part] for part in np.split(np.arange(len(kept)), cuts + 1)]
-    return [_filled({k: v[part] for k, v in signals.items()}, period) for part in rows], period, notes
-
-
-def _filled(signals: Mapping[str, Array], period: float) -> dict[str, Array]:
-    """Signals with missing samples interpolated."""
-    time = signals["time"]
-    counts = np.maximum(np.round(np.diff(time) / period).astype(int), 1)
-    if not len(counts) or counts.max() == 1:
-        return dict(signals)
-    at: NDArray[np.float64] = np.concatenate([[0.0], np.cumsum(np.repeat(1.0 / counts, counts))])
-    return {name: np.interp(at, np.arange(len(time)), values) for name, values in signals.items()}
 
 
 def _every(path: Path, period: float, wanted: float | None) -> int:
@@ -178,11 +152,10 @@ def _episode(
     channels: Channels,
     provenance: Provenance,
 ) -> Episode:
-    """One recording as an episode."""
+    """One recording as an episode, of `period` [s], which is `every` samples."""
     radius = channels.wheel_radius
     commands = _commands(signals, every, mapping)
     taken = {name: values[::every][: len(commands) + 1] for name, values in signals.items()}
-    period = period * every
     estimated: list[Estimated] = []
 
     def rate_of(name: str, values: Array) -> Array:
@@ -227,7 +200,7 @@ def _episode(
     events = [Event(0.0, f"began {float(taken['time'][0]):g} s into the log")] if taken["time"][0] else []
     return Episode(
         channels=channels.names,
-        control_period=float(f"{period:.9g}"),
+        control_period=period,
         observations=observations,
         states=channels.states(observations, commands),
         commands=commands,
@@ -241,6 +214,7 @@ def _episode(
 def _commands(signals: Mapping[str, Array], every: int, mapping: LogMapping) -> Array:
     """Mean torque over each control period, (T,) [N·m].
 
+    A row's command acts after its sample, until the next one; before it, where the mapping says so.
     A command that is an instant of a faster loop is taken to run straight from one sample to the next.
     """
     if mapping.motor is not None and "voltage" in signals:
@@ -248,7 +222,9 @@ def _commands(signals: Mapping[str, Array], every: int, mapping: LogMapping) -> 
         torque = mapping.motor.torque_per_volt * np.clip(signals["voltage"], -supply, supply)
     else:
         torque = signals["command"]
-    held = 0.5 * (torque[1:] + torque[:-1]) if mapping.command_is_sample else torque[:-1]
+    held = torque[1:] if mapping.command_before_sample else torque[:-1]
+    if mapping.command_is_sample:
+        held = 0.5 * (torque[1:] + torque[:-1])
     periods = len(held) // every
     return np.asarray(held[: periods * every].reshape(periods, every).mean(axis=1))
 

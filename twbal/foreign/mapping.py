@@ -68,6 +68,7 @@ class Mapping:
         rate: samples a second, for logs without time [Hz]; None takes the column `time`.
         motor: that turns voltage into torque; None where the command is a torque.
         command_is_sample: the command column is an instant of a loop that runs faster than the log.
+        command_before_sample: a row's command acted before the row's sample, not after it.
         skip: what is left out at the beginning of each recording [s].
         fill: missing samples in a row that are interpolated; a longer gap parts the recording.
 
@@ -80,6 +81,7 @@ class Mapping:
     rate: float | None
     motor: Motor | None
     command_is_sample: bool
+    command_before_sample: bool
     skip: float
     fill: int
 
@@ -99,6 +101,8 @@ class Mapping:
             raise ConfigError("A mapping needs either a source of `time` or a `rate` [Hz], and not both.")
         if self.rate is not None and not self.rate > 0:
             raise ConfigError(f"The rate of a mapping must be positive; found {self.rate} Hz.")
+        if self.command_is_sample and self.command_before_sample:
+            raise ConfigError("A command that is a sample acts around it: leave command_before_sample=false.")
         if self.skip < 0 or self.fill < 0:
             raise ConfigError(f"skip and fill of a mapping must be 0 or more; found {self.skip} and {self.fill}.")
 
@@ -123,6 +127,7 @@ def mapping(
     rate: float | None,
     motor: Motor | None,
     command_is_sample: bool,
+    command_before_sample: bool,
     skip: float,
     fill: int,
 ) -> Mapping:
@@ -135,7 +140,7 @@ def mapping(
     if unknown:
         raise ConfigError(f"A log has no quantity {unknown[0]!r}; a mapping can tell: {', '.join(QUANTITIES)}.")
     sources = {name: _source(name, told) for name, told in quantities.items() if told is not None}
-    return Mapping(sources, tuple(names), rate, motor, command_is_sample, skip, fill)
+    return Mapping(sources, tuple(names), rate, motor, command_is_sample, command_before_sample, skip, fill)
 
 
 def _source(name: str, told: Any) -> Source:

@@ -33,6 +33,7 @@ class Layout(NamedTuple):
         names: of the columns, from the header; empty without one.
         width: number of columns.
         sample: fields of some lines, for whoever guesses what they mean.
+        comments: lines before the first of these that are comments, without what begins them.
     """
 
     delimiter: str
@@ -41,6 +42,7 @@ class Layout(NamedTuple):
     names: tuple[str, ...]
     width: int
     sample: tuple[tuple[str, ...], ...]
+    comments: tuple[str, ...]
 
 
 def layout_of(path: Path, data: bytes) -> Layout:
@@ -49,18 +51,18 @@ def layout_of(path: Path, data: bytes) -> Layout:
     Raises:
         LogError: it is no text, or has no columns of numbers.
     """
-    lines, comment = _first_lines(path, data)
+    lines, comment, comments = _first_lines(path, data)
     if not lines:
         raise LogError(f"{path} is empty{' but for comments' if comment else ''}: no rows of numbers in it.")
     delimiter = _delimiter(lines)
-    rows = [_fields(line, delimiter) for line in lines]
+    rows = [fields_of(line, delimiter) for line in lines]
     comma = delimiter != "," and any(_DECIMAL_COMMA.fullmatch(field) for row in rows for field in row)
     header = rows[0] if not all(_is_number(field, comma) for field in rows[0]) else None
     body = rows[1:] if header and len(rows) > 1 and any(_is_number(f, comma) for f in rows[1]) else rows
     names = tuple(header) if header and body is not rows else ()
     if not any(_is_number(field, comma) and field for row in body for field in row):
         raise LogError(f"{path} has no columns of numbers; its first line is {lines[0][:60]!r}.")
-    return Layout(delimiter, "," if comma else ".", comment, names, len(body[0]), tuple(map(tuple, body)))
+    return Layout(delimiter, "," if comma else ".", comment, names, len(body[0]), tuple(map(tuple, body)), comments)
 
 
 def read_text(path: Path, wanted: Sequence[Name], names: Sequence[str] = ()) -> Columns:
@@ -76,7 +78,7 @@ def read_text(path: Path, wanted: Sequence[Name], names: Sequence[str] = ()) -> 
     Raises:
         LogError: the file cannot be read; the message says in which line and why.
     """
-    data = _content(path)
+    data = content_of(path)
     layout = layout_of(path, data)
     known = layout.names or tuple(names)
     where = places(path, known, layout.width, wanted)
@@ -91,7 +93,12 @@ def read_text(path: Path, wanted: Sequence[Name], names: Sequence[str] = ()) -> 
     return Columns(chosen, lines, "line", tuple(notes))
 
 
-def _content(path: Path) -> bytes:
+def content_of(path: Path) -> bytes:
+    """The bytes of a text file, with plain line ends.
+
+    Raises:
+        LogError: it cannot be read, or is no text.
+    """
     try:
         data = path.read_bytes()
     except OSError as error:
@@ -99,19 +106,21 @@ def _content(path: Path) -> bytes:
     if b"\0" in data[:65536]:
         raise LogError(
             f"{path} is no text file (it has zero bytes in it), whatever its name says. "
-            "Text, .npy, .npz and .mat files can be read; an .mcap file of twbal's needs no import."
+            "Text, .npy, .npz, .mat, .json and .parquet files can be read; an .mcap file of twbal's needs no import."
         )
     return data.removeprefix(b"\xef\xbb\xbf").replace(b"\r\n", b"\n")
 
 
-def _first_lines(path: Path, data: bytes) -> tuple[list[str], str]:
-    """The first lines that are neither empty nor comments, and the character that begins comments."""
+def _first_lines(path: Path, data: bytes) -> tuple[list[str], str, tuple[str, ...]]:
+    """The first lines that are neither empty nor comments, the character that begins comments, and those before."""
     text = data[: 1 << 18].decode("latin-1")
-    found, comment = [], ""
+    found: list[str] = []
+    comment, comments = "", []
     for line in text.split("\n")[: -1 if len(data) > 1 << 18 else None]:
         stripped = line.strip()
         if stripped[:1] and stripped[0] in _COMMENTS:
             comment = comment or stripped[0]
+            comments += [] if found else [stripped.lstrip(_COMMENTS).strip()]
         elif stripped:
             found.append(stripped)
         if len(found) == _LOOKED_AT:
@@ -119,24 +128,25 @@ def _first_lines(path: Path, data: bytes) -> tuple[list[str], str]:
     odd = sum(not (c.isprintable() or c in "\t\n\r") for c in text)
     if odd > 0.02 * len(text):
         raise LogError(f"{path} is no text file: {odd} of its first {len(text)} bytes are no characters.")
-    return found, comment
+    return found, comment, tuple(comments)
+
+
+def fields_of(line: str, delimiter: str) -> list[str]:
+    """The fields of a line."""
+    parts = line.split() if delimiter == BLANKS else line.split(delimiter)
+    return [part.strip().strip('"') for part in parts]
 
 
 def _delimiter(lines: Sequence[str]) -> str:
     """The delimiter that parts most of the lines into the same number of columns, more than one."""
     best, chosen = (0.0, 0), BLANKS
     for delimiter in _DELIMITERS:
-        counts = [len(_fields(line, delimiter)) for line in lines]
+        counts = [len(fields_of(line, delimiter)) for line in lines]
         common = max(set(counts), key=counts.count)
         score = (counts.count(common) / len(counts) if common > 1 else 0.0, -list(_DELIMITERS).index(delimiter))
         if score > best and score[0] > 0.5:
             best, chosen = score, delimiter
     return chosen
-
-
-def _fields(line: str, delimiter: str) -> list[str]:
-    parts = line.split() if delimiter == BLANKS else line.split(delimiter)
-    return [part.strip().strip('"') for part in parts]
 
 
 def _is_number(field: str, comma: bool) -> bool:
