@@ -1,5 +1,7 @@
 """Logs come in from anywhere, and episodes go out to any program: import-log, export, recover and show."""
 
+import json
+import shlex
 import shutil
 import subprocess
 
@@ -7,9 +9,15 @@ import numpy as np
 import pandas
 import pytest
 from foreign_logs import NAMES, PERIOD, columns, text
+from hydra import compose, initialize_config_dir
+from hydra.utils import instantiate
 
 from twbal.cli import main
+from twbal.configuration import conf_folder
+from twbal.diagnose.recording import Usability, read_recordings
+from twbal.engine.engine import substeps
 from twbal.logs import read_episode
+from twbal.stages.artefacts import episode_files
 
 ROBOT = f"robot.control_period={PERIOD}"
 
@@ -41,10 +49,10 @@ def test_what_is_exported_and_imported_again_is_the_same(run, episode, tmp_path)
     assert run("export", f"episodes={episode}", out="csv")[0] == 0
     assert run("import-log", f"files={tmp_path / 'csv' / 'ride.csv'}", ROBOT, out="again")[0] == 0
     first, again = read_episode(episode), read_episode(tmp_path / "again" / "episodes" / "ride.mcap")
-    kept = len(again) + 1
-    assert kept == len(first)  # the last row has no command
-    assert again.observations == pytest.approx(first.observations[:kept], abs=1e-12)
-    assert again.commands == pytest.approx(first.commands[: kept - 1], abs=1e-12)
+    assert again.control_period == first.control_period
+    assert again.observations == pytest.approx(first.observations, abs=1e-12)
+    assert again.commands == pytest.approx(first.commands, abs=1e-12)
+    assert again.states == pytest.approx(first.states, abs=1e-12)
 
 
 def test_parquet_has_the_same_numbers(run, episode, tmp_path):
@@ -81,6 +89,105 @@ def test_a_guess_is_a_mapping_that_works(run, tmp_path):
     assert run("import-log", *words, out="imported")[0] == 0
     episode = read_episode(tmp_path / "imported" / "episodes" / "theirs.mcap")
     assert episode.tilt == pytest.approx(rows[:, 1], abs=1e-6)
+
+
+@pytest.mark.parametrize("format", ["csv", "parquet"])
+@pytest.mark.parametrize("robot", ["paper", "regbot"])
+def test_a_guess_of_an_exported_table_brings_the_same_numbers_back(format, robot, run, log, tmp_path):
+    if format == "parquet":
+        pytest.importorskip("pyarrow", reason="comes with the extra [viewers]")
+    told = (f"robot={robot}", ROBOT)
+    measured = ("++import.quantities.tilt_rate=null", "++import.quantities.wheel_rate=null") * (robot == "regbot")
+    assert run("import-log", f"files={log}", *told, *measured, out="first")[0] == 0
+    first = tmp_path / "first" / "episodes" / "ride.mcap"
+    assert run("export", f"episodes={first}", f"format={format}", out="table")[0] == 0
+    table = tmp_path / "table" / f"ride.{format}"
+    code, said, _ = run("import-log", "guess=true", f"files={table}", *told, out="guess")
+    assert code == 0
+    assert "fill in (???)" not in said
+    words = (f"--config-dir={tmp_path / 'guess'}", "import=my_log", f"files={table}")
+    assert run("import-log", *words, *told, out="again")[0] == 0
+    was, now = read_episode(first), read_episode(tmp_path / "again" / "episodes" / "ride.mcap")
+    assert now.commands == pytest.approx(was.commands, abs=0)
+    assert now.observations == pytest.approx(was.observations, abs=1e-12)
+    assert now.states == pytest.approx(was.states, abs=1e-12)
+    assert [e.channel for e in now.estimated] == [e.channel for e in was.estimated]
+
+
+def test_what_a_guess_leaves_open_is_asked_for_and_never_taken_from_elsewhere(run, log, tmp_path):
+    rows = columns()
+    rows = np.column_stack([rows[:, :3], rows[:, 5], rows[:, 7], rows[:, 7]])
+    log.write_text(text(rows, names=("time", "pitch", "roll", "wheel_angle", "command", "torque_left")))
+    code, said, _ = run("import-log", "guess=true", f"files={log}", out="guess")
+    assert code == 0
+    assert "fill in (???): tilt (pitch or roll?)" in said
+    words = (f"--config-dir={tmp_path / 'guess'}", "import=my_log", f"files={log}", ROBOT)
+    code, _, said = run("import-log", *words, out="imported")
+    assert code == 1
+    assert "import.quantities.tilt.from" in said
+    assert len(said.splitlines()) == 1
+
+
+def test_a_bad_file_leaves_the_others_and_is_listed(run, log, tmp_path):
+    bad = tmp_path / "short.csv"
+    bad.write_text(text(columns(28)))
+    files = f"files=[{log},{bad}]"
+    code, said, _ = run("import-log", files, ROBOT, out="imported")
+    assert code == 0
+    assert "1 of 2 files were not imported" in said
+    out = tmp_path / "imported"
+    assert [path.name for path in (out / "episodes").iterdir()] == ["ride.mcap"]
+    assert "no recording of 50 samples" in (out / "not_imported.txt").read_text()
+    manifest = json.loads((out / "manifest.json").read_text())
+    assert manifest["complete"]
+    assert "not_imported.txt" in [made["path"] for made in manifest["outputs"]]
+
+
+def test_where_no_file_can_be_imported_nothing_is_made(run, tmp_path):
+    for name in ("a", "b"):
+        (tmp_path / f"{name}.csv").write_text(text(columns(28)))
+    code, _, said = run("import-log", f"files=[{tmp_path}/a.csv,{tmp_path}/b.csv]", out="imported")
+    assert code == 1
+    assert "None of 2 files can be imported" in said
+    assert not (tmp_path / "imported" / "episodes").exists()
+
+
+def test_an_import_that_was_ended_in_its_midst_is_not_taken(run, episode, tmp_path):
+    manifest = tmp_path / "imported" / "manifest.json"
+    manifest.write_text(manifest.read_text().replace('"complete": true', '"complete": false'))
+    code, _, said = run("export", f"episodes={tmp_path / 'imported'}", out="csv")
+    assert code == 1
+    assert "is not complete" in said
+
+
+@pytest.mark.parametrize("rate", [100, 70])
+def test_the_next_command_diagnoses_at_the_period_of_the_log(rate, run, tmp_path):
+    path = tmp_path / "ride.csv"
+    rows = columns()
+    rows[:, 0] = np.arange(len(rows)) / rate
+    path.write_text(text(rows))
+    code, said, _ = run("import-log", f"files={path}", "robot=regbot", out="imported")
+    assert code == 0
+    words = shlex.split(said.split("next  twbal ")[1])
+    assert words[0] == "diagnose"
+    with initialize_config_dir(str(conf_folder()), version_base="1.3"):
+        cfg = compose("diagnose", words[1:])
+    assert cfg.robot.control_period == 1 / rate
+    assert substeps(cfg.robot.control_period, cfg.sim.physics_step) > 0
+    assert list(cfg.sim.effects) == ["viscous_friction", "rotor_inertia"]
+    assert "diagnosis=measured" in words
+    (recorded,) = [read_episode(file) for file in episode_files(cfg.episodes)]
+    limits = Usability(cfg.shortest, cfg.fewest, cfg.fastest_turn, cfg.widest_tilt)
+    assert len(read_recordings([recorded], ["ride"], instantiate(cfg.robot), limits)) == 1
+
+
+def test_logs_of_different_periods_are_said_not_to_go_together(run, log, tmp_path):
+    other = tmp_path / "slow.csv"
+    rows = columns()
+    rows[:, 0] *= 3
+    other.write_text(text(rows))
+    _, said, _ = run("import-log", f"files=[{log},{other}]", out="imported")
+    assert "control periods differ (ride 0.01 s, slow 0.03 s)" in said
 
 
 def test_what_is_left_of_damaged_logs_is_saved(run, episode, tmp_path):

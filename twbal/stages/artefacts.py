@@ -11,6 +11,7 @@ from twbal.checkpoint import load_checkpoint, save_checkpoint
 from twbal.errors import LogError
 from twbal.files import file_hash
 from twbal.models.dynamics import DynamicsModel
+from twbal.stages.manifest import read_manifest
 from twbal.stages.settings import recorded
 
 
@@ -37,6 +38,9 @@ def episode_files(sources: str | Sequence[str]) -> list[Path]:
 def _logs_in(source: Path) -> list[Path]:
     if source.is_file():
         return [source]
+    made_by = read_manifest(source)
+    if made_by is not None and made_by.stage == "import-log" and not made_by.complete:
+        raise LogError(f"{source} is not complete: twbal import-log was ended in its midst. Run that command again.")
     inside = source / "episodes"
     files = sorted((inside if inside.is_dir() else source).glob("*.mcap"))
     if not files:

@@ -1,31 +1,37 @@
 """Bring logs that twbal did not make into episode logs."""
 
 import shlex
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
+from math import ceil
+from pathlib import Path, PurePosixPath
 
+from hydra.core.hydra_config import HydraConfig
 from hydra.utils import instantiate
-from omegaconf import DictConfig
+from omegaconf import DictConfig, OmegaConf
 from tqdm import tqdm
 
+from twbal.configuration import conf_folder
 from twbal.episode import Episode, Provenance
-from twbal.errors import ConfigError, LogError
+from twbal.errors import ConfigError, DataError, LogError
 from twbal.figures.canvas import save
 from twbal.figures.courses import courses_figure
 from twbal.files import write_atomically
 from twbal.foreign.episodes import Imported, Wanted, duplicated, import_file
 from twbal.foreign.guess import guess
 from twbal.foreign.mapping import Mapping
+from twbal.logs import read_episode
 from twbal.logs.writer import write_episode
 from twbal.robot.parameters import RobotParameters, parameter_hash
-from twbal.stages.closing import closing, run_folder, told_of
+from twbal.stages.closing import closing, configuration_flags, run_folder, told_of
 from twbal.stages.manifest import Manifest, Step, perform
 from twbal.stages.settings import at_least, recorded, typed
 
 NOT_RECORDED = ("files", "guess")
-MAPPING = "my_log.yaml"
+MAPPING, EPISODES, NOT_IMPORTED = "my_log.yaml", "episodes", "not_imported.txt"
 _DRAWN = 12  # episodes
+_SAME_PERIOD = 1e-6  # s; as a diagnosis takes it
+_WHOLE = 1e-9  # share of a control period by which physics steps may miss it, as the simulation takes it
 
 
 @dataclass(frozen=True)
@@ -43,16 +49,21 @@ def main(cfg: DictConfig) -> None:
         propose(_files(cfg.files), out)
         return
     manifest = run(cfg, out)
-    closing(manifest, out, f"twbal diagnose episodes={out}{told_of('robot')}")
+    logs = [out / made.path for made in manifest.outputs if PurePosixPath(made.path).parent.name == EPISODES]
+    closing(manifest, out, _diagnosis_of(out, read_episode(logs[0]).control_period, cfg.robot))
 
 
 def run(cfg: DictConfig, out: Path) -> Manifest:
-    """Import the files that `cfg` names into `out`/episodes, unless that is done there already."""
+    """Import the files that `cfg` names into `out`/episodes, unless that is done there already.
+
+    Raises:
+        LogError: none of the files can be imported.
+    """
     settings = typed(Settings, cfg)
     at_least(4, shortest=settings.shortest)
     files = _files(cfg.files)
     robot: RobotParameters = instantiate(cfg.robot)
-    mapping: Mapping = instantiate(cfg["import"], _convert_="all")
+    mapping: Mapping = _mapping(cfg["import"])
     text = recorded(cfg, NOT_RECORDED)
     provenance = Provenance(robot.name, "robot", parameter_hash=parameter_hash(robot), config=text)
     wanted = Wanted(instantiate(cfg.state), settings.period, settings.shortest)
@@ -60,13 +71,38 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
     return perform(step, lambda: _import_to_files(files, mapping, wanted, provenance, out))
 
 
+def _mapping(cfg: DictConfig) -> Mapping:
+    open_ones = sorted(OmegaConf.missing_keys(cfg))
+    if open_ones:
+        raise ConfigError(f"The mapping has ??? for {', '.join(open_ones)}: fill these in, or write null.")
+    made: Mapping = instantiate(cfg, _convert_="all")
+    return made
+
+
+def _diagnosis_of(out: Path, period: float, robot: DictConfig) -> str:
+    """The command that diagnoses what was imported: with the simulation of its robot, at the period of its logs."""
+    chosen = HydraConfig.get().runtime.choices["robot"]
+    own = (conf_folder() / "sim" / f"{chosen}.yaml").exists()
+    simulation = OmegaConf.load(conf_folder() / "sim" / f"{chosen if own else 'nominal'}.yaml")
+    flags = [] if (conf_folder() / "robot" / f"{chosen}.yaml").exists() else configuration_flags()
+    words = ["twbal", "diagnose", *flags, f"episodes={out}", "diagnosis=measured"]
+    words += [f"sim={chosen}"] if own else []
+    more = [] if abs(period - robot.control_period) <= _SAME_PERIOD else [f"robot.control_period={period!r}"]
+    steps = ceil(period / simulation.physics_step - _WHOLE)
+    if abs(steps * simulation.physics_step - period) > _WHOLE * period:
+        more.append(f"sim.physics_step={period / steps!r}")
+    return " ".join([shlex.join(words) + told_of("robot"), *more])
+
+
 def propose(files: Sequence[Path], out: Path) -> None:
     """Print what the first file looks like and write a mapping for it to fill in."""
     found = guess(files[0])
     print("\n".join([f"{files[0]}:", *found.table, "", found.mapping]))
     write_atomically(out / "import" / MAPPING, found.mapping)
-    if found.missing:
-        print(f"not found: {', '.join(found.missing)}")
+    if found.open:
+        print(f"fill in (???): {'; '.join(found.open)}")
+    if found.unknown_units:
+        print(f"check the units of: {', '.join(found.unknown_units)}")
     print(f"made  {out / 'import' / MAPPING}")
     command = ["twbal", "import-log", f"--config-dir={out}", f"import={Path(MAPPING).stem}", f"files={files[0]}"]
     print(f"next  look through it, then: {shlex.join(command)}{told_of('robot')}")
@@ -88,24 +124,52 @@ def _files(given: str | Sequence[str]) -> list[Path]:
 def _import_to_files(
     files: Sequence[Path], mapping: Mapping, wanted: Wanted, provenance: Provenance, out: Path
 ) -> list[Path]:
-    made: list[Path] = []
+    """Import what can be; what cannot is listed in `not_imported.txt`.
+
+    Raises:
+        LogError: none of the files can be imported.
+    """
     episodes: list[Episode] = []
     names: list[str] = []
+    refused: list[str] = []
     for file in tqdm(files, "files", disable=None if len(files) > 1 else True):
         source = replace(provenance, trial=len(episodes))
-        imported = import_file(file, mapping, wanted, source)
+        try:
+            imported = import_file(file, mapping, wanted, source)
+        except DataError as error:
+            if len(files) == 1:
+                raise
+            refused.append(f"{file}: {error}")
+            print(f"  WARNING: not imported: {refused[-1]}")
+            continue
         _tell(file, imported)
         for k, episode in enumerate(imported.episodes):
             names.append(file.stem if len(imported.episodes) == 1 else f"{file.stem}_{k}")
             episodes.append(episode)
-            made.append(out / "episodes" / f"{names[-1]}.mcap")
-            write_episode(made[-1], episode)
-    for sentence in duplicated(episodes, names):
+    if not episodes:
+        raise LogError(f"None of {len(files)} files can be imported. The first, {refused[0]}")
+    for sentence in (*duplicated(episodes, names), *_periods(episodes, names)):
         print(f"  WARNING: {sentence}")
+    made: list[Path] = []
+    if refused:
+        made.append(out / NOT_IMPORTED)
+        write_atomically(made[-1], "\n".join(refused) + "\n")
+        print(f"{len(refused)} of {len(files)} files were not imported; {made[-1]} says why.")
+    for name, episode in zip(names, episodes, strict=True):
+        made.append(out / EPISODES / f"{name}.mcap")
+        write_episode(made[-1], episode)
     for name, episode in list(zip(names, episodes, strict=True))[:_DRAWN]:
         made.append(out / "figures" / f"{name}.png")
         save(courses_figure(episode, name), made[-1], dots_per_inch=90)
     return made
+
+
+def _periods(episodes: Sequence[Episode], names: Sequence[str]) -> Iterator[str]:
+    """A sentence on recordings of more than one control period, which no later stage takes together."""
+    by_period = {episode.control_period: name for episode, name in zip(episodes, names, strict=True)}
+    if max(by_period) - min(by_period) > _SAME_PERIOD:
+        told = ", ".join(f"{name} {period:.6g} s" for period, name in sorted(by_period.items()))
+        yield f"control periods differ ({told}): import them one by one, or give a period=... that suits all"
 
 
 def _tell(file: Path, imported: Imported) -> None:
