@@ -73,7 +73,7 @@ def test_the_tilt_may_be_off_by_another_constant_in_each_log(paper):
 
 
 def test_no_sensor_is_finer_than_its_steps(paper):
-    recording = ride(paper, {}, seed=35, periods=400)
+    recording = ride(paper, {}, seed=35, periods=1000)
     fine = Data([recording], 10).resolution
     assert (fine < 0.5 * NOISE.sensors).all()
     step = 0.05
