@@ -1,12 +1,15 @@
 """Files that are either wholly there or not at all, and what names their content."""
 
+import errno
 import fcntl
 import hashlib
 import os
 import secrets
+import stat
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from io import BufferedReader
 from pathlib import Path
 from typing import BinaryIO
 
@@ -84,6 +87,32 @@ def _lock(handle: int, folder: Path) -> None:
         return
 
 
+def read_bounded(path: Path, largest: int) -> bytes:
+    """The content of an ordinary file of at most `largest` bytes: never a pipe that nobody writes to, nor a device.
+
+    Raises:
+        OSError: there is no such file, it may not be read, is larger, or is something else; `strerror` says which.
+    """
+    with _ordinary(path) as stream:
+        data = stream.read(largest + 1)
+    if len(data) > largest:
+        raise OSError(errno.EFBIG, f"it has more than {largest} bytes", str(path))
+    return data
+
+
+def _ordinary(path: Path) -> BufferedReader:
+    """Open an ordinary file for reading; raises `OSError` for whatever else `path` may be."""
+    # Not blocking: opening a pipe would wait for somebody to write to it.
+    handle = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_CLOEXEC)
+    mode = os.fstat(handle).st_mode
+    if stat.S_ISREG(mode):
+        return os.fdopen(handle, "rb")
+    os.close(handle)
+    if stat.S_ISDIR(mode):
+        raise IsADirectoryError(errno.EISDIR, "it is a folder", str(path))
+    raise OSError(errno.EINVAL, "it is a pipe or a device, and no file", str(path))
+
+
 def file_hash(path: Path) -> str:
     """sha256 of the content of `path`, in hex.
 
@@ -91,7 +120,7 @@ def file_hash(path: Path) -> str:
         DataError: the file cannot be read.
     """
     try:
-        with path.open("rb") as stream:
+        with _ordinary(path) as stream:
             return hashlib.file_digest(stream, "sha256").hexdigest()
     except IsADirectoryError as error:
         raise DataError(f"{path} is a folder; expected is a file, such as one in it.") from error

@@ -142,10 +142,9 @@ def diagnose(split: Split, told: Told) -> tuple[Diagnosis, Findings]:
 
 def augmented(present: Effects, found: Effects, physics_step: float) -> str:
     """The simulation with what was found, as yaml; what does nothing is left out."""
-    effects = {}
-    for name, values in {**present, **found}.items():
-        target = {"_target_": f"{library()[name].__module__}.{library()[name].__name__}"} if name in library() else {}
-        effects[name] = {**target, **{key: float(value) for key, value in values.items()}}
+    effects = {
+        name: {key: float(value) for key, value in values.items()} for name, values in {**present, **found}.items()
+    }
     return str(OmegaConf.to_yaml(OmegaConf.create({"physics_step": physics_step, "effects": effects})))
 
 

@@ -27,7 +27,7 @@ class ActuationDelay(ActuatorEffect):
     separate_by = "Give steps of the command: a lag answers at once and slowly, a delay late and at once."
 
     def __post_init__(self) -> None:
-        self._require("delay", 0)
+        self._require("delay", 0, 10)
 
     def start(self, physics_step: float, rng: np.random.Generator) -> TorqueFilter:
         """Hand out an empty line of commands under way."""

@@ -27,7 +27,7 @@ class ImuDelay(SensorEffect):
     separate_by = "Turn the body by hand and compare the IMU with the wheel encoders."
 
     def __post_init__(self) -> None:
-        self._require("delay", 0)
+        self._require("delay", 0, 10)
 
     def start(self, control_period: float, rng: np.random.Generator) -> SensorFilter:
         """Hand out a sensor whose past is like the first instant."""

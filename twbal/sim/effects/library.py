@@ -1,4 +1,4 @@
-"""All effects that can be named: the files of this folder, found and not listed."""
+"""All effects: the files of this folder, found and not listed."""
 
 import importlib
 import pkgutil
@@ -11,17 +11,19 @@ import twbal.sim.effects
 from twbal.sim.effects.effect import Effect, parameters_of
 
 
-@cache
 def library() -> dict[str, type[Effect]]:
-    """Effects by name, which is that of their file and of their yaml in conf/effect/; in the order of the names.
+    """The effects that a diagnosis can name, by name; what has no `parameter` (noise of the sensors) it cannot."""
+    return {name: kind for name, kind in all_effects().items() if parameters_of(kind)}
 
-    What has no `parameter` (noise of the sensors) is no effect that a diagnosis could name.
-    """
+
+@cache
+def all_effects() -> dict[str, type[Effect]]:
+    """Effects by name, which is that of their file and of their yaml in conf/effect/; in the order of the names."""
     found = {}
     for file in pkgutil.iter_modules(twbal.sim.effects.__path__):
         module = importlib.import_module(f"twbal.sim.effects.{file.name}")
         for kind in vars(module).values():
-            if _is_effect_of(kind, module.__name__) and parameters_of(kind):
+            if _is_effect_of(kind, module.__name__):
                 found[file.name] = kind
     return found
 
