@@ -1,3 +1,4 @@
+import os
 import pickle
 import subprocess
 import sys
@@ -210,6 +211,75 @@ def test_a_damaged_checkpoint_is_refused_or_reads_the_same(path: Path) -> None:
         else:
             assert_equal(found, payload())  # the bit lay in padding
     assert refusals > 100
+
+
+HEAD = {"format": "twbal checkpoint", "schema_version": 1, "kind": "model"}
+
+
+def repeated(times: int) -> list[Any]:
+    """A list of 2^times numbers that a few bytes describe."""
+    values: list[Any] = [1.0]
+    for _ in range(times):
+        values = [values, values]
+    return values
+
+
+def endless() -> list[Any]:
+    """A list that contains itself."""
+    values: list[Any] = []
+    values.append(values)
+    return values
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        repeated(12),
+        repeated(40),
+        endless(),
+        {"a": endless()},
+        torch.zeros(1).expand(2**40),
+        torch.zeros(9, device="meta"),
+    ],
+    ids=["many", "very many", "endless", "endless within", "expanded", "without memory"],
+)
+def test_what_few_bytes_make_much_of_is_refused(path: Path, value: object) -> None:
+    torch.save({**HEAD, "payload": {"x": value}}, path)
+    assert "can: values that repeat, or contain themselves" in refused(path)
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        ({**HEAD, "payload": {1: 2}}, "holds a dict. It can hold: dict (with text keys)"),
+        ({**HEAD, "payload": {"x": torch.zeros(2, dtype=torch.complex64)}}, "numpy.ndarray of complex64"),
+        ({**HEAD, "payload": {"x": torch.zeros(2, dtype=torch.bfloat16)}}, "numpy cannot hold"),
+        ({**HEAD, "schema_version": torch.tensor([1, 1])}, "has schema version tensor"),
+        ({**HEAD, "schema_version": True}, "has schema version True"),
+        ({**HEAD, "kind": ["model"]}, "expected a 'model'"),
+        ({**HEAD, "format": torch.zeros(2)}, "is a torch file, but not a checkpoint of twbal"),
+    ],
+)
+def test_content_of_odd_kinds_is_refused(path: Path, content: dict[str, Any], message: str) -> None:
+    torch.save({"payload": {}, **content}, path)
+    assert message in refused(path)
+
+
+def test_a_compressed_checkpoint_is_refused_before_it_is_unfolded(path: Path) -> None:
+    torch.save({**HEAD, "payload": {"x": torch.zeros(2**20)}}, path)
+    plain = {}
+    with zipfile.ZipFile(path) as archive:
+        plain = {name: archive.read(name) for name in archive.namelist()}
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, data in plain.items():
+            archive.writestr(name, data)
+    assert path.stat().st_size < 2**16
+    assert "a checkpoint of twbal is not compressed" in refused(path)
+
+
+def test_a_pipe_is_refused_and_not_waited_for(path: Path) -> None:
+    os.mkfifo(path)
+    assert "it is a pipe or a device, and no file" in refused(path)
 
 
 def test_importing_the_module_does_not_import_torch() -> None:

@@ -16,12 +16,14 @@ from typing import Any
 import numpy as np
 
 from twbal.errors import CheckpointError
-from twbal.files import write_atomically
+from twbal.files import read_bounded, write_atomically
 
 FORMAT = "twbal checkpoint"
 SCHEMA_VERSION = 1
 _ALLOWED = "dict (with text keys), list, tuple, str, int, float, bool, None, numpy arrays of numbers and torch tensors"
 _ZIP_START = b"PK\x03\x04"
+_LARGEST = 2**32  # bytes of a file
+_DEEPEST = 32  # dicts and lists within each other
 
 
 def save_checkpoint(path: Path, kind: str, payload: dict[str, Any]) -> str:
@@ -59,20 +61,24 @@ def load_checkpoint(path: Path, kind: str) -> dict[str, Any]:
         CheckpointError: the file is missing, cut, damaged, not a checkpoint, of another kind or schema version, or
             needs code to load.
     """
-    content = _load_tensors(path, _read_zip(path))
-    if not isinstance(content, dict) or content.get("format") != FORMAT:
+    data = _read_zip(path)
+    content = _load_tensors(path, data)
+    _check_extent(content, len(data), path)
+    if not isinstance(content, dict) or not _is(content.get("format"), FORMAT):
         raise CheckpointError(
             f"{path} is a torch file, but not a checkpoint of twbal (it holds {_describe(content)}). "
             "Give a model.pt or policy.pt that a twbal stage wrote."
         )
     version, found = content.get("schema_version"), content.get("kind")
-    if version != SCHEMA_VERSION:
+    if not _is(version, SCHEMA_VERSION):
         raise CheckpointError(
-            f"Checkpoint {path} has schema version {version}; this twbal reads version {SCHEMA_VERSION}. "
+            f"Checkpoint {path} has schema version {str(version)[:40]}; this twbal reads version {SCHEMA_VERSION}. "
             "Install the version of twbal that wrote it (its run folder's manifest.json names it)."
         )
-    if found != kind:
-        raise CheckpointError(f"Checkpoint {path} holds a {found!r}, expected a {kind!r}. Was another file meant?")
+    if not _is(found, kind):
+        raise CheckpointError(
+            f"Checkpoint {path} holds a {str(found)[:40]!r}, expected a {kind!r}. Was another file meant?"
+        )
     payload = _unpack(content.get("payload"), path)
     if not isinstance(payload, dict):
         raise CheckpointError(f"Checkpoint {path} has no payload; found {_describe(payload)}. Make it again.")
@@ -104,18 +110,47 @@ def _pack(value: Any, where: str) -> Any:
     raise CheckpointError(f"{where} is {_describe(value)}, which a checkpoint cannot hold. It can hold: {_ALLOWED}.")
 
 
+def _check_extent(content: Any, size: int, path: Path) -> None:
+    """Refuse content that a file of `size` bytes cannot hold as it is: values that stand for many, or hold themselves.
+
+    A pickle may name the same list many times, in a list that is named many times, and a tensor may have any shape
+    over a single number.
+    """
+    import torch
+
+    ahead, extent = [(content, 0)], 0
+    while ahead:
+        value, depth = ahead.pop()
+        extent += value.numel() * value.element_size() if isinstance(value, torch.Tensor) else 1
+        if extent > size or depth > _DEEPEST:
+            raise CheckpointError(
+                f"Checkpoint {path} holds more than its {size} bytes can: values that repeat, or contain themselves. "
+                "twbal writes no such file; do not use it."
+            )
+        within = value.values() if isinstance(value, dict) else value if isinstance(value, list | tuple) else ()
+        ahead.extend((item, depth + 1) for item in within)
+
+
+def _is(found: Any, expected: str | int) -> bool:
+    """Whether a value of any kind is this very text or number."""
+    return type(found) is type(expected) and bool(found == expected)
+
+
 def _unpack(value: Any, path: Path) -> Any:
     """`value` with its tensors as numpy arrays."""
     import torch
 
     if isinstance(value, torch.Tensor):
         try:
-            return value.numpy()
+            array = value.numpy()
         except (RuntimeError, TypeError) as error:
             raise CheckpointError(f"Checkpoint {path} holds a tensor that numpy cannot hold: {error}") from error
+        if array.dtype.kind in "fiub":
+            return array
+        value = array
     if type(value) in (list, tuple):
         return type(value)([_unpack(item, path) for item in value])
-    if type(value) is dict:
+    if type(value) is dict and all(isinstance(key, str) for key in value):
         return {key: _unpack(item, path) for key, item in value.items()}
     if value is None or type(value) in (bool, int, float, str):
         return value
@@ -125,7 +160,7 @@ def _unpack(value: Any, path: Path) -> Any:
 def _read_zip(path: Path) -> bytes:
     """The bytes of a torch file whose parts are all whole."""
     try:
-        data = path.read_bytes()
+        data = read_bounded(path, _LARGEST)
     except FileNotFoundError:
         raise CheckpointError(
             f"There is no checkpoint {path}. Check the path, or run the stage that makes it."
@@ -137,11 +172,16 @@ def _read_zip(path: Path) -> bytes:
     try:
         # torch does not look at the checksums, and would hand out damaged numbers.
         with zipfile.ZipFile(BytesIO(data)) as archive:
-            damaged = archive.testzip()
+            unfolded = sum(part.file_size for part in archive.infolist())
+            damaged = archive.testzip() if unfolded <= len(data) else None
     except Exception as error:  # zipfile lets errors of many kinds through on damaged files
         raise CheckpointError(
             f"Checkpoint {path} is cut or damaged after {len(data)} bytes ({error}). Make it again, or take a copy."
         ) from error
+    if unfolded > len(data):
+        raise CheckpointError(
+            f"Checkpoint {path} of {len(data)} bytes unfolds into {unfolded}; a checkpoint of twbal is not compressed."
+        )
     if damaged is not None:
         raise CheckpointError(f"Checkpoint {path} is damaged (checksum of {damaged}). Make it again, or take a copy.")
     return data

@@ -80,8 +80,33 @@ def test_payload_round_trip_predicts_the_same(model):
 def test_a_payload_without_a_part_says_so(model, part):
     payload = model.to_payload()
     del payload[part]
-    with pytest.raises(CheckpointError, match=f"missing: {part}"):
+    with pytest.raises(CheckpointError, match=f"has no '{part}'"):
         DynamicsModel.from_payload(payload)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"wheel_radius": float("nan")}, "model's wheel_radius must be within"),
+        ({"wheel_radius": "0.1"}, "wheel_radius must be a number"),
+        ({"channels": [1, 2]}, "channels must be texts"),
+        ({"keep_f_variance": 1}, "keep_f_variance must be a bool; found a int"),
+        ({"process_noise": np.array([1.0])}, r"process_noise must be numbers of shape \(2\)"),
+        ({"observation_noise": np.array([1.0, -1.0])}, "observation_noise must be within"),
+        ({"f": 3}, "has no 'centres'; it has: int"),
+        ({"g": {}}, "has no 'centres'"),
+        ({"f": {"length_scales": np.zeros((2, 5))}}, "length_scales must be within"),
+        ({"f": {"centres": np.zeros(5)}}, r"centres must be numbers of shape \(any, any\)"),
+        ({"f": {"weights": np.zeros((2, 1))}}, "weights must be numbers of shape"),
+        ({"f": {"variance_matrix": np.array([[np.nan]])}}, "variance_matrix must be numbers of shape"),
+        ({"f": {"signal_variance": np.array([np.inf, 1.0])}}, "signal_variance must be within"),
+    ],
+)
+def test_a_payload_that_cannot_be_a_model_is_refused(model, change, message):
+    payload = model.to_payload()
+    changed = {k: {**payload[k], **v} if isinstance(v, dict) and v else v for k, v in change.items()}
+    with pytest.raises(CheckpointError, match=message):
+        DynamicsModel.from_payload({**payload, **changed})
 
 
 def test_a_model_of_another_state_is_refused():

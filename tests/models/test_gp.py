@@ -53,7 +53,7 @@ def test_payload_round_trip_is_exact(gp):
 def test_an_incomplete_payload_names_what_is_missing(gp):
     payload = gp.to_payload()
     del payload["weights"]
-    with pytest.raises(CheckpointError, match="missing: weights"):
+    with pytest.raises(CheckpointError, match="has no 'weights'"):
         GaussianProcess.from_payload(payload)
 
 

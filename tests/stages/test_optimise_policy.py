@@ -172,9 +172,38 @@ def test_what_does_not_fit_together_is_refused(folder, tmp_path, capsys, words, 
     assert message in capsys.readouterr().err
 
 
-def test_a_prediction_with_parts_missing_is_refused(tmp_path):
+VERDICT = {"origin": "search 0", "cost": 3.0, "judged_success": 1.0, "judged_cost": 0.1}
+PREDICTION = {
+    "channels": ["tilt"],
+    "mean": np.zeros((3, 1)),
+    "covariance": np.ones((3, 1, 1)),
+    "best": VERDICT,
+    "candidates": [VERDICT],
+}
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"mean": np.zeros((3, 2))}, r"mean must be numbers of shape \(any, 1\)"),
+        ({"mean": np.array([[0.0], [np.nan], [0.0]])}, "mean must be finite; found nan"),
+        ({"covariance": np.ones((2, 1, 1))}, r"covariance must be numbers of shape \(3, 1, 1\)"),
+        ({"best": 3}, "best's checkpoint has no 'origin'"),
+        ({"best": {**VERDICT, "cost": "3"}}, "cost must be a number"),
+        ({"candidates": VERDICT}, "candidates must be a list"),
+        ({"candidates": [None]}, "candidate's checkpoint has no 'origin'"),
+        ({"channels": 3}, "channels must be a list"),
+    ],
+)
+def test_a_prediction_that_cannot_be_one_is_refused(change, message, tmp_path):
+    save_checkpoint(tmp_path / "prediction.pt", "prediction", PREDICTION)
+    assert load_prediction(tmp_path / "prediction.pt").best.cost == 3.0
+    save_checkpoint(tmp_path / "prediction.pt", "prediction", {**PREDICTION, **change})
+    with pytest.raises(CheckpointError, match=message) as caught:
+        load_prediction(tmp_path / "prediction.pt")
+    assert "prediction.pt" in str(caught.value)
     save_checkpoint(tmp_path / "prediction.pt", "prediction", {"channels": ["tilt"]})
-    with pytest.raises(CheckpointError, match="no whole prediction"):
+    with pytest.raises(CheckpointError, match="has no 'mean'"):
         load_prediction(tmp_path / "prediction.pt")
 
 

@@ -7,9 +7,10 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 
 from twbal.channels import Channels
-from twbal.errors import CheckpointError, ConfigError
+from twbal.errors import ConfigError
 from twbal.gaussian import Array
 from twbal.models.gp import GaussianProcess
+from twbal.payload import Payload
 
 
 class Step(NamedTuple):
@@ -128,19 +129,19 @@ class DynamicsModel:
         """The model that `to_payload` described.
 
         Raises:
-            CheckpointError: an entry is missing.
+            CheckpointError: an entry is missing, or cannot be one of a model.
+            ConfigError: f or g does not fit the channels.
         """
-        noises = ("process_noise", "observation_noise")
-        names = ("channels", "wheel_radius", "f", "g", "keep_f_variance", *noises)
-        missing = [name for name in names if name not in payload]
-        if missing:
-            raise CheckpointError(f"A model checkpoint needs {', '.join(names)}; missing: {', '.join(missing)}.")
+        found = Payload("model", payload)
+        f = GaussianProcess.from_payload(found["f"])
+        g = found["g"]
         return cls(
-            channels=Channels(tuple(payload["channels"]), float(payload["wheel_radius"])),
-            f=GaussianProcess.from_payload(payload["f"]),
-            g=None if payload["g"] is None else GaussianProcess.from_payload(payload["g"]),
-            keep_f_variance=bool(payload["keep_f_variance"]),
-            **{noise: np.asarray(payload[noise]) for noise in noises},
+            channels=Channels(found.texts("channels"), found.number("wheel_radius", 1e-9, 1e3)),
+            f=f,
+            g=None if g is None else GaussianProcess.from_payload(g),
+            keep_f_variance=found.flag("keep_f_variance"),
+            process_noise=found.numbers("process_noise", (f.outputs,), 0.0),
+            observation_noise=found.numbers("observation_noise", (f.outputs,), 0.0),
         )
 
 

@@ -1,14 +1,15 @@
 """Gaussian processes as they stand after the fit: arrays, a prediction, and nothing else."""
 
 from collections.abc import Mapping
-from dataclasses import MISSING, dataclass, fields
+from dataclasses import dataclass, fields
 from typing import Any, NamedTuple, Self
 
 import numpy as np
 import scipy.linalg
 
-from twbal.errors import CheckpointError, FitError
+from twbal.errors import FitError
 from twbal.gaussian import Array
+from twbal.payload import Payload
 
 
 class Prediction(NamedTuple):
@@ -128,14 +129,21 @@ class GaussianProcess:
         """The GPs that `to_payload` described.
 
         Raises:
-            CheckpointError: an array is missing.
+            CheckpointError: an array is missing, of a shape that does not fit the others, or not finite.
         """
-        needed = [item.name for item in fields(cls) if item.default is MISSING]
-        missing = [name for name in needed if name not in payload]
-        if missing:
-            raise CheckpointError(f"A GP in a checkpoint needs {', '.join(needed)}; missing: {', '.join(missing)}.")
-        names = [item.name for item in fields(cls) if item.name in payload]
-        return cls(**{name: np.asarray(payload[name]) for name in names})
+        found = Payload("GP", payload)
+        centres = found.numbers("centres", (-1, -1))
+        length_scales = found.numbers("length_scales", (-1, centres.shape[1]), np.finfo(float).tiny)
+        n, E = len(centres), len(length_scales)
+        return cls(
+            centres=centres,
+            length_scales=length_scales,
+            signal_variance=found.numbers("signal_variance", (E,), 0.0),
+            noise_variance=found.numbers("noise_variance", (E,), 0.0),
+            weights=found.numbers("weights", (E, n)),
+            variance_matrix=found.numbers("variance_matrix", (E, n, n)),
+            sample_root=found.numbers("sample_root", (E, n, n)) if payload.get("sample_root") is not None else None,
+        )
 
 
 def condition(

@@ -5,9 +5,9 @@ from typing import Any, Self
 
 import numpy as np
 
-from twbal.errors import CheckpointError
 from twbal.gaussian import Array
-from twbal.policies.policy import Controller, Policy
+from twbal.payload import Payload
+from twbal.policies.policy import LARGEST, Controller, Policy, channels_in, max_command_in
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,14 +44,13 @@ class LinearPolicy(Policy):
         """Back from `to_payload`.
 
         Raises:
-            CheckpointError: a part is missing.
+            CheckpointError: a part is missing, or cannot be one of a policy.
         """
-        try:
-            return cls(
-                channels=tuple(payload["channels"]),
-                gain=np.asarray(payload["gain"]),
-                bias=float(payload["bias"]),
-                max_command=float(payload["max_command"]),
-            )
-        except KeyError as missing:
-            raise CheckpointError(f"The policy's checkpoint has no {missing}; it has: {', '.join(payload)}.") from None
+        found = Payload("policy", payload)
+        channels = channels_in(found)
+        return cls(
+            channels=channels,
+            gain=found.numbers("gain", (len(channels),), -LARGEST, LARGEST),
+            bias=found.number("bias", -LARGEST, LARGEST),
+            max_command=max_command_in(found),
+        )

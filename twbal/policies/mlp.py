@@ -8,13 +8,16 @@ import numpy as np
 
 from twbal.errors import CheckpointError
 from twbal.gaussian import Array
-from twbal.policies.policy import Controller, Policy
+from twbal.payload import Payload
+from twbal.policies.policy import LARGEST, Controller, Policy, channels_in, max_command_in
 
 _Function = Callable[[Array], Array]
 _ACTIVATIONS: Mapping[str, _Function] = {"tanh": np.tanh, "relu": lambda x: np.maximum(x, 0.0)}
 _SQUASHES: Mapping[str, _Function] = {"tanh": np.tanh, "clip": lambda x: np.clip(x, -1.0, 1.0)}
 _FAR = 1e100
 """States are cut off here, where products would overflow: the command is to be a number for any state."""
+_DEEPEST, _WIDEST = 16, 4096
+"""Layers of a network, and units of one: more are too slow for a control period."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,12 +82,20 @@ class MlpPolicy(Policy):
         """Back from `to_payload`.
 
         Raises:
-            CheckpointError: a part is missing, or the parts do not fit together.
+            CheckpointError: a part is missing, cannot be one of a policy, or does not fit the others.
         """
-        try:
-            weights, biases = (tuple(map(np.asarray, payload[name])) for name in ("weights", "biases"))
-            activation, squash = str(payload["activation"]), str(payload["squash"])
-            max_command = float(payload["max_command"])
-            return cls(tuple(payload["channels"]), weights, biases, activation, squash, max_command)
-        except KeyError as missing:
-            raise CheckpointError(f"The policy's checkpoint has no {missing}; it has: {', '.join(payload)}.") from None
+        found = Payload("policy", payload)
+        weights, biases = (_layers(found, name, rank) for name, rank in (("weights", 2), ("biases", 1)))
+        activation, squash = found.text("activation"), found.text("squash")
+        return cls(channels_in(found), weights, biases, activation, squash, max_command_in(found))
+
+
+def _layers(found: Payload, name: str, rank: int) -> tuple[Array, ...]:
+    layers = found.items(name)
+    if len(layers) > _DEEPEST:
+        raise CheckpointError(f"A network has at most {_DEEPEST} layers; found {len(layers)} {name}.")
+    each = Payload("policy", {f"{name}[{i}]": layer for i, layer in enumerate(layers)})
+    arrays = tuple(each.numbers(part, (-1,) * rank, -LARGEST, LARGEST) for part in each.values)
+    if any(max(array.shape) > _WIDEST for array in arrays):
+        raise CheckpointError(f"A network's layers are at most {_WIDEST} wide; the policy's {name} are wider.")
+    return arrays

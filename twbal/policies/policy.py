@@ -5,8 +5,14 @@ from collections.abc import Callable
 
 import numpy as np
 
+from twbal.errors import CheckpointError
 from twbal.gaussian import Array
+from twbal.payload import Payload
 
+LARGEST = 1e9
+"""Parameters of a saved policy beyond ± this are refused: with them a command could overflow."""
+_MOST_CHANNELS = 64
+_STRONGEST = 1e6  # N·m
 Controller = Callable[[Array], float]
 """One rollout's law: from the state (D,) to the command [N·m]."""
 
@@ -21,3 +27,22 @@ class Policy(ABC):
     @abstractmethod
     def controller(self, rng: np.random.Generator) -> Controller:
         """The law for one rollout; whatever is random in it is drawn from `rng`."""
+
+
+def channels_in(payload: Payload) -> tuple[str, ...]:
+    """The state channels that a saved policy reads.
+
+    Raises:
+        CheckpointError: there are none, too many, or one twice.
+    """
+    channels = payload.texts("channels")
+    if not 1 <= len(channels) <= _MOST_CHANNELS or len(set(channels)) < len(channels):
+        raise CheckpointError(
+            f"A policy reads 1 to {_MOST_CHANNELS} distinct channels; found {len(channels)}: {str(channels)[:80]}."
+        )
+    return channels
+
+
+def max_command_in(payload: Payload) -> float:
+    """The largest command of a saved policy [N·m]; positive."""
+    return payload.number("max_command", 1e-9, _STRONGEST)

@@ -7,12 +7,17 @@ import numpy as np
 
 from twbal.errors import CheckpointError
 from twbal.gaussian import Array
-from twbal.policies.policy import Controller, Policy
+from twbal.payload import Payload
+from twbal.policies.policy import LARGEST, Controller, Policy, channels_in, max_command_in
 from twbal.policies.rbf_moments import Network
 from twbal.policies.squash import squash
 
 _FAR = 1e100
 """States are cut off here, where squares would overflow: the command is to be a number for any state."""
+_SHORTEST = 1e-9
+"""Lengths of a basis function below this are refused, in the channels' units."""
+_MOST = 10_000
+"""Basis functions of a saved policy: more are too slow for a control period."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,10 +71,18 @@ class RbfPolicy(Policy):
         """Back from `to_payload`.
 
         Raises:
-            CheckpointError: a part is missing.
+            CheckpointError: a part is missing, or cannot be one of a policy.
         """
-        try:
-            parts = {name: np.asarray(payload[name]) for name in ("centres", "weights", "lengths", "gain")}
-            return cls(channels=tuple(payload["channels"]), max_command=float(payload["max_command"]), **parts)
-        except KeyError as missing:
-            raise CheckpointError(f"The policy's checkpoint has no {missing}; it has: {', '.join(payload)}.") from None
+        found = Payload("policy", payload)
+        channels = channels_in(found)
+        centres = found.numbers("centres", (-1, len(channels)), -LARGEST, LARGEST)
+        if len(centres) > _MOST:
+            raise CheckpointError(f"A policy has at most {_MOST} basis functions; found {len(centres)}.")
+        return cls(
+            channels=channels,
+            centres=centres,
+            weights=found.numbers("weights", (len(centres),), -LARGEST, LARGEST),
+            lengths=found.numbers("lengths", (len(channels),), _SHORTEST, _FAR),
+            gain=found.numbers("gain", (len(channels),), -LARGEST, LARGEST),
+            max_command=max_command_in(found),
+        )

@@ -35,12 +35,15 @@ def load_policy(path: str | Path, channels: Sequence[str]) -> SavedPolicy:
     """
     payload = load_checkpoint(Path(path), "policy")
     law = payload.get("law", "rbf")
-    if law not in _KINDS:
+    if not isinstance(law, str) or law not in _KINDS:
         raise CheckpointError(
-            f"The policy in {path} is of the kind {law!r}; this twbal knows {', '.join(_KINDS)}. "
+            f"The policy in {path} is of the kind {str(law)[:40]!r}; this twbal knows {', '.join(_KINDS)}. "
             "Was it made by a newer one?"
         )
-    policy = _KINDS[law].from_payload(payload)
+    try:
+        policy = _KINDS[law].from_payload(payload)
+    except CheckpointError as error:
+        raise CheckpointError(f"The policy in {path} cannot be used. {error}") from error
     if policy.channels != tuple(channels):
         raise ConfigError(
             f"The policy in {path} reads the state {', '.join(policy.channels)}; here it is {', '.join(channels)}. "

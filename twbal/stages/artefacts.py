@@ -8,9 +8,10 @@ from typing import NamedTuple
 from omegaconf import DictConfig
 
 from twbal.checkpoint import load_checkpoint, save_checkpoint
-from twbal.errors import LogError
+from twbal.errors import CheckpointError, ConfigError, LogError
 from twbal.files import file_hash
 from twbal.models.dynamics import DynamicsModel
+from twbal.payload import Payload
 from twbal.stages.manifest import read_manifest
 from twbal.stages.settings import recorded
 
@@ -83,7 +84,13 @@ def load_model(path: Path) -> SavedModel:
         CheckpointError: it cannot be read, or holds no model.
     """
     payload = load_checkpoint(path, "model")
-    return SavedModel(DynamicsModel.from_payload(payload), dict(payload.get("episodes", {})))
+    try:
+        episodes = Payload("model's episodes", payload.get("episodes", {}))
+        return SavedModel(
+            DynamicsModel.from_payload(payload), {name: list(episodes.texts(name)) for name in episodes.values}
+        )
+    except (CheckpointError, ConfigError) as error:
+        raise CheckpointError(f"The model in {path} cannot be used. {error}") from error
 
 
 def save_model(path: Path, saved: SavedModel) -> None:

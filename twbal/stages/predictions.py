@@ -9,6 +9,7 @@ import numpy as np
 from twbal.checkpoint import load_checkpoint, save_checkpoint
 from twbal.errors import CheckpointError
 from twbal.gaussian import Gaussian
+from twbal.payload import Payload
 from twbal.search.optimise import SearchResult
 from twbal.search.task import Candidate
 
@@ -75,15 +76,26 @@ def load_prediction(path: Path) -> Prediction:
     """
     payload = load_checkpoint(path, KIND)
     try:
-        states = zip(payload["mean"], payload["covariance"], strict=True)
-        return Prediction(
-            channels=tuple(payload["channels"]),
-            states=tuple(Gaussian(mean, covariance) for mean, covariance in states),
-            best=Verdict(**payload["best"]),
-            candidates=tuple(Verdict(**candidate) for candidate in payload["candidates"]),
-        )
-    except (KeyError, TypeError, ValueError) as error:
-        raise CheckpointError(f"{path} holds no whole prediction ({error}). Run optimise-policy again.") from error
+        return _prediction(Payload("prediction", payload))
+    except CheckpointError as error:
+        raise CheckpointError(f"The prediction in {path} cannot be used. {error}") from error
+
+
+def _prediction(found: Payload) -> Prediction:
+    channels = found.texts("channels")
+    means = found.numbers("mean", (-1, len(channels)))
+    covariances = found.numbers("covariance", (len(means), len(channels), len(channels)))
+    return Prediction(
+        channels=channels,
+        states=tuple(Gaussian(mean, covariance) for mean, covariance in zip(means, covariances, strict=True)),
+        best=_saved_verdict(found.part("best")),
+        candidates=tuple(_saved_verdict(Payload("candidate", each)) for each in found.items("candidates")),
+    )
+
+
+def _saved_verdict(found: Payload) -> Verdict:
+    amounts = (found.number(name) for name in ("cost", "judged_success", "judged_cost"))
+    return Verdict(found.text("origin"), *amounts)
 
 
 def _verdict(candidate: Candidate) -> Verdict:
