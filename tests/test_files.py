@@ -1,11 +1,12 @@
 import hashlib
+import os
 import threading
 from pathlib import Path
 
 import pytest
 
 from twbal.errors import DataError
-from twbal.files import alone_in, file_hash, replacing, write_atomically
+from twbal.files import alone_in, file_hash, read_bounded, read_json, replacing, write_atomically
 
 
 def test_bytes_and_text_are_written_with_their_folders(tmp_path: Path) -> None:
@@ -69,3 +70,31 @@ def test_who_comes_second_to_a_folder_waits_for_the_first(tmp_path, capfd):
     thread.join()
     assert entered.is_set()
     assert f"waiting for another process that works in {tmp_path}" in capfd.readouterr().err
+
+
+def test_only_ordinary_files_are_read(tmp_path: Path) -> None:
+    (tmp_path / "file").write_bytes(b"1234")
+    (tmp_path / "link").symlink_to(tmp_path / "file")
+    (tmp_path / "device").symlink_to("/dev/zero")
+    os.mkfifo(tmp_path / "pipe")
+    assert read_bounded(tmp_path / "file", 4) == read_bounded(tmp_path / "link", 4) == b"1234"
+    for name, complaint in {"file": "more than 3 bytes", "device": "a pipe or a device", "pipe": "a pipe or"}.items():
+        with pytest.raises(OSError, match=complaint):
+            read_bounded(tmp_path / name, 3)
+    with pytest.raises(IsADirectoryError):
+        read_bounded(tmp_path, 4)
+    with pytest.raises(DataError, match=r"pipe: it is a pipe or a device, and no file\."):
+        file_hash(tmp_path / "pipe")
+
+
+@pytest.mark.parametrize("content", [b"", b"{", b"[" * 10**6, b"NaN", b'{"a": -Infinity}', b"\xff\xfe", b"9" * 10**5])
+def test_what_is_no_json_is_refused(content: bytes, tmp_path: Path) -> None:
+    (tmp_path / "file").write_bytes(content)
+    with pytest.raises(DataError, match="is not JSON"):
+        read_json(tmp_path / "file")
+
+
+def test_a_large_json_file_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "file").write_bytes(b"[1]" + b" " * 100)
+    with pytest.raises(DataError, match="cannot be read: it has more than 50 bytes"):
+        read_json(tmp_path / "file", 50)

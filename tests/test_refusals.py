@@ -259,6 +259,32 @@ def test_a_folder_where_a_file_belongs_is_named(made, refused):
     assert f"{made / 'f'} is a folder; expected is a file" in refused("optimise-policy", f"dynamics={made / 'f'}")
 
 
+@pytest.mark.parametrize("place", ["file", "file/below"])
+def test_a_run_folder_that_cannot_be_one_is_named(place, refused, tmp_path):
+    (tmp_path / "file").write_text("kept")
+    said = refused("sim-collect", f"hydra.run.dir={tmp_path / place}", "rollouts=1", "steps=2")
+    assert f"Cannot use {tmp_path / place}: " in said
+    assert (tmp_path / "file").read_text() == "kept"
+
+
+@pytest.mark.parametrize("words", [["--help"], ["--version"], ["sim-collect", "--cfg", "job"]])
+@pytest.mark.parametrize("unbuffered", ["", "1"])
+def test_output_to_a_full_device_is_one_clear_line(words, unbuffered, tmp_path):
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path), "PYTHONUNBUFFERED": unbuffered}
+    with Path("/dev/full").open("w") as full:
+        command = [sys.executable, "-m", "twbal", *words]
+        done = subprocess.run(command, stdout=full, stderr=subprocess.PIPE, text=True, cwd=tmp_path, env=environment)
+    (said,) = done.stderr.splitlines()
+    assert said.startswith("twbal: error: Cannot write the output: No space left on device.")
+    assert done.returncode == 1
+
+
+def test_a_pipe_for_a_policy_is_refused_and_not_waited_for(refused, tmp_path):
+    os.mkfifo(tmp_path / "policy.pt")
+    said = refused("sim-collect", "policy=saved", f"policy.path={tmp_path / 'policy.pt'}", "rollouts=1")
+    assert "it is a pipe or a device, and no file" in said
+
+
 # Robots that cannot be driven
 
 

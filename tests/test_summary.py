@@ -82,14 +82,16 @@ def test_a_file_that_is_no_summary_says_what_is_wrong(tmp_path: Path) -> None:
         ({**good, "sim": {"episodes": 3}}, "summary.sim lacks 'samples'"),
         ({**good, "speed": 1}, "summary has the unknown field 'speed'; its fields are: robot, seed"),
         ({**good, "iterations": {}}, "summary.iterations must be a list"),
+        ({**good, "wall_s": 10**400}, "summary.wall_s must be a value of type float"),
     ]
     for record, message in cases:
         path.write_text(json.dumps(record))
         with pytest.raises(DataError, match=message):
             read_summary(path)
-    path.write_text("{")
-    with pytest.raises(DataError, match="is not JSON"):
-        read_summary(path)
+    for text in ("{", "[" * 10**5, "NaN"):
+        path.write_text(text)
+        with pytest.raises(DataError, match="is not JSON"):
+            read_summary(path)
 
 
 def test_the_table_has_a_line_per_iteration_and_marks_the_best() -> None:

@@ -4,7 +4,6 @@ Nothing heavy is imported before a stage is chosen, so that `twbal --help` answe
 """
 
 import difflib
-import errno
 import gc
 import os
 import sys
@@ -34,8 +33,6 @@ STAGES = {
     "virtual-robot": "a robot with hidden faults behind a port, to try all of this without hardware",
 }
 
-_NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)  # for the output: a disk that is full, or broken
-
 USAGE = """usage: twbal <stage> [key=value ...] [Hydra flags]
 
 Learn to balance a two-wheeled robot from a wrong simulator and very little real data.
@@ -59,6 +56,25 @@ def main(arguments: Sequence[str] | None = None) -> int:
         arguments: what follows `twbal`; None takes them from the process.
     """
     words = list(sys.argv[1:] if arguments is None else arguments)
+    try:
+        code = _answer(words)
+        sys.stdout.flush()
+    except BrokenPipeError:  # who read our output, such as `head`, has gone
+        _drop_output()
+        return 141
+    except OSError as error:  # such as a disk that is full, or a file in the place of the run folder
+        _trace(error)
+        what, advice = "write the output", "Is there room on the disk?"
+        if error.filename is not None:
+            what, advice = f"use {error.filename}", "Is a file where a folder belongs, or may you not write there?"
+        print(f"twbal: error: Cannot {what}: {error.strerror or error}. {advice}", file=sys.stderr)
+        _drop_output()
+        return 1
+    return code
+
+
+def _answer(words: list[str]) -> int:
+    """Do what the words ask for."""
     if words and words[0] in ("-sc", "--shell-completion"):
         return _complete(words)
     if not words or words[0] in ("-h", "--help", "help"):
@@ -92,34 +108,32 @@ def _run(stage: str, words: list[str], program: str | None = None) -> int:
 
     try:
         run_stage(stage, words, program or f"twbal {stage}")
-        sys.stdout.flush()
     except KeyboardInterrupt:
         print("twbal: stopped", file=sys.stderr)
         return 130
-    except BrokenPipeError:  # who read our output, such as `head`, has gone
-        _drop_output()
-        return 141
     except SystemExit as end:  # argparse and Hydra's own flags end this way
         return end.code if isinstance(end.code, int) else int(end.code is not None)
     except TwbalError as error:
-        if "1" in (os.environ.get("TWBAL_DEBUG"), os.environ.get("HYDRA_FULL_ERROR")):
-            traceback.print_exception(error)
+        _trace(error)
         print(f"twbal: error: {error}", file=sys.stderr)
-        return 1
-    except OSError as error:
-        if error.errno not in _NO_ROOM:
-            raise
-        _drop_output()
-        print(f"twbal: error: Cannot write the output: {error.strerror}. Is there room on the disk?", file=sys.stderr)
         return 1
     finally:
         gc.enable()
     return 0
 
 
+def _trace(error: Exception) -> None:
+    """Print where an error came from, where that is asked for."""
+    if "1" in (os.environ.get("TWBAL_DEBUG"), os.environ.get("HYDRA_FULL_ERROR")):
+        traceback.print_exception(error)
+
+
 def _drop_output() -> None:
-    """Write what is left of the output to nowhere; Python would complain of it once more at its end."""
-    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    """Throw away what cannot be printed: at its end Python would try again, and complain."""
+    try:
+        sys.stdout.flush()
+    except OSError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _complete(words: list[str]) -> int:

@@ -7,7 +7,8 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from twbal.files import write_atomically
+from twbal.errors import DataError
+from twbal.files import read_json, write_atomically
 
 HEADLINE = ("tilt", 0.15)
 """Channel and horizon [s] of the gap that stands for all: longer rollouts of this unstable robot go wrong by any model,
@@ -228,9 +229,17 @@ def write_diagnosis(path: Path, diagnosis: Diagnosis) -> None:
 
 
 def closed_share(path: Path) -> float:
-    """Share of the gap on held-out data that what was found closes, by a `diagnosis.json`; 0 where there is no gap."""
-    record = json.loads(path.read_text())
-    return float(record["gap"]["closed"] or 0.0)
+    """Share of the gap on held-out data that what was found closes, by a `diagnosis.json`; 0 where there is no gap.
+
+    Raises:
+        DataError: the file cannot be read, or does not say so.
+    """
+    try:
+        return float(read_json(path)["gap"]["closed"] or 0.0)
+    except FileNotFoundError as error:
+        raise DataError(f"There is no diagnosis {path}. Has `twbal diagnose` finished there?") from error
+    except (KeyError, TypeError, ValueError, OverflowError) as error:
+        raise DataError(f"{path} is no diagnosis of this version: it says no share of the gap ({error}).") from error
 
 
 def _effect(effect: NamedEffect) -> dict[str, Any]:

@@ -105,7 +105,7 @@ class Episode:
         object.__setattr__(self, "channels", tuple(self.channels))
         object.__setattr__(self, "outcome", Outcome(self.outcome))
         for channel, sd in self.estimated:
-            if channel not in Observation._fields or not sd >= 0:
+            if channel not in Observation._fields or not 0 <= sd < np.inf:
                 raise DataError(f"An episode has no channel {channel!r} estimated to {sd}.")
         steps = len(self.commands)
         expected = {
@@ -123,8 +123,8 @@ class Episode:
                     f"Sample {row} of the episode's {name} is not a finite number ({values[row]}). "
                     "Leave that episode out, or mend what recorded it."
                 )
-        if not self.control_period > 0:
-            raise DataError(f"The control period must be positive; found {self.control_period} s.")
+        if not 0 < self.control_period < np.inf:
+            raise DataError(f"The control period must be positive and finite; found {self.control_period} s.")
         if steps and np.diff(self.observations[:, 0]).min() <= 0:
             row = int(np.argmin(np.diff(self.observations[:, 0])))
             raise DataError(f"Time does not run forward between samples {row} and {row + 1} of the episode.")

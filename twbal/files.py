@@ -3,6 +3,7 @@
 import errno
 import fcntl
 import hashlib
+import json
 import os
 import secrets
 import stat
@@ -11,7 +12,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from io import BufferedReader
 from pathlib import Path
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
 from twbal.errors import DataError
 
@@ -98,6 +99,27 @@ def read_bounded(path: Path, largest: int) -> bytes:
     if len(data) > largest:
         raise OSError(errno.EFBIG, f"it has more than {largest} bytes", str(path))
     return data
+
+
+def read_json(path: Path, largest: int = 2**26) -> Any:
+    """The value in a JSON file of at most `largest` bytes; NaN and infinities are no JSON.
+
+    Raises:
+        FileNotFoundError: it is not there.
+        DataError: it cannot be read, or is not JSON.
+    """
+    try:
+        return json.loads(read_bounded(path, largest), parse_constant=_refuse_constant)
+    except FileNotFoundError:
+        raise
+    except OSError as error:
+        raise DataError(f"{path} cannot be read: {error.strerror or error}.") from error
+    except (ValueError, RecursionError) as error:
+        raise DataError(f"{path} is not JSON ({error}).") from error
+
+
+def _refuse_constant(name: str) -> None:
+    raise ValueError(f"it has {name}")
 
 
 def _ordinary(path: Path) -> BufferedReader:

@@ -2,13 +2,14 @@
 
 import json
 import math
+import sys
 import types
 from dataclasses import asdict, dataclass, fields, is_dataclass
 from pathlib import Path
 from typing import Any, get_args, get_origin, get_type_hints
 
 from twbal.errors import DataError
-from twbal.files import write_atomically
+from twbal.files import read_json, write_atomically
 
 _AMOUNTS = (
     "real_episodes",
@@ -150,11 +151,11 @@ def read_summary(path: Path) -> Summary:
         DataError: it is missing, is not JSON, or has not the fields of a summary.
     """
     try:
-        record = json.loads(path.read_text(encoding="utf-8"))
+        record = read_json(path)
     except FileNotFoundError as error:
         raise DataError(f"There is no summary at {path}. Has `twbal iterate` finished there?") from error
-    except ValueError as error:
-        raise DataError(f"{path} is not JSON ({error}). Was it written by `twbal iterate`?") from error
+    except DataError as error:
+        raise DataError(f"{error} Was it written by `twbal iterate`?") from error
     try:
         summary = _decode(Summary, record, "summary")
     except DataError as error:
@@ -169,19 +170,23 @@ def _decode(kind: Any, value: Any, where: str) -> object:
         return None if value is None else _decode(get_args(kind)[0], value, where)
     if get_origin(kind) is tuple:
         if not isinstance(value, list):
-            raise DataError(f"{where} must be a list; found {value!r}.")
+            raise DataError(f"{where} must be a list; found {repr(value)[:80]}.")
         return tuple(_decode(get_args(kind)[0], item, f"{where}[{i}]") for i, item in enumerate(value))
     if is_dataclass(kind):
         return _decode_record(kind, value, where)
     accepted = (int, float) if kind is float else (kind,)
-    if isinstance(value, bool) or not isinstance(value, accepted):
-        raise DataError(f"{where} must be a value of type {kind.__name__}; found {value!r}.")
+    if isinstance(value, bool) or not isinstance(value, accepted) or _is_beyond_floats(value):
+        raise DataError(f"{where} must be a value of type {kind.__name__}; found {repr(value)[:80]}.")
     return kind(value)
+
+
+def _is_beyond_floats(value: object) -> bool:
+    return isinstance(value, int) and abs(value) > sys.float_info.max
 
 
 def _decode_record(kind: Any, value: Any, where: str) -> object:
     if not isinstance(value, dict):
-        raise DataError(f"{where} must be a record; found {value!r}.")
+        raise DataError(f"{where} must be a record; found {repr(value)[:80]}.")
     names = [field.name for field in fields(kind)]
     hints = get_type_hints(kind)
     for problem, odd in (("lacks", set(names) - set(value)), ("has the unknown field", set(value) - set(names))):

@@ -50,5 +50,6 @@ def test_junit_has_a_case_for_each_measure():
 def test_a_measure_without_a_tolerance_is_an_error():
     with pytest.raises(ConfigError, match="No tolerance fits the measure 'logs/samples'"):
         compare({"logs/samples": 1.0}, {"logs/samples": 1.0}, [Tolerance("fit/*", 0.1, 0.0)])
-    with pytest.raises(ConfigError, match="must not be negative"):
-        Tolerance("*", -0.1, 0.0)
+    for wrong in (-0.1, float("nan"), float("inf")):
+        with pytest.raises(ConfigError, match="must be finite and not negative"):
+            Tolerance("*", wrong, 0.0)

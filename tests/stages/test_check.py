@@ -10,6 +10,8 @@ from pathlib import Path
 import pytest
 
 from twbal.cli import main
+from twbal.errors import TwbalError
+from twbal.stages.check import _read, _tolerances
 
 HOUSE = Path(__file__).resolve().parents[2]
 DATA = HOUSE / "data" / "regression"
@@ -26,7 +28,7 @@ FAULTS = {
     "log reader": ("logs/table.py", '"wheel_angle", "wheel_rate")', '"wheel_rate", "wheel_angle")'),
     "effect": ("sim/effects/dead_zone.py", "u - copysign(width, u)", "u - copysign(0.99 * width, u)"),
     "effect with a memory": ("sim/effects/motor_lag.py", "torque += share", "torque += 0.99 * share"),
-    "policy file": ("policies/rbf.py", 'float(payload["max_command"])', '0.999 * float(payload["max_command"])'),
+    "policy file": ("policies/rbf.py", "=max_command_in(found)", "=0.999 * max_command_in(found)"),
     "transitions": ("models/dynamics.py", "matrix[i, i] = 1.0", "matrix[i, i] = 1.001"),
     "gradient": ("search/long_term_cost.py", "by_mean + costs[t].by_mean", "by_mean + 1.001 * costs[t].by_mean"),
     "twin": ("planar/motion.py", "bound = 2.0 * (p.coulomb", "bound = 1.5 * (p.coulomb"),
@@ -109,3 +111,22 @@ def test_a_planted_fault_is_caught(fault, tmp_path):
     done = check(f"hydra.run.dir={tmp_path / 'out'}", package=package, cache=tmp_path / "cache")
     assert done.returncode == 1, done.stdout + done.stderr
     assert "twbal: error:" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "complaint"),
+    [
+        ("tolerances", '"*": {relative: nan, absolute: 0}', "must be finite and not negative"),
+        ("tolerances", '"*": {relative: 0}', "does not say tolerances"),
+        ("tolerances", "a: [", "is no yaml that can be read"),
+        ("tolerances", '"*": &a {relative: 0, absolute: 0}', "has an anchor or an alias"),
+        ("tolerances", "[" * 10**4, "holds too much"),
+        ("baseline", "[" * 10**5, "is no baseline of `twbal check`"),
+        ("baseline", '{"data": 3, "version": "", "measures": {}}', "is no baseline of `twbal check`"),
+        ("baseline", '{"data": {}, "version": "", "measures": {"a": []}}', "is no baseline of `twbal check`"),
+    ],
+)
+def test_files_that_cannot_be_used_are_refused(name, content, complaint, tmp_path):
+    (tmp_path / "file").write_text(content)
+    with pytest.raises(TwbalError, match=complaint):
+        (_tolerances if name == "tolerances" else _read)(tmp_path / "file")

@@ -84,3 +84,31 @@ def test_an_empty_folder_and_a_summary_of_another_version_are_refused(sweeps, tm
     file.write_text(json.dumps(told))
     assert main(["compare", f"runs=[{sweeps / 'old'}]", f"hydra.run.dir={tmp_path / 'out'}"]) == 1
     assert "coverage95" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("settings", "complaint"),
+    [
+        ("a: [", "is no yaml that can be read"),
+        ("a: &a [1]\nb: [*a, *a]", "has an anchor or an alias"),
+        ("[" * 99, "holds"),
+    ],
+)
+def test_a_damaged_configuration_of_a_run_is_one_clear_line(settings, complaint, sweeps, tmp_path, capsys):
+    (sweeps / "old" / "0" / ".hydra").mkdir()
+    (sweeps / "old" / "0" / ".hydra" / "config.yaml").write_text(settings)
+    assert main(["compare", f"runs=[{sweeps / 'old'}]", f"hydra.run.dir={tmp_path / 'out'}"]) == 1
+    (said,) = capsys.readouterr().err.splitlines()
+    assert complaint in said
+    assert "config.yaml" in said
+
+
+def test_runs_on_robots_of_other_seeds_are_not_paired(sweeps, tmp_path):
+    for name, link in (("old", 1), ("new", 2)):
+        for seed in range(6):
+            (sweeps / name / str(seed) / ".hydra").mkdir()
+            (sweeps / name / str(seed) / ".hydra" / "config.yaml").write_text(f"link: {{seed: {link}}}\nrun: ${{x}}\n")
+    out = tmp_path / "out"
+    main(["compare", f"runs={{old:{sweeps / 'old'},new:{sweeps / 'new'}}}", f"hydra.run.dir={out}"])
+    with (out / "table.csv").open() as file:
+        assert all(", 0, 0.031" not in value for row in csv.DictReader(file) for value in row.values())

@@ -141,7 +141,21 @@ def test_a_missing_input_is_found_before_the_work(step):
     assert not (step.out / MANIFEST).exists()
 
 
-@pytest.mark.parametrize("text", ["", "{", "[]", "{}", json.dumps({"inputs": {}, "outputs": []})])
+MADE = {
+    **{"stage": "count", "complete": True, "fingerprint": "a1", "seed": 0, "settings": ""},
+    **{"inputs": {}, "outputs": [], "versions": {}, "started": "", "wall_s": 0.0},
+}
+ODD = [
+    *({"settings": 3}, {"versions": {"twbal": 3}}, {"versions": []}, {"wall_s": "3"}, {"seed": "0"}, {"complete": 1}),
+    *({"outputs": [{"path": 3, "sha256": ""}]}, {"inputs": {"data": [{"path": "", "sha256": None}]}}, {"wall_s": True}),
+]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [*("", "{", "[]", "{}", "[" * 10**5, json.dumps({"inputs": {}, "outputs": []}))]
+    + [json.dumps({**MADE, **odd}) for odd in ODD],
+)
 def test_a_foreign_manifest_is_refused(step, text):
     step.out.mkdir()
     (step.out / MANIFEST).write_text(text)

@@ -21,6 +21,8 @@ from twbal.logs.records import HEAD, DamageError, Span, attachment_at, parse, sp
 from twbal.logs.topics import Topic
 
 _MESSAGE = struct.Struct("<HIQQ")  # channel, sequence, log time, publish time
+_UNFOLDED = 2**28  # bytes in all chunks that are read in any case
+_MOST_TIMES = 200  # a log's size: samples shrink to a half or a fifth, and a file that shrinks more holds no samples
 
 
 class Contents:
@@ -43,6 +45,7 @@ class Contents:
         self.damage = ""
         self._layout: Layout | None = None
         self._has_chunks = False
+        self._unfolded = 0
         self._schemas: dict[int, Schema] = {}
         self._known: dict[int, Topic] = {}
         self._runs: list[tuple[NDArray[np.int64], Array]] = []
@@ -95,6 +98,9 @@ class Contents:
             elif span.opcode == Opcode.CHUNK and not is_chunk:
                 self._has_chunks = True
                 records = unpacked(parse(Chunk, data, span))
+                self._unfolded += len(records)
+                if self._unfolded > max(_UNFOLDED, _MOST_TIMES * len(data)):
+                    raise DamageError(f"its chunks hold more than {_MOST_TIMES} times its {len(data)} bytes")
                 self._walk(records, self._take_definitions(records), is_chunk=True)
             elif span.opcode == Opcode.ATTACHMENT:
                 self._take_attachment(data, span)

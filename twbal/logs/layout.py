@@ -20,6 +20,7 @@ from twbal.logs.topics import Topic, unit_of
 
 _HEAD_SIZE = 31  # of a message record: u8 opcode, u64 length, u16 channel, u32 sequence, u64 log and publish time
 _CHANGING = (("sequence", "<u4", 11), ("log_time", "<u8", 15), ("publish_time", "<u8", 23))  # and where they lie in it
+_MOST_CHANNELS = 256
 _FIELD_NAME = re.compile(r"[a-z][a-z0-9_]*")
 
 
@@ -38,10 +39,11 @@ class Layout:
 
     def __post_init__(self) -> None:
         bad = [name for name in self.channels if not _FIELD_NAME.fullmatch(name)]
-        if bad or len(set(self.channels)) != len(self.channels):
+        if bad or len(set(self.channels)) != len(self.channels) or len(self.channels) > _MOST_CHANNELS:
             raise DataError(
-                f"State channels {list(self.channels)} cannot be fields of a log: names must be distinct and of "
-                "lower-case letters, digits and underscores, beginning with a letter."
+                f"State channels {str(list(self.channels))[:200]} cannot be fields of a log: names must be distinct, "
+                "of lower-case letters, digits and underscores, beginning with a letter, and "
+                f"{_MOST_CHANNELS} at most."
             )
 
     @cached_property

@@ -9,11 +9,14 @@ import numpy as np
 
 from twbal.episode import Episode, Event, Outcome
 from twbal.errors import DataError, LogError
+from twbal.files import read_bounded
 from twbal.logs.container import MAGIC
 from twbal.logs.contents import Contents
 from twbal.logs.metadata import METADATA_NAME
 from twbal.logs.records import DamageError, check_ends
 from twbal.logs.table import table_of
+
+_LARGEST = 2**32  # bytes of a file
 
 
 class Recovered(NamedTuple):
@@ -62,7 +65,7 @@ def recover_episode(path: Path) -> Recovered:
     if contents.description is None:
         raise LogError(_without_episode(path, contents, damage))
     good, samples = _complete_samples(contents), contents.description.samples
-    if not good:
+    if good < 1:
         raise LogError(f"Log {path} {damage or 'is empty'}. None of its {samples} samples is complete; take a copy.")
     episode = _episode(path, contents, good)
     lost = samples - good
@@ -107,7 +110,7 @@ def _log_files(source: Path | Sequence[Path]) -> list[Path]:
 
 def _load(path: Path) -> bytes:
     try:
-        data = path.read_bytes()
+        data = read_bounded(path, _LARGEST)
     except FileNotFoundError:
         raise LogError(f"There is no log {path}. Check the path, or run the stage that records it.") from None
     except OSError as error:

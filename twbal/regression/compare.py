@@ -1,5 +1,6 @@
 """Measures beside those of a baseline: what moved, and by more than it may."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
@@ -24,8 +25,8 @@ class Tolerance:
     absolute: float
 
     def __post_init__(self) -> None:
-        if not (self.relative >= 0 and self.absolute >= 0):
-            raise ConfigError(f"The tolerance of {self.pattern!r} must not be negative; found {self}.")
+        if not (0 <= self.relative < math.inf and 0 <= self.absolute < math.inf):
+            raise ConfigError(f"The tolerance of {self.pattern!r} must be finite and not negative; found {self}.")
 
 
 class Compared(NamedTuple):

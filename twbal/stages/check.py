@@ -5,10 +5,9 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from hydra.utils import instantiate
-from omegaconf import DictConfig, OmegaConf
+from omegaconf import DictConfig
 from tqdm import tqdm
 
 from twbal import __version__
@@ -16,7 +15,7 @@ from twbal.channels import Channels
 from twbal.diagnose.library import candidates_for
 from twbal.diagnose.recording import Usability, read_recordings
 from twbal.errors import ConfigError, DataError, RegressionError
-from twbal.files import file_hash, write_atomically
+from twbal.files import file_hash, read_json, write_atomically
 from twbal.logs import read_episodes
 from twbal.policies.saved import load_searched_policy
 from twbal.regression.compare import Tolerance, compare, junit, table
@@ -35,6 +34,7 @@ from twbal.robot.parameters import RobotParameters
 from twbal.sim.effects.library import library
 from twbal.stages.artefacts import load_model
 from twbal.stages.closing import run_folder
+from twbal.stages.yaml_data import read_yaml
 
 LOGS = ("simulated", "real", "held_out", "excited")
 MODEL, POLICY = "model.pt", "policy.pt"
@@ -133,11 +133,12 @@ def _hashes(folder: Path) -> dict[str, str]:
 
 
 def _tolerances(path: Path) -> list[Tolerance]:
-    if not path.is_file():
-        raise ConfigError(f"There are no tolerances {path}. Give a file by tolerances=...; data/regression has one.")
     try:
-        told: Any = OmegaConf.to_container(OmegaConf.load(path))
+        told = read_yaml(path)
         return [Tolerance(str(pattern), float(t["relative"]), float(t["absolute"])) for pattern, t in told.items()]
+    except FileNotFoundError as error:
+        missing = f"There are no tolerances {path}. Give a file by tolerances=...; data/regression has one."
+        raise ConfigError(missing) from error
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise ConfigError(
             f"{path} does not say tolerances ({type(error).__name__}: {error}). Expected is `pattern: {{relative: ..., "
@@ -151,8 +152,13 @@ def _text(baseline: Baseline) -> str:
 
 def _read(path: Path) -> Baseline:
     try:
-        return Baseline(**json.loads(path.read_text()))
+        baseline = Baseline(**read_json(path))
+        if not all(isinstance(value, str) for value in baseline.data.values()):
+            raise TypeError("a hash is no text")
+        if not all(type(value) in (int, float, str) for value in baseline.measures.values()):
+            raise TypeError("a measure is neither a number nor a word")
+        return baseline
     except FileNotFoundError:
         raise DataError(f"There is no baseline {path}. Make one by update=true, with code that you trust.") from None
-    except (OSError, ValueError, TypeError) as error:
+    except (DataError, TypeError, AttributeError) as error:
         raise DataError(f"{path} is no baseline of `twbal check` ({type(error).__name__}: {error}).") from error

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from omegaconf import DictConfig, ListConfig, OmegaConf
+from omegaconf import DictConfig, ListConfig
 
 from twbal.comparison import Run, latex, rows, run_values
 from twbal.errors import ConfigError, DataError
@@ -16,6 +16,7 @@ from twbal.files import write_atomically
 from twbal.report.page import inline, render
 from twbal.stages.closing import run_folder
 from twbal.stages.settings import typed
+from twbal.stages.yaml_data import Bounds, read_yaml
 from twbal.summary import read_summary
 
 SUMMARY = "summary.json"
@@ -79,9 +80,16 @@ def _runs(folder: Path) -> list[Run]:
 
 def _run(file: Path) -> Run:
     summary = read_summary(file)
-    settings = file.parent / ".hydra" / "config.yaml"
-    link = OmegaConf.select(OmegaConf.load(settings), "link.seed") if settings.is_file() else None
-    return Run((summary.robot, str(summary.seed), str(link)), run_values(summary))
+    return Run((summary.robot, str(summary.seed), _link_seed(file.parent)), run_values(summary))
+
+
+def _link_seed(run: Path) -> str:
+    """The seed of a run's virtual robot, as its configuration says it; "None" where it says none."""
+    try:
+        settings = read_yaml(run / ".hydra" / "config.yaml", Bounds(2**20, 32, 20_000))
+        return str(settings["link"]["seed"])
+    except (FileNotFoundError, KeyError, TypeError):
+        return "None"
 
 
 def _metrics(groups: Mapping[str, Sequence[Run]]) -> list[str]:

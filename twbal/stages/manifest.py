@@ -12,7 +12,7 @@ from pathlib import Path
 
 from twbal import __version__
 from twbal.errors import ConfigError, DataError
-from twbal.files import alone_in, file_hash, write_atomically
+from twbal.files import alone_in, file_hash, read_json, write_atomically
 
 MANIFEST = "manifest.json"
 PACKAGES = (
@@ -150,19 +150,35 @@ def read_manifest(folder: Path) -> Manifest | None:
     """
     path = folder / MANIFEST
     try:
-        record = json.loads(path.read_text(encoding="utf-8"))
+        record = read_json(path)
         record["inputs"] = {
             name: tuple(FileRecord(**entry) for entry in entries) for name, entries in record["inputs"].items()
         }
         record["outputs"] = tuple(FileRecord(**entry) for entry in record["outputs"])
-        return Manifest(**record)
+        manifest = Manifest(**record)
+        _check_kinds(manifest)
+        return manifest
     except FileNotFoundError:
         return None
-    except (OSError, ValueError, TypeError, KeyError, AttributeError) as error:
+    except (DataError, TypeError, KeyError, AttributeError) as error:
         raise DataError(
             f"{path} is no manifest of this version of twbal ({type(error).__name__}: {error}). "
             "Choose another run folder by hydra.run.dir=..., or take that file away."
         ) from error
+
+
+def _check_kinds(manifest: Manifest) -> None:
+    """Raise TypeError where a value is of another kind than `Manifest` says."""
+    files = [*manifest.outputs, *(file for files in manifest.inputs.values() for file in files)]
+    texts = [manifest.stage, manifest.fingerprint, manifest.settings, manifest.started]
+    texts += [text for file in files for text in (file.path, file.sha256)]
+    texts += list(manifest.versions.values())
+    if not all(isinstance(text, str) for text in texts):
+        raise TypeError("a text is none")
+    if type(manifest.seed) is not int or type(manifest.complete) is not bool:
+        raise TypeError("seed or complete is of another kind")
+    if type(manifest.wall_s) not in (int, float):
+        raise TypeError("wall_s is no number")
 
 
 def versions() -> dict[str, str]:

@@ -1,0 +1,100 @@
+"""Whatever lies in an .mcap file: a valid episode comes out of it, or one of twbal's errors."""
+
+import tempfile
+from pathlib import Path
+
+import numpy as np
+from fuzzing import fuzzed, mutated, ours_only
+from hypothesis import strategies as st
+
+from twbal.episode import Episode, Event, Outcome, Provenance
+from twbal.logs import read_episode, recover_episode, write_episode
+from twbal.logs.container import MAGIC, McapFile, MessageTimes
+from twbal.logs.layout import layout_of
+from twbal.logs.metadata import METADATA_NAME, checksum, metadata_of
+
+CHANNELS = ("tilt", "speed")
+
+
+def an_episode(steps):
+    rng = np.random.default_rng(0)
+    observations = rng.standard_normal((steps + 1, 7))
+    observations[:, 0] = 0.02 * np.arange(steps + 1)
+    return Episode(
+        channels=CHANNELS,
+        control_period=0.02,
+        observations=observations,
+        states=rng.standard_normal((steps + 1, 2)),
+        commands=rng.standard_normal(steps),
+        outcome=Outcome.COMPLETED,
+        provenance=Provenance("paper", "robot", config="robot: paper\n"),
+        events=(Event(0.1, "a"),),
+    )
+
+
+EPISODE = an_episode(40)
+with tempfile.TemporaryDirectory() as folder:
+    write_episode(Path(folder) / "whole.mcap", EPISODE)
+    WHOLE = (Path(folder) / "whole.mcap").read_bytes()
+LAYOUT = layout_of(CHANNELS)
+TIMES = np.arange(41, dtype=np.uint64)
+RECORDS = LAYOUT.definitions + LAYOUT.pack(0, TIMES, np.ones((41, len(LAYOUT.fields))) * np.arange(41)[:, None])
+RECORDS = RECORDS[: len(RECORDS) - len(LAYOUT.template) + LAYOUT.offsets[-1]]  # the last sample has no command
+ENTRIES = metadata_of(EPISODE)
+
+
+def read_all(path):
+    for episode in (ours_only(read_episode, path), getattr(ours_only(recover_episode, path), "episode", None)):
+        if episode is not None:
+            assert np.isfinite(episode.observations).all()
+            assert len(episode.states) == len(episode) + 1
+
+
+def sound(path, entries, records):
+    """A file whose checksums all fit, whatever is in it."""
+    with path.open("wb") as stream:
+        file = McapFile(stream)
+        file.add_metadata(METADATA_NAME, {**entries, "checksum": checksum(entries)})
+        file.add_chunk(records, {1: MessageTimes(TIMES, TIMES)})
+        file.finish([topic.schema for topic in LAYOUT.topics], [topic.channel for topic in LAYOUT.topics])
+
+
+@fuzzed(data=st.binary(max_size=300).map(lambda more: MAGIC + more) | st.binary(max_size=300))
+def test_random_bytes(path, data):
+    path.write_bytes(data)
+    read_all(path)
+
+
+@fuzzed(data=mutated(WHOLE))
+def test_a_whole_file_with_bytes_changed(path, data):
+    path.write_bytes(data)
+    read_all(path)
+
+
+@fuzzed(records=mutated(RECORDS))
+def test_records_changed_under_checksums_that_fit(path, records):
+    sound(path, ENTRIES, records)
+    read_all(path)
+
+
+texts = st.one_of(
+    st.text(max_size=12),
+    st.sampled_from(["nan", "inf", "-1", "0", "1e400", "9" * 5000, "tilt:nan", "a_b,a__b", "clear,time", "٣", ","]),
+    st.integers().map(str),
+    st.integers(0, 3000).map(lambda n: ",".join(f"c{k}" for k in range(n))),
+)
+
+
+@fuzzed(
+    changes=st.dictionaries(st.sampled_from([*sorted(ENTRIES), "estimated"]), texts, min_size=1, max_size=3),
+    gone=st.sets(st.sampled_from(sorted(ENTRIES)), max_size=1),
+)
+def test_any_description_under_a_checksum_that_fits(path, changes, gone):
+    entries = {name: text for name, text in {**ENTRIES, **changes}.items() if name not in gone}
+    sound(path, entries, RECORDS)
+    read_all(path)
+
+
+def test_the_file_that_is_changed_is_whole(tmp_path):
+    sound(tmp_path / "file", {**ENTRIES, "events": "0"}, RECORDS)
+    assert len(read_episode(tmp_path / "file")) == 40
