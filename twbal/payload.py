@@ -26,13 +26,22 @@ class Payload:
     """
 
     what: str
-    values: Mapping[str, Any]
+    values: Any  # whatever the file says; every method first looks whether it is a mapping
 
     def __getitem__(self, name: str) -> Any:
-        if not isinstance(self.values, Mapping) or name not in self.values:
-            has = ", ".join(map(str, self.values)) if isinstance(self.values, Mapping) else type(self.values).__name__
-            raise CheckpointError(f"The {self.what}'s checkpoint has no {name!r}; it has: {has[:200]}.")
+        if name not in self.names:
+            raise CheckpointError(
+                f"The {self.what}'s checkpoint has no {name!r}; it has: {', '.join(self.names)[:200]}."
+            )
         return self.values[name]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of all values."""
+        if not isinstance(self.values, Mapping):
+            kind = type(self.values).__name__
+            raise CheckpointError(f"The {self.what} must be values by their names; found a {kind}.")
+        return tuple(map(str, self.values))
 
     def part(self, name: str) -> "Payload":
         """What is within `name`."""
@@ -65,9 +74,13 @@ class Payload:
             value = value.item()
         if isinstance(value, bool) or not isinstance(value, int | float):
             raise CheckpointError(f"The {self.what}'s {name} must be a number; found a {type(value).__name__}.")
-        if not low <= value <= high:
-            raise CheckpointError(self._out_of_range(name, value, low, high))
-        return float(value)
+        try:
+            number = float(value)
+        except OverflowError:
+            number = np.inf if value > 0 else -np.inf
+        if not low <= number <= high:
+            raise CheckpointError(self._out_of_range(name, number, low, high))
+        return number
 
     def flag(self, name: str) -> bool:
         """True or false."""

@@ -63,6 +63,7 @@ MLP = MlpPolicy(NAMES, (np.ones((3, 2)), np.ones((1, 3))), (np.zeros(3), np.zero
         (LINEAR, {"gain": np.ones(3)}, r"gain must be numbers of shape \(2\); found \(3,\)"),
         (LINEAR, {"gain": np.array([1.0, np.nan])}, r"gain must be within \[-1e\+09, 1e\+09\]; found nan"),
         (LINEAR, {"bias": float("inf")}, "bias must be within"),
+        (LINEAR, {"bias": -(10**400)}, "bias must be within .* found -inf"),
         (LINEAR, {"bias": "0.2"}, "bias must be a number; found a str"),
         (LINEAR, {"max_command": -4.0}, r"max_command must be within \[1e-09, 1e\+06\]; found -4"),
         (LINEAR, {"max_command": float("nan")}, "max_command must be within"),

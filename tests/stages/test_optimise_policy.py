@@ -188,10 +188,10 @@ PREDICTION = {
         ({"mean": np.zeros((3, 2))}, r"mean must be numbers of shape \(any, 1\)"),
         ({"mean": np.array([[0.0], [np.nan], [0.0]])}, "mean must be finite; found nan"),
         ({"covariance": np.ones((2, 1, 1))}, r"covariance must be numbers of shape \(3, 1, 1\)"),
-        ({"best": 3}, "best's checkpoint has no 'origin'"),
+        ({"best": 3}, "best must be values by their names; found a int"),
         ({"best": {**VERDICT, "cost": "3"}}, "cost must be a number"),
         ({"candidates": VERDICT}, "candidates must be a list"),
-        ({"candidates": [None]}, "candidate's checkpoint has no 'origin'"),
+        ({"candidates": [None]}, "candidate must be values by their names; found a NoneType"),
         ({"channels": 3}, "channels must be a list"),
     ],
 )

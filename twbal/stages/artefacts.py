@@ -87,7 +87,7 @@ def load_model(path: Path) -> SavedModel:
     try:
         episodes = Payload("model's episodes", payload.get("episodes", {}))
         return SavedModel(
-            DynamicsModel.from_payload(payload), {name: list(episodes.texts(name)) for name in episodes.values}
+            DynamicsModel.from_payload(payload), {name: list(episodes.texts(name)) for name in episodes.names}
         )
     except (CheckpointError, ConfigError) as error:
         raise CheckpointError(f"The model in {path} cannot be used. {error}") from error
