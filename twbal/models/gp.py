@@ -142,7 +142,7 @@ class GaussianProcess:
             noise_variance=found.numbers("noise_variance", (E,), 0.0),
             weights=found.numbers("weights", (E, n)),
             variance_matrix=found.numbers("variance_matrix", (E, n, n)),
-            sample_root=found.numbers("sample_root", (E, n, n)) if payload.get("sample_root") is not None else None,
+            sample_root=found.numbers("sample_root", (E, n, n)) if "sample_root" in found.names else None,
         )
 
 
