@@ -10,7 +10,7 @@ from twbal.errors import TwbalError
 
 _ALWAYS = {"derandomize": True, "database": None, "deadline": None, "suppress_health_check": list(HealthCheck)}
 QUICK = settings(max_examples=25, **_ALWAYS)
-MANY = settings(max_examples=1000, **_ALWAYS)
+MANY = settings(max_examples=500, **_ALWAYS)
 
 
 def fuzzed(**strategies):
