@@ -1,15 +1,19 @@
 import numpy as np
 import pytest
 from rides import ride
+from scipy.stats import multivariate_t
 
+from twbal.diagnose.candidates import always_free
 from twbal.diagnose.certainty import standard_errors
 from twbal.diagnose.fit import descend, penalty, refit, slopes, slopes_of
 from twbal.diagnose.model import ANGLE_LEAD, Data, Free, Model
 from twbal.diagnose.noise import Noise
+from twbal.diagnose.settings import Tolerances
 from twbal.planar.parameters import twin_parameters
 
 NOISE = Noise(np.array([0.004, 0.02, 0.002, 0.05]), np.array([0.01, 0.01]))
 TRUTH = {"coulomb_friction": {"torque": 0.1}, "actuation_delay": {"delay": 0.008}}
+TAIL = 10.0  # degrees of freedom of the errors' distribution
 FREES = (
     Free("torque_gain_gain", 0.4, 2.5, 1.0, 0.03, 1e-5),
     Free("body_mass_factor", 0.4, 2.5, 1.0, 0.03, 1e-5),
@@ -66,6 +70,43 @@ def test_values_stop_at_their_bounds_and_the_others_make_up(data, start):
     tight = (*FREES[:3], FREES[3]._replace(high=0.006), FREES[4])
     fit = descend(data, start, data.filter(start), tight, 20)
     assert fit.values[3] == 0.006
+
+
+SLIPS = {"wheel_slip": {"friction": 0.08}}
+
+
+def exact_cost(data, fit):
+    """-2 log likelihood by scipy's density, and -2 log prior but for a constant."""
+    errors = data.errors(fit.model, fit.kalman)[0]
+    total = penalty(fit.frees, fit.values)
+    for n in range(1, len(errors)):
+        W = fit.kalman.whiteners[min(n, len(fit.kalman.whiteners) - 1)]
+        scale = np.linalg.inv(W.T @ W) * (TAIL - 2) / TAIL
+        total -= 2.0 * multivariate_t.logpdf(errors[n], shape=scale, df=TAIL)
+    return total
+
+
+@pytest.mark.parametrize(
+    ("effects", "seed"),
+    [(SLIPS, 1), (SLIPS, 2), ({"wheel_slip": {"friction": 0.16}}, 3), ({"backlash": {"gap": 0.03}}, 1), (TRUTH, 1)],
+    ids=str,
+)
+def test_more_rounds_never_end_worse(paper, effects, seed):
+    """On tyres that slip the linear twin foretells gains of other noise that the recordings do not bear out."""
+    data = Data([ride(paper, effects, seed=seed, periods=500)], 10)
+    twin = twin_parameters(paper, {})
+    begin = data.with_noise(Model(twin, 0.0, NOISE), 30)
+    frees = always_free(Tolerances(0.03, 0.0003, 0.00025, 0.0), twin, 1)
+    costs = [refit(data, begin, frees, rounds, 4, 12).cost for rounds in range(5)]
+    assert (np.diff(costs) <= 1e-6).all(), costs
+
+
+def test_costs_of_different_filters_are_differences_of_log_likelihood(data, start):
+    """With scipy's density of Student's t as the truth."""
+    few, many = (refit(data, start, FREES, rounds, 2, 12) for rounds in (0, 3))
+    assert not np.allclose(few.kalman.gains, many.kalman.gains, rtol=0.01)
+    exact = exact_cost(data, many) - exact_cost(data, few)
+    assert many.cost - few.cost == pytest.approx(exact, rel=1e-6)
 
 
 def test_refitting_finds_the_truth_within_its_errors(data, start):
