@@ -1,10 +1,23 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from rides import NOISE, ride
 from scipy.linalg import expm, solve_discrete_are
+from scipy.stats import multivariate_t
 
 from twbal.diagnose.model import Data, Model
-from twbal.diagnose.noise import Noise, _refilter, fit_noise, kalman_filter, linearise_period, respond
+from twbal.diagnose.noise import (
+    UNSENSED,
+    Noise,
+    _refilter,
+    cost,
+    fit_noise,
+    kalman_filter,
+    linearise_period,
+    respond,
+    whiten,
+)
 from twbal.planar.linear import linearise
 from twbal.planar.parameters import twin_parameters
 
@@ -81,3 +94,25 @@ def test_torques_that_the_model_lacks_show_as_the_predictor_says(paper):
     seen = data.errors(lacks, kalman)[0] - data.errors(knows, kalman)[0]
     said = respond(linear.F, linear.C, kalman.gains, linear.B[:, 1].copy(), np.full(period, push))
     assert np.abs(seen - said).max() < 0.05 * np.abs(said).max()
+
+
+@pytest.mark.parametrize("sensed", [(True, True, True, True), (True, False, True, False), (True, True, True, False)])
+def test_the_likelihood_is_that_of_as_many_channels_as_were_measured(paper, recording, sensed):
+    """With scipy's density of Student's t, of the measured channels alone, as the truth."""
+    sensed = np.array(sensed)
+    model = Model(twin_parameters(paper, {}), 0.0, Noise(np.where(sensed, LEVELS.sensors, UNSENSED), LEVELS.torques))
+    data = Data([replace(recording, sensed=sensed)], 10)
+    kalman = data.filter(model)
+    errors = data.errors(model, kalman)[0]
+    rows = np.minimum(np.arange(1, len(errors)), len(kalman.whiteners) - 1)
+    exact, found = [], []
+    for scale in (1.0, 3.0):
+        density = 0.0
+        for error, W in zip(scale * errors[1:], kalman.whiteners[rows], strict=True):
+            covariance = np.linalg.inv(W.T @ W)[np.ix_(sensed, sensed)]
+            density += multivariate_t.logpdf(error[sensed], shape=0.8 * covariance, df=10.0)
+        exact.append(-2.0 * density)
+        found.append(cost([scale * errors], data.usable, kalman))
+        white = whiten(scale * errors, recording.usable, kalman.whiteners, kalman.measured)
+        assert np.sum(white**2) + np.sum(kalman.log_determinants[rows]) == pytest.approx(found[-1])
+    assert found[1] - found[0] == pytest.approx(exact[1] - exact[0], rel=1e-3)

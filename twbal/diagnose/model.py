@@ -150,14 +150,14 @@ class Data:
     def white(self, model: Model, kalman: Filter) -> Array:
         """Its prediction errors over all recordings, decorrelated and in standard deviations, flat (N,)."""
         parts = [
-            whiten(errors, recording.usable, kalman.whiteners)
+            whiten(errors, recording.usable, kalman.whiteners, kalman.measured)
             for errors, recording in zip(self.errors(model, kalman), self.recordings, strict=True)
         ]
         return np.concatenate(parts).ravel()
 
     def colour(self, errors: Sequence[Array], kalman: Filter) -> Array:
         """Whiteness of prediction errors that were made with a filter, per channel (4,); 1 is white."""
-        tamed = [tame(e, u, kalman.whiteners) for e, u in zip(errors, self.usable, strict=True)]
+        tamed = [tame(e, u, kalman.whiteners, kalman.measured) for e, u in zip(errors, self.usable, strict=True)]
         return whiteness(tamed, self.count, _LAGS)
 
     def with_noise(self, model: Model, iterations: int) -> Model:

@@ -11,8 +11,8 @@ Another gain K' in place of K changes the prediction errors as the linear twin s
 
 so noise is fitted without running the twin again.
 
-Prediction errors are taken to be of Student's t distribution, with the filter's covariance: a shove or a landing
-at the start then bears on the fit by no more than a few ordinary instants.
+Prediction errors are taken to be of Student's t distribution, with the filter's covariance and as many dimensions as
+channels were measured: a shove or a landing at the start then bears on the fit by no more than a few ordinary instants.
 """
 
 from typing import NamedTuple
@@ -69,11 +69,13 @@ class Filter(NamedTuple):
         gains: (G, 8, 4).
         whiteners: (G, 4, 4), W with W S Wᵀ = I, S the covariance of the prediction error.
         log_determinants: (G,), of S.
+        measured: channels that a sensor measured: the dimension of the prediction errors.
     """
 
     gains: Array
     whiteners: Array
     log_determinants: Array
+    measured: int
 
 
 def linearise_period(twin: TwinParameters, period: float) -> LinearTwin:
@@ -163,7 +165,9 @@ def kalman_filter(linear: LinearTwin, noise: Noise) -> Filter:
     read[4] = read[6] = read[0]
     read[5] = read[7] = read[2]
     P = 1.5 * read @ R @ read.T
-    return Filter(*_riccati(linear.F, linear.C, Q, R, P, _INSTANTS))
+    measured = int((noise.sensors < 0.5 * UNSENSED).sum())
+    gains, whiteners, determinants = _riccati(linear.F, linear.C, Q, R, P, _INSTANTS)
+    return Filter(gains, whiteners, determinants, measured)
 
 
 @kernel()
@@ -203,25 +207,26 @@ def _square(errors: Array, W: Array, white: Array) -> float:
 
 
 @kernel()
-def _heavy(square: float) -> float:
+def _heavy(square: float, dimension: int) -> float:
     """-2 log density, but for a constant, of errors of a squared length: Student's t of unit covariance."""
-    tail: float = (_TAIL + 4.0) * np.log1p(square / (_TAIL - 2.0))
+    tail: float = (_TAIL + dimension) * np.log1p(square / (_TAIL - 2.0))
     return tail
 
 
 @kernel()
-def _cost(errors: Array, usable: Mask, whiteners: Array, determinants: Array) -> float:
+def _cost(errors: Array, usable: Mask, whiteners: Array, determinants: Array, dimension: int) -> float:
     """-2 log likelihood of prediction errors, but for a constant; the first instant does not count."""
     total = 0.0
     last, white = len(whiteners) - 1, np.empty(4)
     for n in range(1, len(errors)):
         if usable[n]:
-            total += determinants[min(n, last)] + _heavy(_square(errors[n], whiteners[min(n, last)], white))
+            square = _square(errors[n], whiteners[min(n, last)], white)
+            total += determinants[min(n, last)] + _heavy(square, dimension)
     return total
 
 
 @kernel()
-def whiten(errors: Array, usable: Mask, whiteners: Array) -> Array:
+def whiten(errors: Array, usable: Mask, whiteners: Array, dimension: int) -> Array:
     """Prediction errors decorrelated, (T, 4), 0 where they do not count.
 
     They are scaled such that their squares add up to -2 log likelihood: about standard deviations where they are small,
@@ -232,27 +237,26 @@ def whiten(errors: Array, usable: Mask, whiteners: Array) -> Array:
     for n in range(1, len(errors)):
         if usable[n]:
             square = _square(errors[n], whiteners[min(n, last)], white[n - 1])
-            white[n - 1] *= np.sqrt(_heavy(square) / max(square, 1e-12))
+            white[n - 1] *= np.sqrt(_heavy(square, dimension) / max(square, 1e-12))
     return white
 
 
 @kernel()
-def tame(errors: Array, usable: Mask, whiteners: Array) -> Array:
+def tame(errors: Array, usable: Mask, whiteners: Array, dimension: int) -> Array:
     """Prediction errors (T, 4) in their units, 0 where they do not count and less where they are large."""
     last, white = len(whiteners) - 1, np.empty(4)
     tamed = np.zeros((len(errors) - 1, 4))
     for n in range(1, len(errors)):
         if usable[n]:
             square = _square(errors[n], whiteners[min(n, last)], white)
-            tamed[n - 1] = errors[n] * np.sqrt(_heavy(square) / max(square, 1e-12))
+            tamed[n - 1] = errors[n] * np.sqrt(_heavy(square, dimension) / max(square, 1e-12))
     return tamed
 
 
 def cost(errors: list[Array], usable: list[Mask], kalman: Filter) -> float:
     """-2 log likelihood of the prediction errors of several recordings, but for a constant."""
-    return float(
-        sum(_cost(e, u, kalman.whiteners, kalman.log_determinants) for e, u in zip(errors, usable, strict=True))
-    )
+    of = kalman.whiteners, kalman.log_determinants, kalman.measured
+    return float(sum(_cost(e, u, *of) for e, u in zip(errors, usable, strict=True)))
 
 
 def fit_noise(

@@ -277,4 +277,4 @@ def _over_periods(part: Callable[[Array], Array], count: float, angles: Array, a
 def _answer(linear: LinearTwin, kalman: Filter, push: Array, torques: Array, recording: Recording) -> Array:
     """Whitened prediction errors that torques leave."""
     errors = respond(linear.F, linear.C, kalman.gains, push, torques)
-    return np.asarray(whiten(errors, recording.usable, kalman.whiteners))
+    return np.asarray(whiten(errors, recording.usable, kalman.whiteners, kalman.measured))
