@@ -5,6 +5,7 @@ import pytest
 
 from twbal.errors import ConfigError
 from twbal.robot.parameters import parameter_hash
+from twbal.sim.effects.body_inertia import BodyInertia
 from twbal.sim.effects.body_mass import BodyMass
 from twbal.sim.effects.com_height import ComHeight
 
@@ -21,6 +22,32 @@ def test_a_value_that_no_robot_has_is_refused_by_name(paper, name, value):
 def test_an_offset_in_degrees_is_suspected(paper):
     with pytest.raises(ConfigError, match="in degrees"):
         replace(paper, com_offset=5.0)
+
+
+@pytest.mark.parametrize(("name", "value"), [("body_mass", 1e-300), ("com_height", 1e300), ("track", 1e-12)])
+def test_a_value_in_other_units_is_suspected(paper, name, value):
+    with pytest.raises(ConfigError, match=f"{name} of robot 'paper' must lie between 1e-09 and 1e\\+09 in SI units"):
+        replace(paper, **{name: value})
+
+
+@pytest.mark.parametrize("largest", ["body_inertia_roll", "body_inertia_pitch", "body_inertia_yaw"])
+def test_inertias_that_no_body_has_are_refused_by_name(paper, largest):
+    """Of point masses, Ixx = Σ m (y² + z²) and so on: the sum of two exceeds the third by 2 Σ m x²."""
+    inertias = dict.fromkeys(("body_inertia_roll", "body_inertia_pitch", "body_inertia_yaw"), 0.2)
+    replace(paper, **{**inertias, largest: 0.4})  # a flat plate
+    with pytest.raises(ConfigError, match=f"{largest} of robot 'paper' is 0.401 kg·m², more than .* together"):
+        replace(paper, **{**inertias, largest: 0.401})
+
+
+def test_any_distribution_of_masses_is_accepted_and_so_is_what_effects_make_of_it(paper):
+    rng = np.random.default_rng(5)
+    for flat in (1.0, 0.0):
+        for _ in range(50):
+            x, y, z = rng.normal(size=(3, 6)) * np.array([[1.0], [1.0], [flat]])
+            roll, pitch, yaw = (y**2 + z**2).sum(), (x**2 + z**2).sum(), (x**2 + y**2).sum()
+            sheet = replace(paper, body_inertia_roll=roll, body_inertia_pitch=pitch, body_inertia_yaw=yaw)
+            for effect in (BodyMass, BodyInertia, ComHeight):
+                assert effect(float(rng.uniform(0.3, 3.0))).alter(sheet) != sheet
 
 
 def test_robots_of_the_data_sheets_obey_the_triangle_inequality(paper, regbot):

@@ -11,6 +11,9 @@ from twbal.errors import ConfigError
 GRAVITY = 9.81
 """[m/s²]"""
 
+_LEAST, _MOST = 1e-9, 1e9  # of any value in SI units
+_ROUNDING = 1e-9  # share by which the inertias of a flat plate may break their inequality
+
 
 @dataclass(frozen=True)
 class RobotParameters:
@@ -60,10 +63,28 @@ class RobotParameters:
                 continue
             if not 0 < value < float("inf"):
                 raise ConfigError(f"{field.name} of robot {self.name!r} must be positive and finite; found {value}.")
+            if not _LEAST < value < _MOST:
+                raise ConfigError(
+                    f"{field.name} of robot {self.name!r} must lie between {_LEAST:g} and {_MOST:g} in SI units; "
+                    f"found {value}. Was it given in others?"
+                )
         if not abs(self.com_offset) < 1.5:
             raise ConfigError(
                 f"com_offset of robot {self.name!r} is an angle in rad, 0 where the centre of mass stands over the "
                 f"axle; found {self.com_offset}. Was it given in degrees?"
+            )
+        self._check_inertias()
+
+    def _check_inertias(self) -> None:
+        """Raise ConfigError where the inertias break the triangle inequality, which all mass distributions obey."""
+        names = ("body_inertia_roll", "body_inertia_pitch", "body_inertia_yaw")
+        *others, largest = sorted(names, key=lambda name: float(getattr(self, name)))
+        most = sum(float(getattr(self, name)) for name in others)
+        if getattr(self, largest) > most * (1.0 + _ROUNDING):
+            raise ConfigError(
+                f"{largest} of robot {self.name!r} is {getattr(self, largest):.6g} kg·m², more than {others[0]} and "
+                f"{others[1]} together ({most:.6g}), which no body has. Are axes mixed up, or are some about the axle "
+                "and not about the centre of mass?"
             )
 
 
