@@ -11,6 +11,7 @@ from twbal.channels import Channels
 from twbal.cli import main
 from twbal.diagnose.in_air import held, held_upright, wheels_in_air
 from twbal.episode import Episode, Outcome, Provenance
+from twbal.errors import DataError
 from twbal.logs import write_episode
 from twbal.plant import Observation
 
@@ -101,6 +102,57 @@ def test_motors_far_off_their_data_sheet_are_no_finding(regbot, diagnosed):
     found, _ = diagnosed(spun(regbot, SPEEDS, strength=0.4))
     assert found["verdict"] == "unknown"
     assert found["effects"] == []
+
+
+GAIN = "++sim.effects.torque_gain={_target_:twbal.sim.effects.torque_gain.TorqueGain,gain:0.7}"
+
+
+def test_motors_as_strong_as_the_simulation_has_them_are_nothing_new(regbot, diagnosed):
+    found, _ = diagnosed(spun(regbot, SPEEDS, strength=0.7), GAIN)
+    assert found["verdict"] == "none"
+    (shift,) = found["data_sheet"]
+    assert shift["factor"] == pytest.approx(1.0, abs=0.03)
+
+
+def test_a_simulation_with_more_drag_than_robots_usually_have_is_diagnosed(regbot, diagnosed):
+    strong = "sim.effects.viscous_friction.coefficient=0.02"
+    found, _ = diagnosed(spun(regbot, 0.5 * SPEEDS, viscous=0.02), strong)
+    assert found["verdict"] == "none"
+
+
+def test_a_control_period_of_no_whole_milliseconds_is_diagnosed(regbot, diagnosed, tmp_path, capsys):
+    """And the simulation that is written down runs as it is."""
+    period = "robot.control_period=0.0142857142857"
+    found, _ = diagnosed(spun(replace(regbot, control_period=1 / 70), SPEEDS, coulomb=0.02), period)
+    assert found["verdict"] == "named"
+    words = ["robot=regbot", period, f"sim={tmp_path / 'out' / 'augmented.yaml'}", "rollouts=1", "steps=20"]
+    assert main(["sim-collect", *words, f"hydra.run.dir={tmp_path / 'collected'}"]) == 0
+
+
+def hung(robot, speeds):
+    """A recording of a robot whose body hangs below its axle and rings as a pendulum while its wheels turn."""
+    recording = spun(robot, speeds, tilt=np.pi)
+    inertia = robot.body_inertia_pitch + robot.body_mass * robot.com_height**2
+    stiffness = 9.81 * robot.body_mass * robot.com_height / inertia
+    times = robot.control_period * np.arange(len(recording.observations))
+    ring = solve_ivp(
+        lambda t, y: (y[1], -stiffness * np.sin(y[0]) - 0.5 * y[1]), times[[0, -1]], [0.08, 0.0], t_eval=times
+    ).y
+    seen = recording.observations.copy()
+    seen[:, 1:3] += ring.T
+    return replace(recording, observations=seen)
+
+
+def test_a_robot_that_hangs_below_its_axle_is_not_one_that_lies(regbot, tmp_path, capsys):
+    hanging = hung(regbot, 0.2 * SPEEDS)
+    assert np.ptp(np.quantile(hanging.observations[:, 1], [0.025, 0.975])) < 0.2
+    with pytest.raises(DataError, match="hangs from its axle"):
+        wheels_in_air([hanging], 0.7)
+    assert wheels_in_air([spun(regbot, 0.2 * SPEEDS)], 0.7)
+    write_episode(tmp_path / "log.mcap", hanging)
+    told = ["robot=regbot", f"hydra.run.dir={tmp_path / 'out'}"]
+    assert main(["diagnose", f"episodes={tmp_path / 'log.mcap'}", *told]) == 1
+    assert "never upright (tilt 3.14 rad)" in capsys.readouterr().err
 
 
 def test_too_short_a_recording_is_refused(regbot, tmp_path, capsys):

@@ -66,6 +66,7 @@ class _Form(NamedTuple):
         value: of its parameter.
         error: standard error of `value`.
         gain: of the motors.
+        strength: `gain` over that which the simulation has.
         misfit: -2 log likelihood, with the prior of the gain and the price of the parameter.
         rms: by which windows are still off [rad].
         stuck: whether `value` ran to a bound.
@@ -75,6 +76,7 @@ class _Form(NamedTuple):
     value: float
     error: float
     gain: float
+    strength: float
     misfit: float
     rms: float
     stuck: bool
@@ -172,11 +174,11 @@ def name_drag(
         return model, account_of(data, model, taken)
 
     (nominal, first), (_, refitted), (named, last) = seen({}), seen(base.effects), seen(best.effects)
-    shift = (best.gain - 1.0) / tolerance
+    shift = (best.strength - 1.0) / tolerance
     return Findings(
         verdict=verdict,
         effects=(_named(chosen, near, weights, settings),) if verdict is Verdict.NAMED else (),
-        data_sheet=(Shift("torque_gain", DATA_SHEET["torque_gain_gain"], best.gain, shift),),
+        data_sheet=(Shift("torque_gain", DATA_SHEET["torque_gain_gain"], best.strength, shift),),
         data_sheet_class=(DATA_SHEET["torque_gain_gain"],) if verdict is Verdict.DATA_SHEET else (),
         rivals=tuple(
             Rival(form.names, base.misfit - form.misfit, weights[form.names], 1.0)
@@ -230,19 +232,22 @@ def _windows(data: Data) -> tuple[list[_Window], int]:
 
 
 def _fit(turns: _Turns, twin: TwinParameters, candidate: Candidate | None, tolerance: float) -> _Form:
-    """Fit one form of drag, or none, and the motors' strength within its tolerance."""
+    """Fit one form of drag, or none, and the motors' strength within its tolerance.
+
+    Both start from what the simulation has already; drag may double where that is more than robots usually have.
+    """
     parameters = candidate.parameters if candidate else ()
     fields = [_GAIN, *(f"{candidate.name}_{p.name}" for p in parameters if candidate)]
-    low = np.array([0.2, *(p.low for p in parameters)])
-    high = np.array([5.0, *(p.high for p in parameters)])
-    already = [float(getattr(twin, field)) for field in fields[1:]]
-    x = np.array([1.0, *(0.1 * p.start + value for p, value in zip(parameters, already, strict=True))])
+    gain, *already = [float(getattr(twin, field)) for field in fields]
+    low = np.array([0.2 * gain, *(p.low for p in parameters)])
+    high = np.array([5.0 * gain, *(max(p.high, 2.0 * value) for p, value in zip(parameters, already, strict=True))])
+    x = np.array([gain, *(0.1 * p.start + value for p, value in zip(parameters, already, strict=True))])
     sigma = max(float(np.sqrt(np.mean(turns.off_by(twin) ** 2))), turns.floor)
     for _ in range(_ROUNDS):  # the motors' strength gives way only where the windows have become sure
 
         def misfit(x: Array, sigma: float = sigma) -> Array:
             off = turns.off_by(twin._replace(**dict(zip(fields, x.tolist(), strict=True))))
-            return np.append(off / sigma, (x[0] - 1.0) / tolerance)
+            return np.append(off / sigma, (x[0] / gain - 1.0) / tolerance)
 
         result = least_squares(misfit, x, bounds=(low, high), x_scale=high - low)
         x, off = result.x, sigma * result.fun[:-1]
@@ -256,6 +261,7 @@ def _fit(turns: _Turns, twin: TwinParameters, candidate: Candidate | None, toler
         value=float(x[-1]) if candidate else 0.0,
         error=float(errors[-1]),
         gain=float(x[0]),
+        strength=float(x[0] / gain),
         misfit=2.0 * count * float(np.log(sigma)) + float(result.fun[-1] ** 2) + price,
         rms=float(np.sqrt(np.mean(off**2))),
         stuck=bool(candidate and x[-1] > high[-1] - ends[-1]),
@@ -265,7 +271,7 @@ def _fit(turns: _Turns, twin: TwinParameters, candidate: Candidate | None, toler
 def _verdict(turns: _Turns, twin: TwinParameters, base: _Form, chosen: _Form, settings: Settings) -> Verdict:
     """What the fits come to."""
     lines = settings.lines
-    shift = abs(base.gain - 1.0) / settings.tolerances.data_sheet
+    shift = abs(base.strength - 1.0) / settings.tolerances.data_sheet
     if chosen.candidate and base.misfit - chosen.misfit > lines.score:
         before = float(np.sqrt(np.mean(turns.off_by(twin) ** 2)))
         return Verdict.NAMED if chosen.rms < _LEFT * before and not chosen.stuck else Verdict.UNKNOWN
@@ -311,9 +317,9 @@ def _advice(turns: _Turns, base: _Form, near: Sequence[_Form], verdict: Verdict,
             if form.candidate
         ]
         found.append(f"Each of these alone would do: {', '.join(values)}. {SEPARATE_BY}")
-    if verdict in (Verdict.NAMED, Verdict.UNKNOWN) and abs(base.gain - 1.0) > tolerance:
+    if verdict in (Verdict.NAMED, Verdict.UNKNOWN) and abs(base.strength - 1.0) > tolerance:
         found.append(
-            f"So would motors of {base.gain:.2g} times the data sheet's torque, "
-            f"{abs(base.gain - 1.0) / tolerance:.0f} tolerances off: that is no finding."
+            f"So would motors of {base.strength:.2g} times the simulation's torque, "
+            f"{abs(base.strength - 1.0) / tolerance:.0f} tolerances off: that is no finding."
         )
     return tuple(found)

@@ -8,9 +8,13 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from scipy.ndimage import uniform_filter1d
+from scipy.signal import detrend
 
 from twbal.diagnose.findings import Effects
 from twbal.episode import Episode, Estimated
+from twbal.errors import DataError
+from twbal.gaussian import Array
 from twbal.plant import Observation
 from twbal.robot.parameters import RobotParameters
 
@@ -22,11 +26,28 @@ ADVICE = (
 
 _LIGHT, _HEAVY = 1e-3, 1e6  # inertia of what the wheels carry, and of the body they push off, in theirs
 _STILL = 0.2  # rad within which the tilt of a robot that lies stays, but for one sample in twenty
+_SWING = 0.03  # rad of that without drift and noise, from which on the body swings: it hangs in its wheels
+_SMOOTH = 0.1  # s, over which noise is averaged
 _NOT_SEEN = ("tilt", "tilt_rate", "yaw_rate")
 
 
 def wheels_in_air(episodes: Sequence[Episode], widest_tilt: float) -> bool:
-    """Whether the robot lies still in all episodes while its wheels turn."""
+    """Whether the robot lies still in all episodes while its wheels turn.
+
+    A body that hangs below its axle is no such robot: it swings when the wheels speed up, as they carry it.
+
+    Raises:
+        DataError: the robot is never upright, and its body swings.
+    """
+    if episodes and all(_is_down(episode, widest_tilt) for episode in episodes):
+        swings = [_swing(episode) for episode in episodes]
+        if max(swings) > _SWING:
+            worst = episodes[int(np.argmax(swings))]
+            raise DataError(
+                f"The robot is never upright (tilt {np.median(np.abs(np.unwrap(worst.tilt))):.3g} rad), and its body "
+                f"swings by {max(swings):.2g} rad: it hangs from its axle, and does not lie still with its wheels in "
+                "the air. Diagnose recordings of a robot that stands or drives upright, or fix its body."
+            )
     return bool(episodes) and all(_lies(episode, widest_tilt) for episode in episodes)
 
 
@@ -62,5 +83,21 @@ def held_upright(episode: Episode) -> Episode:
 
 def _lies(episode: Episode, widest_tilt: float) -> bool:
     tilt = np.unwrap(episode.tilt)
-    low, high = np.quantile(tilt, [0.025, 0.975])
-    return bool(np.median(np.abs(tilt)) > widest_tilt and high - low < _STILL)
+    return bool(np.median(np.abs(tilt)) > widest_tilt and _range(tilt) < _STILL and _swing(episode) <= _SWING)
+
+
+def _is_down(episode: Episode, widest_tilt: float) -> bool:
+    """Whether the robot is not upright from begin to end."""
+    tilt = np.unwrap(episode.tilt)
+    return bool(np.quantile(np.abs(tilt), 0.025) > widest_tilt and _range(tilt) < np.pi)
+
+
+def _swing(episode: Episode) -> float:
+    """Range of the tilt [rad], but for one sample in twenty, without steady drift and noise."""
+    count = max(1, round(_SMOOTH / episode.control_period))
+    return _range(uniform_filter1d(detrend(np.unwrap(episode.tilt)), count, mode="nearest"))
+
+
+def _range(values: Array) -> float:
+    low, high = np.quantile(values, [0.025, 0.975])
+    return float(high - low)

@@ -1,6 +1,7 @@
 """What integrates a robot's motion, and the plant made of it."""
 
 from abc import ABC, abstractmethod
+from math import ceil
 from typing import NamedTuple
 
 from twbal.engine.machine import Machine, Running
@@ -123,13 +124,26 @@ def substeps(control_period: float, physics_step: float) -> int:
     Raises:
         ConfigError: there is not a whole number of them.
     """
-    if not physics_step > 0:
-        raise ConfigError(f"The physics step must be positive; found {physics_step} s.")
+    _require_positive(physics_step)
     count = round(control_period / physics_step)
     if count < 1 or abs(count * physics_step - control_period) > 1e-9 * control_period:
-        nearest = control_period / max(count, 1)
         raise ConfigError(
             f"A control period of {control_period} s is not a whole number of physics steps of {physics_step} s; "
-            f"try physics_step={nearest:.6g}."
+            f"try sim.physics_step={dividing_step(control_period, physics_step)!r}."
         )
     return count
+
+
+def dividing_step(control_period: float, physics_step: float) -> float:
+    """The longest step that divides a control period and is no longer than a physics step [s].
+
+    Raises:
+        ConfigError: the physics step is not positive.
+    """
+    _require_positive(physics_step)
+    return control_period / max(ceil(control_period / physics_step - 1e-9), 1)
+
+
+def _require_positive(physics_step: float) -> None:
+    if not 0 < physics_step < float("inf"):
+        raise ConfigError(f"The physics step must be positive and finite; found {physics_step} s.")

@@ -24,6 +24,7 @@ from twbal.diagnose.recording import MEASURED, Recording, Usability, read_record
 from twbal.diagnose.settings import Settings as DiagnosisSettings
 from twbal.diagnose.where import regions
 from twbal.diagnosis import Diagnosis, Region, Verdict, headline_text, write_diagnosis
+from twbal.engine.engine import dividing_step
 from twbal.episode import Episode, Outcome
 from twbal.figures.canvas import svg
 from twbal.figures.diagnosis import disagreement_figure, gap_figure, rivals_figure, whiteness_figure
@@ -97,7 +98,8 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
     tests = episode_files(cfg.test_episodes) if cfg.test_episodes else []
     robot: RobotParameters = instantiate(cfg.robot)
     present = values_of(members(cfg.sim.effects))
-    told = Told(robot, present, float(cfg.sim.physics_step), instantiate(cfg.diagnosis), settings)
+    physics_step = dividing_step(robot.control_period, float(cfg.sim.physics_step))
+    told = Told(robot, present, physics_step, instantiate(cfg.diagnosis), settings)
     step = Step("diagnose", out, recorded(cfg, NOT_RECORDED), {"episodes": files, "test episodes": tests}, 0)
     return perform(step, lambda: _diagnose_to_files(files, tests, told, out))
 
