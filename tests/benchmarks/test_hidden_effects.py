@@ -1,6 +1,7 @@
 """The truth of the hidden-effect benchmark is right, and shares nothing with what it tests."""
 
 import ast
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -140,3 +141,19 @@ def test_what_is_hidden_in_another_engine_is_named(case, paper):
     alike = [{effect.name, *effect.equivalents} for effect in found.effects]
     assert len(alike) == bool(name)
     assert not name or name in alike[0]
+
+
+def test_a_robot_of_another_engine_that_is_as_its_data_sheet_says_lacks_none_of_the_usual_effects(paper):
+    from benchmarks.hidden_effects.robot import drawn
+    from benchmarks.hidden_effects.truth import HiddenRobot, Surface
+
+    with initialize_config_dir(str(conf_folder()), version_base="1.3"):
+        cfg = compose("real_rollout", ["experiment=excite"])
+        policy, channels = instantiate(cfg.policy), instantiate(cfg.state)
+        settings = instantiate(compose("diagnose", ["episodes=e"]).diagnosis)
+    settings = replace(settings, usual=("com_offset", "dead_zone", "motor_lag"), most_effects=8)
+    plant = HiddenRobot(paper, drawn(paper, np.random.default_rng(7), 0.0, 0.0), {}, Surface(turn=0.0), seed=8)
+    episode = rollout(plant, policy, channels, 450, 0.6, Provenance("hidden", "robot", seed=8, trial=0))
+    recordings = read_recordings([episode], ["a"], paper, Usability(50, 300, 1.5, 0.7))
+    few = [candidate for candidate in candidates_for(paper) if candidate.name in settings.usual]
+    assert name_effects(recordings, paper, {}, few, settings).effects == ()

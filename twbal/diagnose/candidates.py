@@ -18,6 +18,9 @@ DATA_SHEET = {
 WHEELS = ("wheel_mass", "wheel_inertia")
 """Fields of the data sheet that are free too, and have no effect of their own."""
 
+LOWEST, HIGHEST = 0.25, 2.5
+"""Range of a data-sheet value, in its nominal value. So wide that the line `beyond` of every diagnosis lies inside."""
+
 _NUDGE = 1e-7  # of finite differences, as a share of a parameter's range; a larger one bends the gradient
 
 
@@ -99,7 +102,7 @@ def always_free(tolerances: Tolerances, twin: TwinParameters, recordings: int) -
     """
     values = [(field, float(getattr(twin, field))) for field in (*DATA_SHEET, *WHEELS)]
     sd = tolerances.data_sheet
-    sheet = [Free(field, 0.4 * value, 2.5 * value, value, sd * value, _NUDGE * value) for field, value in values]
+    sheet = [Free(field, LOWEST * value, HIGHEST * value, value, sd * value, _NUDGE * value) for field, value in values]
     late, lead = tolerances.imu_timing, tolerances.angle_timing
     return (
         *sheet,

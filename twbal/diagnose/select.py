@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 from twbal.diagnose.candidates import Candidate
 from twbal.diagnose.model import Data, Free, Model
+from twbal.diagnose.screen import screen
 from twbal.diagnose.settings import Settings
 from twbal.diagnose.weigh import Round, Weighed, add_one, weigh
 
@@ -61,30 +62,51 @@ def select(
         if not asked:
             break
         chosen = _inside(asked, chosen, settings)
+    if not rounds:  # what the recordings could show is asked of the first round
+        rounds.append(Round(base, screen(data, base.fit, candidates), []))
     usual = [candidate for candidate in candidates if candidate.name in settings.usual]
-    if usual:
+    if usual and settings.most_effects:
         begin = data.with_noise(model, 30)
-        at_once = without_idle(data, _all_at_once(data, begin, always, usual), always, settings, begin)
-        margin = settings.lines.score * min(at_once.colour, settings.lines.whiteness)
-        if at_once.total < chosen.total + margin or (chosen.stuck and not at_once.stuck):
+        at_once = without_idle(data, _all_at_once(data, begin, always, usual), base, always, settings, begin)
+        if _wins(at_once, chosen, base, settings):
             rounds.append(add_one(data, at_once, always, _beside(at_once, candidates), settings.shortlist))
-            asked = [w for w in rounds[-1].weighed if worth(w, at_once, settings) and not w.stuck]
-            chosen = asked[0] if asked else at_once
+            asked = [w for w in rounds[-1].weighed if worth(w, at_once, settings) and _is_sound(w, base, settings)]
+            chosen = asked[0] if asked and len(at_once.effects) < settings.most_effects else at_once
             rounds.append(_swap(data, chosen, begin, always, candidates, settings))
-            better = [w for w in rounds[-1].weighed if w.total < chosen.total and not w.stuck]
+            better = [w for w in rounds[-1].weighed if w.total < chosen.total and _is_sound(w, base, settings)]
             return Selection(base, tuple(rounds), better[0] if better else chosen)
     if len(chosen.effects) > 2:
-        chosen = without_idle(data, chosen, always, settings)
+        chosen = without_idle(data, chosen, base, always, settings)
     elif len(chosen.effects) > 1:
         step = _reconsider(data, chosen, always, candidates, settings)
         rounds.append(step)
         chosen = _inside(sorted([chosen, *step.weighed], key=lambda w: w.total), base, settings)
-        chosen = without_nameless(data, without_idle(data, chosen, always, settings), always, rounds, settings)
+        chosen = without_nameless(data, without_idle(data, chosen, base, always, settings), always, rounds, settings)
     return Selection(base, tuple(rounds), chosen)
 
 
+def _wins(at_once: Weighed, chosen: Weighed, base: Weighed, settings: Settings) -> bool:
+    """Whether effects that were fitted at once take the place of those that were found one by one."""
+    if not at_once.candidates or not worth(at_once, base, settings):
+        return False
+    if at_once.overriding and chosen.candidates and not chosen.overriding:
+        return False
+    margin = settings.lines.score * min(at_once.colour, settings.lines.whiteness)
+    return at_once.total < chosen.total + margin or bool(chosen.stuck and not at_once.stuck)
+
+
+def _is_sound(weighed: Weighed, base: Weighed, settings: Settings) -> bool:
+    """Whether a set is worth its price beside the data sheet refitted, with nothing negligible or at a bound in it."""
+    negligible = any(weighed.size_of(candidate) < settings.lines.least for candidate in weighed.candidates)
+    return worth(weighed, base, settings) and not negligible and not weighed.stuck
+
+
 def _inside(asked: Sequence[Weighed], before: Weighed, settings: Settings) -> Weighed:
-    """The best set; or one with all parameters inside their ranges, where that explains nearly as much."""
+    """The best set; or one with all parameters inside their ranges, where that explains nearly as much.
+
+    One that swallows the commands explains anything; it is the best only where there is no other.
+    """
+    asked = [w for w in asked if not w.overriding] or asked
     best = asked[0]
     handicap = max(3.0 * settings.lines.score * best.colour, settings.lines.share * (before.total - best.total))
     inside = [w for w in asked if not w.stuck and w.total < best.total + handicap]
@@ -140,31 +162,53 @@ def _swap(
 
 
 def without_idle(
-    data: Data, chosen: Weighed, always: Sequence[Free], settings: Settings, begin: Model | None = None
+    data: Data,
+    chosen: Weighed,
+    base: Weighed,
+    always: Sequence[Free],
+    settings: Settings,
+    begin: Model | None = None,
 ) -> Weighed:
-    """Take off one candidate after the other, the least of use first, while it gains less than a named one must.
+    """Take off one candidate after the other: those of no use, negligible ones, and more than may be named.
+
+    Of no use is one that gains less than a named one must.
 
     Args:
         data: recordings.
         chosen: the set.
+        base: the data sheet refitted, which is left where none is of use.
         always: what is always free.
         settings: of the diagnosis.
         begin: a data sheet as it was, from which what is left is fitted too: the way from the larger set may be barred.
     """
-    while len(chosen.candidates) > 1:
-        lighter = []
+    lines = settings.lines
+    while chosen.candidates:
+        colour = min(chosen.colour, lines.whiteness)
+        too_many = len(chosen.effects) > settings.most_effects
+        idle = []
         for candidate in chosen.candidates:
-            rest = [other for other in chosen.candidates if other is not candidate]
-            without = chosen.fit.model.put({f"{candidate.name}_{p.name}": p.none for p in candidate.parameters})
-            lighter.append(weigh(data, without, always, rest, _LIGHTER_ROUNDS))
-            if begin is not None:
-                lighter.append(_all_at_once(data, begin, always, rest))
-        best = min(lighter, key=lambda w: w.total)
-        colour = min(chosen.colour, settings.lines.whiteness)
-        if (best.total - chosen.total) / colour >= settings.lines.score:
+            lighter = _one_less(data, chosen, candidate, base, always, begin)
+            useless = (lighter.total - chosen.total) / colour < _threshold(candidate, settings)
+            if useless or too_many or chosen.size_of(candidate) < lines.least:
+                idle.append(lighter)
+        if not idle:
             break
-        chosen = best
+        chosen = min(idle, key=lambda w: w.total)
     return chosen
+
+
+def _one_less(
+    data: Data, chosen: Weighed, candidate: Candidate, base: Weighed, always: Sequence[Free], begin: Model | None
+) -> Weighed:
+    """The better fit of a set without one of its candidates; arguments as of `without_idle`."""
+    rest = [other for other in chosen.candidates if other is not candidate]
+    if not rest:
+        return base
+    without = chosen.fit.model.put({f"{candidate.name}_{p.name}": p.none for p in candidate.parameters})
+    lighter = weigh(data, without, always, rest, _LIGHTER_ROUNDS)
+    if begin is None:
+        return lighter
+    return min(lighter, _all_at_once(data, begin, always, rest), key=lambda w: w.total)
 
 
 def without_nameless(
@@ -203,9 +247,13 @@ def worth(weighed: Weighed, base: Weighed, settings: Settings) -> bool:
     sure it is: it stands for some trifle of the robot's form.
     """
     lines = settings.lines
-    line = lines.sheet if weighed.candidates[-1].in_data_sheet else lines.score
     gain = (base.total - weighed.total) / min(weighed.colour, lines.whiteness)
-    return gain >= line and weighed.size >= lines.least
+    return gain >= _threshold(weighed.candidates[-1], settings) and weighed.size >= lines.least
+
+
+def _threshold(candidate: Candidate, settings: Settings) -> float:
+    """Gain over the colour that is left, from which on a candidate is worth its price."""
+    return settings.lines.sheet if candidate.in_data_sheet else settings.lines.score
 
 
 def belongs(weighed: Weighed, base: Weighed, first: Weighed, settings: Settings) -> bool:

@@ -10,9 +10,12 @@ from twbal.diagnose.fit import Fit, refit
 from twbal.diagnose.model import Data, Free, Model
 from twbal.diagnose.screen import Screened, screen
 from twbal.gaussian import Array
+from twbal.planar.actuation import equivalent_gain
+from twbal.planar.parameters import TwinParameters
 
 _ROUNDS, _ITERATIONS, _NOISE_ITERATIONS = 6, 4, 12
 _AT_BOUND = 0.01  # share of its range from a bound at which a parameter has run to it
+_LEAST_INFLUENCE = 0.1  # equivalent gain of the driver below which its nonlinearity takes the place of the commands
 _WAVES = 200.0  # frequencies or counts among which a wave is looked for: the best of many is good by chance
 _ALIKE = 0.2  # in -2 log likelihood
 _PROMISING = 0.2  # share of the best gain at a glance from which on a candidate is fitted in full
@@ -26,12 +29,14 @@ class Weighed(NamedTuple):
         fit: with all that is always free.
         whiteness: that it leaves in each channel that was measured.
         price: of its parameters, in -2 log likelihood.
+        overriding: names of effects that swallow nearly all the commands' variation (`actuation.equivalent_gain`).
     """
 
     candidates: tuple[Candidate, ...]
     fit: Fit
     whiteness: Array
     price: float
+    overriding: tuple[str, ...] = ()
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -56,7 +61,10 @@ class Weighed(NamedTuple):
     @property
     def size(self) -> float:
         """Of its last candidate, as a share of its start values."""
-        candidate = self.candidates[-1]
+        return self.size_of(self.candidates[-1])
+
+    def size_of(self, candidate: Candidate) -> float:
+        """Of one of its candidates, as a share of its start values."""
         return max(
             abs(self.fit.model.value(f"{candidate.name}_{p.name}") - p.none) / abs(p.start - p.none)
             for p in candidate.sizes
@@ -64,16 +72,27 @@ class Weighed(NamedTuple):
 
     @property
     def stuck(self) -> tuple[str, ...]:
-        """Parameters that ran to a bound other than the one that is no effect."""
-        found = []
-        for candidate in self.candidates:
-            for parameter in candidate.parameters:
-                value = self.fit.model.value(f"{candidate.name}_{parameter.name}")
-                margin = _AT_BOUND * (parameter.high - parameter.low)
-                ends = [end for end in (parameter.low, parameter.high) if end != parameter.none]
-                if parameter.name != "phase" and any(abs(value - end) < margin for end in ends):
-                    found.append(f"{candidate.name}.{parameter.name}")
-        return tuple(found)
+        """What is no value but where a search ended, as `effect.parameter`.
+
+        Parameters that ran to a bound other than the one that is no effect, those of the data sheet and of the sensors
+        among them; and the first parameters of overriding effects.
+        """
+        found = [_dotted(free.field) for free in self.fit.frees if _at_bound(free, self.fit.model.value(free.field))]
+        swallowing = [f"{c.name}.{c.parameters[0].name}" for c in self.candidates if c.name in self.overriding]
+        return tuple(dict.fromkeys([*found, *swallowing]))
+
+
+def _at_bound(free: Free, value: float) -> bool:
+    """Whether a free value ran to a bound; the mean of its prior is none, and a phase has none."""
+    margin = _AT_BOUND * (free.high - free.low)
+    ends = [end for end in (free.low, free.high) if end != free.mean]
+    return not free.field.endswith("_phase") and any(abs(value - end) < margin for end in ends)
+
+
+def _dotted(field: str) -> str:
+    """`body_mass.factor` of `body_mass_factor`; fields that are no parameter of an effect stay as they are."""
+    effect, _, parameter = field.rpartition("_")
+    return f"{effect}.{parameter}" if field in TwinParameters._field_defaults else field
 
 
 class Round(NamedTuple):
@@ -106,7 +125,18 @@ def weigh(data: Data, model: Model, always: Sequence[Free], candidates: Sequence
     kalman = data.filter(fit.model)
     left = data.colour(data.errors(fit.model, kalman), kalman)[data.sensed]
     searched = 2.0 * sum(candidate.is_wave for candidate in candidates) * np.log(_WAVES)
-    return Weighed(tuple(candidates), fit, left, len(own) * float(np.log(data.count)) + float(searched))
+    price = len(own) * float(np.log(data.count)) + float(searched)
+    return Weighed(tuple(candidates), fit, left, price, _overriding(data, fit.model, candidates))
+
+
+def _overriding(data: Data, model: Model, candidates: Sequence[Candidate]) -> tuple[str, ...]:
+    """Effects without which the commands would have influence."""
+    commands = np.concatenate([recording.commands for recording in data.recordings])
+    left = equivalent_gain(model.twin, commands)
+    if left >= _LEAST_INFLUENCE:
+        return ()
+    without = {c.name: model.put({f"{c.name}_{p.name}": p.none for p in c.parameters}) for c in candidates}
+    return tuple(name for name, other in without.items() if equivalent_gain(other.twin, commands) > left)
 
 
 def add_one(
@@ -122,7 +152,7 @@ def add_one(
         shortlist: candidates that are fitted in full, at most.
     """
     screened = screen(data, base.fit, candidates)
-    best = screened[0].gain
+    best = max((s.gain for s in screened), default=0.0)
     chosen = [s for s in screened[:shortlist] if s.gain > max(_PROMISING * best, 3.0)]
     weighed = [weigh(data, s.model, always, (*base.candidates, s.candidate), _ROUNDS) for s in chosen]
     best = min((w.total for w in weighed), default=0.0)

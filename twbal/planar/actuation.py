@@ -51,6 +51,24 @@ def driver_torque(p: TwinParameters, command: float, time: float) -> float:
     return command * p.torque_gain_gain / (1.0 + p.battery_sag_rate * time)
 
 
+@kernel()
+def equivalent_gain(p: TwinParameters, commands: Array) -> float:
+    """Mean slope of the driver's torque over commands, by its gain: how far they still have influence, 0 to 1.
+
+    Booton's equivalent gain of a static nonlinearity, N = E[f'(u)] (statistical linearisation, 1954): the share of the
+    commands that lie outside the dead zone and below the saturation.
+
+    Args:
+        p: the twin.
+        commands: (T,) [N·m].
+    """
+    e = 1e-6 * p.torque_limit
+    total = 0.0
+    for command in commands:
+        total += driver_torque(p, command + e, 0.0) - driver_torque(p, command - e, 0.0)
+    return total / (2.0 * e * len(commands) * p.torque_gain_gain)
+
+
 class Lag(NamedTuple):
     """What a first-order lag does in a physics step, exactly.
 
