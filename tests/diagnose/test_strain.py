@@ -84,3 +84,16 @@ def test_a_data_sheet_that_is_far_off_is_no_finding_unless_it_is_said_to_be_roug
     found = name_effects([recording], paper, {}, drag, settings)
     assert any("no finding" in sentence for sentence in found.advice) == told
     assert any("diagnosis=rough" in sentence for sentence in found.advice) == told
+
+
+def test_nothing_is_named_beside_a_data_sheet_that_is_beyond_what_a_rough_one_may_be(paper):
+    """At the bounds of the search, or beyond the line that must lie inside them."""
+    far = {"body_mass": {"factor": 0.3}, "com_height": {"factor": 0.4}, "torque_gain": {"gain": 0.75}}
+    recording = ride(paper, {**far, "coulomb_friction": {"torque": 0.2}}, seed=23, periods=600, tolerance=0.0)
+    drag = [candidate for candidate in candidates_for(paper) if candidate.name in ("coulomb_friction", "dead_zone")]
+    with initialize_config_dir(str(conf_folder()), version_base="1.3"):
+        tolerance = compose("diagnose", ["episodes=x", "diagnosis=rough"]).diagnosis.tolerances.data_sheet
+    settings = replace(SETTINGS, tolerances=replace(SETTINGS.tolerances, data_sheet=tolerance))
+    found = name_effects([recording], paper, {}, drag, settings)
+    assert found.verdict is Verdict.UNKNOWN
+    assert found.effects == ()

@@ -16,9 +16,18 @@ from twbal.sim.plant import SimPlant
 STEP, PERIODS = 0.00025, 15
 SEEN = [Observation._fields.index(name) for name in ("tilt", "tilt_rate", "wheel_angle", "wheel_rate")]
 START = StartPose(-0.1, 0.0, 0.0, 0.0)
-CLOSE = {"backlash": 0.5, "wheel_slip": 0.1, "cable_spring": 0.02, "rolling_resistance": 0.02}
-"""Largest difference as a share of what the effect does; 0.01 for all others. The impacts of a backlash fall on other
-steps; on tyres that slip the engine's contact takes another share of the weight."""
+CLOSE = {
+    "backlash": np.array([0.1, 0.3, 0.1, 0.3]),
+    "wheel_slip": 0.1,
+    "cable_spring": 0.02,
+    "rolling_resistance": 0.02,
+}
+"""Largest difference as a share of what the effect does, of all channels or of each; 0.01 for all other effects.
+
+On tyres that slip the engine's contact takes another share of the weight. At each impact of a backlash the rates jump,
+and impacts fall on other steps in the two codes: an instant between them differs by a whole jump. A finer step moves
+the impacts and brings rates no closer (0.11, 0.24, 0.01 and 0.16 at steps of 0.5, 0.25, 0.125 and 0.0625 ms); angles,
+which do not jump, stay within 0.07."""
 
 
 @pytest.fixture(scope="module")
