@@ -10,12 +10,17 @@ from typing import Any, NamedTuple
 from twbal.errors import DataError
 from twbal.files import read_json, write_atomically
 
-HEADLINE = ("tilt", 0.15)
-"""Channel and horizon [s] of the gap that stands for all: longer rollouts of this unstable robot go wrong by any model,
-shorter ones show little but noise."""
+HEADLINE = (("tilt", "wheel_angle"), 0.15)
+"""Channel (the first that was measured) and horizon [s] of the gap that stands for all: longer rollouts of this
+unstable robot go wrong by any model, shorter ones show little but noise."""
 
 CLOSED = 0.5
 """Share of the gap on held-out data above which it counts as closed: the better part of it."""
+
+EXPLAINED = 2.0
+"""Times the noise floor up to which the error of held-out rollouts counts as explained."""
+
+_FLAT = 0.1  # share of the noise floor by which a gap must exceed it for a share of the gap to mean anything
 
 
 class Verdict(StrEnum):
@@ -99,6 +104,11 @@ class Shift(NamedTuple):
     factor: float
     sigmas: float
 
+    @property
+    def text(self) -> str:
+        """As it stands in a sentence: `body mass x 1.12 (+4.0 tolerances)`."""
+        return f"{self.name.replace('_', ' ')} x {self.factor:.3g} ({self.sigmas:+.1f} tolerances)"
+
 
 class Region(NamedTuple):
     """Disagreement of a channel within a region of the data.
@@ -110,7 +120,7 @@ class Region(NamedTuple):
         high: upper end [SI].
         samples: in it.
         bias: mean error of the simulation over its noise, both of one control period.
-        rms: root mean square error over that noise; 1 is noise alone.
+        rms: root mean square error over that noise. It was fitted with the simulation as it is, so a misfit is in it.
     """
 
     channel: str
@@ -130,9 +140,10 @@ class Gap(NamedTuple):
         horizon: of the rollouts [s].
         before: by the data sheet.
         refitted: by the data sheet refitted within its tolerances.
-        after: with the named effects.
-        floor: what sensor noise alone would leave.
+        after: with what was named, or is the likeliest (`Diagnosis.added`).
+        floor: what sensor noise alone would leave, but `after` where that is less.
         closed: share of before - floor that is closed; None where before is within 10 % of the floor.
+        noise_floor: what sensor noise alone would leave if the simulation of `after` were right.
     """
 
     channel: str
@@ -142,15 +153,35 @@ class Gap(NamedTuple):
     after: float
     floor: float
     closed: float | None
+    noise_floor: float
+
+    @property
+    def closed_by_refit(self) -> float | None:
+        """Share of before - noise_floor that refitting the data sheet closes; None where there is hardly a gap."""
+        return self._share(self.before - self.refitted)
+
+    @property
+    def closed_by_effects(self) -> float | None:
+        """Share of before - noise_floor that what was added to the refitted data sheet closes beyond it."""
+        return self._share(self.refitted - self.after)
+
+    @property
+    def is_explained(self) -> bool:
+        """Whether `after` is near enough to what sensor noise alone would leave."""
+        return self.after <= EXPLAINED * self.noise_floor
+
+    def _share(self, change: float) -> float | None:
+        known = self.before > (1.0 + _FLAT) * self.noise_floor
+        return change / (self.before - self.noise_floor) if known else None
 
 
 class Whiteness(NamedTuple):
-    """How coloured a channel's one-step residuals are; 1 is white.
+    """Residual autocorrelation of a channel's one-step residuals; 1 is what white residuals have.
 
     Attributes:
         channel: measured channel.
         before: by the data sheet.
-        after: with the named effects.
+        after: with what was named, or is the likeliest (`Diagnosis.added`).
     """
 
     channel: str
@@ -165,6 +196,8 @@ class Diagnosis:
     Attributes:
         verdict: in one word.
         effects: named ones; empty unless the verdict is `named`.
+        added: effects, and values of the data sheet beyond their tolerances, with which "after" was measured, sorted;
+            empty where that is the data sheet refitted.
         data_sheet: shifts of the free data-sheet parameters, the largest first.
         data_sheet_class: groups that are off; empty unless the verdict is `data_sheet`.
         rivals: all candidates weighed, the best first.
@@ -178,6 +211,7 @@ class Diagnosis:
 
     verdict: Verdict
     effects: tuple[NamedEffect, ...]
+    added: tuple[str, ...]
     data_sheet: tuple[Shift, ...]
     data_sheet_class: tuple[str, ...]
     rivals: tuple[Rival, ...]
@@ -191,20 +225,28 @@ class Diagnosis:
     @property
     def headline(self) -> Gap | None:
         """The gap that stands for all; None where none was measured."""
-        channel, horizon = HEADLINE
-        same = [gap for gap in self.gap if gap.channel == channel]
+        channels, horizon = HEADLINE
+        known = [channel for channel in channels if any(gap.channel == channel for gap in self.gap)]
+        same = [gap for gap in self.gap if gap.channel in known[:1]]
         return min(same, key=lambda gap: abs(gap.horizon - horizon)) if same else None
+
+    @property
+    def after(self) -> str | None:
+        """What "after" was measured with, for a legend; None where that is the data sheet refitted."""
+        if not self.added:
+            return None
+        return "with the best guess" if self.verdict is Verdict.UNKNOWN else "with what was named"
 
 
 def as_record(diagnosis: Diagnosis) -> dict[str, Any]:
     """What is in a `diagnosis.json`."""
     head = diagnosis.headline
-    gap: dict[str, Any] = {
-        name: getattr(head, name, None) for name in ("before", "refitted", "after", "floor", "closed")
-    }
+    names = ("before", "refitted", "after", "floor", "closed", "noise_floor", "closed_by_refit", "closed_by_effects")
+    gap: dict[str, Any] = {name: getattr(head, name, None) for name in names}
     if head is not None:
         gap["metric"] = f"rms error of {head.channel} after {head.horizon:g} s"
-    gap |= {"held_out": list(diagnosis.held_out), "all": [each._asdict() for each in diagnosis.gap]}
+    gap |= {"held_out": list(diagnosis.held_out), "added": list(diagnosis.added)}
+    gap["all"] = [each._asdict() for each in diagnosis.gap]
     coloured = {
         kind: max((getattr(w, kind) for w in diagnosis.whiteness), default=None) for kind in ("before", "after")
     }
@@ -228,6 +270,11 @@ def write_diagnosis(path: Path, diagnosis: Diagnosis) -> None:
     write_atomically(path, text + "\n")
 
 
+def verdict_in(path: Path) -> Verdict:
+    """The verdict of a `diagnosis.json`."""
+    return Verdict(json.loads(path.read_text())["verdict"])
+
+
 def closed_share(path: Path) -> float:
     """Share of the gap on held-out data that what was found closes, by a `diagnosis.json`; 0 where there is no gap.
 
@@ -244,32 +291,3 @@ def closed_share(path: Path) -> float:
 
 def _effect(effect: NamedEffect) -> dict[str, Any]:
     return {**asdict(effect), "parameters": {name: p._asdict() for name, p in effect.parameters.items()}}
-
-
-def headline_text(diagnosis: Diagnosis) -> str:
-    """What the diagnosis comes to, in a sentence or two."""
-    sentences = {
-        Verdict.NONE: "The simulation explains these data: nothing is missing that they could show.",
-        Verdict.DATA_SHEET: "No effect is missing, but the data sheet is off: "
-        + "; ".join(diagnosis.data_sheet_class)
-        + ".",
-        Verdict.UNKNOWN: "There is a gap between simulation and measurement, and nothing in the library explains it.",
-        Verdict.UNDECIDED: "These data are too poor to tell what the simulation lacks.",
-        Verdict.NAMED: "The simulation lacks " + " and ".join(map(_described, diagnosis.effects)) + ".",
-    }
-    text = sentences[diagnosis.verdict]
-    head = diagnosis.headline
-    if diagnosis.verdict is Verdict.NAMED and head is not None and head.closed is not None:
-        if head.closed > CLOSED:
-            text += f" With that, {100 * head.closed:.0f} % of the gap is closed."
-        else:
-            after = f"{head.after:.3g} rad after {head.horizon:g} s, {head.before:.3g} without"
-            text += f" Named, not closed: with that, rollouts are off by {after}."
-    return text
-
-
-def _described(effect: NamedEffect) -> str:
-    name = effect.name.replace("_", " ")
-    if effect.equivalents:
-        name += f" (or {', '.join(other.replace('_', ' ') for other in effect.equivalents)})"
-    return name

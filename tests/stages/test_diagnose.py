@@ -1,6 +1,8 @@
 """The diagnosis as a command: what it reads, writes, names and refuses."""
 
+import io
 import json
+from contextlib import redirect_stdout
 from dataclasses import replace
 
 import numpy as np
@@ -32,15 +34,20 @@ NOISE = SensorNoise(0.0035, 0.02, 0.3, 0.001, 0.05, 0.02)
 def measured(tmp_path_factory):
     """Two episodes of a robot with a dead zone that its data sheet does not tell of."""
     folder = tmp_path_factory.mktemp("measured")
+    drive(folder, [DeadZone(1.0), NOISE], 300)
+    return folder
+
+
+def drive(folder, effects, periods):
+    """Two episodes of a robot with effects, driven by `experiment=excite`."""
     with initialize_config_dir(str(conf_folder()), version_base="1.3"):
         cfg = compose("real_rollout", ["experiment=excite"])
     robot, policy, channels = instantiate(cfg.robot), instantiate(cfg.policy), instantiate(cfg.state)
     start = StartPose(0.0, 0.03, 0.05, 0.02)
-    with SimPlant(robot=robot, effects=[DeadZone(1.0), NOISE], start=start, physics_step=0.0005, seed=3) as plant:
+    with SimPlant(robot=robot, effects=effects, start=start, physics_step=0.0005, seed=3) as plant:
         for trial in range(2):
             source = Provenance("paper", "robot", seed=1, trial=trial)
-            write_episode(folder / f"trial_{trial}.mcap", rollout(plant, policy, channels, 300, 0.6, source))
-    return folder
+            write_episode(folder / f"trial_{trial}.mcap", rollout(plant, policy, channels, periods, 0.6, source))
 
 
 @pytest.fixture(scope="module")
@@ -82,6 +89,49 @@ def test_with_the_effect_in_the_simulation_nothing_is_missing(measured, diagnose
     words = [f"episodes={measured}", f"sim={diagnosed / 'augmented.yaml'}", f"hydra.run.dir={tmp_path}", "starts=10"]
     assert main(["diagnose", *words]) == 0
     assert json.loads((tmp_path / "diagnosis.json").read_text())["verdict"] == "none"
+
+
+@pytest.fixture(scope="module")
+def contradicted(measured, tmp_path_factory):
+    """A diagnosis of the dead zone, tested on episodes of a robot without one: its folder, and what it printed."""
+    folder, out = tmp_path_factory.mktemp("nominal"), tmp_path_factory.mktemp("contradicted")
+    drive(folder, [NOISE], 300)
+    printed = io.StringIO()
+    words = [f"episodes={measured}", f"test_episodes={folder}", f"hydra.run.dir={out}", "starts=10"]
+    with redirect_stdout(printed):
+        assert main(["diagnose", *words]) == 0
+    return out, printed.getvalue()
+
+
+def test_what_makes_rollouts_on_held_out_data_worse_is_not_named(contradicted):
+    out, printed = contradicted
+    record = json.loads((out / "diagnosis.json").read_text())
+    gap = record["gap"]
+    assert gap["after"] > 1.05 * gap["refitted"]
+    assert (record["verdict"], record["effects"]) == ("unknown", [])
+    assert gap["added"] == ["dead_zone"]
+    warning = next(line for line in printed.splitlines() if "WARNING" in line)
+    for number in (gap["before"], gap["refitted"], gap["after"]):
+        assert f"{number:.3g}" in warning
+    assert "WARNING" in (out / "report.html").read_text()
+
+
+def test_the_simulation_of_an_unknown_is_neither_recommended_nor_without_a_word(contradicted, diagnosed):
+    out, printed = contradicted
+    text = (out / "augmented.yaml").read_text()
+    assert text.startswith("# No finding (verdict unknown)")
+    assert "dead_zone" not in text
+    following = next(line for line in printed.splitlines() if line.startswith("next"))
+    assert "augmented.yaml" not in following
+    assert following.startswith("next  twbal real-rollout experiment=excite")
+    assert "Verdict named" in (diagnosed / "augmented.yaml").read_text().splitlines()[0]
+
+
+def test_a_diagnosis_tells_what_it_is_doing(contradicted):
+    _, printed = contradicted
+    steps = ["refitting the nominal parameters", "weighing what to add to the refit", "rollouts in PyBullet"]
+    places = [printed.index(step) for step in steps]
+    assert places == sorted(places)
 
 
 def spoilt(measured, folder, change):

@@ -5,7 +5,7 @@ in one of a few forms, or motors that are stronger or weaker than the data sheet
 windows forgive commands that were logged as samples of a faster loop, which one step at a time would drown in.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -141,6 +141,7 @@ def name_drag(
     effects: Effects,
     candidates: Sequence[Candidate],
     settings: Settings,
+    progress: Callable[[str], None] = lambda line: None,
 ) -> Findings:
     """Name what holds the wheels of a robot back that turn in the air.
 
@@ -150,6 +151,7 @@ def name_drag(
         effects: that the simulation has already.
         candidates: all that may be missing; those of `FORMS` are weighed.
         settings: of the diagnosis.
+        progress: is told what is being done, a line at a time.
 
     Raises:
         DataError: no recording is as long as two windows.
@@ -159,6 +161,7 @@ def name_drag(
     twin = twin_parameters(robot, effects)
     weighed = [c for name in FORMS for c in candidates if c.name == name and name not in settings.leave_out]
     tolerance = settings.tolerances.data_sheet
+    progress(f"wheels in the air: fitting {len(weighed)} forms of drag")
     base, *forms = [_fit(turns, twin, candidate, tolerance) for candidate in (None, *weighed)]
     least = min(form.misfit for form in (base, *forms))
     near = [form for form in forms if form.misfit - least < settings.lines.margin]
@@ -178,6 +181,7 @@ def name_drag(
     return Findings(
         verdict=verdict,
         effects=(_named(chosen, near, weights, settings),) if verdict is Verdict.NAMED else (),
+        added=best.names,
         data_sheet=(Shift("torque_gain", DATA_SHEET["torque_gain_gain"], best.strength, shift),),
         data_sheet_class=(DATA_SHEET["torque_gain_gain"],) if verdict is Verdict.DATA_SHEET else (),
         rivals=tuple(

@@ -79,6 +79,7 @@ class Findings:
     Attributes:
         verdict: in one word.
         effects: named ones; empty unless the verdict is `named`.
+        added: names of what `named` has beyond `refitted`, sorted.
         data_sheet: shifts of the free data-sheet parameters, the largest first.
         data_sheet_class: groups that are off; empty unless the verdict is `data_sheet`.
         rivals: all candidates weighed, the best first.
@@ -87,11 +88,13 @@ class Findings:
         advice: plain sentences: what the data do not carry, what to do next.
         nominal: the simulation as it is.
         refitted: with its data sheet refitted within the tolerances.
-        named: with the named effects too; the same as `refitted` where none is named.
+        named: with what is named too; of an `unknown`, with the likeliest effects where the settings ask for a best
+            guess; else the same as `refitted`.
     """
 
     verdict: Verdict
     effects: tuple[NamedEffect, ...]
+    added: tuple[str, ...]
     data_sheet: tuple[Shift, ...]
     data_sheet_class: tuple[str, ...]
     rivals: tuple[Rival, ...]

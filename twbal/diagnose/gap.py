@@ -97,7 +97,7 @@ def measure_gaps(
             least = min(float(floor[steps, i]), after)
             closed = (nominal - after) / (nominal - least) if nominal > (1.0 + _FLAT) * least else None
             horizon = steps * recordings[0].period
-            gaps.append(Gap(MEASURED[i], horizon, nominal, refitted, after, least, closed))
+            gaps.append(Gap(MEASURED[i], horizon, nominal, refitted, after, least, closed, float(floor[steps, i])))
     return tuple(gaps)
 
 

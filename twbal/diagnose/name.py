@@ -1,22 +1,24 @@
 """From recordings to the effects that a simulation lacks."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
 from twbal.diagnose.account import account_of, with_offsets
+from twbal.diagnose.advice import advise
 from twbal.diagnose.candidates import DATA_SHEET, WHEELS, Candidate, always_free, tilt_offsets
 from twbal.diagnose.certainty import interval, standard_errors
 from twbal.diagnose.findings import Account, Effects, Findings
 from twbal.diagnose.fit import descend, slopes_of
 from twbal.diagnose.model import Data, Model
 from twbal.diagnose.noise import UNSENSED, Noise
+from twbal.diagnose.objections import negligible, objections
 from twbal.diagnose.recording import MEASURED, Mask, Recording
 from twbal.diagnose.select import Selection, in_its_place, select
 from twbal.diagnose.settings import Settings
 from twbal.diagnose.steady import unsteady_effects
 from twbal.diagnose.strain import strain
-from twbal.diagnose.verdict import advise, conclude, data_sheet_classes, probabilities, shifts_of
+from twbal.diagnose.verdict import conclude, data_sheet_classes, probabilities, shifts_of
 from twbal.diagnose.weigh import Weighed
 from twbal.diagnosis import Estimate, NamedEffect, Rival, Verdict, Whiteness
 from twbal.errors import ConfigError
@@ -33,6 +35,7 @@ def name_effects(
     effects: Effects,
     candidates: Sequence[Candidate],
     settings: Settings,
+    progress: Callable[[str], None] = lambda line: None,
 ) -> Findings:
     """Name what the simulation of a robot lacks to explain recordings.
 
@@ -42,6 +45,7 @@ def name_effects(
         effects: that the simulation has already, without the sensors' noise.
         candidates: that may be missing (`library.candidates`).
         settings: of the diagnosis.
+        progress: is told what is being done, a line at a time.
 
     Raises:
         ConfigError: an effect that is to be left out is none.
@@ -57,10 +61,12 @@ def name_effects(
         raise ConfigError(f"There is no effect {min(unknown)!r} to leave out; the effects are: {known}.")
     taken = {*effects, *settings.leave_out}
     missing = [candidate for candidate in candidates if candidate.name not in taken]
-    selection = select(data, start, always, missing, settings)
+    selection = select(data, start, always, missing, settings, progress)
+    progress("checking whether what fits best is a finding")
     unsteady = unsteady_effects(data, selection.chosen, settings.lines.steady)
     tension = strain(data, selection.chosen.fit, settings.tolerances.data_sheet)
-    verdict = conclude(selection, unsteady, tension, settings)
+    objected = objections(selection.chosen, unsteady, recordings, settings)
+    verdict = conclude(selection, objected, tension, settings)
     guessed = verdict is Verdict.UNKNOWN and settings.best_guess and not selection.chosen.stuck
     named = selection.chosen if guessed or verdict in (Verdict.NAMED, Verdict.DATA_SHEET) else selection.base
     nominal = with_offsets(data, start._replace(noise=selection.base.fit.model.noise), offsets)
@@ -70,12 +76,13 @@ def name_effects(
     return Findings(
         verdict=verdict,
         effects=_named(data, named, selection, weights, settings) if verdict is Verdict.NAMED else (),
+        added=named.names,
         data_sheet=shifts_of(named, settings),
         data_sheet_class=data_sheet_classes(named, tension, settings) if verdict is Verdict.DATA_SHEET else (),
         rivals=_rivals(selection, weights),
         whiteness=whiteness_of(data, nominal, named.fit.model),
         noise=sensed_values(data, named.fit.model.noise.sensors),
-        advice=advise(selection, unsteady, tension, verdict, settings),
+        advice=advise(selection, objected, tension, verdict, settings),
         nominal=account_of(data, nominal, effects),
         refitted=refitted,
         named=refitted if named is selection.base else _account(data, named, effects),
@@ -119,7 +126,8 @@ def _named(
     errors = standard_errors(named.fit, slopes_of(data, named.fit), settings.blocks)
     by_field = dict(zip([free.field for free in named.fit.frees], errors.tolist(), strict=True))
     found: list[NamedEffect] = []
-    for candidate in named.effects:
+    trifles = negligible(named, settings)
+    for candidate in (effect for effect in named.effects if effect not in trifles):
         estimates = {}
         for p in candidate.parameters:
             field = f"{candidate.name}_{p.name}"

@@ -1,6 +1,6 @@
 """Which effects to name: forward selection, one effect after the other, as long as the data ask for more."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from twbal.diagnose.candidates import Candidate
@@ -38,7 +38,12 @@ class Selection(NamedTuple):
 
 
 def select(
-    data: Data, model: Model, always: Sequence[Free], candidates: Sequence[Candidate], settings: Settings
+    data: Data,
+    model: Model,
+    always: Sequence[Free],
+    candidates: Sequence[Candidate],
+    settings: Settings,
+    progress: Callable[[str], None] = lambda line: None,
 ) -> Selection:
     """Add effects to the data sheet as long as they are worth their price.
 
@@ -51,11 +56,14 @@ def select(
         always: what is always free.
         candidates: all that may be named.
         settings: of the diagnosis.
+        progress: is told what is being done, a line at a time.
     """
+    progress("refitting the nominal parameters")
     base = weigh(data, data.with_noise(model, 30), always, (), _BASE_ROUNDS)
     rounds: list[Round] = []
     chosen = base
     while len(chosen.effects) < settings.most_effects and len(chosen.candidates) <= settings.most_effects:
+        progress(f"weighing what to add to {', '.join(chosen.names) or 'the refit'}")
         step = add_one(data, chosen, always, _beside(chosen, candidates), settings.shortlist)
         rounds.append(step)
         asked = [w for w in step.weighed if worth(w, chosen, settings) and belongs(w, chosen, base, settings)]
@@ -66,18 +74,22 @@ def select(
         rounds.append(Round(base, screen(data, base.fit, candidates), []))
     usual = [candidate for candidate in candidates if candidate.name in settings.usual]
     if usual and settings.most_effects:
+        progress(f"fitting the {len(usual)} usual effects at once, and fewer of them")
         begin = data.with_noise(model, 30)
         at_once = without_idle(data, _all_at_once(data, begin, always, usual), base, always, settings, begin)
         if _wins(at_once, chosen, base, settings):
+            progress(f"weighing what to add to {', '.join(at_once.names)}")
             rounds.append(add_one(data, at_once, always, _beside(at_once, candidates), settings.shortlist))
             asked = [w for w in rounds[-1].weighed if worth(w, at_once, settings) and _is_sound(w, base, settings)]
             chosen = asked[0] if asked and len(at_once.effects) < settings.most_effects else at_once
+            progress("trying others in the place of each effect")
             rounds.append(_swap(data, chosen, begin, always, candidates, settings))
             better = [w for w in rounds[-1].weighed if w.total < chosen.total and _is_sound(w, base, settings)]
             return Selection(base, tuple(rounds), better[0] if better else chosen)
     if len(chosen.effects) > 2:
         chosen = without_idle(data, chosen, base, always, settings)
     elif len(chosen.effects) > 1:
+        progress(f"reconsidering {chosen.names[0]} beside the others")
         step = _reconsider(data, chosen, always, candidates, settings)
         rounds.append(step)
         chosen = _inside(sorted([chosen, *step.weighed], key=lambda w: w.total), base, settings)

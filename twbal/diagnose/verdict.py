@@ -1,30 +1,24 @@
-"""What to make of a selection: the verdict, its probability, and what to do next."""
+"""The verdict: of a selection, and after rollouts on held-out data; and the probability of each set."""
 
 from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from twbal.diagnose.candidates import DATA_SHEET
-from twbal.diagnose.select import Selection, worth
+from twbal.diagnose.select import Selection
 from twbal.diagnose.settings import Settings
-from twbal.diagnose.steady import Unsteady
 from twbal.diagnose.weigh import Weighed
-from twbal.diagnosis import Shift, Verdict
+from twbal.diagnosis import Gap, Shift, Verdict
 
-_WHERE = {"speed": "the wheels turn fast", "time": "time has gone by", "command": "the command is large"}
-EXCITE = "twbal real-rollout experiment=excite link=serial link.port=..."
-_ROUGH = 0.15  # tolerance of a data sheet by diagnosis=rough
-_INSTANTS = 2000  # for which the line of whiteness is drawn; that of coloured errors grows with the length of the data
 _BLIND = 0.5  # share of the candidates that poor data could not have shown, from which on nothing is decided
+_WORSE = 0.05  # share by which rollouts may be worse than with the data sheet refitted alone: chance
+_A_WORD = 1.0  # tolerances by which a value of a data sheet that is strained must be off to be listed
 
 
-def conclude(selection: Selection, unsteady: Sequence[Unsteady], strain: float, settings: Settings) -> Verdict:
-    """The verdict of a selection, of whose effects some may not be of one size, and whose data sheet is strained."""
-    chosen, lines = selection.chosen, settings.lines
-    instants = len(chosen.fit.white) / 4
-    if chosen.colour > 1.0 + (lines.whiteness - 1.0) * max(instants / _INSTANTS, 1.0) or chosen.stuck or unsteady:
-        return Verdict.UNKNOWN
-    if _absurd(chosen, settings):
+def conclude(selection: Selection, objected: Sequence[str], strain: float, settings: Settings) -> Verdict:
+    """The verdict of a selection to which there may be objections (`objections`), and whose data sheet is strained."""
+    chosen = selection.chosen
+    if objected:
         return Verdict.UNKNOWN
     if chosen.effects:
         return Verdict.NAMED
@@ -33,6 +27,38 @@ def conclude(selection: Selection, unsteady: Sequence[Unsteady], strain: float, 
     if len(blind(selection, settings)) > _BLIND * len(selection.rounds[0].screened):
         return Verdict.UNDECIDED
     return Verdict.NONE
+
+
+def review(verdict: Verdict, added: Sequence[str], gap: Gap | None) -> tuple[Verdict, str]:
+    """The verdict after rollouts on held-out data, and a sentence where they contradict the fit ("" where not).
+
+    Args:
+        verdict: of the fit.
+        added: names of what the fit adds to the data sheet refitted.
+        gap: error of the rollouts; None where none could be made.
+    """
+    if gap is None:
+        return verdict, ""
+    error = f"{gap.channel.replace('_', ' ')} after {gap.horizon:g} s is off by {gap.after:.3g} rad"
+    if is_worse(gap) and (added or verdict is Verdict.DATA_SHEET):
+        best = ", ".join(added).replace("_", " ") or "the data sheet refitted"
+        return Verdict.UNKNOWN, (
+            f"WARNING: what fits best ({best}) makes rollouts on held-out data worse: with it the {error}, with the "
+            f"data sheet refitted alone by {gap.refitted:.3g}, as the data sheet says by {gap.before:.3g}. "
+            "So it is no finding."
+        )
+    if verdict is Verdict.NONE and not gap.is_explained:
+        return Verdict.UNKNOWN, (
+            f"No effect is worth naming, but rollouts on held-out data stay wrong: {error}, "
+            f"{gap.after / gap.noise_floor:.2g} times what the sensors' noise alone would make it."
+        )
+    return verdict, ""
+
+
+def is_worse(gap: Gap) -> bool:
+    """Whether rollouts are worse than with the data sheet as it is, or refitted (then by more than chance)."""
+    lost = gap.closed is not None and gap.closed < 0.0
+    return lost or gap.after > (1.0 + _WORSE) * min(gap.before, gap.refitted)
 
 
 def shifts_of(weighed: Weighed, settings: Settings) -> tuple[Shift, ...]:
@@ -48,17 +74,25 @@ def shifts_of(weighed: Weighed, settings: Settings) -> tuple[Shift, ...]:
 
 def data_sheet_classes(weighed: Weighed, strain: float, settings: Settings) -> tuple[str, ...]:
     """Classes of data-sheet values that are off, the worst first."""
-    shifts = shifts_of(weighed, settings)
-    chosen = [shift for shift in shifts if shift.name in weighed.names]
-    far = [shift for shift in shifts if abs(shift.sigmas) > settings.lines.shift]
-    worst = shifts[:1] * strained(weighed, strain, settings)
-    return tuple(dict.fromkeys(shift.group for shift in chosen or far or worst))
+    shifts = off(weighed, strain, settings)
+    worst = shifts if _far(weighed, settings) else shifts[:1]
+    return tuple(dict.fromkeys(shift.group for shift in worst))
 
 
-def _absurd(weighed: Weighed, settings: Settings) -> list[Shift]:
-    """Values of the data sheet that the fit has dragged far away without their being named."""
+def off(weighed: Weighed, strain: float, settings: Settings) -> tuple[Shift, ...]:
+    """Values of the data sheet that are off: those named, or far off, or that share what strains the data sheet."""
+    far = _far(weighed, settings)
+    if far or not strained(weighed, strain, settings):
+        return far
     shifts = shifts_of(weighed, settings)
-    return [shift for shift in shifts if abs(shift.sigmas) > settings.lines.beyond and shift.name not in weighed.names]
+    return tuple(shift for shift in shifts if abs(shift.sigmas) > _A_WORD) or shifts[:1]
+
+
+def _far(weighed: Weighed, settings: Settings) -> tuple[Shift, ...]:
+    """Values of the data sheet that are named, or else those that are far off."""
+    shifts = shifts_of(weighed, settings)
+    named = tuple(shift for shift in shifts if shift.name in weighed.names)
+    return named or tuple(shift for shift in shifts if abs(shift.sigmas) > settings.lines.shift)
 
 
 def strained(weighed: Weighed, strain: float, settings: Settings) -> bool:
@@ -78,39 +112,3 @@ def probabilities(selection: Selection, settings: Settings) -> Mapping[tuple[str
     weights = np.exp(scores - scores.max())
     weights /= weights.sum()
     return {w.names: p for w, p in zip(sets, weights.tolist(), strict=True)}
-
-
-def advise(
-    selection: Selection, unsteady: Sequence[Unsteady], strain: float, verdict: Verdict, settings: Settings
-) -> tuple[str, ...]:
-    """Plain sentences: what the data do not carry, and what to do next."""
-    found = []
-    unseen = blind(selection, settings)
-    if verdict is Verdict.UNDECIDED:
-        found.append(f"The recordings are too poor to decide. Record some that tell effects apart: {EXCITE}")
-    if verdict in (Verdict.UNDECIDED, Verdict.NONE) and unseen:
-        found.append(f"These effects could be there without these recordings showing it: {', '.join(unseen)}.")
-    if verdict is Verdict.UNKNOWN:
-        found.append(
-            "Something moves this robot that no effect of the library explains; the map of the disagreement says where."
-        )
-        for name in selection.chosen.stuck:
-            found.append(f"The best guess ran to a bound of its range ({name}), so it is none.")
-        for shift in _absurd(selection.chosen, settings):
-            found.append(
-                f"The best guess needs a {shift.name.replace('_', ' ')} of {shift.factor:.2g} times the data sheet's, "
-                f"{abs(shift.sigmas):.0f} tolerances off: that is no finding."
-            )
-        if _absurd(selection.chosen, settings) and settings.tolerances.data_sheet < _ROUGH:
-            found.append(f"If the data sheet may be as wrong as that (by {_ROUGH:.0%} or so), say diagnosis=rough.")
-        for effect, axis, share, _ in unsteady:
-            found.append(
-                f"The best guess, {effect.replace('_', ' ')}, would have to be {abs(share):.0%} "
-                f"{'larger' if share > 0 else 'smaller'} where {_WHERE[axis]}: what moves the robot has another form."
-            )
-    if verdict is Verdict.NAMED and data_sheet_classes(selection.chosen, strain, settings):
-        found.append("Values of the data sheet are off as well, beyond their tolerances.")
-    rest = [w for step in selection.rounds[-1:] for w in step.weighed if worth(w, selection.chosen, settings)]
-    if rest and verdict is Verdict.NAMED:
-        found.append("The data ask for one more effect than is named; diagnose again with augmented.yaml as sim=.")
-    return tuple(found)

@@ -1,6 +1,6 @@
 """What a diagnosis found, as pictures: where the gap is, who explains it, and how it shrank."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from textwrap import fill
 
 import numpy as np
@@ -24,7 +24,12 @@ _AXES = {
     "direction": ("wheels turn", ""),
     "time": ("time", "s"),
 }
-_LABEL = 36  # characters of a line of effects' names
+_LABEL = 46  # characters of a line of effects' names
+_WIDE = (
+    9.6  # inch; about as wide as the figures of several panels, so that a page that scales all to its width keeps fonts
+)
+_NEAR = 10.0  # evidence up to which differences are drawn linearly; those beyond, by their logarithm
+_ROOM = 10.0  # times the longest bar, for what is written beside it
 _DIRECTIONS = {-1.0: "back", 0.0: "forth"}
 
 
@@ -32,7 +37,7 @@ _DIRECTIONS = {-1.0: "back", 0.0: "forth"}
 def disagreement_figure(regions: Sequence[Region], channels: Sequence[str]) -> Figure:
     """Draw a map of the one-step errors: a row for each channel, a panel for each axis, a field for each range.
 
-    The number in a field is the root mean square error over the sensors' noise, its colour the mean error over that.
+    The number in a field is the root mean square error over the noise as fitted, its colour the mean error over that.
     """
     axes_names = [name for name in _AXES if any(region.axis == name for region in regions)]
     figure, drawn = panels(len(axes_names), columns=3, width=3.6, height=0.5 + 0.45 * len(channels))
@@ -43,38 +48,51 @@ def disagreement_figure(regions: Sequence[Region], channels: Sequence[str]) -> F
 
 @styled
 def rivals_figure(rivals: Sequence[Rival], most: int) -> Figure:
-    """Draw the scores of the candidates, the best `most` of them, with the probability of each."""
-    best = [rival for rival in rivals if rival.names][:most]
-    names = [fill(" + ".join(rival.names).replace("_", " "), _LABEL) for rival in best]
+    """Draw by how much evidence the best `most` candidates, and the data sheet alone, fall short of the best."""
+    known = sorted(rivals, key=lambda rival: -rival.score)
+    best = [rival for rival in known if rival.names][:most] + [rival for rival in known if not rival.names]
+    names = [fill(" + ".join(rival.names).replace("_", " ") or "data sheet refitted alone", _LABEL) for rival in best]
     lines = max((name.count("\n") + 1 for name in names), default=1)
-    figure, (panel,) = panels(1, columns=1, width=7.2, height=0.9 + (0.12 + 0.16 * lines) * len(best))
+    figure, (panel,) = panels(1, columns=1, width=_WIDE, height=0.9 + (0.12 + 0.16 * lines) * len(best))
     places = np.arange(len(best))[::-1]
-    colours = [GOOD.light if rival.probability >= 0.5 else MUTED.light for rival in best]
-    panel.barh(places, [rival.score for rival in best], height=0.65, color=colours)
+    short = [known[0].score - rival.score for rival in best]
+    panel.barh(places, short, height=0.5, color=MUTED.light)
     panel.set_yticks(places, names)
-    for place, rival in zip(places, best, strict=True):
-        at = max(rival.score, 0.0)
-        panel.annotate(f"{rival.probability:.0%}", (at, place), (4, 0), textcoords="offset points", va="center")
-    panel.axvline(0.0, color=INK.light, linewidth=0.8)
-    panel.margins(x=0.12)
+    for place, rival, difference in zip(places, best, short, strict=True):
+        first = rival is known[0]
+        said = f"{'best' if first else f'{-difference:.0f}'} ({rival.probability:.0%})"
+        colour = GOOD.light if first else INK.light
+        panel.annotate(said, (difference, place), (5, 0), textcoords="offset points", va="center", color=colour)
+    panel.set_xscale("symlog", linthresh=_NEAR)
+    panel.set_xlim(0.0, _ROOM * max(*short, _NEAR))
     panel.grid(visible=False, axis="y")
-    panel.set_xlabel("evidence gained, less the price of parameters [nats]")
-    panel.set_title("what would explain the gap")
+    panel.set_xlabel(f"-2 log likelihood and price of parameters, more than the best's (logarithmic from {_NEAR:g} on)")
+    panel.set_title("how far each falls short of the best (probability)")
     return figure
 
 
 @styled
-def gap_figure(gaps: Sequence[Gap], units: dict[str, str]) -> Figure:
-    """Draw the error of the simulation on held-out data over its horizons, before, after and at its floor."""
+def gap_figure(gaps: Sequence[Gap], units: Mapping[str, str], after: str | None) -> Figure:
+    """Draw the error of the simulation on held-out data over its horizons, before, refitted, after, and by noise alone.
+
+    Args:
+        gaps: errors of each channel over each horizon.
+        units: of the channels.
+        after: what was added to the data sheet refitted; None where nothing was.
+    """
     channels = list(dict.fromkeys(gap.channel for gap in gaps))
     figure, drawn = panels(len(channels), columns=2, width=4.4, height=2.7)
     for panel, channel in zip(drawn, channels, strict=True):
         rows = [gap for gap in gaps if gap.channel == channel]
         factor, unit = shown(units[channel])
         horizons = [1e3 * gap.horizon for gap in rows]
-        kinds = (("before", REAL, "s-"), ("refitted", MUTED, "d--"), ("after", PREDICTED, "o-"), ("floor", INK, ":"))
-        names = ("data sheet", "data sheet refitted", "with what was named", "sensor noise alone")
-        for (kind, colour, form), name in zip(kinds, names, strict=True):
+        kinds = {
+            "data sheet": ("before", REAL, "s-"),
+            "data sheet refitted": ("refitted", MUTED, "d--"),
+            **({after: ("after", PREDICTED, "o-")} if after else {}),
+            "sensor noise alone": ("noise_floor", INK, ":"),
+        }
+        for name, (kind, colour, form) in kinds.items():
             panel.plot(horizons, [factor * getattr(g, kind) for g in rows], form, color=colour.light, label=name)
         panel.set_ylim(bottom=0)
         panel.set_xlabel("horizon [ms]")
@@ -85,20 +103,24 @@ def gap_figure(gaps: Sequence[Gap], units: dict[str, str]) -> Figure:
 
 
 @styled
-def whiteness_figure(whiteness: Sequence[Whiteness]) -> Figure:
-    """Draw how coloured the residuals of each channel are, before and after; 1 is white."""
-    figure, (panel,) = panels(1, columns=1, width=5.2, height=2.7)
+def whiteness_figure(whiteness: Sequence[Whiteness], after: str | None) -> Figure:
+    """Draw the residual autocorrelation of each channel, before and after; 1 is white.
+
+    Args:
+        whiteness: of each channel.
+        after: what was added to the data sheet refitted; None where nothing was.
+    """
+    figure, (panel,) = panels(1, columns=1, width=_WIDE, height=2.7)
     places = np.arange(len(whiteness))
     panel.bar(places - 0.2, [w.before for w in whiteness], width=0.38, color=REAL.light, label="data sheet")
-    panel.bar(
-        places + 0.2, [w.after for w in whiteness], width=0.38, color=PREDICTED.light, label="with what was named"
-    )
+    label = after or "data sheet refitted"
+    panel.bar(places + 0.2, [w.after for w in whiteness], width=0.38, color=PREDICTED.light, label=label)
     panel.axhline(1.0, color=MUTED.light, linestyle=":", linewidth=1.2)
     panel.set_xticks(places, [w.channel.replace("_", " ") for w in whiteness])
     panel.set_yscale("log")
     panel.grid(visible=False, axis="x")
-    panel.set_ylabel("colour of residuals")
-    panel.set_title("one-step residuals (1 is white)")
+    panel.set_ylabel("autocorrelation")
+    panel.set_title("residual autocorrelation (1 is white)")
     legend(figure, panel)
     return figure
 

@@ -1,11 +1,12 @@
 """A diagnosis as one page."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from twbal.diagnosis import Diagnosis, headline_text
+from twbal.diagnosis import Diagnosis
 from twbal.files import write_atomically
+from twbal.report.headline import headline_text
 from twbal.report.page import inline, render
 
 
@@ -18,6 +19,7 @@ class DiagnosisSetting:
         episodes: names of the logs.
         seconds: of driving in them [s].
         augmented: file with the simulation that has the named effects.
+        units: of the measured channels.
         facts: further names and values, in order.
     """
 
@@ -25,6 +27,7 @@ class DiagnosisSetting:
     episodes: Sequence[str]
     seconds: float
     augmented: str
+    units: Mapping[str, str]
     facts: Sequence[tuple[str, str]]
 
 
@@ -55,6 +58,6 @@ def write_diagnosis_report(
         where=inline(pictures.where, "where", "Errors of the simulation by channel and region"),
         rivals=None if rivals is None else inline(rivals, "rivals", "Evidence for each candidate"),
         gap=None if gap is None else inline(gap, "gap", "Error on held-out data before and after"),
-        whiteness=inline(pictures.whiteness, "whiteness", "Colour of the residuals before and after"),
+        whiteness=inline(pictures.whiteness, "whiteness", "Autocorrelation of the residuals before and after"),
     )
     write_atomically(path, html)

@@ -1,9 +1,11 @@
 """Name what a simulation lacks to explain measured episodes."""
 
+import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
+from textwrap import wrap
 from typing import NamedTuple
 
 import numpy as np
@@ -11,19 +13,21 @@ from hydra.utils import instantiate
 from omegaconf import DictConfig, OmegaConf
 
 from twbal.diagnose.account import take_account
+from twbal.diagnose.advice import UNEXPLAINED
 from twbal.diagnose.candidates import tilt_offsets
 from twbal.diagnose.drag import name_drag
-from twbal.diagnose.findings import Account, Effects, Findings, Track
+from twbal.diagnose.findings import Account, Effects, Findings
 from twbal.diagnose.gap import Models, Stretches, measure_gaps
 from twbal.diagnose.held_out import Split, held_out
 from twbal.diagnose.in_air import ADVICE as IN_AIR
 from twbal.diagnose.in_air import held, held_upright, wheels_in_air, without_rotors
 from twbal.diagnose.library import candidates_for
 from twbal.diagnose.name import name_effects
-from twbal.diagnose.recording import MEASURED, Recording, Usability, read_recordings
+from twbal.diagnose.recording import MEASURED, Usability, read_recordings
 from twbal.diagnose.settings import Settings as DiagnosisSettings
-from twbal.diagnose.where import regions
-from twbal.diagnosis import Diagnosis, Region, Verdict, headline_text, write_diagnosis
+from twbal.diagnose.verdict import review
+from twbal.diagnose.where import disagreement
+from twbal.diagnosis import Diagnosis, Verdict, verdict_in, write_diagnosis
 from twbal.engine.engine import dividing_step
 from twbal.episode import Episode, Outcome
 from twbal.figures.canvas import svg
@@ -32,12 +36,13 @@ from twbal.files import write_atomically
 from twbal.gaussian import Array
 from twbal.logs import read_episode
 from twbal.report.diagnosis import DiagnosisPictures, DiagnosisSetting, write_diagnosis_report
+from twbal.report.headline import headline_text
 from twbal.robot.parameters import RobotParameters
 from twbal.sim.effects.effect import Effect
 from twbal.sim.effects.library import library, values_of
 from twbal.sim.replay import ReplayStart, replay
 from twbal.stages.artefacts import episode_files
-from twbal.stages.closing import closing, run_folder
+from twbal.stages.closing import closing, run_folder, told_of
 from twbal.stages.manifest import Manifest, Step, perform
 from twbal.stages.settings import members, recorded, typed
 
@@ -45,7 +50,8 @@ NOT_RECORDED = ("episodes", "test_episodes")
 DIAGNOSIS, REPORT, AUGMENTED, FIGURES = "diagnosis.json", "report.html", "augmented.yaml", "figures"
 FEW_DATA = {"shortest": 15, "fewest": 150}
 """Settings for the rollouts of `iterate`, which wander and fall: they tell more than as much of a robot that stands."""
-_GENTLER = "record it by a gentler regulator, `experiment=excite policy.command_width=0.1`, or less."
+_GENTLY = "experiment=excite policy.command_width=0.1"
+_GENTLER = f"record it by a gentler regulator, `{_GENTLY}`, or less."
 _UNITS = {"tilt": "rad", "tilt_rate": "rad/s", "wheel_angle": "rad", "wheel_rate": "rad/s"}
 _HISTORY = 5  # control periods before a rollout, for what a late IMU still shows
 _MOST_RIVALS = 10
@@ -88,7 +94,12 @@ class Told(NamedTuple):
 def main(cfg: DictConfig) -> None:
     """Run the stage in Hydra's run folder."""
     out = run_folder()
-    closing(run(cfg, out), out, f"twbal sim-collect sim={out / AUGMENTED}")
+    made = run(cfg, out)
+    if verdict_in(out / DIAGNOSIS) in (Verdict.UNKNOWN, Verdict.UNDECIDED):
+        following = f"twbal real-rollout {_GENTLY}"
+    else:
+        following = f"twbal sim-collect {shlex.quote(f'sim={out / AUGMENTED}')}"
+    closing(made, out, following + told_of("robot"))
 
 
 def run(cfg: DictConfig, out: Path) -> Manifest:
@@ -111,9 +122,14 @@ def enough_for_diagnosis(episodes: Sequence[Episode]) -> bool:
 
 
 def diagnose(split: Split, told: Told) -> tuple[Diagnosis, Findings]:
-    """Name what is missing on one part of the recordings, and measure on the other how far that closes the gap."""
+    """Name what is missing on one part of the recordings, and measure on the other how far that closes the gap.
+
+    Where rollouts on the other part contradict the fit, they have the last word on the verdict, and what is named in
+    the findings falls back to the data sheet refitted.
+    """
     name = name_drag if told.in_air else name_effects
-    found = name(split.fitted, told.robot, told.present, candidates_for(told.robot), told.estimating)
+    found = name(split.fitted, told.robot, told.present, candidates_for(told.robot), told.estimating, _say)
+    _say("rollouts in PyBullet against held-out data")
     nominal, refitted = (_seen_by(account, split, told) for account in (found.nominal, found.refitted))
     named = refitted if found.named is found.refitted else _seen_by(found.named, split, told)
     period = told.robot.control_period
@@ -129,25 +145,33 @@ def diagnose(split: Split, told: Told) -> tuple[Diagnosis, Findings]:
     diagnosis = Diagnosis(
         verdict=found.verdict,
         effects=found.effects,
+        added=found.added,
         data_sheet=found.data_sheet,
         data_sheet_class=found.data_sheet_class,
         rivals=found.rivals,
-        where=_where(found.nominal, split.fitted, told.settings.bins),
+        where=disagreement(found.nominal, split.fitted, told.settings.bins),
         gap=gaps,
         held_out=split.names,
         whiteness=found.whiteness,
         noise=found.noise,
         advice=found.advice,
     )
-    return diagnosis, found
+    verdict, contradiction = review(found.verdict, found.added, diagnosis.headline)
+    if not contradiction:
+        return diagnosis, found
+    kept = diagnosis.advice if found.verdict in (Verdict.NONE, Verdict.UNKNOWN) else ()
+    advice = (UNEXPLAINED, contradiction, *(sentence for sentence in kept if sentence != UNEXPLAINED))
+    diagnosis = replace(diagnosis, verdict=verdict, effects=(), data_sheet_class=(), advice=advice)
+    return diagnosis, replace(found, named=found.refitted)
 
 
-def augmented(present: Effects, found: Effects, physics_step: float) -> str:
-    """The simulation with what was found, as yaml; what does nothing is left out."""
+def augmented(present: Effects, found: Effects, physics_step: float, title: str) -> str:
+    """The simulation with what was found, as yaml with a title; what does nothing is left out."""
     effects = {
         name: {key: float(value) for key, value in values.items()} for name, values in {**present, **found}.items()
     }
-    return str(OmegaConf.to_yaml(OmegaConf.create({"physics_step": physics_step, "effects": effects})))
+    text = OmegaConf.to_yaml(OmegaConf.create({"physics_step": physics_step, "effects": effects}))
+    return "".join(f"# {line}\n" for line in wrap(title, 100)) + text
 
 
 def _diagnose_to_files(files: Sequence[Path], tests: Sequence[Path], told: Told, out: Path) -> list[Path]:
@@ -170,12 +194,15 @@ def _diagnose_to_files(files: Sequence[Path], tests: Sequence[Path], told: Told,
         split = Split(recordings, kept_back, tuple(recording.name for recording in kept_back), are_ends=False)
     else:
         split = held_out(recordings, told.settings.held_out)
+    _say(f"{len(split.fitted)} recordings to fit, {len(split.kept_back)} held out")
     diagnosis, found = diagnose(split, told)
     more = (IN_AIR,) if in_air else _on_falls(episodes, diagnosis.verdict)
-    diagnosis = replace(diagnosis, advice=(*more, *diagnosis.advice))
+    title = _title(diagnosis, found, told.robot)
+    doubtful = diagnosis.verdict in (Verdict.UNKNOWN, Verdict.UNDECIDED)
+    diagnosis = replace(diagnosis, advice=(*more, *diagnosis.advice, *[f"{AUGMENTED}: {title}"] * doubtful))
     print("\n  ".join([headline_text(diagnosis), *diagnosis.advice]))
     write_diagnosis(out / DIAGNOSIS, diagnosis)
-    write_atomically(out / AUGMENTED, augmented(present, found.named.effects, told.physics_step))
+    write_atomically(out / AUGMENTED, augmented(present, found.named.effects, told.physics_step, title))
     pictures, drawn = _draw(diagnosis, out / FIGURES)
     seconds = sum(len(recording) * recording.period for recording in recordings)
     facts = [
@@ -184,9 +211,24 @@ def _diagnose_to_files(files: Sequence[Path], tests: Sequence[Path], told: Told,
         *_offsets(found.named, [recording.name for recording in split.fitted]),
         ("noise of the sensors, as found", ", ".join(f"{k} {v:.2g} {_UNITS[k]}" for k, v in diagnosis.noise.items())),
     ]
-    setting = DiagnosisSetting(told.robot.name, names, seconds, str(out / AUGMENTED), facts)
+    setting = DiagnosisSetting(told.robot.name, names, seconds, str(out / AUGMENTED), _UNITS, facts)
     write_diagnosis_report(out / REPORT, diagnosis, setting, pictures)
     return [out / DIAGNOSIS, out / AUGMENTED, out / REPORT, *drawn]
+
+
+def _say(line: str) -> None:
+    """Tell what is being done."""
+    print(f"  {line}", flush=True)
+
+
+def _title(diagnosis: Diagnosis, found: Findings, robot: RobotParameters) -> str:
+    """What an augmented simulation is."""
+    content = f"the simulation of robot {robot.name} with its data sheet refitted"
+    if found.named is not found.refitted:
+        content += " and " + ", ".join(found.added).replace("_", " ")
+    if diagnosis.verdict in (Verdict.UNKNOWN, Verdict.UNDECIDED):
+        return f"No finding (verdict {diagnosis.verdict}): {content}, which does not explain the recordings."
+    return f"Verdict {diagnosis.verdict}: {content}."
 
 
 def _on_falls(episodes: Sequence[Episode], verdict: Verdict) -> tuple[str, ...]:
@@ -210,8 +252,8 @@ def _draw(diagnosis: Diagnosis, folder: Path) -> tuple[DiagnosisPictures, list[P
     figures = {
         "where": disagreement_figure(diagnosis.where, tuple(diagnosis.noise)),
         "rivals": rivals_figure(diagnosis.rivals, _MOST_RIVALS) if any(r.names for r in diagnosis.rivals) else None,
-        "gap": gap_figure(diagnosis.gap, _UNITS) if diagnosis.gap else None,
-        "whiteness": whiteness_figure(diagnosis.whiteness),
+        "gap": gap_figure(diagnosis.gap, _UNITS, diagnosis.after) if diagnosis.gap else None,
+        "whiteness": whiteness_figure(diagnosis.whiteness, diagnosis.after),
     }
     texts = {name: None if figure is None else svg(figure) for name, figure in figures.items()}
     files = []
@@ -238,25 +280,3 @@ def _replay(told: Told, account: Account, starts: Sequence[ReplayStart], command
 def _as_simulated(effects: Mapping[str, Mapping[str, float]]) -> list[Effect]:
     known = library()
     return [known[name](**values) for name, values in effects.items() if name in known]
-
-
-def _where(nominal: Account, recordings: Sequence[Recording], bins: int) -> tuple[Region, ...]:
-    """The map of disagreement of the simulation as it is."""
-    rows = [np.flatnonzero(recording.usable[1:]) + 1 for recording in recordings]
-
-    def all_of(values: Sequence[Array]) -> Array:
-        return np.concatenate([value[row] for value, row in zip(values, rows, strict=True)])
-
-    tracks: Sequence[Track] = nominal.tracks
-    axes = {
-        "speed": all_of([track.speed for track in tracks]),
-        "command": all_of([np.concatenate([np.zeros(1), recording.commands]) for recording in recordings]),
-        "tilt": all_of([track.tilt for track in tracks]),
-        "direction": np.sign(all_of([track.wheel_rate for track in tracks])),
-        "time": all_of(
-            [recording.period * np.arange(len(recording) + 1, dtype=np.float64) for recording in recordings]
-        ),
-    }
-    sensed = recordings[0].sensed
-    channels = [name for name, is_sensed in zip(MEASURED, sensed, strict=True) if is_sensed]
-    return regions(all_of(nominal.errors)[:, sensed], nominal.error_noise[sensed], axes, channels, bins)
