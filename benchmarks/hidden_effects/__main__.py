@@ -98,7 +98,7 @@ def diagnose(each: Set, place: str = "diagnosis") -> None:
     out.mkdir(parents=True, exist_ok=True)
     note = {"cpu_s": used.ru_utime + used.ru_stime, "failed": text[-500:] if process.returncode else ""}
     (out / "cpu.json").write_text(json.dumps(note))
-    print(each.name, text.splitlines()[0] if text else "", flush=True)
+    print(each.name, next((line for line in text.splitlines() if not line.startswith(" ")), ""), flush=True)
 
 
 def again(wanted: Sequence[Set], workers: int) -> None:

@@ -64,7 +64,8 @@ class Settings:
         usual: names of effects that most robots have: a search begins with all of these at once too.
         leave_out: names of effects that are known not to be there.
         most_effects: that are named together, at most.
-        best_guess: whether the likeliest effects enter the simulation where they do not explain all.
+        best_guess: whether the likeliest effects enter the simulation where they do not explain all, unless they make
+            rollouts on held-out data worse.
         temperature: of the probabilities: scores are divided by it.
         blocks: into which the data are cut for intervals and held-out gains.
     """

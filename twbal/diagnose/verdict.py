@@ -47,7 +47,7 @@ def review(verdict: Verdict, added: Sequence[str], gap: Gap | None) -> tuple[Ver
             f"data sheet refitted alone by {gap.refitted:.3g}, as the data sheet says by {gap.before:.3g}. "
             "So it is no finding."
         )
-    if verdict is Verdict.NONE and not gap.is_explained:
+    if verdict is Verdict.NONE and not gap.is_near_floor(gap.after):
         return Verdict.UNKNOWN, (
             f"No effect is worth naming, but rollouts on held-out data stay wrong: {error}, "
             f"{gap.after / gap.noise_floor:.2g} times what the sensors' noise alone would make it."

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from twbal.diagnosis import CLOSED, EXPLAINED, Diagnosis, Gap, NamedEffect, Verdict
+from twbal.diagnosis import CLOSED, Diagnosis, Gap, NamedEffect, Verdict
 
 
 def headline_text(diagnosis: Diagnosis) -> str:
@@ -13,10 +13,10 @@ def headline_text(diagnosis: Diagnosis) -> str:
         return text if head is None else f"{text} {_what_closes(head, diagnosis.effects)} {_errors(head, True)}"
     if diagnosis.verdict is Verdict.DATA_SHEET:
         found = "the data sheet is off: " + "; ".join(_class(name, diagnosis) for name in diagnosis.data_sheet_class)
-        if head is None or head.is_explained:
+        if head is None or head.is_near_floor(head.after):
             return f"No effect is missing, but {found}."
         return f"{found[0].upper()}{found[1:]}. That does not explain all. {_errors(head, False)}"
-    if diagnosis.verdict is Verdict.NONE and head is not None and head.before > EXPLAINED * head.noise_floor:
+    if diagnosis.verdict is Verdict.NONE and head is not None and not head.is_near_floor(head.before):
         text = "With its nominal parameters refitted within their tolerances, the simulation explains these data"
         return f"{text}: nothing is missing that they could show. {_errors(head, False)}"
     return {

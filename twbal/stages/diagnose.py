@@ -227,7 +227,7 @@ def _title(diagnosis: Diagnosis, found: Findings, robot: RobotParameters) -> str
     if found.named is not found.refitted:
         content += " and " + ", ".join(found.added).replace("_", " ")
     if diagnosis.verdict in (Verdict.UNKNOWN, Verdict.UNDECIDED):
-        return f"No finding (verdict {diagnosis.verdict}): {content}, which does not explain the recordings."
+        return f"No finding (verdict {diagnosis.verdict}): {content}."
     return f"Verdict {diagnosis.verdict}: {content}."
 
 
