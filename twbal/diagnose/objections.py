@@ -1,6 +1,6 @@
 """What speaks against the set of effects that a selection ended with: each reason a sentence, with its numbers."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
@@ -36,10 +36,13 @@ def objections(
         found.append(
             f"The residuals stay autocorrelated: {chosen.colour:.3g}, where noise has 1; the limit is {limit:.3g}."
         )
-    found += [f"The best guess ran to a bound of its range ({name}), so it is none." for name in chosen.stuck]
+    clipping, bounded = _clipping(chosen, recordings), _at_bound(chosen)
+    for name in chosen.stuck:
+        if name.partition(".")[0] not in {*clipping, *bounded}:
+            found.append(f"The best guess ran to a bound of its range ({name}), so it is none.")
     found += _to_sizes(chosen, settings)
-    found += _to_limits(chosen, recordings)
-    found += _to_the_data_sheet(chosen, settings)
+    found += clipping.values()
+    found += _to_the_data_sheet(chosen, bounded, settings)
     for effect, axis, share, _ in unsteady:
         found.append(
             f"The best guess, {spaced(effect)}, would have to be {abs(share):.0%} "
@@ -78,25 +81,24 @@ def _to_sizes(chosen: Weighed, settings: Settings) -> list[str]:
     return [f"All that the data ask for is {with_values(chosen, trifles)}: negligible, {least}."]
 
 
-def _to_limits(chosen: Weighed, recordings: Sequence[Recording]) -> list[str]:
-    """To a limit on the torque that most commands exceed: such a robot would not do what it is told."""
-    found = []
+def _clipping(chosen: Weighed, recordings: Sequence[Recording]) -> dict[str, str]:
+    """Objections, by effect, to limits on the torque that most commands exceed: nothing would be left to command."""
+    found = {}
     commands = np.abs(np.concatenate([recording.commands for recording in recordings]))
     for candidate in chosen.effects:
         limit = candidate.parameters[0]
         if limit.unit == "N·m" and limit.none == limit.high:
             share = float(np.mean(commands > chosen.fit.model.value(f"{candidate.name}_{limit.name}")))
             if share > _CLIPPED:
-                found.append(
+                found[candidate.name] = (
                     f"The best guess, {with_values(chosen, [candidate])}, would cut off {share:.0%} of the commands: "
                     "that replaces them and explains nothing."
                 )
     return found
 
 
-def _to_the_data_sheet(chosen: Weighed, settings: Settings) -> list[str]:
-    """To values of the data sheet that nothing names: at a bound of their range, or far off."""
-    bounded = _at_bound(chosen)
+def _to_the_data_sheet(chosen: Weighed, bounded: Mapping[str, tuple[float, str]], settings: Settings) -> list[str]:
+    """To values of the data sheet that nothing names: at a bound of their range (`_at_bound`), or far off."""
     found = [
         f"The best guess needs a {spaced(name)} of {factor:.2g} times the data sheet's, the {side} bound of its range: "
         "that is no finding."

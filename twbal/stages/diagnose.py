@@ -162,7 +162,7 @@ def diagnose(split: Split, told: Told) -> tuple[Diagnosis, Findings]:
     kept = diagnosis.advice if found.verdict in (Verdict.NONE, Verdict.UNKNOWN) else ()
     advice = (UNEXPLAINED, contradiction, *(sentence for sentence in kept if sentence != UNEXPLAINED))
     diagnosis = replace(diagnosis, verdict=verdict, effects=(), data_sheet_class=(), advice=advice)
-    return diagnosis, replace(found, named=found.refitted)
+    return diagnosis, replace(found, named=found.refitted, added=())
 
 
 def augmented(present: Effects, found: Effects, physics_step: float, title: str) -> str:
@@ -224,7 +224,7 @@ def _say(line: str) -> None:
 def _title(diagnosis: Diagnosis, found: Findings, robot: RobotParameters) -> str:
     """What an augmented simulation is."""
     content = f"the simulation of robot {robot.name} with its data sheet refitted"
-    if found.named is not found.refitted:
+    if found.added:
         content += " and " + ", ".join(found.added).replace("_", " ")
     if diagnosis.verdict in (Verdict.UNKNOWN, Verdict.UNDECIDED):
         return f"No finding (verdict {diagnosis.verdict}): {content}."
