@@ -18,7 +18,7 @@ from twbal.diagnose.name import _named, first_noise
 from twbal.diagnose.objections import objections
 from twbal.diagnose.select import Selection
 from twbal.diagnose.verdict import conclude, probabilities, review
-from twbal.diagnose.weigh import Round, Weighed, weigh
+from twbal.diagnose.weigh import Round, Weighed, overriding, weigh
 from twbal.diagnosis import Gap, Verdict
 from twbal.planar.parameters import twin_parameters
 
@@ -46,7 +46,7 @@ def driven(paper):
 
 def test_nothing_speaks_against_an_effect_of_usual_size(paper, driven):
     weighed = fitted(paper, ["coulomb_friction"], {"coulomb_friction_torque": 0.3})
-    assert objections(weighed, (), driven, settings()) == ()
+    assert objections(weighed, (), settings()) == ()
 
 
 def bounds(robot, field):
@@ -64,7 +64,7 @@ def test_a_rough_data_sheet_that_ran_to_its_bounds_is_no_finding(fields, end, si
     rough = replace(rough, lines=replace(rough.lines, beyond=1e9))
     values = {f"{field}_factor": bounds(paper, f"{field}_factor")[end] for field in fields}
     weighed = fitted(paper, ["coulomb_friction"], {"coulomb_friction_torque": 0.3, **values}, choice="rough")
-    found = objections(weighed, (), driven, rough)
+    found = objections(weighed, (), rough)
     assert len(found) == len(fields)
     for field, factor in zip(fields, values.values(), strict=True):
         said = f"{field.replace('_', ' ')} of {factor:.2g} times the data sheet's, the {side} bound of its range"
@@ -75,34 +75,32 @@ def test_a_rough_data_sheet_that_ran_to_its_bounds_is_no_finding(fields, end, si
 def test_a_wheel_that_ran_to_its_bound_is_no_finding(paper, driven):
     highest = bounds(paper, "wheel_inertia")[1]
     weighed = fitted(paper, ["coulomb_friction"], {"coulomb_friction_torque": 0.3, "wheel_inertia": highest})
-    found, rough = objections(weighed, (), driven, settings())
+    found, rough = objections(weighed, (), settings())
     assert "wheel inertia of" in found
     assert "the upper bound" in found
     assert "diagnosis=rough" in rough
 
 
-@pytest.mark.parametrize(("share", "objected"), [(0.99, True), (0.1, False)])
-def test_a_limit_that_cuts_off_most_commands_explains_nothing(share, objected, paper, driven):
-    limit = float(np.quantile(np.abs(driven[0].commands), 1.0 - share))
-    limit = max(limit, 0.0335)
-    values = {"torque_saturation_limit": limit}
-    exceeded = float(np.mean(np.abs(driven[0].commands) > limit))
-    found = objections(fitted(paper, ["torque_saturation"], values), (), driven, settings())
+@pytest.mark.parametrize(("limit", "objected"), [(0.0335, True), (5.0, False)])
+def test_a_limit_that_swallows_the_commands_explains_nothing(limit, objected, paper, driven):
+    weighed = fitted(paper, ["torque_saturation"], {"torque_saturation_limit": limit})
+    swallowing = overriding(Data(driven, 10), weighed.fit.model, weighed.candidates)
+    found = objections(weighed._replace(overriding=swallowing), (), settings())
     said = [sentence for sentence in found if "commands" in sentence]
     assert bool(said) is objected
-    assert not said or f"{limit:.3g} N·m, would cut off {exceeded:.0%} of the commands" in said[0]
+    assert not said or "torque saturation of 0.0335 N·m, lets next to nothing of the commands pass" in said[0]
 
 
 @pytest.mark.parametrize(("name", "field"), [("motor_lag", "time_constant"), ("com_offset", "angle")])
 def test_an_effect_of_size_zero_is_no_finding(name, field, paper, driven):
-    (found,) = objections(fitted(paper, [name], {f"{name}_{field}": 1e-5}), (), driven, settings())
+    (found,) = objections(fitted(paper, [name], {f"{name}_{field}": 1e-5}), (), settings())
     assert "negligible" in found
     assert "1e-05" in found
 
 
 def test_residuals_with_memory_are_told_with_their_autocorrelation(paper, driven):
     weighed = fitted(paper, ["coulomb_friction"], {"coulomb_friction_torque": 0.3})._replace(whiteness=np.full(4, 12.0))
-    (found,) = objections(weighed, (), driven, settings())
+    (found,) = objections(weighed, (), settings())
     assert "autocorrelated: 12, where noise has 1; the limit is 8" in found
 
 
@@ -116,7 +114,7 @@ def test_an_effect_that_a_fit_leaves_at_nothing_is_not_named_beside_another(pape
     selection = Selection(weighed, (), weighed)
     named = _named(data, weighed, selection, probabilities(selection, settings()), settings())
     assert [effect.name for effect in named] == ["coulomb_friction"]
-    assert objections(weighed, (), data.recordings, settings()) == ()
+    assert objections(weighed, (), settings()) == ()
 
 
 def advice_of(paper, *others):

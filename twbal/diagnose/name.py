@@ -65,7 +65,7 @@ def name_effects(
     progress("checking whether what fits best is a finding")
     unsteady = unsteady_effects(data, selection.chosen, settings.lines.steady)
     tension = strain(data, selection.chosen.fit, settings.tolerances.data_sheet)
-    objected = objections(selection.chosen, unsteady, recordings, settings)
+    objected = objections(selection.chosen, unsteady, settings)
     verdict = conclude(selection, objected, tension, settings)
     guessed = verdict is Verdict.UNKNOWN and settings.best_guess and not selection.chosen.stuck
     named = selection.chosen if guessed or verdict in (Verdict.NAMED, Verdict.DATA_SHEET) else selection.base

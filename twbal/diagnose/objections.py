@@ -5,28 +5,22 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 
 from twbal.diagnose.candidates import DATA_SHEET, WHEELS, Candidate
-from twbal.diagnose.recording import Recording
 from twbal.diagnose.settings import Settings
 from twbal.diagnose.steady import Unsteady
 from twbal.diagnose.verdict import shifts_of
-from twbal.diagnose.weigh import Weighed
+from twbal.diagnose.weigh import Weighed, at_bound
 
 _WHERE = {"speed": "the wheels turn fast", "time": "time has gone by", "command": "the command is large"}
 _INSTANTS = 2000  # for which the limit of the autocorrelation is set; that of coloured errors grows with their number
 _ROUGH = 0.15  # tolerance of a data sheet by diagnosis=rough
-_AT_BOUND = 0.01  # share of its range from a bound at which a value of the data sheet has run to it
-_CLIPPED = 0.5  # share of the commands that a limit on the torque may cut off: beyond that it replaces them
 
 
-def objections(
-    chosen: Weighed, unsteady: Sequence[Unsteady], recordings: Sequence[Recording], settings: Settings
-) -> tuple[str, ...]:
+def objections(chosen: Weighed, unsteady: Sequence[Unsteady], settings: Settings) -> tuple[str, ...]:
     """Why a set of effects is no finding; nothing where nothing speaks against it.
 
     Args:
         chosen: the set; without effects, the data sheet refitted.
         unsteady: effects of the set that are not of one size.
-        recordings: that it was fitted to.
         settings: of the diagnosis.
     """
     line = settings.lines.whiteness
@@ -36,12 +30,12 @@ def objections(
         found.append(
             f"The residuals stay autocorrelated: {chosen.colour:.3g}, where noise has 1; the limit is {limit:.3g}."
         )
-    clipping, bounded = _clipping(chosen, recordings), _at_bound(chosen)
+    swallowing, bounded = _swallowing(chosen), _at_bound(chosen)
     for name in chosen.stuck:
-        if name.partition(".")[0] not in {*clipping, *bounded}:
+        if name.partition(".")[0] not in {*swallowing, *bounded}:
             found.append(f"The best guess ran to a bound of its range ({name}), so it is none.")
     found += _to_sizes(chosen, settings)
-    found += clipping.values()
+    found += swallowing.values()
     found += _to_the_data_sheet(chosen, bounded, settings)
     for effect, axis, share, _ in unsteady:
         found.append(
@@ -53,8 +47,7 @@ def objections(
 
 def negligible(weighed: Weighed, settings: Settings) -> tuple[Candidate, ...]:
     """Effects of a set that are too small to be named, however sure the data are of them."""
-    sizes = [(candidate, weighed._replace(candidates=(candidate,)).size) for candidate in weighed.effects]
-    return tuple(candidate for candidate, size in sizes if size < settings.lines.least)
+    return tuple(candidate for candidate in weighed.effects if weighed.size_of(candidate) < settings.lines.least)
 
 
 def with_values(weighed: Weighed, candidates: Iterable[Candidate]) -> str:
@@ -81,20 +74,14 @@ def _to_sizes(chosen: Weighed, settings: Settings) -> list[str]:
     return [f"All that the data ask for is {with_values(chosen, trifles)}: negligible, {least}."]
 
 
-def _clipping(chosen: Weighed, recordings: Sequence[Recording]) -> dict[str, str]:
-    """Objections, by effect, to limits on the torque that most commands exceed: nothing would be left to command."""
-    found = {}
-    commands = np.abs(np.concatenate([recording.commands for recording in recordings]))
-    for candidate in chosen.effects:
-        limit = candidate.parameters[0]
-        if limit.unit == "N·m" and limit.none == limit.high:
-            share = float(np.mean(commands > chosen.fit.model.value(f"{candidate.name}_{limit.name}")))
-            if share > _CLIPPED:
-                found[candidate.name] = (
-                    f"The best guess, {with_values(chosen, [candidate])}, would cut off {share:.0%} of the commands: "
-                    "that replaces them and explains nothing."
-                )
-    return found
+def _swallowing(chosen: Weighed) -> dict[str, str]:
+    """Objections, by effect, to effects that let next to nothing of the commands' variation pass."""
+    return {
+        candidate.name: f"The best guess, {with_values(chosen, [candidate])}, lets next to nothing of the commands "
+        "pass: it replaces them and explains nothing."
+        for candidate in chosen.effects
+        if candidate.name in chosen.overriding
+    }
 
 
 def _to_the_data_sheet(chosen: Weighed, bounded: Mapping[str, tuple[float, str]], settings: Settings) -> list[str]:
@@ -120,10 +107,8 @@ def _at_bound(weighed: Weighed) -> dict[str, tuple[float, str]]:
     found = {}
     for free in weighed.fit.frees:
         if free.field in (*DATA_SHEET, *WHEELS) and np.isfinite(free.sd):
-            value, margin = weighed.fit.model.value(free.field), _AT_BOUND * (free.high - free.low)
-            name = free.field if free.field in WHEELS else free.field.rpartition("_")[0]
-            if value - free.low < margin:
-                found[name] = (value / free.mean, "lower")
-            elif free.high - value < margin:
-                found[name] = (value / free.mean, "upper")
+            value = weighed.fit.model.value(free.field)
+            if at_bound(free, value):
+                name = free.field if free.field in WHEELS else free.field.rpartition("_")[0]
+                found[name] = (value / free.mean, "lower" if value < free.mean else "upper")
     return found

@@ -77,12 +77,12 @@ class Weighed(NamedTuple):
         Parameters that ran to a bound other than the one that is no effect, those of the data sheet and of the sensors
         among them; and the first parameters of overriding effects.
         """
-        found = [_dotted(free.field) for free in self.fit.frees if _at_bound(free, self.fit.model.value(free.field))]
+        found = [_dotted(free.field) for free in self.fit.frees if at_bound(free, self.fit.model.value(free.field))]
         swallowing = [f"{c.name}.{c.parameters[0].name}" for c in self.candidates if c.name in self.overriding]
         return tuple(dict.fromkeys([*found, *swallowing]))
 
 
-def _at_bound(free: Free, value: float) -> bool:
+def at_bound(free: Free, value: float) -> bool:
     """Whether a free value ran to a bound; the mean of its prior is none, and a phase has none."""
     margin = _AT_BOUND * (free.high - free.low)
     ends = [end for end in (free.low, free.high) if end != free.mean]
@@ -126,10 +126,10 @@ def weigh(data: Data, model: Model, always: Sequence[Free], candidates: Sequence
     left = data.colour(data.errors(fit.model, kalman), kalman)[data.sensed]
     searched = 2.0 * sum(candidate.is_wave for candidate in candidates) * np.log(_WAVES)
     price = len(own) * float(np.log(data.count)) + float(searched)
-    return Weighed(tuple(candidates), fit, left, price, _overriding(data, fit.model, candidates))
+    return Weighed(tuple(candidates), fit, left, price, overriding(data, fit.model, candidates))
 
 
-def _overriding(data: Data, model: Model, candidates: Sequence[Candidate]) -> tuple[str, ...]:
+def overriding(data: Data, model: Model, candidates: Sequence[Candidate]) -> tuple[str, ...]:
     """Effects without which the commands would have influence."""
     commands = np.concatenate([recording.commands for recording in data.recordings])
     left = equivalent_gain(model.twin, commands)
