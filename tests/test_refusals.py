@@ -126,6 +126,21 @@ def test_output_that_has_no_room_is_an_error_in_one_line(made, tmp_path):
     )
 
 
+@pytest.mark.parametrize(
+    ("stage", "choice", "of_another"),
+    [
+        ("iterate", "excite", "sets steps, and iterate has no such setting"),
+        ("real-rollout", "paper", "chooses a cost, and real-rollout has no cost"),
+    ],
+)
+def test_an_experiment_of_another_stage_is_refused_before_anything_is_done(
+    stage, choice, of_another, refused, tmp_path
+):
+    said = refused(stage, f"experiment={choice}", "hydra.run.dir=run")
+    assert f"experiment={choice} {of_another}. Is the experiment one of another stage?" in said
+    assert not list(tmp_path.rglob("*.mcap"))
+
+
 def test_a_shell_sees_the_same(tmp_path):
     words = [sys.executable, "-m", "twbal", "sim-collect", "rolouts=3"]
     environment = {name: value for name, value in os.environ.items() if name not in ("HYDRA_FULL_ERROR", "TWBAL_DEBUG")}

@@ -79,6 +79,14 @@ def test_what_is_told_comes_before_the_choice_of_the_asking_stage():
     assert compose_stage("real-rollout", found).policy.path == "p.pt"
 
 
+def test_what_an_experiment_came_to_is_handed_on_and_not_the_experiment():
+    cfg = compose_stage("iterate", ["experiment=paper"])
+    choices = {"experiment": "paper", "state": "paper", "link": "virtual"}
+    found = stage_overrides("real-rollout", cfg, choices, ["policy=saved", "policy.path=p.pt"])
+    assert not [word for word in found if word.startswith("experiment")]
+    assert compose_stage("real-rollout", found).state == cfg.state
+
+
 def test_a_command_line_is_what_a_shell_hands_on():
     line = command_line("fit-sim-gp", ["episodes=[a b,c]"], Path("out puts/x"))
     assert shlex.split(line) == ["twbal", "fit-sim-gp", "episodes=[a b,c]", "hydra.run.dir='out puts/x'"]

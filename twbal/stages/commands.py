@@ -9,6 +9,8 @@ from typing import Any
 from hydra import compose
 from omegaconf import DictConfig, OmegaConf
 
+from twbal.errors import ConfigError
+
 ROOT = Path("$OUT")  # stands for the run folder in commands that are written down
 _PLAIN = re.compile(r"[A-Za-z_./][\w./:@-]*")
 _OTHER_THAN_TEXT = ("null", "true", "false", "nan", "inf")
@@ -24,11 +26,34 @@ def compose_stage(stage: str, overrides: Sequence[str]) -> DictConfig:
     return compose(_config_name(stage), list(overrides))
 
 
+def refuse_experiment_of_another_stage(stage: str, choices: Mapping[str, str]) -> None:
+    """Check that the chosen experiment, if one is, sets nothing that the stage does not have. To be called within it.
+
+    Args:
+        stage: its name on the command line.
+        choices: which choice it has of each group, as in Hydra's `runtime.choices`.
+
+    Raises:
+        ConfigError: it does.
+    """
+    choice = choices.get("experiment")
+    if choice is None:
+        return
+    own, with_it = compose_stage(stage, []), compose_stage(stage, [f"experiment={choice}"])
+    unknown = [str(key) for key in with_it if key not in own]
+    if unknown:
+        raise ConfigError(
+            f"experiment={choice} sets {', '.join(unknown)}, and {stage} has no such setting. Is the experiment one of "
+            f"another stage? `twbal {stage} --cfg job` shows what this one has."
+        )
+
+
 def stage_overrides(stage: str, cfg: DictConfig, choices: Mapping[str, str], told: Sequence[str]) -> list[str]:
     """The overrides with which `stage` runs as `cfg` says, and nothing beside what differs from its own defaults.
 
     What the stage's settings are is looked up in this order: `told`; the section of `cfg` that has the stage's name
-    (with underscores); the top level of `cfg`; the stage's own default.
+    (with underscores); the top level of `cfg`; the stage's own default. A group that the stage chooses nothing of
+    (`experiment`) is no part of a configuration but a list of overrides, and `cfg` has what they came to.
 
     Args:
         stage: its name on the command line.
@@ -41,7 +66,10 @@ def stage_overrides(stage: str, cfg: DictConfig, choices: Mapping[str, str], tol
     chosen = [
         f"{group}={choices[group]}"
         for group, own in groups.items()
-        if group in choices and choices[group] != own and not group.startswith("hydra/") and group not in decided
+        if own is not None
+        and choices.get(group, own) != own
+        and not group.startswith("hydra/")
+        and group not in decided
     ]
     base, whole = _tree(compose_stage(stage, chosen)), _tree(cfg)
     section = whole.get(_config_name(stage))

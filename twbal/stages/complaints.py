@@ -26,6 +26,13 @@ def complaint(error: Exception, stage: str) -> TwbalError:
     own = _own_cause(error)
     if own is not None:
         return own
+    foreign = re.match(r"In 'experiment/([^']+)': Could not override '([^']+)'", str(error))
+    if foreign:
+        choice, group = foreign.groups()
+        return ConfigError(
+            f"experiment={choice} chooses a {group}, and {stage} has no {group}. "
+            "Is the experiment one of another stage?"
+        )
     if isinstance(error, MissingConfigException):
         return ConfigError(_no_such_choice(error))
     if isinstance(error, OverrideParseException):

@@ -27,6 +27,7 @@ from omegaconf.errors import OmegaConfBaseException
 
 from twbal.errors import SweepError, TwbalError
 from twbal.files import write_atomically
+from twbal.stages.commands import refuse_experiment_of_another_stage
 from twbal.stages.complaints import complaint
 from twbal.threads import asked_threads
 
@@ -100,8 +101,10 @@ class Job:
             StageFailed: it failed, in a single run.
             FailedJobError: it failed, in a sweep.
         """
-        sweeps = HydraConfig.get().mode == RunMode.MULTIRUN
+        hydra = HydraConfig.get()
+        sweeps = hydra.mode == RunMode.MULTIRUN
         try:
+            refuse_experiment_of_another_stage(self._stage, hydra.runtime.choices)
             # Imported here: help, tab completion and --cfg need none of the libraries that a stage works with.
             with full_error(self._full_error):  # for processes that the stage starts
                 stage_module = importlib.import_module(f"twbal.stages.{self._stage.replace('-', '_')}")
