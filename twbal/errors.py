@@ -63,3 +63,12 @@ class ProtocolError(LinkError):
 
 class LinkLostError(LinkError):
     """The robot fell silent in the middle of a rollout."""
+
+
+def install_advice(extra: str) -> str:
+    """The command that installs an extra of `pyproject.toml`: twbal is not on the package index.
+
+    Args:
+        extra: its name.
+    """
+    return f"pip install -e '.[{extra}]' (in the checkout of twbal)"

@@ -21,7 +21,25 @@ def within_a_stage():
     "value",
     [
         *(None, True, False, 0, -3, 0.1, 1e-9, float("inf"), "plain", "a/b.pt", "null", "TRUE", "12", "1e3", "", " "),
-        *("two words", "it's", "a\\", "\\'", "a,b=c", "[x]", "{y}", "#", "ümlaut", "2026-11-20_10-00-00", "~a", "$b"),
+        *(
+            "two words",
+            "two  words/and 3.pt",
+            "a null",
+            "a: b",
+            " x",
+            "x ",
+            "it's",
+            "a\\",
+            "\\'",
+            "a,b=c",
+            "[x]",
+            "{y}",
+            "#",
+            "ümlaut",
+            "2026-11-20_10-00-00",
+            "~a",
+            "$b",
+        ),
         *([], [1, "b c", [2.5]], {"a": 1, "b": {"c": "x y"}}),
     ],
 )
@@ -89,7 +107,7 @@ def test_what_an_experiment_came_to_is_handed_on_and_not_the_experiment():
 
 def test_a_command_line_is_what_a_shell_hands_on():
     line = command_line("fit-sim-gp", ["episodes=[a b,c]"], Path("out puts/x"))
-    assert shlex.split(line) == ["twbal", "fit-sim-gp", "episodes=[a b,c]", "hydra.run.dir='out puts/x'"]
+    assert shlex.split(line) == ["twbal", "fit-sim-gp", "episodes=[a b,c]", "hydra.run.dir=out puts/x"]
 
 
 def test_the_run_folder_stays_a_variable_in_a_command_that_is_written_down(tmp_path):

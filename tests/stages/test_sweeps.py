@@ -117,13 +117,13 @@ def test_a_launcher_that_is_not_there_is_one_clear_error(capsys):
     said = error(capsys)
     assert "hydra/launcher has no choice 'jobblib'" in said
     assert "ray_cluster" in said
-    assert "pip install 'twbal[sweeps]'" in said
+    assert "pip install -e '.[sweeps]'" in said
 
 
 def test_without_ray_its_launcher_says_so(monkeypatch, capsys):
     monkeypatch.setitem(sys.modules, "ray", None)
     assert main(command("seed=1,2", "hydra/launcher=ray_cluster")) == 1
-    assert "hydra/launcher=ray_cluster needs Ray: `pip install 'twbal[sweeps]'`" in error(capsys)
+    assert "hydra/launcher=ray_cluster needs Ray: pip install -e '.[sweeps]'" in error(capsys)
 
 
 def test_two_sweeps_in_one_folder_at_once_end_at_the_same_files(tmp_path, place):

@@ -102,7 +102,7 @@ def test_without_the_extra_it_says_what_to_install(lacking, tmp_path):
     done = without([lacking], ["train-agent"], tmp_path)
     assert done.returncode == 1
     assert done.stderr.startswith("twbal: error: ")
-    assert done.stderr.endswith("pip install 'twbal[rl]'.\n")
+    assert done.stderr.endswith("pip install -e '.[rl]' (in the checkout of twbal).\n")
 
 
 def test_iterate_does_not_need_the_extra(tmp_path):

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from twbal.agents.recipe import AgentRecipe
 from twbal.environment.two_wheeled import Action, TwoWheeled
-from twbal.errors import ConfigError
+from twbal.errors import ConfigError, install_advice
 from twbal.gaussian import Array
 from twbal.policies.mlp import MlpPolicy
 
@@ -20,7 +20,7 @@ try:
     from gymnasium.wrappers import TransformObservation
     from stable_baselines3.common.base_class import BaseAlgorithm
 except ImportError as error:
-    raise ConfigError("Training an agent needs Stable-Baselines3: pip install 'twbal[rl]'.") from error
+    raise ConfigError(f"Training an agent needs Stable-Baselines3: {install_advice('rl')}.") from error
 
 Progress = Callable[[int, float | None], None]
 """Told of the steps so far, and of the mean return of the last episodes (None before the first has ended)."""

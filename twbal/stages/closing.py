@@ -3,11 +3,15 @@
 import re
 import shlex
 from collections import Counter
+from collections.abc import Mapping
 from pathlib import Path, PurePosixPath
 
+from hydra import compose
+from hydra.core.global_hydra import GlobalHydra
 from hydra.core.hydra_config import HydraConfig
 
 from twbal.configuration import conf_folder
+from twbal.stages.commands import text
 from twbal.stages.manifest import Manifest
 
 LISTED = 3  # files of one folder that are named one by one
@@ -28,9 +32,35 @@ def configuration_flags() -> list[str]:
 
 
 def told_of(*groups: str) -> str:
-    """The words by which this run was told of `groups` (such as robot, state), for a next command to have them too."""
-    words = HydraConfig.get().overrides.task
-    return "".join(f" {shlex.quote(word)}" for word in words if re.match(rf"[+~]*({'|'.join(groups)})\b", word))
+    """The words that give a next command what this run chose and set of `groups` (such as robot, state), for a shell.
+
+    Of a choice that an experiment or a method made, too. Where this stage has no `sim`, that of the robot's own name
+    is chosen, if there is one.
+    """
+    if not groups:
+        return ""
+    hydra = HydraConfig.get()
+    words = [word for word in hydra.overrides.task if re.match(rf"[+~]*({'|'.join(groups)})\b", word)]
+    default = compose(hydra.job.config_name, return_hydra_config=True).hydra.runtime.choices
+    chosen = {group: hydra.runtime.choices[group] for group in groups if group in default}
+    told = {word.split("=", 1)[0] for word in words}
+    found = [f"{group}={choice}" for group, choice in chosen.items() if choice != default[group] and group not in told]
+    if "sim" in groups and "sim" not in default:
+        simulations = GlobalHydra.instance().config_loader().get_group_options("sim")
+        found += [f"sim={robot}" for robot in [hydra.runtime.choices["robot"]] if robot in simulations]
+    return "".join(f" {shlex.quote(word)}" for word in [*words, *found])
+
+
+def next_command(stage: str, settings: Mapping[str, str | Path], *groups: str) -> str:
+    """The shell command of a stage that comes next.
+
+    Args:
+        stage: its name on the command line.
+        settings: what it is told, by key.
+        groups: of which it takes what this run chose and set, as in `told_of`.
+    """
+    words = [f"{key}={text(str(value))}" for key, value in settings.items()]
+    return shlex.join(["twbal", stage, *configuration_flags(), *words]) + told_of(*groups)
 
 
 def closing(manifest: Manifest, out: Path, following: str) -> None:

@@ -12,7 +12,7 @@ from omegaconf import DictConfig, OmegaConf
 from twbal.errors import ConfigError
 
 ROOT = Path("$OUT")  # stands for the run folder in commands that are written down
-_PLAIN = re.compile(r"[A-Za-z_./][\w./:@-]*")
+_PLAIN = re.compile(r"[A-Za-z_./]([\w./:@ -]*[\w./:@-])?")  # blanks within it are kept
 _OTHER_THAN_TEXT = ("null", "true", "false", "nan", "inf")
 
 

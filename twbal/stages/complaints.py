@@ -11,7 +11,7 @@ from omegaconf import OmegaConf
 from omegaconf.errors import MissingMandatoryValue, OmegaConfBaseException
 
 from twbal.configuration import conf_folder
-from twbal.errors import ConfigError, TwbalError
+from twbal.errors import ConfigError, TwbalError, install_advice
 
 _PLUGINS = ("hydra/launcher", "hydra/sweeper", "hydra/sweeper/sampler")
 
@@ -59,7 +59,7 @@ def _no_such_choice(error: MissingConfigException) -> str:
     group, _, choice = (error.missing_cfg_file or "").rpartition("/")
     if not group or not error.options:
         return _line(error, 0)
-    more = " Others come with `pip install 'twbal[sweeps]'`." if group in _PLUGINS else ""
+    more = f" Others come with {install_advice('sweeps')}." if group in _PLUGINS else ""
     return (
         f"{group} has no choice {choice!r}{_guess(choice, error.options)}. "
         f"The choices are: {', '.join(error.options)}.{more}"

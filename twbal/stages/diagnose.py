@@ -1,6 +1,5 @@
 """Name what a simulation lacks to explain measured episodes."""
 
-import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -42,7 +41,7 @@ from twbal.sim.effects.effect import Effect
 from twbal.sim.effects.library import library, values_of
 from twbal.sim.replay import ReplayStart, replay
 from twbal.stages.artefacts import episode_files
-from twbal.stages.closing import closing, run_folder, told_of
+from twbal.stages.closing import closing, next_command, run_folder
 from twbal.stages.manifest import Manifest, Step, perform
 from twbal.stages.settings import members, recorded, typed
 
@@ -50,8 +49,8 @@ NOT_RECORDED = ("episodes", "test_episodes")
 DIAGNOSIS, REPORT, AUGMENTED, FIGURES = "diagnosis.json", "report.html", "augmented.yaml", "figures"
 FEW_DATA = {"shortest": 15, "fewest": 150}
 """Settings for the rollouts of `iterate`, which wander and fall: they tell more than as much of a robot that stands."""
-_GENTLY = "experiment=excite policy.command_width=0.1"
-_GENTLER = f"record it by a gentler regulator, `{_GENTLY}`, or less."
+_GENTLY = {"experiment": "excite", "policy.command_width": "0.1"}
+_GENTLER = "record it by a gentler regulator, `experiment=excite policy.command_width=0.1`, or less."
 _UNITS = {"tilt": "rad", "tilt_rate": "rad/s", "wheel_angle": "rad", "wheel_rate": "rad/s"}
 _HISTORY = 5  # control periods before a rollout, for what a late IMU still shows
 _MOST_RIVALS = 10
@@ -96,10 +95,10 @@ def main(cfg: DictConfig) -> None:
     out = run_folder()
     made = run(cfg, out)
     if verdict_in(out / DIAGNOSIS) in (Verdict.UNKNOWN, Verdict.UNDECIDED):
-        following = f"twbal real-rollout {_GENTLY}"
+        following = next_command("real-rollout", _GENTLY, "robot")
     else:
-        following = f"twbal sim-collect {shlex.quote(f'sim={out / AUGMENTED}')}"
-    closing(made, out, following + told_of("robot"))
+        following = next_command("sim-collect", {"sim": out / AUGMENTED}, "robot")
+    closing(made, out, following)
 
 
 def run(cfg: DictConfig, out: Path) -> Manifest:

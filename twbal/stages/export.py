@@ -9,7 +9,7 @@ import pandas
 from omegaconf import DictConfig
 
 from twbal.episode import Episode
-from twbal.errors import ConfigError
+from twbal.errors import ConfigError, install_advice
 from twbal.files import replacing
 from twbal.logs import read_episode
 from twbal.plant import Observation
@@ -79,7 +79,7 @@ def _write_parquet(rows: pandas.DataFrame, path: Path) -> None:
     try:
         import pyarrow  # noqa: F401
     except ImportError as error:
-        raise ConfigError("Parquet needs pyarrow: pip install 'twbal[viewers]', or give format=csv.") from error
+        raise ConfigError(f"Parquet needs pyarrow: {install_advice('viewers')}; or give format=csv.") from error
     with replacing(path) as stream:
         rows.to_parquet(stream, engine="pyarrow", index=False)
 

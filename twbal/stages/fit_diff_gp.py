@@ -10,7 +10,7 @@ from twbal.channels import Channels
 from twbal.logs import read_episode
 from twbal.models.recipe import ModelRecipe
 from twbal.stages.artefacts import SavedModel, episode_files, hashes, load_model, save_model
-from twbal.stages.closing import closing, run_folder
+from twbal.stages.closing import closing, next_command, run_folder
 from twbal.stages.manifest import Manifest, Step, perform
 from twbal.stages.settings import at_least, recorded, typed
 
@@ -27,7 +27,7 @@ class Settings:
 def main(cfg: DictConfig) -> None:
     """Run the stage in Hydra's run folder."""
     out = run_folder()
-    closing(run(cfg, out), out, f"twbal optimise-policy dynamics={out / 'model.pt'}")
+    closing(run(cfg, out), out, next_command("optimise-policy", {"dynamics": out / "model.pt"}, "robot", "state"))
 
 
 def run(cfg: DictConfig, out: Path) -> Manifest:

@@ -23,7 +23,7 @@ from twbal.foreign.mapping import Mapping
 from twbal.logs import read_episode
 from twbal.logs.writer import write_episode
 from twbal.robot.parameters import RobotParameters, parameter_hash
-from twbal.stages.closing import closing, configuration_flags, run_folder, told_of
+from twbal.stages.closing import closing, next_command, run_folder
 from twbal.stages.manifest import Manifest, Step, perform
 from twbal.stages.settings import at_least, recorded, typed
 
@@ -84,14 +84,11 @@ def _diagnosis_of(out: Path, period: float, robot: DictConfig) -> str:
     chosen = HydraConfig.get().runtime.choices["robot"]
     own = (conf_folder() / "sim" / f"{chosen}.yaml").exists()
     simulation = OmegaConf.load(conf_folder() / "sim" / f"{chosen if own else 'nominal'}.yaml")
-    flags = [] if (conf_folder() / "robot" / f"{chosen}.yaml").exists() else configuration_flags()
-    words = ["twbal", "diagnose", *flags, f"episodes={out}", "diagnosis=measured"]
-    words += [f"sim={chosen}"] if own else []
     more = [] if abs(period - robot.control_period) <= _SAME_PERIOD else [f"robot.control_period={period!r}"]
     steps = ceil(period / simulation.physics_step - _WHOLE)
     if abs(steps * simulation.physics_step - period) > _WHOLE * period:
         more.append(f"sim.physics_step={period / steps!r}")
-    return " ".join([shlex.join(words) + told_of("robot"), *more])
+    return " ".join([next_command("diagnose", {"episodes": out, "diagnosis": "measured"}, "robot", "sim"), *more])
 
 
 def propose(files: Sequence[Path], out: Path) -> None:
@@ -104,8 +101,8 @@ def propose(files: Sequence[Path], out: Path) -> None:
     if found.unknown_units:
         print(f"check the units of: {', '.join(found.unknown_units)}")
     print(f"made  {out / 'import' / MAPPING}")
-    command = ["twbal", "import-log", f"--config-dir={out}", f"import={Path(MAPPING).stem}", f"files={files[0]}"]
-    print(f"next  look through it, then: {shlex.join(command)}{told_of('robot')}")
+    command = next_command("import-log", {"import": Path(MAPPING).stem, "files": files[0]}, "robot")
+    print(f"next  look through it, then: {command} {shlex.quote(f'--config-dir={out}')}")
 
 
 def _files(given: str | Sequence[str]) -> list[Path]:

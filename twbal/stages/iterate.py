@@ -15,7 +15,7 @@ from twbal.files import write_atomically
 from twbal.report.run import Setting, write_report
 from twbal.stages.algorithm import Algorithm
 from twbal.stages.chain import Chain
-from twbal.stages.closing import configuration_flags, run_folder, told_of
+from twbal.stages.closing import configuration_flags, next_command, run_folder
 from twbal.stages.commands import text
 from twbal.stages.diagnose import DIAGNOSIS, enough_for_diagnosis
 from twbal.stages.findings import Measures, episodes_in, findings, summarise
@@ -48,7 +48,8 @@ def main(cfg: DictConfig) -> float | None:
     print(f"policy  {out / BEST_POLICY}")
     print(f"by hand {out / SCRIPT}")
     print(f"report  {out / REPORT}")
-    print(f"next    twbal real-rollout policy.path={out / BEST_POLICY}{told_of('robot', 'state', 'link')}")
+    following = next_command("real-rollout", {"policy.path": out / BEST_POLICY}, "robot", "state", "link")
+    print(f"next    {following}")
     best = summary.best
     return best.predicted_cost if best.real_cost is None else best.real_cost
 

@@ -14,7 +14,7 @@ from twbal.policies.linear import LinearPolicy
 from twbal.robot.parameters import RobotParameters
 from twbal.search.regulator import data_sheet_regulator, identified_regulator
 from twbal.stages.artefacts import episode_files
-from twbal.stages.closing import closing, run_folder, told_of
+from twbal.stages.closing import closing, next_command, run_folder
 from twbal.stages.manifest import Manifest, Step, perform
 from twbal.stages.optimise_policy import POLICY
 from twbal.stages.settings import recorded, typed
@@ -32,7 +32,7 @@ class Settings:
 def main(cfg: DictConfig) -> None:
     """Run the stage in Hydra's run folder."""
     out = run_folder()
-    closing(run(cfg, out), out, f"twbal real-rollout policy.path={out / POLICY}{told_of('robot', 'state')}")
+    closing(run(cfg, out), out, next_command("real-rollout", {"policy.path": out / POLICY}, "robot", "state"))
 
 
 def run(cfg: DictConfig, out: Path) -> Manifest:

@@ -21,7 +21,7 @@ from twbal.search.start_state import start_state
 from twbal.search.task import SearchSettings, Task
 from twbal.search.warm import is_compiled
 from twbal.stages.artefacts import episode_files, load_model
-from twbal.stages.closing import closing, run_folder, told_of
+from twbal.stages.closing import closing, next_command, run_folder
 from twbal.stages.manifest import Manifest, Step, perform
 from twbal.stages.predictions import load_prediction, prediction_of, save_prediction
 from twbal.stages.settings import at_least, recorded, typed
@@ -46,7 +46,7 @@ def main(cfg: DictConfig) -> float:
         The expected long-term cost of the best policy; for a sweeper to make small.
     """
     out = run_folder()
-    closing(run(cfg, out), out, f"twbal real-rollout policy.path={out / POLICY}{told_of('robot', 'state')}")
+    closing(run(cfg, out), out, next_command("real-rollout", {"policy.path": out / POLICY}, "robot", "state"))
     return load_prediction(out / PREDICTION).best.cost
 
 

@@ -19,7 +19,7 @@ from hydra.plugins.launcher import Launcher
 from hydra.types import HydraContext, TaskFunction
 from omegaconf import DictConfig, open_dict
 
-from twbal.errors import SweepError
+from twbal.errors import SweepError, install_advice
 from twbal.stages.sweeps import FailedJobError
 from twbal.threads import asked_threads
 
@@ -156,7 +156,7 @@ def _joined(address: str) -> Any:
     try:
         import ray
     except ImportError as error:
-        raise SweepError("hydra/launcher=ray_cluster needs Ray: `pip install 'twbal[sweeps]'`.") from error
+        raise SweepError(f"hydra/launcher=ray_cluster needs Ray: {install_advice('sweeps')}.") from error
     passed = {name: os.environ[name] for name in ("PYTHONPATH",) if name in os.environ}
     try:
         _reached(address)

@@ -21,8 +21,8 @@ from twbal.policies.policy import Policy
 from twbal.robot.parameters import RobotParameters, parameter_hash
 from twbal.rollout import check_tilt_limit, rollout
 from twbal.stages.artefacts import episode_file, policy_files, policy_hash
-from twbal.stages.closing import closing, run_folder
-from twbal.stages.manifest import Manifest, Step, perform
+from twbal.stages.closing import closing, next_command, run_folder
+from twbal.stages.manifest import Manifest, Step, perform, read_manifest
 from twbal.stages.settings import at_least, recorded, typed
 from twbal.stages.signals import stopped_once
 
@@ -53,7 +53,17 @@ def main(cfg: DictConfig) -> None:
         episode = read_episode(out / made.path)
         trial, outcome = episode.provenance.trial, episode.outcome.replace("_", " ")
         print(f"trial {trial}: {outcome} after {episode.duration:.2f} s, {len(episode)} samples")
-    closing(manifest, out, f"twbal fit-diff-gp dynamics=<model.pt> episodes={out}")
+    closing(manifest, out, _following(cfg, out))
+
+
+def _following(cfg: DictConfig, out: Path) -> str:
+    """The next command: where the policy was searched on a model, its correction; else a diagnosis."""
+    for policy in policy_files(cfg.policy):
+        searched = read_manifest(policy.parent)
+        models = [Path(model.path) for model in searched.inputs.get("dynamics", ())] if searched else []
+        if models and models[0].is_file():
+            return next_command("fit-diff-gp", {"dynamics": models[0], "episodes": out}, "robot", "state")
+    return next_command("diagnose", {"episodes": out}, "robot", "sim")
 
 
 def run(cfg: DictConfig, out: Path) -> Manifest:

@@ -7,7 +7,7 @@ from omegaconf import DictConfig
 
 from twbal.errors import LogError
 from twbal.logs import recover_episode, write_episode
-from twbal.stages.closing import closing, run_folder
+from twbal.stages.closing import closing, next_command, run_folder
 from twbal.stages.manifest import Manifest, Step, perform
 from twbal.stages.settings import recorded
 
@@ -15,7 +15,8 @@ from twbal.stages.settings import recorded
 def main(cfg: DictConfig) -> None:
     """Run the stage in Hydra's run folder."""
     out = run_folder()
-    closing(run(cfg, out), out, f"twbal show episode={out}/episodes/...")
+    manifest = run(cfg, out)
+    closing(manifest, out, next_command("show", {"episode": out / manifest.outputs[0].path}))
 
 
 def run(cfg: DictConfig, out: Path) -> Manifest:

@@ -14,7 +14,7 @@ from twbal.policies.exploring import ExploringPolicy
 from twbal.policies.policy import Policy
 from twbal.robot.parameters import parameter_hash
 from twbal.stages.artefacts import episode_file, policy_files, policy_hash
-from twbal.stages.closing import closing, run_folder, told_of
+from twbal.stages.closing import closing, next_command, run_folder
 from twbal.stages.manifest import Manifest, Step, perform
 from twbal.stages.settings import at_least, members, recorded, typed
 from twbal.stages.simulation import plant_maker
@@ -39,7 +39,7 @@ def main(cfg: DictConfig) -> None:
     """Run the stage in Hydra's run folder."""
     out = run_folder()
     manifest = run(cfg, out)
-    closing(manifest, out, f"twbal fit-sim-gp episodes={out}{told_of('robot', 'state')}")
+    closing(manifest, out, next_command("fit-sim-gp", {"episodes": out}, "robot", "state"))
 
 
 def run(cfg: DictConfig, out: Path) -> Manifest:

@@ -27,7 +27,7 @@ from omegaconf.errors import OmegaConfBaseException
 
 from twbal.errors import SweepError, TwbalError
 from twbal.files import write_atomically
-from twbal.stages.commands import refuse_experiment_of_another_stage
+from twbal.stages.commands import refuse_experiment_of_another_stage, text
 from twbal.stages.complaints import complaint
 from twbal.threads import asked_threads
 
@@ -151,7 +151,7 @@ class Job:
 def again(stage: str, words: Sequence[str], sweep: Path) -> str:
     """The command that goes on with a sweep in its folder."""
     kept = [word for word in words if not word.startswith("hydra.sweep.dir=")]
-    return shlex.join(["twbal", stage, *kept, f"hydra.sweep.dir={sweep}"])
+    return shlex.join(["twbal", stage, *kept, f"hydra.sweep.dir={text(str(sweep))}"])
 
 
 def translated(error: Exception, stage: str) -> Exception:
@@ -178,11 +178,11 @@ class Announcement(Callback):
 
     def on_multirun_start(self, config: DictConfig, **kwargs: Any) -> None:
         """Print the sweep's folder."""
-        told = f"hydra.sweep.dir={config.hydra.sweep.dir}"
+        told = shlex.quote(f"hydra.sweep.dir={text(str(config.hydra.sweep.dir))}")
         print(f"After an interruption, this sweep goes on by the same command with {told}", flush=True)
 
     def on_multirun_end(self, config: DictConfig, **kwargs: Any) -> None:
         """Print the command that compares the jobs, where there is one."""
         print(f"sweep {config.hydra.sweep.dir}")
         if config.hydra.job.name == "iterate":
-            print(f"next  twbal compare runs={config.hydra.sweep.dir}")
+            print(f"next  twbal compare {shlex.quote(f'runs={text(str(config.hydra.sweep.dir))}')}")

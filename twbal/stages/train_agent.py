@@ -13,7 +13,7 @@ from twbal.collection import RolloutPlan
 from twbal.episode import Provenance
 from twbal.evaluation import SuccessRule, succeeded
 from twbal.policies.saved import load_policy
-from twbal.stages.closing import closing, run_folder, told_of
+from twbal.stages.closing import closing, next_command, run_folder
 from twbal.stages.manifest import Manifest, Step, perform
 from twbal.stages.settings import at_least, recorded, typed
 from twbal.stages.simulation import plant_maker
@@ -38,7 +38,7 @@ def main(cfg: DictConfig) -> None:
     trials = int(cfg.trials)
     if trials:
         print(f"  {successes(cfg, out / POLICY, trials)} of {trials} simulated trials succeed")
-    closing(manifest, out, f"twbal real-rollout policy.path={out / POLICY}{told_of('robot', 'state')}")
+    closing(manifest, out, next_command("real-rollout", {"policy.path": out / POLICY}, "robot", "state"))
 
 
 def run(cfg: DictConfig, out: Path) -> Manifest:
