@@ -1,0 +1,272 @@
+"""How the tests run each command that is shown anywhere: `TABLE`, by the command's text.
+
+A command of twbal runs in a scratch folder in which the files that commands name lie where they name them: a folder may
+well be called `...` (`scratch.py`). `SMALL` makes its work small. What a reader fills in, the table fills in.
+"""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from small_run import OVERRIDES
+
+from twbal.sim.effects.library import library
+
+MODEL, POLICY = "outputs/fit-sim-gp/.../model.pt", "outputs/optimise-policy/.../policy.pt"
+RECORDED = "outputs/real-rollout/..."
+
+_OTHERS = ",".join(sorted(set(library()) - {"dead_zone"}))
+SMALL: Mapping[str, tuple[str, ...]] = {
+    "iterate": (*OVERRIDES, "confirm_rollouts=0"),
+    "sim-collect": ("rollouts=2", "steps=20"),
+    "fit-sim-gp": ("model.fit_f.settings.fit.starts=1",),
+    "fit-diff-gp": ("model.fit_g.settings.starts=1", "model.smoothing.rounds=1", "model.smoothing.iterations=2"),
+    "optimise-policy": (
+        *("search.long_horizon=8", "search.long_iterations=1"),
+        *("search.horizon=8", "search.short_horizon=4", "search.iterations=1", "search.short_iterations=1"),
+        *("search.swings=[0.3]", "search.command_widths=[0.3]", "search.shares=[1.0]", "search.searched=1"),
+        *("judge.robots=2", "judge.features=20", "shape.basis=4", "rule.steps=20", "rule.settle_step=10"),
+    ),
+    "train-agent": (
+        *("steps=64", "trials=1", "rule.steps=20", "rule.settle_step=10", "agent.hidden=[8]"),
+        *("agent.options.n_steps=32", "agent.options.batch_size=16"),
+    ),
+    "real-rollout": ("trials=1", "steps=10"),
+    "diagnose": (
+        *(
+            "horizons=[0.06]",
+            "starts=2",
+            "bins=2",
+            "shortest=15",
+            "fewest=90",
+            "diagnosis.shortlist=1",
+            "diagnosis.most_effects=1",
+        ),
+        *("diagnosis.usual=[]", "diagnosis.substeps=4", f"diagnosis.leave_out=[{_OTHERS}]"),
+    ),
+    "show": ("seconds=0.2", "frame_rate=5", "width=64", "height=48"),
+}
+
+
+class Stage(NamedTuple):
+    """A command of twbal.
+
+    Attributes:
+        fill: what stands in place of parts of its text, as far as they are in it.
+        small: words besides; None: `SMALL` of its stage.
+        slow: it runs among the slow tests only; the quick ones see whether its settings are all there.
+        extra: module that it needs, of an extra of pyproject.toml.
+        after: commands of the table that make what it reads.
+    """
+
+    fill: Mapping[str, str] = {}
+    small: tuple[str, ...] | None = None
+    slow: bool = False
+    extra: str = ""
+    after: tuple[str, ...] = ()
+
+
+class Make(NamedTuple):
+    """A target of the Makefile: make knows it, and what it would do."""
+
+
+class Install(NamedTuple):
+    """What pip installs is an extra of pyproject.toml, or what the environment of the tests has."""
+
+
+class Benchmark(NamedTuple):
+    """`python -m <module> <words>`, which takes hours: the module loads, and refuses settings that it does not know.
+
+    Attributes:
+        measures: it takes no settings, but skips what is measured: nothing is left to do where all results are there.
+    """
+
+    measures: bool = False
+
+
+class Elsewhere(NamedTuple):
+    """A command that another test runs, or that a program of others gives its meaning.
+
+    Attributes:
+        test: file of the tests, and a word in it that shows that it does.
+        why: it is not run here.
+    """
+
+    test: tuple[str, str] | None
+    why: str
+
+
+How = Stage | Make | Install | Benchmark | Elsewhere
+
+_RECORDS = {"<run folder>": RECORDED, "<policy.pt>": POLICY, "<model.pt>": MODEL}
+_SERIAL = {f"link.port={shown}": "link.port={port}" for shown in ("/dev/ttyUSB0", "/dev/pts/5", "<path>", "...")}
+_DRIVES = {**_RECORDS, **_SERIAL}
+_SWEEP = {"<folder of a sweep>": "outputs/iterate/sweep_1", "sweep_2": "sweep_1"}
+_IMPORTED = {"<run folder>": "imported", "robot=...": "robot=paper"}
+_PAPER = (
+    *(word for word in SMALL["iterate"] if not word.startswith("model.smoothing")),  # which it does without
+    *("updates=0", "trials=1", "search.long_horizon=8", "search.long_iterations=1"),
+    "hydra.run.dir=outputs/iterate/sweep_1/paper",
+)
+_SAC = ("steps=8", "trials=1", "rule.steps=20", "rule.settle_step=10", "agent.hidden=[8]", "agent.options.batch_size=4")
+_CHECK = Stage(slow=True)
+_DIAGNOSE = "twbal diagnose episodes=outputs/real-rollout/... diagnosis=rough"
+_GUESS = "twbal import-log guess=true files=ride.csv"
+_IMPORT = "twbal import-log --config-dir=<run folder> import=my_log files=[a.csv,b.csv] robot=..."
+_COLLECT = "twbal sim-collect hydra.run.dir=outputs/sim"
+_FIT = "twbal fit-sim-gp episodes=outputs/sim hydra.run.dir=outputs/f"
+_COMPARED = ("twbal iterate experiment=paper",)
+
+TABLE: Mapping[str, How] = {
+    # README
+    "make run": Make(),
+    "make test": Make(),
+    ". .venv/bin/activate": Elsewhere(None, "Python's own"),
+    "twbal iterate link.seed=8017": Stage(slow=True),
+    "twbal iterate experiment=paper": Stage(small=_PAPER),
+    "twbal iterate -m link.seed=1,2,3": Stage(slow=True),
+    "twbal iterate method=pilco": Stage(slow=True),
+    "twbal iterate link=serial link.port=/dev/ttyUSB0": Stage(_SERIAL, slow=True),
+    "twbal real-rollout experiment=excite policy.command_width=0.1": Stage(),
+    _DIAGNOSE: Stage(small=(*SMALL["diagnose"], "hydra.run.dir=outputs/diagnose/...")),
+    "twbal iterate sim=outputs/diagnose/.../augmented.yaml": Stage(slow=True, after=(_DIAGNOSE,)),
+    "twbal iterate method=one_simulation": Stage(slow=True),
+    "twbal <stage> --help": Stage({"<stage>": "sim-collect"}),
+    "pip install -e '.[rl]'": Install(),
+    "make test-slow": Make(),
+    "make bench": Make(),
+    "make bench-hidden": Make(),
+    "python -m benchmarks.methods": Benchmark(),
+    "python scripts/readme.py tables": Elsewhere(("tests/docs/test_links.py", "scripts/readme.py"), "writes pages"),
+    # CONTRIBUTING
+    "git clone <this repository> twbal": Elsewhere(None, "git's own"),
+    "cd twbal": Elsewhere(None, "the shell's own"),
+    "make .venv/.installed": Make(),
+    "make lint": Make(),
+    ".venv/bin/twbal check": _CHECK,
+    ".venv/bin/pre-commit install": Install(),
+    "twbal check update=true": _CHECK,
+    "pip freeze": Elsewhere(None, "pip's own"),
+    # docs
+    "python -m benchmarks.hidden_robots": Benchmark(),
+    "twbal iterate updates=0": Stage(slow=True),
+    "twbal iterate seed=<robot> link.seed=<robot> updates=6": Stage({"<robot>": "6012"}, slow=True),
+    "python -m benchmarks.hidden_effects all": Benchmark(),
+    "real-rollout experiment=excite": Stage(),
+    "python -m benchmarks.hidden_effects again": Benchmark(),
+    "python -m benchmarks.mending": Benchmark(),
+    "twbal iterate diagnose=true": Stage(slow=True),
+    "twbal sim-collect +effect@sim.effects.dead_zone=dead_zone sim.effects.dead_zone.width=0.5": Stage(),
+    "sh commands.sh other_folder": Elsewhere(("tests/stages/test_iterate_again.py", "commands.sh"), "runs all again"),
+    "sha256sum --check": Elsewhere(("twbal/stages/script.py", "sha256sum --check"), "the last line of commands.sh"),
+    _GUESS: Stage(small=("hydra.run.dir=guessed",)),
+    _IMPORT: Stage(
+        {"<run folder>": "guessed", "robot=...": "robot=paper"}, small=("hydra.run.dir=imported",), after=(_GUESS,)
+    ),
+    "twbal diagnose episodes=<run folder> robot=... diagnosis=measured": Stage(_IMPORTED, after=(_IMPORT,)),
+    "twbal show episode=<log>": Stage({"<log>": "before.mcap"}),
+    "twbal export episodes=<run folder> format=csv": Stage(_RECORDS),
+    "rerun mcap convert ride.mcap -o ride.rrd": Elsewhere(
+        ("tests/stages/test_logs_in_and_out.py", '"mcap", "convert"'), "Rerun's"
+    ),
+    "rerun ride.rrd": Elsewhere(None, "opens a window"),
+    "twbal recover logs=<log or folder>": Stage({"<log or folder>": f"{RECORDED}/episodes"}),
+    "twbal virtual-robot seed=3 clock=real_time": Stage(),
+    "twbal real-rollout policy.path=<policy.pt> link=serial link.port=/dev/pts/5 link.confirm_placed=null": Stage(
+        _DRIVES
+    ),
+    "twbal real-rollout policy.path=<policy.pt> link=serial link.port=/dev/ttyUSB0 link.baud_rate=921600": Stage(
+        _DRIVES
+    ),
+    "twbal iterate method=...": Stage({"...": "f_alone"}, slow=True),
+    "fit-diff-gp dynamics=null": Stage({"dynamics=null": f"dynamics=null episodes={RECORDED}"}),
+    "optimise-policy base=<policy.pt>": Stage(
+        {"base=<policy.pt>": f"base=outputs/linear-policy/.../policy.pt dynamics={MODEL}"},
+        after=("twbal linear-policy",),
+    ),
+    "python -m benchmarks.moment_matching": Benchmark(measures=True),
+    "python -m benchmarks.fitting": Benchmark(measures=True),
+    "python -m benchmarks.running": Benchmark(measures=True),
+    "twbal --help": Stage(),
+    "ray start --head --port=6399 --num-cpus=1 --block": Elsewhere(
+        ("tests/stages/test_launchers.py", "ray.scripts.scripts"), "Ray's"
+    ),
+    "ray start --address=127.0.0.1:6399 --num-cpus=1 --block": Elsewhere(
+        ("tests/stages/test_launchers.py", "--address"), "Ray's"
+    ),
+    "twbal iterate -m link.seed=0,1,2,3 hydra/launcher=ray_cluster hydra.launcher.address=127.0.0.1:6399": Elsewhere(
+        ("tests/stages/test_launchers.py", "hydra/launcher=ray_cluster"), "needs a Ray cluster"
+    ),
+    _COLLECT: Stage(small=("rollouts=4", "steps=15")),
+    _FIT: Stage(after=(_COLLECT,)),
+    (
+        "twbal optimise-policy dynamics=outputs/f/model.pt search.iterations=10 -m hydra/sweeper=optuna "
+        "hydra.sweeper.sampler.seed=1 hydra.sweeper.n_trials=6 hydra.sweeper.n_jobs=1 'shape.basis=range(5,31,5)' "
+        "'shape.weight_sd=interval(0.02,0.2)' hydra.sweep.dir=outputs/shape"
+    ): Stage(
+        small=(*(word for word in SMALL["optimise-policy"] if "shape" not in word), "hydra.sweeper.n_trials=2"),
+        slow=True,
+        extra="hydra_plugins.hydra_optuna_sweeper",
+        after=(_COLLECT, _FIT),
+    ),
+    "twbal iterate -m link.seed=0,1,2 search.horizon=60,100": Stage({"60,100": "8,9"}, slow=True),
+    "pip install -e '.[sweeps]'": Install(),
+    "twbal compare runs=<folder of a sweep>": Stage(
+        {"<folder of a sweep>": "outputs/iterate/sweep_1"}, after=_COMPARED
+    ),
+    # help of the stages
+    "twbal check": _CHECK,
+    "twbal check data=my_robot baseline=my_robot/baseline.json update=true": _CHECK,
+    "twbal compare 'runs={default:outputs/iterate/sweep_1,paper:outputs/iterate/sweep_2}'": Stage(
+        _SWEEP, after=_COMPARED
+    ),
+    "twbal sim-collect sim=<run folder>/augmented.yaml": Stage(
+        {"<run folder>": "outputs/diagnose/..."}, after=(_DIAGNOSE,)
+    ),
+    "twbal diagnose episodes=outputs/real-rollout/...": Stage(),
+    "twbal diagnose episodes=[run_1,run_2] robot=regbot": Stage(),
+    "twbal export episodes=outputs/real-rollout/... format=csv": Stage(),
+    "twbal optimise-policy dynamics=<run folder>/model.pt": Stage({"<run folder>/model.pt": MODEL}),
+    (
+        "twbal fit-diff-gp dynamics=outputs/fit-sim-gp/.../model.pt "
+        "episodes=[outputs/real-rollout/...,outputs/real-rollout/...]"
+    ): Stage(),
+    "twbal fit-sim-gp episodes=outputs/sim-collect/2026-11-20_10-00-00-000000": Stage(),
+    "twbal fit-sim-gp episodes=[run1,run2] model=exact": Stage(small=("model.fit_f.settings.starts=1",)),
+    "twbal diagnose episodes=<run folder> robot=...": Stage(_IMPORTED, after=(_IMPORT,)),
+    "twbal import-log import=regbot robot=regbot files=[test3a.txt,test4.txt]": Stage(),
+    "twbal import-log guess=true files=log.csv": Stage(),
+    "twbal real-rollout policy.path=<run folder>/best_policy.pt": Stage({"<run folder>/best_policy.pt": POLICY}),
+    "twbal iterate": Stage(slow=True),
+    "twbal iterate link.seed=3 updates=6": Stage(slow=True),
+    "twbal iterate variants=none": Stage(slow=True),
+    "twbal real-rollout policy.path=<run folder>/policy.pt": Stage({"<run folder>/policy.pt": POLICY}),
+    "twbal linear-policy": Stage(small=("hydra.run.dir=outputs/linear-policy/...",)),
+    "twbal linear-policy episodes=outputs/real-rollout/... command_width=0.3": Stage(),
+    "twbal optimise-policy dynamics=outputs/fit-sim-gp/.../model.pt": Stage(),
+    "twbal optimise-policy dynamics=[outputs/fit-sim-gp/.../model.pt,outputs/fit-sim-gp/.../model.pt]": Stage(),
+    (
+        "twbal optimise-policy dynamics=outputs/fit-diff-gp/.../model.pt "
+        "earlier=[outputs/optimise-policy/.../policy.pt]"
+    ): Stage(),
+    "twbal fit-diff-gp dynamics=<model.pt> episodes=<run folder>": Stage(_RECORDS),
+    "twbal real-rollout policy.path=outputs/optimise-policy/.../policy.pt link=serial link.port=/dev/ttyUSB0": Stage(
+        _SERIAL
+    ),
+    "twbal real-rollout policy.path=... link=virtual trials=10 steps=500": Stage({"...": POLICY}),
+    "twbal real-rollout experiment=excite": Stage(),
+    "twbal show episode=<run folder>/episodes/...": Stage({"<run folder>/episodes/...": "before.mcap"}),
+    "twbal recover logs=outputs/real-rollout/.../episodes": Stage(),
+    "twbal show episode=outputs/real-rollout/.../episodes/trial_000.mcap": Stage(),
+    "twbal show episode=before.mcap beside=[after.mcap] simulate=false": Stage(),
+    "twbal fit-sim-gp episodes=<run folder>": Stage({"<run folder>": "outputs/sim"}, after=(_COLLECT,)),
+    "twbal sim-collect rollouts=40 seed=1": Stage(),
+    "twbal sim-collect robot=regbot policy.share=0.5": Stage(),
+    "twbal train-agent seed=1": Stage(extra="stable_baselines3"),
+    "twbal train-agent agent=sac steps=16000": Stage(small=_SAC, extra="stable_baselines3"),
+    "twbal train-agent robot=regbot sim=regbot": Stage(extra="stable_baselines3"),
+    "twbal real-rollout policy.path=<policy.pt> link=serial link.port=<path> link.confirm_placed=null": Stage(_DRIVES),
+    "twbal virtual-robot robot=regbot hidden=none": Stage(),
+    # messages
+    "twbal real-rollout experiment=excite link=serial link.port=...": Stage(_SERIAL),
+    "twbal import-log guess=true": Stage({"guess=true": "guess=true files=log.csv"}),
+}

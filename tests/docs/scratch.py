@@ -1,0 +1,69 @@
+"""A folder with what the commands of README, docs and help read, where they name it."""
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+from foreign_logs import columns, text
+from how_to_run import MODEL, POLICY, RECORDED
+from shown import ROOT
+
+from twbal.cli import main
+
+DATA = ROOT / "data" / "regression"
+SMALL_FIT = ("model.fit_f.settings.fit.starts=1", "model.fit_g.settings.starts=1", "model.smoothing=null")
+
+
+def furnish(folder: Path) -> None:
+    """Put it there; `folder` is the working directory."""
+    for place in (folder / "data" / "regression", folder / "my_robot"):
+        shutil.copytree(DATA, place)
+    _copy("real", range(2), folder / RECORDED)
+    _copy("simulated", range(6), folder / "outputs/sim-collect/2026-11-20_10-00-00-000000")
+    _copy("simulated", range(3), folder / "run1")
+    _copy("simulated", range(3, 6), folder / "run2")
+    for name in ("before.mcap", "after.mcap"):
+        shutil.copy(DATA / "real" / "trial_000.mcap", folder / name)
+    for name, skipped in (("ride.csv", 0), ("log.csv", 0), ("a.csv", 0), ("b.csv", 1)):
+        (folder / name).write_text(text(_ride()[skipped:]))
+    for name, skipped in (("test3a.txt", 0), ("test4.txt", 1)):
+        (folder / name).write_text(regbot_log(skipped))
+    for seed in (1, 2):
+        _make("sim-collect", f"run_{seed}", "robot=regbot", "policy=excite", "rollouts=1", "steps=100", f"seed={seed}")
+    f, g = Path(MODEL), Path(MODEL.replace("sim", "diff"))
+    _make("fit-sim-gp", f.parent, "episodes=run1", *SMALL_FIT)
+    _make("fit-diff-gp", g.parent, f"dynamics={f}", "episodes=before.mcap", *SMALL_FIT)
+    (folder / POLICY).parent.mkdir(parents=True)
+    shutil.copy(DATA / "policy.pt", folder / POLICY)
+
+
+def _make(stage: str, out: Path | str, *words: str) -> None:
+    assert main([stage, *words, f"hydra.run.dir={out}"]) == 0
+
+
+def _copy(kind: str, trials: range, run: Path) -> None:
+    """Logs of the data set as those of a run."""
+    (run / "episodes").mkdir(parents=True)
+    for trial in trials:
+        name = f"trial_{trial:03d}.mcap"
+        shutil.copy(DATA / kind / name, run / "episodes" / name)
+
+
+def _ride() -> np.ndarray:
+    """A log at the paper's robot's control period."""
+    rows = columns()
+    rows[:, 0] *= 2.0
+    return rows
+
+
+def regbot_log(skipped: int = 0) -> str:
+    """A log as REGBOT writes it: time in column 1, voltages in 8 and 9, pose in 14 to 16, tilt in 17; zeros elsewhere.
+
+    Args:
+        skipped: rows at its beginning that are left out.
+    """
+    t = 0.015 * np.arange(400)
+    rows = np.zeros((len(t), 17))
+    rows[:, 0], rows[:, 7], rows[:, 8] = t, np.sin(5 * t), np.sin(5 * t)
+    rows[:, 13], rows[:, 16] = 0.06 * np.sin(2 * t), 0.05 * np.sin(3 * t)
+    return text(rows[skipped:], delimiter=" ", names=())

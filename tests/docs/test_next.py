@@ -1,0 +1,76 @@
+"""What a stage prints as the next command is run as it is printed, by way of a shell, in folders with blanks."""
+
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from how_to_run import SMALL
+from scratch import DATA, regbot_log
+
+from twbal.cli import main
+from twbal.logs import read_episodes
+
+OTHER = ("robot.body_mass=9", "state=paper")  # than the defaults: a next command must hand these on
+
+
+@pytest.fixture
+def follow(tmp_path, monkeypatch, capsys):
+    """Runs a command, and returns the words of the next one as a shell reads them."""
+    monkeypatch.setattr(sys, "argv", ["twbal"])
+    monkeypatch.chdir(tmp_path)
+
+    def run(stage, *words, small=None):
+        assert main([stage, *words, *(SMALL.get(stage, ()) if small is None else small)]) == 0, (stage, words)
+        (line,) = [line for line in capsys.readouterr().out.splitlines() if line.startswith("next")]
+        command = line.removeprefix("next").strip()
+        shell = 'twbal() { printf "%s\\n" "$@"; }; ' + command
+        return subprocess.run(["sh", "-euc", shell], capture_output=True, text=True, check=True).stdout.splitlines()
+
+    return run
+
+
+def test_from_simulation_to_a_correction_each_next_command_runs(follow):
+    following = follow("sim-collect", *OTHER, "rollouts=4", "hydra.run.dir=my runs/1 simulation", small=("steps=20",))
+    for stage, out in (
+        ("fit-sim-gp", "2 f"),
+        ("optimise-policy", "3 policy"),
+        ("real-rollout", "4 real"),
+        ("fit-diff-gp", "5 g"),
+        ("optimise-policy", "6 policy"),
+        ("real-rollout", "7 real"),
+    ):
+        assert following[0] == stage
+        assert set(OTHER) <= set(following)
+        small = () if stage == "fit-diff-gp" else SMALL[stage]
+        more = ("model.smoothing=null", "model.fit_g.settings.starts=1") if stage == "fit-diff-gp" else ()
+        following = follow(*following, *more, f"hydra.run.dir=my runs/{out}", small=small)
+    (episode,) = read_episodes(Path("my runs/7 real/episodes"))
+    assert list(episode.channels) == ["tilt", "tilt_rate", "acceleration"]
+
+
+def test_after_shaking_the_robot_comes_the_diagnosis(follow):
+    following = follow("real-rollout", "experiment=excite", "robot=regbot", "hydra.run.dir=my runs/shaken")
+    assert following == ["diagnose", "episodes=my runs/shaken", "robot=regbot", "sim=regbot"]
+    assert main([*following, "--cfg", "job"]) == 0
+
+
+def test_a_diagnosis_ends_with_a_command_that_takes_its_simulation(follow):
+    shutil.copytree(DATA / "real", "my logs")
+    following = follow("diagnose", "episodes=my logs", "robot.body_mass=9", "hydra.run.dir=my runs/d")
+    assert following == ["sim-collect", "sim=my runs/d/augmented.yaml", "robot.body_mass=9"]
+    follow(*following)
+
+
+def test_recovered_logs_can_be_shown(follow):
+    shutil.copytree(DATA / "real", "my logs")
+    following = follow("recover", "logs=my logs", "hydra.run.dir=what is left")
+    assert following == ["show", "episode=what is left/episodes/trial_000.mcap"]
+
+
+def test_imported_logs_are_diagnosed_as_measured_ones(follow):
+    Path("my ride.txt").write_text(regbot_log())
+    following = follow("import-log", "import=regbot", "robot=regbot", "files=[my ride.txt]", "hydra.run.dir=my runs/i")
+    assert following == ["diagnose", "episodes=my runs/i", "diagnosis=measured", "robot=regbot", "sim=regbot"]
+    assert main([*following, "--cfg", "job"]) == 0
