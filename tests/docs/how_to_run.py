@@ -101,7 +101,7 @@ _RECORDS = {"<run folder>": RECORDED, "<policy.pt>": POLICY, "<model.pt>": MODEL
 _SERIAL = {f"link.port={shown}": "link.port={port}" for shown in ("/dev/ttyUSB0", "/dev/pts/5", "<path>", "...")}
 _DRIVES = {**_RECORDS, **_SERIAL}
 _SWEEP = {"<folder of a sweep>": "outputs/iterate/sweep_1", "sweep_2": "sweep_1"}
-_IMPORTED = {"<run folder>": "imported", "robot=...": "robot=paper"}
+_IMPORTED = {"<run folder>": "imported", "robot=...": "robot=paper", "sim=...": "sim=nominal"}
 _PAPER = (
     *(word for word in SMALL["iterate"] if not word.startswith("model.smoothing")),  # which it does without
     *("updates=0", "trials=1", "search.long_horizon=8", "search.long_iterations=1"),
@@ -112,6 +112,7 @@ _CHECK = Stage(slow=True)
 _DIAGNOSE = "twbal diagnose episodes=outputs/real-rollout/... diagnosis=rough"
 _GUESS = "twbal import-log guess=true files=ride.csv"
 _IMPORT = "twbal import-log --config-dir=<run folder> import=my_log files=[a.csv,b.csv] robot=..."
+_IMPORT_REGBOT = "twbal import-log import=regbot robot=regbot files=[test3a.txt,test4.txt]"
 _COLLECT = "twbal sim-collect hydra.run.dir=outputs/sim"
 _FIT = "twbal fit-sim-gp episodes=outputs/sim hydra.run.dir=outputs/f"
 _COMPARED = ("twbal iterate experiment=paper",)
@@ -162,7 +163,9 @@ TABLE: Mapping[str, How] = {
     _IMPORT: Stage(
         {"<run folder>": "guessed", "robot=...": "robot=paper"}, small=("hydra.run.dir=imported",), after=(_GUESS,)
     ),
-    "twbal diagnose episodes=<run folder> robot=... diagnosis=measured": Stage(_IMPORTED, after=(_IMPORT,)),
+    "twbal diagnose episodes=<run folder> diagnosis=measured sim=regbot robot=regbot robot.control_period=0.03": Stage(
+        {"<run folder>": "imported_regbot", "0.03": "0.015"}, after=(_IMPORT_REGBOT,)
+    ),
     "twbal show episode=<log>": Stage({"<log>": "before.mcap"}),
     "twbal export episodes=<run folder> format=csv": Stage(_RECORDS),
     "rerun mcap convert ride.mcap -o ride.rrd": Elsewhere(
@@ -232,8 +235,8 @@ TABLE: Mapping[str, How] = {
     ): Stage(),
     "twbal fit-sim-gp episodes=outputs/sim-collect/2026-11-20_10-00-00-000000": Stage(),
     "twbal fit-sim-gp episodes=[run1,run2] model=exact": Stage(small=("model.fit_f.settings.starts=1",)),
-    "twbal diagnose episodes=<run folder> robot=...": Stage(_IMPORTED, after=(_IMPORT,)),
-    "twbal import-log import=regbot robot=regbot files=[test3a.txt,test4.txt]": Stage(),
+    "twbal diagnose episodes=<run folder> diagnosis=measured robot=... sim=...": Stage(_IMPORTED, after=(_IMPORT,)),
+    _IMPORT_REGBOT: Stage(small=("hydra.run.dir=imported_regbot",)),
     "twbal import-log guess=true files=log.csv": Stage(),
     "twbal real-rollout policy.path=<run folder>/best_policy.pt": Stage({"<run folder>/best_policy.pt": POLICY}),
     "twbal iterate": Stage(slow=True),
