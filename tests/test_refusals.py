@@ -1,8 +1,8 @@
 """What cannot work ends in one clear line, a non-zero exit and nothing lost, as seen by who types the command.
 
 The same properties are tested one floor down, more densely: of logs in logs/test_logs.py, of checkpoints in
-test_checkpoint.py, of the link in link/test_serial_plant.py; misspelt settings in test_cli.py, too few samples and a
-port that is not there in stages/test_chain.py.
+test_checkpoint.py, of the link in link/test_serial_plant.py, of settings in settings/ and stages/test_checking.py;
+misspelt settings in test_cli.py, too few samples and a port that is not there in stages/test_chain.py.
 """
 
 import hashlib
@@ -149,26 +149,6 @@ def test_a_shell_sees_the_same(tmp_path):
     assert (done.returncode, done.stdout) == (1, "")
     (said,) = done.stderr.splitlines()
     assert said.startswith("twbal: error: sim-collect has no setting 'rolouts' (did you mean 'rollouts'?)")
-
-
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (["sim-collect", "seed=-1"], "seed must be 0 or more; found -1"),
-        (["sim-collect", "rollouts=0"], "rollouts must be 1 or more; found 0"),
-        (["real-rollout", "policy=random", "steps=0"], "steps must be 1 or more; found 0"),
-        (["real-rollout", "policy=random", "exploration=-0.1"], "exploration must be 0 or more; found -0.1"),
-        (["real-rollout", "policy=random", "exploration=inf"], "exploration must be 0 to 1"),
-        (["real-rollout", "policy=random", "tilt_limit=nan"], "tilt limit of a rollout must be more than 0"),
-        (["real-rollout", "policy=random", "tilt_limit=1e9"], "at most 1.5708 rad"),
-        (["real-rollout", "policy=random", "first_trial=4294967296"], "beyond 4294967295"),
-        (["iterate", "rule.limit=1e9"], "at most 1.5708 rad"),
-        (["virtual-robot", "seed=-1"], "seed must be 0 or more; found -1"),
-        (["iterate", "updates=-1"], "updates must be 0 or more; found -1"),
-    ],
-)
-def test_numbers_that_cannot_be_meant_are_refused(words, message, refused):
-    assert message in refused(*words)
 
 
 # Files that cannot be used

@@ -219,7 +219,7 @@ def test_a_policy_can_be_for_several_models(folder):
 @pytest.mark.parametrize(
     ("models", "complaint"),
     [
-        ("[]", "No model was given. Give dynamics=<model.pt>, or a list of models."),
+        ("[]", "dynamics=[]; expected path, not empty; or a list of 1 or more"),
         ("[{model},{policy}]", "policy.pt"),
         ("[{model},nowhere.pt]", "nowhere.pt"),
     ],

@@ -73,11 +73,11 @@ def test_a_weaker_robot_does_not_take_it(folder, run):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["steps=0"], "steps must be 1 or more; found 0"),
-        (["trials=-1"], "trials must be 0 or more; found -1"),
-        (["agent.algorithm=DQN"], "algorithm is PPO or SAC; found 'DQN'"),
+        (["steps=0"], "steps=0; expected a whole number from 1"),
+        (["trials=-1"], "trials=-1; expected a whole number from 0"),
+        (["agent.algorithm=DQN"], "algorithm=DQN; expected one of: PPO, SAC"),
         (["agent=dqn"], "The choices are: ppo, sac."),
-        (["agent.scales.tilt=0"], "a positive scale for tilt"),
+        (["agent.scales.tilt=0"], "agent.scales.tilt=0; expected a number"),
         (["+agent.options.speed=3"], "PPO of Stable-Baselines3 does not take agent.options"),
     ],
 )

@@ -20,6 +20,7 @@ from twbal.stages import (
     sim_collect,
     train_agent,
 )
+from twbal.stages.checking import check_configuration
 from twbal.stages.commands import ROOT, command_line, compose_stage, stage_overrides, text
 from twbal.stages.complaints import complaint
 from twbal.stages.manifest import Manifest, read_manifest
@@ -97,7 +98,9 @@ class Chain:
         try:
             before = read_manifest(out)
             words = stage_overrides(call.stage, self._cfg, self._choices, told)
-            manifest = RUN[call.stage](compose_stage(call.stage, with_files(words)), out)
+            cfg = compose_stage(call.stage, with_files(words))
+            check_configuration(cfg, call.stage)
+            manifest = RUN[call.stage](cfg, out)
         except (HydraException, OmegaConfBaseException) as error:
             raise _named(complaint(error, call.stage), call, out) from error
         except TwbalError as error:

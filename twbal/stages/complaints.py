@@ -13,6 +13,7 @@ from omegaconf.errors import MissingMandatoryValue, OmegaConfBaseException
 from twbal.configuration import conf_folder
 from twbal.errors import ConfigError, TwbalError, install_advice
 
+_EFFECTS = "sim.effects."
 _PLUGINS = ("hydra/launcher", "hydra/sweeper", "hydra/sweeper/sampler")
 
 
@@ -80,6 +81,11 @@ def _no_such_key(key: str, stage: str) -> str:
     with initialize_config_dir(str(conf_folder()), version_base="1.3"):
         cfg = compose(stage.replace("-", "_"))
     known = list(_keys(OmegaConf.to_container(cfg)))
+    if key in known:
+        return f"{stage} cannot set {key} to that: it has no such entries. New ones are added by +{key}.<name>=..."
+    if key.startswith(_EFFECTS):
+        name = key.removeprefix(_EFFECTS).split(".")[0]
+        return f"The simulation has no effect {name!r} to set {key} of. Add it by +effect@{_EFFECTS}{name}={name}."
     top = ", ".join(str(name) for name in cfg)
     guess = _guess(key, known)
     return f"{stage} has no setting {key!r}{guess}. Its settings are: {top}; `twbal {stage} --cfg job` shows all."

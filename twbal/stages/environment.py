@@ -10,6 +10,7 @@ from omegaconf.errors import OmegaConfBaseException
 
 from twbal.configuration import conf_folder
 from twbal.environment.two_wheeled import TwoWheeled
+from twbal.stages.checking import check_configuration
 from twbal.stages.complaints import complaint
 from twbal.stages.sim_files import with_files
 from twbal.stages.simulation import plant_maker
@@ -23,11 +24,12 @@ def make(overrides: Sequence[str] = (), render_mode: str | None = None) -> TwoWh
         render_mode: "rgb_array", or None.
 
     Raises:
-        ConfigError: a word that the configuration does not take.
+        ConfigError: a word that the configuration does not take, or a value that cannot be right.
     """
     try:
         with initialize_config_dir(str(conf_folder()), version_base="1.3"):
             cfg = compose("train_agent", with_files(overrides))
+            check_configuration(cfg, "train-agent")
         return environment_of(cfg, render_mode)
     except (HydraException, OmegaConfBaseException) as error:
         raise complaint(error, "train-agent") from error

@@ -12,7 +12,7 @@ from twbal.models.recipe import ModelRecipe
 from twbal.stages.artefacts import SavedModel, episode_files, hashes, load_model, save_model
 from twbal.stages.closing import closing, next_command, run_folder
 from twbal.stages.manifest import Manifest, Step, perform
-from twbal.stages.settings import at_least, recorded, typed
+from twbal.stages.settings import recorded, typed
 
 NOT_RECORDED = ("episodes", "dynamics", "model.fit_f", "model.keep_f_variance")
 
@@ -33,7 +33,6 @@ def main(cfg: DictConfig) -> None:
 def run(cfg: DictConfig, out: Path) -> Manifest:
     """Learn g from the model and the episodes that `cfg` names into `out`/model.pt, unless it is there already."""
     settings = typed(Settings, cfg)
-    at_least(0, seed=settings.seed)
     dynamics, files = Path(cfg.dynamics) if cfg.dynamics else None, episode_files(cfg.episodes)
     recipe, channels = instantiate(cfg.model), instantiate(cfg.state)
     inputs = {"dynamics": [dynamics] if dynamics else [], "episodes": files}

@@ -13,7 +13,7 @@ from twbal.models.recipe import ModelRecipe
 from twbal.stages.artefacts import SavedModel, episode_files, hashes, save_model
 from twbal.stages.closing import closing, next_command, run_folder
 from twbal.stages.manifest import Manifest, Step, perform
-from twbal.stages.settings import at_least, recorded, typed
+from twbal.stages.settings import recorded, typed
 
 NOT_RECORDED = ("episodes", "model.fit_g")
 
@@ -34,7 +34,6 @@ def main(cfg: DictConfig) -> None:
 def run(cfg: DictConfig, out: Path) -> Manifest:
     """Learn f from the episodes that `cfg` names into `out`/model.pt, unless it is there already."""
     settings = typed(Settings, cfg)
-    at_least(0, seed=settings.seed)
     files = episode_files(cfg.episodes)
     recipe, channels = instantiate(cfg.model), instantiate(cfg.state)
     step = Step("fit-sim-gp", out, recorded(cfg, NOT_RECORDED), {"episodes": files}, settings.seed)

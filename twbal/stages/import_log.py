@@ -25,7 +25,7 @@ from twbal.logs.writer import write_episode
 from twbal.robot.parameters import RobotParameters, parameter_hash
 from twbal.stages.closing import closing, next_command, run_folder
 from twbal.stages.manifest import Manifest, Step, perform
-from twbal.stages.settings import at_least, recorded, typed
+from twbal.stages.settings import recorded, typed
 
 NOT_RECORDED = ("files", "guess")
 MAPPING, EPISODES, NOT_IMPORTED = "my_log.yaml", "episodes", "not_imported.txt"
@@ -60,7 +60,6 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
         LogError: none of the files can be imported.
     """
     settings = typed(Settings, cfg)
-    at_least(4, shortest=settings.shortest)
     files = _files(cfg.files)
     robot: RobotParameters = instantiate(cfg.robot)
     mapping: Mapping = _mapping(cfg["import"])

@@ -24,7 +24,7 @@ from twbal.stages.learning import Learning, Questions, Settings
 from twbal.stages.manifest import Manifest, Step, perform
 from twbal.stages.real_rollout import check_robot_is_there
 from twbal.stages.script import HASHES, SCRIPT, hash_list, script
-from twbal.stages.settings import at_least, recorded, typed
+from twbal.stages.settings import recorded, typed
 from twbal.summary import Summary, read_summary, summary_table, write_summary
 
 NOT_RECORDED = ("link.port", "sim_collect.workers", "optimise_policy.workers")
@@ -67,7 +67,6 @@ def run(cfg: DictConfig, out: Path, choices: Mapping[str, str], flags: Sequence[
         TwbalError: a step failed; the message names it. The same command again goes on from there.
     """
     settings = typed(Settings, cfg)
-    at_least(0, seed=settings.seed, updates=settings.updates, trials=settings.trials, rehearsals=settings.rehearsals)
     step = Step("iterate", out, recorded(cfg, NOT_RECORDED), {}, settings.seed)
     chain = Chain(cfg, choices, out, flags)
     return perform(step, lambda: _learn_and_tell(cfg, chain, choices, settings))

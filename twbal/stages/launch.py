@@ -7,7 +7,10 @@ from hydra.errors import HydraException
 from omegaconf.errors import OmegaConfBaseException
 
 from twbal.configuration import conf_folder
-from twbal.stages import ray_launcher
+from twbal.stages import (
+    ray_launcher,
+    settings_help,  # noqa: F401, help asks for it
+)
 from twbal.stages.complaints import complaint
 from twbal.stages.sim_files import with_files
 from twbal.stages.sweeps import FailedJobError, Job, StageFailed, full_error, translated

@@ -24,7 +24,7 @@ from twbal.stages.artefacts import episode_files, load_model
 from twbal.stages.closing import closing, next_command, run_folder
 from twbal.stages.manifest import Manifest, Step, perform
 from twbal.stages.predictions import load_prediction, prediction_of, save_prediction
-from twbal.stages.settings import at_least, recorded, typed
+from twbal.stages.settings import recorded, typed
 
 NOT_RECORDED = ("dynamics", "earlier", "confirming", "base", "workers")
 POLICY, PREDICTION = "policy.pt", "prediction.pt"
@@ -53,7 +53,6 @@ def main(cfg: DictConfig) -> float:
 def run(cfg: DictConfig, out: Path) -> Manifest:
     """Search on the model that `cfg` names into `out`/policy.pt and prediction.pt, unless they are there already."""
     settings = typed(Settings, cfg)
-    at_least(0, seed=settings.seed, workers=settings.workers)
     dynamics, earlier = _paths(cfg.dynamics), _paths(cfg.earlier)
     if not dynamics:
         raise ConfigError("No model was given. Give dynamics=<model.pt>, or a list of models.")

@@ -23,7 +23,7 @@ from twbal.rollout import check_tilt_limit, rollout
 from twbal.stages.artefacts import episode_file, policy_files, policy_hash
 from twbal.stages.closing import closing, next_command, run_folder
 from twbal.stages.manifest import Manifest, Step, perform, read_manifest
-from twbal.stages.settings import at_least, recorded, typed
+from twbal.stages.settings import recorded, typed
 from twbal.stages.signals import stopped_once
 
 NOT_RECORDED = ("policy.path", "link.port")
@@ -69,8 +69,6 @@ def _following(cfg: DictConfig, out: Path) -> str:
 def run(cfg: DictConfig, out: Path) -> Manifest:
     """Drive the trials that `cfg` asks for and log them to `out`/episodes, unless they are there already."""
     settings = typed(Settings, cfg)
-    at_least(0, seed=settings.seed, first_trial=settings.first_trial, exploration=settings.exploration)
-    at_least(1, trials=settings.trials, steps=settings.steps)
     _check_settings(settings)
     robot: RobotParameters = instantiate(cfg.robot)
     policy: Policy = instantiate(cfg.policy)

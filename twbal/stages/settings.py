@@ -7,8 +7,6 @@ from typing import Any, TypeVar
 from hydra.utils import instantiate
 from omegaconf import DictConfig, OmegaConf
 
-from twbal.errors import ConfigError
-
 Settings = TypeVar("Settings")
 
 
@@ -24,17 +22,6 @@ def typed(kind: type[Settings], cfg: DictConfig) -> Settings:
     settings = OmegaConf.to_object(OmegaConf.merge(schema, values))
     assert isinstance(settings, kind)
     return settings
-
-
-def at_least(lowest: float, **values: float) -> None:
-    """Check settings that may not be smaller than `lowest`.
-
-    Raises:
-        ConfigError: one is.
-    """
-    for name, value in values.items():
-        if not value >= lowest:
-            raise ConfigError(f"{name} must be {lowest:g} or more; found {value}.")
 
 
 def members(cfg: DictConfig) -> tuple[Any, ...]:

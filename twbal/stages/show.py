@@ -27,7 +27,7 @@ from twbal.sim.replay import ReplayStart, replay
 from twbal.sim.world import Underway
 from twbal.stages.closing import closing, run_folder
 from twbal.stages.manifest import Manifest, Step, perform
-from twbal.stages.settings import at_least, members, recorded, typed
+from twbal.stages.settings import members, recorded, typed
 
 NOT_RECORDED = ("episode", "beside")
 _COLOURS = (REAL, PREDICTED, GOOD)
@@ -57,8 +57,6 @@ def main(cfg: DictConfig) -> None:
 def run(cfg: DictConfig, out: Path) -> Manifest:
     """Draw what `cfg` names into `out`, unless that is done there already."""
     settings = typed(Settings, cfg)
-    at_least(0.01, resync=settings.resync, seconds=settings.seconds, frame_rate=settings.frame_rate)
-    at_least(16, width=settings.width, height=settings.height)
     files = [Path(cfg.episode), *map(Path, cfg.beside)]
     if len(files) + settings.simulate > len(_COLOURS):
         raise ConfigError(

@@ -16,7 +16,7 @@ from twbal.robot.parameters import parameter_hash
 from twbal.stages.artefacts import episode_file, policy_files, policy_hash
 from twbal.stages.closing import closing, next_command, run_folder
 from twbal.stages.manifest import Manifest, Step, perform
-from twbal.stages.settings import at_least, members, recorded, typed
+from twbal.stages.settings import members, recorded, typed
 from twbal.stages.simulation import plant_maker
 
 NOT_RECORDED = ("workers", "policy.path")
@@ -45,8 +45,6 @@ def main(cfg: DictConfig) -> None:
 def run(cfg: DictConfig, out: Path) -> Manifest:
     """Collect what `cfg` asks for into `out`/episodes, unless it is there already."""
     settings = typed(Settings, cfg)
-    at_least(0, seed=settings.seed, first_trial=settings.first_trial, exploration=settings.exploration)
-    at_least(1, rollouts=settings.rollouts, steps=settings.steps)
     text = recorded(cfg, NOT_RECORDED)
     robot, effects = instantiate(cfg.robot), members(cfg.sim.effects)
     make_plant = plant_maker(cfg, settings.seed)

@@ -27,6 +27,7 @@ from omegaconf.errors import OmegaConfBaseException
 
 from twbal.errors import SweepError, TwbalError
 from twbal.files import write_atomically
+from twbal.stages.checking import check_configuration
 from twbal.stages.commands import refuse_experiment_of_another_stage, text
 from twbal.stages.complaints import complaint
 from twbal.threads import asked_threads
@@ -105,6 +106,7 @@ class Job:
         sweeps = hydra.mode == RunMode.MULTIRUN
         try:
             refuse_experiment_of_another_stage(self._stage, hydra.runtime.choices)
+            check_configuration(cfg, self._stage)
             # Imported here: help, tab completion and --cfg need none of the libraries that a stage works with.
             with full_error(self._full_error):  # for processes that the stage starts
                 stage_module = importlib.import_module(f"twbal.stages.{self._stage.replace('-', '_')}")
@@ -174,7 +176,21 @@ def full_error(value: str | None) -> Iterator[None]:
 
 
 class Announcement(Callback):
-    """Says at a sweep's begin how it goes on after an interruption, and at its end what comes next."""
+    """Says at a sweep's begin how it goes on after an interruption, and at its end what comes next.
+
+    A single run begins with a check of its configuration, as Hydra has made no folder for it yet.
+    """
+
+    def on_run_start(self, config: DictConfig, **kwargs: Any) -> None:
+        """Check the configuration.
+
+        Raises:
+            StageFailed: it cannot be right. (Hydra would make a warning of any other exception.)
+        """
+        try:
+            check_configuration(config, config.hydra.job.name)
+        except Exception as error:
+            raise StageFailed(error) from error
 
     def on_multirun_start(self, config: DictConfig, **kwargs: Any) -> None:
         """Print the sweep's folder."""

@@ -15,7 +15,7 @@ from twbal.evaluation import SuccessRule, succeeded
 from twbal.policies.saved import load_policy
 from twbal.stages.closing import closing, next_command, run_folder
 from twbal.stages.manifest import Manifest, Step, perform
-from twbal.stages.settings import at_least, recorded, typed
+from twbal.stages.settings import recorded, typed
 from twbal.stages.simulation import plant_maker
 
 NOT_RECORDED = ("trials",)
@@ -44,8 +44,6 @@ def main(cfg: DictConfig) -> None:
 def run(cfg: DictConfig, out: Path) -> Manifest:
     """Train the agent that `cfg` asks for into `out`/policy.pt, unless it is there already."""
     settings = typed(Settings, cfg)
-    at_least(0, seed=settings.seed, trials=settings.trials)
-    at_least(1, steps=settings.steps)
     recipe: AgentRecipe = instantiate(cfg.agent)
     step = Step("train-agent", out, recorded(cfg, NOT_RECORDED), {}, settings.seed)
     return perform(step, lambda: [_trained(cfg, recipe, settings, out / POLICY)])

@@ -10,7 +10,7 @@ from twbal.errors import ConfigError
 from twbal.link.protocol import Clock
 from twbal.robot.parameters import RobotParameters
 from twbal.sim.plant import SimPlant
-from twbal.stages.settings import at_least, typed
+from twbal.stages.settings import typed
 from twbal.streams import Stream, child_seed
 from twbal.virtual_robot.firmware import Identity
 from twbal.virtual_robot.hidden import draw_hidden
@@ -33,7 +33,6 @@ class Settings:
 def main(cfg: DictConfig) -> None:
     """Serve one virtual robot until nobody needs it any more."""
     settings = typed(Settings, cfg)
-    at_least(0, seed=settings.seed)
     parent = os.getppid() if settings.parent is None else settings.parent
     robot: RobotParameters = instantiate(cfg.robot)
     identity = Identity(

@@ -19,13 +19,17 @@ def library() -> dict[str, type[Effect]]:
 @cache
 def all_effects() -> dict[str, type[Effect]]:
     """Effects by name, which is that of their file and of their yaml in conf/effect/; in the order of the names."""
-    found = {}
-    for file in pkgutil.iter_modules(twbal.sim.effects.__path__):
-        module = importlib.import_module(f"twbal.sim.effects.{file.name}")
-        for kind in vars(module).values():
-            if _is_effect_of(kind, module.__name__):
-                found[file.name] = kind
-    return found
+    names = (file.name for file in pkgutil.iter_modules(twbal.sim.effects.__path__))
+    return {name: kind for name in names if (kind := effect_kind(name)) is not None}
+
+
+def effect_kind(name: str) -> type[Effect] | None:
+    """The effect of one name, with no other loaded; None where the library has no such effect."""
+    try:
+        module = importlib.import_module(f"twbal.sim.effects.{name}")
+    except ModuleNotFoundError:
+        return None
+    return next((kind for kind in vars(module).values() if _is_effect_of(kind, module.__name__)), None)
 
 
 def _is_effect_of(kind: object, module: str) -> bool:

@@ -1,0 +1,71 @@
+"""Write docs/settings.md from the table of settings: `python scripts/settings.py`."""
+
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from hydra import compose, initialize_config_dir
+from omegaconf import OmegaConf
+
+from twbal.configuration import conf_folder
+from twbal.settings.kinds import Part
+from twbal.settings.setting import Setting
+from twbal.settings.stages import SECTIONS
+from twbal.settings.table import GROUPS, STAGES, leaves
+from twbal.settings.text import shown
+
+PAGE = Path(__file__).resolve().parent.parent / "docs" / "settings.md"
+HEAD = """# Settings
+
+Each setting is given as `key=value` on the command line or stands in a yaml file of `conf/`. A value out of its range
+is refused before anything runs; the ranges are wide, and only refuse what must be a slip. `twbal <stage> --help` shows
+the settings of one stage, with the values that they have there.
+
+Parameters of effects (`sim.effects.<name>.<parameter>`, `variants.<variant>.<name>.<parameter>`, and, as `[low, high]`,
+`sim.draws.<name>.<parameter>`) are described in [effects.md](effects.md). They may lie up to ten times beyond the
+ranges of that page. "per torque limit" is a share of `robot.torque_limit`; sd is a standard deviation. The defaults
+are those of the choices that a stage makes by itself. This page is written by `scripts/settings.py`.
+"""
+
+
+def page() -> str:
+    """All settings: those of each stage, then those that stages share."""
+    trees = composed()
+    parts = [HEAD, "## Of one stage\n"]
+    for stage, rows in STAGES.items():
+        sections = [name for name, owner in SECTIONS.items() if owner == stage]
+        parts += [f"### twbal {stage}\n", *_elsewhere(sections), table(rows, [trees[stage]])]
+    parts.append("## Of several stages\n")
+    for title, rows in GROUPS.items():
+        parts += [f"### {title}\n", table(rows, trees.values())]
+    return "\n".join(parts)
+
+
+def _elsewhere(sections: Iterable[str]) -> Iterator[str]:
+    """Where other stages have the settings of a stage."""
+    users = {"recordings": "check"}
+    for name in sections:
+        yield f"In `twbal {users.get(name, 'iterate')}`: `{name}.<key>`.\n"
+
+
+def composed() -> dict[str, dict[str, Any]]:
+    """Value by key of each stage, as it is composed by default."""
+    with initialize_config_dir(str(conf_folder()), version_base="1.3"):
+        trees = {stage: OmegaConf.to_container(compose(stage.replace("-", "_"))) for stage in STAGES}
+    return {stage: {leaf.key: leaf.value for leaf in leaves(tree)} for stage, tree in trees.items()}
+
+
+def table(rows: Iterable[Setting], trees: Iterable[Mapping[str, Any]]) -> str:
+    """Rows as a table; what only holds other settings is left out."""
+    lines = ["| key | default | unit | range | meaning |", "|---|---|---|---|---|"]
+    known = list(trees)
+    for row in rows:
+        values = dict.fromkeys(shown(tree[row.key]) for tree in known if row.key in tree)
+        if not isinstance(row.kind, Part) or values:
+            default = ", ".join(f"`{value}`" for value in values) or "-"
+            lines.append(f"| `{row.key}` | {default} | {row.kind.unit or '-'} | {row.kind.range} | {row.meaning} |")
+    return "\n".join([*lines, ""])
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page())

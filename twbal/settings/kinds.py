@@ -1,0 +1,302 @@
+"""What a setting can be: which values a kind takes, and how that is said in words."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+LONGEST_TEXT = 4096  # characters, which is also the longest path
+
+
+class Kind(ABC):
+    """Of a value, as yaml and the command line read it.
+
+    Attributes:
+        unit: of its numbers; "" where they are plain numbers, or where there are none.
+    """
+
+    unit: str = ""
+
+    @abstractmethod
+    def takes(self, value: Any) -> bool:
+        """Whether a setting may have this value."""
+
+    @property
+    @abstractmethod
+    def range(self) -> str:
+        """Which values there are, without the unit: short, for tables."""
+
+    @property
+    @abstractmethod
+    def expected(self) -> str:
+        """Which values there are, for messages."""
+
+
+@dataclass(frozen=True)
+class Number(Kind):
+    """A finite number from `low` to `high`, both of which may be taken."""
+
+    low: float
+    high: float
+    unit: str = ""
+
+    def takes(self, value: Any) -> bool:
+        """Whole numbers are numbers too; true and false are none."""
+        return isinstance(value, int | float) and not isinstance(value, bool) and self.low <= value <= self.high
+
+    @property
+    def range(self) -> str:
+        """As `0.5 to 20`."""
+        return f"{figure(self.low)} to {figure(self.high)}"
+
+    @property
+    def expected(self) -> str:
+        """As `a number from 0.5 to 20 [kg]`."""
+        return f"a number from {self.range}{in_brackets(self.unit)}"
+
+
+@dataclass(frozen=True)
+class Whole(Kind):
+    """A whole number from `low` to `high`, both of which may be taken."""
+
+    low: int
+    high: int
+    unit: str = ""
+
+    def takes(self, value: Any) -> bool:
+        """3.0 is none."""
+        return isinstance(value, int) and not isinstance(value, bool) and self.low <= value <= self.high
+
+    @property
+    def range(self) -> str:
+        """As `1 to 20`."""
+        return f"{figure(self.low)} to {figure(self.high)}"
+
+    @property
+    def expected(self) -> str:
+        """As `a whole number from 1 to 20 [pixels]`."""
+        return f"a whole number from {self.range}{in_brackets(self.unit)}"
+
+
+@dataclass(frozen=True)
+class YesNo(Kind):
+    """True or false."""
+
+    def takes(self, value: Any) -> bool:
+        """0, 1, `yes` and `no` are neither."""
+        return isinstance(value, bool)
+
+    @property
+    def range(self) -> str:
+        """The two."""
+        return "true, false"
+
+    @property
+    def expected(self) -> str:
+        """The two."""
+        return "true or false"
+
+
+@dataclass(frozen=True)
+class OneOf(Kind):
+    """One of a few words."""
+
+    words: tuple[str, ...]
+
+    def takes(self, value: Any) -> bool:
+        """One of them as it is written."""
+        return isinstance(value, str) and value in self.words
+
+    @property
+    def range(self) -> str:
+        """All of them."""
+        return ", ".join(self.words)
+
+    @property
+    def expected(self) -> str:
+        """All of them."""
+        return f"one of: {self.range}"
+
+
+@dataclass(frozen=True)
+class Text(Kind):
+    """Some text.
+
+    Attributes:
+        what: it is.
+    """
+
+    what: str = "text"
+
+    def takes(self, value: Any) -> bool:
+        """Not empty, and fit for a path."""
+        return isinstance(value, str) and 0 < len(value) <= LONGEST_TEXT and "\0" not in value
+
+    @property
+    def range(self) -> str:
+        """What it is."""
+        return self.what
+
+    @property
+    def expected(self) -> str:
+        """What it is."""
+        return f"{self.what}, not empty"
+
+
+PATH = Text("path")
+
+
+@dataclass(frozen=True)
+class ListOf(Kind):
+    """A list of values of one kind.
+
+    Attributes:
+        kind: of each.
+        least: how many there must be.
+        most: how many there may be.
+    """
+
+    kind: Kind
+    least: int = 0
+    most: int = 10_000
+
+    @property
+    def unit(self) -> str:  # type: ignore[override]
+        """That of its values."""
+        return self.kind.unit
+
+    def takes(self, value: Any) -> bool:
+        """All of its values, and as many."""
+        return isinstance(value, list) and self.least <= len(value) <= self.most and all(map(self.kind.takes, value))
+
+    @property
+    def range(self) -> str:
+        """As `[0 to 1]`."""
+        return f"[{self.kind.range}]"
+
+    @property
+    def expected(self) -> str:
+        """As `a list of 2, each a number from 0 to 1`."""
+        count = str(self.least) if self.least == self.most else f"{self.least} or more"
+        return f"a list of {count}, each {self.kind.expected}"
+
+
+@dataclass(frozen=True)
+class Span(Kind):
+    """Two numbers, the lowest and the highest of a range that is drawn from."""
+
+    number: Number
+
+    @property
+    def unit(self) -> str:  # type: ignore[override]
+        """That of both."""
+        return self.number.unit
+
+    def takes(self, value: Any) -> bool:
+        """Both, in order; they may be the same."""
+        is_pair = isinstance(value, list) and len(value) == 2 and all(map(self.number.takes, value))
+        return is_pair and value[0] <= value[1]
+
+    @property
+    def range(self) -> str:
+        """As `[low, high] of 0 to 1`."""
+        return f"[low, high] in {self.number.range}"
+
+    @property
+    def expected(self) -> str:
+        """As `[lowest, highest], each a number from 0 to 1`."""
+        return f"[lowest, highest], in order, each {self.number.expected}"
+
+
+@dataclass(frozen=True)
+class Either(Kind):
+    """A value of one kind or of another.
+
+    Attributes:
+        short: what to say in tables instead of the ranges of both.
+    """
+
+    first: Kind
+    second: Kind
+    short: str = ""
+
+    def takes(self, value: Any) -> bool:
+        """What one of them takes."""
+        return self.first.takes(value) or self.second.takes(value)
+
+    @property
+    def range(self) -> str:
+        """Both."""
+        return self.short or f"{self.first.range} or {self.second.range}"
+
+    @property
+    def expected(self) -> str:
+        """Both."""
+        return f"{self.first.expected}; or {self.second.expected}"
+
+
+@dataclass(frozen=True)
+class OrNull(Kind):
+    """A value of a kind, or null."""
+
+    kind: Kind
+
+    @property
+    def unit(self) -> str:  # type: ignore[override]
+        """That of the kind."""
+        return self.kind.unit
+
+    def takes(self, value: Any) -> bool:
+        """Null, too."""
+        return value is None or self.kind.takes(value)
+
+    @property
+    def range(self) -> str:
+        """Null, too."""
+        return f"null or {self.kind.range}"
+
+    @property
+    def expected(self) -> str:
+        """Null, too."""
+        return f"null or {self.kind.expected}"
+
+
+@dataclass(frozen=True)
+class Part(Kind):
+    """Settings of its own, under this one.
+
+    Attributes:
+        may_be_null: for no such part.
+    """
+
+    may_be_null: bool = False
+
+    def takes(self, value: Any) -> bool:
+        """A mapping."""
+        return isinstance(value, Mapping) or (self.may_be_null and value is None)
+
+    @property
+    def range(self) -> str:
+        """What it may be."""
+        return "null or settings" if self.may_be_null else "settings"
+
+    @property
+    def expected(self) -> str:
+        """What it may be."""
+        return f"{'null or ' if self.may_be_null else ''}settings of its own"
+
+
+PATHS = Either(PATH, ListOf(PATH, least=1), "path or [path,...]")
+PATHS_OR_NONE = Either(PATH, ListOf(PATH), "path, [path,...] or []")
+
+
+def figure(value: float) -> str:
+    """A bound as short as it can be said without loss: 10000, 1e6, 4294967295."""
+    short = f"{value:g}".replace("e-0", "e-").replace("e+0", "e").replace("e+", "e")
+    whole = str(int(value)) if value == int(value) and abs(value) < 1e12 else short
+    return whole if len(whole) <= 5 or float(short) != value else short
+
+
+def in_brackets(unit: str) -> str:
+    """The unit behind a number, if there is one."""
+    return f" [{unit}]" if unit else ""
