@@ -1,11 +1,13 @@
 """Groups of runs: medians with intervals that hold the truth, and pairs that belong together."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from twbal.comparison import METRICS, Run, estimate, latex, paired, rows
+from twbal.comparison import METRICS, Run, estimate, latex, paired, rows, run_values
+from twbal.summary import Iteration, PolicyFile, Search, SimData, Summary
 
 
 def run(seed, seconds, **more):
@@ -26,6 +28,36 @@ def test_runs_that_never_got_there_count_as_endless_and_missing_ones_do_not_coun
     assert estimate([1.0, math.inf, math.inf], 0).value == math.inf
     assert estimate([1.0, math.nan, 3.0, 3.0], 0).value == 3.0
     assert estimate([math.nan], 0) is None
+
+
+def test_the_median_of_an_even_number_is_the_mean_of_the_two_in_the_middle():
+    assert estimate([1.0, 2.0, 4.0, 9.0], 0).value == 3.0
+    assert estimate([1.0, math.inf], 0).value == math.inf
+    rng = np.random.default_rng(3)
+    middles = [estimate(list(rng.normal(size=2)), 0).value for _ in range(4000)]
+    assert abs(np.mean(middles)) < 4 * np.sqrt(0.5 / 4000)
+
+
+def test_a_single_run_has_no_interval():
+    assert estimate([8.14, math.nan], 0).words == "8.14"
+    assert estimate([8.14, 8.14], 0).words == "8.14 (8.14 to 8.14)"
+
+
+def test_only_figures_are_infinite_in_latex():
+    table = [{"group": "inf", "information": "inf (1 to inf)"}, {"group": "a{b}", "information": "reinforced"}]
+    heads, _, figures = latex(table).splitlines()[1:-1]
+    assert heads == r"group & inf & a\{b\} \\"
+    assert figures == r"information & $\infty$ (1 to $\infty$) & reinforced \\"
+
+
+def test_the_best_policy_is_measured_by_all_of_its_trials_and_its_newest_band():
+    first = Iteration(0, 0, 0, 0.0, 3.0, 8.0, 10, 10, 0.1, 1.0, 2.0, 4.0, 1.0, PolicyFile("p.pt", "0" * 64), "", 100.0)
+    again = replace(first, index=1, real_seconds=6.0, successes=8, real_cost=10.0, coverage95=1.0, drift_m=2.0)
+    again = replace(again, same_policy_as=0, search=Search.NOT_MADE, tilt_band_widest=1.5)
+    values = run_values(Summary("paper", 0, 1.0, SimData(1, 2), (first, again), 0))
+    assert (values["success"], values["cost"], values["drift"]) == (0.9, 9.0, 3.0)
+    assert (values["coverage"], values["tilt_band"]) == (1.0, 1.5)
+    assert (values["seconds"], values["trial_seconds"]) == (0.0, 100.0)
 
 
 def test_pairs_share_robot_and_seed_and_the_sign_test_is_that_of_the_binomial():

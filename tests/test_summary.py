@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from twbal.errors import DataError
-from twbal.summary import Iteration, PolicyFile, SimData, Summary, read_summary, summary_table, write_summary
+from twbal.summary import Iteration, PolicyFile, Search, SimData, Summary, read_summary, write_summary
 
 
 def iteration(index: int, **changes: object) -> Iteration:
@@ -40,6 +40,55 @@ def test_a_summary_reads_back_as_it_was_written(tmp_path: Path) -> None:
     written = dataclasses.replace(summary(), iterations=(unjudged, iteration(1, note="Höhe <b>")), best_iteration=0)
     write_summary(tmp_path / "summary.json", written)
     assert read_summary(tmp_path / "summary.json") == written
+
+
+def test_what_an_older_summary_does_not_note_is_unknown(tmp_path: Path) -> None:
+    path = tmp_path / "summary.json"
+    write_summary(path, summary())
+    record = json.loads(path.read_text())
+    newer = {field.name for field in dataclasses.fields(Iteration) if field.default is None}
+    assert {"trial_seconds", "same_policy_as", "basis", "search"} <= newer
+    record["iterations"] = [{k: v for k, v in i.items() if k not in newer} for i in record["iterations"]]
+    del record["tilt_limit"]
+    path.write_text(json.dumps(record))
+    assert read_summary(path) == summary()
+    assert read_summary(path).trial_seconds is None
+
+
+def again(index: int, first: int, search: Search, **changes: object) -> Iteration:
+    return iteration(index, same_policy_as=first, search=search, **changes)
+
+
+def test_trials_of_one_policy_count_together_and_a_recalibration_is_no_update(tmp_path: Path) -> None:
+    found = (
+        iteration(0, successes=4, search=Search.FOUND),
+        again(1, 0, Search.KEPT, successes=7),
+        iteration(2, successes=10, search=Search.FOUND),
+        again(3, 2, Search.NOT_MADE, successes=9),
+    )
+    about = dataclasses.replace(summary(), iterations=found, best_iteration=2)
+    assert (about.count(0), about.count(2)) == ((11, 20), (19, 20))
+    assert about.updates == 2
+    assert about.solved
+    assert [i.index for i in about.having(2)] == [2, 3]
+    write_summary(tmp_path / "summary.json", about)
+    assert read_summary(tmp_path / "summary.json") == about
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "message"),
+    [
+        ("search", "guessed", "must be one of 'found', 'kept', 'not made'"),
+        ("same_policy_as", 1, "an earlier iteration"),
+    ],
+)
+def test_a_story_that_cannot_be_is_refused(tmp_path: Path, field: str, value: object, message: str) -> None:
+    write_summary(tmp_path / "summary.json", summary())
+    record = json.loads((tmp_path / "summary.json").read_text())
+    record["iterations"][1][field] = value
+    (tmp_path / "summary.json").write_text(json.dumps(record))
+    with pytest.raises(DataError, match=message):
+        read_summary(tmp_path / "summary.json")
 
 
 def test_whole_numbers_are_read_where_fractions_are_expected(tmp_path: Path) -> None:
@@ -92,17 +141,3 @@ def test_a_file_that_is_no_summary_says_what_is_wrong(tmp_path: Path) -> None:
         path.write_text(text)
         with pytest.raises(DataError, match="is not JSON"):
             read_summary(path)
-
-
-def test_the_table_has_a_line_per_iteration_and_marks_the_best() -> None:
-    text = summary_table(summary(count=4, best=2))
-    body = text.splitlines()[1:5]
-    assert [line.split()[:2] for line in body if "*" in line] == [["*", "2"]]
-    assert "2 of 10" in body[2] and "0.50" in body[2] and "20.0" in body[2]
-    assert "iteration_2/policy.pt" in text
-
-
-def test_the_table_shows_a_dash_for_what_was_not_measured() -> None:
-    unknown = iteration(0, trials=0, successes=0, real_cost=None, coverage95=None, drift_m=None)
-    line = summary_table(dataclasses.replace(summary(), iterations=(unknown,), best_iteration=0)).splitlines()[1]
-    assert line.split().count("-") == 4

@@ -1,7 +1,8 @@
 """Runs of Algorithm 1 beside each other: how well, at what real cost, and whether a difference is more than chance."""
 
 import math
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -13,8 +14,10 @@ from twbal.summary import Iteration, Summary
 METRICS = {
     "success": ("trials that balance, best policy", "", True),
     "seconds": ("real seconds to all trials", "s", False),
+    "trial_seconds": ("seconds of trials up to there", "s", False),
     "cost": ("real long-term cost, best policy", "", False),
     "coverage": ("real states in the 95 % band, best policy", "", True),
+    "tilt_band": ("widest 95 % band of the tilt, best policy", "rad", False),
     "drift": ("drift in a trial, best policy", "m", False),
     "search": ("fits and searches", "s", False),
 }
@@ -22,6 +25,9 @@ METRICS = {
 
 _RESAMPLES = 4000
 _SHOWN = 3  # significant digits
+_LATEX = {mark: f"\\{mark}" for mark in "&%#_${}"}
+_LATEX |= {"\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}"}
+_INFINITE = re.compile(r"\binf\b")
 
 
 class Run(NamedTuple):
@@ -37,15 +43,17 @@ class Run(NamedTuple):
 
 
 class Estimate(NamedTuple):
-    """A median with its 95 % bootstrap interval."""
+    """A median with its 95 % bootstrap interval; a single run has none."""
 
     value: float
-    low: float
-    high: float
+    low: float | None
+    high: float | None
 
     @property
     def words(self) -> str:
         """As in a table."""
+        if self.low is None or self.high is None:
+            return _number(self.value)
         return f"{_number(self.value)} ({_number(self.low)} to {_number(self.high)})"
 
 
@@ -65,21 +73,30 @@ class Paired(NamedTuple):
 
 
 def run_values(summary: Summary) -> dict[str, float]:
-    """The metrics of one run."""
-    best = summary.best
+    """The metrics of one run.
+
+    The best policy is measured by the trials of all iterations that had it, and its band is that of the newest model.
+    """
+    successes, trials = summary.count(summary.best_iteration)
+    having = summary.having(summary.best_iteration)
     solved = [i for i in summary.iterations if i.trials and i.successes == i.trials]
     return {
-        "success": best.successes / best.trials if best.trials else math.nan,
+        "success": successes / trials if trials else math.nan,
         "seconds": solved[0].real_seconds if solved else math.inf,
-        "cost": _or_nan(best.real_cost),
-        "coverage": _or_nan(best.coverage95),
-        "drift": _or_nan(best.drift_m),
+        "trial_seconds": _trial_seconds(summary, solved[0].index) if solved else math.inf,
+        "cost": _mean(i.real_cost for i in having),
+        "coverage": _or_nan(having[-1].coverage95),
+        "tilt_band": _or_nan(having[-1].tilt_band_widest),
+        "drift": _mean(i.drift_m for i in having),
         "search": sum(_worked(i) for i in summary.iterations),
     }
 
 
 def estimate(values: Sequence[float], seed: int) -> Estimate | None:
     """Median of what was measured, with a bootstrap interval; None where nothing was.
+
+    Of an even number it is the mean of the two in the middle, which is infinite where one of them is: then half of the
+    runs never got there.
 
     Args:
         values: may be infinite; NaN is left out.
@@ -88,11 +105,13 @@ def estimate(values: Sequence[float], seed: int) -> Estimate | None:
     known = np.array([value for value in values if not math.isnan(value)])
     if not len(known):
         return None
+    middle = float(np.median(known))
+    if len(known) == 1:
+        return Estimate(middle, None, None)
     drawn = generator(Stream.BOOTSTRAP, seed).choice(known, (_RESAMPLES, len(known)))
-    # "lower": a mean of a number and of infinity would be no number that any run had
-    medians = np.sort(np.quantile(drawn, 0.5, axis=1, method="lower"))
+    medians = np.sort(np.median(drawn, axis=1))
     low, high = medians[int(0.025 * _RESAMPLES)], medians[int(0.975 * _RESAMPLES)]
-    return Estimate(float(np.quantile(known, 0.5, method="lower")), float(low), float(high))
+    return Estimate(middle, float(low), float(high))
 
 
 def paired(group: Sequence[Run], other: Sequence[Run], metric: str) -> Paired:
@@ -129,17 +148,17 @@ def latex(table: Sequence[Mapping[str, str]]) -> str:
     names = list(dict.fromkeys(key for row in table for key in row))
     lines = [r"\begin{tabular}{l" + "r" * len(table) + "}"]
     for name in names:
-        cells = [row.get(name, "") for row in table]
-        lines.append(" & ".join(map(_escaped, [name, *cells])) + r" \\")
+        cells = [_escaped(row.get(name, "")) for row in table]
+        if name != "group":  # a name may be that word; a figure is infinite
+            cells = [_INFINITE.sub(r"$\\infty$", cell) for cell in cells]
+        lines.append(" & ".join([_escaped(name), *cells]) + r" \\")
         if name == "group":
             lines.append(r"\hline")
     return "\n".join([*lines, r"\end{tabular}", ""])
 
 
 def _escaped(text: str) -> str:
-    for mark in "&%#_":
-        text = text.replace(mark, f"\\{mark}")
-    return text.replace("inf", r"$\infty$")
+    return "".join(_LATEX.get(letter, letter) for letter in text)
 
 
 def _by_key(runs: Sequence[Run]) -> dict[tuple[str, ...], Run]:
@@ -150,6 +169,17 @@ def _by_key(runs: Sequence[Run]) -> dict[tuple[str, ...], Run]:
 
 def _worked(iteration: Iteration) -> float:
     return iteration.fit_s + iteration.search_s
+
+
+def _trial_seconds(summary: Summary, last: int) -> float:
+    """How long the robot was driven in the trials of the iterations up to `last` [s]."""
+    return sum(_or_nan(i.trial_seconds) for i in summary.iterations[: last + 1])
+
+
+def _mean(values: Iterable[float | None]) -> float:
+    """Of what was measured; NaN where nothing was."""
+    known = [value for value in values if value is not None]
+    return sum(known) / len(known) if known else math.nan
 
 
 def _or_nan(value: float | None) -> float:

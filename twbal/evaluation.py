@@ -84,6 +84,11 @@ def coverage95(predicted: Sequence[Gaussian], episodes: Sequence[Episode], measu
     return float(np.concatenate(inside).mean())
 
 
+def half_widths95(predicted: Sequence[Gaussian], channel: int) -> Array:
+    """Half widths of the 95 % band of one channel, t = 1 .. H, in the channel's unit, (H,)."""
+    return _HALF_WIDTH_95 * np.array([p.sd[channel] for p in predicted[1:]])
+
+
 def widened(
     predicted: Sequence[Gaussian], episodes: Sequence[Episode], measured: Sequence[int]
 ) -> tuple[Gaussian, ...]:

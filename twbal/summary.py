@@ -1,12 +1,13 @@
-"""What a run of Algorithm 1 achieved: `summary.json` as typed records, and as a table to print."""
+"""What a run of Algorithm 1 achieved: `summary.json` as typed records."""
 
 import json
 import math
 import sys
 import types
-from dataclasses import asdict, dataclass, fields, is_dataclass
+from dataclasses import MISSING, asdict, dataclass, fields, is_dataclass
+from enum import StrEnum
 from pathlib import Path
-from typing import Any, get_args, get_origin, get_type_hints
+from typing import Any, NamedTuple, get_args, get_origin, get_type_hints
 
 from twbal.errors import DataError
 from twbal.files import read_json, write_atomically
@@ -20,7 +21,46 @@ _AMOUNTS = (
     "drift_m",
     "fit_s",
     "search_s",
+    "trial_seconds",
+    "tilt_band_median",
+    "tilt_band_widest",
 )
+
+
+class Basis(StrEnum):
+    """What a policy was made from, and its trials were predicted with."""
+
+    SIMULATION = "f"
+    CORRECTED = "f + g"
+    ROBOT = "robot alone"
+    """A model of the whole dynamics, without a simulation."""
+    DATA_SHEET = "data sheet"
+    """Its linear-quadratic regulator."""
+    IDENTIFIED = "linear model"
+    """The linear-quadratic regulator of a linear model of real rollouts."""
+    AGENT = "agent"
+    """A model-free agent, trained in simulation."""
+
+
+class Search(StrEnum):
+    """What the policy search of an iteration came to."""
+
+    FOUND = "found"
+    """A new policy."""
+    KEPT = "kept"
+    """Nothing better than an earlier policy."""
+    NOT_MADE = "not made"
+    """The policy is no result of a search, or that of the iteration before, for which only the model is new."""
+
+
+class Diagnosis(StrEnum):
+    """What became of a diagnosis of the real rollouts."""
+
+    NOT_MADE = "not made"
+    USED = "used"
+    """What it found entered the simulation, and f was learned again."""
+    NOT_USED = "not used"
+    """It left the better part of the error."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +81,7 @@ class PolicyFile:
     """Where a policy lies.
 
     Attributes:
-        path: of its checkpoint.
+        path: of its checkpoint, from the run folder; absolute where it lies elsewhere.
         sha256: of that file.
     """
 
@@ -69,7 +109,17 @@ class Iteration:
         judged_success: fraction of long model rollouts that stay up, by which the policy was judged before it went to
             the robot; None where it was not judged.
         policy: its checkpoint.
-        note: what a reader should know of it, in a sentence; may be empty.
+        note: what a reader should know of it, in sentences; may be empty.
+        trial_seconds: how long the robot was driven in the trials of this iteration [s].
+        same_policy_as: the first iteration that had this very policy; None where it is new.
+        basis: what the policy was made from.
+        search: what the policy search came to.
+        diagnosis: what became of the diagnosis of the rollouts.
+        tilt_band_median: half width of the predicted 95 % band of the tilt, median over the horizon [rad], at most π;
+            None without a prediction.
+        tilt_band_widest: the same where it is widest [rad].
+
+    The fields from `trial_seconds` on are None where an older `summary.json` does not note them.
     """
 
     index: int
@@ -87,6 +137,13 @@ class Iteration:
     judged_success: float | None
     policy: PolicyFile
     note: str
+    trial_seconds: float | None = None
+    same_policy_as: int | None = None
+    basis: Basis | None = None
+    search: Search | None = None
+    diagnosis: Diagnosis | None = None
+    tilt_band_median: float | None = None
+    tilt_band_widest: float | None = None
 
     def __post_init__(self) -> None:
         if not 0 <= self.successes <= self.trials:
@@ -99,6 +156,27 @@ class Iteration:
             amount = getattr(self, name)
             if amount is not None and not 0 <= amount < math.inf:
                 raise DataError(f"{name} of iteration {self.index} must be a number from 0 up; found {amount}.")
+        if self.same_policy_as is not None and not 0 <= self.same_policy_as < self.index:
+            raise DataError(
+                f"same_policy_as of iteration {self.index} must be an earlier iteration; found {self.same_policy_as}."
+            )
+
+    @property
+    def first_had(self) -> int:
+        """The first iteration that had this policy: the number that the policy goes by."""
+        return self.index if self.same_policy_as is None else self.same_policy_as
+
+    @property
+    def recalibrates(self) -> bool:
+        """Whether the policy is an earlier one and only the model is new: nothing was searched."""
+        return self.same_policy_as is not None and self.search is Search.NOT_MADE
+
+
+class Count(NamedTuple):
+    """Trials of one policy, over all iterations that had it."""
+
+    successes: int
+    trials: int
 
 
 @dataclass(frozen=True)
@@ -108,10 +186,11 @@ class Summary:
     Attributes:
         robot: name of the robot.
         seed: of the run.
-        wall_s: time the run took [s].
+        wall_s: time its stages took [s], each as long as the go that finished it.
         sim: what f was learned from.
         iterations: in order, index 0 first.
-        best_iteration: index of the policy to use.
+        best_iteration: the first iteration that had the policy to use.
+        tilt_limit: beyond which the robot has fallen [rad]; None where an older `summary.json` does not note it.
 
     Raises:
         DataError: the indices are not 0, 1, 2, ..., or the best iteration is none of them.
@@ -123,6 +202,7 @@ class Summary:
     sim: SimData
     iterations: tuple[Iteration, ...]
     best_iteration: int
+    tilt_limit: float | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "iterations", tuple(self.iterations))
@@ -134,8 +214,33 @@ class Summary:
 
     @property
     def best(self) -> Iteration:
-        """The iteration whose policy is the one to use."""
+        """The first iteration that had the policy to use."""
         return self.iterations[self.best_iteration]
+
+    @property
+    def updates(self) -> int:
+        """How often a new policy was asked for after policy 0."""
+        return sum(not iteration.recalibrates for iteration in self.iterations[1:])
+
+    @property
+    def solved(self) -> bool:
+        """Whether all trials of some iteration succeeded."""
+        return any(i.trials and i.successes == i.trials for i in self.iterations)
+
+    @property
+    def trial_seconds(self) -> float | None:
+        """How long the robot was driven in all trials [s]; None where that was not noted."""
+        seconds = [i.trial_seconds for i in self.iterations]
+        return None if None in seconds else sum(s for s in seconds if s is not None)
+
+    def having(self, policy: int) -> tuple[Iteration, ...]:
+        """All iterations with the policy that iteration `policy` had first."""
+        return tuple(i for i in self.iterations if i.first_had == policy)
+
+    def count(self, policy: int) -> Count:
+        """The trials of the policy that iteration `policy` had first."""
+        having = self.having(policy)
+        return Count(sum(i.successes for i in having), sum(i.trials for i in having))
 
 
 def write_summary(path: Path, summary: Summary) -> None:
@@ -148,7 +253,8 @@ def read_summary(path: Path) -> Summary:
     """Read `summary.json`.
 
     Raises:
-        DataError: it is missing, is not JSON, or has not the fields of a summary.
+        DataError: it is missing, is not JSON, or has not the fields of a summary. Fields that an older twbal did not
+            write may be missing.
     """
     try:
         record = read_json(path)
@@ -174,6 +280,10 @@ def _decode(kind: Any, value: Any, where: str) -> object:
         return tuple(_decode(get_args(kind)[0], item, f"{where}[{i}]") for i, item in enumerate(value))
     if is_dataclass(kind):
         return _decode_record(kind, value, where)
+    if isinstance(kind, type) and issubclass(kind, StrEnum):
+        if value not in list(kind):
+            raise DataError(f"{where} must be one of {', '.join(map(repr, map(str, kind)))}; found {value!r}.")
+        return kind(value)
     accepted = (int, float) if kind is float else (kind,)
     if isinstance(value, bool) or not isinstance(value, accepted) or _is_beyond_floats(value):
         raise DataError(f"{where} must be a value of type {kind.__name__}; found {repr(value)[:80]}.")
@@ -188,44 +298,9 @@ def _decode_record(kind: Any, value: Any, where: str) -> object:
     if not isinstance(value, dict):
         raise DataError(f"{where} must be a record; found {repr(value)[:80]}.")
     names = [field.name for field in fields(kind)]
+    needed = {field.name for field in fields(kind) if field.default is MISSING}
     hints = get_type_hints(kind)
-    for problem, odd in (("lacks", set(names) - set(value)), ("has the unknown field", set(value) - set(names))):
+    for problem, odd in (("lacks", needed - set(value)), ("has the unknown field", set(value) - set(names))):
         if odd:
             raise DataError(f"{where} {problem} {sorted(odd)[0]!r}; its fields are: {', '.join(names)}.")
-    return kind(**{name: _decode(hints[name], value[name], f"{where}.{name}") for name in names})
-
-
-_COLUMNS = ("iteration", "real data", "cost predicted", "real", "balances", "in 95 % band", "drift", "fit", "search")
-
-
-def summary_table(summary: Summary) -> str:
-    """The iterations as lines of plain text, the best one marked, and what to make of them."""
-    rows = [_COLUMNS, *(_cells(iteration, summary.best_iteration) for iteration in summary.iterations)]
-    widths = [max(len(row[column]) for row in rows) for column in range(len(_COLUMNS))]
-    lines = ["  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
-    best = summary.best
-    lines += [
-        "",
-        f"Best: iteration {best.index}, {best.successes} of {best.trials} trials, from {best.real_seconds:.1f} s of "
-        f"driving the robot ({summary.wall_s:.0f} s in all).",
-        f"Its policy: {best.policy.path} (sha256 {best.policy.sha256[:12]})",
-    ]
-    return "\n".join(lines)
-
-
-def _cells(iteration: Iteration, best: int) -> tuple[str, ...]:
-    return (
-        f"{'*' if iteration.index == best else ' '} {iteration.index}",
-        f"{iteration.real_samples} samples, {iteration.real_seconds:.1f} s",
-        _number(iteration.predicted_cost, ".1f"),
-        _number(iteration.real_cost, ".1f"),
-        f"{iteration.successes} of {iteration.trials}" if iteration.trials else "-",
-        _number(iteration.coverage95, ".2f"),
-        _number(iteration.drift_m, ".2f", " m"),
-        f"{iteration.fit_s:.1f} s",
-        f"{iteration.search_s:.1f} s",
-    )
-
-
-def _number(value: float | None, form: str, unit: str = "") -> str:
-    return "-" if value is None else f"{value:{form}}{unit}"
+    return kind(**{name: _decode(hints[name], value[name], f"{where}.{name}") for name in names if name in value})

@@ -163,6 +163,27 @@ def test_all_that_the_robot_did_is_within_the_axes_and_a_wild_band_is_cut() -> N
     assert high - low < 10 * np.ptp(np.append(speeds, [p.mean[2] for p in wild]))
 
 
+def test_a_prediction_that_runs_away_does_not_hide_the_robot_and_a_note_says_how_far_it_goes() -> None:
+    away = [Gaussian(p.mean + np.radians([3.0 * t, 0, 0]), p.covariance) for t, p in enumerate(predicted(40))]
+    courses = trajectories(10, 40)
+    panel = prediction_figure(away, courses, CHANNELS, UNITS, PERIOD, "falls on the model").axes[0]
+    low, high = panel.get_ylim()
+    seen = np.degrees(np.concatenate([x[:, 0] for x in courses]))
+    assert low < seen.min() and seen.max() < high
+    assert high - low < 2.5 * np.ptp(seen)
+    ends = [[p.mean[0] + side * 1.96 * p.sd[0] for p in away] for side in (-1, 1)]
+    bottom, top = np.degrees(min(ends[0])), np.degrees(max(ends[1]))
+    assert panel.get_title("right") == f"band cut: {bottom:.3g} to {top:.3g}"
+    assert not draw_prediction().axes[0].get_title("right")
+
+
+def test_the_widest_band_stands_beside_the_share_that_it_holds() -> None:
+    first, *others = summary().iterations
+    about = replace(summary(), iterations=(replace(first, tilt_band_widest=np.radians(100)), *others))
+    _, _, coverage = learning_curve_figure(about).axes
+    assert [text.get_text() for text in coverage.texts] == ["0.95 wanted", "±100°"]
+
+
 def test_the_cost_is_drawn_as_it_is_charged() -> None:
     figure = DRAWINGS["cost"]()
     shapes, tilt, tilt_rate = figure.axes

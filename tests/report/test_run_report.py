@@ -19,11 +19,11 @@ from twbal.figures.prediction import prediction_figure
 from twbal.figures.trials import Trials, drift_figure
 from twbal.gaussian import Gaussian
 from twbal.palette import PALETTE
-from twbal.report.run import Pictures, Setting, headline, write_report
-from twbal.summary import Iteration, PolicyFile, SimData, Summary
+from twbal.report.run import Pictures, Setting, what_was_done, write_report
+from twbal.summary import Basis, Diagnosis, Iteration, PolicyFile, Search, SimData, Summary
 
 RULE = SuccessRule(limit=np.radians(30), settle_limit=np.radians(10), settle_step=100, steps=500)
-SETTING = Setting(True, RULE, 0.02, "twbal", [("state", "tilt, speed"), ("<i>link</i>", "serial & lockstep")])
+SETTING = Setting(True, RULE, 0.02, [], [("state", "tilt, speed"), ("<i>link</i>", "serial & lockstep")])
 COMMANDS = "twbal sim-collect robot=paper && echo '<done>'\n"
 VOID = {"meta", "br"}
 
@@ -31,7 +31,7 @@ VOID = {"meta", "br"}
 def iteration(index: int, successes: int, trials: int = 10) -> Iteration:
     policy = PolicyFile(f"run/iteration_{index}/policy.pt", f"{index + 171:064x}")
     real = None if trials == 0 else 80.0 / (index + 1)
-    coverage = None if trials == 0 else 0.06 + 0.4 * index
+    coverage = None if trials == 0 else 0.06 + 0.2 * index
     drift = None if trials == 0 else 0.4
     return Iteration(
         index,
@@ -49,6 +49,13 @@ def iteration(index: int, successes: int, trials: int = 10) -> Iteration:
         0.97,
         policy,
         "",
+        50.0,
+        None,
+        Basis.CORRECTED if index else Basis.SIMULATION,
+        Search.FOUND,
+        Diagnosis.NOT_MADE,
+        0.03,
+        0.04,
     )
 
 
@@ -136,7 +143,7 @@ def test_the_page_says_what_the_summary_says(tmp_path: Path) -> None:
         assert words in page.text
     assert about.best.policy.sha256 in page.text
     assert "within 30° for 500 control periods and under 10° from period 100 on" in page.text
-    assert "The 95 % band holds 86 % of the real states." in page.text
+    assert "The 95 % band holds 46 % of the real states; that of the tilt is ±1.7°, ±2.3° wide" in page.text
     assert len([tag for tag, attrs in page.tags if tag == "tr" and attrs.get("class") == "best"]) == 1
 
 
@@ -162,19 +169,85 @@ def test_it_says_whether_the_robot_was_real(tmp_path: Path) -> None:
 def test_a_run_without_trials_makes_a_page_that_claims_nothing(tmp_path: Path) -> None:
     about = summary((0, 0), best=1, trials=0)
     page = Page(written(tmp_path, about))
-    assert "nothing is known of how it balances" in page.text and " of 0" not in page.text
+    assert "nothing is known of how policy 1 balances the robot" in page.text and " of 0" not in page.text
+
+
+def told(*changes: dict[str, object], variants: Sequence[str] = ()) -> list[str]:
+    """What was done in a run whose iterations are changed so."""
+    iterations = tuple(replace(iteration(i, 4), **each) for i, each in enumerate(changes))  # type: ignore[arg-type]
+    return what_was_done(Summary("paper", 7, 199.6, SimData(20, 812), iterations, 0), variants)
+
+
+RECALIBRATED = {"same_policy_as": 0, "search": Search.NOT_MADE, "real_seconds": 6.0, "real_episodes": 3}
+
+
+def test_a_policy_that_is_only_driven_again_was_not_searched() -> None:
+    first, second = told({}, RECALIBRATED)
+    assert first.endswith("Policy 0 was searched on f. In its trials policy 0 succeeded in 4 of 10.")
+    assert "Policy 0 drove the robot in 3 rollouts (6.0 s)." in second
+    assert "No policy was searched: policy 0 stayed as it is" in second
+    assert "A search" not in second
+
+
+def test_a_search_that_keeps_a_policy_names_it() -> None:
+    assert "nothing better than policy 0, which was kept" in told({}, {"same_policy_as": 0, "search": Search.KEPT})[1]
+    assert "an earlier search on f found" in told({"search": Search.KEPT})[0]
+
+
+def test_what_drove_is_the_policy_of_the_iteration_before() -> None:
+    kept = {"same_policy_as": 0, "search": Search.KEPT}
+    assert [said.split(" drove")[0] for said in told({}, kept, {}, {})[1:]] == ["Policy 0", "Policy 0", "Policy 2"]
+
+
+def test_policy_0_serves_the_variants_only_where_there_are_some() -> None:
+    assert "(late)" in told({}, variants=["late"])[0]
+    assert "differ" not in told({})[0]
 
 
 @pytest.mark.parametrize(
-    ("successes", "best", "words"),
+    ("change", "said"),
     [
-        ((0, 10), 1, "in 0 of 10 trials. After 1 update, learned from 1.2 s of driving the robot, it is 10 of 10."),
-        ((7, 3, 5), 0, "in 7 of 10 trials. 2 updates brought nothing better."),
-        ((7,), 0, "in 7 of 10 trials."),
+        ({"basis": Basis.DATA_SHEET, "search": Search.NOT_MADE}, "regulator of the linearised data sheet"),
+        ({"basis": Basis.AGENT, "search": Search.NOT_MADE}, "a model-free agent that was trained in simulation"),
+        (
+            {"basis": Basis.ROBOT, "real_episodes": 5, "real_seconds": 1.9},
+            "Random commands drove the robot in 5 rollouts",
+        ),
     ],
 )
-def test_the_headline_tells_the_outcome_as_it_is(successes: tuple[int, ...], best: int, words: str) -> None:
-    assert headline(summary(successes, best), "twbal").endswith(words)
+def test_policy_0_of_another_method_was_not_searched_on_f(change: dict[str, object], said: str) -> None:
+    (first,) = told(change)
+    assert said in first
+    assert "on f" not in first
+
+
+@pytest.mark.parametrize(
+    ("diagnosis", "said"),
+    [
+        (Diagnosis.USED, "was diagnosed and added to it, and f was learned again"),
+        (Diagnosis.NOT_USED, "left most of its error, so the simulation stayed as it was"),
+    ],
+)
+def test_a_diagnosis_is_told_where_it_was_made(diagnosis: Diagnosis, said: str) -> None:
+    assert said in told({}, {"diagnosis": diagnosis})[1]
+    assert "diagnos" not in " ".join(told({}, {}))
+
+
+def test_letters_of_all_figures_are_of_one_size(tmp_path: Path) -> None:
+    tags = [attrs for tag, attrs in Page(written(tmp_path, summary())).tags if tag == "svg"]
+    widths = [float(str(attrs["viewbox"]).split()[2]) for attrs in tags]
+    shown = [float(re.findall(r"max-width: (\d+)px", str(attrs["style"]))[0]) for attrs in tags]
+    assert len(set(widths)) > 1
+    assert [size / width for size, width in zip(shown, widths, strict=True)] == pytest.approx([1.35] * len(tags), 0.01)
+
+
+def test_a_band_that_says_nothing_is_shown_with_its_width_and_a_warning(tmp_path: Path) -> None:
+    about = summary((0, 10), best=1)
+    wild = replace(about.iterations[1], coverage95=1.0, tilt_band_median=0.9, tilt_band_widest=np.radians(100))
+    about = replace(about, iterations=(about.iterations[0], wild), tilt_limit=RULE.limit)
+    text = Page(written(tmp_path, about)).text
+    assert "100 % (±52°, ±100°)" in text
+    assert "reaches ±100°, more than the tilt limit of ±30°" in text
 
 
 def test_a_missing_picture_is_an_error(tmp_path: Path) -> None:

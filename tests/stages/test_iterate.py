@@ -1,5 +1,6 @@
 """Algorithm 1 as one command, in small: what it leaves, what it says, and what it does the second time."""
 
+import shutil
 import sys
 
 import numpy as np
@@ -68,7 +69,22 @@ def test_no_model_has_seen_a_trial(folder):
 def test_the_best_policy_lies_on_top(folder):
     summary = read_summary(folder / "summary.json")
     assert file_hash(folder / "best_policy.pt") == summary.best.policy.sha256
-    assert summary.best.successes == max(iteration.successes for iteration in summary.iterations)
+    assert (folder / summary.best.policy.path).read_bytes() == (folder / "best_policy.pt").read_bytes()
+    counts = [summary.count(iteration.first_had) for iteration in summary.iterations]
+    most = max(count.successes / count.trials for count in counts)
+    assert summary.count(summary.best_iteration).successes / summary.count(summary.best_iteration).trials == most
+
+
+def test_the_summary_does_not_depend_on_where_the_command_ran(folder, tmp_path, monkeypatch):
+    said = []
+    for place, named in ((folder.parent, folder.name), (tmp_path, str(folder))):
+        monkeypatch.chdir(place)
+        (folder / "summary.json").unlink()
+        assert iterate(named) == 0
+        said.append((folder / "summary.json").read_bytes())
+    assert said[0] == said[1]
+    paths = [iteration.policy.path for iteration in read_summary(folder / "summary.json").iterations]
+    assert paths == ["simulation/1_policy/policy.pt", "iteration_1/policy/policy.pt"]
 
 
 def test_every_artefact_is_listed_with_its_hash(folder):
@@ -107,9 +123,24 @@ def test_what_got_lost_is_made_again_from_what_is_there(folder, capsys):
 
 def test_other_settings_are_refused_before_anything_is_done(folder, capsys):
     listed = listed_hashes(folder)
-    assert iterate(folder, "updates=2") == 1
-    assert "other settings (now new: updates: 2)" in capsys.readouterr().err
+    for words in (["trials=3"], ["updates=0"], ["updates=2", "trials=3"]):
+        assert iterate(folder, *words) == 1
+        assert f"other settings (now new: {words[-1].replace('=', ': ')}" in capsys.readouterr().err
     assert listed_hashes(folder) == listed
+
+
+def test_with_more_updates_a_run_goes_on_where_it_ended(folder, tmp_path, capsys):
+    longer = tmp_path / "longer"
+    shutil.copytree(folder, longer)
+    assert iterate(longer, "updates=2") == 0
+    said = capsys.readouterr().out
+    assert said.count("is there already") == STEPS
+    before, after = read_summary(folder / "summary.json"), read_summary(longer / "summary.json")
+    assert after.iterations[:2] == before.iterations
+    assert len(after.iterations) == 3
+    assert {*listed_hashes(folder).items()} - {*listed_hashes(longer).items()} <= {
+        ("best_policy.pt", before.best.policy.sha256)
+    }
 
 
 def test_a_step_that_fails_is_named_with_its_folder(tmp_path, capsys):

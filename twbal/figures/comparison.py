@@ -26,8 +26,8 @@ def comparison_figure(groups: Mapping[str, Sequence[Run]]) -> Figure:
             panel.plot(across[~never], values[~never], "o", color=REAL.light, markersize=4, alpha=0.7)
             panel.plot(across[never], np.full(never.sum(), top), "x", color=MUTED.light, markersize=6)
             if (~never).any():
-                middle = float(np.median(np.where(never, top, values)))
-                panel.plot([place - 0.25, place + 0.25], [middle] * 2, color=PREDICTED.light, linewidth=2.2)
+                middle = float(np.median(values))  # infinite where half of the runs never got there
+                panel.plot([place - 0.25, place + 0.25], [min(middle, top)] * 2, color=PREDICTED.light, linewidth=2.2)
         if any(np.isinf(run.values[metric]) for runs in groups.values() for run in runs):
             panel.annotate("never", (-0.45, top), (0, 3), textcoords="offset points", color=MUTED.light)
         panel.set_xticks(range(len(groups)), list(groups))

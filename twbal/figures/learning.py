@@ -7,6 +7,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from twbal.figures.canvas import panels, styled
+from twbal.outcome import angle
 from twbal.palette import GOOD, MUTED, PREDICTED, REAL
 from twbal.summary import Summary
 
@@ -19,7 +20,7 @@ def learning_curve_figure(summary: Summary) -> Figure:
     for panel in (trials, cost, coverage):
         panel.set_xticks(range(len(ticks)), ticks)
         panel.set_xlim(-0.4, len(ticks) - 0.6)
-        panel.set_xlabel("iteration, and real data so far")
+        panel.set_xlabel("iteration, driving to learn so far")
         panel.grid(visible=False, axis="x")
     _draw_successes(trials, summary)
     _draw_costs(cost, summary)
@@ -30,13 +31,13 @@ def learning_curve_figure(summary: Summary) -> Figure:
 def _draw_successes(axes: Axes, summary: Summary) -> None:
     counts = [i.successes for i in summary.iterations]
     most = max(1, *(i.trials for i in summary.iterations))
-    colours = [GOOD.light if i.index == summary.best_iteration else MUTED.light for i in summary.iterations]
+    colours = [GOOD.light if i.first_had == summary.best_iteration else MUTED.light for i in summary.iterations]
     bars = axes.bar(range(len(counts)), counts, width=0.6, color=colours)
     axes.bar_label(bars, [f"{i.successes}/{i.trials}" for i in summary.iterations], padding=2)
     axes.set_ylim(0, 1.15 * most)
     axes.yaxis.set_major_locator(MaxNLocator(integer=True))
     axes.set_title("trials that balance")
-    axes.set_ylabel("successes")
+    axes.set_ylabel("trials")
 
 
 def _draw_costs(axes: Axes, summary: Summary) -> None:
@@ -45,18 +46,22 @@ def _draw_costs(axes: Axes, summary: Summary) -> None:
     _draw_line(axes, [i.real_cost for i in summary.iterations], REAL.light, "s-", "robot")
     axes.set_ylim(bottom=0)
     axes.set_title("long-term cost")
-    axes.set_ylabel("cost, sum over H steps")
+    axes.set_ylabel("cost, summed")
     if axes.get_legend_handles_labels()[0]:
         axes.legend()
 
 
 def _draw_coverage(axes: Axes, summary: Summary) -> None:
     axes.axhline(0.95, color=MUTED.light, linestyle=":", linewidth=1.2)
-    axes.annotate("nominal 0.95", (0.02, 0.95), (0, 3), xycoords=("axes fraction", "data"), textcoords="offset points")
+    axes.annotate("0.95 wanted", (0.02, 0.95), (0, 3), xycoords=("axes fraction", "data"), textcoords="offset points")
     _draw_line(axes, [i.coverage95 for i in summary.iterations], PREDICTED.light, "o-", "coverage")
-    axes.set_ylim(0, 1.1)
-    axes.set_title("real states in the 95 % band")
-    axes.set_ylabel("share")
+    for i in summary.iterations:
+        if i.coverage95 is not None and i.tilt_band_widest is not None:
+            width = f"±{angle(i.tilt_band_widest)}"
+            axes.annotate(width, (i.index, i.coverage95), (0, -14), textcoords="offset points", ha="center")
+    axes.set_ylim(-0.12, 1.1)
+    axes.set_title("real states in the 95 % band (± of tilt)")
+    axes.set_ylabel("share of states")
 
 
 def _draw_line(axes: Axes, values: Sequence[float | None], colour: str, form: str, name: str) -> None:

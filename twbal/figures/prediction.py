@@ -8,10 +8,10 @@ from matplotlib.figure import Figure
 
 from twbal.figures.canvas import label, legend, panels, shown, styled
 from twbal.gaussian import Array, Gaussian
-from twbal.palette import PREDICTED, REAL
+from twbal.palette import MUTED, PREDICTED, REAL
 
 _HALF_WIDTH_95 = 1.96  # standard deviations
-_ROOM = 0.6  # of the range that the robot used, left above and below it: a band wider than that is cut off
+_ROOM = 0.6  # of the range that the robot used, left above and below it: what the model says beyond is cut off
 
 
 @styled
@@ -28,7 +28,8 @@ def prediction_figure(
     Args:
         predicted: p(x_t) for t = 0 .. H.
         trajectories: (T + 1, D) states of each trial, of any length; steps after H are not drawn. A trial that ends
-            before H ends in a cross.
+            before H ends in a cross. Their range is that of the axes; a band that goes far beyond it is cut, and a note
+            in the panel says how far it goes.
         channels: names of the D channels.
         units: their units.
         control_period: [s].
@@ -60,15 +61,20 @@ def _draw_channel(axes: Axes, period: float, mean: Array, half_width: Array, cou
         if len(course) < len(mean):
             axes.plot(time[len(course) - 1], course[-1], "x", color=REAL.light, markersize=6, markeredgewidth=1.8)
     axes.set_xlim(0.0, time[-1])
-    axes.set_ylim(*_limits(mean, low, high, courses))
+    bottom, top = _limits(low, high, courses)
+    axes.set_ylim(bottom, top)
+    if low.min() < bottom or high.max() > top:
+        note = f"band cut: {low.min():.3g} to {high.max():.3g}"
+        axes.set_title(note, loc="right", color=MUTED.light, fontsize=8, fontweight="normal")
 
 
-def _limits(mean: Array, low: Array, high: Array, courses: Sequence[Array]) -> tuple[float, float]:
-    """Range to draw: all that the robot did and the predicted mean, and of the band what does not dwarf them."""
-    seen = np.concatenate([mean, *courses])
-    bottom, top = float(seen.min()), float(seen.max())
-    room = _ROOM * (top - bottom) if courses else np.inf
-    bottom = min(bottom, max(float(low.min()), bottom - room))
-    top = max(top, min(float(high.max()), top + room))
+def _limits(low: Array, high: Array, courses: Sequence[Array]) -> tuple[float, float]:
+    """Range to draw: all that the robot did, and of the band what does not dwarf it; without trials, the band."""
+    bottom, top = float(low.min()), float(high.max())
+    if courses:
+        seen = np.concatenate(courses)
+        least, most = float(seen.min()), float(seen.max())
+        room = _ROOM * (most - least)
+        bottom, top = min(least, max(bottom, least - room)), max(most, min(top, most + room))
     margin = 0.06 * (top - bottom) or 1.0
     return bottom - margin, top + margin

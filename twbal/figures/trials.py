@@ -12,7 +12,7 @@ from twbal.figures.canvas import panels, styled
 from twbal.gaussian import Array
 from twbal.palette import GOOD, MUTED, REAL
 
-_COLUMNS = 4  # panels in a row of the drift figure
+_COLUMNS = 3  # panels in a row of the drift figure
 
 
 class Trials(NamedTuple):
@@ -57,7 +57,7 @@ def drift_figure(groups: Sequence[Trials], control_period: float, steps: int) ->
         control_period: [s].
         steps: control periods that a whole trial lasts; a shorter one ends in a cross.
     """
-    figure, axes = panels(len(groups), columns=_COLUMNS, width=2.7, height=2.4)
+    figure, axes = panels(len(groups), columns=_COLUMNS, width=3.4, height=2.5)
     seen = np.concatenate([[0.0], *(course for group in groups for course in group.courses)])
     margin = 0.08 * float(np.ptp(seen)) or 1.0
     for i, (panel, group) in enumerate(zip(axes, groups, strict=True)):

@@ -12,6 +12,9 @@ from twbal.palette import PALETTE
 
 _PROLOGUE = re.compile(r"^.*?(?=<svg )|<metadata>.*?</metadata>", re.DOTALL)
 _FIXED_SIZE = re.compile(r' (?:width|height)="[\d.]+pt"')
+_WIDTH = re.compile(r'<svg [^>]*?width="([\d.]+)pt"')
+_PIXELS_PER_POINT = 1.35  # of every figure, so that their letters are of one size
+_NARROWEST = 0.6  # of that, to which a narrow window shrinks a figure; beyond, it scrolls
 _ID = re.compile(r'(\bid="|href="#|url\(#)')
 
 
@@ -25,13 +28,18 @@ def render(template: str, **content: Any) -> str:
 
 
 def inline(svg: str, name: str, label: str) -> Markup:
-    """An SVG as it can stand in the page: scaled by it, in its colours, and with ids that no other figure has."""
+    """An SVG as it can stand in the page: to the scale of all figures, in its colours, with ids that no other has."""
+    width = _WIDTH.search(svg)
+    size = ""
+    if width:
+        pixels = _PIXELS_PER_POINT * float(width[1])
+        size = f' style="max-width: {pixels:.0f}px; min-width: {_NARROWEST * pixels:.0f}px"'
     text = _FIXED_SIZE.sub("", _PROLOGUE.sub("", svg))
     text = _ID.sub(rf"\g<1>{name}-", text)
     for colour in PALETTE:
         text = text.replace(colour.light, f"var(--{colour.name})")
     # Safe: drawn by this package, in which every text went through an XML writer.
-    return Markup(text.replace("<svg ", f'<svg role="img" aria-label="{label}" ', 1))
+    return Markup(text.replace("<svg ", f'<svg role="img" aria-label="{label}"{size} ', 1))
 
 
 def number(value: float | None, form: str) -> str:

@@ -70,20 +70,20 @@ def search_policy(
         starts = _starts(task, shape, torque_limit, earlier, base)
     chosen = _promising(starts, short, max(settings.searched, 1), workers)
 
-    def judged(origin: str, policy: RbfPolicy) -> Candidate:
-        found = task.judged(origin, policy)
+    def judged(origin: str, policy: RbfPolicy, number: int | None = None) -> Candidate:
+        found = task.judged(origin, policy, number)
         progress(f"{origin}: cost {found.cost:.2f}, {found.judgement.success:.0%} of the long rollouts balance")
         return found
 
     fresh = _not_driven_twice(earlier) if settings.searched else range(len(earlier))
-    candidates = [judged(f"policy {i}", earlier[i]) for i in fresh]
+    candidates = [judged(f"policy {i}", earlier[i], i) for i in fresh]
     with ThreadPoolExecutor(workers) as pool:
         for each, found in zip(chosen, pool.map(searched, chosen), strict=True):
             candidates.append(judged(f"search from {each.origin}", found))
     candidates.sort(key=_rank)
     if chosen and candidates[0].judgement.success < settings.content:
         patient = task.objective(settings.long_horizon)
-        near = next(c for c in candidates if c.origin.startswith("search"))
+        near = next(c for c in candidates if c.earlier is None)
         found = descend(patient, near.policy, scales, linear, settings.long_iterations)
         candidates.append(judged(f"long {near.origin}", found))
         candidates.sort(key=_rank)

@@ -68,12 +68,14 @@ class Candidate(NamedTuple):
         policy: the policy.
         cost: expected long-term cost over the horizon.
         judgement: of its long rollouts.
+        earlier: which of the given earlier policies it is; None for what was searched.
     """
 
     origin: str
     policy: RbfPolicy
     cost: float
     judgement: Judgement
+    earlier: int | None = None
 
 
 @dataclass(frozen=True)
@@ -125,12 +127,12 @@ class Task:
             for model in self.models
         ]
 
-    def judged(self, origin: str, policy: RbfPolicy) -> Candidate:
+    def judged(self, origin: str, policy: RbfPolicy, earlier: int | None = None) -> Candidate:
         """A policy with its cost and the verdict of the judge, whose robots the models share."""
         share = replace(self.judging, robots=math.ceil(self.judging.robots / len(self.models)))
         found = [judge(model, policy, self.cost, self.start, share, self.seed) for model in self.models]
         judgement = Judgement(*(float(np.mean(values)) for values in zip(*found, strict=True)))
-        return Candidate(origin, policy, self.whole.value(policy), judgement)
+        return Candidate(origin, policy, self.whole.value(policy), judgement, earlier)
 
     def predicted(self, policy: RbfPolicy) -> tuple[Gaussian, ...]:
         """Distributions of what the sensors show under a policy, t = 0..H; by longer series than the search takes.

@@ -4,7 +4,7 @@ import re
 import tempfile
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from math import cos, floor, sin
+from math import cos, floor, pi, sin
 from pathlib import Path
 from typing import NamedTuple
 
@@ -19,9 +19,14 @@ from twbal.sim.bullet import pybullet
 Image = NDArray[np.uint8]
 _JOINTS = (0, 1)
 _COLLISION = re.compile(r"<collision>.*?</collision>", re.DOTALL)
+_CYLINDER = re.compile(
+    r'<visual>\s*<origin[^>]*/>\s*<geometry><cylinder radius="(.*?)" length="(.*?)"/></geometry>\s*</visual>'
+)
+_CORNERS = 32  # of a wheel's rim
+_SPOKES = 2  # bars across a wheel: without them nobody sees that it turns
 _TILES = 14  # of the floor, that the camera sees
 _PALE, _DARK = (0.93, 0.94, 0.95, 1.0), (0.83, 0.85, 0.87, 1.0)
-_WHEEL = (0.15, 0.17, 0.2, 1.0)
+_WHEEL, _SPOKE = (0.15, 0.17, 0.2, 1.0), (0.75, 0.77, 0.8, 1.0)
 
 
 class Role(NamedTuple):
@@ -66,12 +71,41 @@ def _load(client: int, robot: RobotParameters, colour: tuple[float, float, float
     with tempfile.TemporaryDirectory() as folder:  # PyBullet reads URDF from files only
         path = Path(folder) / "robot.urdf"
         wide = replace(robot, wheel_width=max(robot.wheel_width, 0.25 * robot.wheel_radius))
-        path.write_text(_COLLISION.sub("", urdf_text(wide)))  # the renderer would draw these shapes too
+        (path.parent / "wheel.obj").write_text(_wheel_mesh(wide.wheel_radius, wide.wheel_width))
+        text = _COLLISION.sub("", urdf_text(wide))  # the renderer would draw these shapes too
+        path.write_text(_CYLINDER.sub(_wheel_visuals, text))  # it draws a cylinder with round ends: a ball
         actor = int(pybullet.loadURDF(str(path), physicsClientId=client))
     pybullet.changeVisualShape(actor, -1, rgbaColor=[*colour, 1.0], physicsClientId=client)
-    for wheel in _JOINTS:
-        pybullet.changeVisualShape(actor, wheel, rgbaColor=_WHEEL, physicsClientId=client)
     return actor
+
+
+def _wheel_visuals(cylinder: re.Match[str]) -> str:
+    """A disc with spokes in place of a cylinder."""
+    radius, width = float(cylinder[1]), float(cylinder[2])
+    bar = f'<box size="{1.7 * radius!r} {1.04 * width!r} {0.16 * radius!r}"/>'
+    spokes = [_visual(bar, pi * k / _SPOKES, _SPOKE) for k in range(_SPOKES)]
+    return "".join([_visual('<mesh filename="wheel.obj"/>', 0.0, _WHEEL), *spokes])
+
+
+def _visual(shape: str, turn: float, colour: tuple[float, float, float, float]) -> str:
+    red, green, blue, _ = colour
+    material = f'<material name="m{red}"><color rgba="{red} {green} {blue} 1"/></material>'
+    return f'<visual><origin rpy="0 {turn!r} 0"/><geometry>{shape}</geometry>{material}</visual>'
+
+
+def _wheel_mesh(radius: float, width: float) -> str:
+    """A disc around the y axis as text of an OBJ file."""
+    turns = 2 * np.pi * np.arange(_CORNERS) / _CORNERS
+    rim = [(radius * cos(a), side * width / 2, radius * sin(a)) for side in (-1, 1) for a in turns]
+    hubs = [(0.0, side * width / 2, 0.0) for side in (-1, 1)]
+    near, far = 2 * _CORNERS + 1, 2 * _CORNERS + 2  # OBJ counts from 1
+    faces = []
+    for k in range(_CORNERS):
+        a, b = k + 1, (k + 1) % _CORNERS + 1
+        c, d = a + _CORNERS, b + _CORNERS
+        faces += [(near, a, b), (far, d, c), (a, c, d), (a, d, b)]
+    lines = [f"v {x:.6g} {y:.6g} {z:.6g}" for x, y, z in [*rim, *hubs]]
+    return "\n".join([*lines, *(f"f {a} {b} {c}" for a, b, c in faces), ""])
 
 
 def _pose(client: int, actor: int, robot: RobotParameters, pose: Array, lane: float) -> None:

@@ -27,8 +27,9 @@ from twbal.stages.diagnose import AUGMENTED, FEW_DATA
 from twbal.stages.learning import Learned, Learning, Lesson, Questions, Settings
 from twbal.stages.manifest import Manifest
 from twbal.stages.optimise_policy import POLICY
+from twbal.summary import Basis, Diagnosis
 
-MODEL = "model.pt"
+MODEL, DIAGNOSED = "model.pt", "diagnosis"
 FIRST_TRIAL = 1000
 """Number of policy 0's first trial; those of policy i begin at (i + 1) times that, apart from what is learned from."""
 
@@ -96,7 +97,9 @@ class Algorithm:
             searches.append(self._search(place / f"{i}_policy", models, earlier))
         simulated += [place / f"{name}_collect" for name in self._cfg.variants]
         f = place / f"{last}_model" / MODEL
-        return tuple(simulated), Learned(0, tuple(fits), tuple(searches), (), place / f"{last}_policy", f, None)
+        return tuple(simulated), Learned(
+            0, tuple(fits), tuple(searches), (), place / f"{last}_policy", f, Basis.SIMULATION
+        )
 
     def _varied(self, effects: DictConfig) -> dict[str, Any]:
         """What sim-collect is told so that the simulated robot has these effects besides."""
@@ -115,14 +118,14 @@ class Algorithm:
     def _regulator(self) -> tuple[tuple[Path, ...], Learned]:
         """The regulator of the data sheet; nothing is learned."""
         made = self._chain.run(Call("linear-policy", Path("regulator"), {"episodes": []}))
-        return (), Learned(0, (), (made,), (), Path("regulator"), None, None, predicted=False)
+        return (), Learned(0, (), (made,), (), Path("regulator"), None, Basis.DATA_SHEET)
 
     def _agent(self) -> tuple[tuple[Path, ...], Learned]:
         """A model-free agent, trained in simulation here or before."""
         if self._settings.trained is not None:
-            return (), Learned(0, (), (), (), Path(self._settings.trained).absolute(), None, None, predicted=False)
+            return (), Learned(0, (), (), (), Path(self._settings.trained).absolute(), None, Basis.AGENT)
         made = self._chain.run(Call("train-agent", Path("agent"), {"seed": self._settings.seed}))
-        return (), Learned(0, (), (made,), (), Path("agent"), None, None, predicted=False)
+        return (), Learned(0, (), (made,), (), Path("agent"), None, Basis.AGENT)
 
     def _collect(self, out: Path, round_number: int, policy: Path, simulation: Path | None = None) -> None:
         """Rollouts in simulation, as it is or by a file: at random at first, then by the policy of the round before."""
@@ -170,11 +173,13 @@ class Algorithm:
         index, rollouts, _, place, newest, searching = lesson
         assert newest is not None  # f came before
         confirms = "confirming" in searching  # then the policy stays, and another f would change nothing of it
-        simulation = None if confirms else self._mended(place, rollouts)
-        if simulation is not None:
-            return self._rehearsed(lesson, simulation)
+        diagnosis = Diagnosis.NOT_MADE if confirms else self._diagnosed(place, rollouts)
+        if diagnosis is Diagnosis.USED:
+            return self._rehearsed(lesson, place / DIAGNOSED / AUGMENTED)
         fit, search = self._corrected(lesson, place, newest.f)
-        return Learned(index, (fit,), (search,), rollouts, place / "policy", newest.f, None)
+        return Learned(
+            index, (fit,), (search,), rollouts, place / "policy", newest.f, Basis.CORRECTED, diagnosis=diagnosis
+        )
 
     def _corrected(self, lesson: Lesson, place: Path, f: Path | None) -> tuple[Manifest, Manifest]:
         """Learn g on top of an f, or the whole dynamics without one, and search (or judge)."""
@@ -207,7 +212,9 @@ class Algorithm:
             drivers.append(policy / POLICY)
             if stand == stands[-1] or self._balances(stand / "rehearsal", drivers[-1], simulation):
                 break
-        return Learned(index, tuple(fits), tuple(searches), rollouts, policy, f, None)
+        return Learned(
+            index, tuple(fits), tuple(searches), rollouts, policy, f, Basis.CORRECTED, diagnosis=Diagnosis.USED
+        )
 
     def _balances(self, out: Path, policy: Path, simulation: Path) -> bool:
         """Whether a policy succeeds in trials in a simulation."""
@@ -219,23 +226,23 @@ class Algorithm:
         """Learn the whole dynamics, without a simulation, and search (or judge) on that."""
         index, rollouts, _, place, _, _ = lesson
         fit, search = self._corrected(lesson, place, None)
-        return Learned(index, (fit,), (search,), rollouts, place / "policy", None, None)
+        return Learned(index, (fit,), (search,), rollouts, place / "policy", None, Basis.ROBOT)
 
     def _identified(self, lesson: Lesson) -> Learned:
         """Fit a linear model and make its regulator."""
         index, rollouts, _, place, _, _ = lesson
         made = self._chain.run(Call("linear-policy", place / "policy", {"episodes": list(rollouts)}))
-        return Learned(index, (), (made,), rollouts, place / "policy", None, None, predicted=False)
+        return Learned(index, (), (made,), rollouts, place / "policy", None, Basis.IDENTIFIED)
 
-    def _mended(self, place: Path, rollouts: Sequence[Path]) -> Path | None:
-        """A simulation with what real rollouts show to be missing.
+    def _diagnosed(self, place: Path, rollouts: Sequence[Path]) -> Diagnosis:
+        """Look for what the simulation lacks, where that is asked for and there are rollouts enough.
 
-        None where that is not asked for, rollouts are too short, or what was found leaves the better part of the gap.
+        What was found is used if it closes the better part of the gap.
         """
         if not (self._settings.diagnose and self._asks.diagnosable(rollouts)):
-            return None
-        self._chain.run(Call("diagnose", place / "diagnosis", {"episodes": list(rollouts), **FEW_DATA}))
-        return place / "diagnosis" / AUGMENTED if self._asks.mended(place / "diagnosis") else None
+            return Diagnosis.NOT_MADE
+        self._chain.run(Call("diagnose", place / DIAGNOSED, {"episodes": list(rollouts), **FEW_DATA}))
+        return Diagnosis.USED if self._asks.mended(place / DIAGNOSED) else Diagnosis.NOT_USED
 
     def _tried(self, learned: Learned) -> Learned:
         """`learned` with its trials driven."""

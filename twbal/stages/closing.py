@@ -5,6 +5,7 @@ import shlex
 from collections import Counter
 from collections.abc import Mapping
 from pathlib import Path, PurePosixPath
+from typing import Any
 
 from hydra import compose
 from hydra.core.global_hydra import GlobalHydra
@@ -51,15 +52,15 @@ def told_of(*groups: str) -> str:
     return "".join(f" {shlex.quote(word)}" for word in [*words, *found])
 
 
-def next_command(stage: str, settings: Mapping[str, str | Path], *groups: str) -> str:
+def next_command(stage: str, settings: Mapping[str, Any], *groups: str) -> str:
     """The shell command of a stage that comes next.
 
     Args:
         stage: its name on the command line.
-        settings: what it is told, by key.
+        settings: what it is told, by key: paths or plain values.
         groups: of which it takes what this run chose and set, as in `told_of`.
     """
-    words = [f"{key}={text(str(value))}" for key, value in settings.items()]
+    words = [f"{key}={text(str(value) if isinstance(value, Path) else value)}" for key, value in settings.items()]
     return shlex.join(["twbal", stage, *configuration_flags(), *words]) + told_of(*groups)
 
 

@@ -49,7 +49,7 @@ NOT_RECORDED = ("episodes", "test_episodes")
 DIAGNOSIS, REPORT, AUGMENTED, FIGURES = "diagnosis.json", "report.html", "augmented.yaml", "figures"
 FEW_DATA = {"shortest": 15, "fewest": 150}
 """Settings for the rollouts of `iterate`, which wander and fall: they tell more than as much of a robot that stands."""
-_GENTLY = {"experiment": "excite", "policy.command_width": "0.1"}
+_GENTLY = {"experiment": "excite", "policy.command_width": 0.1}
 _GENTLER = "record it by a gentler regulator, `experiment=excite policy.command_width=0.1`, or less."
 _UNITS = {"tilt": "rad", "tilt_rate": "rad/s", "wheel_angle": "rad", "wheel_rate": "rad/s"}
 _HISTORY = 5  # control periods before a rollout, for what a late IMU still shows

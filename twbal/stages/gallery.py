@@ -31,9 +31,9 @@ def pictures(summary: Summary, found: Sequence[Findings], measures: Measures, co
     """
     channels, rule = measures.channels, measures.rule
     tried = [each for each in found if each.trials]
-    rolled = _grouped(tried, lambda trial: positions(trial, channels.wheel_radius))
-    first_and_best = dict.fromkeys((0, summary.best_iteration))
-    tilted = _grouped([each for each in tried if each.iteration.index in first_and_best], lambda trial: trial.tilt)
+    rolled = _grouped(tried, lambda trial: positions(trial, channels.wheel_radius), "\n")
+    first_and_best = [each for each in tried if each.iteration.index in (0, summary.best_iteration)]
+    tilted = _grouped(first_and_best, lambda trial: trial.tilt, ": ")
     return Pictures(
         tilt=svg(tilt_figure(tilted, control_period, rule)) if tilted else None,
         predictions=[_prediction(each, channels, control_period) for each in found],
@@ -60,14 +60,18 @@ def _prediction(found: Findings, channels: Channels, control_period: float) -> s
         return None
     courses = [trial.states for trial in found.trials]
     figure = prediction_figure(
-        found.prediction.states, courses, channels.names, channels.units, control_period, _title(found.iteration)
+        found.prediction.states, courses, channels.names, channels.units, control_period, _title(found.iteration, ": ")
     )
     return svg(figure)
 
 
-def _grouped(found: Sequence[Findings], course: Callable[[Episode], Array]) -> list[Trials]:
-    return [Trials(_title(each.iteration), [course(trial) for trial in each.trials]) for each in found]
+def _grouped(found: Sequence[Findings], course: Callable[[Episode], Array], between: str) -> list[Trials]:
+    return [Trials(_title(each.iteration, between), [course(trial) for trial in each.trials]) for each in found]
 
 
-def _title(iteration: Iteration) -> str:
-    return f"iteration {iteration.index}: {iteration.successes} of {iteration.trials} balance"
+def _title(iteration: Iteration, between: str) -> str:
+    """Which iteration it is, and how its trials went."""
+    which = f"iteration {iteration.index}"
+    if iteration.same_policy_as is not None:
+        which += f" (policy {iteration.same_policy_as} again)"
+    return f"{which}{between}{iteration.successes} of {iteration.trials} balance" if iteration.trials else which

@@ -7,26 +7,28 @@ from pathlib import Path
 
 from hydra.core.hydra_config import HydraConfig
 from hydra.utils import instantiate
-from omegaconf import DictConfig
+from omegaconf import DictConfig, OmegaConf
 
 from twbal.diagnosis import CLOSED, closed_share
 from twbal.evaluation import succeeded
 from twbal.files import write_atomically
+from twbal.outcome import summary_table
 from twbal.report.run import Setting, write_report
 from twbal.stages.algorithm import Algorithm
 from twbal.stages.chain import Chain
 from twbal.stages.closing import configuration_flags, next_command, run_folder
 from twbal.stages.commands import text
-from twbal.stages.diagnose import DIAGNOSIS, enough_for_diagnosis
+from twbal.stages.diagnose import DIAGNOSIS, FEW_DATA, enough_for_diagnosis
 from twbal.stages.findings import Measures, episodes_in, findings, summarise
 from twbal.stages.gallery import pictures, save
 from twbal.stages.learning import Learning, Questions, Settings
-from twbal.stages.manifest import Manifest, Step, perform
+from twbal.stages.manifest import MANIFEST, Manifest, Step, is_of_this_code, perform, read_manifest
 from twbal.stages.real_rollout import check_robot_is_there
 from twbal.stages.script import HASHES, SCRIPT, hash_list, script
 from twbal.stages.settings import recorded, typed
-from twbal.summary import Summary, read_summary, summary_table, write_summary
+from twbal.summary import Diagnosis, Summary, read_summary, write_summary
 
+MORE_UPDATES = 3  # than a run had that did not balance the robot
 NOT_RECORDED = ("link.port", "sim_collect.workers", "optimise_policy.workers")
 SUMMARY, REPORT, FIGURES, BEST_POLICY = "summary.json", "report.html", "figures", "best_policy.pt"
 
@@ -40,18 +42,51 @@ def main(cfg: DictConfig) -> float | None:
     """
     out, hydra, flags = run_folder(), HydraConfig.get(), configuration_flags()
     told = [word for word in hydra.overrides.task if not word.startswith("hydra.")]
-    again = shlex.join(["twbal", "iterate", *flags, *told, f"hydra.run.dir={text(str(out))}"])
-    print(f"After an interruption, this goes on where it was: {again}\n", flush=True)
+    print(f"After an interruption, this goes on where it was: {_again(flags, told, out)}\n", flush=True)
     run(cfg, out, hydra.runtime.choices, flags)
     summary = read_summary(out / SUMMARY)
     print(f"\n{summary_table(summary)}\n")
     print(f"policy  {out / BEST_POLICY}")
     print(f"by hand {out / SCRIPT}")
     print(f"report  {out / REPORT}")
-    following = next_command("real-rollout", {"policy.path": out / BEST_POLICY}, "robot", "state", "link")
-    print(f"next    {following}")
+    for command in _following(summary, out, flags, told, cfg.updates):
+        print(f"next    {command}")
     best = summary.best
     return best.predicted_cost if best.real_cost is None else best.real_cost
+
+
+def _again(flags: Sequence[str], told: Sequence[str], out: Path) -> str:
+    """The command that goes on in `out`."""
+    return shlex.join(["twbal", "iterate", *flags, *told, f"hydra.run.dir={text(str(out))}"])
+
+
+def _following(summary: Summary, out: Path, flags: Sequence[str], told: Sequence[str], updates: int) -> list[str]:
+    """What to do next: drive the robot that is balanced, or learn more about the one that is not."""
+    if summary.solved or not summary.best.trials:
+        return [next_command("real-rollout", {"policy.path": out / BEST_POLICY}, "robot", "state", "link")]
+    if updates:
+        others = [word for word in told if not word.startswith("updates=")]
+        commands = [_again(flags, [*others, f"updates={updates + MORE_UPDATES}"], out)]
+    else:
+        others = [word for word in told if not word.startswith(("updates=", "method=", "trained="))]
+        commands = [shlex.join(["twbal", "iterate", *flags, *others])]
+    folders = _to_diagnose(summary, out)
+    if folders:
+        commands.append(next_command("diagnose", {"episodes": folders, **FEW_DATA}, "robot", "sim"))
+    return commands
+
+
+def _to_diagnose(summary: Summary, out: Path) -> list[str]:
+    """Run folders whose episodes are enough for a diagnosis; none where there are not, or one was made already."""
+    if any(iteration.diagnosis not in (None, Diagnosis.NOT_MADE) for iteration in summary.iterations):
+        return []
+    places = [out / f"iteration_{iteration.index}" for iteration in summary.iterations]
+    rollouts = [place / "rollout" for place in places if (place / "rollout").is_dir()]
+    trials = [place / "trials" for place in places]
+    for folders in (rollouts, [*rollouts, *trials]):
+        if enough_for_diagnosis(episodes_in(folders)):
+            return [str(folder) for folder in folders]
+    return []
 
 
 def run(cfg: DictConfig, out: Path, choices: Mapping[str, str], flags: Sequence[str]) -> Manifest:
@@ -67,9 +102,21 @@ def run(cfg: DictConfig, out: Path, choices: Mapping[str, str], flags: Sequence[
         TwbalError: a step failed; the message names it. The same command again goes on from there.
     """
     settings = typed(Settings, cfg)
+    _allow_more_updates(cfg, out, settings.updates)
     step = Step("iterate", out, recorded(cfg, NOT_RECORDED), {}, settings.seed)
     chain = Chain(cfg, choices, out, flags)
     return perform(step, lambda: _learn_and_tell(cfg, chain, choices, settings))
+
+
+def _allow_more_updates(cfg: DictConfig, out: Path, updates: int) -> None:
+    """Let a run go on in its folder with more updates than it had: all that lies there stays true."""
+    before = read_manifest(out)
+    if before is None or before.stage != "iterate" or not is_of_this_code(before):
+        return
+    then = OmegaConf.create(before.settings)
+    assert isinstance(then, DictConfig)
+    if then.updates < updates and recorded(then, ("updates",)) == recorded(cfg, (*NOT_RECORDED, "updates")):
+        (out / MANIFEST).unlink(missing_ok=True)
 
 
 def _learn_and_tell(cfg: DictConfig, chain: Chain, choices: Mapping[str, str], settings: Settings) -> list[Path]:
@@ -96,7 +143,7 @@ def _tell(
     out = chain.root
     found = findings(learning, out, measures)
     simulated = episodes_in([out / folder for folder in learning.simulated])
-    summary = summarise(found, simulated, cfg.robot.name, cfg.seed, round(chain.wall_s, 3))
+    summary = summarise(found, simulated, cfg.robot.name, cfg.seed, round(chain.wall_s, 3), measures.rule.limit)
     best = learning.policies[summary.best_iteration].policy_file
     shutil.copyfile(out / best, out / BEST_POLICY)
     commands = script(chain.commands, best, BEST_POLICY)
@@ -104,11 +151,11 @@ def _tell(
     write_atomically(out / HASHES, hash_list({**chain.outputs, BEST_POLICY: summary.best.policy.sha256}))
     write_summary(out / SUMMARY, summary)
     drawn = pictures(summary, found, measures, cfg.robot.control_period)
-    write_report(out / REPORT, summary, _setting(cfg, measures, summary, choices), drawn, commands)
+    write_report(out / REPORT, summary, _setting(cfg, measures, choices), drawn, commands)
     return [*(out / name for name in (SUMMARY, BEST_POLICY, SCRIPT, HASHES, REPORT)), *save(drawn, out / FIGURES)]
 
 
-def _setting(cfg: DictConfig, measures: Measures, summary: Summary, choices: Mapping[str, str]) -> Setting:
+def _setting(cfg: DictConfig, measures: Measures, choices: Mapping[str, str]) -> Setting:
     """What a reader of the report must know of the set-up."""
     channels = measures.channels
     widths = [
@@ -127,4 +174,4 @@ def _setting(cfg: DictConfig, measures: Measures, summary: Summary, choices: Map
     ]
     if cfg.first == "simulation":
         facts.append(("simulated robots", ", ".join([str(choices.get("sim", "own")), *map(str, cfg.variants)])))
-    return Setting(virtual, measures.rule, cfg.robot.control_period, str(cfg.method), facts)
+    return Setting(virtual, measures.rule, cfg.robot.control_period, [str(name) for name in cfg.variants], facts)

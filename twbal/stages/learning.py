@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 from twbal.stages.manifest import Manifest
 from twbal.stages.optimise_policy import POLICY, PREDICTION
+from twbal.summary import Basis, Diagnosis
 
 
 @dataclass(frozen=True)
@@ -36,7 +37,7 @@ class Learned:
     """One policy and how it came about; folders lie within the run folder.
 
     Attributes:
-        index: 0 is the policy from f alone.
+        index: 0 is the policy before any update.
         fits: manifests of the model fits that it took.
         searches: manifests of the policy searches that it took.
         rollouts: run folders of the real rollouts that g was learned from.
@@ -44,8 +45,9 @@ class Learned:
         f: model of the simulation that it was learned from; the one from the simulation as it is, or as it was mended;
             None where there is none.
         trials: run folder of the trials; None where none were driven.
+        basis: what the policy was made from.
+        diagnosis: what became of a diagnosis of the rollouts.
         confirms: the policy is that of the iteration before, and only the model is new.
-        predicted: a model has said what to expect of the policy.
     """
 
     index: int
@@ -54,9 +56,15 @@ class Learned:
     rollouts: tuple[Path, ...]
     policy: Path
     f: Path | None
-    trials: Path | None
+    basis: Basis
+    trials: Path | None = None
+    diagnosis: Diagnosis = Diagnosis.NOT_MADE
     confirms: bool = False
-    predicted: bool = True
+
+    @property
+    def predicted(self) -> bool:
+        """Whether a model has said what to expect of the policy."""
+        return self.basis in (Basis.SIMULATION, Basis.CORRECTED, Basis.ROBOT)
 
     @property
     def policy_file(self) -> Path:

@@ -181,6 +181,12 @@ def _check_kinds(manifest: Manifest) -> None:
         raise TypeError("wall_s is no number")
 
 
+def is_of_this_code(manifest: Manifest) -> bool:
+    """Whether the version and source code of twbal that are running wrote it."""
+    step = Step(manifest.stage, Path(), manifest.settings, {}, manifest.seed)
+    return manifest.fingerprint == _fingerprint(step, manifest.inputs)
+
+
 def versions() -> dict[str, str]:
     """Versions of Python, twbal and the packages that numbers depend on; a package that is not there is left out."""
     found = {"python": platform.python_version(), "twbal": __version__}

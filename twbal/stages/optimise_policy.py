@@ -114,12 +114,13 @@ def _confirmed(
     """The result with its prediction as wide as the episodes in `files`, of that very policy, ask for."""
     if not files:
         return result
-    drivers = {f"policy {i}": file_hash(path) for i, path in enumerate(earlier)}
+    best = result.best
+    driver = None if best.earlier is None else file_hash(earlier[best.earlier])
     episodes = [read_episode(file) for file in files]
     for file, episode in zip(files, episodes, strict=True):
-        if episode.provenance.policy_hash != drivers.get(result.best.origin):
+        if episode.provenance.policy_hash != driver:
             raise ConfigError(
-                f"{file} is to confirm the prediction of the best policy ({result.best.origin}), but another one drove "
+                f"{file} is to confirm the prediction of the best policy ({best.origin}), but another one drove "
                 "it. Give confirming=[...] the rollouts of the one policy in earlier=[...], and searches=false."
             )
     return result._replace(predicted=widened(result.predicted, episodes, channels.measured))

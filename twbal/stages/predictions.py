@@ -1,5 +1,6 @@
 """`prediction.pt`: what the model expects of a policy, and what else was considered."""
 
+import re
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,7 @@ from twbal.search.optimise import SearchResult
 from twbal.search.task import Candidate
 
 KIND = "prediction"
+_EARLIER = re.compile(r"policy (\d+)")
 
 
 @dataclass(frozen=True)
@@ -25,12 +27,14 @@ class Verdict:
         cost: expected long-term cost over the horizon (eq. 9).
         judged_success: share of the long model rollouts that balanced.
         judged_cost: mean cost of a step in them.
+        earlier: which of the earlier policies that the search was given it is; None for what the search found.
     """
 
     origin: str
     cost: float
     judged_success: float
     judged_cost: float
+    earlier: int | None
 
 
 @dataclass(frozen=True)
@@ -94,10 +98,18 @@ def _prediction(found: Payload) -> Prediction:
 
 
 def _saved_verdict(found: Payload) -> Verdict:
-    amounts = (found.number(name) for name in ("cost", "judged_success", "judged_cost"))
-    return Verdict(found.text("origin"), *amounts)
+    cost, success, mean = (found.number(name) for name in ("cost", "judged_success", "judged_cost"))
+    return Verdict(found.text("origin"), cost, success, mean, _earlier(found))
+
+
+def _earlier(found: Payload) -> int | None:
+    """Which earlier policy a verdict is of; an older file says `policy 1` in its origin alone."""
+    if "earlier" not in found.names:
+        written = _EARLIER.fullmatch(found.text("origin"))
+        return int(written[1]) if written else None
+    return None if found["earlier"] is None else int(found.number("earlier", 0, 1e9))
 
 
 def _verdict(candidate: Candidate) -> Verdict:
     judgement = candidate.judgement
-    return Verdict(candidate.origin, candidate.cost, judgement.success, judgement.cost)
+    return Verdict(candidate.origin, candidate.cost, judgement.success, judgement.cost, candidate.earlier)

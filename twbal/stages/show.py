@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 from hydra.utils import instantiate
 from omegaconf import DictConfig
-from tqdm import tqdm
 
 from twbal.episode import Episode
 from twbal.errors import ConfigError
@@ -30,6 +29,7 @@ from twbal.stages.manifest import Manifest, Step, perform
 from twbal.stages.settings import members, recorded, typed
 
 NOT_RECORDED = ("episode", "beside")
+_FRAMES_A_LINE = 25  # lines of progress: a film of 10 s takes a minute or more
 _COLOURS = (REAL, PREDICTED, GOOD)
 _POSE = [Observation._fields.index(name) for name in ("tilt", "wheel_angle")]
 
@@ -83,7 +83,10 @@ def _draw(
             f"{files[0]} has a control period of {first.control_period} s, robot {robot.name!r} one of "
             f"{robot.control_period} s. Choose the robot by robot=..."
         )
-    pieces = _simulated(first, robot, effects, physics_step, settings.resync) if settings.simulate else []
+    pieces: list[Stretch] = []
+    if settings.simulate:
+        print("  simulating what the episode shows", flush=True)
+        pieces = _simulated(first, robot, effects, physics_step, settings.resync)
     made = [out / "figures" / "courses.svg"]
     save(courses_figure(first, files[0].stem, pieces), made[0])
     if settings.film:
@@ -145,7 +148,10 @@ def _film(
         Role(poses[np.minimum(np.searchsorted(time, times), len(time) - 1)], colour.parts)
         for (time, poses), colour in zip(tracks, _COLOURS, strict=False)
     ]
-    frames = film(robot, cast, settings.width, settings.height)
-    drawn = list(tqdm(frames, "frames", len(times), disable=None))
+    drawn = []
+    for frame in film(robot, cast, settings.width, settings.height):
+        drawn.append(frame)
+        if len(drawn) % _FRAMES_A_LINE == 0 or len(drawn) == len(times):
+            print(f"  {len(drawn)} of {len(times)} frames of the film are drawn", flush=True)
     who = ", ".join(f"{name} ({colour})" for name, colour in zip(names, ("orange", "blue", "green"), strict=False))
     write_film(path, drawn, 1.0 / settings.frame_rate, [f"{time:4.1f} s   {who}" for time in times])
