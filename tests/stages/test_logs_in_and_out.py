@@ -211,8 +211,9 @@ def test_an_episode_is_drawn_and_filmed_beside_the_simulation(run, episode, tmp_
     from PIL import Image
 
     words = (f"episode={episode}", ROBOT, "seconds=0.4", "frame_rate=10", "width=96", "height=64")
-    code, _, said = run("show", *words, out="shown")
+    code, told, said = run("show", *words, out="shown")
     assert code == 0, said
+    assert "4 of 4 frames of the film are drawn" in told
     with Image.open(tmp_path / "shown" / "film.gif") as film:
         assert film.n_frames == 4
         assert film.size == (96, 64)

@@ -17,6 +17,7 @@ from small_run import OVERRIDES
 from story import check, holds
 
 from twbal.cli import main
+from twbal.stages.chain import Chain
 from twbal.stages.manifest import read_manifest
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -66,42 +67,55 @@ def test_never_solved_and_gone_on_with(tmp_path, capsys):
     assert read_manifest(folder / "iteration_0" / "trials") == began
 
 
-def by_itself(folder: Path, *words: str) -> subprocess.Popen:
-    command = [sys.executable, "-m", "twbal", "iterate", *words, f"hydra.run.dir={folder}"]
-    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-    return subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True)
+def test_interrupted_and_solved_after_updates(tmp_path, capsys, monkeypatch):
+    stages = []
 
+    def run(chain, call, whole=Chain.run):
+        stages.append(call.stage)
+        if len(stages) == 4:
+            raise KeyboardInterrupt
+        return whole(chain, call)
 
-def killed_at(folder: Path, stage: int) -> None:
-    """Run until the stage of that number begins."""
-    process = by_itself(folder, *LINEAR)
-    seen = 0
-    for line in process.stdout:
-        seen += " -> " in line
-        if seen == stage:
-            break
-    process.kill()
-    process.communicate()
-
-
-def test_solved_after_updates_and_interrupted(tmp_path, capsys):
-    iterate(tmp_path / "whole", *LINEAR)
-    whole = capsys.readouterr().out
-    disk = check(tmp_path / "whole", whole)
+    monkeypatch.setattr(Chain, "run", run)
+    assert main(["iterate", *LINEAR, f"hydra.run.dir={tmp_path}"]) != 0
+    assert not (tmp_path / "summary.json").exists()
+    capsys.readouterr()
+    iterate(tmp_path, *LINEAR)
+    printed = capsys.readouterr().out
+    assert printed.count("is there already") == 3
+    disk = check(tmp_path, printed)
     assert [iteration.successes for iteration in disk] == [0, 2]  # what this kind is
-    killed_at(tmp_path / "resumed", 4)
-    assert not (tmp_path / "resumed" / "summary.json").exists()
-    iterate(tmp_path / "resumed", *LINEAR)
-    resumed = capsys.readouterr().out
-    assert check(tmp_path / "resumed", resumed) == disk
-    headlines = [[line for line in said.splitlines() if line.startswith("The robot is")] for said in (whole, resumed)]
-    assert headlines[0] == headlines[1] != []
+    assert [command[1] for command in next_commands(printed)] == ["real-rollout"]
+
+
+@pytest.mark.slow
+def test_a_killed_run_tells_the_same_as_an_undisturbed_one(tmp_path, capsys):
+    killed = subprocess.Popen(
+        [sys.executable, "-m", "twbal", "iterate", *LINEAR, f"hydra.run.dir={tmp_path / 'killed'}"],
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    seen = 0
+    for line in killed.stdout:
+        seen += " -> " in line
+        if seen == 4:
+            break
+    killed.kill()
+    killed.communicate()
+    told = []
+    for name in ("killed", "undisturbed"):
+        iterate(tmp_path / name, *LINEAR)
+        printed = capsys.readouterr().out
+        told.append((check(tmp_path / name, printed), [line for line in printed.splitlines() if "robot is" in line]))
+    assert told[0] == told[1]
+    assert len(told[0][1]) == 1
 
 
 @pytest.mark.slow
 def test_diagnosed(tmp_path, capsys):
-    words = ["trials=2", "updates=1", "rehearsals=1", "diagnose=true", "diagnosis=default", "real_rollout.trials=2"]
-    iterate(tmp_path, *SMALLEST, *NEVER, *words, "real_rollout.steps=200", "link.tilt_limit=3")
+    words = ["trials=2", "updates=1", "rehearsals=1", "diagnose=true", "diagnosis=default", "real_rollout.trials=12"]
+    iterate(tmp_path, *SMALLEST, *NEVER, *words, "real_rollout.steps=200")
     disk = check(tmp_path, capsys.readouterr().out)
     assert [iteration.diagnosed for iteration in disk] == [False, True]
 
