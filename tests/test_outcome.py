@@ -53,12 +53,13 @@ NONE = summary(iteration(0, 0), iteration(1, 0))
     [
         (
             SOLVED_AT_ONCE,
-            "The robot is balanced: policy 0 succeeded in 20 of 20 trials. Nothing was learned from the robot for it.",
+            "The robot is balanced: policy 0 succeeded in 20 of 20 trials. Nothing was learned from the robot for it. "
+            "In a trial it rolled 0.4 m away (median).",
         ),
         (
             SOLVED_LATER,
             "The robot is balanced: policy 2 succeeded in 10 of 10 trials. It was learned from 2.4 s of driving the "
-            "robot, in 2 updates; policy 0 succeeded in 0 of 10.",
+            "robot, in 2 updates; policy 0 succeeded in 0 of 10. In a trial it rolled 0.4 m away (median).",
         ),
         (
             SOME,

@@ -36,7 +36,8 @@ def headline(summary: Summary) -> str:
             f"The robot is not reliably balanced: the best, policy {best.index}, succeeded in {successes} of {trials} "
             f"trials. {_learned_from(summary)}"
         )
-    return f"{said} {best.index} succeeded in {successes} of {trials} trials. {_learned_from(summary)}"
+    rolled = f" In a trial it rolled {best.drift_m:.1f} m away (median)." if best.drift_m is not None else ""
+    return f"{said} {best.index} succeeded in {successes} of {trials} trials. {_learned_from(summary)}{rolled}"
 
 
 def _learned_from(summary: Summary) -> str:

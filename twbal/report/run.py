@@ -79,6 +79,7 @@ def write_report(path: Path, summary: Summary, setting: Setting, pictures: Pictu
         driving=driving(summary),
         count=summary.count(summary.best_iteration),
         first_count=summary.count(0),
+        corrected=any(iteration.diagnosis is Diagnosis.USED for iteration in summary.iterations),
         steps=what_was_done(summary, setting.variants),
         doubts=doubts(summary.iterations[-1], summary.tilt_limit),
         tilt_bands=[tilt_band(iteration) for iteration in summary.iterations],
@@ -176,7 +177,7 @@ def _trials(iteration: Iteration) -> str:
 def _caption(iteration: Iteration, tilt_limit: float | None) -> str:
     """What to see in the prediction picture of one iteration."""
     learned = {
-        Basis.SIMULATION: "f, which knows nothing of the robot",
+        Basis.SIMULATION: "f alone",
         Basis.CORRECTED: "f + g",
         Basis.ROBOT: "a model of the robot's rollouts alone",
     }.get(iteration.basis or Basis.CORRECTED, "the model")
