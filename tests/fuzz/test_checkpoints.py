@@ -31,7 +31,7 @@ GP = GaussianProcess(
     np.eye(4, 3), np.ones((2, 3)), np.ones(2), np.ones(2), np.ones((2, 4)), np.tile(np.eye(4), (2, 1, 1))
 )
 MODEL = DynamicsModel(Channels(NAMES, 0.1), GP, GP, True, np.zeros(2), np.zeros(2))
-VERDICT = Verdict("search 0", 3.0, 1.0, 0.1)
+VERDICT = Verdict("search 0", 3.0, 1.0, 0.1, None)
 PREDICTION = Prediction(NAMES, (Gaussian(np.zeros(2), np.eye(2)),) * 3, VERDICT, (VERDICT,))
 
 
