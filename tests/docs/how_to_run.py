@@ -229,10 +229,7 @@ TABLE: Mapping[str, How] = {
     "twbal diagnose episodes=[run_1,run_2] robot=regbot": Stage(),
     "twbal export episodes=outputs/real-rollout/... format=csv": Stage(),
     "twbal optimise-policy dynamics=<run folder>/model.pt": Stage({"<run folder>/model.pt": MODEL}),
-    (
-        "twbal fit-diff-gp dynamics=outputs/fit-sim-gp/.../model.pt "
-        "episodes=[outputs/real-rollout/...,outputs/real-rollout/...]"
-    ): Stage(),
+    "twbal fit-diff-gp dynamics=outputs/fit-sim-gp/.../model.pt episodes=outputs/real-rollout/...": Stage(),
     "twbal fit-sim-gp episodes=outputs/sim-collect/2026-11-20_10-00-00-000000": Stage(),
     "twbal fit-sim-gp episodes=[run1,run2] model=exact": Stage(small=("model.fit_f.settings.starts=1",)),
     "twbal diagnose episodes=<run folder> diagnosis=measured robot=... sim=...": Stage(_IMPORTED, after=(_IMPORT,)),
@@ -247,10 +244,9 @@ TABLE: Mapping[str, How] = {
     "twbal linear-policy episodes=outputs/real-rollout/... command_width=0.3": Stage(),
     "twbal optimise-policy dynamics=outputs/fit-sim-gp/.../model.pt": Stage(),
     "twbal optimise-policy dynamics=[outputs/fit-sim-gp/.../model.pt,outputs/fit-sim-gp/.../model.pt]": Stage(),
-    (
-        "twbal optimise-policy dynamics=outputs/fit-diff-gp/.../model.pt "
-        "earlier=[outputs/optimise-policy/.../policy.pt]"
-    ): Stage(),
+    "twbal optimise-policy dynamics=outputs/fit-diff-gp/.../model.pt earlier=[runs/1/policy.pt]": Stage(
+        {"runs/1/policy.pt": POLICY}
+    ),
     "twbal fit-diff-gp dynamics=<model.pt> episodes=<run folder>": Stage(_RECORDS),
     "twbal real-rollout policy.path=outputs/optimise-policy/.../policy.pt link=serial link.port=/dev/ttyUSB0": Stage(
         _SERIAL
