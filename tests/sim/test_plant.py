@@ -32,10 +32,12 @@ def drive(simulated, trial, commands):
 COMMANDS = 4 * np.sin(np.arange(15))
 
 
-def test_a_trial_is_the_same_bits_whatever_ran_before(paper):
-    with plant(paper, STATEFUL) as used, plant(paper, STATEFUL) as other, plant(paper, STATEFUL) as fresh:
+@pytest.mark.parametrize("effects", [(), STATEFUL], ids=["none", "stateful"])
+def test_a_trial_is_the_same_bits_whatever_ran_before(paper, effects):
+    with plant(paper, effects) as used, plant(paper, effects) as other, plant(paper, effects) as fresh:
         for trial in (0, 3, 1):
             drive(used, trial, 5 * COMMANDS[: 5 + trial])
+        drive(used, 4, np.full(100, 8.0))  # until it lies on the floor
         other.reset(7)
         expected = drive(fresh, 2, COMMANDS)
         assert np.array_equal(drive(used, 2, COMMANDS), expected)

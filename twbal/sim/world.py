@@ -21,6 +21,7 @@ from twbal.sim.gears import Gears
 from twbal.sim.surroundings import Surroundings
 
 _LARGEST_STEP = 0.001
+_ALOFT = (0.0, 0.0, 100.0)
 _RESIDUAL = 1e-12  # of the contact solver; at PyBullet's 1e-7 the robot yaws by itself at 0.1 mrad/s
 _JOINTS, _SIDES = (0, 1), (-1.0, 1.0)  # left and right; a robot that turns to the left is faster on the right
 
@@ -87,6 +88,9 @@ class World(Engine):
         client = self._client
         if self._fresh < 0:
             self._build()
+        # Contacts are not a part of that state: they end where the robot is lifted off the ground.
+        pybullet.resetBasePositionAndOrientation(self._robot, _ALOFT, [0, 0, 0, 1], physicsClientId=client)
+        pybullet.performCollisionDetection(physicsClientId=client)
         pybullet.restoreState(stateId=self._fresh, physicsClientId=client)
         slope = self._machine.ground.slope  # the ground stays level and the vertical leans
         self._vertical = (sin(slope) * cos(heading), -sin(slope) * sin(heading), cos(slope))
