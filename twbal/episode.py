@@ -105,7 +105,7 @@ class Episode:
         object.__setattr__(self, "channels", tuple(self.channels))
         object.__setattr__(self, "outcome", Outcome(self.outcome))
         for channel, sd in self.estimated:
-            if channel not in Observation._fields or not 0 <= sd < np.inf:
+            if channel not in Observation._fields or not sd >= 0:  # infinite: nothing is known of it
                 raise DataError(f"An episode has no channel {channel!r} estimated to {sd}.")
         steps = len(self.commands)
         expected = {
