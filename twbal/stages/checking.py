@@ -13,6 +13,8 @@ from twbal.settings.table import OURS, leaves
 _MISSING = "???"
 _HOLD_RULES = ("robot", "start", "state", "rule", "judge", "hidden", "agent", "sim.effects", "variants")
 """Parts that are built at once, for the rules between their values; they are plain values, and read no files."""
+_FIND_THEIR_STEP = ("diagnose",)
+"""Stages that shorten the physics step until it divides the control period of the logs."""
 
 
 def check_configuration(cfg: DictConfig, stage: str) -> None:
@@ -38,7 +40,8 @@ def check_configuration(cfg: DictConfig, stage: str) -> None:
         node = OmegaConf.select(own, place)
         if isinstance(node, DictConfig):
             _build(node)
-    _check_step(own)
+    if stage not in _FIND_THEIR_STEP:
+        _check_step(own)
 
 
 def _check_step(cfg: DictConfig) -> None:
