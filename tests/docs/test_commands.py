@@ -147,6 +147,7 @@ def test_a_benchmark_starts(text, how, monkeypatch, tmp_path):
         assert callable(getattr(importlib.import_module("benchmarks.measure"), "measure", None))
         return
     monkeypatch.chdir(tmp_path)
+    monkeypatch.delitem(sys.modules, f"{module}.__main__", raising=False)  # another test may have imported it
     monkeypatch.setattr(sys, "argv", [module, *words, "nonsense=1"])
     with pytest.raises(SystemExit, match=r"unknown settings: nonsense|Strata: "):
         runpy.run_module(module, run_name="__main__", alter_sys=False)

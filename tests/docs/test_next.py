@@ -57,9 +57,17 @@ def test_after_shaking_the_robot_comes_the_diagnosis(follow):
 
 
 def test_a_diagnosis_ends_with_a_command_that_takes_its_simulation(follow):
+    shutil.copytree(DATA / "excited", "my logs")
+    enough = ("horizons=[0.15]", "starts=10")
+    following = follow("diagnose", "episodes=my logs", "robot.body_mass=9", "hydra.run.dir=my runs/d", small=enough)
+    assert following == ["sim-collect", "sim=my runs/d/augmented.yaml", "robot.body_mass=9"]
+    follow(*following)
+
+
+def test_a_diagnosis_without_a_finding_ends_with_a_command_that_records_again(follow):
     shutil.copytree(DATA / "real", "my logs")
     following = follow("diagnose", "episodes=my logs", "robot.body_mass=9", "hydra.run.dir=my runs/d")
-    assert following == ["sim-collect", "sim=my runs/d/augmented.yaml", "robot.body_mass=9"]
+    assert following == ["real-rollout", "experiment=excite", "policy.command_width=0.1", "robot.body_mass=9"]
     follow(*following)
 
 

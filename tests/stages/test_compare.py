@@ -65,7 +65,7 @@ def test_two_sweeps_make_one_table_and_one_page(sweeps, tmp_path, capsys):
 
 @pytest.mark.parametrize(
     ("runs", "complaint"),
-    [("[nowhere]", "nowhere is not there"), ("[]", "No runs were given"), ("[a/x,b/x]", "same name")],
+    [("[nowhere]", "nowhere is not there"), ("[]", "compare cannot have runs=[]"), ("[a/x,b/x]", "same name")],
 )
 def test_bad_input_is_one_clear_line(runs, complaint, tmp_path, capsys):
     assert main(["compare", f"runs={runs}", f"hydra.run.dir={tmp_path}"]) == 1

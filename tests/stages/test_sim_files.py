@@ -98,7 +98,7 @@ def test_other_words_are_left_as_they_are():
 def test_what_diagnose_writes_comes_back_whatever_the_effect(tmp_path):
     present = {"sensor_noise": dict.fromkeys(["tilt", "tilt_rate", "acceleration", "wheel_angle", "wheel_rate"], 1e-5)}
     present["sensor_noise"]["yaw_rate"] = 0.0
-    (tmp_path / "a.yaml").write_text(augmented(present, {"dead_zone": {"width": 1.2}}, 0.001))
+    (tmp_path / "a.yaml").write_text(augmented(present, {"dead_zone": {"width": 1.2}}, 0.001, "named"))
     assert "_target_" not in (tmp_path / "a.yaml").read_text()
     effects = simulation(f"sim={tmp_path / 'a.yaml'}")["effects"]
     assert effects["dead_zone"] == {"_target_": "twbal.sim.effects.dead_zone.DeadZone", "width": 1.2}
