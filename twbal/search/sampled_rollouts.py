@@ -247,3 +247,8 @@ def _drive(
                 distance += ((state[k] - target[k]) * inverse_widths[k]) ** 2
             costs[robot] -= np.expm1(-0.5 * distance)
     return Balanced(stayed, costs / steps)
+
+
+def machine_code_folder() -> str:
+    """Where the machine code of all this is kept."""
+    return str(_drive.stats.cache_path)  # type: ignore[attr-defined]

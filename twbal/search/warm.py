@@ -1,22 +1,28 @@
 """Compile what the search runs, once: `python -m twbal.search.warm`, as a part of setting up."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
+from twbal.channels import Channels
 from twbal.cost import SaturatingCost
+from twbal.evaluation import SuccessRule
 from twbal.gaussian import Gaussian
+from twbal.models.dynamics import without_simulation
 from twbal.models.moments.kernel_sum import KernelSum, no_kernels
 from twbal.models.moments.prediction import Truncation
 from twbal.models.smoothing import compile_filter
 from twbal.policies.rbf import RbfPolicy
+from twbal.search.judgement import Judge, judge
 from twbal.search.long_term_cost import long_term_cost, machine_code_folder
+from twbal.search.sampled_rollouts import machine_code_folder as rollouts_folder
 from twbal.search.transition import TransitionModel
 
 
 def is_compiled() -> bool:
     """Whether the machine code of the search is there already."""
-    return any(Path(machine_code_folder()).glob("*.nbc"))
+    return all(any(Path(folder).glob("*.nbc")) for folder in (machine_code_folder(), rollouts_folder()))
 
 
 def compile_search() -> None:
@@ -25,7 +31,11 @@ def compile_search() -> None:
     model = TransitionModel(f, no_kernels(1, 2), np.eye(1, 2), np.array([0]), np.zeros(1), np.zeros(1))
     policy = RbfPolicy(("tilt",), np.zeros((1, 1)), np.zeros(1), np.ones(1), np.zeros(1), 1.0)
     cost = SaturatingCost(np.zeros(1), np.ones(1))
-    long_term_cost(model, policy, cost, Gaussian(np.zeros(1), np.eye(1)), 1, Truncation())
+    start = Gaussian(np.zeros(1), np.eye(1))
+    long_term_cost(model, policy, cost, start, 1, Truncation())
+    nothing = without_simulation(Channels(("tilt",), 1.0))
+    rule = SuccessRule(limit=1.0, settle_limit=1.0, settle_step=1, steps=1)
+    judge(replace(nothing, g=nothing.f), policy, cost, start, Judge(robots=1, features=1, rule=rule), seed=0)
 
 
 if __name__ == "__main__":
