@@ -7,7 +7,7 @@ from twbal.diagnose.candidates import Candidate
 from twbal.diagnose.model import Data, Free, Model
 from twbal.diagnose.screen import screen
 from twbal.diagnose.settings import Settings
-from twbal.diagnose.weigh import Round, Weighed, add_one, weigh
+from twbal.diagnose.weigh import ALIKE, Round, Weighed, add_one, weigh
 
 _BASE_ROUNDS, _LIGHTER_ROUNDS, _AT_ONCE_ROUNDS = 8, 3, 12
 _BEGIN = 0.3  # share of their start values at which several effects begin at once
@@ -84,7 +84,10 @@ def select(
             chosen = asked[0] if asked and len(at_once.effects) < settings.most_effects else at_once
             progress("trying others in the place of each effect")
             rounds.append(_swap(data, chosen, begin, always, candidates, settings))
-            better = [w for w in rounds[-1].weighed if w.total < chosen.total and _is_sound(w, base, settings)]
+            ahead = [
+                w for w in rounds[-1].weighed if w.total < chosen.total - ALIKE
+            ]  # not by rounding, as equivalents are
+            better = [w for w in ahead if _is_sound(w, base, settings)]
             return Selection(base, tuple(rounds), better[0] if better else chosen)
     if len(chosen.effects) > 2:
         chosen = without_idle(data, chosen, base, always, settings)

@@ -17,7 +17,7 @@ _ROUNDS, _ITERATIONS, _NOISE_ITERATIONS = 6, 4, 12
 _AT_BOUND = 0.01  # share of its range from a bound at which a parameter has run to it
 _LEAST_INFLUENCE = 0.1  # equivalent gain of the driver below which its nonlinearity takes the place of the commands
 _WAVES = 200.0  # frequencies or counts among which a wave is looked for: the best of many is good by chance
-_ALIKE = 0.2  # in -2 log likelihood
+ALIKE = 0.2  # difference in -2 log likelihood below which sets fit equally well
 _PROMISING = 0.2  # share of the best gain at a glance from which on a candidate is fitted in full
 
 
@@ -160,6 +160,6 @@ def add_one(
 
     def rank(w: Weighed) -> tuple[float, int]:
         """Of what fits equally well, the first in the library goes first."""
-        return (max(w.total, best + _ALIKE), order.index(w.candidates[-1].name))
+        return (max(w.total, best + ALIKE), order.index(w.candidates[-1].name))
 
     return Round(base, screened, sorted(weighed, key=rank))
