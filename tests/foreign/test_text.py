@@ -1,10 +1,13 @@
 """Text files of columns: what is handled is said, and all else is one error with a line number."""
 
+import os
+
 import numpy as np
 import pytest
 from foreign_logs import NAMES, columns, text
 
 from twbal.errors import LogError
+from twbal.foreign.table import all_columns
 from twbal.foreign.text import read_text
 
 ROWS = columns(60)
@@ -107,6 +110,13 @@ def test_a_column_that_is_not_there_lists_those_that_are(log):
 def test_a_missing_file_is_an_error(tmp_path):
     with pytest.raises(LogError, match="cannot be read"):
         read_text(tmp_path / "no.csv", WANTED)
+
+
+@pytest.mark.parametrize("ending", [".csv", ".npy", ".npz", ".mat", ".json", ".parquet"])
+def test_a_pipe_that_nobody_writes_to_is_refused_and_not_waited_for(ending, tmp_path):
+    os.mkfifo(tmp_path / f"log{ending}")
+    with pytest.raises(LogError, match="cannot be read: it is a pipe or a device"):
+        all_columns(tmp_path / f"log{ending}")
 
 
 def test_damaged_files_are_read_or_refused_and_never_crash(log):

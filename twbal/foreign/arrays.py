@@ -2,13 +2,14 @@
 
 import json
 from collections.abc import Mapping, Sequence
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from twbal.errors import LogError
-from twbal.foreign.columns import Columns, Name, places
+from twbal.foreign.columns import Columns, Name, file_data, places
 from twbal.gaussian import Array
 
 ENDINGS = (".npy", ".npz", ".mat", ".json", ".parquet")
@@ -52,19 +53,20 @@ def read_arrays(path: Path, wanted: Sequence[Name], names: Sequence[str] = ()) -
 
 
 def _content(path: Path) -> Mapping[str, Any]:
+    data = BytesIO(file_data(path))
     if path.suffix == ".mat":
         from scipy.io import loadmat  # takes a tenth of a second, and most logs are text
 
-        whole = loadmat(path, squeeze_me=True, struct_as_record=False)
+        whole = loadmat(data, squeeze_me=True, struct_as_record=False)
         return {name: value for name, value in whole.items() if not name.startswith("__")}
     if path.suffix == ".json":
-        whole = json.loads(path.read_bytes())
+        whole = json.load(data)
         if isinstance(whole, list):
             whole = {name: [row[name] for row in whole] for name in whole[0]}
         return {name: value for name, value in whole.items() if isinstance(value, list)}
     if path.suffix == ".parquet":
-        return _parquet(path)
-    loaded = np.load(path, allow_pickle=False)
+        return _parquet(path, data)
+    loaded = np.load(data, allow_pickle=False)
     if isinstance(loaded, np.ndarray):
         if loaded.dtype.names:
             return {name: loaded[name] for name in loaded.dtype.names}
@@ -73,12 +75,12 @@ def _content(path: Path) -> Mapping[str, Any]:
         return {name: loaded[name] for name in loaded.files}
 
 
-def _parquet(path: Path) -> dict[str, Any]:
+def _parquet(path: Path, data: BytesIO) -> dict[str, Any]:
     try:
         from pyarrow import parquet
     except ImportError as error:
         raise LogError(f"{path} is a Parquet file, which needs the package pyarrow; or export it as CSV.") from error
-    table = parquet.read_table(path)
+    table = parquet.read_table(data)
     return {name: table.column(name).to_numpy() for name in table.column_names}
 
 

@@ -8,10 +8,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twbal.errors import LogError
+from twbal.files import read_bounded
 from twbal.gaussian import Array
 
 Name = str | int
 """A column by its name, or by its number from 1 on."""
+
+_LARGEST = 2**32  # bytes of a file
 
 
 class Columns(NamedTuple):
@@ -28,6 +31,18 @@ class Columns(NamedTuple):
     lines: NDArray[np.int64]
     row: str
     notes: tuple[str, ...]
+
+
+def file_data(path: Path) -> bytes:
+    """The content of a file: never a pipe that nobody writes to, nor a device without an end.
+
+    Raises:
+        LogError: it cannot be read.
+    """
+    try:
+        return read_bounded(path, _LARGEST)
+    except OSError as error:
+        raise LogError(f"{path} cannot be read: {error.strerror}.") from error
 
 
 def places(path: Path, names: Sequence[str], count: int, wanted: Sequence[Name]) -> list[int]:

@@ -11,7 +11,7 @@ import pandas
 from numpy.typing import NDArray
 
 from twbal.errors import LogError
-from twbal.foreign.columns import Columns, Name, places
+from twbal.foreign.columns import Columns, Name, file_data, places
 from twbal.gaussian import Array
 
 BLANKS = "blanks"
@@ -99,10 +99,7 @@ def content_of(path: Path) -> bytes:
     Raises:
         LogError: it cannot be read, or is no text.
     """
-    try:
-        data = path.read_bytes()
-    except OSError as error:
-        raise LogError(f"{path} cannot be read: {error.strerror}.") from error
+    data = file_data(path)
     if b"\0" in data[:65536]:
         raise LogError(
             f"{path} is no text file (it has zero bytes in it), whatever its name says. "
