@@ -39,7 +39,7 @@ def rollout(
         ConfigError: the tilt limit would never end a fall.
         LinkError: the robot could not be reached at all, or its first observation cannot be used.
     """
-    check_tilt_limit(tilt_limit)
+    _check_tilt_limit(tilt_limit)
     rng = generator(Stream.EXPLORATION, provenance.seed, provenance.trial)
     record = _Record(channels)
     try:
@@ -64,7 +64,7 @@ def rollout(
     return record.episode(plant.control_period, provenance)
 
 
-def check_tilt_limit(tilt_limit: float) -> None:
+def _check_tilt_limit(tilt_limit: float) -> None:
     """Check the tilt at which a rollout ends.
 
     Raises:

@@ -291,12 +291,6 @@ def test_a_network_on_a_regulator_is_searched_on_the_same_one_each_time():
     assert {call.told["base"] for call in only(calls, "optimise-policy")} == {Path("regulator/policy.pt")}
 
 
-@pytest.mark.parametrize("setting", ["first", "update"])
-def test_an_unknown_way_to_learn_is_refused(setting):
-    with pytest.raises(ConfigError, match=f"{setting} must be one of"):
-        learn(**{setting: "magic"})
-
-
 def test_an_agent_is_trained_once_or_was_before(tmp_path):
     calls, learning = learn(first="agent", updates=0)
     assert [call.stage for call in calls] == ["train-agent", "real-rollout"]

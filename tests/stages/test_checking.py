@@ -39,8 +39,15 @@ def composed(stage, *words):
         ("diagnose", "held_out=1.5", "a number from 0.01 to 0.9"),
         ("iterate", "search.horizon=0", "a whole number from 1 to 100000 [control periods]"),
         ("real-rollout", "link.timeout=-1", "a number from 0.001 to 3600 [s]"),
-        ("real-rollout", "tilt_limit=1e9", "a number from 0.001 to 1.5708 [rad]"),
-        ("iterate", "rule.limit=1e9", "a number from 0.001 to 1.5708 [rad]"),
+        ("sim-collect", "tilt_limit=1.5708", "a number from 0.001 to 1.57 [rad]"),
+        ("real-rollout", "tilt_limit=1.5708", "a number from 0.001 to 1.57 [rad]"),
+        ("real-rollout", "tilt_limit=1e9", "a number from 0.001 to 1.57 [rad]"),
+        ("iterate", "rule.limit=1e9", "a number from 0.001 to 1.57 [rad]"),
+        ("iterate", "first=magic", "one of: simulation, random, regulator, agent"),
+        ("iterate", "update=magic", "one of: difference, whole, identified"),
+        ("export", "format=xml", "one of: csv, parquet"),
+        ("linear-policy", "command_width=0", "a number from 0.0001 to 10000"),
+        ("virtual-robot", "clock=sundial", "one of: lockstep, real_time"),
         ("real-rollout", "exploration=inf", "a number from 0 to 1"),
         ("virtual-robot", "tilt_limit=nan", "a number from 0.001 to 100 [rad]"),
     ],
@@ -65,13 +72,17 @@ def test_what_a_later_stage_of_a_run_needs_is_asked_for_at_once(refused):
     assert refused("iterate", "link=serial").startswith("iterate needs link.port=...;")
 
 
-@pytest.mark.parametrize("stage", ["sim-collect", "iterate", "diagnose"])
+@pytest.mark.parametrize("stage", ["sim-collect", "iterate"])
 def test_a_physics_step_that_does_not_divide_the_control_period_comes_with_one_that_does(stage, refused):
-    words = [stage, "robot.control_period=0.0142857"] + (["episodes=e"] if stage == "diagnose" else [])
+    words = [stage, "robot.control_period=0.0142857"]
     said = refused(*words)
     advised = said.partition("; try ")[2].rstrip(".")
     assert advised.startswith("sim.physics_step=")
     check_configuration(composed(*words, advised), stage)
+
+
+def test_a_diagnosis_takes_any_physics_step_as_it_shortens_it_itself():
+    check_configuration(composed("diagnose", "robot.control_period=0.0142857", "episodes=e"), "diagnose")
 
 
 @pytest.mark.parametrize(

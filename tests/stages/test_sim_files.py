@@ -203,9 +203,9 @@ HOSTILE = {
     "a size that cannot be": (dead_zone("{width: -1}"), "width of effect DeadZone must lie within [0, inf)"),
     "a delay of days": ("effects: {imu_delay: {delay: 1e5}}", "delay of effect ImuDelay must lie within [0, 10)"),
     "a delay of the command": ("effects: {actuation_delay: {delay: 1e5}}", "must lie within [0, 10)"),
-    "no step": ("physics_step: 0", "physics_step must lie within [1e-05, 0.1] s; found 0.0"),
+    "no step": ("physics_step: 0", "physics_step must be a number from 1e-5 to 0.001 [s]; found 0.0"),
     "a step that is a word": ("physics_step: abc", "physics_step must be a plain number"),
-    "steps without end": ("physics_step: 1e-300", "physics_step must lie within"),
+    "steps without end": ("physics_step: 1e-300", "physics_step must be a number from"),
 }
 
 

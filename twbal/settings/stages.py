@@ -31,7 +31,7 @@ def _common(key: str, kind: Kind, meaning: str) -> Setting:
 
 _SEED = _common("seed", SEED, "seed of all that is drawn at random")
 _FIRST_TRIAL = Setting("first_trial", Whole(0, 1_000_000_000), "number of the first, which draws start and noise")
-_TILT_LIMIT = Setting("tilt_limit", TILT_LIMIT, "tilt that ends a rollout")
+_TILT_LIMIT = Setting("tilt_limit", UPRIGHT, "tilt that ends a rollout")
 _EXPLORATION = _common("exploration", _SHARE, "sd of noise on the command, per torque limit")
 _WORKERS = Whole(0, 1024)
 
@@ -69,7 +69,7 @@ STAGES: Mapping[str, tuple[Setting, ...]] = {
         _common("trials", _TRIALS, "trials that are driven"),
         _FIRST_TRIAL,
         _common("steps", STEPS, "length of a trial, at most"),
-        Setting("tilt_limit", UPRIGHT, "tilt that ends a rollout"),
+        _TILT_LIMIT,
         _EXPLORATION,
         Setting("exploration_steps", OrNull(Whole(0, 1_000_000, CONTROL_PERIODS)), "time that has noise; null: all"),
     ),

@@ -58,10 +58,6 @@ class Algorithm:
             "whole": self._whole,
             "identified": self._identified,
         }
-        for name, known in (("first", self._firsts), ("update", self._lessons)):
-            told = getattr(settings, name)
-            if told not in known:
-                raise ConfigError(f"{name} must be one of {', '.join(known)}; found {told!r}.")
         for name in cfg.variants:  # names of folders, beside those of the rounds, which are numbers
             if not str(name).isidentifier():
                 raise ConfigError(f"The name of a variant must be a word, as `late`; found {name!r}.")

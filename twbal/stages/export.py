@@ -38,8 +38,6 @@ def main(cfg: DictConfig) -> None:
 def run(cfg: DictConfig, out: Path) -> Manifest:
     """Write the episodes that `cfg` names as tables into `out`, unless that is done there already."""
     settings = typed(Settings, cfg)
-    if settings.format not in _WRITERS:
-        raise ConfigError(f"Episodes are exported as {' or '.join(_WRITERS)}; found format={settings.format!r}.")
     files = episode_files(cfg.episodes)
     step = Step("export", out, recorded(cfg, NOT_RECORDED), {"episodes": files}, 0)
     return perform(step, lambda: _export(files, settings.format, out))

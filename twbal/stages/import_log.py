@@ -106,8 +106,6 @@ def propose(files: Sequence[Path], out: Path) -> None:
 
 def _files(given: str | Sequence[str]) -> list[Path]:
     files = [Path(word) for word in ([given] if isinstance(given, str) else given)]
-    if not files:
-        raise LogError("No files were given. Give logs by files=log.csv, or files=[a.csv,b.csv].")
     for file in files:
         if file.suffix == ".mcap":
             raise LogError(f"{file} is an MCAP file. Logs of twbal's need no import; other ones: export them as CSV.")

@@ -121,7 +121,7 @@ def _allow_more_updates(cfg: DictConfig, out: Path, updates: int) -> None:
 
 def _learn_and_tell(cfg: DictConfig, chain: Chain, choices: Mapping[str, str], settings: Settings) -> list[Path]:
     measures = Measures(instantiate(cfg.rule), instantiate(cfg.cost), cfg.search.horizon, instantiate(cfg.state))
-    check_robot_is_there(cfg, measures.rule.limit)
+    check_robot_is_there(cfg)
 
     def solved(trials: Path) -> bool:
         return all(succeeded(trial, measures.rule) for trial in episodes_in([chain.root / trials]))

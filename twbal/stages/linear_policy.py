@@ -8,7 +8,6 @@ from omegaconf import DictConfig
 
 from twbal.channels import Channels
 from twbal.checkpoint import save_checkpoint
-from twbal.errors import ConfigError
 from twbal.logs import read_episode
 from twbal.policies.linear import LinearPolicy
 from twbal.robot.parameters import RobotParameters
@@ -38,10 +37,6 @@ def main(cfg: DictConfig) -> None:
 def run(cfg: DictConfig, out: Path) -> Manifest:
     """Write the regulator that `cfg` asks for to `out`/policy.pt, unless it is there already."""
     settings = typed(Settings, cfg)
-    if not settings.command_width > 0:
-        raise ConfigError(
-            f"command_width must be a positive share of the torque limit; found {settings.command_width}."
-        )
     files = episode_files(cfg.episodes) if cfg.episodes else []
     step = Step("linear-policy", out, recorded(cfg, NOT_RECORDED), {"episodes": files}, 0)
 

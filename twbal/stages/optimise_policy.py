@@ -54,8 +54,6 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
     """Search on the model that `cfg` names into `out`/policy.pt and prediction.pt, unless they are there already."""
     settings = typed(Settings, cfg)
     dynamics, earlier = _paths(cfg.dynamics), _paths(cfg.earlier)
-    if not dynamics:
-        raise ConfigError("No model was given. Give dynamics=<model.pt>, or a list of models.")
     confirming = episode_files(cfg.confirming) if cfg.confirming else []
     inputs = {"dynamics": dynamics, "earlier": earlier}
     for name, files in (("confirming", confirming), ("base", [Path(cfg.base)] if cfg.base else [])):

@@ -19,7 +19,7 @@ from twbal.logs import read_episode, write_episode
 from twbal.policies.exploring import ExploringPolicy
 from twbal.policies.policy import Policy
 from twbal.robot.parameters import RobotParameters, parameter_hash
-from twbal.rollout import check_tilt_limit, rollout
+from twbal.rollout import rollout
 from twbal.stages.artefacts import episode_file, policy_files, policy_hash
 from twbal.stages.closing import closing, next_command, run_folder
 from twbal.stages.manifest import Manifest, Step, perform, read_manifest
@@ -69,7 +69,7 @@ def _following(cfg: DictConfig, out: Path) -> str:
 def run(cfg: DictConfig, out: Path) -> Manifest:
     """Drive the trials that `cfg` asks for and log them to `out`/episodes, unless they are there already."""
     settings = typed(Settings, cfg)
-    _check_settings(settings)
+    _check_trials(settings)
     robot: RobotParameters = instantiate(cfg.robot)
     policy: Policy = instantiate(cfg.policy)
     _check_torque(policy, robot)
@@ -136,31 +136,24 @@ def record(
     return [episode_file(out / "episodes", trial) for trial in trials]
 
 
-def check_robot_is_there(cfg: DictConfig, tilt_limit: float) -> None:
+def check_robot_is_there(cfg: DictConfig) -> None:
     """Shake hands with a robot on a port, and leave it alone again, before work is done whose result is meant for it.
 
     A virtual robot of the run's own is started when it is needed.
 
     Args:
         cfg: of a stage that drives a robot later, with `link` and `robot`.
-        tilt_limit: at which its rollouts will end [rad].
 
     Raises:
         LinkError: it cannot be reached.
-        ConfigError: it is not the robot of the data sheet, or the tilt limit would never end a fall.
+        ConfigError: it is not the robot of the data sheet.
     """
-    check_tilt_limit(tilt_limit)
     if "port" in cfg.link:
         with stopped_once(), instantiate(cfg.link) as plant:
             _check_robot(plant, instantiate(cfg.robot))
 
 
-def _check_settings(settings: Settings) -> None:
-    check_tilt_limit(settings.tilt_limit)
-    if not 0 <= settings.exploration <= 1:
-        raise ConfigError(
-            f"exploration must be 0 to 1, a share of the torque limit; found {settings.exploration}. 0.05 is much."
-        )
+def _check_trials(settings: Settings) -> None:
     if settings.first_trial + settings.trials - 1 > MAX_TRIAL:
         raise ConfigError(
             f"The last of {settings.trials} trials from number {settings.first_trial} on is beyond {MAX_TRIAL}, the "

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from twbal.errors import ConfigError
+from twbal.settings.robots import PHYSICS_STEP
 from twbal.sim.effects.library import all_effects
 from twbal.stages.commands import text
 from twbal.stages.yaml_data import read_yaml
@@ -18,7 +19,6 @@ from twbal.stages.yaml_data import read_yaml
 _KEY, _ENDINGS = "sim=", (".yaml", ".yml")
 _ADDED = re.compile(r"\+?\+?[\w/]+@sim\.effects\.(\w+)=")
 _PARTS = ("physics_step", "effects")
-_STEPS = (1e-5, 0.1)  # s
 _LARGEST = 1e6  # of any effect's values, in whichever SI unit
 _NUMBER = re.compile(r"[+-]?(\d{1,40}\.?\d{0,40}|\.\d{1,40})([eE][+-]?\d{1,3})?")
 
@@ -77,9 +77,9 @@ def _read(path: Path) -> tuple[list[str], dict[str, dict[str, Any]]]:
 
 
 def _step(told: Any) -> str:
-    step, (least, most) = _number("physics_step", told), _STEPS
-    if not least <= step <= most:
-        raise ConfigError(f"physics_step must lie within [{least}, {most}] s; found {step}.")
+    step = _number("physics_step", told)
+    if not PHYSICS_STEP.takes(step):
+        raise ConfigError(f"physics_step must be {PHYSICS_STEP.expected}; found {step}.")
     return f"sim.physics_step={text(step)}"
 
 

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from hydra.utils import instantiate
 from omegaconf import DictConfig
 
-from twbal.errors import ConfigError
 from twbal.link.protocol import Clock
 from twbal.robot.parameters import RobotParameters
 from twbal.sim.plant import SimPlant
@@ -40,7 +39,7 @@ def main(cfg: DictConfig) -> None:
         torque_limit=robot.torque_limit,
         tilt_limit=settings.tilt_limit,
         watchdog=settings.watchdog,
-        clock=_clock(settings.clock),
+        clock=Clock[settings.clock.upper()],
     )
     plant = SimPlant(
         robot=robot,
@@ -50,11 +49,3 @@ def main(cfg: DictConfig) -> None:
         seed=child_seed(Stream.VIRTUAL_ROBOT, settings.seed),  # no numbers in common with the host's simulation
     )
     serve(plant, identity, settings.idle_timeout, parent)
-
-
-def _clock(name: str) -> Clock:
-    try:
-        return Clock[name.upper()]
-    except KeyError:
-        known = ", ".join(clock.name.lower() for clock in Clock)
-        raise ConfigError(f"Unknown clock {name!r}; the clocks are: {known}.") from None
