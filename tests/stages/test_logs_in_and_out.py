@@ -15,9 +15,9 @@ from hydra.utils import instantiate
 from twbal.cli import main
 from twbal.configuration import conf_folder
 from twbal.diagnose.recording import Usability, read_recordings
-from twbal.engine.engine import substeps
 from twbal.logs import read_episode
 from twbal.stages.artefacts import episode_files
+from twbal.stages.checking import check_configuration
 
 ROBOT = f"robot.control_period={PERIOD}"
 
@@ -173,7 +173,7 @@ def test_the_next_command_diagnoses_at_the_period_of_the_log(rate, run, tmp_path
     with initialize_config_dir(str(conf_folder()), version_base="1.3"):
         cfg = compose("diagnose", words[1:])
     assert cfg.robot.control_period == 1 / rate
-    assert substeps(cfg.robot.control_period, cfg.sim.physics_step) > 0
+    check_configuration(cfg, "diagnose")
     assert list(cfg.sim.effects) == ["viscous_friction", "rotor_inertia"]
     assert "diagnosis=measured" in words
     (recorded,) = [read_episode(file) for file in episode_files(cfg.episodes)]

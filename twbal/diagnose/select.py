@@ -84,9 +84,8 @@ def select(
             chosen = asked[0] if asked and len(at_once.effects) < settings.most_effects else at_once
             progress("trying others in the place of each effect")
             rounds.append(_swap(data, chosen, begin, always, candidates, settings))
-            ahead = [
-                w for w in rounds[-1].weighed if w.total < chosen.total - ALIKE
-            ]  # not by rounding, as equivalents are
+            # equivalents differ by rounding alone, which must not decide
+            ahead = [w for w in rounds[-1].weighed if w.total < chosen.total - ALIKE]
             better = [w for w in ahead if _is_sound(w, base, settings)]
             return Selection(base, tuple(rounds), better[0] if better else chosen)
     if len(chosen.effects) > 2:

@@ -57,7 +57,7 @@ def smooth(measured: Array, period: float) -> Smoothed:
     _, errors = _forward(part, gain)
     r = float(np.sqrt(np.mean(errors[3:] ** 2) / spread))
     states, _ = _forward(np.ascontiguousarray(measured), gain)
-    back, after = _smoother(covariance, 10.0**log_ratio)
+    back, after = _smoother(covariance)
     _backward(states, back)
     return Smoothed(states[:, 0], states[:, 1] / period, r * float(np.sqrt(after[1, 1])) / period, r)
 
@@ -75,7 +75,7 @@ def _settled(ratio: float) -> tuple[Array, Array, float]:
     return P[:, 0] / spread, P, spread
 
 
-def _smoother(before: Array, ratio: float) -> tuple[Array, Array]:
+def _smoother(before: Array) -> tuple[Array, Array]:
     """Gain of the backward pass (3, 3) and the covariance after it, for r = 1."""
     after = before - np.outer(before[:, 0], before[0]) / (before[0, 0] + 1.0)
     G = np.linalg.solve(before, _F @ after).T

@@ -1,7 +1,7 @@
 """Settings of the link to a robot, and of what a virtual robot hides."""
 
 from twbal.settings.kinds import ListOf, Number, OneOf, Part, Span, Text, Whole
-from twbal.settings.robots import SENSORS
+from twbal.settings.robots import CONTROL_PERIODS, SENSORS
 from twbal.settings.setting import Setting
 
 SEED = Whole(0, 2**32 - 1)
@@ -27,8 +27,8 @@ HIDDEN = (
     Setting("hidden.reference_torque", Number(1e-4, 1e5, "N·m"), "torque limit that torques are for"),
     Setting("hidden.torque_gain", Span(Number(0.01, 10.0)), "torque over command"),
     Setting("hidden.dead_zone", Span(Number(0.0, 1e5, "N·m")), "half width of the dead zone"),
-    Setting("hidden.delay_periods", Span(Number(0.0, 100.0, "control periods")), "delay of the actuation"),
-    Setting("hidden.lag_periods", Span(Number(0.0, 100.0, "control periods")), "time constant of the motors"),
+    Setting("hidden.delay_periods", Span(Number(0.0, 100.0, CONTROL_PERIODS)), "delay of the actuation"),
+    Setting("hidden.lag_periods", Span(Number(0.0, 100.0, CONTROL_PERIODS)), "time constant of the motors"),
     Setting("hidden.viscous_friction", Span(Number(0.0, 1e4, "N·m·s/rad")), "viscous friction of each wheel"),
     Setting("hidden.coulomb_friction", Span(Number(0.0, 1e5, "N·m")), "dry friction of each wheel"),
     Setting("hidden.body_mass", Span(Number(0.01, 100.0)), "mass over the data sheet's"),

@@ -287,8 +287,9 @@ class World(Engine):
         """Put the axle one wheel radius above the ground, and the body at its tilt."""
         lean = stance.tilt + self._rising()  # from the ground's normal
         lx, lz = self._arm()
-        ahead, above = lx * cos(lean) + lz * sin(lean), lz * cos(lean) - lx * sin(lean)  # of the axle; PyBullet's base
-        pybullet.resetBasePositionAndOrientation(  # is the centre of mass
+        # PyBullet's base is the centre of mass: so far ahead of the axle, and above it.
+        ahead, above = lx * cos(lean) + lz * sin(lean), lz * cos(lean) - lx * sin(lean)
+        pybullet.resetBasePositionAndOrientation(
             self._robot,
             [ahead, 0, self._machine.robot.wheel_radius + above],
             [0, sin(lean / 2), 0, cos(lean / 2)],

@@ -159,7 +159,7 @@ def diagnose(split: Split, told: Told) -> tuple[Diagnosis, Findings]:
     if not contradiction:
         return diagnosis, found
     kept = diagnosis.advice if found.verdict in (Verdict.NONE, Verdict.UNKNOWN) else ()
-    advice = (UNEXPLAINED, contradiction, *(sentence for sentence in kept if sentence != UNEXPLAINED))
+    advice = tuple(dict.fromkeys((UNEXPLAINED, contradiction, *kept)))
     diagnosis = replace(diagnosis, verdict=verdict, effects=(), data_sheet_class=(), advice=advice)
     return diagnosis, replace(found, named=found.refitted, added=())
 

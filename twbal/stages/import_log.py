@@ -3,15 +3,12 @@
 import shlex
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from math import ceil
 from pathlib import Path, PurePosixPath
 
-from hydra.core.hydra_config import HydraConfig
 from hydra.utils import instantiate
 from omegaconf import DictConfig, OmegaConf
 from tqdm import tqdm
 
-from twbal.configuration import conf_folder
 from twbal.episode import Episode, Provenance
 from twbal.errors import ConfigError, DataError, LogError
 from twbal.figures.canvas import save
@@ -31,7 +28,6 @@ NOT_RECORDED = ("files", "guess")
 MAPPING, EPISODES, NOT_IMPORTED = "my_log.yaml", "episodes", "not_imported.txt"
 _DRAWN = 12  # episodes
 _SAME_PERIOD = 1e-6  # s; as a diagnosis takes it
-_WHOLE = 1e-9  # share of a control period by which physics steps may miss it, as the simulation takes it
 
 
 @dataclass(frozen=True)
@@ -50,7 +46,7 @@ def main(cfg: DictConfig) -> None:
         return
     manifest = run(cfg, out)
     logs = [out / made.path for made in manifest.outputs if PurePosixPath(made.path).parent.name == EPISODES]
-    closing(manifest, out, _diagnosis_of(out, read_episode(logs[0]).control_period, cfg.robot))
+    closing(manifest, out, _diagnosis_of(out, read_episode(logs[0]).control_period, cfg.robot.control_period))
 
 
 def run(cfg: DictConfig, out: Path) -> Manifest:
@@ -78,16 +74,11 @@ def _mapping(cfg: DictConfig) -> Mapping:
     return made
 
 
-def _diagnosis_of(out: Path, period: float, robot: DictConfig) -> str:
+def _diagnosis_of(out: Path, period: float, robot_period: float) -> str:
     """The command that diagnoses what was imported: with the simulation of its robot, at the period of its logs."""
-    chosen = HydraConfig.get().runtime.choices["robot"]
-    own = (conf_folder() / "sim" / f"{chosen}.yaml").exists()
-    simulation = OmegaConf.load(conf_folder() / "sim" / f"{chosen if own else 'nominal'}.yaml")
-    more = [] if abs(period - robot.control_period) <= _SAME_PERIOD else [f"robot.control_period={period!r}"]
-    steps = ceil(period / simulation.physics_step - _WHOLE)
-    if abs(steps * simulation.physics_step - period) > _WHOLE * period:
-        more.append(f"sim.physics_step={period / steps!r}")
-    return " ".join([next_command("diagnose", {"episodes": out, "diagnosis": "measured"}, "robot", "sim"), *more])
+    command = next_command("diagnose", {"episodes": out, "diagnosis": "measured"}, "robot", "sim")
+    same = abs(period - robot_period) <= _SAME_PERIOD
+    return command if same else f"{command} robot.control_period={period!r}"
 
 
 def propose(files: Sequence[Path], out: Path) -> None:
