@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 from twbal.errors import ConfigError
 from twbal.settings.setting import Setting
 from twbal.settings.table import Leaf, Table, effects_in, leaves
+from twbal.settings.text import shown
 
 _NAMED = 3  # further wrong settings that are named one by one
 _LONGEST_VALUE = 60  # characters of a value that are shown
@@ -46,8 +47,9 @@ def check(stage: str, tree: Mapping[str, Any]) -> None:
     named = ", ".join(fault.key for fault in others[:_NAMED])
     more = f" and {len(others) - _NAMED} more" if len(others) > _NAMED else ""
     also = f" Wrong as well: {named}{more}." if others else ""
+    value = shown(first.found, _LONGEST_VALUE)
     raise ConfigError(
-        f"{stage} cannot have {first.key}={_shown(first.found)}; expected {first.expected}{meaning}.{also} "
+        f"{stage} cannot have {first.key}={value}; expected {first.expected}{meaning}.{also} "
         f"`twbal {stage} --help` shows all settings with their ranges."
     )
 
@@ -81,10 +83,3 @@ def _is_finite(value: Any) -> bool:
     if isinstance(value, list):
         return all(map(_is_finite, value))
     return not isinstance(value, float) or math.isfinite(value)
-
-
-def _shown(value: Any) -> str:
-    """A value in one short line, as on the command line."""
-    known = {None: "null", True: "true", False: "false"}
-    text = known[value] if value is None or isinstance(value, bool) else " ".join(str(value).split()) or "''"
-    return text if len(text) <= _LONGEST_VALUE else f"{text[: _LONGEST_VALUE - 3]}..."

@@ -85,9 +85,17 @@ def _aligned(lines: Sequence[tuple[str, str, str]]) -> Iterator[str]:
         yield line if len(line) <= WIDTH else f"{line[: WIDTH - 3]}..."
 
 
-def shown(value: Any) -> str:
-    """A value as it is given on the command line, cut where it is long."""
+def shown(value: Any, longest: int = _LONGEST_VALUE) -> str:
+    """A value in one line, as it is given on the command line.
+
+    Args:
+        value: plain.
+        longest: characters, beyond which it is cut.
+    """
     if value is None or isinstance(value, bool):
         return {None: "null", True: "true", False: "false"}[value]
-    text = f"[{','.join(map(shown, value))}]" if isinstance(value, list) else str(value)
-    return text if len(text) <= _LONGEST_VALUE else f"{text[: _LONGEST_VALUE - 3]}..."
+    if isinstance(value, list):
+        text = f"[{','.join(shown(each, longest) for each in value)}]"
+    else:
+        text = " ".join(str(value).split()) or "''"
+    return text if len(text) <= longest else f"{text[: longest - 3]}..."
