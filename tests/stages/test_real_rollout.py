@@ -7,11 +7,14 @@ import pytest
 from hydra import compose, initialize_config_dir
 from hydra.utils import instantiate
 
+from twbal.checkpoint import save_checkpoint
+from twbal.cli import main
 from twbal.configuration import conf_folder
 from twbal.episode import Outcome, Provenance
 from twbal.errors import DataError, LinkLostError
 from twbal.link.serial_plant import SerialPlant
 from twbal.logs import read_episode, write_episode
+from twbal.policies.linear import LinearPolicy
 from twbal.policies.policy import Policy
 from twbal.stages.real_rollout import Settings, record
 from twbal.virtual_robot.process import VirtualRobotProcess, virtual_robot_command
@@ -138,3 +141,12 @@ def test_a_robot_killed_in_mid_rollout_leaves_an_episode_marked_link_lost(cfg, t
     assert (episode.outcome, len(episode)) == (Outcome.LINK_LOST, 5)
     assert episode.events
     assert not list((tmp_path / "episodes").glob("*"))
+
+
+def test_a_policy_beside_another_programs_manifest_is_driven_to_the_end(tmp_path, capsys):
+    policy = LinearPolicy(("tilt", "tilt_rate", "speed", "command_1", "command_2"), np.zeros(5), 0.0, 1.0)
+    save_checkpoint(tmp_path / "policy.pt", "policy", policy.to_payload())
+    (tmp_path / "manifest.json").write_text('{"name": "of another program"}')
+    words = [f"policy.path={tmp_path / 'policy.pt'}", f"hydra.run.dir={tmp_path / 'run'}", "trials=1", "steps=3"]
+    assert main(["real-rollout", *words]) == 0
+    assert "next  twbal diagnose" in capsys.readouterr().out

@@ -59,11 +59,19 @@ def main(cfg: DictConfig) -> None:
 def _following(cfg: DictConfig, out: Path) -> str:
     """The next command: where the policy was searched on a model, its correction; else a diagnosis."""
     for policy in policy_files(cfg.policy):
-        searched = read_manifest(policy.parent)
-        models = [Path(model.path) for model in searched.inputs.get("dynamics", ())] if searched else []
+        models = _searched_on(policy)
         if models and models[0].is_file():
             return next_command("fit-diff-gp", {"dynamics": models[0], "episodes": out}, "robot", "state")
     return next_command("diagnose", {"episodes": out}, "robot", "sim")
+
+
+def _searched_on(policy: Path) -> list[Path]:
+    """The models that a policy was searched on, by the manifest beside it; none where it has none that can be read."""
+    try:
+        searched = read_manifest(policy.parent)
+    except DataError:
+        return []
+    return [Path(model.path) for model in searched.inputs.get("dynamics", ())] if searched else []
 
 
 def run(cfg: DictConfig, out: Path) -> Manifest:
