@@ -266,6 +266,5 @@ TABLE: Mapping[str, How] = {
     "twbal real-rollout policy.path=<policy.pt> link=serial link.port=<path> link.confirm_placed=null": Stage(_DRIVES),
     "twbal virtual-robot robot=regbot hidden=none": Stage(),
     # messages
-    "twbal real-rollout experiment=excite link=serial link.port=...": Stage(_SERIAL),
     "twbal import-log guess=true": Stage({"guess=true": "guess=true files=log.csv"}),
 }

@@ -40,14 +40,14 @@ def test_the_best_rivals_are_drawn_from_the_top_with_their_probability():
     assert [tick.get_text() for tick in panel.get_yticklabels()] == ["a", "b", "c", "data sheet refitted alone"]
     heights = [bar.get_y() for bar in panel.patches]
     assert heights == sorted(heights, reverse=True)
-    assert texts(panel) == ["best (100%)", "-1 (50%)", "-2 (25%)", "-100 (0%)"]
+    assert texts(panel) == ["best (100%)", "1 (50%)", "2 (25%)", "100 (0%)"]
 
 
 def test_rivals_that_explain_nearly_as_well_are_told_apart_by_what_they_fall_short_of_the_best():
     rivals = [Rival((name,), 10754.0 - short, 0.1, 1.0) for name, short in {"a": 0.0, "b": 5.0, "c": 700.0}.items()]
     (panel,) = rivals_figure([*rivals, Rival((), 0.0, 0.0, 9.0)], most=10).axes
     assert [bar.get_width() for bar in panel.patches] == [0.0, 5.0, 700.0, 10754.0]
-    assert [text.split(" ")[0] for text in texts(panel)] == ["best", "-5", "-700", "-10754"]
+    assert [text.split(" ")[0] for text in texts(panel)] == ["best", "5", "700", "10754"]
     ends = [panel.transData.transform((bar.get_width(), 0.0))[0] for bar in panel.patches]
     width = panel.get_window_extent().width
     assert all(later - sooner > 0.05 * width for sooner, later in pairwise(ends))

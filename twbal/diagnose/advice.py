@@ -9,7 +9,6 @@ from twbal.diagnose.verdict import blind, off
 from twbal.diagnose.weigh import Weighed
 from twbal.diagnosis import Verdict
 
-EXCITE = "twbal real-rollout experiment=excite link=serial link.port=..."
 UNEXPLAINED = (
     "Something moves this robot that no effect of the library explains; the map of the disagreement says where."
 )
@@ -30,7 +29,7 @@ def advise(
     found, chosen = [], selection.chosen
     unseen = blind(selection, settings)
     if verdict is Verdict.UNDECIDED:
-        found.append(f"The recordings are too poor to decide. Record some that tell effects apart: {EXCITE}")
+        found.append("The recordings are too poor to decide. Record some that tell effects apart, by the next command.")
     if verdict in (Verdict.UNDECIDED, Verdict.NONE) and unseen:
         found.append(f"These effects could be there without these recordings showing it: {', '.join(unseen)}.")
     if verdict is Verdict.UNKNOWN:

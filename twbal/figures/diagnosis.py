@@ -60,7 +60,7 @@ def rivals_figure(rivals: Sequence[Rival], most: int) -> Figure:
     panel.set_yticks(places, names)
     for place, rival, difference in zip(places, best, short, strict=True):
         first = rival is known[0]
-        said = f"{'best' if first else -round(difference)} ({rival.probability:.0%})"
+        said = f"{'best' if first else round(difference)} ({rival.probability:.0%})"
         colour = GOOD.light if first else INK.light
         panel.annotate(said, (difference, place), (5, 0), textcoords="offset points", va="center", color=colour)
     panel.set_xscale("symlog", linthresh=_NEAR)

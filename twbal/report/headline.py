@@ -9,7 +9,8 @@ def headline_text(diagnosis: Diagnosis) -> str:
     """What the diagnosis comes to, in a few sentences."""
     head = diagnosis.headline
     if diagnosis.verdict is Verdict.NAMED:
-        text = "The simulation lacks " + " and ".join(map(_described, diagnosis.effects)) + "."
+        *most, last = map(_described, diagnosis.effects)
+        text = f"The simulation lacks {', '.join(most)}{' and ' if most else ''}{last}."
         return text if head is None else f"{text} {_what_closes(head, diagnosis.effects)} {_errors(head, True)}"
     if diagnosis.verdict is Verdict.DATA_SHEET:
         found = "the data sheet is off: " + "; ".join(_class(name, diagnosis) for name in diagnosis.data_sheet_class)
