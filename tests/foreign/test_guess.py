@@ -8,6 +8,7 @@ import pytest
 import yaml
 from foreign_logs import columns, text
 
+from twbal.errors import LogError
 from twbal.foreign.guess import guess
 
 ROWS = columns()
@@ -147,3 +148,9 @@ def test_logs_of_real_robots_are_told_as_their_owners_describe_them():
         "voltage": "motorDutyCycle",
     }
     assert found.open == ("scale of voltage", "motor")
+
+
+def test_a_text_of_which_no_column_has_only_numbers_is_refused(tmp_path):
+    (tmp_path / "log.txt").write_text("a b\n1 x\nx 1\n")
+    with pytest.raises(LogError, match="no column in which all fields are numbers"):
+        guess(tmp_path / "log.txt")

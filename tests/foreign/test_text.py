@@ -100,6 +100,12 @@ def test_what_cannot_be_read_is_one_error_that_says_where(complaint, log):
         read_text(log(BAD[complaint]), WANTED)
 
 
+def test_a_row_with_more_fields_than_the_header_names_is_told_by_number(log):
+    content = "tilt\n" + "1,2\n" * 3 + "1,x\n" + "1,2\n"
+    with pytest.raises(LogError, match=r"Line 5 of .* has 'x' in column 2: no number"):
+        read_text(log(content), [1, 2])
+
+
 def test_a_column_that_is_not_there_lists_those_that_are(log):
     with pytest.raises(LogError, match=r"no column 'pitch'; it has: time, tilt, .*command"):
         read_text(log(text(ROWS)), ["pitch"])

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from twbal.errors import LogError
-from twbal.foreign.columns import Columns, Name, file_data, places
+from twbal.foreign.columns import LARGEST, Columns, Name, file_data, places
 from twbal.gaussian import Array
 
 ENDINGS = (".npy", ".npz", ".mat", ".json", ".parquet")
@@ -28,6 +28,8 @@ def named_arrays(path: Path) -> dict[str, Array]:
         found = dict(_columns("", _content(path)))
     except LogError:
         raise
+    except OSError as error:
+        raise LogError(f"{path} cannot be read: {error.strerror or error}.") from error
     except Exception as error:  # what readers raise at a damaged file is anything
         newer = " A MATLAB 7.3 file is HDF5: save it with -v7." if isinstance(error, NotImplementedError) else ""
         raise LogError(f"{path} cannot be read as a {path.suffix} file ({error}).{newer}") from error
@@ -72,6 +74,8 @@ def _content(path: Path) -> Mapping[str, Any]:
             return {name: loaded[name] for name in loaded.dtype.names}
         return {"column": loaded}
     with loaded:
+        if sum(member.file_size for member in loaded.zip.infolist()) > LARGEST:
+            raise LogError(f"{path} unfolds to more than {LARGEST} bytes.")
         return {name: loaded[name] for name in loaded.files}
 
 

@@ -14,7 +14,7 @@ from twbal.gaussian import Array
 Name = str | int
 """A column by its name, or by its number from 1 on."""
 
-_LARGEST = 2**32  # bytes of a file
+LARGEST = 2**32  # bytes of a file, and of all that a compressed one unfolds to
 
 
 class Columns(NamedTuple):
@@ -40,9 +40,9 @@ def file_data(path: Path) -> bytes:
         LogError: it cannot be read.
     """
     try:
-        return read_bounded(path, _LARGEST)
+        return read_bounded(path, LARGEST)
     except OSError as error:
-        raise LogError(f"{path} cannot be read: {error.strerror}.") from error
+        raise LogError(f"{path} cannot be read: {error.strerror or error}.") from error
 
 
 def places(path: Path, names: Sequence[str], count: int, wanted: Sequence[Name]) -> list[int]:

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from twbal.errors import LogError
 from twbal.foreign.arrays import ENDINGS, named_arrays
 from twbal.foreign.names import Meaning, meaning_of, names_in_comments
 from twbal.foreign.text import content_of, fields_of, layout_of, read_text
@@ -43,6 +44,8 @@ def all_columns(path: Path) -> list[Column]:
     data = content_of(path)
     layout = layout_of(path, data)
     numbers = [k for k in range(layout.width) if all(_plain(row[k]) for row in layout.sample if k < len(row))]
+    if not numbers:
+        raise LogError(f"{path} has no column in which all fields are numbers.")
     read = read_text(path, [k + 1 for k in numbers])
     values = np.full((len(read.values), layout.width), np.nan)
     values[:, numbers] = read.values

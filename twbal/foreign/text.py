@@ -270,6 +270,6 @@ def _complaint(
             row = int(np.argmax(bad.to_numpy()))
             field = str(texts[k].iloc[row])
             hint = "hexadecimal; leave that column out of the mapping" if field[:2].lower() == "0x" else "no number"
-            name = f" ({layout.names[k]})" if layout.names else ""
+            name = f" ({layout.names[k]})" if k < len(layout.names) else ""
             return LogError(f"Line {lines[row]} of {path} has {field[:40]!r} in column {k + 1}{name}: {hint}.")
     return LogError(f"{path} has a field that is no number.")
