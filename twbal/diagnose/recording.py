@@ -113,7 +113,8 @@ def _read(episode: Episode, name: str, robot: RobotParameters, usability: Usabil
     if abs(episode.control_period - robot.control_period) > 1e-6:
         raise DataError(
             f"Episode {name} has a control period of {episode.control_period} s, robot {robot.name!r} one of "
-            f"{robot.control_period} s. Was it recorded with another robot? Choose the robot by robot=..."
+            f"{robot.control_period} s. Choose the robot by robot=..., or set its period by "
+            f"robot.control_period={episode.control_period!r}."
         )
     seen = episode.observations
     if not np.isfinite(seen).all() or not np.isfinite(episode.commands).all():
@@ -140,7 +141,7 @@ def _check_clock(times: Array, name: str, period: float) -> None:
     if odd > 0.05:
         raise DataError(
             f"In episode {name} {odd:.0%} of the control periods are more than {_JITTER:.0%} off {period} s, so "
-            "samples were lost or the robot's period is another. Choose the robot by robot=... or record again."
+            "samples were lost or the robot's period is another. Set it by robot.control_period=..., or record again."
         )
 
 
