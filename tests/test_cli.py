@@ -244,6 +244,23 @@ def test_configuration_of_ones_own(stage, tmp_path):
     assert names == ["mine"]
 
 
+@pytest.mark.parametrize(
+    ("written", "expected"),
+    [
+        (b"name: mine\n  track: [0.2, 1\n", "mine.yaml is no yaml: line 2, column 8: mapping values are not allowed"),
+        (b"name: mine\nname: yours\n", "mine.yaml is no yaml: line 2, column 1: found duplicate key name"),
+        (b"name: [mine\n", "mine.yaml is no yaml: line 2, column 1: "),
+        (b"name: \x01\n", "cannot be read (unacceptable character"),
+        (b"name: \xff\n", "no text in UTF-8"),
+    ],
+)
+def test_configuration_of_ones_own_that_is_no_yaml_is_one_clear_error(written, expected, tmp_path, capsys):
+    (tmp_path / "mine" / "robot").mkdir(parents=True)
+    (tmp_path / "mine" / "robot" / "mine.yaml").write_bytes(written)
+    assert main(["sim-collect", f"--config-dir={tmp_path / 'mine'}", "robot=mine"]) == 1
+    assert expected in only_error(capsys)
+
+
 def environment(**more: str) -> dict[str, str]:
     clean = {name: value for name, value in os.environ.items() if name != "HYDRA_FULL_ERROR"}
     return clean | {"PYTHONPATH": os.pathsep.join(sys.path)} | more

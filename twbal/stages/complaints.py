@@ -5,6 +5,7 @@ import re
 from collections.abc import Iterator, Sequence
 from typing import Any
 
+import yaml
 from hydra import compose, initialize_config_dir
 from hydra.errors import InstantiationException, MissingConfigException, OverrideParseException
 from omegaconf import OmegaConf
@@ -46,6 +47,20 @@ def complaint(error: Exception, stage: str) -> TwbalError:
     if unknown:
         return ConfigError(_no_such_key(unknown.group(1), stage))
     return ConfigError(_plain(error))
+
+
+def unreadable_yaml(error: yaml.YAMLError | UnicodeDecodeError) -> ConfigError:
+    """What `error`, raised while Hydra read a configuration, says of the file that cannot be read."""
+    if isinstance(error, UnicodeDecodeError):
+        return ConfigError(f"A yaml file of the configuration is no text in UTF-8 ({error}). Save it as UTF-8.")
+    mark = error.problem_mark if isinstance(error, yaml.MarkedYAMLError) else None
+    if mark is None:
+        return ConfigError(f"A yaml file of the configuration cannot be read ({_plain(error)}).")
+    what = getattr(error, "problem", None) or "no yaml"
+    return ConfigError(
+        f"{mark.name} is no yaml: line {mark.line + 1}, column {mark.column + 1}: {what}. "
+        "Are brackets closed, blocks indented alike, and is there a blank after each colon?"
+    )
 
 
 def _own_cause(error: BaseException) -> TwbalError | None:

@@ -3,6 +3,7 @@
 import sys
 
 import hydra
+import yaml
 from hydra.errors import HydraException
 from omegaconf.errors import OmegaConfBaseException
 
@@ -11,7 +12,7 @@ from twbal.stages import (
     ray_launcher,
     settings_help,  # noqa: F401, help asks for it
 )
-from twbal.stages.complaints import complaint
+from twbal.stages.complaints import complaint, unreadable_yaml
 from twbal.stages.sim_files import with_files
 from twbal.stages.sweeps import FailedJobError, Job, StageFailed, full_error, translated
 
@@ -46,6 +47,8 @@ def run_stage(stage: str, words: list[str], program: str) -> None:
         raise job.failures(failed, words) from failed
     except (HydraException, OmegaConfBaseException) as error:
         raise complaint(error, stage) from error
+    except (yaml.YAMLError, UnicodeDecodeError) as error:  # not of the stage, whose errors are in a StageFailed
+        raise unreadable_yaml(error) from error
 
 
 def _overrides_first(words: list[str]) -> list[str]:
