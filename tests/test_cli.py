@@ -86,6 +86,11 @@ def test_a_misspelt_override_is_one_clear_error(word, expected, capsys):
     assert expected in only_error(capsys)
 
 
+def test_a_stage_without_a_simulation_is_not_told_to_add_effects(capsys):
+    assert main(["fit-sim-gp", "episodes=e", "sim.effects.dead_zone.width=1"]) == 1
+    assert "fit-sim-gp has no setting 'sim.effects.dead_zone.width'" in only_error(capsys)
+
+
 @pytest.mark.parametrize(
     "words",
     [

@@ -98,7 +98,7 @@ def _no_such_key(key: str, stage: str) -> str:
     known = list(_keys(OmegaConf.to_container(cfg)))
     if key in known:
         return f"{stage} cannot set {key} to that: it has no such entries. New ones are added by +{key}.<name>=..."
-    if key.startswith(_EFFECTS):
+    if key.startswith(_EFFECTS) and "sim" in cfg:
         name = key.removeprefix(_EFFECTS).split(".")[0]
         return f"The simulation has no effect {name!r} to set {key} of. Add it by +effect@{_EFFECTS}{name}={name}."
     top = ", ".join(str(name) for name in cfg)
