@@ -172,7 +172,7 @@ def test_many_short_parts_are_one_line(brought):
     imported = brought(ROWS[keep])
     assert len(imported.episodes) == 1
     (said,) = [note for note in imported.notes if "too short" in note]
-    assert said.startswith("29 parts without a gap, of at most 2 samples, are too short")
+    assert said.startswith("29 parts without a gap of at most 2 samples: too short")
 
 
 def test_a_rows_command_acts_after_its_sample_or_before_it_where_the_mapping_says_so(brought):

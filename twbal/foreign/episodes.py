@@ -78,7 +78,8 @@ def import_file(path: Path, mapping: LogMapping, wanted: Wanted, provenance: Pro
         trial = replace(provenance, trial=provenance.trial + len(episodes))
         episodes.append(_episode(rest, period.of(every, wanted.period), every, mapping, wanted.channels, trial))
     if short:
-        notes.append(f"{len(short)} parts without a gap, of at most {max(short)} samples, are too short and left out")
+        which = "1 part without a gap" if len(short) == 1 else f"{len(short)} parts without a gap"
+        notes.append(f"{which} of at most {max(short)} samples: too short, left out")
     if not episodes:
         raise LogError(
             f"{path} has no recording of {wanted.shortest} samples without a gap: {'; '.join(notes)}. "

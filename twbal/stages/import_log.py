@@ -124,7 +124,7 @@ def _import_to_files(
         except DataError as error:
             if len(files) == 1:
                 raise
-            refused.append(f"{file}: {error}")
+            refused.append(str(error) if str(file) in str(error) else f"{file}: {error}")
             print(f"  WARNING: not imported: {refused[-1]}")
             continue
         _tell(file, imported)
