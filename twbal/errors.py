@@ -72,3 +72,8 @@ def install_advice(extra: str) -> str:
         extra: its name.
     """
     return f"pip install -e '.[{extra}]' (in the checkout of twbal)"
+
+
+def printable(text: str) -> str:
+    """`text` of others as a terminal may show it: control characters, which could move its cursor, become �."""
+    return "".join(character if character.isprintable() else "\N{REPLACEMENT CHARACTER}" for character in text)

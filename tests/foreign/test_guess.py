@@ -150,6 +150,23 @@ def test_logs_of_real_robots_are_told_as_their_owners_describe_them():
     assert found.open == ("scale of voltage", "motor")
 
 
+@pytest.mark.parametrize("kind", ["header", "comment", "json"])
+def test_control_characters_in_names_reach_neither_a_terminal_nor_the_mapping(kind, tmp_path):
+    names = ("time", "\x1b]0;owned\x07tilt", "wheel\x9bangle")
+    path = tmp_path / ("log.json" if kind == "json" else "log.txt")
+    if kind == "json":
+        path.write_text(json.dumps({name: column.tolist() for name, column in zip(names, ROWS.T, strict=False)}))
+    elif kind == "header":
+        path.write_text(text(ROWS[:, :3], names=names), encoding="latin-1")
+    else:
+        path.write_text("% " + " ".join(names) + "\n" + text(ROWS[:, :3], " ", names=()), encoding="latin-1")
+    mapping, found = proposed(path)
+    assert mapping["quantities"]["time"]["from"] in ("time", 1)
+    assert all(
+        line.replace("\t", " ").isprintable() for line in [*found.table, *found.mapping.splitlines(), *found.open]
+    )
+
+
 def test_a_text_of_which_no_column_has_only_numbers_is_refused(tmp_path):
     (tmp_path / "log.txt").write_text("a b\n1 x\nx 1\n")
     with pytest.raises(LogError, match="no column in which all fields are numbers"):

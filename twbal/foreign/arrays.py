@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from twbal.errors import LogError
+from twbal.errors import LogError, printable
 from twbal.foreign.columns import LARGEST, Columns, Name, file_data, places
 from twbal.gaussian import Array
 
@@ -37,7 +37,7 @@ def named_arrays(path: Path) -> dict[str, Array]:
         raise LogError(f"{path} has no vector or matrix of numbers.")
     lengths = [len(values) for values in found.values()]
     common = max(set(lengths), key=lambda length: length * lengths.count(length))
-    return {name: values for name, values in found.items() if len(values) == common}
+    return {printable(name): values for name, values in found.items() if len(values) == common}
 
 
 def read_arrays(path: Path, wanted: Sequence[Name], names: Sequence[str] = ()) -> Columns:

@@ -10,7 +10,7 @@ import numpy as np
 import pandas
 from numpy.typing import NDArray
 
-from twbal.errors import LogError
+from twbal.errors import LogError, printable
 from twbal.foreign.columns import Columns, Name, file_data, places
 from twbal.gaussian import Array
 
@@ -59,7 +59,7 @@ def layout_of(path: Path, data: bytes) -> Layout:
     comma = delimiter != "," and any(_DECIMAL_COMMA.fullmatch(field) for row in rows for field in row)
     header = rows[0] if not all(_is_number(field, comma) for field in rows[0]) else None
     body = rows[1:] if header and len(rows) > 1 and any(_is_number(f, comma) for f in rows[1]) else rows
-    names = tuple(header) if header and body is not rows else ()
+    names = tuple(map(printable, header)) if header and body is not rows else ()
     if not any(_is_number(field, comma) and field for row in body for field in row):
         raise LogError(f"{path} has no columns of numbers; its first line is {lines[0][:60]!r}.")
     return Layout(delimiter, "," if comma else ".", comment, names, len(body[0]), tuple(map(tuple, body)), comments)
@@ -117,7 +117,7 @@ def _first_lines(path: Path, data: bytes) -> tuple[list[str], str, tuple[str, ..
         stripped = line.strip()
         if stripped[:1] and stripped[0] in _COMMENTS:
             comment = comment or stripped[0]
-            comments += [] if found else [stripped.lstrip(_COMMENTS).strip()]
+            comments += [] if found else ["\t".join(map(printable, stripped.lstrip(_COMMENTS).strip().split("\t")))]
         elif stripped:
             found.append(stripped)
         if len(found) == _LOOKED_AT:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from enum import IntEnum, IntFlag
 from typing import ClassVar, Self
 
+from twbal.errors import printable
 from twbal.link.frame import Splitter, unwrap, wrap
 
 VERSION = 1
@@ -220,11 +221,6 @@ KINDS: dict[int, type[Message]] = {kind.TYPE: kind for kind in (Hello, Welcome, 
 def text_bytes(text: str) -> bytes:
     """`text` in UTF-8, cut between characters where it is too long."""
     return text.encode()[:MAX_TEXT].decode(errors="ignore").encode()
-
-
-def printable(text: str) -> str:
-    """`text` of a robot as a terminal may show it: control characters, which could move its cursor, become �."""
-    return "".join(character if character.isprintable() else "\N{REPLACEMENT CHARACTER}" for character in text)
 
 
 def to_wire(message: Message) -> bytes:
