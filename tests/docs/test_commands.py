@@ -103,6 +103,7 @@ def test_a_command_runs_as_it_is_shown(text, how, run):
     run(text)
 
 
+@pytest.mark.filterwarnings("ignore")  # as where users run them: those of libraries are not errors there
 @pytest.mark.slow
 @pytest.mark.parametrize(("text", "how"), [case for case in told(Stage) if case.values[1].slow])
 def test_a_longer_command_runs_as_it_is_shown(text, how, run):

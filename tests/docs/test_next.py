@@ -56,6 +56,7 @@ def test_after_shaking_the_robot_comes_the_diagnosis(follow):
     assert main([*following, "--cfg", "job"]) == 0
 
 
+@pytest.mark.slow
 def test_a_diagnosis_ends_with_a_command_that_takes_its_simulation(follow):
     shutil.copytree(DATA / "excited", "my logs")
     enough = ("horizons=[0.15]", "starts=10")

@@ -67,6 +67,7 @@ def spoiled(tmp_path, change):
     return path
 
 
+@pytest.mark.slow
 def test_a_measure_that_moved_fails_and_is_named(tmp_path, capsys):
     name = "policy/commands/rms"
     path = spoiled(tmp_path, lambda known: known["measures"].update({name: 1.001 * known["measures"][name]}))
@@ -91,6 +92,7 @@ def test_what_is_not_there_is_one_clear_line(words, complaint, tmp_path, capsys)
     assert len(said.splitlines()) == 1
 
 
+@pytest.mark.slow
 def test_the_baseline_of_other_data_is_refused(tmp_path, capsys):
     path = spoiled(tmp_path, lambda known: known["data"].update({"policy.pt": "0" * 64}))
     assert main(["check", f"data={DATA}", f"baseline={path}", f"hydra.run.dir={tmp_path / 'out'}"]) == 1

@@ -67,6 +67,7 @@ def test_never_solved_and_gone_on_with(tmp_path, capsys):
     assert read_manifest(folder / "iteration_0" / "trials") == began
 
 
+@pytest.mark.slow
 def test_interrupted_and_solved_after_updates(tmp_path, capsys, monkeypatch):
     stages = []
 
