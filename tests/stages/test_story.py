@@ -115,8 +115,9 @@ def test_a_killed_run_tells_the_same_as_an_undisturbed_one(tmp_path, capsys):
 
 @pytest.mark.slow
 def test_diagnosed(tmp_path, capsys):
-    words = ["trials=2", "updates=1", "rehearsals=1", "diagnose=true", "diagnosis=default", "real_rollout.trials=12"]
-    iterate(tmp_path, *SMALLEST, *NEVER, *words, "real_rollout.steps=200")
+    words = ["trials=2", "updates=1", "rehearsals=1", "diagnose=true", "real_rollout.trials=4", "real_rollout.steps=60"]
+    light = ["diagnosis=default", "diagnosis.shortlist=1", "diagnosis.most_effects=1", "diagnosis.substeps=4"]
+    iterate(tmp_path, *SMALLEST, *NEVER, *words, *light)
     disk = check(tmp_path, capsys.readouterr().out)
     assert [iteration.diagnosed for iteration in disk] == [False, True]
 
