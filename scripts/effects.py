@@ -4,13 +4,13 @@ import inspect
 import re
 from pathlib import Path
 
-from twbal.sim.effects.effect import Effect, Parameter, parameters_of
-from twbal.sim.effects.library import library
+from twbal.effects.effect import Effect, Parameter, parameters_of
+from twbal.effects.library import library
 
 PAGE = Path(__file__).resolve().parent.parent / "docs" / "effects.md"
 HEAD = """# Effects
 
-What a robot may have that its data sheet leaves out. Each is a file of `twbal/sim/effects/` and a choice of
+What a robot may have that its data sheet leaves out. Each is a file of `twbal/effects/` and a choice of
 `conf/effect/`. To put one into the simulation:
 
 ```

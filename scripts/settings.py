@@ -7,12 +7,12 @@ from typing import Any
 from hydra import compose, initialize_config_dir
 from omegaconf import OmegaConf
 
-from twbal.configuration import conf_folder
-from twbal.settings.kinds import Part
-from twbal.settings.setting import Setting
-from twbal.settings.stages import SECTIONS
-from twbal.settings.table import GROUPS, STAGES, leaves
-from twbal.settings.text import shown
+from twbal.cli.conf_folder import conf_folder
+from twbal.cli.settings.help_text import shown
+from twbal.cli.settings.kinds import Part
+from twbal.cli.settings.lookup import GROUPS, STAGES, leaves
+from twbal.cli.settings.setting import Setting
+from twbal.cli.settings.stage_settings import SECTIONS
 
 PAGE = Path(__file__).resolve().parent.parent / "docs" / "settings.md"
 HEAD = """# Settings

@@ -6,42 +6,31 @@ from pathlib import Path
 
 import pytest
 
-HOUSE = Path(__file__).resolve().parent.parent
-PACKAGE = HOUSE / "twbal"
+ROOT = Path(__file__).resolve().parent.parent
+PACKAGE = ROOT / "twbal"
 FOREIGN = {
-    "hydra": ("cli.py", "stages/"),
-    "omegaconf": ("cli.py", "stages/"),
+    "hydra": ("cli/",),
+    "omegaconf": ("cli/",),
     "pybullet": ("sim/",),
     "serial": ("link/transport.py",),
-    "mcap": ("logs/",),
-    "matplotlib": ("figures/",),
+    "mcap": ("io/logs/",),
+    "matplotlib": ("viz/",),
     "gpytorch": ("models/fit.py",),
-    "torch": ("checkpoint.py", "models/fit.py", "search/particles.py", "agents/training.py"),
-    "gymnasium": ("environment/", "agents/training.py"),
-    "stable_baselines3": ("agents/training.py",),
-    "jinja2": ("report/",),
-    "numba": ("compiled.py",),
-    "pandas": ("foreign/text.py", "stages/export.py"),
-    "PIL": ("figures/film.py",),
-    "ray": ("stages/ray_launcher.py",),
+    "torch": ("io/checkpoint.py", "models/fit.py", "search/particles.py", "environment/agent_training.py"),
+    "gymnasium": ("environment/",),
+    "stable_baselines3": ("environment/agent_training.py",),
+    "jinja2": ("viz/",),
+    "numba": ("core/compiled.py",),
+    "pandas": ("io/importers/text_files.py", "cli/stages/export.py"),
+    "PIL": ("viz/animation.py",),
+    "ray": ("cli/ray_launcher.py",),
 }
 
 
-def floors():
-    """Floor of each room (a folder, or a file right in the package), as the page's table says."""
-    page = (HOUSE / "docs" / "architecture.md").read_text()
-    found = {}
-    for number, text in re.findall(r"^\| (\d+) \| (.*) \|$", page, flags=re.MULTILINE):
-        for name in re.findall(r"`(\w+(?:\.py|/))`", text):
-            if (PACKAGE / name).exists():
-                found[name] = int(number)
-    return found
-
-
-def room(path):
-    """The room a module lies in."""
-    inside = path.relative_to(PACKAGE).parts
-    return inside[0] + "/" if len(inside) > 1 else inside[0]
+def layers():
+    """Layer of each folder, as the page's table says."""
+    page = (ROOT / "docs" / "architecture.md").read_text()
+    return {name: int(number) for number, name in re.findall(r"^\| (\d+) \| `(\w+)/` \|", page, flags=re.MULTILINE)}
 
 
 def imports(path):
@@ -56,17 +45,16 @@ def imports(path):
 MODULES = sorted(p for p in PACKAGE.rglob("*.py") if p.name not in ("__init__.py", "__main__.py"))
 
 
-def test_every_room_stands_on_a_floor():
-    assert {room(path) for path in MODULES} == set(floors())
+def test_every_folder_is_on_a_layer():
+    assert {path.relative_to(PACKAGE).parts[0] for path in MODULES} == set(layers())
 
 
 @pytest.mark.parametrize("path", MODULES, ids=lambda p: str(p.relative_to(PACKAGE)))
-def test_imports_run_downhill(path):
-    here, level = room(path), floors()
+def test_imports_point_to_lower_layers(path):
+    here, level = path.relative_to(PACKAGE).parts[0], layers()
     for name in imports(path):
         if name.startswith("twbal."):
-            part = name.split(".")[1]
-            there = f"{part}/" if (PACKAGE / part).is_dir() else f"{part}.py"
+            there = name.split(".")[1]
             assert there == here or level[there] < level[here], f"{here} imports {name}"
 
 

@@ -22,10 +22,10 @@ import pytest
 import torch
 from mcap.writer import Writer
 
-from twbal.cli import STAGES, main
-from twbal.episode import Outcome
+from twbal.cli.main import STAGES, main
+from twbal.core.episode import Outcome
+from twbal.io.logs import read_episode, write_episode
 from twbal.link.protocol import Clock, Decoder, Message, Status, Telemetry, Welcome, to_wire
-from twbal.logs import read_episode, write_episode
 from twbal.policies.policy import Policy
 from twbal.virtual_robot.firmware import Firmware, Identity
 from twbal.virtual_robot.process import VirtualRobotProcess, virtual_robot_command
@@ -344,8 +344,8 @@ def robot_behind_a_port(sim_plant, change: Callable[[Message], Message]):
 
 @pytest.fixture
 def sim_plant(paper):
-    from twbal.robot.start_pose import StartPose
-    from twbal.sim.plant import SimPlant
+    from twbal.core.start_pose import StartPose
+    from twbal.sim.bullet_plant import SimPlant
 
     start = StartPose(-0.17, 0.0, 0.0, 0.0)
     with SimPlant(robot=paper, effects=[], start=start, physics_step=1e-3, seed=0) as plant:
@@ -407,7 +407,7 @@ def test_a_robot_that_is_not_the_data_sheets_is_noticed_before_anything_is_simul
 
 
 def test_a_policy_made_for_a_stronger_robot_is_refused_before_the_robot_is_reached(refused, tmp_path):
-    from twbal.checkpoint import save_checkpoint
+    from twbal.io.checkpoint import save_checkpoint
     from twbal.policies.rbf import RbfPolicy
 
     channels = ("tilt", "tilt_rate", "speed", "command_1", "command_2")

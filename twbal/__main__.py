@@ -2,7 +2,7 @@
 
 import sys
 
-from twbal.cli import main
+from twbal.cli.main import main
 
 if __name__ == "__main__":
     sys.exit(main())

@@ -25,7 +25,7 @@ from hydra.utils import instantiate
 
 from benchmarks.measure import memory_mb
 from benchmarks.moment_matching.problem import Data, data
-from twbal.gaussian import Array
+from twbal.core.gaussian import Array
 
 CONF = Path("conf").resolve()
 SETTINGS = "model.fit_f.settings"

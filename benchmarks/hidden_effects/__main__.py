@@ -31,10 +31,10 @@ from benchmarks.hidden_effects.score import score
 from benchmarks.hidden_effects.serial import RECORDED, record
 from benchmarks.hidden_effects.sets import SERIAL, STRATA, Set, sets
 from benchmarks.hidden_effects.truth import HiddenRobot
-from twbal.configuration import conf_folder
-from twbal.episode import Provenance
-from twbal.logs import write_episode
-from twbal.rollout import rollout
+from twbal.algorithm.rollout import rollout
+from twbal.cli.conf_folder import conf_folder
+from twbal.core.episode import Provenance
+from twbal.io.logs import write_episode
 
 ROOT, RESULTS = Path("outputs/bench/hidden_effects"), Path("benchmarks/results/hidden_effects.json")
 AGAIN = RESULTS.with_name("hidden_effects_again.json")

@@ -20,11 +20,11 @@ from omegaconf import OmegaConf
 from benchmarks.hidden_effects.robot import Body, drawn
 from benchmarks.hidden_effects.sets import Set
 from benchmarks.hidden_effects.truth import HiddenRobot, Sensors
-from twbal.configuration import conf_folder
-from twbal.gaussian import Array
-from twbal.logs import read_episode
-from twbal.plant import Observation
-from twbal.robot.start_pose import Stance
+from twbal.cli.conf_folder import conf_folder
+from twbal.core.gaussian import Array
+from twbal.core.plant import Observation
+from twbal.core.start_pose import Stance
+from twbal.io.logs import read_episode
 from twbal.sim.replay import ReplayStart, replay
 from twbal.sim.world import Underway
 

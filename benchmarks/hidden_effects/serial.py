@@ -13,9 +13,9 @@ from typing import Any
 from hydra import compose, initialize_config_dir
 from hydra.utils import instantiate
 
-from twbal.configuration import conf_folder
-from twbal.sim.effects.library import library
-from twbal.sim.effects.sensor_noise import SensorNoise
+from twbal.cli.conf_folder import conf_folder
+from twbal.effects.library import library
+from twbal.effects.sensor_noise import SensorNoise
 from twbal.virtual_robot.hidden import draw_hidden
 
 RECORDED = "recorded"

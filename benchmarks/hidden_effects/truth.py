@@ -9,7 +9,7 @@ import numpy as np
 
 from benchmarks.hidden_effects.faults import ALL, Hooks, Now
 from benchmarks.hidden_effects.robot import GRAVITY, STEP, Body, Ride
-from twbal.plant import Observation, Plant
+from twbal.core.plant import Observation, Plant
 
 _TICKS = 4096  # of an encoder, in a turn
 _WINDOW = 1  # physics steps over which the encoders' timers measure a rate

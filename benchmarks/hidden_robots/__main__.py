@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.hidden_robots.robots import as_simulation, dropped_by_the_data_sheet, iterate
-from twbal.sim.effects.effect import Effect
+from twbal.effects.effect import Effect
 
 ROOT = Path("outputs/bench/hidden_robots")
 RESULTS = Path("benchmarks/results/hidden_robots.json")

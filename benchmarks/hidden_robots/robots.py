@@ -11,10 +11,10 @@ from hydra import compose, initialize_config_dir
 from hydra.utils import instantiate
 
 from benchmarks.hidden_robots.yardstick import drops
-from twbal.configuration import conf_folder
-from twbal.sim.effects.effect import Effect
-from twbal.sim.effects.sensor_noise import SensorNoise
-from twbal.sim.plant import SimPlant
+from twbal.cli.conf_folder import conf_folder
+from twbal.effects.effect import Effect
+from twbal.effects.sensor_noise import SensorNoise
+from twbal.sim.bullet_plant import SimPlant
 from twbal.virtual_robot.hidden import draw_hidden
 
 PHYSICS_STEP = 0.0005  # s, of the virtual robot

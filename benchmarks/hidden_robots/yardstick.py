@@ -7,15 +7,15 @@ those that it drops.
 import numpy as np
 import scipy.linalg
 
-from twbal.channels import Channels
-from twbal.episode import Provenance
-from twbal.evaluation import SuccessRule, succeeded
-from twbal.gaussian import Array
-from twbal.planar.linear import linearise
-from twbal.plant import Plant
+from twbal.algorithm.rollout import rollout
+from twbal.core.channels import Channels
+from twbal.core.episode import Provenance
+from twbal.core.evaluation import SuccessRule, succeeded
+from twbal.core.gaussian import Array
+from twbal.core.plant import Plant
+from twbal.core.robot_parameters import RobotParameters
+from twbal.planar.linearised import linearise
 from twbal.policies.policy import Controller, Policy
-from twbal.robot.parameters import RobotParameters
-from twbal.rollout import rollout
 
 _WIDTHS = np.array([0.25, 2.5, 1.0])  # rad, rad/s, m/s: Bryson's rule, a usual deviation of each
 

@@ -18,10 +18,10 @@ from typing import Any
 import numpy as np
 
 from benchmarks.hidden_robots.robots import iterate
-from twbal.gaussian import Array
-from twbal.logs import read_episodes
+from twbal.cli.artefacts import load_model
+from twbal.core.gaussian import Array
+from twbal.io.logs import read_episodes
 from twbal.models.dataset import residuals, transitions
-from twbal.stages.artefacts import load_model
 
 ROOT = Path("outputs/bench/mending")
 RESULTS = Path("benchmarks/results")

@@ -19,8 +19,8 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.hidden_robots.robots import dropped_by_the_data_sheet, iterate
-from twbal.comparison import METRICS, Run, estimate, paired, run_values
-from twbal.summary import read_summary
+from twbal.algorithm.comparison import METRICS, Run, estimate, paired, run_values
+from twbal.algorithm.summary import read_summary
 
 ROOT = Path("outputs/bench/methods")
 RESULTS = Path("benchmarks/results/methods.json")

@@ -12,13 +12,13 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
-from twbal.cost import SaturatingCost
-from twbal.gaussian import Array, Gaussian
+from twbal.core.cost import SaturatingCost
+from twbal.core.gaussian import Array, Gaussian
 from twbal.models.gp import GaussianProcess, condition, squared_exponential
 from twbal.models.moments.kernel_sum import KernelSum, no_kernels
 from twbal.models.moments.prediction import Truncation
 from twbal.policies.rbf import RbfPolicy
-from twbal.search.linear import regulator
+from twbal.search.linear_starts import regulator
 from twbal.search.transition import TransitionModel
 
 HORIZON, BASIS, PERIOD = 100, 50, 0.05

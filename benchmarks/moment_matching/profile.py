@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 
 from benchmarks.moment_matching.problem import COST, HORIZON, START, found_policy, gp, kernels, transition
-from twbal.cost import expected_cost
-from twbal.exponential import expm1_in_place
+from twbal.core.cost import expected_cost
+from twbal.core.exponential import expm1_in_place
 from twbal.models.moments.prediction import DEGREES, Truncation, series
 from twbal.models.moments.taylor import add_derivatives, smoothed_weights
 from twbal.policies.rbf_moments import activation_adjoint, activation_moments

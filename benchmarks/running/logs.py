@@ -20,8 +20,8 @@ import pandas
 from mcap.records import Message
 from mcap.stream_reader import StreamReader
 
-from twbal.logs import read_episode
-from twbal.logs.layout import layout_of
+from twbal.io.logs import read_episode
+from twbal.io.logs.layout import layout_of
 
 
 def write_log(path: Path, rows: int) -> None:

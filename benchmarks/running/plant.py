@@ -15,10 +15,10 @@ from typing import Any
 from hydra import compose, initialize_config_dir
 from hydra.utils import instantiate
 
-from twbal.robot.start_pose import StartPose
-from twbal.robot.urdf import urdf_text
+from twbal.core.start_pose import StartPose
 from twbal.sim.bullet import pybullet
-from twbal.sim.plant import SimPlant
+from twbal.sim.bullet_plant import SimPlant
+from twbal.sim.urdf import urdf_text
 
 PHYSICS_STEP, SUBSTEPS = 0.001, 20
 START = StartPose(0.0, 0.0, 0.0, 0.0)

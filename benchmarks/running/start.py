@@ -20,9 +20,8 @@ def seconds(*words: str) -> float:
 
 def run(repeats: int) -> dict[str, Any]:
     """Medians, and the heavy packages that the help imports."""
-    script = (
-        "import sys; from twbal.cli import main; main(['--help']); print([m for m in sys.argv[1:] if m in sys.modules])"
-    )
+    call = "import sys; from twbal.cli.main import main; main(['--help'])"
+    script = f"{call}; print([m for m in sys.argv[1:] if m in sys.modules])"
     said = subprocess.run([sys.executable, "-c", script, *HEAVY], check=True, capture_output=True, text=True).stdout
     return {
         "help_cpu_s": median(seconds("-m", "twbal", "--help") for _ in range(repeats)),

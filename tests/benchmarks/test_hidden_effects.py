@@ -10,16 +10,16 @@ from hydra import compose, initialize_config_dir
 from hydra.utils import instantiate
 
 from benchmarks.hidden_effects.score import score
-from twbal.configuration import conf_folder
-from twbal.diagnose.library import candidates_for
-from twbal.diagnose.name import name_effects
-from twbal.diagnose.recording import Usability, read_recordings
-from twbal.episode import Provenance
+from twbal.algorithm.rollout import rollout
+from twbal.cli.conf_folder import conf_folder
+from twbal.core.episode import Provenance
+from twbal.diagnosis.effect_candidates import candidates_for
+from twbal.diagnosis.name import name_effects
 from twbal.planar.dynamics import coefficients
-from twbal.rollout import rollout
+from twbal.sysid.recording import Usability, read_recordings
 
 HOUSE = Path(__file__).parents[2] / "benchmarks" / "hidden_effects"
-FORBIDDEN = ("twbal.sim", "twbal.planar", "twbal.engine", "twbal.diagnose", "twbal.virtual_robot")
+FORBIDDEN = ("twbal.sim", "twbal.planar", "twbal.effects", "twbal.sysid", "twbal.diagnosis", "twbal.virtual_robot")
 
 
 @pytest.mark.parametrize("file", ["robot.py", "faults.py", "truth.py", "sets.py", "score.py"])

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from small_run import OVERRIDES
 
-from twbal.sim.effects.library import library
+from twbal.effects.library import library
 
 MODEL, POLICY = "outputs/fit-sim-gp/.../model.pt", "outputs/optimise-policy/.../policy.pt"
 RECORDED = "outputs/real-rollout/..."
@@ -157,8 +157,8 @@ TABLE: Mapping[str, How] = {
     "python -m benchmarks.mending": Benchmark(),
     "twbal iterate diagnose=true": Stage(slow=True),
     "twbal sim-collect +effect@sim.effects.dead_zone=dead_zone sim.effects.dead_zone.width=0.5": Stage(),
-    "sh commands.sh other_folder": Elsewhere(("tests/stages/test_iterate_again.py", "commands.sh"), "runs all again"),
-    "sha256sum --check": Elsewhere(("twbal/stages/script.py", "sha256sum --check"), "the last line of commands.sh"),
+    "sh commands.sh other_folder": Elsewhere(("tests/cli/test_iterate_again.py", "commands.sh"), "runs all again"),
+    "sha256sum --check": Elsewhere(("twbal/cli/script.py", "sha256sum --check"), "the last line of commands.sh"),
     _GUESS: Stage(small=("hydra.run.dir=guessed",)),
     _IMPORT: Stage(
         {"<run folder>": "guessed", "robot=...": "robot=paper"}, small=("hydra.run.dir=imported",), after=(_GUESS,)
@@ -169,7 +169,7 @@ TABLE: Mapping[str, How] = {
     "twbal show episode=<log>": Stage({"<log>": "before.mcap"}),
     "twbal export episodes=<run folder> format=csv": Stage(_RECORDS),
     "rerun mcap convert ride.mcap -o ride.rrd": Elsewhere(
-        ("tests/stages/test_logs_in_and_out.py", '"mcap", "convert"'), "Rerun's"
+        ("tests/cli/test_logs_in_and_out.py", '"mcap", "convert"'), "Rerun's"
     ),
     "rerun ride.rrd": Elsewhere(None, "opens a window"),
     "twbal recover logs=<log or folder>": Stage({"<log or folder>": f"{RECORDED}/episodes"}),
@@ -191,13 +191,13 @@ TABLE: Mapping[str, How] = {
     "python -m benchmarks.running": Benchmark(measures=True),
     "twbal --help": Stage(),
     "ray start --head --port=6399 --num-cpus=1 --block": Elsewhere(
-        ("tests/stages/test_launchers.py", "ray.scripts.scripts"), "Ray's"
+        ("tests/cli/test_launchers.py", "ray.scripts.scripts"), "Ray's"
     ),
     "ray start --address=127.0.0.1:6399 --num-cpus=1 --block": Elsewhere(
-        ("tests/stages/test_launchers.py", "--address"), "Ray's"
+        ("tests/cli/test_launchers.py", "--address"), "Ray's"
     ),
     "twbal iterate -m link.seed=0,1,2,3 hydra/launcher=ray_cluster hydra.launcher.address=127.0.0.1:6399": Elsewhere(
-        ("tests/stages/test_launchers.py", "hydra/launcher=ray_cluster"), "needs a Ray cluster"
+        ("tests/cli/test_launchers.py", "hydra/launcher=ray_cluster"), "needs a Ray cluster"
     ),
     _COLLECT: Stage(small=("rollouts=4", "steps=15")),
     _FIT: Stage(after=(_COLLECT,)),

@@ -8,7 +8,7 @@ from foreign_logs import columns, text
 from how_to_run import MODEL, POLICY, RECORDED
 from shown import ROOT
 
-from twbal.cli import main
+from twbal.cli.main import main
 
 DATA = ROOT / "data" / "regression"
 SMALL_FIT = ("model.fit_f.settings.fit.starts=1", "model.fit_g.settings.starts=1", "model.smoothing=null")

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from omegaconf import OmegaConf
 
-from twbal.cli import STAGES
+from twbal.cli.main import STAGES
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]

@@ -16,7 +16,7 @@ from how_to_run import SMALL, TABLE, Benchmark, Elsewhere, Install, Make, Stage
 from scratch import furnish
 from shown import PAGES, ROOT, blocks, commands
 
-from twbal.cli import STAGES, main
+from twbal.cli.main import STAGES, main
 from twbal.virtual_robot.process import VirtualRobotProcess, virtual_robot_command
 
 SHOWN = commands()

@@ -9,8 +9,8 @@ import pytest
 from how_to_run import SMALL
 from scratch import DATA, regbot_log
 
-from twbal.cli import main
-from twbal.logs import read_episodes
+from twbal.cli.main import main
+from twbal.io.logs import read_episodes
 
 OTHER = ("robot.body_mass=9", "state=paper")  # than the defaults: a next command must hand these on
 

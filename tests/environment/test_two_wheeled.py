@@ -15,13 +15,13 @@ from hydra import compose, initialize_config_dir
 from hydra.utils import instantiate
 
 import twbal.environment  # noqa: F401 (registers)
-from twbal.configuration import conf_folder
-from twbal.episode import Outcome, Provenance
-from twbal.errors import ConfigError, DataError
+from twbal.algorithm.rollout import rollout
+from twbal.cli.conf_folder import conf_folder
+from twbal.cli.environment_config import make
+from twbal.cli.simulation_config import plant_maker
+from twbal.core.episode import Outcome, Provenance
+from twbal.core.errors import ConfigError, DataError
 from twbal.policies.policy import Policy
-from twbal.rollout import rollout
-from twbal.stages.environment import make
-from twbal.stages.simulation import plant_maker
 
 UNBOUNDED = "ignore:.*Box observation space m(in|ax)imum value is -?infinity.*:UserWarning"  # tilt rates are
 

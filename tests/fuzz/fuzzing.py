@@ -6,7 +6,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from twbal.errors import TwbalError
+from twbal.core.errors import TwbalError
 
 _ALWAYS = {"derandomize": True, "database": None, "deadline": None, "suppress_health_check": list(HealthCheck)}
 QUICK = settings(max_examples=25, **_ALWAYS)

@@ -9,17 +9,17 @@ import torch
 from fuzzing import changed, fuzzed, mutated, ours_only, plain
 from hypothesis import strategies as st
 
-from twbal.channels import Channels
-from twbal.checkpoint import save_checkpoint
-from twbal.gaussian import Gaussian
+from twbal.cli.artefacts import SavedModel, load_model, save_model
+from twbal.cli.prediction_file import Prediction, Verdict, load_prediction, save_prediction
+from twbal.core.channels import Channels
+from twbal.core.gaussian import Gaussian
+from twbal.io.checkpoint import save_checkpoint
 from twbal.models.dynamics import DynamicsModel
 from twbal.models.gp import GaussianProcess
 from twbal.policies.linear import LinearPolicy
 from twbal.policies.mlp import MlpPolicy
 from twbal.policies.rbf import RbfPolicy
 from twbal.policies.saved import load_policy
-from twbal.stages.artefacts import SavedModel, load_model, save_model
-from twbal.stages.predictions import Prediction, Verdict, load_prediction, save_prediction
 
 NAMES = ("tilt", "tilt_rate")
 POLICIES = [

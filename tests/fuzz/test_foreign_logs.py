@@ -10,10 +10,10 @@ from foreign_logs import columns, text
 from fuzzing import fuzzed, mutated, ours_only
 from hypothesis import strategies as st
 
-from twbal.errors import LogError
-from twbal.foreign.arrays import read_arrays
-from twbal.foreign.guess import guess
-from twbal.foreign.text import read_text
+from twbal.core.errors import LogError
+from twbal.io.importers.arrays import read_arrays
+from twbal.io.importers.guess import guess
+from twbal.io.importers.text_files import read_text
 
 pytestmark = pytest.mark.filterwarnings("error")
 ROWS = columns(12)

@@ -7,11 +7,11 @@ import numpy as np
 from fuzzing import fuzzed, mutated, ours_only
 from hypothesis import strategies as st
 
-from twbal.episode import Episode, Event, Outcome, Provenance
-from twbal.logs import read_episode, recover_episode, write_episode
-from twbal.logs.container import MAGIC, McapFile, MessageTimes
-from twbal.logs.layout import layout_of
-from twbal.logs.metadata import METADATA_NAME, checksum, metadata_of
+from twbal.core.episode import Episode, Event, Outcome, Provenance
+from twbal.io.logs import read_episode, recover_episode, write_episode
+from twbal.io.logs.container import MAGIC, McapFile, MessageTimes
+from twbal.io.logs.layout import layout_of
+from twbal.io.logs.metadata import METADATA_NAME, checksum, metadata_of
 
 CHANNELS = ("tilt", "speed")
 

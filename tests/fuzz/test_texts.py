@@ -7,13 +7,13 @@ import yaml
 from fuzzing import changed, fuzzed, mutated, ours_only, plain
 from hypothesis import strategies as st
 
-from twbal.diagnosis import closed_share
-from twbal.sim.effects.library import all_effects
-from twbal.stages.check import _read as read_baseline
-from twbal.stages.check import _tolerances as read_tolerances
-from twbal.stages.manifest import read_manifest
-from twbal.stages.sim_files import with_files
-from twbal.summary import read_summary
+from twbal.algorithm.summary import read_summary
+from twbal.cli.manifest import read_manifest
+from twbal.cli.sim_files import with_files
+from twbal.cli.stages.check import _read as read_baseline
+from twbal.cli.stages.check import _tolerances as read_tolerances
+from twbal.diagnosis.record import closed_share
+from twbal.effects.library import all_effects
 
 SIM = {"physics_step": 0.001, "effects": {"dead_zone": {"width": 1.2}, "torque_gain": {"gain": 0.8}}}
 TOLERANCES = {"*": {"relative": 1e-7, "absolute": 1e-10}, "fit/*": {"relative": 0.1, "absolute": 0.0}}
@@ -45,7 +45,7 @@ def sim(path: Path):
     words = with_files([f"sim={path}"])
     names = [word.removeprefix("++sim.effects.").partition("=")[0] for word in words[1:] if "effects" in word]
     assert set(names) <= set(all_effects())
-    assert all("_target_:twbal.sim.effects." in word for word in words if word.startswith("++"))
+    assert all("_target_:twbal.effects." in word for word in words if word.startswith("++"))
     return words
 
 

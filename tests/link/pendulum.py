@@ -5,8 +5,8 @@ from collections.abc import Callable
 
 import numpy as np
 
+from twbal.core.plant import Observation, Plant
 from twbal.link.transport import Transport
-from twbal.plant import Observation, Plant
 from twbal.virtual_robot.firmware import Firmware
 
 

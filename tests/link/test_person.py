@@ -5,7 +5,7 @@ import pytest
 from hydra.utils import instantiate
 from omegaconf import OmegaConf
 
-from twbal.errors import LinkError
+from twbal.core.errors import LinkError
 from twbal.link.person import confirm_placed
 
 

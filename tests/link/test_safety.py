@@ -11,14 +11,14 @@ import pytest
 from omegaconf import OmegaConf
 from pendulum import MemoryTransport, Pendulum
 
-from twbal.channels import Channels
-from twbal.episode import Outcome, Provenance
-from twbal.errors import ConfigError, LinkError, LinkLostError, ProtocolError
+from twbal.algorithm.rollout import rollout
+from twbal.core.channels import Channels
+from twbal.core.episode import Outcome, Provenance
+from twbal.core.errors import ConfigError, LinkError, LinkLostError, ProtocolError
 from twbal.link.frame import wrap
 from twbal.link.protocol import Arm, Clock, Decoder, Hello, Status, Stop, Telemetry, Welcome, to_wire
 from twbal.link.serial_plant import SerialPlant
 from twbal.policies.policy import Policy
-from twbal.rollout import rollout
 from twbal.virtual_robot.firmware import Firmware, Identity
 
 LOCKSTEP = Identity("pendulum", torque_limit=20.0, tilt_limit=1.0, watchdog=0.1, clock=Clock.LOCKSTEP)
@@ -368,7 +368,7 @@ def test_a_port_that_goes_at_any_call_leaves_the_robot_to_its_watchdog_and_the_e
 class Interrupted:
     """Raises KeyboardInterrupt at the line number `at` that is executed in the files that drive a robot."""
 
-    FILES = ("rollout.py", "serial_plant.py", "exchange.py")
+    FILES = ("algorithm/rollout.py", "serial_plant.py", "exchange.py")
 
     def __init__(self, at):
         self.left = at

@@ -5,13 +5,13 @@ import numpy as np
 import pytest
 from pendulum import MemoryTransport, Pendulum
 
-from twbal.channels import Channels
-from twbal.episode import Outcome, Provenance
-from twbal.errors import DataError, LinkError, LinkLostError, ProtocolError
+from twbal.algorithm.rollout import rollout
+from twbal.core.channels import Channels
+from twbal.core.episode import Outcome, Provenance
+from twbal.core.errors import DataError, LinkError, LinkLostError, ProtocolError
 from twbal.link.protocol import Clock, Decoder, Status, Stop, Welcome, to_wire
 from twbal.link.serial_plant import SerialPlant
 from twbal.policies.policy import Policy
-from twbal.rollout import rollout
 from twbal.virtual_robot.firmware import Firmware, Identity
 
 CHANNELS = Channels(("tilt", "tilt_rate"), wheel_radius=0.15)

@@ -10,7 +10,7 @@ from hydra.utils import instantiate
 from omegaconf import OmegaConf
 from pendulum import Pendulum
 
-from twbal.errors import ConfigError, LinkError, LinkLostError
+from twbal.core.errors import ConfigError, LinkError, LinkLostError
 from twbal.link.protocol import Clock
 from twbal.link.serial_plant import SerialPlant
 from twbal.link.transport import SerialTransport

@@ -1,9 +1,9 @@
 import numpy as np
 import pytest
 
-from twbal.channels import Channels
-from twbal.episode import Episode, Outcome, Provenance
-from twbal.errors import DataError
+from twbal.core.channels import Channels
+from twbal.core.episode import Episode, Outcome, Provenance
+from twbal.core.errors import DataError
 from twbal.models.dataset import residuals, transitions
 from twbal.models.gp import condition
 

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from twbal.channels import Channels
-from twbal.errors import CheckpointError, ConfigError
+from twbal.core.channels import Channels
+from twbal.core.errors import CheckpointError, ConfigError
 from twbal.models.dynamics import DynamicsModel
 from twbal.models.gp import condition
 

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 import torch
 
-from twbal.errors import ConfigError, FitError
+from twbal.core.errors import ConfigError, FitError
 from twbal.models.evidence import Evidence
 from twbal.models.fit import FitSettings, LogNormalPrior, Reference, exact_model, fit_gp, log_evidence
 from twbal.models.gp import squared_exponential

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from twbal.errors import CheckpointError, FitError
+from twbal.core.errors import CheckpointError, FitError
 from twbal.models.gp import GaussianProcess, condition
 
 

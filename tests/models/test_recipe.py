@@ -6,9 +6,9 @@ import pytest
 from hydra import compose, initialize_config_dir
 from hydra.utils import instantiate
 
-from twbal.channels import Channels
-from twbal.episode import Episode, Outcome, Provenance
-from twbal.errors import DataError
+from twbal.core.channels import Channels
+from twbal.core.episode import Episode, Outcome, Provenance
+from twbal.core.errors import DataError
 from twbal.models.dataset import transitions
 from twbal.models.fit import FitSettings, fit_gp
 from twbal.models.recipe import ModelRecipe

@@ -5,9 +5,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from twbal.channels import Channels
-from twbal.episode import Episode, Outcome, Provenance
-from twbal.errors import ConfigError
+from twbal.core.channels import Channels
+from twbal.core.episode import Episode, Outcome, Provenance
+from twbal.core.errors import ConfigError
 from twbal.models.fit import FitSettings, fit_gp
 from twbal.models.recipe import ModelRecipe
 from twbal.models.smoothing import NoiseLevels, SmoothingSettings, samples, smooth

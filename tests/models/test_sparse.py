@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 import torch
 
-from twbal.errors import ConfigError, FitError
+from twbal.core.errors import ConfigError, FitError
 from twbal.models.bound import Bound
 from twbal.models.evidence import Evidence
 from twbal.models.fit import FitSettings, exact_model, fit_gp

@@ -3,8 +3,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from twbal.core.robot_parameters import GRAVITY
 from twbal.planar.dynamics import accelerations, coefficients
-from twbal.robot.parameters import GRAVITY
 
 
 @pytest.fixture(params=["paper", "regbot"])

@@ -3,10 +3,10 @@ from dataclasses import replace
 import numpy as np
 from scipy.linalg import solve_continuous_are
 
+from twbal.core.start_pose import StartPose
 from twbal.planar.dynamics import accelerations, coefficients
-from twbal.planar.linear import linearise
-from twbal.robot.start_pose import StartPose
-from twbal.sim.plant import SimPlant
+from twbal.planar.linearised import linearise
+from twbal.sim.bullet_plant import SimPlant
 
 
 def slope(robot, x, u):

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from twbal.core.robot_parameters import GRAVITY
 from twbal.planar.motion import Turning, TwinState, constants, step
 from twbal.planar.parameters import twin_parameters
-from twbal.robot.parameters import GRAVITY
 
 REST = TwinState(*(0.0,) * 9)
 

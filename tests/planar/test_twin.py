@@ -4,21 +4,21 @@ import numpy as np
 import pytest
 from scipy.linalg import solve_continuous_are
 
-from twbal.planar.linear import linearise
+from twbal.core.start_pose import StartPose
+from twbal.effects.actuation_delay import ActuationDelay
+from twbal.effects.body_mass import BodyMass
+from twbal.effects.com_height import ComHeight
+from twbal.effects.com_offset import ComOffset
+from twbal.effects.coulomb_friction import CoulombFriction
+from twbal.effects.dead_zone import DeadZone
+from twbal.effects.motor_lag import MotorLag
+from twbal.effects.torque_gain import TorqueGain
+from twbal.effects.viscous_friction import ViscousFriction
+from twbal.planar.linearised import linearise
 from twbal.planar.motion import STRAIGHT, constants
 from twbal.planar.parameters import twin_parameters
-from twbal.planar.plant import PlanarPlant, hold, standing
-from twbal.robot.start_pose import StartPose
-from twbal.sim.effects.actuation_delay import ActuationDelay
-from twbal.sim.effects.body_mass import BodyMass
-from twbal.sim.effects.com_height import ComHeight
-from twbal.sim.effects.com_offset import ComOffset
-from twbal.sim.effects.coulomb_friction import CoulombFriction
-from twbal.sim.effects.dead_zone import DeadZone
-from twbal.sim.effects.motor_lag import MotorLag
-from twbal.sim.effects.torque_gain import TorqueGain
-from twbal.sim.effects.viscous_friction import ViscousFriction
-from twbal.sim.plant import SimPlant
+from twbal.planar.planar_plant import PlanarPlant, hold, standing
+from twbal.sim.bullet_plant import SimPlant
 
 START = StartPose(-0.17, 0.02, 0.2, 0.1)
 RATE = 1e-4  # rad/s a control period

@@ -3,8 +3,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from twbal.checkpoint import save_checkpoint
-from twbal.errors import CheckpointError, ConfigError
+from twbal.core.errors import CheckpointError, ConfigError
+from twbal.io.checkpoint import save_checkpoint
 from twbal.policies.mlp import MlpPolicy
 from twbal.policies.rbf import RbfPolicy
 from twbal.policies.saved import load_policy, load_searched_policy

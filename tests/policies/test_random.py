@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from twbal.errors import ConfigError
+from twbal.core.errors import ConfigError
 from twbal.policies.random import RandomPolicy
 
 

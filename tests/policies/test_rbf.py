@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from twbal.errors import CheckpointError
+from twbal.core.errors import CheckpointError
 from twbal.policies.exploring import ExploringPolicy
 from twbal.policies.rbf import RbfPolicy
 

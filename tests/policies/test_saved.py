@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from twbal.checkpoint import save_checkpoint
-from twbal.errors import CheckpointError, ConfigError
+from twbal.core.errors import CheckpointError, ConfigError
+from twbal.io.checkpoint import save_checkpoint
 from twbal.policies.linear import LinearPolicy
 from twbal.policies.mlp import MlpPolicy
 from twbal.policies.rbf import RbfPolicy

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 import scipy.linalg
 
-from twbal.channels import Channels
-from twbal.cost import SaturatingCost
-from twbal.evaluation import SuccessRule
-from twbal.gaussian import Gaussian
+from twbal.core.channels import Channels
+from twbal.core.cost import SaturatingCost
+from twbal.core.evaluation import SuccessRule
+from twbal.core.gaussian import Gaussian
 from twbal.models.dynamics import DynamicsModel
 from twbal.models.gp import condition
-from twbal.planar.linear import linearise
+from twbal.planar.linearised import linearise
 from twbal.search.judgement import Judge
 from twbal.search.task import SearchSettings, Task
 

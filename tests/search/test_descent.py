@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import scipy.optimize
 
-from twbal.cost import SaturatingCost
-from twbal.gaussian import Gaussian
+from twbal.core.cost import SaturatingCost
+from twbal.core.gaussian import Gaussian
 from twbal.models.moments.prediction import Truncation
 from twbal.search.descent import Objective, descend
 from twbal.search.starts import PolicyShape, linear_policy

@@ -3,11 +3,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from twbal.channels import Channels
-from twbal.cost import SaturatingCost
-from twbal.errors import ConfigError
-from twbal.evaluation import SuccessRule
-from twbal.gaussian import Gaussian
+from twbal.core.channels import Channels
+from twbal.core.cost import SaturatingCost
+from twbal.core.errors import ConfigError
+from twbal.core.evaluation import SuccessRule
+from twbal.core.gaussian import Gaussian
 from twbal.policies.rbf import RbfPolicy
 from twbal.search.judgement import Judge, judge
 

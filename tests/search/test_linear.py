@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from twbal.cost import SaturatingCost
-from twbal.search.linear import regulator, slopes
+from twbal.core.cost import SaturatingCost
+from twbal.search.linear_starts import regulator, slopes
 
 COST = SaturatingCost(np.zeros(3), np.array([0.25, 2.5, 1.0]))
 

@@ -3,8 +3,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from twbal.cost import SaturatingCost
-from twbal.gaussian import Gaussian
+from twbal.core.cost import SaturatingCost
+from twbal.core.gaussian import Gaussian
 from twbal.models.moments.prediction import EXACT, Truncation
 from twbal.policies.rbf import RbfPolicy
 from twbal.search.long_term_cost import long_term_cost, propagate

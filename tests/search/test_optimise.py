@@ -3,8 +3,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from twbal.errors import SearchError
-from twbal.gaussian import Gaussian
+from twbal.core.errors import SearchError
+from twbal.core.gaussian import Gaussian
 from twbal.models.moments.prediction import Truncation
 from twbal.search.judgement import Judgement
 from twbal.search.long_term_cost import long_term_cost

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import torch
 
-from twbal.cost import SaturatingCost
-from twbal.gaussian import Gaussian
+from twbal.core.cost import SaturatingCost
+from twbal.core.gaussian import Gaussian
 from twbal.models.function_samples import FunctionSamples
 from twbal.models.moments.prediction import Truncation
 from twbal.search.descent import Objective, descend

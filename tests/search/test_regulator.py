@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from twbal.channels import Channels
-from twbal.cost import SaturatingCost
-from twbal.episode import Episode, Outcome, Provenance
-from twbal.errors import ConfigError
-from twbal.planar.linear import linearise
-from twbal.plant import Observation
+from twbal.core.channels import Channels
+from twbal.core.cost import SaturatingCost
+from twbal.core.episode import Episode, Outcome, Provenance
+from twbal.core.errors import ConfigError
+from twbal.core.plant import Observation
+from twbal.planar.linearised import linearise
 from twbal.search.regulator import data_sheet_regulator, identified_regulator
 
 NAMES = ("tilt", "tilt_rate", "speed", "command_1")

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from twbal.cost import SaturatingCost
+from twbal.core.cost import SaturatingCost
 from twbal.models.function_samples import FunctionSamples
 from twbal.policies.rbf import RbfPolicy
 from twbal.search.sampled_rollouts import Draws, Limits, cosine_in_place, sampled_rollouts

@@ -1,9 +1,9 @@
 import numpy as np
 
-from twbal.channels import Channels
-from twbal.robot.start_pose import StartPose
+from twbal.core.channels import Channels
+from twbal.core.start_pose import StartPose
 from twbal.search.start_state import start_state
-from twbal.sim.plant import SimPlant
+from twbal.sim.bullet_plant import SimPlant
 
 NAMES = ("tilt_rate", "speed", "acceleration", "tilt", "yaw_rate", "command_1", "command_2")
 DRAWS = 600

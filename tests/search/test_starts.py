@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from twbal.errors import ConfigError
+from twbal.core.errors import ConfigError
 from twbal.search.starts import PolicyShape, linear_policy, starting_policies
 
 SCALE = {"tilt": 0.15, "tilt_rate": 0.8, "speed": 0.5}

@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from twbal.cost import SaturatingCost
-from twbal.evaluation import SuccessRule
-from twbal.gaussian import Gaussian
+from twbal.core.cost import SaturatingCost
+from twbal.core.evaluation import SuccessRule
+from twbal.core.gaussian import Gaussian
 from twbal.models.moments.prediction import Truncation
 from twbal.policies.rbf import RbfPolicy
 from twbal.search.judgement import Judge, judge

@@ -4,15 +4,15 @@ from functools import partial
 import numpy as np
 import pytest
 
-from twbal.errors import ConfigError
-from twbal.robot.start_pose import StartPose
-from twbal.sim.effects.actuation_delay import ActuationDelay
-from twbal.sim.effects.coulomb_friction import CoulombFriction
-from twbal.sim.effects.dead_zone import DeadZone
-from twbal.sim.effects.motor_lag import MotorLag
-from twbal.sim.effects.sensor_noise import SensorNoise
-from twbal.sim.plant import SimPlant
-from twbal.streams import Stream, generator
+from twbal.core.errors import ConfigError
+from twbal.core.start_pose import StartPose
+from twbal.core.streams import Stream, generator
+from twbal.effects.actuation_delay import ActuationDelay
+from twbal.effects.coulomb_friction import CoulombFriction
+from twbal.effects.dead_zone import DeadZone
+from twbal.effects.motor_lag import MotorLag
+from twbal.effects.sensor_noise import SensorNoise
+from twbal.sim.bullet_plant import SimPlant
 
 START = StartPose(-0.17, 0.02, 0.1, 0.1)
 NOISE = SensorNoise(tilt=0.003, tilt_rate=0.02, acceleration=0.3, wheel_angle=0.001, wheel_rate=0.05, yaw_rate=0.02)

@@ -3,9 +3,9 @@ from dataclasses import asdict
 import numpy as np
 import pytest
 
-from twbal.errors import ConfigError
-from twbal.robot.start_pose import StartPose
-from twbal.sim.plant import SimPlant
+from twbal.core.errors import ConfigError
+from twbal.core.start_pose import StartPose
+from twbal.sim.bullet_plant import SimPlant
 from twbal.sim.randomised import RandomisedPlant
 
 DRAWS = {"torque_gain": {"gain": [0.5, 1.5]}, "dead_zone": {"width": [0.0, 3.0]}}

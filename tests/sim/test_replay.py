@@ -7,25 +7,25 @@ import pytest
 from hydra import compose, initialize_config_dir
 from hydra.utils import instantiate
 
-from twbal.configuration import conf_folder
-from twbal.errors import DataError
-from twbal.plant import Observation
-from twbal.robot.start_pose import Stance, StartPose
-from twbal.sim.effects.actuation_delay import ActuationDelay
-from twbal.sim.effects.backlash import Backlash
-from twbal.sim.effects.battery_sag import BatterySag
-from twbal.sim.effects.cable_spring import CableSpring
-from twbal.sim.effects.cogging import Cogging
-from twbal.sim.effects.coulomb_friction import CoulombFriction
-from twbal.sim.effects.effect import assemble
-from twbal.sim.effects.ground_slope import GroundSlope
-from twbal.sim.effects.imu_delay import ImuDelay
-from twbal.sim.effects.motor_lag import MotorLag
-from twbal.sim.effects.periodic_disturbance import PeriodicDisturbance
-from twbal.sim.effects.rotor_inertia import RotorInertia
-from twbal.sim.effects.viscous_friction import ViscousFriction
-from twbal.sim.effects.wheel_slip import WheelSlip
-from twbal.sim.plant import SimPlant
+from twbal.cli.conf_folder import conf_folder
+from twbal.core.errors import DataError
+from twbal.core.plant import Observation
+from twbal.core.start_pose import Stance, StartPose
+from twbal.effects.actuation_delay import ActuationDelay
+from twbal.effects.backlash import Backlash
+from twbal.effects.battery_sag import BatterySag
+from twbal.effects.cable_spring import CableSpring
+from twbal.effects.cogging import Cogging
+from twbal.effects.coulomb_friction import CoulombFriction
+from twbal.effects.effect import assemble
+from twbal.effects.ground_slope import GroundSlope
+from twbal.effects.imu_delay import ImuDelay
+from twbal.effects.motor_lag import MotorLag
+from twbal.effects.periodic_disturbance import PeriodicDisturbance
+from twbal.effects.rotor_inertia import RotorInertia
+from twbal.effects.viscous_friction import ViscousFriction
+from twbal.effects.wheel_slip import WheelSlip
+from twbal.sim.bullet_plant import SimPlant
 from twbal.sim.replay import ReplayStart, replay
 from twbal.sim.world import Underway, World
 

@@ -6,12 +6,12 @@ from hydra import compose, initialize_config_dir
 from hydra.utils import instantiate
 from omegaconf import OmegaConf
 
-from twbal.configuration import conf_folder
-from twbal.planar.plant import PlanarPlant
-from twbal.plant import Observation
-from twbal.robot.start_pose import StartPose
-from twbal.sim.effects.library import library
-from twbal.sim.plant import SimPlant
+from twbal.cli.conf_folder import conf_folder
+from twbal.core.plant import Observation
+from twbal.core.start_pose import StartPose
+from twbal.effects.library import library
+from twbal.planar.planar_plant import PlanarPlant
+from twbal.sim.bullet_plant import SimPlant
 
 STEP, PERIODS = 0.00025, 15
 SEEN = [Observation._fields.index(name) for name in ("tilt", "tilt_rate", "wheel_angle", "wheel_rate")]

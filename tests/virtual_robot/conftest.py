@@ -4,7 +4,7 @@ import pytest
 from hydra.utils import instantiate
 from omegaconf import OmegaConf
 
-from twbal.sim.plant import SimPlant
+from twbal.sim.bullet_plant import SimPlant
 
 CONF = Path(__file__).parents[2] / "conf"
 

@@ -2,7 +2,7 @@ from dataclasses import replace
 
 import pytest
 
-from twbal.errors import ConfigError
+from twbal.core.errors import ConfigError
 from twbal.link.protocol import (
     VERSION,
     Arm,

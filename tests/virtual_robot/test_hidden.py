@@ -3,8 +3,8 @@ from dataclasses import asdict, replace
 import numpy as np
 import pytest
 
-from twbal.errors import ConfigError
-from twbal.sim.effects.effect import assemble
+from twbal.core.errors import ConfigError
+from twbal.effects.effect import assemble
 from twbal.virtual_robot.hidden import draw_hidden
 
 

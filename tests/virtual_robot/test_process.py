@@ -11,13 +11,13 @@ import pytest
 from hydra.utils import instantiate
 from omegaconf import OmegaConf
 
-from twbal.channels import Channels
-from twbal.episode import Outcome, Provenance
-from twbal.errors import LinkError
+from twbal.algorithm.rollout import rollout
+from twbal.core.channels import Channels
+from twbal.core.episode import Outcome, Provenance
+from twbal.core.errors import LinkError
 from twbal.link.protocol import Clock
 from twbal.link.serial_plant import SerialPlant
 from twbal.policies.policy import Policy
-from twbal.rollout import rollout
 from twbal.virtual_robot.process import VirtualRobotProcess, launch, virtual_robot_command
 
 CONF = Path(__file__).parents[2] / "conf"

@@ -7,14 +7,14 @@ import numpy as np
 from gymnasium.spaces import Box
 from numpy.typing import NDArray
 
-from twbal.channels import Channels
-from twbal.cost import SaturatingCost
-from twbal.errors import DataError
-from twbal.evaluation import SuccessRule
-from twbal.gaussian import Array
-from twbal.palette import REAL
-from twbal.plant import Observation, Plant
-from twbal.robot.parameters import RobotParameters
+from twbal.core.channels import Channels
+from twbal.core.cost import SaturatingCost
+from twbal.core.errors import DataError
+from twbal.core.evaluation import SuccessRule
+from twbal.core.gaussian import Array
+from twbal.core.palette import REAL
+from twbal.core.plant import Observation, Plant
+from twbal.core.robot_parameters import RobotParameters
 from twbal.sim.film import Image, Role, film
 
 Action = NDArray[np.float32]

@@ -3,7 +3,7 @@
 import time
 from collections.abc import Callable
 
-from twbal.errors import LinkError
+from twbal.core.errors import LinkError
 from twbal.link.protocol import Decoder, Fault, Message, Telemetry, to_wire
 from twbal.link.transport import Transport
 

@@ -2,7 +2,7 @@
 
 import sys
 
-from twbal.errors import LinkError
+from twbal.core.errors import LinkError
 
 
 def confirm_placed(trial: int) -> None:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from enum import IntEnum, IntFlag
 from typing import ClassVar, Self
 
-from twbal.errors import printable
+from twbal.core.errors import printable
 from twbal.link.frame import Splitter, unwrap, wrap
 
 VERSION = 1
@@ -150,7 +150,7 @@ class Stop(Fixed):
 
 @dataclass(frozen=True)
 class Telemetry:
-    """Robot: what the sensors say at the beginning of a control period; signs as in `twbal.plant`.
+    """Robot: what the sensors say at the beginning of a control period; signs as in `twbal.core.plant`.
 
     Attributes:
         period: control periods since arming, modulo 2¹⁶.

@@ -6,7 +6,7 @@ beyond what their sensors can tell. `docs/link.md` has them as a table.
 
 import math
 
-from twbal.errors import ConfigError
+from twbal.core.errors import ConfigError
 from twbal.link.protocol import Telemetry, Welcome
 
 CONTROL_PERIOD_US = 500, 1_000_000

@@ -5,8 +5,9 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import Self
 
-from twbal.episode import Event
-from twbal.errors import ConfigError, DataError, LinkError, LinkLostError, ProtocolError
+from twbal.core.episode import Event
+from twbal.core.errors import ConfigError, DataError, LinkError, LinkLostError, ProtocolError
+from twbal.core.plant import Observation, Plant
 from twbal.link.exchange import Exchange
 from twbal.link.protocol import (
     VERSION,
@@ -22,7 +23,6 @@ from twbal.link.protocol import (
 )
 from twbal.link.ranges import MAX_CLOCK_STEP_US, MAX_TRIAL, check_timeouts, odd_announcement, odd_values
 from twbal.link.transport import SerialTransport, Transport
-from twbal.plant import Observation, Plant
 
 _STOPS = 3  # how often a robot is told to stop that does not say that its motors are off
 _FLOAT32_SLACK = 1 + 1e-6  # the announced limit went through float32

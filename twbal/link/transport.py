@@ -5,7 +5,7 @@ from abc import ABC, abstractmethod
 import serial
 from serial.tools import list_ports
 
-from twbal.errors import ConfigError, LinkError, LinkLostError
+from twbal.core.errors import ConfigError, LinkError, LinkLostError
 
 _POLL = 0.02  # a read waits at most this long [s]: short beside any timeout, long beside a round trip
 _WRITE_TIMEOUT = 1.0  # a line that takes no bytes for so long is dead [s]

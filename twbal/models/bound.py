@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 import scipy.linalg
 
-from twbal.gaussian import Array
+from twbal.core.gaussian import Array
 from twbal.models.gp import squared_exponential
 
 JITTER = 1e-8  # relative to α²; two inducing inputs may nearly coincide

@@ -5,10 +5,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from twbal.channels import Channels
-from twbal.episode import Episode
-from twbal.errors import DataError
-from twbal.gaussian import Array
+from twbal.core.channels import Channels
+from twbal.core.episode import Episode
+from twbal.core.errors import DataError
+from twbal.core.gaussian import Array
 from twbal.models.gp import GaussianProcess
 
 

@@ -6,11 +6,11 @@ from typing import Any, NamedTuple, Self
 
 import numpy as np
 
-from twbal.channels import Channels
-from twbal.errors import ConfigError
-from twbal.gaussian import Array
+from twbal.core.channels import Channels
+from twbal.core.errors import ConfigError
+from twbal.core.gaussian import Array
+from twbal.core.payload import Payload
 from twbal.models.gp import GaussianProcess
-from twbal.payload import Payload
 
 
 class Step(NamedTuple):

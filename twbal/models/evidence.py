@@ -3,7 +3,7 @@
 import numpy as np
 import scipy.linalg
 
-from twbal.gaussian import Array
+from twbal.core.gaussian import Array
 
 
 class Evidence:

@@ -6,8 +6,8 @@ import gpytorch
 import numpy as np
 import torch
 
-from twbal.errors import FitError
-from twbal.gaussian import Array
+from twbal.core.errors import FitError
+from twbal.core.gaussian import Array
 from twbal.models.evidence import Evidence
 from twbal.models.gp import GaussianProcess, condition
 from twbal.models.hyperparameters import (

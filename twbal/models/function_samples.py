@@ -10,7 +10,7 @@ from typing import Self
 
 import numpy as np
 
-from twbal.gaussian import Array
+from twbal.core.gaussian import Array
 from twbal.models.gp import GaussianProcess
 
 

@@ -7,9 +7,9 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 import scipy.linalg
 
-from twbal.errors import FitError
-from twbal.gaussian import Array
-from twbal.payload import Payload
+from twbal.core.errors import FitError
+from twbal.core.gaussian import Array
+from twbal.core.payload import Payload
 
 
 class Prediction(NamedTuple):

@@ -8,10 +8,10 @@ import numpy as np
 import scipy.optimize
 from numpy.typing import NDArray
 
-from twbal.errors import ConfigError, FitError
-from twbal.gaussian import Array
+from twbal.core.errors import ConfigError, FitError
+from twbal.core.gaussian import Array
+from twbal.core.streams import Stream, generator
 from twbal.models.evidence import Evidence
-from twbal.streams import Stream, generator
 
 Integers = NDArray[np.int64]
 

@@ -6,9 +6,9 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
-from twbal.channels import Channels
-from twbal.episode import Episode
-from twbal.gaussian import Array
+from twbal.core.channels import Channels
+from twbal.core.episode import Episode
+from twbal.core.gaussian import Array
 from twbal.models.dataset import Transitions, residuals, transitions
 from twbal.models.dynamics import DynamicsModel, without_simulation
 from twbal.models.fit import Fit

@@ -13,10 +13,10 @@ from typing import NamedTuple
 import numpy as np
 import scipy.optimize
 
-from twbal.compiled import kernel
-from twbal.episode import Episode
-from twbal.errors import ConfigError
-from twbal.gaussian import Array
+from twbal.core.compiled import kernel
+from twbal.core.episode import Episode
+from twbal.core.errors import ConfigError
+from twbal.core.gaussian import Array
 from twbal.models.dataset import Transitions
 from twbal.models.dynamics import DynamicsModel
 

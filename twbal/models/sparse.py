@@ -4,8 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from twbal.errors import ConfigError
-from twbal.gaussian import Array
+from twbal.core.errors import ConfigError
+from twbal.core.gaussian import Array
+from twbal.core.streams import Stream, generator
 from twbal.models.bound import JITTER, Bound
 from twbal.models.evidence import Evidence
 from twbal.models.fit import Fit, fit_gp
@@ -19,7 +20,6 @@ from twbal.models.hyperparameters import (
     fit_hyperparameters,
     objectives,
 )
-from twbal.streams import Stream, generator
 
 _LOSS = 0.5  # of the subset's evidence, by which the bound may move hyper-parameters [nats a sample]
 

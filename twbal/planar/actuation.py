@@ -3,8 +3,8 @@
 from math import expm1, floor
 from typing import NamedTuple
 
-from twbal.compiled import kernel
-from twbal.gaussian import Array
+from twbal.core.compiled import kernel
+from twbal.core.gaussian import Array
 from twbal.planar.parameters import TwinParameters
 
 

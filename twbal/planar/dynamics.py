@@ -19,7 +19,7 @@ Positive θ leans forward, positive φ rolls forward.
 from math import cos, sin
 from typing import NamedTuple
 
-from twbal.robot.parameters import GRAVITY, RobotParameters
+from twbal.core.robot_parameters import GRAVITY, RobotParameters
 
 
 class Coefficients(NamedTuple):

@@ -26,9 +26,9 @@ have a - J in place of a. The contact is plastic and keeps |ρ - φ| within half
 from math import cos, exp, pi, sin
 from typing import NamedTuple
 
-from twbal.compiled import kernel
+from twbal.core.compiled import kernel
+from twbal.core.robot_parameters import GRAVITY
 from twbal.planar.parameters import ROTOR_SHARE, UNBOUNDED, TwinParameters
-from twbal.robot.parameters import GRAVITY
 
 _SWEEPS = 50
 """Rounds over the impulses, where several act at once; as many as a physics engine takes."""

@@ -3,9 +3,9 @@
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from twbal.engine.machine import ROTOR_SHARE as ROTOR_SHARE
-from twbal.errors import ConfigError
-from twbal.robot.parameters import RobotParameters
+from twbal.core.errors import ConfigError
+from twbal.core.robot_model import ROTOR_SHARE as ROTOR_SHARE
+from twbal.core.robot_parameters import RobotParameters
 
 UNBOUNDED = 1e9
 """Stands for no limit, where a parameter is one [N·m], and for tyres that cannot slip."""
@@ -15,7 +15,7 @@ class TwinParameters(NamedTuple):
     """The data sheet, and `<effect>_<parameter>` of every effect; angles in rad, all in SI units.
 
     The first fields are those of `RobotParameters`; `body_inertia_turn` is its roll inertia less its yaw inertia. The
-    effects and their parameters are those of `sim/effects/`.
+    effects and their parameters are those of `effects/`.
     """
 
     body_mass: float

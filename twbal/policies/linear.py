@@ -5,8 +5,8 @@ from typing import Any, Self
 
 import numpy as np
 
-from twbal.gaussian import Array
-from twbal.payload import Payload
+from twbal.core.gaussian import Array
+from twbal.core.payload import Payload
 from twbal.policies.policy import LARGEST, Controller, Policy, channels_in, max_command_in
 
 

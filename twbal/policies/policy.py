@@ -5,9 +5,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from twbal.errors import CheckpointError
-from twbal.gaussian import Array
-from twbal.payload import Payload
+from twbal.core.errors import CheckpointError
+from twbal.core.gaussian import Array
+from twbal.core.payload import Payload
 
 LARGEST = 1e9
 """Parameters of a saved policy beyond ± this are refused: with them a command could overflow."""

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from twbal.errors import ConfigError
-from twbal.gaussian import Array
+from twbal.core.errors import ConfigError
+from twbal.core.gaussian import Array
 from twbal.policies.policy import Controller, Policy
 
 

@@ -5,9 +5,9 @@ from typing import Any, Self
 
 import numpy as np
 
-from twbal.errors import CheckpointError
-from twbal.gaussian import Array
-from twbal.payload import Payload
+from twbal.core.errors import CheckpointError
+from twbal.core.gaussian import Array
+from twbal.core.payload import Payload
 from twbal.policies.policy import LARGEST, Controller, Policy, channels_in, max_command_in
 from twbal.policies.rbf_moments import Network
 from twbal.policies.squash import squash

@@ -10,9 +10,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from twbal.compiled import kernel
-from twbal.exponential import expm1_in_place
-from twbal.gaussian import Array
+from twbal.core.compiled import kernel
+from twbal.core.exponential import expm1_in_place
+from twbal.core.gaussian import Array
 
 
 class Network(NamedTuple):

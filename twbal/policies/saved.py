@@ -4,8 +4,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TypeVar
 
-from twbal.checkpoint import load_checkpoint
-from twbal.errors import CheckpointError, ConfigError
+from twbal.core.errors import CheckpointError, ConfigError
+from twbal.io.checkpoint import load_checkpoint
 from twbal.policies.linear import LinearPolicy
 from twbal.policies.mlp import MlpPolicy
 from twbal.policies.rbf import RbfPolicy

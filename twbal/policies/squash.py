@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from twbal.compiled import kernel
-from twbal.gaussian import Array
+from twbal.core.compiled import kernel
+from twbal.core.gaussian import Array
 
 _AMPLITUDES = ((1.0, 9 / 8), (3.0, 1 / 8))  # σ(a) = Σ amplitude · sin(frequency · a)
 

@@ -7,8 +7,8 @@ from typing import Protocol
 import numpy as np
 import scipy.optimize
 
-from twbal.cost import SaturatingCost
-from twbal.gaussian import Array, Gaussian
+from twbal.core.cost import SaturatingCost
+from twbal.core.gaussian import Array, Gaussian
 from twbal.models.moments.prediction import Truncation
 from twbal.policies.rbf import RbfPolicy
 from twbal.search.long_term_cost import LongTermCost, long_term_cost

@@ -5,10 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 import scipy.linalg
 
-from twbal.errors import ConfigError
-from twbal.planar.linear import sampled
+from twbal.core.errors import ConfigError
+from twbal.core.robot_parameters import RobotParameters
+from twbal.planar.linearised import sampled
 from twbal.policies.excitation import Excitation
-from twbal.robot.parameters import RobotParameters
 
 
 def excited_regulator(

@@ -10,14 +10,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from twbal.cost import SaturatingCost
-from twbal.evaluation import SuccessRule
-from twbal.gaussian import Gaussian
+from twbal.core.cost import SaturatingCost
+from twbal.core.evaluation import SuccessRule
+from twbal.core.gaussian import Gaussian
+from twbal.core.streams import Stream, generator
 from twbal.models.dynamics import DynamicsModel
 from twbal.models.function_samples import FunctionSamples
 from twbal.policies.rbf import RbfPolicy
 from twbal.search.sampled_rollouts import Draws, Limits, sampled_rollouts
-from twbal.streams import Stream, generator
 
 
 @dataclass(frozen=True)

@@ -4,9 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from twbal.compiled import kernel
-from twbal.cost import SaturatingCost, expected_cost
-from twbal.gaussian import Array, Gaussian
+from twbal.core.compiled import kernel
+from twbal.core.cost import SaturatingCost, expected_cost
+from twbal.core.gaussian import Array, Gaussian
 from twbal.models.moments.prediction import EXACT, Series, Truncation, series
 from twbal.policies.rbf import RbfPolicy
 from twbal.policies.rbf_moments import Network

@@ -6,13 +6,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from twbal.errors import SearchError
-from twbal.gaussian import Array, Gaussian
+from twbal.core.errors import SearchError
+from twbal.core.gaussian import Array, Gaussian
+from twbal.core.streams import Stream, generator
 from twbal.policies.rbf import RbfPolicy
 from twbal.search.descent import Minimised, descend
 from twbal.search.starts import PolicyShape, Start, starting_policies, starts_on
 from twbal.search.task import Candidate, Task
-from twbal.streams import Stream, generator
 
 
 class SearchResult(NamedTuple):

@@ -12,15 +12,15 @@ from functools import cached_property
 import numpy as np
 import torch
 
-from twbal.cost import SaturatingCost
-from twbal.gaussian import Gaussian
+from twbal.core.cost import SaturatingCost
+from twbal.core.gaussian import Gaussian
+from twbal.core.streams import Stream, generator
 from twbal.models.dynamics import DynamicsModel
 from twbal.models.function_samples import FunctionSamples
 from twbal.models.gp import GaussianProcess
 from twbal.policies.rbf import RbfPolicy
 from twbal.search.long_term_cost import LongTermCost
 from twbal.search.transition import PolicyGradient
-from twbal.streams import Stream, generator
 
 _FAR = 1e3
 """No channel of a falling robot is followed beyond this."""

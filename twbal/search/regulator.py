@@ -4,16 +4,16 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from twbal.channels import Channels
-from twbal.cost import SaturatingCost
-from twbal.episode import Episode
-from twbal.errors import ConfigError, SearchError
-from twbal.gaussian import Array
+from twbal.core.channels import Channels
+from twbal.core.cost import SaturatingCost
+from twbal.core.episode import Episode
+from twbal.core.errors import ConfigError, SearchError
+from twbal.core.gaussian import Array
+from twbal.core.robot_parameters import RobotParameters
 from twbal.models.dataset import transitions
-from twbal.planar.linear import sampled
+from twbal.planar.linearised import sampled
 from twbal.policies.linear import LinearPolicy
-from twbal.robot.parameters import RobotParameters
-from twbal.search.linear import regulator
+from twbal.search.linear_starts import regulator
 
 _UPRIGHT = 0.35  # rad; samples beyond tell of a robot that falls, which is not linear
 _RIDGE = 1e-6  # of the samples' own variance, for what they do not excite

@@ -7,10 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from twbal.compiled import kernel
-from twbal.cost import SaturatingCost
-from twbal.exponential import expm1_in_place
-from twbal.gaussian import Array
+from twbal.core.compiled import kernel
+from twbal.core.cost import SaturatingCost
+from twbal.core.exponential import expm1_in_place
+from twbal.core.gaussian import Array
 from twbal.models.dynamics import DynamicsModel
 from twbal.models.function_samples import FunctionSamples
 from twbal.models.gp import GaussianProcess

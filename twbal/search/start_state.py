@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from twbal.channels import Channels
-from twbal.gaussian import Gaussian
-from twbal.robot.start_pose import StartPose
+from twbal.core.channels import Channels
+from twbal.core.gaussian import Gaussian
+from twbal.core.start_pose import StartPose
 
 
 def start_state(pose: StartPose, channels: Channels) -> Gaussian:

@@ -6,10 +6,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from twbal.errors import ConfigError
-from twbal.gaussian import Array
+from twbal.core.errors import ConfigError
+from twbal.core.gaussian import Array
 from twbal.policies.rbf import RbfPolicy
-from twbal.search.linear import regulator, slopes
+from twbal.search.linear_starts import regulator, slopes
 from twbal.search.task import Task
 
 _SQUASH_SLOPE = 1.5  # σ'(0) of eq. 10

@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from twbal.cost import SaturatingCost
-from twbal.gaussian import Gaussian, mixed
+from twbal.core.cost import SaturatingCost
+from twbal.core.gaussian import Gaussian, mixed
 from twbal.models.dynamics import DynamicsModel
 from twbal.models.moments.prediction import DEGREES, Truncation
 from twbal.policies.rbf import RbfPolicy

@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from twbal.compiled import kernel
-from twbal.gaussian import Array, Gaussian
+from twbal.core.compiled import kernel
+from twbal.core.gaussian import Array, Gaussian
 from twbal.models.dynamics import DynamicsModel
 from twbal.models.gp import GaussianProcess
 from twbal.models.moments.kernel_sum import KernelSum, no_kernels

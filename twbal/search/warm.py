@@ -5,10 +5,10 @@ from pathlib import Path
 
 import numpy as np
 
-from twbal.channels import Channels
-from twbal.cost import SaturatingCost
-from twbal.evaluation import SuccessRule
-from twbal.gaussian import Gaussian
+from twbal.core.channels import Channels
+from twbal.core.cost import SaturatingCost
+from twbal.core.evaluation import SuccessRule
+from twbal.core.gaussian import Gaussian
 from twbal.models.dynamics import without_simulation
 from twbal.models.moments.kernel_sum import KernelSum, no_kernels
 from twbal.models.moments.prediction import Truncation

@@ -11,10 +11,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from twbal.gaussian import Array
-from twbal.robot.parameters import RobotParameters
-from twbal.robot.urdf import urdf_text
+from twbal.core.gaussian import Array
+from twbal.core.robot_parameters import RobotParameters
 from twbal.sim.bullet import pybullet
+from twbal.sim.urdf import urdf_text
 
 Image = NDArray[np.uint8]
 _JOINTS = (0, 1)

@@ -2,10 +2,10 @@
 
 from dataclasses import replace
 
-from twbal.engine.engine import Motion
-from twbal.engine.machine import ROTOR_SHARE, Machine
-from twbal.robot.parameters import RobotParameters
-from twbal.sim.mobility import wheel_mobility
+from twbal.core.engine import Motion
+from twbal.core.mobility import wheel_mobility
+from twbal.core.robot_model import ROTOR_SHARE, Machine
+from twbal.core.robot_parameters import RobotParameters
 
 
 class Gears:

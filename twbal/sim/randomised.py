@@ -2,14 +2,14 @@
 
 from collections.abc import Mapping, Sequence
 
-from twbal.errors import ConfigError
-from twbal.plant import Observation, Plant
-from twbal.robot.parameters import RobotParameters
-from twbal.robot.start_pose import StartPose
-from twbal.sim.effects.effect import Effect, parameters_of
-from twbal.sim.effects.library import library
-from twbal.sim.plant import SimPlant
-from twbal.streams import Stream, generator
+from twbal.core.errors import ConfigError
+from twbal.core.plant import Observation, Plant
+from twbal.core.robot_parameters import RobotParameters
+from twbal.core.start_pose import StartPose
+from twbal.core.streams import Stream, generator
+from twbal.effects.effect import Effect, parameters_of
+from twbal.effects.library import library
+from twbal.sim.bullet_plant import SimPlant
 
 Draws = Mapping[str, Mapping[str, Sequence[float]]]
 """Ranges [lowest, highest] by effect and by parameter."""

@@ -5,15 +5,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from twbal.engine.engine import substeps
-from twbal.engine.machine import Machine, Running
-from twbal.errors import DataError
-from twbal.gaussian import Array
-from twbal.plant import Observation
-from twbal.robot.parameters import RobotParameters
-from twbal.robot.start_pose import Stance
-from twbal.sim.effects.effect import Effect, assemble
-from twbal.sim.effects.sensor_noise import SensorNoise
+from twbal.core.engine import substeps
+from twbal.core.errors import DataError
+from twbal.core.gaussian import Array
+from twbal.core.plant import Observation
+from twbal.core.robot_model import Machine, Running
+from twbal.core.robot_parameters import RobotParameters
+from twbal.core.start_pose import Stance
+from twbal.effects.effect import Effect, assemble
+from twbal.effects.sensor_noise import SensorNoise
 from twbal.sim.world import Underway, World
 
 

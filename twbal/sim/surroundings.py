@@ -2,9 +2,9 @@
 
 from typing import NamedTuple
 
-from twbal.engine.engine import Motion
-from twbal.engine.machine import Machine
-from twbal.sim.mobility import wheel_mobility
+from twbal.core.engine import Motion
+from twbal.core.mobility import wheel_mobility
+from twbal.core.robot_model import Machine
 
 _SHARE = 1.0  # of the wheels' leftover rate that the holding torque learns from in a step
 

@@ -10,15 +10,15 @@ from math import atan2, cos, hypot, sin
 from pathlib import Path
 from typing import NamedTuple
 
-from twbal.engine.engine import Engine, Motion
-from twbal.engine.machine import JointMotion, Machine, Running
-from twbal.errors import ConfigError
-from twbal.robot.parameters import GRAVITY
-from twbal.robot.start_pose import Stance
-from twbal.robot.urdf import urdf_text
+from twbal.core.engine import Engine, Motion
+from twbal.core.errors import ConfigError
+from twbal.core.robot_model import JointMotion, Machine, Running
+from twbal.core.robot_parameters import GRAVITY
+from twbal.core.start_pose import Stance
 from twbal.sim.bullet import pybullet
 from twbal.sim.gears import Gears
 from twbal.sim.surroundings import Surroundings
+from twbal.sim.urdf import urdf_text
 
 _LARGEST_STEP = 0.001
 _ALOFT = (0.0, 0.0, 100.0)

@@ -3,7 +3,8 @@
 import math
 from dataclasses import dataclass
 
-from twbal.errors import ConfigError
+from twbal.core.errors import ConfigError
+from twbal.core.plant import Observation, Plant
 from twbal.link.protocol import (
     VERSION,
     Arm,
@@ -19,7 +20,6 @@ from twbal.link.protocol import (
     Welcome,
     to_wire,
 )
-from twbal.plant import Observation, Plant
 
 
 @dataclass(frozen=True)

@@ -5,19 +5,19 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
-from twbal.errors import ConfigError
-from twbal.robot.parameters import RobotParameters
-from twbal.sim.effects.actuation_delay import ActuationDelay
-from twbal.sim.effects.body_mass import BodyMass
-from twbal.sim.effects.com_height import ComHeight
-from twbal.sim.effects.com_offset import ComOffset
-from twbal.sim.effects.coulomb_friction import CoulombFriction
-from twbal.sim.effects.dead_zone import DeadZone
-from twbal.sim.effects.effect import Effect
-from twbal.sim.effects.motor_lag import MotorLag
-from twbal.sim.effects.sensor_noise import SensorNoise
-from twbal.sim.effects.torque_gain import TorqueGain
-from twbal.sim.effects.viscous_friction import ViscousFriction
+from twbal.core.errors import ConfigError
+from twbal.core.robot_parameters import RobotParameters
+from twbal.effects.actuation_delay import ActuationDelay
+from twbal.effects.body_mass import BodyMass
+from twbal.effects.com_height import ComHeight
+from twbal.effects.com_offset import ComOffset
+from twbal.effects.coulomb_friction import CoulombFriction
+from twbal.effects.dead_zone import DeadZone
+from twbal.effects.effect import Effect
+from twbal.effects.motor_lag import MotorLag
+from twbal.effects.sensor_noise import SensorNoise
+from twbal.effects.torque_gain import TorqueGain
+from twbal.effects.viscous_friction import ViscousFriction
 
 Range = Sequence[float]
 """Lowest and highest value."""

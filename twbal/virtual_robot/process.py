@@ -9,7 +9,7 @@ import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 
-from twbal.errors import LinkError
+from twbal.core.errors import LinkError
 from twbal.link.serial_plant import SerialPlant
 
 _TAIL = 2000  # of its last words, for messages [bytes]

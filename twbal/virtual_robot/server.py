@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from types import FrameType
 
-from twbal.plant import Plant
+from twbal.core.plant import Plant
 from twbal.virtual_robot.firmware import Firmware, Identity
 from twbal.virtual_robot.pseudo_terminal import PseudoTerminal
 

@@ -8,8 +8,8 @@ construction. The terms of degree 1 are the linear part, E[∇h_a]ᵀ S E[∇h_b
 
 import numpy as np
 
-from twbal.compiled import kernel
-from twbal.gaussian import Array
+from twbal.core.compiled import kernel
+from twbal.core.gaussian import Array
 from twbal.models.moments.multi_index import Integers, MultiIndices
 
 

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from twbal.gaussian import Array
+from twbal.core.gaussian import Array
 
 
 class KernelSum(NamedTuple):

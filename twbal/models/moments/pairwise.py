@@ -7,9 +7,9 @@ the heat equation, that by S is ½ (Wδδᵀ W - W) times itself.
 
 import numpy as np
 
-from twbal.compiled import kernel
-from twbal.exponential import expm1_in_place
-from twbal.gaussian import Array
+from twbal.core.compiled import kernel
+from twbal.core.exponential import expm1_in_place
+from twbal.core.gaussian import Array
 from twbal.models.moments.kernel_sum import KernelSum
 from twbal.models.moments.taylor import smoothed_weights
 

@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from twbal.compiled import kernel
-from twbal.gaussian import Array
+from twbal.core.compiled import kernel
+from twbal.core.gaussian import Array
 from twbal.models.moments.hermite import (
     degree_variances,
     higher_covariance,

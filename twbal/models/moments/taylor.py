@@ -7,8 +7,8 @@ summed over the points, times the series of exp(-½ tᵀMt), which is the same f
 
 import numpy as np
 
-from twbal.compiled import kernel
-from twbal.gaussian import Array
+from twbal.core.compiled import kernel
+from twbal.core.gaussian import Array
 from twbal.models.moments.kernel_sum import KernelSum
 from twbal.models.moments.multi_index import Integers, MultiIndices
 

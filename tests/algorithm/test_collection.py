@@ -1,0 +1,72 @@
+from functools import partial
+
+import numpy as np
+import pytest
+
+from twbal.algorithm.collection import RolloutPlan, collect
+from twbal.core.channels import Channels
+from twbal.core.episode import Outcome, Provenance
+from twbal.core.errors import ConfigError
+from twbal.core.plant import Observation, Plant
+from twbal.policies.random import RandomPolicy
+
+
+class Cart(Plant):
+    """Rolls as it is commanded; its start is its trial's number."""
+
+    def __init__(self, control_period: float, impatient: bool = False):
+        self.control_period = control_period
+        self._impatient = impatient
+
+    def reset(self, trial):
+        self._time, self._place = 0.0, float(trial)
+        return self._seen()
+
+    def step(self, command):
+        if self._impatient:
+            raise KeyboardInterrupt
+        self._time += self.control_period
+        self._place += self.control_period * command
+        return self._seen()
+
+    def stop(self):
+        """It has no motors."""
+
+    def close(self):
+        """It holds nothing."""
+
+    def _seen(self):
+        return Observation(self._time, 0.01 * self._place, 0.0, 0.0, self._place, 0.0, 0.0)
+
+
+def trials(count):
+    return [Provenance("cart", "simulation", seed=3, trial=trial) for trial in range(count)]
+
+
+def plan(impatient=False):
+    policy = RandomPolicy(share=0.5, torque_limit=2.0, hold=2)
+    return RolloutPlan(partial(Cart, 0.02, impatient), policy, Channels(("tilt", "command_1"), 0.1), 6, 0.5)
+
+
+def test_rollouts_come_in_order_and_differ():
+    episodes = list(collect(plan(), trials(4), workers=1))
+    assert [episode.provenance.trial for episode in episodes] == [0, 1, 2, 3]
+    assert all(len(episode) == 6 and episode.outcome is Outcome.COMPLETED for episode in episodes)
+    assert len({episode.commands.tobytes() for episode in episodes}) == 4
+
+
+def test_processes_make_the_same_rollouts():
+    one, two = (list(collect(plan(), trials(60), workers)) for workers in (1, 2))
+    assert [episode.provenance for episode in one] == [episode.provenance for episode in two]
+    assert all(np.array_equal(a.observations, b.observations) for a, b in zip(one, two, strict=True))
+    assert all(np.array_equal(a.commands, b.commands) for a, b in zip(one, two, strict=True))
+
+
+def test_ctrl_c_ends_the_collection_not_just_the_rollout():
+    with pytest.raises(KeyboardInterrupt):
+        list(collect(plan(impatient=True), trials(4), workers=1))
+
+
+def test_a_negative_number_of_processes_is_refused():
+    with pytest.raises(ConfigError, match="found -1"):
+        list(collect(plan(), trials(1), workers=-1))

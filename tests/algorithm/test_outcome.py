@@ -1,0 +1,151 @@
+"""Sentences and the table say what the summary says, and nothing else."""
+
+import dataclasses
+from math import radians
+
+import pytest
+
+from twbal.algorithm.outcome import doubts, driving, headline, summary_table
+from twbal.algorithm.summary import Basis, Iteration, PolicyFile, Search, SimData, Summary
+
+LIMIT = radians(30)
+
+
+def iteration(index: int, successes: int, **changes: object) -> Iteration:
+    fresh = Iteration(
+        index=index,
+        real_episodes=index,
+        real_samples=60 * index,
+        real_seconds=1.2 * index,
+        predicted_cost=20.0,
+        real_cost=22.0,
+        successes=successes,
+        trials=10,
+        coverage95=0.9,
+        fit_s=2.5,
+        search_s=11.0,
+        drift_m=0.4,
+        judged_success=successes / 10,
+        policy=PolicyFile(f"iteration_{index}/policy.pt", f"{index:064x}"),
+        note="",
+        trial_seconds=50.0,
+        basis=Basis.CORRECTED if index else Basis.SIMULATION,
+        search=Search.FOUND,
+        tilt_band_median=radians(2),
+        tilt_band_widest=radians(3),
+    )
+    return dataclasses.replace(fresh, **changes)  # type: ignore[arg-type]
+
+
+def summary(*iterations: Iteration, best: int = 0) -> Summary:
+    return Summary("paper", 7, 200.5, SimData(20, 800), iterations, best, LIMIT)
+
+
+RECALIBRATED = iteration(1, 10, same_policy_as=0, search=Search.NOT_MADE)
+SOLVED_AT_ONCE = summary(iteration(0, 10), RECALIBRATED)
+SOLVED_LATER = summary(iteration(0, 0), iteration(1, 4), iteration(2, 10), best=2)
+SOME = summary(iteration(0, 0), iteration(1, 1), best=1)
+NONE = summary(iteration(0, 0), iteration(1, 0))
+
+
+@pytest.mark.parametrize(
+    ("about", "said"),
+    [
+        (
+            SOLVED_AT_ONCE,
+            "The robot is balanced: policy 0 succeeded in 20 of 20 trials. Nothing was learned from the robot for it. "
+            "In a trial it rolled 0.4 m away (median).",
+        ),
+        (
+            SOLVED_LATER,
+            "The robot is balanced: policy 2 succeeded in 10 of 10 trials. It was learned from 2.4 s of driving the "
+            "robot, in 2 updates; policy 0 succeeded in 0 of 10. In a trial it rolled 0.4 m away (median).",
+        ),
+        (
+            SOME,
+            "The robot is not reliably balanced: the best, policy 1, succeeded in 1 of 10 trials. It was learned from "
+            "1.2 s of driving the robot, in 1 update; policy 0 succeeded in 0 of 10.",
+        ),
+        (NONE, "The robot is not balanced: no policy succeeded in any of 20 trials."),
+    ],
+)
+def test_the_headline_says_whether_it_balances_by_what_policy_and_what_that_took(about: Summary, said: str) -> None:
+    assert headline(about) == said
+
+
+def test_a_policy_that_failed_once_more_is_not_called_balanced_without_more_words() -> None:
+    about = summary(iteration(0, 10), dataclasses.replace(RECALIBRATED, successes=9))
+    assert headline(about).startswith("The robot is balanced in most trials: policy 0 succeeded in 19 of 20 trials.")
+
+
+def test_without_trials_nothing_is_claimed() -> None:
+    untried = iteration(0, 0, trials=0, real_cost=None, coverage95=None, trial_seconds=0.0)
+    assert headline(summary(untried)) == (
+        "No trial was driven, so nothing is known of how policy 0 balances the robot."
+    )
+    assert doubts(untried, LIMIT) == []
+
+
+def test_driving_to_learn_and_in_trials_are_both_told() -> None:
+    assert driving(SOLVED_LATER) == "The robot was driven for 2.4 s to learn, and for 150.0 s in trials."
+    unknown = summary(iteration(0, 3, trial_seconds=None))
+    assert driving(unknown) == "The robot was driven for 0.0 s to learn."
+
+
+@pytest.mark.parametrize(
+    ("predicted", "real", "warned"),
+    [(60.7, 8.1, True), (2.9, 48.0, True), (4.6, 2.3, False), (8.9, 3.0, False), (0.1, 0.9, False)],
+)
+def test_costs_that_part_are_warned_of(predicted: float, real: float, warned: bool) -> None:
+    found = doubts(iteration(0, 10, predicted_cost=predicted, real_cost=real), LIMIT)
+    told = f"The model of iteration 0 is far off: it expected a cost of {predicted}, the robot's was {real}."
+    assert found == ([told] if warned else [])
+
+
+@pytest.mark.parametrize(("widest", "warned"), [(100, True), (31, True), (29, False)])
+def test_a_band_wider_than_the_tilt_limit_is_no_merit_however_much_it_holds(widest: float, warned: bool) -> None:
+    found = doubts(iteration(1, 10, coverage95=1.0, tilt_band_widest=radians(widest)), LIMIT)
+    assert len(found) == warned
+    if warned:
+        assert f"reaches ±{widest}°, more than the tilt limit of ±30°" in found[0]
+
+
+@pytest.mark.parametrize(("judged", "successes", "warned"), [(0.0, 10, True), (1.0, 2, True), (0.6, 10, False)])
+def test_a_model_whose_long_rollouts_part_from_the_trials_is_warned_of(
+    judged: float, successes: int, warned: bool
+) -> None:
+    found = doubts(iteration(0, successes, judged_success=judged), LIMIT)
+    assert len(found) == warned
+    if warned:
+        assert f"{100 * judged:.0f} % of the long rollouts stay up" in found[0]
+
+
+def test_the_table_has_a_line_per_iteration_marks_the_best_and_tells_a_repeated_policy() -> None:
+    lines = summary_table(
+        dataclasses.replace(SOLVED_LATER, iterations=(*SOLVED_LATER.iterations, again()))
+    ).splitlines()
+    body = lines[1:5]
+    assert [line.split()[:2] for line in body if "*" in line] == [["*", "2"]]
+    assert "that of 2" in body[3]
+    assert not any("that of" in line for line in body[:3])
+    assert "50.0 s" in body[0]
+    assert " 0.90 " in body[0] and "±2°, ±3°" in body[0]
+    assert "(sha256 000000000000)" in lines[-1]
+    assert "iteration_2/policy.pt" in lines[-1]
+
+
+def again() -> Iteration:
+    return iteration(3, 10, same_policy_as=2, search=Search.NOT_MADE)
+
+
+def test_the_last_model_is_doubted_in_print() -> None:
+    wild = dataclasses.replace(again(), tilt_band_widest=radians(100), coverage95=1.0)
+    about = dataclasses.replace(SOLVED_LATER, iterations=(*SOLVED_LATER.iterations, wild))
+    assert [line for line in summary_table(about).splitlines() if line.startswith("Warning: ")]
+    assert "Warning" not in summary_table(SOLVED_LATER)
+
+
+def test_the_table_shows_a_dash_for_what_was_not_measured() -> None:
+    gone = dict.fromkeys(("real_cost", "coverage95", "drift_m", "tilt_band_median", "tilt_band_widest"))
+    line = summary_table(summary(iteration(0, 0, trials=0, **gone))).splitlines()[1]
+    assert line.split().count("-") == 5

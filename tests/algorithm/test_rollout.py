@@ -1,0 +1,238 @@
+import numpy as np
+import pytest
+
+from twbal.algorithm.rollout import rollout
+from twbal.core.channels import Channels
+from twbal.core.episode import Outcome, Provenance
+from twbal.core.errors import ConfigError, LinkError, LinkLostError
+from twbal.core.plant import Observation, Plant
+from twbal.policies.policy import Policy
+
+CHANNELS = Channels(("tilt", "command_1"), 0.15)
+PROVENANCE = Provenance("toy", "simulation", seed=4, trial=2)
+
+
+class Toy(Plant):
+    """Its tilt grows by a tenth of each command; at step `at` it does what `then` says."""
+
+    control_period = 0.02
+
+    def __init__(self, at=10**9, then=None):
+        self.at, self.then, self.stops, self.closed = at, then, 0, False
+
+    def reset(self, trial):
+        self.trial, self.tilt, self.given = trial, 0.0, []
+        if self.at == 0:
+            raise self.then
+        return self.seen()
+
+    def seen(self):
+        return Observation(self.control_period * len(self.given), self.tilt, 0, 0, 0, 0, 0)
+
+    def step(self, command):
+        self.given.append(command)
+        self.tilt += 0.1 * command
+        if len(self.given) == self.at:
+            if isinstance(self.then, BaseException):
+                raise self.then
+            self.tilt = self.then
+        return self.seen()
+
+    def stop(self):
+        self.stops += 1
+
+    def close(self):
+        self.closed = True
+
+
+class Counting(Policy):
+    """Commands 1, 2, 3 ... thousandths, with a random part that is far smaller."""
+
+    def controller(self, rng):
+        count = 0
+
+        def law(state):
+            nonlocal count
+            count += 1
+            return 1e-3 * count + 1e-9 * rng.random()
+
+        return law
+
+
+def drive(plant, steps=5, limit=0.5):
+    return rollout(plant, Counting(), CHANNELS, steps, limit, PROVENANCE)
+
+
+def test_commands_act_between_the_observations_that_frame_them():
+    plant = Toy()
+    episode = drive(plant)
+    assert episode.outcome is Outcome.COMPLETED
+    assert plant.trial == 2
+    assert episode.commands.tolist() == plant.given
+    np.testing.assert_allclose(np.diff(episode.states[:, 0]), 0.1 * episode.commands, rtol=1e-9)
+    assert episode.states[:, 1].tolist() == [0.0, *episode.commands]
+    assert np.array_equal(episode.tilt, episode.states[:, 0])
+    assert (episode.channels, episode.provenance) == (CHANNELS.names, PROVENANCE)
+
+
+def test_the_same_seed_and_trial_repeat_the_rollout():
+    assert np.array_equal(drive(Toy()).commands, drive(Toy()).commands)
+
+
+@pytest.mark.parametrize(
+    ("tilt", "outcome"), [(0.51, Outcome.TILT_LIMIT), (-0.51, Outcome.TILT_LIMIT), (0.5, "completed")]
+)
+def test_it_ends_where_the_tilt_passes_its_limit(tilt, outcome):
+    plant = Toy(at=3, then=tilt)
+    episode = drive(plant, steps=4, limit=0.505)
+    assert episode.outcome == outcome
+    assert len(episode) == (3 if outcome is Outcome.TILT_LIMIT else 4)
+    assert episode.tilt[3] == tilt
+    assert plant.stops == 1
+
+
+@pytest.mark.parametrize(
+    ("end", "outcome", "text"),
+    [
+        (LinkLostError("no answer for 0.1 s"), Outcome.LINK_LOST, "no answer for 0.1 s"),
+        (KeyboardInterrupt(), Outcome.STOPPED, "stopped by the person"),
+    ],
+)
+def test_an_interrupted_rollout_keeps_what_was_seen(end, outcome, text):
+    plant = Toy(at=3, then=end)
+    episode = drive(plant)
+    assert episode.outcome is outcome
+    assert len(episode) == 2
+    assert episode.events[0].text == text
+    assert episode.events[0].time == pytest.approx(0.04)
+    assert plant.stops == 1
+
+
+class Interrupting(Observation):
+    """Ctrl-C is pressed when its tilt is read."""
+
+    @property
+    def tilt(self):
+        raise KeyboardInterrupt
+
+
+def test_ctrl_c_while_a_step_is_recorded_leaves_that_step_out():
+    class Late(Toy):
+        def seen(self):
+            seen = super().seen()
+            return Interrupting(*seen) if len(self.given) == 3 else seen
+
+    episode = drive(Late())
+    assert episode.outcome is Outcome.STOPPED
+    assert len(episode) == 2
+    assert episode.events[0].time == pytest.approx(0.04)
+
+
+@pytest.mark.parametrize("end", [LinkLostError("gone"), LinkError("not there"), KeyboardInterrupt()])
+def test_a_robot_that_was_never_seen_is_an_error_and_is_stopped(end):
+    plant = Toy(at=0, then=end)
+    with pytest.raises(type(end)):
+        drive(plant)
+    assert plant.stops == 1
+
+
+def test_a_value_that_is_not_finite_ends_the_rollout_and_keeps_what_was_seen():
+    plant = Toy(at=2, then=float("nan"))
+    episode = drive(plant)
+    assert (len(episode), episode.outcome) == (1, Outcome.LINK_LOST)
+    assert "not a finite number: Observation" in episode.events[0].text
+    assert plant.stops == 1
+
+
+@pytest.mark.parametrize("tick", [0.0, -0.02])
+def test_a_clock_that_does_not_run_forward_ends_the_rollout_and_keeps_what_was_seen(tick):
+    class Stuck(Toy):
+        def seen(self):
+            late = max(len(self.given) - 3, 0)
+            return super().seen()._replace(time=0.02 * (len(self.given) - late) + tick * late)
+
+    plant = Stuck()
+    episode = drive(plant)
+    assert (len(episode), episode.outcome) == (3, Outcome.LINK_LOST)
+    assert "clock does not run forward" in episode.events[0].text
+    assert plant.stops == 1
+
+
+@pytest.mark.parametrize("wrong", [float("nan"), float("inf")])
+def test_a_command_that_is_no_number_is_not_given_and_what_was_seen_is_kept(wrong):
+    class Broken(Policy):
+        def controller(self, rng):
+            commands = iter([1e-3, 2e-3])
+            return lambda state: next(commands, wrong)
+
+    plant = Toy()
+    episode = rollout(plant, Broken(), CHANNELS, 5, 0.5, PROVENANCE)
+    assert (len(episode), episode.outcome) == (2, Outcome.POLICY_FAULT)
+    assert f"The policy commands {wrong} N·m" in episode.events[0].text
+    assert plant.given == [1e-3, 2e-3]
+    assert plant.stops == 1
+
+
+@pytest.mark.parametrize("limit", [float("nan"), float("inf"), 1e9, 1.6, 0.0, -0.5])
+def test_a_tilt_limit_that_would_never_end_a_fall_is_refused_before_the_robot_is_touched(limit):
+    plant = Toy()
+    with pytest.raises(ConfigError, match=r"at most 1\.5708 rad"):
+        drive(plant, limit=limit)
+    assert not hasattr(plant, "given")
+
+
+class Unstoppable(Toy):
+    """Its first stops end as `ends` says."""
+
+    def __init__(self, *ends, **toy):
+        super().__init__(**toy)
+        self.ends = list(ends)
+
+    def stop(self):
+        super().stop()
+        if self.ends:
+            raise self.ends.pop(0)
+
+
+def test_a_robot_that_does_not_confirm_its_stop_is_a_lost_link_and_the_episode_is_kept():
+    episode = drive(Unstoppable(LinkLostError("not confirmed")))
+    assert (len(episode), episode.outcome) == (5, Outcome.LINK_LOST)
+    assert [event.text for event in episode.events] == ["not confirmed"]
+
+
+def test_a_stop_without_confirmation_after_a_lost_link_is_told_beside_what_came_before():
+    episode = drive(Unstoppable(LinkLostError("not confirmed"), at=3, then=LinkLostError("silence")))
+    assert (len(episode), episode.outcome) == (2, Outcome.LINK_LOST)
+    assert [event.text for event in episode.events] == ["silence", "not confirmed"]
+
+
+@pytest.mark.parametrize(
+    ("silence", "length", "outcome", "texts"),
+    [
+        ({}, 5, Outcome.STOPPED, ["stopped by the person"]),
+        ({"at": 3, "then": LinkLostError("silence")}, 2, Outcome.LINK_LOST, ["silence", "stopped by the person"]),
+    ],
+)
+def test_ctrl_c_in_the_last_stop_stops_again_and_keeps_the_episode(silence, length, outcome, texts):
+    plant = Unstoppable(KeyboardInterrupt(), **silence)
+    episode = drive(plant)
+    assert (len(episode), episode.outcome) == (length, outcome)
+    assert [event.text for event in episode.events] == texts
+    assert plant.stops == 2
+
+
+def test_a_fault_of_the_policy_stops_the_robot():
+    class Broken(Policy):
+        def controller(self, rng):
+            return lambda state: 1 / 0
+
+    plant = Toy()
+    with pytest.raises(ZeroDivisionError):
+        rollout(plant, Broken(), CHANNELS, 5, 0.5, PROVENANCE)
+    assert plant.stops == 1
+
+
+def test_leaving_a_plant_closes_it():
+    with Toy() as plant:
+        pass
+    assert plant.closed

@@ -1,0 +1,90 @@
+"""Every packaged configuration, composed once: each stage by itself, and each choice of each group in one stage."""
+
+from functools import cache
+from typing import Any, NamedTuple
+
+from hydra import compose, initialize_config_dir
+from omegaconf import OmegaConf
+
+from twbal.cli.conf_folder import conf_folder
+
+CONF = conf_folder()
+ENTRIES = sorted(path.stem for path in CONF.glob("*.yaml") if path.stem != "base")
+GIVEN = {
+    "policy.path": "p.pt",
+    "link.port": "/dev/null",
+    "episodes": "e",
+    "dynamics": "m.pt",
+    "files": "l.csv",
+    "episode": "e.mcap",
+    "logs": "l.mcap",
+    "runs": ["r"],
+}
+"""What a user must give."""
+
+
+ONLY_IN = {"experiment=excite": "real_rollout"}
+"""Choices that are made for one of the stages that have the group."""
+
+
+class Composed(NamedTuple):
+    """A configuration.
+
+    Attributes:
+        stage: whose it is, as on the command line.
+        words: that chose it.
+        tree: plain values, resolved, with what a user must give.
+        references: dotted keys that stand for a whole other part.
+    """
+
+    stage: str
+    words: tuple[str, ...]
+    tree: dict[str, Any]
+    references: frozenset[str]
+
+
+@cache
+def all_composed() -> tuple[Composed, ...]:
+    with initialize_config_dir(str(CONF), version_base="1.3"):
+        return tuple(_composed(*words) for words in _words())
+
+
+def _words():
+    options = {}
+    for entry in ENTRIES:
+        yield entry, ()
+        for group, chosen in compose(entry, return_hydra_config=True).hydra.runtime.choices.items():
+            if not group.startswith(("hydra/", "stage/")) and "@" not in group:
+                options.setdefault(group, (entry, chosen))
+    for group, (entry, chosen) in options.items():
+        names = sorted(path.stem for path in (CONF / group).glob("*.yaml"))
+        words = ((name, f"{group}={name}") for name in names if name != chosen)
+        yield from ((ONLY_IN.get(word, entry), (word,)) for _, word in words)
+    effects = sorted(path.stem for path in (CONF / "effect").glob("*.yaml"))
+    yield "sim_collect", tuple(f"+effect@sim.effects.{effect}={effect}" for effect in effects)
+
+
+def _composed(entry, words):
+    cfg = compose(entry, list(words))
+    OmegaConf.set_struct(cfg, False)
+    for key, value in GIVEN.items():
+        if OmegaConf.select(cfg, key, throw_on_missing=False) is None and _is_missing(cfg, key):
+            OmegaConf.update(cfg, key, value)
+    written = OmegaConf.to_container(cfg)
+    return Composed(
+        entry.replace("_", "-"), words, OmegaConf.to_container(cfg, resolve=True), frozenset(_references(written, cfg))
+    )
+
+
+def _is_missing(cfg, key):
+    place, _, name = key.rpartition(".")
+    node = OmegaConf.select(cfg, place) if place else cfg
+    return OmegaConf.is_dict(node) and OmegaConf.is_missing(node, name)
+
+
+def _references(written, cfg, prefix=""):
+    for name, value in written.items():
+        if isinstance(value, dict):
+            yield from _references(value, cfg, f"{prefix}{name}.")
+        elif str(value).startswith("${") and OmegaConf.is_dict(OmegaConf.select(cfg, f"{prefix}{name}")):
+            yield f"{prefix}{name}"

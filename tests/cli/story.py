@@ -1,0 +1,170 @@
+"""What the disk says of a run, and whether its report and its printed summary say that and nothing else.
+
+Everything is read from the manifests and the episodes alone, not from the summary.
+"""
+
+import re
+from html.parser import HTMLParser
+from itertools import takewhile
+from pathlib import Path
+from typing import NamedTuple
+
+import yaml
+
+from twbal.cli.manifest import read_manifest
+from twbal.core.files import file_hash
+from twbal.io.logs import read_episodes
+
+
+class Iteration(NamedTuple):
+    """What the disk says of an iteration."""
+
+    policy: str
+    first_had: int
+    searched: bool
+    kept: bool
+    rollouts: int
+    rollout_seconds: float
+    drivers: set[str]
+    trials: int
+    successes: int
+    trial_seconds: float
+    diagnosed: bool
+    f_learned_again: bool
+
+
+def on_disk(folder: Path) -> list[Iteration]:
+    """All iterations of a run."""
+    rule = yaml.safe_load(read_manifest(folder).settings)["rule"]
+    found: list[Iteration] = []
+    for index in range(100):
+        place = folder / f"iteration_{index}"
+        if not place.exists():
+            break
+        made = place / "policy" if index else first_policy(folder)
+        policy, manifest = file_hash(made / "policy.pt"), read_manifest(made)
+        searches = manifest.stage == "optimise-policy" and yaml.safe_load(manifest.settings)["searches"]
+        given = {record.sha256 for record in manifest.inputs.get("earlier", ())}
+        before = folder / f"iteration_{index - 1}" / "rollout" / "episodes"
+        rollouts = read_episodes(before) if index else []
+        trials = read_episodes(place / "trials" / "episodes")
+        found.append(
+            Iteration(
+                policy,
+                next((i for i, other in enumerate(found) if other.policy == policy), index),
+                searches,
+                searches and policy in given,
+                len(rollouts),
+                seconds(rollouts),
+                {e.provenance.policy_hash for e in rollouts},
+                len(trials),
+                sum(holds(trial, rule) for trial in trials),
+                seconds(trials),
+                (place / "diagnosis" / "manifest.json").exists(),
+                (place / "sim_model" / "manifest.json").exists(),
+            )
+        )
+    return found
+
+
+def first_policy(folder: Path) -> Path:
+    """The folder in which policy 0 was made."""
+    searched = sorted(folder.glob("simulation/*_policy"))
+    return searched[-1] if searched else folder / "regulator"
+
+
+def seconds(episodes) -> float:
+    return sum(float(e.observations[-1, 0] - e.observations[0, 0]) for e in episodes)
+
+
+def holds(trial, rule) -> bool:
+    """The success rule, written once more."""
+    tilt = [abs(value) for value in trial.observations[: rule["steps"] + 1, 1].tolist()]
+    inside = list(takewhile(lambda value: value <= rule["limit"], tilt))
+    return len(inside) == rule["steps"] + 1 and all(v < rule["settle_limit"] for v in tilt[rule["settle_step"] :])
+
+
+class Text(HTMLParser):
+    """The text of a page, and its list items apart."""
+
+    def __init__(self, page: str) -> None:
+        super().__init__()
+        self.items: list[str] = []
+        self.words: list[str] = []
+        self.depth = 0
+        self.feed(page)
+
+    def handle_starttag(self, tag, attrs) -> None:
+        if tag == "li":
+            self.items.append("")
+            self.depth += 1
+
+    def handle_endtag(self, tag) -> None:
+        self.depth -= tag == "li"
+
+    def handle_data(self, data) -> None:
+        self.words.append(data)
+        if self.depth:
+            self.items[-1] += data
+
+
+def check(folder: Path, printed: str) -> list[Iteration]:
+    """Hold every sentence of the printed summary and the report against the disk; returns what the disk says."""
+    disk = on_disk(folder)
+    page = Text((folder / "report.html").read_text())
+    text = " ".join("".join(page.words).split())
+    check_headline(folder, disk, printed)
+    check_headline(folder, disk, text)
+    check_table(disk, printed)
+    for index, (step, iteration) in enumerate(zip(page.items, disk, strict=False)):
+        check_step(index, " ".join(step.split()), iteration, disk)
+        assert (f"Iteration {index}: The same policy as iteration {iteration.first_had}" in printed) == (
+            iteration.first_had != index
+        )
+    return disk
+
+
+def check_headline(folder: Path, disk: list[Iteration], said: str) -> None:
+    best = next(i for i, iteration in enumerate(disk) if iteration.policy == file_hash(folder / "best_policy.pt"))
+    having = [iteration for iteration in disk if iteration.first_had == best]
+    successes, trials = sum(i.successes for i in having), sum(i.trials for i in having)
+    driven = sum(i.rollout_seconds for i in disk[: best + 1])
+    if successes:
+        assert f"policy {best} succeeded in {successes} of {trials} trials." in said
+        assert ("Nothing was learned from the robot for it." in said) == (driven == 0)
+        assert (f"It was learned from {driven:.1f} s of driving the robot" in said) == (driven > 0)
+    else:
+        assert f"no policy succeeded in any of {sum(i.trials for i in disk)} trials" in said
+    assert ("The robot is balanced: " in said) == (successes == trials)
+    learn, judge = sum(i.rollout_seconds for i in disk), sum(i.trial_seconds for i in disk)
+    assert f"The robot was driven for {learn:.1f} s to learn, and for {judge:.1f} s in trials." in said
+
+
+def check_table(disk: list[Iteration], printed: str) -> None:
+    lines = printed.splitlines()
+    header = next(i for i, line in enumerate(lines) if line.startswith("iteration "))
+    driven = 0.0
+    for index, (line, iteration) in enumerate(zip(lines[header + 1 :], disk, strict=False)):
+        driven += iteration.rollout_seconds
+        again = f"that of {iteration.first_had}" if iteration.first_had != index else "new"
+        said = rf"[* ] {index} +{again} +\d+ samples, {driven:.1f} s .* {iteration.successes} of {iteration.trials} "
+        assert re.search(rf"{said} +{iteration.trial_seconds:.1f} s ", line), (said, line)
+
+
+def check_step(index: int, step: str, iteration: Iteration, disk: list[Iteration]) -> None:
+    """What the report says was done in an iteration."""
+    policy = iteration.first_had
+    assert f"In its trials policy {policy} succeeded in {iteration.successes} of {iteration.trials}." in step
+    new_search = iteration.searched and not iteration.kept
+    assert bool(re.search(r"A search on .* found policy|Policy 0 was searched", step)) == new_search
+    assert ("found nothing better" in step) == iteration.kept
+    if index:
+        driver = disk[index - 1]
+        assert iteration.drivers == {driver.policy}
+        count = f"{iteration.rollouts} rollout" + "s" * (iteration.rollouts != 1)
+        assert f"Policy {driver.first_had} drove the robot in {count} ({iteration.rollout_seconds:.1f} s)." in step
+        assert ("No policy was searched" in step) == (policy != index and not iteration.searched)
+    else:
+        assert "drove" not in step
+    assert ("diagnos" in step) == iteration.diagnosed
+    assert ("f was learned again" in step) == iteration.f_learned_again

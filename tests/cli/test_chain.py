@@ -1,0 +1,164 @@
+"""The stages by their commands, from simulated rollouts to a corrected model, in small."""
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hydra import compose, initialize_config_dir
+
+from twbal.cli.artefacts import load_model
+from twbal.cli.chain import Call, Chain
+from twbal.cli.conf_folder import conf_folder
+from twbal.cli.main import main
+from twbal.cli.manifest import read_manifest
+from twbal.io.logs import read_episodes
+
+QUICK = ["model.fit_f.settings.fit.starts=1", "model.fit_g.settings.starts=1"]
+
+
+@pytest.fixture(scope="module")
+def chain(tmp_path_factory):
+    """Run folders of one small chain."""
+    folder = tmp_path_factory.mktemp("chain")
+    arguments = sys.argv
+    try:
+        run("sim-collect", folder / "sim", "rollouts=4", "steps=12")
+        run("fit-sim-gp", folder / "f", f"episodes={folder / 'sim'}", *QUICK)
+        run("real-rollout", folder / "real", "policy=random", "trials=2", "steps=10", "exploration=0.05")
+        run("fit-diff-gp", folder / "g", f"dynamics={folder / 'f' / 'model.pt'}", f"episodes={folder / 'real'}", *QUICK)
+    finally:
+        sys.argv = arguments
+    return folder
+
+
+def run(stage, out, *words):
+    assert main([stage, f"hydra.run.dir={out}", *words]) == 0
+
+
+def fails(capsys, stage, out, *words):
+    """What the one line on stderr says."""
+    capsys.readouterr()
+    assert main([stage, f"hydra.run.dir={out}", *words]) == 1
+    (line,) = [line for line in capsys.readouterr().err.splitlines() if "pybullet build time" not in line]
+    return line.removeprefix("twbal: error: ")
+
+
+def output_hashes(folder: Path):
+    manifest = read_manifest(folder)
+    assert manifest is not None
+    assert manifest.complete
+    return {made.path: made.sha256 for made in manifest.outputs}
+
+
+def test_simulated_episodes_say_where_they_come_from(chain):
+    episodes = read_episodes(chain / "sim" / "episodes")
+    assert [episode.provenance.trial for episode in episodes] == [0, 1, 2, 3]
+    assert {episode.provenance.source for episode in episodes} == {"simulation"}
+    assert "rollouts: 4" in episodes[0].provenance.config
+    assert "workers" not in episodes[0].provenance.config
+    assert all(0 < len(episode) <= 12 and np.abs(episode.commands).max() <= 5.0 for episode in episodes)
+
+
+def test_real_episodes_do_not_say_how_the_robot_was_reached(chain):
+    episodes = read_episodes(chain / "real" / "episodes")
+    assert {episode.provenance.source for episode in episodes} == {"robot"}
+    assert "link" not in episodes[0].provenance.config
+    assert episodes[0].provenance.policy_hash == read_episodes(chain / "sim" / "episodes")[0].provenance.policy_hash
+
+
+def test_models_tell_their_episodes(chain):
+    f, g = load_model(chain / "f" / "model.pt"), load_model(chain / "g" / "model.pt")
+    assert f.model.g is None
+    assert g.model.g is not None
+    assert np.array_equal(f.model.f.weights, g.model.f.weights)
+    simulated, real = (list(output_hashes(chain / stage).values()) for stage in ("sim", "real"))
+    assert f.episodes == {"simulation": simulated}
+    assert g.episodes == {"simulation": simulated, "robot": real}
+
+
+def test_the_same_commands_give_the_same_bytes(chain, tmp_path):
+    run("sim-collect", tmp_path / "sim", "rollouts=4", "steps=12", "workers=1")
+    assert output_hashes(tmp_path / "sim") == output_hashes(chain / "sim")
+    run("real-rollout", tmp_path / "real", "policy=random", "trials=2", "steps=10", "exploration=0.05")
+    assert output_hashes(tmp_path / "real") == output_hashes(chain / "real")
+    run("fit-sim-gp", tmp_path / "f", f"episodes={tmp_path / 'sim' / 'episodes'}", *QUICK)
+    assert output_hashes(tmp_path / "f") == output_hashes(chain / "f")
+
+
+def test_a_stage_ends_with_what_it_made_and_the_next_command(chain, capsys):
+    run("sim-collect", chain / "sim", "rollouts=4", "steps=12")
+    assert capsys.readouterr().out.splitlines() == [
+        f"made  {chain / 'sim' / 'episodes'}/ (4 files)",
+        f"next  twbal fit-sim-gp episodes={chain / 'sim'}",
+    ]
+
+
+def test_the_next_command_is_for_the_same_robot_and_state(tmp_path, capsys):
+    run("sim-collect", tmp_path / "sim", "rollouts=1", "steps=3", "robot=regbot", "state=paper", "robot.body_mass=2")
+    assert capsys.readouterr().out.splitlines()[-1] == (
+        f"next  twbal fit-sim-gp episodes={tmp_path / 'sim'} robot=regbot state=paper robot.body_mass=2"
+    )
+
+
+def test_only_trials_that_are_not_there_are_driven(chain, tmp_path):
+    out = tmp_path / "real"
+    run("real-rollout", out, "policy=random", "trials=2", "steps=10", "exploration=0.05")
+    before = output_hashes(out)
+    first, second = sorted((out / "episodes").iterdir())
+    stamp = first.stat().st_mtime_ns
+    second.unlink()
+    run("real-rollout", out, "policy=random", "trials=2", "steps=10", "exploration=0.05")
+    assert output_hashes(out) == before
+    assert first.stat().st_mtime_ns == stamp
+
+
+def test_other_settings_do_not_touch_a_run_folder(chain, capsys):
+    before = output_hashes(chain / "sim")
+    assert "other settings (now new: rollouts: 5)" in fails(
+        capsys, "sim-collect", chain / "sim", "rollouts=5", "steps=12"
+    )
+    assert output_hashes(chain / "sim") == before
+
+
+def test_errors_say_what_is_wrong(chain, tmp_path, capsys):
+    f, sim, out = chain / "f" / "model.pt", chain / "sim", tmp_path / "out"
+    assert "needs episodes=" in fails(capsys, "fit-sim-gp", out)
+    assert "is not there" in fails(capsys, "fit-sim-gp", out, f"episodes={tmp_path / 'none'}")
+    assert "no episode logs" in fails(capsys, "fit-sim-gp", out, f"episodes={chain / 'f'}")
+    assert "expected are tilt, tilt_rate, acceleration" in fails(
+        capsys, "fit-sim-gp", out, f"episodes={sim}", "state=paper"
+    )
+    assert "not a checkpoint" in fails(
+        capsys, "fit-diff-gp", tmp_path / "g", f"dynamics={sim / 'manifest.json'}", f"episodes={sim}"
+    )
+    assert "holds a 'model', expected a 'policy'" in fails(capsys, "real-rollout", tmp_path / "r", f"policy.path={f}")
+    assert "Cannot open the port" in fails(
+        capsys, "real-rollout", tmp_path / "r2", "policy=random", "link=serial", f"link.port={tmp_path / 'none'}"
+    )
+    assert "rollouts=many; expected a whole number" in fails(capsys, "sim-collect", tmp_path / "s", "rollouts=many")
+
+
+def test_too_few_samples_are_an_error(chain, tmp_path, capsys):
+    run("sim-collect", tmp_path / "sim", "rollouts=1", "steps=3")
+    assert "Too few samples" in fails(capsys, "fit-sim-gp", tmp_path / "f", f"episodes={tmp_path / 'sim'}")
+
+
+@pytest.mark.parametrize("kept", [0.0, 0.3, 0.9])
+def test_a_cut_log_is_an_error(chain, tmp_path, kept, capsys):
+    whole = (chain / "sim" / "episodes" / "trial_000.mcap").read_bytes()
+    (tmp_path / "cut.mcap").write_bytes(whole[: int(kept * len(whole))])
+    assert "cut.mcap" in fails(capsys, "fit-sim-gp", tmp_path / "f", f"episodes={tmp_path / 'cut.mcap'}")
+
+
+def test_another_control_period_is_another_robot(tmp_path, capsys):
+    said = fails(capsys, "real-rollout", tmp_path, "policy=random", "robot.control_period=0.01", "link.overrides=[]")
+    assert "has a control period of 0.02 s" in said
+
+
+def test_a_command_that_is_told_nothing_keeps_what_it_inherits(tmp_path, as_from_a_shell):
+    with initialize_config_dir(str(conf_folder()), version_base="1.3"):
+        cfg = compose("iterate", ["robot=regbot", "sim=regbot"])
+        chain = Chain(cfg, {"robot": "regbot", "sim": "regbot"}, tmp_path, [])
+        chain.run(Call("linear-policy", Path("regulator"), {}))
+    assert "robot=regbot" in chain.commands[0]

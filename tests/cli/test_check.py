@@ -1,0 +1,134 @@
+"""`twbal check` on the logged data of the repository: quiet on clean code, loud on every planted fault."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from twbal.cli.main import main
+from twbal.cli.stages.check import _read, _tolerances
+from twbal.core.errors import TwbalError
+
+HOUSE = Path(__file__).resolve().parents[2]
+DATA = HOUSE / "data" / "regression"
+FAULTS = {
+    "kernel": ("models/gp.py", "a @ b.T - 0.5 * np.sum(a * a", "a @ b.T - 0.49 * np.sum(a * a"),
+    "moment matching": (
+        "models/moments/taylor.py",
+        "weights[i] * scale * np.exp(-0.5",
+        "weights[i] * scale * np.exp(-0.501",
+    ),
+    "squash": ("policies/squash.py", "9.0 * np.sin(activation)", "9.01 * np.sin(activation)"),
+    "squash's moments": ("policies/squash.py", "variance += 0.5 * p * q", "variance += 0.501 * p * q"),
+    "cost": ("core/cost.py", "reward = np.exp(-0.5 * (gap", "reward = np.exp(-0.51 * (gap"),
+    "log reader": ("io/logs/rows.py", '"wheel_angle", "wheel_rate")', '"wheel_rate", "wheel_angle")'),
+    "effect": ("effects/dead_zone.py", "u - copysign(width, u)", "u - copysign(0.99 * width, u)"),
+    "effect with a memory": ("effects/motor_lag.py", "torque += share", "torque += 0.99 * share"),
+    "policy file": ("policies/rbf.py", "=max_command_in(found)", "=0.999 * max_command_in(found)"),
+    "transitions": ("models/dynamics.py", "matrix[i, i] = 1.0", "matrix[i, i] = 1.001"),
+    "gradient": ("search/long_term_cost.py", "by_mean + costs[t].by_mean", "by_mean + 1.001 * costs[t].by_mean"),
+    "twin": ("planar/motion.py", "bound = 2.0 * (p.coulomb", "bound = 1.5 * (p.coulomb"),
+    "predictor": (
+        "sysid/predictor.py",
+        "tilt_rate += gain[2, j] * error[j]",
+        "tilt_rate += 0.5 * gain[2, j] * error[j]",
+    ),
+    "smoothing": ("models/recipe.py", "if self.smoothing is None:", "if True:"),
+}
+"""File of the package, a line of it, and that line with a fault."""
+
+
+def check(*words, package=HOUSE, cache=None):
+    """Run the command on a copy of the package."""
+    env = {**os.environ, "PYTHONPATH": str(package), "OMP_NUM_THREADS": "1"}
+    if cache is not None:
+        env["XDG_CACHE_HOME"] = str(cache)
+    command = [sys.executable, "-P", "-m", "twbal", "check", f"data={DATA}", *words]
+    return subprocess.run(command, env=env, capture_output=True, text=True)
+
+
+def test_clean_code_makes_of_the_logs_what_it_made_before(tmp_path):
+    done = check(f"hydra.run.dir={tmp_path}")
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "measures are as in the baseline" in done.stdout
+    assert (tmp_path / "junit.xml").exists()
+
+
+def spoiled(tmp_path, change):
+    """A copy of the data's baseline, changed."""
+    known = json.loads((DATA / "baseline.json").read_text())
+    change(known)
+    path = tmp_path / "baseline.json"
+    path.write_text(json.dumps(known))
+    return path
+
+
+@pytest.mark.slow
+def test_a_measure_that_moved_fails_and_is_named(tmp_path, capsys):
+    name = "policy/commands/rms"
+    path = spoiled(tmp_path, lambda known: known["measures"].update({name: 1.001 * known["measures"][name]}))
+    assert main(["check", f"data={DATA}", f"baseline={path}", f"hydra.run.dir={tmp_path / 'out'}"]) == 1
+    said = capsys.readouterr()
+    assert name in said.out
+    assert "1 of " in said.err
+    assert '<failure message="' in (tmp_path / "out" / "junit.xml").read_text()
+
+
+@pytest.mark.parametrize(
+    ("words", "complaint"),
+    [
+        (["data=nowhere"], "nowhere"),
+        ([f"data={DATA}", "baseline=no.json", "tolerances=no.yaml"], "no tolerances no.yaml"),
+    ],
+)
+def test_what_is_not_there_is_one_clear_line(words, complaint, tmp_path, capsys):
+    assert main(["check", *words, f"hydra.run.dir={tmp_path}"]) == 1
+    said = capsys.readouterr().err
+    assert complaint in said
+    assert len(said.splitlines()) == 1
+
+
+@pytest.mark.slow
+def test_the_baseline_of_other_data_is_refused(tmp_path, capsys):
+    path = spoiled(tmp_path, lambda known: known["data"].update({"policy.pt": "0" * 64}))
+    assert main(["check", f"data={DATA}", f"baseline={path}", f"hydra.run.dir={tmp_path / 'out'}"]) == 1
+    assert "baseline of another data set: policy.pt differ" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("fault", FAULTS)
+def test_a_planted_fault_is_caught(fault, tmp_path):
+    file, line, wrong = FAULTS[fault]
+    package = tmp_path / "package"
+    shutil.copytree(HOUSE / "twbal", package / "twbal", ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copytree(HOUSE / "conf", package / "conf")
+    source = package / "twbal" / file
+    text = source.read_text()
+    assert text.count(line) >= 1
+    source.write_text(text.replace(line, wrong))
+    done = check(f"hydra.run.dir={tmp_path / 'out'}", package=package, cache=tmp_path / "cache")
+    assert done.returncode == 1, done.stdout + done.stderr
+    assert "twbal: error:" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "complaint"),
+    [
+        ("tolerances", '"*": {relative: nan, absolute: 0}', "must be finite and not negative"),
+        ("tolerances", '"*": {relative: 0}', "does not say tolerances"),
+        ("tolerances", "a: [", "is no yaml that can be read"),
+        ("tolerances", '"*": &a {relative: 0, absolute: 0}', "has an anchor or an alias"),
+        ("tolerances", "[" * 10**4, "holds too much"),
+        ("baseline", "[" * 10**5, "is no baseline of `twbal check`"),
+        ("baseline", '{"data": 3, "version": "", "measures": {}}', "is no baseline of `twbal check`"),
+        ("baseline", '{"data": {}, "version": "", "measures": {"a": []}}', "is no baseline of `twbal check`"),
+    ],
+)
+def test_files_that_cannot_be_used_are_refused(name, content, complaint, tmp_path):
+    (tmp_path / "file").write_text(content)
+    with pytest.raises(TwbalError, match=complaint):
+        (_tolerances if name == "tolerances" else _read)(tmp_path / "file")

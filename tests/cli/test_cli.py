@@ -1,0 +1,271 @@
+import os
+import re
+import subprocess
+import sys
+
+import pytest
+
+from twbal import __version__
+from twbal.cli.conf_folder import conf_folder
+from twbal.cli.main import STAGES, main, usage
+from twbal.core.errors import ConfigError, LinkError
+
+pytestmark = pytest.mark.usefixtures("as_from_a_shell")
+
+
+@pytest.fixture
+def stage(monkeypatch):
+    """Stands in for the stage sim-collect: calls the function that the test puts in."""
+    module = type(sys)("twbal.cli.stages.sim_collect")
+    monkeypatch.setitem(sys.modules, "twbal.cli.stages.sim_collect", module)
+    return module
+
+
+def only_error(capsys) -> str:
+    """The one line on stderr, without its prefix."""
+    lines = capsys.readouterr().err.splitlines()
+    assert len(lines) == 1, lines
+    assert lines[0].startswith("twbal: error: ")
+    return lines[0].removeprefix("twbal: error: ")
+
+
+def test_help_lists_every_stage(capsys):
+    assert main(["--help"]) == 0
+    said = capsys.readouterr().out
+    assert said == usage()
+    assert all(re.search(rf"^  {name} +\w", said, re.MULTILINE) for name in STAGES)
+
+
+def test_no_stage_at_all_is_misuse(capsys):
+    assert main([]) == 2
+    assert capsys.readouterr().err == usage()
+
+
+def test_version(capsys):
+    assert main(["--version"]) == 0
+    assert capsys.readouterr().out == f"twbal {__version__}\n"
+
+
+def test_help_imports_nothing_heavy():
+    code = "import sys, twbal.cli.main; twbal.cli.main.main(['--help']); print(*sys.modules)"
+    out = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, env=environment()
+    ).stdout
+    loaded = set(out.splitlines()[-1].split())
+    assert not loaded & {"hydra", "omegaconf", "numpy", "torch", "pybullet", "scipy", "matplotlib"}
+
+
+@pytest.mark.parametrize(("flags", "said"), [(["--help"], "rollouts=20"), (["--cfg", "job"], "rollouts: 20")])
+def test_help_of_a_stage_does_not_import_the_stage(stage, flags, said, capsys):
+    assert main(["sim-collect", *flags]) == 0  # the stand-in has no main that could be called
+    assert said in capsys.readouterr().out
+
+
+def test_an_unknown_stage_suggests_the_near_one_and_lists_all(capsys):
+    assert main(["sim_colect"]) == 2
+    said = only_error(capsys)
+    assert "did you mean 'sim-collect'" in said
+    assert all(name in said for name in STAGES)
+
+
+@pytest.mark.parametrize(
+    ("word", "expected"),
+    [
+        ("rolouts=3", "no setting 'rolouts' (did you mean 'rollouts'?)"),
+        ("robt=paper", "no setting 'robt' (did you mean 'robot'?)"),
+        ("robot.body_mas=3", "no setting 'robot.body_mas' (did you mean 'robot.body_mass'?)"),
+        ("body_mass=3", "no setting 'body_mass' (did you mean 'robot.body_mass'?)"),
+        ("~rolouts", "no setting 'rolouts' (did you mean 'rollouts'?)"),
+        ("robot=papr", "robot has no choice 'papr' (did you mean 'paper'?). The choices are: paper, regbot."),
+        ("rollouts", "'rollouts' is not an override; expected key=value"),
+        ("robot.name=[a=b]", "its value cannot be read. Put text with any of = , : [ ] { } in quotes"),
+    ],
+)
+def test_a_misspelt_override_is_one_clear_error(word, expected, capsys):
+    assert main(["sim-collect", word]) == 1
+    assert expected in only_error(capsys)
+
+
+def test_a_stage_without_a_simulation_is_not_told_to_add_effects(capsys):
+    assert main(["fit-sim-gp", "episodes=e", "sim.effects.dead_zone.width=1"]) == 1
+    assert "fit-sim-gp has no setting 'sim.effects.dead_zone.width'" in only_error(capsys)
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["rollouts=3", "-m", "seed=1,2", "steps=4"],
+        ["-m", "rollouts=3", "steps=4", "seed=1,2"],
+        ["seed=1,2", "steps=4", "rollouts=3", "--multirun"],
+    ],
+)
+def test_overrides_may_stand_on_either_side_of_a_flag(stage, words):
+    seen = []
+    stage.main = lambda cfg: seen.append((cfg.rollouts, cfg.seed, cfg.steps))
+    assert main(["sim-collect", *words]) == 0
+    assert seen == [(3, 1, 4), (3, 2, 4)]
+
+
+def test_the_value_of_a_flag_stays_with_it(capsys):
+    assert main(["sim-collect", "--cfg", "job", "seed=4", "--package", "robot", "steps=3"]) == 0
+    said = capsys.readouterr().out
+    assert "body_mass: 10.0" in said
+    assert "seed" not in said
+
+
+def test_an_unknown_flag_is_misuse(capsys):
+    assert main(["sim-collect", "--fast"]) == 2
+    assert "unrecognized arguments: --fast" in capsys.readouterr().err
+
+
+def test_an_error_of_ours_is_one_line_and_exit_code_1(stage, capsys):
+    def fail(cfg):
+        raise LinkError("no robot on that port")
+
+    stage.main = fail
+    assert main(["sim-collect"]) == 1
+    assert only_error(capsys) == "no robot on that port"
+
+
+@pytest.mark.parametrize("variable", ["TWBAL_DEBUG", "HYDRA_FULL_ERROR"])
+def test_a_traceback_is_to_be_had(variable, tmp_path):
+    words = [sys.executable, "-m", "twbal", "sim-collect", "robot.body_mass=-1"]
+    done = subprocess.run(words, capture_output=True, text=True, env=environment(**{variable: "1"}), cwd=tmp_path)
+    assert done.returncode == 1
+    assert "Traceback" in done.stderr
+    assert done.stderr.splitlines()[-1].startswith("twbal: error: sim-collect cannot have robot.body_mass=-1")
+
+
+def test_processes_that_a_stage_starts_print_errors_as_usual(stage):
+    seen = []
+    stage.main = lambda cfg: seen.append(os.environ.get("HYDRA_FULL_ERROR"))
+    assert main(["sim-collect"]) == 0
+    assert seen == [None]
+
+
+def test_an_error_of_ours_within_the_building_of_parts_comes_out_bare(stage, capsys):
+    from hydra.utils import instantiate
+
+    stage.main = lambda cfg: instantiate(cfg.state)
+    assert main(["sim-collect", "state.names=[tilt,tilt]"]) == 1
+    assert only_error(capsys) == "State channels must be distinct and at least one; found ['tilt', 'tilt']."
+
+
+def test_a_part_that_cannot_be_built_is_named(stage, capsys):
+    from hydra.utils import instantiate
+
+    stage.main = lambda cfg: instantiate(cfg.robot)
+    assert main(["sim-collect", "+robot.colour=red"]) == 1
+    said = only_error(capsys)
+    assert said.startswith("robot cannot be built")
+    assert "colour" in said
+
+
+def test_a_missing_value_names_the_setting(stage, capsys):
+    stage.main = lambda cfg: cfg.seed
+    assert main(["sim-collect", "seed=???"]) == 1
+    assert only_error(capsys).startswith("sim-collect needs seed=...")
+
+
+def test_a_bug_keeps_its_traceback(stage):
+    def fail(cfg):
+        raise ZeroDivisionError("a bug")
+
+    stage.main = fail
+    with pytest.raises(ZeroDivisionError):
+        main(["sim-collect"])
+
+
+def test_ctrl_c_exits_130(stage, capsys):
+    def stop(cfg):
+        raise KeyboardInterrupt
+
+    stage.main = stop
+    assert main(["sim-collect"]) == 130
+    assert capsys.readouterr().err == "twbal: stopped\n"
+
+
+def test_a_reader_that_leaves_early_sees_no_complaint(tmp_path):
+    words = f"{sys.executable} -u -m twbal sim-collect --help | head -n 1; exit ${{PIPESTATUS[0]}}"
+    done = subprocess.run(["bash", "-c", words], capture_output=True, text=True, env=environment(), cwd=tmp_path)
+    assert done.stderr == ""
+    assert done.stdout.startswith("twbal sim-collect: ")
+    assert done.returncode in (0, 141)  # where all was written before the reader left, nobody notices
+
+
+def test_a_failed_job_does_not_keep_a_sweep_from_the_others(stage, capsys):
+    seen = []
+
+    def fail_once(cfg):
+        seen.append(cfg.seed)
+        if cfg.seed == 1:
+            raise ConfigError("not this one")
+
+    stage.main = fail_once
+    assert main(["sim-collect", "-m", "seed=1,2,3"]) == 1
+    assert seen == [1, 2, 3]
+    assert "twbal: error: 1 job of the sweep failed: seed=1 (not this one)." in capsys.readouterr().err
+
+
+def test_two_runs_at_once_have_folders_of_their_own(stage):
+    from twbal.cli.console import run_folder
+
+    folders = []
+    stage.main = lambda cfg: folders.append(run_folder())
+    for _ in range(3):
+        assert main(["sim-collect"]) == 0
+    assert len(set(folders)) == 3
+    assert all(re.fullmatch(r"outputs/sim-collect/[-\d]+_[-\d]+", str(folder)) for folder in folders)
+    assert all((folder / ".hydra" / "config.yaml").is_file() for folder in folders)
+
+
+@pytest.mark.parametrize(
+    ("line", "expected"),
+    [
+        ("twbal ", set(STAGES)),
+        ("twbal sim", set(STAGES)),
+        ("twbal sim-collect robot=", {"robot=paper", "robot=regbot"}),
+        ("twbal sim-collect roll", {"rollouts="}),
+    ],
+)
+def test_tab_completion(line, expected, monkeypatch, capsys):
+    monkeypatch.setenv("COMP_LINE", line)
+    assert main(["-sc", "query=bash"]) == 0
+    assert set(capsys.readouterr().out.split()) == expected
+
+
+def test_the_completion_script_is_for_twbal(capsys):
+    assert main(["--shell-completion", "install=bash"]) == 0
+    assert capsys.readouterr().out.splitlines()[-1].endswith("hydra_bash_completion twbal")
+
+
+def test_configuration_of_ones_own(stage, tmp_path):
+    (tmp_path / "mine" / "robot").mkdir(parents=True)
+    text = (conf_folder() / "robot" / "paper.yaml").read_text().replace("name: paper", "name: mine")
+    (tmp_path / "mine" / "robot" / "mine.yaml").write_text(text)
+    names = []
+    stage.main = lambda cfg: names.append(cfg.robot.name)
+    assert main(["sim-collect", f"--config-dir={tmp_path / 'mine'}", "robot=mine"]) == 0
+    assert names == ["mine"]
+
+
+@pytest.mark.parametrize(
+    ("written", "expected"),
+    [
+        (b"name: mine\n  track: [0.2, 1\n", "mine.yaml is no yaml: line 2, column 8: mapping values are not allowed"),
+        (b"name: mine\nname: yours\n", "mine.yaml is no yaml: line 2, column 1: found duplicate key name"),
+        (b"name: [mine\n", "mine.yaml is no yaml: line 2, column 1: "),
+        (b"name: \x01\n", "cannot be read (unacceptable character"),
+        (b"name: \xff\n", "no text in UTF-8"),
+    ],
+)
+def test_configuration_of_ones_own_that_is_no_yaml_is_one_clear_error(written, expected, tmp_path, capsys):
+    (tmp_path / "mine" / "robot").mkdir(parents=True)
+    (tmp_path / "mine" / "robot" / "mine.yaml").write_bytes(written)
+    assert main(["sim-collect", f"--config-dir={tmp_path / 'mine'}", "robot=mine"]) == 1
+    assert expected in only_error(capsys)
+
+
+def environment(**more: str) -> dict[str, str]:
+    clean = {name: value for name, value in os.environ.items() if name != "HYDRA_FULL_ERROR"}
+    return clean | {"PYTHONPATH": os.pathsep.join(sys.path)} | more

@@ -1,0 +1,114 @@
+"""`twbal compare` over run folders."""
+
+import csv
+import json
+
+import pytest
+
+from twbal.cli.main import main
+
+
+def summary(successes, seconds, seed):
+    iterations = [
+        {
+            "index": k,
+            "real_episodes": k,
+            "real_samples": 100 * k,
+            "real_seconds": seconds * k,
+            "predicted_cost": 5.0,
+            "real_cost": 6.0 - k,
+            "successes": count,
+            "trials": 10,
+            "coverage95": 0.9,
+            "fit_s": 1.0,
+            "search_s": 2.0,
+            "drift_m": 1.0,
+            "judged_success": 1.0,
+            "policy": {"path": "p.pt", "sha256": "0" * 64},
+            "note": "",
+        }
+        for k, count in enumerate(successes)
+    ]
+    return {
+        "robot": "paper",
+        "seed": seed,
+        "wall_s": 10.0,
+        "sim": {"episodes": 20, "samples": 300},
+        "iterations": iterations,
+        "best_iteration": max(range(len(successes)), key=lambda k: successes[k]),
+    }
+
+
+@pytest.fixture
+def sweeps(tmp_path):
+    for name, successes, seconds in (("old", [0, 4, 10], 3.0), ("new", [0, 10], 2.0)):
+        for seed in range(6):
+            folder = tmp_path / name / str(seed)
+            folder.mkdir(parents=True)
+            (folder / "summary.json").write_text(json.dumps(summary(successes, seconds, seed)))
+    return tmp_path
+
+
+def test_two_sweeps_make_one_table_and_one_page(sweeps, tmp_path, capsys):
+    out = tmp_path / "out"
+    assert main(["compare", f"runs={{old:{sweeps / 'old'},new:{sweeps / 'new'}}}", f"hydra.run.dir={out}"]) == 0
+    with (out / "table.csv").open() as file:
+        old, new = csv.DictReader(file)
+    assert old["real seconds to all trials [s]"].startswith("6 ")
+    assert new["real seconds to all trials [s]"].startswith("2 ")
+    assert new["real seconds to all trials: better, worse, p"] == "6, 0, 0.031"
+    assert len((out / "runs.csv").read_text().splitlines()) == 13
+    assert "<svg" in (out / "comparison.html").read_text()
+    assert (out / "table.tex").read_text().startswith(r"\begin{tabular}")
+    assert "real seconds to all trials" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("runs", "complaint"),
+    [("[nowhere]", "nowhere is not there"), ("[]", "compare cannot have runs=[]"), ("[a/x,b/x]", "same name")],
+)
+def test_bad_input_is_one_clear_line(runs, complaint, tmp_path, capsys):
+    assert main(["compare", f"runs={runs}", f"hydra.run.dir={tmp_path}"]) == 1
+    said = capsys.readouterr().err
+    assert complaint in said
+    assert len(said.splitlines()) == 1
+
+
+def test_an_empty_folder_and_a_summary_of_another_version_are_refused(sweeps, tmp_path, capsys):
+    (tmp_path / "empty").mkdir()
+    assert main(["compare", f"runs=[{tmp_path / 'empty'}]", f"hydra.run.dir={tmp_path / 'out'}"]) == 1
+    assert "no summary.json" in capsys.readouterr().err
+    file = sweeps / "old" / "0" / "summary.json"
+    told = json.loads(file.read_text())
+    del told["iterations"][0]["coverage95"]
+    file.write_text(json.dumps(told))
+    assert main(["compare", f"runs=[{sweeps / 'old'}]", f"hydra.run.dir={tmp_path / 'out'}"]) == 1
+    assert "coverage95" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("settings", "complaint"),
+    [
+        ("a: [", "is no yaml that can be read"),
+        ("a: &a [1]\nb: [*a, *a]", "has an anchor or an alias"),
+        ("[" * 99, "holds"),
+    ],
+)
+def test_a_damaged_configuration_of_a_run_is_one_clear_line(settings, complaint, sweeps, tmp_path, capsys):
+    (sweeps / "old" / "0" / ".hydra").mkdir()
+    (sweeps / "old" / "0" / ".hydra" / "config.yaml").write_text(settings)
+    assert main(["compare", f"runs=[{sweeps / 'old'}]", f"hydra.run.dir={tmp_path / 'out'}"]) == 1
+    (said,) = capsys.readouterr().err.splitlines()
+    assert complaint in said
+    assert "config.yaml" in said
+
+
+def test_runs_on_robots_of_other_seeds_are_not_paired(sweeps, tmp_path):
+    for name, link in (("old", 1), ("new", 2)):
+        for seed in range(6):
+            (sweeps / name / str(seed) / ".hydra").mkdir()
+            (sweeps / name / str(seed) / ".hydra" / "config.yaml").write_text(f"link: {{seed: {link}}}\nrun: ${{x}}\n")
+    out = tmp_path / "out"
+    main(["compare", f"runs={{old:{sweeps / 'old'},new:{sweeps / 'new'}}}", f"hydra.run.dir={out}"])
+    with (out / "table.csv").open() as file:
+        assert all(", 0, 0.031" not in value for row in csv.DictReader(file) for value in row.values())

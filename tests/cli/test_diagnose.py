@@ -1,0 +1,224 @@
+"""The diagnosis as a command: what it reads, writes, names and refuses."""
+
+import io
+import json
+from contextlib import redirect_stdout
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hydra import compose, initialize_config_dir
+from hydra.utils import instantiate
+from omegaconf import OmegaConf
+
+from twbal.algorithm.rollout import rollout
+from twbal.cli.conf_folder import conf_folder
+from twbal.cli.main import main
+from twbal.cli.stages.diagnose import _on_falls
+from twbal.core.episode import Outcome, Provenance
+from twbal.core.start_pose import StartPose
+from twbal.diagnosis.record import Verdict
+from twbal.effects.dead_zone import DeadZone
+from twbal.effects.library import library
+from twbal.effects.sensor_noise import SensorNoise
+from twbal.io.logs import read_episode, write_episode
+from twbal.sim.bullet_plant import SimPlant
+from twbal.sysid.held_out import held_out
+from twbal.sysid.recording import Recording
+from twbal.virtual_robot.hidden import draw_hidden
+
+NOISE = SensorNoise(0.0035, 0.02, 0.3, 0.001, 0.05, 0.02)
+
+
+@pytest.fixture(scope="module")
+def measured(tmp_path_factory):
+    """Two episodes of a robot with a dead zone that its data sheet does not tell of."""
+    folder = tmp_path_factory.mktemp("measured")
+    drive(folder, [DeadZone(1.0), NOISE], 300)
+    return folder
+
+
+def drive(folder, effects, periods):
+    """Two episodes of a robot with effects, driven by `experiment=excite`."""
+    with initialize_config_dir(str(conf_folder()), version_base="1.3"):
+        cfg = compose("real_rollout", ["experiment=excite"])
+    robot, policy, channels = instantiate(cfg.robot), instantiate(cfg.policy), instantiate(cfg.state)
+    start = StartPose(0.0, 0.03, 0.05, 0.02)
+    with SimPlant(robot=robot, effects=effects, start=start, physics_step=0.0005, seed=3) as plant:
+        for trial in range(2):
+            source = Provenance("paper", "robot", seed=1, trial=trial)
+            write_episode(folder / f"trial_{trial}.mcap", rollout(plant, policy, channels, periods, 0.6, source))
+
+
+@pytest.fixture(scope="module")
+def diagnosed(measured, tmp_path_factory):
+    out = tmp_path_factory.mktemp("diagnosed")
+    assert main(["diagnose", f"episodes={measured}", f"hydra.run.dir={out}", "starts=10"]) == 0
+    return out
+
+
+def test_the_missing_effect_is_named_with_its_size(diagnosed):
+    record = json.loads((diagnosed / "diagnosis.json").read_text())
+    assert record["verdict"] == "named"
+    (effect,) = record["effects"]
+    assert effect["name"] == "dead_zone"
+    assert effect["parameters"]["width"]["value"] == pytest.approx(1.0, rel=0.05)
+
+
+def test_the_gap_shrinks_to_what_noise_leaves(diagnosed):
+    gap = json.loads((diagnosed / "diagnosis.json").read_text())["gap"]
+    assert gap["after"] < 0.3 * gap["before"]
+    assert gap["closed"] > 0.9
+    assert len(gap["held_out"]) == 2
+
+
+def test_the_augmented_simulation_has_it_and_any_stage_takes_it(diagnosed, tmp_path, capsys):
+    effects = OmegaConf.load(diagnosed / "augmented.yaml").effects
+    assert effects.dead_zone.width == pytest.approx(1.0, rel=0.05)
+    words = [f"sim={diagnosed / 'augmented.yaml'}", "rollouts=2", "steps=5", f"hydra.run.dir={tmp_path / 'sim'}"]
+    assert main(["sim-collect", *words]) == 0
+    assert len(list((tmp_path / "sim" / "episodes").glob("*.mcap"))) == 2
+
+
+def test_report_and_pictures_are_there(diagnosed):
+    assert "dead zone" in (diagnosed / "report.html").read_text()
+    assert {p.stem for p in (diagnosed / "figures").glob("*.svg")} == {"where", "rivals", "gap", "whiteness"}
+
+
+def test_with_the_effect_in_the_simulation_nothing_is_missing(measured, diagnosed, tmp_path):
+    words = [f"episodes={measured}", f"sim={diagnosed / 'augmented.yaml'}", f"hydra.run.dir={tmp_path}", "starts=10"]
+    assert main(["diagnose", *words]) == 0
+    assert json.loads((tmp_path / "diagnosis.json").read_text())["verdict"] == "none"
+
+
+@pytest.fixture(scope="module")
+def contradicted(measured, tmp_path_factory):
+    """A diagnosis of the dead zone, tested on episodes of a robot without one: its folder, and what it printed."""
+    folder, out = tmp_path_factory.mktemp("nominal"), tmp_path_factory.mktemp("contradicted")
+    drive(folder, [NOISE], 300)
+    printed = io.StringIO()
+    words = [f"episodes={measured}", f"test_episodes={folder}", f"hydra.run.dir={out}", "starts=10"]
+    with redirect_stdout(printed):
+        assert main(["diagnose", *words]) == 0
+    return out, printed.getvalue()
+
+
+def test_what_makes_rollouts_on_held_out_data_worse_is_not_named(contradicted):
+    out, printed = contradicted
+    record = json.loads((out / "diagnosis.json").read_text())
+    gap = record["gap"]
+    assert gap["after"] > 1.05 * gap["refitted"]
+    assert (record["verdict"], record["effects"]) == ("unknown", [])
+    assert gap["added"] == ["dead_zone"]
+    warning = next(line for line in printed.splitlines() if "WARNING" in line)
+    for number in (gap["before"], gap["refitted"], gap["after"]):
+        assert f"{number:.3g}" in warning
+    assert "WARNING" in (out / "report.html").read_text()
+
+
+def test_the_simulation_of_an_unknown_is_neither_recommended_nor_without_a_word(contradicted, diagnosed):
+    out, printed = contradicted
+    text = (out / "augmented.yaml").read_text()
+    assert text.startswith("# No finding (verdict unknown)")
+    assert "dead_zone" not in text
+    following = next(line for line in printed.splitlines() if line.startswith("next"))
+    assert "augmented.yaml" not in following
+    assert following.startswith("next  twbal real-rollout experiment=excite")
+    assert "Verdict named" in (diagnosed / "augmented.yaml").read_text().splitlines()[0]
+
+
+def test_a_diagnosis_tells_what_it_is_doing(contradicted):
+    _, printed = contradicted
+    steps = ["refitting the nominal parameters", "weighing what to add to the refit", "rollouts in PyBullet"]
+    places = [printed.index(step) for step in steps]
+    assert places == sorted(places)
+
+
+def spoilt(measured, folder, change):
+    """The episodes with something wrong."""
+    for file in measured.glob("*.mcap"):
+        episode = read_episode(file)
+        seen, commands = np.array(episode.observations), np.array(episode.commands)
+        seen, commands = change(seen, commands)
+        kept = {"observations": seen, "commands": commands, "states": episode.states[: len(seen)]}
+        write_episode(folder / file.name, type(episode)(**{**vars(episode), **kept}))
+
+
+@pytest.mark.parametrize(
+    ("change", "complaint"),
+    [
+        (lambda seen, u: (seen[:30], u[:29]), "control periods"),
+        (lambda seen, u: (seen * [1, 1, 0, 1, 1, 1, 1], u), "tilt_rate"),
+        (lambda seen, u: (seen, 0 * u), "command is 0"),
+    ],
+    ids=["too short", "a constant channel", "no torque"],
+)
+def test_unusable_data_get_one_clear_error(change, complaint, measured, tmp_path, capsys):
+    spoilt(measured, tmp_path / "logs", change)
+    assert main(["diagnose", f"episodes={tmp_path / 'logs'}", f"hydra.run.dir={tmp_path / 'out'}"]) == 1
+    said = capsys.readouterr().err.strip()
+    assert complaint in said
+    assert len(said.splitlines()) == 1
+    assert not (tmp_path / "out" / "diagnosis.json").exists()
+
+
+def test_another_robots_data_are_refused(measured, tmp_path, capsys):
+    assert main(["diagnose", f"episodes={measured}", "robot=regbot", f"hydra.run.dir={tmp_path}"]) == 1
+    assert "control period" in capsys.readouterr().err
+
+
+def recording(name, periods):
+    return Recording(
+        name,
+        0.02,
+        np.zeros(periods),
+        np.zeros((periods + 1, 4)),
+        np.zeros(periods + 1),
+        np.ones(periods + 1, bool),
+        np.ones(4, bool),
+    )
+
+
+def test_of_many_recordings_whole_ones_are_kept_back_and_of_few_their_ends():
+    many = held_out([recording(f"r{i}", 100) for i in range(8)], 0.25)
+    assert many.names == ("r3", "r7")
+    assert len(many.fitted) == 6
+    (first,), (last,), _, are_ends = held_out([recording("r", 100)], 0.25)
+    assert are_ends
+    assert not many.are_ends
+    assert (len(first), len(last)) == (75, 25)
+    assert last.name == "r, 1.5-2.0 s"
+
+
+@pytest.mark.parametrize(
+    ("verdict", "outcome", "told"),
+    [
+        (Verdict.UNKNOWN, Outcome.TILT_LIMIT, True),
+        (Verdict.UNKNOWN, Outcome.COMPLETED, False),
+        (Verdict.NAMED, Outcome.TILT_LIMIT, False),
+    ],
+)
+def test_a_robot_that_fell_unexplained_is_to_be_recorded_by_a_gentler_regulator(measured, verdict, outcome, told):
+    episodes = [replace(read_episode(file), outcome=outcome) for file in sorted(measured.glob("*.mcap"))]
+    advice = _on_falls(episodes, verdict)
+    assert bool(advice) == told
+    assert not told or ("2 of 2" in advice[0] and "policy.command_width" in advice[0])
+
+
+@pytest.mark.slow
+def test_what_the_default_virtual_robot_hides_is_named_with_its_size(tmp_path):
+    recorded, out = tmp_path / "recorded", tmp_path / "diagnosis"
+    excite = ["experiment=excite", "policy.command_width=0.1"]
+    assert main(["real-rollout", *excite, f"hydra.run.dir={recorded}"]) == 0
+    assert main(["diagnose", f"episodes={recorded}", "diagnosis=rough", f"hydra.run.dir={out}"]) == 0
+    with initialize_config_dir(str(conf_folder()), version_base="1.3"):
+        cfg = compose("virtual_robot")
+    hidden = draw_hidden(instantiate(cfg.hidden), instantiate(cfg.robot), cfg.seed)
+    record = json.loads((out / "diagnosis.json").read_text())
+    found = {effect["name"]: effect["parameters"] for effect in record["effects"]}
+    assert set(found) == {"actuation_delay", "com_offset", "coulomb_friction", "dead_zone", "viscous_friction"}
+    for name, parameters in found.items():
+        (effect,) = (effect for effect in hidden if isinstance(effect, library()[name]))
+        for parameter, estimate in parameters.items():
+            assert estimate["value"] == pytest.approx(getattr(effect, parameter), rel=0.1)
+    assert record["gap"]["closed"] > 0.95

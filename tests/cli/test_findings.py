@@ -1,0 +1,88 @@
+"""What is made of the files of a run: which policy is best, and what is noted of each iteration."""
+
+from dataclasses import replace
+
+import pytest
+
+from twbal.algorithm.summary import Diagnosis, Iteration, PolicyFile, Search
+from twbal.cli.run_findings import Findings, _note, summarise
+
+
+def iteration(index, successes=0, real_cost=5.0, judged_success=1.0, **changes):
+    found = Iteration(
+        index=index,
+        real_episodes=index,
+        real_samples=200 * index,
+        real_seconds=4.0 * index,
+        predicted_cost=3.0,
+        real_cost=real_cost,
+        successes=successes,
+        trials=0 if real_cost is None else 10,
+        coverage95=None,
+        fit_s=1.0,
+        search_s=1.0,
+        drift_m=None,
+        judged_success=judged_success,
+        policy=PolicyFile("policy.pt", f"{index:064x}"),
+        note="",
+        search=Search.FOUND,
+    )
+    return replace(found, **changes)
+
+
+def best(*iterations):
+    found = [Findings(each, None, ()) for each in iterations]
+    return summarise(found, (), "paper", 0, 1.0, 0.5).best_iteration
+
+
+def test_the_best_policy_has_most_successes():
+    assert best(iteration(0, 3, 2.0), iteration(1, 10, 9.0), iteration(2, 9, 1.0)) == 1
+
+
+def test_of_equal_successes_the_lowest_cost_on_the_robot_decides():
+    assert best(iteration(0, 3), iteration(1, 10, 6.0), iteration(2, 10, 5.0), iteration(3, 10, 7.0)) == 2
+
+
+def test_without_trials_the_newest_of_the_best_judged_is_kept():
+    judged = [0.5, 1.0, 1.0, 0.9]
+    assert best(*(iteration(i, 0, None, success) for i, success in enumerate(judged))) == 2
+
+
+def test_a_policy_is_of_the_iteration_that_had_it_first_though_it_cost_less_the_second_time():
+    assert best(iteration(0, 10, 8.7), iteration(1, 10, 8.3, same_policy_as=0, search=Search.NOT_MADE)) == 0
+
+
+def test_all_trials_of_a_policy_count():
+    again = iteration(2, 2, same_policy_as=1, search=Search.KEPT)
+    assert best(iteration(0, 7), iteration(1, 10), again) == 0
+    assert best(iteration(0, 5), iteration(1, 10), again) == 1
+
+
+@pytest.mark.parametrize(("successes", "worse"), [(10, False), (9, True), (0, True)])
+def test_an_update_that_made_things_worse_is_named(successes, worse):
+    before = [iteration(0, 2), iteration(1, 10, real_cost=4.0)]
+    note = _note(iteration(2, successes), before, 1)
+    assert note == ("Worse on the robot than policy 1 (10 of 10)." if worse else "")
+
+
+def test_a_search_that_found_nothing_better_is_named():
+    note = _note(iteration(1, 10, same_policy_as=0, search=Search.KEPT), [iteration(0, 10)], 1)
+    assert note == "The same policy as iteration 0: the search found nothing better."
+
+
+def test_policy_0_that_an_earlier_round_in_simulation_found_is_no_repetition():
+    assert _note(iteration(0, 10, search=Search.KEPT), [], 2) == ""
+
+
+@pytest.mark.parametrize(
+    ("diagnosis", "searches", "said"),
+    [(Diagnosis.USED, 1, False), (Diagnosis.USED, 3, True), (Diagnosis.NOT_MADE, 3, False)],
+)
+def test_policies_that_fell_in_rehearsal_are_told_of(diagnosis, searches, said):
+    note = _note(iteration(1, 10, diagnosis=diagnosis), [], searches)
+    assert note == ("Searched 3 times: what came before did not balance in the corrected simulation." if said else "")
+
+
+def test_a_policy_that_is_driven_for_the_models_sake_is_not_called_a_failed_search():
+    note = _note(iteration(1, 10, same_policy_as=0, search=Search.NOT_MADE), [iteration(0, 10)], 1)
+    assert note == "The same policy as iteration 0; only the model is new, from 4.0 s more driving."

@@ -1,0 +1,148 @@
+"""Algorithm 1 as one command, in small: what it leaves, what it says, and what it does the second time."""
+
+import json
+import sys
+
+import numpy as np
+import pytest
+from small_run import OVERRIDES, STEPS, listed_hashes
+from story import check
+
+from twbal.algorithm.summary import read_summary
+from twbal.cli.artefacts import load_model
+from twbal.cli.main import main
+from twbal.cli.manifest import read_manifest
+from twbal.cli.prediction_file import load_prediction
+from twbal.core.files import file_hash
+from twbal.io.logs import read_episodes
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Run folder of the small run."""
+    folder = tmp_path_factory.mktemp("iterate") / "run"
+    arguments = sys.argv
+    try:
+        assert iterate(folder) == 0
+    finally:
+        sys.argv = arguments
+    return folder
+
+
+def iterate(folder, *words):
+    return main(["iterate", *OVERRIDES, f"hydra.run.dir={folder}", *words])
+
+
+def test_the_summary_says_what_the_logs_say(folder):
+    summary = read_summary(folder / "summary.json")
+    collected = ("0_collect", "1_collect", "late_collect")
+    simulated = [e for name in collected for e in read_episodes(folder / "simulation" / name / "episodes")]
+    assert (summary.sim.episodes, summary.sim.samples) == (13, sum(map(len, simulated)))
+    first, second = summary.iterations
+    (driven,) = read_episodes(folder / "iteration_0/rollout/episodes")
+    assert (first.real_episodes, first.real_samples, first.real_seconds) == (0, 0, 0.0)
+    assert (second.real_episodes, second.real_samples) == (1, len(driven))
+    assert second.real_seconds == pytest.approx(0.02 * len(driven))
+    assert (first.trials, second.trials) == (2, 2)
+
+
+def test_the_measures_follow_from_the_logs(folder):
+    for iteration in read_summary(folder / "summary.json").iterations:
+        place = folder / ("simulation/1_policy" if iteration.index == 0 else "iteration_1/policy")
+        prediction = load_prediction(place / "prediction.pt")
+        trials = read_episodes(folder / f"iteration_{iteration.index}/trials/episodes")
+        inside = []
+        for t, state in enumerate(prediction.states[1:], start=1):
+            reached = np.array([trial.states[t, :3] for trial in trials if t < len(trial.states)]).reshape(-1, 3)
+            inside.append(np.abs(reached - state.mean[:3]) <= 1.96 * state.sd[:3])
+        assert iteration.coverage95 == pytest.approx(np.concatenate(inside).mean())
+        assert iteration.predicted_cost == prediction.best.cost
+        assert iteration.judged_success == prediction.best.judged_success
+        held = [len(t) == 20 and np.abs(t.tilt).max() <= 0.5236 and np.abs(t.tilt[10:]).max() < 0.17453 for t in trials]
+        assert iteration.successes == sum(held)
+
+
+def test_no_model_has_seen_a_trial(folder):
+    rollout = file_hash(folder / "iteration_0/rollout/episodes/trial_000.mcap")
+    assert load_model(folder / "iteration_1/model/model.pt").episodes["robot"] == [rollout]
+
+
+def test_the_best_policy_lies_on_top(folder):
+    summary = read_summary(folder / "summary.json")
+    assert file_hash(folder / "best_policy.pt") == summary.best.policy.sha256
+    assert (folder / summary.best.policy.path).read_bytes() == (folder / "best_policy.pt").read_bytes()
+    counts = [summary.count(iteration.first_had) for iteration in summary.iterations]
+    most = max(count.successes / count.trials for count in counts)
+    assert summary.count(summary.best_iteration).successes / summary.count(summary.best_iteration).trials == most
+
+
+def test_every_artefact_is_listed_with_its_hash(folder):
+    listed = listed_hashes(folder)
+    made = {path.relative_to(folder).as_posix() for kind in ("pt", "mcap") for path in folder.rglob(f"*.{kind}")}
+    assert set(listed) == made
+    assert listed == {path: file_hash(folder / path) for path in made}
+
+
+def test_the_report_has_a_picture_of_each_iteration_and_the_commands(folder):
+    page = (folder / "report.html").read_text()
+    assert page.count('aria-label="Predicted and real states, iteration') == 2
+    assert page.count("twbal real-rollout") == 3
+
+
+def test_a_second_go_does_nothing_and_says_the_same(folder, capsys):
+    stamps = {path: path.stat().st_mtime_ns for path in folder.rglob("*") if path.suffix in (".pt", ".mcap", ".json")}
+    assert iterate(folder) == 0
+    said = capsys.readouterr().out
+    assert {path: path.stat().st_mtime_ns for path in stamps} == stamps
+    assert f"report  {folder / 'report.html'}" in said
+    assert f"policy  {folder / 'best_policy.pt'}" in said
+    assert "->" not in said
+    searched, updated = check(folder, said)
+    assert searched.searched and updated.searched  # what this kind of run is
+
+
+def test_what_got_lost_is_made_again_from_what_is_there_wherever_the_command_runs(folder, monkeypatch, capsys):
+    listed, report = listed_hashes(folder), (folder / "report.html").read_bytes()
+    summary = without_times(folder)
+    (folder / "report.html").unlink()
+    (folder / "iteration_1/policy/policy.pt").unlink()
+    monkeypatch.chdir(folder.parent)
+    assert iterate(folder.name) == 0
+    assert capsys.readouterr().out.count("is there already") == STEPS - 1
+    assert listed_hashes(folder) == listed
+    assert read_manifest(folder).complete
+    assert len((folder / "report.html").read_bytes()) == pytest.approx(len(report), rel=0.01)
+    assert without_times(folder) == summary
+    paths = [iteration["policy"]["path"] for iteration in summary["iterations"]]
+    assert paths == ["simulation/1_policy/policy.pt", "iteration_1/policy/policy.pt"]
+
+
+def without_times(folder):
+    """What summary.json says, but for how long it took."""
+    record = json.loads((folder / "summary.json").read_text())
+    del record["wall_s"]
+    for iteration in record["iterations"]:
+        del iteration["fit_s"], iteration["search_s"]
+    return record
+
+
+def test_other_settings_are_refused_before_anything_is_done(folder, capsys):
+    listed = listed_hashes(folder)
+    for words in (["trials=3"], ["updates=0"], ["updates=2", "trials=3"]):
+        assert iterate(folder, *words) == 1
+        assert f"other settings (now new: {words[-1].replace('=', ': ')}" in capsys.readouterr().err
+    assert listed_hashes(folder) == listed
+
+
+def test_a_step_that_fails_is_named_with_its_folder(tmp_path, capsys):
+    assert iterate(tmp_path, "sim_collect.rollouts=1", "sim_collect.steps=3") == 1
+    lines = [line for line in capsys.readouterr().err.splitlines() if line.startswith("twbal: error:")]
+    (line,) = lines
+    assert line.startswith(f"twbal: error: fit-sim-gp in {tmp_path / 'simulation/0_model'}: Too few samples")
+
+
+def test_it_says_how_to_go_on_after_an_interruption(folder, capsys):
+    assert iterate(folder) == 0
+    first = capsys.readouterr().out.splitlines()[0]
+    assert first.startswith("After an interruption, this goes on where it was: twbal iterate updates=1 ")
+    assert first.endswith(f" hydra.run.dir={folder}")

@@ -1,0 +1,266 @@
+"""Logs come in from anywhere, and episodes go out to any program: import-log, export, recover and show."""
+
+import json
+import shlex
+import shutil
+import subprocess
+
+import numpy as np
+import pandas
+import pytest
+from foreign_logs import NAMES, PERIOD, columns, text
+from hydra import compose, initialize_config_dir
+from hydra.utils import instantiate
+
+from twbal.cli.artefacts import episode_files
+from twbal.cli.conf_folder import conf_folder
+from twbal.cli.config_check import check_configuration
+from twbal.cli.main import main
+from twbal.io.logs import read_episode
+from twbal.sysid.recording import Usability, read_recordings
+
+ROBOT = f"robot.control_period={PERIOD}"
+
+
+@pytest.fixture
+def run(tmp_path, capsys):
+    def command(stage, *words, out="out"):
+        code = main([stage, *words, f"hydra.run.dir={tmp_path / out}"])
+        said = capsys.readouterr()
+        return code, said.out, said.err
+
+    return command
+
+
+@pytest.fixture
+def log(tmp_path):
+    path = tmp_path / "ride.csv"
+    path.write_text(text(columns()))
+    return path
+
+
+@pytest.fixture
+def episode(run, log, tmp_path):
+    assert run("import-log", f"files={log}", ROBOT, out="imported")[0] == 0
+    return tmp_path / "imported" / "episodes" / "ride.mcap"
+
+
+def test_what_is_exported_and_imported_again_is_the_same(run, episode, tmp_path):
+    assert run("export", f"episodes={episode}", out="csv")[0] == 0
+    assert run("import-log", f"files={tmp_path / 'csv' / 'ride.csv'}", ROBOT, out="again")[0] == 0
+    first, again = read_episode(episode), read_episode(tmp_path / "again" / "episodes" / "ride.mcap")
+    assert again.control_period == first.control_period
+    assert again.observations == pytest.approx(first.observations, abs=1e-12)
+    assert again.commands == pytest.approx(first.commands, abs=1e-12)
+    assert again.states == pytest.approx(first.states, abs=1e-12)
+
+
+def test_parquet_has_the_same_numbers(run, episode, tmp_path):
+    pytest.importorskip("pyarrow", reason="comes with the extra [viewers]")
+    assert run("export", f"episodes={episode}", "format=parquet", out="parquet")[0] == 0
+    rows = pandas.read_parquet(tmp_path / "parquet" / "ride.parquet")
+    assert rows["tilt"].to_numpy() == pytest.approx(read_episode(episode).tilt, abs=0)
+
+
+def test_a_channel_that_was_worked_out_says_so_in_log_and_table(run, tmp_path):
+    path = tmp_path / "few.csv"
+    kept = [NAMES.index(name) for name in ("time", "tilt", "wheel_angle", "command")]
+    path.write_text(text(columns()[:, kept], names=[NAMES[k] for k in kept]))
+    gone = "import.quantities={time:{from:time},tilt:{from:tilt},wheel_angle:{from:wheel_angle},command:{from:command},"
+    words = gone + "tilt_rate:null,acceleration:null,yaw_rate:null,wheel_rate:null}"
+    code, said, _ = run("import-log", f"files={path}", ROBOT, words, out="imported")
+    assert code == 0
+    assert "worked out: tilt_rate" in said
+    log = tmp_path / "imported" / "episodes" / "few.mcap"
+    assert {e.channel for e in read_episode(log).estimated} == {"tilt_rate", "wheel_rate", "yaw_rate", "acceleration"}
+    assert run("export", f"episodes={log}", out="csv")[0] == 0
+    assert "tilt_rate_estimated" in pandas.read_csv(tmp_path / "csv" / "few.csv").columns
+
+
+def test_a_guess_is_a_mapping_that_works(run, tmp_path):
+    path = tmp_path / "theirs.csv"
+    rows = columns()
+    theirs = np.column_stack([1e3 * rows[:, 0], np.degrees(rows[:, 1]), rows[:, 5], rows[:, 5], rows[:, 7]])
+    path.write_text(text(theirs, names=("t_ms", "pitch [deg]", "wheel_angle_left", "wheel_angle_right", "torque")))
+    code, said, _ = run("import-log", "guess=true", f"files={path}", out="guess")
+    assert code == 0
+    assert "unit: deg" in said
+    words = (f"--config-dir={tmp_path / 'guess'}", "import=my_log", f"files={path}", ROBOT)
+    assert run("import-log", *words, out="imported")[0] == 0
+    episode = read_episode(tmp_path / "imported" / "episodes" / "theirs.mcap")
+    assert episode.tilt == pytest.approx(rows[:, 1], abs=1e-6)
+
+
+@pytest.mark.parametrize("format", ["csv", "parquet"])
+@pytest.mark.parametrize("robot", ["paper", "regbot"])
+def test_a_guess_of_an_exported_table_brings_the_same_numbers_back(format, robot, run, log, tmp_path):
+    if format == "parquet":
+        pytest.importorskip("pyarrow", reason="comes with the extra [viewers]")
+    told = (f"robot={robot}", ROBOT)
+    measured = ("++import.quantities.tilt_rate=null", "++import.quantities.wheel_rate=null") * (robot == "regbot")
+    assert run("import-log", f"files={log}", *told, *measured, out="first")[0] == 0
+    first = tmp_path / "first" / "episodes" / "ride.mcap"
+    assert run("export", f"episodes={first}", f"format={format}", out="table")[0] == 0
+    table = tmp_path / "table" / f"ride.{format}"
+    code, said, _ = run("import-log", "guess=true", f"files={table}", *told, out="guess")
+    assert code == 0
+    assert "fill in (???)" not in said
+    words = (f"--config-dir={tmp_path / 'guess'}", "import=my_log", f"files={table}")
+    assert run("import-log", *words, *told, out="again")[0] == 0
+    was, now = read_episode(first), read_episode(tmp_path / "again" / "episodes" / "ride.mcap")
+    assert now.commands == pytest.approx(was.commands, abs=0)
+    assert now.observations == pytest.approx(was.observations, abs=1e-12)
+    assert now.states == pytest.approx(was.states, abs=1e-12)
+    assert [e.channel for e in now.estimated] == [e.channel for e in was.estimated]
+
+
+def test_what_a_guess_leaves_open_is_asked_for_and_never_taken_from_elsewhere(run, log, tmp_path):
+    rows = columns()
+    rows = np.column_stack([rows[:, :3], rows[:, 5], rows[:, 7], rows[:, 7]])
+    log.write_text(text(rows, names=("time", "pitch", "roll", "wheel_angle", "command", "torque_left")))
+    code, said, _ = run("import-log", "guess=true", f"files={log}", out="guess")
+    assert code == 0
+    assert "fill in (???): tilt (pitch or roll?)" in said
+    words = (f"--config-dir={tmp_path / 'guess'}", "import=my_log", f"files={log}", ROBOT)
+    code, _, said = run("import-log", *words, out="imported")
+    assert code == 1
+    assert "import.quantities.tilt.from" in said
+    assert len(said.splitlines()) == 1
+
+
+def test_a_bad_file_leaves_the_others_and_is_listed(run, log, tmp_path):
+    bad = tmp_path / "short.csv"
+    bad.write_text(text(columns(28)))
+    files = f"files=[{log},{bad}]"
+    code, said, _ = run("import-log", files, ROBOT, out="imported")
+    assert code == 0
+    assert "1 of 2 files were not imported" in said
+    out = tmp_path / "imported"
+    assert [path.name for path in (out / "episodes").iterdir()] == ["ride.mcap"]
+    (why,) = (out / "not_imported.txt").read_text().splitlines()
+    assert why.startswith(f"{bad} has no recording of 50 samples without a gap: 1 part without a gap of at most 28")
+    manifest = json.loads((out / "manifest.json").read_text())
+    assert manifest["complete"]
+    assert "not_imported.txt" in [made["path"] for made in manifest["outputs"]]
+
+
+def test_where_no_file_can_be_imported_nothing_is_made(run, tmp_path):
+    for name in ("a", "b"):
+        (tmp_path / f"{name}.csv").write_text(text(columns(28)))
+    code, _, said = run("import-log", f"files=[{tmp_path}/a.csv,{tmp_path}/b.csv]", out="imported")
+    assert code == 1
+    assert "None of 2 files can be imported" in said
+    assert not (tmp_path / "imported" / "episodes").exists()
+
+
+def test_an_import_that_was_ended_in_its_midst_is_not_taken(run, episode, tmp_path):
+    manifest = tmp_path / "imported" / "manifest.json"
+    manifest.write_text(manifest.read_text().replace('"complete": true', '"complete": false'))
+    code, _, said = run("export", f"episodes={tmp_path / 'imported'}", out="csv")
+    assert code == 1
+    assert "is not complete" in said
+
+
+@pytest.mark.parametrize("rate", [100, 70])
+def test_the_next_command_diagnoses_at_the_period_of_the_log(rate, run, tmp_path):
+    path = tmp_path / "ride.csv"
+    rows = columns()
+    rows[:, 0] = np.arange(len(rows)) / rate
+    path.write_text(text(rows))
+    code, said, _ = run("import-log", f"files={path}", "robot=regbot", out="imported")
+    assert code == 0
+    words = shlex.split(said.split("next  twbal ")[1])
+    assert words[0] == "diagnose"
+    with initialize_config_dir(str(conf_folder()), version_base="1.3"):
+        cfg = compose("diagnose", words[1:])
+    assert cfg.robot.control_period == 1 / rate
+    check_configuration(cfg, "diagnose")
+    assert list(cfg.sim.effects) == ["viscous_friction", "rotor_inertia"]
+    assert "diagnosis=measured" in words
+    (recorded,) = [read_episode(file) for file in episode_files(cfg.episodes)]
+    limits = Usability(cfg.shortest, cfg.fewest, cfg.fastest_turn, cfg.widest_tilt)
+    assert len(read_recordings([recorded], ["ride"], instantiate(cfg.robot), limits)) == 1
+
+
+def test_logs_of_different_periods_are_said_not_to_go_together(run, log, tmp_path):
+    other = tmp_path / "slow.csv"
+    rows = columns()
+    rows[:, 0] *= 3
+    other.write_text(text(rows))
+    _, said, _ = run("import-log", f"files=[{log},{other}]", out="imported")
+    assert "control periods differ (ride 0.01 s, slow 0.03 s)" in said
+
+
+def test_what_is_left_of_damaged_logs_is_saved(run, episode, tmp_path):
+    whole = episode.read_bytes()
+    broken = tmp_path / "broken"
+    broken.mkdir()
+    (broken / "cut.mcap").write_bytes(whole[: 2 * len(whole) // 3])
+    (broken / "foreign.mcap").write_bytes(b"no log at all")
+    (broken / ".killed.mcap.123.partial").write_bytes(whole[: len(whole) // 2])
+    code, said, _ = run("recover", f"logs={broken}", out="saved")
+    assert code == 0
+    assert "lost" in said
+    assert "is not an MCAP file" in said
+    saved = read_episode(tmp_path / "saved" / "episodes" / "cut.mcap")
+    assert 0 < len(saved) < len(read_episode(episode))
+    assert saved.tilt == pytest.approx(read_episode(episode).tilt[: len(saved) + 1], abs=0)
+    assert (tmp_path / "saved" / "episodes" / "killed.mcap").exists()
+
+
+def test_an_episode_is_drawn_and_filmed_beside_the_simulation(run, episode, tmp_path):
+    from PIL import Image
+
+    words = (f"episode={episode}", ROBOT, "seconds=0.4", "frame_rate=10", "width=96", "height=64")
+    code, told, said = run("show", *words, out="shown")
+    assert code == 0, said
+    assert "4 of 4 frames of the film are drawn" in told
+    with Image.open(tmp_path / "shown" / "film.gif") as film:
+        assert film.n_frames == 4
+        assert film.size == (96, 64)
+        pictures = []
+        for number in (0, 3):
+            film.seek(number)
+            pictures.append(np.asarray(film.convert("RGB"), dtype=int))
+    assert (np.abs(pictures[0] - pictures[1]).sum(axis=2) > 60).mean() > 0.001  # something moved
+    drawn = (tmp_path / "shown" / "figures" / "courses.svg").read_text()
+    assert "simulated" in drawn
+    assert "measured" in drawn
+
+
+def test_a_viewer_sees_typed_fields_of_every_topic(episode, tmp_path):
+    rerun = shutil.which("rerun")
+    if rerun is None:
+        pytest.skip("rerun comes with the extra [viewers]")
+    out = tmp_path / "ride.rrd"
+    subprocess.run([rerun, "mcap", "convert", str(episode), "-o", str(out)], check=True, capture_output=True)
+    listed = subprocess.run(
+        [rerun, "rrd", "print", "-vvv", str(out)], check=True, capture_output=True, text=True
+    ).stdout
+    for topic, fields in {
+        "/imu": ("tilt", "tilt_rate", "acceleration", "yaw_rate"),
+        "/wheels": ("angle", "rate"),
+        "/command": ("torque",),
+        "/state": ("tilt", "speed"),
+    }.items():
+        assert topic in listed
+        for field in fields:
+            assert field in listed
+
+
+BAD = {
+    ("import-log", "files=no.csv"): "no.csv",
+    ("import-log", "files=a.mcap"): "need no import",
+    ("import-log", "files=[a/x.csv,b/x.csv]"): "same name",
+    ("export", "episodes=nowhere"): "is not there",
+    ("recover", "logs=nowhere.mcap"): "nowhere.mcap",
+    ("show", "episode=no.mcap"): "no.mcap",
+}
+
+
+@pytest.mark.parametrize("words", BAD)
+def test_bad_input_is_one_clear_line(words, run):
+    code, _, said = run(*words)
+    assert code == 1
+    assert BAD[words] in said
+    assert len(said.splitlines()) == 1

@@ -1,0 +1,231 @@
+"""The search as a command: what it reads, writes and refuses."""
+
+import sys
+
+import numpy as np
+import pytest
+
+from twbal.cli.main import main
+from twbal.cli.manifest import read_manifest
+from twbal.cli.prediction_file import load_prediction
+from twbal.core.errors import CheckpointError
+from twbal.io.checkpoint import save_checkpoint
+from twbal.policies.saved import load_policy
+
+CHANNELS = ("tilt", "tilt_rate", "speed", "command_1", "command_2")
+HORIZON = 8
+QUICK = [
+    *("search.horizon=8", "search.short_horizon=4", "search.iterations=2", "search.short_iterations=2"),
+    *("search.swings=[0.3]", "search.command_widths=[0.3]", "search.shares=[1.0]", "search.searched=1"),
+    *("judge.robots=3", "judge.features=20", "rule.steps=20", "rule.settle_step=10", "shape.basis=4"),
+]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Holds a small model of the simulated robot in f/, and a first policy in p/."""
+    folder = tmp_path_factory.mktemp("search")
+    arguments = sys.argv
+    try:
+        run("sim-collect", folder / "sim", "rollouts=6", "steps=20")
+        run("fit-sim-gp", folder / "f", f"episodes={folder / 'sim'}", "model.fit_f.settings.fit.starts=1")
+        search(folder, "p")
+    finally:
+        sys.argv = arguments
+    return folder
+
+
+def run(stage, out, *words):
+    assert main([stage, f"hydra.run.dir={out}", *words]) == 0
+
+
+def search(folder, name, *words):
+    run("optimise-policy", folder / name, f"dynamics={folder / 'f' / 'model.pt'}", *QUICK, *words)
+
+
+def confirm(folder, name, driver):
+    """Drive `driver`'s policy in simulation, and predict p's anew with that."""
+    policy = f"policy.path={folder / driver / 'policy.pt'}"
+    run(
+        "sim-collect",
+        folder / f"{name}_driven",
+        "policy=saved",
+        policy,
+        "rollouts=2",
+        f"steps={HORIZON}",
+        "exploration=0",
+    )
+    told = [f"dynamics={folder / 'f' / 'model.pt'}", "searches=false", f"earlier=[{folder / 'p' / 'policy.pt'}]"]
+    return main(
+        [
+            "optimise-policy",
+            f"hydra.run.dir={folder / name}",
+            *QUICK,
+            *told,
+            f"confirming=[{folder / f'{name}_driven'}]",
+        ]
+    )
+
+
+def test_rollouts_of_the_policy_itself_widen_its_bands(folder):
+    assert confirm(folder, "confirmed", "p") == 0
+    plain, wide = (load_prediction(folder / name / "prediction.pt").states for name in ("p", "confirmed"))
+    assert all(np.allclose(w.mean, p.mean) for w, p in zip(wide, plain, strict=True))
+    assert all((w.sd >= p.sd - 1e-12).all() for w, p in zip(wide, plain, strict=True))
+
+
+def test_rollouts_of_another_policy_do_not_confirm(folder, capsys):
+    search(folder, "other", "seed=9")
+    assert confirm(folder, "unconfirmed", "other") != 0
+    assert "another one drove it" in capsys.readouterr().err
+    assert not (folder / "unconfirmed" / "prediction.pt").exists()
+
+
+def output_hashes(folder):
+    return {made.path: made.sha256 for made in read_manifest(folder).outputs}
+
+
+def test_the_policy_is_one_that_a_rollout_can_take(folder):
+    policy = load_policy(folder / "p" / "policy.pt", CHANNELS)
+    states = np.random.default_rng(0).normal(scale=3.0, size=(1000, len(CHANNELS)))
+    assert policy.centres.shape == (4, len(CHANNELS))
+    assert np.abs(policy.command(states)).max() <= 20.0
+
+
+def test_the_prediction_begins_at_the_start_and_reaches_the_horizon(folder):
+    prediction = load_prediction(folder / "p" / "prediction.pt")
+    assert prediction.channels == CHANNELS
+    assert len(prediction.states) == HORIZON + 1
+    assert prediction.states[0].mean == pytest.approx([-0.17453, 0, 0, 0, 0])
+    assert prediction.states[0].sd == pytest.approx([0.02, 0.05, 0.02, 0, 0])
+    assert min(np.linalg.eigvalsh(state.covariance).min() for state in prediction.states) > -1e-12
+    assert 0 < prediction.best.cost < HORIZON
+    assert prediction.best == prediction.candidates[0]
+
+
+def test_earlier_policies_are_judged_beside_what_is_found(folder):
+    earlier = folder / "p" / "policy.pt"
+    search(folder, "another", "seed=4")
+    search(folder, "again", f"earlier=[{earlier},{folder / 'another' / 'policy.pt'}]")
+    candidates = load_prediction(folder / "again" / "prediction.pt").candidates
+    assert {"policy 0", "policy 1"} < {candidate.origin for candidate in candidates}
+    (first,) = [candidate for candidate in candidates if candidate.origin == "policy 0"]
+    assert first.cost == load_prediction(folder / "p" / "prediction.pt").best.cost
+    assert [len(files) for files in read_manifest(folder / "again").inputs.values()] == [1, 2]
+
+
+def test_a_policy_that_was_driven_twice_is_not_driven_again(folder):
+    twice = folder / "p" / "policy.pt"
+    search(folder, "stuck", f"earlier=[{twice},{twice}]")
+    candidates = load_prediction(folder / "stuck" / "prediction.pt").candidates
+    assert candidates
+    assert not any(candidate.origin.startswith("policy") for candidate in candidates)
+
+
+def test_equal_policies_are_searched_from_once(folder):
+    earlier = folder / "p" / "policy.pt"
+    search(folder, "twice", f"earlier=[{earlier},{earlier}]", "search.searched=9")
+    candidates = load_prediction(folder / "twice" / "prediction.pt").candidates
+    found = [candidate.origin for candidate in candidates if candidate.origin.startswith("search from")]
+    assert sorted(found) == [
+        "search from policy 0 x 1",
+        "search from random",
+        "search from regulator (swing 0.3, width 0.3)",
+    ]
+
+
+def test_without_searching_the_best_of_the_earlier_policies_is_kept_and_predicted(folder):
+    search(folder, "kept", f"earlier=[{folder / 'p' / 'policy.pt'}]", "searches=false")
+    kept, before = output_hashes(folder / "kept"), output_hashes(folder / "p")
+    assert kept["policy.pt"] == before["policy.pt"]
+    (candidate,) = load_prediction(folder / "kept" / "prediction.pt").candidates
+    assert candidate.origin == "policy 0"
+
+
+def test_the_same_command_gives_the_same_bytes(folder):
+    search(folder, "p2")
+    assert output_hashes(folder / "p2") == output_hashes(folder / "p")
+
+
+def test_it_tells_what_it_does_and_what_comes_next(folder, capsys):
+    search(folder, "told")
+    *progress, policy, prediction, following = capsys.readouterr().out.splitlines()
+    assert all("of the long rollouts balance" in line for line in progress)
+    assert progress
+    assert (policy, prediction) == tuple(f"made  {folder / 'told' / name}.pt" for name in ("policy", "prediction"))
+    assert following == f"next  twbal real-rollout policy.path={folder / 'told' / 'policy.pt'}"
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["state=paper"], "Choose the state and robot that it was made with"),
+        (["robot=regbot"], "of a robot with a wheel radius of 0.15 m; here it is"),
+        (["earlier=[none.pt]"], "Cannot read none.pt"),
+        (["earlier=none.pt"], "Cannot read none.pt"),
+    ],
+)
+def test_what_does_not_fit_together_is_refused(folder, tmp_path, capsys, words, message):
+    capsys.readouterr()
+    dynamics = f"dynamics={folder / 'f' / 'model.pt'}"
+    assert main(["optimise-policy", f"hydra.run.dir={tmp_path / 'out'}", dynamics, *QUICK, *words]) == 1
+    assert message in capsys.readouterr().err
+
+
+VERDICT = {"origin": "search 0", "cost": 3.0, "judged_success": 1.0, "judged_cost": 0.1}
+PREDICTION = {
+    "channels": ["tilt"],
+    "mean": np.zeros((3, 1)),
+    "covariance": np.ones((3, 1, 1)),
+    "best": VERDICT,
+    "candidates": [VERDICT],
+}
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"mean": np.zeros((3, 2))}, r"mean must be numbers of shape \(any, 1\)"),
+        ({"mean": np.array([[0.0], [np.nan], [0.0]])}, "mean must be finite; found nan"),
+        ({"covariance": np.ones((2, 1, 1))}, r"covariance must be numbers of shape \(3, 1, 1\)"),
+        ({"best": 3}, "best must be values by their names; found a int"),
+        ({"best": {**VERDICT, "cost": "3"}}, "cost must be a number"),
+        ({"candidates": VERDICT}, "candidates must be a list"),
+        ({"candidates": [None]}, "candidate must be values by their names; found a NoneType"),
+        ({"channels": 3}, "channels must be a list"),
+    ],
+)
+def test_a_prediction_that_cannot_be_one_is_refused(change, message, tmp_path):
+    save_checkpoint(tmp_path / "prediction.pt", "prediction", PREDICTION)
+    assert load_prediction(tmp_path / "prediction.pt").best.cost == 3.0
+    save_checkpoint(tmp_path / "prediction.pt", "prediction", {**PREDICTION, **change})
+    with pytest.raises(CheckpointError, match=message) as caught:
+        load_prediction(tmp_path / "prediction.pt")
+    assert "prediction.pt" in str(caught.value)
+    save_checkpoint(tmp_path / "prediction.pt", "prediction", {"channels": ["tilt"]})
+    with pytest.raises(CheckpointError, match="has no 'mean'"):
+        load_prediction(tmp_path / "prediction.pt")
+
+
+def test_a_policy_can_be_for_several_models(folder):
+    """Twice the same model is that model once more, but for the number of robots that judge it."""
+    model = folder / "f" / "model.pt"
+    run("optimise-policy", folder / "two_models", f"dynamics=[{model},{model}]", *QUICK)
+    once, twice = (load_prediction(folder / name / "prediction.pt") for name in ("p", "two_models"))
+    assert twice.best.cost == pytest.approx(once.best.cost, rel=0.2)
+    assert [record.path for record in read_manifest(folder / "two_models").inputs["dynamics"]] == [str(model)] * 2
+
+
+@pytest.mark.parametrize(
+    ("models", "complaint"),
+    [
+        ("[]", "dynamics=[]; expected path, not empty; or a list of 1 or more"),
+        ("[{model},{policy}]", "policy.pt"),
+        ("[{model},nowhere.pt]", "nowhere.pt"),
+    ],
+)
+def test_a_list_of_models_with_something_else_in_it_is_refused(folder, capsys, models, complaint):
+    told = models.format(model=folder / "f" / "model.pt", policy=folder / "p" / "policy.pt")
+    assert main(["optimise-policy", f"hydra.run.dir={folder / 'refused'}", f"dynamics={told}", *QUICK]) == 1
+    assert complaint in capsys.readouterr().err
+    assert not (folder / "refused" / "policy.pt").exists()

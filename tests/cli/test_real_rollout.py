@@ -1,0 +1,152 @@
+import os
+import signal
+from contextlib import closing, contextmanager
+
+import numpy as np
+import pytest
+from hydra import compose, initialize_config_dir
+from hydra.utils import instantiate
+
+from twbal.cli.conf_folder import conf_folder
+from twbal.cli.main import main
+from twbal.cli.stages.real_rollout import Settings, record
+from twbal.core.episode import Outcome, Provenance
+from twbal.core.errors import DataError, LinkLostError
+from twbal.io.checkpoint import save_checkpoint
+from twbal.io.logs import read_episode, write_episode
+from twbal.link.serial_plant import SerialPlant
+from twbal.policies.linear import LinearPolicy
+from twbal.policies.policy import Policy
+from twbal.virtual_robot.process import VirtualRobotProcess, virtual_robot_command
+
+
+class Trap(Policy):
+    """Commands nothing, and at its fifth step does something else."""
+
+    def __init__(self, act):
+        self._act = act
+
+    def controller(self, rng: np.random.Generator):
+        steps = iter(range(100))
+
+        def law(state):
+            if next(steps) == 5:
+                self._act()
+            return 0.0
+
+        return law
+
+
+@contextmanager
+def watched(link, events):
+    """The plant of `link`, whose arming, stops and leaving are put down in `events`."""
+    with instantiate(link) as plant:
+        reset, stop = plant.reset, plant.stop
+        plant.reset = lambda trial: events.append("reset") or reset(trial)
+        plant.stop = lambda: events.append("stop") or stop()
+        try:
+            yield plant
+        finally:
+            events.append("left")
+
+
+@pytest.fixture
+def cfg():
+    with initialize_config_dir(str(conf_folder()), version_base="1.3"):
+        return compose("real_rollout", ["policy=random", "steps=8", "trials=2"])
+
+
+def drive(cfg, policy, out, open_link):
+    bare = {"exploration": 0.0, "exploration_steps": None}
+    settings = Settings(seed=0, trials=2, first_trial=0, steps=8, tilt_limit=0.5, **bare)
+    provenance = Provenance("paper", "robot")
+    return record(open_link, instantiate(cfg.robot), policy, instantiate(cfg.state), settings, provenance, out)
+
+
+def test_ctrl_c_keeps_what_there_is_and_ends_the_stage(cfg, tmp_path):
+    def press():
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        drive(cfg, Trap(press), tmp_path, lambda: instantiate(cfg.link))
+    (kept,) = tmp_path.rglob("*.mcap")
+    assert kept == tmp_path / "interrupted" / "trial_000_stopped_0.mcap"
+    episode = read_episode(kept)
+    assert (episode.outcome, len(episode)) == (Outcome.STOPPED, 5)
+    files = drive(cfg, Trap(lambda: None), tmp_path, lambda: instantiate(cfg.link))  # the same work again
+    assert files == sorted((tmp_path / "episodes").iterdir())
+    assert all(len(read_episode(file)) == 8 for file in files)
+    assert kept.exists()
+
+
+def test_ctrl_c_while_a_trial_is_logged_loses_nothing_of_it(cfg, tmp_path, monkeypatch):
+    pressed = []
+
+    def press_once(path, episode):
+        if not pressed:
+            pressed.append(path)
+            raise KeyboardInterrupt
+        write_episode(path, episode)
+
+    monkeypatch.setattr("twbal.cli.stages.real_rollout.write_episode", press_once)
+    with pytest.raises(KeyboardInterrupt):
+        drive(cfg, Trap(lambda: None), tmp_path, lambda: instantiate(cfg.link))
+    assert list(tmp_path.rglob("*.mcap")) == pressed == [tmp_path / "episodes" / "trial_000.mcap"]
+    assert len(read_episode(pressed[0])) == 8
+
+
+def test_a_trial_that_cannot_be_logged_is_an_error_and_the_robot_is_off(cfg, tmp_path):
+    (tmp_path / "episodes").write_text("a file where a folder belongs")
+    events = []
+    with pytest.raises(DataError, match=r"Cannot write .*trial_000\.mcap.* Is there room on the disk"):
+        drive(cfg, Trap(lambda: None), tmp_path, lambda: watched(cfg.link, events))
+    assert events[: events.index("left")] == ["reset", "stop", "stop"]  # one before arming
+
+
+def test_ctrl_c_in_a_trial_that_cannot_be_logged_ends_the_stage_as_ever(cfg, tmp_path, capsys):
+    def press():
+        raise KeyboardInterrupt
+
+    (tmp_path / "interrupted").write_text("a file where a folder belongs")
+    with pytest.raises(KeyboardInterrupt):
+        drive(cfg, Trap(press), tmp_path, lambda: instantiate(cfg.link))
+    assert "5 samples of trial 0 are lost. Cannot write" in capsys.readouterr().out
+
+
+def test_a_policy_that_commands_no_number_ends_the_stage_and_the_trial_so_far_is_kept(cfg, tmp_path):
+    class Broken(Policy):
+        def controller(self, rng):
+            commands = iter([0.0] * 5)
+            return lambda state: next(commands, float("nan"))
+
+    with pytest.raises(DataError, match=r"The policy commands nan N·m.* 5 samples of trial 0 are kept in"):
+        drive(cfg, Broken(), tmp_path, lambda: instantiate(cfg.link))
+    episode = read_episode(tmp_path / "interrupted" / "trial_000_policy_fault_0.mcap")
+    assert (episode.outcome, len(episode)) == (Outcome.POLICY_FAULT, 5)
+
+
+def test_a_robot_may_have_a_name_of_its_own_and_the_episode_bears_it(cfg, tmp_path):
+    cfg.link.overrides = [*cfg.link.overrides, "robot.name=bob"]
+    files = drive(cfg, Trap(lambda: None), tmp_path, lambda: instantiate(cfg.link))
+    assert {read_episode(file).provenance.robot for file in files} == {"bob"}
+
+
+def test_a_robot_killed_in_mid_rollout_leaves_an_episode_marked_link_lost(cfg, tmp_path):
+    patience = 30.0
+    with closing(VirtualRobotProcess(virtual_robot_command([]), patience)) as robot:
+        kill = Trap(lambda: os.kill(robot.pid, signal.SIGKILL))
+        with pytest.raises(LinkLostError, match=r"5 samples of trial 0 are kept in .*marked link lost"):
+            drive(cfg, kill, tmp_path, lambda: SerialPlant.open(robot.port, 921600, patience, patience, patience))
+    episode = read_episode(tmp_path / "interrupted" / "trial_000_link_lost_0.mcap")
+    assert (episode.outcome, len(episode)) == (Outcome.LINK_LOST, 5)
+    assert episode.events
+    assert not list((tmp_path / "episodes").glob("*"))
+
+
+def test_a_policy_beside_another_programs_manifest_is_driven_to_the_end(tmp_path, capsys):
+    policy = LinearPolicy(("tilt", "tilt_rate", "speed", "command_1", "command_2"), np.zeros(5), 0.0, 1.0)
+    save_checkpoint(tmp_path / "policy.pt", "policy", policy.to_payload())
+    (tmp_path / "manifest.json").write_text('{"name": "of another program"}')
+    words = [f"policy.path={tmp_path / 'policy.pt'}", f"hydra.run.dir={tmp_path / 'run'}", "trials=1", "steps=3"]
+    assert main(["real-rollout", *words]) == 0
+    assert "next  twbal diagnose" in capsys.readouterr().out

@@ -1,0 +1,67 @@
+"""`twbal <stage> --help` shows every setting in one line with default, range, unit and meaning."""
+
+import re
+
+import pytest
+from hydra import compose, initialize_config_dir
+from omegaconf import OmegaConf
+
+from twbal.cli.conf_folder import conf_folder
+from twbal.cli.main import STAGES, main
+from twbal.cli.settings.help_text import WIDTH
+from twbal.cli.settings.lookup import Table, leaves
+
+pytestmark = pytest.mark.usefixtures("as_from_a_shell")
+
+
+@pytest.fixture
+def helped(capsys):
+    """The lines of a stage's help."""
+
+    def run(*words):
+        assert main([*words, "--help"]) == 0
+        return capsys.readouterr().out.splitlines()
+
+    return run
+
+
+@pytest.mark.parametrize("stage", STAGES)
+def test_each_setting_has_one_line_with_its_range_unit_and_meaning(stage, helped):
+    lines = helped(stage)
+    assert max(map(len, lines)) <= WIDTH
+    with initialize_config_dir(str(conf_folder()), version_base="1.3"):
+        tree = OmegaConf.to_container(compose(stage.replace("-", "_")))
+    table = Table(stage, tree)
+    for leaf in leaves(tree):
+        (line,) = [line for line in lines if line.startswith(f"  {leaf.key}=")]
+        row = table.row(leaf.key)
+        assert f"{row.kind.range} {row.kind.unit}".strip() in line
+        assert line.endswith(("...", row.meaning))
+
+
+def test_what_is_changed_most_comes_first(helped):
+    lines = helped("iterate")
+    most, others = (lines.index(next(line for line in lines if line.startswith(head))) for head in ("Settings", "All"))
+    assert all(most < lines.index(line) < others for line in lines if re.match(r"  (seed|updates|link\.seed)=", line))
+    assert all(lines.index(line) > others for line in lines if re.match(r"  (robot|model|diagnosis\.lines)\.", line))
+
+
+def test_choices_are_those_of_the_stage_with_the_chosen_one_marked(helped):
+    lines = helped("sim-collect", "robot=regbot")
+    assert any(re.match(r"  robot +paper \[regbot\]$", line) for line in lines)
+    assert not any(re.match(r"  (link|effect|stage|search)\b", line) for line in lines)
+
+
+def test_help_shows_the_settings_of_what_is_chosen(helped):
+    lines = helped("sim-collect", "+effect@sim.effects.dead_zone=dead_zone", "policy=saved", "seed=3")
+    assert any(re.match(r"  sim\.effects\.dead_zone\.width=1\.0 +0 to 50 N·m +half width", line) for line in lines)
+    assert any(re.match(r"  policy\.path=\?\?\? +path", line) for line in lines)
+    assert any(line.startswith("  seed=3 ") for line in lines)
+
+
+def test_help_shows_choices_and_settings_of_ones_own(helped, tmp_path):
+    (tmp_path / "mine" / "policy").mkdir(parents=True)
+    (tmp_path / "mine" / "policy" / "mine.yaml").write_text("_target_: mine.Policy\nsize: 3\n")
+    lines = helped("sim-collect", f"--config-dir={tmp_path / 'mine'}", "policy=mine")
+    assert any(re.match(r"  policy +excite \[mine\] random saved", line) for line in lines)
+    assert "  policy.size=3" in lines

@@ -1,0 +1,137 @@
+"""Whatever happened in a run, its report and its printed summary say that, and nothing that did not happen.
+
+Five kinds of run: solved at once, solved after updates, never solved, interrupted, diagnosed. (What an update by f + g
+says is read in test_iterate.py, of the run that is there already.)
+"""
+
+import os
+import shlex
+import subprocess
+import sys
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+from small_run import OVERRIDES
+from story import check, holds
+
+from twbal.cli.chain import Chain
+from twbal.cli.main import main
+from twbal.cli.manifest import read_manifest
+
+ROOT = Path(__file__).resolve().parents[2]
+SMALLEST = [*OVERRIDES, "variants=none", "sim_rounds=0", "confirm_rollouts=1", "confirm_steps=20"]
+ALWAYS = ["rule.steps=10", "rule.limit=1.5", "rule.settle_limit=1.5", "stop_when_solved=true"]
+NEVER = ["rule.settle_limit=1e-3", "rule.settle_step=1"]
+LINEAR = ["method=lqr_identified", "link.seed=7046", "trials=2", "rule.steps=150"]
+
+
+def next_commands(printed: str) -> list[list[str]]:
+    return [shlex.split(line)[1:] for line in printed.splitlines() if line.startswith("next ")]
+
+
+def iterate(folder: Path, *words: str) -> None:
+    arguments = sys.argv
+    try:
+        assert main(["iterate", *words, f"hydra.run.dir={folder}"]) == 0
+    finally:
+        sys.argv = arguments
+
+
+def test_solved_at_once(tmp_path, capsys):
+    iterate(tmp_path, *SMALLEST, *ALWAYS)
+    printed = capsys.readouterr().out
+    first, second = check(tmp_path, printed)
+    assert (first.policy, first.searched, second.searched) == (second.policy, True, False)  # what this kind is
+    assert second.rollout_seconds > 0
+    assert [line.split()[1] for line in printed.splitlines() if line.lstrip().startswith("* ")] == ["0"]
+    assert [command[1] for command in next_commands(printed)] == ["real-rollout"]
+
+
+def test_never_solved_and_gone_on_with(tmp_path, capsys):
+    folder = tmp_path / "a run"
+    iterate(folder, *LINEAR, *NEVER, "updates=1")
+    printed = capsys.readouterr().out
+    disk = check(folder, printed)
+    assert not any(iteration.successes for iteration in disk)
+    assert [command[1] for command in next_commands(printed)] == ["iterate", "diagnose"]
+    more, diagnose = next_commands(printed)
+    assert "updates=4" in more  # three more than there were
+    assert f"{folder}/iteration_0/rollout" in diagnose[2]
+    began = read_manifest(folder / "iteration_0" / "trials")
+    assert main(["iterate", *("updates=2" if word == "updates=4" else word for word in more[2:])]) == 0
+    longer = check(folder, capsys.readouterr().out)
+    assert longer[:2] == disk
+    assert len(longer) == 3
+    assert read_manifest(folder / "iteration_0" / "trials") == began
+
+
+@pytest.mark.slow
+def test_interrupted_and_solved_after_updates(tmp_path, capsys, monkeypatch):
+    stages = []
+
+    def run(chain, call, whole=Chain.run):
+        stages.append(call.stage)
+        if len(stages) == 4:
+            raise KeyboardInterrupt
+        return whole(chain, call)
+
+    monkeypatch.setattr(Chain, "run", run)
+    assert main(["iterate", *LINEAR, f"hydra.run.dir={tmp_path}"]) != 0
+    assert not (tmp_path / "summary.json").exists()
+    capsys.readouterr()
+    iterate(tmp_path, *LINEAR)
+    printed = capsys.readouterr().out
+    assert printed.count("is there already") == 3
+    disk = check(tmp_path, printed)
+    assert [iteration.successes for iteration in disk] == [0, 2]  # what this kind is
+    assert [command[1] for command in next_commands(printed)] == ["real-rollout"]
+
+
+@pytest.mark.slow
+def test_a_killed_run_tells_the_same_as_an_undisturbed_one(tmp_path, capsys):
+    killed = subprocess.Popen(
+        [sys.executable, "-m", "twbal", "iterate", *LINEAR, f"hydra.run.dir={tmp_path / 'killed'}"],
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    seen = 0
+    for line in killed.stdout:
+        seen += " -> " in line
+        if seen == 4:
+            break
+    killed.kill()
+    killed.communicate()
+    told = []
+    for name in ("killed", "undisturbed"):
+        iterate(tmp_path / name, *LINEAR)
+        printed = capsys.readouterr().out
+        told.append((check(tmp_path / name, printed), [line for line in printed.splitlines() if "robot is" in line]))
+    assert told[0] == told[1]
+    assert len(told[0][1]) == 1
+
+
+@pytest.mark.slow
+def test_diagnosed(tmp_path, capsys):
+    words = ["trials=2", "updates=1", "rehearsals=1", "diagnose=true", "real_rollout.trials=4", "real_rollout.steps=60"]
+    light = ["diagnosis=default", "diagnosis.shortlist=1", "diagnosis.most_effects=1", "diagnosis.substeps=4"]
+    iterate(tmp_path, *SMALLEST, *NEVER, *words, *light)
+    disk = check(tmp_path, capsys.readouterr().out)
+    assert [iteration.diagnosed for iteration in disk] == [False, True]
+
+
+def test_the_rule_written_once_more_knows_a_fall_and_an_unsettled_tilt():
+    rule = {"steps": 4, "limit": 0.5, "settle_limit": 0.2, "settle_step": 2}
+
+    class Trial(NamedTuple):
+        observations: np.ndarray
+
+    def trial(*tilts: float) -> Trial:
+        return Trial(np.column_stack([0.02 * np.arange(len(tilts)), tilts]))
+
+    assert holds(trial(0.4, 0.3, 0.1, 0.1, -0.1), rule)
+    assert not holds(trial(0.4, 0.6, 0.1, 0.1, 0.1), rule)
+    assert not holds(trial(0.4, 0.3, 0.3, 0.1, 0.1), rule)
+    assert not holds(trial(0.4, 0.3, 0.1, 0.1), rule)

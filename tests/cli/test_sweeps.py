@@ -1,0 +1,195 @@
+"""Sweeps in one process: where jobs lie, what a second go does, and what is said of those that fail."""
+
+import os
+import pickle
+import subprocess
+import sys
+
+import pytest
+from hydra.core.override_parser.overrides_parser import OverridesParser
+
+from twbal.cli.main import main
+from twbal.cli.manifest import read_manifest
+from twbal.cli.sweeps import FailedJobError, Job, job_folder
+from twbal.core.files import file_hash
+
+QUICK = ("rollouts=1", "steps=4", "workers=1")
+
+
+pytestmark = pytest.mark.usefixtures("as_from_a_shell")
+
+
+def command(*words):
+    return ["sim-collect", *QUICK, "-m", "hydra.sweep.dir=sweep", *words]
+
+
+@pytest.fixture
+def place(tmp_path):
+    """Folder of the job with a seed."""
+    return lambda seed: tmp_path / "sweep" / f"rollouts-1__seed-{seed}__steps-4__workers-1"
+
+
+def episodes(folder):
+    """Hash and time of each log below a folder."""
+    return {path: (file_hash(path), path.stat().st_mtime_ns) for path in folder.rglob("*.mcap")}
+
+
+def error(capsys):
+    """The one line that says what went wrong."""
+    (line,) = [line for line in capsys.readouterr().err.splitlines() if line.startswith("twbal: error: ")]
+    return line
+
+
+def test_a_sweep_that_grows_finds_what_it_has(tmp_path, place):
+    assert main(command("seed=1,2")) == 0
+    before = episodes(tmp_path)
+    assert len(before) == 2
+    assert main(command("seed=0,1,2,3")) == 0
+    after = episodes(tmp_path)
+    assert {path: after[path] for path in before} == before
+    assert {path.parents[1] for path in after} == {place(seed) for seed in range(4)}
+
+
+def test_jobs_of_a_sweep_make_what_single_runs_make(tmp_path, place):
+    assert main(command("seed=1,2")) == 0
+    for seed in (1, 2):
+        assert main(["sim-collect", *QUICK, f"seed={seed}", f"hydra.run.dir=single_{seed}"]) == 0
+        single, job = read_manifest(tmp_path / f"single_{seed}"), read_manifest(place(seed))
+        assert (job.fingerprint, job.outputs) == (single.fingerprint, single.outputs)
+
+
+def test_an_unfinished_job_is_finished_by_the_next_go(tmp_path, place):
+    assert main(command("seed=1,2")) == 0
+    before = episodes(tmp_path)
+    lost = place(2) / "episodes" / "trial_000.mcap"
+    lost.unlink()
+    assert main(command("seed=1,2")) == 0
+    after = episodes(tmp_path)
+    assert {path: after[path][0] for path in before} == {path: before[path][0] for path in before}
+    assert {path for path in before if after[path] != before[path]} == {lost}
+
+
+def test_a_job_that_fails_is_named_and_the_others_are_done(tmp_path, place, capsys):
+    assert main(command("seed=1,-2,3,-4")) == 1
+    said = error(capsys)
+    assert "2 jobs of the sweep failed: " in said
+    assert "seed=-2 workers=1" not in said  # in the order in which they were given
+    assert all(f"workers=1 seed={seed} (sim-collect cannot have seed={seed};" in said for seed in (-2, -4))
+    assert "seed=1 (" not in said
+    assert {path.parents[1] for path in episodes(tmp_path)} == {place(1), place(3)}
+    assert "Traceback" in (place(-2) / "failure.log").read_text()
+
+
+def test_the_command_that_is_named_does_what_is_missing(tmp_path, place, capsys):
+    (place(2)).mkdir(parents=True)
+    blocked = place(2) / "episodes"
+    blocked.write_text("a file where a folder should be")
+    assert main(command("seed=1,2")) == 1
+    named = error(capsys).partition("what is missing: ")[2]
+    assert named == "twbal sim-collect rollouts=1 steps=4 workers=1 -m seed=1,2 hydra.sweep.dir=sweep"
+    assert (place(2) / "failure.log").is_file()
+    before = episodes(tmp_path)
+    blocked.unlink()
+    assert main(named.split()[1:]) == 0
+    after = episodes(tmp_path)
+    assert {path: after[path] for path in before} == before
+    assert len(after) == 2
+    assert not (place(2) / "failure.log").exists()
+
+
+def test_failures_of_an_earlier_go_are_not_told_again(capsys):
+    assert main(command("seed=-1,1")) == 1
+    capsys.readouterr()
+    assert main(command("seed=-2,1")) == 1
+    assert "seed=-1" not in error(capsys).partition("what is missing")[0]
+
+
+def test_an_unknown_key_is_one_clear_error_and_nothing_is_run(tmp_path, capsys):
+    assert main(command("sead=1,2")) == 1
+    said = capsys.readouterr().err
+    assert said.count("twbal: error: ") == 1
+    assert "sim-collect has no setting 'sead' (did you mean 'seed'?)" in said
+    assert not episodes(tmp_path)
+
+
+def test_a_launcher_that_is_not_there_is_one_clear_error(capsys):
+    assert main(command("seed=1,2", "hydra/launcher=jobblib")) == 1
+    said = error(capsys)
+    assert "hydra/launcher has no choice 'jobblib'" in said
+    assert "ray_cluster" in said
+    assert "pip install -e '.[sweeps]'" in said
+
+
+def test_without_ray_its_launcher_says_so(monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, "ray", None)
+    assert main(command("seed=1,2", "hydra/launcher=ray_cluster")) == 1
+    assert "hydra/launcher=ray_cluster needs Ray: pip install -e '.[sweeps]'" in error(capsys)
+
+
+def test_two_sweeps_in_one_folder_at_once_end_at_the_same_files(tmp_path, place):
+    words = [sys.executable, "-m", "twbal", *command("seed=1,2,3")]
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    both = [subprocess.Popen(words, env=environment, stdout=subprocess.DEVNULL) for _ in range(2)]
+    assert [process.wait() for process in both] == [0, 0]
+    for seed in (1, 2, 3):
+        manifest = read_manifest(place(seed))
+        assert manifest.complete
+        assert [made.sha256 for made in manifest.outputs] == [file_hash(place(seed) / m.path) for m in manifest.outputs]
+    assert main(command("seed=1", "hydra.sweep.dir=alone")) == 0
+    (alone,) = episodes(tmp_path / "alone").values()
+    (job,) = episodes(place(1)).values()
+    assert alone[0] == job[0]
+
+
+@pytest.mark.parametrize(
+    ("overrides", "name"),
+    [
+        (["link.seed=1", "updates=2"], "link.seed-1__updates-2"),
+        (["updates=2", "link.seed=1"], "link.seed-1__updates-2"),
+        (["seed=-1"], "seed--1"),
+        ([], "default"),
+    ],
+)
+def test_a_job_folder_is_named_by_the_overrides_in_any_order(overrides, name):
+    assert job_folder(overrides) == name
+
+
+@pytest.mark.parametrize(
+    ("one", "other"),
+    [
+        (["policy.path=a/b.pt"], ["policy.path=a_b.pt"]),
+        (["search.swings=[0.3]"], ["search.swings=[0.3,]"]),
+        (
+            [f"{key}=1" for key in "abcdefghijklmnopqrstuvwxyz" * 3],
+            [f"{key}=1" for key in "abcdefghijklmnopqrstuvwxy" * 3],
+        ),
+        (["name=ä"], ["name=ö"]),
+        (["a=../../b"], ["a=../../c"]),
+    ],
+)
+def test_job_folders_are_told_apart_and_fit_into_overrides(one, other):
+    names = {job_folder(one), job_folder(other)}
+    assert len(names) == 2
+    for name in names:
+        assert len(name.encode()) < 255
+        assert "/" not in name
+        assert OverridesParser.create().parse_override(f"episodes={name}").value() == name
+
+
+def test_a_failure_comes_through_a_pipe():
+    error = pickle.loads(pickle.dumps(FailedJobError("too few samples", "outputs/sweep")))
+    assert str(error) == "too few samples"
+    assert str(error.sweep) == "outputs/sweep"
+
+
+def test_a_job_elsewhere_has_the_threads_of_the_command_before_anything_numeric_is_loaded(monkeypatch):
+    monkeypatch.setenv("OMP_NUM_THREADS", "3")
+    job = pickle.dumps(Job("sim-collect"))
+    code = (
+        "import os, pickle, sys; pickle.load(sys.stdin.buffer); "
+        "print(os.environ['OMP_NUM_THREADS'], {'numpy', 'torch'} & set(sys.modules))"
+    )
+    environment = {name: value for name, value in os.environ.items() if name != "OMP_NUM_THREADS"}
+    environment["PYTHONPATH"] = os.pathsep.join(sys.path)
+    done = subprocess.run([sys.executable, "-c", code], input=job, env=environment, capture_output=True, check=True)
+    assert done.stdout.decode().strip() == "3 set()"

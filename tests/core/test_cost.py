@@ -1,0 +1,80 @@
+from itertools import product
+
+import numpy as np
+import pytest
+from numpy.polynomial.hermite_e import hermegauss
+
+from twbal.core.cost import SaturatingCost, cost_over
+from twbal.core.errors import ConfigError
+from twbal.core.gaussian import Gaussian
+
+COST = SaturatingCost(np.array([0.1, -0.5, 2.0]), np.array([0.25, 2.5, np.inf]))
+UNITS = np.array([0.25, 2.5, 4.0])
+
+
+def random_state(seed, width):
+    rng = np.random.default_rng(seed)
+    root = width * UNITS[:, None] * (rng.standard_normal((3, 3)) / 2 + np.eye(3) / 2)
+    return Gaussian(rng.standard_normal(3) * UNITS, root @ root.T)
+
+
+def test_the_cost_is_zero_on_target_saturates_and_ignores_unpriced_channels():
+    assert COST(COST.target) == 0.0
+    assert COST(np.array([0.35, -0.5, 1e9])) == pytest.approx(1 - np.exp(-0.5))
+    assert COST(np.array([[1e3, 0, 0], [0.1, -3.0, 0.0]])) == pytest.approx([1.0, 1 - np.exp(-0.5)])
+
+
+@pytest.mark.parametrize("width", [0.01, 0.5, 2.0])
+def test_the_expectation_equals_quadrature(width):
+    z, w = hermegauss(48)
+    z, w = np.array(list(product(z, repeat=3))), np.prod(list(product(w / w.sum(), repeat=3)), axis=1)
+    for seed in range(3):
+        state = random_state(seed, width)
+        x = state.mean + z @ np.linalg.cholesky(state.covariance).T
+        assert COST.expected(state).value == pytest.approx(w @ COST(x), rel=1e-5)
+
+
+def test_the_expectation_lies_within_4_standard_errors_of_samples():
+    state = random_state(3, 1.0)
+    costs = COST(state.sample(400_000, np.random.default_rng(0)))
+    assert abs(costs.mean() - COST.expected(state).value) < 4 * costs.std() / np.sqrt(len(costs))
+
+
+def test_a_known_state_is_expected_to_cost_what_it_costs():
+    mean = random_state(0, 1.0).mean
+    assert COST.expected(Gaussian(mean, np.zeros((3, 3)))).value == pytest.approx(float(COST(mean)), rel=1e-12)
+
+
+@pytest.mark.parametrize("width", [0.05, 0.5, 3.0])
+def test_derivatives_equal_finite_differences(width):
+    state = random_state(4, width)
+    found = COST.expected(state)
+    for e in np.diag(1e-5 * UNITS):
+        ends = [COST.expected(Gaussian(state.mean + s * e, state.covariance)).value for s in (1, -1)]
+        assert found.by_mean @ e == pytest.approx((ends[0] - ends[1]) / 2, rel=1e-6, abs=1e-12)
+    for k, l in product(range(3), repeat=2):
+        step = np.zeros((3, 3))
+        step[k, l] += 1e-4 * width**2 * UNITS[k] * UNITS[l]
+        step = step + step.T
+        ends = [COST.expected(Gaussian(state.mean, state.covariance + s * step)).value for s in (1, -1)]
+        assert np.sum(found.by_covariance * step) == pytest.approx((ends[0] - ends[1]) / 2, rel=1e-6, abs=1e-12)
+
+
+def test_the_expectation_stays_a_cost_however_wide_the_state():
+    for exponent in range(-6, 13, 2):
+        found = COST.expected(random_state(exponent + 6, 10.0**exponent))
+        assert 0.0 <= found.value <= 1.0
+        assert np.isfinite(found.by_covariance).all()
+
+
+def test_widths_go_by_name_and_past_commands_by_the_torque_limit():
+    names = ("speed", "tilt", "command_1", "command_2")
+    widths = cost_over(names, {"tilt": 0.25, "acceleration": 15.0}, 0.5, 20.0).widths
+    assert widths.tolist() == [np.inf, 0.25, 10.0, np.inf]
+    assert cost_over(names, {"tilt": 0.25}, None, 20.0).widths.tolist() == [np.inf, 0.25, np.inf, np.inf]
+
+
+@pytest.mark.parametrize("widths", [{"speed": 1.0}, {"tilt": 0.0}, {"tilt": -1.0}, {"tilt": float("nan")}])
+def test_a_cost_without_a_positive_width_is_refused(widths):
+    with pytest.raises(ConfigError, match="positive widths, at least one of them for the state tilt, tilt_rate; found"):
+        cost_over(("tilt", "tilt_rate"), widths, None, 20.0)

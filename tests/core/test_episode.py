@@ -1,0 +1,88 @@
+from dataclasses import FrozenInstanceError
+
+import numpy as np
+import pytest
+
+from twbal.core.episode import Episode, Outcome, Provenance
+from twbal.core.errors import DataError
+
+STEPS = 4
+
+
+def parts(**changes):
+    observations = np.random.default_rng(0).standard_normal((STEPS + 1, 7))
+    observations[:, 0] = 0.02 * np.arange(STEPS + 1)
+    values = {
+        "channels": ("tilt", "speed"),
+        "control_period": 0.02,
+        "observations": observations,
+        "states": np.ones((STEPS + 1, 2)),
+        "commands": np.zeros(STEPS),
+        "outcome": Outcome.COMPLETED,
+        "provenance": Provenance("paper", "simulation"),
+    }
+    return values | changes
+
+
+def test_an_episode_knows_its_length_duration_and_tilt():
+    made = Episode(**parts())
+    assert len(made) == STEPS
+    assert made.duration == pytest.approx(0.08)
+    assert np.array_equal(made.tilt, made.observations[:, 1])
+
+
+def test_what_is_in_it_cannot_be_changed():
+    given = parts()
+    made = Episode(**given)
+    with pytest.raises(ValueError, match="read-only"):
+        made.states[0, 0] = 3.0
+    with pytest.raises(FrozenInstanceError):
+        made.outcome = Outcome.STOPPED
+    given["states"][0, 0] = 9.0
+    assert made.states[0, 0] == 1.0
+
+
+def test_an_outcome_may_come_as_text():
+    assert Episode(**parts(outcome="tilt_limit")).outcome is Outcome.TILT_LIMIT
+
+
+@pytest.mark.parametrize(
+    ("name", "values"),
+    [
+        ("observations", np.zeros((STEPS, 7))),
+        ("observations", np.zeros((STEPS + 1, 6))),
+        ("states", np.ones((STEPS + 1, 3))),
+        ("states", np.ones(STEPS + 1)),
+    ],
+)
+def test_shapes_that_do_not_fit_are_refused(name, values):
+    with pytest.raises(DataError, match=f"4 commands needs {name} of shape"):
+        Episode(**parts(**{name: values}))
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+@pytest.mark.parametrize("name", ["observations", "states", "commands"])
+def test_a_value_that_is_not_finite_is_named_by_its_sample(name, bad):
+    values = np.array(parts()[name])
+    values[2] = bad
+    with pytest.raises(DataError, match=f"Sample 2 of the episode's {name} is not a finite number"):
+        Episode(**parts(**{name: values}))
+
+
+@pytest.mark.parametrize("time", [0.02, 0.01])
+def test_time_that_stands_or_runs_back_is_refused(time):
+    observations = parts()["observations"]
+    observations[2, 0] = time
+    with pytest.raises(DataError, match="between samples 1 and 2"):
+        Episode(**parts(observations=observations))
+
+
+@pytest.mark.parametrize("period", [0.0, -0.02, float("nan")])
+def test_the_control_period_must_be_positive(period):
+    with pytest.raises(DataError, match="control period must be positive"):
+        Episode(**parts(control_period=period))
+
+
+def test_a_rollout_that_ended_at_once_is_an_episode_too():
+    made = Episode(**parts(observations=np.zeros((1, 7)), states=np.zeros((1, 2)), commands=np.zeros(0)))
+    assert (len(made), made.duration) == (0, 0.0)

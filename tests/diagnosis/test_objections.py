@@ -1,0 +1,185 @@
+"""What is no finding is not named, told by fits with given values."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hydra import compose, initialize_config_dir
+from hydra.utils import instantiate
+from rides import ride
+
+from twbal.cli.conf_folder import conf_folder
+from twbal.diagnosis.advice import advise
+from twbal.diagnosis.candidates import always_free
+from twbal.diagnosis.effect_candidates import candidates_for
+from twbal.diagnosis.name import _named, first_noise
+from twbal.diagnosis.objections import objections
+from twbal.diagnosis.record import Gap, Verdict
+from twbal.diagnosis.select import Selection
+from twbal.diagnosis.verdict import conclude, probabilities, review
+from twbal.diagnosis.weigh import Round, Weighed, overriding, weigh
+from twbal.planar.parameters import twin_parameters
+from twbal.sysid.fit import Fit
+from twbal.sysid.model import Data, Model
+
+INSTANTS = 1000
+
+
+def settings(choice="default"):
+    with initialize_config_dir(str(conf_folder()), version_base="1.3"):
+        return instantiate(compose("diagnose", ["episodes=e", f"diagnosis={choice}"]).diagnosis)
+
+
+def fitted(robot, names, values, total=0.0, choice="default"):
+    """A set of effects as a fit with white residuals would leave it, with these values."""
+    twin = twin_parameters(robot, {})
+    chosen = tuple(c for name in names for c in candidates_for(robot) if c.name == name)
+    model = Model(twin, 0.0, first_noise(robot, np.ones(4, bool))).put(values)
+    frees = (*always_free(settings(choice).tolerances, twin, 1), *(free for c in chosen for free in c.frees))
+    return Weighed(chosen, Fit(model, frees, total, None, np.zeros(4 * INSTANTS)), np.ones(4), 0.0)
+
+
+@pytest.fixture(scope="module")
+def driven(paper):
+    return [ride(paper, {}, seed=51, periods=300)]
+
+
+def test_nothing_speaks_against_an_effect_of_usual_size(paper, driven):
+    weighed = fitted(paper, ["coulomb_friction"], {"coulomb_friction_torque": 0.3})
+    assert objections(weighed, (), settings()) == ()
+
+
+def bounds(robot, field):
+    """The range of a value of the data sheet."""
+    frees = always_free(settings().tolerances, twin_parameters(robot, {}), 1)
+    return next((free.low, free.high) for free in frees if free.field == field)
+
+
+@pytest.mark.parametrize(
+    ("fields", "end", "side"), [(("body_mass", "com_height"), 0, "lower"), (("wheel_radius",), 1, "upper")]
+)
+def test_a_rough_data_sheet_that_ran_to_its_bounds_is_no_finding(fields, end, side, paper, driven):
+    """However many tolerances that is: with 15 % of tolerance a bound may come before the guard of 4.5 of them."""
+    rough = settings("rough")
+    rough = replace(rough, lines=replace(rough.lines, beyond=1e9))
+    values = {f"{field}_factor": bounds(paper, f"{field}_factor")[end] for field in fields}
+    weighed = fitted(paper, ["coulomb_friction"], {"coulomb_friction_torque": 0.3, **values}, choice="rough")
+    found = objections(weighed, (), rough)
+    assert len(found) == len(fields)
+    for field, factor in zip(fields, values.values(), strict=True):
+        said = f"{field.replace('_', ' ')} of {factor:.2g} times the data sheet's, the {side} bound of its range"
+        assert said in " ".join(found)
+    assert conclude(Selection(weighed, (), weighed), found, 0.0, rough) is Verdict.UNKNOWN
+
+
+def test_a_wheel_that_ran_to_its_bound_is_no_finding(paper, driven):
+    highest = bounds(paper, "wheel_inertia")[1]
+    weighed = fitted(paper, ["coulomb_friction"], {"coulomb_friction_torque": 0.3, "wheel_inertia": highest})
+    found, rough = objections(weighed, (), settings())
+    assert "wheel inertia of" in found
+    assert "the upper bound" in found
+    assert "diagnosis=rough" in rough
+
+
+@pytest.mark.parametrize(("limit", "objected"), [(0.0335, True), (5.0, False)])
+def test_a_limit_that_swallows_the_commands_explains_nothing(limit, objected, paper, driven):
+    weighed = fitted(paper, ["torque_saturation"], {"torque_saturation_limit": limit})
+    swallowing = overriding(Data(driven, 10), weighed.fit.model, weighed.candidates)
+    found = objections(weighed._replace(overriding=swallowing), (), settings())
+    said = [sentence for sentence in found if "commands" in sentence]
+    assert bool(said) is objected
+    assert not said or "torque saturation of 0.0335 N·m, lets next to nothing of the commands pass" in said[0]
+
+
+@pytest.mark.parametrize(("name", "field"), [("motor_lag", "time_constant"), ("com_offset", "angle")])
+def test_an_effect_of_size_zero_is_no_finding(name, field, paper, driven):
+    (found,) = objections(fitted(paper, [name], {f"{name}_{field}": 1e-5}), (), settings())
+    assert "negligible" in found
+    assert "1e-05" in found
+
+
+def test_residuals_with_memory_are_told_with_their_autocorrelation(paper, driven):
+    weighed = fitted(paper, ["coulomb_friction"], {"coulomb_friction_torque": 0.3})._replace(whiteness=np.full(4, 12.0))
+    (found,) = objections(weighed, (), settings())
+    assert "autocorrelated: 12, where noise has 1; the limit is 8" in found
+
+
+def test_an_effect_that_a_fit_leaves_at_nothing_is_not_named_beside_another(paper):
+    data = Data([ride(paper, {"coulomb_friction": {"torque": 0.1}}, seed=52, periods=500)], 10)
+    twin = twin_parameters(paper, {})
+    start = data.with_noise(Model(twin, 0.0, first_noise(paper, data.sensed)), 30)
+    pair = [c for c in candidates_for(paper) if c.name in ("coulomb_friction", "motor_lag")]
+    weighed = weigh(data, start, always_free(settings().tolerances, twin, 1), pair, 4)
+    weighed = weighed._replace(fit=weighed.fit._replace(model=weighed.fit.model.put({"motor_lag_time_constant": 0.0})))
+    selection = Selection(weighed, (), weighed)
+    named = _named(data, weighed, selection, probabilities(selection, settings()), settings())
+    assert [effect.name for effect in named] == ["coulomb_friction"]
+    assert objections(weighed, (), settings()) == ()
+
+
+def advice_of(paper, *others):
+    """Advice on Coulomb friction that was named, where these sets were weighed in the last round."""
+    base = fitted(paper, [], {}, 1000.0)
+    chosen = fitted(paper, ["coulomb_friction"], {"coulomb_friction_torque": 0.3}, 500.0)
+    selection = Selection(base, (Round(base, [], [chosen]), Round(chosen, [], list(others))), chosen)
+    return " ".join(advise(selection, (), 0.0, Verdict.NAMED, settings()))
+
+
+def test_one_more_effect_is_asked_for_by_sets_with_one_more_alone(paper):
+    sizes = {"coulomb_friction_torque": 0.3, "dead_zone_width": 1.0}
+    same_size = fitted(paper, ["dead_zone"], {"dead_zone_width": 1.0}, 100.0)
+    with_one_more = fitted(paper, ["dead_zone", "coulomb_friction"], sizes, 100.0)
+    with_little_more = fitted(paper, ["coulomb_friction", "dead_zone"], sizes, 495.0)
+    assert "one more effect" not in advice_of(paper, same_size)
+    assert "one more effect" not in advice_of(paper, with_little_more)
+    assert "one more effect" in advice_of(paper, same_size, with_one_more)
+
+
+def test_values_of_the_data_sheet_that_are_off_are_listed_with_their_factors(paper):
+    values = {"coulomb_friction_torque": 0.3, "body_mass_factor": 1.12, "com_height_factor": 0.95}
+    chosen = fitted(paper, ["coulomb_friction"], values)
+    selection = Selection(fitted(paper, [], {}, 500.0), (Round(chosen, [], []),), chosen)
+    far = " ".join(advise(selection, (), 0.0, Verdict.NAMED, settings()))
+    assert "tolerances of 3%: body mass x 1.12 (+4.0 tolerances)." in far
+    near = chosen._replace(fit=chosen.fit._replace(model=chosen.fit.model.put({"body_mass_factor": 1.06})))
+    strained = " ".join(advise(selection._replace(chosen=near), (), 1e3, Verdict.NAMED, settings()))
+    assert "body mass x 1.06 (+2.0 tolerances), com height x 0.95 (-1.7 tolerances)." in strained
+
+
+def gap(before, refitted, after, noise_floor):
+    """As `measure_gaps` makes it."""
+    least = min(noise_floor, after)
+    closed = (before - after) / (before - least) if before > 1.1 * least else None
+    return Gap("tilt", 0.15, before, refitted, after, least, closed, noise_floor)
+
+
+@pytest.mark.parametrize(
+    "error",
+    [
+        gap(0.020, 0.021, 0.022, 0.005),
+        gap(0.140, 0.186, 1.357, 1.300),
+        gap(0.020, 0.006, 0.009, 0.005),
+    ],
+    ids=["worse than before", "much worse than its own floor allows to tell", "worse than refitted"],
+)
+@pytest.mark.parametrize("verdict", [Verdict.NAMED, Verdict.UNKNOWN])
+def test_what_makes_held_out_rollouts_worse_is_no_finding(error, verdict):
+    found, sentence = review(verdict, ("backlash",), error)
+    assert found is Verdict.UNKNOWN
+    assert "WARNING" in sentence
+    for number in (error.before, error.refitted, error.after):
+        assert f"{number:.3g}" in sentence
+
+
+@pytest.mark.parametrize("error", [gap(0.020, 0.010, 0.006, 0.005), gap(0.020, 0.0060, 0.0061, 0.005), None])
+def test_what_makes_rollouts_better_or_no_worse_than_by_chance_stays_named(error):
+    assert review(Verdict.NAMED, ("imu_delay",), error) == (Verdict.NAMED, "")
+
+
+def test_no_simulation_explains_data_from_which_its_rollouts_stray():
+    found, sentence = review(Verdict.NONE, (), gap(0.030, 0.025, 0.025, 0.005))
+    assert found is Verdict.UNKNOWN
+    assert "0.025 rad, 5 times what the sensors' noise" in sentence
+    assert review(Verdict.NONE, (), gap(0.030, 0.007, 0.007, 0.005)) == (Verdict.NONE, "")
+    in_the_air = gap(0.030, 0.025, 0.025, 0.005)._replace(channel="wheel_angle")
+    assert review(Verdict.NONE, (), in_the_air) == (Verdict.NONE, "")

@@ -1,0 +1,159 @@
+"""What logs of real robots bring: no gyro, another offset in each log, many effects at once, coarse sensors."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hydra import compose, initialize_config_dir
+from hydra.utils import instantiate
+from rides import ride
+
+from twbal.cli.conf_folder import conf_folder
+from twbal.cli.main import main
+from twbal.diagnosis.candidates import always_free
+from twbal.diagnosis.effect_candidates import candidates_for
+from twbal.diagnosis.name import name_effects
+from twbal.diagnosis.record import Verdict
+from twbal.diagnosis.steady import unsteady_effects
+from twbal.diagnosis.weigh import weigh
+from twbal.io.importers.smoother import smooth
+from twbal.planar.parameters import twin_parameters
+from twbal.sysid.model import Data, Model
+from twbal.sysid.noise import Noise
+
+FRICTION = {"coulomb_friction": {"torque": 0.1}}
+NOISE = Noise(np.array([0.0035, 0.02, 0.002, 0.05]), np.array([0.01, 0.01]))
+
+
+def settings(choice, *more):
+    with initialize_config_dir(str(conf_folder()), version_base="1.3"):
+        return instantiate(compose("diagnose", ["episodes=e", f"diagnosis={choice}", *more]).diagnosis)
+
+
+def without_rates(recording):
+    """The recording of a robot without gyro and without wheel rates: they are worked out of the angles."""
+    measured = recording.measured.copy()
+    for angle, rate in ((0, 1), (2, 3)):
+        measured[:, rate] = smooth(measured[:, angle], recording.period).rate
+    return replace(recording, measured=measured, sensed=np.array([True, False, True, False]))
+
+
+def test_friction_is_named_without_a_gyro(paper):
+    recording = without_rates(ride(paper, FRICTION, seed=31, periods=1000))
+    found = name_effects([recording], paper, {}, candidates_for(paper), settings("default"))
+    assert found.verdict is Verdict.NAMED
+    (effect,) = found.effects
+    estimate = effect.parameters["torque"]
+    assert "coulomb_friction" in (effect.name, *effect.equivalents)
+    assert estimate.low95 < 0.1 < estimate.high95
+    assert [w.channel for w in found.whiteness] == ["tilt", "wheel_angle"]
+    assert set(found.noise) == {"tilt", "wheel_angle"}
+
+
+def test_nothing_is_missed_of_a_clean_robot_without_a_gyro(paper):
+    recording = without_rates(ride(paper, {}, seed=32, periods=1000))
+    found = name_effects([recording], paper, {}, candidates_for(paper), settings("default"))
+    assert found.verdict in (Verdict.NONE, Verdict.UNDECIDED)
+
+
+def test_the_tilt_may_be_off_by_another_constant_in_each_log(paper):
+    offsets = (0.03, -0.02)
+    recordings = []
+    for seed, offset in zip((33, 34), offsets, strict=True):
+        recording = ride(paper, FRICTION, seed=seed, periods=600, tolerance=0.0)
+        recordings.append(replace(recording, measured=recording.measured + offset * np.eye(4)[0]))
+    plain = settings("default")
+    told = replace(plain, tolerances=replace(plain.tolerances, tilt_offset=0.03))
+    found = name_effects(recordings, paper, {}, candidates_for(paper), told)
+    assert [effect.name for effect in found.effects] == ["coulomb_friction"]
+    assert found.named.offsets == pytest.approx(offsets, abs=0.002)
+    assert found.nominal.offsets == pytest.approx(offsets, abs=0.01)
+
+
+def test_no_sensor_is_finer_than_its_steps(paper):
+    recording = ride(paper, {}, seed=35, periods=1000)
+    fine = Data([recording], 10).resolution
+    assert (fine < 0.5 * NOISE.sensors).all()
+    step = 0.05
+    measured = recording.measured.copy()
+    measured[:, 2] = step * np.round(measured[:, 2] / step)
+    assert Data([replace(recording, measured=measured)], 10).resolution[2] == pytest.approx(step / np.sqrt(12))
+
+
+@pytest.mark.parametrize(("candidate", "is_steady"), [("coulomb_friction", True), ("viscous_friction", False)])
+def test_an_effect_of_the_wrong_form_is_not_of_one_size(paper, candidate, is_steady):
+    data = Data([ride(paper, FRICTION, seed=36, periods=1000)], 10)
+    always = always_free(settings("default").tolerances, twin_parameters(paper, {}), 1)
+    (chosen,) = [c for c in candidates_for(paper) if c.name == candidate]
+    weighed = weigh(data, Model(twin_parameters(paper, {}), 0.0, NOISE), always, [chosen], 6)
+    found = unsteady_effects(data, weighed, 0.3)
+    assert (found == ()) is is_steady
+    if not is_steady:
+        assert ("viscous_friction", "speed") in [(each.effect, each.axis) for each in found]
+        assert all(each.share < 0 for each in found if each.axis == "speed")  # less for each rad/s, where they are many
+
+
+@pytest.mark.slow
+def test_many_effects_at_once_are_found_with_their_values(paper):
+    hidden = {
+        "actuation_delay": {"delay": 0.03},
+        "dead_zone": {"width": 0.8},
+        "coulomb_friction": {"torque": 0.4},
+        "com_offset": {"angle": 0.05},
+    }
+    recordings = [ride(paper, hidden, seed=s, periods=250) for s in (37, 38)]
+    found = name_effects(recordings, paper, {}, candidates_for(paper), settings("several"))
+    assert found.verdict is Verdict.NAMED
+    values = {effect.name: next(iter(effect.parameters.values())).value for effect in found.effects}
+    assert set(hidden) <= set(values)
+    for name, parameters in hidden.items():
+        assert values[name] == pytest.approx(next(iter(parameters.values())), rel=0.2)
+
+
+FOLDER = Path(__file__).resolve().parents[3] / "shared" / "measured" / "regbot"
+LOGS = sorted(FOLDER.glob("test[34]*.txt"))
+IN_AIR = sorted(FOLDER.glob("test0*.txt"))
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not IN_AIR, reason="the logs of the real robot are not here")
+def test_wheels_in_the_air_tell_the_same_friction_and_no_more(tmp_path):
+    imported, out = tmp_path / "imported", tmp_path / "out"
+    assert main(["import-log", "import=regbot", f"files={IN_AIR[0]}", "robot=regbot", f"hydra.run.dir={imported}"]) == 0
+    words = ["robot=regbot", "sim=regbot", "diagnosis=measured", f"hydra.run.dir={out}"]
+    assert main(["diagnose", f"episodes={imported}", *words]) == 0
+    found = json.loads((out / "diagnosis.json").read_text())
+    (effect,) = found["effects"]
+    assert {effect["name"], *effect["equivalents"]} == {"coulomb_friction", "viscous_friction", "dead_zone"}
+    estimate = effect["parameters"]["torque"]
+    assert estimate["low95"] < 0.0229 < estimate["high95"]  # of the upright logs
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not LOGS, reason="the logs of the real robot are not here")
+@pytest.mark.parametrize("log", LOGS, ids=lambda path: path.stem[:6])
+def test_the_real_robots_friction_is_named_on_each_log_alone(log, tmp_path):
+    imported, out = tmp_path / "imported", tmp_path / "out"
+    robot = ["robot=regbot", f"hydra.run.dir={imported}"]
+    assert main(["import-log", "import=regbot", f"files={log}", *robot]) == 0
+    words = ["robot=regbot", "sim=regbot", "diagnosis=measured", f"hydra.run.dir={out}"]
+    assert main(["diagnose", f"episodes={imported}", *words]) == 0
+    found = json.loads((out / "diagnosis.json").read_text())
+    assert found["verdict"] == "named"
+    assert [effect["name"] for effect in found["effects"]] == ["coulomb_friction"]
+    estimate = found["effects"][0]["parameters"]["torque"]
+    assert estimate["low95"] < 0.0229 < estimate["high95"]  # between what each of the two logs says
+    gaps = [gap for gap in found["gap"]["all"] if gap["channel"] == "wheel_angle"]
+    (path,) = [gap for gap in gaps if gap["horizon"] == pytest.approx(0.15)]
+    assert path["after"] < 0.5 * path["before"]
+    assert path["after"] < path["refitted"]
+
+
+@pytest.mark.skipif(not LOGS, reason="the logs of the real robot are not here")
+@pytest.mark.parametrize("log", LOGS, ids=lambda path: path.stem[:6])
+def test_the_import_of_a_real_log_raises_no_false_alarm(log, tmp_path, capsys):
+    words = ["import=regbot", f"files={log}", "robot=regbot", f"hydra.run.dir={tmp_path}"]
+    assert main(["import-log", *words]) == 0
+    assert "WARNING" not in capsys.readouterr().out

@@ -1,0 +1,147 @@
+from dataclasses import replace
+from itertools import permutations
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hydra.utils import instantiate
+from omegaconf import OmegaConf
+
+from twbal.core.errors import ConfigError
+from twbal.core.plant import Observation
+from twbal.effects.actuation_delay import ActuationDelay
+from twbal.effects.body_mass import BodyMass
+from twbal.effects.com_height import ComHeight
+from twbal.effects.com_offset import ComOffset
+from twbal.effects.coulomb_friction import CoulombFriction
+from twbal.effects.dead_zone import DeadZone
+from twbal.effects.effect import Effect, assemble, parameters_of
+from twbal.effects.motor_lag import MotorLag
+from twbal.effects.sensor_noise import SensorNoise
+from twbal.effects.torque_gain import TorqueGain
+from twbal.effects.viscous_friction import ViscousFriction
+
+FILES = sorted((Path(__file__).parents[2] / "conf" / "effect").glob("*.yaml"))
+H = 0.001
+
+
+def run(effect, torques, physics_step=H):
+    link = effect.start(physics_step, np.random.default_rng(0))
+    return np.array([link(u) for u in torques])
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda f: f.stem)
+def test_every_yaml_makes_an_effect_of_its_own_name_that_starts_away_from_nothing(file):
+    effect = instantiate(OmegaConf.load(file))
+    assert isinstance(effect, Effect)
+    assert type(effect).__module__ == f"twbal.effects.{file.stem}"
+    for name, known in parameters_of(type(effect)).items():
+        assert known.low <= getattr(effect, name) <= known.high
+        assert known.low <= known.start <= known.high
+        assert getattr(effect, name) != known.none or name == "phase"
+
+
+def test_every_effect_has_a_yaml():
+    kinds = {kind for base in Effect.__subclasses__() for kind in base.__subclasses__() if "twbal" in kind.__module__}
+    assert {k.__module__.split(".")[-1] for k in kinds} == {f.stem for f in FILES}
+
+
+NONSENSE = [
+    (DeadZone, -1.0),
+    (TorqueGain, -0.1),
+    (CoulombFriction, -1.0),
+    (ViscousFriction, float("nan")),
+    (ActuationDelay, -0.01),
+    (MotorLag, float("inf")),
+    (BodyMass, 0.0),
+    (ComHeight, 0.0),
+    (ComOffset, 5.0),
+]
+
+
+@pytest.mark.parametrize(("kind", "value"), NONSENSE)
+def test_an_impossible_value_is_refused(kind, value):
+    with pytest.raises(ConfigError, match=f"effect {kind.__name__} must lie within .* found {value}"):
+        kind(value)
+
+
+def test_dead_zone_is_odd_continuous_and_flat_inside():
+    u = np.linspace(-4, 4, 801)
+    out = run(DeadZone(1.5), u)
+    np.testing.assert_allclose(out, np.sign(u) * np.maximum(np.abs(u) - 1.5, 0), atol=1e-15)
+    assert np.abs(np.diff(out)).max() <= u[1] - u[0] + 1e-12
+
+
+def test_a_delay_of_whole_steps_shifts_the_torque():
+    u = np.random.default_rng(1).standard_normal(100)
+    assert np.array_equal(run(ActuationDelay(0.03), u), np.r_[np.zeros(30), u[:70]])
+    assert np.array_equal(run(ActuationDelay(0.0), u), u)
+
+
+@pytest.mark.parametrize("delay", [0.0004, 0.0137, 0.02951])
+def test_a_delay_keeps_the_impulse_of_the_held_torque_exactly(delay):
+    u = np.random.default_rng(2).standard_normal(100)
+    applied = H * run(ActuationDelay(delay), u).cumsum()
+    ends = H * np.arange(1, 101) - delay
+    integral = np.interp(ends, H * np.arange(101), np.r_[0, H * u.cumsum()], left=0)
+    np.testing.assert_allclose(applied, integral, atol=1e-12)
+
+
+def test_motor_lag_follows_its_differential_equation():
+    impulse = H * run(MotorLag(0.04), np.full(100, 2.0)).cumsum()
+    times = H * np.arange(1, 101)
+    np.testing.assert_allclose(impulse, 2 * (times + 0.04 * np.expm1(-times / 0.04)), rtol=1e-9)
+    assert np.array_equal(run(MotorLag(0.0), [1.0, -3.0]), [1.0, -3.0])
+
+
+def test_what_an_effect_remembers_ends_with_its_rollout():
+    for effect in (ActuationDelay(0.0035), MotorLag(0.02)):
+        assert np.array_equal(run(effect, np.arange(9.0)), run(effect, np.arange(9.0)))
+
+
+def test_noise_has_the_stated_spread_on_every_channel_and_leaves_the_clock_alone():
+    sd = np.array([0.1, 0.2, 0.3, 0.4, 0.5, 0.6])
+    sense = SensorNoise(*sd).start(0.02, np.random.default_rng(3))
+    truth = Observation(1.5, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0)
+    seen = np.array([sense(truth) for _ in range(4000)])
+    assert (seen[:, 0] == 1.5).all()
+    noise = seen[:, 1:] - np.array(truth[1:])
+    np.testing.assert_allclose(np.cov(noise.T), np.diag(sd**2), atol=0.02)
+    assert np.all(np.abs(noise.mean(0)) < 4 * sd / np.sqrt(4000))
+
+
+def test_body_effects_change_what_they_name_and_nothing_else(paper):
+    changed = assemble(paper, [BodyMass(1.5), ComHeight(0.8), ComOffset(0.05)]).robot
+    expected = replace(
+        paper,
+        body_mass=1.5 * paper.body_mass,
+        body_inertia_pitch=1.5 * paper.body_inertia_pitch,
+        body_inertia_roll=1.5 * paper.body_inertia_roll,
+        body_inertia_yaw=1.5 * paper.body_inertia_yaw,
+        com_height=0.8 * paper.com_height,
+        com_offset=0.05,
+    )
+    assert changed == expected
+
+
+def test_effects_act_at_their_place_in_whatever_order_they_are_listed(paper):
+    effects = [DeadZone(1.0), TorqueGain(0.5), ActuationDelay(0.002), MotorLag(0.01)]
+    outputs = []
+    for order in permutations(effects):
+        running = assemble(paper, order).start(H, np.random.default_rng(0))
+        outputs.append([running.actuate(u) for u in (4.0, -3.0, 2.0, 0.5, -0.2)])
+    assert all(o == outputs[0] for o in outputs)
+    delayed = np.array([0, 0, 4.0, -3.0, 2.0])
+    np.testing.assert_allclose(
+        outputs[0], run(MotorLag(0.01), 0.5 * np.sign(delayed) * np.maximum(abs(delayed) - 1, 0))
+    )
+
+
+def test_another_effect_does_not_change_the_noise(paper):
+    noise = SensorNoise(1, 1, 1, 1, 1, 1)
+    truth = Observation(*[0.0] * 7)
+    alone = assemble(paper, [noise]).start(H, np.random.default_rng(0)).sense(truth)
+    beside = (
+        assemble(paper, [noise, CoulombFriction(0.1), BodyMass(1.1)]).start(H, np.random.default_rng(0)).sense(truth)
+    )
+    assert alone == beside

@@ -1,0 +1,42 @@
+"""All effects are found, say what is known of them, and name others that exist."""
+
+import numpy as np
+import pytest
+
+from twbal.effects.effect import ActuatorEffect, parameters_of
+from twbal.effects.library import library
+from twbal.planar.parameters import TwinParameters
+
+ACTUATORS = [name for name, effect in library().items() if issubclass(effect, ActuatorEffect)]
+
+
+def test_every_effect_that_can_be_named_is_found_and_the_sensors_noise_is_none_of_them():
+    found = library()
+    assert len(found) == 28
+    assert {"coulomb_friction", "imu_delay", "wheel_slip"} < set(found)
+    assert "sensor_noise" not in found
+
+
+@pytest.mark.parametrize("name", library())
+def test_an_effect_says_what_it_is_like_and_names_only_others(name):
+    effect = library()[name]
+    assert set(effect.cannot_be_told_from) <= set(library()) - {name}
+    assert effect.separate_by.endswith(".")
+    assert parameters_of(effect)
+
+
+@pytest.mark.parametrize("name", library())
+def test_the_twin_does_nothing_where_the_effect_does_nothing(name):
+    for parameter, known in parameters_of(library()[name]).items():
+        assert TwinParameters._field_defaults[f"{name}_{parameter}"] == known.none or parameter in ("rate", "count")
+
+
+@pytest.mark.parametrize("name", ACTUATORS)
+def test_an_actuator_says_whether_it_remembers(name):
+    kind = library()[name]
+    effect = kind(**{parameter: known.start for parameter, known in parameters_of(kind).items()})
+    fresh, used = (effect.start(0.001, np.random.default_rng(0)) for _ in range(2))
+    for torque in (9.0, -4.0, 0.0, 3.0):
+        used(torque)
+    differs = any(fresh(torque) != used(torque) for torque in np.linspace(5.0, -1.0, 60))
+    assert differs == effect.remembers

@@ -1,0 +1,173 @@
+"""A proposed mapping is right or says what is open: names, sides, units, comments, and tables that twbal wrote."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+from foreign_logs import columns, text
+
+from twbal.core.errors import LogError
+from twbal.io.importers.guess import guess
+
+ROWS = columns()
+MEASURED = Path(__file__).resolve().parents[4] / "shared" / "measured"
+COLUMN = {name: ROWS[:, k] for k, name in enumerate(("t", "tilt", "rate", "a", "yaw", "wheel", "wheel_rate", "u"))}
+
+
+def proposed(path):
+    found = guess(path)
+    return yaml.safe_load(found.mapping), found
+
+
+@pytest.fixture
+def looked_at(tmp_path):
+    def look(**named):
+        path = tmp_path / "log.csv"
+        path.write_text(text(np.column_stack(list(named.values())), names=tuple(named)))
+        return proposed(path)
+
+    return look
+
+
+def plain(**more):
+    return {"time": COLUMN["t"], "tilt": COLUMN["tilt"], "wheel_angle": COLUMN["wheel"], **more}
+
+
+def test_a_left_and_a_right_torque_become_their_sum(looked_at):
+    mapping, found = looked_at(**plain(torque_left=COLUMN["u"], torque_right=COLUMN["u"]))
+    command = mapping["quantities"]["command"]
+    assert command["from"] == ["torque_left", "torque_right"]
+    assert command["scale"] == 2
+    assert "their sum" in found.mapping
+
+
+def test_wheels_and_voltages_become_their_mean(looked_at):
+    wheels, volts = {"encL": "wheel", "encR": "wheel"}, {"motor_left_v": "u", "motor_right_v": "u"}
+    mapping, _ = looked_at(
+        time=COLUMN["t"], tilt=COLUMN["tilt"], **{name: COLUMN[column] for name, column in {**wheels, **volts}.items()}
+    )
+    assert mapping["quantities"]["wheel_angle"] == {"from": ["encL", "encR"], "unit": "rad"}
+    assert mapping["quantities"]["voltage"] == {"from": ["motor_left_v", "motor_right_v"], "unit": "V"}
+
+
+AMBIGUOUS = {
+    "pitch or roll?": ("tilt", {"pitch": "tilt", "roll": "tilt", "torque": "u"}),
+    "gyro_x or gyro_y?": ("tilt_rate", {"tilt": "tilt", "gyro_x": "rate", "gyro_y": "rate", "gyro_z": "yaw"}),
+    "torque_left is of one wheel only": ("command", {"tilt": "tilt", "torque_left": "u"}),
+    "torque_filtered or torque_raw?": ("command", {"tilt": "tilt", "torque_filtered": "u", "torque_raw": "u"}),
+    "perhaps enc1 or enc2": ("wheel_angle", {"tilt": "tilt", "enc1": "wheel", "enc2": "wheel"}),
+    "perhaps theta": ("tilt", {"theta": "tilt", "wheel_angle": "wheel"}),
+    "perhaps u": ("command", {"tilt": "tilt", "wheel_angle": "wheel", "u": "u"}),
+}
+
+
+@pytest.mark.parametrize("reason", AMBIGUOUS)
+def test_what_may_be_one_or_another_is_left_open(reason, looked_at):
+    quantity, names = AMBIGUOUS[reason]
+    mapping, found = looked_at(time=COLUMN["t"], **{name: COLUMN[column] for name, column in names.items()})
+    assert mapping["quantities"][quantity]["from"] == "???"
+    assert any(line.startswith(f"{quantity} ({reason}") for line in found.open)
+
+
+@pytest.mark.parametrize("name", ["cmd_vel", "torque_ref", "pitch_kp", "state_command_1", "motor_current"])
+def test_columns_about_a_quantity_are_not_taken_for_it(name, looked_at):
+    mapping, found = looked_at(**plain(**{name: COLUMN["u"]}))
+    assert name not in json.dumps(mapping)
+    assert any(line.startswith("command") for line in found.open)
+
+
+def test_a_growing_encoder_is_not_the_time(looked_at):
+    mapping, found = looked_at(encoder=10.0 * np.arange(400), tilt=COLUMN["tilt"], torque=COLUMN["u"])
+    assert mapping["quantities"]["time"]["from"] == "???"
+    assert any("time" in line and "encoder grows by even steps" in line for line in found.open)
+    assert mapping["quantities"]["wheel_angle"]["scale"] == "???"  # counts
+
+
+@pytest.mark.parametrize(("factor", "unit"), [(1, "s"), (1e3, "ms"), (1e6, "us")])
+def test_units_of_time_and_large_angles_go_by_their_numbers_and_others_are_not_known(factor, unit, looked_at):
+    mapping, found = looked_at(time=factor * COLUMN["t"], pitch=100 * COLUMN["tilt"], wheel_angle=COLUMN["wheel"])
+    assert mapping["quantities"]["time"]["unit"] == unit
+    assert mapping["quantities"]["tilt"]["unit"] == "deg"
+    assert found.unknown_units == ("wheel_angle",)
+    assert looked_at(time=COLUMN["t"], pitch=COLUMN["tilt"])[1].unknown_units == ("tilt",)
+
+
+def test_a_battery_is_no_motor_and_a_speed_in_metres_no_rate(looked_at):
+    mapping, found = looked_at(**plain(voltage=12 + 0.01 * COLUMN["u"], **{"wheel_speed [m/s]": COLUMN["wheel_rate"]}))
+    assert mapping["quantities"]["command"]["from"] == "???"
+    assert mapping["quantities"]["wheel_rate"] is None
+    assert "wheel_speed [m/s] is in m/s" in found.mapping
+
+
+def test_names_that_stand_in_a_comment_are_found(tmp_path):
+    path = tmp_path / "log.txt"
+    rows = ROWS[:, [0, 1, 5, 7]]
+    path.write_text("# by hand\n# time tilt wheel_angle torque\n" + text(rows, " ", names=None))
+    mapping, _ = proposed(path)
+    assert {name: told["from"] for name, told in mapping["quantities"].items() if told} == {
+        **{"time": 1, "tilt": 2, "wheel_angle": 3},
+        "command": 4,
+    }
+
+
+NUMBERED = """%% log
+%  1    time 3.0 sec, of (81)
+%  2  3 Motor voltage [V] left, right: 1.00 1.07
+%  4  6 Wheel velocity [m/s] left, right: 0.02 delay 0.02 0.03 (sec)
+%  7  8  9 Pose x,y,h [m,m,rad]: 0.87 0.0003 -6e-08
+% 10    Body tilt [rad]
+"""
+
+
+def test_numbered_names_are_found_and_a_range_of_them_tells_nothing(tmp_path):
+    path = tmp_path / "log.txt"
+    rows = ROWS[:, [0, 7, 7, 6, 6, 6, 5, 4, 4, 1]]
+    path.write_text(NUMBERED + text(rows, " ", names=None))
+    mapping, found = proposed(path)
+    sources = {name: told["from"] for name, told in mapping["quantities"].items() if told}
+    assert sources == {"time": 1, "voltage": [2, 3], "x": 7, "y": 8, "heading": 9, "tilt": 10}
+    assert found.open == ("motor",)
+
+
+@pytest.mark.skipif(not MEASURED.exists(), reason="the logs of real robots are not here")
+def test_logs_of_real_robots_are_told_as_their_owners_describe_them():
+    described = yaml.safe_load((Path(__file__).resolve().parents[3] / "conf/import/regbot.yaml").read_text())
+    for path in sorted((MEASURED / "regbot").glob("*.txt")):
+        mapping, found = proposed(path)
+        assert mapping["quantities"] == described["quantities"]
+        assert found.open == ("motor",)
+    mapping, found = proposed(MEASURED / "segway_ev3" / "datalog.json")
+    assert {name: told["from"] for name, told in mapping["quantities"].items() if told} == {
+        "time": "tLoopStart",
+        "tilt": "gyroEstimatedAngle",
+        "tilt_rate": "gyroRate",
+        "wheel_angle": "motorAngle",
+        "wheel_rate": "motorAngularSpeed",
+        "voltage": "motorDutyCycle",
+    }
+    assert found.open == ("scale of voltage", "motor")
+
+
+@pytest.mark.parametrize("kind", ["header", "comment", "json"])
+def test_control_characters_in_names_reach_neither_a_terminal_nor_the_mapping(kind, tmp_path):
+    names = ("time", "\x1b]0;owned\x07tilt", "wheel\x9bangle")
+    path = tmp_path / ("log.json" if kind == "json" else "log.txt")
+    if kind == "json":
+        path.write_text(json.dumps({name: column.tolist() for name, column in zip(names, ROWS.T, strict=False)}))
+    elif kind == "header":
+        path.write_text(text(ROWS[:, :3], names=names), encoding="latin-1")
+    else:
+        path.write_text("% " + " ".join(names) + "\n" + text(ROWS[:, :3], " ", names=()), encoding="latin-1")
+    mapping, found = proposed(path)
+    assert mapping["quantities"]["time"]["from"] in ("time", 1)
+    assert all(
+        line.replace("\t", " ").isprintable() for line in [*found.table, *found.mapping.splitlines(), *found.open]
+    )
+
+
+def test_a_text_of_which_no_column_has_only_numbers_is_refused(tmp_path):
+    (tmp_path / "log.txt").write_text("a b\n1 x\nx 1\n")
+    with pytest.raises(LogError, match="no column in which all fields are numbers"):
+        guess(tmp_path / "log.txt")

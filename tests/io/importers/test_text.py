@@ -1,0 +1,146 @@
+"""Text files of columns: what is handled is said, and all else is one error with a line number."""
+
+import os
+
+import numpy as np
+import pytest
+from foreign_logs import NAMES, columns, text
+
+from twbal.core.errors import LogError
+from twbal.io.importers.all_columns import all_columns
+from twbal.io.importers.text_files import read_text
+
+ROWS = columns(60)
+WANTED = ["time", "tilt", "command"]
+PLACES = [NAMES.index(name) for name in WANTED]
+
+
+@pytest.fixture
+def log(tmp_path):
+    def write(content):
+        path = tmp_path / "log.csv"
+        path.write_bytes(content if isinstance(content, bytes) else content.encode())
+        return path
+
+    return write
+
+
+@pytest.mark.parametrize("delimiter", [",", ";", "\t", "  "])
+@pytest.mark.parametrize("comment", ["", "# made by hand\n", "% one\n\n%% two\n"])
+@pytest.mark.parametrize("newline", ["\n", "\r\n"])
+def test_columns_are_read_whatever_parts_them(delimiter, comment, newline, log):
+    content = (comment + text(ROWS, delimiter)).replace("\n", newline)
+    read = read_text(log(content), WANTED)
+    assert read.values == pytest.approx(ROWS[:, PLACES], abs=1e-8)
+    assert read.lines[0] == comment.count("\n") + 2
+    assert read.notes == ()
+
+
+@pytest.mark.parametrize("delimiter", [";", "\t", " "])
+def test_decimal_commas_are_read_and_said(delimiter, log):
+    read = read_text(log(text(ROWS, delimiter, decimal=",")), WANTED)
+    assert read.values == pytest.approx(ROWS[:, PLACES], abs=1e-8)
+    assert any("decimal commas" in note for note in read.notes)
+
+
+def test_columns_without_a_header_go_by_number_or_by_the_mappings_names(log):
+    path = log(text(ROWS, names=None))
+    assert read_text(path, [1, 2, 8]).values == pytest.approx(ROWS[:, PLACES], abs=1e-8)
+    assert read_text(path, WANTED, NAMES).values == pytest.approx(ROWS[:, PLACES], abs=1e-8)
+
+
+def test_other_columns_may_hold_text_and_hexadecimal_numbers(log):
+    lines = text(ROWS).splitlines()
+    marked = [f"{line},{'flags' if i == 0 else hex(i)},walk" for i, line in enumerate(lines)]
+    marked[0] = lines[0] + ",flags,mode"
+    assert read_text(log("\n".join(marked)), WANTED).values == pytest.approx(ROWS[:, PLACES], abs=1e-8)
+
+
+def test_a_last_line_that_is_cut_off_is_left_out_and_said(log):
+    read = read_text(log(text(ROWS)[:-40]), WANTED)
+    assert len(read.values) == len(ROWS) - 1
+    assert any("cut off" in note for note in read.notes)
+
+
+def test_an_empty_field_is_no_number(log):
+    lines = text(ROWS).splitlines()
+    lines[5] = ",".join("" if i == 1 else field for i, field in enumerate(lines[5].split(",")))
+    read = read_text(log("\n".join(lines)), WANTED)
+    assert np.isnan(read.values[4, 1])
+    assert np.isfinite(np.delete(read.values, 4, axis=0)).all()
+
+
+def spoiled(line, change):
+    lines = text(ROWS).splitlines()
+    lines[line - 1] = change(lines[line - 1])
+    return "\n".join(lines) + "\n"
+
+
+BAD = {
+    "Line 17 of .* has 9 columns": spoiled(17, lambda line: line + ",1"),
+    "Line 18 of .* has 7 columns": spoiled(18, lambda line: line.rpartition(",")[0]),
+    "Line 9 of .* has 'abc' in column 2 \\(tilt\\)": spoiled(
+        9, lambda line: line.replace(line.split(",")[1], "abc", 1)
+    ),
+    "Line 9 of .* has '0x1f' in column 2 .*hexadecimal": spoiled(
+        9, lambda line: ",".join(["9", "0x1f", *line.split(",")[2:]])
+    ),
+    "is empty": "",
+    "is empty but for comments": "# nothing\n# at all\n",
+    "no columns of numbers; its first line is 'time,tilt": ",".join(NAMES) + "\n",
+    "no text file": b"PK\x03\x04\0\0\0" * 30,
+    "are no characters": bytes(range(1, 32)) * 20,
+    "no columns of numbers": "one two\nthree four\n",
+}
+
+
+@pytest.mark.parametrize("complaint", BAD)
+def test_what_cannot_be_read_is_one_error_that_says_where(complaint, log):
+    with pytest.raises(LogError, match=complaint):
+        read_text(log(BAD[complaint]), WANTED)
+
+
+def test_a_row_with_more_fields_than_the_header_names_is_told_by_number(log):
+    content = "tilt\n" + "1,2\n" * 3 + "1,x\n" + "1,2\n"
+    with pytest.raises(LogError, match=r"Line 5 of .* has 'x' in column 2: no number"):
+        read_text(log(content), [1, 2])
+
+
+def test_a_column_that_is_not_there_lists_those_that_are(log):
+    with pytest.raises(LogError, match=r"no column 'pitch'; it has: time, tilt, .*command"):
+        read_text(log(text(ROWS)), ["pitch"])
+    with pytest.raises(LogError, match="has 8 columns; the mapping asks for column 9"):
+        read_text(log(text(ROWS)), [9])
+
+
+def test_a_missing_file_is_an_error(tmp_path):
+    with pytest.raises(LogError, match="cannot be read"):
+        read_text(tmp_path / "no.csv", WANTED)
+
+
+@pytest.mark.parametrize("ending", [".csv", ".npy", ".npz", ".mat", ".json", ".parquet"])
+def test_a_pipe_that_nobody_writes_to_is_refused_and_not_waited_for(ending, tmp_path):
+    os.mkfifo(tmp_path / f"log{ending}")
+    with pytest.raises(LogError, match="cannot be read: it is a pipe or a device"):
+        all_columns(tmp_path / f"log{ending}")
+
+
+def test_damaged_files_are_read_or_refused_and_never_crash(log):
+    rng = np.random.default_rng(0)
+    whole = text(ROWS).encode()
+    for _ in range(300):
+        data = bytearray(whole)
+        for _ in range(rng.integers(1, 6)):
+            place = int(rng.integers(len(data)))
+            match rng.integers(3):
+                case 0:
+                    data[place] = int(rng.integers(256))
+                case 1:
+                    del data[place : place + int(rng.integers(1, 40))]
+                case 2:
+                    data[place:place] = bytes(rng.choice(list(b',;\n\t -.e0x%#"'), 3).tolist())
+        try:
+            read = read_text(log(bytes(data)), WANTED)
+        except LogError:
+            continue
+        assert read.values.shape == (len(read.lines), 3)

@@ -1,0 +1,117 @@
+import numpy as np
+import pytest
+from rides import ride
+from scipy.stats import multivariate_t
+
+from twbal.diagnosis.candidates import always_free
+from twbal.diagnosis.settings import Tolerances
+from twbal.planar.parameters import twin_parameters
+from twbal.sysid.fit import descend, penalty, refit, slopes, slopes_of
+from twbal.sysid.intervals import standard_errors
+from twbal.sysid.model import ANGLE_LEAD, Data, Free, Model
+from twbal.sysid.noise import Noise
+
+NOISE = Noise(np.array([0.004, 0.02, 0.002, 0.05]), np.array([0.01, 0.01]))
+TRUTH = {"coulomb_friction": {"torque": 0.1}, "actuation_delay": {"delay": 0.008}}
+TAIL = 10.0  # degrees of freedom of the errors' distribution
+FREES = (
+    Free("torque_gain_gain", 0.4, 2.5, 1.0, 0.03, 1e-5),
+    Free("body_mass_factor", 0.4, 2.5, 1.0, 0.03, 1e-5),
+    Free("coulomb_friction_torque", 0.0, 1.0, 0.0, np.inf, 1e-5),
+    Free("actuation_delay_delay", 0.0, 0.05, 0.0, np.inf, 1e-6),
+    Free(ANGLE_LEAD, -0.005, 0.005, 0.0, 0.00025, 1e-7),
+)
+
+
+@pytest.fixture(scope="module")
+def data(paper):
+    return Data([ride(paper, TRUTH, seed=1, periods=700, tolerance=0.0)], 10)
+
+
+@pytest.fixture(scope="module")
+def start(paper):
+    twin = twin_parameters(paper, {"coulomb_friction": {"torque": 0.05}, "actuation_delay": {"delay": 0.004}})
+    return Model(twin, 0.0, NOISE)
+
+
+def test_slopes_are_the_derivatives_of_the_errors(data, start):
+    kalman = data.filter(start)
+    white = data.white(start, kalman)
+    J = slopes(data, start, kalman, FREES, white)
+    for i, free in enumerate(FREES):
+        e = 20 * free.nudge
+        value = start.value(free.field)
+        up, down = (data.white(start.put({free.field: value + s * e}), kalman) for s in (1, -1))
+        scale = np.linalg.norm(J[:, i])
+        assert np.linalg.norm(J[:, i] - (up - down) / (2 * e)) < 0.05 * scale
+
+
+def test_a_fit_knows_the_filter_of_its_errors(data, start):
+    """Slopes are differences of errors: with another filter than that of the fit they would be all filter."""
+    fit = refit(data, start, FREES, 2, 2, 12)
+    np.testing.assert_array_equal(data.white(fit.model, fit.kalman), fit.white)
+    J = slopes_of(data, fit)
+    for i, free in enumerate(FREES):
+        e = 20 * free.nudge
+        up, down = (data.white(fit.model.put({free.field: fit.values[i] + s * e}), fit.kalman) for s in (1, -1))
+        assert np.linalg.norm(J[:, i] - (up - down) / (2 * e)) < 0.05 * np.linalg.norm(J[:, i])
+
+
+def test_a_fit_ends_where_the_cost_is_flat(data, start):
+    fit = descend(data, start, data.filter(start), FREES, 30)
+    J = slopes_of(data, fit)
+    sds = np.array([free.sd for free in FREES])
+    pull = J.T @ fit.white + (fit.values - [free.mean for free in FREES]) / sds**2
+    assert np.abs(pull / np.linalg.norm(J, axis=0)).max() < 0.5
+    assert fit.cost == pytest.approx(fit.white @ fit.white + penalty(FREES, fit.values))
+
+
+def test_values_stop_at_their_bounds_and_the_others_make_up(data, start):
+    tight = (*FREES[:3], FREES[3]._replace(high=0.006), FREES[4])
+    fit = descend(data, start, data.filter(start), tight, 20)
+    assert fit.values[3] == 0.006
+
+
+SLIPS = {"wheel_slip": {"friction": 0.08}}
+
+
+def exact_cost(data, fit):
+    """-2 log likelihood by scipy's density, and -2 log prior but for a constant."""
+    errors = data.errors(fit.model, fit.kalman)[0]
+    total = penalty(fit.frees, fit.values)
+    for n in range(1, len(errors)):
+        W = fit.kalman.whiteners[min(n, len(fit.kalman.whiteners) - 1)]
+        scale = np.linalg.inv(W.T @ W) * (TAIL - 2) / TAIL
+        total -= 2.0 * multivariate_t.logpdf(errors[n], shape=scale, df=TAIL)
+    return total
+
+
+@pytest.mark.parametrize(
+    ("effects", "seed"),
+    [(SLIPS, 1), (SLIPS, 2), ({"wheel_slip": {"friction": 0.16}}, 3), ({"backlash": {"gap": 0.03}}, 1), (TRUTH, 1)],
+    ids=str,
+)
+def test_more_rounds_never_end_worse(paper, effects, seed):
+    """On tyres that slip the linear twin foretells gains of other noise that the recordings do not bear out."""
+    data = Data([ride(paper, effects, seed=seed, periods=500)], 10)
+    twin = twin_parameters(paper, {})
+    begin = data.with_noise(Model(twin, 0.0, NOISE), 30)
+    frees = always_free(Tolerances(0.03, 0.0003, 0.00025, 0.0), twin, 1)
+    costs = [refit(data, begin, frees, rounds, 4, 12).cost for rounds in range(5)]
+    assert (np.diff(costs) <= 1e-6).all(), costs
+
+
+def test_costs_of_different_filters_are_differences_of_log_likelihood(data, start):
+    """With scipy's density of Student's t as the truth."""
+    few, many = (refit(data, start, FREES, rounds, 2, 12) for rounds in (0, 3))
+    assert not np.allclose(few.kalman.gains, many.kalman.gains, rtol=0.01)
+    exact = exact_cost(data, many) - exact_cost(data, few)
+    assert many.cost - few.cost == pytest.approx(exact, rel=1e-6)
+
+
+def test_refitting_finds_the_truth_within_its_errors(data, start):
+    fit = refit(data, start, FREES, 5, 6, 12)
+    errors = standard_errors(fit, slopes_of(data, fit), 14)
+    truth = [TRUTH["coulomb_friction"]["torque"], TRUTH["actuation_delay"]["delay"]]
+    assert (np.abs(fit.values[2:4] - truth) < 3.5 * errors[2:4]).all()
+    np.testing.assert_allclose(fit.values[2:4], truth, rtol=0.05)

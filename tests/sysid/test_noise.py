@@ -1,0 +1,118 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from rides import NOISE, ride
+from scipy.linalg import expm, solve_discrete_are
+from scipy.stats import multivariate_t
+
+from twbal.planar.linearised import linearise
+from twbal.planar.parameters import twin_parameters
+from twbal.sysid.model import Data, Model
+from twbal.sysid.noise import (
+    UNSENSED,
+    Noise,
+    _refilter,
+    cost,
+    fit_noise,
+    kalman_filter,
+    linearise_period,
+    respond,
+    whiten,
+)
+
+LEVELS = Noise(np.array([0.004, 0.02, 0.002, 0.05]), np.array([0.05, 0.08]))
+
+
+@pytest.fixture(scope="module")
+def recording(paper):
+    return ride(paper, {}, seed=3, periods=600, tolerance=0.0)
+
+
+def test_the_linear_twin_is_the_exponential_of_the_linearised_equations(paper):
+    F = linearise_period(twin_parameters(paper, {}), paper.control_period).F
+    A = linearise(paper).A
+    exact = expm(A * paper.control_period)  # of tilt, tilt rate and speed
+    np.testing.assert_allclose(F[np.ix_([0, 2], [0, 2])], exact[:2, :2], atol=0.02)
+    assert F[3, 0] * paper.wheel_radius == pytest.approx(exact[2, 0], rel=0.05)
+    np.testing.assert_array_equal(F[4:6, :4], [[1, 0, 0, 0], [0, 0, 1, 0]])
+
+
+def test_the_gain_settles_at_the_riccati_equations(paper):
+    linear = linearise_period(twin_parameters(paper, {}), paper.control_period)
+    F, C, Q = linear.F[:4, :4], linear.C[:, :4], (linear.B * LEVELS.torques**2) @ linear.B.T
+    R = np.diag(LEVELS.sensors**2)
+    P = solve_discrete_are(F.T, C.T, Q[:4, :4] + 1e-14 * np.eye(4), R)
+    S = C @ P @ C.T + R
+    found = kalman_filter(linear, LEVELS)
+    np.testing.assert_allclose(found.gains[-1][:4], P @ C.T @ np.linalg.inv(S), atol=3e-3)
+    np.testing.assert_allclose(np.linalg.inv(found.whiteners[-1].T @ found.whiteners[-1]), S, rtol=1e-2, atol=1e-7)
+
+
+def test_errors_by_another_gain_are_those_of_the_predictor_run_anew(paper, recording):
+    data = Data([recording], 10)
+    model = Model(twin_parameters(paper, {}), 0.0, LEVELS)
+    other = model._replace(noise=Noise(2 * LEVELS.sensors, 0.3 * LEVELS.torques))
+    before, after = data.filter(model), data.filter(other)
+    linear = linearise_period(model.twin, data.period)
+    errors = data.errors(model, before)[0]
+    moved = _refilter(linear.F, linear.C, before.gains, after.gains, errors)
+    truth = data.errors(other, after)[0]
+    assert np.abs(moved - truth).max() < 0.02 * np.abs(truth - errors).max()
+
+
+def test_the_noise_of_the_sensors_is_found(paper, recording):
+    data = Data([recording], 10)
+    model = Model(twin_parameters(paper, {}), 0.0, LEVELS)
+    for _ in range(3):
+        model = data.with_noise(model, 30)
+    np.testing.assert_allclose(model.noise.sensors, list(NOISE.values()), rtol=0.12)
+    assert (model.noise.torques < 0.01).all()
+
+
+def test_a_few_wild_samples_leave_the_noise_as_it_is(paper, recording):
+    data = Data([recording], 10)
+    model = Model(twin_parameters(paper, {}), 0.0, LEVELS)
+    linear = linearise_period(model.twin, data.period)
+    errors = data.errors(model, data.filter(model))[0]
+    wild = errors.copy()
+    wild[100:105] += 30 * LEVELS.sensors
+    clean, shoved = [
+        fit_noise(linear, LEVELS, [e], data.usable, (np.zeros(4), np.full(4, np.inf)), 30) for e in (errors, wild)
+    ]
+    np.testing.assert_allclose(shoved.sensors, clean.sensors, rtol=0.15)
+
+
+def test_torques_that_the_model_lacks_show_as_the_predictor_says(paper):
+    push, period = 0.2, 30
+    effects = {"periodic_disturbance": {"force": push / paper.wheel_radius, "frequency": 0.0, "phase": np.pi / 2}}
+    pushed = ride(paper, effects, seed=3, periods=period, tolerance=0.0)
+    data = Data([pushed], 10)
+    knows = Model(twin_parameters(paper, effects), 0.0, LEVELS)
+    lacks = Model(twin_parameters(paper, {}), 0.0, LEVELS)
+    kalman, linear = data.filter(lacks), linearise_period(lacks.twin, data.period)
+    seen = data.errors(lacks, kalman)[0] - data.errors(knows, kalman)[0]
+    said = respond(linear.F, linear.C, kalman.gains, linear.B[:, 1].copy(), np.full(period, push))
+    assert np.abs(seen - said).max() < 0.05 * np.abs(said).max()
+
+
+@pytest.mark.parametrize("sensed", [(True, True, True, True), (True, False, True, False), (True, True, True, False)])
+def test_the_likelihood_is_that_of_as_many_channels_as_were_measured(paper, recording, sensed):
+    """With scipy's density of Student's t, of the measured channels alone, as the truth."""
+    sensed = np.array(sensed)
+    model = Model(twin_parameters(paper, {}), 0.0, Noise(np.where(sensed, LEVELS.sensors, UNSENSED), LEVELS.torques))
+    data = Data([replace(recording, sensed=sensed)], 10)
+    kalman = data.filter(model)
+    errors = data.errors(model, kalman)[0]
+    rows = np.minimum(np.arange(1, len(errors)), len(kalman.whiteners) - 1)
+    exact, found = [], []
+    for scale in (1.0, 3.0):
+        density = 0.0
+        for error, W in zip(scale * errors[1:], kalman.whiteners[rows], strict=True):
+            covariance = np.linalg.inv(W.T @ W)[np.ix_(sensed, sensed)]
+            density += multivariate_t.logpdf(error[sensed], shape=0.8 * covariance, df=10.0)
+        exact.append(-2.0 * density)
+        found.append(cost([scale * errors], data.usable, kalman))
+        white = whiten(scale * errors, recording.usable, kalman.whiteners, kalman.measured)
+        assert np.sum(white**2) + np.sum(kalman.log_determinants[rows]) == pytest.approx(found[-1])
+    assert found[1] - found[0] == pytest.approx(exact[1] - exact[0], rel=1e-3)

@@ -1,0 +1,73 @@
+import numpy as np
+import pytest
+
+from twbal.core.episode import Episode, Outcome, Provenance
+from twbal.core.errors import DataError
+from twbal.sysid.recording import Usability, read_recordings
+
+USABILITY = Usability(shortest=20, fewest=50, fastest_turn=1.5, widest_tilt=0.6)
+
+
+def episode(periods=100, period=0.02, channel=None, value=None, commands=None):
+    rng = np.random.default_rng(0)
+    seen = 0.1 * rng.standard_normal((periods + 1, 7))
+    seen[:, 0] = period * np.arange(periods + 1)
+    if channel is not None:
+        seen[:, channel] = value
+    commands = rng.standard_normal(periods) if commands is None else commands
+    return Episode(("tilt",), period, seen, seen[:, 1:2], commands, Outcome.COMPLETED, Provenance("paper", "robot"))
+
+
+def read(robot, *episodes):
+    return read_recordings(episodes, [f"run{i}" for i in range(len(episodes))], robot, USABILITY)
+
+
+def test_it_takes_the_measured_channels_as_they_are(paper):
+    (recording,) = read(paper, episode())
+    np.testing.assert_array_equal(recording.measured, episode().observations[:, [1, 2, 4, 5]])
+    np.testing.assert_array_equal(recording.commands, episode().commands)
+    assert recording.usable.all()
+
+
+def test_a_recording_ends_where_the_robot_has_fallen(paper):
+    tilt = np.zeros(101) + 0.01 * np.random.default_rng(1).standard_normal(101)
+    tilt[60:] = 1.0
+    (recording,) = read(paper, episode(channel=1, value=tilt))
+    assert len(recording) == 59
+    assert len(recording.measured) == 60
+
+
+def test_instants_of_fast_turning_do_not_count(paper):
+    yaw = np.zeros(101)
+    yaw[10:15] = 2.0
+    (recording,) = read(paper, episode(channel=6, value=yaw))
+    assert not recording.usable[10:15].any()
+    assert recording.usable.sum() == 96
+
+
+def test_commands_beyond_the_torque_limit_are_cut_as_the_robot_cuts_them(paper):
+    (recording,) = read(paper, episode(commands=np.linspace(-50, 50, 100)))
+    assert np.abs(recording.commands).max() == paper.torque_limit
+
+
+BAD = {
+    "at least one": [],
+    "needs 50 control periods": [episode(periods=30)],
+    "Channel wheel_rate is 0.5 throughout": [episode(channel=5, value=0.5)],
+    "The command is 1 N·m throughout": [episode(commands=np.ones(100))],
+    "control period of 0.01 s, .* set its period by robot.control_period=0.01": [episode(period=0.01)],
+    "samples were lost": [episode(channel=0, value=np.cumsum(np.r_[0, np.where(np.arange(100) % 5, 0.02, 0.04)]))],
+}
+
+
+@pytest.mark.parametrize("words", BAD)
+def test_data_that_cannot_be_used_are_refused_with_the_reason(paper, words):
+    with pytest.raises(DataError, match=words):
+        read(paper, *BAD[words])
+
+
+def test_a_clock_that_runs_backwards_is_refused(paper):
+    times = 0.02 * np.arange(101)
+    times[50] = 0.1
+    with pytest.raises(DataError, match="Time does not run forward"):
+        episode(channel=0, value=times)

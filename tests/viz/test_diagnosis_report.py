@@ -1,0 +1,177 @@
+"""A diagnosis as a page and as JSON says what the record says."""
+
+import json
+from dataclasses import replace
+
+import pytest
+
+from twbal.diagnosis.record import (
+    Diagnosis,
+    Estimate,
+    Gap,
+    NamedEffect,
+    Region,
+    Rival,
+    Shift,
+    Verdict,
+    Whiteness,
+    write_diagnosis,
+)
+from twbal.viz.diagnosis_page import DiagnosisPictures, DiagnosisSetting, write_diagnosis_report
+from twbal.viz.headline import headline_text
+
+SVG = '<svg width="10pt" height="10pt" xmlns="http://www.w3.org/2000/svg"><g id="a"/></svg>'
+PICTURES = DiagnosisPictures(SVG, SVG, SVG, SVG)
+UNITS = {"tilt": "rad", "tilt_rate": "rad/s"}
+FACTS = [("<b>sim</b>", "nominal & more")]
+SETTING = DiagnosisSetting("paper", ["trial_000"], 40.0, "run/augmented.yaml", UNITS, FACTS)
+FRICTION = NamedEffect(
+    "coulomb_friction",
+    0.97,
+    {"torque": Estimate(0.31, 0.27, 0.35, "N·m")},
+    ("viscous_friction",),
+    "Drive at several speeds.",
+)
+NAMED = Diagnosis(
+    verdict=Verdict.NAMED,
+    effects=(FRICTION,),
+    added=("coulomb_friction",),
+    data_sheet=(Shift("body_mass", "gain, mass and inertia", 1.02, 0.7),),
+    data_sheet_class=(),
+    rivals=(Rival(("coulomb_friction",), 120.0, 0.97, 1.1), Rival((), 0.0, 0.0, 9.0)),
+    where=(Region("tilt", "speed", -1.0, 0.0, 50, 0.2, 1.1),),
+    gap=(
+        Gap("tilt", 0.06, 0.01, 0.009, 0.004, 0.003, 0.86, 0.003),
+        Gap("tilt", 0.15, 0.02, 0.012, 0.008, 0.004, 0.75, 0.004),
+    ),
+    held_out=("trial_000, 30-40 s",),
+    whiteness=(Whiteness("tilt", 9.0, 1.1), Whiteness("tilt_rate", 4.0, 1.2)),
+    noise={"tilt": 0.003},
+    advice=("Friction <hides> behind speed.",),
+)
+NOTHING = replace(NAMED, verdict=Verdict.NONE, effects=(), added=(), gap=(), advice=())
+
+
+def page(tmp_path, diagnosis, pictures=PICTURES):
+    path = tmp_path / "report.html"
+    write_diagnosis_report(path, diagnosis, SETTING, pictures)
+    return path.read_text()
+
+
+def test_the_json_has_the_fields_that_other_programs_read(tmp_path):
+    write_diagnosis(tmp_path / "diagnosis.json", NAMED)
+    record = json.loads((tmp_path / "diagnosis.json").read_text())
+    assert record["verdict"] == "named"
+    (effect,) = record["effects"]
+    assert effect["name"] == "coulomb_friction"
+    assert effect["parameters"]["torque"] == {"value": 0.31, "low95": 0.27, "high95": 0.35, "unit": "N·m"}
+    assert effect["equivalents"] == ["viscous_friction"]
+    gap = record["gap"]
+    assert (gap["before"], gap["after"], gap["floor"], gap["closed"]) == (0.02, 0.008, 0.004, 0.75)
+    assert (gap["closed_by_refit"], gap["closed_by_effects"]) == pytest.approx((0.5, 0.25))
+    assert gap["added"] == ["coulomb_friction"]
+    assert gap["all"][0]["noise_floor"] == 0.003
+    assert gap["metric"] == "rms error of tilt after 0.15 s"
+    assert gap["held_out"] == ["trial_000, 30-40 s"]
+    assert (record["whiteness"]["before"], record["whiteness"]["after"]) == (9.0, 1.2)
+
+
+def test_a_diagnosis_without_a_gap_is_still_whole(tmp_path):
+    write_diagnosis(tmp_path / "diagnosis.json", NOTHING)
+    assert json.loads((tmp_path / "diagnosis.json").read_text())["gap"]["closed"] is None
+    assert "What is missing" not in page(tmp_path, NOTHING, DiagnosisPictures(SVG, None, None, SVG))
+
+
+def test_the_page_says_what_was_named_how_surely_and_what_it_could_be_instead(tmp_path):
+    html = page(tmp_path, NAMED)
+    for said in ("coulomb friction", "0.31 N·m", "0.27", "0.35", "97", "viscous friction", "Drive at several speeds."):
+        assert said in html
+    assert "run/augmented.yaml" in html
+
+
+def test_the_page_trusts_no_text(tmp_path):
+    html = page(tmp_path, NAMED)
+    assert "&lt;hides&gt;" in html
+    assert "&lt;b&gt;sim&lt;/b&gt;" in html
+    assert "<hides>" not in html
+
+
+@pytest.mark.parametrize("verdict", list(Verdict))
+def test_every_verdict_has_a_sentence(verdict):
+    sentence = headline_text(replace(NAMED, verdict=verdict, data_sheet_class=("gain, mass and inertia",)))
+    assert sentence.endswith(".")
+
+
+def headline_of(before, refitted, after, floor, verdict=Verdict.NAMED, **changes):
+    """The headline with this error over 0.15 s."""
+    least = min(floor, after)
+    error = Gap("tilt", 0.15, before, refitted, after, least, (before - after) / (before - least), floor)
+    return headline_text(replace(NAMED, verdict=verdict, gap=(error,), **changes))
+
+
+def test_the_headline_names_effect_and_equivalents_and_credits_each_with_its_share_of_the_gap():
+    said = headline_text(NAMED)
+    assert "coulomb friction (or viscous friction)" in said
+    assert "Refitting the nominal parameters closes 50 % of the gap; coulomb friction closes another 25 %." in said
+    assert "0.02 rad of tilt after 0.15 s as the data sheet says, 0.012 refitted, 0.008 with what was named" in said
+
+
+@pytest.mark.parametrize(
+    ("errors", "said"),
+    [
+        ((0.020, 0.0176, 0.0135, 0.004), "Named, not closed. Refitting the nominal parameters closes 15 % of the gap"),
+        (
+            (0.020, 0.010, 0.003, 0.004),
+            "closes 62 % of the gap; coulomb friction closes the rest, down to the sensors' noise",
+        ),
+        (
+            (0.020, 0.022, 0.008, 0.004),
+            "alone closes nothing of the gap; with coulomb friction added, 75 % of it is closed",
+        ),
+        ((0.020, 0.006, 0.0061, 0.004), "coulomb friction closes no more of it"),
+        ((0.015, 0.012, 0.005, 0.02), "too near to the sensors' noise"),
+    ],
+)
+def test_the_headline_claims_no_share_that_the_rollouts_do_not_show(errors, said):
+    text = headline_of(*errors)
+    assert said in text
+    assert "100 %" not in text
+    assert f"noise alone would make that {errors[-1]:.3g}" in text
+
+
+def test_the_headline_of_a_data_sheet_that_is_off_says_by_how_much_and_what_is_left():
+    told = {"data_sheet_class": ("gain, mass and inertia",), "effects": (), "verdict": Verdict.DATA_SHEET}
+    explained = headline_of(0.02, 0.005, 0.005, 0.004, **told)
+    assert explained.startswith(
+        "No effect is missing, but the data sheet is off: gain, mass and inertia (body mass x 1.02"
+    )
+    left = headline_of(0.2, 0.05, 0.05, 0.004, **told)
+    assert "No effect is missing" not in left
+    assert "That does not explain all. Held-out rollouts are off by 0.2 rad" in left
+
+
+def test_where_nothing_is_missing_the_headline_says_whether_that_takes_a_refit():
+    told = {"effects": (), "verdict": Verdict.NONE}
+    assert headline_of(0.005, 0.005, 0.005, 0.004, **told).startswith("The simulation explains these data")
+    refitted = headline_of(0.02, 0.005, 0.005, 0.004, **told)
+    assert refitted.startswith("With its nominal parameters refitted within their tolerances")
+    assert "0.02 rad of tilt" in refitted
+
+
+def test_the_page_gives_units_and_keeps_the_share_of_the_refit_apart(tmp_path):
+    html = page(tmp_path, NAMED)
+    assert "<td>tilt [rad]</td>" in html
+    assert "closed by refitting" in html
+    assert "<td>50\u00a0%</td><td>25\u00a0%</td>" in html
+
+
+def test_the_page_does_not_take_a_small_number_of_the_map_for_agreement(tmp_path):
+    html = page(tmp_path, NAMED)
+    assert "1 is no disagreement" not in html
+    assert "a small number does not say" in html
+
+
+def test_wheels_in_the_air_are_judged_by_how_far_they_turn():
+    wheels = tuple(each._replace(channel="wheel_angle") for each in NAMED.gap)
+    assert replace(NAMED, gap=wheels).headline == wheels[1]
+    assert replace(NAMED, gap=(*wheels, *NAMED.gap)).headline == NAMED.gap[1]

@@ -1,0 +1,82 @@
+"""Many rollouts of a simulated robot, over several processes."""
+
+import math
+import multiprocessing
+import os
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+
+from twbal.algorithm.rollout import rollout
+from twbal.core.channels import Channels
+from twbal.core.episode import Episode, Outcome, Provenance
+from twbal.core.errors import ConfigError, DataError
+from twbal.core.plant import Plant
+from twbal.policies.policy import Policy
+
+WORTH_A_PROCESS = 25  # rollouts: a fall takes some 20 ms, a process half a second to start
+
+
+@dataclass(frozen=True)
+class RolloutPlan:
+    """What is the same in every rollout of a collection.
+
+    Attributes:
+        make_plant: makes the robot; must be picklable, as each process makes its own.
+        policy: that drives it.
+        channels: the state.
+        steps: control periods at most.
+        tilt_limit: at which a rollout ends [rad].
+    """
+
+    make_plant: Callable[[], Plant]
+    policy: Policy
+    channels: Channels
+    steps: int
+    tilt_limit: float
+
+    def drive(self, provenances: Sequence[Provenance]) -> Iterator[Episode]:
+        """One rollout for each provenance, all on one plant.
+
+        Raises:
+            KeyboardInterrupt: the person stopped it; a simulated rollout that was cut short is worth nothing.
+            DataError: the policy or the simulation came to what is no number.
+        """
+        with self.make_plant() as plant:
+            for provenance in provenances:
+                episode = rollout(plant, self.policy, self.channels, self.steps, self.tilt_limit, provenance)
+                if episode.outcome is Outcome.STOPPED:
+                    raise KeyboardInterrupt
+                if episode.outcome in (Outcome.POLICY_FAULT, Outcome.LINK_LOST):
+                    raise DataError(f"Rollout {provenance.trial} broke off: {episode.events[-1].text}")
+                yield episode
+
+    def drive_all(self, provenances: Sequence[Provenance]) -> list[Episode]:
+        """What `drive` yields, as a process can send it back."""
+        return list(self.drive(provenances))
+
+
+def collect(plan: RolloutPlan, provenances: Sequence[Provenance], workers: int) -> Iterator[Episode]:
+    """The rollouts that `provenances` name, in their order; the same whatever the number of processes.
+
+    Args:
+        plan: what is the same in each.
+        provenances: one a rollout; its seed and trial draw start, noise and the policy's randomness.
+        workers: processes; 0 takes one a core. Fewer are used where they would not be worth their start.
+
+    Raises:
+        ConfigError: a negative number of processes.
+    """
+    if workers < 0:
+        raise ConfigError(f"The number of workers must be 0 (one a core) or more; found {workers}.")
+    useful = math.ceil(len(provenances) / WORTH_A_PROCESS)
+    workers = min(workers or os.cpu_count() or 1, useful)
+    if workers <= 1:
+        yield from plan.drive(provenances)
+        return
+    size = math.ceil(len(provenances) / (4 * workers))
+    parts = [provenances[i : i + size] for i in range(0, len(provenances), size)]
+    # Spawned, not forked: a fork would copy the threads' locks of the libraries that this process has loaded.
+    with ProcessPoolExecutor(workers, mp_context=multiprocessing.get_context("spawn")) as pool:
+        for episodes in pool.map(plan.drive_all, parts):
+            yield from episodes

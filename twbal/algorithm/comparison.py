@@ -1,0 +1,190 @@
+"""Runs of Algorithm 1 beside each other: how well, at what real cost, and whether a difference is more than chance."""
+
+import math
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from scipy.stats import binomtest
+
+from twbal.algorithm.summary import Iteration, Summary
+from twbal.core.streams import Stream, generator
+
+METRICS = {
+    "success": ("trials that balance, best policy", "", True),
+    "seconds": ("real seconds to all trials", "s", False),
+    "trial_seconds": ("seconds of trials up to there", "s", False),
+    "cost": ("real long-term cost, best policy", "", False),
+    "coverage": ("real states in the 95 % band, best policy", "", True),
+    "tilt_band": ("widest 95 % band of the tilt, best policy", "rad", False),
+    "drift": ("drift in a trial, best policy", "m", False),
+    "search": ("fits and searches", "s", False),
+}
+"""What is compared: in words, its unit, and whether more is better."""
+
+_RESAMPLES = 4000
+_SHOWN = 3  # significant digits
+_LATEX = {mark: f"\\{mark}" for mark in "&%#_${}"}
+_LATEX |= {"\\": r"\textbackslash{}", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}"}
+_INFINITE = re.compile(r"\binf\b")
+
+
+class Run(NamedTuple):
+    """One run.
+
+    Attributes:
+        key: what it shares with the run of another group that it is compared with (robot, seeds).
+        values: by metric; infinite where a robot was never solved, NaN where nothing was measured.
+    """
+
+    key: tuple[str, ...]
+    values: Mapping[str, float]
+
+
+class Estimate(NamedTuple):
+    """A median with its 95 % bootstrap interval; a single run has none."""
+
+    value: float
+    low: float | None
+    high: float | None
+
+    @property
+    def words(self) -> str:
+        """As in a table."""
+        if self.low is None or self.high is None:
+            return _number(self.value)
+        return f"{_number(self.value)} ({_number(self.low)} to {_number(self.high)})"
+
+
+class Paired(NamedTuple):
+    """One group against another, run by run.
+
+    Attributes:
+        pairs: runs that both have.
+        better, worse: how many are so; ties are neither.
+        p: two-sided, of the sign test; 1 without pairs that differ.
+    """
+
+    pairs: int
+    better: int
+    worse: int
+    p: float
+
+
+def run_values(summary: Summary) -> dict[str, float]:
+    """The metrics of one run.
+
+    The best policy is measured by the trials of all iterations that had it, and its band is that of the newest model.
+    """
+    successes, trials = summary.count(summary.best_iteration)
+    having = summary.having(summary.best_iteration)
+    solved = [i for i in summary.iterations if i.trials and i.successes == i.trials]
+    return {
+        "success": successes / trials if trials else math.nan,
+        "seconds": solved[0].real_seconds if solved else math.inf,
+        "trial_seconds": _trial_seconds(summary, solved[0].index) if solved else math.inf,
+        "cost": _mean(i.real_cost for i in having),
+        "coverage": _or_nan(having[-1].coverage95),
+        "tilt_band": _or_nan(having[-1].tilt_band_widest),
+        "drift": _mean(i.drift_m for i in having),
+        "search": sum(_worked(i) for i in summary.iterations),
+    }
+
+
+def estimate(values: Sequence[float], seed: int) -> Estimate | None:
+    """Median of what was measured, with a bootstrap interval; None where nothing was.
+
+    Of an even number it is the mean of the two in the middle, which is infinite where one of them is: then half of the
+    runs never got there.
+
+    Args:
+        values: may be infinite; NaN is left out.
+        seed: of the resampling.
+    """
+    known = np.array([value for value in values if not math.isnan(value)])
+    if not len(known):
+        return None
+    middle = float(np.median(known))
+    if len(known) == 1:
+        return Estimate(middle, None, None)
+    drawn = generator(Stream.BOOTSTRAP, seed).choice(known, (_RESAMPLES, len(known)))
+    medians = np.sort(np.median(drawn, axis=1))
+    low, high = medians[int(0.025 * _RESAMPLES)], medians[int(0.975 * _RESAMPLES)]
+    return Estimate(middle, float(low), float(high))
+
+
+def paired(group: Sequence[Run], other: Sequence[Run], metric: str) -> Paired:
+    """`group` against `other` in one metric, over runs whose key both have once, by the sign test."""
+    mine, theirs = _by_key(group), _by_key(other)
+    values = [(mine[key].values[metric], theirs[key].values[metric]) for key in mine if key in theirs]
+    known = [(a, b) for a, b in values if not (math.isnan(a) or math.isnan(b))]
+    more = sum(a > b for a, b in known)
+    less = sum(a < b for a, b in known)
+    better, worse = (more, less) if METRICS[metric][2] else (less, more)
+    p = float(binomtest(better, better + worse).pvalue) if better + worse else 1.0
+    return Paired(len(known), better, worse, p)
+
+
+def rows(groups: Mapping[str, Sequence[Run]], seed: int) -> list[dict[str, str]]:
+    """One row a group, in words: each metric, and how it does against the first group."""
+    first = next(iter(groups.values()))
+    found = []
+    for name, runs in groups.items():
+        row = {"group": name, "runs": str(len(runs))}
+        for metric, (what, unit, _) in METRICS.items():
+            told = estimate([run.values[metric] for run in runs], seed)
+            row[f"{what} [{unit}]" if unit else what] = "-" if told is None else told.words
+        if runs is not first:
+            for metric, (what, *_) in METRICS.items():
+                beside = paired(runs, first, metric)
+                row[f"{what}: better, worse, p"] = f"{beside.better}, {beside.worse}, {beside.p:.2g}"
+        found.append(row)
+    return found
+
+
+def latex(table: Sequence[Mapping[str, str]]) -> str:
+    """The rows as a LaTeX table: a line for each figure, a column for each group."""
+    names = list(dict.fromkeys(key for row in table for key in row))
+    lines = [r"\begin{tabular}{l" + "r" * len(table) + "}"]
+    for name in names:
+        cells = [_escaped(row.get(name, "")) for row in table]
+        if name != "group":  # a name may be that word; a figure is infinite
+            cells = [_INFINITE.sub(r"$\\infty$", cell) for cell in cells]
+        lines.append(" & ".join([_escaped(name), *cells]) + r" \\")
+        if name == "group":
+            lines.append(r"\hline")
+    return "\n".join([*lines, r"\end{tabular}", ""])
+
+
+def _escaped(text: str) -> str:
+    return "".join(_LATEX.get(letter, letter) for letter in text)
+
+
+def _by_key(runs: Sequence[Run]) -> dict[tuple[str, ...], Run]:
+    """Runs whose key no other one has."""
+    keys = [run.key for run in runs]
+    return {run.key: run for run in runs if keys.count(run.key) == 1}
+
+
+def _worked(iteration: Iteration) -> float:
+    return iteration.fit_s + iteration.search_s
+
+
+def _trial_seconds(summary: Summary, last: int) -> float:
+    """How long the robot was driven in the trials of the iterations up to `last` [s]."""
+    return sum(_or_nan(i.trial_seconds) for i in summary.iterations[: last + 1])
+
+
+def _mean(values: Iterable[float | None]) -> float:
+    """Of what was measured; NaN where nothing was."""
+    known = [value for value in values if value is not None]
+    return sum(known) / len(known) if known else math.nan
+
+
+def _or_nan(value: float | None) -> float:
+    return math.nan if value is None else value
+
+
+def _number(value: float) -> str:
+    return f"{value:.{_SHOWN}g}"

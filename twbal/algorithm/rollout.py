@@ -1,0 +1,155 @@
+"""One loop that drives a robot, simulated or real, and records what it did."""
+
+import math
+
+import numpy as np
+
+from twbal.core.channels import Channels
+from twbal.core.episode import Episode, Event, Outcome, Provenance
+from twbal.core.errors import ConfigError, LinkLostError
+from twbal.core.gaussian import Array
+from twbal.core.plant import Observation, Plant
+from twbal.core.streams import Stream, generator
+from twbal.policies.policy import Controller, Policy
+
+MAX_TILT_LIMIT = math.pi / 2
+"""Largest tilt limit [rad]: beyond it a robot lies on the ground."""
+
+
+def rollout(
+    plant: Plant,
+    policy: Policy,
+    channels: Channels,
+    steps: int,
+    tilt_limit: float,
+    provenance: Provenance,
+) -> Episode:
+    """Drive `plant` by `policy` for at most `steps` control periods.
+
+    The rollout ends early where the tilt passes its limit, the robot falls silent or measures what is no number, its
+    clock does not run forward, the policy commands what is no number, or the person presses Ctrl-C; the episode so far
+    is returned with that outcome, and the motors are stopped on every way out. A robot that does not confirm its last
+    stop ends as a lost link, too.
+
+    Args:
+        tilt_limit: measured |tilt| at which the rollout ends, at most `MAX_TILT_LIMIT` [rad].
+        provenance: its seed and trial seed the policy's randomness too.
+
+    Raises:
+        ConfigError: the tilt limit would never end a fall.
+        LinkError: the robot could not be reached at all, or its first observation cannot be used.
+    """
+    _check_tilt_limit(tilt_limit)
+    rng = generator(Stream.EXPLORATION, provenance.seed, provenance.trial)
+    record = _Record(channels)
+    try:
+        try:
+            controller = policy.controller(rng)
+            record.note(plant.reset(provenance.trial))
+            _drive(plant, controller, record, steps, tilt_limit)
+        except (LinkLostError, KeyboardInterrupt) as ended:
+            record.end_by(ended)
+        finally:
+            plant.stop()
+        if record.states:
+            return record.episode(plant.control_period, provenance)  # in here, so that Ctrl-C does not cost it
+    except LinkLostError as unstopped:
+        record.end_by(unstopped)
+    except KeyboardInterrupt as pressed:  # in the stop, or later
+        record.end_by(pressed)
+        try:
+            plant.stop()
+        except LinkLostError as unstopped:
+            record.end_by(unstopped)
+    return record.episode(plant.control_period, provenance)
+
+
+def _check_tilt_limit(tilt_limit: float) -> None:
+    """Check the tilt at which a rollout ends.
+
+    Raises:
+        ConfigError: it would never end a fall, or end every rollout.
+    """
+    if not 0 < tilt_limit <= MAX_TILT_LIMIT:
+        raise ConfigError(
+            f"The tilt limit of a rollout must be more than 0 and at most {MAX_TILT_LIMIT:.4f} rad (90°, where a robot "
+            f"lies on the ground); found {tilt_limit}. Is it in rad?"
+        )
+
+
+def _drive(plant: Plant, controller: Controller, record: "_Record", steps: int, tilt_limit: float) -> None:
+    """From the first observation to the last, or to the tilt limit."""
+    while len(record.commands) < steps:
+        if abs(record.seen[-1].tilt) > tilt_limit:
+            record.outcome = Outcome.TILT_LIMIT
+            return
+        command = controller(record.states[-1])
+        if not math.isfinite(command):
+            state = record.states[-1].tolist()
+            record.end(
+                Outcome.POLICY_FAULT, f"The policy commands {command} N·m, which is no number, in state {state}."
+            )
+            return
+        observation = plant.step(command)
+        record.commands.append(command)
+        record.note(observation)
+
+
+class _Record:
+    """What a rollout has shown so far, and how it ended; Ctrl-C may come between any two lines.
+
+    Attributes:
+        seen, states, commands: as in `Episode`, as lists; of a step that was cut short some may be there.
+        outcome: how it ended.
+    """
+
+    def __init__(self, channels: Channels) -> None:
+        self.seen: list[Observation] = []
+        self.states: list[Array] = []
+        self.commands: list[float] = []
+        self.outcome = Outcome.COMPLETED
+        self._channels = channels
+        self._events: list[Event] = []
+        self._ended_by: BaseException | None = None
+
+    def note(self, seen: Observation) -> None:
+        """Take down what is seen after the last command.
+
+        Raises:
+            LinkLostError: it is not finite, or not later than what was seen before.
+        """
+        if not np.isfinite(seen).all():
+            raise LinkLostError(f"The robot sent a value that is not a finite number: {seen}.")
+        if self.seen and seen.time <= self.seen[-1].time:
+            raise LinkLostError(
+                f"The robot's clock does not run forward: it said {self.seen[-1].time} s, and then {seen.time} s."
+            )
+        self.seen.append(seen)
+        self.states.append(self._channels.state(seen, self.commands))
+
+    def end(self, outcome: Outcome, text: str) -> None:
+        """Note how the rollout ends."""
+        self.outcome = outcome
+        self._events.append(Event(self.seen[len(self.states) - 1].time if self.states else 0.0, text))
+
+    def end_by(self, error: LinkLostError | KeyboardInterrupt) -> None:
+        """Note what ends the rollout; a link that is lost stays lost."""
+        self._ended_by = error
+        lost = isinstance(error, LinkLostError) or self.outcome is Outcome.LINK_LOST
+        self.end(Outcome.LINK_LOST if lost else Outcome.STOPPED, str(error) or "stopped by the person")
+
+    def episode(self, control_period: float, provenance: Provenance) -> Episode:
+        """The episode so far; raises what ended the rollout where nothing was seen at all."""
+        if self._ended_by is not None and not self.states:
+            raise self._ended_by
+        complete = len(self.states)
+        return Episode(
+            channels=self._channels.names,
+            control_period=control_period,
+            observations=np.array(self.seen[:complete]),
+            states=np.array(self.states),
+            commands=np.array(self.commands[: complete - 1]),
+            outcome=self.outcome,
+            provenance=provenance,
+            events=tuple(self._events),
+        )

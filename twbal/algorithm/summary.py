@@ -1,0 +1,306 @@
+"""What a run of Algorithm 1 achieved: `summary.json` as typed records."""
+
+import json
+import math
+import sys
+import types
+from dataclasses import MISSING, asdict, dataclass, fields, is_dataclass
+from enum import StrEnum
+from pathlib import Path
+from typing import Any, NamedTuple, get_args, get_origin, get_type_hints
+
+from twbal.core.errors import DataError
+from twbal.core.files import read_json, write_atomically
+
+_AMOUNTS = (
+    "real_episodes",
+    "real_samples",
+    "real_seconds",
+    "predicted_cost",
+    "real_cost",
+    "drift_m",
+    "fit_s",
+    "search_s",
+    "trial_seconds",
+    "tilt_band_median",
+    "tilt_band_widest",
+)
+
+
+class Basis(StrEnum):
+    """What a policy was made from, and its trials were predicted with."""
+
+    SIMULATION = "f"
+    CORRECTED = "f + g"
+    ROBOT = "robot alone"
+    """A model of the whole dynamics, without a simulation."""
+    DATA_SHEET = "data sheet"
+    """Its linear-quadratic regulator."""
+    IDENTIFIED = "linear model"
+    """The linear-quadratic regulator of a linear model of real rollouts."""
+    AGENT = "agent"
+    """A model-free agent, trained in simulation."""
+
+
+class Search(StrEnum):
+    """What the policy search of an iteration came to."""
+
+    FOUND = "found"
+    """A new policy."""
+    KEPT = "kept"
+    """Nothing better than an earlier policy."""
+    NOT_MADE = "not made"
+    """The policy is no result of a search, or that of the iteration before, for which only the model is new."""
+
+
+class Diagnosis(StrEnum):
+    """What became of a diagnosis of the real rollouts."""
+
+    NOT_MADE = "not made"
+    USED = "used"
+    """What it found entered the simulation, and f was learned again."""
+    NOT_USED = "not used"
+    """It left the better part of the error."""
+
+
+@dataclass(frozen=True)
+class SimData:
+    """What f was learned from.
+
+    Attributes:
+        episodes: rollouts in the simulator.
+        samples: state transitions in them.
+    """
+
+    episodes: int
+    samples: int
+
+
+@dataclass(frozen=True)
+class PolicyFile:
+    """Where a policy lies.
+
+    Attributes:
+        path: of its checkpoint, from the run folder; absolute where it lies elsewhere.
+        sha256: of that file.
+    """
+
+    path: str
+    sha256: str
+
+
+@dataclass(frozen=True)
+class Iteration:
+    """One policy: what it was learned from, what was predicted for it and what it then did.
+
+    Attributes:
+        index: 0 is the policy before any update (from f alone), i the one of update i.
+        real_episodes: rollouts on the robot that g was learned from; trials that evaluate are not among them.
+        real_samples: state transitions in them.
+        real_seconds: how long the robot was driven in them [s].
+        predicted_cost: expected long-term cost by the model (eq. 9); None where no model was asked.
+        real_cost: mean long-term cost of the trials; None without trials.
+        successes: trials in which the robot balanced.
+        trials: trials driven with this policy.
+        coverage95: share of real states inside the predicted 95 % band; None without trials or a prediction.
+        fit_s: time to learn the model [s].
+        search_s: time to search the policy [s].
+        drift_m: median distance between start and end of a trial [m]; None without trials.
+        judged_success: fraction of long model rollouts that stay up, by which the policy was judged before it went to
+            the robot; None where it was not judged.
+        policy: its checkpoint.
+        note: what a reader should know of it, in sentences; may be empty.
+        trial_seconds: how long the robot was driven in the trials of this iteration [s].
+        same_policy_as: the first iteration that had this very policy; None where it is new.
+        basis: what the policy was made from.
+        search: what the policy search came to.
+        diagnosis: what became of the diagnosis of the rollouts.
+        tilt_band_median: half width of the predicted 95 % band of the tilt, median over the horizon [rad], at most π;
+            None without a prediction.
+        tilt_band_widest: the same where it is widest [rad].
+
+    The fields from `trial_seconds` on are None where an older `summary.json` does not note them.
+    """
+
+    index: int
+    real_episodes: int
+    real_samples: int
+    real_seconds: float
+    predicted_cost: float | None
+    real_cost: float | None
+    successes: int
+    trials: int
+    coverage95: float | None
+    fit_s: float
+    search_s: float
+    drift_m: float | None
+    judged_success: float | None
+    policy: PolicyFile
+    note: str
+    trial_seconds: float | None = None
+    same_policy_as: int | None = None
+    basis: Basis | None = None
+    search: Search | None = None
+    diagnosis: Diagnosis | None = None
+    tilt_band_median: float | None = None
+    tilt_band_widest: float | None = None
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.successes <= self.trials:
+            raise DataError(f"Iteration {self.index} has {self.successes} successes in {self.trials} trials.")
+        for name in ("coverage95", "judged_success"):
+            share = getattr(self, name)
+            if share is not None and not 0 <= share <= 1:
+                raise DataError(f"{name} of iteration {self.index} must be a share between 0 and 1; found {share}.")
+        for name in _AMOUNTS:
+            amount = getattr(self, name)
+            if amount is not None and not 0 <= amount < math.inf:
+                raise DataError(f"{name} of iteration {self.index} must be a number from 0 up; found {amount}.")
+        if self.same_policy_as is not None and not 0 <= self.same_policy_as < self.index:
+            raise DataError(
+                f"same_policy_as of iteration {self.index} must be an earlier iteration; found {self.same_policy_as}."
+            )
+
+    @property
+    def first_had(self) -> int:
+        """The first iteration that had this policy: the number that the policy goes by."""
+        return self.index if self.same_policy_as is None else self.same_policy_as
+
+    @property
+    def recalibrates(self) -> bool:
+        """Whether the policy is an earlier one and only the model is new: nothing was searched."""
+        return self.same_policy_as is not None and self.search is Search.NOT_MADE
+
+
+class Count(NamedTuple):
+    """Trials of one policy, over all iterations that had it."""
+
+    successes: int
+    trials: int
+
+
+@dataclass(frozen=True)
+class Summary:
+    """What a run of Algorithm 1 achieved.
+
+    Attributes:
+        robot: name of the robot.
+        seed: of the run.
+        wall_s: time its stages took [s], each as long as the go that finished it.
+        sim: what f was learned from.
+        iterations: in order, index 0 first.
+        best_iteration: the first iteration that had the policy to use.
+        tilt_limit: beyond which the robot has fallen [rad]; None where an older `summary.json` does not note it.
+
+    Raises:
+        DataError: the indices are not 0, 1, 2, ..., or the best iteration is none of them.
+    """
+
+    robot: str
+    seed: int
+    wall_s: float
+    sim: SimData
+    iterations: tuple[Iteration, ...]
+    best_iteration: int
+    tilt_limit: float | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "iterations", tuple(self.iterations))
+        found = [iteration.index for iteration in self.iterations]
+        if not found or found != list(range(len(found))):
+            raise DataError(f"A summary needs iterations 0, 1, 2, ... in order; found {found}.")
+        if self.best_iteration not in found:
+            raise DataError(f"The best iteration must be one of {found}; found {self.best_iteration}.")
+
+    @property
+    def best(self) -> Iteration:
+        """The first iteration that had the policy to use."""
+        return self.iterations[self.best_iteration]
+
+    @property
+    def updates(self) -> int:
+        """How often a new policy was asked for after policy 0."""
+        return sum(not iteration.recalibrates for iteration in self.iterations[1:])
+
+    @property
+    def solved(self) -> bool:
+        """Whether all trials of some iteration succeeded."""
+        return any(i.trials and i.successes == i.trials for i in self.iterations)
+
+    @property
+    def trial_seconds(self) -> float | None:
+        """How long the robot was driven in all trials [s]; None where that was not noted."""
+        seconds = [i.trial_seconds for i in self.iterations]
+        return None if None in seconds else sum(s for s in seconds if s is not None)
+
+    def having(self, policy: int) -> tuple[Iteration, ...]:
+        """All iterations with the policy that iteration `policy` had first."""
+        return tuple(i for i in self.iterations if i.first_had == policy)
+
+    def count(self, policy: int) -> Count:
+        """The trials of the policy that iteration `policy` had first."""
+        having = self.having(policy)
+        return Count(sum(i.successes for i in having), sum(i.trials for i in having))
+
+
+def write_summary(path: Path, summary: Summary) -> None:
+    """Write `summary.json`."""
+    text = json.dumps(asdict(summary), indent=2, ensure_ascii=False, allow_nan=False)
+    write_atomically(path, text + "\n")
+
+
+def read_summary(path: Path) -> Summary:
+    """Read `summary.json`.
+
+    Raises:
+        DataError: it is missing, is not JSON, or has not the fields of a summary. Fields that an older twbal did not
+            write may be missing.
+    """
+    try:
+        record = read_json(path)
+    except FileNotFoundError as error:
+        raise DataError(f"There is no summary at {path}. Has `twbal iterate` finished there?") from error
+    except DataError as error:
+        raise DataError(f"{error} Was it written by `twbal iterate`?") from error
+    try:
+        summary = _decode(Summary, record, "summary")
+    except DataError as error:
+        raise DataError(f"{path} is no summary of this version: {error}") from error
+    assert isinstance(summary, Summary)
+    return summary
+
+
+def _decode(kind: Any, value: Any, where: str) -> object:
+    """Turn plain JSON `value` into the annotated type `kind`; `where` names it in errors."""
+    if get_origin(kind) is types.UnionType:
+        return None if value is None else _decode(get_args(kind)[0], value, where)
+    if get_origin(kind) is tuple:
+        if not isinstance(value, list):
+            raise DataError(f"{where} must be a list; found {repr(value)[:80]}.")
+        return tuple(_decode(get_args(kind)[0], item, f"{where}[{i}]") for i, item in enumerate(value))
+    if is_dataclass(kind):
+        return _decode_record(kind, value, where)
+    if isinstance(kind, type) and issubclass(kind, StrEnum):
+        if value not in list(kind):
+            raise DataError(f"{where} must be one of {', '.join(map(repr, map(str, kind)))}; found {value!r}.")
+        return kind(value)
+    accepted = (int, float) if kind is float else (kind,)
+    if isinstance(value, bool) or not isinstance(value, accepted) or _is_beyond_floats(value):
+        raise DataError(f"{where} must be a value of type {kind.__name__}; found {repr(value)[:80]}.")
+    return kind(value)
+
+
+def _is_beyond_floats(value: object) -> bool:
+    return isinstance(value, int) and abs(value) > sys.float_info.max
+
+
+def _decode_record(kind: Any, value: Any, where: str) -> object:
+    if not isinstance(value, dict):
+        raise DataError(f"{where} must be a record; found {repr(value)[:80]}.")
+    names = [field.name for field in fields(kind)]
+    needed = {field.name for field in fields(kind) if field.default is MISSING}
+    hints = get_type_hints(kind)
+    for problem, odd in (("lacks", needed - set(value)), ("has the unknown field", set(value) - set(names))):
+        if odd:
+            raise DataError(f"{where} {problem} {sorted(odd)[0]!r}; its fields are: {', '.join(names)}.")
+    return kind(**{name: _decode(hints[name], value[name], f"{where}.{name}") for name in names if name in value})

@@ -1,0 +1,103 @@
+"""Names and places of what stages hand to each other."""
+
+import hashlib
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from omegaconf import DictConfig
+
+from twbal.cli.manifest import read_manifest
+from twbal.cli.typed_config import recorded
+from twbal.core.errors import CheckpointError, ConfigError, LogError
+from twbal.core.files import file_hash
+from twbal.core.payload import Payload
+from twbal.io.checkpoint import load_checkpoint, save_checkpoint
+from twbal.models.dynamics import DynamicsModel
+
+
+def episode_file(folder: Path, trial: int) -> Path:
+    """Where the episode of a trial is logged."""
+    return folder / f"trial_{trial:03d}.mcap"
+
+
+def episode_files(sources: str | Sequence[str]) -> list[Path]:
+    """The logs that `episodes=...` names: source by source, and sorted by name within each.
+
+    Args:
+        sources: run folders, folders of logs, or logs.
+
+    Raises:
+        LogError: a source is not there, or has no log in it.
+    """
+    files = [path for source in ([sources] if isinstance(sources, str) else sources) for path in _logs_in(Path(source))]
+    if not files:
+        raise LogError("No episodes were given. Give run folders, or folders of *.mcap files.")
+    return files
+
+
+def _logs_in(source: Path) -> list[Path]:
+    if source.is_file():
+        return [source]
+    made_by = read_manifest(source)
+    if made_by is not None and made_by.stage == "import-log" and not made_by.complete:
+        raise LogError(f"{source} is not complete: twbal import-log was ended in its midst. Run that command again.")
+    inside = source / "episodes"
+    files = sorted((inside if inside.is_dir() else source).glob("*.mcap"))
+    if not files:
+        what = "has no episode logs (*.mcap), nor has an episodes/ in it" if source.is_dir() else "is not there"
+        raise LogError(f"{source} {what}. Give the run folder of a stage that records episodes, or a folder of logs.")
+    return files
+
+
+def policy_files(policy: DictConfig) -> list[Path]:
+    """The checkpoint of a `policy` node; none where the policy is made without."""
+    return [Path(policy.path)] if "path" in policy else []
+
+
+def policy_hash(policy: DictConfig) -> str:
+    """sha256 of the checkpoint of a `policy` node, or of its settings where the policy is made without.
+
+    Raises:
+        DataError: the checkpoint cannot be read.
+    """
+    files = policy_files(policy)
+    return file_hash(files[0]) if files else hashlib.sha256(recorded(policy, ()).encode()).hexdigest()
+
+
+class SavedModel(NamedTuple):
+    """What is in a `model.pt`.
+
+    Attributes:
+        model: of the dynamics.
+        episodes: sha256 of the logs that it came from, by source ("simulation", "robot").
+    """
+
+    model: DynamicsModel
+    episodes: dict[str, list[str]]
+
+
+def load_model(path: Path) -> SavedModel:
+    """Read a `model.pt`.
+
+    Raises:
+        CheckpointError: it cannot be read, or holds no model.
+    """
+    payload = load_checkpoint(path, "model")
+    try:
+        episodes = Payload("model's episodes", payload.get("episodes", {}))
+        return SavedModel(
+            DynamicsModel.from_payload(payload), {name: list(episodes.texts(name)) for name in episodes.names}
+        )
+    except (CheckpointError, ConfigError) as error:
+        raise CheckpointError(f"The model in {path} cannot be used. {error}") from error
+
+
+def save_model(path: Path, saved: SavedModel) -> None:
+    """Write a `model.pt`."""
+    save_checkpoint(path, "model", {**saved.model.to_payload(), "episodes": saved.episodes})
+
+
+def hashes(files: Iterable[Path]) -> list[str]:
+    """sha256 of each file."""
+    return [file_hash(file) for file in files]

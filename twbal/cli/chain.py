@@ -1,0 +1,127 @@
+"""Stages run one after another within one run folder, with the commands that would do the same by hand."""
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from hydra.errors import HydraException
+from omegaconf import DictConfig
+from omegaconf.errors import OmegaConfBaseException
+
+from twbal.cli.commands import ROOT, command_line, compose_stage, stage_overrides, text
+from twbal.cli.config_check import check_configuration
+from twbal.cli.hydra_errors import complaint
+from twbal.cli.manifest import Manifest, read_manifest
+from twbal.cli.sim_files import with_files
+from twbal.cli.stages import (
+    diagnose,
+    fit_diff_gp,
+    fit_sim_gp,
+    linear_policy,
+    optimise_policy,
+    real_rollout,
+    sim_collect,
+    train_agent,
+)
+from twbal.core.errors import TwbalError
+
+RUN: Mapping[str, Callable[[DictConfig, Path], Manifest]] = {
+    "sim-collect": sim_collect.run,
+    "fit-sim-gp": fit_sim_gp.run,
+    "optimise-policy": optimise_policy.run,
+    "linear-policy": linear_policy.run,
+    "real-rollout": real_rollout.run,
+    "train-agent": train_agent.run,
+    "fit-diff-gp": fit_diff_gp.run,
+    "diagnose": diagnose.run,
+}
+
+
+class Call(NamedTuple):
+    """One stage to run.
+
+    Attributes:
+        stage: its name on the command line.
+        folder: for its results, within the run folder.
+        told: what it is told beside what the configuration says, by key; a `Path` (or a list of them) lies within the
+            run folder.
+        choices: groups that are chosen for it, as `policy: saved`.
+    """
+
+    stage: str
+    folder: Path
+    told: Mapping[str, Any]
+    choices: Mapping[str, str] = {}
+
+    def words(self, root: Path) -> list[str]:
+        """The overrides that say so, with paths from `root`."""
+        chosen = [f"{group}={choice}" for group, choice in self.choices.items()]
+        return [*chosen, *(f"{key}={text(_rooted(value, root))}" for key, value in self.told.items())]
+
+
+class Chain:
+    """Runs calls in a run folder; those that are done there already cost nothing.
+
+    Attributes:
+        root: the run folder.
+        commands: a shell command for each call so far; `$OUT` stands for the run folder.
+        outputs: what the calls made, by path within the run folder, with sha256.
+        wall_s: how long the calls took; of those that were there already, how long they took then [s].
+    """
+
+    def __init__(self, cfg: DictConfig, choices: Mapping[str, str], root: Path, flags: Sequence[str]) -> None:
+        """Run nothing yet.
+
+        Args:
+            cfg: of the stage that runs the others, with the groups that they share.
+            choices: which choice `cfg` has of each group.
+            root: the run folder.
+            flags: of Hydra's that each command must have besides.
+        """
+        self.root = root
+        self.commands: list[str] = []
+        self.outputs: dict[str, str] = {}
+        self.wall_s = 0.0
+        self._cfg, self._choices, self._flags = cfg, choices, list(flags)
+
+    def run(self, call: Call) -> Manifest:
+        """Run one stage, unless its folder says that it is done.
+
+        Raises:
+            TwbalError: of the stage's kind, with its name and folder before the message.
+        """
+        out = self.root / call.folder
+        print(f"{call.stage} -> {out}", flush=True)
+        began = time.monotonic()
+        told, by_hand = call.words(self.root), call.words(ROOT)
+        try:
+            before = read_manifest(out)
+            words = stage_overrides(call.stage, self._cfg, self._choices, told)
+            cfg = compose_stage(call.stage, with_files(words))
+            check_configuration(cfg, call.stage)
+            manifest = RUN[call.stage](cfg, out)
+        except (HydraException, OmegaConfBaseException) as error:
+            raise _named(complaint(error, call.stage), call, out) from error
+        except TwbalError as error:
+            raise _named(error, call, out) from error
+        kept = manifest == before
+        wall_s = manifest.wall_s if kept else time.monotonic() - began
+        print("  is there already" if kept else f"  {wall_s:.1f} s", flush=True)
+        inherited = words[: len(words) - len(told)]
+        self.commands.append(command_line(call.stage, [*self._flags, *inherited, *by_hand], ROOT / call.folder))
+        self.outputs |= {(call.folder / made.path).as_posix(): made.sha256 for made in manifest.outputs}
+        self.wall_s += wall_s
+        return manifest
+
+
+def _named(error: TwbalError, call: Call, out: Path) -> TwbalError:
+    """The same error, saying where it happened."""
+    return type(error)(f"{call.stage} in {out}: {error}")
+
+
+def _rooted(value: Any, root: Path) -> Any:
+    """`value` as plain values, its paths from `root`."""
+    if isinstance(value, Path):
+        return str(root / value)
+    return [_rooted(inner, root) for inner in value] if isinstance(value, list) else value

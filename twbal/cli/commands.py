@@ -1,0 +1,145 @@
+"""Stage commands that one stage runs for another: composed as the command line composes them, and written down."""
+
+import re
+import shlex
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from hydra import compose
+from omegaconf import DictConfig, OmegaConf
+
+from twbal.core.errors import ConfigError
+
+ROOT = Path("$OUT")  # stands for the run folder in commands that are written down
+_PLAIN = re.compile(r"[A-Za-z_./]([\w./:@ -]*[\w./:@-])?")  # blanks within it are kept
+_OTHER_THAN_TEXT = ("null", "true", "false", "nan", "inf")
+
+
+def compose_stage(stage: str, overrides: Sequence[str]) -> DictConfig:
+    """The configuration that `twbal <stage> <overrides>` runs with. To be called within a stage.
+
+    Args:
+        stage: its name on the command line.
+        overrides: key=value, as on the command line.
+    """
+    return compose(_config_name(stage), list(overrides))
+
+
+def refuse_experiment_of_another_stage(stage: str, choices: Mapping[str, str]) -> None:
+    """Check that the chosen experiment, if one is, sets nothing that the stage does not have. To be called within it.
+
+    Args:
+        stage: its name on the command line.
+        choices: which choice it has of each group, as in Hydra's `runtime.choices`.
+
+    Raises:
+        ConfigError: it does.
+    """
+    choice = choices.get("experiment")
+    if choice is None:
+        return
+    own, with_it = compose_stage(stage, []), compose_stage(stage, [f"experiment={choice}"])
+    unknown = [str(key) for key in with_it if key not in own]
+    if unknown:
+        raise ConfigError(
+            f"experiment={choice} sets {', '.join(unknown)}, and {stage} has no such setting. Is the experiment one of "
+            f"another stage? `twbal {stage} --cfg job` shows what this one has."
+        )
+
+
+def stage_overrides(stage: str, cfg: DictConfig, choices: Mapping[str, str], told: Sequence[str]) -> list[str]:
+    """The overrides with which `stage` runs as `cfg` says, and nothing beside what differs from its own defaults.
+
+    What the stage's settings are is looked up in this order: `told`; the section of `cfg` that has the stage's name
+    (with underscores); the top level of `cfg`; the stage's own default. A group that the stage chooses nothing of
+    (`experiment`) is no part of a configuration but a list of overrides, and `cfg` has what they came to.
+
+    Args:
+        stage: its name on the command line.
+        cfg: of the stage that asks, with the groups that both share.
+        choices: which choice `cfg` has of each group, as in Hydra's `runtime.choices`.
+        told: overrides that come before all else.
+    """
+    decided = {re.split(r"[@=]", word.lstrip("+~"), maxsplit=1)[0] for word in told}
+    groups = compose(_config_name(stage), return_hydra_config=True).hydra.runtime.choices
+    chosen = [
+        f"{group}={choices[group]}"
+        for group, own in groups.items()
+        if own is not None
+        and choices.get(group, own) != own
+        and not group.startswith("hydra/")
+        and group not in decided
+    ]
+    base, whole = _tree(compose_stage(stage, chosen)), _tree(cfg)
+    section = whole.get(_config_name(stage))
+    known = {**whole, **(section if isinstance(section, dict) else {})}
+    shared = [key for key in base if key in known]
+    asked, default = (
+        {key: value for key, value in _leaves({name: tree[name] for name in shared}) if not _any_overlap(key, decided)}
+        for tree in (known, base)
+    )
+    changed = [
+        f"{'' if key in default else '++'}{key}={text(value)}"
+        for key, value in asked.items()
+        if key not in default or value != default[key]
+    ]
+    gone = [f"~{key}" for key in default if not _any_overlap(key, asked)]
+    return [*chosen, *changed, *gone, *told]
+
+
+def command_line(stage: str, overrides: Sequence[str], out: Path) -> str:
+    """The shell command that runs `stage` with these overrides into the folder `out`.
+
+    A path that begins with `ROOT` stays a variable of the shell.
+    """
+    return " ".join(["twbal", stage, *map(_shell_word, [*overrides, f"hydra.run.dir={text(str(out))}"])])
+
+
+def text(value: Any) -> str:
+    """A value as the right-hand side of an override that Hydra reads back as the same value."""
+    if value is None:
+        return "null"
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, int | float):
+        return repr(value)
+    if isinstance(value, list):
+        return f"[{','.join(map(text, value))}]"
+    if isinstance(value, dict):
+        return "{" + ",".join(f"{key}:{text(inner)}" for key, inner in value.items()) + "}"
+    if value.startswith("${") or (_PLAIN.fullmatch(value) and value.lower() not in _OTHER_THAN_TEXT):
+        return str(value)
+    escaped = re.sub(r"(\\*)'", r"\1\1\\'", re.sub(r"(\\+)$", r"\1\1", value))
+    return f"'{escaped}'"
+
+
+def _shell_word(word: str) -> str:
+    if str(ROOT) not in word:
+        return shlex.quote(word)
+    return '"' + re.sub(r'(["\\`])', r"\\\1", word) + '"'
+
+
+def _any_overlap(key: str, others: Iterable[str]) -> bool:
+    """Whether a dotted key is one of the others, or one of them lies within the other."""
+    return any(f"{key}.".startswith(f"{other}.") or f"{other}.".startswith(f"{key}.") for other in others)
+
+
+def _config_name(stage: str) -> str:
+    return stage.replace("-", "_")
+
+
+def _tree(cfg: DictConfig) -> dict[str, Any]:
+    """`cfg` as plain dicts and lists, with its interpolations as they are written."""
+    tree = OmegaConf.to_container(cfg)
+    assert isinstance(tree, dict)
+    return {str(key): value for key, value in tree.items()}
+
+
+def _leaves(tree: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    """Every value that is no mapping (or an empty one), by its dotted key."""
+    for name, value in tree.items():
+        if isinstance(value, dict) and value:
+            yield from _leaves(value, f"{prefix}{name}.")
+        else:
+            yield f"{prefix}{name}", value

@@ -1,0 +1,73 @@
+"""Refuses a configuration that cannot be right before anything runs."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from hydra.utils import instantiate
+from omegaconf import DictConfig, OmegaConf
+
+from twbal.cli.settings.lookup import OURS, leaves
+from twbal.cli.settings.validate import check
+from twbal.core.errors import ConfigError
+
+_MISSING = "???"
+_HOLD_RULES = ("robot", "start", "state", "rule", "judge", "hidden", "agent", "sim.effects", "variants")
+"""Parts that are built at once, for the rules between their values; they are plain values, and read no files."""
+_FIND_THEIR_STEP = ("diagnose",)
+"""Stages that shorten the physics step until it divides the control period of the logs."""
+
+
+def check_configuration(cfg: DictConfig, stage: str) -> None:
+    """Hold every setting against the table, and related ones against each other.
+
+    Args:
+        cfg: of the stage; what Hydra keeps of itself in it is left alone.
+        stage: its name on the command line.
+
+    Raises:
+        ConfigError: a setting cannot be right, or was not given.
+        OmegaConfBaseException: a setting refers to one that there is not.
+    """
+    own = OmegaConf.masked_copy(cfg, [str(name) for name in cfg if name != "hydra"])
+    plain = OmegaConf.to_container(own, resolve=True)
+    assert isinstance(plain, dict)
+    tree = {str(name): value for name, value in plain.items()}
+    check(stage, _without_missing(tree))
+    absent = next((leaf.key for leaf in leaves(tree) if leaf.value == _MISSING), None)
+    if absent is not None:
+        raise ConfigError(f"{stage} needs {absent}=...; `twbal {stage} --help` says what it is.")
+    for place in _HOLD_RULES:
+        node = OmegaConf.select(own, place)
+        if isinstance(node, DictConfig):
+            _build(node)
+    if stage not in _FIND_THEIR_STEP:
+        _check_step(own)
+
+
+def _check_step(cfg: DictConfig) -> None:
+    """Whether the physics step divides the control period."""
+    from twbal.core.engine import substeps  # here, as help needs none of the simulation
+
+    step, period = OmegaConf.select(cfg, "sim.physics_step"), OmegaConf.select(cfg, "robot.control_period")
+    if step is not None and period is not None:
+        substeps(period, step)
+
+
+def _build(node: DictConfig) -> None:
+    """Build what of `node` is of twbal."""
+    if "_target_" in node:
+        if str(node["_target_"]).startswith(OURS):
+            instantiate(node)
+    else:
+        for name in node:
+            if isinstance(node[name], DictConfig):
+                _build(node[name])
+
+
+def _without_missing(tree: Mapping[Any, Any]) -> dict[str, Any]:
+    """The values that were given."""
+    return {
+        str(name): _without_missing(value) if isinstance(value, dict) else value
+        for name, value in tree.items()
+        if value != _MISSING
+    }

@@ -1,0 +1,76 @@
+"""How every stage begins and ends on the command line: its run folder, what it made there, and what comes next."""
+
+import re
+import shlex
+from collections import Counter
+from collections.abc import Mapping
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+from hydra import compose
+from hydra.core.global_hydra import GlobalHydra
+from hydra.core.hydra_config import HydraConfig
+
+from twbal.cli.commands import text
+from twbal.cli.conf_folder import conf_folder
+from twbal.cli.manifest import Manifest
+
+LISTED = 3  # files of one folder that are named one by one
+
+
+def run_folder() -> Path:
+    """Hydra's folder for this run, relative to the working directory where it lies in it."""
+    folder = Path(HydraConfig.get().runtime.output_dir)
+    return folder.relative_to(Path.cwd()) if folder.is_relative_to(Path.cwd()) else folder
+
+
+def configuration_flags() -> list[str]:
+    """The flags by which this run was given configuration of the user's own."""
+    sources = [(source.provider, source.path) for source in HydraConfig.get().runtime.config_sources]
+    replaced = [f"--config-path={path}" for who, path in sources if who == "main" and Path(path) != conf_folder()]
+    added = [f"--config-dir={path}" for who, path in sources if who == "command-line"]
+    return replaced + added
+
+
+def told_of(*groups: str) -> str:
+    """The words that give a next command what this run chose and set of `groups` (such as robot, state), for a shell.
+
+    Of a choice that an experiment or a method made, too. Where this stage has no `sim`, that of the robot's own name
+    is chosen, if there is one.
+    """
+    if not groups:
+        return ""
+    hydra = HydraConfig.get()
+    words = [word for word in hydra.overrides.task if re.match(rf"[+~]*({'|'.join(groups)})\b", word)]
+    default = compose(hydra.job.config_name, return_hydra_config=True).hydra.runtime.choices
+    chosen = {group: hydra.runtime.choices[group] for group in groups if group in default}
+    told = {word.split("=", 1)[0] for word in words}
+    found = [f"{group}={choice}" for group, choice in chosen.items() if choice != default[group] and group not in told]
+    if "sim" in groups and "sim" not in default:
+        simulations = GlobalHydra.instance().config_loader().get_group_options("sim")
+        found += [f"sim={robot}" for robot in [hydra.runtime.choices["robot"]] if robot in simulations]
+    return "".join(f" {shlex.quote(word)}" for word in [*words, *found])
+
+
+def next_command(stage: str, settings: Mapping[str, Any], *groups: str) -> str:
+    """The shell command of a stage that comes next.
+
+    Args:
+        stage: its name on the command line.
+        settings: what it is told, by key: paths or plain values.
+        groups: of which it takes what this run chose and set, as in `told_of`.
+    """
+    words = [f"{key}={text(str(value) if isinstance(value, Path) else value)}" for key, value in settings.items()]
+    return shlex.join(["twbal", stage, *configuration_flags(), *words]) + told_of(*groups)
+
+
+def closing(manifest: Manifest, out: Path, following: str) -> None:
+    """Print what a stage made and the command that would come next."""
+    folders = Counter(PurePosixPath(made.path).parent for made in manifest.outputs)
+    for folder, count in folders.items():
+        if count > LISTED:
+            print(f"made  {out / folder}/ ({count} files)")
+    for made in manifest.outputs:
+        if folders[PurePosixPath(made.path).parent] <= LISTED:
+            print(f"made  {out / made.path}")
+    print(f"next  {following}")

@@ -1,0 +1,146 @@
+"""Turns what Hydra and OmegaConf complain of into one clear error."""
+
+import difflib
+import re
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import yaml
+from hydra import compose, initialize_config_dir
+from hydra.errors import InstantiationException, MissingConfigException, OverrideParseException
+from omegaconf import OmegaConf
+from omegaconf.errors import MissingMandatoryValue, OmegaConfBaseException
+
+from twbal.cli.conf_folder import conf_folder
+from twbal.core.errors import ConfigError, TwbalError, install_advice
+
+_EFFECTS = "sim.effects."
+_PLUGINS = ("hydra/launcher", "hydra/sweeper", "hydra/sweeper/sampler")
+
+
+def complaint(error: Exception, stage: str) -> TwbalError:
+    """What `error`, raised by Hydra or OmegaConf, means to the person who typed the command.
+
+    Args:
+        error: as Hydra raised it.
+        stage: its name on the command line.
+    """
+    own = _own_cause(error)
+    if own is not None:
+        return own
+    foreign = re.match(r"In 'experiment/([^']+)': Could not override '([^']+)'", str(error))
+    if foreign:
+        choice, group = foreign.groups()
+        return ConfigError(
+            f"experiment={choice} chooses a {group}, and {stage} has no {group}. "
+            "Is the experiment one of another stage?"
+        )
+    if isinstance(error, MissingConfigException):
+        return ConfigError(_no_such_choice(error))
+    if isinstance(error, OverrideParseException):
+        return ConfigError(_no_override(str(error.override)))
+    if isinstance(error, MissingMandatoryValue):
+        return ConfigError(f"{stage} needs {error.full_key}=...; `twbal {stage} --help` says what it is.")
+    if isinstance(error, InstantiationException):
+        return ConfigError(_not_built(error))
+    unknown = re.match(r"Could not (?:override|delete from config\.) '([^']+)'", str(error))
+    if unknown:
+        return ConfigError(_no_such_key(unknown.group(1), stage))
+    return ConfigError(_plain(error))
+
+
+def unreadable_yaml(error: yaml.YAMLError | UnicodeDecodeError) -> ConfigError:
+    """What `error`, raised while Hydra read a configuration, says of the file that cannot be read."""
+    if isinstance(error, UnicodeDecodeError):
+        return ConfigError(f"A yaml file of the configuration is no text in UTF-8 ({error}). Save it as UTF-8.")
+    mark = error.problem_mark if isinstance(error, yaml.MarkedYAMLError) else None
+    if mark is None:
+        return ConfigError(f"A yaml file of the configuration cannot be read ({_plain(error)}).")
+    what = getattr(error, "problem", None) or "no yaml"
+    return ConfigError(
+        f"{mark.name} is no yaml: line {mark.line + 1}, column {mark.column + 1}: {what}. "
+        "Are brackets closed, blocks indented alike, and is there a blank after each colon?"
+    )
+
+
+def _own_cause(error: BaseException) -> TwbalError | None:
+    """The error of ours that Hydra wrapped, if it was one."""
+    cause: BaseException | None = error
+    while cause is not None and not isinstance(cause, TwbalError):
+        cause = cause.__cause__
+    return cause
+
+
+def _no_such_choice(error: MissingConfigException) -> str:
+    group, _, choice = (error.missing_cfg_file or "").rpartition("/")
+    if not group or not error.options:
+        return _line(error, 0)
+    more = f" Others come with {install_advice('sweeps')}." if group in _PLUGINS else ""
+    return (
+        f"{group} has no choice {choice!r}{_guess(choice, error.options)}. "
+        f"The choices are: {', '.join(error.options)}.{more}"
+    )
+
+
+def _no_override(word: str) -> str:
+    key, equals, _ = word.partition("=")
+    if not equals:
+        return f"{word!r} is not an override; expected key=value."
+    return (
+        f"{word!r} is not an override: its value cannot be read. Put text with any of = , : [ ] {{ }} in quotes that "
+        f"the shell does not take away, as in '{key}=\"text\"', or in a list '{key}=[\"text\"]'."
+    )
+
+
+def _no_such_key(key: str, stage: str) -> str:
+    with initialize_config_dir(str(conf_folder()), version_base="1.3"):
+        cfg = compose(stage.replace("-", "_"))
+    known = list(_keys(OmegaConf.to_container(cfg)))
+    if key in known:
+        return f"{stage} cannot set {key} to that: it has no such entries. New ones are added by +{key}.<name>=..."
+    if key.startswith(_EFFECTS) and "sim" in cfg:
+        name = key.removeprefix(_EFFECTS).split(".")[0]
+        return f"The simulation has no effect {name!r} to set {key} of. Add it by +effect@{_EFFECTS}{name}={name}."
+    top = ", ".join(str(name) for name in cfg)
+    guess = _guess(key, known)
+    return f"{stage} has no setting {key!r}{guess}. Its settings are: {top}; `twbal {stage} --cfg job` shows all."
+
+
+def _not_built(error: InstantiationException) -> str:
+    key = re.search(r"full_key: (\S+)", str(error))
+    what = key.group(1) if key else "A part of the configuration"
+    cause = error.__cause__
+    reason = f"{type(cause).__name__}: {cause}" if cause else _plain(error)
+    return f"{what} cannot be built from its settings ({reason}). Is each of them of the right kind, and none left out?"
+
+
+def _keys(tree: Any) -> Iterator[str]:
+    """Every key of nested dicts, dotted."""
+    for name, value in tree.items():
+        yield str(name)
+        if isinstance(value, dict):
+            yield from (f"{name}.{inner}" for inner in _keys(value))
+
+
+def _guess(word: str, known: Sequence[str]) -> str:
+    whole = difflib.get_close_matches(word, known, n=1)
+    ends = {name.split(".")[-1]: name for name in sorted(known, key=_depth, reverse=True)}
+    near = whole or [ends[end] for end in difflib.get_close_matches(word.split(".")[-1], ends, n=1)]
+    return f" (did you mean {near[0]!r}?)" if near else ""
+
+
+def _depth(name: str) -> int:
+    return name.count(".")
+
+
+def _line(error: Exception, index: int) -> str:
+    lines = str(error).splitlines() or [""]
+    return lines[min(index, len(lines) - 1)].strip()
+
+
+def _plain(error: Exception) -> str:
+    """The message as one line; OmegaConf adds lines of its own bookkeeping that help nobody here."""
+    lines = [line.strip() for line in str(error).splitlines()]
+    text = "; ".join(line for line in lines if line and not line.startswith("object_type="))
+    cause = error.__cause__
+    return f"{text} ({_plain(cause)})" if isinstance(cause, OmegaConfBaseException) else text

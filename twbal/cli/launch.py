@@ -1,0 +1,61 @@
+"""Runs one stage under Hydra and lets its errors come out as errors of twbal."""
+
+import sys
+
+import hydra
+import yaml
+from hydra.errors import HydraException
+from omegaconf.errors import OmegaConfBaseException
+
+from twbal.cli import (
+    ray_launcher,
+    settings_help,  # noqa: F401, help asks for it
+)
+from twbal.cli.conf_folder import conf_folder
+from twbal.cli.hydra_errors import complaint, unreadable_yaml
+from twbal.cli.sim_files import with_files
+from twbal.cli.sweeps import FailedJobError, Job, StageFailed, full_error, translated
+
+_FLAGS_WITH_A_VALUE = (
+    *("--cfg", "-c", "--info", "-i", "--package", "-p", "--config-path", "-cp", "--config-name", "-cn"),
+    *("--config-dir", "-cd", "--experimental-rerun"),
+)
+
+
+def run_stage(stage: str, words: list[str], program: str) -> None:
+    """Run `stage` with Hydra's arguments `words`.
+
+    Args:
+        stage: its name on the command line.
+        words: overrides and Hydra's flags.
+        program: what Hydra takes for the program's name.
+
+    Raises:
+        TwbalError: the configuration, the stage or a job of a sweep failed.
+        SystemExit: a flag of Hydra's ended the run.
+    """
+    name = stage.replace("-", "_")
+    sys.argv = [program, *_overrides_first(with_files(words))]
+    ray_launcher.register()
+    job = Job(stage)
+    try:
+        with full_error("1"):  # Hydra then raises errors instead of printing them and leaving
+            hydra.main(version_base="1.3", config_path=str(conf_folder()), config_name=name)(job)()
+    except StageFailed as failed:
+        raise translated(failed.error, stage) from failed.error
+    except FailedJobError as failed:
+        raise job.failures(failed, words) from failed
+    except (HydraException, OmegaConfBaseException) as error:
+        raise complaint(error, stage) from error
+    except (yaml.YAMLError, UnicodeDecodeError) as error:  # not of the stage, whose errors are in a StageFailed
+        raise unreadable_yaml(error) from error
+
+
+def _overrides_first(words: list[str]) -> list[str]:
+    """`words` with the overrides before Hydra's flags, whose parser does not take overrides on both sides of a flag."""
+    overrides: list[str] = []
+    flags: list[str] = []
+    for before, word in zip(["", *words], words, strict=False):
+        is_override = not word.startswith("-") and before not in _FLAGS_WITH_A_VALUE
+        (overrides if is_override else flags).append(word)
+    return overrides + flags

@@ -1,0 +1,152 @@
+"""The command line: takes the stage off the arguments and hands the rest to Hydra.
+
+Nothing heavy is imported before a stage is chosen, so that `twbal --help` answers at once.
+"""
+
+import difflib
+import gc
+import os
+import sys
+import traceback
+from collections.abc import Sequence
+
+from twbal import __version__
+from twbal.core.errors import TwbalError
+from twbal.core.threads import default_to_one_thread
+
+STAGES = {
+    "iterate": "Algorithm 1 from start to end: simulator, model, policy, robot, correction, better policy",
+    "sim-collect": "drive the simulated robot at random (or by a policy) and log what it does",
+    "fit-sim-gp": "learn the simulator model f from logged episodes",
+    "optimise-policy": "search the policy that the model expects to do best",
+    "linear-policy": "make a linear-quadratic regulator, of the data sheet or of a linear model of real episodes",
+    "train-agent": "train a model-free agent in simulation, as a baseline",
+    "real-rollout": "drive the robot on the other end of a link by a policy and log what it does",
+    "fit-diff-gp": "learn the correction g from logged episodes of the robot",
+    "import-log": "bring logs that twbal did not make into episode logs, by a mapping",
+    "diagnose": "name what the simulation lacks to explain measured episodes, and add it",
+    "show": "draw an episode as plots and as a film of the robot",
+    "compare": "put runs and sweeps of iterate beside each other",
+    "check": "compare what every part makes of logged data with a baseline",
+    "export": "write episodes as CSV or Parquet",
+    "recover": "save what is left of damaged episode logs",
+    "virtual-robot": "a robot with hidden faults behind a port, to try all of this without hardware",
+}
+
+USAGE = """usage: twbal <stage> [key=value ...] [Hydra flags]
+
+Learn to balance a two-wheeled robot from a wrong simulator and very little real data.
+
+stages:
+{stages}
+
+  twbal <stage> --help        what a stage reads, writes and can be told
+  twbal <stage> --cfg job     its configuration, as it would run
+  twbal <stage> -m key=1,2,3  one run for each value
+  twbal --version
+"""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command line and return its exit code.
+
+    0: done; 1: failed; 2: misused; 130: stopped by Ctrl-C; 141: nobody reads the output any more.
+
+    Args:
+        arguments: what follows `twbal`; None takes them from the process.
+    """
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    try:
+        code = _answer(words)
+        sys.stdout.flush()
+    except BrokenPipeError:  # who read our output, such as `head`, has gone
+        _drop_output()
+        return 141
+    except OSError as error:  # such as a disk that is full, or a file in the place of the run folder
+        _trace(error)
+        what, advice = "write the output", "Is there room on the disk?"
+        if error.filename is not None:
+            what, advice = f"use {error.filename}", "Is a file where a folder belongs, or may you not write there?"
+        print(f"twbal: error: Cannot {what}: {error.strerror or error}. {advice}", file=sys.stderr)
+        _drop_output()
+        return 1
+    return code
+
+
+def _answer(words: list[str]) -> int:
+    """Do what the words ask for."""
+    if words and words[0] in ("-sc", "--shell-completion"):
+        return _complete(words)
+    if not words or words[0] in ("-h", "--help", "help"):
+        print(usage(), end="", file=sys.stdout if words else sys.stderr)
+        return 0 if words else 2
+    if words[0] in ("-V", "--version"):
+        print(f"twbal {__version__}")
+        return 0
+    if words[0] not in STAGES:
+        print(f"twbal: error: {_unknown_stage(words[0])}", file=sys.stderr)
+        return 2
+    return _run(words[0], words[1:])
+
+
+def usage() -> str:
+    """What `twbal --help` prints."""
+    width = max(map(len, STAGES))
+    return USAGE.format(stages="\n".join(f"  {name:{width}}  {what}" for name, what in STAGES.items()))
+
+
+def _unknown_stage(word: str) -> str:
+    near = difflib.get_close_matches(word.replace("_", "-"), STAGES, n=1)
+    guess = f" (did you mean {near[0]!r}?)" if near else ""
+    return f"no stage {word!r}{guess}. The stages are: {', '.join(STAGES)}."
+
+
+def _run(stage: str, words: list[str], program: str | None = None) -> int:
+    default_to_one_thread()
+    gc.disable()  # while libraries load, which makes many objects and drops few: a twentieth of a short command
+    from twbal.cli.launch import run_stage
+
+    try:
+        run_stage(stage, words, program or f"twbal {stage}")
+    except KeyboardInterrupt:
+        print("twbal: stopped", file=sys.stderr)
+        return 130
+    except SystemExit as end:  # argparse and Hydra's own flags end this way
+        return end.code if isinstance(end.code, int) else int(end.code is not None)
+    except TwbalError as error:
+        _trace(error)
+        print(f"twbal: error: {error}", file=sys.stderr)
+        return 1
+    finally:
+        gc.enable()
+    return 0
+
+
+def _trace(error: Exception) -> None:
+    """Print where an error came from, where that is asked for."""
+    if "1" in (os.environ.get("TWBAL_DEBUG"), os.environ.get("HYDRA_FULL_ERROR")):
+        traceback.print_exception(error)
+
+
+def _drop_output() -> None:
+    """Throw away what cannot be printed: at its end Python would try again, and complain."""
+    try:
+        sys.stdout.flush()
+    except OSError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+def _complete(words: list[str]) -> int:
+    """Answer the shell's completion script, which knows nothing of stages."""
+    line = os.environ.get("COMP_LINE", "").split(" ")
+    if not any(word.startswith("query=") for word in words):
+        return _run("iterate", words, program="twbal")
+    if len(line) > 2 and line[1] in STAGES:
+        os.environ["COMP_LINE"] = " ".join(["twbal", *line[2:]])
+        return _run(line[1], words, program="twbal")
+    print(" ".join(STAGES))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,249 @@
+"""`manifest.json`: what made a run folder, and whether it is done, so that no work is done twice or half."""
+
+import hashlib
+import json
+import platform
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from functools import cache
+from importlib import metadata
+from pathlib import Path
+
+from twbal import __version__
+from twbal.core.errors import ConfigError, DataError
+from twbal.core.files import alone_in, file_hash, read_json, write_atomically
+
+MANIFEST = "manifest.json"
+PACKAGES = (
+    *("torch", "gpytorch", "pybullet", "numpy", "scipy", "numba", "mcap", "protobuf", "hydra-core", "omegaconf"),
+    *("gymnasium", "stable-baselines3"),
+)
+
+
+@dataclass(frozen=True)
+class Step:
+    """One piece of work, and all that decides its result.
+
+    Attributes:
+        stage: that does it.
+        out: folder for what it makes.
+        settings: the resolved configuration as far as it bears on the result, as yaml text.
+        inputs: the files it reads, by what they are ("episodes", "model"), in the order in which they are read.
+        seed: of its randomness.
+    """
+
+    stage: str
+    out: Path
+    settings: str
+    inputs: Mapping[str, Sequence[Path]]
+    seed: int
+
+
+@dataclass(frozen=True)
+class FileRecord:
+    """A file as it was.
+
+    Attributes:
+        path: inputs: as it was given; outputs: within the run folder.
+        sha256: of its content.
+    """
+
+    path: str
+    sha256: str
+
+
+@dataclass(frozen=True)
+class Manifest:
+    """What `manifest.json` says.
+
+    Attributes:
+        stage: that did the work.
+        complete: whether it came to its end.
+        fingerprint: sha256 over stage, twbal's version and source code, settings, seed and the content of the inputs;
+            not over paths.
+        seed: of its randomness.
+        settings: as in `Step`.
+        inputs: by what they are.
+        outputs: what was made.
+        versions: of Python, twbal and the packages that numbers depend on.
+        started: date and time, UTC.
+        wall_s: how long it took [s]; of the last go, where it was resumed.
+    """
+
+    stage: str
+    complete: bool
+    fingerprint: str
+    seed: int
+    settings: str
+    inputs: Mapping[str, tuple[FileRecord, ...]]
+    outputs: tuple[FileRecord, ...]
+    versions: Mapping[str, str]
+    started: str
+    wall_s: float
+
+
+def perform(step: Step, work: Callable[[], Sequence[Path]]) -> Manifest:
+    """Do `work`, unless the manifest in the step's folder says that it is done already.
+
+    A second process with the same folder waits for the first, and then finds the work done. The manifest is written
+    before the work (not complete) and after it (complete). A process killed in between leaves
+    the first one: the next go does the work again in the same folder, and may use what lies there, as it is of the
+    same settings and inputs.
+
+    Args:
+        step: what decides the result.
+        work: makes the outputs in `step.out` and returns their paths.
+
+    Raises:
+        ConfigError: the folder holds what other settings or inputs made. (Nothing, where they failed at once.)
+        DataError: an input cannot be read.
+    """
+    inputs = {
+        name: tuple(FileRecord(str(path), file_hash(path)) for path in paths) for name, paths in step.inputs.items()
+    }
+    fingerprint = _fingerprint(step, inputs)
+    done = _done_before(step, inputs, fingerprint)
+    if done is not None:
+        return done
+    with alone_in(step.out):
+        return _done_before(step, inputs, fingerprint) or _do(step, inputs, fingerprint, work)
+
+
+def _done_before(step: Step, inputs: Mapping[str, tuple[FileRecord, ...]], fingerprint: str) -> Manifest | None:
+    """The manifest in the step's folder, if it says that the work is done."""
+    before = read_manifest(step.out)
+    if before is None:
+        return None
+    if before.fingerprint != fingerprint and (before.complete or _something_lies_in(step.out)):
+        raise ConfigError(_other_work(step, inputs, before))
+    return before if before.complete and _outputs_are_whole(step.out, before) else None
+
+
+def _do(
+    step: Step,
+    inputs: Mapping[str, tuple[FileRecord, ...]],
+    fingerprint: str,
+    work: Callable[[], Sequence[Path]],
+) -> Manifest:
+    started = time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())
+    clock = time.monotonic()
+
+    def note(outputs: Sequence[Path], complete: bool) -> Manifest:
+        made = tuple(FileRecord(path.relative_to(step.out).as_posix(), file_hash(path)) for path in outputs)
+        wall_s = round(time.monotonic() - clock, 3)
+        manifest = Manifest(
+            step.stage, complete, fingerprint, step.seed, step.settings, inputs, made, versions(), started, wall_s
+        )
+        write_atomically(step.out / MANIFEST, json.dumps(asdict(manifest), indent=2, ensure_ascii=False) + "\n")
+        return manifest
+
+    note([], complete=False)
+    return note(work(), complete=True)
+
+
+def read_manifest(folder: Path) -> Manifest | None:
+    """The manifest of a run folder; None where there is none.
+
+    Raises:
+        DataError: it cannot be understood.
+    """
+    path = folder / MANIFEST
+    try:
+        record = read_json(path)
+        record["inputs"] = {
+            name: tuple(FileRecord(**entry) for entry in entries) for name, entries in record["inputs"].items()
+        }
+        record["outputs"] = tuple(FileRecord(**entry) for entry in record["outputs"])
+        manifest = Manifest(**record)
+        _check_kinds(manifest)
+        return manifest
+    except FileNotFoundError:
+        return None
+    except (DataError, TypeError, KeyError, AttributeError) as error:
+        raise DataError(
+            f"{path} is no manifest of this version of twbal ({type(error).__name__}: {error}). "
+            "Choose another run folder by hydra.run.dir=..., or take that file away."
+        ) from error
+
+
+def _check_kinds(manifest: Manifest) -> None:
+    """Raise TypeError where a value is of another kind than `Manifest` says."""
+    files = [*manifest.outputs, *(file for files in manifest.inputs.values() for file in files)]
+    texts = [manifest.stage, manifest.fingerprint, manifest.settings, manifest.started]
+    texts += [text for file in files for text in (file.path, file.sha256)]
+    texts += list(manifest.versions.values())
+    if not all(isinstance(text, str) for text in texts):
+        raise TypeError("a text is none")
+    if type(manifest.seed) is not int or type(manifest.complete) is not bool:
+        raise TypeError("seed or complete is of another kind")
+    if type(manifest.wall_s) not in (int, float):
+        raise TypeError("wall_s is no number")
+
+
+def is_of_this_code(manifest: Manifest) -> bool:
+    """Whether the version and source code of twbal that are running wrote it."""
+    step = Step(manifest.stage, Path(), manifest.settings, {}, manifest.seed)
+    return manifest.fingerprint == _fingerprint(step, manifest.inputs)
+
+
+def versions() -> dict[str, str]:
+    """Versions of Python, twbal and the packages that numbers depend on; a package that is not there is left out."""
+    found = {"python": platform.python_version(), "twbal": __version__}
+    for package in PACKAGES:
+        try:
+            found[package] = metadata.version(package)
+        except metadata.PackageNotFoundError:
+            continue
+    return found
+
+
+def _fingerprint(step: Step, inputs: Mapping[str, tuple[FileRecord, ...]]) -> str:
+    hashes = {name: [record.sha256 for record in records] for name, records in inputs.items()}
+    what = [step.stage, __version__, _source_hash(), step.settings, step.seed, hashes]
+    return hashlib.sha256(json.dumps(what, sort_keys=True).encode()).hexdigest()
+
+
+@cache
+def _source_hash() -> str:
+    """sha256 over the source code of twbal: what other code made is not taken for what this code makes."""
+    package = Path(__file__).parents[1]
+    digest = hashlib.sha256()
+    for path in sorted(package.rglob("*.py")):
+        digest.update(f"{path.relative_to(package).as_posix()} {path.stat().st_size}\n".encode())
+        digest.update(path.read_bytes())
+    return digest.hexdigest()
+
+
+def _something_lies_in(folder: Path) -> bool:
+    """Whether there is more than what work that failed at once leaves: manifests, and what Hydra writes."""
+    return any(
+        path.is_file() and path.name != MANIFEST and path.suffix != ".log"
+        for path in folder.rglob("*")
+        if not any(part.startswith(".") for part in path.relative_to(folder).parts)
+    )
+
+
+def _outputs_are_whole(folder: Path, manifest: Manifest) -> bool:
+    return all(
+        (folder / made.path).is_file() and file_hash(folder / made.path) == made.sha256 for made in manifest.outputs
+    )
+
+
+def _other_work(step: Step, inputs: Mapping[str, tuple[FileRecord, ...]], before: Manifest) -> str:
+    """Why `before` is not a manifest of `step`."""
+    if before.stage != step.stage:
+        what = f"stage {before.stage}"
+    elif before.seed != step.seed:
+        what = f"seed {before.seed}"
+    elif before.settings != step.settings:
+        old, new = before.settings.splitlines(), step.settings.splitlines()
+        changed = [line.strip() for line in new if line not in old] + [f"seed: {step.seed}"] * (
+            before.seed != step.seed
+        )
+        what = f"other settings (now new: {', '.join(changed[:3]) or 'some are gone'})"
+    elif inputs != before.inputs:
+        what = "other inputs"
+    else:
+        what = f"another version of twbal ({before.versions.get('twbal')}, or of its source code)"
+    return f"Folder {step.out} holds the work of {what}, which is kept. Choose another one by hydra.run.dir=..."

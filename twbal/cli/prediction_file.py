@@ -1,0 +1,115 @@
+"""`prediction.pt`: what the model expects of a policy, and what else was considered."""
+
+import re
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from twbal.core.errors import CheckpointError
+from twbal.core.gaussian import Gaussian
+from twbal.core.payload import Payload
+from twbal.io.checkpoint import load_checkpoint, save_checkpoint
+from twbal.search.optimise import SearchResult
+from twbal.search.task import Candidate
+
+KIND = "prediction"
+_EARLIER = re.compile(r"policy (\d+)")
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What was thought of a policy before it went to the robot.
+
+    Attributes:
+        origin: where its search began, or which earlier policy it is.
+        cost: expected long-term cost over the horizon (eq. 9).
+        judged_success: share of the long model rollouts that balanced.
+        judged_cost: mean cost of a step in them.
+        earlier: which of the earlier policies that the search was given it is; None for what the search found.
+    """
+
+    origin: str
+    cost: float
+    judged_success: float
+    judged_cost: float
+    earlier: int | None
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """What is in a `prediction.pt`.
+
+    Attributes:
+        channels: names of the D state channels.
+        states: p(x_t) for t = 0 .. H under the best policy, as the sensors show them.
+        best: what was thought of that policy.
+        candidates: the same for all that were judged, the best first.
+    """
+
+    channels: tuple[str, ...]
+    states: tuple[Gaussian, ...]
+    best: Verdict
+    candidates: tuple[Verdict, ...]
+
+
+def prediction_of(result: SearchResult) -> Prediction:
+    """What a search says, without the policies."""
+    candidates = tuple(_verdict(candidate) for candidate in result.candidates)
+    return Prediction(result.best.policy.channels, result.predicted, _verdict(result.best), candidates)
+
+
+def save_prediction(path: Path, prediction: Prediction) -> None:
+    """Write a `prediction.pt`."""
+    payload: dict[str, Any] = {
+        "channels": list(prediction.channels),
+        "mean": np.array([state.mean for state in prediction.states]),  # (H + 1, D)
+        "covariance": np.array([state.covariance for state in prediction.states]),  # (H + 1, D, D)
+        "best": asdict(prediction.best),
+        "candidates": [asdict(candidate) for candidate in prediction.candidates],
+    }
+    save_checkpoint(path, KIND, payload)
+
+
+def load_prediction(path: Path) -> Prediction:
+    """Read a `prediction.pt`.
+
+    Raises:
+        CheckpointError: it cannot be read, or holds no prediction.
+    """
+    payload = load_checkpoint(path, KIND)
+    try:
+        return _prediction(Payload("prediction", payload))
+    except CheckpointError as error:
+        raise CheckpointError(f"The prediction in {path} cannot be used. {error}") from error
+
+
+def _prediction(found: Payload) -> Prediction:
+    channels = found.texts("channels")
+    means = found.numbers("mean", (-1, len(channels)))
+    covariances = found.numbers("covariance", (len(means), len(channels), len(channels)))
+    return Prediction(
+        channels=channels,
+        states=tuple(Gaussian(mean, covariance) for mean, covariance in zip(means, covariances, strict=True)),
+        best=_saved_verdict(found.part("best")),
+        candidates=tuple(_saved_verdict(Payload("candidate", each)) for each in found.items("candidates")),
+    )
+
+
+def _saved_verdict(found: Payload) -> Verdict:
+    cost, success, mean = (found.number(name) for name in ("cost", "judged_success", "judged_cost"))
+    return Verdict(found.text("origin"), cost, success, mean, _earlier(found))
+
+
+def _earlier(found: Payload) -> int | None:
+    """Which earlier policy a verdict is of; an older file says `policy 1` in its origin alone."""
+    if "earlier" not in found.names:
+        written = _EARLIER.fullmatch(found.text("origin"))
+        return int(written[1]) if written else None
+    return None if found["earlier"] is None else int(found.number("earlier", 0, 1e9))
+
+
+def _verdict(candidate: Candidate) -> Verdict:
+    judgement = candidate.judgement
+    return Verdict(candidate.origin, candidate.cost, judgement.success, judgement.cost, candidate.earlier)

@@ -1,0 +1,196 @@
+"""What a run of Algorithm 1 achieved, read from the files that it left."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from twbal.algorithm.summary import Diagnosis, Iteration, PolicyFile, Search, SimData, Summary
+from twbal.cli.artefacts import episode_files
+from twbal.cli.manifest import Manifest
+from twbal.cli.prediction_file import Prediction, load_prediction
+from twbal.cli.run_state import Learned, Learning
+from twbal.core.channels import Channels
+from twbal.core.cost import SaturatingCost
+from twbal.core.episode import Episode
+from twbal.core.evaluation import SuccessRule, coverage95, drift, half_widths95, real_cost, succeeded
+from twbal.core.files import file_hash
+from twbal.core.gaussian import Array
+from twbal.io.logs import read_episode
+
+
+@dataclass(frozen=True)
+class Measures:
+    """By what trials are measured.
+
+    Attributes:
+        rule: what makes a success.
+        cost: of a state.
+        horizon: over which costs are summed [control periods].
+        channels: the state.
+    """
+
+    rule: SuccessRule
+    cost: SaturatingCost
+    horizon: int
+    channels: Channels
+
+
+@dataclass(frozen=True)
+class Findings:
+    """One iteration, read back.
+
+    Attributes:
+        iteration: its line of the summary.
+        prediction: what the model expected; None where none was asked.
+        trials: what the robot did.
+    """
+
+    iteration: Iteration
+    prediction: Prediction | None
+    trials: tuple[Episode, ...]
+
+
+def episodes_in(folders: Sequence[Path]) -> tuple[Episode, ...]:
+    """The episodes of run folders, in order."""
+    return tuple(read_episode(file) for folder in folders for file in episode_files(str(folder)))
+
+
+def findings(learning: Learning, root: Path, measures: Measures) -> list[Findings]:
+    """What is known of each policy.
+
+    Args:
+        learning: which files belong to which policy.
+        root: the run folder.
+        measures: by what to measure.
+    """
+    found: list[Findings] = []
+    for learned in learning.policies:
+        prediction = load_prediction(root / learned.prediction_file) if learned.predicted else None
+        trials = episodes_in([root / learned.trials]) if learned.trials else ()
+        before = [earlier.iteration for earlier in found]
+        found.append(Findings(_iteration(learned, root, prediction, trials, measures, before), prediction, trials))
+    return found
+
+
+def summarise(
+    found: Sequence[Findings], simulated: Sequence[Episode], robot: str, seed: int, wall_s: float, tilt_limit: float
+) -> Summary:
+    """The summary of a run.
+
+    The best policy is the one with the largest share of successes over all of its trials, then with the lowest mean
+    cost on the robot. Where nothing was tried, it is the newest of those that the long model rollouts liked best.
+    """
+    iterations = tuple(each.iteration for each in found)
+    having: dict[int, list[Iteration]] = {}
+    for iteration in iterations:
+        having.setdefault(iteration.first_had, []).append(iteration)
+    return Summary(
+        robot=robot,
+        seed=seed,
+        wall_s=wall_s,
+        sim=SimData(len(simulated), sum(map(len, simulated))),
+        iterations=iterations,
+        best_iteration=min(having, key=lambda policy: _rank(having[policy])),
+        tilt_limit=tilt_limit,
+    )
+
+
+def _rank(having: Sequence[Iteration]) -> tuple[float, ...]:
+    """Of a policy, by the iterations that had it; lower is better."""
+    first, last = having[0].index, having[-1]
+    costs = [iteration.real_cost for iteration in having if iteration.real_cost is not None]
+    if not costs:
+        return (0.0, -(last.judged_success or 0.0), -first)
+    share = sum(i.successes for i in having) / sum(i.trials for i in having)
+    return (-share, float(np.mean(costs)), first)
+
+
+def _iteration(
+    learned: Learned,
+    root: Path,
+    prediction: Prediction | None,
+    trials: Sequence[Episode],
+    measures: Measures,
+    before: Sequence[Iteration],
+) -> Iteration:
+    channels = measures.channels
+    driven = episodes_in([root / folder for folder in learned.rollouts])
+    costs = [real_cost(trial, measures.cost, measures.horizon) for trial in trials]
+    policy = PolicyFile(learned.policy_file.as_posix(), file_hash(root / learned.policy_file))
+    bands = _tilt_bands(prediction, channels)
+    iteration = Iteration(
+        index=learned.index,
+        real_episodes=len(driven),
+        real_samples=sum(map(len, driven)),
+        real_seconds=_duration(driven),
+        predicted_cost=min(prediction.best.cost, float(measures.horizon)) if prediction else None,
+        real_cost=float(np.mean(costs)) if costs else None,
+        successes=sum(succeeded(trial, measures.rule) for trial in trials),
+        trials=len(trials),
+        coverage95=coverage95(prediction.states, trials, channels.measured) if trials and prediction else None,
+        fit_s=_seconds(learned.fits),
+        search_s=_seconds(learned.searches),
+        drift_m=float(np.median([drift(trial, channels.wheel_radius) for trial in trials])) if trials else None,
+        judged_success=prediction.best.judged_success if prediction else None,
+        policy=policy,
+        note="",
+        trial_seconds=_duration(trials),
+        same_policy_as=next((i.index for i in before if i.policy.sha256 == policy.sha256), None),
+        basis=learned.basis,
+        search=_search(learned, prediction),
+        diagnosis=learned.diagnosis,
+        tilt_band_median=float(np.median(bands)) if len(bands) else None,
+        tilt_band_widest=float(np.max(bands)) if len(bands) else None,
+    )
+    return replace(iteration, note=_note(iteration, before, len(learned.searches)))
+
+
+def _search(learned: Learned, prediction: Prediction | None) -> Search:
+    """What the last search came to."""
+    if prediction is None or learned.confirms:
+        return Search.NOT_MADE
+    return Search.FOUND if prediction.best.earlier is None else Search.KEPT
+
+
+def _tilt_bands(prediction: Prediction | None, channels: Channels) -> Array:
+    """Half widths of the predicted band of the tilt, at most π [rad]; empty without a prediction."""
+    if prediction is None or "tilt" not in channels.names:
+        return np.empty(0)
+    return np.minimum(half_widths95(prediction.states, channels.names.index("tilt")), np.pi)
+
+
+def _note(iteration: Iteration, before: Sequence[Iteration], searches: int) -> str:
+    """What a reader should know of it.
+
+    Args:
+        iteration: without its note.
+        before: the iterations before it.
+        searches: how many policy searches it took.
+    """
+    notes = []
+    same = iteration.same_policy_as
+    if iteration.recalibrates:
+        seconds = iteration.real_seconds - before[-1].real_seconds
+        notes.append(f"The same policy as iteration {same}; only the model is new, from {seconds:.1f} s more driving.")
+    elif same is not None and iteration.search is Search.KEPT:
+        notes.append(f"The same policy as iteration {same}: the search found nothing better.")
+    elif same is not None:
+        notes.append(f"The same policy as iteration {same}.")
+    if iteration.diagnosis is Diagnosis.USED and searches > 1:
+        notes.append(f"Searched {searches} times: what came before did not balance in the corrected simulation.")
+    better = [other for other in before if other.successes > iteration.successes]
+    if better and same is None:
+        best = max(better, key=lambda other: (other.successes, -other.index))
+        notes.append(f"Worse on the robot than policy {best.first_had} ({best.successes} of {best.trials}).")
+    return " ".join(notes)
+
+
+def _duration(episodes: Sequence[Episode]) -> float:
+    """How long the robot was driven in them [s]."""
+    return round(sum((episode.duration for episode in episodes), 0.0), 6)
+
+
+def _seconds(manifests: Sequence[Manifest]) -> float:
+    return round(sum(manifest.wall_s for manifest in manifests), 3)

@@ -1,0 +1,42 @@
+"""`commands.sh`, which does a run by hand, and the list of hashes that it must come to."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from twbal.cli.commands import ROOT
+
+SCRIPT, HASHES = "commands.sh", "artefacts.sha256"
+
+_HEAD = f"""\
+#!/bin/sh
+# The stages of this run, one by one. To do them by hand into another folder, and compare what they make with this run:
+#     sh {SCRIPT} [folder]
+set -eu
+here=$(cd "$(dirname "$0")" && pwd)
+OUT=${{1:-"$here/by_hand"}}
+"""
+
+_TAIL = f"""\
+cd "$OUT" && sha256sum --check --quiet "$here/{HASHES}" && echo "The same hashes as in $here"
+"""
+
+
+def script(commands: Sequence[str], best: Path, kept_as: str) -> str:
+    """The text of `commands.sh`.
+
+    Args:
+        commands: in order; `$OUT` stands for the run folder.
+        best: the best policy, within the run folder.
+        kept_as: what its copy is called there.
+    """
+    copy = f'cp "{ROOT / best}" "{ROOT / kept_as}"'
+    return "\n".join([_HEAD, *commands, copy, "", _TAIL])
+
+
+def hash_list(hashes: Mapping[str, str]) -> str:
+    """The text that `sha256sum --check` reads.
+
+    Args:
+        hashes: sha256 by path within the run folder.
+    """
+    return "".join(f"{sha256}  {path}\n" for path, sha256 in hashes.items())

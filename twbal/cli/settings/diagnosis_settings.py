@@ -1,0 +1,35 @@
+"""Settings of how a diagnosis names effects."""
+
+from twbal.cli.settings.kinds import ListOf, Number, Text, Whole, YesNo
+from twbal.cli.settings.setting import Setting
+
+_EFFECTS = ListOf(Text("name of an effect"), most=1000)
+_SCORE = Number(0.0, 1e6)
+_SHARE = Number(0.0, 10.0)
+_DEVIATIONS = Number(0.0, 1000.0)
+
+DIAGNOSIS = (
+    Setting("diagnosis.tolerances.data_sheet", Number(1e-6, 10.0), "sd of each factor on a data-sheet value"),
+    Setting("diagnosis.tolerances.imu_timing", Number(1e-9, 1.0, "s"), "sd by which the IMU may be late"),
+    Setting("diagnosis.tolerances.angle_timing", Number(1e-9, 1.0, "s"), "sd of angles read before or after rates"),
+    Setting("diagnosis.tolerances.tilt_offset", Number(0.0, 1.5, "rad"), "sd of each recording's tilt; 0: no offset"),
+    Setting("diagnosis.lines.score", _SCORE, "score from which an effect is named"),
+    Setting("diagnosis.lines.sheet", _SCORE, "score from which a data-sheet value is off"),
+    Setting("diagnosis.lines.share", _SHARE, "share of the gain so far that one more must add"),
+    Setting("diagnosis.lines.least", _SHARE, "share of its usual size that an effect must have"),
+    Setting("diagnosis.lines.whiteness", _SCORE, "residual whiteness above which nothing is named"),
+    Setting("diagnosis.lines.shift", _DEVIATIONS, "shift of a data-sheet value worth a word [sd]"),
+    Setting("diagnosis.lines.strain", _SCORE, "gain beyond the tolerances: data sheet is off"),
+    Setting("diagnosis.lines.beyond", _DEVIATIONS, "shift of an unnamed value: all is unknown [sd]"),
+    Setting("diagnosis.lines.steady", _SHARE, "largest share of change between halves"),
+    Setting("diagnosis.lines.form", _SHARE, "share of an effect's size that widens intervals"),
+    Setting("diagnosis.lines.margin", _SCORE, "score within which a rival is an equivalent"),
+    Setting("diagnosis.substeps", Whole(1, 10_000), "physics steps of a control period"),
+    Setting("diagnosis.shortlist", Whole(1, 1000), "number of candidates that are fitted in full"),
+    Setting("diagnosis.usual", _EFFECTS, "effects that a search also begins with"),
+    Setting("diagnosis.leave_out", _EFFECTS, "effects that are known not to be there", common=True),
+    Setting("diagnosis.most_effects", Whole(1, 100), "number of effects that are named, at most", common=True),
+    Setting("diagnosis.best_guess", YesNo(), "an unknown is augmented by the likeliest, too"),
+    Setting("diagnosis.temperature", Number(0.001, 1e6), "temperature of the probabilities"),
+    Setting("diagnosis.blocks", Whole(2, 100_000), "blocks of the data, for intervals"),
+)

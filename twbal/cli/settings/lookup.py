@@ -1,0 +1,175 @@
+"""Looks settings up: which row of the table belongs to a key of a stage."""
+
+from collections.abc import Iterator, Mapping
+from functools import cache
+from typing import Any, NamedTuple
+
+from twbal.cli.settings.diagnosis_settings import DIAGNOSIS
+from twbal.cli.settings.import_settings import IMPORT
+from twbal.cli.settings.kinds import Kind, Part
+from twbal.cli.settings.link_settings import HIDDEN, LINK
+from twbal.cli.settings.model_settings import MODEL
+from twbal.cli.settings.robot_settings import CONTROL_PERIOD, POLICY, ROBOT, SIMULATION, START, STATE, TORQUE_LIMIT
+from twbal.cli.settings.search_settings import AGENT, COST, JUDGE, RULE, SEARCH, SHAPE
+from twbal.cli.settings.setting import Setting
+from twbal.cli.settings.stage_settings import SECTIONS, STAGES
+
+GROUPS = {
+    "Robot": ROBOT,
+    "Start": START,
+    "State": STATE,
+    "Simulation": SIMULATION,
+    "Policy that drives": POLICY,
+    "Model": MODEL,
+    "Cost": COST,
+    "Shape of policies": SHAPE,
+    "Search": SEARCH,
+    "Success": RULE,
+    "Judge": JUDGE,
+    "Agent": AGENT,
+    "Diagnosis": DIAGNOSIS,
+    "Link": LINK,
+    "Virtual robot": HIDDEN,
+    "Import": IMPORT,
+}
+"""Settings that stages share, by what they are of."""
+
+OURS = "twbal."  # begins the `_target_` of what the table knows
+_LIBRARY = ["twbal", "effects"]
+_OWN_OF_HYDRA = ("_target_", "_partial_", "_convert_", "_recursive_", "_args_")
+
+
+class Leaf(NamedTuple):
+    """A value of a configuration that has no values under it.
+
+    Attributes:
+        key: dotted.
+        value: plain; an empty mapping too.
+        is_foreign: it belongs to a class that is not of twbal, so the table does not know what it means.
+    """
+
+    key: str
+    value: Any
+    is_foreign: bool
+
+
+class _Index(NamedTuple):
+    """Rows, prepared for being looked up.
+
+    Attributes:
+        rows: by key.
+        patterns: those with a free name in their keys.
+        parts: keys that rows stand under.
+        free_parts: those with a free name.
+    """
+
+    rows: dict[str, Setting]
+    patterns: list[Setting]
+    parts: set[str]
+    free_parts: list[str]
+
+
+@cache
+def _index(rows: tuple[Setting, ...]) -> _Index:
+    parts = {part for row in rows for part in _ancestors(row.key)}
+    patterns = [row for row in rows if "*" in row.key]
+    return _Index({row.key: row for row in rows}, patterns, parts, [part for part in parts if "*" in part])
+
+
+class Table:
+    """The rows that a stage can have, for the robot at hand.
+
+    Args:
+        stage: its name on the command line.
+        tree: its configuration, as plain values.
+    """
+
+    def __init__(self, stage: str, tree: Mapping[str, Any]) -> None:
+        own, effects = _index(stage_settings(stage)), _index(tuple(_effect_rows(tree)))
+        self._rows = {**own.rows, **effects.rows}
+        self._parts = own.parts | effects.parts
+        self._patterns, self._free_parts = own.patterns, own.free_parts
+
+    def row(self, key: str) -> Setting | None:
+        """The row of a dotted key; None where the table has none."""
+        found = self._rows.get(key)
+        return found or next((row for row in self._patterns if _matches(row.key, key)), None)
+
+    def has_parts(self, key: str) -> bool:
+        """Whether rows stand under a key."""
+        return key in self._parts or any(_matches(part, key) for part in self._free_parts)
+
+    def row_above(self, key: str) -> Setting | None:
+        """The row of a single value, under which the key would lie."""
+        rows = (self.row(part) for part in _ancestors(key) if not self.has_parts(part))
+        return next((row for row in rows if row is not None and not isinstance(row.kind, Part)), None)
+
+
+@cache
+def stage_settings(stage: str) -> tuple[Setting, ...]:
+    """All rows that a stage can have, but for those of effects."""
+    of_others = (
+        row._replace(key=f"{name}.{row.key}", common=False) for name, other in SECTIONS.items() for row in STAGES[other]
+    )
+    return (*of_others, *(row for rows in GROUPS.values() for row in rows), *STAGES[stage])
+
+
+def leaves(tree: Mapping[str, Any], prefix: str = "", is_foreign: bool = False) -> Iterator[Leaf]:
+    """Every value of a configuration, but for what Hydra itself reads.
+
+    Args:
+        tree: plain values.
+        prefix: of the keys.
+        is_foreign: see `Leaf`.
+    """
+    is_foreign = is_foreign or not str(tree.get("_target_", OURS)).startswith(OURS)
+    for name, value in tree.items():
+        key = f"{prefix}{name}"
+        if isinstance(value, Mapping) and value:
+            yield from leaves(value, f"{key}.", is_foreign)
+        elif name not in _OWN_OF_HYDRA:
+            yield Leaf(key, value, is_foreign)
+
+
+def effects_in(tree: Mapping[str, Any]) -> Iterator[tuple[str, Mapping[str, Any]]]:
+    """The effects of a simulation and its variants, by their dotted keys."""
+    places = {"sim.effects": _mapping(_mapping(tree.get("sim")).get("effects"))}
+    places |= {f"variants.{name}": _mapping(effects) for name, effects in _mapping(tree.get("variants")).items()}
+    for place, effects in places.items():
+        yield from ((f"{place}.{name}", effect) for name, effect in effects.items() if isinstance(effect, Mapping))
+
+
+def _effect_rows(tree: Mapping[str, Any]) -> Iterator[Setting]:
+    """Rows of the effects that a configuration has."""
+    targets = [(key, str(effect.get("_target_", "")).split(".")) for key, effect in effects_in(tree)]
+    found = [(key, target[2], False) for key, target in targets if target[:2] == _LIBRARY and len(target) == 4]
+    found += [(f"sim.draws.{name}", str(name), True) for name in _mapping(_mapping(tree.get("sim")).get("draws"))]
+    if not found:
+        return
+    from twbal.cli.settings.effect_settings import effect_settings  # here, as the simulation takes a while to import
+
+    robot = _mapping(tree.get("robot"))
+    scales = {"torque": _over(robot.get("torque_limit"), TORQUE_LIMIT, 20.0)}
+    scales["period"] = _over(robot.get("control_period"), CONTROL_PERIOD, 0.02)
+    for key, name, drawn in found:
+        yield from effect_settings(key, name, scales, drawn)
+
+
+def _mapping(value: Any) -> Mapping[str, Any]:
+    return value if isinstance(value, Mapping) else {}
+
+
+def _over(value: Any, kind: Kind, usual: float) -> float:
+    """`value` as a share of `usual`; 1 where it cannot be right."""
+    return float(value) / usual if kind.takes(value) else 1.0
+
+
+def _ancestors(key: str) -> Iterator[str]:
+    """The dotted keys that a key lies under, from the top."""
+    names = key.split(".")
+    return (".".join(names[:count]) for count in range(1, len(names)))
+
+
+def _matches(pattern: str, key: str) -> bool:
+    wanted, names = pattern.split("."), key.split(".")
+    return len(wanted) == len(names) and all(want in ("*", name) for want, name in zip(wanted, names, strict=True))

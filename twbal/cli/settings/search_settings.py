@@ -1,0 +1,82 @@
+"""Settings of the cost, of policies and their search, of success, and of model-free agents."""
+
+from twbal.cli.settings.kinds import ListOf, Number, OneOf, OrNull, Part, Whole, YesNo
+from twbal.cli.settings.robot_settings import CHANNELS, CONTROL_PERIODS, STATE_NAMES, STEPS, TORQUE_LIMIT, UPRIGHT
+from twbal.cli.settings.setting import Setting
+
+_ITERATIONS = Whole(1, 100_000)
+_HORIZON = Whole(1, 100_000, CONTROL_PERIODS)
+_SHARES = ListOf(Number(0.001, 100.0), 1, 100)
+_DEVIATION = 1e-6, 1e6  # in a channel's unit: only what must be a slip is refused
+
+COST = (
+    Setting("cost.channels", STATE_NAMES, "channels that the cost sees"),
+    *(
+        Setting(f"cost.widths.{name}", Number(*_DEVIATION, unit), "deviation that costs 0.39 of 1 a step")
+        for name, unit in CHANNELS.items()
+    ),
+    Setting("cost.past_command_width", OrNull(Number(1e-4, 1e4)), "the same of the last command, per torque limit"),
+    Setting("cost.torque_limit", TORQUE_LIMIT, "largest command"),
+)
+
+SHAPE = (
+    Setting("shape.basis", Whole(1, 10_000), "number of radial basis functions"),
+    Setting("shape.linear", YesNo(), "the policy has a linear part too"),
+    *(
+        Setting(f"shape.scale.{name}", Number(*_DEVIATION, unit), "usual deviation: scale of centres and lengths")
+        for name, unit in CHANNELS.items()
+    ),
+    Setting("shape.past_command_scale", Number(1e-4, 1e4), "the same of past commands, per torque limit"),
+    Setting("shape.weight_sd", Number(0.0, 100.0), "sd of the weights where a search starts"),
+)
+
+SEARCH = (
+    Setting("search.horizon", _HORIZON, "horizon H, over which costs are summed", common=True),
+    Setting("search.short_horizon", _HORIZON, "horizon of the first part of each search"),
+    Setting("search.iterations", _ITERATIONS, "L-BFGS iterations over the horizon, at most"),
+    Setting("search.short_iterations", _ITERATIONS, "L-BFGS iterations over the short horizon, at most"),
+    Setting("search.searched", Whole(0, 1000), "how many starts are searched; 0 only judges"),
+    Setting("search.long_horizon", _HORIZON, "horizon where policies drift off"),
+    Setting("search.long_iterations", Whole(0, 100_000), "L-BFGS iterations over the long horizon, at most"),
+    Setting("search.content", Number(0.0, 1.0), "share of the judge's robots that must balance"),
+    Setting("search.swings", _SHARES, "commands for the model's slopes, per torque limit"),
+    Setting("search.command_widths", _SHARES, "command widths of the first regulators, likewise"),
+    Setting("search.shares", _SHARES, "strengths at which earlier policies are tried"),
+    Setting("search.weight_penalty", Number(0.0, 1e6), "penalty of the squared weights"),
+    Setting("search.particles", Whole(0, 1_000_000), "particles for costs; 0: moment matching"),
+    Setting("search.tolerance", Number(1e-15, 1.0), "tolerance of the series of moment matching"),
+    Setting("search.degrees", ListOf(Whole(0, 20), 0, 20), "degrees of these series; []: sums over pairs"),
+)
+
+RULE = (
+    Setting("rule.limit", UPRIGHT, "tilt that ends a trial"),
+    Setting("rule.settle_limit", UPRIGHT, "largest tilt once the robot has settled"),
+    Setting("rule.settle_step", Whole(0, 1_000_000, CONTROL_PERIODS), "time by which the robot must have settled"),
+    Setting("rule.steps", STEPS, "length of a trial", common=True),
+)
+
+JUDGE = (
+    Setting("judge.robots", Whole(1, 100_000), "sampled robots that a policy must balance"),
+    Setting("judge.features", Whole(1, 100_000), "random features of each sampled g"),
+    Setting("judge.rule", Part(), "when a rollout of them counts as a success"),
+)
+
+AGENT = (
+    Setting("agent.algorithm", OneOf(("PPO", "SAC")), "algorithm of Stable-Baselines3"),
+    Setting("agent.hidden", ListOf(Whole(1, 100_000), 0, 100), "widths of the layers of the networks"),
+    Setting("agent.activation", OneOf(("tanh", "relu")), "activation of the networks"),
+    *(
+        Setting(f"agent.scales.{name}", Number(*_DEVIATION, unit), "what the networks see as 1")
+        for name, unit in CHANNELS.items()
+    ),
+    Setting("agent.options", Part(), "options of the algorithm, under its own names"),
+    Setting("agent.options.learning_rate", Number(1e-10, 10.0), "learning rate of the networks"),
+    Setting("agent.options.gamma", Number(0.0, 1.0), "discount factor of a control period"),
+    Setting("agent.options.batch_size", Whole(1, 10_000_000), "samples of a gradient step"),
+    Setting("agent.options.n_steps", Whole(1, 10_000_000, CONTROL_PERIODS), "length of an update (PPO)"),
+    Setting("agent.options.n_epochs", Whole(1, 10_000), "passes over the data of an update (PPO)"),
+    Setting("agent.options.buffer_size", Whole(1, 100_000_000, CONTROL_PERIODS), "length of the memory (SAC)"),
+    Setting(
+        "agent.options.learning_starts", Whole(0, 100_000_000, CONTROL_PERIODS), "time before the first update (SAC)"
+    ),
+)

@@ -1,0 +1,167 @@
+"""Settings that a stage has for itself, by the stage's name."""
+
+from collections.abc import Mapping
+
+from twbal.cli.settings.kinds import (
+    PATH,
+    PATHS,
+    PATHS_OR_NONE,
+    Kind,
+    ListOf,
+    Number,
+    OneOf,
+    OrNull,
+    Text,
+    Whole,
+    YesNo,
+)
+from twbal.cli.settings.link_settings import CLOCK, SEED
+from twbal.cli.settings.robot_settings import CONTROL_PERIODS, PHYSICS_STEP, STEPS, TILT_LIMIT, UPRIGHT
+from twbal.cli.settings.setting import Setting
+
+_SHARE = Number(0.0, 1.0)
+_ROUNDS = Whole(0, 1000)
+_TRIALS = Whole(1, 100_000)
+_PIXELS = Whole(16, 8192, "pixels")
+
+
+def _common(key: str, kind: Kind, meaning: str) -> Setting:
+    return Setting(key, kind, meaning, common=True)
+
+
+_SEED = _common("seed", SEED, "seed of all that is drawn at random")
+_FIRST_TRIAL = Setting("first_trial", Whole(0, 1_000_000_000), "number of the first, which draws start and noise")
+_TILT_LIMIT = Setting("tilt_limit", UPRIGHT, "tilt that ends a rollout")
+_EXPLORATION = _common("exploration", _SHARE, "sd of noise on the command, per torque limit")
+_WORKERS = Whole(0, 1024)
+
+STAGES: Mapping[str, tuple[Setting, ...]] = {
+    "sim-collect": (
+        _SEED,
+        _common("rollouts", _TRIALS, "rollouts that are driven"),
+        _FIRST_TRIAL,
+        _common("steps", STEPS, "length of a rollout, at most"),
+        _TILT_LIMIT,
+        _EXPLORATION,
+        Setting("workers", _WORKERS, "processes; 0: one a core, where worth it"),
+    ),
+    "fit-sim-gp": (_SEED, _common("episodes", PATHS, "run folders, folders of logs, or logs")),
+    "optimise-policy": (
+        _SEED,
+        _common("dynamics", PATHS, "model.pt, or several that one policy is to serve"),
+        _common("earlier", PATHS_OR_NONE, "policy.pt of earlier iterations, oldest first"),
+        Setting("base", OrNull(PATH), "policy.pt of linear-policy that stays beneath; null: none"),
+        Setting("confirming", PATHS_OR_NONE, "real rollouts of the one policy in `earlier`"),
+        Setting("searches", YesNo(), "false: only judges the policies in `earlier`"),
+        Setting("workers", _WORKERS, "threads; 0: one a core"),
+    ),
+    "linear-policy": (
+        _common("episodes", PATHS_OR_NONE, "the robot's; none: the data sheet's regulator"),
+        _common("command_width", Number(1e-4, 1e4), "command that costs as a width does, per torque limit"),
+    ),
+    "train-agent": (
+        _SEED,
+        _common("steps", Whole(1, 1_000_000_000, CONTROL_PERIODS), "time that the agent drives to learn"),
+        _common("trials", Whole(0, 100_000), "simulated trials of what comes of it"),
+    ),
+    "real-rollout": (
+        _SEED,
+        _common("trials", _TRIALS, "trials that are driven"),
+        _FIRST_TRIAL,
+        _common("steps", STEPS, "length of a trial, at most"),
+        _TILT_LIMIT,
+        _EXPLORATION,
+        Setting("exploration_steps", OrNull(Whole(0, 1_000_000, CONTROL_PERIODS)), "time that has noise; null: all"),
+    ),
+    "fit-diff-gp": (
+        _SEED,
+        _common("dynamics", OrNull(PATH), "model.pt with f; null: g learns the whole dynamics"),
+        _common("episodes", PATHS, "the robot's run folders, folders of logs, or logs"),
+    ),
+    "diagnose": (
+        _common("episodes", PATHS, "the robot's run folders, folders of logs, or logs"),
+        _common("test_episodes", PATHS_OR_NONE, "episodes that only measure the gap"),
+        Setting("horizons", ListOf(Number(0.001, 100.0, "s"), 1, 100), "lengths of the rollouts that measure the gap"),
+        Setting("held_out", Number(0.01, 0.9), "share of the data that nothing is fitted to"),
+        Setting("starts", Whole(1, 100_000), "number of these rollouts"),
+        Setting("bins", Whole(1, 1000), "bins of a quantity in the map of disagreement"),
+        Setting("shortest", Whole(2, 1_000_000, CONTROL_PERIODS), "shortest episode that is used"),
+        Setting("fewest", Whole(2, 100_000_000, CONTROL_PERIODS), "shortest length of all episodes together"),
+        Setting("fastest_turn", Number(0.001, 1e4, "rad/s"), "yaw rate beyond which instants do not count"),
+        Setting("widest_tilt", TILT_LIMIT, "tilt at which an episode is cut off"),
+    ),
+    "iterate": (
+        _SEED,
+        _common("updates", _ROUNDS, "updates of model and policy, each by a real rollout"),
+        _common("trials", Whole(0, 100_000), "trials of each policy; nothing is learned from them"),
+        _common("stop_when_solved", YesNo(), "no more updates once all trials succeed"),
+        Setting("confirm_rollouts", Whole(0, 1000), "more rollouts of the policy that solved it"),
+        Setting("confirm_steps", STEPS, "length of each of these"),
+        Setting("sim_rounds", _ROUNDS, "rounds in which f learns from its own policy"),
+        Setting("sim_round_rollouts", _TRIALS, "rollouts in each of these rounds"),
+        Setting("sim_round_exploration", _SHARE, "sd of noise on their command, per torque limit"),
+        _common("diagnose", YesNo(), "what rollouts show to be missing enters the simulation"),
+        Setting("rehearsals", _ROUNDS, "searches anew where a policy falls in simulation"),
+        Setting("first", OneOf(("simulation", "random", "regulator", "agent")), "where policy 0 comes from"),
+        Setting("first_rollouts", _TRIALS, "rollouts on the robot, with first=random"),
+        Setting("update", OneOf(("difference", "whole", "identified")), "what real rollouts teach"),
+        Setting("on_regulator", YesNo(), "a network on top of the regulator is searched"),
+        Setting("trained", OrNull(PATH), "run folder of train-agent; null trains one"),
+        Setting("method", Text("name"), "name of the method, for reports"),
+    ),
+    "import-log": (
+        _common("files", PATHS, "logs: text, NumPy or MATLAB"),
+        _common("guess", YesNo(), "only proposes a mapping for the first file"),
+        _common("period", OrNull(Number(1e-4, 10.0, "s")), "control period of the episodes; null: the log's"),
+        Setting("shortest", Whole(4, 1_000_000, "samples"), "shortest recording that is kept"),
+    ),
+    "show": (
+        _common("episode", PATH, "log to draw"),
+        _common("beside", PATHS_OR_NONE, "other logs, to drive beside it in the film"),
+        Setting("captions", ListOf(Text()), "names of the robots in the film; []: of files"),
+        Setting("simulate", YesNo(), "the simulation drives beside it"),
+        Setting("resync", Number(0.01, 1e4, "s"), "time after which it begins at the data anew"),
+        Setting("film", YesNo(), "false: plots alone"),
+        Setting("seconds", Number(0.01, 1e4, "s"), "length of the film, at most"),
+        Setting("frame_rate", Number(0.01, 1000.0, "1/s"), "frames a second of the film"),
+        Setting("width", _PIXELS, "width of the film"),
+        Setting("height", _PIXELS, "height of the film"),
+    ),
+    "compare": (
+        _SEED,
+        _common("runs", PATHS, "folders of runs or sweeps of iterate; the first is the reference"),
+        Setting("runs.*", PATH, "the same by name"),
+    ),
+    "check": (
+        _common("data", PATH, "folder of logs and models"),
+        _common("baseline", OrNull(PATH), "null: baseline.json in that folder"),
+        Setting("tolerances", OrNull(PATH), "null: tolerances.yaml in that folder"),
+        _common("update", YesNo(), "what is measured becomes the baseline"),
+    ),
+    "export": (
+        _common("episodes", PATHS, "run folders, folders of logs, or logs"),
+        _common("format", OneOf(("csv", "parquet")), "format of the tables"),
+    ),
+    "recover": (_common("logs", PATHS, "damaged logs, or folders that have some"),),
+    "virtual-robot": (
+        _common("seed", SEED, "which robot: what it hides, its starts and noise"),
+        _common("clock", CLOCK, "clock; real_time streams as a robot does"),
+        Setting("physics_step", PHYSICS_STEP, "step of its integrator; divides the control period"),
+        Setting("tilt_limit", TILT_LIMIT, "tilt at which it stops itself"),
+        Setting("watchdog", Number(0.001, 3600.0, "s"), "silence of the host at which it stops itself"),
+        Setting("idle_timeout", Number(0.01, 1e7, "s"), "time without a host at which it ends"),
+        Setting("parent", OrNull(Whole(1, 2**31)), "process it does not outlive; null: which started it"),
+    ),
+}
+
+SECTIONS = {
+    "sim_collect": "sim-collect",
+    "fit_sim_gp": "fit-sim-gp",
+    "optimise_policy": "optimise-policy",
+    "linear_policy": "linear-policy",
+    "train_agent": "train-agent",
+    "real_rollout": "real-rollout",
+    "fit_diff_gp": "fit-diff-gp",
+    "recordings": "diagnose",
+}
+"""Keys under which one stage has the settings of another, by whose they are."""

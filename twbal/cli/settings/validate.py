@@ -1,0 +1,85 @@
+"""Holds a configuration against the table of settings."""
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
+
+from twbal.cli.settings.help_text import shown
+from twbal.cli.settings.lookup import Leaf, Table, effects_in, leaves
+from twbal.cli.settings.setting import Setting
+from twbal.core.errors import ConfigError
+
+_NAMED = 3  # further wrong settings that are named one by one
+_LONGEST_VALUE = 60  # characters of a value that are shown
+
+
+class Fault(NamedTuple):
+    """A setting that cannot be right.
+
+    Attributes:
+        key: dotted.
+        found: its value.
+        expected: what it may be, in words.
+        meaning: of the setting; "" where nobody knows.
+    """
+
+    key: str
+    found: Any
+    expected: str
+    meaning: str
+
+
+def check(stage: str, tree: Mapping[str, Any]) -> None:
+    """Refuse a configuration that has a value out of its range or of the wrong kind.
+
+    Args:
+        stage: its name on the command line.
+        tree: its configuration as plain values, with all references resolved.
+
+    Raises:
+        ConfigError: of the first such value, in one line; it names the others.
+    """
+    found = list(faults(stage, tree))
+    if not found:
+        return
+    first, *others = found
+    meaning = f" ({first.meaning})" if first.meaning else ""
+    named = ", ".join(fault.key for fault in others[:_NAMED])
+    more = f" and {len(others) - _NAMED} more" if len(others) > _NAMED else ""
+    also = f" Wrong as well: {named}{more}." if others else ""
+    value = shown(first.found, _LONGEST_VALUE)
+    raise ConfigError(
+        f"{stage} cannot have {first.key}={value}; expected {first.expected}{meaning}.{also} "
+        f"`twbal {stage} --help` shows all settings with their ranges."
+    )
+
+
+def faults(stage: str, tree: Mapping[str, Any]) -> Iterator[Fault]:
+    """All wrong settings, in the order of the configuration."""
+    table = Table(stage, tree)
+    for leaf in leaves(tree):
+        row = None if leaf.is_foreign else table.row(leaf.key)
+        if row is not None:
+            if not row.kind.takes(leaf.value):
+                yield Fault(leaf.key, leaf.value, row.kind.expected, row.meaning)
+        elif not leaf.is_foreign and table.has_parts(leaf.key) and not isinstance(leaf.value, Mapping):
+            yield Fault(leaf.key, leaf.value, "settings of its own", "")
+        else:
+            yield from _of_unknown(leaf, None if leaf.is_foreign else table.row_above(leaf.key))
+    for key, effect in effects_in(tree):
+        if "_target_" not in effect:
+            yield Fault(key, dict(effect), f"an effect by its name, as in +effect@{key}=dead_zone", "")
+
+
+def _of_unknown(leaf: Leaf, above: Setting | None) -> Iterator[Fault]:
+    """Of a setting that the table does not have, such as one of a user's own class."""
+    if above is not None:
+        yield Fault(above.key, "{...}", above.kind.expected, above.meaning)
+    elif not _is_finite(leaf.value):
+        yield Fault(leaf.key, leaf.value, "finite numbers", "")
+
+
+def _is_finite(value: Any) -> bool:
+    if isinstance(value, list):
+        return all(map(_is_finite, value))
+    return not isinstance(value, float) or math.isfinite(value)

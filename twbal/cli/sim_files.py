@@ -1,0 +1,120 @@
+"""A simulation from a file: `sim=outputs/diagnose/.../augmented.yaml` instead of a choice of the group `sim`.
+
+Such a file is data, and may come from anyone: it has names of effects of twbal and numbers, and nothing in it is
+looked up or called. It replaces the simulation that would have been chosen; it is not merged into it.
+"""
+
+import re
+from collections.abc import Sequence
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+from twbal.cli.commands import text
+from twbal.cli.settings.robot_settings import PHYSICS_STEP
+from twbal.cli.yaml_data import read_yaml
+from twbal.core.errors import ConfigError
+from twbal.effects.library import all_effects
+
+_KEY, _ENDINGS = "sim=", (".yaml", ".yml")
+_ADDED = re.compile(r"\+?\+?[\w/]+@sim\.effects\.(\w+)=")
+_PARTS = ("physics_step", "effects")
+_LARGEST = 1e6  # of any effect's values, in whichever SI unit
+_NUMBER = re.compile(r"[+-]?(\d{1,40}\.?\d{0,40}|\.\d{1,40})([eE][+-]?\d{1,3})?")
+
+
+def with_files(words: Sequence[str]) -> list[str]:
+    """Overrides in which a simulation from a file stands as what the file says.
+
+    Of several words `sim=...`, where one is a file, the last one counts. The words of the file come first, so that
+    others may change its values.
+
+    Raises:
+        ConfigError: the file is not there, holds no simulation, or has an effect that another word adds once more.
+    """
+    chosen = [word for word in words if word.startswith(_KEY)]
+    if not any(map(_is_file, chosen)):
+        return list(words)
+    others = [word for word in words if not word.startswith(_KEY)]
+    if not _is_file(chosen[-1]):
+        return [chosen[-1], *others]
+    path = _path(chosen[-1])
+    step, effects = _read(path)
+    again = [name for word in others if (name := _added(word)) in effects]
+    if again:
+        raise ConfigError(f"{path} has {again[0]} already; change its values by sim.effects.{again[0]}.<name>=...")
+    return ["sim=nominal", *step, *(f"++sim.effects.{name}={text(node)}" for name, node in effects.items()), *others]
+
+
+def _is_file(word: str) -> bool:
+    return str(_path(word)).endswith(_ENDINGS)
+
+
+def _path(word: str) -> Path:
+    return Path(word.removeprefix(_KEY).strip("'\""))
+
+
+def _added(word: str) -> str:
+    """The effect that a word such as `+effect@sim.effects.dead_zone=dead_zone` adds; "" where it adds none."""
+    found = _ADDED.match(word)
+    return found.group(1) if found else ""
+
+
+def _read(path: Path) -> tuple[list[str], dict[str, dict[str, Any]]]:
+    """What the file says: an override of the physics step, or none, and nodes of the effects by their names."""
+    try:
+        sim = read_yaml(path)
+    except FileNotFoundError as error:
+        raise ConfigError(f"There is no simulation {path}. `twbal diagnose` writes such files.") from error
+    if not isinstance(sim, dict) or not set(sim) <= set(_PARTS):
+        found = f"has {_listed(sim)}" if isinstance(sim, dict) else f"is a {type(sim).__name__}"
+        raise ConfigError(f"{path} is no simulation: it {found}; expected {' and '.join(_PARTS)}.")
+    try:
+        step = [_step(sim["physics_step"])] if "physics_step" in sim else []
+        return step, {name: _effect(name, told) for name, told in _mapping("effects", sim.get("effects", {})).items()}
+    except ConfigError as error:
+        raise ConfigError(f"The simulation {path} cannot be: {error}") from error
+
+
+def _step(told: Any) -> str:
+    step = _number("physics_step", told)
+    if not PHYSICS_STEP.takes(step):
+        raise ConfigError(f"physics_step must be {PHYSICS_STEP.expected}; found {step}.")
+    return f"sim.physics_step={text(step)}"
+
+
+def _effect(name: str, told: Any) -> dict[str, Any]:
+    """The node that makes an effect, of values that it takes."""
+    known = all_effects()
+    if name not in known:
+        raise ConfigError(f"there is no effect {name[:40]!r}. The effects are: {', '.join(known)}.")
+    target = f"{known[name].__module__}.{known[name].__name__}"
+    values = _mapping(name, told)
+    named = values.pop("_target_", target)  # files of earlier versions have it
+    if named not in (target, target.replace("twbal.effects.", "twbal.sim.effects.")):
+        raise ConfigError(f"_target_ of {name} must be {target}, or be left out; found {str(named)[:80]!r}.")
+    expected = [field.name for field in fields(known[name])]  # type: ignore[arg-type]
+    if set(values) != set(expected):
+        raise ConfigError(f"{name} has the values {', '.join(expected)}; found {_listed(values)}.")
+    numbers = {value: _number(f"{name}.{value}", values[value]) for value in expected}
+    known[name](**numbers)  # which checks their ranges
+    return {"_target_": target, **numbers}
+
+
+def _mapping(where: str, told: Any) -> dict[str, Any]:
+    if told == "":  # a key with nothing after it
+        return {}
+    if not isinstance(told, dict):
+        raise ConfigError(f"{where} must be a mapping of names; found {str(told)[:40]!r}.")
+    return dict(told)
+
+
+def _number(where: str, told: Any) -> float:
+    if not isinstance(told, str) or not _NUMBER.fullmatch(told) or not abs(float(told)) <= _LARGEST:
+        raise ConfigError(f"{where} must be a plain number within ±{_LARGEST:g}; found {str(told)[:40]!r}.")
+    return float(told)
+
+
+def _listed(told: dict[str, Any]) -> str:
+    names = ", ".join(repr(name[:40]) for name in list(told)[:8])
+    return (names + (", ..." if len(told) > 8 else "")) or "nothing"

@@ -1,0 +1,164 @@
+"""Regression runs on logged data: does every part of twbal still make of them what it made before?"""
+
+import json
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from hydra.utils import instantiate
+from omegaconf import DictConfig
+from tqdm import tqdm
+
+from twbal import __version__
+from twbal.cli.artefacts import load_model
+from twbal.cli.console import run_folder
+from twbal.cli.regression.baseline import Tolerance, compare, junit, table
+from twbal.cli.regression.measures import (
+    Measures,
+    cost_measures,
+    diagnosis_measures,
+    effect_measures,
+    fit_measures,
+    log_measures,
+    model_measures,
+    policy_measures,
+    search_measures,
+)
+from twbal.cli.yaml_data import read_yaml
+from twbal.core.channels import Channels
+from twbal.core.errors import ConfigError, DataError, RegressionError
+from twbal.core.files import file_hash, read_json, write_atomically
+from twbal.core.robot_parameters import RobotParameters
+from twbal.diagnosis.effect_candidates import candidates_for
+from twbal.effects.library import library
+from twbal.io.logs import read_episodes
+from twbal.policies.saved import load_searched_policy
+from twbal.sysid.recording import Usability, read_recordings
+
+LOGS = ("simulated", "real", "held_out", "excited")
+MODEL, POLICY = "model.pt", "policy.pt"
+REPORT, NOW = "junit.xml", "measures.json"
+
+
+@dataclass(frozen=True)
+class Baseline:
+    """What `baseline.json` says.
+
+    Attributes:
+        data: sha256 of each file of the data set.
+        version: of twbal that measured.
+        measures: by name.
+    """
+
+    data: dict[str, str]
+    version: str
+    measures: Measures
+
+
+def main(cfg: DictConfig) -> None:
+    """Run the stage in Hydra's run folder; never skipped, as it is the code that it checks."""
+    out, folder = run_folder(), Path(cfg.data)
+    baseline = Path(cfg.baseline) if cfg.baseline else folder / "baseline.json"
+    tolerances = _tolerances(Path(cfg.tolerances) if cfg.tolerances else folder / "tolerances.yaml")
+    found = Baseline(_hashes(folder), __version__, measure(cfg, folder))
+    write_atomically(out / NOW, _text(found))
+    if cfg["update"]:  # a DictConfig has a method of that name
+        write_atomically(baseline, _text(found))
+        print(f"made  {baseline}: {len(found.measures)} measures")
+        return
+    known = _read(baseline)
+    if known.data != found.data:
+        changed = sorted(name for name in {*known.data, *found.data} if known.data.get(name) != found.data.get(name))
+        raise DataError(
+            f"{baseline} is the baseline of another data set: {', '.join(changed[:4])} differ in {folder}. Give the "
+            "one that belongs to it, or measure it anew by update=true."
+        )
+    compared = compare(known.measures, found.measures, tolerances)
+    write_atomically(out / REPORT, junit(compared))
+    print(table(compared))
+    print(f"made  {out / REPORT}")
+    moved = sum(each.moved for each in compared)
+    if moved:
+        raise RegressionError(
+            f"{moved} of {len(compared)} measures moved beyond their tolerances. If that is meant: the same command "
+            "with update=true, and say why in the commit."
+        )
+    print(f"all {len(compared)} measures are as in the baseline of version {known.version}")
+
+
+def measure(cfg: DictConfig, folder: Path) -> Measures:
+    """All measures of the data set in a folder."""
+    logs = {name: read_episodes(folder / name) for name in LOGS}
+    robot: RobotParameters = instantiate(cfg.robot)
+    channels: Channels = instantiate(cfg.state)
+    model, policy = load_model(folder / MODEL).model, load_searched_policy(folder / POLICY, channels.names)
+    cost, pose, recipe = instantiate(cfg.cost), instantiate(cfg.start), instantiate(cfg.model)
+    settings = instantiate(cfg.diagnosis)
+    real = [*logs["real"], *logs["held_out"]]
+
+    def diagnosed() -> Measures:
+        names = [f"excited {k}" for k in range(len(logs["excited"]))]
+        recordings = read_recordings(logs["excited"], names, robot, usability)
+        return diagnosis_measures(recordings, robot, candidates, settings)
+
+    candidates = candidates_for(robot)
+    effects = {c.name: library()[c.name](**{p.name: p.start for p in c.parameters}) for c in candidates}
+    told = cfg.recordings
+    usability = Usability(told.shortest, told.fewest, told.fastest_turn, told.widest_tilt)
+    parts: Sequence[tuple[str, Callable[[], Measures]]] = (
+        *((f"logs {name}", lambda name=name: log_measures(name, logs[name])) for name in LOGS),
+        ("model", lambda: model_measures("model", model, logs["held_out"])),
+        ("policy", lambda: policy_measures(policy, real)),
+        ("cost", lambda: cost_measures(cost, real)),
+        ("search", lambda: search_measures(model, policy, cost, pose)),
+        ("fit", lambda: fit_measures(recipe, channels, logs["simulated"], logs["real"], logs["held_out"])),
+        ("effects", lambda: effect_measures(robot, effects, float(cfg.sim.physics_step))),
+        ("diagnosis", diagnosed),
+    )
+    found: Measures = {}
+    for _, part in tqdm(parts, "parts", disable=None):
+        found |= part()
+    bad = [name for name, value in found.items() if isinstance(value, float) and not math.isfinite(value)]
+    if bad:
+        raise RegressionError(f"{bad[0]} is {found[bad[0]]}, which is no finite number ({len(bad)} such measures).")
+    return found
+
+
+def _hashes(folder: Path) -> dict[str, str]:
+    """sha256 of the data: logs, model and policy."""
+    files = [path for name in LOGS for path in sorted((folder / name).glob("*.mcap"))]
+    files += [folder / MODEL, folder / POLICY]
+    return {path.relative_to(folder).as_posix(): file_hash(path) for path in files}
+
+
+def _tolerances(path: Path) -> list[Tolerance]:
+    try:
+        told = read_yaml(path)
+        return [Tolerance(str(pattern), float(t["relative"]), float(t["absolute"])) for pattern, t in told.items()]
+    except FileNotFoundError as error:
+        missing = f"There are no tolerances {path}. Give a file by tolerances=...; data/regression has one."
+        raise ConfigError(missing) from error
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        raise ConfigError(
+            f"{path} does not say tolerances ({type(error).__name__}: {error}). Expected is `pattern: {{relative: ..., "
+            "absolute: ...}` on each line."
+        ) from error
+
+
+def _text(baseline: Baseline) -> str:
+    return json.dumps(vars(baseline), indent=1, sort_keys=True) + "\n"
+
+
+def _read(path: Path) -> Baseline:
+    try:
+        baseline = Baseline(**read_json(path))
+        if not all(isinstance(value, str) for value in baseline.data.values()):
+            raise TypeError("a hash is no text")
+        if not all(type(value) in (int, float, str) for value in baseline.measures.values()):
+            raise TypeError("a measure is neither a number nor a word")
+        return baseline
+    except FileNotFoundError:
+        raise DataError(f"There is no baseline {path}. Make one by update=true, with code that you trust.") from None
+    except (DataError, TypeError, AttributeError) as error:
+        raise DataError(f"{path} is no baseline of `twbal check` ({type(error).__name__}: {error}).") from error

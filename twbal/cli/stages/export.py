@@ -1,0 +1,85 @@
+"""Episodes as tables that any other program reads: CSV or Parquet."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas
+from omegaconf import DictConfig
+
+from twbal.cli.artefacts import episode_files
+from twbal.cli.console import closing, run_folder
+from twbal.cli.manifest import Manifest, Step, perform
+from twbal.cli.typed_config import recorded, typed
+from twbal.core.episode import Episode
+from twbal.core.errors import ConfigError, install_advice
+from twbal.core.files import replacing
+from twbal.core.plant import Observation
+from twbal.io.logs import read_episode
+
+NOT_RECORDED = ("episodes",)
+
+
+@dataclass(frozen=True)
+class Settings:
+    """See conf/stage/export.yaml."""
+
+    format: str
+
+
+def main(cfg: DictConfig) -> None:
+    """Run the stage in Hydra's run folder."""
+    out = run_folder()
+    manifest = run(cfg, out)
+    closing(manifest, out, f"read {out / manifest.outputs[0].path} by any program")
+
+
+def run(cfg: DictConfig, out: Path) -> Manifest:
+    """Write the episodes that `cfg` names as tables into `out`, unless that is done there already."""
+    settings = typed(Settings, cfg)
+    files = episode_files(cfg.episodes)
+    step = Step("export", out, recorded(cfg, NOT_RECORDED), {"episodes": files}, 0)
+    return perform(step, lambda: _export(files, settings.format, out))
+
+
+def table(episode: Episode) -> pandas.DataFrame:
+    """A row for each control instant: observations, the command that follows (empty in the last), and the state.
+
+    Channels of the observations that no sensor measured end in `_estimated`; those of the state begin with `state_`.
+    """
+    estimated = {e.channel for e in episode.estimated}
+    columns = {
+        f"{name}_estimated" if name in estimated else name: episode.observations[:, i]
+        for i, name in enumerate(Observation._fields)
+    }
+    columns["command"] = np.append(episode.commands, np.nan)
+    columns.update({f"state_{name}": episode.states[:, i] for i, name in enumerate(episode.channels)})
+    return pandas.DataFrame(columns)
+
+
+def _export(files: Sequence[Path], kind: str, out: Path) -> list[Path]:
+    made = []
+    for number, file in enumerate(files):
+        twins = [other for other in files if other.stem == file.stem]
+        name = file.stem if len(twins) == 1 else f"{file.stem}_{number}"
+        made.append(out / f"{name}.{kind}")
+        _WRITERS[kind](table(read_episode(file)), made[-1])
+    return made
+
+
+def _write_csv(rows: pandas.DataFrame, path: Path) -> None:
+    with replacing(path) as stream:
+        rows.to_csv(stream, index=False)
+
+
+def _write_parquet(rows: pandas.DataFrame, path: Path) -> None:
+    try:
+        import pyarrow  # noqa: F401
+    except ImportError as error:
+        raise ConfigError(f"Parquet needs pyarrow: {install_advice('viewers')}; or give format=csv.") from error
+    with replacing(path) as stream:
+        rows.to_parquet(stream, engine="pyarrow", index=False)
+
+
+_WRITERS: Mapping[str, Callable[[pandas.DataFrame, Path], None]] = {"csv": _write_csv, "parquet": _write_parquet}

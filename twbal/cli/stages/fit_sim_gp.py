@@ -1,0 +1,59 @@
+"""Learn the model f of the simulated robot."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from hydra.utils import instantiate
+from omegaconf import DictConfig
+
+from twbal.cli.artefacts import SavedModel, episode_files, hashes, save_model
+from twbal.cli.console import closing, next_command, run_folder
+from twbal.cli.manifest import Manifest, Step, perform
+from twbal.cli.typed_config import recorded, typed
+from twbal.core.channels import Channels
+from twbal.core.errors import DataError
+from twbal.io.logs import read_episode
+from twbal.models.recipe import ModelRecipe
+
+NOT_RECORDED = ("episodes", "model.fit_g")
+
+
+@dataclass(frozen=True)
+class Settings:
+    """See conf/stage/fit_sim_gp.yaml."""
+
+    seed: int
+
+
+def main(cfg: DictConfig) -> None:
+    """Run the stage in Hydra's run folder."""
+    out = run_folder()
+    closing(run(cfg, out), out, next_command("optimise-policy", {"dynamics": out / "model.pt"}, "robot", "state"))
+
+
+def run(cfg: DictConfig, out: Path) -> Manifest:
+    """Learn f from the episodes that `cfg` names into `out`/model.pt, unless it is there already."""
+    settings = typed(Settings, cfg)
+    files = episode_files(cfg.episodes)
+    recipe, channels = instantiate(cfg.model), instantiate(cfg.state)
+    step = Step("fit-sim-gp", out, recorded(cfg, NOT_RECORDED), {"episodes": files}, settings.seed)
+    robot, path = str(cfg.robot.name), out / "model.pt"
+    return perform(step, lambda: [fit_to_file(files, robot, channels, recipe, settings.seed, path)])
+
+
+def fit_to_file(files: list[Path], robot: str, channels: Channels, recipe: ModelRecipe, seed: int, path: Path) -> Path:
+    """Learn f from logs of `robot` and write it to `path`, which is returned; see `ModelRecipe.learn_simulation`.
+
+    Raises:
+        DataError: a log is of another robot, or cannot be used.
+    """
+    episodes = [read_episode(file) for file in files]
+    for file, episode in zip(files, episodes, strict=True):
+        if episode.provenance.robot != robot:
+            raise DataError(
+                f"{file} is an episode of the robot {episode.provenance.robot!r}; expected is {robot!r}. Choose the "
+                "robot that the episodes were made with by robot=..."
+            )
+    learned = recipe.learn_simulation(episodes, channels, seed)
+    save_model(path, SavedModel(learned.model, {"simulation": hashes(files)}))
+    return path

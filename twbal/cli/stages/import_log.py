@@ -1,0 +1,167 @@
+"""Bring logs that twbal did not make into episode logs."""
+
+import shlex
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path, PurePosixPath
+
+from hydra.utils import instantiate
+from omegaconf import DictConfig, OmegaConf
+from tqdm import tqdm
+
+from twbal.cli.console import closing, next_command, run_folder
+from twbal.cli.manifest import Manifest, Step, perform
+from twbal.cli.typed_config import recorded, typed
+from twbal.core.episode import Episode, Provenance
+from twbal.core.errors import ConfigError, DataError, LogError
+from twbal.core.files import write_atomically
+from twbal.core.robot_parameters import RobotParameters, parameter_hash
+from twbal.io.importers.conversion import Imported, Wanted, duplicated, import_file
+from twbal.io.importers.guess import guess
+from twbal.io.importers.mapping import Mapping
+from twbal.io.logs import read_episode
+from twbal.io.logs.writer import write_episode
+from twbal.viz.canvas import save
+from twbal.viz.episode_figures import courses_figure
+
+NOT_RECORDED = ("files", "guess")
+MAPPING, EPISODES, NOT_IMPORTED = "my_log.yaml", "episodes", "not_imported.txt"
+_DRAWN = 12  # episodes
+_SAME_PERIOD = 1e-6  # s; as a diagnosis takes it
+
+
+@dataclass(frozen=True)
+class Settings:
+    """See conf/stage/import_log.yaml."""
+
+    period: float | None
+    shortest: int
+
+
+def main(cfg: DictConfig) -> None:
+    """Run the stage in Hydra's run folder."""
+    out = run_folder()
+    if cfg.guess:
+        propose(_files(cfg.files), out)
+        return
+    manifest = run(cfg, out)
+    logs = [out / made.path for made in manifest.outputs if PurePosixPath(made.path).parent.name == EPISODES]
+    closing(manifest, out, _diagnosis_of(out, read_episode(logs[0]).control_period, cfg.robot.control_period))
+
+
+def run(cfg: DictConfig, out: Path) -> Manifest:
+    """Import the files that `cfg` names into `out`/episodes, unless that is done there already.
+
+    Raises:
+        LogError: none of the files can be imported.
+    """
+    settings = typed(Settings, cfg)
+    files = _files(cfg.files)
+    robot: RobotParameters = instantiate(cfg.robot)
+    mapping: Mapping = _mapping(cfg["import"])
+    text = recorded(cfg, NOT_RECORDED)
+    provenance = Provenance(robot.name, "robot", parameter_hash=parameter_hash(robot), config=text)
+    wanted = Wanted(instantiate(cfg.state), settings.period, settings.shortest)
+    step = Step("import-log", out, text, {"files": files}, 0)
+    return perform(step, lambda: _import_to_files(files, mapping, wanted, provenance, out))
+
+
+def _mapping(cfg: DictConfig) -> Mapping:
+    open_ones = sorted(OmegaConf.missing_keys(cfg))
+    if open_ones:
+        raise ConfigError(f"The mapping has ??? for {', '.join(open_ones)}: fill these in, or write null.")
+    made: Mapping = instantiate(cfg, _convert_="all")
+    return made
+
+
+def _diagnosis_of(out: Path, period: float, robot_period: float) -> str:
+    """The command that diagnoses what was imported: with the simulation of its robot, at the period of its logs."""
+    command = next_command("diagnose", {"episodes": out, "diagnosis": "measured"}, "robot", "sim")
+    same = abs(period - robot_period) <= _SAME_PERIOD
+    return command if same else f"{command} robot.control_period={period!r}"
+
+
+def propose(files: Sequence[Path], out: Path) -> None:
+    """Print what the first file looks like and write a mapping for it to fill in."""
+    found = guess(files[0])
+    print("\n".join([f"{files[0]}:", *found.table, "", found.mapping]))
+    write_atomically(out / "import" / MAPPING, found.mapping)
+    if found.open:
+        print(f"fill in (???): {'; '.join(found.open)}")
+    if found.unknown_units:
+        print(f"check the units of: {', '.join(found.unknown_units)}")
+    print(f"made  {out / 'import' / MAPPING}")
+    command = next_command("import-log", {"import": Path(MAPPING).stem, "files": files[0]}, "robot")
+    print(f"next  look through it, then: {command} {shlex.quote(f'--config-dir={out}')}")
+
+
+def _files(given: str | Sequence[str]) -> list[Path]:
+    files = [Path(word) for word in ([given] if isinstance(given, str) else given)]
+    for file in files:
+        if file.suffix == ".mcap":
+            raise LogError(f"{file} is an MCAP file. Logs of twbal's need no import; other ones: export them as CSV.")
+    stems = [file.stem for file in files]
+    if len(set(stems)) < len(stems):
+        raise ConfigError(f"Two of the files have the same name: {', '.join(sorted(stems))}. Import them one by one.")
+    return files
+
+
+def _import_to_files(
+    files: Sequence[Path], mapping: Mapping, wanted: Wanted, provenance: Provenance, out: Path
+) -> list[Path]:
+    """Import what can be; what cannot is listed in `not_imported.txt`.
+
+    Raises:
+        LogError: none of the files can be imported.
+    """
+    episodes: list[Episode] = []
+    names: list[str] = []
+    refused: list[str] = []
+    for file in tqdm(files, "files", disable=None if len(files) > 1 else True):
+        source = replace(provenance, trial=len(episodes))
+        try:
+            imported = import_file(file, mapping, wanted, source)
+        except DataError as error:
+            if len(files) == 1:
+                raise
+            refused.append(str(error) if str(file) in str(error) else f"{file}: {error}")
+            print(f"  WARNING: not imported: {refused[-1]}")
+            continue
+        _tell(file, imported)
+        for k, episode in enumerate(imported.episodes):
+            names.append(file.stem if len(imported.episodes) == 1 else f"{file.stem}_{k}")
+            episodes.append(episode)
+    if not episodes:
+        raise LogError(f"None of {len(files)} files can be imported. The first, {refused[0]}")
+    for sentence in (*duplicated(episodes, names), *_periods(episodes, names)):
+        print(f"  WARNING: {sentence}")
+    made: list[Path] = []
+    if refused:
+        made.append(out / NOT_IMPORTED)
+        write_atomically(made[-1], "\n".join(refused) + "\n")
+        print(f"{len(refused)} of {len(files)} files were not imported; {made[-1]} says why.")
+    for name, episode in zip(names, episodes, strict=True):
+        made.append(out / EPISODES / f"{name}.mcap")
+        write_episode(made[-1], episode)
+    for name, episode in list(zip(names, episodes, strict=True))[:_DRAWN]:
+        made.append(out / "figures" / f"{name}.png")
+        save(courses_figure(episode, name), made[-1], dots_per_inch=90)
+    return made
+
+
+def _periods(episodes: Sequence[Episode], names: Sequence[str]) -> Iterator[str]:
+    """A sentence on recordings of more than one control period, which no later stage takes together."""
+    by_period = {episode.control_period: name for episode, name in zip(episodes, names, strict=True)}
+    if max(by_period) - min(by_period) > _SAME_PERIOD:
+        told = ", ".join(f"{name} {period:.6g} s" for period, name in sorted(by_period.items()))
+        yield f"control periods differ ({told}): import them one by one, or give a period=... that suits all"
+
+
+def _tell(file: Path, imported: Imported) -> None:
+    periods = sum(map(len, imported.episodes))
+    period = imported.episodes[0].control_period
+    print(f"{file}: {len(imported.episodes)} recordings, {periods * period:.3g} s at {1 / period:.4g} Hz")
+    for sentence in imported.notes:
+        print(f"  {sentence}")
+    for sentence in imported.doubts:
+        print(f"  WARNING: {sentence}")

@@ -1,0 +1,177 @@
+"""Algorithm 1 from start to end: simulator, model, policy, robot, correction, better policy."""
+
+import shlex
+import shutil
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from hydra.core.hydra_config import HydraConfig
+from hydra.utils import instantiate
+from omegaconf import DictConfig, OmegaConf
+
+from twbal.algorithm.outcome import summary_table
+from twbal.algorithm.summary import Diagnosis, Summary, read_summary, write_summary
+from twbal.cli.algorithm_stages import Algorithm
+from twbal.cli.chain import Chain
+from twbal.cli.commands import text
+from twbal.cli.console import configuration_flags, next_command, run_folder
+from twbal.cli.manifest import MANIFEST, Manifest, Step, is_of_this_code, perform, read_manifest
+from twbal.cli.run_figures import pictures, save
+from twbal.cli.run_findings import Measures, episodes_in, findings, summarise
+from twbal.cli.run_state import Learning, Questions, Settings
+from twbal.cli.script import HASHES, SCRIPT, hash_list, script
+from twbal.cli.stages.diagnose import DIAGNOSIS, FEW_DATA, enough_for_diagnosis
+from twbal.cli.stages.real_rollout import check_robot_is_there
+from twbal.cli.typed_config import recorded, typed
+from twbal.core.evaluation import succeeded
+from twbal.core.files import write_atomically
+from twbal.diagnosis.record import CLOSED, closed_share
+from twbal.viz.run_page import Setting, write_report
+
+MORE_UPDATES = 3  # than a run had that did not balance the robot
+NOT_RECORDED = ("link.port", "sim_collect.workers", "optimise_policy.workers")
+SUMMARY, REPORT, FIGURES, BEST_POLICY = "summary.json", "report.html", "figures", "best_policy.pt"
+
+
+def main(cfg: DictConfig) -> float | None:
+    """Run the stage in Hydra's run folder.
+
+    Returns:
+        The long-term cost of the best policy: real where it was tried, else as predicted (None where it was
+        not); for a sweeper to make small.
+    """
+    out, hydra, flags = run_folder(), HydraConfig.get(), configuration_flags()
+    told = [word for word in hydra.overrides.task if not word.startswith("hydra.")]
+    print(f"After an interruption, this goes on where it was: {_again(flags, told, out)}\n", flush=True)
+    run(cfg, out, hydra.runtime.choices, flags)
+    summary = read_summary(out / SUMMARY)
+    print(f"\n{summary_table(summary)}\n")
+    print(f"policy  {out / BEST_POLICY}")
+    print(f"by hand {out / SCRIPT}")
+    print(f"report  {out / REPORT}")
+    for command in _following(summary, out, flags, told, cfg.updates):
+        print(f"next    {command}")
+    best = summary.best
+    return best.predicted_cost if best.real_cost is None else best.real_cost
+
+
+def _again(flags: Sequence[str], told: Sequence[str], out: Path) -> str:
+    """The command that goes on in `out`."""
+    return shlex.join(["twbal", "iterate", *flags, *told, f"hydra.run.dir={text(str(out))}"])
+
+
+def _following(summary: Summary, out: Path, flags: Sequence[str], told: Sequence[str], updates: int) -> list[str]:
+    """What to do next: drive the robot that is balanced, or learn more about the one that is not."""
+    if summary.solved or not summary.best.trials:
+        return [next_command("real-rollout", {"policy.path": out / BEST_POLICY}, "robot", "state", "link")]
+    if updates:
+        others = [word for word in told if not word.startswith("updates=")]
+        commands = [_again(flags, [*others, f"updates={updates + MORE_UPDATES}"], out)]
+    else:
+        others = [word for word in told if not word.startswith(("updates=", "method=", "trained="))]
+        commands = [shlex.join(["twbal", "iterate", *flags, *others])]
+    folders = _to_diagnose(summary, out)
+    if folders:
+        commands.append(next_command("diagnose", {"episodes": folders, **FEW_DATA}, "robot", "sim"))
+    return commands
+
+
+def _to_diagnose(summary: Summary, out: Path) -> list[str]:
+    """Run folders whose episodes are enough for a diagnosis; none where there are not, or one was made already."""
+    if any(iteration.diagnosis not in (None, Diagnosis.NOT_MADE) for iteration in summary.iterations):
+        return []
+    places = [out / f"iteration_{iteration.index}" for iteration in summary.iterations]
+    rollouts = [place / "rollout" for place in places if (place / "rollout").is_dir()]
+    trials = [place / "trials" for place in places]
+    for folders in (rollouts, [*rollouts, *trials]):
+        if enough_for_diagnosis(episodes_in(folders)):
+            return [str(folder) for folder in folders]
+    return []
+
+
+def run(cfg: DictConfig, out: Path, choices: Mapping[str, str], flags: Sequence[str]) -> Manifest:
+    """Run Algorithm 1 as `cfg` says in `out`, or what of it is not there yet.
+
+    Args:
+        cfg: of this stage.
+        out: the run folder.
+        choices: which choice `cfg` has of each group.
+        flags: of Hydra's with which each stage would be run by hand.
+
+    Raises:
+        TwbalError: a step failed; the message names it. The same command again goes on from there.
+    """
+    settings = typed(Settings, cfg)
+    _allow_more_updates(cfg, out, settings.updates)
+    step = Step("iterate", out, recorded(cfg, NOT_RECORDED), {}, settings.seed)
+    chain = Chain(cfg, choices, out, flags)
+    return perform(step, lambda: _learn_and_tell(cfg, chain, choices, settings))
+
+
+def _allow_more_updates(cfg: DictConfig, out: Path, updates: int) -> None:
+    """Let a run go on in its folder with more updates than it had: all that lies there stays true."""
+    before = read_manifest(out)
+    if before is None or before.stage != "iterate" or not is_of_this_code(before):
+        return
+    then = OmegaConf.create(before.settings)
+    assert isinstance(then, DictConfig)
+    if then.updates < updates and recorded(then, ("updates",)) == recorded(cfg, (*NOT_RECORDED, "updates")):
+        (out / MANIFEST).unlink(missing_ok=True)
+
+
+def _learn_and_tell(cfg: DictConfig, chain: Chain, choices: Mapping[str, str], settings: Settings) -> list[Path]:
+    measures = Measures(instantiate(cfg.rule), instantiate(cfg.cost), cfg.search.horizon, instantiate(cfg.state))
+    check_robot_is_there(cfg)
+
+    def solved(trials: Path) -> bool:
+        return all(succeeded(trial, measures.rule) for trial in episodes_in([chain.root / trials]))
+
+    def diagnosable(rollouts: Sequence[Path]) -> bool:
+        return enough_for_diagnosis(episodes_in([chain.root / rollout for rollout in rollouts]))
+
+    def mended(diagnosis: Path) -> bool:
+        return closed_share(chain.root / diagnosis / DIAGNOSIS) > CLOSED
+
+    learning = Algorithm(chain, cfg, settings, measures.rule, Questions(solved, diagnosable, mended)).run()
+    return _tell(cfg, chain, learning, measures, choices)
+
+
+def _tell(
+    cfg: DictConfig, chain: Chain, learning: Learning, measures: Measures, choices: Mapping[str, str]
+) -> list[Path]:
+    """Write down what came out; returns the files."""
+    out = chain.root
+    found = findings(learning, out, measures)
+    simulated = episodes_in([out / folder for folder in learning.simulated])
+    summary = summarise(found, simulated, cfg.robot.name, cfg.seed, round(chain.wall_s, 3), measures.rule.limit)
+    best = learning.policies[summary.best_iteration].policy_file
+    shutil.copyfile(out / best, out / BEST_POLICY)
+    commands = script(chain.commands, best, BEST_POLICY)
+    write_atomically(out / SCRIPT, commands)
+    write_atomically(out / HASHES, hash_list({**chain.outputs, BEST_POLICY: summary.best.policy.sha256}))
+    write_summary(out / SUMMARY, summary)
+    drawn = pictures(summary, found, measures, cfg.robot.control_period)
+    write_report(out / REPORT, summary, _setting(cfg, measures, choices), drawn, commands)
+    return [*(out / name for name in (SUMMARY, BEST_POLICY, SCRIPT, HASHES, REPORT)), *save(drawn, out / FIGURES)]
+
+
+def _setting(cfg: DictConfig, measures: Measures, choices: Mapping[str, str]) -> Setting:
+    """What a reader of the report must know of the set-up."""
+    channels = measures.channels
+    widths = [
+        f"{name} {width:g} {unit}"
+        for name, width, unit in zip(channels.names, measures.cost.widths, channels.units, strict=True)
+        if width < float("inf")
+    ]
+    virtual = choices["link"] == "virtual"
+    facts = [
+        ("method", str(cfg.method)),
+        ("state", ", ".join(channels.names)),
+        ("cost widths", ", ".join(widths)),
+        ("horizon", f"{measures.horizon} control periods"),
+        ("policy", f"{cfg.shape.basis} basis functions{', and a linear part' if cfg.shape.linear else ''}"),
+        ("link", f"{choices['link']}, robot {cfg.link.seed}" if virtual else str(choices["link"])),
+    ]
+    if cfg.first == "simulation":
+        facts.append(("simulated robots", ", ".join([str(choices.get("sim", "own")), *map(str, cfg.variants)])))
+    return Setting(virtual, measures.rule, cfg.robot.control_period, [str(name) for name in cfg.variants], facts)

@@ -1,0 +1,219 @@
+"""Drive the robot on the other end of a link by a policy and log what it does."""
+
+from collections.abc import Callable
+from contextlib import AbstractContextManager
+from dataclasses import dataclass, replace
+from functools import partial
+from itertools import count
+from pathlib import Path
+
+from hydra.utils import instantiate
+from omegaconf import DictConfig
+
+from twbal.algorithm.rollout import rollout
+from twbal.cli.artefacts import episode_file, policy_files, policy_hash
+from twbal.cli.console import closing, next_command, run_folder
+from twbal.cli.manifest import Manifest, Step, perform, read_manifest
+from twbal.cli.signals import stopped_once
+from twbal.cli.typed_config import recorded, typed
+from twbal.core.channels import Channels
+from twbal.core.episode import Episode, Outcome, Provenance
+from twbal.core.errors import ConfigError, DataError, LinkLostError
+from twbal.core.robot_parameters import RobotParameters, parameter_hash
+from twbal.io.logs import read_episode, write_episode
+from twbal.link.ranges import MAX_TRIAL
+from twbal.link.serial_plant import SerialPlant
+from twbal.policies.exploring import ExploringPolicy
+from twbal.policies.policy import Policy
+
+NOT_RECORDED = ("policy.path", "link.port")
+NOT_IN_EPISODES = ("policy.path", "link")  # the same robot may be reached by other ways
+INTERRUPTED = (Outcome.STOPPED, Outcome.LINK_LOST, Outcome.POLICY_FAULT)
+"""Outcomes of trials that end the stage, and that the same command drives again."""
+
+
+@dataclass(frozen=True)
+class Settings:
+    """See conf/stage/real_rollout.yaml."""
+
+    seed: int
+    trials: int
+    first_trial: int
+    steps: int
+    tilt_limit: float
+    exploration: float
+    exploration_steps: int | None
+
+
+def main(cfg: DictConfig) -> None:
+    """Run the stage in Hydra's run folder."""
+    out = run_folder()
+    manifest = run(cfg, out)
+    for made in manifest.outputs:
+        episode = read_episode(out / made.path)
+        trial, outcome = episode.provenance.trial, episode.outcome.replace("_", " ")
+        print(f"trial {trial}: {outcome} after {episode.duration:.2f} s, {len(episode)} samples")
+    closing(manifest, out, _following(cfg, out))
+
+
+def _following(cfg: DictConfig, out: Path) -> str:
+    """The next command: where the policy was searched on a model, its correction; else a diagnosis."""
+    for policy in policy_files(cfg.policy):
+        models = _searched_on(policy)
+        if models and models[0].is_file():
+            return next_command("fit-diff-gp", {"dynamics": models[0], "episodes": out}, "robot", "state")
+    return next_command("diagnose", {"episodes": out}, "robot", "sim")
+
+
+def _searched_on(policy: Path) -> list[Path]:
+    """The models that a policy was searched on, by the manifest beside it; none where it has none that can be read."""
+    try:
+        searched = read_manifest(policy.parent)
+    except DataError:
+        return []
+    return [Path(model.path) for model in searched.inputs.get("dynamics", ())] if searched else []
+
+
+def run(cfg: DictConfig, out: Path) -> Manifest:
+    """Drive the trials that `cfg` asks for and log them to `out`/episodes, unless they are there already."""
+    settings = typed(Settings, cfg)
+    _check_trials(settings)
+    robot: RobotParameters = instantiate(cfg.robot)
+    policy: Policy = instantiate(cfg.policy)
+    _check_torque(policy, robot)
+    if settings.exploration:
+        policy = ExploringPolicy(
+            policy, settings.exploration * robot.torque_limit, robot.torque_limit, settings.exploration_steps
+        )
+    provenance = Provenance(
+        robot=robot.name,
+        source="robot",
+        parameter_hash=parameter_hash(robot),
+        policy_hash=policy_hash(cfg.policy),
+        seed=settings.seed,
+        config=recorded(cfg, NOT_IN_EPISODES),
+    )
+    open_link = partial(instantiate, cfg.link)
+    inputs = {"policy": policy_files(cfg.policy)}
+    step = Step("real-rollout", out, recorded(cfg, NOT_RECORDED), inputs, settings.seed)
+    channels = instantiate(cfg.state)
+    return perform(step, lambda: record(open_link, robot, policy, channels, settings, provenance, out))
+
+
+def record(
+    open_link: Callable[[], AbstractContextManager[SerialPlant]],
+    robot: RobotParameters,
+    policy: Policy,
+    channels: Channels,
+    settings: Settings,
+    provenance: Provenance,
+    out: Path,
+) -> list[Path]:
+    """Drive the trials whose logs are not there yet; returns the logs of all.
+
+    A trial that the person, a lost link or a faulty policy ended is logged to `out`/interrupted, and ends the stage.
+
+    Args:
+        open_link: opens the robot.
+        robot: its data sheet.
+        policy: that drives it.
+        channels: the state.
+        settings: which trials, and how long.
+        provenance: of all trials but for their number.
+        out: for the logs.
+
+    Raises:
+        LinkError: the robot cannot be reached, fell silent, or does not confirm that it has stopped.
+        ConfigError: it is not the robot of the data sheet.
+        DataError: the policy commanded what is no number, or an episode cannot be written.
+        KeyboardInterrupt: the person pressed Ctrl-C, or the process was asked to end.
+    """
+    trials = range(settings.first_trial, settings.first_trial + settings.trials)
+    with stopped_once(), open_link() as plant:
+        _check_robot(plant, robot)
+        for trial in trials:
+            file = episode_file(out / "episodes", trial)
+            if file.exists():
+                continue
+            its_own = replace(provenance, robot=plant.robot_name, trial=trial)
+            episode = rollout(plant, policy, channels, settings.steps, settings.tilt_limit, its_own)
+            with_line = replace(episode, events=tuple(sorted((*episode.events, *plant.events))))
+            if episode.outcome in INTERRUPTED:
+                _keep_interrupted(with_line, out / "interrupted", why=" ".join(end.text for end in episode.events))
+            _keep(file, with_line)
+    return [episode_file(out / "episodes", trial) for trial in trials]
+
+
+def check_robot_is_there(cfg: DictConfig) -> None:
+    """Shake hands with a robot on a port, and leave it alone again, before work is done whose result is meant for it.
+
+    A virtual robot of the run's own is started when it is needed.
+
+    Args:
+        cfg: of a stage that drives a robot later, with `link` and `robot`.
+
+    Raises:
+        LinkError: it cannot be reached.
+        ConfigError: it is not the robot of the data sheet.
+    """
+    if "port" in cfg.link:
+        with stopped_once(), instantiate(cfg.link) as plant:
+            _check_robot(plant, instantiate(cfg.robot))
+
+
+def _check_trials(settings: Settings) -> None:
+    if settings.first_trial + settings.trials - 1 > MAX_TRIAL:
+        raise ConfigError(
+            f"The last of {settings.trials} trials from number {settings.first_trial} on is beyond {MAX_TRIAL}, the "
+            "largest number that a robot can be told. Choose a smaller first_trial, or fewer trials."
+        )
+
+
+def _check_torque(policy: Policy, robot: RobotParameters) -> None:
+    most = float(getattr(policy, "max_command", 0.0))
+    if not most <= robot.torque_limit * (1 + 1e-9):
+        raise ConfigError(
+            f"The policy commands up to {most:g} N·m; the robot {robot.name!r} takes "
+            f"{robot.torque_limit:g} N·m. Choose the robot that it was made for by robot=..., or make one for it."
+        )
+
+
+def _check_robot(plant: SerialPlant, robot: RobotParameters) -> None:
+    if not abs(plant.control_period - robot.control_period) <= 1e-6:
+        raise ConfigError(
+            f"The robot {plant.robot_name!r} on the link has a control period of {plant.control_period} s; the data "
+            f"sheet {robot.name!r} says {robot.control_period} s. Is it the right one (robot=...)?"
+        )
+    if not plant.torque_limit >= robot.torque_limit * (1 - 1e-6):
+        raise ConfigError(
+            f"The robot {plant.robot_name!r} on the link takes at most {plant.torque_limit:g} N·m; the data sheet "
+            f"{robot.name!r} says {robot.torque_limit:g} N·m. Commands beyond would be recorded but not act. Is it the "
+            f"right one (robot=...)? Or set robot.torque_limit={plant.torque_limit:g} throughout."
+        )
+
+
+def _keep(file: Path, episode: Episode) -> None:
+    """Log the episode, also where Ctrl-C comes while it is written."""
+    try:
+        write_episode(file, episode)
+    except KeyboardInterrupt:
+        write_episode(file, episode)
+        raise
+
+
+def _keep_interrupted(episode: Episode, folder: Path, why: str) -> None:
+    """Log what there is of the episode under a free name, and raise what ended it."""
+    name = f"trial_{episode.provenance.trial:03d}_{episode.outcome.value}"
+    file = next(path for i in count() if not (path := folder / f"{name}_{i}.mcap").exists())
+    samples = f"{len(episode)} samples of trial {episode.provenance.trial}"
+    try:
+        _keep(file, episode)
+        kept = f"{samples} are kept in {file}, marked {episode.outcome.replace('_', ' ')}"
+    except DataError as error:  # must not hide what ended the episode
+        kept = f"{samples} are lost. {error}"
+    if episode.outcome is Outcome.LINK_LOST:
+        raise LinkLostError(f"{why} {kept}; the same command again goes on from there.")
+    if episode.outcome is Outcome.POLICY_FAULT:
+        raise DataError(f"{why} {kept}. Make that policy anew, or choose another.")
+    print(kept)
+    raise KeyboardInterrupt

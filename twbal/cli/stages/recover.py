@@ -1,0 +1,59 @@
+"""Save what is left of damaged episode logs."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from omegaconf import DictConfig
+
+from twbal.cli.console import closing, next_command, run_folder
+from twbal.cli.manifest import Manifest, Step, perform
+from twbal.cli.typed_config import recorded
+from twbal.core.errors import LogError
+from twbal.io.logs import recover_episode, write_episode
+
+
+def main(cfg: DictConfig) -> None:
+    """Run the stage in Hydra's run folder."""
+    out = run_folder()
+    manifest = run(cfg, out)
+    closing(manifest, out, next_command("show", {"episode": out / manifest.outputs[0].path}))
+
+
+def run(cfg: DictConfig, out: Path) -> Manifest:
+    """Save what is left of the logs that `cfg` names into `out`/episodes, unless that is done there already."""
+    files = _logs(cfg.logs)
+    step = Step("recover", out, recorded(cfg, ("logs",)), {"logs": files}, 0)
+    return perform(step, lambda: _recover(files, out))
+
+
+def _logs(given: str | Sequence[str]) -> list[Path]:
+    """The logs, and those in the folders; unfinished ones that a killed process left are looked for too."""
+    found: list[Path] = []
+    for word in [given] if isinstance(given, str) else given:
+        path = Path(word)
+        inside = sorted([*path.rglob("*.mcap"), *path.rglob(".*.mcap.*.partial")]) if path.is_dir() else [path]
+        found.extend(inside)
+    if not found:
+        raise LogError(f"There are no logs (*.mcap) in {given}.")
+    return found
+
+
+def _recover(files: Sequence[Path], out: Path) -> list[Path]:
+    made, hopeless = [], []
+    for number, file in enumerate(files):
+        try:
+            found = recover_episode(file)
+        except LogError as error:
+            hopeless.append(str(error))
+            print(error)
+            continue
+        stem = file.name.removeprefix(".").split(".mcap")[0]
+        path = out / "episodes" / f"{stem}.mcap"
+        made.append(path if path not in made else path.with_name(f"{stem}_{number}.mcap"))
+        write_episode(made[-1], found.episode)
+        kept = len(found.episode) + 1
+        state = f"{found.damage}; {kept} samples saved, {found.lost_samples} lost" if found.damage else "is whole"
+        print(f"{file}: {state}")
+    if not made:
+        raise LogError(f"Nothing can be saved of {len(hopeless)} logs. The last one: {hopeless[-1]}")
+    return made

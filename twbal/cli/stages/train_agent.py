@@ -1,0 +1,76 @@
+"""Train a model-free agent on the simulated robot."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from hydra.utils import instantiate
+from omegaconf import DictConfig
+from tqdm import tqdm
+
+from twbal.algorithm.collection import RolloutPlan
+from twbal.cli.console import closing, next_command, run_folder
+from twbal.cli.manifest import Manifest, Step, perform
+from twbal.cli.simulation_config import plant_maker
+from twbal.cli.typed_config import recorded, typed
+from twbal.core.episode import Provenance
+from twbal.core.evaluation import SuccessRule, succeeded
+from twbal.environment.agent import AgentRecipe
+from twbal.io.checkpoint import save_checkpoint
+from twbal.policies.saved import load_policy
+
+NOT_RECORDED = ("trials",)
+POLICY = "policy.pt"
+
+
+@dataclass(frozen=True)
+class Settings:
+    """See conf/stage/train_agent.yaml."""
+
+    seed: int
+    steps: int
+    trials: int
+
+
+def main(cfg: DictConfig) -> None:
+    """Run the stage in Hydra's run folder."""
+    out = run_folder()
+    manifest = run(cfg, out)
+    trials = int(cfg.trials)
+    if trials:
+        print(f"  {successes(cfg, out / POLICY, trials)} of {trials} simulated trials succeed")
+    closing(manifest, out, next_command("real-rollout", {"policy.path": out / POLICY}, "robot", "state"))
+
+
+def run(cfg: DictConfig, out: Path) -> Manifest:
+    """Train the agent that `cfg` asks for into `out`/policy.pt, unless it is there already."""
+    settings = typed(Settings, cfg)
+    recipe: AgentRecipe = instantiate(cfg.agent)
+    step = Step("train-agent", out, recorded(cfg, NOT_RECORDED), {}, settings.seed)
+    return perform(step, lambda: [_trained(cfg, recipe, settings, out / POLICY)])
+
+
+def successes(cfg: DictConfig, policy: Path, trials: int) -> int:
+    """In how many simulated trials the policy balances, by the rule of `cfg`; trial k is that of `sim-collect`."""
+    rule: SuccessRule = instantiate(cfg.rule)
+    channels = instantiate(cfg.state)
+    learned, make_plant = load_policy(policy, channels.names), plant_maker(cfg, int(cfg.seed))
+    plan = RolloutPlan(make_plant, learned, channels, rule.steps, rule.limit)
+    provenances = [Provenance(str(cfg.robot.name), "simulation", seed=int(cfg.seed), trial=k) for k in range(trials)]
+    return sum(succeeded(episode, rule) for episode in plan.drive(provenances))
+
+
+def _trained(cfg: DictConfig, recipe: AgentRecipe, settings: Settings, path: Path) -> Path:
+    # Imported here: `iterate` has this stage among its own, and must run without the extra [rl].
+    from twbal.cli.environment_config import environment_of
+    from twbal.environment.agent_training import policy_of, train
+
+    with environment_of(cfg) as env, tqdm(total=settings.steps, desc="steps", disable=None) as bar:
+
+        def show(steps: int, mean_return: float | None) -> None:
+            if mean_return is not None:
+                bar.set_postfix({"return": f"{mean_return:.0f} of {cfg.rule.steps}"}, refresh=False)
+            bar.update(min(steps, settings.steps) - bar.n)
+
+        agent = train(env, recipe, settings.steps, settings.seed, show)
+        save_checkpoint(path, "policy", policy_of(agent, env, recipe).to_payload())
+    return path

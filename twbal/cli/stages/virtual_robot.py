@@ -1,0 +1,51 @@
+"""A robot with hidden faults behind a port."""
+
+import os
+from dataclasses import dataclass
+
+from hydra.utils import instantiate
+from omegaconf import DictConfig
+
+from twbal.cli.typed_config import typed
+from twbal.core.robot_parameters import RobotParameters
+from twbal.core.streams import Stream, child_seed
+from twbal.link.protocol import Clock
+from twbal.sim.bullet_plant import SimPlant
+from twbal.virtual_robot.firmware import Identity
+from twbal.virtual_robot.hidden import draw_hidden
+from twbal.virtual_robot.server import serve
+
+
+@dataclass(frozen=True)
+class Settings:
+    """See conf/virtual_robot.yaml."""
+
+    seed: int
+    clock: str
+    physics_step: float
+    tilt_limit: float
+    watchdog: float
+    idle_timeout: float
+    parent: int | None
+
+
+def main(cfg: DictConfig) -> None:
+    """Serve one virtual robot until nobody needs it any more."""
+    settings = typed(Settings, cfg)
+    parent = os.getppid() if settings.parent is None else settings.parent
+    robot: RobotParameters = instantiate(cfg.robot)
+    identity = Identity(
+        name=robot.name,
+        torque_limit=robot.torque_limit,
+        tilt_limit=settings.tilt_limit,
+        watchdog=settings.watchdog,
+        clock=Clock[settings.clock.upper()],
+    )
+    plant = SimPlant(
+        robot=robot,
+        effects=draw_hidden(instantiate(cfg.hidden), robot, settings.seed),
+        start=instantiate(cfg.start),
+        physics_step=settings.physics_step,
+        seed=child_seed(Stream.VIRTUAL_ROBOT, settings.seed),  # no numbers in common with the host's simulation
+    )
+    serve(plant, identity, settings.idle_timeout, parent)

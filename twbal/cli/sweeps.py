@@ -1,0 +1,204 @@
+"""Jobs of a sweep: where each lies, what one is, and what is told of those that fail.
+
+Hydra itself does not resume sweeps. A job's folder is named by what the job was told, and a stage whose folder says
+that its work is done returns at once: so the same sweep again, or a larger one, in the same folder does what is
+missing.
+"""
+
+import gc
+import hashlib
+import importlib
+import os
+import re
+import secrets
+import shlex
+import traceback
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+from hydra.core.hydra_config import HydraConfig
+from hydra.errors import HydraException
+from hydra.experimental.callback import Callback
+from hydra.types import RunMode
+from omegaconf import DictConfig, OmegaConf
+from omegaconf.errors import OmegaConfBaseException
+
+from twbal.cli.commands import refuse_experiment_of_another_stage, text
+from twbal.cli.config_check import check_configuration
+from twbal.cli.hydra_errors import complaint
+from twbal.core.errors import SweepError, TwbalError
+from twbal.core.files import write_atomically
+from twbal.core.threads import asked_threads
+
+FAILURE = "failure.log"
+_FULL_ERROR = "HYDRA_FULL_ERROR"
+_LONGEST = 160  # characters of a job folder's name, of the 255 that a file system takes
+_LISTED = 3  # failed jobs that are named one by one
+
+
+def job_folder(overrides: Sequence[str]) -> str:
+    """The name of a job's folder within that of its sweep: `link.seed-1__updates-2`, in alphabetical order.
+
+    It has nothing that would have to be quoted in an override or a shell. What had to give way to that or was cut off
+    for length is told apart by a hash.
+
+    Args:
+        overrides: of the job.
+    """
+    whole = "__".join(sorted(overrides)).replace("=", "-")
+    name = re.sub(r"[^\w.@-]", "_", whole, flags=re.ASCII)[:_LONGEST]
+    if name == whole:
+        return name or "default"
+    return f"{name}_{hashlib.sha256(whole.encode()).hexdigest()[:10]}"
+
+
+OmegaConf.register_new_resolver("job_folder", job_folder, replace=True)
+
+
+class StageFailed(BaseException):
+    """Carries a stage's error past Hydra, which would print its own line about it first.
+
+    Not an `Exception`, so that Hydra lets it pass. Only for single runs: in a sweep Hydra must see that a job failed,
+    to go on with the others.
+    """
+
+    def __init__(self, error: Exception) -> None:
+        super().__init__(str(error))
+        self.error = error
+
+
+class FailedJobError(Exception):
+    """A job of a sweep failed; crosses from the process that ran it to the one that sweeps."""
+
+    def __init__(self, message: str, sweep: str) -> None:
+        super().__init__(message, sweep)
+        self.message, self.sweep = message, Path(sweep)
+
+    def __str__(self) -> str:
+        return self.message
+
+
+class Job:
+    """What Hydra calls: for a single run, or for each job of a sweep, maybe in a process or on a machine elsewhere.
+
+    Args:
+        stage: its name on the command line.
+    """
+
+    def __init__(self, stage: str) -> None:
+        self._stage, self._threads, self._full_error = stage, asked_threads(), os.environ.get(_FULL_ERROR)
+        self._sweep = secrets.token_hex(8)  # tells failures of this go from those of earlier ones in the same folder
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        self.__dict__.update(state)
+        os.environ.update(self._threads)  # in a process elsewhere, before it loads anything numeric
+
+    def __call__(self, cfg: DictConfig) -> Any:
+        """Run the stage.
+
+        Raises:
+            StageFailed: it failed, in a single run.
+            FailedJobError: it failed, in a sweep.
+        """
+        hydra = HydraConfig.get()
+        sweeps = hydra.mode == RunMode.MULTIRUN
+        try:
+            refuse_experiment_of_another_stage(self._stage, hydra.runtime.choices)
+            check_configuration(cfg, self._stage)
+            # Imported here: help, tab completion and --cfg need none of the libraries that a stage works with.
+            with full_error(self._full_error):  # for processes that the stage starts
+                stage_module = importlib.import_module(f"twbal.cli.stages.{self._stage.replace('-', '_')}")
+                gc.enable()
+                value = stage_module.main(cfg)
+        except Exception as error:
+            if sweeps:
+                raise self._noted(error) from error
+            raise StageFailed(error) from error
+        if sweeps:
+            (Path(HydraConfig.get().runtime.output_dir) / FAILURE).unlink(missing_ok=True)
+        return value
+
+    def _noted(self, error: Exception) -> FailedJobError:
+        """`error` written down in the job's folder."""
+        hydra, plain = HydraConfig.get(), translated(error, self._stage)
+        told = " ".join(hydra.overrides.task)
+        said = str(plain) if isinstance(plain, TwbalError) else f"{type(plain).__name__}: {plain}"
+        said = " ".join(said.split())
+        whole = "".join(traceback.format_exception(error))
+        folder = Path(hydra.runtime.output_dir)
+        write_atomically(folder / FAILURE, f"{told}\n{said}\nsweep {self._sweep}\n\n{whole}")
+        return FailedJobError(said, hydra.sweep.dir)
+
+    def failures(self, first: FailedJobError, words: Sequence[str]) -> SweepError:
+        """What failed in this sweep, and the command that does what is missing.
+
+        Args:
+            first: failure that Hydra told of.
+            words: with which the stage was called.
+        """
+        files = sorted(first.sweep.glob(f"*/**/{FAILURE}"))
+        logs = [lines for file in files if len(lines := file.read_text(encoding="utf-8").split("\n", 3)) == 4]
+        ours = [f"{told or 'default'} ({said})" for told, said, sweep, _ in logs if sweep == f"sweep {self._sweep}"]
+        more = f" and {len(ours) - _LISTED} more" if len(ours) > _LISTED else ""
+        which = f"{'; '.join(ours[:_LISTED])}{more}" if ours else str(first)
+        count = "1 job of the sweep" if len(ours) < 2 else f"{len(ours)} jobs of the sweep"
+        return SweepError(
+            f"{count} failed: {which}. The folder of each has a {FAILURE}. Once that is mended, this does what is "
+            f"missing: {again(self._stage, words, first.sweep)}"
+        )
+
+
+def again(stage: str, words: Sequence[str], sweep: Path) -> str:
+    """The command that goes on with a sweep in its folder."""
+    kept = [word for word in words if not word.startswith("hydra.sweep.dir=")]
+    return shlex.join(["twbal", stage, *kept, f"hydra.sweep.dir={text(str(sweep))}"])
+
+
+def translated(error: Exception, stage: str) -> Exception:
+    """`error` itself, or what it means to the person who typed the command."""
+    return complaint(error, stage) if isinstance(error, HydraException | OmegaConfBaseException) else error
+
+
+@contextmanager
+def full_error(value: str | None) -> Iterator[None]:
+    """Set Hydra's variable for the length of the body; None takes it away."""
+    before = os.environ.pop(_FULL_ERROR, None)
+    try:
+        if value is not None:
+            os.environ[_FULL_ERROR] = value
+        yield
+    finally:
+        os.environ.pop(_FULL_ERROR, None)
+        if before is not None:
+            os.environ[_FULL_ERROR] = before
+
+
+class Announcement(Callback):
+    """Says at a sweep's begin how it goes on after an interruption, and at its end what comes next.
+
+    A single run begins with a check of its configuration, as Hydra has made no folder for it yet.
+    """
+
+    def on_run_start(self, config: DictConfig, **kwargs: Any) -> None:
+        """Check the configuration.
+
+        Raises:
+            StageFailed: it cannot be right. (Hydra would make a warning of any other exception.)
+        """
+        try:
+            check_configuration(config, config.hydra.job.name)
+        except Exception as error:
+            raise StageFailed(error) from error
+
+    def on_multirun_start(self, config: DictConfig, **kwargs: Any) -> None:
+        """Print the sweep's folder."""
+        told = shlex.quote(f"hydra.sweep.dir={text(str(config.hydra.sweep.dir))}")
+        print(f"After an interruption, this sweep goes on by the same command with {told}", flush=True)
+
+    def on_multirun_end(self, config: DictConfig, **kwargs: Any) -> None:
+        """Print the command that compares the jobs, where there is one."""
+        print(f"sweep {config.hydra.sweep.dir}")
+        if config.hydra.job.name == "iterate":
+            print(f"next  twbal compare {shlex.quote(f'runs={text(str(config.hydra.sweep.dir))}')}")

@@ -1,0 +1,1 @@
+"""What all parts share: the interface of a robot, its parameters, episodes, costs, errors and files."""

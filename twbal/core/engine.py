@@ -1,0 +1,149 @@
+"""What integrates a robot's motion, and the plant made of it."""
+
+from abc import ABC, abstractmethod
+from math import ceil
+from typing import NamedTuple
+
+from twbal.core.errors import ConfigError
+from twbal.core.plant import Observation, Plant
+from twbal.core.robot_model import Machine, Running
+from twbal.core.start_pose import Stance, StartPose
+from twbal.core.streams import Stream, generator
+
+
+class Motion(NamedTuple):
+    """True motion of a robot at one instant.
+
+    Attributes:
+        tilt: [rad].
+        tilt_rate: about the axle [rad/s].
+        speed: of the middle of the axle, forward [m/s].
+        wheel_angle: mean of both wheels, relative to the body [rad].
+        wheel_rate: [rad/s].
+        yaw_rate: about the vertical [rad/s].
+    """
+
+    tilt: float
+    tilt_rate: float
+    speed: float
+    wheel_angle: float
+    wheel_rate: float
+    yaw_rate: float
+
+
+class Engine(ABC):
+    """Integrates one robot's motion at a fixed physics step."""
+
+    @abstractmethod
+    def reset(self, stance: Stance) -> None:
+        """Put the robot at its start, as though nothing had run before."""
+
+    @abstractmethod
+    def advance(self, command: float, running: Running, steps: int) -> None:
+        """Take physics steps; in each, the joints get what `running` makes of the held command [N·m]."""
+
+    @abstractmethod
+    def motion(self) -> Motion:
+        """The motion now."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """Free what is held. Safe to call twice."""
+
+
+class EnginePlant(Plant):
+    """A simulated robot behind the seam.
+
+    A trial's start pose and noise follow from (seed, trial) alone: the same trial gives the same bits, whatever ran
+    before it. A command is cut to the torque limit and held for one control period.
+
+    Args:
+        machine: the robot with its effects.
+        engine: integrates it, at `physics_step`.
+        start: where rollouts begin.
+        physics_step: [s].
+        seed: of all randomness.
+
+    Raises:
+        ConfigError: the physics step does not divide the control period.
+    """
+
+    def __init__(self, machine: Machine, engine: Engine, start: StartPose, physics_step: float, seed: int) -> None:
+        self.control_period = machine.robot.control_period
+        self._machine = machine
+        self._engine = engine
+        self._start = start
+        self._physics_step = physics_step
+        self._substeps = substeps(self.control_period, physics_step)
+        self._seed = seed
+        self._running = Running((), ())
+        self._periods = 0
+        self._speed = 0.0
+
+    def reset(self, trial: int) -> Observation:
+        """Begin the rollout that (seed, trial) names."""
+        stance = self._start.draw(generator(Stream.START_POSE, self._seed, trial))
+        self._running = self._machine.start(self._physics_step, generator(Stream.SENSOR_NOISE, self._seed, trial))
+        self._engine.reset(stance)
+        self._periods = 0
+        self._speed = self._engine.motion().speed
+        return self._observe()
+
+    def step(self, command: float) -> Observation:
+        """Hold the command, cut to the torque limit, for one control period."""
+        self._engine.advance(self._machine.clip(command), self._running, self._substeps)
+        self._periods += 1
+        return self._observe()
+
+    def stop(self) -> None:
+        """Nothing turns between the steps of a simulation."""
+
+    def close(self) -> None:
+        """Free the engine."""
+        self._engine.close()
+
+    def _observe(self) -> Observation:
+        motion = self._engine.motion()
+        acceleration = (motion.speed - self._speed) / self.control_period
+        self._speed = motion.speed
+        truth = Observation(
+            time=self._periods * self.control_period,
+            tilt=motion.tilt,
+            tilt_rate=motion.tilt_rate,
+            acceleration=acceleration,
+            wheel_angle=motion.wheel_angle,
+            wheel_rate=motion.wheel_rate,
+            yaw_rate=motion.yaw_rate,
+        )
+        return self._running.sense(truth)
+
+
+def substeps(control_period: float, physics_step: float) -> int:
+    """Physics steps in a control period.
+
+    Raises:
+        ConfigError: there is not a whole number of them.
+    """
+    _require_positive(physics_step)
+    count = round(control_period / physics_step)
+    if count < 1 or abs(count * physics_step - control_period) > 1e-9 * control_period:
+        raise ConfigError(
+            f"A control period of {control_period} s is not a whole number of physics steps of {physics_step} s; "
+            f"try sim.physics_step={dividing_step(control_period, physics_step)!r}."
+        )
+    return count
+
+
+def dividing_step(control_period: float, physics_step: float) -> float:
+    """The longest step that divides a control period and is no longer than a physics step [s].
+
+    Raises:
+        ConfigError: the physics step is not positive.
+    """
+    _require_positive(physics_step)
+    return control_period / max(ceil(control_period / physics_step - 1e-9), 1)
+
+
+def _require_positive(physics_step: float) -> None:
+    if not 0 < physics_step < float("inf"):
+        raise ConfigError(f"The physics step must be positive and finite; found {physics_step} s.")

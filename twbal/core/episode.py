@@ -1,0 +1,143 @@
+"""The record of one rollout, checked when it is made and never changed after."""
+
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import NamedTuple
+
+import numpy as np
+
+from twbal.core.errors import DataError
+from twbal.core.gaussian import Array
+from twbal.core.plant import Observation
+
+
+class Outcome(StrEnum):
+    """How a rollout ended."""
+
+    COMPLETED = "completed"
+    TILT_LIMIT = "tilt_limit"
+    STOPPED = "stopped"  # by a person
+    LINK_LOST = "link_lost"  # the robot fell silent, stopped itself, or sent what cannot be
+    POLICY_FAULT = "policy_fault"  # the policy commanded what is no number
+
+
+class Event(NamedTuple):
+    """Something that happened in a rollout.
+
+    Attributes:
+        time: since the rollout began [s].
+        text: what happened.
+    """
+
+    time: float
+    text: str
+
+
+@dataclass(frozen=True)
+class Provenance:
+    """Where an episode comes from, as far as it bears on what is in it (no wall-clock times).
+
+    Attributes:
+        robot: name of the robot ("paper", "regbot", or what the link's handshake said).
+        source: "simulation" or "robot".
+        parameter_hash: of the parameters (and effects) it was simulated with, or of the data sheet.
+        policy_hash: of the policy that drove it.
+        seed: of the stage that recorded it.
+        trial: number of the rollout within that stage.
+        config: the resolved configuration of that stage, as yaml text.
+    """
+
+    robot: str
+    source: str
+    parameter_hash: str = ""
+    policy_hash: str = ""
+    seed: int = 0
+    trial: int = 0
+    config: str = ""
+
+
+class Estimated(NamedTuple):
+    """A channel of the observations that no sensor measured.
+
+    Attributes:
+        channel: its name, of `Observation`.
+        sd: standard deviation by which what stands there may be off, in the channel's unit.
+    """
+
+    channel: str
+    sd: float
+
+
+@dataclass(frozen=True, eq=False)
+class Episode:
+    """T control periods of a robot.
+
+    Attributes:
+        channels: names of the D state channels.
+        control_period: [s].
+        observations: (T + 1, 7) in the order of `Observation`.
+        states: (T + 1, D), the state x_t made from observation t and the commands before it.
+        commands: (T,) [N·m]; commands[t] acted between observations t and t + 1.
+        outcome: how it ended.
+        provenance: where it comes from.
+        events: what happened on the way.
+        estimated: channels that were worked out from others, in logs of robots that lack a sensor.
+
+    Raises:
+        DataError: shapes do not fit together, a value is not finite, or time does not run forward.
+    """
+
+    channels: tuple[str, ...]
+    control_period: float
+    observations: Array
+    states: Array
+    commands: Array
+    outcome: Outcome
+    provenance: Provenance
+    events: tuple[Event, ...] = field(default=())
+    estimated: tuple[Estimated, ...] = field(default=())
+
+    def __post_init__(self) -> None:
+        for name in ("observations", "states", "commands"):
+            values = np.array(getattr(self, name), dtype=np.float64)
+            values.flags.writeable = False
+            object.__setattr__(self, name, values)
+        object.__setattr__(self, "channels", tuple(self.channels))
+        object.__setattr__(self, "outcome", Outcome(self.outcome))
+        for channel, sd in self.estimated:
+            if channel not in Observation._fields or not sd >= 0:  # infinite: nothing is known of it
+                raise DataError(f"An episode has no channel {channel!r} estimated to {sd}.")
+        steps = len(self.commands)
+        expected = {
+            "observations": (steps + 1, len(Observation._fields)),
+            "states": (steps + 1, len(self.channels)),
+            "commands": (steps,),
+        }
+        for name, shape in expected.items():
+            values = getattr(self, name)
+            if values.shape != shape:
+                raise DataError(f"An episode of {steps} commands needs {name} of shape {shape}; found {values.shape}.")
+            if not np.isfinite(values).all():
+                row = int(np.argwhere(~np.isfinite(values))[0][0])
+                raise DataError(
+                    f"Sample {row} of the episode's {name} is not a finite number ({values[row]}). "
+                    "Leave that episode out, or mend what recorded it."
+                )
+        if not 0 < self.control_period < np.inf:
+            raise DataError(f"The control period must be positive and finite; found {self.control_period} s.")
+        if steps and np.diff(self.observations[:, 0]).min() <= 0:
+            row = int(np.argmin(np.diff(self.observations[:, 0])))
+            raise DataError(f"Time does not run forward between samples {row} and {row + 1} of the episode.")
+
+    def __len__(self) -> int:
+        return len(self.commands)
+
+    @property
+    def duration(self) -> float:
+        """How long the robot was driven [s]."""
+        return len(self) * self.control_period
+
+    @property
+    def tilt(self) -> Array:
+        """Measured tilt at each control instant, (T + 1,) [rad]."""
+        return self.observations[:, Observation._fields.index("tilt")]

@@ -1,0 +1,178 @@
+"""A robot as it really is: the data sheet, changed by whatever effects act on it, for any engine to simulate."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import exp
+from typing import ClassVar, NamedTuple, Protocol
+
+import numpy as np
+
+from twbal.core.plant import Observation
+from twbal.core.robot_parameters import RobotParameters
+
+ROTOR_SHARE = 0.5
+"""Share of the wheels' inertia that lies on the motors' side of a backlash."""
+
+TorqueFilter = Callable[[float], float]
+"""One link of the chain from the command to the motors: summed torque in, summed torque out, once a physics step."""
+
+Push = Callable[[float, float], float]
+"""A force at the axle, forward [N], by its distance from where the rollout began [m] and the time since then [s]."""
+
+SensorFilter = Callable[[Observation], Observation]
+"""What a sensor makes of the truth, once a control period."""
+
+
+class Actuator(Protocol):
+    """Something between the command and the motors.
+
+    Attributes:
+        remembers: whether what it gives depends on more than the command of the moment.
+    """
+
+    remembers: ClassVar[bool]
+
+    def start(self, physics_step: float, rng: np.random.Generator) -> TorqueFilter:
+        """A fresh link for one rollout, called once a physics step of `physics_step` [s]."""
+
+
+class Sensor(Protocol):
+    """Something between the truth and what is measured."""
+
+    def start(self, control_period: float, rng: np.random.Generator) -> SensorFilter:
+        """A fresh sensor for one rollout, called once a control period [s]."""
+
+
+class JointMotion(NamedTuple):
+    """What the wheels' joints do, as the mean of both.
+
+    Attributes:
+        angle: of the wheel relative to the body [rad].
+        rate: [rad/s].
+        acceleration: in the physics step before; before the first one, what it would be without torque, or 0 [rad/s²].
+        apart: by which one wheel is ahead of the mean and the other behind it [rad].
+    """
+
+    angle: float
+    rate: float
+    acceleration: float
+    apart: float = 0.0
+
+
+JointTorque = Callable[[float, JointMotion], float]
+"""What arrives at the joints of the motors' summed torque [N·m], by the joints' motion; once a physics step."""
+
+
+class Joint(Protocol):
+    """Something in the wheels' joints that depends on how they move."""
+
+    def start(self, robot: RobotParameters, physics_step: float) -> JointTorque:
+        """A fresh joint of a robot for one rollout, called once a physics step of `physics_step` [s]."""
+
+
+@dataclass(frozen=True)
+class Drive:
+    """Friction of each wheel's joint, which acts between wheel and body.
+
+    Attributes:
+        coulomb_friction: torque that opposes turning, or holds the wheel to the body [N·m].
+        viscous_friction: torque over the wheel's rate relative to the body [N·m·s/rad].
+        breakaway: by which the dry friction is greater at rest [N·m]; it fades as exp(-(rate / stribeck_rate)²).
+        stribeck_rate: [rad/s].
+        gap: play between rotor and wheel, full width [rad]; the rotors then turn by themselves, see `ROTOR_SHARE`.
+    """
+
+    coulomb_friction: float = 0.0
+    viscous_friction: float = 0.0
+    breakaway: float = 0.0
+    stribeck_rate: float = 1.0
+    gap: float = 0.0
+
+    def dry_friction(self, rate: float) -> float:
+        """Largest dry friction of each joint [N·m] at a rate relative to the body [rad/s]."""
+        if not self.breakaway:
+            return self.coulomb_friction
+        return self.coulomb_friction + self.breakaway * exp(-((rate / self.stribeck_rate) ** 2))
+
+
+@dataclass(frozen=True)
+class Ground:
+    """What the wheels stand on.
+
+    Attributes:
+        slope: angle by which it rises towards +x [rad].
+        grip: coefficient of dry friction between tyre and ground; PyBullet takes at most 1.
+        rolling_resistance: dry torque of each wheel that opposes its turning over ground [N·m].
+        rolling_viscous: torque of each wheel over its rate over ground [N·m·s/rad].
+    """
+
+    slope: float = 0.0
+    grip: float = 1.0
+    rolling_resistance: float = 0.0
+    rolling_viscous: float = 0.0
+
+
+@dataclass(frozen=True)
+class Machine:
+    """A robot with its effects applied.
+
+    Attributes:
+        robot: with the effects on the body in it.
+        torque_limit: at which a command is cut, before anything else happens to it [N·m].
+        drive: friction of the joints.
+        ground: what the wheels stand on.
+        joints: what else happens in the joints, in that order.
+        pushes: forces at the axle.
+        actuators: from the command to the motors, in that order.
+        sensors: from the truth to what is measured, in that order.
+    """
+
+    robot: RobotParameters
+    torque_limit: float
+    drive: Drive = Drive()
+    ground: Ground = Ground()
+    joints: tuple[Joint, ...] = ()
+    pushes: tuple[Push, ...] = ()
+    actuators: tuple[Actuator, ...] = ()
+    sensors: tuple[Sensor, ...] = ()
+
+    def clip(self, command: float) -> float:
+        """The command, cut to the torque limit [N·m]."""
+        return min(max(float(command), -self.torque_limit), self.torque_limit)
+
+    def start(self, physics_step: float, rng: np.random.Generator) -> "Running":
+        """Fresh memory for one rollout; each effect draws from a stream of its own."""
+        streams = rng.spawn(len(self.actuators) + len(self.sensors))
+        actuators = [a.start(physics_step, stream) for a, stream in zip(self.actuators, streams, strict=False)]
+        sensing = streams[len(self.actuators) :]
+        period = self.robot.control_period
+        sensors = [s.start(period, stream) for s, stream in zip(self.sensors, sensing, strict=True)]
+        joints = tuple(joint.start(self.robot, physics_step) for joint in self.joints)
+        return Running(tuple(actuators), tuple(sensors), joints)
+
+
+@dataclass(frozen=True)
+class Running:
+    """What actuators, joints and sensors remember within one rollout."""
+
+    actuators: tuple[TorqueFilter, ...]
+    sensors: tuple[SensorFilter, ...]
+    joints: tuple[JointTorque, ...] = ()
+
+    def turn(self, torque: float, motion: JointMotion) -> float:
+        """Summed torque in the joints [N·m] of what the motors give, by how the joints move."""
+        for joint in self.joints:
+            torque = joint(torque, motion)
+        return torque
+
+    def actuate(self, command: float) -> float:
+        """Summed torque that reaches the joints in the next physics step [N·m]."""
+        for actuator in self.actuators:
+            command = actuator(command)
+        return command
+
+    def sense(self, truth: Observation) -> Observation:
+        """What is measured of the truth."""
+        for sensor in self.sensors:
+            truth = sensor(truth)
+        return truth

@@ -1,0 +1,107 @@
+"""What a data sheet says of a robot, in SI units."""
+
+import hashlib
+import json
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, fields
+from typing import Any
+
+from twbal.core.errors import ConfigError
+
+GRAVITY = 9.81
+"""[m/s²]"""
+
+_LEAST, _MOST = 1e-9, 1e9  # of any value in SI units
+_ROUNDING = 1e-9  # share by which the inertias of a flat plate may break their inequality
+
+
+@dataclass(frozen=True)
+class RobotParameters:
+    """A rigid body on two driven wheels that share one axle.
+
+    Body axes: x forward, y to the left along the axle, z up; the origin is the middle of the axle.
+
+    Attributes:
+        name: of the robot.
+        body_mass: all that does not turn with the wheels [kg].
+        com_height: distance of the body's centre of mass from the axle [m].
+        com_offset: angle by which the centre of mass, seen from the axle, lies in front of the body's z axis [rad].
+        body_inertia_pitch: of the body about its centre of mass, about y [kg·m²].
+        body_inertia_roll: about x [kg·m²].
+        body_inertia_yaw: about z [kg·m²].
+        wheel_mass: of each wheel [kg].
+        wheel_radius: [m].
+        wheel_inertia: of each wheel about the axle, with the geared rotor that turns with it [kg·m²].
+        wheel_width: [m].
+        track: distance between the wheels' middles [m].
+        torque_limit: largest command u_max, sum of both wheels [N·m].
+        control_period: time for which a command is held [s].
+
+    Raises:
+        ConfigError: a value that no robot can have.
+    """
+
+    name: str
+    body_mass: float
+    com_height: float
+    com_offset: float
+    body_inertia_pitch: float
+    body_inertia_roll: float
+    body_inertia_yaw: float
+    wheel_mass: float
+    wheel_radius: float
+    wheel_inertia: float
+    wheel_width: float
+    track: float
+    torque_limit: float
+    control_period: float
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if field.name in ("name", "com_offset"):
+                continue
+            if not 0 < value < float("inf"):
+                raise ConfigError(f"{field.name} of robot {self.name!r} must be positive and finite; found {value}.")
+            if not _LEAST < value < _MOST:
+                raise ConfigError(
+                    f"{field.name} of robot {self.name!r} must lie between {_LEAST:g} and {_MOST:g} in SI units; "
+                    f"found {value}. Was it given in others?"
+                )
+        if not abs(self.com_offset) < 1.5:
+            raise ConfigError(
+                f"com_offset of robot {self.name!r} is an angle in rad, 0 where the centre of mass stands over the "
+                f"axle; found {self.com_offset}. Was it given in degrees?"
+            )
+        self._check_inertias()
+
+    def _check_inertias(self) -> None:
+        """Raise ConfigError where the inertias break the triangle inequality, which all mass distributions obey."""
+        names = ("body_inertia_roll", "body_inertia_pitch", "body_inertia_yaw")
+        *others, largest = sorted(names, key=lambda name: float(getattr(self, name)))
+        most = sum(float(getattr(self, name)) for name in others)
+        if getattr(self, largest) > most * (1.0 + _ROUNDING):
+            raise ConfigError(
+                f"{largest} of robot {self.name!r} is {getattr(self, largest):.6g} kg·m², more than {others[0]} and "
+                f"{others[1]} together ({most:.6g}), which no body has. Are axes mixed up, or are some about the axle "
+                "and not about the centre of mass?"
+            )
+
+
+def parameter_hash(robot: RobotParameters, effects: Sequence[Any] = (), physics_step: float = 0.0) -> str:
+    """Sixteen hexadecimal digits that name a robot with its effects and the step it is integrated with.
+
+    Args:
+        robot: the data sheet.
+        effects: dataclasses of numbers; their order does not count.
+        physics_step: [s].
+    """
+    lines = sorted(_canonical_text(effect) for effect in effects)
+    text = "\n".join([_canonical_text(robot), *lines, repr(float(physics_step))])
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def _canonical_text(record: Any) -> str:
+    """Class name and fields of a dataclass; the same whether 1.0 was written 1 or 1.0."""
+    values = {k: v if isinstance(v, str) else float(v) for k, v in asdict(record).items()}
+    return f"{type(record).__name__} {json.dumps(values, sort_keys=True)}"

@@ -1,0 +1,1 @@
+"""Find where simulation and measurement disagree, name the missing effect, and say how sure that is."""

@@ -1,0 +1,103 @@
+"""What a model makes of recordings: the motion it sees in them, and what it did not expect."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from twbal.core.gaussian import Array
+from twbal.core.robot_parameters import RobotParameters
+from twbal.diagnosis.findings import Account, Effects, Track
+from twbal.planar.parameters import TwinParameters, twin_parameters
+from twbal.sysid.fit import descend
+from twbal.sysid.model import Data, Free, Model
+from twbal.sysid.noise import Filter, Noise
+from twbal.sysid.recording import Recording
+
+_OFFSET_STEPS = 6
+_SEES = np.array([[1, 0, 0, 0], [0, 0, 1, 0], [-1, 1, 0, 0], [0, 0, -1, 1]], dtype=float)
+"""H: what the sensors show of tilt, wheel, tilt rate and wheel speed, in the order of `MEASURED`."""
+
+
+def take_account(
+    robot: RobotParameters,
+    effects: Effects,
+    noise: Noise,
+    angle_lead: float,
+    recordings: Sequence[Recording],
+    substeps: int,
+    offsets: tuple[float, ...] | Sequence[Free] = (),
+) -> Account:
+    """What a model with known values makes of recordings, whether it was fitted to them or not.
+
+    Args:
+        robot: data sheet.
+        effects: all that the model has beyond it.
+        noise: levels by which its filter weighs measurements.
+        angle_lead: time by which measured angles run ahead of rates [s].
+        recordings: at least one.
+        substeps: physics steps of a control period.
+        offsets: of the tilt of each recording [rad], or what is free of them; none where they are all 0.
+    """
+    data = Data(recordings, substeps)
+    model = Model(twin_parameters(robot, effects), angle_lead, noise)
+    return account_of(data, with_offsets(data, model, offsets), effects)
+
+
+def with_offsets(data: Data, model: Model, offsets: tuple[float, ...] | Sequence[Free]) -> Model:
+    """The model with these offsets, or with those that fit best; all else stays."""
+    frees = [offset for offset in offsets if isinstance(offset, Free)]
+    if not frees:
+        return model._replace(offsets=tuple(float(offset) for offset in offsets if not isinstance(offset, Free)))
+    start = model._replace(offsets=(0.0,) * len(frees))
+    return descend(data, start, data.filter(start), frees, _OFFSET_STEPS).model
+
+
+def account_of(data: Data, model: Model, effects: Effects) -> Account:
+    """What a model makes of recordings; `effects` are its values as the simulation takes them."""
+    kalman = data.filter(model)
+    predictions = data.predictions(model, kalman)
+    tracks = tuple(
+        _track(model.twin, recording, prediction.states)
+        for recording, prediction in zip(data.recordings, predictions, strict=True)
+    )
+    errors = tuple(prediction.errors for prediction in predictions)
+    return Account(
+        effects, tracks, errors, error_noise(kalman), model.noise, model.angle_lead, model.offsets, doubt(kalman)
+    )
+
+
+def error_noise(kalman: Filter) -> Array:
+    """(4,) standard deviations of the prediction errors of a filter that has settled."""
+    L = np.linalg.inv(kalman.whiteners[-1])
+    return np.sqrt(np.diag(L @ L.T))
+
+
+def doubt(kalman: Filter) -> Array:
+    """Covariance of the corrected tilt, wheel angle, tilt rate and wheel speed of a filter that has settled, (4, 4).
+
+    With the gain K and S the covariance of the prediction errors, P⁻Hᵀ = K S, and P⁺ = P⁻ - K S Kᵀ.
+    """
+    K, L = kalman.gains[-1][:4], np.linalg.inv(kalman.whiteners[-1])
+    S = L @ L.T
+    before = K @ S @ np.linalg.inv(_SEES).T
+    after = before - K @ S @ K.T
+    values, vectors = np.linalg.eigh(0.5 * (after + after.T))
+    return np.asarray(vectors * np.maximum(values, 0.0) @ vectors.T)
+
+
+def _track(twin: TwinParameters, recording: Recording, states: Array) -> Track:
+    """The motion in the predictor's states (T + 1, 9)."""
+    tilt, wheel, tilt_rate, wheel_speed, torque, rotor, _, slip, position = states.T
+    return Track(
+        tilt=tilt,
+        tilt_rate=tilt_rate,
+        speed=twin.wheel_radius * twin.wheel_radius_factor * wheel_speed + slip,
+        wheel_angle=wheel - tilt,
+        wheel_rate=wheel_speed - tilt_rate,
+        position=position,
+        torque=torque,
+        gap=rotor - wheel,
+        slip=slip,
+        yaw_rate=recording.yaw_rate,
+        heading=recording.heading,
+    )

@@ -1,0 +1,57 @@
+"""Plain sentences with a verdict: what the data do not carry, and what to do next."""
+
+from collections.abc import Sequence
+
+from twbal.diagnosis.objections import negligible, with_values
+from twbal.diagnosis.record import Verdict
+from twbal.diagnosis.select import Selection, worth
+from twbal.diagnosis.settings import Settings
+from twbal.diagnosis.verdict import blind, off
+from twbal.diagnosis.weigh import Weighed
+
+UNEXPLAINED = (
+    "Something moves this robot that no effect of the library explains; the map of the disagreement says where."
+)
+
+
+def advise(
+    selection: Selection, objected: Sequence[str], strain: float, verdict: Verdict, settings: Settings
+) -> tuple[str, ...]:
+    """What to make of a selection.
+
+    Args:
+        selection: how it went.
+        objected: what speaks against its finding.
+        strain: of its data sheet.
+        verdict: that it came to.
+        settings: of the diagnosis.
+    """
+    found, chosen = [], selection.chosen
+    unseen = blind(selection, settings)
+    if verdict is Verdict.UNDECIDED:
+        found.append("The recordings are too poor to decide. Record some that tell effects apart, by the next command.")
+    if verdict in (Verdict.UNDECIDED, Verdict.NONE) and unseen:
+        found.append(f"These effects could be there without these recordings showing it: {', '.join(unseen)}.")
+    if verdict is Verdict.UNKNOWN:
+        found += [UNEXPLAINED, *objected]
+    if verdict is Verdict.NAMED:
+        trifles = negligible(chosen, settings)
+        if trifles:
+            found.append(f"Too small to be named: {with_values(chosen, trifles)}.")
+        shifts = off(chosen, strain, settings)
+        if shifts:
+            limit, listed = f"{settings.tolerances.data_sheet:.0%}", ", ".join(shift.text for shift in shifts)
+            found.append(f"Values of the data sheet are off as well, beyond their tolerances of {limit}: {listed}.")
+        if _one_more(selection, settings):
+            found.append("The data ask for one more effect than is named; diagnose again with augmented.yaml as sim=.")
+    return tuple(found)
+
+
+def _one_more(selection: Selection, settings: Settings) -> list[Weighed]:
+    """Sets with one effect more than the chosen one, for which the data ask."""
+    chosen, found = selection.chosen, []
+    for w in (w for step in selection.rounds for w in step.weighed):
+        more = [candidate for candidate in w.candidates if candidate.name not in chosen.names]
+        if len(more) == 1 and len(w.candidates) == len(chosen.candidates) + 1 and not w.stuck:
+            found.append(w._replace(candidates=(*chosen.candidates, *more)))
+    return [w for w in found if worth(w, chosen, settings)]

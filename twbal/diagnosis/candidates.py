@@ -1,0 +1,112 @@
+"""What a diagnosis may name, and what is always free."""
+
+from typing import NamedTuple
+
+from twbal.diagnosis.settings import Tolerances
+from twbal.planar.parameters import TwinParameters
+from twbal.sysid.model import ANGLE_LEAD, TILT_OFFSET, Free
+
+DATA_SHEET = {
+    "torque_gain_gain": "gain, mass and inertia",
+    "body_mass_factor": "gain, mass and inertia",
+    "body_inertia_factor": "gain, mass and inertia",
+    "com_height_factor": "COM height and wheel radius",
+    "wheel_radius_factor": "COM height and wheel radius",
+}
+"""Fields that factor the data sheet, and the class of those that data of this kind can hardly tell apart."""
+
+WHEELS = ("wheel_mass", "wheel_inertia")
+"""Fields of the data sheet that are free too, and have no effect of their own."""
+
+LOWEST, HIGHEST = 0.25, 2.5
+"""Range of a data-sheet value, in its nominal value. So wide that the line `beyond` of every diagnosis lies inside."""
+
+_NUDGE = 1e-7  # of finite differences, as a share of a parameter's range; a larger one bends the gradient
+
+
+class Parameter(NamedTuple):
+    """A parameter of a candidate.
+
+    Attributes:
+        name: as the effect in the simulation calls it.
+        unit: "" for a plain number.
+        low: lower bound.
+        high: upper bound.
+        start: where its gradient is not zero.
+        none: where it does nothing, within the bounds.
+    """
+
+    name: str
+    unit: str
+    low: float
+    high: float
+    start: float
+    none: float
+
+
+class Candidate(NamedTuple):
+    """An effect that may be missing.
+
+    Attributes:
+        name: as in conf/effect/.
+        parameters: of the effect.
+        same_as: effects that no data of this kind tell from it.
+        hard_to_tell_from: effects that data of this kind hardly tell from it.
+        separate_by: the experiment that would.
+    """
+
+    name: str
+    parameters: tuple[Parameter, ...]
+    same_as: tuple[str, ...]
+    hard_to_tell_from: tuple[str, ...]
+    separate_by: str
+
+    @property
+    def in_data_sheet(self) -> bool:
+        """Whether it is a value of the data sheet that is off, and no effect."""
+        return any(f"{self.name}_{p.name}" in DATA_SHEET for p in self.parameters)
+
+    @property
+    def is_wave(self) -> bool:
+        """Whether it has a phase, and so a frequency that is looked for among many."""
+        return any(p.name == "phase" for p in self.parameters)
+
+    @property
+    def sizes(self) -> tuple[Parameter, ...]:
+        """Those of its parameters that say how large it is: the first, and others that do nothing at their low end."""
+        more = () if self.is_wave else tuple(p for p in self.parameters[1:] if p.none == p.low)
+        return (self.parameters[0], *more)
+
+    @property
+    def frees(self) -> tuple[Free, ...]:
+        """Its parameters as free values without a prior."""
+        return tuple(
+            Free(f"{self.name}_{p.name}", p.low, p.high, p.none, float("inf"), _NUDGE * (p.high - p.low))
+            for p in self.parameters
+        )
+
+
+def tilt_offsets(tolerances: Tolerances, recordings: int) -> tuple[Free, ...]:
+    """The constant by which the tilt of each recording may be off; none where it may not."""
+    sd = tolerances.tilt_offset
+    return tuple(Free(f"{TILT_OFFSET}{k}", -10 * sd, 10 * sd, 0.0, sd, 1e-5 * sd) for k in range(recordings) if sd)
+
+
+def always_free(tolerances: Tolerances, twin: TwinParameters, recordings: int) -> tuple[Free, ...]:
+    """What every model may change: the data sheet's values, the sensors' timing and tilt offsets, within tolerances.
+
+    Args:
+        tolerances: their standard deviations.
+        twin: what the simulation has for them.
+        recordings: how many there are.
+    """
+    values = [(field, float(getattr(twin, field))) for field in (*DATA_SHEET, *WHEELS)]
+    sd = tolerances.data_sheet
+    sheet = [Free(field, LOWEST * value, HIGHEST * value, value, sd * value, _NUDGE * value) for field, value in values]
+    late, lead = tolerances.imu_timing, tolerances.angle_timing
+    return (
+        *sheet,
+        Free("imu_delay_delay", 0.0, 20 * late, 0.0, late, 1e-5 * late),
+        Free(ANGLE_LEAD, -20 * lead, 20 * lead, 0.0, lead, 1e-5 * lead),
+        *tilt_offsets(tolerances, recordings),
+    )

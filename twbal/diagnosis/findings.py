@@ -1,0 +1,106 @@
+"""What the estimator finds in recordings: everything of a diagnosis but what rollouts in the physics engine say."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from twbal.core.gaussian import Array
+from twbal.diagnosis.record import NamedEffect, Rival, Shift, Verdict, Whiteness
+from twbal.sysid.noise import Noise
+
+Effects = Mapping[str, Mapping[str, float]]
+"""Values of parameters, by effect and by parameter, as the effects of the simulation take them."""
+
+
+@dataclass(frozen=True, eq=False)
+class Track:
+    """The motion that a model makes of a recording.
+
+    It is the predictor's state at each control instant, with the measurements up to and at that instant taken in. All
+    are (T + 1,).
+
+    Attributes:
+        tilt: [rad].
+        tilt_rate: [rad/s].
+        speed: of the axle over ground [m/s].
+        wheel_angle: true angle of the wheels relative to the body, in the encoders' count [rad].
+        wheel_rate: [rad/s].
+        position: of the axle since the recording began [m].
+        torque: that the motors make: what a lag remembers [N·m].
+        gap: of the rotor within the backlash, -½ to ½ of the gap: which side it rests on [rad]; 0 without backlash.
+        slip: speed of the axle beyond that of wheels which roll [m/s].
+        yaw_rate: as measured [rad/s].
+        heading: by which the robot has turned since the recording began [rad].
+    """
+
+    tilt: Array
+    tilt_rate: Array
+    speed: Array
+    wheel_angle: Array
+    wheel_rate: Array
+    position: Array
+    torque: Array
+    gap: Array
+    slip: Array
+    yaw_rate: Array
+    heading: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Account:
+    """What one model makes of the recordings.
+
+    Attributes:
+        effects: all that the model has beyond the data sheet, with what the simulation had already. Data-sheet
+            parameters that were refitted are among them, as the effects body_mass, torque_gain, ...
+        tracks: per recording.
+        errors: per recording (T + 1, 4): measured less predicted from the instant before, in the order of `MEASURED`.
+        error_noise: (4,) standard deviations that such errors have by noise alone.
+        noise: levels by which its filter weighs measurements.
+        angle_lead: time by which measured angles run ahead of rates [s].
+        offsets: of the tilt of each recording [rad]; none where they are all 0.
+        doubt: (4, 4) covariance of what a track gets wrong of tilt, wheel angle in space, tilt rate and wheel rate in
+            space, where the model is right.
+    """
+
+    effects: Effects
+    tracks: tuple[Track, ...]
+    errors: tuple[Array, ...]
+    error_noise: Array
+    noise: Noise
+    angle_lead: float
+    offsets: tuple[float, ...]
+    doubt: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Findings:
+    """What recordings say about a simulation.
+
+    Attributes:
+        verdict: in one word.
+        effects: named ones; empty unless the verdict is `named`.
+        added: names of what `named` has beyond `refitted`, sorted.
+        data_sheet: shifts of the free data-sheet parameters, the largest first.
+        data_sheet_class: groups that are off; empty unless the verdict is `data_sheet`.
+        rivals: all candidates weighed, the best first.
+        whiteness: per channel.
+        noise: standard deviations of the sensors, by channel, as fitted.
+        advice: plain sentences: what the data do not carry, what to do next.
+        nominal: the simulation as it is.
+        refitted: with its data sheet refitted within the tolerances.
+        named: with what is named too; of an `unknown`, with the likeliest effects where the settings ask for a best
+            guess; else the same as `refitted`.
+    """
+
+    verdict: Verdict
+    effects: tuple[NamedEffect, ...]
+    added: tuple[str, ...]
+    data_sheet: tuple[Shift, ...]
+    data_sheet_class: tuple[str, ...]
+    rivals: tuple[Rival, ...]
+    whiteness: tuple[Whiteness, ...]
+    noise: Mapping[str, float]
+    advice: tuple[str, ...]
+    nominal: Account
+    refitted: Account
+    named: Account

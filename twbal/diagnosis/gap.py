@@ -1,0 +1,174 @@
+"""How far rollouts of a simulation stray from what was measured, over short horizons.
+
+From many instants of a recording the physics engine starts at the motion that a model's filter makes of the data so
+far and runs under the recorded commands. Longer rollouts of an unstable robot saturate: by half a second any model is
+wrong.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from twbal.core.gaussian import Array
+from twbal.core.plant import Observation
+from twbal.core.start_pose import Stance
+from twbal.diagnosis.findings import Account, Track
+from twbal.diagnosis.record import Gap
+from twbal.sim.replay import ReplayStart
+from twbal.sim.world import Underway
+from twbal.sysid.recording import MEASURED, Recording
+
+Replay = Callable[[Account, Sequence[ReplayStart], Array], Array]
+"""Runs a model in the physics engine: from (n,) starts and (n, S) commands to (n, S + 1, 7) observations, no noise."""
+
+_COLUMNS = [Observation._fields.index(name) for name in MEASURED]
+_FLOOR_STARTS = 12  # from which the floor is found
+_FLAT = 0.1  # share of the floor by which `before` must exceed it for a share of the gap to mean anything
+
+
+class Models(NamedTuple):
+    """The same recordings by three models."""
+
+    nominal: Account
+    refitted: Account
+    named: Account
+
+
+class Stretches(NamedTuple):
+    """Where rollouts begin.
+
+    Attributes:
+        history: control periods before each, which fill delays and lags.
+        spacing: from one start to the next [control periods].
+        most: starts in all.
+    """
+
+    history: int
+    spacing: int
+    most: int
+
+
+def measure_gaps(
+    models: Models,
+    recordings: Sequence[Recording],
+    replay: Replay,
+    horizons: Sequence[int],
+    stretches: Stretches,
+    noise: Array,
+    radius: float,
+) -> tuple[Gap, ...]:
+    """The gap of each measured channel over each horizon.
+
+    The floor is what the sensors' noise leaves where the model is right: that of the measurement at the horizon's end,
+    and that of the start, carried there by the named model (four rollouts from starts that are off by a little).
+
+    Args:
+        models: with the tracks of these recordings.
+        recordings: held out from all fitting.
+        replay: runs a model in the physics engine.
+        horizons: lengths of the rollouts [control periods].
+        stretches: where they begin.
+        noise: (4,) standard deviations of the sensors, in the order of `MEASURED`.
+        radius: of the wheels [m].
+    """
+    places = _places(recordings, max(horizons), stretches)
+    if not places:
+        return ()
+    commands = np.array([recordings[r].commands[t : t + max(horizons)] for r, t in places])
+    seen = np.array([recordings[r].measured[t : t + max(horizons) + 1] for r, t in places])  # (n, S + 1, 4)
+    errors: dict[str, Array] = {}
+    starts: list[ReplayStart] = []
+    courses = np.empty(0)
+    before: Account | None = None
+    for kind, account in models._asdict().items():
+        if account is not before:  # where nothing was named, the last two are one
+            starts = [_start(account.tracks[r], recordings[r], t, stretches.history) for r, t in places]
+            courses = replay(account, starts, commands)[:, :, _COLUMNS]
+        errors[kind], before = courses - seen, account
+        if account.offsets:  # the engine knows of no offset that changes from recording to recording
+            errors[kind][:, :, 0] += np.array([account.offsets[r] for r, _ in places])[:, None]
+    floor = _floor(models.named, starts, courses, replay, commands, noise, radius)
+    gaps = []
+    for i in np.flatnonzero(recordings[0].sensed):
+        for steps in horizons:
+            nominal, refitted, after = (_rms(errors[kind][:, steps, i]) for kind in Models._fields)
+            least = min(float(floor[steps, i]), after)
+            closed = (nominal - after) / (nominal - least) if nominal > (1.0 + _FLAT) * least else None
+            horizon = steps * recordings[0].period
+            gaps.append(Gap(MEASURED[i], horizon, nominal, refitted, after, least, closed, float(floor[steps, i])))
+    return tuple(gaps)
+
+
+def _places(recordings: Sequence[Recording], ahead: int, stretches: Stretches) -> list[tuple[int, int]]:
+    """(recording, instant) of the starts, spread evenly, where all instants of the rollout are usable."""
+    found = [
+        (r, t)
+        for r, recording in enumerate(recordings)
+        for t in range(stretches.history, len(recording) - ahead, stretches.spacing)
+        if recording.usable[t : t + ahead + 1].all()
+    ]
+    if len(found) <= stretches.most:
+        return found
+    return [found[int(i)] for i in np.linspace(0, len(found) - 1, stretches.most)]
+
+
+def _start(track: Track, recording: Recording, t: int, history: int) -> ReplayStart:
+    """The motion that a model's filter sees at an instant, with the past that its effects remember."""
+    return ReplayStart(
+        stance=Stance(track.tilt[t], track.tilt_rate[t], track.speed[t]),
+        underway=Underway(
+            wheel_angle=track.wheel_angle[t],
+            heading=track.heading[t],
+            slip=track.slip[t],
+            yaw_rate=track.yaw_rate[t],
+            position=track.position[t],
+            rotor_ahead=track.gap[t],
+        ),
+        past_commands=recording.commands[:t],
+        past_motion=np.column_stack([track.tilt, track.tilt_rate])[t - history : t],
+    )
+
+
+def _floor(
+    account: Account,
+    starts: Sequence[ReplayStart],
+    courses: Array,
+    replay: Replay,
+    commands: Array,
+    noise: Array,
+    radius: float,
+) -> Array:
+    """What noise alone leaves of each channel after each number of periods, (S + 1, 4).
+
+    Args:
+        account: of the model that is taken to be right.
+        starts: of rollouts.
+        courses: that they take, (n, S + 1, 4).
+        replay: runs the model in the physics engine.
+        commands: of the rollouts, (n, S).
+        noise: as of `measure_gaps`.
+        radius: as of `measure_gaps`.
+    """
+    some = np.linspace(0, len(starts) - 1, min(len(starts), _FLOOR_STARTS)).astype(int)
+    held, right = commands[some], courses[some]
+    values, vectors = np.linalg.eigh(account.doubt)
+    variance = np.tile(noise**2, (right.shape[1], 1))
+    for value, direction in zip(values, vectors.T, strict=True):
+        off = [_moved(starts[i], np.sqrt(max(value, 0.0)) * direction, radius) for i in some]
+        variance += np.mean((replay(account, off, held)[:, :, _COLUMNS] - right) ** 2, axis=0)
+    return np.asarray(np.sqrt(variance))
+
+
+def _moved(start: ReplayStart, by: Array, radius: float) -> ReplayStart:
+    """A start that is off in tilt, wheel angle, tilt rate and wheel speed."""
+    tilt, wheel, tilt_rate, wheel_speed = by
+    at = start.stance
+    stance = Stance(at.tilt + tilt, at.tilt_rate + tilt_rate, at.speed + radius * wheel_speed)
+    turned = start.underway._replace(wheel_angle=start.underway.wheel_angle + wheel - tilt)
+    return replace(start, stance=stance, underway=turned)
+
+
+def _rms(errors: Array) -> float:
+    return float(np.sqrt(np.mean(errors**2)))

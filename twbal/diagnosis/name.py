@@ -1,0 +1,166 @@
+"""From recordings to the effects that a simulation lacks."""
+
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+
+from twbal.core.errors import ConfigError
+from twbal.core.gaussian import Array
+from twbal.core.robot_parameters import RobotParameters
+from twbal.diagnosis.account import account_of, with_offsets
+from twbal.diagnosis.advice import advise
+from twbal.diagnosis.candidates import DATA_SHEET, WHEELS, Candidate, always_free, tilt_offsets
+from twbal.diagnosis.findings import Account, Effects, Findings
+from twbal.diagnosis.objections import negligible, objections
+from twbal.diagnosis.record import Estimate, NamedEffect, Rival, Verdict, Whiteness
+from twbal.diagnosis.select import Selection, in_its_place, select
+from twbal.diagnosis.settings import Settings
+from twbal.diagnosis.steady import unsteady_effects
+from twbal.diagnosis.strain import strain
+from twbal.diagnosis.verdict import conclude, data_sheet_classes, probabilities, shifts_of
+from twbal.diagnosis.weigh import Weighed
+from twbal.planar.parameters import twin_parameters
+from twbal.sysid.fit import descend, slopes_of
+from twbal.sysid.intervals import interval, standard_errors
+from twbal.sysid.model import Data, Model
+from twbal.sysid.noise import UNSENSED, Noise
+from twbal.sysid.recording import MEASURED, Mask, Recording
+
+_ITERATIONS = 6  # of the fit that puts the wheels back to the data sheet
+
+
+def name_effects(
+    recordings: Sequence[Recording],
+    robot: RobotParameters,
+    effects: Effects,
+    candidates: Sequence[Candidate],
+    settings: Settings,
+    progress: Callable[[str], None] = lambda line: None,
+) -> Findings:
+    """Name what the simulation of a robot lacks to explain recordings.
+
+    Args:
+        recordings: of the robot; long enough, and checked (`recording.read_recordings`).
+        robot: data sheet.
+        effects: that the simulation has already, without the sensors' noise.
+        candidates: that may be missing (`library.candidates`).
+        settings: of the diagnosis.
+        progress: is told what is being done, a line at a time.
+
+    Raises:
+        ConfigError: an effect that is to be left out is none.
+    """
+    twin = twin_parameters(robot, effects)
+    data = Data(recordings, settings.substeps)
+    offsets = tilt_offsets(settings.tolerances, len(recordings))
+    start = Model(twin, 0.0, first_noise(robot, data.sensed), (0.0,) * len(offsets))
+    always = always_free(settings.tolerances, twin, len(recordings))
+    unknown = set(settings.leave_out) - {candidate.name for candidate in candidates}
+    if unknown:
+        known = ", ".join(candidate.name for candidate in candidates)
+        raise ConfigError(f"There is no effect {min(unknown)!r} to leave out; the effects are: {known}.")
+    taken = {*effects, *settings.leave_out}
+    missing = [candidate for candidate in candidates if candidate.name not in taken]
+    selection = select(data, start, always, missing, settings, progress)
+    progress("checking whether what fits best is a finding")
+    unsteady = unsteady_effects(data, selection.chosen, settings.lines.steady)
+    tension = strain(data, selection.chosen.fit, settings.tolerances.data_sheet)
+    objected = objections(selection.chosen, unsteady, settings)
+    verdict = conclude(selection, objected, tension, settings)
+    guessed = verdict is Verdict.UNKNOWN and settings.best_guess and not selection.chosen.stuck
+    named = selection.chosen if guessed or verdict in (Verdict.NAMED, Verdict.DATA_SHEET) else selection.base
+    nominal = with_offsets(data, start._replace(noise=selection.base.fit.model.noise), offsets)
+    nominal = data.with_noise(nominal, 30)
+    refitted = _account(data, selection.base, effects)
+    weights = probabilities(selection, settings)
+    return Findings(
+        verdict=verdict,
+        effects=_named(data, named, selection, weights, settings) if verdict is Verdict.NAMED else (),
+        added=named.names,
+        data_sheet=shifts_of(named, settings),
+        data_sheet_class=data_sheet_classes(named, tension, settings) if verdict is Verdict.DATA_SHEET else (),
+        rivals=_rivals(selection, weights),
+        whiteness=whiteness_of(data, nominal, named.fit.model),
+        noise=sensed_values(data, named.fit.model.noise.sensors),
+        advice=advise(selection, objected, tension, verdict, settings),
+        nominal=account_of(data, nominal, effects),
+        refitted=refitted,
+        named=refitted if named is selection.base else _account(data, named, effects),
+    )
+
+
+def first_noise(robot: RobotParameters, sensed: Mask) -> Noise:
+    """Where the search for the noise begins."""
+    sensors = np.where(sensed, [0.005, 0.03, 0.003, 0.1], UNSENSED)
+    return Noise(sensors, np.full(2, 0.005 * robot.torque_limit))
+
+
+def sensed_values(data: Data, values: Array) -> dict[str, float]:
+    """Values of the channels that were measured, by name."""
+    return {
+        name: float(value) for name, value, is_sensed in zip(MEASURED, values, data.sensed, strict=True) if is_sensed
+    }
+
+
+def _account(data: Data, weighed: Weighed, already: Effects) -> Account:
+    """What a fit makes of the recordings, in values that the simulation can take.
+
+    It has no effect for the wheels' mass and inertia: these go back to the data sheet, and what else is free makes up.
+    """
+    kept = [free for free in weighed.fit.frees if free.field not in WHEELS]
+    start = weighed.fit.model.put({free.field: free.mean for free in weighed.fit.frees if free.field in WHEELS})
+    model = descend(data, start, data.filter(start), kept, _ITERATIONS).model
+    effects: dict[str, dict[str, float]] = {name: dict(values) for name, values in already.items()}
+    for field in DATA_SHEET:
+        effect, _, parameter = field.rpartition("_")
+        effects.setdefault(effect, {})[parameter] = model.value(field)
+    for candidate in weighed.candidates:
+        effects[candidate.name] = {p.name: model.value(f"{candidate.name}_{p.name}") for p in candidate.parameters}
+    return account_of(data, model, effects)
+
+
+def _named(
+    data: Data, named: Weighed, selection: Selection, weights: Mapping[tuple[str, ...], float], settings: Settings
+) -> tuple[NamedEffect, ...]:
+    """The named effects with their intervals and what the data cannot tell from them."""
+    errors = standard_errors(named.fit, slopes_of(data, named.fit), settings.blocks)
+    by_field = dict(zip([free.field for free in named.fit.frees], errors.tolist(), strict=True))
+    found: list[NamedEffect] = []
+    trifles = negligible(named, settings)
+    for candidate in (effect for effect in named.effects if effect not in trifles):
+        estimates = {}
+        for p in candidate.parameters:
+            field = f"{candidate.name}_{p.name}"
+            value = named.fit.model.value(field)
+            timing = settings.tolerances.imu_timing if p.unit == "s" else 0.0
+            error = float(np.sqrt(by_field[field] ** 2 + (settings.lines.form * (value - p.none)) ** 2 + timing**2))
+            estimates[p.name] = Estimate(value, *interval(value, error), p.unit)
+        near = in_its_place(candidate, selection.chosen, selection.rounds, settings)
+        alike = tuple(dict.fromkeys([*candidate.same_as, *near]))
+        found.append(
+            NamedEffect(
+                candidate.name, _probability({candidate.name, *alike}, weights), estimates, alike, candidate.separate_by
+            )
+        )
+    return tuple(found)
+
+
+def _probability(alike: set[str], weights: Mapping[tuple[str, ...], float]) -> float:
+    """Of an effect or one that these data cannot tell from it: that of all sets that hold one."""
+    return min(sum(weight for names, weight in weights.items() if alike & set(names)), 1.0)
+
+
+def _rivals(selection: Selection, weights: Mapping[tuple[str, ...], float]) -> tuple[Rival, ...]:
+    """All sets that were weighed, the best first."""
+    base = selection.base
+    found = [Rival(w.names, base.total - w.total, weights[w.names], w.colour) for w in selection.sets]
+    return tuple(sorted(found, key=lambda rival: -rival.score))
+
+
+def whiteness_of(data: Data, before: Model, after: Model) -> tuple[Whiteness, ...]:
+    """Per channel, by the simulation as it is and with what was found."""
+    colours = []
+    for model in (before, after):
+        kalman = data.filter(model)
+        colours.append(sensed_values(data, data.colour(data.errors(model, kalman), kalman)))
+    return tuple(Whiteness(name, colours[0][name], colours[1][name]) for name in colours[0])

@@ -1,0 +1,296 @@
+"""What a diagnosis says: the record that reports draw and that `diagnosis.json` keeps."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from enum import StrEnum
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from twbal.core.errors import DataError
+from twbal.core.files import read_json, write_atomically
+
+HEADLINE = (("tilt", "wheel_angle"), 0.15)
+"""Channel (the first that was measured) and horizon [s] of the gap that stands for all: longer rollouts of this
+unstable robot go wrong by any model, shorter ones show little but noise."""
+
+CLOSED = 0.5
+"""Share of the gap on held-out data above which it counts as closed: the better part of it."""
+
+EXPLAINED = 2.0
+"""Times the noise floor up to which the error of held-out rollouts counts as explained."""
+
+_FLAT = 0.1  # share of the noise floor by which a gap must exceed it for a share of the gap to mean anything
+
+
+class Verdict(StrEnum):
+    """What a diagnosis comes to."""
+
+    NAMED = "named"
+    """The data say which effects the simulation lacks."""
+    NONE = "none"
+    """The simulation explains the data; nothing is missing that they could show."""
+    DATA_SHEET = "data_sheet"
+    """No effect is missing, but parameters of the data sheet are off."""
+    UNKNOWN = "unknown"
+    """There is a gap, and nothing in the library explains it."""
+    UNDECIDED = "undecided"
+    """The data are too poor to tell; another recording could."""
+
+
+class Estimate(NamedTuple):
+    """A parameter with its 95 % interval, all in `unit`.
+
+    Attributes:
+        value: estimate.
+        low95: lower end.
+        high95: upper end.
+        unit: "" for a plain number.
+    """
+
+    value: float
+    low95: float
+    high95: float
+    unit: str
+
+
+@dataclass(frozen=True)
+class NamedEffect:
+    """An effect that the simulation lacks.
+
+    Attributes:
+        name: of the effect, as in conf/effect/.
+        probability: that this name, or one of the equivalents, is right; calibrated.
+        parameters: by name, as the effect in the simulation takes them.
+        equivalents: effects that these data cannot tell from it.
+        separate_by: the experiment that would tell them apart; "" where there are none.
+    """
+
+    name: str
+    probability: float
+    parameters: Mapping[str, Estimate]
+    equivalents: tuple[str, ...]
+    separate_by: str
+
+
+class Rival(NamedTuple):
+    """A candidate that was weighed.
+
+    Attributes:
+        names: effects it holds, sorted; () is the data sheet refitted.
+        score: twice the log likelihood it gains over the data sheet alone, less its parameters' price [nats].
+        probability: calibrated.
+        whiteness: of the residuals it leaves; 1 is white.
+    """
+
+    names: tuple[str, ...]
+    score: float
+    probability: float
+    whiteness: float
+
+
+class Shift(NamedTuple):
+    """How far the data pull a parameter of the data sheet.
+
+    Attributes:
+        name: the parameter.
+        group: class of parameters that such data hardly tell apart ("gain, mass and inertia", "height and radius").
+        factor: times the data sheet's value.
+        sigmas: the shift in standard deviations of its tolerance.
+    """
+
+    name: str
+    group: str
+    factor: float
+    sigmas: float
+
+    @property
+    def text(self) -> str:
+        """As it stands in a sentence: `body mass x 1.12 (+4.0 tolerances)`."""
+        return f"{self.name.replace('_', ' ')} x {self.factor:.3g} ({self.sigmas:+.1f} tolerances)"
+
+
+class Region(NamedTuple):
+    """Disagreement of a channel within a region of the data.
+
+    Attributes:
+        channel: measured channel ("tilt", "tilt_rate", "wheel_angle", "wheel_rate").
+        axis: what the region is a range of ("speed", "command", "tilt", "direction", "time").
+        low: lower end of the range [SI].
+        high: upper end [SI].
+        samples: in it.
+        bias: mean error of the simulation over its noise, both of one control period.
+        rms: root mean square error over that noise. It was fitted with the simulation as it is, so a misfit is in it.
+    """
+
+    channel: str
+    axis: str
+    low: float
+    high: float
+    samples: int
+    bias: float
+    rms: float
+
+
+class Gap(NamedTuple):
+    """Error of the simulation over one horizon on held-out episodes, rms of a channel [its unit].
+
+    Attributes:
+        channel: measured channel.
+        horizon: of the rollouts [s].
+        before: by the data sheet.
+        refitted: by the data sheet refitted within its tolerances.
+        after: with what was named, or is the likeliest (`Diagnosis.added`).
+        floor: what sensor noise alone would leave, but `after` where that is less.
+        closed: share of before - floor that is closed; None where before is within 10 % of the floor.
+        noise_floor: what sensor noise alone would leave if the simulation of `after` were right.
+    """
+
+    channel: str
+    horizon: float
+    before: float
+    refitted: float
+    after: float
+    floor: float
+    closed: float | None
+    noise_floor: float
+
+    @property
+    def closed_by_refit(self) -> float | None:
+        """Share of before - noise_floor that refitting the data sheet closes; None where there is hardly a gap."""
+        return self._share(self.before - self.refitted)
+
+    @property
+    def closed_by_effects(self) -> float | None:
+        """Share of before - noise_floor that what was added to the refitted data sheet closes beyond it."""
+        return self._share(self.refitted - self.after)
+
+    def is_near_floor(self, error: float) -> bool:
+        """Whether an error is no more than `EXPLAINED` times what sensor noise alone would leave.
+
+        Only the tilt is asked: wheels in the air follow each command at once, and what logged commands are off by is
+        not in the floor.
+        """
+        return self.channel != "tilt" or error <= EXPLAINED * self.noise_floor
+
+    def _share(self, change: float) -> float | None:
+        known = self.before > (1.0 + _FLAT) * self.noise_floor
+        return change / (self.before - self.noise_floor) if known else None
+
+
+class Whiteness(NamedTuple):
+    """Residual autocorrelation of a channel's one-step residuals; 1 is what white residuals have.
+
+    Attributes:
+        channel: measured channel.
+        before: by the data sheet.
+        after: with what was named, or is the likeliest (`Diagnosis.added`).
+    """
+
+    channel: str
+    before: float
+    after: float
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """What the measured episodes say about a simulation.
+
+    Attributes:
+        verdict: in one word.
+        effects: named ones; empty unless the verdict is `named`.
+        added: effects, and values of the data sheet beyond their tolerances, with which "after" was measured, sorted;
+            empty where that is the data sheet refitted.
+        data_sheet: shifts of the free data-sheet parameters, the largest first.
+        data_sheet_class: groups that are off; empty unless the verdict is `data_sheet`.
+        rivals: all candidates weighed, the best first.
+        where: regions of disagreement by the data sheet, the largest first.
+        gap: per channel and horizon on held-out data.
+        held_out: names of the episodes (or stretches of them) it was measured on.
+        whiteness: per channel.
+        noise: standard deviations of the sensors, by channel, as fitted.
+        advice: plain sentences: what the data do not carry, what to do next.
+    """
+
+    verdict: Verdict
+    effects: tuple[NamedEffect, ...]
+    added: tuple[str, ...]
+    data_sheet: tuple[Shift, ...]
+    data_sheet_class: tuple[str, ...]
+    rivals: tuple[Rival, ...]
+    where: tuple[Region, ...]
+    gap: tuple[Gap, ...]
+    held_out: tuple[str, ...]
+    whiteness: tuple[Whiteness, ...]
+    noise: Mapping[str, float]
+    advice: tuple[str, ...]
+
+    @property
+    def headline(self) -> Gap | None:
+        """The gap that stands for all; None where none was measured."""
+        channels, horizon = HEADLINE
+        known = [channel for channel in channels if any(gap.channel == channel for gap in self.gap)]
+        same = [gap for gap in self.gap if gap.channel in known[:1]]
+        return min(same, key=lambda gap: abs(gap.horizon - horizon)) if same else None
+
+    @property
+    def after(self) -> str | None:
+        """What "after" was measured with, for a legend; None where that is the data sheet refitted."""
+        if not self.added:
+            return None
+        return "with the best guess" if self.verdict is Verdict.UNKNOWN else "with what was named"
+
+
+def as_record(diagnosis: Diagnosis) -> dict[str, Any]:
+    """What is in a `diagnosis.json`."""
+    head = diagnosis.headline
+    names = ("before", "refitted", "after", "floor", "closed", "noise_floor", "closed_by_refit", "closed_by_effects")
+    gap: dict[str, Any] = {name: getattr(head, name, None) for name in names}
+    if head is not None:
+        gap["metric"] = f"rms error of {head.channel} after {head.horizon:g} s"
+    gap |= {"held_out": list(diagnosis.held_out), "added": list(diagnosis.added)}
+    gap["all"] = [each._asdict() for each in diagnosis.gap]
+    coloured = {
+        kind: max((getattr(w, kind) for w in diagnosis.whiteness), default=None) for kind in ("before", "after")
+    }
+    return {
+        "verdict": str(diagnosis.verdict),
+        "effects": [_effect(effect) for effect in diagnosis.effects],
+        "data_sheet": [shift._asdict() for shift in diagnosis.data_sheet],
+        "data_sheet_class": list(diagnosis.data_sheet_class),
+        "rivals": [rival._asdict() for rival in diagnosis.rivals],
+        "where": [region._asdict() for region in diagnosis.where],
+        "gap": gap,
+        "whiteness": {**coloured, "channels": [each._asdict() for each in diagnosis.whiteness]},
+        "noise": dict(diagnosis.noise),
+        "advice": list(diagnosis.advice),
+    }
+
+
+def write_diagnosis(path: Path, diagnosis: Diagnosis) -> None:
+    """Write `diagnosis.json`."""
+    text = json.dumps(as_record(diagnosis), indent=2, ensure_ascii=False, allow_nan=False)
+    write_atomically(path, text + "\n")
+
+
+def verdict_in(path: Path) -> Verdict:
+    """The verdict of a `diagnosis.json`."""
+    return Verdict(json.loads(path.read_text())["verdict"])
+
+
+def closed_share(path: Path) -> float:
+    """Share of the gap on held-out data that what was found closes, by a `diagnosis.json`; 0 where there is no gap.
+
+    Raises:
+        DataError: the file cannot be read, or does not say so.
+    """
+    try:
+        return float(read_json(path)["gap"]["closed"] or 0.0)
+    except FileNotFoundError as error:
+        raise DataError(f"There is no diagnosis {path}. Has `twbal diagnose` finished there?") from error
+    except (KeyError, TypeError, ValueError, OverflowError) as error:
+        raise DataError(f"{path} is no diagnosis of this version: it says no share of the gap ({error}).") from error
+
+
+def _effect(effect: NamedEffect) -> dict[str, Any]:
+    return {**asdict(effect), "parameters": {name: p._asdict() for name, p in effect.parameters.items()}}

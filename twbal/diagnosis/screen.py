@@ -1,0 +1,280 @@
+"""Quick look at every candidate: how much likelier would each make the recordings?
+
+The noise and the filter stay those of the model so far; a few steps are fitted from the best of several starts.
+"""
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from twbal.core.gaussian import Array
+from twbal.core.robot_parameters import GRAVITY
+from twbal.diagnosis.candidates import Candidate
+from twbal.sysid.fit import Fit, descend, penalty, slopes_of
+from twbal.sysid.model import Data, Model
+from twbal.sysid.noise import Filter, LinearTwin, linearise_period, respond, whiten
+from twbal.sysid.recording import Recording
+
+_SIZES = (
+    0.001,
+    0.1,
+    0.4,
+    1.0,
+    1.7,
+    3.0,
+    -0.001,
+    -0.3,
+    -1.0,
+)  # of the start values at which a candidate is tried, in their distance from none
+_LIMITS = (0.98, 0.7, 0.5, 0.35, 0.25, 0.17, 0.1, 0.05)  # of the highest value, at which a limit is tried
+_FAR = 30.0  # penalty of the data sheet's shifts from which on it is tried to put it back
+_SMALL = 0.01  # sizes up to this one foretell, larger ones are too far off for a parabola
+_ITERATIONS = 3
+_FITTED, _LEAST = 14, 6.0  # candidates that are fitted by a few steps, and what they must promise
+_FRACTIONS = 5  # of a control period, over which a torque that depends on the wheels' angle is averaged
+_TONES = 8192  # frequencies of the Fourier transform
+_COUNT_STEP, _WAVES_STEP = 0.25, 0.1
+
+
+class Screened(NamedTuple):
+    """A candidate at a glance.
+
+    Attributes:
+        candidate: which.
+        gain: in -2 log likelihood.
+        model: with its values.
+        seen: gain in -2 log likelihood that the candidate at its start values would have brought, had it been there.
+    """
+
+    candidate: Candidate
+    gain: float
+    model: Model
+    seen: float
+
+
+class _Glance(NamedTuple):
+    """A candidate before any fit.
+
+    Attributes:
+        candidate: which.
+        model: with it at the most promising of several sizes.
+        promise: gain in -2 log likelihood that its secants foretell.
+        seen: as of `Screened`.
+    """
+
+    candidate: Candidate
+    model: Model
+    promise: float
+    seen: float
+
+
+def screen(data: Data, fit: Fit, candidates: Sequence[Candidate]) -> list[Screened]:
+    """Every candidate at a glance, the most promising first.
+
+    Those whose secants promise most are fitted by a few steps, the others keep what is promised.
+
+    Args:
+        data: recordings.
+        fit: the model so far; its filter serves all.
+        candidates: which it does not hold yet.
+    """
+    J = slopes_of(data, fit)
+    glances = [_glance(data, fit, J, candidate) for candidate in candidates]
+    glances.sort(key=lambda glance: -glance.promise)
+    found = []
+    for number, glance in enumerate(glances):
+        if number < _FITTED and glance.promise > _LEAST:
+            found.append(_screen(data, fit, glance))
+        else:
+            found.append(Screened(glance.candidate, min(glance.promise, 0.0), glance.model, glance.seen))
+    return sorted(found, key=lambda screened: -screened.gain)
+
+
+def _screen(data: Data, fit: Fit, glance: _Glance) -> Screened:
+    """Fit a candidate by a few steps."""
+    fields = [free.field for free in glance.candidate.frees]
+    frees = [free for free in fit.frees if free.field not in fields]
+    begin = float(fit.white @ fit.white) + penalty(fit.frees, fit.values)
+    after = descend(data, glance.model, fit.kalman, [*frees, *glance.candidate.frees], _ITERATIONS)
+    return Screened(glance.candidate, begin - after.cost, after.model, glance.seen)
+
+
+def _values(candidate: Candidate, which: str) -> dict[str, float]:
+    """An attribute of a candidate's parameters, by field."""
+    return {f"{candidate.name}_{p.name}": float(getattr(p, which)) for p in candidate.parameters}
+
+
+def _sizes(candidate: Candidate) -> tuple[float, ...]:
+    """Shares of the way from none to its start at which a candidate is tried; a limit is tried at ever lower values."""
+    size = candidate.parameters[0]
+    if size.none < size.high:
+        return _SIZES
+    return tuple((size.none - share * size.high) / (size.none - size.start) for share in _LIMITS)
+
+
+def _glance(data: Data, fit: Fit, J: Array, candidate: Candidate) -> _Glance:
+    """Try several sizes of a candidate, shares of the way from none to its start.
+
+    What a small size changes in the errors, less what the other free values can make up for, is a slope; along it the
+    cost is a parabola, whose lowest point is promised. So is what a larger size gains as it is, or with the data sheet
+    put back, where the lack of the candidate has pulled it far away.
+    """
+    start = _values(candidate, "start") | (_tone(data, fit, candidate) or {})
+    none, low, high = (_values(candidate, which) for which in ("none", "low", "high"))
+    if candidate.is_wave:  # of a wave, only the size is tried at several values
+        none = {f: value if i else none[f] for i, (f, value) in enumerate(start.items())}
+    kept = [i for i, free in enumerate(fit.frees) if free.field not in start]
+    frozen, frees = J[:, kept], [fit.frees[i] for i in kept]
+    ridge = np.array([1.0 / free.sd**2 + 1e-6 / (free.high - free.low) ** 2 for free in frees])
+    normal = np.linalg.inv(frozen.T @ frozen + np.diag(ridge))
+    own = [free for free in fit.frees if free.field in start]
+    freed = penalty(own, np.array([fit.model.value(free.field) for free in own]))  # prior that it does away with
+    now = {f: min(max(fit.model.value(f), low[f]), high[f]) for f in start}
+    shift = penalty(fit.frees, fit.values)
+    far = shift > _FAR
+    best, promise, seen = np.inf, -np.inf, 0.0
+    model = fit.model.put(now)
+    for size in (*((0.0,) if own else ()), *_sizes(candidate)):
+        values = {f: min(max(none[f] + size * (start[f] - none[f]), low[f]), high[f]) for f in start} if size else now
+        tried = fit.model.put(values)
+        white = data.white(tried, fit.kalman)
+        if not np.isfinite(white).all():
+            continue
+        change = white - fit.white
+        pull = frozen.T @ change
+        power = float(change @ change - pull @ normal @ pull)
+        slope = -float(change @ fit.white)
+        small = abs(size) <= _SMALL and not own
+        foretold = slope**2 / power if small and slope > 0.0 and power > 1e-6 else 0.0
+        cost = float(white @ white)
+        promise = max(promise, freed + foretold, freed + float(fit.white @ fit.white) - cost)
+        if size == 1.0:
+            seen = power
+        if cost < best:
+            best, model = cost, tried
+        if far and not small:
+            home = tried.put({free.field: free.mean for free in frees if np.isfinite(free.sd)})
+            cost = float(np.nan_to_num(np.sum(data.white(home, fit.kalman) ** 2), nan=np.inf))
+            promise = max(promise, shift + float(fit.white @ fit.white) - cost)
+            if cost - shift < best:
+                best, model = cost - shift, home
+    return _Glance(candidate, model, promise, seen)
+
+
+def _tone(data: Data, fit: Fit, candidate: Candidate) -> dict[str, float] | None:
+    """Frequency (or count, or waves a metre), size and phase of the sine that explains most; None if it is no wave."""
+    if not candidate.is_wave:
+        return None
+    parameters = {p.name: p for p in candidate.parameters}
+    linear = linearise_period(fit.model.twin, data.period)
+    if "frequency" in parameters:
+        rate = parameters["frequency"]
+        value, wave = _over_time(data, fit, linear, rate.low, rate.high)
+        scale = 1.0 / fit.model.twin.wheel_radius
+    elif "count" in parameters:
+        rate = parameters["count"]
+        angles = [track[:, 1] - track[:, 0] for track in _tracks(data, fit)]
+        grid = np.arange(rate.low, rate.high + 1e-9, _COUNT_STEP)
+        apart = 0.5 * fit.model.twin.track / fit.model.twin.wheel_radius
+        ahead = [apart * recording.heading for recording in data.recordings]
+        value, wave = _over_angle(data, fit, linear, _Waves(0, angles, ahead), grid)
+        scale = 0.5
+    else:
+        rate = parameters["waves"]
+        ways = [2.0 * np.pi * track[:, 8] for track in _tracks(data, fit)]
+        grid = np.arange(rate.low, rate.high + 1e-9, _WAVES_STEP)
+        value, wave = _over_angle(data, fit, linear, _Waves(1, ways, [0.0 * way for way in ways]), grid)
+        wave, twin = -wave, fit.model.twin
+        scale = 1.0 / ((twin.body_mass + 2.0 * twin.wheel_mass) * GRAVITY * twin.wheel_radius)
+    size = candidate.parameters[0]
+    amplitude = float(np.clip(abs(wave) * scale, size.low + 1e-3 * (size.high - size.low), size.high))
+    fields = {size.name: amplitude, rate.name: value, "phase": float(np.angle(wave))}
+    return {f"{candidate.name}_{name}": number for name, number in fields.items()}
+
+
+def _over_time(data: Data, fit: Fit, linear: LinearTwin, low: float, high: float) -> tuple[float, complex]:
+    """Frequency [Hz] and complex size of the outside torque Im(wave exp(2πi f t)) that explains most."""
+    white = fit.white.reshape(-1, 4)
+    sums, begin, count = np.zeros((_TONES // 2 + 1, 4), complex), 0, len(white)
+    for recording in data.recordings:
+        part = white[begin : begin + len(recording)][:_TONES]
+        sums += np.fft.rfft(part, _TONES, axis=0)
+        begin += len(recording)
+    frequencies = np.fft.rfftfreq(_TONES, data.period)
+    inside = np.flatnonzero((frequencies >= low) & (frequencies <= min(high, 0.4 / data.period)))
+    K, W = fit.kalman.gains[-1], fit.kalman.whiteners[-1]
+    closed = linear.F @ (np.eye(8) - K @ linear.C)
+    turns = np.exp(2j * np.pi * frequencies[inside] * data.period)
+    # error n follows torque n - 1, which is a mean over its period: its phase is that of the period's middle
+    inner = np.linalg.solve(
+        turns[:, None, None] * np.eye(8) - closed, np.broadcast_to(linear.B[:, 1:], (len(turns), 8, 1))
+    )
+    response = (W @ linear.C @ inner[:, :, 0].T).T * (turns * np.sqrt(turns))[:, None]
+    power = (np.abs(response) ** 2).sum(axis=1)
+    match = (response.conj() * sums[inside]).sum(axis=1)
+    best = int(np.argmax(np.abs(match) ** 2 / power))
+    wave = 2.0 * match[best] / (count * power[best])  # torque Re(wave exp(2πi f t))
+    return float(frequencies[inside[best]]), complex(1j * wave)
+
+
+def _tracks(data: Data, fit: Fit) -> list[Array]:
+    """The predictor's states of each recording, (T + 1, 9)."""
+    return [prediction.states for prediction in data.predictions(fit.model, fit.kalman)]
+
+
+class _Waves(NamedTuple):
+    """Where a torque in waves may act.
+
+    Attributes:
+        which: 0 for a torque at the joints, 1 for one on the wheels from outside.
+        angles: (T + 1,) of each recording, the mean of both wheels [rad].
+        ahead: (T + 1,) of each recording, by which one wheel is ahead of the mean and the other behind [rad].
+    """
+
+    which: int
+    angles: Sequence[Array]
+    ahead: Sequence[Array]
+
+
+def _over_angle(data: Data, fit: Fit, linear: LinearTwin, waves: _Waves, counts: Array) -> tuple[float, complex]:
+    """Count and complex size of the torque Im(wave exp(i count angle)) that explains most.
+
+    Args:
+        data: recordings.
+        fit: the model so far.
+        linear: the linear twin.
+        waves: where it acts.
+        counts: that are tried.
+    """
+    white = fit.white
+    shares = (np.arange(_FRACTIONS) + 0.5) / _FRACTIONS
+    between = [a[:-1, None] + shares * np.diff(a)[:, None] for a in waves.angles]  # (T, fractions) each
+    push = linear.B[:, waves.which].copy()
+    best, value, wave = -np.inf, float(counts[0]), np.zeros((len(white), 2))
+    for count in counts:
+        columns = []
+        for part in (np.sin, np.cos):
+            pieces = [
+                _answer(linear, fit.kalman, push, _over_periods(part, count, angles, ahead), recording)
+                for angles, ahead, recording in zip(between, waves.ahead, data.recordings, strict=True)
+            ]
+            columns.append(np.concatenate(pieces).ravel())
+        X = np.stack(columns, axis=1)
+        pull = X.T @ white
+        gain = float(pull @ np.linalg.lstsq(X.T @ X, pull, rcond=None)[0])
+        if gain > best:
+            best, value, wave = gain, float(count), X
+    sizes, *_ = np.linalg.lstsq(wave, white, rcond=None)
+    return value, complex(sizes[0], sizes[1])
+
+
+def _over_periods(part: Callable[[Array], Array], count: float, angles: Array, ahead: Array) -> Array:
+    """Mean of a wave over each control period and both wheels, (T,); angles are (T, fractions)."""
+    return np.asarray(np.cos(count * ahead[:-1]) * part(count * angles).mean(axis=1))
+
+
+def _answer(linear: LinearTwin, kalman: Filter, push: Array, torques: Array, recording: Recording) -> Array:
+    """Whitened prediction errors that torques leave."""
+    errors = respond(linear.F, linear.C, kalman.gains, push, torques)
+    return np.asarray(whiten(errors, recording.usable, kalman.whiteners, kalman.measured))

@@ -1,0 +1,76 @@
+"""Whether a named effect is of one size wherever it acts.
+
+An effect of the wrong form is fitted to a mean: it would have to be larger in one part of the data and smaller in the
+other. A drag that grows with the square of the speed closes the gap as a viscous one, which would have to be twice as
+large where the robot is fast.
+"""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from twbal.core.gaussian import Array
+from twbal.diagnosis.weigh import Weighed
+from twbal.sysid.fit import slopes_of
+from twbal.sysid.intervals import curvature
+from twbal.sysid.model import Data
+
+_SURE = 5.0  # standard errors of the difference, below which it may be chance
+
+
+class Unsteady(NamedTuple):
+    """An effect that differs in size between two halves of the data.
+
+    Attributes:
+        effect: its name.
+        axis: what parts the halves: `speed` of the wheels, `time` since the start, or size of the `command`.
+        share: by which it would be larger in the upper half than in the lower, of its size.
+        sigmas: that difference in standard errors.
+    """
+
+    effect: str
+    axis: str
+    share: float
+    sigmas: float
+
+
+def unsteady_effects(data: Data, weighed: Weighed, most: float) -> tuple[Unsteady, ...]:
+    """Effects of a fitted set whose size differs by more than `most` of it between two halves of the data.
+
+    From the slopes at the optimum: the effect's own is parted in two, and all else is free to make up.
+    """
+    if not weighed.effects:
+        return ()
+    model, frees, white = weighed.fit.model, weighed.fit.frees, weighed.fit.white
+    J = slopes_of(data, weighed.fit)
+    fields = [free.field for free in frees]
+    axes = _axes(data, [prediction.states for prediction in data.predictions(model, weighed.fit.kalman)])
+    found = []
+    for candidate in weighed.effects:
+        size = candidate.parameters[0]
+        column = fields.index(f"{candidate.name}_{size.name}")
+        value = model.value(fields[column]) - size.none
+        if value == 0.0:
+            continue
+        for axis, values in axes.items():
+            side = np.where(values > np.median(values), 0.5, -0.5)
+            A = np.column_stack([J, J[:, column] * np.repeat(side, 4)])
+            H = np.zeros((len(frees) + 1,) * 2)
+            H[:-1, :-1] = curvature(frees, J) - J.T @ J
+            H += A.T @ A
+            covariance = np.linalg.pinv(H)
+            difference = float(-(covariance @ (A.T @ white))[-1])
+            error = float(np.sqrt(covariance[-1, -1]))
+            if abs(difference) > most * abs(value) and abs(difference) > _SURE * error > 0.0:
+                found.append(Unsteady(candidate.name, axis, difference / abs(value), difference / error))
+    return tuple(sorted(found, key=lambda unsteady: -abs(unsteady.share)))
+
+
+def _axes(data: Data, tracks: list[Array]) -> Mapping[str, Array]:
+    """What may part the data, at each prediction error (N / 4,)."""
+    return {
+        "speed": np.abs(np.concatenate([track[1:, 3] for track in tracks])),
+        "time": np.concatenate([np.arange(len(recording), dtype=float) for recording in data.recordings]),
+        "command": np.abs(np.concatenate([recording.commands for recording in data.recordings])),
+    }

@@ -1,0 +1,114 @@
+"""The verdict: of a selection, and after rollouts on held-out data; and the probability of each set."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from twbal.diagnosis.candidates import DATA_SHEET
+from twbal.diagnosis.record import Gap, Shift, Verdict
+from twbal.diagnosis.select import Selection
+from twbal.diagnosis.settings import Settings
+from twbal.diagnosis.weigh import Weighed
+
+_BLIND = 0.5  # share of the candidates that poor data could not have shown, from which on nothing is decided
+_WORSE = 0.05  # share by which rollouts may be worse than with the data sheet refitted alone: chance
+_A_WORD = 1.0  # tolerances by which a value of a data sheet that is strained must be off to be listed
+
+
+def conclude(selection: Selection, objected: Sequence[str], strain: float, settings: Settings) -> Verdict:
+    """The verdict of a selection to which there may be objections (`objections`), and whose data sheet is strained."""
+    chosen = selection.chosen
+    if objected:
+        return Verdict.UNKNOWN
+    if chosen.effects:
+        return Verdict.NAMED
+    if chosen.candidates or strained(chosen, strain, settings):
+        return Verdict.DATA_SHEET
+    if len(blind(selection, settings)) > _BLIND * len(selection.rounds[0].screened):
+        return Verdict.UNDECIDED
+    return Verdict.NONE
+
+
+def review(verdict: Verdict, added: Sequence[str], gap: Gap | None) -> tuple[Verdict, str]:
+    """The verdict after rollouts on held-out data, and a sentence where they contradict the fit ("" where not).
+
+    Args:
+        verdict: of the fit.
+        added: names of what the fit adds to the data sheet refitted.
+        gap: error of the rollouts; None where none could be made.
+    """
+    if gap is None:
+        return verdict, ""
+    error = f"{gap.channel.replace('_', ' ')} after {gap.horizon:g} s is off by {gap.after:.3g} rad"
+    if is_worse(gap) and (added or verdict is Verdict.DATA_SHEET):
+        best = ", ".join(added).replace("_", " ") or "the data sheet refitted"
+        return Verdict.UNKNOWN, (
+            f"WARNING: what fits best ({best}) makes rollouts on held-out data worse: with it the {error}, with the "
+            f"data sheet refitted alone by {gap.refitted:.3g}, as the data sheet says by {gap.before:.3g}. "
+            "So it is no finding."
+        )
+    if verdict is Verdict.NONE and not gap.is_near_floor(gap.after):
+        return Verdict.UNKNOWN, (
+            f"No effect is worth naming, but rollouts on held-out data stay wrong: {error}, "
+            f"{gap.after / gap.noise_floor:.2g} times what the sensors' noise alone would make it."
+        )
+    return verdict, ""
+
+
+def is_worse(gap: Gap) -> bool:
+    """Whether rollouts are worse than with the data sheet as it is, or refitted (then by more than chance)."""
+    lost = gap.closed is not None and gap.closed < 0.0
+    return lost or gap.after > (1.0 + _WORSE) * min(gap.before, gap.refitted)
+
+
+def shifts_of(weighed: Weighed, settings: Settings) -> tuple[Shift, ...]:
+    """How far the data pull the values of the data sheet, the largest first."""
+    found, tolerance = [], settings.tolerances.data_sheet
+    for free in weighed.fit.frees:
+        if free.field in DATA_SHEET:
+            factor = weighed.fit.model.value(free.field) / free.mean
+            name = free.field.rpartition("_")[0]
+            found.append(Shift(name, DATA_SHEET[free.field], factor, (factor - 1.0) / tolerance))
+    return tuple(sorted(found, key=lambda shift: -abs(shift.sigmas)))
+
+
+def data_sheet_classes(weighed: Weighed, strain: float, settings: Settings) -> tuple[str, ...]:
+    """Classes of data-sheet values that are off, the worst first."""
+    shifts = off(weighed, strain, settings)
+    worst = shifts if _far(weighed, settings) else shifts[:1]
+    return tuple(dict.fromkeys(shift.group for shift in worst))
+
+
+def off(weighed: Weighed, strain: float, settings: Settings) -> tuple[Shift, ...]:
+    """Values of the data sheet that are off: those named, or far off, or that share what strains the data sheet."""
+    far = _far(weighed, settings)
+    if far or not strained(weighed, strain, settings):
+        return far
+    shifts = shifts_of(weighed, settings)
+    return tuple(shift for shift in shifts if abs(shift.sigmas) > _A_WORD) or shifts[:1]
+
+
+def _far(weighed: Weighed, settings: Settings) -> tuple[Shift, ...]:
+    """Values of the data sheet that are named, or else those that are far off."""
+    shifts = shifts_of(weighed, settings)
+    named = tuple(shift for shift in shifts if shift.name in weighed.names)
+    return named or tuple(shift for shift in shifts if abs(shift.sigmas) > settings.lines.shift)
+
+
+def strained(weighed: Weighed, strain: float, settings: Settings) -> bool:
+    """Whether no values of the data sheet within their tolerances explain the data; of coloured errors, less so."""
+    return strain / weighed.colour > settings.lines.strain
+
+
+def blind(selection: Selection, settings: Settings) -> list[str]:
+    """Effects that could be there at their usual size without these data showing it."""
+    return [s.candidate.name for s in selection.rounds[0].screened if s.seen < settings.lines.score]
+
+
+def probabilities(selection: Selection, settings: Settings) -> Mapping[tuple[str, ...], float]:
+    """Of each set that was weighed, by its names: a softmax of half the scores, cooled as calibration asks."""
+    sets = selection.sets
+    scores = -np.array([w.total for w in sets]) / (2.0 * settings.temperature * selection.chosen.colour)
+    weights = np.exp(scores - scores.max())
+    weights /= weights.sum()
+    return {w.names: p for w, p in zip(sets, weights.tolist(), strict=True)}

@@ -1,0 +1,329 @@
+"""What holds wheels in the air back, from how far they turn under the recorded commands.
+
+From the start of each window the twin runs alone, and turns too far or not far enough. What makes up for that is drag,
+in one of a few forms, or motors that are stronger or weaker than the data sheet says, within its tolerance. Long
+windows forgive commands that were logged as samples of a faster loop, which one step at a time would drown in.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from twbal.core.compiled import kernel
+from twbal.core.errors import DataError
+from twbal.core.gaussian import Array
+from twbal.core.robot_parameters import RobotParameters
+from twbal.diagnosis.account import account_of
+from twbal.diagnosis.candidates import DATA_SHEET, Candidate
+from twbal.diagnosis.findings import Account, Effects, Findings
+from twbal.diagnosis.name import first_noise, sensed_values, whiteness_of
+from twbal.diagnosis.record import Estimate, NamedEffect, Rival, Shift, Verdict
+from twbal.diagnosis.settings import Settings
+from twbal.planar.actuation import driver_torque
+from twbal.planar.motion import STRAIGHT, Constants, TwinState, constants
+from twbal.planar.parameters import TwinParameters, twin_parameters
+from twbal.planar.planar_plant import hold, standing
+from twbal.sysid.intervals import interval
+from twbal.sysid.model import Data, Model
+from twbal.sysid.recording import MEASURED, Recording
+
+FORMS = ("coulomb_friction", "viscous_friction", "dead_zone")
+"""Effects that hold wheels back, in the order in which they are believed where the data cannot tell."""
+
+SEPARATE_BY = "Turn the wheels at several speeds, both ways."
+
+_GAIN = "torque_gain_gain"
+_ANGLE = MEASURED.index("wheel_angle")
+_WINDOW = 0.3  # s, long beside the time in which wheels in the air reach their speed
+_FEWEST = 4  # windows
+_SPAN = 2  # instants before and after a window's start, from which the speed there is taken
+_LEFT = 0.5  # share of what windows are off by that a finding may leave
+_ROUNDS, _NOISE_ROUNDS = 6, 30
+
+
+class _Window(NamedTuple):
+    """A stretch of a recording.
+
+    Attributes:
+        recording: number of the recording.
+        begin: its first instant.
+        rate: of the wheels there [rad/s].
+    """
+
+    recording: int
+    begin: int
+    rate: float
+
+
+class _Form(NamedTuple):
+    """Drag of one form, fitted together with the motors' strength.
+
+    Attributes:
+        candidate: which; None for the motors' strength alone.
+        value: of its parameter.
+        error: standard error of `value`.
+        gain: of the motors.
+        strength: `gain` over that which the simulation has.
+        misfit: -2 log likelihood, with the prior of the gain and the price of the parameter.
+        rms: by which windows are still off [rad].
+        stuck: whether `value` ran to a bound.
+    """
+
+    candidate: Candidate | None
+    value: float
+    error: float
+    gain: float
+    strength: float
+    misfit: float
+    rms: float
+    stuck: bool
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What it names."""
+        return (self.candidate.name,) if self.candidate else ()
+
+    @property
+    def effects(self) -> dict[str, dict[str, float]]:
+        """What the simulation would have to add."""
+        found = {"torque_gain": {"gain": self.gain}}
+        if self.candidate:
+            found[self.candidate.name] = {self.candidate.parameters[0].name: self.value}
+        return found
+
+
+@dataclass(frozen=True, eq=False)
+class _Turns:
+    """How far the wheels turned in each of K windows.
+
+    Attributes:
+        data: the recordings.
+        windows: the K windows.
+        length: of a window [control periods].
+    """
+
+    data: Data
+    windows: Sequence[_Window]
+    length: int
+
+    def off_by(self, twin: TwinParameters) -> Array:
+        """Measured less what a twin turns from each window's start on, (K,) [rad]."""
+        k = constants(twin, self.data.period / self.data.substeps)
+        off = []
+        for window in self.windows:
+            recording = self.data.recordings[window.recording]
+            angle = recording.measured[:, _ANGLE]
+            turned = _turn(
+                twin,
+                k,
+                recording.commands,
+                window.begin,
+                self.length,
+                self.data.substeps,
+                angle[window.begin],
+                window.rate,
+            )
+            off.append(angle[window.begin + self.length] - turned)
+        return np.array(off)
+
+    @property
+    def floor(self) -> float:
+        """What the sensors' steps alone make windows be off by [rad]."""
+        return float(max(2.0 * self.data.resolution[_ANGLE], 1e-6))
+
+
+def name_drag(
+    recordings: Sequence[Recording],
+    robot: RobotParameters,
+    effects: Effects,
+    candidates: Sequence[Candidate],
+    settings: Settings,
+    progress: Callable[[str], None] = lambda line: None,
+) -> Findings:
+    """Name what holds the wheels of a robot back that turn in the air.
+
+    Args:
+        recordings: of some windows at least.
+        robot: data sheet of the robot, held (`in_air.held`).
+        effects: that the simulation has already.
+        candidates: all that may be missing; those of `FORMS` are weighed.
+        settings: of the diagnosis.
+        progress: is told what is being done, a line at a time.
+
+    Raises:
+        DataError: no recording is as long as two windows.
+    """
+    data = Data(recordings, settings.substeps)
+    turns = _Turns(data, *_windows(data))
+    twin = twin_parameters(robot, effects)
+    weighed = [c for name in FORMS for c in candidates if c.name == name and name not in settings.leave_out]
+    tolerance = settings.tolerances.data_sheet
+    progress(f"wheels in the air: fitting {len(weighed)} forms of drag")
+    base, *forms = [_fit(turns, twin, candidate, tolerance) for candidate in (None, *weighed)]
+    least = min(form.misfit for form in (base, *forms))
+    near = [form for form in forms if form.misfit - least < settings.lines.margin]
+    chosen = near[0] if near else base
+    verdict = _verdict(turns, twin, base, chosen, settings)
+    best = chosen if verdict is Verdict.NAMED else base
+    weights = _probabilities((base, *forms), settings)
+    start = Model(twin, 0.0, first_noise(robot, data.sensed))
+
+    def seen(added: Effects) -> tuple[Model, Account]:
+        taken = {**effects, **added}
+        model = data.with_noise(start._replace(twin=twin_parameters(robot, taken)), _NOISE_ROUNDS)
+        return model, account_of(data, model, taken)
+
+    (nominal, first), (_, refitted), (named, last) = seen({}), seen(base.effects), seen(best.effects)
+    shift = (best.strength - 1.0) / tolerance
+    return Findings(
+        verdict=verdict,
+        effects=(_named(chosen, near, weights, settings),) if verdict is Verdict.NAMED else (),
+        added=best.names,
+        data_sheet=(Shift("torque_gain", DATA_SHEET["torque_gain_gain"], best.strength, shift),),
+        data_sheet_class=(DATA_SHEET["torque_gain_gain"],) if verdict is Verdict.DATA_SHEET else (),
+        rivals=tuple(
+            Rival(form.names, base.misfit - form.misfit, weights[form.names], 1.0)
+            for form in sorted((base, *forms), key=lambda form: form.misfit)
+        ),
+        whiteness=whiteness_of(data, nominal, named),
+        noise=sensed_values(data, named.noise.sensors),
+        advice=_advice(turns, base, near, verdict, tolerance),
+        nominal=first,
+        refitted=refitted,
+        named=last,
+    )
+
+
+@kernel()
+def _turn(
+    p: TwinParameters,
+    k: Constants,
+    commands: Array,
+    begin: int,
+    length: int,
+    substeps: int,
+    angle: float,
+    rate: float,
+) -> float:
+    """Angle to which the twin's wheels turn from an angle [rad] and a rate [rad/s], after `length` periods."""
+    s = standing(p, 0.0, 0.0, rate * p.wheel_radius * p.wheel_radius_factor, angle)
+    torque = driver_torque(p, commands[max(begin - 1, 0)], begin * k.step * substeps)
+    s = TwinState(s.tilt, s.wheel, s.tilt_rate, s.wheel_speed, torque, s.rotor, s.rotor_speed, s.slip, s.position)
+    imu = np.zeros((2 * substeps, 2))
+    for n in range(begin, begin + length):
+        s = hold(p, k, s, commands, n, substeps, STRAIGHT, imu)
+    return s.wheel - s.tilt
+
+
+def _windows(data: Data) -> tuple[list[_Window], int]:
+    """Windows of all recordings, one after the other, and their length in control periods."""
+    length = max(1, round(_WINDOW / data.period))
+    found = []
+    for number, recording in enumerate(data.recordings):
+        angle = recording.measured[:, _ANGLE]
+        for begin in range(_SPAN, len(recording) - length, length):
+            rate = (angle[begin + _SPAN] - angle[begin - _SPAN]) / (2 * _SPAN * data.period)
+            found.append(_Window(number, begin, float(rate)))
+    if len(found) < _FEWEST:
+        raise DataError(
+            f"Wheels in the air are judged by how far they turn in windows of {_WINDOW} s; found {len(found)} windows "
+            f"of at least {_FEWEST}. Record for longer."
+        )
+    return found, length
+
+
+def _fit(turns: _Turns, twin: TwinParameters, candidate: Candidate | None, tolerance: float) -> _Form:
+    """Fit one form of drag, or none, and the motors' strength within its tolerance.
+
+    Both start from what the simulation has already; drag may double where that is more than robots usually have.
+    """
+    parameters = candidate.parameters if candidate else ()
+    fields = [_GAIN, *(f"{candidate.name}_{p.name}" for p in parameters if candidate)]
+    gain, *already = [float(getattr(twin, field)) for field in fields]
+    low = np.array([0.2 * gain, *(p.low for p in parameters)])
+    high = np.array([5.0 * gain, *(max(p.high, 2.0 * value) for p, value in zip(parameters, already, strict=True))])
+    x = np.array([gain, *(0.1 * p.start + value for p, value in zip(parameters, already, strict=True))])
+    sigma = max(float(np.sqrt(np.mean(turns.off_by(twin) ** 2))), turns.floor)
+    for _ in range(_ROUNDS):  # the motors' strength gives way only where the windows have become sure
+
+        def misfit(x: Array, sigma: float = sigma) -> Array:
+            off = turns.off_by(twin._replace(**dict(zip(fields, x.tolist(), strict=True))))
+            return np.append(off / sigma, (x[0] / gain - 1.0) / tolerance)
+
+        result = least_squares(misfit, x, bounds=(low, high), x_scale=high - low)
+        x, off = result.x, sigma * result.fun[:-1]
+        sigma = float(np.sqrt(np.mean(off**2) + turns.floor**2))
+    errors = np.sqrt(np.diag(np.linalg.pinv(result.jac.T @ result.jac)))
+    count = len(off)
+    price = len(parameters) * float(np.log(count))
+    ends = 1e-3 * (high - low)
+    return _Form(
+        candidate,
+        value=float(x[-1]) if candidate else 0.0,
+        error=float(errors[-1]),
+        gain=float(x[0]),
+        strength=float(x[0] / gain),
+        misfit=2.0 * count * float(np.log(sigma)) + float(result.fun[-1] ** 2) + price,
+        rms=float(np.sqrt(np.mean(off**2))),
+        stuck=bool(candidate and x[-1] > high[-1] - ends[-1]),
+    )
+
+
+def _verdict(turns: _Turns, twin: TwinParameters, base: _Form, chosen: _Form, settings: Settings) -> Verdict:
+    """What the fits come to."""
+    lines = settings.lines
+    shift = abs(base.strength - 1.0) / settings.tolerances.data_sheet
+    if chosen.candidate and base.misfit - chosen.misfit > lines.score:
+        before = float(np.sqrt(np.mean(turns.off_by(twin) ** 2)))
+        return Verdict.NAMED if chosen.rms < _LEFT * before and not chosen.stuck else Verdict.UNKNOWN
+    if shift > lines.beyond:
+        return Verdict.UNKNOWN
+    if shift > lines.shift:
+        return Verdict.DATA_SHEET
+    return Verdict.NONE
+
+
+def _probabilities(forms: Sequence[_Form], settings: Settings) -> Mapping[tuple[str, ...], float]:
+    """Of each form, by what it names."""
+    scores = -np.array([form.misfit for form in forms]) / (2.0 * settings.temperature)
+    weights = np.exp(scores - scores.max())
+    return dict(zip([form.names for form in forms], (weights / weights.sum()).tolist(), strict=True))
+
+
+def _named(
+    chosen: _Form, near: Sequence[_Form], weights: Mapping[tuple[str, ...], float], settings: Settings
+) -> NamedEffect:
+    """The chosen form, and those that do as well."""
+    assert chosen.candidate is not None
+    (parameter,) = chosen.candidate.parameters
+    error = float(np.hypot(chosen.error, settings.lines.form * chosen.value))
+    estimate = Estimate(chosen.value, *interval(chosen.value, error), parameter.unit)
+    return NamedEffect(
+        chosen.candidate.name,
+        min(sum(weights[form.names] for form in near), 1.0),
+        {parameter.name: estimate},
+        tuple(form.candidate.name for form in near if form.candidate and form is not chosen),
+        SEPARATE_BY,
+    )
+
+
+def _advice(turns: _Turns, base: _Form, near: Sequence[_Form], verdict: Verdict, tolerance: float) -> tuple[str, ...]:
+    """What the recordings do not carry."""
+    low, high = np.quantile([window.rate for window in turns.windows], [0.0, 1.0])
+    found = [f"The wheels turn at {low:.3g} to {high:.3g} rad/s in {len(turns.windows)} windows of {_WINDOW} s."]
+    if verdict is Verdict.NAMED and len(near) > 1:
+        values = [
+            f"{form.candidate.name.replace('_', ' ')} of {form.value:.3g} {form.candidate.parameters[0].unit}"
+            for form in near
+            if form.candidate
+        ]
+        found.append(f"Each of these alone would do: {', '.join(values)}. {SEPARATE_BY}")
+    if verdict in (Verdict.NAMED, Verdict.UNKNOWN) and abs(base.strength - 1.0) > tolerance:
+        found.append(
+            f"So would motors of {base.strength:.2g} times the simulation's torque, "
+            f"{abs(base.strength - 1.0) / tolerance:.0f} tolerances off: that is no finding."
+        )
+    return tuple(found)

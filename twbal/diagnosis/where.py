@@ -1,0 +1,85 @@
+"""Where the simulation and the measurement disagree: which channel, in which region of the data, how much."""
+
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from twbal.core.gaussian import Array
+from twbal.diagnosis.findings import Account, Track
+from twbal.diagnosis.record import Region
+from twbal.sysid.recording import MEASURED, Recording
+
+AXES = ("speed", "command", "tilt", "direction", "time")
+"""What regions are ranges of: axle speed [m/s], command [N·m], tilt [rad], the sign of the wheels' rate relative to the
+body (-1 to 0 backwards, 0 to 1 forwards), and time since the episode began [s]."""
+
+_FEWEST = 20  # samples in a region, below which a mean says little
+
+
+def disagreement(nominal: Account, recordings: Sequence[Recording], bins: int) -> tuple[Region, ...]:
+    """The map of disagreement of the simulation as it is, the largest first.
+
+    Args:
+        nominal: what the simulation makes of the recordings.
+        recordings: at least one.
+        bins: ranges of an axis.
+    """
+    rows = [np.flatnonzero(recording.usable[1:]) + 1 for recording in recordings]
+
+    def all_of(values: Sequence[Array]) -> Array:
+        return np.concatenate([value[row] for value, row in zip(values, rows, strict=True)])
+
+    tracks: Sequence[Track] = nominal.tracks
+    axes = {
+        "speed": all_of([track.speed for track in tracks]),
+        "command": all_of([np.concatenate([np.zeros(1), recording.commands]) for recording in recordings]),
+        "tilt": all_of([track.tilt for track in tracks]),
+        "direction": np.sign(all_of([track.wheel_rate for track in tracks])),
+        "time": all_of(
+            [recording.period * np.arange(len(recording) + 1, dtype=np.float64) for recording in recordings]
+        ),
+    }
+    sensed = recordings[0].sensed
+    channels = [name for name, is_sensed in zip(MEASURED, sensed, strict=True) if is_sensed]
+    return regions(all_of(nominal.errors)[:, sensed], nominal.error_noise[sensed], axes, channels, bins)
+
+
+def regions(
+    errors: Array, noise: Array, axes: Mapping[str, Array], channels: Sequence[str], bins: int
+) -> tuple[Region, ...]:
+    """The disagreement over ranges of each axis, the largest first.
+
+    The sensors' noise was fitted together with the simulation as it is, and so takes up part of what that gets wrong:
+    regions are to be compared with each other, and a small number does not say that the simulation is right.
+
+    Ranges hold about as many samples each; `direction` has two. Ranges with fewer than 20 samples are left out.
+
+    Args:
+        errors: (N, E) one-step prediction errors of the simulation, in the channels' units.
+        noise: (E,) standard deviations that these errors would have by the sensors' noise alone.
+        axes: by name of an axis, (N,) its value at each error; see `AXES`.
+        channels: names of the E channels.
+        bins: ranges of an axis.
+    """
+    scaled = errors / noise  # (N, E)
+    found = []
+    for axis, values in axes.items():
+        edges = _edges(axis, values, bins)
+        for low, high in pairwise(edges):
+            last = high == edges[-1]
+            inside = (values >= low) & ((values <= high) if last else (values < high))
+            if inside.sum() < _FEWEST:
+                continue
+            here = scaled[inside]
+            for i, channel in enumerate(channels):
+                bias, rms = float(here[:, i].mean()), float(np.sqrt(np.mean(here[:, i] ** 2)))
+                found.append(Region(channel, axis, float(low), float(high), int(inside.sum()), bias, rms))
+    return tuple(sorted(found, key=lambda region: -region.rms))
+
+
+def _edges(axis: str, values: Array, bins: int) -> Array:
+    """Ends of the ranges of an axis."""
+    if axis == "direction":
+        return np.array([-1.0, 0.0, 1.0])
+    return np.unique(np.quantile(values, np.linspace(0.0, 1.0, bins + 1)))

@@ -1,1 +1,0 @@
-"""What every simulation of a robot has in common, whatever integrates it."""

@@ -1,0 +1,1 @@
+"""Files in and out: episode logs, checkpoints, and logs that twbal did not make."""

@@ -1,0 +1,82 @@
+"""All columns of a log, whatever their format, for whoever sees it for the first time."""
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from twbal.core.errors import LogError
+from twbal.core.gaussian import Array
+from twbal.io.importers.arrays import ENDINGS, named_arrays
+from twbal.io.importers.column_names import Meaning, meaning_of, names_in_comments
+from twbal.io.importers.text_files import content_of, fields_of, layout_of, read_text
+
+_SHOWN = 5
+
+
+class Column(NamedTuple):
+    """One column of a log.
+
+    Attributes:
+        source: how a mapping names it, as yaml: by name, or by number where the file has no header.
+        name: from the header or from comments; "" without one.
+        meaning: of the name.
+        values: (n,); NaN where a field is no number.
+    """
+
+    source: str
+    name: str
+    meaning: Meaning
+    values: Array
+
+
+def all_columns(path: Path) -> list[Column]:
+    """All columns of a log.
+
+    Raises:
+        LogError: it cannot be read.
+    """
+    if path.suffix in ENDINGS:
+        arrays = named_arrays(path)
+        return _columns(list(arrays), list(arrays), list(arrays.values()))
+    data = content_of(path)
+    layout = layout_of(path, data)
+    numbers = [k for k in range(layout.width) if all(_plain(row[k]) for row in layout.sample if k < len(row))]
+    if not numbers:
+        raise LogError(f"{path} has no column in which all fields are numbers.")
+    read = read_text(path, [k + 1 for k in numbers])
+    values = np.full((len(read.values), layout.width), np.nan)
+    values[:, numbers] = read.values
+    if layout.names:
+        return _columns(layout.names, layout.names, list(values.T))
+    fields = [fields_of(line, layout.delimiter) for line in layout.comments]
+    return _columns([], names_in_comments(layout.comments, fields, layout.width), list(values.T))
+
+
+def _columns(header: Sequence[str], names: Sequence[str], values: Sequence[Array]) -> list[Column]:
+    found = []
+    for k, (name, column) in enumerate(zip(names, values, strict=False)):
+        plain = list(header).count(name) == 1 and name and "${" not in name  # which Hydra would fill in
+        source = json.dumps(name, ensure_ascii=False) if plain else str(k + 1)
+        found.append(Column(source, name, meaning_of(name), column))
+    return found
+
+
+def _plain(field: str) -> bool:
+    """Whether a field is empty or a number that is not hexadecimal."""
+    try:
+        float(field.replace(",", ".") or "nan")
+    except ValueError:
+        return False
+    return "_" not in field
+
+
+def row_of(number: int, column: Column) -> str:
+    """A line on a column: its number, name, smallest, largest and first values."""
+    values = column.values
+    if not np.isfinite(values).any():
+        return f"{number:4d}  {column.name:24} no numbers"
+    first = ", ".join(f"{value:.6g}" for value in values[:_SHOWN])
+    return f"{number:4d}  {column.name:24} {np.nanmin(values):12.6g} to {np.nanmax(values):12.6g}   {first}, ..."

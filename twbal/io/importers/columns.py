@@ -1,0 +1,71 @@
+"""Columns of numbers out of a foreign file, whatever its format."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twbal.core.errors import LogError
+from twbal.core.files import read_bounded
+from twbal.core.gaussian import Array
+
+Name = str | int
+"""A column by its name, or by its number from 1 on."""
+
+LARGEST = 2**32  # bytes of a file, and of all that a compressed one unfolds to
+
+
+class Columns(NamedTuple):
+    """What was read.
+
+    Attributes:
+        values: (n, k), in the order in which columns were asked for; NaN where a field is empty.
+        lines: (n,) number of the line (of a text) or row (of arrays) that each comes from, from 1 on.
+        row: what such a number counts, "line" or "row".
+        notes: what was odd, and what was done about it.
+    """
+
+    values: Array
+    lines: NDArray[np.int64]
+    row: str
+    notes: tuple[str, ...]
+
+
+def file_data(path: Path) -> bytes:
+    """The content of a file: never a pipe that nobody writes to, nor a device without an end.
+
+    Raises:
+        LogError: it cannot be read.
+    """
+    try:
+        return read_bounded(path, LARGEST)
+    except OSError as error:
+        raise LogError(f"{path} cannot be read: {error.strerror or error}.") from error
+
+
+def places(path: Path, names: Sequence[str], count: int, wanted: Sequence[Name]) -> list[int]:
+    """Where the wanted columns are, from 0 on.
+
+    Args:
+        path: of the file, for errors.
+        names: of its columns; empty where it has no header.
+        count: of its columns.
+        wanted: columns by name or number.
+
+    Raises:
+        LogError: the file has no such column.
+    """
+    found = []
+    for name in wanted:
+        if isinstance(name, int) or (name.isdigit() and name not in names):
+            if not 1 <= int(name) <= count:
+                raise LogError(f"{path} has {count} columns; the mapping asks for column {name}.")
+            found.append(int(name) - 1)
+        elif name in names:
+            found.append(list(names).index(name))
+        else:
+            known = ", ".join(names) if names else f"none by name, but numbers 1 to {count}: it has no header"
+            raise LogError(f"{path} has no column {name!r}; it has: {known}. Mend the mapping (conf/import/).")
+    return found

@@ -1,0 +1,257 @@
+"""From the columns of a foreign log to episodes."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from itertools import combinations
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from twbal.core.channels import Channels
+from twbal.core.episode import Episode, Estimated, Event, Outcome, Provenance
+from twbal.core.errors import LogError
+from twbal.core.gaussian import Array
+from twbal.core.plant import Observation
+from twbal.io.importers.arrays import ENDINGS, read_arrays
+from twbal.io.importers.columns import Columns
+from twbal.io.importers.log_checks import doubts
+from twbal.io.importers.mapping import UNITS
+from twbal.io.importers.mapping import Mapping as LogMapping
+from twbal.io.importers.sampling import stretches
+from twbal.io.importers.text_files import read_text
+
+_SAME_PERIOD = 0.02  # share of a period within which two periods are the same
+
+
+class Wanted(NamedTuple):
+    """What is to come out.
+
+    Attributes:
+        channels: state channels of the episodes.
+        period: control period of the episodes [s], a multiple of the log's; None keeps the log's.
+        shortest: samples of a recording, below which it is left out.
+    """
+
+    channels: Channels
+    period: float | None
+    shortest: int
+
+
+class Imported(NamedTuple):
+    """What came out of one file.
+
+    Attributes:
+        episodes: one for each part without a gap.
+        notes: what was done to the data.
+        doubts: what looks wrong with them.
+    """
+
+    episodes: tuple[Episode, ...]
+    notes: tuple[str, ...]
+    doubts: tuple[str, ...]
+
+
+def import_file(path: Path, mapping: LogMapping, wanted: Wanted, provenance: Provenance) -> Imported:
+    """Read a foreign log.
+
+    Raises:
+        LogError: it cannot be read; the message says where and why.
+    """
+    read = read_arrays if path.suffix in ENDINGS else read_text
+    columns = read(path, mapping.wanted, mapping.names)
+    columns, notes = _without_nan(path, _with_last_command(columns, mapping))
+    signals = mapping.signals(columns)
+    if mapping.rate is not None:
+        signals["time"] = (columns.lines - columns.lines[0]) / mapping.rate  # rows left out leave gaps
+    parts, period, more, odd = stretches(path, signals, columns, mapping.fill)
+    notes = [*columns.notes, *notes, *more]
+    every = _every(path, period.of(1), wanted.period)
+    episodes: list[Episode] = []
+    short: list[int] = []
+    for signal in parts:
+        begin = int(np.searchsorted(signal["time"], signal["time"][0] + mapping.skip - 1e-9))
+        rest = {name: values[begin:] for name, values in signal.items()}
+        if len(rest["time"]) < max(wanted.shortest, 4 * every):
+            short.append(len(signal["time"]))
+            continue
+        trial = replace(provenance, trial=provenance.trial + len(episodes))
+        episodes.append(_episode(rest, period.of(every, wanted.period), every, mapping, wanted.channels, trial))
+    if short:
+        which = "1 part without a gap" if len(short) == 1 else f"{len(short)} parts without a gap"
+        notes.append(f"{which} of at most {max(short)} samples: too short, left out")
+    if not episodes:
+        raise LogError(
+            f"{path} has no recording of {wanted.shortest} samples without a gap: {'; '.join(notes)}. "
+            "Is the rate right? `shortest` and the mapping's `fill` and `skip` change what is kept."
+        )
+    if mapping.skip:
+        notes.append(f"the first {mapping.skip:g} s of each recording are left out")
+    worked_out = dict.fromkeys(f"{e.channel} (to ±{e.sd:.2g})" for episode in episodes for e in episode.estimated)
+    if worked_out:
+        notes.append(f"not measured, and worked out: {', '.join(worked_out)}")
+    return Imported(tuple(episodes), tuple(notes), (*odd, *_of_one_wheel(mapping), *doubts(signals, episodes)))
+
+
+def _with_last_command(columns: Columns, mapping: LogMapping) -> Columns:
+    """The columns with some command in the last row, where that one alone is missing: it acts after the last sample."""
+    is_command = np.array(
+        [name in ("command", "voltage") for name, source in mapping.quantities.items() for _ in source.columns]
+    )
+    last = columns.values[-1]
+    acts_later = not (mapping.command_is_sample or mapping.command_before_sample)
+    if not acts_later or np.isfinite(last[is_command]).all() or not np.isfinite(last[~is_command]).all():
+        return columns
+    values = columns.values.copy()
+    values[-1, is_command] = 0.0
+    return columns._replace(values=values)
+
+
+def _of_one_wheel(mapping: LogMapping) -> Iterator[str]:
+    """A doubt about a command that is the mean of two torques, where their sum is meant."""
+    source = mapping.quantities.get("command")
+    if source is not None and len(source.columns) == 2 and abs(source.factor) in UNITS["N·m"].values():
+        left, right = source.columns
+        yield (
+            f"command is the mean of {left} and {right}: where these are the torques of the two wheels, their sum is "
+            "meant; give it scale: 2"
+        )
+
+
+def _without_nan(path: Path, columns: Columns) -> tuple[Columns, list[str]]:
+    """The columns without rows that have an empty field or no finite number."""
+    good = np.isfinite(columns.values).all(axis=1)
+    if good.all():
+        return columns, []
+    if not good.any():
+        empty = int(np.argmin(np.isfinite(columns.values).any(axis=0)))
+        raise LogError(f"{path} has no row with all numbers: the mapping's column {empty + 1} is empty throughout.")
+    first = columns.lines[np.argmin(good)]
+    what = f"{int((~good).sum())} rows with an empty field, NaN or infinity are left out"
+    kept = columns._replace(values=columns.values[good], lines=columns.lines[good])
+    return kept, [f"{what}, the first in {columns.row} {first}"]
+
+
+def _every(path: Path, period: float, wanted: float | None) -> int:
+    """How many samples of the log make a control period."""
+    if wanted is None:
+        return 1
+    every = round(wanted / period)
+    if every < 1 or abs(every * period / wanted - 1.0) > _SAME_PERIOD:
+        raise LogError(
+            f"{path} has a sample every {period:.6g} s, of which a control period of {wanted:g} s is no multiple. "
+            "Give period=null to keep the log's own, or a multiple of it."
+        )
+    return every
+
+
+def _episode(
+    signals: Mapping[str, Array],
+    period: float,
+    every: int,
+    mapping: LogMapping,
+    channels: Channels,
+    provenance: Provenance,
+) -> Episode:
+    """One recording as an episode, of `period` [s], which is `every` samples."""
+    radius = channels.wheel_radius
+    commands = _commands(signals, every, mapping)
+    taken = {name: values[::every][: len(commands) + 1] for name, values in signals.items()}
+    estimated: list[Estimated] = []
+
+    def rate_of(name: str, values: Array) -> Array:
+        from twbal.io.importers.smoother import (
+            smooth,  # compiled: takes half a second to load, and most logs have rates
+        )
+
+        smoothed = smooth(values, period)
+        estimated.append(Estimated(name, smoothed.rate_sd))
+        return smoothed.rate
+
+    def absent(name: str) -> Array:
+        estimated.append(Estimated(name, float("inf")))
+        return np.zeros(len(taken["time"]))
+
+    tilt = taken["tilt"]
+    tilt_rate = taken["tilt_rate"] if "tilt_rate" in taken else rate_of("tilt_rate", tilt)
+    if (angle := _wheel_angle(taken, radius)) is None:
+        angle = np.concatenate([[0.0], np.cumsum(0.5 * period * (taken["wheel_rate"][1:] + taken["wheel_rate"][:-1]))])
+        estimated.append(Estimated("wheel_angle", float("inf")))
+    wheel_rate = taken["wheel_rate"] if "wheel_rate" in taken else rate_of("wheel_rate", angle)
+    if "yaw_rate" in taken:
+        yaw_rate = taken["yaw_rate"]
+    else:
+        yaw_rate = rate_of("yaw_rate", np.unwrap(taken["heading"])) if "heading" in taken else absent("yaw_rate")
+    if "acceleration" in taken:
+        acceleration = taken["acceleration"]
+    else:
+        speed = radius * (wheel_rate + tilt_rate)
+        acceleration = np.concatenate([[0.0], np.diff(speed)]) / period
+        doubt = sum(e.sd**2 for e in estimated if e.channel in ("tilt_rate", "wheel_rate"))
+        estimated.append(Estimated("acceleration", radius * float(np.sqrt(2.0 * doubt)) / period))
+    time = taken["time"] - taken["time"][0]
+    columns = {
+        "time": time,
+        "tilt": tilt,
+        "tilt_rate": tilt_rate,
+        "acceleration": acceleration,
+        "wheel_angle": angle,
+        "wheel_rate": wheel_rate,
+        "yaw_rate": yaw_rate,
+    }
+    observations = np.column_stack([columns[name] for name in Observation._fields])
+    events = [Event(0.0, f"began {float(taken['time'][0]):g} s into the log")] if taken["time"][0] else []
+    return Episode(
+        channels=channels.names,
+        control_period=period,
+        observations=observations,
+        states=channels.states(observations, commands),
+        commands=commands,
+        outcome=Outcome.COMPLETED,
+        provenance=provenance,
+        events=tuple(events),
+        estimated=tuple(estimated),
+    )
+
+
+def _commands(signals: Mapping[str, Array], every: int, mapping: LogMapping) -> Array:
+    """Mean torque over each control period, (T,) [N·m].
+
+    A row's command acts after its sample, until the next one; before it, where the mapping says so.
+    A command that is an instant of a faster loop is taken to run straight from one sample to the next.
+    """
+    if mapping.motor is not None and "voltage" in signals:
+        supply = mapping.motor.supply
+        torque = mapping.motor.torque_per_volt * np.clip(signals["voltage"], -supply, supply)
+    else:
+        torque = signals["command"]
+    held = torque[1:] if mapping.command_before_sample else torque[:-1]
+    if mapping.command_is_sample:
+        held = 0.5 * (torque[1:] + torque[:-1])
+    periods = len(held) // every
+    return np.asarray(held[: periods * every].reshape(periods, every).mean(axis=1))
+
+
+def _wheel_angle(taken: Mapping[str, Array], radius: float) -> Array | None:
+    """Angle of the wheels relative to the body, as encoders count it; None where only their rate is known."""
+    if "wheel_angle" in taken:
+        return taken["wheel_angle"]
+    if "distance" in taken:
+        return taken["distance"] / radius
+    if "x" in taken:
+        heading = taken["heading"]
+        middle = 0.5 * (heading[1:] + heading[:-1])
+        forward = np.diff(taken["x"]) * np.cos(middle) + np.diff(taken["y"]) * np.sin(middle)
+        return np.concatenate([[0.0], np.cumsum(forward)]) / radius
+    return None
+
+
+def duplicated(episodes: Sequence[Episode], names: Sequence[str]) -> Iterator[str]:
+    """Recordings of which another one has most of the rows already."""
+    if len(episodes) < 2:
+        return
+    rows = [{row.tobytes() for row in episode.observations[:, 1:]} for episode in episodes]
+    for j, i in combinations(range(len(rows)), 2):
+        shared = len(rows[i] & rows[j])
+        if shared > 0.5 * min(len(rows[i]), len(rows[j])):
+            yield f"{names[i]} has {shared} of its {len(rows[i])} rows in common with {names[j]}: take one of them"

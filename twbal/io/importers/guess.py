@@ -1,0 +1,255 @@
+"""A first mapping for a log that nobody has described yet, by its columns' names and numbers; what is open is said."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from twbal.core.gaussian import Array
+from twbal.core.plant import Observation
+from twbal.io.importers.all_columns import Column, all_columns, row_of
+from twbal.io.importers.column_names import DUTY
+from twbal.io.importers.mapping import QUANTITIES, UNITS
+
+_OPEN = "'???'"  # in quotes, without which it is no yaml within braces
+_LARGEST_TILT = 3.5  # rad; a larger one is in degrees
+_STEPS = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
+_PERIODS = (0.0005, 0.3)  # s; of logs
+_WHOLE = 10  # a column of whole numbers that spans more counts something
+_MOTOR = """motor:  # both together, as one; from its data sheet
+  _target_: twbal.core.motor.Motor
+  resistance: ???       # ohm
+  torque_constant: ???  # N·m/A
+  gear: ???
+  supply: ???           # V
+"""
+_REST = """command_is_sample: false      # true: the command is an instant of a loop that runs faster than the log
+command_before_sample: false  # true: a row's command acted before the row's sample, not after it
+skip: 0.0                     # s; left out at the beginning of each recording
+fill: 3                       # missing samples in a row that are interpolated; a longer gap begins a new recording
+"""
+
+
+class Guess(NamedTuple):
+    """What a log looks like.
+
+    Attributes:
+        table: one line a column: number, name, smallest, largest and first values.
+        mapping: a yaml file for conf/import/, with ??? where nothing could be told for certain.
+        open: quantities that a person has to fill in, each with the reason.
+        unknown_units: quantities of which the unit was taken to be SI.
+    """
+
+    table: tuple[str, ...]
+    mapping: str
+    open: tuple[str, ...]
+    unknown_units: tuple[str, ...]
+
+
+class _Proposal:
+    """Lines of a mapping while it is put together."""
+
+    def __init__(self) -> None:
+        self.lines: dict[str, str] = {}
+        self.open: list[str] = []
+        self.unknown_units: list[str] = []
+        self.motor = False
+
+    def take(self, quantity: str, columns: Sequence[Column], scale: str = "", why: str = "") -> None:
+        """Take columns for a quantity."""
+        unit, doubt = _unit(quantity, columns[0])
+        if doubt and _counts(quantity, columns[0]) and not scale:
+            scale, doubt = _OPEN, f"whole numbers: fill in the scale, {QUANTITIES[quantity]} for one"
+            self.open.append(f"scale of {quantity}")
+        elif doubt.startswith("UNIT") and scale == _OPEN:
+            doubt = ""
+        elif doubt.startswith("UNIT"):
+            self.unknown_units.append(quantity)
+        sources = ", ".join(column.source for column in columns)
+        sources = f"[{sources}]" if len(columns) > 1 else sources
+        scaled = f", scale: {scale}" if scale else ""
+        comment = "; ".join(text for text in (why, doubt) if text)
+        names = " and ".join(column.name or "without a name" for column in columns)
+        told = f"{names}{': ' if comment else ''}{comment}"
+        self.lines[quantity] = f"{{from: {sources}, unit: {unit}{scaled}}}  # {told}"
+
+    def leave(self, quantity: str, reason: str) -> None:
+        """Leave a quantity for a person to fill in."""
+        self.lines[quantity] = f"{{from: {_OPEN}, unit: {QUANTITIES[quantity]}}}  # {reason}"
+        self.open.append(f"{quantity} ({reason})")
+
+    def drop(self, quantity: str, reason: str = "") -> None:
+        """Say that a log does not have a quantity."""
+        self.lines[quantity] = f"null{'  # ' if reason else ''}{reason}"
+
+
+def guess(path: Path) -> Guess:
+    """Propose a mapping for a log.
+
+    Raises:
+        LogError: it cannot be read.
+    """
+    columns = all_columns(path)
+    proposal = _of_an_export(columns) or _by_names(columns)
+    lines = [
+        f"# Proposed by `twbal import-log guess=true` for {path.name}: look through every line.",
+        "# '???' is for you to fill in; null says that the log does not have it.",
+        "_target_: twbal.io.importers.mapping.mapping",
+        "quantities:",
+        *(f"  {name}: {proposal.lines[name]}" for name in QUANTITIES if name in proposal.lines),
+        "names: []  # of all columns, where files have no header",
+        "rate: null # samples a second, where there is no time [Hz]",
+    ]
+    rest = (_MOTOR if proposal.motor else "motor: null\n") + _REST
+    table = [row_of(number, column) for number, column in enumerate(columns, start=1)]
+    mapping = "\n".join(lines) + "\n" + rest
+    return Guess(tuple(table), mapping, tuple(proposal.open), tuple(proposal.unknown_units))
+
+
+def _of_an_export(columns: Sequence[Column]) -> _Proposal | None:
+    """The mapping of a table that `twbal export` wrote; None of any other."""
+    by_name = {column.name: column for column in columns}
+    if "command" not in by_name or not all({n, f"{n}_estimated"} & set(by_name) for n in Observation._fields):
+        return None
+    proposal = _Proposal()
+    for name in (*Observation._fields, "command"):
+        if name in by_name:
+            proposal.lines[name] = f"{{from: {name}, unit: {QUANTITIES[name]}}}  # as twbal export writes it"
+        else:
+            proposal.drop(name, f"{name}_estimated was worked out, not measured")
+    return proposal
+
+
+def _by_names(columns: Sequence[Column]) -> _Proposal:
+    proposal = _Proposal()
+    _time(proposal, columns)
+    chosen, reason = _choose("tilt", columns)
+    if chosen:
+        proposal.take("tilt", chosen)
+    else:
+        proposal.leave("tilt", reason or "not found among the names")
+    for name in ("tilt_rate", "acceleration", "yaw_rate", "wheel_rate"):
+        chosen, reason = _choose(name, columns)
+        if chosen:
+            proposal.take(name, chosen)
+        elif reason.endswith("?"):
+            proposal.leave(name, reason)
+        else:
+            proposal.drop(name, reason)
+    _wheels(proposal, columns)
+    _command(proposal, columns)
+    return proposal
+
+
+def _choose(quantity: str, columns: Sequence[Column]) -> tuple[list[Column], str]:
+    """The column of a quantity, or a left and a right one; none and the reason, where that is not certain."""
+    unit = QUANTITIES.get(quantity, "")
+    meant = [column for column in columns if column.meaning.quantity == quantity and np.isfinite(column.values).any()]
+    fitting = [c for c in meant if not c.meaning.unit or c.meaning.unit in UNITS.get(unit, {c.meaning.unit})]
+    certain = [column for column in fitting if column.meaning.certain]
+    sides = {column.meaning.side for column in certain}
+    if len(certain) == 1 and sides == {""}:
+        return certain, ""
+    if len(certain) == 2 and sides == {"left", "right"} and certain[0].meaning.stem == certain[1].meaning.stem:
+        return certain, ""
+    if len(certain) == 1:
+        return [], f"{certain[0].name} is of one wheel only: is that enough?"
+    if certain:
+        return [], f"{' or '.join(column.name for column in certain)}?"
+    if fitting:
+        return [], f"perhaps {' or '.join(column.name for column in fitting)}: such a name may mean other things"
+    if meant:
+        return [], f"{meant[0].name} is in {meant[0].meaning.unit}: to take it, fill in a scale to {unit}"
+    return [], ""
+
+
+def _time(proposal: _Proposal, columns: Sequence[Column]) -> None:
+    growing = [column for column in columns if _grows(column.values)]
+    chosen, reason = _choose("time", growing)
+    if chosen:
+        proposal.take("time", chosen)
+        return
+    even = [column.name or f"column {column.source}" for column in growing if _is_even(column.values)]
+    hint = f"no name says so; {' and '.join(even)} grows by even steps" if even else "not found; or null and a `rate`"
+    proposal.leave("time", reason or hint)
+
+
+def _wheels(proposal: _Proposal, columns: Sequence[Column]) -> None:
+    """What the wheels did: their angle, or a distance, or a pose, or their rate alone."""
+    chosen, reason = _choose("wheel_angle", columns)
+    pose = {name: _choose(name, columns)[0] for name in ("x", "y", "heading")}
+    if chosen:
+        proposal.take("wheel_angle", chosen)
+    elif reason.endswith("?"):
+        proposal.leave("wheel_angle", reason)
+    elif distance := _choose("distance", columns)[0]:
+        proposal.take("distance", distance)
+    elif all(pose.values()):
+        proposal.take("x", pose["x"])
+        proposal.take("y", pose["y"])
+    elif proposal.lines["wheel_rate"] != "null" and _OPEN not in proposal.lines["wheel_rate"]:
+        proposal.drop("wheel_angle", "the sum of wheel_rate")
+    else:
+        proposal.leave("wheel_angle", reason or "not found among the names")
+    if pose["heading"] and ("x" in proposal.lines or proposal.lines["yaw_rate"] == "null"):
+        proposal.take("heading", pose["heading"])
+    if "wheel_angle" not in proposal.lines:
+        proposal.drop("wheel_angle")
+
+
+def _command(proposal: _Proposal, columns: Sequence[Column]) -> None:
+    """The torque; else a voltage; else a duty cycle, which is a share of a voltage."""
+    chosen, reason = _choose("command", columns)
+    if chosen:
+        both = ("2", "their sum, which is twice their mean") if len(chosen) == 2 else ("", "of both wheels together?")
+        proposal.take("command", chosen, *both)
+        return
+    volts, volts_reason = _choose("voltage", [c for c in columns if np.nanmin(c.values, initial=0.0) < 0.0])
+    duty, duty_reason = _choose(DUTY, columns)
+    if not reason.endswith("?") and (volts or duty):
+        why = "their mean, for the motor is both as one" if len(volts or duty) == 2 else ""
+        if volts:
+            proposal.take("voltage", volts, why=why)
+        else:
+            proposal.take("voltage", duty, _OPEN, f"{why} a duty cycle: fill in the scale, V for one".strip())
+            proposal.open.append("scale of voltage")
+        proposal.open.append("motor")
+        proposal.motor = True
+        proposal.drop("command")
+        return
+    proposal.leave("command", reason or volts_reason or duty_reason or "not found among the names")
+
+
+def _grows(values: Array) -> bool:
+    steps = np.diff(values[np.isfinite(values)])
+    return bool(len(steps) and np.median(steps) > 0 and np.mean(steps < 0) <= 0.01)
+
+
+def _is_even(values: Array) -> bool:
+    steps = np.diff(values[np.isfinite(values)])
+    return bool(np.mean(np.abs(steps - np.median(steps)) < 0.25 * np.median(steps)) > 0.95)
+
+
+def _counts(quantity: str, column: Column) -> bool:
+    """Whether a column of what the wheels did is in counts of an encoder."""
+    values = column.values[np.isfinite(column.values)]
+    wheels = quantity in ("wheel_angle", "wheel_rate", "distance")
+    return wheels and bool((values == np.round(values)).all()) and bool(np.ptp(values) > _WHOLE)
+
+
+def _unit(quantity: str, column: Column) -> tuple[str, str]:
+    """A unit, and what is to be said of it; a doubt begins with UNIT."""
+    stated = column.meaning.unit
+    if stated in UNITS[QUANTITIES[quantity]]:
+        return stated, ""
+    largest = float(np.nanmax(np.abs(column.values)))
+    if quantity == "time":
+        step = float(np.nanmedian(np.diff(column.values)))
+        for unit, of_a_second in _STEPS.items():
+            if _PERIODS[0] <= step / of_a_second <= _PERIODS[1]:
+                return unit, f"unit by its steps of {step:.6g}"
+    if quantity == "tilt" and largest > _LARGEST_TILT:
+        return "deg", f"unit by its largest value, {largest:.3g}"
+    unit = QUANTITIES[quantity]
+    return unit, f"UNIT NOT KNOWN, taken as {unit}; the largest value is {largest:.3g}"

@@ -1,0 +1,160 @@
+"""What the columns of a foreign log mean."""
+
+from collections.abc import Mapping as Mappings
+from dataclasses import dataclass
+from math import pi
+from typing import Any
+
+import numpy as np
+
+from twbal.core.errors import ConfigError
+from twbal.core.gaussian import Array
+from twbal.core.motor import Motor
+from twbal.io.importers.columns import Columns, Name
+
+QUANTITIES = {
+    "time": "s",
+    "tilt": "rad",  # of the body, forward positive
+    "tilt_rate": "rad/s",  # by a gyro
+    "acceleration": "m/s²",  # of the platform, forward
+    "yaw_rate": "rad/s",
+    "wheel_angle": "rad",  # of the wheels relative to the body: what encoders count
+    "wheel_rate": "rad/s",
+    "distance": "m",  # wheel radius times wheel_angle
+    "x": "m",  # x, y and heading: the pose by dead reckoning, whose path is `distance`
+    "y": "m",
+    "heading": "rad",
+    "command": "N·m",  # torque of both wheels together
+    "voltage": "V",  # of both motors as one, in place of a torque
+}
+"""All that a mapping can tell, with its unit."""
+
+UNITS = {
+    "s": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "ns": 1e-9},
+    "rad": {"rad": 1.0, "deg": pi / 180, "°": pi / 180, "turn": 2 * pi},
+    "rad/s": {"rad/s": 1.0, "deg/s": pi / 180, "°/s": pi / 180, "rpm": pi / 30, "turn/s": 2 * pi},
+    "m/s²": {"m/s²": 1.0, "m/s2": 1.0, "g": 9.80665, "mg": 9.80665e-3},
+    "m": {"m": 1.0, "cm": 1e-2, "mm": 1e-3},
+    "N·m": {"N·m": 1.0, "Nm": 1.0, "mNm": 1e-3, "Ncm": 1e-2},
+    "V": {"V": 1.0, "mV": 1e-3},
+}
+"""Units that a column may have, by the SI unit, with their size in it."""
+
+_KEYS = ("from", "unit", "scale", "offset")
+
+
+@dataclass(frozen=True)
+class Source:
+    """Where a quantity comes from: scale · unit · (mean of the columns) + offset.
+
+    Attributes:
+        columns: whose mean is taken (left and right wheel).
+        factor: SI units for one of the column's, with the sign.
+        offset: added afterwards, in SI units.
+    """
+
+    columns: tuple[Name, ...]
+    factor: float
+    offset: float
+
+
+@dataclass(frozen=True)
+class Mapping:
+    """How a kind of log is read.
+
+    Attributes:
+        quantities: sources by name, of `QUANTITIES`.
+        names: of all columns, where files have no header; may be empty.
+        rate: samples a second, for logs without time [Hz]; None takes the column `time`.
+        motor: that turns voltage into torque; None where the command is a torque.
+        command_is_sample: the command column is an instant of a loop that runs faster than the log.
+        command_before_sample: a row's command acted before the row's sample, not after it.
+        skip: what is left out at the beginning of each recording [s].
+        fill: missing samples in a row that are interpolated; a longer gap parts the recording.
+
+    Raises:
+        ConfigError: what it says cannot be.
+    """
+
+    quantities: Mappings[str, Source]
+    names: tuple[str, ...]
+    rate: float | None
+    motor: Motor | None
+    command_is_sample: bool
+    command_before_sample: bool
+    skip: float
+    fill: int
+
+    def __post_init__(self) -> None:
+        have = set(self.quantities)
+        if "tilt" not in have:
+            raise ConfigError("A mapping needs a source of `tilt`.")
+        if not have & {"wheel_angle", "wheel_rate", "distance"} and not {"x", "y", "heading"} <= have:
+            raise ConfigError(
+                "A mapping needs what the wheels did: `wheel_angle`, `wheel_rate`, `distance`, or `x`, `y`, `heading`."
+            )
+        if ("command" in have) == ("voltage" in have):
+            raise ConfigError("A mapping needs either a `command` (torque) or a `voltage`, and not both.")
+        if "voltage" in have and self.motor is None:
+            raise ConfigError("A mapping with a `voltage` needs the `motor` that turns it into a torque.")
+        if ("time" in have) == (self.rate is not None):
+            raise ConfigError("A mapping needs either a source of `time` or a `rate` [Hz], and not both.")
+        if self.rate is not None and not self.rate > 0:
+            raise ConfigError(f"The rate of a mapping must be positive; found {self.rate} Hz.")
+        if self.command_is_sample and self.command_before_sample:
+            raise ConfigError("A command that is a sample acts around it: leave command_before_sample=false.")
+        if self.skip < 0 or self.fill < 0:
+            raise ConfigError(f"skip and fill of a mapping must be 0 or more; found {self.skip} and {self.fill}.")
+
+    @property
+    def wanted(self) -> list[Name]:
+        """The columns of all sources, in order."""
+        return [column for source in self.quantities.values() for column in source.columns]
+
+    def signals(self, columns: Columns) -> dict[str, Array]:
+        """The quantities in SI units, (n,) each, from the columns that `wanted` names."""
+        found, first = {}, 0
+        for name, source in self.quantities.items():
+            last = first + len(source.columns)
+            found[name] = source.factor * columns.values[:, first:last].mean(axis=1) + source.offset
+            first = last
+        return found
+
+
+def mapping(
+    quantities: Mappings[str, Any],
+    names: list[str],
+    rate: float | None,
+    motor: Motor | None,
+    command_is_sample: bool,
+    command_before_sample: bool,
+    skip: float,
+    fill: int,
+) -> Mapping:
+    """A mapping from what conf/import/ says; arguments as of `Mapping`, sources with `from`, `unit`, `scale`, `offset`.
+
+    Raises:
+        ConfigError: what it says cannot be.
+    """
+    unknown = sorted(set(quantities) - set(QUANTITIES))
+    if unknown:
+        raise ConfigError(f"A log has no quantity {unknown[0]!r}; a mapping can tell: {', '.join(QUANTITIES)}.")
+    sources = {name: _source(name, told) for name, told in quantities.items() if told is not None}
+    return Mapping(sources, tuple(names), rate, motor, command_is_sample, command_before_sample, skip, fill)
+
+
+def _source(name: str, told: Any) -> Source:
+    """One source, checked."""
+    told = dict(told) if isinstance(told, Mappings) else {"from": told}
+    odd = sorted(set(told) - set(_KEYS))
+    if odd or "from" not in told:
+        raise ConfigError(f"The source of {name} has the keys {', '.join(_KEYS)}; found {', '.join(map(str, told))}.")
+    unit = told.get("unit", QUANTITIES[name])
+    known = UNITS[QUANTITIES[name]]
+    if unit not in known:
+        raise ConfigError(f"{name} cannot be in {unit!r}; it can be in: {', '.join(known)}.")
+    columns = told["from"] if isinstance(told["from"], list | tuple) else [told["from"]]
+    scale, offset = float(told.get("scale", 1.0)), float(told.get("offset", 0.0))
+    if not columns or not np.isfinite([scale, offset]).all() or scale == 0:
+        raise ConfigError(f"The source of {name} needs columns, a scale that is not 0, and a finite offset.")
+    return Source(tuple(columns), scale * known[unit], offset)

@@ -1,0 +1,152 @@
+"""The time stamps of a log: its period, its gaps, and what is odd about them."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twbal.core.errors import LogError
+from twbal.core.gaussian import Array
+from twbal.io.importers.columns import Columns
+
+_MOST_BACKWARD = 0.01  # share of the samples at which time may run backwards
+_ODD_PERIOD = 0.25  # share by which a control period may be off
+_MOST_ODD = 0.05  # share of the periods that may be so; a diagnosis refuses more
+_EXACT = 1e-6  # share of a period by which steps vary that were worked out and not measured
+_CLOCK = 2e-4  # share to which a period that was measured is known at best: so far off are clocks
+_LOOSEST = 5e-3  # and at worst
+_FAR = 5  # periods from which on a step is a gap and no jitter
+_DIGITS = 12  # of a period or a rate that are tried
+
+
+class Period(NamedTuple):
+    """The time between samples.
+
+    Attributes:
+        mean: [s].
+        doubt: by which the mean may be off, as stamps jitter or are rounded [s].
+    """
+
+    mean: float
+    doubt: float
+
+    def of(self, samples: int, wanted: float | None = None) -> float:
+        """Time of so many samples [s]: the plainest period or rate within the doubt, so that 70 Hz stay 1/70 s.
+
+        Args:
+            samples: in a row.
+            wanted: what it is to be, which is taken where that is about as much [s].
+        """
+        mean, doubt = samples * self.mean, samples * self.doubt
+        if wanted is not None and abs(wanted - mean) <= _LOOSEST * mean:
+            return wanted
+        for digits in range(1, _DIGITS + 1):
+            for plain in (float(f"{mean:.{digits}g}"), 1.0 / float(f"{1.0 / mean:.{digits}g}")):
+                if abs(plain - mean) <= doubt:
+                    return plain
+        return mean
+
+
+class Stretches(NamedTuple):
+    """The parts of a log between its gaps.
+
+    Attributes:
+        parts: quantities by name, (n,) each.
+        period: between samples.
+        notes: what was done.
+        doubts: what looks wrong.
+    """
+
+    parts: list[dict[str, Array]]
+    period: Period
+    notes: list[str]
+    doubts: list[str]
+
+
+def stretches(path: Path, signals: Mapping[str, Array], columns: Columns, fill: int) -> Stretches:
+    """Cut a log at its gaps, after repeated rows were left out and short gaps were filled.
+
+    Args:
+        path: of the log, for errors.
+        signals: quantities by name, `time` among them [s].
+        columns: that they were made from.
+        fill: missing samples in a row that are interpolated.
+
+    Raises:
+        LogError: time does not run forward.
+    """
+    time, notes, doubts = signals["time"], [], []
+    steps = np.diff(time)
+    if not len(steps) or not (steps > 0).any():
+        raise LogError(f"{path} has no two samples between which time runs forward; its {len(time)} rows are no log.")
+    typical = float(np.median(steps[steps > 0]))
+    repeated = np.concatenate([[False], steps == 0])
+    if repeated.any():
+        where = columns.lines[np.argmax(repeated)]
+        same = bool((columns.values[1:][repeated[1:]] == columns.values[:-1][repeated[1:]]).all())
+        what = "rows that repeat the one before" if same else "rows whose time repeats that of the one before"
+        notes.append(f"{int(repeated.sum())} {what} are left out, the first in {columns.row} {where}")
+    kept = np.flatnonzero(~repeated)
+    time = time[kept]
+    steps = np.diff(time)
+    back = np.flatnonzero(steps < 0)
+    if len(back) > max(1, _MOST_BACKWARD * len(steps)):
+        line = columns.lines[kept[back[0] + 1]]
+        jitters = float(np.median(-steps[back])) < 2 * typical
+        raise LogError(
+            f"In {path} time runs backwards {len(back)} times, first in {columns.row} {line} "
+            f"({time[back[0]]:g} s, then {time[back[0] + 1]:g} s). "
+            + (_evenly(steps, typical) if jitters else "Is another column the time, or is its unit wrong?")
+        )
+    missing = np.round(steps / typical).astype(int) - 1
+    cuts = np.flatnonzero((steps < 0) | (missing > fill))
+    for cut in cuts[:3]:
+        line = columns.lines[kept[cut + 1]]
+        why = "time runs backwards" if steps[cut] < 0 else f"{missing[cut]} samples are missing"
+        notes.append(f"{why} before {columns.row} {line}: a new recording begins there")
+    if len(cuts) > 3:
+        notes.append(f"and so in {len(cuts) - 3} more places")
+    filled = int(missing[(missing > 0) & (missing <= fill)].sum())
+    if filled:
+        notes.append(f"{filled} missing samples are interpolated")
+    period = _period(steps, typical)
+    odd = float(np.mean(np.abs(steps / typical - 1.0) > _ODD_PERIOD))
+    if odd > 0.01:
+        told = f"{odd:.1%} of the periods are more than {_ODD_PERIOD:.0%} off {typical:.6g} s"
+        if odd > _MOST_ODD:
+            doubts.append(f"{told}, and diagnose takes {_MOST_ODD:.0%} at most. {_evenly(steps, typical)}")
+        else:
+            notes.append(told)
+    rows = [kept[part] for part in np.split(np.arange(len(kept)), cuts + 1)]
+    parts = [_filled({name: values[part] for name, values in signals.items()}, typical) for part in rows]
+    return Stretches(parts, period, notes, doubts)
+
+
+def _evenly(steps: Array, typical: float) -> str:
+    """What to do where only the stamps are at fault."""
+    mean = float(steps[np.abs(steps) < _FAR * typical].mean())
+    return (
+        "Were the samples taken evenly, and do their stamps jitter? Then leave the stamps out: "
+        f"++import.quantities.time=null import.rate={1.0 / Period(mean, _LOOSEST * mean).of(1):.6g}"
+    )
+
+
+def _period(steps: Array, typical: float) -> Period:
+    """Mean step where no sample is missing, and twice its standard error."""
+    single = steps[np.round(steps / typical) == 1]
+    mean, spread = float(single.mean()), float(single.std())
+    if spread < _EXACT * mean:
+        return Period(mean, 1e-3 * _EXACT * mean)
+    return Period(mean, float(np.clip(2.0 * spread / np.sqrt(len(single)), _CLOCK * mean, _LOOSEST * mean)))
+
+
+def _filled(signals: Mapping[str, Array], period: float) -> dict[str, Array]:
+    """Signals with missing samples interpolated."""
+    time = signals["time"]
+    counts = np.maximum(np.round(np.diff(time) / period).astype(int), 1)
+    if not len(counts) or counts.max() == 1:
+        return dict(signals)
+    at: NDArray[np.float64] = np.concatenate([[0.0], np.cumsum(np.repeat(1.0 / counts, counts))])
+    return {name: np.interp(at, np.arange(len(time)), values) for name, values in signals.items()}

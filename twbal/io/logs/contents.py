@@ -1,0 +1,199 @@
+"""What can be found in the bytes of an episode log, whether it is whole or not."""
+
+import struct
+from collections import defaultdict
+from functools import cached_property
+
+import numpy as np
+from google.protobuf.descriptor_pb2 import FileDescriptorSet
+from google.protobuf.message import DecodeError
+from mcap.opcode import Opcode
+from mcap.records import Channel, Chunk, Metadata, Schema
+from numpy.typing import NDArray
+
+from twbal.core.episode import Event
+from twbal.core.errors import LogError
+from twbal.core.gaussian import Array
+from twbal.io.logs.container import MAGIC
+from twbal.io.logs.layout import Layout, layout_of
+from twbal.io.logs.metadata import CONFIG_NAME, METADATA_NAME, Description, description_of
+from twbal.io.logs.records import HEAD, DamageError, Span, attachment_at, parse, span_at, unpacked
+from twbal.io.logs.topics import Topic
+
+_MESSAGE = struct.Struct("<HIQQ")  # channel, sequence, log time, publish time
+_UNFOLDED = 2**28  # bytes in all chunks that are read in any case
+_MOST_TIMES = 200  # a log's size: samples shrink to a half or a fifth, and a file that shrinks more holds no samples
+
+
+class Contents:
+    """What was found in the bytes of a log, up to the first place where they stop making sense.
+
+    Attributes:
+        description: what the metadata record says; None where there is none.
+        config: the configuration's text.
+        topics: names of all topics that were met.
+        damage: what is wrong with the bytes; empty where nothing was seen.
+
+    Raises:
+        LogError: the log is of another schema version, or its messages are not an episode's; the message names no file.
+    """
+
+    def __init__(self, data: bytes) -> None:
+        self.description: Description | None = None
+        self.config = ""
+        self.topics: list[str] = []
+        self.damage = ""
+        self._layout: Layout | None = None
+        self._has_chunks = False
+        self._unfolded = 0
+        self._schemas: dict[int, Schema] = {}
+        self._known: dict[int, Topic] = {}
+        self._runs: list[tuple[NDArray[np.int64], Array]] = []
+        self._loose: dict[str, list[tuple[int, tuple[float, ...]]]] = defaultdict(list)
+        self._events: dict[int, Event] = {}
+        try:
+            self.description = _find_description(data)
+            if self.description is not None:
+                self._layout = layout_of(self.description.channels)
+            self._walk(data, len(MAGIC))
+        except DamageError as damage:
+            self.damage = str(damage)
+
+    @property
+    def events(self) -> tuple[Event, ...]:
+        """The events in the order in which the episode had them."""
+        return tuple(self._events[number] for number in sorted(self._events))
+
+    @cached_property
+    def columns(self) -> dict[str, Array]:
+        """Of each sample topic the fields of its messages, (n, F), from sample 0 to the first that is missing."""
+        assert self._layout is not None
+        numbers = np.concatenate([np.empty(0, np.int64), *(run[0] for run in self._runs)])
+        values = np.concatenate([np.empty((0, len(self._layout.fields))), *(run[1] for run in self._runs)])
+        columns, first = {}, 0
+        for topic in self._layout.samples:
+            part = slice(first, first := first + len(topic.fields))
+            loose = self._loose[topic.name]
+            single = np.array([fields for _, fields in loose]).reshape(len(loose), len(topic.fields))
+            columns[topic.name] = _from_zero(
+                np.append(numbers, np.array([number for number, _ in loose], np.int64)),
+                np.concatenate([values[:, part], single]),
+            )
+        return columns
+
+    def _walk(self, data: bytes, position: int, is_chunk: bool = False) -> None:
+        while position < len(data):
+            span = span_at(data, position)
+            position = span.stop
+            if span.opcode == Opcode.MESSAGE:
+                if self._has_chunks and not is_chunk:
+                    # No checksum of its own guards it: more likely another kind of record whose first byte changed.
+                    raise DamageError(f"a message lies outside the chunks, at byte {span.start}")
+                position = self._take_messages(data, span)
+            elif span.opcode == Opcode.SCHEMA:
+                schema = parse(Schema, data, span)
+                self._schemas[schema.id] = schema
+            elif span.opcode == Opcode.CHANNEL:
+                self._take_channel(parse(Channel, data, span))
+            elif span.opcode == Opcode.CHUNK and not is_chunk:
+                self._has_chunks = True
+                records = unpacked(parse(Chunk, data, span))
+                self._unfolded += len(records)
+                if self._unfolded > max(_UNFOLDED, _MOST_TIMES * len(data)):
+                    raise DamageError(f"its chunks hold more than {_MOST_TIMES} times its {len(data)} bytes")
+                self._walk(records, self._take_definitions(records), is_chunk=True)
+            elif span.opcode == Opcode.ATTACHMENT:
+                self._take_attachment(data, span)
+            elif span.opcode == Opcode.DATA_END:
+                return
+
+    def _take_definitions(self, records: bytes) -> int:
+        """Read a chunk's definitions at once if they are those that `write_episode` writes; return where they end."""
+        if self._layout is None or not records.startswith(self._layout.definitions):
+            return 0
+        self._known.update({topic.id: topic for topic in self._layout.topics})
+        self.topics.extend(topic.name for topic in self._layout.topics if topic.name not in self.topics)
+        return len(self._layout.definitions)
+
+    def _take_channel(self, channel: Channel) -> None:
+        if channel.topic not in self.topics:
+            self.topics.append(channel.topic)
+        for topic in self._layout.topics if self._layout else ():
+            if topic.name == channel.topic:
+                _check_type(topic, channel, self._schemas.get(channel.schema_id))
+                self._known[channel.id] = topic
+
+    def _take_attachment(self, data: bytes, span: Span) -> None:
+        try:
+            attachment = attachment_at(data, span)
+            if attachment.name == CONFIG_NAME:
+                self.config = attachment.data.decode()
+        except (DamageError, UnicodeDecodeError) as damage:
+            self.damage = str(damage)  # the samples can be good all the same
+
+    def _take_messages(self, data: bytes, span: Span) -> int:
+        """Read the message at `span`, or all samples that begin there; return where reading goes on."""
+        if span.stop - span.start < _MESSAGE.size:
+            raise DamageError(f"the message at byte {span.start} is too short")
+        channel, number, _, _ = _MESSAGE.unpack_from(data, span.start)
+        topic = self._known.get(channel)
+        if topic is None or self._layout is None:
+            return span.stop
+        if topic is self._layout.samples[0] and all(self._known.get(t.id) is t for t in self._layout.samples):
+            start = span.start - HEAD.size
+            run = self._layout.unpack(data, start)
+            if len(run[0]):
+                self._runs.append(run)
+                return start + len(run[0]) * len(self._layout.template)
+        self._take_message(topic, number, data[span.start + _MESSAGE.size : span.stop])
+        return span.stop
+
+    def _take_message(self, topic: Topic, number: int, payload: bytes) -> None:
+        try:
+            message = topic.message_class.FromString(payload)
+        except DecodeError as error:
+            raise DamageError(f"message {number} on {topic.name} cannot be decoded ({error})") from error
+        if topic.text:
+            self._events[number] = Event(message.time, message.text)
+        else:
+            self._loose[topic.name].append((number, tuple(getattr(message, name) for name in topic.fields)))
+
+
+def _find_description(data: bytes) -> Description | None:
+    position = len(MAGIC)
+    while position < len(data):
+        span = span_at(data, position)
+        position = span.stop
+        if span.opcode == Opcode.METADATA:
+            record = parse(Metadata, data, span)
+            if record.name == METADATA_NAME:
+                return description_of(record.metadata)
+        if span.opcode == Opcode.DATA_END:
+            return None
+    return None
+
+
+def _check_type(topic: Topic, channel: Channel, schema: Schema | None) -> None:
+    if schema is not None and channel.message_encoding == schema.encoding == "protobuf":
+        if schema.data == topic.schema.data:
+            return
+        try:
+            # Another version of protobuf may write the same description in other bytes.
+            if FileDescriptorSet.FromString(schema.data) == topic.descriptor:
+                return
+        except DecodeError:
+            pass
+    found = f"{schema.name!r} ({schema.encoding})" if schema else "no schema"
+    raise LogError(
+        f"has messages of another type on topic {topic.name!r}: found {found}, expected {topic.message_name!r} with "
+        f"the doubles {', '.join(topic.fields) or '(none)'}"
+    )
+
+
+def _from_zero(numbers: NDArray[np.int64], values: Array) -> Array:
+    """The rows numbered 0, 1, 2, ... up to the first number that is missing or there twice."""
+    if (numbers == np.arange(len(numbers))).all():
+        return values
+    order = np.argsort(numbers, kind="stable")
+    misplaced = np.flatnonzero(numbers[order] != np.arange(len(numbers)))
+    return values[order[: misplaced[0]] if len(misplaced) else order]

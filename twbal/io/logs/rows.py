@@ -1,0 +1,42 @@
+"""An episode as one table of numbers, a row for each sample, in the order of the log's fields."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from twbal.core.episode import Episode
+from twbal.core.gaussian import Array
+from twbal.core.plant import Observation
+
+_SEEN = ("time", "tilt", "tilt_rate", "acceleration", "yaw_rate", "wheel_angle", "wheel_rate")  # /imu, then /wheels
+
+
+class Table(NamedTuple):
+    """The numbers of an episode.
+
+    Attributes:
+        observations: (T + 1, 7).
+        states: (T + 1, D).
+        commands: (T,).
+    """
+
+    observations: Array
+    states: Array
+    commands: Array
+
+
+def columns_of(episode: Episode) -> Array:
+    """/imu, /wheels, /state and /command side by side, (T + 1, 7 + D + 1); the last row has no command, so 0."""
+    seen = episode.observations[:, [Observation._fields.index(name) for name in _SEEN]]
+    return np.column_stack([seen, episode.states, np.append(episode.commands, 0.0)])
+
+
+def table_of(seen: Array, states: Array, commands: Array) -> Table:
+    """The way back.
+
+    Args:
+        seen: (T + 1, 7), the columns of /imu and /wheels.
+        states: (T + 1, D).
+        commands: (T, 1).
+    """
+    return Table(seen[:, [_SEEN.index(name) for name in Observation._fields]], states, commands[:, 0])

@@ -1,0 +1,78 @@
+"""The topics of an episode log, and the protobuf message type of each."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
+from mcap.records import Channel, Schema
+
+from twbal.core.channels import MEASURED_UNITS
+
+_DOUBLE = descriptor_pb2.FieldDescriptorProto.TYPE_DOUBLE
+_TEXT = descriptor_pb2.FieldDescriptorProto.TYPE_STRING
+
+
+@dataclass(frozen=True)
+class Topic:
+    """One topic of the log and the message type on it.
+
+    Attributes:
+        id: of its channel and its schema in the file.
+        name: as viewers show it.
+        fields: names of the message's doubles, numbered from 1.
+        units: of those fields.
+        text: whether a string field `text` follows them.
+    """
+
+    id: int
+    name: str
+    fields: tuple[str, ...]
+    units: tuple[str, ...]
+    text: bool = False
+
+    @property
+    def numbers(self) -> range:
+        """Numbers of the double fields."""
+        return range(1, len(self.fields) + 1)
+
+    @property
+    def message_name(self) -> str:
+        """Full name of the message type."""
+        return f"twbal.{self.name[1:].capitalize()}"
+
+    @cached_property
+    def descriptor(self) -> descriptor_pb2.FileDescriptorSet:
+        """The protobuf description of the message type, as MCAP wants it."""
+        file = descriptor_pb2.FileDescriptorProto(name=f"twbal{self.name}.proto", package="twbal", syntax="proto3")
+        message = file.message_type.add(name=self.message_name.removeprefix("twbal."))
+        kinds = [(name, _DOUBLE) for name in self.fields] + [("text", _TEXT)] * self.text
+        for number, (name, kind) in enumerate(kinds, start=1):
+            message.field.add(
+                name=name, number=number, type=kind, label=descriptor_pb2.FieldDescriptorProto.LABEL_OPTIONAL
+            )
+        return descriptor_pb2.FileDescriptorSet(file=[file])
+
+    @cached_property
+    def schema(self) -> Schema:
+        """The schema record of the message type."""
+        data = self.descriptor.SerializeToString(deterministic=True)
+        return Schema(id=self.id, data=data, encoding="protobuf", name=self.message_name)
+
+    @property
+    def channel(self) -> Channel:
+        """The channel record of the topic, which tells the units."""
+        units = dict(zip(self.fields, self.units, strict=True))
+        return Channel(id=self.id, topic=self.name, message_encoding="protobuf", metadata=units, schema_id=self.id)
+
+    @cached_property
+    def message_class(self) -> Any:
+        """The protobuf class of the message, for the messages that `unpack` does not reach."""
+        pool = descriptor_pool.DescriptorPool()
+        pool.Add(self.descriptor.file[0])
+        return message_factory.GetMessageClass(pool.FindMessageTypeByName(self.message_name))
+
+
+def unit_of(channel: str) -> str:
+    """Unit of a state channel; empty where twbal does not know the channel."""
+    return MEASURED_UNITS.get(channel, "N·m" if channel.startswith("command_") else "")

@@ -1,6 +1,0 @@
-"""Episodes on disk: one MCAP file each, which viewers open and which survives a cut. See docs/formats.md."""
-
-from twbal.logs.reader import Recovered, read_episode, read_episodes, recover_episode
-from twbal.logs.writer import write_episode
-
-__all__ = ["Recovered", "read_episode", "read_episodes", "recover_episode", "write_episode"]

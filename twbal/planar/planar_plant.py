@@ -1,0 +1,159 @@
+"""The analytic twin behind the seam."""
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from twbal.core.compiled import kernel
+from twbal.core.engine import substeps
+from twbal.core.errors import ConfigError
+from twbal.core.gaussian import Array
+from twbal.core.plant import Observation, Plant
+from twbal.core.robot_parameters import RobotParameters
+from twbal.core.start_pose import StartPose
+from twbal.core.streams import Stream, generator
+from twbal.planar.actuation import command_at, driver_torque, lag_of
+from twbal.planar.motion import STRAIGHT, Constants, Turning, TwinState, constants, step, tipped
+from twbal.planar.parameters import TwinParameters, twin_parameters
+from twbal.planar.sensing import Reading, read_sensors
+
+
+@kernel()
+def hold(
+    p: TwinParameters,
+    k: Constants,
+    s: TwinState,
+    commands: Array,
+    past: int,
+    substeps: int,
+    turning: Turning,
+    imu: Array,
+) -> TwinState:
+    """One control period of the twin; it writes what the IMU sees into the ring `imu`.
+
+    Args:
+        p: the twin.
+        k: its constants.
+        s: state at the period's start.
+        commands: (T,) of the rollout [N·m]; that of this period is the one at index `past`.
+        past: control periods before this one.
+        substeps: physics steps of a period.
+        turning: at the period's start; its rate stays.
+        imu: (N, 2), as of `read_sensors`.
+    """
+    lag = lag_of(p, k.step)
+    reached = s.torque
+    late = p.actuation_delay_delay / (k.step * substeps)
+    length = 1.0 / substeps
+    for i in range(substeps):
+        number = past * substeps + i
+        time = number * k.step
+        command = commands[past] if late == 0.0 else command_at(commands, number * length - late, length)
+        asked = driver_torque(p, command, time)
+        now = Turning(turning.rate, turning.heading + i * k.step * turning.rate)
+        s = step(p, k, s, asked + lag.fade * (reached - asked), time, now)
+        if k.slope != 0.0 and turning.rate != 0.0:
+            s = tipped(k, s, now, Turning(turning.rate, now.heading + k.step * turning.rate))
+        reached += lag.share * (asked - reached)
+        row = (number + 1) % len(imu)
+        imu[row, 0], imu[row, 1] = s.tilt, s.tilt_rate
+    return TwinState(s.tilt, s.wheel, s.tilt_rate, s.wheel_speed, reached, s.rotor, s.rotor_speed, s.slip, s.position)
+
+
+@kernel()
+def standing(p: TwinParameters, tilt: float, tilt_rate: float, speed: float, wheel_angle: float) -> TwinState:
+    """The state at a rollout's start: motors without torque, rotors in the middle of the backlash.
+
+    Args:
+        p: the twin.
+        tilt: [rad].
+        tilt_rate: [rad/s].
+        speed: of the axle [m/s].
+        wheel_angle: of the encoders [rad].
+    """
+    wheel = wheel_angle + tilt
+    turning = speed / (p.wheel_radius * p.wheel_radius_factor)
+    return TwinState(tilt, wheel, tilt_rate, turning, 0.0, wheel, turning, 0.0, 0.0)
+
+
+class PlanarPlant(Plant):
+    """A robot with effects that drives straight ahead, integrated by its own equations.
+
+    The start pose of a trial follows from (seed, trial) as that of the robot in the physics engine does.
+
+    Args:
+        robot: data sheet.
+        effects: values by effect and by parameter, as the effects of the simulation take them. Of `sensor_noise` it
+            takes the standard deviations; its noise is drawn from (seed, trial) too, but in an order of its own.
+        start: where rollouts begin.
+        physics_step: [s]; divides the control period.
+        seed: of all randomness.
+
+    Raises:
+        ConfigError: the physics step does not divide the control period, or the twin has no such effect.
+    """
+
+    def __init__(
+        self,
+        *,
+        robot: RobotParameters,
+        effects: Mapping[str, Mapping[str, float]],
+        start: StartPose,
+        physics_step: float,
+        seed: int,
+    ) -> None:
+        self.control_period = robot.control_period
+        self._twin = twin_parameters(robot, effects)
+        self._substeps = substeps(robot.control_period, physics_step)
+        self._constants: Constants = constants(self._twin, physics_step)
+        self._noise = np.array([effects.get("sensor_noise", {}).get(name, 0.0) for name in Observation._fields[1:]])
+        if self._twin.backlash_gap > 0 and self._twin.wheel_slip_friction < 1e6:
+            raise ConfigError("The planar twin has no backlash on wheels that slip; leave one of the two effects out.")
+        self._start = start
+        self._seed = seed
+        self._reset_memory()
+
+    def _reset_memory(self) -> None:
+        ring = self._substeps * (2 + int(self._twin.imu_delay_delay / self.control_period))
+        self._imu = np.zeros((ring, 2))
+        self._commands: list[float] = []
+        self._state: TwinState = standing(self._twin, 0.0, 0.0, 0.0, 0.0)
+        self._speed = 0.0
+
+    def reset(self, trial: int) -> Observation:
+        """Begin the rollout that (seed, trial) names."""
+        self._rng = generator(Stream.SENSOR_NOISE, self._seed, trial)
+        stance = self._start.draw(generator(Stream.START_POSE, self._seed, trial))
+        self._reset_memory()
+        self._state = standing(self._twin, stance.tilt, stance.tilt_rate, stance.speed, 0.0)
+        self._imu[:] = stance.tilt, stance.tilt_rate
+        self._speed = stance.speed
+        return self._observe()
+
+    def step(self, command: float) -> Observation:
+        """Hold the command, cut to the torque limit, for one control period."""
+        limit = self._twin.torque_limit
+        self._commands.append(min(max(float(command), -limit), limit))
+        past = len(self._commands) - 1
+        commands = np.array(self._commands)
+        self._state = hold(
+            self._twin, self._constants, self._state, commands, past, self._substeps, STRAIGHT, self._imu
+        )
+        return self._observe()
+
+    def stop(self) -> None:
+        """Nothing turns between the steps of a simulation."""
+
+    def close(self) -> None:
+        """Nothing is held."""
+
+    def _observe(self) -> Observation:
+        periods = len(self._commands)
+        state, radius = self._state, self._constants.radius
+        seen: Reading = read_sensors(self._twin, state, self._imu, periods * self._substeps, self._constants.step, 0.0)
+        speed = radius * state.wheel_speed + state.slip
+        acceleration = (speed - self._speed) / self.control_period
+        self._speed = speed
+        values = [seen.tilt, seen.tilt_rate, acceleration, seen.wheel_angle, seen.wheel_rate, 0.0]
+        noisy = np.array(values) + self._noise * self._rng.standard_normal(len(values))
+        return Observation(periods * self.control_period, *noisy.tolist())

@@ -1,1 +1,0 @@
-"""Pages that tell what a run came to; the only folder that knows jinja2."""

@@ -1,1 +1,0 @@
-"""What a two-wheeled robot is, in SI units, without any engine."""

@@ -1,0 +1,44 @@
+"""Linear laws from the slope of the model: dependable starts for the search."""
+
+import numpy as np
+import scipy.linalg
+
+from twbal.core.cost import SaturatingCost
+from twbal.core.gaussian import Array
+from twbal.models.dynamics import DynamicsModel
+
+
+def slopes(model: DynamicsModel, swing: float, steps: Array) -> tuple[Array, Array]:
+    """x' = A x + B u about the origin, as secants of the model's mean.
+
+    Args:
+        swing: commands ± this [N·m]: a slope at zero would sit inside a dead zone.
+        steps: (D,) half the width of the secant in each channel.
+
+    Returns:
+        A (D, D) and B (D,).
+    """
+    D = len(steps)
+    corners = np.concatenate([np.diag(steps), -np.diag(steps), np.zeros((2, D))])
+    commands = np.concatenate([np.zeros(2 * D), [swing, -swing]])
+    ends = model.step_mean(corners, commands)
+    A = (ends[:D] - ends[D : 2 * D]).T / (2.0 * steps)
+    return A, (ends[-2] - ends[-1]) / (2.0 * swing)
+
+
+def regulator(A: Array, B: Array, cost: SaturatingCost, command_width: float) -> Array | None:
+    """Gain K (D,) of u = -Kx that minimises Σ Σ_k (x_k / width_k)² + (u / command_width)²; None where there is none.
+
+    The saturating cost is, to second order, half that sum: the discrete-time linear-quadratic regulator starts where
+    the search should end, were the model linear.
+    """
+    price = np.diag(cost.widths**-2.0 + 1e-9)  # the small share keeps unpriced channels observable
+    try:
+        P = scipy.linalg.solve_discrete_are(A, B[:, None], price, np.array([[command_width**-2.0]]))
+    except (np.linalg.LinAlgError, ValueError):
+        return None  # the slopes cannot be stabilised; the other starts remain
+    PB = P @ B
+    gain: Array = (PB @ A) / (command_width**-2.0 + B @ PB)
+    # Where no command can hold the system, the solver may return without a complaint.
+    stable = np.isfinite(gain).all() and np.abs(np.linalg.eigvals(A - np.outer(B, gain))).max() < 1.0
+    return gain if stable else None

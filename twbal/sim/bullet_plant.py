@@ -1,0 +1,30 @@
+"""The robot in PyBullet, behind the seam."""
+
+from collections.abc import Sequence
+
+from twbal.core.engine import EnginePlant
+from twbal.core.robot_parameters import RobotParameters
+from twbal.core.start_pose import StartPose
+from twbal.effects.effect import Effect, assemble
+from twbal.sim.world import World
+
+
+class SimPlant(EnginePlant):
+    """A robot with effects, integrated by PyBullet.
+
+    Args:
+        robot: the data sheet.
+        effects: what the data sheet leaves out; each acts at its place, whatever its place in the list.
+        start: where rollouts begin.
+        physics_step: of the integrator [s], at most 1 ms; divides the control period.
+        seed: of all randomness.
+
+    Raises:
+        ConfigError: the physics step does not divide the control period.
+    """
+
+    def __init__(
+        self, *, robot: RobotParameters, effects: Sequence[Effect], start: StartPose, physics_step: float, seed: int
+    ) -> None:
+        machine = assemble(robot, effects)
+        super().__init__(machine, World(machine, physics_step), start, physics_step, seed)

@@ -1,0 +1,60 @@
+"""The robot as URDF text."""
+
+from math import cos, sin
+
+from twbal.core.robot_parameters import RobotParameters
+
+WHEELS = (("left_wheel", 0.5), ("right_wheel", -0.5))
+"""Names of the wheel links and where they sit on y, in tracks."""
+
+
+def urdf_text(robot: RobotParameters) -> str:
+    """URDF of the robot; the frame of its base link `body` is the middle of the axle.
+
+    The wheels collide as spheres: with cylinders, PyBullet's contact points stick to the wheel off its lowest point and
+    the axle bounces. The cylinder is what is seen. The body collides with nothing.
+    """
+    x = robot.com_height * sin(robot.com_offset)
+    z = robot.com_height * cos(robot.com_offset)
+    body = f"""  <link name="body">
+    <inertial>
+      <origin xyz="{x!r} 0 {z!r}"/>
+      <mass value="{robot.body_mass!r}"/>
+      {_inertia(robot.body_inertia_roll, robot.body_inertia_pitch, robot.body_inertia_yaw)}
+    </inertial>
+    <visual>
+      <origin xyz="0 0 {robot.com_height!r}"/>
+      <geometry><box size="{robot.wheel_radius!r} {0.8 * robot.track!r} {2 * robot.com_height!r}"/></geometry>
+    </visual>
+  </link>"""
+    wheels = [_wheel(robot, name, side * robot.track) for name, side in WHEELS]
+    return "\n".join([f'<robot name="{robot.name}">', body, *wheels, "</robot>", ""])
+
+
+def _wheel(robot: RobotParameters, name: str, y: float) -> str:
+    """A wheel and the joint that it turns on; a positive joint angle rolls forward."""
+    across = robot.wheel_mass * (3 * robot.wheel_radius**2 + robot.wheel_width**2) / 12
+    across = max(across, 0.5001 * robot.wheel_inertia)  # engines refuse a body less than half of its spin across
+    return f"""  <link name="{name}">
+    <inertial>
+      <mass value="{robot.wheel_mass!r}"/>
+      {_inertia(across, robot.wheel_inertia, across)}
+    </inertial>
+    <visual>
+      <origin rpy="1.5707963267948966 0 0"/>
+      <geometry><cylinder radius="{robot.wheel_radius!r}" length="{robot.wheel_width!r}"/></geometry>
+    </visual>
+    <collision>
+      <geometry><sphere radius="{robot.wheel_radius!r}"/></geometry>
+    </collision>
+  </link>
+  <joint name="{name}_joint" type="continuous">
+    <parent link="body"/>
+    <child link="{name}"/>
+    <origin xyz="0 {y!r} 0"/>
+    <axis xyz="0 1 0"/>
+  </joint>"""
+
+
+def _inertia(ixx: float, iyy: float, izz: float) -> str:
+    return f'<inertia ixx="{ixx!r}" ixy="0" ixz="0" iyy="{iyy!r}" iyz="0" izz="{izz!r}"/>'

@@ -1,1 +1,0 @@
-"""One file a stage: read, build, call, write. Only here and in `cli.py` is Hydra known."""

@@ -1,0 +1,1 @@
+"""System identification: recordings, the predictor, its noise, and fits by prediction error."""

@@ -1,0 +1,189 @@
+"""Prediction-error fits: the values under which the recordings are likeliest, with a prior on some of them."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from twbal.core.gaussian import Array
+from twbal.sysid.model import Data, Free, Model
+from twbal.sysid.noise import Filter, Noise
+
+_FIRST_DAMPING, _LAST_DAMPING = 1e-8, 1e4
+_SETTLED = 0.02  # gain in cost [2 nats] below which a fit is done
+_CONVERGED = 0.5  # gain of a round [2 nats] below which values and noise have settled
+_NOISE_STEPS = (1.0, 0.5, 0.25, 0.125)  # shares of the way to the fitted noise, tried until one gains
+_RIDGE = 1e-4  # against values that the recordings do not bear on, in units of their ranges
+
+
+class Fit(NamedTuple):
+    """A fitted model.
+
+    Attributes:
+        model: with the fitted values in it.
+        frees: what was free.
+        cost: -2 log likelihood and log prior, but for a constant; of `descend`, without the filter's determinants.
+        kalman: the filter that made its prediction errors: that of the model which this fit began from.
+        white: whitened prediction errors, flat (N,).
+    """
+
+    model: Model
+    frees: tuple[Free, ...]
+    cost: float
+    kalman: Filter
+    white: Array
+
+    @property
+    def values(self) -> Array:
+        """(P,) fitted values."""
+        return np.array([self.model.value(free.field) for free in self.frees])
+
+
+def penalty(frees: Sequence[Free], values: Array) -> float:
+    """-2 log prior of free values, but for a constant."""
+    means, sds = np.array([free.mean for free in frees]), np.array([free.sd for free in frees])
+    return float((((values - means) / sds) ** 2).sum())
+
+
+def slopes(data: Data, model: Model, kalman: Filter, frees: Sequence[Free], white: Array) -> Array:
+    """Derivatives of the whitened errors by free values, (N, P): differences forward, or backward at a bound."""
+    columns = np.empty((len(white), len(frees)))
+    for i, free in enumerate(frees):
+        value = model.value(free.field)
+        nudge = free.nudge if value + free.nudge <= free.high else -free.nudge
+        columns[:, i] = (data.white(model.put({free.field: value + nudge}), kalman) - white) / nudge
+    return columns
+
+
+def slopes_of(data: Data, fit: Fit) -> Array:
+    """Derivatives of a fit's whitened errors by what is free in it, (N, P).
+
+    With its own filter: that of the fitted model makes other errors, and a finite difference between the two is all
+    filter and no derivative.
+    """
+    return slopes(data, fit.model, fit.kalman, fit.frees, fit.white)
+
+
+def descend(
+    data: Data,
+    model: Model,
+    kalman: Filter,
+    frees: Sequence[Free],
+    iterations: int,
+) -> Fit:
+    """Levenberg-Marquardt within bounds, with the noise and the filter as they are.
+
+    Args:
+        data: recordings.
+        model: where the search begins.
+        kalman: the filter.
+        frees: what is free.
+        iterations: at most.
+    """
+    sds = np.array([free.sd for free in frees])
+    means = np.array([free.mean for free in frees])
+    low, high = np.array([free.low for free in frees]), np.array([free.high for free in frees])
+    names = [free.field for free in frees]
+    x = np.clip([model.value(name) for name in names], low, high)
+    model = model.put(dict(zip(names, x.tolist(), strict=True)))
+    white = data.white(model, kalman)
+    best = float(white @ white) + penalty(frees, x)
+    damping = _FIRST_DAMPING
+    for _ in range(iterations):
+        J = slopes(data, model, kalman, frees, white)
+        H = J.T @ J + np.diag(1.0 / sds**2 + _RIDGE / (high - low) ** 2)
+        gradient = J.T @ white + (x - means) / sds**2
+        gained = 0.0
+        while damping < _LAST_DAMPING:
+            trial = _step(x, gradient, H, damping, low, high)
+            moved = model.put(dict(zip(names, trial.tolist(), strict=True)))
+            after = data.white(moved, kalman)
+            value = float(after @ after) + penalty(frees, trial)
+            if value < best:
+                gained, best, x, model, white = best - value, value, trial, moved, after
+                damping = max(0.01 * damping, _FIRST_DAMPING)
+                break
+            damping *= 100.0
+            if np.abs((trial - x) / (high - low)).max() < 1e-7:
+                break
+        if gained < _SETTLED:
+            break
+    return Fit(model, tuple(frees), best, kalman, white)
+
+
+def _step(x: Array, gradient: Array, H: Array, damping: float, low: Array, high: Array) -> Array:
+    """A damped Newton step; values that it would push out of their bounds stay at them, and the others make up."""
+    free = np.ones(len(x), bool)
+    moved = x.copy()
+    for _ in range(len(x)):
+        damped = H + damping * np.diag(np.diag(H))
+        inside = np.flatnonzero(free)
+        if not len(inside):
+            break
+        shift = moved - x
+        rest = gradient[inside] + damped[np.ix_(inside, ~free)] @ shift[~free]
+        moved[inside] = x[inside] - np.linalg.solve(damped[np.ix_(inside, inside)], rest)
+        out = free & ((moved < low) | (moved > high))
+        moved = np.clip(moved, low, high)
+        if not out.any():
+            break
+        free &= ~out
+    return moved
+
+
+def refit(data: Data, model: Model, frees: Sequence[Free], rounds: int, iterations: int, noise_iterations: int) -> Fit:
+    """Values and noise in turn, until neither gains: a fit with the filter of the noise, then the noise of the fit.
+
+    Costs of different filters are comparable: they include the log determinants of the errors' covariances. No round
+    ends with a higher cost than the one before.
+
+    Args:
+        data: recordings.
+        model: where the search begins.
+        frees: what is free.
+        rounds: of both, at most.
+        iterations: of each fit, at most.
+        noise_iterations: of each fit of the noise, at most.
+    """
+    best = _with_determinants(data, descend(data, model, data.filter(model), frees, iterations))
+    for _ in range(rounds):
+        begin, kalman = _likelier_noise(data, best, noise_iterations)
+        found = _with_determinants(data, descend(data, begin, kalman, frees, iterations))
+        gained, best = best.cost - found.cost, found
+        if gained < _CONVERGED:
+            break
+    return best
+
+
+def _with_determinants(data: Data, fit: Fit) -> Fit:
+    """The fit with a cost that can be compared with that of another filter."""
+    return fit._replace(cost=fit.cost + _log_determinants(data, fit.kalman))
+
+
+def _log_determinants(data: Data, kalman: Filter) -> float:
+    """Their sum over the instants that count."""
+    last = len(kalman.log_determinants) - 1
+    rows = [np.minimum(np.flatnonzero(usable[1:]) + 1, last) for usable in data.usable]
+    return float(sum(kalman.log_determinants[row].sum() for row in rows))
+
+
+def _likelier_noise(data: Data, fit: Fit, iterations: int) -> tuple[Model, Filter]:
+    """The model of a fit with other noise, and the filter of it, under which its recordings are likelier.
+
+    The noise is fitted with the linear twin. Where the true one slips or knocks, that foretells gains that are none:
+    then the levels go only a part of the way, or stay.
+
+    Args:
+        data: recordings.
+        fit: with a cost that includes the log determinants.
+        iterations: of the fit of the noise, at most.
+    """
+    old, new = fit.model.noise, data.with_noise(fit.model, iterations).noise
+    for share in _NOISE_STEPS:
+        levels = [before ** (1.0 - share) * after**share for before, after in zip(old, new, strict=True)]
+        model = fit.model._replace(noise=Noise(*levels))
+        kalman = data.filter(model)
+        white = data.white(model, kalman)
+        if float(white @ white) + penalty(fit.frees, fit.values) + _log_determinants(data, kalman) < fit.cost:
+            return model, kalman
+    return fit.model, fit.kalman

@@ -1,0 +1,62 @@
+"""Data that nothing is fitted to."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+from twbal.sysid.recording import Recording
+
+_WHOLE = 4  # recordings, from which on whole ones are kept back
+
+
+class Split(NamedTuple):
+    """Recordings, parted.
+
+    Attributes:
+        fitted: that models are fitted to.
+        kept_back: that they are not.
+        names: of what was kept back.
+        are_ends: whether what was kept back are the ends of the very recordings that are fitted, in the same order.
+    """
+
+    fitted: tuple[Recording, ...]
+    kept_back: tuple[Recording, ...]
+    names: tuple[str, ...]
+    are_ends: bool
+
+
+def held_out(recordings: Sequence[Recording], share: float) -> Split:
+    """Keep about a share of the recordings back.
+
+    Of four and more, whole ones are kept back, spread evenly; of fewer, the end of each.
+    """
+    if len(recordings) >= _WHOLE:
+        every = max(2, round(1 / share))
+        back = [recording for i, recording in enumerate(recordings) if i % every == every - 1]
+        fitted = [recording for recording in recordings if recording not in back]
+        return Split(tuple(fitted), tuple(back), tuple(recording.name for recording in back), are_ends=False)
+    parted = [_cut(recording, round((1 - share) * len(recording))) for recording in recordings]
+    first, last = zip(*parted, strict=True)
+    return Split(first, last, tuple(recording.name for recording in last), are_ends=True)
+
+
+def _cut(recording: Recording, at: int) -> tuple[Recording, Recording]:
+    """A recording before and after an instant."""
+    times = f"{at * recording.period:.1f}-{len(recording) * recording.period:.1f} s"
+    first, last = slice(0, at + 1), slice(at, None)
+    before = replace(
+        recording,
+        commands=recording.commands[:at],
+        measured=recording.measured[first],
+        yaw_rate=recording.yaw_rate[first],
+        usable=recording.usable[first],
+    )
+    after = replace(
+        recording,
+        name=f"{recording.name}, {times}",
+        commands=recording.commands[at:],
+        measured=recording.measured[last],
+        yaw_rate=recording.yaw_rate[last],
+        usable=recording.usable[last],
+    )
+    return before, after

@@ -1,0 +1,51 @@
+"""How sure a fit may be: intervals from blocks of the data.
+
+Errors of a model with a wrong form are neither white nor alike everywhere, and the curvature of the likelihood says too
+little of them. Blocks of some seconds are nearly independent: how their slopes scatter gives the sandwich covariance.
+"""
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from twbal.core.gaussian import Array
+from twbal.sysid.fit import Fit
+from twbal.sysid.model import Free
+
+_NORMAL95 = 1.959964
+_RIDGE = 1e-6
+
+
+def _parts(count: int, blocks: int) -> list[slice]:
+    ends = np.linspace(0, count // 4, blocks + 1).astype(int) * 4
+    return [slice(a, b) for a, b in pairwise(ends)]
+
+
+def curvature(frees: Sequence[Free], J: Array) -> Array:
+    """Half the second derivatives of a fit's cost, (P, P), from the slopes (N, P) and the priors."""
+    sds = np.array([free.sd for free in frees])
+    ranges = np.array([free.high - free.low for free in frees])
+    H: Array = J.T @ J + np.diag(1.0 / sds**2 + _RIDGE / ranges**2)
+    return H
+
+
+def standard_errors(fit: Fit, J: Array, blocks: int) -> Array:
+    """Standard errors of the free values, (P,): of the curvature or of the sandwich, whichever is larger.
+
+    Args:
+        fit: at its optimum.
+        J: (N, P), slopes of its whitened errors.
+        blocks: into which the data are cut.
+    """
+    inverse = np.linalg.inv(curvature(fit.frees, J))
+    pulls = np.array([J[part].T @ fit.white[part] for part in _parts(len(fit.white), blocks)])  # (B, P)
+    pulls -= pulls.mean(axis=0)
+    spread = pulls.T @ pulls * blocks / (blocks - 1)
+    sandwich = inverse @ spread @ inverse
+    return np.sqrt(np.maximum(np.diag(inverse), np.diag(sandwich)))
+
+
+def interval(value: float, error: float) -> tuple[float, float]:
+    """Ends of the 95 % interval."""
+    return value - _NORMAL95 * error, value + _NORMAL95 * error

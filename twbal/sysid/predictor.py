@@ -1,0 +1,140 @@
+"""Kalman predictor on the planar twin: what a model says of each measurement from those before it.
+
+At each control instant the measurement corrects the predicted state by a gain that depends on the instant's number
+alone (`noise`), and the twin carries the corrected state to the next instant with all its effects: past commands for a
+delay, the torque of a lag, the rotor of a backlash, the IMU's past. A correction moves the past of a late IMU along.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from twbal.core.compiled import kernel
+from twbal.core.gaussian import Array
+from twbal.planar.motion import Turning, TwinState, constants
+from twbal.planar.parameters import TwinParameters
+from twbal.planar.planar_plant import hold
+from twbal.planar.sensing import read_sensors
+from twbal.sysid.recording import Recording
+
+TRACK = len(TwinState._fields)
+_RING = 4  # control periods of the IMU's past that are kept: delays up to two of them, and room
+
+
+@kernel()
+def _first(p: TwinParameters, measured: Array, lead: float) -> TwinState:
+    """The state that the first measurement tells."""
+    rate = (measured[1] - p.gyro_bias_rate) / p.gyro_scale_factor
+    tilt = measured[0] - p.imu_mount_angle_angle + (lead + p.imu_delay_delay) * rate
+    speed = measured[3] + rate
+    wheel = measured[2] + lead * measured[3] + tilt
+    return TwinState(tilt, wheel, rate, speed, 0.0, wheel, speed, 0.0, 0.0)
+
+
+@kernel()
+def _correct_past(imu: Array, steps: int, substeps: int, gain: Array, error: Array) -> None:
+    """Move the IMU's past along with a correction, interpolated between the instants that the gain is for."""
+    moves = np.zeros((3, 2))  # of tilt and tilt rate: now, one control period ago, two ago
+    for j in range(4):
+        for c in range(2):
+            moves[0, c] += gain[2 * c, j] * error[j]
+            moves[1, c] += gain[4 + c, j] * error[j]
+            moves[2, c] += gain[6 + c, j] * error[j]
+    for i in range(min(2 * substeps, steps) + 1):
+        age = i // substeps
+        share = i / substeps - age
+        row = (steps - i) % len(imu)
+        for c in range(2):
+            later = moves[age + 1, c] if age < 2 else 0.0
+            imu[row, c] += (1.0 - share) * moves[age, c] + share * later
+
+
+@kernel()
+def run_predictor(
+    p: TwinParameters,
+    commands: Array,
+    measured: Array,
+    yaw_rate: Array,
+    period: float,
+    substeps: int,
+    lead: float,
+    gains: Array,
+    errors: Array,
+    states: Array,
+) -> None:
+    """Predict a recording, measurement by measurement.
+
+    Args:
+        p: the twin.
+        commands: (T,); measured: (T + 1, 4); yaw_rate: (T + 1,), as of `Recording`.
+        period: control period [s].
+        substeps: physics steps of a control period.
+        lead: as of `read_sensors`.
+        gains: (G, 8, 4), of the first G instants, the last one for all that follow. Rows: tilt, wheel, tilt rate, wheel
+            speed; then tilt and tilt rate of one control period before, and of two.
+        errors: (T + 1, 4), written: measured less predicted; 0 at the first instant.
+        states: (T + 1, 9), written: `TwinState` after the correction.
+    """
+    h = period / substeps
+    k = constants(p, h)
+    s = _first(p, measured[0], lead)
+    heading = 0.0
+    imu = np.empty((_RING * substeps, 2))
+    imu[:, 0], imu[:, 1] = s.tilt, s.tilt_rate
+    for n in range(len(measured)):
+        if n > 0:
+            turning = Turning(0.5 * (yaw_rate[n - 1] + yaw_rate[n]), heading)
+            s = hold(p, k, s, commands, n - 1, substeps, turning, imu)
+            heading += period * turning.rate
+            seen = read_sensors(p, s, imu, n * substeps, h, lead)
+            error = errors[n]
+            error[0] = measured[n, 0] - seen.tilt
+            error[1] = measured[n, 1] - seen.tilt_rate
+            error[2] = measured[n, 2] - seen.wheel_angle
+            error[3] = measured[n, 3] - seen.wheel_rate
+            gain = gains[min(n, len(gains) - 1)]
+            tilt = wheel = tilt_rate = speed = 0.0
+            for j in range(4):
+                tilt += gain[0, j] * error[j]
+                wheel += gain[1, j] * error[j]
+                tilt_rate += gain[2, j] * error[j]
+                speed += gain[3, j] * error[j]
+            s = TwinState(
+                s.tilt + tilt,
+                s.wheel + wheel,
+                s.tilt_rate + tilt_rate,
+                s.wheel_speed + speed,
+                s.torque,
+                s.rotor + wheel,
+                s.rotor_speed + speed,
+                s.slip,
+                s.position + k.radius * wheel,
+            )
+            _correct_past(imu, n * substeps, substeps, gain, error)
+        else:
+            errors[n, :] = 0.0
+        states[n, 0], states[n, 1], states[n, 2], states[n, 3] = s.tilt, s.wheel, s.tilt_rate, s.wheel_speed
+        states[n, 4], states[n, 5], states[n, 6], states[n, 7] = s.torque, s.rotor, s.rotor_speed, s.slip
+        states[n, 8] = s.position
+
+
+class Prediction(NamedTuple):
+    """What the predictor makes of a recording.
+
+    Attributes:
+        errors: (T + 1, 4), measured less predicted from the instant before, in the order of `MEASURED`.
+        states: (T + 1, 9), `TwinState` after the correction.
+    """
+
+    errors: Array
+    states: Array
+
+
+def predict(twin: TwinParameters, recording: Recording, substeps: int, lead: float, gains: Array) -> Prediction:
+    """Run the predictor of a twin over a recording; arguments as of `run_predictor`."""
+    errors, states = np.empty((len(recording) + 1, 4)), np.empty((len(recording) + 1, TRACK))
+    run_predictor(
+        twin, recording.commands, recording.measured, recording.yaw_rate, recording.period, substeps, lead, gains,
+        errors, states,
+    )  # fmt: skip
+    return Prediction(errors, states)

@@ -1,0 +1,165 @@
+"""What a diagnosis reads of an episode, checked."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter1d
+
+from twbal.core.episode import Episode
+from twbal.core.errors import DataError
+from twbal.core.gaussian import Array
+from twbal.core.plant import Observation
+from twbal.core.robot_parameters import RobotParameters
+
+Mask = NDArray[np.bool_]
+
+MEASURED = ("tilt", "tilt_rate", "wheel_angle", "wheel_rate")
+"""Channels whose prediction errors are weighed, in this order."""
+
+_COLUMNS = [Observation._fields.index(name) for name in MEASURED]
+_TIME, _YAW = Observation._fields.index("time"), Observation._fields.index("yaw_rate")
+_YAW_MEAN = 7  # instants over which the yaw rate is averaged: a robot turns slowly
+_JITTER = 0.25  # share of a control period by which one may be longer or shorter
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """T control periods of a robot, as a diagnosis needs them.
+
+    Attributes:
+        name: for reports.
+        period: control period [s].
+        commands: (T,) [N·m]; commands[t] acted between instants t and t + 1.
+        measured: (T + 1, 4) in the order of `MEASURED`.
+        yaw_rate: (T + 1,) [rad/s], with the gyro's noise smoothed away.
+        usable: (T + 1,); False at instants whose prediction errors do not count, as the robot turned too fast.
+        sensed: (4,); False for channels that no sensor measured: what stands there was worked out from others, and its
+            errors do not count.
+    """
+
+    name: str
+    period: float
+    commands: Array
+    measured: Array
+    yaw_rate: Array
+    usable: Mask
+    sensed: Mask
+
+    def __len__(self) -> int:
+        return len(self.commands)
+
+    @property
+    def heading(self) -> Array:
+        """(T + 1,) angle by which the robot has turned since the first instant [rad]."""
+        turns = 0.5 * self.period * (self.yaw_rate[:-1] + self.yaw_rate[1:])
+        return np.concatenate([np.zeros(1), np.cumsum(turns)])
+
+
+@dataclass(frozen=True)
+class Usability:
+    """What recordings must have.
+
+    Attributes:
+        shortest: periods of an episode, below which it is left out.
+        fewest: periods of all episodes together.
+        fastest_turn: yaw rate beyond which instants do not count [rad/s].
+        widest_tilt: tilt at which a recording is cut off, as the robot has fallen [rad].
+        needs_tilt: whether a tilt must have been measured; not where the robot lies and its wheels turn in the air.
+    """
+
+    shortest: int
+    fewest: int
+    fastest_turn: float
+    widest_tilt: float
+    needs_tilt: bool = True
+
+
+def read_recordings(
+    episodes: Sequence[Episode], names: Sequence[str], robot: RobotParameters, usability: Usability
+) -> tuple[Recording, ...]:
+    """What a diagnosis of `robot` reads of measured episodes.
+
+    Args:
+        episodes: measured, of one robot.
+        names: of the episodes, for reports and errors.
+        robot: data sheet, whose control period must be that of the episodes.
+        usability: what recordings must have.
+
+    Raises:
+        DataError: the episodes cannot be used; the message says which, why, and what to try.
+    """
+    if not episodes:
+        raise DataError("A diagnosis needs at least one measured episode; found none.")
+    found = [_read(episode, name, robot, usability) for episode, name in zip(episodes, names, strict=True)]
+    recordings = tuple(recording for recording in found if len(recording) >= usability.shortest)
+    total = sum(map(len, recordings))
+    if total < usability.fewest:
+        raise DataError(
+            f"A diagnosis needs {usability.fewest} control periods "
+            f"({usability.fewest * robot.control_period:.3g} s) in episodes of at least {usability.shortest}, upright; "
+            f"found {total} in {len(recordings)} of {len(episodes)} episodes. "
+            "Record longer: twbal real-rollout experiment=excite; if the robot falls, with policy.command_width=0.1."
+        )
+    sensed = np.all([recording.sensed for recording in recordings], axis=0)  # by some of them only: by none
+    recordings = tuple(replace(recording, sensed=sensed) for recording in recordings)
+    _check_signals(recordings, usability.needs_tilt)
+    return recordings
+
+
+def _read(episode: Episode, name: str, robot: RobotParameters, usability: Usability) -> Recording:
+    """One episode, up to the instant at which the robot has fallen."""
+    if abs(episode.control_period - robot.control_period) > 1e-6:
+        raise DataError(
+            f"Episode {name} has a control period of {episode.control_period} s, robot {robot.name!r} one of "
+            f"{robot.control_period} s. Choose the robot by robot=..., or set its period by "
+            f"robot.control_period={episode.control_period!r}."
+        )
+    seen = episode.observations
+    if not np.isfinite(seen).all() or not np.isfinite(episode.commands).all():
+        raise DataError(f"Episode {name} has values that are not finite numbers. Leave it out.")
+    _check_clock(seen[:, _TIME], name, robot.control_period)
+    measured, yaw_rate = seen[:, _COLUMNS], seen[:, _YAW]
+    fallen = np.flatnonzero(np.abs(measured[:, 0]) > usability.widest_tilt)
+    end = int(fallen[0]) if len(fallen) else len(seen)
+    usable = np.abs(yaw_rate[:end]) <= usability.fastest_turn
+    commands = np.clip(episode.commands[: max(end - 1, 0)], -robot.torque_limit, robot.torque_limit)
+    worked_out = {channel for channel, _ in episode.estimated}
+    sensed = np.array([channel not in worked_out for channel in MEASURED])
+    smooth = uniform_filter1d(yaw_rate[:end], _YAW_MEAN, mode="nearest")
+    return Recording(name, robot.control_period, commands, measured[:end], smooth, usable, sensed)
+
+
+def _check_clock(times: Array, name: str, period: float) -> None:
+    """Raise where the clock runs backwards, or control periods are not as long as they are said to be."""
+    steps = np.diff(times)
+    if len(steps) and steps.min() <= 0:
+        k = int(np.argmin(steps))
+        raise DataError(f"The clock of episode {name} runs backwards between samples {k} and {k + 1}. Leave it out.")
+    odd = float(np.mean(np.abs(steps - period) > _JITTER * period)) if len(steps) else 0.0
+    if odd > 0.05:
+        raise DataError(
+            f"In episode {name} {odd:.0%} of the control periods are more than {_JITTER:.0%} off {period} s, so "
+            "samples were lost or the robot's period is another. Set it by robot.control_period=..., or record again."
+        )
+
+
+def _check_signals(recordings: Sequence[Recording], needs_tilt: bool) -> None:
+    """Raise where a channel does not change, or the torque never varied: nothing can be learned then."""
+    measured = np.concatenate([recording.measured for recording in recordings])
+    sensed = recordings[0].sensed
+    if (needs_tilt and not sensed[0]) or not sensed[2:].any():
+        raise DataError("A diagnosis needs a measured tilt, and wheels whose angle or rate is measured.")
+    for i, channel in enumerate(MEASURED):
+        if sensed[i] and np.ptp(measured[:, i]) <= 1e-9:
+            raise DataError(
+                f"Channel {channel} is {measured[0, i]:.6g} throughout {len(measured)} samples: its sensor was off, "
+                "or is not logged. `twbal import-log` works a rate out that was not measured."
+            )
+    commands = np.concatenate([recording.commands for recording in recordings])
+    if np.ptp(commands) <= 1e-9:
+        raise DataError(
+            f"The command is {commands[0]:.6g} N·m throughout {len(commands)} control periods; a diagnosis needs "
+            "one that varies. Record with twbal real-rollout experiment=excite."
+        )

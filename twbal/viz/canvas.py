@@ -1,0 +1,126 @@
+"""What the figures have in common: their style, their panels, and files that are the same byte for byte."""
+
+import io
+import re
+from collections.abc import Callable
+from functools import wraps
+from pathlib import Path
+from typing import Any, ParamSpec
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from twbal.core.errors import ConfigError
+from twbal.core.files import write_atomically
+from twbal.core.palette import INK, LINE, MUTED, PAPER
+
+STYLE: Any = {  # Any: matplotlib's own type for this lists every setting of one version
+    "font.family": "sans-serif",
+    "font.sans-serif": ["DejaVu Sans"],  # comes with matplotlib: the same figure on every machine
+    "font.size": 10,
+    "text.color": INK.light,
+    "axes.axisbelow": True,
+    "axes.edgecolor": MUTED.light,
+    "axes.facecolor": PAPER.light,
+    "axes.grid": True,
+    "axes.labelcolor": INK.light,
+    "axes.spines.right": False,
+    "axes.spines.top": False,
+    "axes.titlelocation": "left",
+    "axes.titlesize": 10.5,
+    "axes.titlepad": 8,
+    "axes.titleweight": "bold",
+    "figure.constrained_layout.h_pad": 0.09,
+    "figure.constrained_layout.use": True,
+    "figure.constrained_layout.w_pad": 0.09,
+    "figure.facecolor": PAPER.light,
+    "figure.titlesize": 12,
+    "figure.titleweight": "bold",
+    "grid.color": LINE.light,
+    "grid.linewidth": 0.6,
+    "legend.frameon": False,
+    "lines.linewidth": 1.6,
+    "lines.solid_capstyle": "round",
+    "savefig.facecolor": PAPER.light,
+    "svg.fonttype": "none",  # text stays text: it can be searched, read aloud and recoloured
+    "svg.hashsalt": "twbal",  # without it the ids in an SVG are random
+    "xtick.color": MUTED.light,
+    "ytick.color": MUTED.light,
+}
+
+# Matplotlib writes paths to a millionth of a point; a hundredth halves the file and cannot be seen.
+_PATH = re.compile(r' d="[^"]*"')
+_SURPLUS_DIGITS = re.compile(r"(\.\d\d)\d+")
+_DEGREES = {"rad": "°", "rad/s": "°/s"}
+
+P = ParamSpec("P")
+
+
+def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
+    """Make `draw` see the style of these figures, and leave that of the caller alone."""
+
+    @wraps(draw)
+    def in_style(*args: P.args, **kwargs: P.kwargs) -> Figure:
+        with matplotlib.rc_context(STYLE):
+            return draw(*args, **kwargs)
+
+    return in_style
+
+
+def panels(count: int, columns: int, width: float, height: float) -> tuple[Figure, list[Axes]]:
+    """A figure of `count` panels in rows of at most `columns`.
+
+    Args:
+        count: number of panels, at least one.
+        columns: the most panels in a row.
+        width: of one panel [inch].
+        height: of one panel [inch].
+    """
+    across = min(count, columns)
+    rows = -(-count // across)
+    figure = Figure(figsize=(width * across, height * rows + 0.4))
+    return figure, [figure.add_subplot(rows, across, i + 1) for i in range(count)]
+
+
+def shown(unit: str) -> tuple[float, str]:
+    """Factor and unit in which a quantity is drawn: angles in degrees, all else in SI."""
+    return (float(np.degrees(1.0)), _DEGREES[unit]) if unit in _DEGREES else (1.0, unit)
+
+
+def label(name: str, unit: str) -> str:
+    """Axis label of a channel: `tilt_rate`, `rad/s` -> `tilt rate [rad/s]`."""
+    return f"{name.replace('_', ' ')} [{unit}]"
+
+
+def legend(figure: Figure, axes: Axes) -> None:
+    """Put the legend of `axes` below all panels, where it hides no data."""
+    handles, names = axes.get_legend_handles_labels()
+    figure.legend(handles, names, loc="outside lower center", ncols=len(names))
+
+
+def svg(figure: Figure) -> str:
+    """The figure as SVG text; the same figure gives the same text."""
+    page = io.StringIO()
+    with matplotlib.rc_context(STYLE):
+        figure.savefig(page, format="svg", metadata={"Date": None, "Creator": None})
+    return _PATH.sub(lambda path: _SURPLUS_DIGITS.sub(r"\1", path[0]), page.getvalue())
+
+
+def save(figure: Figure, path: Path, dots_per_inch: float = 160) -> None:
+    """Write the figure as `.svg` or `.png`, by the ending of `path`.
+
+    Raises:
+        ConfigError: the path ends in something else.
+        DataError: the file cannot be written.
+    """
+    if path.suffix == ".svg":
+        write_atomically(path, svg(figure))
+    elif path.suffix == ".png":
+        pixels = io.BytesIO()
+        with matplotlib.rc_context(STYLE):
+            figure.savefig(pixels, format="png", dpi=dots_per_inch, metadata={"Software": None})
+        write_atomically(path, pixels.getvalue())
+    else:
+        raise ConfigError(f"A figure is written as .svg or .png; found {path.name!r}.")

@@ -1,0 +1,78 @@
+"""What a robot did over time: every channel of an episode, and what a simulation made of the same commands."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from twbal.core.channels import MEASURED_UNITS
+from twbal.core.episode import Episode
+from twbal.core.gaussian import Array
+from twbal.core.palette import MUTED, PREDICTED, REAL
+from twbal.core.plant import Observation
+from twbal.viz.canvas import label, legend, panels, shown, styled
+
+_UNITS = {**MEASURED_UNITS, "wheel_angle": "rad", "wheel_rate": "rad/s", "command": "N·m"}
+_CHANNELS = ("tilt", "tilt_rate", "wheel_angle", "wheel_rate", "acceleration", "command")
+_MOST_POINTS = 1500  # of a line; more are drawn as the band between their least and their most
+
+
+class Stretch(NamedTuple):
+    """A piece of a simulated course.
+
+    Attributes:
+        time: (k,) [s].
+        observations: (k, 7) in the order of `Observation`.
+    """
+
+    time: Array
+    observations: Array
+
+
+@styled
+def courses_figure(episode: Episode, title: str, simulated: Sequence[Stretch] = ()) -> Figure:
+    """Draw each channel over time; channels that no sensor measured are drawn in grey.
+
+    Args:
+        episode: what was measured.
+        title: over the figure.
+        simulated: pieces to draw beside it.
+    """
+    figure, axes = panels(len(_CHANNELS), columns=2, width=5.4, height=2.0)
+    estimated = {e.channel for e in episode.estimated}
+    time = episode.observations[:, 0]
+    for panel, name in zip(axes, _CHANNELS, strict=True):
+        factor, unit = shown(_UNITS[name])
+        values = _column(episode, name)
+        colour = MUTED.light if name in estimated else REAL.light
+        _line(panel, time[: len(values)], factor * values, colour, "worked out" if name in estimated else "measured")
+        for number, piece in enumerate(simulated):
+            if name != "command":
+                column = factor * piece.observations[:, Observation._fields.index(name)]
+                panel.plot(
+                    piece.time, column, color=PREDICTED.light, linewidth=1.1, label=None if number else "simulated"
+                )
+        panel.set_ylabel(label(name, unit))
+        panel.set_xlabel("time [s]")
+        panel.margins(x=0)
+        if name in estimated:
+            panel.set_title("not measured: worked out from others", color=MUTED.light)
+    figure.suptitle(title)
+    if simulated:
+        legend(figure, axes[0])
+    return figure
+
+
+def _column(episode: Episode, name: str) -> Array:
+    return episode.commands if name == "command" else episode.observations[:, Observation._fields.index(name)]
+
+
+def _line(axes: Axes, time: Array, values: Array, colour: str, name: str) -> None:
+    every = len(values) // _MOST_POINTS
+    if every < 2:
+        axes.plot(time, values, color=colour, linewidth=1.2, label=name)
+        return
+    rows = len(values) // every * every
+    parts = values[:rows].reshape(-1, every)
+    axes.fill_between(time[:rows:every], parts.min(axis=1), parts.max(axis=1), color=colour, linewidth=0.5, label=name)

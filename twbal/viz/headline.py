@@ -1,0 +1,70 @@
+"""What a diagnosis comes to, in a few sentences."""
+
+from collections.abc import Sequence
+
+from twbal.diagnosis.record import CLOSED, Diagnosis, Gap, NamedEffect, Verdict
+
+
+def headline_text(diagnosis: Diagnosis) -> str:
+    """What the diagnosis comes to, in a few sentences."""
+    head = diagnosis.headline
+    if diagnosis.verdict is Verdict.NAMED:
+        *most, last = map(_described, diagnosis.effects)
+        text = f"The simulation lacks {', '.join(most)}{' and ' if most else ''}{last}."
+        return text if head is None else f"{text} {_what_closes(head, diagnosis.effects)} {_errors(head, True)}"
+    if diagnosis.verdict is Verdict.DATA_SHEET:
+        found = "the data sheet is off: " + "; ".join(_class(name, diagnosis) for name in diagnosis.data_sheet_class)
+        if head is None or head.is_near_floor(head.after):
+            return f"No effect is missing, but {found}."
+        return f"{found[0].upper()}{found[1:]}. That does not explain all. {_errors(head, False)}"
+    if diagnosis.verdict is Verdict.NONE and head is not None and not head.is_near_floor(head.before):
+        text = "With its nominal parameters refitted within their tolerances, the simulation explains these data"
+        return f"{text}: nothing is missing that they could show. {_errors(head, False)}"
+    return {
+        Verdict.NONE: "The simulation explains these data: nothing is missing that they could show.",
+        Verdict.UNKNOWN: "There is a gap between simulation and measurement, and nothing in the library explains it.",
+        Verdict.UNDECIDED: "These data are too poor to tell what the simulation lacks.",
+    }[diagnosis.verdict]
+
+
+def _class(name: str, diagnosis: Diagnosis) -> str:
+    """A class of the data sheet that is off, with its values."""
+    inside = [shift.text for shift in diagnosis.data_sheet if shift.group == name]
+    return f"{name} ({', '.join(inside)})" if inside else name
+
+
+def _what_closes(head: Gap, effects: Sequence[NamedEffect]) -> str:
+    """Which share of the gap refitting closes, and which the effects."""
+    refit, more = head.closed_by_refit, head.closed_by_effects
+    if refit is None or more is None:
+        return "The gap on held-out data is too near to the sensors' noise to tell what closes it."
+    alone = len(effects) == 1
+    names, close = (effects[0].name.replace("_", " "), "closes") if alone else ("the effects", "close")
+    if head.after <= head.noise_floor:
+        rest = f"{names} {close} the rest, down to the sensors' noise."
+    elif more <= 0.0:
+        rest = f"{names} {close} no more of it."
+    elif refit > 0.0:
+        rest = f"{names} {close} another {100 * more:.0f} %."
+    else:
+        rest = f"with {names} added, {100 * (refit + more):.0f} % of it is closed."
+    share = f"closes {100 * refit:.0f} %" if refit > 0.0 else "alone closes nothing"
+    label = "" if refit + more > CLOSED else "Named, not closed. "
+    return f"{label}Refitting the nominal parameters {share} of the gap; {rest}"
+
+
+def _errors(head: Gap, with_effects: bool) -> str:
+    """The errors of the rollouts from which shares of the gap are made."""
+    with_it = f", {head.after:.3g} with what was named" if with_effects else ""
+    return (
+        f"Held-out rollouts are off by {head.before:.3g} rad of {head.channel.replace('_', ' ')} after "
+        f"{head.horizon:g} s as the data sheet says, {head.refitted:.3g} refitted{with_it}; the sensors' noise alone "
+        f"would make that {head.noise_floor:.3g}."
+    )
+
+
+def _described(effect: NamedEffect) -> str:
+    name = effect.name.replace("_", " ")
+    if effect.equivalents:
+        name += f" (or {', '.join(other.replace('_', ' ') for other in effect.equivalents)})"
+    return name

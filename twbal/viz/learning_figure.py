@@ -1,0 +1,72 @@
+"""How the policies got better, over real data."""
+
+from collections.abc import Sequence
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from twbal.algorithm.outcome import angle
+from twbal.algorithm.summary import Summary
+from twbal.core.palette import GOOD, MUTED, PREDICTED, REAL
+from twbal.viz.canvas import panels, styled
+
+
+@styled
+def learning_curve_figure(summary: Summary) -> Figure:
+    """Draw successes, cost and coverage of each iteration over the seconds that the robot was driven for learning."""
+    figure, (trials, cost, coverage) = panels(3, columns=3, width=3.4, height=2.6)
+    ticks = [f"{i.index}\n{i.real_seconds:.1f} s" for i in summary.iterations]
+    for panel in (trials, cost, coverage):
+        panel.set_xticks(range(len(ticks)), ticks)
+        panel.set_xlim(-0.4, len(ticks) - 0.6)
+        panel.set_xlabel("iteration, driving to learn so far")
+        panel.grid(visible=False, axis="x")
+    _draw_successes(trials, summary)
+    _draw_costs(cost, summary)
+    _draw_coverage(coverage, summary)
+    return figure
+
+
+def _draw_successes(axes: Axes, summary: Summary) -> None:
+    counts = [i.successes for i in summary.iterations]
+    most = max(1, *(i.trials for i in summary.iterations))
+    colours = [GOOD.light if i.first_had == summary.best_iteration else MUTED.light for i in summary.iterations]
+    bars = axes.bar(range(len(counts)), counts, width=0.6, color=colours)
+    axes.bar_label(bars, [f"{i.successes}/{i.trials}" for i in summary.iterations], padding=2)
+    axes.set_ylim(0, 1.15 * most)
+    axes.yaxis.set_major_locator(MaxNLocator(integer=True))
+    axes.set_title("trials that balance")
+    axes.set_ylabel("trials")
+
+
+def _draw_costs(axes: Axes, summary: Summary) -> None:
+    predicted = [i.predicted_cost for i in summary.iterations]
+    _draw_line(axes, predicted, PREDICTED.light, "o--", "predicted")
+    _draw_line(axes, [i.real_cost for i in summary.iterations], REAL.light, "s-", "robot")
+    axes.set_ylim(bottom=0)
+    axes.set_title("long-term cost")
+    axes.set_ylabel("cost, summed")
+    if axes.get_legend_handles_labels()[0]:
+        axes.legend()
+
+
+def _draw_coverage(axes: Axes, summary: Summary) -> None:
+    axes.axhline(0.95, color=MUTED.light, linestyle=":", linewidth=1.2)
+    axes.annotate("0.95 wanted", (0.02, 0.95), (0, 3), xycoords=("axes fraction", "data"), textcoords="offset points")
+    _draw_line(axes, [i.coverage95 for i in summary.iterations], PREDICTED.light, "o-", "coverage")
+    for i in summary.iterations:
+        if i.coverage95 is not None and i.tilt_band_widest is not None:
+            width = f"±{angle(i.tilt_band_widest)}"
+            axes.annotate(width, (i.index, i.coverage95), (0, -14), textcoords="offset points", ha="center")
+    axes.set_ylim(-0.12, 1.1)
+    axes.set_title("real states in the 95 % band (± of tilt)")
+    axes.set_ylabel("share of states")
+
+
+def _draw_line(axes: Axes, values: Sequence[float | None], colour: str, form: str, name: str) -> None:
+    """Draw what was measured; an iteration without trials leaves no point."""
+    known = [(i, value) for i, value in enumerate(values) if value is not None]
+    if not known:
+        return
+    axes.plot([i for i, _ in known], [value for _, value in known], form, color=colour, label=name)

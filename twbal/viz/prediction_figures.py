@@ -1,0 +1,80 @@
+"""What the model predicted and what the robot did: the paper's Fig. 4 and 5."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from twbal.core.gaussian import Array, Gaussian
+from twbal.core.palette import MUTED, PREDICTED, REAL
+from twbal.viz.canvas import label, legend, panels, shown, styled
+
+_HALF_WIDTH_95 = 1.96  # standard deviations
+_ROOM = 0.6  # of the range that the robot used, left above and below it: what the model says beyond is cut off
+
+
+@styled
+def prediction_figure(
+    predicted: Sequence[Gaussian],
+    trajectories: Sequence[Array],
+    channels: Sequence[str],
+    units: Sequence[str],
+    control_period: float,
+    title: str,
+) -> Figure:
+    """Draw the predicted 95 % band of each channel with the real trajectories over it.
+
+    Args:
+        predicted: p(x_t) for t = 0 .. H.
+        trajectories: (T + 1, D) states of each trial, of any length; steps after H are not drawn. A trial that ends
+            before H ends in a cross. Their range is that of the axes; a band that goes far beyond it is cut, and a note
+            in the panel says how far it goes.
+        channels: names of the D channels.
+        units: their units.
+        control_period: [s].
+        title: of the whole figure.
+    """
+    figure, axes = panels(len(channels), columns=3, width=3.4, height=2.6)
+    mean = np.array([p.mean for p in predicted])  # (H + 1, D)
+    half_width = _HALF_WIDTH_95 * np.array([p.sd for p in predicted])  # (H + 1, D)
+    for i, panel in enumerate(axes):
+        factor, unit = shown(units[i])
+        courses = [factor * x[: len(predicted), i] for x in trajectories]
+        _draw_channel(panel, control_period, factor * mean[:, i], factor * half_width[:, i], courses)
+        panel.set_title(channels[i].replace("_", " "))
+        panel.set_xlabel("time [s]")
+        panel.set_ylabel(label(channels[i], unit))
+    figure.suptitle(title, x=0.01, ha="left")
+    legend(figure, axes[0])
+    return figure
+
+
+def _draw_channel(axes: Axes, period: float, mean: Array, half_width: Array, courses: Sequence[Array]) -> None:
+    time = period * np.arange(len(mean))
+    low, high = mean - half_width, mean + half_width
+    axes.fill_between(time, low, high, color=PREDICTED.light, alpha=0.25, linewidth=0, label="predicted, 95 %")
+    axes.plot(time, mean, color=PREDICTED.light, linewidth=1.5, zorder=3, label="predicted, mean")
+    for i, course in enumerate(courses):
+        name = f"robot, {len(courses)} trials" if i == 0 else None
+        axes.plot(time[: len(course)], course, color=REAL.light, linewidth=0.9, alpha=0.8, label=name)
+        if len(course) < len(mean):
+            axes.plot(time[len(course) - 1], course[-1], "x", color=REAL.light, markersize=6, markeredgewidth=1.8)
+    axes.set_xlim(0.0, time[-1])
+    bottom, top = _limits(low, high, courses)
+    axes.set_ylim(bottom, top)
+    if low.min() < bottom or high.max() > top:
+        note = f"band cut: {low.min():.3g} to {high.max():.3g}"
+        axes.set_title(note, loc="right", color=MUTED.light, fontsize=8, fontweight="normal")
+
+
+def _limits(low: Array, high: Array, courses: Sequence[Array]) -> tuple[float, float]:
+    """Range to draw: all that the robot did, and of the band what does not dwarf it; without trials, the band."""
+    bottom, top = float(low.min()), float(high.max())
+    if courses:
+        seen = np.concatenate(courses)
+        least, most = float(seen.min()), float(seen.max())
+        room = _ROOM * (most - least)
+        bottom, top = min(least, max(bottom, least - room)), max(most, min(top, most + room))
+    margin = 0.06 * (top - bottom) or 1.0
+    return bottom - margin, top + margin

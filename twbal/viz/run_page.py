@@ -1,0 +1,206 @@
+"""The run of Algorithm 1 as one page: a single HTML file that needs nothing but a browser."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from markupsafe import Markup
+
+from twbal.algorithm.outcome import counted, doubts, driving, headline, tilt_band
+from twbal.algorithm.summary import Basis, Diagnosis, Iteration, Search, Summary
+from twbal.core.errors import DataError
+from twbal.core.evaluation import SuccessRule
+from twbal.core.files import write_atomically
+from twbal.viz.page import inline, percent, render
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What a reader must know of how the run was set up.
+
+    Attributes:
+        virtual: whether the robot behind the link was the virtual one, not hardware.
+        rule: what made a trial a success.
+        control_period: [s].
+        variants: names of the further simulated robots that policy 0 serves.
+        facts: further names and values, in order: state, cost widths, link and the like.
+    """
+
+    virtual: bool
+    rule: SuccessRule
+    control_period: float
+    variants: Sequence[str]
+    facts: Sequence[tuple[str, str]]
+
+
+@dataclass(frozen=True)
+class Pictures:
+    """The figures as SVG text.
+
+    Attributes:
+        tilt: trials before and after; None where no trial was driven.
+        predictions: one for each iteration; None where nothing was predicted.
+        learning: the learning curve.
+        drift: how far the robot rolled away; None where no trial was driven.
+        cost: what a state costs.
+    """
+
+    tilt: str | None
+    predictions: Sequence[str | None]
+    learning: str
+    drift: str | None
+    cost: str
+
+
+def write_report(path: Path, summary: Summary, setting: Setting, pictures: Pictures, commands: str) -> None:
+    """Write the report; the same arguments give the same bytes.
+
+    Args:
+        path: of the HTML file.
+        summary: what the run achieved.
+        setting: how it was set up.
+        pictures: of the run.
+        commands: text of `commands.sh`.
+
+    Raises:
+        DataError: there is not one prediction picture for each iteration, or the file cannot be written.
+    """
+    if len(pictures.predictions) != len(summary.iterations):
+        raise DataError(
+            f"The report needs a prediction picture for each of {len(summary.iterations)} iterations; "
+            f"found {len(pictures.predictions)}."
+        )
+    html = render(
+        "run.html.jinja",
+        summary=summary,
+        setting=setting,
+        commands=commands,
+        headline=headline(summary),
+        driving=driving(summary),
+        count=summary.count(summary.best_iteration),
+        first_count=summary.count(0),
+        corrected=any(iteration.diagnosis is Diagnosis.USED for iteration in summary.iterations),
+        steps=what_was_done(summary, setting.variants),
+        doubts=doubts(summary.iterations[-1], summary.tilt_limit),
+        tilt_bands=[tilt_band(iteration) for iteration in summary.iterations],
+        tilt=_optional_inline(pictures.tilt, "tilt", "Tilt of the robot in its trials, before and after learning"),
+        predictions=[
+            (i, _predicted(svg, i), _caption(i, summary.tilt_limit))
+            for i, svg in zip(summary.iterations, pictures.predictions, strict=True)
+            if svg is not None
+        ],
+        learning=inline(pictures.learning, "learning", "Successes, cost and coverage of each iteration"),
+        drift=_optional_inline(pictures.drift, "drift", "Position of the robot in its trials"),
+        cost=inline(pictures.cost, "cost", "Cost of a state"),
+    )
+    write_atomically(path, html)
+
+
+def what_was_done(summary: Summary, variants: Sequence[str]) -> list[str]:
+    """A paragraph for each iteration: what drove the robot, what was learned, and what was searched.
+
+    Args:
+        summary: of the run.
+        variants: names of the further simulated robots that policy 0 serves.
+    """
+    first, *later = summary.iterations
+    told = [_first_policy(first, summary, variants)]
+    for before, iteration in zip(summary.iterations, later, strict=False):
+        rollouts = iteration.real_episodes - before.real_episodes
+        seconds = iteration.real_seconds - before.real_seconds
+        drove = f"Policy {before.first_had} drove the robot in {counted(rollouts, 'rollout')} ({seconds:.1f} s)."
+        told.append(f"{drove} {_recalibrated(iteration) if iteration.recalibrates else _updated(iteration)}")
+    return [f"{said}{_trials(iteration)}" for said, iteration in zip(told, summary.iterations, strict=True)]
+
+
+def _first_policy(first: Iteration, summary: Summary, variants: Sequence[str]) -> str:
+    match first.basis:
+        case Basis.SIMULATION:
+            robots = "the simulated robot"
+            if variants:
+                robots += f", and of simulated robots that differ from it ({', '.join(variants)})"
+            learned = "a model f of it" if not variants else "a model f of each"
+            data = f"{summary.sim.samples} samples of {counted(summary.sim.episodes, 'rollout')} of {robots}"
+            found = "Policy 0 was searched on f." if not variants else "Policy 0 was searched on all of them at once."
+            if first.search is Search.KEPT:
+                found = "Policy 0 is one that an earlier search on f found; the last search found nothing better."
+            return f"From {data}, Gaussian processes learned {learned}. {found}"
+        case Basis.ROBOT:
+            return (
+                f"Random commands drove the robot in {counted(first.real_episodes, 'rollout')} "
+                f"({first.real_seconds:.1f} s). Gaussian processes learned its whole dynamics from them, without a "
+                "simulation, and policy 0 was searched on that."
+            )
+        case Basis.DATA_SHEET:
+            return "Policy 0 is the linear-quadratic regulator of the linearised data sheet."
+        case Basis.AGENT:
+            return "Policy 0 is a model-free agent that was trained in simulation."
+    return "Policy 0 was made before the robot was driven by any policy."
+
+
+def _updated(iteration: Iteration) -> str:
+    """What an update did after its rollouts."""
+    data = f"all {iteration.real_seconds:.1f} s of rollouts so far"
+    diagnosed = {
+        Diagnosis.USED: "What the simulation lacks to explain the rollouts was diagnosed and added to it, and f was "
+        "learned again. ",
+        Diagnosis.NOT_USED: "A diagnosis of what the simulation lacks left most of its error, so the simulation stayed "
+        "as it was. ",
+    }.get(iteration.diagnosis or Diagnosis.NOT_MADE, "")
+    if iteration.basis is Basis.IDENTIFIED:
+        return f"A linear model was fitted to {data}; its regulator is policy {iteration.first_had}."
+    what = {Basis.CORRECTED: "the difference g between robot and f", Basis.ROBOT: "the whole dynamics"}
+    learned = f"Gaussian processes learned {what.get(iteration.basis or Basis.CORRECTED, 'a model')} from {data}."
+    model = "f + g" if iteration.basis is Basis.CORRECTED else "that model"
+    if iteration.search is Search.KEPT:
+        found = f"The search on {model} found nothing better than policy {iteration.first_had}, which was kept."
+    else:
+        found = f"A search on {model} found policy {iteration.first_had}."
+    return f"{diagnosed}{learned} {found}"
+
+
+def _recalibrated(iteration: Iteration) -> str:
+    """What was done for the model of a policy that stays."""
+    what = "the whole dynamics" if iteration.basis is Basis.ROBOT else "the difference g between robot and f"
+    return (
+        f"Gaussian processes learned {what} from all {iteration.real_seconds:.1f} s of rollouts so far. No policy was "
+        f"searched: policy {iteration.first_had} stayed as it is, and only its prediction is new."
+    )
+
+
+def _trials(iteration: Iteration) -> str:
+    if not iteration.trials:
+        return ""
+    return f" In its trials policy {iteration.first_had} succeeded in {iteration.successes} of {iteration.trials}."
+
+
+def _caption(iteration: Iteration, tilt_limit: float | None) -> str:
+    """What to see in the prediction picture of one iteration."""
+    learned = {
+        Basis.SIMULATION: "f alone",
+        Basis.CORRECTED: "f + g",
+        Basis.ROBOT: "a model of the robot's rollouts alone",
+    }.get(iteration.basis or Basis.CORRECTED, "the model")
+    text = f"Predicted by {learned}"
+    if iteration.real_episodes:
+        text += (
+            f", learned from {counted(iteration.real_episodes, 'rollout')} on the robot "
+            f"({iteration.real_samples} samples, {iteration.real_seconds:.1f} s)"
+        )
+    text += "."
+    if iteration.coverage95 is not None:
+        text += (
+            f" The 95 % band holds {percent(iteration.coverage95)} of the real states; that of the tilt is "
+            f"{tilt_band(iteration)} wide (median, widest)."
+        )
+    if iteration.trials:
+        text += f" The robot balanced in {iteration.successes} of {iteration.trials} trials."
+    return " ".join([text, iteration.note, *doubts(iteration, tilt_limit)]).replace("  ", " ").rstrip()
+
+
+def _predicted(svg: str, iteration: Iteration) -> Markup:
+    return inline(svg, f"iteration-{iteration.index}", f"Predicted and real states, iteration {iteration.index}")
+
+
+def _optional_inline(svg: str | None, name: str, label: str) -> Markup | None:
+    return None if svg is None else inline(svg, name, label)
