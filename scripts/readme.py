@@ -13,6 +13,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import textwrap
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from statistics import median
@@ -124,12 +125,14 @@ def figures(results: Mapping[str, Any]) -> list[str]:
 
 
 def missed(results: Mapping[str, Any]) -> list[str]:
-    """One line a set that was not diagnosed right."""
-    lines = ["| stratum | hidden | verdict | named |", "|---|---|---|---|"]
+    """One entry a set that was not diagnosed right."""
+    lines = []
     for row in results["sets"]:
         if not row["right"]:
             hidden = ", ".join(f"{n} ({next(iter(p.values())):.3g})" for n, p in row["hidden"].items()) or "nothing"
-            lines.append(f"| {row['stratum']} | {hidden} | {row['verdict']} | {', '.join(row['said']) or '-'} |")
+            said = ", ".join(row["said"]) or "nothing"
+            entry = f"- {row['stratum']}: `{row['verdict']}`, named {said}. Hidden: {hidden}."
+            lines += textwrap.wrap(entry, 118, subsequent_indent="  ", break_long_words=False, break_on_hyphens=False)
     return lines
 
 
@@ -161,14 +164,14 @@ def mending(results: Mapping[str, Any]) -> list[str]:
 def methods(results: Mapping[str, Any]) -> list[str]:
     """One line a method, beside the main one."""
     shown = {"seconds": "real seconds", "cost": "real cost", "coverage": "in the band", "drift": "drift [m]"}
-    names = ["method", "runs", "all balance", *shown.values(), "fits and searches [s]", "seconds: better, worse, p"]
+    names = ["method", "balanced", *shown.values(), "fits, searches [s]", "better, worse, p"]
     lines = [f"| {' | '.join(names)} |", "|" + "---|" * len(names)]
     for row in results["methods"]:
         beside = row["seconds_p"]
         if not row["runs"]:
             continue
-        cells = [row["method"], row["runs"], f"{row['solved']} of {row['runs']}"]
-        cells += [row[metric] or "-" for metric in (*shown, "search")]
+        cells = [row["method"], f"{row['solved']} of {row['runs']}"]
+        cells += [(row[metric] or "-").replace(" to ", "-") for metric in (*shown, "search")]
         cells.append(f"{beside['better']}, {beside['worse']}, {beside['p']:.2g}" if beside["pairs"] else "-")
         lines.append(f"| {' | '.join(map(str, cells))} |")
     robots = ", ".join(map(str, results["robots"]))
