@@ -171,7 +171,8 @@ def methods(results: Mapping[str, Any]) -> list[str]:
         if not row["runs"]:
             continue
         cells = [row["method"], f"{row['solved']} of {row['runs']}"]
-        cells += [(row[metric] or "-").replace(" to ", "-") for metric in (*shown, "search")]
+        cells += [(row[metric] or "-").replace(" to ", "-") for metric in shown]
+        cells.append((row["search"] or "-").split(" ")[0])
         cells.append(f"{beside['better']}, {beside['worse']}, {beside['p']:.2g}" if beside["pairs"] else "-")
         lines.append(f"| {' | '.join(map(str, cells))} |")
     robots = ", ".join(map(str, results["robots"]))
