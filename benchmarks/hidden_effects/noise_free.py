@@ -23,10 +23,10 @@ from benchmarks.hidden_effects.truth import HiddenRobot, Sensors
 from twbal.cli.conf_folder import conf_folder
 from twbal.core.gaussian import Array
 from twbal.core.plant import Observation
-from twbal.core.start_pose import Stance
+from twbal.core.start_pose import InitialState
 from twbal.io.logs import read_episode
 from twbal.sim.replay import ReplayStart, replay
-from twbal.sim.world import Underway
+from twbal.sim.world import RestartState
 
 _HISTORY, _SPACING = 5, 5
 SILENT = Sensors(0.0, 0.0, 0.0)
@@ -114,8 +114,8 @@ def _start(
     _, tilt_rate, speed, wheel_angle, position = motion[t].tolist()
     now = Observation(*seen[t].tolist())
     return ReplayStart(
-        stance=Stance(float(shown[t, 0]), float(shown[t, 1]), speed),
-        underway=Underway(
+        initial=InitialState(float(shown[t, 0]), float(shown[t, 1]), speed),
+        restart=RestartState(
             wheel_angle=wheel_angle,
             heading=float(heading[t]),
             slip=speed - body.radius * (now.wheel_rate + tilt_rate),

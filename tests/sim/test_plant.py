@@ -65,10 +65,10 @@ def test_trials_and_seeds_differ(paper):
 def test_the_first_observation_is_the_drawn_start(regbot):
     with plant(regbot, seed=5) as simulated:
         seen = simulated.reset(2)
-    stance = START.draw(generator(Stream.START_POSE, 5, 2))
-    assert seen.tilt == pytest.approx(stance.tilt, abs=1e-12)
-    assert seen.tilt_rate == pytest.approx(stance.tilt_rate, abs=1e-12)
-    assert regbot.wheel_radius * (seen.wheel_rate + seen.tilt_rate) == pytest.approx(stance.speed, abs=1e-9)
+    initial = START.draw(generator(Stream.START_POSE, 5, 2))
+    assert seen.tilt == pytest.approx(initial.tilt, abs=1e-12)
+    assert seen.tilt_rate == pytest.approx(initial.tilt_rate, abs=1e-12)
+    assert regbot.wheel_radius * (seen.wheel_rate + seen.tilt_rate) == pytest.approx(initial.speed, abs=1e-9)
     assert (seen.time, seen.acceleration, seen.wheel_angle, seen.yaw_rate) == (0, 0, 0, 0)
 
 

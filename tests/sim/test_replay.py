@@ -10,7 +10,7 @@ from hydra.utils import instantiate
 from twbal.cli.conf_folder import conf_folder
 from twbal.core.errors import DataError
 from twbal.core.plant import Observation
-from twbal.core.start_pose import Stance, StartPose
+from twbal.core.start_pose import InitialState, StartPose
 from twbal.effects.actuation_delay import ActuationDelay
 from twbal.effects.backlash import Backlash
 from twbal.effects.battery_sag import BatterySag
@@ -27,7 +27,7 @@ from twbal.effects.viscous_friction import ViscousFriction
 from twbal.effects.wheel_slip import WheelSlip
 from twbal.sim.bullet_plant import SimPlant
 from twbal.sim.replay import ReplayStart, replay
-from twbal.sim.world import Underway, World
+from twbal.sim.world import RestartState, World
 
 STEP = 0.001
 SEEN = [Observation._fields.index(name) for name in ("tilt", "tilt_rate", "wheel_angle", "wheel_rate")]
@@ -65,8 +65,8 @@ def start_at(robot, truth, t, commands=COMMANDS):
     _, tilt, rate, _, angle, wheel_rate, _ = truth[t]
     r = robot.wheel_radius
     rolled = r * (truth[:, 4] + truth[:, 1] - truth[0, 4] - truth[0, 1])
-    stance = Stance(tilt, rate, r * (wheel_rate + rate))
-    return ReplayStart(stance, Underway(angle, position=rolled[t]), commands[:t], truth[:t, [1, 2]])
+    initial = InitialState(tilt, rate, r * (wheel_rate + rate))
+    return ReplayStart(initial, RestartState(angle, position=rolled[t]), commands[:t], truth[:t, [1, 2]])
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -93,7 +93,7 @@ def test_wheels_that_slip_go_on_slipping(robot):
     """The truth is the world itself, which knows its speed over ground."""
     machine = assemble(robot, [WheelSlip(0.1)])
     world, running = World(machine, STEP), machine.start(STEP, np.random.default_rng(0))
-    world.reset(Stance(0.3, 0.0, 0.0))
+    world.reset(InitialState(0.3, 0.0, 0.0))
     motions = [world.motion()]
     for _ in range(12):
         world.advance(8.0, running, round(robot.control_period / STEP))
@@ -103,8 +103,8 @@ def test_wheels_that_slip_go_on_slipping(robot):
     rolling = robot.wheel_radius * (at.wheel_rate + at.tilt_rate)
     slips = at.speed - rolling
     assert abs(slips) > 0.2 * abs(rolling)
-    stance, past = Stance(at.tilt, at.tilt_rate, at.speed), np.zeros((0, 2))
-    starts = [ReplayStart(stance, Underway(at.wheel_angle, slip=s), np.full(6, 8.0), past) for s in (slips, 0.0)]
+    initial, past = InitialState(at.tilt, at.tilt_rate, at.speed), np.zeros((0, 2))
+    starts = [ReplayStart(initial, RestartState(at.wheel_angle, slip=s), np.full(6, 8.0), past) for s in (slips, 0.0)]
     slipping, gripping = replay(robot, [WheelSlip(0.1)], STEP, starts, np.full((2, 6), 8.0))
     truth = np.array([[m.tilt, m.tilt_rate, m.wheel_angle, m.wheel_rate] for m in motions[6:]])
     moved = np.ptp(truth, axis=0)
@@ -114,8 +114,8 @@ def test_wheels_that_slip_go_on_slipping(robot):
 
 def test_a_robot_that_turns_goes_on_turning(robot):
     """Nearly upright, nothing slows its turning, and the wheels' mean rolls as before."""
-    straight = ReplayStart(Stance(0.01, 0.0, 0.3), Underway(1.0), np.zeros(0), np.zeros((0, 2)))
-    turning = replace(straight, underway=Underway(1.0, heading=0.3, yaw_rate=1.2))
+    straight = ReplayStart(InitialState(0.01, 0.0, 0.3), RestartState(1.0), np.zeros(0), np.zeros((0, 2)))
+    turning = replace(straight, restart=RestartState(1.0, heading=0.3, yaw_rate=1.2))
     before, after = replay(robot, [], STEP, [straight, turning], np.zeros((2, 5)))
     yaw = Observation._fields.index("yaw_rate")
     assert np.abs(before[:, yaw]).max() < 1e-3
@@ -127,7 +127,7 @@ def test_poles_that_the_wheels_meet_apart_cancel(robot):
     """With the wheels a quarter of a pole ahead and behind, one pulls as hard as the other pushes."""
     start = start_at(robot, driven(robot, []), FROM)
     heading = 0.5 * np.pi / 12 * robot.wheel_radius / (0.5 * robot.track)
-    apart = replace(start, underway=start.underway._replace(heading=heading))
+    apart = replace(start, restart=start.restart._replace(heading=heading))
     held = COMMANDS[None, FROM : FROM + 6]
     none, cogging = (replay(robot, effects, STEP, [apart], held) for effects in ([], [Cogging(0.4, 12.0, 0.3)]))
     (together,) = replay(robot, [Cogging(0.4, 12.0, 0.3)], STEP, [start], held)
@@ -136,8 +136,8 @@ def test_poles_that_the_wheels_meet_apart_cancel(robot):
 
 
 def test_a_robot_that_looks_across_a_slope_stands_on_level_ground(robot):
-    start = ReplayStart(Stance(0.02, 0.0, 0.0), Underway(0.0), np.zeros(0), np.zeros((0, 2)))
-    across, back = (replace(start, underway=Underway(0.0, heading=turn)) for turn in (0.5 * np.pi, np.pi))
+    start = ReplayStart(InitialState(0.02, 0.0, 0.0), RestartState(0.0), np.zeros(0), np.zeros((0, 2)))
+    across, back = (replace(start, restart=RestartState(0.0, heading=turn)) for turn in (0.5 * np.pi, np.pi))
     held = np.zeros((1, 8))
     (level,) = replay(robot, [], STEP, [start], held)
     (aside,) = replay(robot, [GroundSlope(0.05)], STEP, [across], held)

@@ -7,7 +7,7 @@ from typing import NamedTuple
 from twbal.core.errors import ConfigError
 from twbal.core.plant import Observation, Plant
 from twbal.core.robot_model import Machine, Running
-from twbal.core.start_pose import Stance, StartPose
+from twbal.core.start_pose import InitialState, StartPose
 from twbal.core.streams import Stream, generator
 
 
@@ -35,7 +35,7 @@ class Engine(ABC):
     """Integrates one robot's motion at a fixed physics step."""
 
     @abstractmethod
-    def reset(self, stance: Stance) -> None:
+    def reset(self, initial: InitialState) -> None:
         """Put the robot at its start, as though nothing had run before."""
 
     @abstractmethod
@@ -82,9 +82,9 @@ class EnginePlant(Plant):
 
     def reset(self, trial: int) -> Observation:
         """Begin the rollout that (seed, trial) names."""
-        stance = self._start.draw(generator(Stream.START_POSE, self._seed, trial))
+        initial = self._start.draw(generator(Stream.START_POSE, self._seed, trial))
         self._running = self._machine.start(self._physics_step, generator(Stream.SENSOR_NOISE, self._seed, trial))
-        self._engine.reset(stance)
+        self._engine.reset(initial)
         self._periods = 0
         self._speed = self._engine.motion().speed
         return self._observe()

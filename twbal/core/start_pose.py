@@ -8,8 +8,8 @@ import numpy as np
 from twbal.core.errors import ConfigError
 
 
-class Stance(NamedTuple):
-    """One start.
+class InitialState(NamedTuple):
+    """How a robot moves when a rollout begins; all else of it is at rest.
 
     Attributes:
         tilt: [rad].
@@ -51,10 +51,10 @@ class StartPose:
                 f"found {self.tilt_mean}. Was it given in degrees?"
             )
 
-    def draw(self, rng: np.random.Generator) -> Stance:
+    def draw(self, rng: np.random.Generator) -> InitialState:
         """One normally distributed start."""
         noise = rng.standard_normal(3)
-        return Stance(
+        return InitialState(
             tilt=float(self.tilt_mean + self.tilt_sd * noise[0]),
             tilt_rate=float(self.tilt_rate_sd * noise[1]),
             speed=float(self.speed_sd * noise[2]),

@@ -13,11 +13,11 @@ import numpy as np
 
 from twbal.core.gaussian import Array
 from twbal.core.plant import Observation
-from twbal.core.start_pose import Stance
+from twbal.core.start_pose import InitialState
 from twbal.diagnosis.findings import Account, Track
 from twbal.diagnosis.record import Gap
 from twbal.sim.replay import ReplayStart
-from twbal.sim.world import Underway
+from twbal.sim.world import RestartState
 from twbal.sysid.recording import MEASURED, Recording
 
 Replay = Callable[[Account, Sequence[ReplayStart], Array], Array]
@@ -117,8 +117,8 @@ def _places(recordings: Sequence[Recording], ahead: int, stretches: Stretches) -
 def _start(track: Track, recording: Recording, t: int, history: int) -> ReplayStart:
     """The motion that a model's filter sees at an instant, with the past that its effects remember."""
     return ReplayStart(
-        stance=Stance(track.tilt[t], track.tilt_rate[t], track.speed[t]),
-        underway=Underway(
+        initial=InitialState(track.tilt[t], track.tilt_rate[t], track.speed[t]),
+        restart=RestartState(
             wheel_angle=track.wheel_angle[t],
             heading=track.heading[t],
             slip=track.slip[t],
@@ -164,10 +164,10 @@ def _floor(
 def _moved(start: ReplayStart, by: Array, radius: float) -> ReplayStart:
     """A start that is off in tilt, wheel angle, tilt rate and wheel speed."""
     tilt, wheel, tilt_rate, wheel_speed = by
-    at = start.stance
-    stance = Stance(at.tilt + tilt, at.tilt_rate + tilt_rate, at.speed + radius * wheel_speed)
-    turned = start.underway._replace(wheel_angle=start.underway.wheel_angle + wheel - tilt)
-    return replace(start, stance=stance, underway=turned)
+    at = start.initial
+    initial = InitialState(at.tilt + tilt, at.tilt_rate + tilt_rate, at.speed + radius * wheel_speed)
+    turned = start.restart._replace(wheel_angle=start.restart.wheel_angle + wheel - tilt)
+    return replace(start, initial=initial, restart=turned)
 
 
 def _rms(errors: Array) -> float:

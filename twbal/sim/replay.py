@@ -11,10 +11,10 @@ from twbal.core.gaussian import Array
 from twbal.core.plant import Observation
 from twbal.core.robot_model import Machine, Running
 from twbal.core.robot_parameters import RobotParameters
-from twbal.core.start_pose import Stance
+from twbal.core.start_pose import InitialState
 from twbal.effects.effect import Effect, assemble
 from twbal.effects.sensor_noise import SensorNoise
-from twbal.sim.world import Underway, World
+from twbal.sim.world import RestartState, World
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,14 +22,14 @@ class ReplayStart:
     """The motion of a robot at one instant of a recording, with what its effects remember.
 
     Attributes:
-        stance: tilt [rad], tilt rate [rad/s] and speed [m/s].
-        underway: wheels, turning, and where in the recording it is.
+        initial: tilt [rad], tilt rate [rad/s] and speed [m/s].
+        restart: wheels, turning, and where in the recording it is.
         past_commands: (t,) all commands since the recording began [N·m]: they fill delays and lags and drain batteries.
         past_motion: (k, 2) tilt and tilt rate at the k instants before, oldest first: a late IMU still shows them.
     """
 
-    stance: Stance
-    underway: Underway
+    initial: InitialState
+    restart: RestartState
     past_commands: Array
     past_motion: Array
 
@@ -76,12 +76,12 @@ def _course(
     period = machine.robot.control_period
     running = _remembering(machine, physics_step, steps, start)
     time = len(start.past_commands) * period
-    world.reset(start.stance, start.underway.heading)
+    world.reset(start.initial, start.restart.heading)
     acceleration = 0.0
     if running.joints:
         acceleration = world.glide()
-        world.reset(start.stance, start.underway.heading)
-    world.resume(start.underway, time, acceleration)
+        world.reset(start.initial, start.restart.heading)
+    world.resume(start.restart, time, acceleration)
     speed = world.motion().speed
     seen = []
     for i in range(len(commands) + 1):

@@ -14,7 +14,7 @@ from twbal.core.engine import Engine, Motion
 from twbal.core.errors import ConfigError
 from twbal.core.robot_model import JointMotion, Machine, Running
 from twbal.core.robot_parameters import GRAVITY
-from twbal.core.start_pose import Stance
+from twbal.core.start_pose import InitialState
 from twbal.sim.bullet import pybullet
 from twbal.sim.gears import Gears
 from twbal.sim.surroundings import Surroundings
@@ -26,7 +26,7 @@ _RESIDUAL = 1e-12  # of the contact solver; at PyBullet's 1e-7 the robot yaws by
 _JOINTS, _SIDES = (0, 1), (-1.0, 1.0)  # left and right; a robot that turns to the left is faster on the right
 
 
-class Underway(NamedTuple):
+class RestartState(NamedTuple):
     """What a robot in the middle of a rollout has beyond tilt, tilt rate and speed.
 
     Attributes:
@@ -78,11 +78,11 @@ class World(Engine):
         self._rate_before: float | None = None
         self._first_acceleration = 0.0
 
-    def reset(self, stance: Stance, heading: float = 0.0) -> None:
-        """Put the robot into the world as it was built, wheels on the ground and rolling at the stance's speed.
+    def reset(self, initial: InitialState, heading: float = 0.0) -> None:
+        """Put the robot into the world as it was built, wheels on the ground and rolling at the initial speed.
 
         Args:
-            stance: of the robot.
+            initial: tilt, tilt rate and speed.
             heading: by which it looks away from where a slope rises, to the left [rad].
         """
         client = self._client
@@ -95,9 +95,9 @@ class World(Engine):
         slope = self._machine.ground.slope  # the ground stays level and the vertical leans
         self._vertical = (sin(slope) * cos(heading), -sin(slope) * sin(heading), cos(slope))
         pybullet.setGravity(*(-GRAVITY * part for part in self._vertical), physicsClientId=client)
-        self._place(stance)
+        self._place(initial)
         self._set_dry_friction(0.0)
-        self._set_velocity(stance)
+        self._set_velocity(initial)
         self._gears.reset()
         self._surroundings.reset()
         self._rate_before, self._first_acceleration = None, 0.0
@@ -108,32 +108,32 @@ class World(Engine):
         pybullet.stepSimulation(physicsClientId=self._client)
         return (self.motion().wheel_rate - rate) / self._physics_step
 
-    def resume(self, underway: Underway, time: float, acceleration: float = 0.0) -> None:
+    def resume(self, restart: RestartState, time: float, acceleration: float = 0.0) -> None:
         """After a reset with its heading: be in the middle of a rollout.
 
         Args:
-            underway: what that is beyond the stance.
+            restart: what that is beyond the initial state.
             time: since the rollout began [s].
             acceleration: of the joints without torque (`glide`) [rad/s²]; what turns with the gears feels it.
         """
         self._first_acceleration = acceleration
         client, radius, half = self._client, self._machine.robot.wheel_radius, 0.5 * self._machine.robot.track
-        if underway.yaw_rate:
+        if restart.yaw_rate:
             ahead = self._ahead_of_axle()
             (x, y, z), (roll, pitch, yaw) = pybullet.getBaseVelocity(self._robot, physicsClientId=client)
             pybullet.resetBaseVelocity(
                 self._robot,
-                linearVelocity=[x, y + underway.yaw_rate * ahead, z],
-                angularVelocity=[roll, pitch, yaw + underway.yaw_rate],
+                linearVelocity=[x, y + restart.yaw_rate * ahead, z],
+                angularVelocity=[roll, pitch, yaw + restart.yaw_rate],
                 physicsClientId=client,
             )
         for joint, side in zip(_JOINTS, _SIDES, strict=True):
             rate = pybullet.getJointState(self._robot, joint, physicsClientId=client)[1]
-            rate += (side * half * underway.yaw_rate - underway.slip) / radius
-            angle = underway.wheel_angle + side * half * underway.heading / radius
+            rate += (side * half * restart.yaw_rate - restart.slip) / radius
+            angle = restart.wheel_angle + side * half * restart.heading / radius
             pybullet.resetJointState(self._robot, joint, angle, rate, physicsClientId=client)
-        self._gears.reset(underway.rotor_ahead)
-        self._surroundings.reset(underway.position, time)
+        self._gears.reset(restart.rotor_ahead)
+        self._surroundings.reset(restart.position, time)
 
     def advance(self, command: float, running: Running, steps: int) -> None:
         """Take physics steps with half of the torque on each wheel's joint."""
@@ -283,9 +283,9 @@ class World(Engine):
         self._set_dynamics()
         self._fresh = pybullet.saveState(physicsClientId=client)
 
-    def _place(self, stance: Stance) -> None:
+    def _place(self, initial: InitialState) -> None:
         """Put the axle one wheel radius above the ground, and the body at its tilt."""
-        lean = stance.tilt + self._rising()  # from the ground's normal
+        lean = initial.tilt + self._rising()  # from the ground's normal
         lx, lz = self._arm()
         # PyBullet's base is the centre of mass: so far ahead of the axle, and above it.
         ahead, above = lx * cos(lean) + lz * sin(lean), lz * cos(lean) - lx * sin(lean)
@@ -326,21 +326,21 @@ class World(Engine):
                 physicsClientId=self._client,
             )
 
-    def _set_velocity(self, stance: Stance) -> None:
+    def _set_velocity(self, initial: InitialState) -> None:
         """Velocity of the centre of mass (PyBullet's base) and rates of the wheels, such that the wheels roll."""
         robot = self._machine.robot
-        lean = stance.tilt + robot.com_offset + self._rising()
+        lean = initial.tilt + robot.com_offset + self._rising()
         pybullet.resetBaseVelocity(
             self._robot,
             linearVelocity=[
-                stance.speed + robot.com_height * cos(lean) * stance.tilt_rate,
+                initial.speed + robot.com_height * cos(lean) * initial.tilt_rate,
                 0,
-                -robot.com_height * sin(lean) * stance.tilt_rate,
+                -robot.com_height * sin(lean) * initial.tilt_rate,
             ],
-            angularVelocity=[0, stance.tilt_rate, 0],
+            angularVelocity=[0, initial.tilt_rate, 0],
             physicsClientId=self._client,
         )
-        rate = stance.speed / robot.wheel_radius - stance.tilt_rate
+        rate = initial.speed / robot.wheel_radius - initial.tilt_rate
         for joint in _JOINTS:
             pybullet.resetJointState(self._robot, joint, 0, rate, physicsClientId=self._client)
 

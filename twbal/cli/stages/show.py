@@ -18,12 +18,12 @@ from twbal.core.gaussian import Array
 from twbal.core.palette import GOOD, PREDICTED, REAL
 from twbal.core.plant import Observation
 from twbal.core.robot_parameters import RobotParameters
-from twbal.core.start_pose import Stance
+from twbal.core.start_pose import InitialState
 from twbal.effects.effect import Effect
 from twbal.io.logs import read_episode
 from twbal.sim.film import Role, film
 from twbal.sim.replay import ReplayStart, replay
-from twbal.sim.world import Underway
+from twbal.sim.world import RestartState
 from twbal.viz.animation import write_film
 from twbal.viz.canvas import save
 from twbal.viz.episode_figures import Stretch, courses_figure
@@ -112,8 +112,8 @@ def _simulated(
         turning = seen.wheel_rate + seen.tilt_rate
         starts.append(
             ReplayStart(
-                stance=Stance(seen.tilt, seen.tilt_rate, robot.wheel_radius * turning),
-                underway=Underway(seen.wheel_angle),
+                initial=InitialState(seen.tilt, seen.tilt_rate, robot.wheel_radius * turning),
+                restart=RestartState(seen.wheel_angle),
                 past_commands=episode.commands[:t],
                 past_motion=episode.observations[max(t - 5, 0) : t, 1:3],
             )
