@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.hidden_robots.robots import iterate
-from twbal.cli.artefacts import load_model
+from twbal.algorithm.model_file import load_model
 from twbal.core.gaussian import Array
 from twbal.io.logs import read_episodes
 from twbal.models.dataset import residuals, transitions

@@ -2,15 +2,21 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 from hydra import compose, initialize_config_dir
 
-from twbal.cli.algorithm_stages import Algorithm
+from twbal.algorithm.learning import Algorithm
+from twbal.algorithm.settings import AlgorithmSettings, FirstPolicy, ModelUpdate
+from twbal.cli.artefacts import POLICY
 from twbal.cli.conf_folder import conf_folder
 from twbal.cli.manifest import Manifest
-from twbal.cli.run_state import Questions, Settings
+from twbal.cli.stage_steps import StageSteps
+from twbal.cli.stages.real_rollout import rollout_settings
+from twbal.core.episode import Episode, Outcome, Provenance
 from twbal.core.errors import ConfigError
 from twbal.core.evaluation import SuccessRule
+from twbal.diagnosis.usability import FEW_DATA
 
 RULE = SuccessRule(limit=0.5, settle_limit=0.2, settle_step=100, steps=500)
 
@@ -26,6 +32,27 @@ class NotingChain:
         return Manifest(call.stage, True, "", 0, "", {}, (), {}, "", 1.0)
 
 
+class NotedSteps(StageSteps):
+    """Stages that are not run, with episodes and gaps as they are asked for."""
+
+    def __init__(self, chain, cfg, solved, samples, useless):
+        super().__init__(chain, cfg)
+        self._solved, self._samples, self._useless = solved, samples, useless
+
+    def episodes(self, rollouts):
+        return tuple(upright(500) if str(r) in self._solved else upright(self._samples) for r in rollouts)
+
+    def closed(self, diagnosis):
+        return 0.0 if str(diagnosis) in self._useless else 0.9
+
+
+def upright(periods):
+    observations = np.zeros((periods + 1, 7))
+    observations[:, 0] = 0.02 * np.arange(periods + 1)
+    states, source = np.zeros((periods + 1, 1)), Provenance("paper", "robot")
+    return Episode(("tilt",), 0.02, observations, states, np.zeros(periods), Outcome.COMPLETED, source)
+
+
 def learn(solved=(), words=(), diagnosable=1, useless=(), **changed):
     """The calls of a run and what it learned.
 
@@ -39,19 +66,16 @@ def learn(solved=(), words=(), diagnosable=1, useless=(), **changed):
     with initialize_config_dir(str(conf_folder()), version_base="1.3"):
         cfg = compose("iterate", ["seed=5", "variants=none", *words])
     usual = {"updates": 2, "trials": 10, "stop_when_solved": False, "sim_rounds": 1, "confirm_rollouts": 0}
-    usual |= {"diagnose": False, "rehearsals": 0, "on_regulator": False, "first": "simulation", "update": "difference"}
+    usual |= {"diagnose": False, "rehearsals": 0, "on_regulator": False}
+    usual |= {"first": FirstPolicy.SIMULATION, "update": ModelUpdate.DIFFERENCE}
     simulated = {"sim_round_rollouts": 3, "sim_round_exploration": 0.1}
-    settings = Settings(
+    settings = AlgorithmSettings(
         **{"seed": 5, "confirm_steps": 70, "first_rollouts": 4, "trained": None, **simulated, **usual, **changed}
     )
     chain = NotingChain()
-    asks = Questions(
-        lambda trials: str(trials) in solved,
-        lambda rollouts: len(rollouts) >= diagnosable,
-        lambda diagnosis: str(diagnosis) not in useless,
-    )
-    learning = Algorithm(chain, cfg, settings, RULE, asks).run()
-    return chain.calls, learning
+    steps = NotedSteps(chain, cfg, solved, FEW_DATA.fewest // diagnosable, useless)
+    result = Algorithm(steps, settings, rollout_settings(cfg.real_rollout), RULE).run()
+    return chain.calls, result
 
 
 def only(calls, stage):
@@ -71,16 +95,16 @@ def test_the_last_policy_from_simulation_serves_the_variants_too():
     late, weighty = (
         call for call in only(calls, "sim-collect") if call.folder.name in ("late_collect", "heavy_collect")
     )
-    (effect,) = (key for key in late.told if "effects" in key)
-    assert (effect, late.told[effect]["delay"]) == ("++sim.effects.actuation_delay", 0.04)
-    assert weighty.told["++sim.effects.body_mass"]["factor"] == 1.2
+    (effect,) = (key for key in late.overrides if "effects" in key)
+    assert (effect, late.overrides[effect]["delay"]) == ("++sim.effects.actuation_delay", 0.04)
+    assert weighty.overrides["++sim.effects.body_mass"]["factor"] == 1.2
     before, after, *later = only(calls, "optimise-policy")
     own = [Path(f"simulation/{number}_model/model.pt") for number in (0, 1)]
-    assert before.told["dynamics"] == own[:1]
+    assert before.overrides["dynamics"] == own[:1]
     varied = [Path(f"simulation/{name}_model/model.pt") for name in ("late", "heavy")]
-    assert after.told["dynamics"] == [own[1], *varied]
-    assert all(len(call.told["dynamics"]) == 1 for call in later)
-    assert {call.told["dynamics"] for call in only(calls, "fit-diff-gp")} == {own[1]}
+    assert after.overrides["dynamics"] == [own[1], *varied]
+    assert all(len(call.overrides["dynamics"]) == 1 for call in later)
+    assert {call.overrides["dynamics"] for call in only(calls, "fit-diff-gp")} == {own[1]}
     assert {late.folder, weighty.folder} < set(learning.simulated)
 
 
@@ -106,26 +130,26 @@ def test_the_papers_own_chain_has_one_round_in_simulation():
 def test_f_learns_from_all_simulated_rollouts_and_g_from_all_real_ones():
     calls, learning = learn()
     first, second = only(calls, "fit-sim-gp")
-    assert first.told["episodes"] == [Path("simulation/0_collect")]
-    assert second.told["episodes"] == [Path("simulation/0_collect"), Path("simulation/1_collect")]
+    assert first.overrides["episodes"] == [Path("simulation/0_collect")]
+    assert second.overrides["episodes"] == [Path("simulation/0_collect"), Path("simulation/1_collect")]
     rollouts = [Path("iteration_0/rollout"), Path("iteration_1/rollout")]
-    assert [call.told["episodes"] for call in only(calls, "fit-diff-gp")] == [rollouts[:1], rollouts]
-    assert {call.told["dynamics"] for call in only(calls, "fit-diff-gp")} == {Path("simulation/1_model/model.pt")}
+    assert [call.overrides["episodes"] for call in only(calls, "fit-diff-gp")] == [rollouts[:1], rollouts]
+    assert {call.overrides["dynamics"] for call in only(calls, "fit-diff-gp")} == {Path("simulation/1_model/model.pt")}
     assert learning.policies[2].rollouts == tuple(rollouts)
 
 
 def test_trials_teach_nothing():
     calls, learning = learn()
-    taught = {folder for call in only(calls, "fit-diff-gp") for folder in call.told["episodes"]}
+    taught = {folder for call in only(calls, "fit-diff-gp") for folder in call.overrides["episodes"]}
     assert not taught & {learned.trials for learned in learning.policies}
 
 
 def test_trials_last_as_long_as_the_rule_says_and_are_not_disturbed():
     calls, _ = learn()
     for call in (call for call in only(calls, "real-rollout") if call.folder.name == "trials"):
-        assert call.told["steps"] == RULE.steps
-        assert call.told["tilt_limit"] == RULE.limit
-        assert call.told["exploration"] == 0.0
+        assert call.overrides["steps"] == RULE.steps
+        assert call.overrides["tilt_limit"] == RULE.limit
+        assert call.overrides["exploration"] == 0.0
 
 
 @pytest.mark.parametrize("each", [1, 3])
@@ -133,7 +157,7 @@ def test_no_two_rollouts_of_the_robot_have_one_number(each):
     numbers = [
         number
         for call in only(learn(words=[f"real_rollout.trials={each}"], updates=6)[0], "real-rollout")
-        for number in range(call.told["first_trial"], call.told["first_trial"] + call.told["trials"])
+        for number in range(call.overrides["first_trial"], call.overrides["first_trial"] + call.overrides["trials"])
     ]
     assert len(set(numbers)) == len(numbers) == 7 * 10 + 6 * each
 
@@ -142,19 +166,19 @@ def test_each_rollout_is_driven_by_the_newest_policy():
     calls, learning = learn()
     for learned in learning.policies:
         place = Path(f"iteration_{learned.index}")
-        drivers = {c.told["policy.path"] for c in only(calls, "real-rollout") if place in c.folder.parents}
-        assert drivers == {learned.policy_file}
+        drivers = {c.overrides["policy.path"] for c in only(calls, "real-rollout") if place in c.folder.parents}
+        assert drivers == {learned.policy / POLICY}
 
 
 def test_a_search_knows_all_earlier_policies():
     calls, learning = learn()
-    files = [learned.policy_file for learned in learning.policies]
-    earlier = [call.told["earlier"] for call in only(calls, "optimise-policy")]
+    files = [learned.policy / POLICY for learned in learning.policies]
+    earlier = [call.overrides["earlier"] for call in only(calls, "optimise-policy")]
     assert earlier == [[], [Path("simulation/0_policy/policy.pt")], files[:1], files[:2]]
 
 
 def test_the_seed_reaches_every_stage():
-    assert {call.told["seed"] for call in learn()[0]} == {5}
+    assert {call.overrides["seed"] for call in learn()[0]} == {5}
 
 
 @pytest.mark.parametrize(("asked", "policies"), [(True, 2), (False, 3)])
@@ -166,18 +190,18 @@ def test_a_solved_robot_ends_the_run_where_that_is_asked_for(asked, policies):
 def test_a_policy_that_solves_it_is_driven_as_it_is_for_the_model_and_kept():
     calls, learning = learn(solved=("iteration_1/trials",), stop_when_solved=True, confirm_rollouts=4)
     last = learning.policies[-1]
-    assert [learned.confirms for learned in learning.policies] == [False, False, True]
+    assert [learned.recalibrates for learned in learning.policies] == [False, False, True]
     rollout = next(call for call in calls if call.folder == last.rollouts[-1])
-    assert (rollout.told["steps"], rollout.told["exploration"], rollout.told["trials"]) == (70, 0.0, 4)
+    assert (rollout.overrides["steps"], rollout.overrides["exploration"], rollout.overrides["trials"]) == (70, 0.0, 4)
     search = only(calls, "optimise-policy")[-1]
-    assert not search.told["searches"]
-    assert search.told["earlier"] == [learning.policies[1].policy_file]
-    assert search.told["confirming"] == [last.rollouts[-1]]
+    assert not search.overrides["searches"]
+    assert search.overrides["earlier"] == [learning.policies[1].policy / POLICY]
+    assert search.overrides["confirming"] == [last.rollouts[-1]]
 
 
 def test_a_policy_that_solves_nothing_is_not_confirmed():
     _, learning = learn(stop_when_solved=True, confirm_rollouts=4)
-    assert not any(learned.confirms for learned in learning.policies)
+    assert not any(learned.recalibrates for learned in learning.policies)
 
 
 def test_without_trials_nothing_but_the_rollouts_is_driven():
@@ -190,54 +214,62 @@ def test_a_diagnosis_mends_the_simulation_before_g_is_learned():
     calls, learning = learn(diagnose=True)
     update = ["diagnose", "sim-collect", "sim-collect", "fit-sim-gp", "fit-diff-gp", "optimise-policy", "real-rollout"]
     assert [call.stage for call in calls[7:15]] == ["real-rollout", *update]
-    mended = [call for call in only(calls, "sim-collect") if "sim" in call.told]
-    assert {call.told["sim"] for call in mended[:2]} == {Path("iteration_1/diagnosis/augmented.yaml")}
-    assert [call.told["dynamics"] for call in only(calls, "fit-diff-gp")] == [
+    mended = [call for call in only(calls, "sim-collect") if "sim" in call.overrides]
+    assert {call.overrides["sim"] for call in mended[:2]} == {Path("iteration_1/diagnosis/augmented.yaml")}
+    assert [call.overrides["dynamics"] for call in only(calls, "fit-diff-gp")] == [
         Path("iteration_1/sim_model/model.pt"),
         Path("iteration_2/sim_model/model.pt"),
     ]
-    assert only(calls, "diagnose")[1].told["episodes"] == list(learning.policies[2].rollouts)
+    assert only(calls, "diagnose")[1].overrides["episodes"] == list(learning.policies[2].rollouts)
 
 
 def test_every_policy_that_drove_the_robot_drives_the_mended_simulation():
     calls, learning = learn(diagnose=True)
     for number, fit in enumerate(only(calls, "fit-sim-gp")[2:], start=1):
-        driven = [call for call in calls if call.folder in fit.told["episodes"] and "policy.path" in call.told]
-        assert [call.told["policy.path"] for call in driven] == [p.policy_file for p in learning.policies[:number]]
-        assert len({call.told["first_trial"] for call in driven}) == number
+        driven = [
+            call for call in calls if call.folder in fit.overrides["episodes"] and "policy.path" in call.overrides
+        ]
+        assert [call.overrides["policy.path"] for call in driven] == [
+            p.policy / POLICY for p in learning.policies[:number]
+        ]
+        assert len({call.overrides["first_trial"] for call in driven}) == number
 
 
 def test_a_policy_that_balances_in_the_mended_simulation_drives_the_robot():
     calls, learning = learn(diagnose=True, updates=1, rehearsals=2, solved=("iteration_1/rehearsal",))
     (rehearsal,) = (call for call in only(calls, "sim-collect") if call.folder.name == "rehearsal")
-    assert rehearsal.told["sim"] == Path("iteration_1/diagnosis/augmented.yaml")
-    assert rehearsal.told["policy.path"] == learning.policies[1].policy_file == Path("iteration_1/policy/policy.pt")
-    told = [rehearsal.told[name] for name in ("steps", "tilt_limit", "exploration")]
-    assert told == [RULE.steps, RULE.limit, 0.0]
+    assert rehearsal.overrides["sim"] == Path("iteration_1/diagnosis/augmented.yaml")
+    assert (
+        rehearsal.overrides["policy.path"]
+        == learning.policies[1].policy / POLICY
+        == Path("iteration_1/policy/policy.pt")
+    )
+    given = [rehearsal.overrides[name] for name in ("steps", "tilt_limit", "exploration")]
+    assert given == [RULE.steps, RULE.limit, 0.0]
     assert calls.index(rehearsal) < next(i for i, c in enumerate(calls) if c.folder == Path("iteration_1/trials"))
 
 
 def test_a_policy_that_falls_in_the_mended_simulation_drives_that_and_is_searched_anew():
     calls, learning = learn(diagnose=True, updates=1, rehearsals=2, solved=("iteration_1/again_1/rehearsal",))
     first, second = Path("iteration_1/policy/policy.pt"), Path("iteration_1/again_1/policy/policy.pt")
-    assert learning.policies[1].policy_file == second
+    assert learning.policies[1].policy / POLICY == second
     assert learning.policies[1].f == Path("iteration_1/again_1/sim_model/model.pt")
-    assert [len(stages) for stages in (learning.policies[1].fits, learning.policies[1].searches)] == [4, 2]
+    assert (learning.policies[1].fit_s, learning.policies[1].search_s, learning.policies[1].searches) == (4.0, 2.0, 2)
     before, after = only(calls, "fit-sim-gp")[2:]
-    (more,) = set(after.told["episodes"]) - set(before.told["episodes"])
-    assert next(call for call in calls if call.folder == more).told["policy.path"] == first
-    assert first not in {call.told["policy.path"] for call in only(calls, "real-rollout")}
+    (more,) = set(after.overrides["episodes"]) - set(before.overrides["episodes"])
+    assert next(call for call in calls if call.folder == more).overrides["policy.path"] == first
+    assert first not in {call.overrides["policy.path"] for call in only(calls, "real-rollout")}
     *_, search = only(calls, "optimise-policy")
-    assert search.told["dynamics"] == [Path("iteration_1/again_1/model/model.pt")]
-    assert search.told["earlier"] == [learning.policies[0].policy_file]
+    assert search.overrides["dynamics"] == [Path("iteration_1/again_1/model/model.pt")]
+    assert search.overrides["earlier"] == [learning.policies[0].policy / POLICY]
 
 
 @pytest.mark.parametrize("rehearsals", [0, 1, 3])
 def test_a_policy_that_falls_in_each_rehearsal_drives_the_robot_in_the_end(rehearsals):
     calls, learning = learn(diagnose=True, updates=1, rehearsals=rehearsals)
     assert len([call for call in only(calls, "sim-collect") if call.folder.name == "rehearsal"]) == rehearsals
-    assert len(learning.policies[1].searches) == rehearsals + 1
-    assert only(calls, "real-rollout")[-1].told["policy.path"] == learning.policies[1].policy_file
+    assert learning.policies[1].searches == rehearsals + 1
+    assert only(calls, "real-rollout")[-1].overrides["policy.path"] == learning.policies[1].policy / POLICY
 
 
 def test_no_two_calls_share_a_folder_with_rehearsals_either():
@@ -250,12 +282,12 @@ def test_rollouts_too_short_to_diagnose_teach_g_alone():
     calls, _ = learn(diagnose=True, diagnosable=2)
     assert [call.folder for call in only(calls, "diagnose")] == [Path("iteration_2/diagnosis")]
     first = only(calls, "fit-diff-gp")[0]
-    assert first.told["dynamics"] == Path("simulation/1_model/model.pt")
+    assert first.overrides["dynamics"] == Path("simulation/1_model/model.pt")
 
 
 def test_a_diagnosis_that_leaves_the_gap_changes_nothing():
     calls, _ = learn(diagnose=True, useless=("iteration_1/diagnosis",))
-    assert [call.told["dynamics"] for call in only(calls, "fit-diff-gp")] == [
+    assert [call.overrides["dynamics"] for call in only(calls, "fit-diff-gp")] == [
         Path("simulation/1_model/model.pt"),
         Path("iteration_2/sim_model/model.pt"),
     ]
@@ -267,20 +299,20 @@ def test_a_policy_that_is_only_confirmed_needs_no_diagnosis():
 
 
 def test_without_a_simulation_the_robot_is_driven_at_random_first_and_all_of_its_rollouts_are_learned_from():
-    calls, learning = learn(first="random", update="whole")
+    calls, learning = learn(first=FirstPolicy.RANDOM, update=ModelUpdate.WHOLE)
     random, *_ = only(calls, "real-rollout")
-    assert (random.choices, random.told["trials"]) == ({"policy": "random"}, 4)
+    assert (random.choices, random.overrides["trials"]) == ({"policy": "random"}, 4)
     assert not only(calls, "sim-collect") + only(calls, "fit-sim-gp")
     rollouts = [Path("random/rollout"), Path("iteration_0/rollout"), Path("iteration_1/rollout")]
-    assert [call.told["episodes"] for call in only(calls, "fit-diff-gp")] == [rollouts[:1], rollouts[:2], rollouts]
-    assert {call.told["dynamics"] for call in only(calls, "fit-diff-gp")} == {None}
+    assert [call.overrides["episodes"] for call in only(calls, "fit-diff-gp")] == [rollouts[:1], rollouts[:2], rollouts]
+    assert {call.overrides["dynamics"] for call in only(calls, "fit-diff-gp")} == {None}
     assert learning.policies[0].rollouts == tuple(rollouts[:1])
 
 
 def test_a_regulator_is_identified_from_all_rollouts_and_nothing_is_searched():
-    calls, learning = learn(first="regulator", update="identified", confirm_rollouts=2)
+    calls, learning = learn(first=FirstPolicy.REGULATOR, update=ModelUpdate.IDENTIFIED, confirm_rollouts=2)
     rollouts = [Path("iteration_0/rollout"), Path("iteration_1/rollout")]
-    assert [call.told["episodes"] for call in only(calls, "linear-policy")] == [[], rollouts[:1], rollouts]
+    assert [call.overrides["episodes"] for call in only(calls, "linear-policy")] == [[], rollouts[:1], rollouts]
     assert {call.stage for call in calls} == {"linear-policy", "real-rollout"}
     assert not any(learned.predicted for learned in learning.policies)
 
@@ -288,12 +320,12 @@ def test_a_regulator_is_identified_from_all_rollouts_and_nothing_is_searched():
 def test_a_network_on_a_regulator_is_searched_on_the_same_one_each_time():
     calls, _ = learn(on_regulator=True)
     assert {call.folder for call in only(calls, "linear-policy")} == {Path("regulator")}
-    assert {call.told["base"] for call in only(calls, "optimise-policy")} == {Path("regulator/policy.pt")}
+    assert {call.overrides["base"] for call in only(calls, "optimise-policy")} == {Path("regulator/policy.pt")}
 
 
 def test_an_agent_is_trained_once_or_was_before(tmp_path):
-    calls, learning = learn(first="agent", updates=0)
+    calls, learning = learn(first=FirstPolicy.AGENT, updates=0)
     assert [call.stage for call in calls] == ["train-agent", "real-rollout"]
-    calls, learning = learn(first="agent", updates=0, trained=str(tmp_path))
+    calls, learning = learn(first=FirstPolicy.AGENT, updates=0, trained=str(tmp_path))
     assert [call.stage for call in calls] == ["real-rollout"]
-    assert learning.policies[0].policy_file == tmp_path / "policy.pt"
+    assert learning.policies[0].policy / POLICY == tmp_path / "policy.pt"

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from hydra import compose, initialize_config_dir
 
-from twbal.cli.artefacts import load_model
-from twbal.cli.chain import Call, Chain
+from twbal.algorithm.model_file import load_model
+from twbal.cli.chain import Chain, StageCall
 from twbal.cli.conf_folder import conf_folder
 from twbal.cli.main import main
 from twbal.cli.manifest import read_manifest
@@ -160,5 +160,5 @@ def test_a_command_that_is_told_nothing_keeps_what_it_inherits(tmp_path, as_from
     with initialize_config_dir(str(conf_folder()), version_base="1.3"):
         cfg = compose("iterate", ["robot=regbot", "sim=regbot"])
         chain = Chain(cfg, {"robot": "regbot", "sim": "regbot"}, tmp_path, [])
-        chain.run(Call("linear-policy", Path("regulator"), {}))
+        chain.run(StageCall("linear-policy", Path("regulator"), {}))
     assert "robot=regbot" in chain.commands[0]

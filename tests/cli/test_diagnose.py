@@ -14,9 +14,9 @@ from omegaconf import OmegaConf
 from twbal.algorithm.rollout import rollout
 from twbal.cli.conf_folder import conf_folder
 from twbal.cli.main import main
-from twbal.cli.stages.diagnose import _on_falls
 from twbal.core.episode import Outcome, Provenance
 from twbal.core.start_pose import StartPose
+from twbal.diagnosis.advice import on_falls
 from twbal.diagnosis.record import Verdict
 from twbal.effects.dead_zone import DeadZone
 from twbal.effects.library import library
@@ -200,7 +200,7 @@ def test_of_many_recordings_whole_ones_are_kept_back_and_of_few_their_ends():
 )
 def test_a_robot_that_fell_unexplained_is_to_be_recorded_by_a_gentler_regulator(measured, verdict, outcome, told):
     episodes = [replace(read_episode(file), outcome=outcome) for file in sorted(measured.glob("*.mcap"))]
-    advice = _on_falls(episodes, verdict)
+    advice = on_falls(episodes, verdict)
     assert bool(advice) == told
     assert not told or ("2 of 2" in advice[0] and "policy.command_width" in advice[0])
 

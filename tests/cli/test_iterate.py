@@ -8,11 +8,11 @@ import pytest
 from small_run import OVERRIDES, STEPS, listed_hashes
 from story import check
 
+from twbal.algorithm.model_file import load_model
+from twbal.algorithm.prediction import load_prediction
 from twbal.algorithm.summary import read_summary
-from twbal.cli.artefacts import load_model
 from twbal.cli.main import main
 from twbal.cli.manifest import read_manifest
-from twbal.cli.prediction_file import load_prediction
 from twbal.core.files import file_hash
 from twbal.io.logs import read_episodes
 

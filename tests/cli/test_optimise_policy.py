@@ -5,9 +5,9 @@ import sys
 import numpy as np
 import pytest
 
+from twbal.algorithm.prediction import load_prediction
 from twbal.cli.main import main
 from twbal.cli.manifest import read_manifest
-from twbal.cli.prediction_file import load_prediction
 from twbal.core.errors import CheckpointError
 from twbal.io.checkpoint import save_checkpoint
 from twbal.policies.saved import load_policy

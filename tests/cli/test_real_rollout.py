@@ -7,9 +7,10 @@ import pytest
 from hydra import compose, initialize_config_dir
 from hydra.utils import instantiate
 
+from twbal.algorithm.settings import RolloutSettings
 from twbal.cli.conf_folder import conf_folder
 from twbal.cli.main import main
-from twbal.cli.stages.real_rollout import Settings, record
+from twbal.cli.stages.real_rollout import record
 from twbal.core.episode import Outcome, Provenance
 from twbal.core.errors import DataError, LinkLostError
 from twbal.io.checkpoint import save_checkpoint
@@ -58,7 +59,7 @@ def cfg():
 
 def drive(cfg, policy, out, open_link):
     bare = {"exploration": 0.0, "exploration_steps": None}
-    settings = Settings(seed=0, trials=2, first_trial=0, steps=8, tilt_limit=0.5, **bare)
+    settings = RolloutSettings(seed=0, trials=2, first_trial=0, steps=8, tilt_limit=0.5, **bare)
     provenance = Provenance("paper", "robot")
     return record(open_link, instantiate(cfg.robot), policy, instantiate(cfg.state), settings, provenance, out)
 

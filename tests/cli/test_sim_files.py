@@ -13,6 +13,7 @@ from twbal.cli.main import main
 from twbal.cli.sim_files import with_files
 from twbal.cli.stages.diagnose import augmented
 from twbal.core.errors import ConfigError
+from twbal.diagnosis.pipeline import Simulated
 from twbal.effects.library import all_effects
 
 GAIN = "physics_step: 0.0005\neffects:\n  torque_gain: {gain: 0.8}\n"
@@ -95,10 +96,11 @@ def test_other_words_are_left_as_they_are():
     assert with_files(words) == words
 
 
-def test_what_diagnose_writes_comes_back_whatever_the_effect(tmp_path):
+def test_what_diagnose_writes_comes_back_whatever_the_effect(tmp_path, paper):
     present = {"sensor_noise": dict.fromkeys(["tilt", "tilt_rate", "acceleration", "wheel_angle", "wheel_rate"], 1e-5)}
     present["sensor_noise"]["yaw_rate"] = 0.0
-    (tmp_path / "a.yaml").write_text(augmented(present, {"dead_zone": {"width": 1.2}}, 0.001, "named"))
+    found = Simulated(paper, {**present, "dead_zone": {"width": 1.2}}, 0.001)
+    (tmp_path / "a.yaml").write_text(augmented(found, "named"))
     assert "_target_" not in (tmp_path / "a.yaml").read_text()
     effects = simulation(f"sim={tmp_path / 'a.yaml'}")["effects"]
     assert effects["dead_zone"] == {"_target_": "twbal.effects.dead_zone.DeadZone", "width": 1.2}

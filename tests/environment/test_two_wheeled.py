@@ -18,7 +18,7 @@ import twbal.environment  # noqa: F401 (registers)
 from twbal.algorithm.rollout import rollout
 from twbal.cli.conf_folder import conf_folder
 from twbal.cli.environment_config import make
-from twbal.cli.simulation_config import plant_maker
+from twbal.cli.simulation_config import simulation_of
 from twbal.core.episode import Outcome, Provenance
 from twbal.core.errors import ConfigError, DataError
 from twbal.policies.policy import Policy
@@ -64,7 +64,7 @@ def test_a_shell_makes_it_by_the_name_of_its_module(tmp_path):
 def test_an_episode_is_the_rollout_of_the_same_trial(words, periods):
     cfg = configured("seed=5", "rule.steps=120", *words)
     channels, cost, policy = instantiate(cfg.state), instantiate(cfg.cost), Swaying(periods)
-    with plant_maker(cfg, 5)() as plant:
+    with simulation_of(cfg).plant(5) as plant:
         driven = rollout(
             plant, policy, channels, 120, cfg.rule.limit, Provenance("paper", "simulation", seed=5, trial=3)
         )

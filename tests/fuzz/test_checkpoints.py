@@ -9,8 +9,8 @@ import torch
 from fuzzing import changed, fuzzed, mutated, ours_only, plain
 from hypothesis import strategies as st
 
-from twbal.cli.artefacts import SavedModel, load_model, save_model
-from twbal.cli.prediction_file import Prediction, Verdict, load_prediction, save_prediction
+from twbal.algorithm.model_file import SavedModel, load_model, save_model
+from twbal.algorithm.prediction import Assessment, Prediction, load_prediction, save_prediction
 from twbal.core.channels import Channels
 from twbal.core.gaussian import Gaussian
 from twbal.io.checkpoint import save_checkpoint
@@ -31,7 +31,7 @@ GP = GaussianProcess(
     np.eye(4, 3), np.ones((2, 3)), np.ones(2), np.ones(2), np.ones((2, 4)), np.tile(np.eye(4), (2, 1, 1))
 )
 MODEL = DynamicsModel(Channels(NAMES, 0.1), GP, GP, True, np.zeros(2), np.zeros(2))
-VERDICT = Verdict("search 0", 3.0, 1.0, 0.1, None)
+VERDICT = Assessment("search 0", 3.0, 1.0, 0.1, None)
 PREDICTION = Prediction(NAMES, (Gaussian(np.zeros(2), np.eye(2)),) * 3, VERDICT, (VERDICT,))
 
 

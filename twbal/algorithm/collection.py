@@ -5,14 +5,18 @@ import multiprocessing
 import os
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 
 from twbal.algorithm.rollout import rollout
+from twbal.algorithm.settings import RolloutSettings
 from twbal.core.channels import Channels
 from twbal.core.episode import Episode, Outcome, Provenance
 from twbal.core.errors import ConfigError, DataError
 from twbal.core.plant import Plant
+from twbal.policies.exploring import ExploringPolicy
 from twbal.policies.policy import Policy
+from twbal.sim.simulation import Simulation
 
 WORTH_A_PROCESS = 25  # rollouts: a fall takes some 20 ms, a process half a second to start
 
@@ -43,17 +47,52 @@ class RolloutPlan:
             DataError: the policy or the simulation came to what is no number.
         """
         with self.make_plant() as plant:
-            for provenance in provenances:
-                episode = rollout(plant, self.policy, self.channels, self.steps, self.tilt_limit, provenance)
-                if episode.outcome is Outcome.STOPPED:
-                    raise KeyboardInterrupt
-                if episode.outcome in (Outcome.POLICY_FAULT, Outcome.LINK_LOST):
-                    raise DataError(f"Rollout {provenance.trial} broke off: {episode.events[-1].text}")
-                yield episode
+            yield from self.drive_on(plant, provenances)
+
+    def drive_on(self, plant: Plant, provenances: Sequence[Provenance]) -> Iterator[Episode]:
+        """The same on a plant that is there already, and stays open."""
+        for provenance in provenances:
+            episode = rollout(plant, self.policy, self.channels, self.steps, self.tilt_limit, provenance)
+            if episode.outcome is Outcome.STOPPED:
+                raise KeyboardInterrupt
+            if episode.outcome in (Outcome.POLICY_FAULT, Outcome.LINK_LOST):
+                raise DataError(f"Rollout {provenance.trial} broke off: {episode.events[-1].text}")
+            yield episode
 
     def drive_all(self, provenances: Sequence[Provenance]) -> list[Episode]:
         """What `drive` yields, as a process can send it back."""
         return list(self.drive(provenances))
+
+
+def explored(policy: Policy, settings: RolloutSettings, torque_limit: float) -> Policy:
+    """The policy with the noise on its command that the settings ask for; `torque_limit` is in N·m."""
+    if not settings.exploration:
+        return policy
+    return ExploringPolicy(policy, settings.exploration * torque_limit, torque_limit, settings.exploration_steps)
+
+
+def simulate(
+    simulation: Simulation,
+    policy: Policy,
+    channels: Channels,
+    settings: RolloutSettings,
+    provenance: Provenance,
+    workers: int = 1,
+) -> Iterator[Episode]:
+    """Rollouts of a simulated robot; the same whatever the number of processes.
+
+    Args:
+        simulation: the robot.
+        policy: that drives it.
+        channels: the state.
+        settings: which rollouts.
+        provenance: of all of them, but for their numbers.
+        workers: see `collect`.
+    """
+    driver = explored(policy, settings, simulation.robot.torque_limit)
+    make_plant = partial(simulation.plant, settings.seed)
+    plan = RolloutPlan(make_plant, driver, channels, settings.steps, settings.tilt_limit)
+    return collect(plan, [replace(provenance, trial=trial) for trial in settings.numbers], workers)
 
 
 def collect(plan: RolloutPlan, provenances: Sequence[Provenance], workers: int) -> Iterator[Episode]:

@@ -3,17 +3,18 @@
 import hashlib
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from typing import NamedTuple
 
 from omegaconf import DictConfig
 
 from twbal.cli.manifest import read_manifest
 from twbal.cli.typed_config import recorded
-from twbal.core.errors import CheckpointError, ConfigError, LogError
+from twbal.core.episode import Episode
+from twbal.core.errors import LogError
 from twbal.core.files import file_hash
-from twbal.core.payload import Payload
-from twbal.io.checkpoint import load_checkpoint, save_checkpoint
-from twbal.models.dynamics import DynamicsModel
+from twbal.io.logs import read_episode
+
+MODEL, POLICY, PREDICTION = "model.pt", "policy.pt", "prediction.pt"
+DIAGNOSIS, AUGMENTED = "diagnosis.json", "augmented.yaml"
 
 
 def episode_file(folder: Path, trial: int) -> Path:
@@ -34,6 +35,11 @@ def episode_files(sources: str | Sequence[str]) -> list[Path]:
     if not files:
         raise LogError("No episodes were given. Give run folders, or folders of *.mcap files.")
     return files
+
+
+def read_logs(folders: Iterable[Path]) -> tuple[Episode, ...]:
+    """The episodes of run folders, in order."""
+    return tuple(read_episode(file) for folder in folders for file in episode_files(str(folder)))
 
 
 def _logs_in(source: Path) -> list[Path]:
@@ -63,39 +69,6 @@ def policy_hash(policy: DictConfig) -> str:
     """
     files = policy_files(policy)
     return file_hash(files[0]) if files else hashlib.sha256(recorded(policy, ()).encode()).hexdigest()
-
-
-class SavedModel(NamedTuple):
-    """What is in a `model.pt`.
-
-    Attributes:
-        model: of the dynamics.
-        episodes: sha256 of the logs that it came from, by source ("simulation", "robot").
-    """
-
-    model: DynamicsModel
-    episodes: dict[str, list[str]]
-
-
-def load_model(path: Path) -> SavedModel:
-    """Read a `model.pt`.
-
-    Raises:
-        CheckpointError: it cannot be read, or holds no model.
-    """
-    payload = load_checkpoint(path, "model")
-    try:
-        episodes = Payload("model's episodes", payload.get("episodes", {}))
-        return SavedModel(
-            DynamicsModel.from_payload(payload), {name: list(episodes.texts(name)) for name in episodes.names}
-        )
-    except (CheckpointError, ConfigError) as error:
-        raise CheckpointError(f"The model in {path} cannot be used. {error}") from error
-
-
-def save_model(path: Path, saved: SavedModel) -> None:
-    """Write a `model.pt`."""
-    save_checkpoint(path, "model", {**saved.model.to_payload(), "episodes": saved.episodes})
 
 
 def hashes(files: Iterable[Path]) -> list[str]:

@@ -38,26 +38,25 @@ RUN: Mapping[str, Callable[[DictConfig, Path], Manifest]] = {
 }
 
 
-class Call(NamedTuple):
+class StageCall(NamedTuple):
     """One stage to run.
 
     Attributes:
         stage: its name on the command line.
         folder: for its results, within the run folder.
-        told: what it is told beside what the configuration says, by key; a `Path` (or a list of them) lies within the
-            run folder.
+        overrides: of what the configuration says, by key; a `Path` (or a list of them) lies within the run folder.
         choices: groups that are chosen for it, as `policy: saved`.
     """
 
     stage: str
     folder: Path
-    told: Mapping[str, Any]
+    overrides: Mapping[str, Any]
     choices: Mapping[str, str] = {}
 
     def words(self, root: Path) -> list[str]:
         """The overrides that say so, with paths from `root`."""
         chosen = [f"{group}={choice}" for group, choice in self.choices.items()]
-        return [*chosen, *(f"{key}={text(_rooted(value, root))}" for key, value in self.told.items())]
+        return [*chosen, *(f"{key}={text(_rooted(value, root))}" for key, value in self.overrides.items())]
 
 
 class Chain:
@@ -85,7 +84,7 @@ class Chain:
         self.wall_s = 0.0
         self._cfg, self._choices, self._flags = cfg, choices, list(flags)
 
-    def run(self, call: Call) -> Manifest:
+    def run(self, call: StageCall) -> Manifest:
         """Run one stage, unless its folder says that it is done.
 
         Raises:
@@ -94,10 +93,10 @@ class Chain:
         out = self.root / call.folder
         print(f"{call.stage} -> {out}", flush=True)
         began = time.monotonic()
-        told, by_hand = call.words(self.root), call.words(ROOT)
+        overrides, by_hand = call.words(self.root), call.words(ROOT)
         try:
             before = read_manifest(out)
-            words = stage_overrides(call.stage, self._cfg, self._choices, told)
+            words = stage_overrides(call.stage, self._cfg, self._choices, overrides)
             cfg = compose_stage(call.stage, with_files(words))
             check_configuration(cfg, call.stage)
             manifest = RUN[call.stage](cfg, out)
@@ -108,14 +107,14 @@ class Chain:
         kept = manifest == before
         wall_s = manifest.wall_s if kept else time.monotonic() - began
         print("  is there already" if kept else f"  {wall_s:.1f} s", flush=True)
-        inherited = words[: len(words) - len(told)]
+        inherited = words[: len(words) - len(overrides)]
         self.commands.append(command_line(call.stage, [*self._flags, *inherited, *by_hand], ROOT / call.folder))
         self.outputs |= {(call.folder / made.path).as_posix(): made.sha256 for made in manifest.outputs}
         self.wall_s += wall_s
         return manifest
 
 
-def _named(error: TwbalError, call: Call, out: Path) -> TwbalError:
+def _named(error: TwbalError, call: StageCall, out: Path) -> TwbalError:
     """The same error, saying where it happened."""
     return type(error)(f"{call.stage} in {out}: {error}")
 

@@ -2,10 +2,11 @@
 
 import re
 import shlex
+import time
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path, PurePosixPath
-from typing import Any
+from typing import Any, TypeVar
 
 from hydra import compose
 from hydra.core.global_hydra import GlobalHydra
@@ -16,6 +17,8 @@ from twbal.cli.conf_folder import conf_folder
 from twbal.cli.manifest import Manifest
 
 LISTED = 3  # files of one folder that are named one by one
+BETWEEN_LINES = 5.0  # of progress [s]
+Item = TypeVar("Item")
 
 
 def run_folder() -> Path:
@@ -62,6 +65,37 @@ def next_command(stage: str, settings: Mapping[str, Any], *groups: str) -> str:
     """
     words = [f"{key}={text(str(value) if isinstance(value, Path) else value)}" for key, value in settings.items()]
     return shlex.join(["twbal", stage, *configuration_flags(), *words]) + told_of(*groups)
+
+
+def say(line: str) -> None:
+    """Print what is being done."""
+    print(f"  {line}", flush=True)
+
+
+class Progress:
+    """Prints how much of something is done, where it takes long.
+
+    Args:
+        what: is counted.
+        total: of them.
+    """
+
+    def __init__(self, what: str, total: int) -> None:
+        self._what, self._total, self._last = what, total, time.monotonic()
+
+    def show(self, number: int, more: str = "") -> None:
+        """Print that `number` of them are done, and what else is known, if the last line is some time ago."""
+        if time.monotonic() - self._last > BETWEEN_LINES:
+            say(f"{number} of {self._total} {self._what}{more}")
+            self._last = time.monotonic()
+
+
+def counted(items: Iterable[Item], what: str, total: int) -> Iterator[Item]:
+    """The items, counted on the way."""
+    progress = Progress(what, total)
+    for number, item in enumerate(items, start=1):
+        progress.show(number)
+        yield item
 
 
 def closing(manifest: Manifest, out: Path, following: str) -> None:

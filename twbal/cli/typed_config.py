@@ -2,7 +2,8 @@
 
 from collections.abc import Iterable
 from dataclasses import fields
-from typing import Any, TypeVar
+from enum import Enum
+from typing import Any, TypeVar, get_type_hints
 
 from hydra.utils import instantiate
 from omegaconf import DictConfig, OmegaConf
@@ -17,11 +18,16 @@ def typed(kind: type[Settings], cfg: DictConfig) -> Settings:
         ValidationError: a value is of the wrong type.
         MissingMandatoryValue: one was not given.
     """
-    schema = OmegaConf.structured(kind)
-    values = {field.name: cfg[field.name] for field in fields(kind)}  # type: ignore[arg-type]
+    schema, types = OmegaConf.structured(kind), get_type_hints(kind)
+    values = {field.name: _member(types[field.name], cfg[field.name]) for field in fields(kind)}  # type: ignore[arg-type]
     settings = OmegaConf.to_object(OmegaConf.merge(schema, values))
     assert isinstance(settings, kind)
     return settings
+
+
+def _member(kind: Any, value: Any) -> Any:
+    """A value of an enumeration, which OmegaConf would look up by its name; any other as it is."""
+    return kind(value) if isinstance(kind, type) and issubclass(kind, Enum) else value
 
 
 def members(cfg: DictConfig) -> tuple[Any, ...]:

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+from twbal.core.episode import Episode, Outcome
 from twbal.diagnosis.objections import negligible, with_values
 from twbal.diagnosis.record import Verdict
 from twbal.diagnosis.select import Selection, worth
@@ -45,6 +46,17 @@ def advise(
         if _one_more(selection, settings):
             found.append("The data ask for one more effect than is named; diagnose again with augmented.yaml as sim=.")
     return tuple(found)
+
+
+def on_falls(episodes: Sequence[Episode], verdict: Verdict) -> tuple[str, ...]:
+    """What to do where the robot fell while it was recorded, and that was not enough to name anything."""
+    fell = sum(episode.outcome is Outcome.TILT_LIMIT for episode in episodes)
+    if not fell or not verdict.is_open:
+        return ()
+    return (
+        f"The robot fell in {fell} of {len(episodes)} episodes. One that stays up tells more: record it by a gentler "
+        "regulator, with a smaller policy.command_width.",
+    )
 
 
 def _one_more(selection: Selection, settings: Settings) -> list[Weighed]:

@@ -37,6 +37,11 @@ class Verdict(StrEnum):
     UNDECIDED = "undecided"
     """The data are too poor to tell; another recording could."""
 
+    @property
+    def is_open(self) -> bool:
+        """Whether nothing was found that could be acted on."""
+        return self in (Verdict.UNKNOWN, Verdict.UNDECIDED)
+
 
 class Estimate(NamedTuple):
     """A parameter with its 95 % interval, all in `unit`.

@@ -40,15 +40,29 @@ def save_checkpoint(path: Path, kind: str, payload: dict[str, Any]) -> str:
         CheckpointError: the payload holds something else.
         DataError: the file cannot be written.
     """
+    data = _content(kind, payload)
+    write_atomically(path, data)
+    return hashlib.sha256(data).hexdigest()
+
+
+def checkpoint_hash(kind: str, payload: dict[str, Any]) -> str:
+    """sha256, in hex, of the file that `save_checkpoint` would write.
+
+    Raises:
+        CheckpointError: the payload holds what a checkpoint cannot.
+    """
+    return hashlib.sha256(_content(kind, payload)).hexdigest()
+
+
+def _content(kind: str, payload: dict[str, Any]) -> bytes:
+    """The bytes of a file."""
     import torch  # here, so that what needs no tensor starts without it
 
     content = {"format": FORMAT, "schema_version": SCHEMA_VERSION, "kind": kind, "payload": payload}
     # Into memory first: written to a path, torch names the folder inside the file after the file.
     buffer = BytesIO()
     torch.save(_pack(content, "checkpoint"), buffer)
-    data = buffer.getvalue()
-    write_atomically(path, data)
-    return hashlib.sha256(data).hexdigest()
+    return buffer.getvalue()
 
 
 def load_checkpoint(path: Path, kind: str) -> dict[str, Any]:

@@ -22,12 +22,12 @@ _KINDS: dict[str, type[RbfPolicy] | type[LinearPolicy] | type[MlpPolicy]] = {
 }
 
 
-def load_policy(path: str | Path, channels: Sequence[str]) -> SavedPolicy:
+def load_policy(path: str | Path, channels: Sequence[str] | None = None) -> SavedPolicy:
     """The policy in the checkpoint `path`, of the kind that its payload's `law` says (without one: "rbf").
 
     Args:
         path: a `policy.pt`.
-        channels: names of the state channels that it will be given.
+        channels: names of the state channels that it will be given; None: whichever it reads.
 
     Raises:
         CheckpointError: the file cannot be read, or holds no policy.
@@ -44,7 +44,7 @@ def load_policy(path: str | Path, channels: Sequence[str]) -> SavedPolicy:
         policy = _KINDS[law].from_payload(payload)
     except CheckpointError as error:
         raise CheckpointError(f"The policy in {path} cannot be used. {error}") from error
-    if policy.channels != tuple(channels):
+    if channels is not None and policy.channels != tuple(channels):
         raise ConfigError(
             f"The policy in {path} reads the state {', '.join(policy.channels)}; here it is {', '.join(channels)}. "
             "Choose the state that it was made with by state=..."

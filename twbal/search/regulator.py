@@ -1,6 +1,6 @@
 """Linear-quadratic regulators without a learned model: of the data sheet, or of a linear model fitted to episodes."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -18,6 +18,36 @@ from twbal.search.linear_starts import regulator
 _UPRIGHT = 0.35  # rad; samples beyond tell of a robot that falls, which is not linear
 _RIDGE = 1e-6  # of the samples' own variance, for what they do not excite
 _PHYSICAL = ("tilt", "tilt_rate", "speed")
+
+
+def regulator_for(
+    robot: RobotParameters,
+    channels: Channels,
+    cost: SaturatingCost,
+    command_width: float,
+    episodes: Sequence[Episode],
+    progress: Callable[[str], None],
+) -> LinearPolicy:
+    """The regulator of a linear model of episodes; of none, or where that cannot be stabilised, of the data sheet.
+
+    Args:
+        robot: data sheet.
+        channels: of the state.
+        cost: whose widths price the state.
+        command_width: command that costs as much as a width, as a share of the torque limit.
+        episodes: of the robot; may be empty.
+        progress: is told where the model cannot be stabilised.
+
+    Raises:
+        ConfigError: the state lacks a channel that is needed.
+        DataError: the episodes cannot be used together.
+    """
+    if episodes:
+        found = identified_regulator(episodes, channels, cost, command_width, robot.torque_limit)
+        if found is not None:
+            return found
+        progress("the linear model of these episodes cannot be stabilised: the regulator is that of the data sheet")
+    return data_sheet_regulator(robot, channels, cost, command_width)
 
 
 def data_sheet_regulator(

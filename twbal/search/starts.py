@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from enum import Enum, auto
 from typing import NamedTuple
 
 import numpy as np
@@ -48,16 +49,38 @@ class PolicyShape:
         return np.array([known[n] for n in names])
 
 
+class StartKind(Enum):
+    """Where a start comes from."""
+
+    REGULATOR = auto()
+    EARLIER = auto()
+    RANDOM = auto()
+
+
+class Family(NamedTuple):
+    """Starts that are much alike.
+
+    Attributes:
+        kind: where they come from.
+        number: of the model whose regulators they are, or of the earlier policy.
+    """
+
+    kind: StartKind
+    number: int = 0
+
+
 class Start(NamedTuple):
     """One start.
 
     Attributes:
         origin: where it comes from, for the report.
         policy: the policy itself.
+        family: that it is of.
     """
 
     origin: str
     policy: RbfPolicy
+    family: Family
 
 
 def linear_policy(
@@ -111,12 +134,14 @@ def starting_policies(
                 gain = regulator(A, B, task.cost, width * torque_limit)
                 if gain is not None:
                     origin = f"{regulated} (swing {swing:g}, width {width:g})"
-                    starts.append(Start(origin, linear_policy(shape, names, torque_limit, gain, rng)))
+                    policy = linear_policy(shape, names, torque_limit, gain, rng)
+                    starts.append(Start(origin, policy, Family(StartKind.REGULATOR, number)))
     for index, policy in enumerate(earlier):
         for share in settings.shares:
             scaled = replace(policy, weights=share * policy.weights, gain=share * policy.gain)
-            starts.append(Start(f"policy {index} x {share:g}", scaled))
-    starts.append(Start("random", linear_policy(shape, names, torque_limit, np.zeros(len(s)), rng)))
+            starts.append(Start(f"policy {index} x {share:g}", scaled, Family(StartKind.EARLIER, index)))
+    policy = linear_policy(shape, names, torque_limit, np.zeros(len(s)), rng)
+    starts.append(Start("random", policy, Family(StartKind.RANDOM)))
     return starts
 
 
@@ -139,5 +164,8 @@ def starts_on(
         rng: draws the networks.
     """
     beside = replace(shape, linear=True)
-    fresh = [Start("network", linear_policy(beside, names, torque_limit, gain, rng)) for _ in range(_NETWORKS)]
-    return [*fresh, *(Start(f"policy {index} x 1", policy) for index, policy in enumerate(earlier))]
+    networks = [linear_policy(beside, names, torque_limit, gain, rng) for _ in range(_NETWORKS)]
+    return [
+        *(Start("network", policy, Family(StartKind.RANDOM)) for policy in networks),
+        *(Start(f"policy {i} x 1", policy, Family(StartKind.EARLIER, i)) for i, policy in enumerate(earlier)),
+    ]

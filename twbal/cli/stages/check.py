@@ -8,11 +8,10 @@ from pathlib import Path
 
 from hydra.utils import instantiate
 from omegaconf import DictConfig
-from tqdm import tqdm
 
 from twbal import __version__
-from twbal.cli.artefacts import load_model
-from twbal.cli.console import run_folder
+from twbal.algorithm.model_file import load_model
+from twbal.cli.console import counted, run_folder
 from twbal.cli.regression.baseline import Tolerance, compare, junit, table
 from twbal.cli.regression.measures import (
     Measures,
@@ -117,7 +116,7 @@ def measure(cfg: DictConfig, folder: Path) -> Measures:
         ("diagnosis", diagnosed),
     )
     found: Measures = {}
-    for _, part in tqdm(parts, "parts", disable=None):
+    for _, part in counted(parts, "parts", len(parts)):
         found |= part()
     bad = [name for name, value in found.items() if isinstance(value, float) and not math.isfinite(value)]
     if bad:

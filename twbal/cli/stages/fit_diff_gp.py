@@ -6,7 +6,8 @@ from pathlib import Path
 from hydra.utils import instantiate
 from omegaconf import DictConfig
 
-from twbal.cli.artefacts import SavedModel, episode_files, hashes, load_model, save_model
+from twbal.algorithm.model_file import SavedModel, load_model, save_model
+from twbal.cli.artefacts import MODEL, episode_files, hashes
 from twbal.cli.console import closing, next_command, run_folder
 from twbal.cli.manifest import Manifest, Step, perform
 from twbal.cli.typed_config import recorded, typed
@@ -27,7 +28,7 @@ class Settings:
 def main(cfg: DictConfig) -> None:
     """Run the stage in Hydra's run folder."""
     out = run_folder()
-    closing(run(cfg, out), out, next_command("optimise-policy", {"dynamics": out / "model.pt"}, "robot", "state"))
+    closing(run(cfg, out), out, next_command("optimise-policy", {"dynamics": out / MODEL}, "robot", "state"))
 
 
 def run(cfg: DictConfig, out: Path) -> Manifest:
@@ -40,8 +41,8 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
 
     def learn() -> list[Path]:
         if dynamics is None:
-            return [fit_all_to_file(files, channels, recipe, settings.seed, out / "model.pt")]
-        return [fit_to_file(dynamics, files, recipe, settings.seed, out / "model.pt")]
+            return [fit_all_to_file(files, channels, recipe, settings.seed, out / MODEL)]
+        return [fit_to_file(dynamics, files, recipe, settings.seed, out / MODEL)]
 
     return perform(step, learn)
 

@@ -6,7 +6,8 @@ from pathlib import Path
 from hydra.utils import instantiate
 from omegaconf import DictConfig
 
-from twbal.cli.artefacts import SavedModel, episode_files, hashes, save_model
+from twbal.algorithm.model_file import SavedModel, save_model
+from twbal.cli.artefacts import MODEL, episode_files, hashes
 from twbal.cli.console import closing, next_command, run_folder
 from twbal.cli.manifest import Manifest, Step, perform
 from twbal.cli.typed_config import recorded, typed
@@ -28,7 +29,7 @@ class Settings:
 def main(cfg: DictConfig) -> None:
     """Run the stage in Hydra's run folder."""
     out = run_folder()
-    closing(run(cfg, out), out, next_command("optimise-policy", {"dynamics": out / "model.pt"}, "robot", "state"))
+    closing(run(cfg, out), out, next_command("optimise-policy", {"dynamics": out / MODEL}, "robot", "state"))
 
 
 def run(cfg: DictConfig, out: Path) -> Manifest:
@@ -37,7 +38,7 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
     files = episode_files(cfg.episodes)
     recipe, channels = instantiate(cfg.model), instantiate(cfg.state)
     step = Step("fit-sim-gp", out, recorded(cfg, NOT_RECORDED), {"episodes": files}, settings.seed)
-    robot, path = str(cfg.robot.name), out / "model.pt"
+    robot, path = str(cfg.robot.name), out / MODEL
     return perform(step, lambda: [fit_to_file(files, robot, channels, recipe, settings.seed, path)])
 
 

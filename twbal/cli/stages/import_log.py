@@ -7,9 +7,8 @@ from pathlib import Path, PurePosixPath
 
 from hydra.utils import instantiate
 from omegaconf import DictConfig, OmegaConf
-from tqdm import tqdm
 
-from twbal.cli.console import closing, next_command, run_folder
+from twbal.cli.console import closing, counted, next_command, run_folder
 from twbal.cli.manifest import Manifest, Step, perform
 from twbal.cli.typed_config import recorded, typed
 from twbal.core.episode import Episode, Provenance
@@ -117,7 +116,7 @@ def _import_to_files(
     episodes: list[Episode] = []
     names: list[str] = []
     refused: list[str] = []
-    for file in tqdm(files, "files", disable=None if len(files) > 1 else True):
+    for file in counted(files, "files", len(files)):
         source = replace(provenance, trial=len(episodes))
         try:
             imported = import_file(file, mapping, wanted, source)

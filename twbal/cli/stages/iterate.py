@@ -9,23 +9,24 @@ from hydra.core.hydra_config import HydraConfig
 from hydra.utils import instantiate
 from omegaconf import DictConfig, OmegaConf
 
+from twbal.algorithm.findings import Measures, findings, summarise
+from twbal.algorithm.learned import RunResult
+from twbal.algorithm.learning import Algorithm
 from twbal.algorithm.outcome import summary_table
+from twbal.algorithm.settings import AlgorithmSettings
 from twbal.algorithm.summary import Diagnosis, Summary, read_summary, write_summary
-from twbal.cli.algorithm_stages import Algorithm
+from twbal.cli.artefacts import POLICY, read_logs
 from twbal.cli.chain import Chain
 from twbal.cli.commands import text
 from twbal.cli.console import configuration_flags, next_command, run_folder
 from twbal.cli.manifest import MANIFEST, Manifest, Step, is_of_this_code, perform, read_manifest
-from twbal.cli.run_figures import pictures, save
-from twbal.cli.run_findings import Measures, episodes_in, findings, summarise
-from twbal.cli.run_state import Learning, Questions, Settings
 from twbal.cli.script import HASHES, SCRIPT, hash_list, script
-from twbal.cli.stages.diagnose import DIAGNOSIS, FEW_DATA, enough_for_diagnosis
-from twbal.cli.stages.real_rollout import check_robot_is_there
+from twbal.cli.stage_steps import StageSteps
+from twbal.cli.stages.real_rollout import check_robot_is_there, rollout_settings
 from twbal.cli.typed_config import recorded, typed
-from twbal.core.evaluation import succeeded
 from twbal.core.files import write_atomically
-from twbal.diagnosis.record import CLOSED, closed_share
+from twbal.diagnosis.usability import FEW_DATA, enough_for_diagnosis
+from twbal.viz.run_figures import pictures, save
 from twbal.viz.run_page import Setting, write_report
 
 MORE_UPDATES = 3  # than a run had that did not balance the robot
@@ -72,7 +73,7 @@ def _following(summary: Summary, out: Path, flags: Sequence[str], told: Sequence
         commands = [shlex.join(["twbal", "iterate", *flags, *others])]
     folders = _to_diagnose(summary, out)
     if folders:
-        commands.append(next_command("diagnose", {"episodes": folders, **FEW_DATA}, "robot", "sim"))
+        commands.append(next_command("diagnose", {"episodes": folders, **FEW_DATA._asdict()}, "robot", "sim"))
     return commands
 
 
@@ -84,7 +85,7 @@ def _to_diagnose(summary: Summary, out: Path) -> list[str]:
     rollouts = [place / "rollout" for place in places if (place / "rollout").is_dir()]
     trials = [place / "trials" for place in places]
     for folders in (rollouts, [*rollouts, *trials]):
-        if enough_for_diagnosis(episodes_in(folders)):
+        if enough_for_diagnosis(read_logs(folders)):
             return [str(folder) for folder in folders]
     return []
 
@@ -101,11 +102,11 @@ def run(cfg: DictConfig, out: Path, choices: Mapping[str, str], flags: Sequence[
     Raises:
         TwbalError: a step failed; the message names it. The same command again goes on from there.
     """
-    settings = typed(Settings, cfg)
+    settings = typed(AlgorithmSettings, cfg)
     _allow_more_updates(cfg, out, settings.updates)
     step = Step("iterate", out, recorded(cfg, NOT_RECORDED), {}, settings.seed)
     chain = Chain(cfg, choices, out, flags)
-    return perform(step, lambda: _learn_and_tell(cfg, chain, choices, settings))
+    return perform(step, lambda: _learn_and_write(cfg, chain, choices, settings))
 
 
 def _allow_more_updates(cfg: DictConfig, out: Path, updates: int) -> None:
@@ -119,32 +120,29 @@ def _allow_more_updates(cfg: DictConfig, out: Path, updates: int) -> None:
         (out / MANIFEST).unlink(missing_ok=True)
 
 
-def _learn_and_tell(cfg: DictConfig, chain: Chain, choices: Mapping[str, str], settings: Settings) -> list[Path]:
+def _learn_and_write(
+    cfg: DictConfig, chain: Chain, choices: Mapping[str, str], settings: AlgorithmSettings
+) -> list[Path]:
     measures = Measures(instantiate(cfg.rule), instantiate(cfg.cost), cfg.search.horizon, instantiate(cfg.state))
     check_robot_is_there(cfg)
-
-    def solved(trials: Path) -> bool:
-        return all(succeeded(trial, measures.rule) for trial in episodes_in([chain.root / trials]))
-
-    def diagnosable(rollouts: Sequence[Path]) -> bool:
-        return enough_for_diagnosis(episodes_in([chain.root / rollout for rollout in rollouts]))
-
-    def mended(diagnosis: Path) -> bool:
-        return closed_share(chain.root / diagnosis / DIAGNOSIS) > CLOSED
-
-    learning = Algorithm(chain, cfg, settings, measures.rule, Questions(solved, diagnosable, mended)).run()
-    return _tell(cfg, chain, learning, measures, choices)
+    steps = StageSteps(chain, cfg)
+    result = Algorithm(steps, settings, rollout_settings(cfg.real_rollout), measures.rule).run()
+    return _write(cfg, chain, steps, result, measures, choices)
 
 
-def _tell(
-    cfg: DictConfig, chain: Chain, learning: Learning, measures: Measures, choices: Mapping[str, str]
+def _write(
+    cfg: DictConfig,
+    chain: Chain,
+    steps: StageSteps,
+    result: RunResult[Path, Path, Path],
+    measures: Measures,
+    choices: Mapping[str, str],
 ) -> list[Path]:
     """Write down what came out; returns the files."""
-    out = chain.root
-    found = findings(learning, out, measures)
-    simulated = episodes_in([out / folder for folder in learning.simulated])
+    out, found = chain.root, findings(result, steps, measures)
+    simulated = steps.episodes(result.simulated)
     summary = summarise(found, simulated, cfg.robot.name, cfg.seed, round(chain.wall_s, 3), measures.rule.limit)
-    best = learning.policies[summary.best_iteration].policy_file
+    best = result.policies[summary.best_iteration].policy / POLICY
     shutil.copyfile(out / best, out / BEST_POLICY)
     commands = script(chain.commands, best, BEST_POLICY)
     write_atomically(out / SCRIPT, commands)

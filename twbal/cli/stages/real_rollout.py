@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from contextlib import AbstractContextManager
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from itertools import count
 from pathlib import Path
@@ -10,7 +10,9 @@ from pathlib import Path
 from hydra.utils import instantiate
 from omegaconf import DictConfig
 
+from twbal.algorithm.collection import explored
 from twbal.algorithm.rollout import rollout
+from twbal.algorithm.settings import RolloutSettings
 from twbal.cli.artefacts import episode_file, policy_files, policy_hash
 from twbal.cli.console import closing, next_command, run_folder
 from twbal.cli.manifest import Manifest, Step, perform, read_manifest
@@ -23,26 +25,12 @@ from twbal.core.robot_parameters import RobotParameters, parameter_hash
 from twbal.io.logs import read_episode, write_episode
 from twbal.link.ranges import MAX_TRIAL
 from twbal.link.serial_plant import SerialPlant
-from twbal.policies.exploring import ExploringPolicy
 from twbal.policies.policy import Policy
 
 NOT_RECORDED = ("policy.path", "link.port")
 NOT_IN_EPISODES = ("policy.path", "link")  # the same robot may be reached by other ways
 INTERRUPTED = (Outcome.STOPPED, Outcome.LINK_LOST, Outcome.POLICY_FAULT)
 """Outcomes of trials that end the stage, and that the same command drives again."""
-
-
-@dataclass(frozen=True)
-class Settings:
-    """See conf/stage/real_rollout.yaml."""
-
-    seed: int
-    trials: int
-    first_trial: int
-    steps: int
-    tilt_limit: float
-    exploration: float
-    exploration_steps: int | None
 
 
 def main(cfg: DictConfig) -> None:
@@ -74,17 +62,19 @@ def _searched_on(policy: Path) -> list[Path]:
     return [Path(model.path) for model in searched.inputs.get("dynamics", ())] if searched else []
 
 
+def rollout_settings(cfg: DictConfig) -> RolloutSettings:
+    """What the settings of this stage, or a section of them, say."""
+    return typed(RolloutSettings, cfg)
+
+
 def run(cfg: DictConfig, out: Path) -> Manifest:
     """Drive the trials that `cfg` asks for and log them to `out`/episodes, unless they are there already."""
-    settings = typed(Settings, cfg)
+    settings = rollout_settings(cfg)
     _check_trials(settings)
     robot: RobotParameters = instantiate(cfg.robot)
     policy: Policy = instantiate(cfg.policy)
     _check_torque(policy, robot)
-    if settings.exploration:
-        policy = ExploringPolicy(
-            policy, settings.exploration * robot.torque_limit, robot.torque_limit, settings.exploration_steps
-        )
+    policy = explored(policy, settings, robot.torque_limit)
     provenance = Provenance(
         robot=robot.name,
         source="robot",
@@ -105,7 +95,7 @@ def record(
     robot: RobotParameters,
     policy: Policy,
     channels: Channels,
-    settings: Settings,
+    settings: RolloutSettings,
     provenance: Provenance,
     out: Path,
 ) -> list[Path]:
@@ -128,10 +118,9 @@ def record(
         DataError: the policy commanded what is no number, or an episode cannot be written.
         KeyboardInterrupt: the person pressed Ctrl-C, or the process was asked to end.
     """
-    trials = range(settings.first_trial, settings.first_trial + settings.trials)
     with stopped_once(), open_link() as plant:
         _check_robot(plant, robot)
-        for trial in trials:
+        for trial in settings.numbers:
             file = episode_file(out / "episodes", trial)
             if file.exists():
                 continue
@@ -141,7 +130,7 @@ def record(
             if episode.outcome in INTERRUPTED:
                 _keep_interrupted(with_line, out / "interrupted", why=" ".join(end.text for end in episode.events))
             _keep(file, with_line)
-    return [episode_file(out / "episodes", trial) for trial in trials]
+    return [episode_file(out / "episodes", trial) for trial in settings.numbers]
 
 
 def check_robot_is_there(cfg: DictConfig) -> None:
@@ -161,7 +150,7 @@ def check_robot_is_there(cfg: DictConfig) -> None:
             _check_robot(plant, instantiate(cfg.robot))
 
 
-def _check_trials(settings: Settings) -> None:
+def _check_trials(settings: RolloutSettings) -> None:
     if settings.first_trial + settings.trials - 1 > MAX_TRIAL:
         raise ConfigError(
             f"The last of {settings.trials} trials from number {settings.first_trial} on is beyond {MAX_TRIAL}, the "

@@ -5,12 +5,13 @@ from pathlib import Path
 
 from hydra.utils import instantiate
 from omegaconf import DictConfig
-from tqdm import tqdm
 
-from twbal.algorithm.collection import RolloutPlan
-from twbal.cli.console import closing, next_command, run_folder
+from twbal.algorithm.collection import simulate
+from twbal.algorithm.settings import RolloutSettings
+from twbal.cli.artefacts import POLICY
+from twbal.cli.console import Progress, closing, next_command, run_folder
 from twbal.cli.manifest import Manifest, Step, perform
-from twbal.cli.simulation_config import plant_maker
+from twbal.cli.simulation_config import simulation_of
 from twbal.cli.typed_config import recorded, typed
 from twbal.core.episode import Provenance
 from twbal.core.evaluation import SuccessRule, succeeded
@@ -19,7 +20,6 @@ from twbal.io.checkpoint import save_checkpoint
 from twbal.policies.saved import load_policy
 
 NOT_RECORDED = ("trials",)
-POLICY = "policy.pt"
 
 
 @dataclass(frozen=True)
@@ -52,11 +52,11 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
 def successes(cfg: DictConfig, policy: Path, trials: int) -> int:
     """In how many simulated trials the policy balances, by the rule of `cfg`; trial k is that of `sim-collect`."""
     rule: SuccessRule = instantiate(cfg.rule)
-    channels = instantiate(cfg.state)
-    learned, make_plant = load_policy(policy, channels.names), plant_maker(cfg, int(cfg.seed))
-    plan = RolloutPlan(make_plant, learned, channels, rule.steps, rule.limit)
-    provenances = [Provenance(str(cfg.robot.name), "simulation", seed=int(cfg.seed), trial=k) for k in range(trials)]
-    return sum(succeeded(episode, rule) for episode in plan.drive(provenances))
+    channels, seed = instantiate(cfg.state), int(cfg.seed)
+    rollouts = RolloutSettings(seed, trials, 0, rule.steps, rule.limit, exploration=0.0)
+    source = Provenance(str(cfg.robot.name), "simulation", seed=seed)
+    driven = simulate(simulation_of(cfg), load_policy(policy, channels.names), channels, rollouts, source)
+    return sum(succeeded(episode, rule) for episode in driven)
 
 
 def _trained(cfg: DictConfig, recipe: AgentRecipe, settings: Settings, path: Path) -> Path:
@@ -64,12 +64,12 @@ def _trained(cfg: DictConfig, recipe: AgentRecipe, settings: Settings, path: Pat
     from twbal.cli.environment_config import environment_of
     from twbal.environment.agent_training import policy_of, train
 
-    with environment_of(cfg) as env, tqdm(total=settings.steps, desc="steps", disable=None) as bar:
+    progress = Progress("steps", settings.steps)
+    with environment_of(cfg) as env:
 
         def show(steps: int, mean_return: float | None) -> None:
-            if mean_return is not None:
-                bar.set_postfix({"return": f"{mean_return:.0f} of {cfg.rule.steps}"}, refresh=False)
-            bar.update(min(steps, settings.steps) - bar.n)
+            seen = "" if mean_return is None else f", return {mean_return:.0f} of {cfg.rule.steps}"
+            progress.show(min(steps, settings.steps), seen)
 
         agent = train(env, recipe, settings.steps, settings.seed, show)
         save_checkpoint(path, "policy", policy_of(agent, env, recipe).to_payload())

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import pytest
 
+from twbal.algorithm.findings import Findings, _note, summarise
 from twbal.algorithm.summary import Diagnosis, Iteration, PolicyFile, Search
-from twbal.cli.run_findings import Findings, _note, summarise
 
 
 def iteration(index, successes=0, real_cost=5.0, judged_success=1.0, **changes):

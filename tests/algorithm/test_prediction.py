@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from twbal.cli.prediction_file import KIND, Prediction, Verdict, load_prediction, save_prediction
+from twbal.algorithm.prediction import KIND, Assessment, Prediction, load_prediction, save_prediction
 from twbal.core.gaussian import Gaussian
 from twbal.io.checkpoint import load_checkpoint, save_checkpoint
 
-FOUND, KEPT = Verdict("search from policy 1 x 1", 3.0, 1.0, 0.1, None), Verdict("policy 1", 4.0, 0.5, 0.2, 1)
+FOUND, KEPT = Assessment("search from policy 1 x 1", 3.0, 1.0, 0.1, None), Assessment("policy 1", 4.0, 0.5, 0.2, 1)
 
 
 @pytest.mark.parametrize("written", ["now", "before candidates said which earlier policy they are"])

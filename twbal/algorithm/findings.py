@@ -1,23 +1,19 @@
-"""What a run of Algorithm 1 achieved, read from the files that it left."""
+"""What a run of Algorithm 1 achieved, measured on its trials."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 
+from twbal.algorithm.learned import LearnedPolicy, RunResult
+from twbal.algorithm.prediction import Prediction
+from twbal.algorithm.steps import M, P, R, S, Steps
 from twbal.algorithm.summary import Diagnosis, Iteration, PolicyFile, Search, SimData, Summary
-from twbal.cli.artefacts import episode_files
-from twbal.cli.manifest import Manifest
-from twbal.cli.prediction_file import Prediction, load_prediction
-from twbal.cli.run_state import Learned, Learning
 from twbal.core.channels import Channels
 from twbal.core.cost import SaturatingCost
 from twbal.core.episode import Episode
 from twbal.core.evaluation import SuccessRule, coverage95, drift, half_widths95, real_cost, succeeded
-from twbal.core.files import file_hash
 from twbal.core.gaussian import Array
-from twbal.io.logs import read_episode
 
 
 @dataclass(frozen=True)
@@ -39,7 +35,7 @@ class Measures:
 
 @dataclass(frozen=True)
 class Findings:
-    """One iteration, read back.
+    """One iteration.
 
     Attributes:
         iteration: its line of the summary.
@@ -52,25 +48,22 @@ class Findings:
     trials: tuple[Episode, ...]
 
 
-def episodes_in(folders: Sequence[Path]) -> tuple[Episode, ...]:
-    """The episodes of run folders, in order."""
-    return tuple(read_episode(file) for folder in folders for file in episode_files(str(folder)))
-
-
-def findings(learning: Learning, root: Path, measures: Measures) -> list[Findings]:
+def findings(result: RunResult[R, M, P], steps: Steps[R, M, P, S], measures: Measures) -> list[Findings]:
     """What is known of each policy.
 
     Args:
-        learning: which files belong to which policy.
-        root: the run folder.
+        result: what was learned.
+        steps: that it was learned by.
         measures: by what to measure.
     """
     found: list[Findings] = []
-    for learned in learning.policies:
-        prediction = load_prediction(root / learned.prediction_file) if learned.predicted else None
-        trials = episodes_in([root / learned.trials]) if learned.trials else ()
+    for learned in result.policies:
+        prediction = steps.prediction(learned.policy) if learned.predicted else None
+        trials = () if learned.trials is None else steps.episodes([learned.trials])
+        driven, policy = steps.episodes(learned.rollouts), steps.policy_file(learned.policy)
         before = [earlier.iteration for earlier in found]
-        found.append(Findings(_iteration(learned, root, prediction, trials, measures, before), prediction, trials))
+        iteration = _iteration(learned, policy, prediction, driven, trials, measures, before)
+        found.append(Findings(iteration, prediction, trials))
     return found
 
 
@@ -108,17 +101,16 @@ def _rank(having: Sequence[Iteration]) -> tuple[float, ...]:
 
 
 def _iteration(
-    learned: Learned,
-    root: Path,
+    learned: LearnedPolicy[R, M, P],
+    policy: PolicyFile,
     prediction: Prediction | None,
+    driven: Sequence[Episode],
     trials: Sequence[Episode],
     measures: Measures,
     before: Sequence[Iteration],
 ) -> Iteration:
     channels = measures.channels
-    driven = episodes_in([root / folder for folder in learned.rollouts])
     costs = [real_cost(trial, measures.cost, measures.horizon) for trial in trials]
-    policy = PolicyFile(learned.policy_file.as_posix(), file_hash(root / learned.policy_file))
     bands = _tilt_bands(prediction, channels)
     iteration = Iteration(
         index=learned.index,
@@ -130,8 +122,8 @@ def _iteration(
         successes=sum(succeeded(trial, measures.rule) for trial in trials),
         trials=len(trials),
         coverage95=coverage95(prediction.states, trials, channels.measured) if trials and prediction else None,
-        fit_s=_seconds(learned.fits),
-        search_s=_seconds(learned.searches),
+        fit_s=round(learned.fit_s, 3),
+        search_s=round(learned.search_s, 3),
         drift_m=float(np.median([drift(trial, channels.wheel_radius) for trial in trials])) if trials else None,
         judged_success=prediction.best.judged_success if prediction else None,
         policy=policy,
@@ -144,12 +136,12 @@ def _iteration(
         tilt_band_median=float(np.median(bands)) if len(bands) else None,
         tilt_band_widest=float(np.max(bands)) if len(bands) else None,
     )
-    return replace(iteration, note=_note(iteration, before, len(learned.searches)))
+    return replace(iteration, note=_note(iteration, before, learned.searches))
 
 
-def _search(learned: Learned, prediction: Prediction | None) -> Search:
+def _search(learned: LearnedPolicy[R, M, P], prediction: Prediction | None) -> Search:
     """What the last search came to."""
-    if prediction is None or learned.confirms:
+    if prediction is None or learned.recalibrates:
         return Search.NOT_MADE
     return Search.FOUND if prediction.best.earlier is None else Search.KEPT
 
@@ -190,7 +182,3 @@ def _note(iteration: Iteration, before: Sequence[Iteration], searches: int) -> s
 def _duration(episodes: Sequence[Episode]) -> float:
     """How long the robot was driven in them [s]."""
     return round(sum((episode.duration for episode in episodes), 0.0), 6)
-
-
-def _seconds(manifests: Sequence[Manifest]) -> float:
-    return round(sum(manifest.wall_s for manifest in manifests), 3)

@@ -3,8 +3,8 @@
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from twbal.algorithm.findings import Findings, Measures
 from twbal.algorithm.summary import Iteration, Summary
-from twbal.cli.run_findings import Findings, Measures
 from twbal.core.channels import Channels
 from twbal.core.episode import Episode
 from twbal.core.evaluation import positions

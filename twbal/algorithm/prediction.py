@@ -19,7 +19,7 @@ _EARLIER = re.compile(r"policy (\d+)")
 
 
 @dataclass(frozen=True)
-class Verdict:
+class Assessment:
     """What was thought of a policy before it went to the robot.
 
     Attributes:
@@ -50,14 +50,14 @@ class Prediction:
 
     channels: tuple[str, ...]
     states: tuple[Gaussian, ...]
-    best: Verdict
-    candidates: tuple[Verdict, ...]
+    best: Assessment
+    candidates: tuple[Assessment, ...]
 
 
 def prediction_of(result: SearchResult) -> Prediction:
     """What a search says, without the policies."""
-    candidates = tuple(_verdict(candidate) for candidate in result.candidates)
-    return Prediction(result.best.policy.channels, result.predicted, _verdict(result.best), candidates)
+    candidates = tuple(_assessment(candidate) for candidate in result.candidates)
+    return Prediction(result.best.policy.channels, result.predicted, _assessment(result.best), candidates)
 
 
 def save_prediction(path: Path, prediction: Prediction) -> None:
@@ -92,24 +92,24 @@ def _prediction(found: Payload) -> Prediction:
     return Prediction(
         channels=channels,
         states=tuple(Gaussian(mean, covariance) for mean, covariance in zip(means, covariances, strict=True)),
-        best=_saved_verdict(found.part("best")),
-        candidates=tuple(_saved_verdict(Payload("candidate", each)) for each in found.items("candidates")),
+        best=_saved_assessment(found.part("best")),
+        candidates=tuple(_saved_assessment(Payload("candidate", each)) for each in found.items("candidates")),
     )
 
 
-def _saved_verdict(found: Payload) -> Verdict:
+def _saved_assessment(found: Payload) -> Assessment:
     cost, success, mean = (found.number(name) for name in ("cost", "judged_success", "judged_cost"))
-    return Verdict(found.text("origin"), cost, success, mean, _earlier(found))
+    return Assessment(found.text("origin"), cost, success, mean, _earlier(found))
 
 
 def _earlier(found: Payload) -> int | None:
-    """Which earlier policy a verdict is of; an older file says `policy 1` in its origin alone."""
+    """Which earlier policy an assessment is of; an older file says `policy 1` in its origin alone."""
     if "earlier" not in found.names:
         written = _EARLIER.fullmatch(found.text("origin"))
         return int(written[1]) if written else None
     return None if found["earlier"] is None else int(found.number("earlier", 0, 1e9))
 
 
-def _verdict(candidate: Candidate) -> Verdict:
+def _assessment(candidate: Candidate) -> Assessment:
     judgement = candidate.judgement
-    return Verdict(candidate.origin, candidate.cost, judgement.success, judgement.cost, candidate.earlier)
+    return Assessment(candidate.origin, candidate.cost, judgement.success, judgement.cost, candidate.earlier)

@@ -1,0 +1,137 @@
+"""Algorithm 1 of the paper, and what it is to be compared with: what is done next, and when it is enough.
+
+    f from random rollouts in simulation; policy 0 from f
+    repeat: drive the robot by policy i; g from all real rollouts; policy i + 1 from f + g
+
+Beyond the paper, f is learned once more from rollouts of its own policy in simulation before the robot is touched;
+policy 0 serves not only that f but those of other simulated robots too, the variants; and every policy is driven in
+trials that nothing is learned from. Once a policy succeeds in all of them, it is driven a few times more, as it is, to
+recalibrate the model: what that then predicts is what the robot does, in bands as wide as these rollouts ask for.
+
+Other methods begin elsewhere (`FirstPolicy`) or learn something else from the robot's rollouts (`ModelUpdate`).
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Generic
+
+from twbal.algorithm.learned import LearnedPolicy, RunResult
+from twbal.algorithm.settings import AlgorithmSettings, FirstPolicy, RolloutSettings
+from twbal.algorithm.steps import Conditions, M, P, R, S, SearchInputs, Steps
+from twbal.algorithm.summary import Basis
+from twbal.algorithm.update import FIRST_TRIAL, REGULATOR, Update, UpdateInputs
+from twbal.core.errors import ConfigError
+from twbal.core.evaluation import SuccessRule
+
+_SIMULATION = Path("simulation")
+
+
+class Algorithm(Generic[R, M, P, S]):
+    """Runs Algorithm 1.
+
+    Args:
+        steps: does the work.
+        settings: how often and how much.
+        driving: of the rollouts that an update learns from.
+        rule: how long trials are, and when the robot has fallen.
+
+    Raises:
+        ConfigError: a variant's name is no word.
+    """
+
+    def __init__(
+        self, steps: Steps[R, M, P, S], settings: AlgorithmSettings, driving: RolloutSettings, rule: SuccessRule
+    ) -> None:
+        self._steps, self._settings, self._driving = steps, settings, driving
+        self._update = Update(steps, settings, rule)
+        for name in steps.variants:  # names of places, beside those of the rounds, which are numbers
+            if not name.isidentifier():
+                raise ConfigError(f"The name of a variant must be a word, as `late`; found {name!r}.")
+
+    def run(self) -> RunResult[R, M, P]:
+        """From nothing to the last policy."""
+        simulated, first = self._first()
+        policies = [self._tried(first)]
+        while len(policies) <= self._settings.updates and not self._is_enough(policies[-1]):
+            policies.append(self._tried(self._updated(policies)))
+        if self._settings.confirm_rollouts and policies[-1].predicted and self._is_enough(policies[-1]):
+            policies.append(self._tried(self._recalibrated(policies[-1])))
+        return RunResult(simulated, tuple(policies))
+
+    def _first(self) -> tuple[tuple[R, ...], LearnedPolicy[R, M, P]]:
+        """The simulated rollouts that policy 0 was learned from, and policy 0."""
+        match self._settings.first:
+            case FirstPolicy.SIMULATION:
+                return self._from_simulation()
+            case FirstPolicy.RANDOM:
+                conditions = Conditions(trials=self._settings.first_rollouts, exploration=0.0)
+                rollouts = self._steps.drive(Path("random") / "rollout", None, conditions)
+                inputs = UpdateInputs[R, M, P](0, Path("iteration_0"), (rollouts,), (), None)
+                return (), self._update.with_g(inputs, Basis.ROBOT)
+            case FirstPolicy.REGULATOR:
+                made = self._steps.regulator(REGULATOR, ())
+                return (), LearnedPolicy(0, made.value, Basis.DATA_SHEET, search_s=made.seconds)
+            case FirstPolicy.AGENT:
+                made = self._steps.agent(Path("agent"), self._settings.trained)
+                return (), LearnedPolicy(0, made.value, Basis.AGENT, search_s=made.seconds)
+
+    def _from_simulation(self) -> tuple[tuple[R, ...], LearnedPolicy[R, M, P]]:
+        """f and its policy, and again on rollouts of that policy; the last policy serves the variants too."""
+        steps, last = self._steps, self._settings.sim_rounds
+        simulated: list[R] = []
+        varied: list[R] = []
+        policies: list[P] = []
+        fit_s = search_s = 0.0
+        for i in range(last + 1):
+            place = _SIMULATION / f"{i}_collect"
+            simulated.append(self._update.simulated(place, i, policies[-1] if i else None))
+            fits = [steps.fit_simulation(_SIMULATION / f"{i}_model", simulated)]
+            for name in steps.variants if i == last else ():
+                varied.append(steps.simulate_variant(_SIMULATION / f"{name}_collect", name))
+                fits.append(steps.fit_simulation(_SIMULATION / f"{name}_model", varied[-1:]))
+            inputs = SearchInputs[R, M, P]([fit.value for fit in fits], policies[-1:])
+            found = self._update.searched(_SIMULATION / f"{i}_policy", inputs)
+            policies.append(found.value)
+            fit_s, search_s = fit_s + sum(fit.seconds for fit in fits), search_s + found.seconds
+        f = fits[0].value
+        first = LearnedPolicy[R, M, P](0, policies[-1], Basis.SIMULATION, f, f, fit_s, search_s, last + 1)
+        return (*simulated, *varied), first
+
+    def _updated(self, policies: Sequence[LearnedPolicy[R, M, P]]) -> LearnedPolicy[R, M, P]:
+        """Drive the robot by the newest policy, learn from all that was driven, and search again."""
+        newest = policies[-1]
+        rollouts = self._driven(newest, Conditions(trials=self._driving.trials))
+        return self._update.learned(_inputs(newest, rollouts, [each.policy for each in policies]))
+
+    def _recalibrated(self, solving: LearnedPolicy[R, M, P]) -> LearnedPolicy[R, M, P]:
+        """Drive the policy that solved it again and learn again; the policy stays."""
+        settings = self._settings
+        undisturbed = Conditions(trials=settings.confirm_rollouts, steps=settings.confirm_steps, exploration=0.0)
+        rollouts = self._driven(solving, undisturbed)
+        inputs = replace(_inputs(solving, rollouts, [solving.policy]), recalibration=(rollouts,))
+        return replace(self._update.learned(inputs), recalibrates=True)
+
+    def _driven(self, newest: LearnedPolicy[R, M, P], conditions: Conditions) -> R:
+        """Rollouts of a policy to learn from; no two of them have one number."""
+        first = self._driving.first_trial + newest.index * self._driving.trials
+        place = Path(f"iteration_{newest.index}") / "rollout"
+        return self._steps.drive(place, newest.policy, replace(conditions, first_trial=first))
+
+    def _tried(self, learned: LearnedPolicy[R, M, P]) -> LearnedPolicy[R, M, P]:
+        """`learned` with its trials driven."""
+        if not self._settings.trials:
+            return learned
+        first = FIRST_TRIAL * (learned.index + 1)
+        conditions = replace(self._update.as_judged, trials=self._settings.trials, first_trial=first)
+        place = Path(f"iteration_{learned.index}") / "trials"
+        return replace(learned, trials=self._steps.drive(place, learned.policy, conditions))
+
+    def _is_enough(self, learned: LearnedPolicy[R, M, P]) -> bool:
+        return self._settings.stop_when_solved and learned.trials is not None and self._update.solved(learned.trials)
+
+
+def _inputs(newest: LearnedPolicy[R, M, P], rollouts: R, earlier: Sequence[P]) -> UpdateInputs[R, M, P]:
+    """What the update after `newest` learns from."""
+    index = newest.index + 1
+    return UpdateInputs(index, Path(f"iteration_{index}"), (*newest.rollouts, rollouts), tuple(earlier), newest.f)

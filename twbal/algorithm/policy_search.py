@@ -1,0 +1,108 @@
+"""Policy search and recalibration, as Algorithm 1 asks for them."""
+
+import os
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+from twbal.core.channels import Channels
+from twbal.core.cost import SaturatingCost
+from twbal.core.episode import Episode
+from twbal.core.errors import ConfigError
+from twbal.core.evaluation import widened
+from twbal.core.start_pose import StartPose
+from twbal.models.dynamics import DynamicsModel
+from twbal.policies.linear import LinearPolicy
+from twbal.policies.rbf import RbfPolicy
+from twbal.search.judgement import Judge
+from twbal.search.optimise import SearchResult, search_policy
+from twbal.search.start_state import start_state
+from twbal.search.starts import PolicyShape
+from twbal.search.task import SearchSettings, Task
+from twbal.search.warm import is_compiled
+
+
+@dataclass(frozen=True)
+class PolicySearch:
+    """What every search of a run shares.
+
+    Attributes:
+        channels: the state.
+        start: where rollouts begin.
+        cost: of a state.
+        shape: of the policies.
+        search: how to search.
+        judging: of the long rollouts.
+        torque_limit: [N·m].
+        seed: of all that is drawn.
+        workers: threads; 0: one a core. What is found does not depend on it.
+    """
+
+    channels: Channels
+    start: StartPose
+    cost: SaturatingCost
+    shape: PolicyShape
+    search: SearchSettings
+    judging: Judge
+    torque_limit: float
+    seed: int
+    workers: int = 0
+
+    def find(
+        self,
+        models: Sequence[DynamicsModel],
+        earlier: Sequence[RbfPolicy],
+        base: LinearPolicy | None,
+        progress: Callable[[str], None],
+    ) -> SearchResult:
+        """Search the policy that is best on the models; see `search_policy`.
+
+        Args:
+            models: that the policy is to serve.
+            earlier: policies of earlier iterations, oldest first.
+            base: regulator that stays beneath the network that is searched; None searches the whole policy.
+            progress: is told what is being done, a line at a time.
+
+        Raises:
+            SearchError: no start has a finite cost.
+        """
+        if not is_compiled():
+            progress("compiling the search, once for this version of twbal (about a minute)")
+        return search_policy(
+            task=Task(models, start_state(self.start, self.channels), self.cost, self.search, self.judging, self.seed),
+            shape=self.shape,
+            torque_limit=self.torque_limit,
+            earlier=earlier,
+            progress=progress,
+            workers=self.workers or os.cpu_count() or 1,
+            base=None if base is None else base.gain,
+        )
+
+    def without_search(self) -> "PolicySearch":
+        """Only judges earlier policies."""
+        return replace(self, search=replace(self.search, searched=0))
+
+
+def recalibrated(
+    result: SearchResult, episodes: Sequence[Episode], drivers: Sequence[str], channels: Channels
+) -> SearchResult:
+    """The result with its prediction as wide as rollouts of that very policy ask for; see `widened`.
+
+    Args:
+        result: of a search.
+        episodes: of the policy that it found best.
+        drivers: sha256 of the earlier policies that the search was given.
+        channels: the state.
+
+    Raises:
+        ConfigError: another policy drove an episode.
+    """
+    best = result.best
+    driver = None if best.earlier is None else drivers[best.earlier]
+    for episode in episodes:
+        if episode.provenance.policy_hash != driver:
+            raise ConfigError(
+                f"Trial {episode.provenance.trial} is to confirm the prediction of the best policy ({best.origin}), "
+                "but another one drove it. Give confirming=[...] the rollouts of the one policy in earlier=[...], and "
+                "searches=false."
+            )
+    return result._replace(predicted=widened(result.predicted, episodes, channels.measured))

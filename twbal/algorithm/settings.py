@@ -1,0 +1,98 @@
+"""Settings of a run of Algorithm 1."""
+
+from dataclasses import dataclass
+from enum import StrEnum
+
+
+class FirstPolicy(StrEnum):
+    """Where policy 0 comes from."""
+
+    SIMULATION = "simulation"
+    """A search on f."""
+    RANDOM = "random"
+    """A search on a model of the whole dynamics, from random rollouts of the robot."""
+    REGULATOR = "regulator"
+    """The linear-quadratic regulator of the nominal parameters."""
+    AGENT = "agent"
+    """A model-free agent, trained in simulation."""
+
+
+class ModelUpdate(StrEnum):
+    """What is learned from the robot's rollouts."""
+
+    DIFFERENCE = "difference"
+    """g, on top of f."""
+    WHOLE = "whole"
+    """The whole dynamics, without f."""
+    IDENTIFIED = "identified"
+    """A linear model, whose regulator is the policy."""
+
+
+@dataclass(frozen=True)
+class AlgorithmSettings:
+    """How often and how much; see conf/stage/iterate.yaml.
+
+    Attributes:
+        seed: of the run.
+        updates: of model and policy, each by real rollouts.
+        trials: of each policy, as long as the success rule says; nothing is learned from them.
+        stop_when_solved: no more updates once all trials of a policy succeed.
+        confirm_rollouts: of the policy that solved it, from which the model is recalibrated; 0: none.
+        confirm_steps: control periods of each of them.
+        sim_rounds: how often f is learned once more from rollouts of its own policy.
+        sim_round_rollouts: in each of these rounds.
+        sim_round_exploration: standard deviation of the noise on their command, as a share of the torque limit.
+        diagnose: whether what the real rollouts show to be missing enters the simulation.
+        rehearsals: validation rounds in the corrected simulation, at most, after each of which a policy that fails
+            there is searched anew.
+        first: where policy 0 comes from.
+        first_rollouts: of the robot, where it is driven at random first.
+        update: what is learned from the robot's rollouts.
+        on_regulator: whether a network on top of the regulator of the nominal parameters is searched.
+        trained: run folder of an agent that was trained before; None trains one.
+    """
+
+    seed: int
+    updates: int
+    trials: int
+    stop_when_solved: bool
+    confirm_rollouts: int
+    confirm_steps: int
+    sim_rounds: int
+    sim_round_rollouts: int
+    sim_round_exploration: float
+    diagnose: bool
+    rehearsals: int
+    first: FirstPolicy
+    first_rollouts: int
+    update: ModelUpdate
+    on_regulator: bool
+    trained: str | None
+
+
+@dataclass(frozen=True)
+class RolloutSettings:
+    """Which rollouts are driven, and for how long.
+
+    Attributes:
+        seed: of the policy's randomness; of a simulated robot also of its starts and its noise.
+        trials: how many.
+        first_trial: number of the first; a simulated robot draws start and noise from it.
+        steps: control periods of each, at most.
+        tilt_limit: at which one ends [rad].
+        exploration: standard deviation of the noise on the command, as a share of the torque limit.
+        exploration_steps: control periods at the beginning that have it; None: all.
+    """
+
+    seed: int
+    trials: int
+    first_trial: int
+    steps: int
+    tilt_limit: float
+    exploration: float
+    exploration_steps: int | None = None
+
+    @property
+    def numbers(self) -> range:
+        """Of the rollouts."""
+        return range(self.first_trial, self.first_trial + self.trials)

@@ -1,0 +1,138 @@
+"""The steps of Algorithm 1: what it asks to be done, whoever does it, and wherever the results lie."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Generic, NamedTuple, TypeVar
+
+from twbal.algorithm.prediction import Prediction
+from twbal.algorithm.summary import PolicyFile
+from twbal.core.episode import Episode
+
+R = TypeVar("R")
+"""Rollouts: a folder of logs, or episodes."""
+M = TypeVar("M")
+"""A model of the dynamics, or its checkpoint."""
+P = TypeVar("P")
+"""A policy with what was predicted of it, or their checkpoints."""
+S = TypeVar("S")
+"""A simulation with what a diagnosis added, or its file."""
+T = TypeVar("T")
+
+
+class Timed(NamedTuple, Generic[T]):
+    """What a step made, and how long that took [s]."""
+
+    value: T
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Conditions:
+    """How rollouts are driven, as in `RolloutSettings`; None: as the settings say."""
+
+    trials: int | None = None
+    first_trial: int | None = None
+    steps: int | None = None
+    tilt_limit: float | None = None
+    exploration: float | None = None
+
+
+AS_CONFIGURED = Conditions()
+
+
+@dataclass(frozen=True)
+class SearchInputs(Generic[R, M, P]):
+    """What a policy search is given.
+
+    Attributes:
+        models: that the policy is to serve.
+        earlier: policies so far, oldest first.
+        base: regulator that stays beneath the network that is searched; None searches the whole policy.
+        recalibration: real rollouts of the one policy in `earlier`. Where there are some, nothing is searched: that
+            policy is predicted, in bands as wide as these rollouts ask for.
+    """
+
+    models: Sequence[M]
+    earlier: Sequence[P]
+    base: P | None = None
+    recalibration: Sequence[R] = ()
+
+
+class CorrectedSimulation(NamedTuple, Generic[S]):
+    """What came of a diagnosis.
+
+    Attributes:
+        simulation: with what was found.
+        closed: share of the simulation error beyond the noise floor, on held-out data, that it closes.
+    """
+
+    simulation: S
+    closed: float
+
+
+class Steps(ABC, Generic[R, M, P, S]):
+    """Does what Algorithm 1 asks for: as stages with files, or in memory.
+
+    Each step has a place, a relative path that no other step of the run has: a folder for its results, or just a name.
+
+    Attributes:
+        variants: names of further simulated robots that policy 0 must serve.
+    """
+
+    variants: Sequence[str]
+
+    @abstractmethod
+    def simulate(
+        self,
+        place: Path,
+        policy: P | None,
+        conditions: Conditions = AS_CONFIGURED,
+        simulation: S | None = None,
+    ) -> R:
+        """Drive the simulated robot by a policy (None: at random), in a corrected simulation where one is given."""
+
+    @abstractmethod
+    def simulate_variant(self, place: Path, name: str) -> R:
+        """Drive a variant of the simulated robot at random."""
+
+    @abstractmethod
+    def drive(self, place: Path, policy: P | None, conditions: Conditions) -> R:
+        """Drive the robot by a policy (None: at random)."""
+
+    @abstractmethod
+    def fit_simulation(self, place: Path, rollouts: Sequence[R]) -> Timed[M]:
+        """Learn f from simulated rollouts."""
+
+    @abstractmethod
+    def fit_difference(self, place: Path, f: M | None, rollouts: Sequence[R]) -> Timed[M]:
+        """Learn g on top of `f` from real rollouts; without f the whole dynamics."""
+
+    @abstractmethod
+    def search(self, place: Path, inputs: SearchInputs[R, M, P]) -> Timed[P]:
+        """Search a policy, and predict what it does."""
+
+    @abstractmethod
+    def regulator(self, place: Path, rollouts: Sequence[R]) -> Timed[P]:
+        """The linear-quadratic regulator of a linear model of real rollouts; of none: of the nominal parameters."""
+
+    @abstractmethod
+    def agent(self, place: Path, trained: str | None) -> Timed[P]:
+        """A model-free agent: that of the folder `trained`, or one that is trained now."""
+
+    @abstractmethod
+    def diagnose(self, place: Path, rollouts: Sequence[R]) -> CorrectedSimulation[S]:
+        """Look for what the simulation lacks to explain real rollouts."""
+
+    @abstractmethod
+    def episodes(self, rollouts: Sequence[R]) -> tuple[Episode, ...]:
+        """What was recorded."""
+
+    @abstractmethod
+    def prediction(self, policy: P) -> Prediction:
+        """What a model expects of a policy that was searched on it."""
+
+    @abstractmethod
+    def policy_file(self, policy: P) -> PolicyFile:
+        """Which policy it is."""

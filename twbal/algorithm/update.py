@@ -1,0 +1,156 @@
+"""What an update of Algorithm 1 makes of the robot's rollouts: a model, and a policy that is searched on it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Generic
+
+from twbal.algorithm.learned import LearnedPolicy
+from twbal.algorithm.settings import AlgorithmSettings, ModelUpdate
+from twbal.algorithm.steps import Conditions, M, P, R, S, SearchInputs, Steps, Timed
+from twbal.algorithm.summary import Basis, Diagnosis
+from twbal.core.evaluation import SuccessRule, succeeded
+from twbal.diagnosis.record import CLOSED
+from twbal.diagnosis.usability import enough_for_diagnosis
+
+FIRST_TRIAL = 1000
+"""Number of policy 0's first trial; those of policy i begin at (i + 1) times that, apart from what is learned from."""
+REGULATOR = Path("regulator")
+"""Place of the regulator of the nominal parameters."""
+
+
+@dataclass(frozen=True)
+class UpdateInputs(Generic[R, M, P]):
+    """What an update learns from.
+
+    Attributes:
+        index: of the policy that comes of it.
+        place: for its results.
+        rollouts: all real ones.
+        earlier: policies so far, oldest first.
+        f: of the newest policy; None where there is none.
+        recalibration: rollouts of the newest policy, which stays; empty where a new one is searched.
+    """
+
+    index: int
+    place: Path
+    rollouts: tuple[R, ...]
+    earlier: tuple[P, ...]
+    f: M | None
+    recalibration: tuple[R, ...] = ()
+
+
+class Update(Generic[R, M, P, S]):
+    """Makes policies of rollouts.
+
+    Args:
+        steps: does the work.
+        settings: of the run.
+        rule: what makes a success.
+    """
+
+    def __init__(self, steps: Steps[R, M, P, S], settings: AlgorithmSettings, rule: SuccessRule) -> None:
+        self._steps, self._settings, self._rule = steps, settings, rule
+        self.as_judged = Conditions(steps=rule.steps, tilt_limit=rule.limit, exploration=0.0)
+
+    def learned(self, inputs: UpdateInputs[R, M, P]) -> LearnedPolicy[R, M, P]:
+        """The next policy."""
+        match self._settings.update:
+            case ModelUpdate.WHOLE:
+                return self.with_g(replace(inputs, f=None), Basis.ROBOT)
+            case ModelUpdate.DIFFERENCE:
+                return self._with_diagnosis(inputs)
+            case ModelUpdate.IDENTIFIED:
+                made = self._steps.regulator(inputs.place / "policy", inputs.rollouts)
+                return LearnedPolicy(
+                    inputs.index, made.value, Basis.IDENTIFIED, search_s=made.seconds, rollouts=inputs.rollouts
+                )
+
+    def with_g(self, inputs: UpdateInputs[R, M, P], basis: Basis) -> LearnedPolicy[R, M, P]:
+        """Learn g on top of the inputs' f, or the whole dynamics without one, and search."""
+        fit = self._steps.fit_difference(inputs.place / "model", inputs.f, inputs.rollouts)
+        searching = SearchInputs([fit.value], inputs.earlier, recalibration=inputs.recalibration)
+        found = self.searched(inputs.place / "policy", searching)
+        return LearnedPolicy(
+            index=inputs.index,
+            policy=found.value,
+            basis=basis,
+            model=fit.value,
+            f=inputs.f,
+            fit_s=fit.seconds,
+            search_s=found.seconds,
+            rollouts=inputs.rollouts,
+        )
+
+    def searched(self, place: Path, inputs: SearchInputs[R, M, P]) -> Timed[P]:
+        """Search a policy: the whole of it, or a network on top of the regulator of the nominal parameters."""
+        if self._settings.on_regulator:
+            inputs = replace(inputs, base=self._steps.regulator(REGULATOR, ()).value)
+        return self._steps.search(place, inputs)
+
+    def simulated(self, place: Path, round_number: int, policy: P | None, simulation: S | None = None) -> R:
+        """Rollouts in simulation: at random, or by the policy of a round, with numbers of their own."""
+        if policy is None:
+            return self._steps.simulate(place, None, simulation=simulation)
+        conditions = Conditions(
+            trials=self._settings.sim_round_rollouts,
+            first_trial=FIRST_TRIAL * round_number,
+            exploration=self._settings.sim_round_exploration,
+        )
+        return self._steps.simulate(place, policy, conditions, simulation)
+
+    def solved(self, rollouts: R) -> bool:
+        """Whether all of them succeeded."""
+        return all(succeeded(episode, self._rule) for episode in self._steps.episodes([rollouts]))
+
+    def _with_diagnosis(self, inputs: UpdateInputs[R, M, P]) -> LearnedPolicy[R, M, P]:
+        """Learn g, with a diagnosis before where that is asked for and there are rollouts enough.
+
+        What it finds is used if it closes the better part of the gap. A policy that stays asks for none: another f
+        would change nothing of it.
+        """
+        asked = self._settings.diagnose and not inputs.recalibration
+        if not (asked and enough_for_diagnosis(self._steps.episodes(inputs.rollouts))):
+            return self.with_g(inputs, Basis.CORRECTED)
+        found = self._steps.diagnose(inputs.place / "diagnosis", inputs.rollouts)
+        if found.closed > CLOSED:
+            return self._with_corrected_simulation(inputs, found.simulation)
+        return replace(self.with_g(inputs, Basis.CORRECTED), diagnosis=Diagnosis.NOT_USED)
+
+    def _with_corrected_simulation(self, inputs: UpdateInputs[R, M, P], simulation: S) -> LearnedPolicy[R, M, P]:
+        """Learn f from the corrected simulation, g, and a policy that balances there.
+
+        f must say what the robot did under each of its policies, so each of them drives the new simulation, too: f says
+        nothing of where no rollout has been. For the same reason the new policy is validated there before it drives the
+        robot: where it falls, f learns from how, and the search is done again.
+        """
+        place, drivers = inputs.place, list(inputs.earlier)
+        simulated = [self.simulated(place / "sim_collect", 0, None, simulation)]
+        places = [place, *(place / f"again_{i}" for i in range(1, self._settings.rehearsals + 1))]
+        found: list[LearnedPolicy[R, M, P]] = []
+        for here in places:
+            for number in range(len(simulated), len(drivers) + 1):
+                driven = place / f"sim_driven_{number - 1}"
+                simulated.append(self.simulated(driven, number, drivers[number - 1], simulation))
+            f = self._steps.fit_simulation(here / "sim_model", simulated)
+            learned = self.with_g(replace(inputs, place=here, f=f.value), Basis.CORRECTED)
+            found.append(replace(learned, fit_s=f.seconds + learned.fit_s))
+            drivers.append(learned.policy)
+            if here == places[-1] or self._balances(here / "rehearsal", learned.policy, simulation):
+                break
+        return _joined(found)
+
+    def _balances(self, place: Path, policy: P, simulation: S) -> bool:
+        """Whether a policy succeeds in trials in a simulation."""
+        return self.solved(self._steps.simulate(place, policy, self.as_judged, simulation))
+
+
+def _joined(found: Sequence[LearnedPolicy[R, M, P]]) -> LearnedPolicy[R, M, P]:
+    """The last of several searches, with the time of all of them."""
+    return replace(
+        found[-1],
+        fit_s=sum(each.fit_s for each in found),
+        search_s=sum(each.search_s for each in found),
+        searches=len(found),
+        diagnosis=Diagnosis.USED,
+    )

@@ -1,0 +1,31 @@
+"""How the functions of the library find their settings: those that the commands have, which conf/ defines."""
+
+from collections.abc import Sequence
+from dataclasses import asdict
+
+from twbal.algorithm.setup import Setup
+from twbal.cli.commands import text
+from twbal.cli.composed import composed
+from twbal.cli.setup_config import setup_of
+from twbal.core.robot_parameters import RobotParameters
+
+
+def setup(robot: str | RobotParameters = "paper", overrides: Sequence[str] = ()) -> Setup:
+    """The set-up of `twbal iterate` with these words.
+
+    Args:
+        robot: name of a packaged robot, or parameters.
+        overrides: such as `["updates=2", "method=pilco"]`; see docs/settings.md.
+
+    Raises:
+        ConfigError: an override that there is not, or a value that cannot be right.
+    """
+    words = words_for(robot, overrides)
+    return setup_of(composed("iterate", words), composed("diagnose", ["episodes=[]"]))
+
+
+def words_for(robot: str | RobotParameters, overrides: Sequence[str]) -> list[str]:
+    """Overrides that choose a robot, before others."""
+    if isinstance(robot, str):
+        return [f"robot={robot}", *overrides]
+    return [*(f"robot.{name}={text(value)}" for name, value in asdict(robot).items()), *overrides]

@@ -1,0 +1,143 @@
+"""Driving a robot by a policy, in simulation or for real, and what is to be made of it."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from twbal.algorithm.collection import RolloutPlan
+from twbal.algorithm.collection import simulate as driven
+from twbal.algorithm.settings import RolloutSettings
+from twbal.api.configured import setup as configured
+from twbal.api.files import load_policy
+from twbal.core.channels import Channels
+from twbal.core.episode import Episode, Provenance
+from twbal.core.evaluation import drift, real_cost, succeeded
+from twbal.core.plant import Plant
+from twbal.core.robot_parameters import RobotParameters
+from twbal.effects.effect import Effect
+from twbal.policies.policy import Policy
+
+
+@dataclass(frozen=True, eq=False)
+class Evaluation:
+    """What trials say of a policy.
+
+    Attributes:
+        successes: trials in which the robot balanced, by the success rule.
+        cost: mean long-term cost of a trial (eq. 9, without expectation): 0 .. horizon.
+        drift: median distance between start and end of a trial [m].
+        episodes: the trials.
+    """
+
+    successes: int
+    cost: float
+    drift: float
+    episodes: tuple[Episode, ...]
+
+    @property
+    def trials(self) -> int:
+        """How many were driven."""
+        return len(self.episodes)
+
+
+def simulate(
+    robot: str | RobotParameters = "paper",
+    policy: Policy | str | Path | None = None,
+    *,
+    effects: Sequence[Effect] = (),
+    trials: int = 1,
+    steps: int = 100,
+    seed: int = 0,
+    overrides: Sequence[str] = (),
+) -> list[Episode]:
+    """Rollouts of the simulated robot in PyBullet; trial k with one seed is always the same rollout.
+
+    Args:
+        robot: name of a packaged robot, or its nominal parameters.
+        policy: that drives it, or the path of a `policy.pt`; None drives at random.
+        effects: what the nominal parameters leave out (twbal/effects/), beside those of the settings.
+        trials: how many rollouts.
+        steps: control periods of each, at most; the tilt limit ends one earlier.
+        seed: of start poses, noise and the policy's randomness.
+        overrides: settings of `twbal iterate`, such as `["sim=regbot", "state=paper"]`.
+
+    Raises:
+        ConfigError: a setting cannot be right.
+        CheckpointError: the policy cannot be read.
+
+    >>> import twbal
+    >>> from twbal.effects.dead_zone import DeadZone
+    >>> (episode,) = twbal.simulate("paper", effects=[DeadZone(1.0)], steps=20)  # ±1 N·m do nothing
+    >>> episode.observations.shape, episode.commands.shape
+    ((21, 7), (20,))
+    """
+    setup, driver = configured(robot, overrides), _policy(policy)
+    simulation = setup.simulation.having(effects)
+    settings = RolloutSettings(seed, trials, 0, steps, setup.simulated.tilt_limit, exploration=0.0)
+    channels = _channels(driver, setup.search.channels)
+    source = Provenance(simulation.robot.name, "simulation", seed=seed)
+    return list(driven(simulation, driver or setup.at_random, channels, settings, source))
+
+
+def evaluate(
+    policy: Policy | str | Path,
+    robot: str | RobotParameters = "paper",
+    *,
+    plant: Plant | None = None,
+    effects: Sequence[Effect] = (),
+    trials: int = 10,
+    seed: int = 0,
+    overrides: Sequence[str] = (),
+) -> Evaluation:
+    """Drive trials by a policy and count the successes, by the rule and the cost of `twbal iterate`.
+
+    Args:
+        policy: that drives, or the path of a `policy.pt`.
+        robot: name of a packaged robot, or its nominal parameters.
+        plant: the robot to drive; None drives the simulated one.
+        effects: of the simulated robot, what the nominal parameters leave out.
+        trials: how many.
+        seed: of start poses, noise and the policy's randomness.
+        overrides: settings of `twbal iterate`, such as `["rule.steps=200"]`.
+
+    Raises:
+        ConfigError: a setting cannot be right.
+        CheckpointError: the policy cannot be read.
+        LinkError: the robot fell silent.
+
+    >>> import twbal
+    >>> found = twbal.evaluate("data/regression/policy.pt", trials=2, overrides=["rule.steps=200"])
+    >>> found.successes, found.trials
+    (2, 2)
+    """
+    setup, driver = configured(robot, overrides), _policy(policy)
+    assert driver is not None
+    rule, cost, horizon = setup.rule, setup.search.cost, setup.search.search.horizon
+    channels, name = _channels(driver, setup.search.channels), setup.simulation.robot.name
+    settings = RolloutSettings(seed, trials, 0, rule.steps, rule.limit, exploration=0.0)
+    if plant is None:
+        source = Provenance(name, "simulation", seed=seed)
+        episodes = tuple(driven(setup.simulation.having(effects), driver, channels, settings, source))
+    else:
+        plan = RolloutPlan(lambda: plant, driver, channels, rule.steps, rule.limit)
+        source = Provenance(name, "robot", seed=seed)
+        episodes = tuple(plan.drive_on(plant, [replace(source, trial=trial) for trial in settings.numbers]))
+    return Evaluation(
+        successes=sum(succeeded(episode, rule) for episode in episodes),
+        cost=float(np.mean([real_cost(episode, cost, horizon) for episode in episodes])),
+        drift=float(np.median([drift(episode, channels.wheel_radius) for episode in episodes])),
+        episodes=episodes,
+    )
+
+
+def _policy(policy: Policy | str | Path | None) -> Policy | None:
+    """The policy itself, or that of a file."""
+    return load_policy(policy) if isinstance(policy, str | Path) else policy
+
+
+def _channels(policy: Policy | None, configured: Channels) -> Channels:
+    """The state that a policy reads; where it says none, that of the settings."""
+    names = getattr(policy, "channels", None)
+    return configured if names is None else replace(configured, names=tuple(names))

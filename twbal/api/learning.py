@@ -1,0 +1,96 @@
+"""Algorithm 1 as a function."""
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from twbal.algorithm.findings import findings, summarise
+from twbal.algorithm.in_memory import InMemory
+from twbal.algorithm.learning import Algorithm
+from twbal.algorithm.setup import Setup
+from twbal.algorithm.summary import Summary
+from twbal.api.configured import setup as configured
+from twbal.core.episode import Episode
+from twbal.core.plant import Plant
+from twbal.core.robot_parameters import RobotParameters
+from twbal.models.dynamics import DynamicsModel
+from twbal.policies.saved import SavedPolicy
+
+
+@dataclass(frozen=True, eq=False)
+class LearningResult:
+    """What a run of Algorithm 1 came to, iteration by iteration; index 0 is the policy from simulation alone.
+
+    Attributes:
+        policies: one for each iteration.
+        models: f + g that each policy was searched on; None where there was none.
+        trials: episodes of each policy that nothing was learned from.
+        summary: costs, successes, seconds of driving; the same as `summary.json` of `twbal iterate`.
+    """
+
+    policies: tuple[SavedPolicy, ...]
+    models: tuple[DynamicsModel | None, ...]
+    trials: tuple[tuple[Episode, ...], ...]
+    summary: Summary
+
+    @property
+    def policy(self) -> SavedPolicy:
+        """The best policy: most successes in its trials, then the lowest cost."""
+        return self.policies[self.summary.best_iteration]
+
+
+def learn(
+    plant: Plant,
+    robot: str | RobotParameters = "paper",
+    overrides: Sequence[str] = (),
+    *,
+    setup: Setup | None = None,
+    progress: Callable[[str], None] = lambda line: None,
+) -> LearningResult:
+    """Learn to balance a robot by Algorithm 1: simulator model f, policy, real rollouts, correction g, better policy.
+
+    The same seed on the same robot gives the same policies as `twbal iterate`, bit for bit.
+
+    Args:
+        plant: the robot to drive: of `twbal.connect`, or any `twbal.core.plant.Plant`; stays open.
+        robot: name of a packaged robot, or its nominal parameters.
+        overrides: settings of `twbal iterate`, as on its command line: `["updates=2", "method=pilco", "seed=1"]`.
+        setup: in place of `robot` and `overrides`: of `twbal.setup`, maybe with parts replaced.
+        progress: is told what is being done, a line at a time; `print` shows it.
+
+    Raises:
+        ConfigError: a setting cannot be right.
+        LinkError: the robot fell silent.
+        FitError: a model cannot be learned from the rollouts.
+        SearchError: no policy has a finite cost.
+
+    A run of seconds on a simulated robot whose motors are weaker than its nominal parameters say:
+
+    >>> import twbal
+    >>> from twbal.effects.torque_gain import TorqueGain
+    >>> quick = ["sim_collect.rollouts=6", "sim_rounds=0", "variants=none", "updates=0", "trials=1", "rule.steps=150"]
+    >>> quick += ["model.fit_f.settings.fit.starts=1", "search.horizon=20", "search.searched=1", "judge.robots=3"]
+    >>> setup = twbal.setup(overrides=quick)
+    >>> with setup.simulation.having([TorqueGain(0.9)]).plant(seed=1) as plant:
+    ...     result = twbal.learn(plant, setup=setup)
+    >>> result.summary.best.trials, len(result.policies)
+    (1, 1)
+    """
+    setup = configured(robot, overrides) if setup is None else setup
+    began, steps = time.monotonic(), InMemory(plant, setup, progress)
+    learned = Algorithm(steps, setup.algorithm, setup.driving, setup.rule).run()
+    found = findings(learned, steps, setup.measures)
+    summary = summarise(
+        found,
+        steps.episodes(learned.simulated),
+        setup.simulation.robot.name,
+        setup.algorithm.seed,
+        round(time.monotonic() - began, 3),
+        setup.rule.limit,
+    )
+    return LearningResult(
+        policies=tuple(each.policy.policy for each in learned.policies),
+        models=tuple(each.model for each in learned.policies),
+        trials=tuple(each.trials for each in found),
+        summary=summary,
+    )

@@ -1,0 +1,38 @@
+"""Packaged configurations for Python: what a command would run with, composed outside of any command."""
+
+from collections.abc import Sequence
+
+from hydra import compose, initialize_config_dir
+from hydra.errors import HydraException
+from hydra.utils import instantiate
+from omegaconf import DictConfig
+from omegaconf.errors import OmegaConfBaseException
+
+from twbal.cli.conf_folder import conf_folder
+from twbal.cli.config_check import check_configuration
+from twbal.cli.hydra_errors import complaint
+from twbal.cli.sim_files import with_files
+
+
+def composed(stage: str, overrides: Sequence[str] = ()) -> DictConfig:
+    """The checked configuration of `twbal <stage> <overrides>`.
+
+    Args:
+        stage: its name on the command line.
+        overrides: such as `["robot=regbot", "sim=regbot"]`.
+
+    Raises:
+        ConfigError: an override that the stage does not take, or a value that cannot be right.
+    """
+    try:
+        with initialize_config_dir(str(conf_folder()), version_base="1.3"):
+            cfg = compose(stage.replace("-", "_"), with_files(overrides))
+            check_configuration(cfg, stage)
+            return cfg
+    except (HydraException, OmegaConfBaseException) as error:
+        raise complaint(error, stage) from error
+
+
+def built(cfg: DictConfig, part: str) -> object:
+    """What a part of a configuration describes."""
+    return instantiate(cfg[part])

@@ -1,0 +1,39 @@
+"""The set-up of a run in memory that the configuration of `iterate` describes."""
+
+from hydra.utils import instantiate
+from omegaconf import DictConfig
+
+from twbal.algorithm.settings import AlgorithmSettings
+from twbal.algorithm.setup import AgentTraining, ModelFits, Setup
+from twbal.cli.simulation_config import simulation_of
+from twbal.cli.stages import optimise_policy, sim_collect
+from twbal.cli.stages.real_rollout import rollout_settings
+from twbal.cli.typed_config import members, typed
+from twbal.diagnosis.pipeline import DataSettings
+
+
+def setup_of(cfg: DictConfig, diagnose: DictConfig) -> Setup:
+    """What a run is set up with.
+
+    Args:
+        cfg: of `iterate`.
+        diagnose: of `diagnose`, for what it reads of the rollouts.
+    """
+    collecting = typed(sim_collect.Settings, cfg.sim_collect)
+    searching = typed(optimise_policy.Settings, cfg.optimise_policy)
+    return Setup(
+        simulation=simulation_of(cfg),
+        variants={str(name): members(effects) for name, effects in cfg.variants.items()},
+        at_random=instantiate(cfg.policy),
+        simulated=collecting.rollout_settings,
+        workers=collecting.workers,
+        driving=rollout_settings(cfg.real_rollout),
+        models=ModelFits(instantiate(cfg.model), int(cfg.fit_sim_gp.seed), int(cfg.fit_diff_gp.seed)),
+        search=optimise_policy.policy_search(cfg, searching),
+        rule=instantiate(cfg.rule),
+        regulator_command_width=float(cfg.linear_policy.command_width),
+        algorithm=typed(AlgorithmSettings, cfg),
+        diagnosis=instantiate(cfg.diagnosis),
+        diagnosis_data=typed(DataSettings, diagnose),
+        agent=AgentTraining(instantiate(cfg.agent), int(cfg.train_agent.steps), int(cfg.seed)),
+    )

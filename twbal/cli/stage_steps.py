@@ -1,0 +1,132 @@
+"""The steps of Algorithm 1 as stages: each result lies in a folder within the run folder."""
+
+import dataclasses
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from omegaconf import DictConfig, OmegaConf
+
+from twbal.algorithm.prediction import Prediction, load_prediction
+from twbal.algorithm.steps import AS_CONFIGURED, Conditions, CorrectedSimulation, SearchInputs, Steps, Timed
+from twbal.algorithm.summary import PolicyFile
+from twbal.cli.artefacts import AUGMENTED, DIAGNOSIS, MODEL, POLICY, PREDICTION, read_logs
+from twbal.cli.chain import Chain, StageCall
+from twbal.cli.manifest import Manifest
+from twbal.core.episode import Episode
+from twbal.core.files import file_hash
+from twbal.diagnosis.record import closed_share
+from twbal.diagnosis.usability import FEW_DATA
+
+_SAVED, _RANDOM = {"policy": "saved"}, {"policy": "random"}
+
+
+class StageSteps(Steps[Path, Path, Path, Path]):
+    """Runs stages on a chain. All paths lie within its run folder; a policy is the folder of its checkpoint.
+
+    Args:
+        chain: runs the stages.
+        cfg: of iterate, with a section for each stage.
+    """
+
+    def __init__(self, chain: Chain, cfg: DictConfig) -> None:
+        self._chain, self._cfg = chain, cfg
+        self.variants = [str(name) for name in cfg.variants]
+
+    def simulate(
+        self, place: Path, policy: Path | None, conditions: Conditions = AS_CONFIGURED, simulation: Path | None = None
+    ) -> Path:
+        """A call of sim-collect."""
+        overrides = {"sim": simulation} if simulation else {}
+        told = _given(conditions)
+        if "trials" in told:
+            told["rollouts"] = told.pop("trials")
+        return self._driven("sim-collect", place, policy, {**overrides, **self._seed("sim-collect"), **told}, {})
+
+    def simulate_variant(self, place: Path, name: str) -> Path:
+        """A call of sim-collect with further effects."""
+        effects = {
+            f"++sim.effects.{effect!s}": OmegaConf.to_container(node, resolve=True)
+            for effect, node in self._cfg.variants[name].items()
+        }
+        self._chain.run(StageCall("sim-collect", place, {**self._seed("sim-collect"), **effects}))
+        return place
+
+    def drive(self, place: Path, policy: Path | None, conditions: Conditions) -> Path:
+        """A call of real-rollout."""
+        overrides = {**self._seed("real-rollout"), **_given(conditions)}
+        return self._driven("real-rollout", place, policy, overrides, _RANDOM)
+
+    def fit_simulation(self, place: Path, rollouts: Sequence[Path]) -> Timed[Path]:
+        """A call of fit-sim-gp."""
+        return self._fitted("fit-sim-gp", place, {"episodes": list(rollouts)})
+
+    def fit_difference(self, place: Path, f: Path | None, rollouts: Sequence[Path]) -> Timed[Path]:
+        """A call of fit-diff-gp."""
+        return self._fitted("fit-diff-gp", place, {"dynamics": f, "episodes": list(rollouts)})
+
+    def search(self, place: Path, inputs: SearchInputs[Path, Path, Path]) -> Timed[Path]:
+        """A call of optimise-policy."""
+        overrides: dict[str, Any] = {
+            **self._seed("optimise-policy"),
+            "dynamics": list(inputs.models),
+            "earlier": [policy / POLICY for policy in inputs.earlier],
+        }
+        if inputs.recalibration:
+            overrides |= {"searches": False, "confirming": list(inputs.recalibration)}
+        if inputs.base:
+            overrides["base"] = inputs.base / POLICY
+        return Timed(place, self._chain.run(StageCall("optimise-policy", place, overrides)).wall_s)
+
+    def regulator(self, place: Path, rollouts: Sequence[Path]) -> Timed[Path]:
+        """A call of linear-policy."""
+        return Timed(place, self._chain.run(StageCall("linear-policy", place, {"episodes": list(rollouts)})).wall_s)
+
+    def agent(self, place: Path, trained: str | None) -> Timed[Path]:
+        """A call of train-agent, unless there is an agent already; its folder then lies anywhere."""
+        if trained is not None:
+            return Timed(Path(trained).absolute(), 0.0)
+        return Timed(place, self._chain.run(StageCall("train-agent", place, {"seed": self._cfg.seed})).wall_s)
+
+    def diagnose(self, place: Path, rollouts: Sequence[Path]) -> CorrectedSimulation[Path]:
+        """A call of diagnose."""
+        self._chain.run(StageCall("diagnose", place, {"episodes": list(rollouts), **FEW_DATA._asdict()}))
+        return CorrectedSimulation(place / AUGMENTED, self.closed(place))
+
+    def closed(self, diagnosis: Path) -> float:
+        """Share of the gap that the diagnosis in a folder closes."""
+        return closed_share(self._chain.root / diagnosis / DIAGNOSIS)
+
+    def episodes(self, rollouts: Sequence[Path]) -> tuple[Episode, ...]:
+        """The logs of run folders."""
+        return read_logs([self._chain.root / folder for folder in rollouts])
+
+    def prediction(self, policy: Path) -> Prediction:
+        """The `prediction.pt` beside a policy."""
+        return load_prediction(self._chain.root / policy / PREDICTION)
+
+    def policy_file(self, policy: Path) -> PolicyFile:
+        """The checkpoint of a policy."""
+        file = policy / POLICY
+        return PolicyFile(file.as_posix(), file_hash(self._chain.root / file))
+
+    def _driven(
+        self, stage: str, place: Path, policy: Path | None, overrides: dict[str, Any], at_random: dict[str, str]
+    ) -> Path:
+        if policy is None:
+            self._chain.run(StageCall(stage, place, overrides, at_random))
+        else:
+            self._chain.run(StageCall(stage, place, {**overrides, "policy.path": policy / POLICY}, _SAVED))
+        return place
+
+    def _fitted(self, stage: str, place: Path, overrides: dict[str, Any]) -> Timed[Path]:
+        made: Manifest = self._chain.run(StageCall(stage, place, {**self._seed(stage), **overrides}))
+        return Timed(place / MODEL, made.wall_s)
+
+    def _seed(self, stage: str) -> dict[str, Any]:
+        return {"seed": self._cfg[stage.replace("-", "_")].seed}
+
+
+def _given(conditions: Conditions) -> dict[str, Any]:
+    """The conditions that are not left to the configuration."""
+    return {name: value for name, value in dataclasses.asdict(conditions).items() if value is not None}

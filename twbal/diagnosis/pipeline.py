@@ -1,0 +1,222 @@
+"""A whole diagnosis: from measured episodes to a verdict, the gap on held-out data, and a corrected simulation."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+
+from twbal.core.engine import dividing_step
+from twbal.core.episode import Episode
+from twbal.core.gaussian import Array
+from twbal.core.robot_parameters import RobotParameters
+from twbal.diagnosis.account import take_account
+from twbal.diagnosis.advice import UNEXPLAINED, on_falls
+from twbal.diagnosis.candidates import tilt_offsets
+from twbal.diagnosis.effect_candidates import candidates_for
+from twbal.diagnosis.findings import Account, Effects, Findings
+from twbal.diagnosis.gap import Models, Stretches, measure_gaps
+from twbal.diagnosis.name import name_effects
+from twbal.diagnosis.record import Diagnosis, Verdict
+from twbal.diagnosis.settings import Settings
+from twbal.diagnosis.verdict import review
+from twbal.diagnosis.wheel_friction import name_drag
+from twbal.diagnosis.wheels_off_ground import ADVICE as IN_AIR
+from twbal.diagnosis.wheels_off_ground import held, held_upright, wheels_in_air, without_rotors
+from twbal.diagnosis.where import disagreement
+from twbal.effects.library import library
+from twbal.sim.replay import ReplayStart, replay
+from twbal.sysid.held_out import Split, held_out
+from twbal.sysid.recording import MEASURED, Recording, Usability, read_recordings
+
+Progress = Callable[[str], None]
+"""Is told what is being done, a line at a time."""
+
+_HISTORY = 5  # control periods before a rollout, for what a late IMU still shows
+_SPACING = 5  # control periods from one rollout to the next, at least
+
+
+@dataclass(frozen=True)
+class DataSettings:
+    """What is read of the episodes, and how the gap is measured; see conf/stage/diagnose.yaml.
+
+    Attributes:
+        horizons: of the rollouts in PyBullet by which the gap is measured [s].
+        held_out: share of the data that nothing is fitted to.
+        starts: rollouts, spread over the held-out data.
+        bins: ranges of speed, command, tilt and time in the map of disagreement.
+        shortest: see `Usability`.
+        fewest: see `Usability`.
+        fastest_turn: see `Usability`.
+        widest_tilt: see `Usability`.
+    """
+
+    horizons: list[float]
+    held_out: float
+    starts: int
+    bins: int
+    shortest: int
+    fewest: int
+    fastest_turn: float
+    widest_tilt: float
+
+
+@dataclass(frozen=True)
+class Simulated:
+    """The simulation that is held against the data.
+
+    Attributes:
+        robot: nominal parameters.
+        effects: that it has already, by name.
+        physics_step: of its integrator [s].
+    """
+
+    robot: RobotParameters
+    effects: Effects
+    physics_step: float
+
+
+@dataclass(frozen=True)
+class Named:
+    """Episodes with their names, for reports and errors."""
+
+    episodes: Sequence[Episode]
+    names: Sequence[str]
+
+
+class DiagnosisResult(NamedTuple):
+    """What came of a diagnosis.
+
+    Attributes:
+        diagnosis: what is said of the simulation.
+        findings: what it rests on.
+        split: the data.
+        simulation: with what was found.
+    """
+
+    diagnosis: Diagnosis
+    findings: Findings
+    split: Split
+    simulation: Simulated
+
+
+def diagnose_episodes(
+    measured: Named,
+    tests: Named,
+    simulation: Simulated,
+    settings: Settings,
+    data: DataSettings,
+    progress: Progress = lambda line: None,
+) -> DiagnosisResult:
+    """Name what a simulation lacks to explain measured episodes, and measure how far that closes the gap.
+
+    Of a robot that lies with its wheels in the air, what holds its wheels back is named.
+
+    Args:
+        measured: of a robot.
+        tests: that nothing is fitted to, and the gap is measured on; of none, a share of `measured`.
+        simulation: that they are held against.
+        settings: how effects are named.
+        data: what is read of the episodes, and how the gap is measured.
+        progress: is told what is being done.
+
+    Raises:
+        DataError: the episodes cannot be used; the message says which, why, and what to try.
+        ConfigError: an effect that is to be left out is none.
+    """
+    usability = Usability(data.shortest, data.fewest, data.fastest_turn, data.widest_tilt)
+    robot, present, step = simulation.robot, simulation.effects, simulation.physics_step
+    in_air = wheels_in_air([*measured.episodes, *tests.episodes], data.widest_tilt)
+    acting = Simulated(robot, present, dividing_step(robot.control_period, step))
+    if in_air:
+        settings = replace(settings, tolerances=replace(settings.tolerances, tilt_offset=0.0))
+        acting = replace(acting, robot=held(robot), effects=without_rotors(present))
+        usability = replace(usability, fewest=data.shortest, needs_tilt=False)
+        measured, tests = (
+            replace(these, episodes=[held_upright(e) for e in these.episodes]) for these in (measured, tests)
+        )
+    split = _split(measured, tests, acting.robot, usability, data.held_out)
+    progress(f"{len(split.fitted)} recordings to fit, {len(split.kept_back)} held out")
+    name = name_drag if in_air else name_effects
+    found = name(split.fitted, acting.robot, acting.effects, candidates_for(acting.robot), settings, progress)
+    progress("rollouts in PyBullet against held-out data")
+    diagnosis, found = _reviewed(_diagnosis(found, split, acting, settings, data), found)
+    more = (IN_AIR,) if in_air else on_falls(measured.episodes, diagnosis.verdict)
+    diagnosis = replace(diagnosis, advice=(*more, *diagnosis.advice))
+    corrected = replace(acting, robot=robot, effects={**present, **found.named.effects})
+    return DiagnosisResult(diagnosis, found, split, corrected)
+
+
+def _split(measured: Named, tests: Named, robot: RobotParameters, usability: Usability, share: float) -> Split:
+    """The data that models are fitted to, and those that they are not."""
+    recordings = read_recordings(measured.episodes, measured.names, robot, usability)
+    if not tests.episodes:
+        return held_out(recordings, share)
+    kept_back = read_recordings(tests.episodes, tests.names, robot, replace(usability, fewest=usability.shortest))
+    return Split(recordings, kept_back, tuple(recording.name for recording in kept_back), are_ends=False)
+
+
+def _diagnosis(
+    found: Findings, split: Split, simulation: Simulated, settings: Settings, data: DataSettings
+) -> Diagnosis:
+    """What was found, with the gap that it closes on held-out data."""
+    nominal, refitted = (
+        _seen_by(model, split, simulation.robot, settings) for model in (found.nominal, found.refitted)
+    )
+    named = refitted
+    if found.named is not found.refitted:
+        named = _seen_by(found.named, split, simulation.robot, settings)
+    period = simulation.robot.control_period
+    gaps = measure_gaps(
+        Models(nominal, refitted, named),
+        split.kept_back,
+        partial(_replay, simulation),
+        sorted({max(1, round(horizon / period)) for horizon in data.horizons}),
+        Stretches(_HISTORY, _SPACING, data.starts),
+        np.array([found.noise.get(name, 0.0) for name in MEASURED]),
+        simulation.robot.wheel_radius,
+    )
+    return Diagnosis(
+        verdict=found.verdict,
+        effects=found.effects,
+        added=found.added,
+        data_sheet=found.data_sheet,
+        data_sheet_class=found.data_sheet_class,
+        rivals=found.rivals,
+        where=disagreement(found.nominal, split.fitted, data.bins),
+        gap=gaps,
+        held_out=split.names,
+        whiteness=found.whiteness,
+        noise=found.noise,
+        advice=found.advice,
+    )
+
+
+def _reviewed(diagnosis: Diagnosis, found: Findings) -> tuple[Diagnosis, Findings]:
+    """Where rollouts on held-out data contradict the fit, they have the last word on the verdict.
+
+    What is named in the findings then falls back to the data sheet refitted.
+    """
+    verdict, contradiction = review(found.verdict, found.added, diagnosis.headline)
+    if not contradiction:
+        return diagnosis, found
+    kept = diagnosis.advice if found.verdict in (Verdict.NONE, Verdict.UNKNOWN) else ()
+    advice = tuple(dict.fromkeys((UNEXPLAINED, contradiction, *kept)))
+    diagnosis = replace(diagnosis, verdict=verdict, effects=(), data_sheet_class=(), advice=advice)
+    return diagnosis, replace(found, named=found.refitted, added=())
+
+
+def _seen_by(account: Account, split: Split, robot: RobotParameters, settings: Settings) -> Account:
+    """What a fitted model makes of what was kept back; other recordings have tilt offsets of their own."""
+    recordings: Sequence[Recording] = split.kept_back
+    offsets = account.offsets if split.are_ends else tilt_offsets(settings.tolerances, len(recordings))
+    return take_account(
+        robot, account.effects, account.noise, account.angle_lead, recordings, settings.substeps, offsets
+    )
+
+
+def _replay(simulation: Simulated, account: Account, starts: Sequence[ReplayStart], commands: Array) -> Array:
+    known = library()
+    effects = [known[name](**values) for name, values in account.effects.items() if name in known]
+    return replay(simulation.robot, effects, simulation.physics_step, starts, commands)
