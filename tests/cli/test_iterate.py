@@ -2,12 +2,14 @@
 
 import json
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from small_run import OVERRIDES, STEPS, listed_hashes
 from story import check
 
+import twbal
 from twbal.algorithm.model_file import load_model
 from twbal.algorithm.prediction import load_prediction
 from twbal.algorithm.summary import read_summary
@@ -65,6 +67,19 @@ def test_the_measures_follow_from_the_logs(folder):
 def test_no_model_has_seen_a_trial(folder):
     rollout = file_hash(folder / "iteration_0/rollout/episodes/trial_000.mcap")
     assert load_model(folder / "iteration_1/model/model.pt").episodes["robot"] == [rollout]
+
+
+def test_the_library_comes_to_the_same_in_memory(folder):
+    with twbal.connect() as plant:
+        result = twbal.learn(plant, overrides=OVERRIDES)
+    by_files = read_summary(folder / "summary.json")
+    assert untimed(result.summary) == untimed(by_files)
+    assert twbal.save_policy(folder.parent / "in_memory.pt", result.policy) == by_files.best.policy.sha256
+
+
+def untimed(summary):
+    iterations = tuple(replace(iteration, fit_s=0.0, search_s=0.0) for iteration in summary.iterations)
+    return replace(summary, iterations=iterations, wall_s=0.0)
 
 
 def test_the_best_policy_lies_on_top(folder):

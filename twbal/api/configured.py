@@ -6,6 +6,7 @@ from dataclasses import asdict
 from twbal.algorithm.setup import Setup
 from twbal.cli.commands import text
 from twbal.cli.composed import composed
+from twbal.cli.diagnosis_config import composed_diagnosis
 from twbal.cli.setup_config import setup_of
 from twbal.core.robot_parameters import RobotParameters
 
@@ -19,9 +20,14 @@ def setup(robot: str | RobotParameters = "paper", overrides: Sequence[str] = ())
 
     Raises:
         ConfigError: an override that there is not, or a value that cannot be right.
+
+    >>> import twbal
+    >>> setup = twbal.setup("regbot", ["sim=regbot", "updates=2"])
+    >>> setup.algorithm.updates, setup.search.torque_limit
+    (2, 0.49)
     """
     words = words_for(robot, overrides)
-    return setup_of(composed("iterate", words), composed("diagnose", ["episodes=[]"]))
+    return setup_of(composed("iterate", words), composed_diagnosis())
 
 
 def words_for(robot: str | RobotParameters, overrides: Sequence[str]) -> list[str]:

@@ -3,8 +3,7 @@
 from collections.abc import Callable, Sequence
 
 from twbal.api.configured import words_for
-from twbal.cli.composed import composed
-from twbal.cli.diagnosis_config import diagnosis_of
+from twbal.cli.diagnosis_config import composed_diagnosis, diagnosis_of
 from twbal.core.episode import Episode
 from twbal.core.robot_parameters import RobotParameters
 from twbal.diagnosis.pipeline import DiagnosisResult, Named, diagnose_episodes
@@ -31,16 +30,15 @@ def diagnose(
         DataError: the episodes cannot be used; the message says why and what to try.
         ConfigError: a setting cannot be right.
 
-    On logged data of a simulated robot with a dead zone:
+    On logged data of a simulated robot with dry friction in its joints:
 
     >>> import twbal
     >>> episodes = twbal.read_episodes("data/regression/excited")
     >>> result = twbal.diagnose(episodes, overrides=["starts=4"])
-    >>> str(result.diagnosis.verdict)
-    'named'
+    >>> [effect.name for effect in result.diagnosis.effects]
+    ['coulomb_friction']
     """
-    words = ["episodes=[]", *words_for(robot, overrides)]
-    simulation, settings, data = diagnosis_of(composed("diagnose", words))
+    simulation, settings, data = diagnosis_of(composed_diagnosis(words_for(robot, overrides)))
     measured, tests = (Named(these, _names(these)) for these in (episodes, test_episodes))
     return diagnose_episodes(measured, tests, simulation, settings, data, progress)
 

@@ -69,9 +69,9 @@ def simulate(
 
     >>> import twbal
     >>> from twbal.effects.dead_zone import DeadZone
-    >>> (episode,) = twbal.simulate("paper", effects=[DeadZone(1.0)], steps=20)  # ±1 N·m do nothing
+    >>> (episode,) = twbal.simulate("paper", effects=[DeadZone(1.0)], steps=10)  # ±1 N·m do nothing
     >>> episode.observations.shape, episode.commands.shape
-    ((21, 7), (20,))
+    ((11, 7), (10,))
     """
     setup, driver = configured(robot, overrides), _policy(policy)
     simulation = setup.simulation.having(effects)

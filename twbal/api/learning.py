@@ -68,8 +68,9 @@ def learn(
 
     >>> import twbal
     >>> from twbal.effects.torque_gain import TorqueGain
-    >>> quick = ["sim_collect.rollouts=6", "sim_rounds=0", "variants=none", "updates=0", "trials=1", "rule.steps=150"]
-    >>> quick += ["model.fit_f.settings.fit.starts=1", "search.horizon=20", "search.searched=1", "judge.robots=3"]
+    >>> quick = ["sim_collect.rollouts=6", "sim_rounds=0", "variants=none", "updates=0", "trials=1"]
+    >>> quick += ["confirm_rollouts=0"]
+    >>> quick += ["search.horizon=20", "search.searched=1", "search.iterations=5", "judge.robots=3", "shape.basis=5"]
     >>> setup = twbal.setup(overrides=quick)
     >>> with setup.simulation.having([TorqueGain(0.9)]).plant(seed=1) as plant:
     ...     result = twbal.learn(plant, setup=setup)

@@ -1,8 +1,11 @@
 """The diagnosis that a configuration describes."""
 
+from collections.abc import Sequence
+
 from hydra.utils import instantiate
 from omegaconf import DictConfig
 
+from twbal.cli.composed import composed
 from twbal.cli.typed_config import members, typed
 from twbal.diagnosis.pipeline import DataSettings, Simulated
 from twbal.diagnosis.settings import Settings
@@ -13,3 +16,12 @@ def diagnosis_of(cfg: DictConfig) -> tuple[Simulated, Settings, DataSettings]:
     """The simulation that is held against the data, how effects are named, and what is read of the data."""
     simulation = Simulated(instantiate(cfg.robot), values_of(members(cfg.sim.effects)), float(cfg.sim.physics_step))
     return simulation, instantiate(cfg.diagnosis), typed(DataSettings, cfg)
+
+
+def composed_diagnosis(overrides: Sequence[str] = ()) -> DictConfig:
+    """The configuration of `twbal diagnose` with these words, for episodes that are no files.
+
+    Raises:
+        ConfigError: an override that the stage does not take, or a value that cannot be right.
+    """
+    return composed("diagnose", ["episodes=in_memory", *overrides])
