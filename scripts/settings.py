@@ -4,10 +4,10 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from hydra import compose, initialize_config_dir
+from hydra import compose
 from omegaconf import OmegaConf
 
-from twbal.cli.conf_folder import conf_folder
+from twbal.cli.composition import composing
 from twbal.cli.settings.help_text import shown
 from twbal.cli.settings.kinds import Part
 from twbal.cli.settings.lookup import GROUPS, STAGES, leaves
@@ -50,7 +50,7 @@ def _elsewhere(sections: Iterable[str]) -> Iterator[str]:
 
 def composed() -> dict[str, dict[str, Any]]:
     """Value by key of each stage, as it is composed by default."""
-    with initialize_config_dir(str(conf_folder()), version_base="1.3"):
+    with composing():
         trees = {stage: OmegaConf.to_container(compose(stage.replace("-", "_"))) for stage in STAGES}
     return {stage: {leaf.key: leaf.value for leaf in leaves(tree)} for stage, tree in trees.items()}
 

@@ -11,7 +11,6 @@ import sys
 import time
 import warnings
 from collections.abc import Sequence
-from pathlib import Path
 from statistics import median
 from typing import Any
 
@@ -20,21 +19,21 @@ import numpy as np
 import torch
 from botorch.fit import fit_gpytorch_mll
 from botorch.models import SingleTaskGP
-from hydra import compose, initialize_config_dir
+from hydra import compose
 from hydra.utils import instantiate
 
 from benchmarks.measure import memory_mb
 from benchmarks.moment_matching.problem import Data, data
+from twbal.cli.composition import composing
 from twbal.core.gaussian import Array
 
-CONF = Path("conf").resolve()
 SETTINGS = "model.fit_f.settings"
 FREE = [f"{SETTINGS}.max_relative_length_scale=1e6", f"{SETTINGS}.max_signal_to_noise=1e5"]
 
 
 def ours(samples: Data, overrides: Sequence[str] = ()) -> tuple[float, Array]:
     """CPU seconds of our fit, and its log evidence of each output [nats]."""
-    with initialize_config_dir(str(CONF), version_base="1.3"):
+    with composing():
         fit = instantiate(compose("fit_sim_gp", ["model=exact", *overrides]).model.fit_f)
     began = time.process_time()
     found = fit(samples.inputs, samples.targets, seed=0)

@@ -21,7 +21,7 @@ from statistics import median
 from typing import Any
 
 import numpy as np
-from hydra import compose, initialize_config_dir
+from hydra import compose
 from hydra.utils import instantiate
 
 from benchmarks.hidden_effects.faults import parameters
@@ -32,7 +32,7 @@ from benchmarks.hidden_effects.serial import RECORDED, record
 from benchmarks.hidden_effects.sets import SERIAL, STRATA, Set, sets
 from benchmarks.hidden_effects.truth import HiddenRobot
 from twbal.algorithm.rollout import rollout
-from twbal.cli.conf_folder import conf_folder
+from twbal.cli.composition import composing
 from twbal.core.episode import Provenance
 from twbal.io.logs import write_episode
 
@@ -73,7 +73,7 @@ def drive(each: Set) -> Mapping[str, Any]:
 
 @cache
 def _driver() -> tuple[Any, Any, Any]:
-    with initialize_config_dir(str(conf_folder()), version_base="1.3"):
+    with composing():
         cfg = compose("real_rollout", ["experiment=excite"])
     return instantiate(cfg.robot), instantiate(cfg.policy), instantiate(cfg.state)
 

@@ -13,14 +13,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from hydra import compose, initialize_config_dir
+from hydra import compose
 from hydra.utils import instantiate
 from omegaconf import OmegaConf
 
 from benchmarks.hidden_effects.robot import Body, drawn
 from benchmarks.hidden_effects.sets import Set
 from benchmarks.hidden_effects.truth import HiddenRobot, Sensors
-from twbal.cli.conf_folder import conf_folder
+from twbal.cli.composition import composing
 from twbal.core.gaussian import Array
 from twbal.core.plant import Observation
 from twbal.core.start_pose import InitialState
@@ -44,7 +44,7 @@ def closed_noise_free(each: Set, hidden: Mapping[str, Any], folder: Path, spread
         spread: tolerance of the data sheet and asymmetry of the motors, as of the generation.
     """
     found: Any = OmegaConf.to_container(OmegaConf.load(folder / "diagnosis" / "diagnosis.json"))
-    with initialize_config_dir(str(conf_folder()), version_base="1.3"):
+    with composing():
         robot = instantiate(compose("real_rollout", ["experiment=excite"]).robot)
     augmented = OmegaConf.load(folder / "diagnosis" / "augmented.yaml")
     values: Any = OmegaConf.to_container(augmented.effects)

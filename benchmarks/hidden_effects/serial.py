@@ -10,10 +10,10 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from hydra import compose, initialize_config_dir
+from hydra import compose
 from hydra.utils import instantiate
 
-from twbal.cli.conf_folder import conf_folder
+from twbal.cli.composition import composing
 from twbal.effects.library import library
 from twbal.effects.sensor_noise import SensorNoise
 from twbal.virtual_robot.hidden import draw_hidden
@@ -31,7 +31,7 @@ def record(folder: Path, seed: int) -> dict[str, dict[str, float]]:
         stderr=subprocess.DEVNULL,
         check=True,
     )
-    with initialize_config_dir(str(conf_folder()), version_base="1.3"):
+    with composing():
         cfg = compose("virtual_robot")
     names = {kind: name for name, kind in library().items()}
     effects: list[Any] = [e for e in draw_hidden(instantiate(cfg.hidden), instantiate(cfg.robot), seed)]

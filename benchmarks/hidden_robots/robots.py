@@ -7,11 +7,11 @@ from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from pathlib import Path
 
-from hydra import compose, initialize_config_dir
+from hydra import compose
 from hydra.utils import instantiate
 
 from benchmarks.hidden_robots.yardstick import drops
-from twbal.cli.conf_folder import conf_folder
+from twbal.cli.composition import composing
 from twbal.effects.effect import Effect
 from twbal.effects.sensor_noise import SensorNoise
 from twbal.sim.bullet_plant import SimPlant
@@ -22,7 +22,7 @@ PHYSICS_STEP = 0.0005  # s, of the virtual robot
 
 def dropped_by_the_data_sheet(first_seed: int) -> Iterator[tuple[int, list[Effect]]]:
     """Seeds from `first_seed` on, with their effects, of the hidden robots that the data sheet's regulator drops."""
-    with initialize_config_dir(str(conf_folder()), version_base="1.3"):
+    with composing():
         cfg = compose("iterate")
         recipe = instantiate(compose("virtual_robot").hidden)
     robot, rule, start = instantiate(cfg.robot), instantiate(cfg.rule), instantiate(cfg.start)

@@ -1,9 +1,9 @@
 """Run the benchmark: `python -m benchmarks.methods [robots=10] [first_seed=7000] [workers=2] [collect=true]`.
 
-Every method of conf/method/ learns the same hidden robots, which the textbook regulator of the data sheet drops, with
-at most 6 updates; those that search nothing with three seeds each. What is done already in outputs/bench/methods is
-not done again; with collect=true nothing is, and what is there is put together. `twbal compare` reads that folder,
-too; what the docs show goes to benchmarks/results/methods.json.
+Every method of conf/groups/method.yaml learns the same hidden robots, which the textbook regulator of the data sheet
+drops, with at most 6 updates; those that search nothing with three seeds each. What is done already in
+outputs/bench/methods is not done again; with collect=true nothing is, and what is there is put together. `twbal
+compare` reads that folder, too; what the docs show goes to benchmarks/results/methods.json.
 """
 
 import json
@@ -18,11 +18,14 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
+from omegaconf import OmegaConf
+
 from benchmarks.hidden_robots.robots import dropped_by_the_data_sheet, iterate
 from twbal.algorithm.comparison import METRICS, Run, estimate, paired, run_values
 from twbal.algorithm.summary import read_summary
 
 ROOT = Path("outputs/bench/methods")
+METHODS = OmegaConf.load("conf/groups/method.yaml")
 RESULTS = Path("benchmarks/results/methods.json")
 MAIN = "twbal"  # what the others are compared with
 UPDATES = 6
@@ -33,7 +36,7 @@ LOCK = threading.Lock()
 
 def methods() -> list[str]:
     """All methods, the main one first."""
-    names = sorted(file.stem for file in Path("conf/method").glob("*.yaml"))
+    names = sorted(map(str, METHODS))
     return [MAIN, *(name for name in names if name != MAIN)]
 
 
@@ -55,7 +58,7 @@ def learn(job: tuple[str, int, int]) -> None:
     words = [f"method={method}", f"link.seed={robot}", f"seed={seed}", "confirm_rollouts=0"]
     if method == "agent":  # knows nothing of the robot: trained once for each seed
         words.append(f"trained={trained(seed)}")
-    if "updates: 0" not in Path(f"conf/method/{method}.yaml").read_text():
+    if METHODS[method].get("updates") != 0:
         words.append(f"updates={UPDATES}")
     began = time.monotonic()
     found: Any = iterate(folder, words)["iterations"]

@@ -12,9 +12,10 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
-from hydra import compose, initialize_config_dir
+from hydra import compose
 from hydra.utils import instantiate
 
+from twbal.cli.composition import composing
 from twbal.core.start_pose import StartPose
 from twbal.sim.bullet import pybullet
 from twbal.sim.bullet_plant import SimPlant
@@ -93,7 +94,7 @@ class Bare:
 
 def run(periods: int, repeats: int) -> dict[str, Any]:
     """Both, turn by turn; medians."""
-    with initialize_config_dir(str(Path("conf").resolve()), version_base="1.3"):
+    with composing():
         robot = instantiate(compose("sim_collect").robot)
     bare, spent = Bare(urdf_text(robot), robot.wheel_radius), []
     with SimPlant(robot=robot, effects=[], start=START, physics_step=PHYSICS_STEP, seed=0) as plant:

@@ -6,12 +6,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hydra import compose, initialize_config_dir
+from hydra import compose
 from hydra.utils import instantiate
 
 from benchmarks.hidden_effects.score import score
 from twbal.algorithm.rollout import rollout
-from twbal.cli.conf_folder import conf_folder
+from twbal.cli.composition import composing
 from twbal.core.episode import Provenance
 from twbal.diagnosis.effect_candidates import candidates_for
 from twbal.diagnosis.name import name_effects
@@ -32,7 +32,7 @@ def test_the_truth_shares_no_code_with_simulation_twin_or_diagnosis(file):
 
 @pytest.fixture(scope="module")
 def paper():
-    with initialize_config_dir(str(conf_folder()), version_base="1.3"):
+    with composing():
         return instantiate(compose("sim_collect").robot)
 
 
@@ -131,7 +131,7 @@ def test_what_is_hidden_in_another_engine_is_named(case, paper):
     from benchmarks.hidden_effects.truth import HiddenRobot, Surface
 
     hidden, verdict, name = NAMED[case]
-    with initialize_config_dir(str(conf_folder()), version_base="1.3"):
+    with composing():
         cfg = compose("real_rollout", ["experiment=excite"])
         policy, channels = instantiate(cfg.policy), instantiate(cfg.state)
         settings = instantiate(compose("diagnose", ["episodes=e"]).diagnosis)
@@ -152,7 +152,7 @@ def test_a_robot_of_another_engine_that_is_as_its_data_sheet_says_lacks_none_of_
     from benchmarks.hidden_effects.robot import drawn
     from benchmarks.hidden_effects.truth import HiddenRobot, Surface
 
-    with initialize_config_dir(str(conf_folder()), version_base="1.3"):
+    with composing():
         cfg = compose("real_rollout", ["experiment=excite"])
         policy, channels = instantiate(cfg.policy), instantiate(cfg.state)
         settings = instantiate(compose("diagnose", ["episodes=e"]).diagnosis)

@@ -1,11 +1,11 @@
-from pathlib import Path
+from omegaconf import OmegaConf
 
 from benchmarks.methods.__main__ import FAST, MAIN, SEEDS, jobs, methods
 
 
 def test_every_method_of_the_configuration_is_run_on_every_robot():
     found = jobs([3, 4])
-    assert {method for method, _, _ in found} == {file.stem for file in Path("conf/method").glob("*.yaml")}
+    assert {method for method, _, _ in found} == set(OmegaConf.load("conf/groups/method.yaml"))
     assert {(m, r) for m, r, _ in found} == {(m, r) for m in methods() for r in (3, 4)}
     assert len(set(found)) == len(found)
     assert methods()[0] == MAIN

@@ -4,12 +4,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hydra import compose, initialize_config_dir
+from hydra import compose
 
 from twbal.algorithm.learning import Algorithm
 from twbal.algorithm.settings import AlgorithmSettings, FirstPolicy, ModelUpdate
 from twbal.cli.artefacts import POLICY
-from twbal.cli.conf_folder import conf_folder
+from twbal.cli.composition import composing
 from twbal.cli.manifest import Manifest
 from twbal.cli.stage_steps import StageSteps
 from twbal.cli.stages.real_rollout import rollout_settings
@@ -63,7 +63,7 @@ def learn(solved=(), words=(), diagnosable=1, useless=(), **changed):
         useless: diagnoses that leave the gap as it is.
         changed: settings.
     """
-    with initialize_config_dir(str(conf_folder()), version_base="1.3"):
+    with composing():
         cfg = compose("iterate", ["seed=5", "variants=none", *words])
     usual = {"updates": 2, "trials": 10, "stop_when_solved": False, "sim_rounds": 1, "confirm_rollouts": 0}
     usual |= {"diagnose": False, "rehearsals": 0, "on_regulator": False}

@@ -5,11 +5,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hydra import compose, initialize_config_dir
+from hydra import compose
 
 from twbal.algorithm.model_file import load_model
 from twbal.cli.chain import Chain, StageCall
-from twbal.cli.conf_folder import conf_folder
+from twbal.cli.composition import composing
 from twbal.cli.main import main
 from twbal.cli.manifest import read_manifest
 from twbal.io.logs import read_episodes
@@ -157,7 +157,7 @@ def test_another_control_period_is_another_robot(tmp_path, capsys):
 
 
 def test_a_command_that_is_told_nothing_keeps_what_it_inherits(tmp_path, as_from_a_shell):
-    with initialize_config_dir(str(conf_folder()), version_base="1.3"):
+    with composing():
         cfg = compose("iterate", ["robot=regbot", "sim=regbot"])
         chain = Chain(cfg, {"robot": "regbot", "sim": "regbot"}, tmp_path, [])
         chain.run(StageCall("linear-policy", Path("regulator"), {}))

@@ -1,10 +1,10 @@
 """What cannot be right is refused in one line before anything runs, as seen by who types the command."""
 
 import pytest
-from hydra import compose, initialize_config_dir
+from hydra import compose
 from omegaconf import OmegaConf
 
-from twbal.cli.conf_folder import conf_folder
+from twbal.cli.composition import composing
 from twbal.cli.config_check import check_configuration
 from twbal.cli.main import main
 from twbal.core.errors import ConfigError
@@ -26,7 +26,7 @@ def refused(capfd, tmp_path):
 
 
 def composed(stage, *words):
-    with initialize_config_dir(str(conf_folder()), version_base="1.3"):
+    with composing():
         return compose(stage.replace("-", "_"), list(words))
 
 
@@ -49,7 +49,7 @@ def composed(stage, *words):
         ("linear-policy", "command_width=0", "a number from 0.0001 to 10000"),
         ("virtual-robot", "clock=sundial", "one of: lockstep, real_time"),
         ("real-rollout", "exploration=inf", "a number from 0 to 1"),
-        ("virtual-robot", "tilt_limit=nan", "a number from 0.001 to 100 [rad]"),
+        ("virtual-robot", "self_stop_tilt=nan", "a number from 0.001 to 100 [rad]"),
     ],
 )
 def test_a_command_says_what_it_found_and_what_it_expects(stage, word, expected, refused):

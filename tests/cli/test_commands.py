@@ -3,17 +3,16 @@ import subprocess
 from pathlib import Path
 
 import pytest
-from hydra import initialize_config_dir
 from hydra.core.override_parser.overrides_parser import OverridesParser
 from omegaconf import OmegaConf
 
 from twbal.cli.commands import ROOT, command_line, compose_stage, stage_overrides, text
-from twbal.cli.conf_folder import conf_folder
+from twbal.cli.composition import composing
 
 
 @pytest.fixture(autouse=True)
 def within_a_stage():
-    with initialize_config_dir(str(conf_folder()), version_base="1.3"):
+    with composing():
         yield
 
 

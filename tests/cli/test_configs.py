@@ -3,10 +3,11 @@
 from functools import cache
 
 import pytest
-from hydra import compose, initialize_config_dir
+from hydra import compose
 from hydra.utils import instantiate
 from omegaconf import OmegaConf
 
+from twbal.cli.composition import composing
 from twbal.cli.conf_folder import conf_folder
 from twbal.cli.main import STAGES
 from twbal.cli.typed_config import recorded
@@ -14,8 +15,9 @@ from twbal.cli.typed_config import recorded
 CONF = conf_folder()
 ENTRIES = sorted(path.stem for path in CONF.glob("*.yaml") if path.stem != "base")
 PLACES = [path.relative_to(CONF) for path in CONF.rglob("*.yaml")]
-OPTIONS = sorted((place.parent.as_posix(), place.stem) for place in PLACES if place.parts[0] != "stage")
-OPTIONS = [(group, option) for group, option in OPTIONS if group != "."]
+OPTIONS = [(place.parent.as_posix(), place.stem) for place in PLACES if place.parent.as_posix() not in (".", "groups")]
+OPTIONS += [(file.stem, str(option)) for file in (CONF / "groups").glob("*.yaml") for option in OmegaConf.load(file)]
+OPTIONS.sort()
 NEEDED = {
     "policy.path": "p.pt",
     "link.port": "/dev/null",
@@ -30,8 +32,8 @@ OPENS = {"link": "opens a port", "policy/saved": "reads a file"}  # built up to 
 
 
 @pytest.fixture(autouse=True)
-def composing():
-    with initialize_config_dir(str(CONF), version_base="1.3"):
+def within_composing():
+    with composing():
         yield
 
 
@@ -62,24 +64,18 @@ def test_an_entry_belongs_to_a_stage_and_resolves_once_told_what_it_needs(name):
     assert compose(name, return_hydra_config=True).hydra.job.name == name.replace("_", "-")
 
 
-@pytest.mark.parametrize("name", ENTRIES)
-def test_the_settings_of_a_stage_stand_in_one_place(name):
-    own = CONF / "stage" / f"{name}.yaml"
-    if own.exists():
-        entry = OmegaConf.load(CONF / f"{name}.yaml")
-        assert not set(OmegaConf.load(own)) & set(entry)
-
-
 @pytest.mark.parametrize(("group", "option"), OPTIONS, ids="/".join)
 def test_an_option_can_be_chosen_and_built(group, option):
     users = [name for name in ENTRIES if group in choices(name)]
-    if users:
+    if group == "task":  # not chosen: every user of it has it
+        entry, word, node = "optimise_policy", "seed=1", option
+    elif users:
         entry, word, node = users[0], f"{group}={option}", group.replace("/", ".")
     else:
         entry, word, node = "sim_collect", f"+{group}@probe={option}", "probe"
     cfg = compose(entry, [word])
     cfg = compose(entry, [word, *told(cfg)])
-    if group in ("experiment", "method"):  # overrides others, which are built on their own
+    if group in ("experiment", "method") or option == "limit":  # are values of the whole configuration
         return
     only_arguments = group in OPENS or f"{group}/{option}" in OPENS
     built = instantiate(OmegaConf.select(cfg, node), **({"_partial_": True} if only_arguments else {}))

@@ -7,12 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hydra import compose, initialize_config_dir
+from hydra import compose
 from hydra.utils import instantiate
 from omegaconf import OmegaConf
 
 from twbal.algorithm.rollout import rollout
-from twbal.cli.conf_folder import conf_folder
+from twbal.cli.composition import composing
 from twbal.cli.main import main
 from twbal.core.episode import Outcome, Provenance
 from twbal.core.start_pose import StartPose
@@ -40,7 +40,7 @@ def measured(tmp_path_factory):
 
 def drive(folder, effects, periods):
     """Two episodes of a robot with effects, driven by `experiment=excite`."""
-    with initialize_config_dir(str(conf_folder()), version_base="1.3"):
+    with composing():
         cfg = compose("real_rollout", ["experiment=excite"])
     robot, policy, channels = instantiate(cfg.robot), instantiate(cfg.policy), instantiate(cfg.state)
     start = StartPose(0.0, 0.03, 0.05, 0.02)
@@ -211,7 +211,7 @@ def test_what_the_default_virtual_robot_hides_is_named_with_its_size(tmp_path):
     excite = ["experiment=excite", "policy.command_width=0.1"]
     assert main(["real-rollout", *excite, f"hydra.run.dir={recorded}"]) == 0
     assert main(["diagnose", f"episodes={recorded}", "diagnosis=rough", f"hydra.run.dir={out}"]) == 0
-    with initialize_config_dir(str(conf_folder()), version_base="1.3"):
+    with composing():
         cfg = compose("virtual_robot")
     hidden = draw_hidden(instantiate(cfg.hidden), instantiate(cfg.robot), cfg.seed)
     record = json.loads((out / "diagnosis.json").read_text())

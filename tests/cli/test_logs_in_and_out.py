@@ -9,11 +9,11 @@ import numpy as np
 import pandas
 import pytest
 from foreign_logs import NAMES, PERIOD, columns, text
-from hydra import compose, initialize_config_dir
+from hydra import compose
 from hydra.utils import instantiate
 
 from twbal.cli.artefacts import episode_files
-from twbal.cli.conf_folder import conf_folder
+from twbal.cli.composition import composing
 from twbal.cli.config_check import check_configuration
 from twbal.cli.main import main
 from twbal.io.logs import read_episode
@@ -171,7 +171,7 @@ def test_the_next_command_diagnoses_at_the_period_of_the_log(rate, run, tmp_path
     assert code == 0
     words = shlex.split(said.split("next  twbal ")[1])
     assert words[0] == "diagnose"
-    with initialize_config_dir(str(conf_folder()), version_base="1.3"):
+    with composing():
         cfg = compose("diagnose", words[1:])
     assert cfg.robot.control_period == 1 / rate
     check_configuration(cfg, "diagnose")

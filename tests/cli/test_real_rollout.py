@@ -4,11 +4,11 @@ from contextlib import closing, contextmanager
 
 import numpy as np
 import pytest
-from hydra import compose, initialize_config_dir
+from hydra import compose
 from hydra.utils import instantiate
 
 from twbal.algorithm.settings import RolloutSettings
-from twbal.cli.conf_folder import conf_folder
+from twbal.cli.composition import composing
 from twbal.cli.main import main
 from twbal.cli.stages.real_rollout import record
 from twbal.core.episode import Outcome, Provenance
@@ -53,7 +53,7 @@ def watched(link, events):
 
 @pytest.fixture
 def cfg():
-    with initialize_config_dir(str(conf_folder()), version_base="1.3"):
+    with composing():
         return compose("real_rollout", ["policy=random", "steps=8", "trials=2"])
 
 

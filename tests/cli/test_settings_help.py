@@ -3,10 +3,10 @@
 import re
 
 import pytest
-from hydra import compose, initialize_config_dir
+from hydra import compose
 from omegaconf import OmegaConf
 
-from twbal.cli.conf_folder import conf_folder
+from twbal.cli.composition import composing
 from twbal.cli.main import STAGES, main
 from twbal.cli.settings.help_text import WIDTH
 from twbal.cli.settings.lookup import Table, leaves
@@ -29,7 +29,7 @@ def helped(capsys):
 def test_each_setting_has_one_line_with_its_range_unit_and_meaning(stage, helped):
     lines = helped(stage)
     assert max(map(len, lines)) <= WIDTH
-    with initialize_config_dir(str(conf_folder()), version_base="1.3"):
+    with composing():
         tree = OmegaConf.to_container(compose(stage.replace("-", "_")))
     table = Table(stage, tree)
     for leaf in leaves(tree):

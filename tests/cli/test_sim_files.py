@@ -4,10 +4,11 @@ import os
 import pickle
 
 import pytest
-from hydra import compose, initialize_config_dir
+from hydra import compose
 from omegaconf import OmegaConf
 
 from twbal.cli.commands import text
+from twbal.cli.composition import composing
 from twbal.cli.conf_folder import conf_folder
 from twbal.cli.main import main
 from twbal.cli.sim_files import with_files
@@ -36,7 +37,7 @@ def gain(tmp_path):
 
 def simulation(*words, stage="sim_collect"):
     """The simulation that a stage runs with."""
-    with initialize_config_dir(str(conf_folder()), version_base="1.3"):
+    with composing():
         return OmegaConf.to_container(compose(stage, with_files(words)).sim)
 
 

@@ -1,10 +1,10 @@
 """A motor's two constants, and the simulation of REGBOT that is made with them."""
 
 import pytest
-from hydra import compose, initialize_config_dir
+from hydra import compose
 from hydra.utils import instantiate
 
-from twbal.cli.conf_folder import conf_folder
+from twbal.cli.composition import composing
 from twbal.core.errors import ConfigError
 from twbal.core.motor import Motor
 
@@ -25,7 +25,7 @@ def test_a_motor_that_cannot_be_is_refused():
 
 
 def test_the_simulation_of_regbot_has_the_back_emf_of_its_motor():
-    with initialize_config_dir(str(conf_folder()), version_base="1.3"):
+    with composing():
         cfg = compose("import_log", ["files=x", "import=regbot", "robot=regbot"])
         motor, robot = instantiate(cfg["import"].motor), instantiate(cfg.robot)
         effects = compose("sim_collect", ["robot=regbot", "sim=regbot"]).sim.effects

@@ -4,11 +4,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hydra import compose, initialize_config_dir
+from hydra import compose
 from hydra.utils import instantiate
 from rides import ride
 
-from twbal.cli.conf_folder import conf_folder
+from twbal.cli.composition import composing
 from twbal.diagnosis.advice import advise
 from twbal.diagnosis.candidates import always_free
 from twbal.diagnosis.effect_candidates import candidates_for
@@ -26,7 +26,7 @@ INSTANTS = 1000
 
 
 def settings(choice="default"):
-    with initialize_config_dir(str(conf_folder()), version_base="1.3"):
+    with composing():
         return instantiate(compose("diagnose", ["episodes=e", f"diagnosis={choice}"]).diagnosis)
 
 

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hydra import compose, initialize_config_dir
+from hydra import compose
 from hydra.utils import instantiate
 from rides import ride
 
-from twbal.cli.conf_folder import conf_folder
+from twbal.cli.composition import composing
 from twbal.cli.main import main
 from twbal.diagnosis.candidates import always_free
 from twbal.diagnosis.effect_candidates import candidates_for
@@ -28,7 +28,7 @@ NOISE = Noise(np.array([0.0035, 0.02, 0.002, 0.05]), np.array([0.01, 0.01]))
 
 
 def settings(choice, *more):
-    with initialize_config_dir(str(conf_folder()), version_base="1.3"):
+    with composing():
         return instantiate(compose("diagnose", ["episodes=e", f"diagnosis={choice}", *more]).diagnosis)
 
 

@@ -5,11 +5,12 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from hydra import compose, initialize_config_dir
+from hydra import compose
 from hydra.utils import instantiate
 from omegaconf import OmegaConf
 from rides import ride
 
+from twbal.cli.composition import composing
 from twbal.cli.conf_folder import conf_folder
 from twbal.diagnosis import select
 from twbal.diagnosis.candidates import Candidate, Parameter
@@ -142,7 +143,7 @@ def test_a_robot_equal_to_its_data_sheet_lacks_nothing_where_a_search_begins_wit
 
 @pytest.mark.slow
 def test_a_robot_equal_to_its_data_sheet_lacks_nothing_by_several(paper):
-    with initialize_config_dir(str(conf_folder()), version_base="1.3"):
+    with composing():
         settings = instantiate(compose("diagnose", ["episodes=e", "diagnosis=several"]).diagnosis)
     recordings = [ride(paper, {}, seed=s, periods=250, tolerance=0.0) for s in (42, 43)]
     assert name_effects(recordings, paper, {}, candidates_for(paper), settings).effects == ()

@@ -2,12 +2,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hydra import compose, initialize_config_dir
+from hydra import compose
 from hydra.utils import instantiate
 from omegaconf import OmegaConf
 from rides import ride
 from scipy.optimize import least_squares
 
+from twbal.cli.composition import composing
 from twbal.cli.conf_folder import conf_folder
 from twbal.diagnosis.candidates import DATA_SHEET, WHEELS, always_free
 from twbal.diagnosis.effect_candidates import candidates_for
@@ -76,7 +77,7 @@ def test_a_body_too_heavy_is_seen_although_no_value_stands_out(paper):
 
 @pytest.mark.parametrize(("choice", "told"), [("default", True), ("rough", False)])
 def test_a_data_sheet_that_is_far_off_is_no_finding_unless_it_is_said_to_be_rough(paper, choice, told):
-    with initialize_config_dir(str(conf_folder()), version_base="1.3"):
+    with composing():
         tolerance = compose("diagnose", ["episodes=x", f"diagnosis={choice}"]).diagnosis.tolerances.data_sheet
     recording = ride(paper, scaled(com_height=1.3), seed=23, periods=1000, tolerance=0.0)
     drag = [candidate for candidate in candidates_for(paper) if candidate.name == "coulomb_friction"]
@@ -91,7 +92,7 @@ def test_nothing_is_named_beside_a_data_sheet_that_is_beyond_what_a_rough_one_ma
     far = {"body_mass": {"factor": 0.3}, "com_height": {"factor": 0.4}, "torque_gain": {"gain": 0.75}}
     recording = ride(paper, {**far, "coulomb_friction": {"torque": 0.2}}, seed=23, periods=600, tolerance=0.0)
     drag = [candidate for candidate in candidates_for(paper) if candidate.name in ("coulomb_friction", "dead_zone")]
-    with initialize_config_dir(str(conf_folder()), version_base="1.3"):
+    with composing():
         tolerance = compose("diagnose", ["episodes=x", "diagnosis=rough"]).diagnosis.tolerances.data_sheet
     settings = replace(SETTINGS, tolerances=replace(SETTINGS.tolerances, data_sheet=tolerance))
     found = name_effects([recording], paper, {}, drag, settings)

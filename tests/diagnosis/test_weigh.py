@@ -2,11 +2,12 @@
 
 import numpy as np
 import pytest
-from hydra import compose, initialize_config_dir
+from hydra import compose
 from hydra.utils import instantiate
 from rides import ride
 from scipy.special import erf
 
+from twbal.cli.composition import composing
 from twbal.cli.conf_folder import conf_folder
 from twbal.diagnosis.candidates import DATA_SHEET, LOWEST, WHEELS, always_free
 from twbal.diagnosis.effect_candidates import candidates_for
@@ -42,7 +43,7 @@ def test_a_value_of_the_data_sheet_at_a_bound_is_told(paper, field, end):
 
 @pytest.mark.parametrize("preset", PRESETS)
 def test_a_value_is_beyond_its_tolerance_before_it_is_at_its_bound(preset):
-    with initialize_config_dir(str(conf_folder()), version_base="1.3"):
+    with composing():
         settings = instantiate(compose("diagnose", ["episodes=e", f"diagnosis={preset}"]).diagnosis)
     assert settings.lines.beyond * settings.tolerances.data_sheet < 0.95 * (1.0 - LOWEST)
 

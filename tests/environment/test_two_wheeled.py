@@ -11,12 +11,12 @@ pytest.importorskip("gymnasium", reason="comes with the extra [rl]")
 
 import gymnasium
 from gymnasium.utils.env_checker import check_env
-from hydra import compose, initialize_config_dir
+from hydra import compose
 from hydra.utils import instantiate
 
 import twbal.environment  # noqa: F401 (registers)
 from twbal.algorithm.rollout import rollout
-from twbal.cli.conf_folder import conf_folder
+from twbal.cli.composition import composing
 from twbal.cli.environment_config import make
 from twbal.cli.simulation_config import simulation_of
 from twbal.core.episode import Outcome, Provenance
@@ -38,7 +38,7 @@ class Swaying(Policy):
 
 
 def configured(*words):
-    with initialize_config_dir(str(conf_folder()), version_base="1.3"):
+    with composing():
         return compose("train_agent", list(words))
 
 

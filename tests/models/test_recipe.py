@@ -1,11 +1,11 @@
 from functools import partial
-from pathlib import Path
 
 import numpy as np
 import pytest
-from hydra import compose, initialize_config_dir
+from hydra import compose
 from hydra.utils import instantiate
 
+from twbal.cli.composition import composing
 from twbal.core.channels import Channels
 from twbal.core.episode import Episode, Outcome, Provenance
 from twbal.core.errors import DataError
@@ -15,7 +15,6 @@ from twbal.models.recipe import ModelRecipe
 from twbal.models.smoothing import SmoothingSettings
 from twbal.models.sparse import SparseSettings, fit_sparse_gp
 
-CONF = Path(__file__).parents[2] / "conf"
 CHANNELS = Channels(("tilt", "tilt_rate", "command_1"), 0.15)
 SETTINGS = FitSettings(
     starts=2,
@@ -91,7 +90,7 @@ def test_real_episodes_with_another_state_are_refused(recipe):
     ("choice", "fit_f", "settings"), [("exact", fit_gp, FitSettings), ("sparse", fit_sparse_gp, SparseSettings)]
 )
 def test_every_model_choice_composes_and_learns(choice, fit_f, settings):
-    with initialize_config_dir(str(CONF), version_base="1.3"):
+    with composing():
         recipe = instantiate(compose(overrides=[f"+model={choice}"]).model)
     assert recipe.fit_f.func is fit_f
     assert isinstance(recipe.fit_f.keywords["settings"], settings)

@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hydra import compose, initialize_config_dir
+from hydra import compose
 from hydra.utils import instantiate
 
-from twbal.cli.conf_folder import conf_folder
+from twbal.cli.composition import composing
 from twbal.core.errors import DataError
 from twbal.core.plant import Observation
 from twbal.core.start_pose import InitialState, StartPose
@@ -49,7 +49,7 @@ KINDS = {
 
 @pytest.fixture(scope="module")
 def robot():
-    with initialize_config_dir(str(conf_folder()), version_base="1.3"):
+    with composing():
         return instantiate(compose("sim_collect").robot)
 
 

@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
-from hydra import compose, initialize_config_dir
+from hydra import compose
 from hydra.utils import instantiate
 from omegaconf import OmegaConf
 
+from twbal.cli.composition import composing
 from twbal.cli.conf_folder import conf_folder
 from twbal.core.plant import Observation
 from twbal.core.start_pose import StartPose
@@ -32,7 +33,7 @@ which do not jump, stay within 0.07."""
 
 @pytest.fixture(scope="module")
 def robot():
-    with initialize_config_dir(str(conf_folder()), version_base="1.3"):
+    with composing():
         return instantiate(compose("sim_collect").robot)
 
 

@@ -106,7 +106,7 @@ def test_a_robot_killed_in_mid_rollout_leaves_the_episode_so_far_and_its_last_wo
 
 
 def test_real_time_keeps_the_robots_own_time():
-    with virtual("real_time", overrides=["hidden=none", "tilt_limit=3"]) as plant:
+    with virtual("real_time", overrides=["hidden=none", "self_stop_tilt=3"]) as plant:
         assert plant.clock is Clock.REAL_TIME
         begun = time.monotonic()
         episode = drive(plant, steps=25)

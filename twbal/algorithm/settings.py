@@ -30,7 +30,7 @@ class ModelUpdate(StrEnum):
 
 @dataclass(frozen=True)
 class AlgorithmSettings:
-    """How often and how much; see conf/stage/iterate.yaml.
+    """How often and how much; see conf/iterate.yaml.
 
     Attributes:
         seed: of the run.

@@ -2,13 +2,13 @@
 
 from collections.abc import Sequence
 
-from hydra import compose, initialize_config_dir
+from hydra import compose
 from hydra.errors import HydraException
 from hydra.utils import instantiate
 from omegaconf import DictConfig
 from omegaconf.errors import OmegaConfBaseException
 
-from twbal.cli.conf_folder import conf_folder
+from twbal.cli.composition import composing
 from twbal.cli.config_check import check_configuration
 from twbal.cli.hydra_errors import complaint
 from twbal.cli.sim_files import with_files
@@ -25,7 +25,7 @@ def composed(stage: str, overrides: Sequence[str] = ()) -> DictConfig:
         ConfigError: an override that the stage does not take, or a value that cannot be right.
     """
     try:
-        with initialize_config_dir(str(conf_folder()), version_base="1.3"):
+        with composing():
             cfg = compose(stage.replace("-", "_"), with_files(overrides))
             check_configuration(cfg, stage)
             return cfg

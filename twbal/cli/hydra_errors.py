@@ -6,12 +6,12 @@ from collections.abc import Iterator, Sequence
 from typing import Any
 
 import yaml
-from hydra import compose, initialize_config_dir
+from hydra import compose
 from hydra.errors import InstantiationException, MissingConfigException, OverrideParseException
 from omegaconf import OmegaConf
 from omegaconf.errors import MissingMandatoryValue, OmegaConfBaseException
 
-from twbal.cli.conf_folder import conf_folder
+from twbal.cli.composition import composing
 from twbal.core.errors import ConfigError, TwbalError, install_advice
 
 _EFFECTS = "sim.effects."
@@ -93,7 +93,7 @@ def _no_override(word: str) -> str:
 
 
 def _no_such_key(key: str, stage: str) -> str:
-    with initialize_config_dir(str(conf_folder()), version_base="1.3"):
+    with composing():
         cfg = compose(stage.replace("-", "_"))
     known = list(_keys(OmegaConf.to_container(cfg)))
     if key in known:

@@ -11,6 +11,7 @@ from twbal.cli import (
     ray_launcher,
     settings_help,  # noqa: F401, help asks for it
 )
+from twbal.cli.composition import register_nodes
 from twbal.cli.conf_folder import conf_folder
 from twbal.cli.hydra_errors import complaint, unreadable_yaml
 from twbal.cli.sim_files import with_files
@@ -37,6 +38,7 @@ def run_stage(stage: str, words: list[str], program: str) -> None:
     name = stage.replace("-", "_")
     sys.argv = [program, *_overrides_first(with_files(words))]
     ray_launcher.register()
+    register_nodes()
     job = Job(stage)
     try:
         with full_error("1"):  # Hydra then raises errors instead of printing them and leaving

@@ -39,7 +39,7 @@ _SPACING = 5  # control periods from one rollout to the next, at least
 
 @dataclass(frozen=True)
 class DataSettings:
-    """What is read of the episodes, and how the gap is measured; see conf/stage/diagnose.yaml.
+    """What is read of the episodes, and how the gap is measured; see conf/diagnose.yaml.
 
     Attributes:
         horizons: of the rollouts in PyBullet by which the gap is measured [s].

@@ -19,7 +19,7 @@ class Excitation(Policy):
 
     The disturbance d is a multisine of 0.2-5 Hz with random phases and a pseudo-random binary torque; the speed that is
     asked for goes in steps forth, to rest and back. Near the tilt limit the disturbance fades, so that the robot stays
-    up: a(x) falls from 1 at half of `tilt_limit` to 0 at it.
+    up: a(x) falls from 1 at half of `fade_tilt` to 0 at it.
 
     Attributes:
         channels: names of the state channels; tilt, tilt_rate and speed are needed.
@@ -29,7 +29,7 @@ class Excitation(Policy):
         sine: standard deviation of the multisine, as a share of u_max.
         binary: torque of the binary signal, likewise.
         speed: asked for at most [m/s].
-        tilt_limit: where the disturbance has faded [rad].
+        fade_tilt: where the disturbance has faded [rad].
 
     Raises:
         ConfigError: a channel is missing.
@@ -42,7 +42,7 @@ class Excitation(Policy):
     sine: float
     binary: float
     speed: float
-    tilt_limit: float
+    fade_tilt: float
 
     def __post_init__(self) -> None:
         missing = [name for name in ("tilt", "tilt_rate", "speed") if name not in self.channels]
@@ -69,7 +69,7 @@ class Excitation(Policy):
             periods += 1
             asked = self.speed * forth * (0.0, 1.0, 0.0, -1.0)[int(time / _LEG) % 4]
             off = state[places] - [0.0, 0.0, asked]
-            fade = min(max(2.0 - 2.0 * abs(off[0]) / self.tilt_limit, 0.0), 1.0)
+            fade = min(max(2.0 - 2.0 * abs(off[0]) / self.fade_tilt, 0.0), 1.0)
             disturbance = size * np.sin(2.0 * np.pi * frequencies * time + phases).sum() + self.binary * sign
             command = -np.dot(self.gain, off) + fade * self.max_command * disturbance
             return float(np.clip(command, -self.max_command, self.max_command))

@@ -19,7 +19,7 @@ def excited_regulator(
     sine: float,
     binary: float,
     speed: float,
-    tilt_limit: float,
+    fade_tilt: float,
 ) -> Excitation:
     """The linear-quadratic regulator of the data sheet, sampled at its control period, with excitation on top.
 
@@ -28,7 +28,7 @@ def excited_regulator(
         channels: names of the state channels.
         widths: deviations of tilt [rad], tilt rate [rad/s] and speed [m/s] that cost alike (Bryson's rule).
         command_width: command that costs as much, as a share of the torque limit.
-        sine, binary, speed, tilt_limit: as of `Excitation`.
+        sine, binary, speed, fade_tilt: as of `Excitation`.
 
     Raises:
         ConfigError: the state lacks a channel, or a width is not positive.
@@ -51,5 +51,5 @@ def excited_regulator(
         sine,
         binary,
         speed,
-        tilt_limit,
+        fade_tilt,
     )

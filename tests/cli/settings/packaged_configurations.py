@@ -3,9 +3,11 @@
 from functools import cache
 from typing import Any, NamedTuple
 
-from hydra import compose, initialize_config_dir
+from hydra import compose
+from hydra.core.global_hydra import GlobalHydra
 from omegaconf import OmegaConf
 
+from twbal.cli.composition import composing
 from twbal.cli.conf_folder import conf_folder
 
 CONF = conf_folder()
@@ -45,7 +47,7 @@ class Composed(NamedTuple):
 
 @cache
 def all_composed() -> tuple[Composed, ...]:
-    with initialize_config_dir(str(CONF), version_base="1.3"):
+    with composing():
         return tuple(_composed(*words) for words in _words())
 
 
@@ -57,7 +59,7 @@ def _words():
             if not group.startswith(("hydra/", "stage/")) and "@" not in group:
                 options.setdefault(group, (entry, chosen))
     for group, (entry, chosen) in options.items():
-        names = sorted(path.stem for path in (CONF / group).glob("*.yaml"))
+        names = GlobalHydra.instance().config_loader().get_group_options(group)
         words = ((name, f"{group}={name}") for name in names if name != chosen)
         yield from ((ONLY_IN.get(word, entry), (word,)) for _, word in words)
     effects = sorted(path.stem for path in (CONF / "effect").glob("*.yaml"))

@@ -1,6 +1,7 @@
 """Who edits a yaml file reads the unit beside each value, and it is that of the table."""
 
 import re
+from pathlib import Path
 
 import pytest
 import yaml
@@ -25,18 +26,28 @@ def scalars(node, prefix=""):
         yield prefix.rstrip("."), node.start_mark.line
 
 
-def table_and_prefix(file, text):
-    """The table for a file, and where its values lie in the configuration of a stage."""
-    group = file.parent.as_posix()
-    if "@package _global_" in text:
-        return Table("iterate", {}), ""
+def parts():
+    """Each configuration that a file has: the file, what it is of, and its node."""
+    for file in FILES:
+        node = yaml.compose((CONF / file).read_text())
+        if file.parent.name != "groups":
+            yield file, "" if file.parent == Path() else file.parent.as_posix(), node
+            continue
+        is_global = (CONF / file).read_text().startswith("# @package _global_")
+        for choice, inner in node.value:
+            group = choice.value if file.stem == "task" else file.stem
+            yield file, "_global_" if is_global else group, inner
+
+
+def table_and_prefix(file, group, node):
+    """The table for a configuration, and where its values lie in that of a stage."""
     if group == "effect":
-        target = yaml.safe_load(text)["_target_"]
+        target = dict((key.value, value.value) for key, value in node.value)["_target_"]
         return Table("sim-collect", {"sim": {"effects": {"x": {"_target_": target}}}}), "sim.effects.x."
-    if group in (".", "stage"):
-        return Table(file.stem.replace("_", "-"), {}), ""
-    tree = yaml.safe_load(text) or {}
-    whole = {"sim": tree} if group == "sim" else {"variants": tree} if group == "variants" else {}
+    if group in ("", "_global_"):
+        return Table(file.stem.replace("_", "-") if group == "" else "iterate", {}), ""
+    tree = yaml.safe_load(yaml.serialize(node))
+    whole = {group: tree} if group in ("sim", "variants") else {}
     for effects in (whole.get("variants") or {}).values():
         for name, effect in (effects if isinstance(effects, dict) else {}).items():
             effect["_target_"] = f"twbal.effects.{name}.Any"
@@ -44,12 +55,14 @@ def table_and_prefix(file, text):
     return Table("iterate", whole), f"{place}."
 
 
-@pytest.mark.parametrize("file", FILES, ids=str)
-def test_the_unit_beside_a_value_is_that_of_the_table(file):
-    text = (CONF / file).read_text()
-    table, prefix = table_and_prefix(file, text)
-    lines = text.splitlines()
-    found = [(key, line) for key, line in scalars(yaml.compose(text)) if not key.startswith(("hydra", "defaults"))]
+PARTS = list(parts())
+
+
+@pytest.mark.parametrize(("file", "group", "node"), PARTS, ids=[f"{file}-{group}" for file, group, _ in PARTS])
+def test_the_unit_beside_a_value_is_that_of_the_table(file, group, node):
+    table, prefix = table_and_prefix(file, group, node)
+    lines = (CONF / file).read_text().splitlines()
+    found = [(key, line) for key, line in scalars(node) if not key.startswith(("hydra", "defaults"))]
     for key, line in found:
         row = table.row(f"{prefix}{key}")
         if row is None or sum(other == line for _, other in found) > 1:  # such as {tilt: 0.5, speed: 0.5}

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 import scipy.io
 from foreign_logs import NAMES, PERIOD, columns, text
-from hydra import compose, initialize_config_dir
+from hydra import compose
 from hydra.utils import instantiate
 
-from twbal.cli.conf_folder import conf_folder
+from twbal.cli.composition import composing
 from twbal.core.channels import Channels
 from twbal.core.episode import Provenance
 from twbal.core.errors import ConfigError, LogError
@@ -24,7 +24,7 @@ ROWS = columns()
 
 
 def mapping(*overrides):
-    with initialize_config_dir(str(conf_folder()), version_base="1.3"):
+    with composing():
         words = [f"++{word}" if word.startswith("import.quantities") else word for word in overrides]
         cfg = compose("import_log", ["files=x", *words])
         return instantiate(cfg["import"], _convert_="all")

@@ -290,6 +290,11 @@ PATHS = Either(PATH, ListOf(PATH, least=1), "path or [path,...]")
 PATHS_OR_NONE = Either(PATH, ListOf(PATH), "path, [path,...] or []")
 
 
+def names_files(kind: Kind) -> bool:
+    """Whether what a setting says are paths."""
+    return kind in (PATH, OrNull(PATH), PATHS, PATHS_OR_NONE)
+
+
 def figure(value: float) -> str:
     """A bound as short as it can be said without loss: 10000, 1e6, 4294967295."""
     short = f"{value:g}".replace("e-0", "e-").replace("e+0", "e").replace("e+", "e")

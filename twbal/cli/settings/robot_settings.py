@@ -78,5 +78,5 @@ POLICY = (
     Setting("policy.sine", Number(0.0, 1.0), "sd of the multisine, per torque limit"),
     Setting("policy.binary", Number(0.0, 1.0), "pseudo-random binary torque, per torque limit"),
     Setting("policy.speed", Number(0.0, 100.0, "m/s"), "speed asked for: forth, rest and back, 3 s each"),
-    Setting("policy.tilt_limit", TILT_LIMIT, "tilt at which the disturbance has faded"),
+    Setting("policy.fade_tilt", TILT_LIMIT, "tilt at which the disturbance has faded"),
 )

@@ -49,6 +49,7 @@ SEARCH = (
 )
 
 RULE = (
+    Setting("tilt_limit", UPRIGHT, "tilt that ends a rollout or a trial"),
     Setting("rule.limit", UPRIGHT, "tilt that ends a trial"),
     Setting("rule.settle_limit", UPRIGHT, "largest tilt once the robot has settled"),
     Setting("rule.settle_step", Whole(0, 1_000_000, CONTROL_PERIODS), "time by which the robot must have settled"),

@@ -16,7 +16,7 @@ from twbal.cli.settings.kinds import (
     YesNo,
 )
 from twbal.cli.settings.link_settings import CLOCK, SEED
-from twbal.cli.settings.robot_settings import CONTROL_PERIODS, PHYSICS_STEP, STEPS, TILT_LIMIT, UPRIGHT
+from twbal.cli.settings.robot_settings import CONTROL_PERIODS, PHYSICS_STEP, STEPS, TILT_LIMIT
 from twbal.cli.settings.setting import Setting
 
 _SHARE = Number(0.0, 1.0)
@@ -31,7 +31,6 @@ def _common(key: str, kind: Kind, meaning: str) -> Setting:
 
 _SEED = _common("seed", SEED, "seed of all that is drawn at random")
 _FIRST_TRIAL = Setting("first_trial", Whole(0, 1_000_000_000), "number of the first, which draws start and noise")
-_TILT_LIMIT = Setting("tilt_limit", UPRIGHT, "tilt that ends a rollout")
 _EXPLORATION = _common("exploration", _SHARE, "sd of noise on the command, per torque limit")
 _WORKERS = Whole(0, 1024)
 
@@ -41,7 +40,6 @@ STAGES: Mapping[str, tuple[Setting, ...]] = {
         _common("rollouts", _TRIALS, "rollouts that are driven"),
         _FIRST_TRIAL,
         _common("steps", STEPS, "length of a rollout, at most"),
-        _TILT_LIMIT,
         _EXPLORATION,
         Setting("workers", _WORKERS, "processes; 0: one a core, where worth it"),
     ),
@@ -69,7 +67,6 @@ STAGES: Mapping[str, tuple[Setting, ...]] = {
         _common("trials", _TRIALS, "trials that are driven"),
         _FIRST_TRIAL,
         _common("steps", STEPS, "length of a trial, at most"),
-        _TILT_LIMIT,
         _EXPLORATION,
         Setting("exploration_steps", OrNull(Whole(0, 1_000_000, CONTROL_PERIODS)), "time that has noise; null: all"),
     ),
@@ -147,7 +144,7 @@ STAGES: Mapping[str, tuple[Setting, ...]] = {
         _common("seed", SEED, "which robot: what it hides, its starts and noise"),
         _common("clock", CLOCK, "clock; real_time streams as a robot does"),
         Setting("physics_step", PHYSICS_STEP, "step of its integrator; divides the control period"),
-        Setting("tilt_limit", TILT_LIMIT, "tilt at which it stops itself"),
+        Setting("self_stop_tilt", TILT_LIMIT, "tilt at which it stops itself"),
         Setting("watchdog", Number(0.001, 3600.0, "s"), "silence of the host at which it stops itself"),
         Setting("idle_timeout", Number(0.01, 1e7, "s"), "time without a host at which it ends"),
         Setting("parent", OrNull(Whole(1, 2**31)), "process it does not outlive; null: which started it"),

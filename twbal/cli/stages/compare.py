@@ -24,7 +24,7 @@ SUMMARY = "summary.json"
 
 @dataclass(frozen=True)
 class Settings:
-    """See conf/stage/compare.yaml."""
+    """See conf/compare.yaml."""
 
     seed: int
 

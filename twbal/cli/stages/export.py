@@ -23,7 +23,7 @@ NOT_RECORDED = ("episodes",)
 
 @dataclass(frozen=True)
 class Settings:
-    """See conf/stage/export.yaml."""
+    """See conf/export.yaml."""
 
     format: str
 

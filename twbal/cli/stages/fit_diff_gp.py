@@ -20,7 +20,7 @@ NOT_RECORDED = ("episodes", "dynamics", "model.fit_f", "model.keep_f_variance")
 
 @dataclass(frozen=True)
 class Settings:
-    """See conf/stage/fit_diff_gp.yaml."""
+    """See conf/fit_diff_gp.yaml."""
 
     seed: int
 

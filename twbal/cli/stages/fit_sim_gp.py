@@ -21,7 +21,7 @@ NOT_RECORDED = ("episodes", "model.fit_g")
 
 @dataclass(frozen=True)
 class Settings:
-    """See conf/stage/fit_sim_gp.yaml."""
+    """See conf/fit_sim_gp.yaml."""
 
     seed: int
 

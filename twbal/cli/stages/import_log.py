@@ -31,7 +31,7 @@ _SAME_PERIOD = 1e-6  # s; as a diagnosis takes it
 
 @dataclass(frozen=True)
 class Settings:
-    """See conf/stage/import_log.yaml."""
+    """See conf/import_log.yaml."""
 
     period: float | None
     shortest: int

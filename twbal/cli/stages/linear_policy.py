@@ -19,7 +19,7 @@ NOT_RECORDED = ("episodes",)
 
 @dataclass(frozen=True)
 class Settings:
-    """See conf/stage/linear_policy.yaml."""
+    """See conf/linear_policy.yaml."""
 
     command_width: float
 

@@ -26,7 +26,7 @@ NOT_RECORDED = ("dynamics", "earlier", "confirming", "base", "workers")
 
 @dataclass(frozen=True)
 class Settings:
-    """See conf/stage/optimise_policy.yaml."""
+    """See conf/optimise_policy.yaml."""
 
     seed: int
     searches: bool

@@ -36,7 +36,7 @@ _POSE = [Observation._fields.index(name) for name in ("tilt", "wheel_angle")]
 
 @dataclass(frozen=True)
 class Settings:
-    """See conf/stage/show.yaml."""
+    """See conf/show.yaml."""
 
     captions: list[str]
     simulate: bool

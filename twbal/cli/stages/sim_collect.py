@@ -23,7 +23,7 @@ NOT_RECORDED = ("workers", "policy.path")
 
 @dataclass(frozen=True)
 class Settings:
-    """How much to collect; see conf/stage/sim_collect.yaml."""
+    """How much to collect; see conf/sim_collect.yaml."""
 
     seed: int
     rollouts: int

@@ -24,7 +24,7 @@ NOT_RECORDED = ("trials",)
 
 @dataclass(frozen=True)
 class Settings:
-    """See conf/stage/train_agent.yaml."""
+    """See conf/train_agent.yaml."""
 
     seed: int
     steps: int

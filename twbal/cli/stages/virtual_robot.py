@@ -23,7 +23,7 @@ class Settings:
     seed: int
     clock: str
     physics_step: float
-    tilt_limit: float
+    self_stop_tilt: float
     watchdog: float
     idle_timeout: float
     parent: int | None
@@ -37,7 +37,7 @@ def main(cfg: DictConfig) -> None:
     identity = Identity(
         name=robot.name,
         torque_limit=robot.torque_limit,
-        tilt_limit=settings.tilt_limit,
+        tilt_limit=settings.self_stop_tilt,
         watchdog=settings.watchdog,
         clock=Clock[settings.clock.upper()],
     )

@@ -1,0 +1,56 @@
+"""What configurations are composed of: the yaml files of conf/, and nodes that share a file.
+
+Hydra takes one file a choice. Here the choices of most groups are a few lines each, so a group is one file,
+`conf/groups/<group>.yaml`, with a key for each of its choices; it begins with `# @package _global_` where these set
+anything in the whole configuration. And a stage's own settings, `stage/<name>` for the configuration of a stage that
+runs it, are those in the stage's file but for what names files, which is up to who runs it.
+"""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import cache
+from pathlib import Path
+
+from hydra import initialize_config_dir
+from hydra.core.config_store import ConfigStore
+from omegaconf import DictConfig, OmegaConf
+
+from twbal.cli.conf_folder import conf_folder
+from twbal.cli.settings.kinds import names_files
+from twbal.cli.settings.stage_settings import SECTIONS, STAGES
+
+_GLOBAL = "_global_"
+_OF_HYDRA = ("defaults", "hydra")
+
+
+@contextmanager
+def composing() -> Iterator[None]:
+    """Let `hydra.compose` compose what twbal has, for the length of the body."""
+    register_nodes()
+    with initialize_config_dir(str(conf_folder()), version_base="1.3"):
+        yield
+
+
+@cache
+def register_nodes() -> None:
+    """Make known to Hydra what stands in no file of its own."""
+    for file in sorted((conf_folder() / "groups").glob("*.yaml")):
+        package = _GLOBAL if file.read_text(encoding="utf-8").startswith(f"# @package {_GLOBAL}") else None
+        for choice, node in _loaded(file).items():
+            ConfigStore.instance().store(str(choice), node, file.stem, package, provider="twbal")
+    for stage in set(SECTIONS.values()):
+        name = stage.replace("-", "_")
+        ConfigStore.instance().store(name, _own_settings(stage, conf_folder() / f"{name}.yaml"), "stage")
+
+
+def _own_settings(stage: str, file: Path) -> DictConfig:
+    """What stands in a stage's file, but for inputs."""
+    inputs = {row.key for row in STAGES[stage] if names_files(row.kind)}
+    whole = _loaded(file)
+    return OmegaConf.masked_copy(whole, [str(key) for key in whole if key not in (*_OF_HYDRA, *inputs)])
+
+
+def _loaded(file: Path) -> DictConfig:
+    node = OmegaConf.load(file)
+    assert isinstance(node, DictConfig)
+    return node
