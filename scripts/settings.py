@@ -9,7 +9,7 @@ from omegaconf import OmegaConf
 
 from twbal.cli.composition import composing
 from twbal.cli.settings.help_text import shown
-from twbal.cli.settings.kinds import Part
+from twbal.cli.settings.kinds import holds_settings
 from twbal.cli.settings.lookup import GROUPS, STAGES, leaves
 from twbal.cli.settings.setting import Setting
 from twbal.cli.settings.stage_settings import SECTIONS
@@ -61,7 +61,7 @@ def table(rows: Iterable[Setting], trees: Iterable[Mapping[str, Any]]) -> str:
     known = list(trees)
     for row in rows:
         values = dict.fromkeys(shown(tree[row.key]) for tree in known if row.key in tree)
-        if not isinstance(row.kind, Part) or values:
+        if not holds_settings(row.kind) or values:
             default = ", ".join(f"`{value}`" for value in values) or "-"
             lines.append(f"| `{row.key}` | {default} | {row.kind.unit or '-'} | {row.kind.range} | {row.meaning} |")
     return "\n".join([*lines, ""])

@@ -46,7 +46,7 @@ def twbal(wheel, tmp_path_factory):
 def test_the_wheel_carries_code_and_configuration_and_no_more(wheel):
     names = zipfile.ZipFile(wheel).namelist()
     tops = {name.split("/")[0] for name in names}
-    assert tops == {"twbal", f"twbal-{__version__}.dist-info"}
+    assert tops == {"twbal", "hydra_plugins", f"twbal-{__version__}.dist-info"}
     carried = {name.removeprefix("twbal/conf/") for name in names if name.startswith("twbal/conf/")}
     assert carried == {path.relative_to(ROOT / "conf").as_posix() for path in (ROOT / "conf").rglob("*.yaml")}
     assert not [name for name in names if "__pycache__" in name]

@@ -266,6 +266,24 @@ def test_configuration_of_ones_own_that_is_no_yaml_is_one_clear_error(written, e
     assert expected in only_error(capsys)
 
 
+@pytest.mark.parametrize("written", ["3", "[3]", "{a: b}", "[[a]]", "[{a: b, c: d}]"])
+def test_a_list_of_defaults_of_ones_own_that_is_none_is_one_clear_error(written, tmp_path, capsys):
+    (tmp_path / "mine" / "robot").mkdir(parents=True)
+    (tmp_path / "mine" / "robot" / "mine.yaml").write_text(f"defaults: {written}\nname: mine\n")
+    assert main(["sim-collect", f"--config-dir={tmp_path / 'mine'}", "robot=mine"]) == 1
+    said = only_error(capsys)
+    assert "efaults" in said
+    assert "Expected is a list, as in `defaults: [base, {robot: paper}, _self_]`." in said
+
+
+def test_a_single_run_checks_its_settings_once(stage, monkeypatch):
+    checks = []
+    monkeypatch.setattr("twbal.cli.sweeps.check_configuration", lambda cfg, stage: checks.append(stage))
+    stage.main = lambda cfg: None
+    assert main(["sim-collect"]) == 0
+    assert checks == ["sim-collect"]
+
+
 def environment(**more: str) -> dict[str, str]:
     clean = {name: value for name, value in os.environ.items() if name != "HYDRA_FULL_ERROR"}
     return clean | {"PYTHONPATH": os.pathsep.join(sys.path)} | more

@@ -7,6 +7,7 @@ import sys
 
 import pytest
 from hydra.core.override_parser.overrides_parser import OverridesParser
+from hydra.core.plugins import Plugins
 
 from twbal.cli.main import main
 from twbal.cli.manifest import read_manifest
@@ -118,6 +119,15 @@ def test_a_launcher_that_is_not_there_is_one_clear_error(capsys):
     assert "hydra/launcher has no choice 'jobblib'" in said
     assert "ray_cluster" in said
     assert "pip install -e '.[sweeps]'" in said
+
+
+def test_what_a_launcher_hands_on_is_of_modules_that_another_process_finds():
+    code = "import pickle, sys; print(len(pickle.load(sys.stdin.buffer)))"
+    state = pickle.dumps(Plugins.instance().class_name_to_class)
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
+    done = subprocess.run([sys.executable, "-c", code], input=state, env=environment, capture_output=True, check=True)
+    assert int(done.stdout) >= 1
+    assert "hydra_plugins.twbal_ray_cluster.RayClusterLauncher" in Plugins.instance().class_name_to_class
 
 
 def test_without_ray_its_launcher_says_so(monkeypatch, capsys):

@@ -2,13 +2,14 @@
 
 import re
 import shlex
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from hydra import compose
 from omegaconf import DictConfig, OmegaConf
 
+from twbal.cli.settings.lookup import flattened
 from twbal.core.errors import ConfigError
 
 ROOT = Path("$OUT")  # stands for the run folder in commands that are written down
@@ -76,7 +77,11 @@ def stage_overrides(stage: str, cfg: DictConfig, choices: Mapping[str, str], tol
     known = {**whole, **(section if isinstance(section, dict) else {})}
     shared = [key for key in base if key in known]
     asked, default = (
-        {key: value for key, value in _leaves({name: tree[name] for name in shared}) if not _any_overlap(key, decided)}
+        {
+            key: value
+            for key, value in flattened({name: tree[name] for name in shared})
+            if not _any_overlap(key, decided)
+        }
         for tree in (known, base)
     )
     changed = [
@@ -134,12 +139,3 @@ def _tree(cfg: DictConfig) -> dict[str, Any]:
     tree = OmegaConf.to_container(cfg)
     assert isinstance(tree, dict)
     return {str(key): value for key, value in tree.items()}
-
-
-def _leaves(tree: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
-    """Every value that is no mapping (or an empty one), by its dotted key."""
-    for name, value in tree.items():
-        if isinstance(value, dict) and value:
-            yield from _leaves(value, f"{prefix}{name}.")
-        else:
-            yield f"{prefix}{name}", value

@@ -2,8 +2,9 @@
 
 import difflib
 import re
-from collections.abc import Iterator, Sequence
-from typing import Any
+import traceback
+from collections.abc import Sequence
+from typing import Any, cast
 
 import yaml
 from hydra import compose
@@ -12,9 +13,11 @@ from omegaconf import OmegaConf
 from omegaconf.errors import MissingMandatoryValue, OmegaConfBaseException
 
 from twbal.cli.composition import composing
+from twbal.cli.settings.lookup import ancestors, flattened
 from twbal.core.errors import ConfigError, TwbalError, install_advice
 
 _EFFECTS = "sim.effects."
+_DEFAULTS = "Expected is a list, as in `defaults: [base, {robot: paper}, _self_]`."
 _PLUGINS = ("hydra/launcher", "hydra/sweeper", "hydra/sweeper/sampler")
 
 
@@ -63,6 +66,14 @@ def unreadable_yaml(error: yaml.YAMLError | UnicodeDecodeError) -> ConfigError:
     )
 
 
+def invalid_defaults(error: ValueError) -> ConfigError | None:
+    """What Hydra cannot read of a yaml's list `defaults`; None where the error is none of Hydra's."""
+    *_, (last, _) = traceback.walk_tb(error.__traceback__)
+    if not last.f_globals["__name__"].startswith("hydra."):
+        return None
+    return ConfigError(f"A yaml file of the configuration cannot be read: {error}. {_DEFAULTS}")
+
+
 def _own_cause(error: BaseException) -> TwbalError | None:
     """The error of ours that Hydra wrapped, if it was one."""
     cause: BaseException | None = error
@@ -95,7 +106,8 @@ def _no_override(word: str) -> str:
 def _no_such_key(key: str, stage: str) -> str:
     with composing():
         cfg = compose(stage.replace("-", "_"))
-    known = list(_keys(OmegaConf.to_container(cfg)))
+    values = [value for value, _ in flattened(cast(dict[str, Any], OmegaConf.to_container(cfg)))]
+    known = list(dict.fromkeys(part for value in values for part in (*ancestors(value), value)))
     if key in known:
         return f"{stage} cannot set {key} to that: it has no such entries. New ones are added by +{key}.<name>=..."
     if key.startswith(_EFFECTS) and "sim" in cfg:
@@ -112,14 +124,6 @@ def _not_built(error: InstantiationException) -> str:
     cause = error.__cause__
     reason = f"{type(cause).__name__}: {cause}" if cause else _plain(error)
     return f"{what} cannot be built from its settings ({reason}). Is each of them of the right kind, and none left out?"
-
-
-def _keys(tree: Any) -> Iterator[str]:
-    """Every key of nested dicts, dotted."""
-    for name, value in tree.items():
-        yield str(name)
-        if isinstance(value, dict):
-            yield from (f"{name}.{inner}" for inner in _keys(value))
 
 
 def _guess(word: str, known: Sequence[str]) -> str:

@@ -7,13 +7,10 @@ import yaml
 from hydra.errors import HydraException
 from omegaconf.errors import OmegaConfBaseException
 
-from twbal.cli import (
-    ray_launcher,
-    settings_help,  # noqa: F401, help asks for it
-)
+from twbal.cli import settings_help  # noqa: F401, help asks for it
 from twbal.cli.composition import register_nodes
 from twbal.cli.conf_folder import conf_folder
-from twbal.cli.hydra_errors import complaint, unreadable_yaml
+from twbal.cli.hydra_errors import complaint, invalid_defaults, unreadable_yaml
 from twbal.cli.sim_files import with_files
 from twbal.cli.sweeps import FailedJobError, Job, StageFailed, full_error, translated
 
@@ -37,7 +34,6 @@ def run_stage(stage: str, words: list[str], program: str) -> None:
     """
     name = stage.replace("-", "_")
     sys.argv = [program, *_overrides_first(with_files(words))]
-    ray_launcher.register()
     register_nodes()
     job = Job(stage)
     try:
@@ -51,6 +47,11 @@ def run_stage(stage: str, words: list[str], program: str) -> None:
         raise complaint(error, stage) from error
     except (yaml.YAMLError, UnicodeDecodeError) as error:  # not of the stage, whose errors are in a StageFailed
         raise unreadable_yaml(error) from error
+    except ValueError as error:
+        refused = invalid_defaults(error)
+        if refused is None:
+            raise
+        raise refused from error
 
 
 def _overrides_first(words: list[str]) -> list[str]:

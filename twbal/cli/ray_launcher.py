@@ -11,8 +11,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from hydra.core.config_store import ConfigStore
-from hydra.core.plugins import Plugins
 from hydra.core.singleton import Singleton
 from hydra.core.utils import JobReturn, JobStatus, configure_log, filter_overrides, run_job, setup_globals
 from hydra.plugins.launcher import Launcher
@@ -23,26 +21,8 @@ from twbal.cli.sweeps import FailedJobError
 from twbal.core.errors import SweepError, install_advice
 from twbal.core.threads import asked_threads
 
-# Hydra takes plug-ins from modules of this name only, which it would look for in installed packages.
-_NAME = "hydra_plugins.twbal_ray_cluster.RayClusterLauncher"
 _PATIENCE = 10.0  # s
 _log = logging.getLogger(__name__)
-
-
-@dataclass
-class RayClusterConfig:
-    """Settings of the launcher.
-
-    Attributes:
-        address: of the cluster's head, as host:port; auto: RAY_ADDRESS, or the cluster that runs on this machine.
-        num_cpus: that a job counts for; a node runs as many jobs at once as it has room for.
-        max_retries: how often a job is run again that was lost with its process or node; -1: always.
-    """
-
-    _target_: str = _NAME
-    address: str = "auto"
-    num_cpus: float = 1.0
-    max_retries: int = 10
 
 
 @dataclass(frozen=True)
@@ -85,16 +65,16 @@ class Work:
         )
 
 
-class RayClusterLauncher(Launcher):
-    """Runs each job as one Ray task.
+class RayJobs(Launcher):
+    """Runs each job as one Ray task; `hydra_plugins/twbal_ray_cluster.py` makes it a plug-in of Hydra.
 
     A job that is lost with its process or its node is run again elsewhere: it finds in its folder what was done before,
     and ends at the same bytes. All nodes must see the sweep's folder by the same path.
 
     Args:
-        address: see `RayClusterConfig`, as the others.
-        num_cpus: of a job.
-        max_retries: of a job that is lost.
+        address: of the cluster's head, as host:port; auto: RAY_ADDRESS, or the cluster that runs on this machine.
+        num_cpus: that a job counts for; a node runs as many jobs at once as it has room for.
+        max_retries: how often a job is run again that was lost with its process or node; -1: always.
     """
 
     def __init__(self, address: str, num_cpus: float, max_retries: int) -> None:
@@ -143,12 +123,6 @@ class RayClusterLauncher(Launcher):
             said = f"{' '.join(work.overrides)}: {type(error).__name__}: {' '.join(str(error).split())}"
             failed = FailedJobError(said, str(self._config.hydra.sweep.dir))
             return JobReturn(overrides=list(work.overrides), status=JobStatus.FAILED, _return_value=failed)
-
-
-def register() -> None:
-    """Make the launcher known to Hydra."""
-    Plugins.instance().class_name_to_class[_NAME] = RayClusterLauncher
-    ConfigStore.instance().store(group="hydra/launcher", name="ray_cluster", node=RayClusterConfig, provider="twbal")
 
 
 def _joined(address: str) -> Any:

@@ -34,6 +34,7 @@ from twbal.core.threads import asked_threads
 
 FAILURE = "failure.log"
 _FULL_ERROR = "HYDRA_FULL_ERROR"
+_CHECKED_BY = "sweep"  # the name of `Announcement` in conf/base.yaml
 _LONGEST = 160  # characters of a job folder's name, of the 255 that a file system takes
 _LISTED = 3  # failed jobs that are named one by one
 
@@ -106,7 +107,8 @@ class Job:
         sweeps = hydra.mode == RunMode.MULTIRUN
         try:
             refuse_experiment_of_another_stage(self._stage, hydra.runtime.choices)
-            check_configuration(cfg, self._stage)
+            if sweeps or _CHECKED_BY not in hydra.callbacks:  # a single run was checked as it began
+                check_configuration(cfg, self._stage)
             # Imported here: help, tab completion and --cfg need none of the libraries that a stage works with.
             with full_error(self._full_error):  # for processes that the stage starts
                 stage_module = importlib.import_module(f"twbal.cli.stages.{self._stage.replace('-', '_')}")

@@ -3,7 +3,7 @@
 from twbal.cli.settings.kinds import Either, ListOf, Number, OrNull, Part, Text, Whole, YesNo
 from twbal.cli.settings.setting import Setting
 
-_COLUMN = Either(Text("name"), Whole(1, 100_000))
+_COLUMN = Either(Text("name"), Whole(1, 100_000), "name or number")
 _COLUMNS = Either(_COLUMN, ListOf(_COLUMN, least=1), "column or [column,...]")
 
 IMPORT = (
@@ -14,7 +14,7 @@ IMPORT = (
     Setting("import.quantities.*.offset", Number(-1e12, 1e12), "offset that is added, in SI units"),
     Setting("import.names", ListOf(Text("name")), "names of all columns, where files have no header"),
     Setting("import.rate", OrNull(Number(0.1, 1e6, "Hz")), "rate of the samples, where there is no time"),
-    Setting("import.motor", Part(may_be_null=True), "motor that makes torque of a voltage; null: none"),
+    Setting("import.motor", OrNull(Part()), "motor that makes torque of a voltage; null: none"),
     Setting("import.motor.resistance", Number(1e-6, 1e6, "ohm"), "resistance of both motors as one"),
     Setting("import.motor.torque_constant", Number(1e-9, 1e4, "N·m/A"), "torque constant of both motors as one"),
     Setting("import.motor.gear", Number(1e-3, 1e5), "turns of the rotor for one of the wheel"),

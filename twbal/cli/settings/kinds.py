@@ -13,88 +13,63 @@ class Kind(ABC):
 
     Attributes:
         unit: of its numbers; "" where they are plain numbers, or where there are none.
+        range: which values there are, without the unit: short, for tables.
+        expected: which values there are, for messages.
     """
 
     unit: str = ""
+    range: str = ""
+    expected: str = ""
 
     @abstractmethod
     def takes(self, value: Any) -> bool:
         """Whether a setting may have this value."""
 
-    @property
-    @abstractmethod
-    def range(self) -> str:
-        """Which values there are, without the unit: short, for tables."""
-
-    @property
-    @abstractmethod
-    def expected(self) -> str:
-        """Which values there are, for messages."""
-
 
 @dataclass(frozen=True)
 class Number(Kind):
-    """A finite number from `low` to `high`, both of which may be taken."""
+    """A finite number from `low` to `high`, both of which may be taken; whole numbers are numbers too."""
 
     low: float
     high: float
     unit: str = ""
 
+    _types = (int, float)
+    _name = "a number"
+
     def takes(self, value: Any) -> bool:
-        """Whole numbers are numbers too; true and false are none."""
-        return isinstance(value, int | float) and not isinstance(value, bool) and self.low <= value <= self.high
+        """True and false are no numbers."""
+        return isinstance(value, self._types) and not isinstance(value, bool) and self.low <= value <= self.high
 
     @property
-    def range(self) -> str:
+    def range(self) -> str:  # type: ignore[override]
         """As `0.5 to 20`."""
         return f"{figure(self.low)} to {figure(self.high)}"
 
     @property
-    def expected(self) -> str:
+    def expected(self) -> str:  # type: ignore[override]
         """As `a number from 0.5 to 20 [kg]`."""
-        return f"a number from {self.range}{in_brackets(self.unit)}"
+        return f"{self._name} from {self.range}" + (f" [{self.unit}]" if self.unit else "")
 
 
 @dataclass(frozen=True)
-class Whole(Kind):
-    """A whole number from `low` to `high`, both of which may be taken."""
+class Whole(Number):
+    """A whole number from `low` to `high`, both of which may be taken; 3.0 is none."""
 
-    low: int
-    high: int
-    unit: str = ""
-
-    def takes(self, value: Any) -> bool:
-        """3.0 is none."""
-        return isinstance(value, int) and not isinstance(value, bool) and self.low <= value <= self.high
-
-    @property
-    def range(self) -> str:
-        """As `1 to 20`."""
-        return f"{figure(self.low)} to {figure(self.high)}"
-
-    @property
-    def expected(self) -> str:
-        """As `a whole number from 1 to 20 [pixels]`."""
-        return f"a whole number from {self.range}{in_brackets(self.unit)}"
+    _types = (int,)  # type: ignore[assignment]
+    _name = "a whole number"
 
 
 @dataclass(frozen=True)
 class YesNo(Kind):
-    """True or false."""
+    """True or false; 0, 1, `yes` and `no` are neither."""
+
+    range = "true, false"
+    expected = "true or false"
 
     def takes(self, value: Any) -> bool:
-        """0, 1, `yes` and `no` are neither."""
+        """The two."""
         return isinstance(value, bool)
-
-    @property
-    def range(self) -> str:
-        """The two."""
-        return "true, false"
-
-    @property
-    def expected(self) -> str:
-        """The two."""
-        return "true or false"
 
 
 @dataclass(frozen=True)
@@ -108,12 +83,12 @@ class OneOf(Kind):
         return isinstance(value, str) and value in self.words
 
     @property
-    def range(self) -> str:
+    def range(self) -> str:  # type: ignore[override]
         """All of them."""
         return ", ".join(self.words)
 
     @property
-    def expected(self) -> str:
+    def expected(self) -> str:  # type: ignore[override]
         """All of them."""
         return f"one of: {self.range}"
 
@@ -123,27 +98,19 @@ class Text(Kind):
     """Some text.
 
     Attributes:
-        what: it is.
+        range: what it is.
     """
 
-    what: str = "text"
+    range: str = "text"
 
     def takes(self, value: Any) -> bool:
         """Not empty, and fit for a path."""
         return isinstance(value, str) and 0 < len(value) <= LONGEST_TEXT and "\0" not in value
 
     @property
-    def range(self) -> str:
+    def expected(self) -> str:  # type: ignore[override]
         """What it is."""
-        return self.what
-
-    @property
-    def expected(self) -> str:
-        """What it is."""
-        return f"{self.what}, not empty"
-
-
-PATH = Text("path")
+        return f"{self.range}, not empty"
 
 
 @dataclass(frozen=True)
@@ -170,12 +137,12 @@ class ListOf(Kind):
         return isinstance(value, list) and self.least <= len(value) <= self.most and all(map(self.kind.takes, value))
 
     @property
-    def range(self) -> str:
+    def range(self) -> str:  # type: ignore[override]
         """As `[0 to 1]`."""
         return f"[{self.kind.range}]"
 
     @property
-    def expected(self) -> str:
+    def expected(self) -> str:  # type: ignore[override]
         """As `a list of 2, each a number from 0 to 1`."""
         count = str(self.least) if self.least == self.most else f"{self.least} or more"
         return f"a list of {count}, each {self.kind.expected}"
@@ -198,12 +165,12 @@ class Span(Kind):
         return is_pair and value[0] <= value[1]
 
     @property
-    def range(self) -> str:
+    def range(self) -> str:  # type: ignore[override]
         """As `[low, high] of 0 to 1`."""
         return f"[low, high] in {self.number.range}"
 
     @property
-    def expected(self) -> str:
+    def expected(self) -> str:  # type: ignore[override]
         """As `[lowest, highest], each a number from 0 to 1`."""
         return f"[lowest, highest], in order, each {self.number.expected}"
 
@@ -213,24 +180,19 @@ class Either(Kind):
     """A value of one kind or of another.
 
     Attributes:
-        short: what to say in tables instead of the ranges of both.
+        range: of both.
     """
 
     first: Kind
     second: Kind
-    short: str = ""
+    range: str
 
     def takes(self, value: Any) -> bool:
         """What one of them takes."""
         return self.first.takes(value) or self.second.takes(value)
 
     @property
-    def range(self) -> str:
-        """Both."""
-        return self.short or f"{self.first.range} or {self.second.range}"
-
-    @property
-    def expected(self) -> str:
+    def expected(self) -> str:  # type: ignore[override]
         """Both."""
         return f"{self.first.expected}; or {self.second.expected}"
 
@@ -251,41 +213,29 @@ class OrNull(Kind):
         return value is None or self.kind.takes(value)
 
     @property
-    def range(self) -> str:
+    def range(self) -> str:  # type: ignore[override]
         """Null, too."""
         return f"null or {self.kind.range}"
 
     @property
-    def expected(self) -> str:
+    def expected(self) -> str:  # type: ignore[override]
         """Null, too."""
         return f"null or {self.kind.expected}"
 
 
 @dataclass(frozen=True)
 class Part(Kind):
-    """Settings of its own, under this one.
+    """Settings of its own, under this one."""
 
-    Attributes:
-        may_be_null: for no such part.
-    """
-
-    may_be_null: bool = False
+    range = "settings"
+    expected = "settings of its own"
 
     def takes(self, value: Any) -> bool:
         """A mapping."""
-        return isinstance(value, Mapping) or (self.may_be_null and value is None)
-
-    @property
-    def range(self) -> str:
-        """What it may be."""
-        return "null or settings" if self.may_be_null else "settings"
-
-    @property
-    def expected(self) -> str:
-        """What it may be."""
-        return f"{'null or ' if self.may_be_null else ''}settings of its own"
+        return isinstance(value, Mapping)
 
 
+PATH = Text("path")
 PATHS = Either(PATH, ListOf(PATH, least=1), "path or [path,...]")
 PATHS_OR_NONE = Either(PATH, ListOf(PATH), "path, [path,...] or []")
 
@@ -295,13 +245,13 @@ def names_files(kind: Kind) -> bool:
     return kind in (PATH, OrNull(PATH), PATHS, PATHS_OR_NONE)
 
 
+def holds_settings(kind: Kind) -> bool:
+    """Whether there are settings under this one."""
+    return kind in (Part(), OrNull(Part()))
+
+
 def figure(value: float) -> str:
     """A bound as short as it can be said without loss: 10000, 1e6, 4294967295."""
     short = f"{value:g}".replace("e-0", "e-").replace("e+0", "e").replace("e+", "e")
     whole = str(int(value)) if value == int(value) and abs(value) < 1e12 else short
     return whole if len(whole) <= 5 or float(short) != value else short
-
-
-def in_brackets(unit: str) -> str:
-    """The unit behind a number, if there is one."""
-    return f" [{unit}]" if unit else ""

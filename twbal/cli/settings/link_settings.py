@@ -1,6 +1,6 @@
 """Settings of the link to a robot, and of what a virtual robot hides."""
 
-from twbal.cli.settings.kinds import ListOf, Number, OneOf, Part, Span, Text, Whole
+from twbal.cli.settings.kinds import ListOf, Number, OneOf, OrNull, Part, Span, Text, Whole
 from twbal.cli.settings.robot_settings import CONTROL_PERIODS, SENSORS
 from twbal.cli.settings.setting import Setting
 
@@ -19,7 +19,7 @@ LINK = (
     Setting("link.connect_timeout", _PATIENCE, "time for the robot to answer"),
     Setting("link.arm_timeout", _PATIENCE, "time for the robot to be armed"),
     Setting("link.timeout", _PATIENCE, "silence that ends a rollout"),
-    Setting("link.confirm_placed", Part(may_be_null=True), "question before each rollout; null: none"),
+    Setting("link.confirm_placed", OrNull(Part()), "question before each rollout; null: none"),
 )
 
 HIDDEN = (

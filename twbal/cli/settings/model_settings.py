@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from twbal.cli.settings.kinds import Number, Part, Whole, YesNo
+from twbal.cli.settings.kinds import Number, OrNull, Part, Whole, YesNo
 from twbal.cli.settings.robot_settings import CHANNELS
 from twbal.cli.settings.setting import Setting
 
@@ -20,7 +20,7 @@ def _fit(place: str) -> Iterator[Setting]:
     yield Setting(f"{place}.max_relative_length_scale", Number(1.001, 1e9), "length-scale where a penalty rises")
     yield Setting(f"{place}.own_choices", Whole(0, 1000), "starts that do not compete; 0: all compete")
     for prior in ("length_scale_prior", "noise_prior"):
-        yield Setting(f"{place}.{prior}", Part(may_be_null=True), f"log-normal {prior.replace('_', ' ')}; null: none")
+        yield Setting(f"{place}.{prior}", OrNull(Part()), f"log-normal {prior.replace('_', ' ')}; null: none")
         yield Setting(f"{place}.{prior}.log_mean", Number(-50.0, 50.0), "mean of the logarithm")
         yield Setting(f"{place}.{prior}.log_sd", Number(0.001, 50.0), "standard deviation of the logarithm")
 
@@ -33,7 +33,7 @@ MODEL = (
     Setting("model.fit_f.settings.tolerance", Number(0.0, 1e6, "nats"), "evidence that the inducing inputs may lose"),
     *_fit("model.fit_g.settings"),
     Setting("model.keep_f_variance", YesNo(), "f + g has the variance of f too"),
-    Setting("model.smoothing", Part(may_be_null=True), "smoothing of the states for g; null: none"),
+    Setting("model.smoothing", OrNull(Part()), "smoothing of the states for g; null: none"),
     Setting("model.smoothing.rounds", Whole(1, 100), "rounds of smoothing and learning g"),
     Setting("model.smoothing.linearisations", Whole(1, 100), "linearisations of the smoother in a round"),
     Setting("model.smoothing.iterations", Whole(1, 100_000), "L-BFGS iterations for the noise levels, at most"),
