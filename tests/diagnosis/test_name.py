@@ -12,7 +12,7 @@ from twbal.diagnosis.effect_candidates import candidates_for
 from twbal.diagnosis.name import name_effects
 from twbal.diagnosis.record import Verdict
 
-SETTINGS = instantiate(OmegaConf.load(conf_folder() / "diagnosis" / "default.yaml"))
+SETTINGS = instantiate(OmegaConf.load(conf_folder() / "groups" / "diagnosis.yaml").default)
 MISSING = {
     "actuation_delay": {"delay": 0.008},
     "backlash": {"gap": 0.02},

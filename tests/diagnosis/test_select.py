@@ -21,7 +21,7 @@ from twbal.diagnosis.weigh import Round, Weighed
 from twbal.sysid.fit import Fit
 from twbal.sysid.model import Data
 
-SETTINGS = instantiate(OmegaConf.load(conf_folder() / "diagnosis" / "default.yaml"))
+SETTINGS = instantiate(OmegaConf.load(conf_folder() / "groups" / "diagnosis.yaml").default)
 KIN = {"dead_zone": ("coulomb_friction",)}
 COLOUR = 2.0
 MODEL = SimpleNamespace(put=lambda values: values, value=lambda field: 0.5)

@@ -19,7 +19,7 @@ from twbal.diagnosis.weigh import weigh
 from twbal.planar.parameters import twin_parameters
 from twbal.sysid.model import Data, Model
 
-SETTINGS = instantiate(OmegaConf.load(conf_folder() / "diagnosis" / "default.yaml"))
+SETTINGS = instantiate(OmegaConf.load(conf_folder() / "groups" / "diagnosis.yaml").default)
 TOLERANCE = SETTINGS.tolerances.data_sheet
 
 

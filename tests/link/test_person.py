@@ -37,7 +37,7 @@ def test_a_pipe_cannot_arm_a_robot(monkeypatch):
 
 
 def test_the_serial_link_asks_by_default(monkeypatch, capsys):
-    link = OmegaConf.load(Path(__file__).parents[2] / "conf" / "link" / "serial.yaml")
+    link = OmegaConf.load(Path(__file__).parents[2] / "conf" / "groups" / "link.yaml").serial
     monkeypatch.setattr("sys.stdin", Terminal("\n"))
     instantiate(link.confirm_placed)(5)
     assert "Trial 5" in capsys.readouterr().out

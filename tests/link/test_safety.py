@@ -211,7 +211,7 @@ def test_a_robot_without_accelerometer_and_yaw_gyro_is_driven_by_the_default_sta
     def turning(seen):
         return replace(seen, acceleration=0.7, yaw_rate=0.3)
 
-    default = OmegaConf.load(Path(__file__).parents[2] / "conf" / "state" / "default.yaml")
+    default = OmegaConf.load(Path(__file__).parents[2] / "conf" / "groups" / "state.yaml").default
     channels = Channels(tuple(default.names), wheel_radius=0.15)
     bare, full = (drive(plant_on(Line(change=change)), channels=channels) for change in (without, turning))
     np.testing.assert_array_equal(bare.states, full.states)

@@ -101,7 +101,7 @@ def test_a_robot_behind_a_socket_is_driven_by_the_same_code():
     with socket.create_server(("127.0.0.1", 0)) as server:
         thread = threading.Thread(target=robot, args=[server])
         thread.start()
-        cfg = OmegaConf.load(CONF / "link" / "serial.yaml")
+        cfg = OmegaConf.load(CONF / "groups" / "link.yaml").serial
         cfg.update(port=f"socket://127.0.0.1:{server.getsockname()[1]}", confirm_placed=None)
         with instantiate(cfg) as plant:
             assert isinstance(plant, SerialPlant)

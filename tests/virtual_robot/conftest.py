@@ -11,14 +11,22 @@ CONF = Path(__file__).parents[2] / "conf"
 
 @pytest.fixture
 def conf():
-    """Builds what one yaml describes: conf("robot/paper")."""
-    return lambda name: instantiate(OmegaConf.load(CONF / f"{name}.yaml"))
+    """Builds what one choice describes: conf("robot/paper")."""
+
+    def build(name):
+        group, choice = name.split("/")
+        together = CONF / "groups" / f"{group}.yaml"
+        return instantiate(
+            OmegaConf.load(together)[choice] if together.exists() else OmegaConf.load(CONF / f"{name}.yaml")
+        )
+
+    return build
 
 
 @pytest.fixture
 def sim_plant(conf):
     """A simulated robot with sensor noise."""
     effects = [conf("hidden/recipe").noise]
-    robot, start = conf("robot/paper"), conf("start/leaning")
+    robot, start = conf("robot/paper"), conf("task/start")
     with SimPlant(robot=robot, effects=effects, start=start, physics_step=0.001, seed=5) as plant:
         yield plant

@@ -66,7 +66,7 @@ def ends(pid):
 
 
 def virtual(clock="lockstep", seed=3, overrides=()):
-    cfg = OmegaConf.load(CONF / "link" / "virtual.yaml")
+    cfg = OmegaConf.load(CONF / "groups" / "link.yaml").virtual
     cfg.update(robot="paper", seed=seed, clock=clock, overrides=[*cfg.overrides, *overrides])
     return instantiate(cfg)
 
