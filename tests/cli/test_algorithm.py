@@ -13,6 +13,7 @@ from twbal.cli.composition import composing
 from twbal.cli.manifest import Manifest
 from twbal.cli.stage_steps import StageSteps
 from twbal.cli.stages.real_rollout import rollout_settings
+from twbal.cli.typed_config import section
 from twbal.core.episode import Episode, Outcome, Provenance
 from twbal.core.errors import ConfigError
 from twbal.core.evaluation import SuccessRule
@@ -74,7 +75,7 @@ def learn(solved=(), words=(), diagnosable=1, useless=(), **changed):
     )
     chain = NotingChain()
     steps = NotedSteps(chain, cfg, solved, FEW_DATA.fewest // diagnosable, useless)
-    result = Algorithm(steps, settings, rollout_settings(cfg.real_rollout), RULE).run()
+    result = Algorithm(steps, settings, rollout_settings(section(cfg, "real_rollout")), RULE).run()
     return chain.calls, result
 
 

@@ -9,7 +9,7 @@ from typing import Any
 from hydra import compose
 from omegaconf import DictConfig, OmegaConf
 
-from twbal.cli.settings.lookup import flattened
+from twbal.cli.settings.nested import flattened
 from twbal.core.errors import ConfigError
 
 ROOT = Path("$OUT")  # stands for the run folder in commands that are written down

@@ -13,7 +13,7 @@ from omegaconf import OmegaConf
 from omegaconf.errors import MissingMandatoryValue, OmegaConfBaseException
 
 from twbal.cli.composition import composing
-from twbal.cli.settings.lookup import ancestors, flattened
+from twbal.cli.settings.nested import ancestors, flattened
 from twbal.core.errors import ConfigError, TwbalError, install_advice
 
 _EFFECTS = "sim.effects."

@@ -8,7 +8,7 @@ from twbal.algorithm.setup import AgentTraining, ModelFits, Setup
 from twbal.cli.simulation_config import simulation_of
 from twbal.cli.stages import optimise_policy, sim_collect
 from twbal.cli.stages.real_rollout import rollout_settings
-from twbal.cli.typed_config import members, typed
+from twbal.cli.typed_config import members, section, typed
 from twbal.diagnosis.pipeline import DataSettings
 
 
@@ -19,7 +19,7 @@ def setup_of(cfg: DictConfig, diagnose: DictConfig) -> Setup:
         cfg: of `iterate`.
         diagnose: of `diagnose`, for what it reads of the rollouts.
     """
-    collecting = typed(sim_collect.Settings, cfg.sim_collect)
+    collecting = typed(sim_collect.Settings, section(cfg, "sim_collect"))
     searching = typed(optimise_policy.Settings, cfg.optimise_policy)
     return Setup(
         simulation=simulation_of(cfg),
@@ -27,7 +27,7 @@ def setup_of(cfg: DictConfig, diagnose: DictConfig) -> Setup:
         at_random=instantiate(cfg.policy),
         simulated=collecting.rollout_settings,
         workers=collecting.workers,
-        driving=rollout_settings(cfg.real_rollout),
+        driving=rollout_settings(section(cfg, "real_rollout")),
         models=ModelFits(instantiate(cfg.model), int(cfg.fit_sim_gp.seed), int(cfg.fit_diff_gp.seed)),
         search=optimise_policy.policy_search(cfg, searching),
         rule=instantiate(cfg.rule),

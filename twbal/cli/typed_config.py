@@ -30,6 +30,11 @@ def _member(kind: Any, value: Any) -> Any:
     return kind(value) if isinstance(kind, type) and issubclass(kind, Enum) else value
 
 
+def section(cfg: DictConfig, stage: str) -> DictConfig:
+    """The settings of a stage within those of one that runs it: its own there, and the tilt limit that all share."""
+    return OmegaConf.create({"tilt_limit": cfg.tilt_limit, **cfg[stage]})
+
+
 def members(cfg: DictConfig) -> tuple[Any, ...]:
     """The objects that a list or a mapping of `_target_` nodes describes, in order."""
     built = instantiate(cfg, _convert_="all")

@@ -9,6 +9,7 @@ from twbal.cli.settings.import_settings import IMPORT
 from twbal.cli.settings.kinds import Kind, holds_settings
 from twbal.cli.settings.link_settings import HIDDEN, LINK
 from twbal.cli.settings.model_settings import MODEL
+from twbal.cli.settings.nested import ancestors, flattened
 from twbal.cli.settings.robot_settings import CONTROL_PERIOD, POLICY, ROBOT, SIMULATION, START, STATE, TORQUE_LIMIT
 from twbal.cli.settings.search_settings import AGENT, COST, JUDGE, RULE, SEARCH, SHAPE
 from twbal.cli.settings.setting import Setting
@@ -114,15 +115,6 @@ def stage_settings(stage: str) -> tuple[Setting, ...]:
     return (*of_others, *(row for rows in GROUPS.values() for row in rows), *STAGES[stage])
 
 
-def flattened(tree: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
-    """Every value that is no mapping (or an empty one), by its dotted key."""
-    for name, value in tree.items():
-        if isinstance(value, Mapping) and value:
-            yield from flattened(value, f"{prefix}{name}.")
-        else:
-            yield f"{prefix}{name}", value
-
-
 def leaves(tree: Mapping[str, Any]) -> Iterator[Leaf]:
     """Every value of a configuration, but for what Hydra itself reads."""
     values = dict(flattened(tree))
@@ -131,12 +123,6 @@ def leaves(tree: Mapping[str, Any]) -> Iterator[Leaf]:
     for key, value in values.items():
         if key.rpartition(".")[2] not in _OWN_OF_HYDRA:
             yield Leaf(key, value, key.startswith(foreign))
-
-
-def ancestors(key: str) -> Iterator[str]:
-    """The dotted keys that a key lies under, from the top."""
-    names = key.split(".")
-    return (".".join(names[:count]) for count in range(1, len(names)))
 
 
 def effects_in(tree: Mapping[str, Any]) -> Iterator[tuple[str, Mapping[str, Any]]]:

@@ -23,7 +23,7 @@ from twbal.cli.manifest import MANIFEST, Manifest, Step, is_of_this_code, perfor
 from twbal.cli.script import HASHES, SCRIPT, hash_list, script
 from twbal.cli.stage_steps import StageSteps
 from twbal.cli.stages.real_rollout import check_robot_is_there, rollout_settings
-from twbal.cli.typed_config import recorded, typed
+from twbal.cli.typed_config import recorded, section, typed
 from twbal.core.files import write_atomically
 from twbal.diagnosis.usability import FEW_DATA, enough_for_diagnosis
 from twbal.viz.run_figures import pictures, save
@@ -126,7 +126,7 @@ def _learn_and_write(
     measures = Measures(instantiate(cfg.rule), instantiate(cfg.cost), cfg.search.horizon, instantiate(cfg.state))
     check_robot_is_there(cfg)
     steps = StageSteps(chain, cfg)
-    result = Algorithm(steps, settings, rollout_settings(cfg.real_rollout), measures.rule).run()
+    result = Algorithm(steps, settings, rollout_settings(section(cfg, "real_rollout")), measures.rule).run()
     return _write(cfg, chain, steps, result, measures, choices)
 
 
