@@ -3,6 +3,7 @@
 import shlex
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path, PurePosixPath
 
 from hydra.utils import instantiate
@@ -141,11 +142,16 @@ def _import_to_files(
         print(f"{len(refused)} of {len(files)} files were not imported; {made[-1]} says why.")
     for name, episode in zip(names, episodes, strict=True):
         made.append(out / EPISODES / f"{name}.mcap")
-        write_episode(made[-1], episode)
+        write_episode(made[-1], episode, partial(_shown, name))
     for name, episode in list(zip(names, episodes, strict=True))[:_DRAWN]:
         made.append(out / "figures" / f"{name}.png")
         save(courses_figure(episode, name), made[-1], dots_per_inch=90)
     return made
+
+
+def _shown(name: str, chunks: Sequence[int]) -> Iterator[int]:
+    """The chunks of a log that is written, with lines of progress where it takes long."""
+    return counted(chunks, f"chunks of {name} written", len(chunks))
 
 
 def _periods(episodes: Sequence[Episode], names: Sequence[str]) -> Iterator[str]:
