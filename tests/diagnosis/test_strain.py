@@ -37,7 +37,7 @@ def scaled(**factors):
 
 def test_a_robot_within_its_tolerances_strains_nothing(paper):
     corner = scaled(body_mass=1.029, body_inertia=0.971, com_height=1.029, wheel_radius=0.971)
-    assert strain(*refitted(paper, corner), TOLERANCE) < 0.2 * SETTINGS.lines.strain
+    assert strain(*refitted(paper, corner), SETTINGS.tolerances) < 0.2 * SETTINGS.lines.strain
 
 
 def test_strain_is_what_a_bounded_fit_loses(paper):
@@ -60,7 +60,7 @@ def test_strain_is_what_a_bounded_fit_loses(paper):
     begin = np.clip((fit.values - low) / (high - low), 1e-3, 1 - 1e-3)
     bounded = least_squares(errors, begin, bounds=(0.0, 1.0), diff_step=1e-4)
     unbounded = fit.white @ fit.white + np.sum(((fit.values - means) / sds)[~sheet] ** 2)
-    found = strain(data, fit, TOLERANCE)
+    found = strain(data, fit, SETTINGS.tolerances)
     assert found > SETTINGS.lines.strain
     assert found == pytest.approx(2.0 * bounded.cost - unbounded, rel=0.35)
 

@@ -19,7 +19,7 @@ from twbal.sysid.fit import Fit
 from twbal.sysid.model import Data, Model
 
 PRESETS = sorted(path.stem for path in (conf_folder() / "diagnosis").glob("*.yaml"))
-TOLERANCES = Tolerances(0.15, 0.0003, 0.00025, 0.0)
+TOLERANCES = Tolerances(0.15, 0.15, 0.0003, 0.00025, 0.0)
 
 
 def fitted(robot, values):

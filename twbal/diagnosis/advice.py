@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from twbal.diagnosis.objections import negligible, with_values
 from twbal.diagnosis.record import Verdict
 from twbal.diagnosis.select import Selection, worth
-from twbal.diagnosis.settings import Settings
+from twbal.diagnosis.settings import SHEET_VALUES, Settings
 from twbal.diagnosis.verdict import blind, off
 from twbal.diagnosis.weigh import Weighed
 
@@ -40,7 +40,9 @@ def advise(
             found.append(f"Too small to be named: {with_values(chosen, trifles)}.")
         shifts = off(chosen, strain, settings)
         if shifts:
-            limit, listed = f"{settings.tolerances.data_sheet:.0%}", ", ".join(shift.text for shift in shifts)
+            limits = sorted({settings.tolerances.of(field) for field in SHEET_VALUES})
+            limit = " to ".join(f"{end:.0%}" for end in dict.fromkeys((limits[0], limits[-1])))
+            listed = ", ".join(shift.text for shift in shifts)
             found.append(f"Values of the data sheet are off as well, beyond their tolerances of {limit}: {listed}.")
         if _one_more(selection, settings):
             found.append("The data ask for one more effect than is named; diagnose again with augmented.yaml as sim=.")

@@ -101,8 +101,10 @@ def always_free(tolerances: Tolerances, twin: TwinParameters, recordings: int) -
         recordings: how many there are.
     """
     values = [(field, float(getattr(twin, field))) for field in (*DATA_SHEET, *WHEELS)]
-    sd = tolerances.data_sheet
-    sheet = [Free(field, LOWEST * value, HIGHEST * value, value, sd * value, _NUDGE * value) for field, value in values]
+    sheet = [
+        Free(field, LOWEST * value, HIGHEST * value, value, tolerances.of(field) * value, _NUDGE * value)
+        for field, value in values
+    ]
     late, lead = tolerances.imu_timing, tolerances.angle_timing
     return (
         *sheet,

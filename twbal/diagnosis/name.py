@@ -1,6 +1,7 @@
 """From recordings to the effects that a simulation lacks."""
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -50,6 +51,7 @@ def name_effects(
     Raises:
         ConfigError: an effect that is to be left out is none.
     """
+    settings = replace(settings, tolerances=settings.tolerances.for_robot(robot))
     twin = twin_parameters(robot, effects)
     data = Data(recordings, settings.substeps)
     offsets = tilt_offsets(settings.tolerances, len(recordings))
@@ -64,7 +66,7 @@ def name_effects(
     selection = select(data, start, always, missing, settings, progress)
     progress("checking whether what fits best is a finding")
     unsteady = unsteady_effects(data, selection.chosen, settings.lines.steady)
-    tension = strain(data, selection.chosen.fit, settings.tolerances.data_sheet)
+    tension = strain(data, selection.chosen.fit, settings.tolerances)
     objected = objections(selection.chosen, unsteady, settings)
     verdict = conclude(selection, objected, tension, settings)
     guessed = verdict is Verdict.UNKNOWN and settings.best_guess and not selection.chosen.stuck

@@ -12,7 +12,6 @@ from twbal.diagnosis.weigh import Weighed, at_bound
 
 _WHERE = {"speed": "the wheels turn fast", "time": "time has gone by", "command": "the command is large"}
 _INSTANTS = 2000  # for which the limit of the autocorrelation is set; that of coloured errors grows with their number
-_ROUGH = 0.15  # tolerance of a data sheet by diagnosis=rough
 
 
 def objections(chosen: Weighed, unsteady: Sequence[Unsteady], settings: Settings) -> tuple[str, ...]:
@@ -97,8 +96,9 @@ def _to_the_data_sheet(chosen: Weighed, bounded: Mapping[str, tuple[float, str]]
                 f"The best guess needs a {spaced(shift.name)} of {shift.factor:.2g} times the data sheet's, "
                 f"{abs(shift.sigmas):.0f} tolerances off: that is no finding."
             )
-    if found and settings.tolerances.data_sheet < _ROUGH:
-        found.append(f"If the data sheet may be as wrong as that (by {_ROUGH:.0%} or so), say diagnosis=rough.")
+    rough = settings.tolerances.rough
+    if found and settings.tolerances.data_sheet < rough:
+        found.append(f"If the data sheet may be as wrong as that (by {rough:.0%} or so), say diagnosis=rough.")
     return found
 
 

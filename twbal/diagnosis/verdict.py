@@ -63,12 +63,14 @@ def is_worse(gap: Gap) -> bool:
 
 def shifts_of(weighed: Weighed, settings: Settings) -> tuple[Shift, ...]:
     """How far the data pull the values of the data sheet, the largest first."""
-    found, tolerance = [], settings.tolerances.data_sheet
+    found = []
     for free in weighed.fit.frees:
         if free.field in DATA_SHEET:
             factor = weighed.fit.model.value(free.field) / free.mean
             name = free.field.rpartition("_")[0]
-            found.append(Shift(name, DATA_SHEET[free.field], factor, (factor - 1.0) / tolerance))
+            found.append(
+                Shift(name, DATA_SHEET[free.field], factor, (factor - 1.0) / settings.tolerances.of(free.field))
+            )
     return tuple(sorted(found, key=lambda shift: -abs(shift.sigmas)))
 
 

@@ -6,7 +6,7 @@ windows forgive commands that were logged as samples of a faster loop, which one
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -160,7 +160,8 @@ def name_drag(
     turns = _Turns(data, *_windows(data))
     twin = twin_parameters(robot, effects)
     weighed = [c for name in FORMS for c in candidates if c.name == name and name not in settings.leave_out]
-    tolerance = settings.tolerances.data_sheet
+    settings = replace(settings, tolerances=settings.tolerances.for_robot(robot))
+    tolerance = settings.tolerances.of("torque_gain_gain")
     progress(f"wheels in the air: fitting {len(weighed)} forms of drag")
     base, *forms = [_fit(turns, twin, candidate, tolerance) for candidate in (None, *weighed)]
     least = min(form.misfit for form in (base, *forms))
@@ -275,7 +276,7 @@ def _fit(turns: _Turns, twin: TwinParameters, candidate: Candidate | None, toler
 def _verdict(turns: _Turns, twin: TwinParameters, base: _Form, chosen: _Form, settings: Settings) -> Verdict:
     """What the fits come to."""
     lines = settings.lines
-    shift = abs(base.strength - 1.0) / settings.tolerances.data_sheet
+    shift = abs(base.strength - 1.0) / settings.tolerances.of("torque_gain_gain")
     if chosen.candidate and base.misfit - chosen.misfit > lines.score:
         before = float(np.sqrt(np.mean(turns.off_by(twin) ** 2)))
         return Verdict.NAMED if chosen.rms < _LEFT * before and not chosen.stuck else Verdict.UNKNOWN
