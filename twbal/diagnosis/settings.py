@@ -4,17 +4,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from twbal.core.robot_parameters import RobotParameters
-
-SHEET_VALUES = {
-    "torque_gain_gain": "torque_limit",
-    "body_mass_factor": "body_mass",
-    "body_inertia_factor": "body_inertia_pitch",
-    "com_height_factor": "com_height",
-    "wheel_radius_factor": "wheel_radius",
-    "wheel_mass": "wheel_mass",
-    "wheel_inertia": "wheel_inertia",
-}
-"""Value of the robot's sheet whose provenance stands for that of a field that a fit may change."""
+from twbal.diagnosis.data_sheet import DATA_SHEET
+from twbal.sysid.model import Field
 
 
 @dataclass(frozen=True)
@@ -38,10 +29,11 @@ class Tolerances:
     tilt_offset: float
     factors: Mapping[str, float] = field(default_factory=dict)
 
-    def of(self, name: str) -> float:
+    def of(self, name: Field) -> float:
         """Of a factor on a data-sheet value, by the name of the field that a fit changes."""
+        value = DATA_SHEET[name].value if name in DATA_SHEET else str(name)
         largest = max(self.data_sheet, self.rough)
-        return min(self.data_sheet * self.factors.get(SHEET_VALUES[name], 1.0), largest)
+        return min(self.data_sheet * self.factors.get(value, 1.0), largest)
 
     def for_robot(self, robot: RobotParameters) -> "Tolerances":
         """The same, with what the robot's sheet says of where its values come from."""

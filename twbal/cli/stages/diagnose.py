@@ -20,17 +20,17 @@ from twbal.core.episode import Episode, Outcome
 from twbal.core.files import write_atomically
 from twbal.core.gaussian import Array
 from twbal.core.robot_parameters import RobotParameters
-from twbal.diagnosis.account import take_account
 from twbal.diagnosis.advice import UNEXPLAINED
 from twbal.diagnosis.candidates import tilt_offsets
 from twbal.diagnosis.effect_candidates import candidates_for
-from twbal.diagnosis.findings import Account, Effects, Findings
+from twbal.diagnosis.filter_result import filter_recordings
+from twbal.diagnosis.findings import Effects, FilterResult, Findings
 from twbal.diagnosis.gap import Models, Stretches, measure_gaps
 from twbal.diagnosis.name import name_effects
 from twbal.diagnosis.record import Diagnosis, Verdict, verdict_in, write_diagnosis
 from twbal.diagnosis.settings import Settings as DiagnosisSettings
 from twbal.diagnosis.verdict import review
-from twbal.diagnosis.wheel_friction import name_drag
+from twbal.diagnosis.wheel_friction import identify_friction
 from twbal.diagnosis.wheels_off_ground import ADVICE as IN_AIR
 from twbal.diagnosis.wheels_off_ground import held, held_upright, wheels_in_air, without_rotors
 from twbal.diagnosis.where import disagreement
@@ -126,7 +126,7 @@ def diagnose(split: Split, told: Told) -> tuple[Diagnosis, Findings]:
     Where rollouts on the other part contradict the fit, they have the last word on the verdict, and what is named in
     the findings falls back to the data sheet refitted.
     """
-    name = name_drag if told.in_air else name_effects
+    name = identify_friction if told.in_air else name_effects
     found = name(split.fitted, told.robot, told.present, candidates_for(told.robot), told.estimating, _say)
     _say("rollouts in PyBullet against held-out data")
     nominal, refitted = (_seen_by(account, split, told) for account in (found.nominal, found.refitted))
@@ -238,7 +238,7 @@ def _on_falls(episodes: Sequence[Episode], verdict: Verdict) -> tuple[str, ...]:
     return (f"The robot fell in {fell} of {len(episodes)} episodes. One that stays up tells more: {_GENTLER}",)
 
 
-def _offsets(account: Account, names: Sequence[str]) -> list[tuple[str, str]]:
+def _offsets(account: FilterResult, names: Sequence[str]) -> list[tuple[str, str]]:
     """A line on the tilt's offsets, where they were free."""
     if not account.offsets:
         return []
@@ -263,16 +263,16 @@ def _draw(diagnosis: Diagnosis, folder: Path) -> tuple[DiagnosisPictures, list[P
     return DiagnosisPictures(texts["where"] or "", texts["rivals"], texts["gap"], texts["whiteness"] or ""), files
 
 
-def _seen_by(account: Account, split: Split, told: Told) -> Account:
+def _seen_by(account: FilterResult, split: Split, told: Told) -> FilterResult:
     """What a fitted model makes of what was kept back; other recordings have tilt offsets of their own."""
     estimating, recordings = told.estimating, split.kept_back
     offsets = account.offsets if split.are_ends else tilt_offsets(estimating.tolerances, len(recordings))
-    return take_account(
+    return filter_recordings(
         told.robot, account.effects, account.noise, account.angle_lead, recordings, estimating.substeps, offsets
     )
 
 
-def _replay(told: Told, account: Account, starts: Sequence[ReplayStart], commands: Array) -> Array:
+def _replay(told: Told, account: FilterResult, starts: Sequence[ReplayStart], commands: Array) -> Array:
     return replay(told.robot, _as_simulated(account.effects), told.physics_step, starts, commands)
 
 

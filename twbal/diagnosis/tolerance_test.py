@@ -8,7 +8,7 @@ more: no values within them explain such a robot.
 import numpy as np
 from scipy.optimize import lsq_linear
 
-from twbal.diagnosis.candidates import DATA_SHEET, WHEELS
+from twbal.diagnosis.data_sheet import DATA_SHEET, WHEELS
 from twbal.diagnosis.settings import Tolerances
 from twbal.sysid.fit import Fit, slopes_of
 from twbal.sysid.model import Data
@@ -16,7 +16,7 @@ from twbal.sysid.model import Data
 _FEW = 1e-9  # room within bounds that a value may stand on, in standard deviations
 
 
-def strain(data: Data, fit: Fit, tolerances: Tolerances) -> float:
+def tolerance_statistic(data: Data, fit: Fit, tolerances: Tolerances) -> float:
     """Gain in -2 log likelihood of a fit over the best one whose data sheet is within its tolerances.
 
     From the slopes at the optimum, so a bounded linear least-squares problem; factors multiply, and at their limits
