@@ -76,7 +76,10 @@ def test_an_unknown_stage_suggests_the_near_one_and_lists_all(capsys):
         ("robot.body_mas=3", "no setting 'robot.body_mas' (did you mean 'robot.body_mass'?)"),
         ("body_mass=3", "no setting 'body_mass' (did you mean 'robot.body_mass'?)"),
         ("~rolouts", "no setting 'rolouts' (did you mean 'rollouts'?)"),
-        ("robot=papr", "robot has no choice 'papr' (did you mean 'paper'?). The choices are: paper, regbot."),
+        (
+            "robot=papr",
+            "robot has no choice 'papr' (did you mean 'paper'?). The choices are: balboa, esp32, lego",
+        ),
         ("rollouts", "'rollouts' is not an override; expected key=value"),
         ("robot.name=[a=b]", "its value cannot be read. Put text with any of = , : [ ] { } in quotes"),
     ],
@@ -224,7 +227,7 @@ def test_two_runs_at_once_have_folders_of_their_own(stage):
     [
         ("twbal ", set(STAGES)),
         ("twbal sim", set(STAGES)),
-        ("twbal sim-collect robot=", {"robot=paper", "robot=regbot"}),
+        ("twbal sim-collect robot=", {f"robot={path.stem}" for path in (conf_folder() / "robot").glob("*.yaml")}),
         ("twbal sim-collect roll", {"rollouts="}),
     ],
 )

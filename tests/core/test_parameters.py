@@ -62,11 +62,12 @@ def test_hash_changes_with_every_value(paper):
         parameter_hash(paper, [], 0.0005),
         parameter_hash(paper, [BodyMass(1.1)], 0.001),
     }
-    for field in fields(paper):
+    values = [field for field in fields(paper) if field.compare]
+    for field in values:
         value = getattr(paper, field.name)
         other = value + "_2" if isinstance(value, str) else value + 1e-9
         seen.add(parameter_hash(replace(paper, **{field.name: other}), [], 0.001))
-    assert len(seen) == 3 + len(fields(paper))
+    assert len(seen) == 3 + len(values)
 
 
 def test_hash_tells_effects_with_equal_values_apart(paper):

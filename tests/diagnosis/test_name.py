@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from hydra.utils import instantiate
 from omegaconf import OmegaConf
-from rides import ride
+from synthetic_recordings import synthetic_recording
 
 from twbal.cli.conf_folder import conf_folder
-from twbal.diagnosis.account import take_account
 from twbal.diagnosis.effect_candidates import candidates_for
+from twbal.diagnosis.filter_result import filter_recordings
 from twbal.diagnosis.name import name_effects
 from twbal.diagnosis.record import Verdict
 
@@ -46,7 +46,7 @@ def diagnose(robot, recordings, effects=None, candidates=None):
 
 @pytest.fixture(scope="module")
 def clean(paper):
-    return diagnose(paper, [ride(paper, {}, seed=11, periods=1000)])
+    return diagnose(paper, [synthetic_recording(paper, {}, seed=11, periods=1000)])
 
 
 def test_nothing_is_missing_where_nothing_is(clean):
@@ -63,7 +63,7 @@ def test_errors_of_the_right_model_are_white_and_as_large_as_their_noise(clean):
 
 
 def test_a_missing_delay_is_named_with_its_value(paper):
-    found = diagnose(paper, [ride(paper, {"actuation_delay": {"delay": 0.008}}, seed=12, periods=1000)])
+    found = diagnose(paper, [synthetic_recording(paper, {"actuation_delay": {"delay": 0.008}}, seed=12, periods=1000)])
     assert found.verdict is Verdict.NAMED
     (effect,) = found.effects
     estimate = effect.parameters["delay"]
@@ -76,13 +76,13 @@ def test_a_missing_delay_is_named_with_its_value(paper):
 
 def test_what_the_simulation_has_already_is_not_missed(paper):
     effects = {"actuation_delay": {"delay": 0.008}}
-    found = diagnose(paper, [ride(paper, effects, seed=12, periods=1000)], effects)
+    found = diagnose(paper, [synthetic_recording(paper, effects, seed=12, periods=1000)], effects)
     assert found.verdict is Verdict.NONE
     assert found.named.effects["actuation_delay"] == {"delay": 0.008}
 
 
 def test_what_no_candidate_explains_is_unknown(paper):
-    recording = ride(paper, {"com_offset": {"angle": 0.02}}, seed=13, periods=1000)
+    recording = synthetic_recording(paper, {"com_offset": {"angle": 0.02}}, seed=13, periods=1000)
     innocent = [c for c in candidates_for(paper) if c.name in ("battery_sag", "imu_delay", "torque_gain")]
     assert diagnose(paper, [recording], candidates=innocent).verdict is Verdict.UNKNOWN
 
@@ -95,30 +95,30 @@ def test_what_no_candidate_explains_is_unknown(paper):
     ],
 )
 def test_a_data_sheet_that_is_off_is_called_so_with_its_class(paper, effects, group):
-    found = diagnose(paper, [ride(paper, effects, seed=14, periods=1000)])
+    found = diagnose(paper, [synthetic_recording(paper, effects, seed=14, periods=1000)])
     assert found.verdict is Verdict.DATA_SHEET
     assert found.data_sheet_class[0] == group
 
 
 def test_a_robot_that_stands_still_tells_too_little(paper):
-    found = diagnose(paper, [ride(paper, {}, seed=15, periods=400, still=True)])
+    found = diagnose(paper, [synthetic_recording(paper, {}, seed=15, periods=400, still=True)])
     assert found.verdict in (Verdict.UNDECIDED, Verdict.NONE)
     assert any("could be there" in sentence for sentence in found.advice)
 
 
 def test_several_recordings_are_one_body_of_data(paper):
     effects = {"coulomb_friction": {"torque": 0.1}}
-    found = diagnose(paper, [ride(paper, effects, seed=s, periods=300) for s in (16, 17, 18)])
+    found = diagnose(paper, [synthetic_recording(paper, effects, seed=s, periods=300) for s in (16, 17, 18)])
     assert [effect.name for effect in found.effects] == ["coulomb_friction"]
-    assert len(found.named.tracks) == 3
+    assert len(found.named.trajectories) == 3
 
 
 def test_an_account_of_other_recordings_is_that_of_the_same_model(paper, clean):
-    other = ride(paper, {}, seed=19, periods=200)
+    other = synthetic_recording(paper, {}, seed=19, periods=200)
     model = clean.named
-    account = take_account(paper, model.effects, model.noise, model.angle_lead, [other], SETTINGS.substeps)
-    assert len(account.tracks[0].tilt) == 201
-    assert np.abs(account.tracks[0].tilt - other.measured[:, 0]).std() < 0.005
+    account = filter_recordings(paper, model.effects, model.noise, model.angle_lead, [other], SETTINGS.substeps)
+    assert len(account.trajectories[0].tilt) == 201
+    assert np.abs(account.trajectories[0].tilt - other.measured[:, 0]).std() < 0.005
 
 
 NOT_YET = {"wheel_slip": "what is left after tyres that slip at times is coloured, so the verdict is unknown"}
@@ -132,7 +132,7 @@ EVERY = [
 @pytest.mark.parametrize("name", EVERY)
 def test_every_effect_is_named_on_data_of_the_twin(paper, name):
     effects = {name: MISSING[name]}
-    found = diagnose(paper, [ride(paper, effects, seed=20)])
+    found = diagnose(paper, [synthetic_recording(paper, effects, seed=20)])
     assert found.verdict is Verdict.NAMED
     (effect,) = found.effects
     assert name in (effect.name, *effect.equivalents)
@@ -141,7 +141,7 @@ def test_every_effect_is_named_on_data_of_the_twin(paper, name):
 @pytest.mark.slow
 def test_two_effects_are_both_named(paper):
     effects = {name: MISSING[name] for name in ("dead_zone", "viscous_friction")}
-    found = diagnose(paper, [ride(paper, effects, seed=21)])
+    found = diagnose(paper, [synthetic_recording(paper, effects, seed=21)])
     assert {effect.name for effect in found.effects} == set(effects)
 
 
@@ -149,5 +149,5 @@ def test_two_effects_are_both_named(paper):
 def test_a_small_robot_is_diagnosed_as_a_large_one(regbot):
     light = replace(regbot)
     effects = {"coulomb_friction": {"torque": 0.005}}
-    found = diagnose(light, [ride(light, effects, seed=22)])
+    found = diagnose(light, [synthetic_recording(light, effects, seed=22)])
     assert [effect.name for effect in found.effects] == ["coulomb_friction"]

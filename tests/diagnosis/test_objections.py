@@ -6,18 +6,18 @@ import numpy as np
 import pytest
 from hydra import compose
 from hydra.utils import instantiate
-from rides import ride
+from synthetic_recordings import synthetic_recording
 
 from twbal.cli.composition import composing
 from twbal.diagnosis.advice import advise
 from twbal.diagnosis.candidates import always_free
 from twbal.diagnosis.effect_candidates import candidates_for
+from twbal.diagnosis.hypothesis import FittedHypothesis, Round, fit_hypothesis, overriding
 from twbal.diagnosis.name import _named, first_noise
 from twbal.diagnosis.objections import objections
 from twbal.diagnosis.record import Gap, Verdict
 from twbal.diagnosis.select import Selection
 from twbal.diagnosis.verdict import conclude, probabilities, review
-from twbal.diagnosis.weigh import Round, Weighed, overriding, weigh
 from twbal.planar.parameters import twin_parameters
 from twbal.sysid.fit import Fit
 from twbal.sysid.model import Data, Model
@@ -36,17 +36,17 @@ def fitted(robot, names, values, total=0.0, choice="default"):
     chosen = tuple(c for name in names for c in candidates_for(robot) if c.name == name)
     model = Model(twin, 0.0, first_noise(robot, np.ones(4, bool))).put(values)
     frees = (*always_free(settings(choice).tolerances, twin, 1), *(free for c in chosen for free in c.frees))
-    return Weighed(chosen, Fit(model, frees, total, None, np.zeros(4 * INSTANTS)), np.ones(4), 0.0)
+    return FittedHypothesis(chosen, Fit(model, frees, total, None, np.zeros(4 * INSTANTS)), np.ones(4), 0.0)
 
 
 @pytest.fixture(scope="module")
 def driven(paper):
-    return [ride(paper, {}, seed=51, periods=300)]
+    return [synthetic_recording(paper, {}, seed=51, periods=300)]
 
 
 def test_nothing_speaks_against_an_effect_of_usual_size(paper, driven):
-    weighed = fitted(paper, ["coulomb_friction"], {"coulomb_friction_torque": 0.3})
-    assert objections(weighed, (), settings()) == ()
+    hypothesis = fitted(paper, ["coulomb_friction"], {"coulomb_friction_torque": 0.3})
+    assert objections(hypothesis, (), settings()) == ()
 
 
 def bounds(robot, field):
@@ -63,19 +63,19 @@ def test_a_rough_data_sheet_that_ran_to_its_bounds_is_no_finding(fields, end, si
     rough = settings("rough")
     rough = replace(rough, lines=replace(rough.lines, beyond=1e9))
     values = {f"{field}_factor": bounds(paper, f"{field}_factor")[end] for field in fields}
-    weighed = fitted(paper, ["coulomb_friction"], {"coulomb_friction_torque": 0.3, **values}, choice="rough")
-    found = objections(weighed, (), rough)
+    hypothesis = fitted(paper, ["coulomb_friction"], {"coulomb_friction_torque": 0.3, **values}, choice="rough")
+    found = objections(hypothesis, (), rough)
     assert len(found) == len(fields)
     for field, factor in zip(fields, values.values(), strict=True):
         said = f"{field.replace('_', ' ')} of {factor:.2g} times the data sheet's, the {side} bound of its range"
         assert said in " ".join(found)
-    assert conclude(Selection(weighed, (), weighed), found, 0.0, rough) is Verdict.UNKNOWN
+    assert conclude(Selection(hypothesis, (), hypothesis), found, 0.0, rough) is Verdict.UNKNOWN
 
 
 def test_a_wheel_that_ran_to_its_bound_is_no_finding(paper, driven):
     highest = bounds(paper, "wheel_inertia")[1]
-    weighed = fitted(paper, ["coulomb_friction"], {"coulomb_friction_torque": 0.3, "wheel_inertia": highest})
-    found, rough = objections(weighed, (), settings())
+    hypothesis = fitted(paper, ["coulomb_friction"], {"coulomb_friction_torque": 0.3, "wheel_inertia": highest})
+    found, rough = objections(hypothesis, (), settings())
     assert "wheel inertia of" in found
     assert "the upper bound" in found
     assert "diagnosis=rough" in rough
@@ -83,9 +83,9 @@ def test_a_wheel_that_ran_to_its_bound_is_no_finding(paper, driven):
 
 @pytest.mark.parametrize(("limit", "objected"), [(0.0335, True), (5.0, False)])
 def test_a_limit_that_swallows_the_commands_explains_nothing(limit, objected, paper, driven):
-    weighed = fitted(paper, ["torque_saturation"], {"torque_saturation_limit": limit})
-    swallowing = overriding(Data(driven, 10), weighed.fit.model, weighed.candidates)
-    found = objections(weighed._replace(overriding=swallowing), (), settings())
+    hypothesis = fitted(paper, ["torque_saturation"], {"torque_saturation_limit": limit})
+    swallowing = overriding(Data(driven, 10), hypothesis.fit.model, hypothesis.candidates)
+    found = objections(hypothesis._replace(overriding=swallowing), (), settings())
     said = [sentence for sentence in found if "commands" in sentence]
     assert bool(said) is objected
     assert not said or "torque saturation of 0.0335 N·m, lets next to nothing of the commands pass" in said[0]
@@ -99,26 +99,30 @@ def test_an_effect_of_size_zero_is_no_finding(name, field, paper, driven):
 
 
 def test_residuals_with_memory_are_told_with_their_autocorrelation(paper, driven):
-    weighed = fitted(paper, ["coulomb_friction"], {"coulomb_friction_torque": 0.3})._replace(whiteness=np.full(4, 12.0))
-    (found,) = objections(weighed, (), settings())
+    hypothesis = fitted(paper, ["coulomb_friction"], {"coulomb_friction_torque": 0.3})._replace(
+        autocorrelations=np.full(4, 12.0)
+    )
+    (found,) = objections(hypothesis, (), settings())
     assert "autocorrelated: 12, where noise has 1; the limit is 8" in found
 
 
 def test_an_effect_that_a_fit_leaves_at_nothing_is_not_named_beside_another(paper):
-    data = Data([ride(paper, {"coulomb_friction": {"torque": 0.1}}, seed=52, periods=500)], 10)
+    data = Data([synthetic_recording(paper, {"coulomb_friction": {"torque": 0.1}}, seed=52, periods=500)], 10)
     twin = twin_parameters(paper, {})
     start = data.with_noise(Model(twin, 0.0, first_noise(paper, data.sensed)), 30)
     pair = [c for c in candidates_for(paper) if c.name in ("coulomb_friction", "motor_lag")]
-    weighed = weigh(data, start, always_free(settings().tolerances, twin, 1), pair, 4)
-    weighed = weighed._replace(fit=weighed.fit._replace(model=weighed.fit.model.put({"motor_lag_time_constant": 0.0})))
-    selection = Selection(weighed, (), weighed)
-    named = _named(data, weighed, selection, probabilities(selection, settings()), settings())
+    hypothesis = fit_hypothesis(data, start, always_free(settings().tolerances, twin, 1), pair, 4)
+    hypothesis = hypothesis._replace(
+        fit=hypothesis.fit._replace(model=hypothesis.fit.model.put({"motor_lag_time_constant": 0.0}))
+    )
+    selection = Selection(hypothesis, (), hypothesis)
+    named = _named(data, hypothesis, selection, probabilities(selection, settings()), settings())
     assert [effect.name for effect in named] == ["coulomb_friction"]
-    assert objections(weighed, (), settings()) == ()
+    assert objections(hypothesis, (), settings()) == ()
 
 
 def advice_of(paper, *others):
-    """Advice on Coulomb friction that was named, where these sets were weighed in the last round."""
+    """Advice on Coulomb friction that was named, where these sets were hypothesis in the last round."""
     base = fitted(paper, [], {}, 1000.0)
     chosen = fitted(paper, ["coulomb_friction"], {"coulomb_friction_torque": 0.3}, 500.0)
     selection = Selection(base, (Round(base, [], [chosen]), Round(chosen, [], list(others))), chosen)
@@ -142,8 +146,8 @@ def test_values_of_the_data_sheet_that_are_off_are_listed_with_their_factors(pap
     far = " ".join(advise(selection, (), 0.0, Verdict.NAMED, settings()))
     assert "tolerances of 3%: body mass x 1.12 (+4.0 tolerances)." in far
     near = chosen._replace(fit=chosen.fit._replace(model=chosen.fit.model.put({"body_mass_factor": 1.06})))
-    strained = " ".join(advise(selection._replace(chosen=near), (), 1e3, Verdict.NAMED, settings()))
-    assert "body mass x 1.06 (+2.0 tolerances), com height x 0.95 (-1.7 tolerances)." in strained
+    exceeds_tolerances = " ".join(advise(selection._replace(chosen=near), (), 1e3, Verdict.NAMED, settings()))
+    assert "body mass x 1.06 (+2.0 tolerances), com height x 0.95 (-1.7 tolerances)." in exceeds_tolerances
 
 
 def gap(before, refitted, after, noise_floor):

@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 from hydra import compose
 from hydra.utils import instantiate
-from rides import ride
+from synthetic_recordings import synthetic_recording
 
 from twbal.cli.composition import composing
 from twbal.cli.main import main
 from twbal.diagnosis.candidates import always_free
+from twbal.diagnosis.constancy import inconstant_effects
 from twbal.diagnosis.effect_candidates import candidates_for
+from twbal.diagnosis.hypothesis import fit_hypothesis
 from twbal.diagnosis.name import name_effects
 from twbal.diagnosis.record import Verdict
-from twbal.diagnosis.steady import unsteady_effects
-from twbal.diagnosis.weigh import weigh
 from twbal.io.importers.smoother import smooth
 from twbal.planar.parameters import twin_parameters
 from twbal.sysid.model import Data, Model
@@ -41,7 +41,7 @@ def without_rates(recording):
 
 
 def test_friction_is_named_without_a_gyro(paper):
-    recording = without_rates(ride(paper, FRICTION, seed=31, periods=1000))
+    recording = without_rates(synthetic_recording(paper, FRICTION, seed=31, periods=1000))
     found = name_effects([recording], paper, {}, candidates_for(paper), settings("default"))
     assert found.verdict is Verdict.NAMED
     (effect,) = found.effects
@@ -53,7 +53,7 @@ def test_friction_is_named_without_a_gyro(paper):
 
 
 def test_nothing_is_missed_of_a_clean_robot_without_a_gyro(paper):
-    recording = without_rates(ride(paper, {}, seed=32, periods=1000))
+    recording = without_rates(synthetic_recording(paper, {}, seed=32, periods=1000))
     found = name_effects([recording], paper, {}, candidates_for(paper), settings("default"))
     assert found.verdict in (Verdict.NONE, Verdict.UNDECIDED)
 
@@ -62,7 +62,7 @@ def test_the_tilt_may_be_off_by_another_constant_in_each_log(paper):
     offsets = (0.03, -0.02)
     recordings = []
     for seed, offset in zip((33, 34), offsets, strict=True):
-        recording = ride(paper, FRICTION, seed=seed, periods=600, tolerance=0.0)
+        recording = synthetic_recording(paper, FRICTION, seed=seed, periods=600, tolerance=0.0)
         recordings.append(replace(recording, measured=recording.measured + offset * np.eye(4)[0]))
     plain = settings("default")
     told = replace(plain, tolerances=replace(plain.tolerances, tilt_offset=0.03))
@@ -73,7 +73,7 @@ def test_the_tilt_may_be_off_by_another_constant_in_each_log(paper):
 
 
 def test_no_sensor_is_finer_than_its_steps(paper):
-    recording = ride(paper, {}, seed=35, periods=1000)
+    recording = synthetic_recording(paper, {}, seed=35, periods=1000)
     fine = Data([recording], 10).resolution
     assert (fine < 0.5 * NOISE.sensors).all()
     step = 0.05
@@ -84,11 +84,11 @@ def test_no_sensor_is_finer_than_its_steps(paper):
 
 @pytest.mark.parametrize(("candidate", "is_steady"), [("coulomb_friction", True), ("viscous_friction", False)])
 def test_an_effect_of_the_wrong_form_is_not_of_one_size(paper, candidate, is_steady):
-    data = Data([ride(paper, FRICTION, seed=36, periods=1000)], 10)
+    data = Data([synthetic_recording(paper, FRICTION, seed=36, periods=1000)], 10)
     always = always_free(settings("default").tolerances, twin_parameters(paper, {}), 1)
     (chosen,) = [c for c in candidates_for(paper) if c.name == candidate]
-    weighed = weigh(data, Model(twin_parameters(paper, {}), 0.0, NOISE), always, [chosen], 6)
-    found = unsteady_effects(data, weighed, 0.3)
+    weighed = fit_hypothesis(data, Model(twin_parameters(paper, {}), 0.0, NOISE), always, [chosen], 6)
+    found = inconstant_effects(data, weighed, 0.3)
     assert (found == ()) is is_steady
     if not is_steady:
         assert ("viscous_friction", "speed") in [(each.effect, each.axis) for each in found]
@@ -103,7 +103,7 @@ def test_many_effects_at_once_are_found_with_their_values(paper):
         "coulomb_friction": {"torque": 0.4},
         "com_offset": {"angle": 0.05},
     }
-    recordings = [ride(paper, hidden, seed=s, periods=250) for s in (37, 38)]
+    recordings = [synthetic_recording(paper, hidden, seed=s, periods=250) for s in (37, 38)]
     found = name_effects(recordings, paper, {}, candidates_for(paper), settings("several"))
     assert found.verdict is Verdict.NAMED
     values = {effect.name: next(iter(effect.parameters.values())).value for effect in found.effects}

@@ -1,4 +1,4 @@
-"""Which of two effects stays, told by sets that are weighed by hand."""
+"""Which of two effects stays, told by sets with scores set by hand."""
 
 from dataclasses import replace
 from types import SimpleNamespace
@@ -8,16 +8,16 @@ import pytest
 from hydra import compose
 from hydra.utils import instantiate
 from omegaconf import OmegaConf
-from rides import ride
+from synthetic_recordings import synthetic_recording
 
 from twbal.cli.composition import composing
 from twbal.cli.conf_folder import conf_folder
 from twbal.diagnosis import select
 from twbal.diagnosis.candidates import Candidate, Parameter
 from twbal.diagnosis.effect_candidates import candidates_for
+from twbal.diagnosis.hypothesis import FittedHypothesis, Round
 from twbal.diagnosis.name import name_effects
 from twbal.diagnosis.record import Verdict
-from twbal.diagnosis.weigh import Round, Weighed
 from twbal.sysid.fit import Fit
 from twbal.sysid.model import Data
 
@@ -32,25 +32,27 @@ def candidate(name):
     return Candidate(name, (size,), (), KIN.get(name, ()), "")
 
 
-def weighed(score, *names, model=MODEL, overriding=()):
-    """A set with this score over the whiteness that it leaves."""
+def hypothesis(score, *names, model=MODEL, overriding=()):
+    """A set with this score over the autocorrelation that it leaves."""
     fit = Fit(model, (), -score * COLOUR, None, np.zeros(8))
-    return Weighed(tuple(candidate(name) for name in names), fit, np.full(4, COLOUR), 0.0, overriding)
+    return FittedHypothesis(tuple(candidate(name) for name in names), fit, np.full(4, COLOUR), 0.0, overriding)
 
 
-CHOSEN = weighed(500.0, "backlash", "dead_zone")
-BASE = weighed(0.0)
+CHOSEN = hypothesis(500.0, "backlash", "dead_zone")
+BASE = hypothesis(0.0)
 
 
 def beside(**scores):
-    """A round in which these effects were weighed beside the backlash."""
-    return Round(weighed(400.0, "backlash"), [], [weighed(score, "backlash", name) for name, score in scores.items()])
+    """A round in which these effects were tried beside the backlash."""
+    return Round(
+        hypothesis(400.0, "backlash"), [], [hypothesis(score, "backlash", name) for name, score in scores.items()]
+    )
 
 
 def test_what_does_as_well_in_the_place_of_an_effect_is_found():
     near = beside(dead_zone=500.0, actuation_delay=495.0, cogging=480.0)
-    assert select.in_its_place(CHOSEN.candidates[1], CHOSEN, [near], SETTINGS) == ["actuation_delay"]
-    assert select.in_its_place(CHOSEN.candidates[0], CHOSEN, [near], SETTINGS) == []
+    assert select.substitutes(CHOSEN.candidates[1], CHOSEN, [near], SETTINGS) == ["actuation_delay"]
+    assert select.substitutes(CHOSEN.candidates[0], CHOSEN, [near], SETTINGS) == []
 
 
 @pytest.mark.parametrize(
@@ -64,9 +66,9 @@ def test_what_does_as_well_in_the_place_of_an_effect_is_found():
 )
 def test_a_second_effect_for_which_anything_would_do_is_not_named(rivals, left, monkeypatch):
     monkeypatch.setattr(
-        select, "weigh", lambda data, model, always, rest, rounds: weighed(400.0, *(c.name for c in rest))
+        select, "fit_hypothesis", lambda data, model, always, rest, rounds: hypothesis(400.0, *(c.name for c in rest))
     )
-    found = select.without_nameless(None, CHOSEN, (), [beside(**rivals)], SETTINGS)
+    found = select.without_unspecific(None, CHOSEN, (), [beside(**rivals)], SETTINGS)
     assert found.names == left
 
 
@@ -74,52 +76,57 @@ def test_an_effect_that_gains_nothing_beside_another_goes(monkeypatch):
     scores = {("backlash",): 495.0, ("dead_zone",): 100.0}
     monkeypatch.setattr(
         select,
-        "weigh",
-        lambda data, model, always, rest, rounds: weighed(scores[tuple(c.name for c in rest)], *(c.name for c in rest)),
+        "fit_hypothesis",
+        lambda data, model, always, rest, rounds: hypothesis(
+            scores[tuple(c.name for c in rest)], *(c.name for c in rest)
+        ),
     )
-    assert select.without_idle(None, CHOSEN, BASE, (), SETTINGS).names == ("backlash",)
+    assert select.without_redundant(None, CHOSEN, BASE, (), SETTINGS).names == ("backlash",)
     scores["backlash",] = 300.0
-    assert select.without_idle(None, CHOSEN, BASE, (), SETTINGS).names == CHOSEN.names
+    assert select.without_redundant(None, CHOSEN, BASE, (), SETTINGS).names == CHOSEN.names
 
 
 def by_scores(scores):
-    return lambda data, model, always, rest, rounds: weighed(
+    return lambda data, model, always, rest, rounds: hypothesis(
         scores[tuple(c.name for c in rest)], *(c.name for c in rest)
     )
 
 
 @pytest.mark.parametrize("score", [-400.0, 0.0, 19.0])
 def test_a_set_that_is_not_better_than_the_nominal_model_shrinks_to_nothing(score, monkeypatch):
-    monkeypatch.setattr(select, "weigh", by_scores({("backlash",): score, ("dead_zone",): score - 5.0}))
-    at_once = weighed(score, "backlash", "dead_zone")
-    assert select.without_idle(None, at_once, BASE, (), SETTINGS) is BASE
+    monkeypatch.setattr(select, "fit_hypothesis", by_scores({("backlash",): score, ("dead_zone",): score - 5.0}))
+    at_once = hypothesis(score, "backlash", "dead_zone")
+    assert select.without_redundant(None, at_once, BASE, (), SETTINGS) is BASE
     assert not select._wins(at_once, BASE, BASE, SETTINGS)
 
 
 def test_what_is_negligible_goes_however_sure_it_is(monkeypatch):
-    monkeypatch.setattr(select, "weigh", by_scores({("backlash",): 300.0, ("dead_zone",): 100.0}))
+    monkeypatch.setattr(select, "fit_hypothesis", by_scores({("backlash",): 300.0, ("dead_zone",): 100.0}))
     sizes = {"backlash_size": 0.5, "dead_zone_size": 0.9 * SETTINGS.lines.least * 0.5}
-    trifle = weighed(500.0, "backlash", "dead_zone", model=SimpleNamespace(put=lambda values: values, value=sizes.get))
-    assert select.without_idle(None, trifle, BASE, (), SETTINGS).names == ("backlash",)
+    trifle = hypothesis(
+        500.0, "backlash", "dead_zone", model=SimpleNamespace(put=lambda values: values, value=sizes.get)
+    )
+    assert select.without_redundant(None, trifle, BASE, (), SETTINGS).names == ("backlash",)
 
 
 def test_no_more_effects_are_left_than_may_be_named(monkeypatch):
-    monkeypatch.setattr(select, "weigh", by_scores({("backlash",): 300.0, ("dead_zone",): 100.0}))
+    monkeypatch.setattr(select, "fit_hypothesis", by_scores({("backlash",): 300.0, ("dead_zone",): 100.0}))
     one = replace(SETTINGS, most_effects=1)
-    assert select.without_idle(None, CHOSEN, BASE, (), one).names == ("backlash",)
+    assert select.without_redundant(None, CHOSEN, BASE, (), one).names == ("backlash",)
 
 
 def test_what_swallows_the_commands_is_chosen_only_where_nothing_else_is_worth_it():
-    swallows = weighed(9000.0, "torque_saturation", overriding=("torque_saturation",))
-    sane = weighed(300.0, "backlash")
+    swallows = hypothesis(9000.0, "torque_saturation", overriding=("torque_saturation",))
+    sane = hypothesis(300.0, "backlash")
     assert select._inside([swallows, sane], BASE, SETTINGS) is sane
-    assert select._inside([swallows], BASE, SETTINGS).stuck == ("torque_saturation.size",)
+    (free,) = select._inside([swallows], BASE, SETTINGS).at_bound
+    assert free.name == "torque_saturation.size"
     assert not select._wins(swallows, sane, BASE, SETTINGS)
 
 
 @pytest.fixture(scope="module")
 def nominal_data(paper):
-    return Data([ride(paper, {}, seed=41, periods=400, tolerance=0.0)], 10)
+    return Data([synthetic_recording(paper, {}, seed=41, periods=400, tolerance=0.0)], 10)
 
 
 @pytest.mark.parametrize("names", [(), ("coulomb_friction",)], ids=["no candidate", "one candidate"])
@@ -145,5 +152,5 @@ def test_a_robot_equal_to_its_data_sheet_lacks_nothing_where_a_search_begins_wit
 def test_a_robot_equal_to_its_data_sheet_lacks_nothing_by_several(paper):
     with composing():
         settings = instantiate(compose("diagnose", ["episodes=e", "diagnosis=several"]).diagnosis)
-    recordings = [ride(paper, {}, seed=s, periods=250, tolerance=0.0) for s in (42, 43)]
+    recordings = [synthetic_recording(paper, {}, seed=s, periods=250, tolerance=0.0) for s in (42, 43)]
     assert name_effects(recordings, paper, {}, candidates_for(paper), settings).effects == ()

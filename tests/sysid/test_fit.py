@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
-from rides import ride
 from scipy.stats import multivariate_t
+from synthetic_recordings import synthetic_recording
 
 from twbal.diagnosis.candidates import always_free
 from twbal.diagnosis.settings import Tolerances
@@ -25,7 +25,7 @@ FREES = (
 
 @pytest.fixture(scope="module")
 def data(paper):
-    return Data([ride(paper, TRUTH, seed=1, periods=700, tolerance=0.0)], 10)
+    return Data([synthetic_recording(paper, TRUTH, seed=1, periods=700, tolerance=0.0)], 10)
 
 
 @pytest.fixture(scope="module")
@@ -93,10 +93,10 @@ def exact_cost(data, fit):
 )
 def test_more_rounds_never_end_worse(paper, effects, seed):
     """On tyres that slip the linear twin foretells gains of other noise that the recordings do not bear out."""
-    data = Data([ride(paper, effects, seed=seed, periods=500)], 10)
+    data = Data([synthetic_recording(paper, effects, seed=seed, periods=500)], 10)
     twin = twin_parameters(paper, {})
     begin = data.with_noise(Model(twin, 0.0, NOISE), 30)
-    frees = always_free(Tolerances(0.03, 0.0003, 0.00025, 0.0), twin, 1)
+    frees = always_free(Tolerances(0.03, 0.15, 0.0003, 0.00025, 0.0), twin, 1)
     costs = [refit(data, begin, frees, rounds, 4, 12).cost for rounds in range(5)]
     assert (np.diff(costs) <= 1e-6).all(), costs
 

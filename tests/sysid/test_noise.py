@@ -2,9 +2,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from rides import NOISE, ride
 from scipy.linalg import expm, solve_discrete_are
 from scipy.stats import multivariate_t
+from synthetic_recordings import NOISE, synthetic_recording
 
 from twbal.planar.linearised import linearise
 from twbal.planar.parameters import twin_parameters
@@ -26,7 +26,7 @@ LEVELS = Noise(np.array([0.004, 0.02, 0.002, 0.05]), np.array([0.05, 0.08]))
 
 @pytest.fixture(scope="module")
 def recording(paper):
-    return ride(paper, {}, seed=3, periods=600, tolerance=0.0)
+    return synthetic_recording(paper, {}, seed=3, periods=600, tolerance=0.0)
 
 
 def test_the_linear_twin_is_the_exponential_of_the_linearised_equations(paper):
@@ -86,7 +86,7 @@ def test_a_few_wild_samples_leave_the_noise_as_it_is(paper, recording):
 def test_torques_that_the_model_lacks_show_as_the_predictor_says(paper):
     push, period = 0.2, 30
     effects = {"periodic_disturbance": {"force": push / paper.wheel_radius, "frequency": 0.0, "phase": np.pi / 2}}
-    pushed = ride(paper, effects, seed=3, periods=period, tolerance=0.0)
+    pushed = synthetic_recording(paper, effects, seed=3, periods=period, tolerance=0.0)
     data = Data([pushed], 10)
     knows = Model(twin_parameters(paper, effects), 0.0, LEVELS)
     lacks = Model(twin_parameters(paper, {}), 0.0, LEVELS)

@@ -2,8 +2,8 @@
 
 import hashlib
 import json
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass, fields
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields
 from typing import Any
 
 from twbal.core.errors import ConfigError
@@ -36,6 +36,8 @@ class RobotParameters:
         track: distance between the wheels' middles [m].
         torque_limit: largest command u_max, sum of both wheels [N·m].
         control_period: time for which a command is held [s].
+        tolerance_factors: by value, how much more than a published one it may be off (`robot_sheet`); 1 for others. It
+            says nothing of the robot itself, and robots are compared and named without it.
 
     Raises:
         ConfigError: a value that no robot can have.
@@ -55,17 +57,18 @@ class RobotParameters:
     track: float
     torque_limit: float
     control_period: float
+    tolerance_factors: Mapping[str, float] = field(default_factory=dict, compare=False)
 
     def __post_init__(self) -> None:
-        for field in fields(self):
-            value = getattr(self, field.name)
-            if field.name in ("name", "com_offset"):
+        for item in fields(self):
+            value = getattr(self, item.name)
+            if item.name in ("name", "com_offset", "tolerance_factors"):
                 continue
             if not 0 < value < float("inf"):
-                raise ConfigError(f"{field.name} of robot {self.name!r} must be positive and finite; found {value}.")
+                raise ConfigError(f"{item.name} of robot {self.name!r} must be positive and finite; found {value}.")
             if not _LEAST < value < _MOST:
                 raise ConfigError(
-                    f"{field.name} of robot {self.name!r} must lie between {_LEAST:g} and {_MOST:g} in SI units; "
+                    f"{item.name} of robot {self.name!r} must lie between {_LEAST:g} and {_MOST:g} in SI units; "
                     f"found {value}. Was it given in others?"
                 )
         if not abs(self.com_offset) < 1.5:
@@ -103,5 +106,6 @@ def parameter_hash(robot: RobotParameters, effects: Sequence[Any] = (), physics_
 
 def _canonical_text(record: Any) -> str:
     """Class name and fields of a dataclass; the same whether 1.0 was written 1 or 1.0."""
-    values = {k: v if isinstance(v, str) else float(v) for k, v in asdict(record).items()}
+    values = {item.name: getattr(record, item.name) for item in fields(record) if item.compare}
+    values = {name: value if isinstance(value, str) else float(value) for name, value in values.items()}
     return f"{type(record).__name__} {json.dumps(values, sort_keys=True)}"

@@ -3,12 +3,13 @@
 from collections.abc import Sequence
 
 from twbal.core.episode import Episode, Outcome
+from twbal.diagnosis.data_sheet import DATA_SHEET
+from twbal.diagnosis.hypothesis import FittedHypothesis
 from twbal.diagnosis.objections import negligible, with_values
 from twbal.diagnosis.record import Verdict
-from twbal.diagnosis.select import Selection, worth
+from twbal.diagnosis.select import Selection, passes
 from twbal.diagnosis.settings import Settings
-from twbal.diagnosis.verdict import blind, off
-from twbal.diagnosis.weigh import Weighed
+from twbal.diagnosis.verdict import beyond_tolerance, undetectable
 
 UNEXPLAINED = (
     "Something moves this robot that no effect of the library explains; the map of the disagreement says where."
@@ -16,19 +17,19 @@ UNEXPLAINED = (
 
 
 def advise(
-    selection: Selection, objected: Sequence[str], strain: float, verdict: Verdict, settings: Settings
+    selection: Selection, objected: Sequence[str], statistic: float, verdict: Verdict, settings: Settings
 ) -> tuple[str, ...]:
     """What to make of a selection.
 
     Args:
         selection: how it went.
         objected: what speaks against its finding.
-        strain: of its data sheet.
+        statistic: of its data sheet.
         verdict: that it came to.
         settings: of the diagnosis.
     """
     found, chosen = [], selection.chosen
-    unseen = blind(selection, settings)
+    unseen = undetectable(selection, settings)
     if verdict is Verdict.UNDECIDED:
         found.append("The recordings are too poor to decide. Record some that tell effects apart, by the next command.")
     if verdict in (Verdict.UNDECIDED, Verdict.NONE) and unseen:
@@ -39,9 +40,11 @@ def advise(
         trifles = negligible(chosen, settings)
         if trifles:
             found.append(f"Too small to be named: {with_values(chosen, trifles)}.")
-        shifts = off(chosen, strain, settings)
+        shifts = beyond_tolerance(chosen, statistic, settings)
         if shifts:
-            limit, listed = f"{settings.tolerances.data_sheet:.0%}", ", ".join(shift.text for shift in shifts)
+            limits = sorted({settings.tolerances.of(field) for field in DATA_SHEET})
+            limit = " to ".join(f"{end:.0%}" for end in dict.fromkeys((limits[0], limits[-1])))
+            listed = ", ".join(shift.text for shift in shifts)
             found.append(f"Values of the data sheet are off as well, beyond their tolerances of {limit}: {listed}.")
         if _one_more(selection, settings):
             found.append("The data ask for one more effect than is named; diagnose again with augmented.yaml as sim=.")
@@ -59,11 +62,11 @@ def on_falls(episodes: Sequence[Episode], verdict: Verdict) -> tuple[str, ...]:
     )
 
 
-def _one_more(selection: Selection, settings: Settings) -> list[Weighed]:
+def _one_more(selection: Selection, settings: Settings) -> list[FittedHypothesis]:
     """Sets with one effect more than the chosen one, for which the data ask."""
     chosen, found = selection.chosen, []
-    for w in (w for step in selection.rounds for w in step.weighed):
+    for w in (w for step in selection.rounds for w in step.hypotheses):
         more = [candidate for candidate in w.candidates if candidate.name not in chosen.names]
-        if len(more) == 1 and len(w.candidates) == len(chosen.candidates) + 1 and not w.stuck:
+        if len(more) == 1 and len(w.candidates) == len(chosen.candidates) + 1 and not w.at_bound:
             found.append(w._replace(candidates=(*chosen.candidates, *more)))
-    return [w for w in found if worth(w, chosen, settings)]
+    return [w for w in found if passes(w, chosen, settings)]

@@ -2,25 +2,15 @@
 
 from typing import NamedTuple
 
+from twbal.diagnosis.data_sheet import DATA_SHEET, WHEELS
 from twbal.diagnosis.settings import Tolerances
 from twbal.planar.parameters import TwinParameters
-from twbal.sysid.model import ANGLE_LEAD, TILT_OFFSET, Free
-
-DATA_SHEET = {
-    "torque_gain_gain": "gain, mass and inertia",
-    "body_mass_factor": "gain, mass and inertia",
-    "body_inertia_factor": "gain, mass and inertia",
-    "com_height_factor": "COM height and wheel radius",
-    "wheel_radius_factor": "COM height and wheel radius",
-}
-"""Fields that factor the data sheet, and the class of those that data of this kind can hardly tell apart."""
-
-WHEELS = ("wheel_mass", "wheel_inertia")
-"""Fields of the data sheet that are free too, and have no effect of their own."""
+from twbal.sysid.model import ANGLE_LEAD, Free, TiltOffset
 
 LOWEST, HIGHEST = 0.25, 2.5
 """Range of a data-sheet value, in its nominal value. So wide that the line `beyond` of every diagnosis lies inside."""
 
+_PHASE = "phase"  # parameter of waves, which has no bounds
 _NUDGE = 1e-7  # of finite differences, as a share of a parameter's range; a larger one bends the gradient
 
 
@@ -64,12 +54,12 @@ class Candidate(NamedTuple):
     @property
     def in_data_sheet(self) -> bool:
         """Whether it is a value of the data sheet that is off, and no effect."""
-        return any(f"{self.name}_{p.name}" in DATA_SHEET for p in self.parameters)
+        return any(self.field(p) in DATA_SHEET for p in self.parameters)
 
     @property
     def is_wave(self) -> bool:
         """Whether it has a phase, and so a frequency that is looked for among many."""
-        return any(p.name == "phase" for p in self.parameters)
+        return any(p.name == _PHASE for p in self.parameters)
 
     @property
     def sizes(self) -> tuple[Parameter, ...]:
@@ -77,11 +67,24 @@ class Candidate(NamedTuple):
         more = () if self.is_wave else tuple(p for p in self.parameters[1:] if p.none == p.low)
         return (self.parameters[0], *more)
 
+    def field(self, parameter: Parameter) -> str:
+        """The field of the planar model that a parameter is."""
+        return f"{self.name}_{parameter.name}"
+
+    @property
+    def none(self) -> dict[str, float]:
+        """Values with which it does nothing, by field."""
+        return {self.field(p): p.none for p in self.parameters}
+
     @property
     def frees(self) -> tuple[Free, ...]:
         """Its parameters as free values without a prior."""
         return tuple(
-            Free(f"{self.name}_{p.name}", p.low, p.high, p.none, float("inf"), _NUDGE * (p.high - p.low))
+            Free(
+                self.field(p),
+                *(p.low, p.high, p.none, float("inf"), _NUDGE * (p.high - p.low)),
+                *(self.name, p.name, p.name == _PHASE),
+            )
             for p in self.parameters
         )
 
@@ -89,7 +92,7 @@ class Candidate(NamedTuple):
 def tilt_offsets(tolerances: Tolerances, recordings: int) -> tuple[Free, ...]:
     """The constant by which the tilt of each recording may be off; none where it may not."""
     sd = tolerances.tilt_offset
-    return tuple(Free(f"{TILT_OFFSET}{k}", -10 * sd, 10 * sd, 0.0, sd, 1e-5 * sd) for k in range(recordings) if sd)
+    return tuple(Free(TiltOffset(k), -10 * sd, 10 * sd, 0.0, sd, 1e-5 * sd) for k in range(recordings) if sd)
 
 
 def always_free(tolerances: Tolerances, twin: TwinParameters, recordings: int) -> tuple[Free, ...]:
@@ -101,12 +104,18 @@ def always_free(tolerances: Tolerances, twin: TwinParameters, recordings: int) -
         recordings: how many there are.
     """
     values = [(field, float(getattr(twin, field))) for field in (*DATA_SHEET, *WHEELS)]
-    sd = tolerances.data_sheet
-    sheet = [Free(field, LOWEST * value, HIGHEST * value, value, sd * value, _NUDGE * value) for field, value in values]
+    sheet = [
+        Free(
+            field,
+            *(LOWEST * value, HIGHEST * value, value, tolerances.of(field) * value, _NUDGE * value),
+            *(DATA_SHEET[field][:2] if field in DATA_SHEET else ()),
+        )
+        for field, value in values
+    ]
     late, lead = tolerances.imu_timing, tolerances.angle_timing
     return (
         *sheet,
-        Free("imu_delay_delay", 0.0, 20 * late, 0.0, late, 1e-5 * late),
+        Free("imu_delay_delay", 0.0, 20 * late, 0.0, late, 1e-5 * late, "imu_delay", "delay"),
         Free(ANGLE_LEAD, -20 * lead, 20 * lead, 0.0, lead, 1e-5 * lead),
         *tilt_offsets(tolerances, recordings),
     )

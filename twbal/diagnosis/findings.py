@@ -12,7 +12,7 @@ Effects = Mapping[str, Mapping[str, float]]
 
 
 @dataclass(frozen=True, eq=False)
-class Track:
+class Trajectory:
     """The motion that a model makes of a recording.
 
     It is the predictor's state at each control instant, with the measurements up to and at that instant taken in. All
@@ -46,30 +46,30 @@ class Track:
 
 
 @dataclass(frozen=True, eq=False)
-class Account:
+class FilterResult:
     """What one model makes of the recordings.
 
     Attributes:
         effects: all that the model has beyond the data sheet, with what the simulation had already. Data-sheet
             parameters that were refitted are among them, as the effects body_mass, torque_gain, ...
-        tracks: per recording.
+        trajectories: per recording.
         errors: per recording (T + 1, 4): measured less predicted from the instant before, in the order of `MEASURED`.
         error_noise: (4,) standard deviations that such errors have by noise alone.
         noise: levels by which its filter weighs measurements.
         angle_lead: time by which measured angles run ahead of rates [s].
         offsets: of the tilt of each recording [rad]; none where they are all 0.
-        doubt: (4, 4) covariance of what a track gets wrong of tilt, wheel angle in space, tilt rate and wheel rate in
-            space, where the model is right.
+        posterior_covariance: (4, 4) of what a trajectory gets wrong of tilt, wheel angle in space, tilt rate and wheel
+            rate in space, where the model is right.
     """
 
     effects: Effects
-    tracks: tuple[Track, ...]
+    trajectories: tuple[Trajectory, ...]
     errors: tuple[Array, ...]
     error_noise: Array
     noise: Noise
     angle_lead: float
     offsets: tuple[float, ...]
-    doubt: Array
+    posterior_covariance: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,7 +82,7 @@ class Findings:
         added: names of what `named` has beyond `refitted`, sorted.
         data_sheet: shifts of the free data-sheet parameters, the largest first.
         data_sheet_class: groups that are off; empty unless the verdict is `data_sheet`.
-        rivals: all candidates weighed, the best first.
+        rivals: all sets that were fitted, the best first.
         whiteness: per channel.
         noise: standard deviations of the sensors, by channel, as fitted.
         advice: plain sentences: what the data do not carry, what to do next.
@@ -101,6 +101,6 @@ class Findings:
     whiteness: tuple[Whiteness, ...]
     noise: Mapping[str, float]
     advice: tuple[str, ...]
-    nominal: Account
-    refitted: Account
-    named: Account
+    nominal: FilterResult
+    refitted: FilterResult
+    named: FilterResult

@@ -14,13 +14,13 @@ import numpy as np
 from twbal.core.gaussian import Array
 from twbal.core.plant import Observation
 from twbal.core.start_pose import InitialState
-from twbal.diagnosis.findings import Account, Track
+from twbal.diagnosis.findings import FilterResult, Trajectory
 from twbal.diagnosis.record import Gap
 from twbal.sim.replay import ReplayStart
 from twbal.sim.world import RestartState
 from twbal.sysid.recording import MEASURED, Recording
 
-Replay = Callable[[Account, Sequence[ReplayStart], Array], Array]
+Replay = Callable[[FilterResult, Sequence[ReplayStart], Array], Array]
 """Runs a model in the physics engine: from (n,) starts and (n, S) commands to (n, S + 1, 7) observations, no noise."""
 
 _COLUMNS = [Observation._fields.index(name) for name in MEASURED]
@@ -31,9 +31,9 @@ _FLAT = 0.1  # share of the floor by which `before` must exceed it for a share o
 class Models(NamedTuple):
     """The same recordings by three models."""
 
-    nominal: Account
-    refitted: Account
-    named: Account
+    nominal: FilterResult
+    refitted: FilterResult
+    named: FilterResult
 
 
 class Stretches(NamedTuple):
@@ -65,7 +65,7 @@ def measure_gaps(
     and that of the start, carried there by the named model (four rollouts from starts that are off by a little).
 
     Args:
-        models: with the tracks of these recordings.
+        models: with the trajectories of these recordings.
         recordings: held out from all fitting.
         replay: runs a model in the physics engine.
         horizons: lengths of the rollouts [control periods].
@@ -81,14 +81,14 @@ def measure_gaps(
     errors: dict[str, Array] = {}
     starts: list[ReplayStart] = []
     courses = np.empty(0)
-    before: Account | None = None
-    for kind, account in models._asdict().items():
-        if account is not before:  # where nothing was named, the last two are one
-            starts = [_start(account.tracks[r], recordings[r], t, stretches.history) for r, t in places]
-            courses = replay(account, starts, commands)[:, :, _COLUMNS]
-        errors[kind], before = courses - seen, account
-        if account.offsets:  # the engine knows of no offset that changes from recording to recording
-            errors[kind][:, :, 0] += np.array([account.offsets[r] for r, _ in places])[:, None]
+    before: FilterResult | None = None
+    for kind, result in models._asdict().items():
+        if result is not before:  # where nothing was named, the last two are one
+            starts = [_start(result.trajectories[r], recordings[r], t, stretches.history) for r, t in places]
+            courses = replay(result, starts, commands)[:, :, _COLUMNS]
+        errors[kind], before = courses - seen, result
+        if result.offsets:  # the engine knows of no offset that changes from recording to recording
+            errors[kind][:, :, 0] += np.array([result.offsets[r] for r, _ in places])[:, None]
     floor = _floor(models.named, starts, courses, replay, commands, noise, radius)
     gaps = []
     for i in np.flatnonzero(recordings[0].sensed):
@@ -114,25 +114,25 @@ def _places(recordings: Sequence[Recording], ahead: int, stretches: Stretches) -
     return [found[int(i)] for i in np.linspace(0, len(found) - 1, stretches.most)]
 
 
-def _start(track: Track, recording: Recording, t: int, history: int) -> ReplayStart:
+def _start(trajectory: Trajectory, recording: Recording, t: int, history: int) -> ReplayStart:
     """The motion that a model's filter sees at an instant, with the past that its effects remember."""
     return ReplayStart(
-        initial=InitialState(track.tilt[t], track.tilt_rate[t], track.speed[t]),
+        initial=InitialState(trajectory.tilt[t], trajectory.tilt_rate[t], trajectory.speed[t]),
         restart=RestartState(
-            wheel_angle=track.wheel_angle[t],
-            heading=track.heading[t],
-            slip=track.slip[t],
-            yaw_rate=track.yaw_rate[t],
-            position=track.position[t],
-            rotor_ahead=track.gap[t],
+            wheel_angle=trajectory.wheel_angle[t],
+            heading=trajectory.heading[t],
+            slip=trajectory.slip[t],
+            yaw_rate=trajectory.yaw_rate[t],
+            position=trajectory.position[t],
+            rotor_ahead=trajectory.gap[t],
         ),
         past_commands=recording.commands[:t],
-        past_motion=np.column_stack([track.tilt, track.tilt_rate])[t - history : t],
+        past_motion=np.column_stack([trajectory.tilt, trajectory.tilt_rate])[t - history : t],
     )
 
 
 def _floor(
-    account: Account,
+    result: FilterResult,
     starts: Sequence[ReplayStart],
     courses: Array,
     replay: Replay,
@@ -143,7 +143,7 @@ def _floor(
     """What noise alone leaves of each channel after each number of periods, (S + 1, 4).
 
     Args:
-        account: of the model that is taken to be right.
+        result: of the model that is taken to be right.
         starts: of rollouts.
         courses: that they take, (n, S + 1, 4).
         replay: runs the model in the physics engine.
@@ -153,11 +153,11 @@ def _floor(
     """
     some = np.linspace(0, len(starts) - 1, min(len(starts), _FLOOR_STARTS)).astype(int)
     held, right = commands[some], courses[some]
-    values, vectors = np.linalg.eigh(account.doubt)
+    values, vectors = np.linalg.eigh(result.posterior_covariance)
     variance = np.tile(noise**2, (right.shape[1], 1))
     for value, direction in zip(values, vectors.T, strict=True):
         off = [_moved(starts[i], np.sqrt(max(value, 0.0)) * direction, radius) for i in some]
-        variance += np.mean((replay(account, off, held)[:, :, _COLUMNS] - right) ** 2, axis=0)
+        variance += np.mean((replay(result, off, held)[:, :, _COLUMNS] - right) ** 2, axis=0)
     return np.asarray(np.sqrt(variance))
 
 

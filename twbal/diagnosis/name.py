@@ -1,24 +1,26 @@
 """From recordings to the effects that a simulation lacks."""
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from twbal.core.errors import ConfigError
 from twbal.core.gaussian import Array
 from twbal.core.robot_parameters import RobotParameters
-from twbal.diagnosis.account import account_of, with_offsets
 from twbal.diagnosis.advice import advise
-from twbal.diagnosis.candidates import DATA_SHEET, WHEELS, Candidate, always_free, tilt_offsets
-from twbal.diagnosis.findings import Account, Effects, Findings
+from twbal.diagnosis.candidates import Candidate, always_free, tilt_offsets
+from twbal.diagnosis.constancy import inconstant_effects
+from twbal.diagnosis.data_sheet import DATA_SHEET, WHEELS
+from twbal.diagnosis.filter_result import filter_result_of, with_offsets
+from twbal.diagnosis.findings import Effects, FilterResult, Findings
+from twbal.diagnosis.hypothesis import FittedHypothesis
 from twbal.diagnosis.objections import negligible, objections
 from twbal.diagnosis.record import Estimate, NamedEffect, Rival, Verdict, Whiteness
-from twbal.diagnosis.select import Selection, in_its_place, select
+from twbal.diagnosis.select import Selection, select, substitutes
 from twbal.diagnosis.settings import Settings
-from twbal.diagnosis.steady import unsteady_effects
-from twbal.diagnosis.strain import strain
+from twbal.diagnosis.tolerance_test import tolerance_statistic
 from twbal.diagnosis.verdict import conclude, data_sheet_classes, probabilities, shifts_of
-from twbal.diagnosis.weigh import Weighed
 from twbal.planar.parameters import twin_parameters
 from twbal.sysid.fit import descend, slopes_of
 from twbal.sysid.intervals import interval, standard_errors
@@ -50,6 +52,7 @@ def name_effects(
     Raises:
         ConfigError: an effect that is to be left out is none.
     """
+    settings = replace(settings, tolerances=settings.tolerances.for_robot(robot))
     twin = twin_parameters(robot, effects)
     data = Data(recordings, settings.substeps)
     offsets = tilt_offsets(settings.tolerances, len(recordings))
@@ -63,29 +66,29 @@ def name_effects(
     missing = [candidate for candidate in candidates if candidate.name not in taken]
     selection = select(data, start, always, missing, settings, progress)
     progress("checking whether what fits best is a finding")
-    unsteady = unsteady_effects(data, selection.chosen, settings.lines.steady)
-    tension = strain(data, selection.chosen.fit, settings.tolerances.data_sheet)
-    objected = objections(selection.chosen, unsteady, settings)
-    verdict = conclude(selection, objected, tension, settings)
-    guessed = verdict is Verdict.UNKNOWN and settings.best_guess and not selection.chosen.stuck
+    inconstant = inconstant_effects(data, selection.chosen, settings.lines.steady)
+    statistic = tolerance_statistic(data, selection.chosen.fit, settings.tolerances)
+    objected = objections(selection.chosen, inconstant, settings)
+    verdict = conclude(selection, objected, statistic, settings)
+    guessed = verdict is Verdict.UNKNOWN and settings.best_guess and not selection.chosen.at_bound
     named = selection.chosen if guessed or verdict in (Verdict.NAMED, Verdict.DATA_SHEET) else selection.base
     nominal = with_offsets(data, start._replace(noise=selection.base.fit.model.noise), offsets)
     nominal = data.with_noise(nominal, 30)
-    refitted = _account(data, selection.base, effects)
+    refitted = _filter_result(data, selection.base, effects)
     weights = probabilities(selection, settings)
     return Findings(
         verdict=verdict,
         effects=_named(data, named, selection, weights, settings) if verdict is Verdict.NAMED else (),
         added=named.names,
         data_sheet=shifts_of(named, settings),
-        data_sheet_class=data_sheet_classes(named, tension, settings) if verdict is Verdict.DATA_SHEET else (),
+        data_sheet_class=data_sheet_classes(named, statistic, settings) if verdict is Verdict.DATA_SHEET else (),
         rivals=_rivals(selection, weights),
         whiteness=whiteness_of(data, nominal, named.fit.model),
         noise=sensed_values(data, named.fit.model.noise.sensors),
-        advice=advise(selection, objected, tension, verdict, settings),
-        nominal=account_of(data, nominal, effects),
+        advice=advise(selection, objected, statistic, verdict, settings),
+        nominal=filter_result_of(data, nominal, effects),
         refitted=refitted,
-        named=refitted if named is selection.base else _account(data, named, effects),
+        named=refitted if named is selection.base else _filter_result(data, named, effects),
     )
 
 
@@ -102,25 +105,28 @@ def sensed_values(data: Data, values: Array) -> dict[str, float]:
     }
 
 
-def _account(data: Data, weighed: Weighed, already: Effects) -> Account:
+def _filter_result(data: Data, hypothesis: FittedHypothesis, already: Effects) -> FilterResult:
     """What a fit makes of the recordings, in values that the simulation can take.
 
     It has no effect for the wheels' mass and inertia: these go back to the data sheet, and what else is free makes up.
     """
-    kept = [free for free in weighed.fit.frees if free.field not in WHEELS]
-    start = weighed.fit.model.put({free.field: free.mean for free in weighed.fit.frees if free.field in WHEELS})
+    kept = [free for free in hypothesis.fit.frees if free.field not in WHEELS]
+    start = hypothesis.fit.model.put({free.field: free.mean for free in hypothesis.fit.frees if free.field in WHEELS})
     model = descend(data, start, data.filter(start), kept, _ITERATIONS).model
     effects: dict[str, dict[str, float]] = {name: dict(values) for name, values in already.items()}
-    for field in DATA_SHEET:
-        effect, _, parameter = field.rpartition("_")
-        effects.setdefault(effect, {})[parameter] = model.value(field)
-    for candidate in weighed.candidates:
-        effects[candidate.name] = {p.name: model.value(f"{candidate.name}_{p.name}") for p in candidate.parameters}
-    return account_of(data, model, effects)
+    for field, factor in DATA_SHEET.items():
+        effects.setdefault(factor.effect, {})[factor.parameter] = model.value(field)
+    for candidate in hypothesis.candidates:
+        effects[candidate.name] = {p.name: model.value(candidate.field(p)) for p in candidate.parameters}
+    return filter_result_of(data, model, effects)
 
 
 def _named(
-    data: Data, named: Weighed, selection: Selection, weights: Mapping[tuple[str, ...], float], settings: Settings
+    data: Data,
+    named: FittedHypothesis,
+    selection: Selection,
+    weights: Mapping[tuple[str, ...], float],
+    settings: Settings,
 ) -> tuple[NamedEffect, ...]:
     """The named effects with their intervals and what the data cannot tell from them."""
     errors = standard_errors(named.fit, slopes_of(data, named.fit), settings.blocks)
@@ -130,12 +136,12 @@ def _named(
     for candidate in (effect for effect in named.effects if effect not in trifles):
         estimates = {}
         for p in candidate.parameters:
-            field = f"{candidate.name}_{p.name}"
+            field = candidate.field(p)
             value = named.fit.model.value(field)
             timing = settings.tolerances.imu_timing if p.unit == "s" else 0.0
             error = float(np.sqrt(by_field[field] ** 2 + (settings.lines.form * (value - p.none)) ** 2 + timing**2))
             estimates[p.name] = Estimate(value, *interval(value, error), p.unit)
-        near = in_its_place(candidate, selection.chosen, selection.rounds, settings)
+        near = substitutes(candidate, selection.chosen, selection.rounds, settings)
         alike = tuple(dict.fromkeys([*candidate.same_as, *near]))
         found.append(
             NamedEffect(
@@ -151,9 +157,9 @@ def _probability(alike: set[str], weights: Mapping[tuple[str, ...], float]) -> f
 
 
 def _rivals(selection: Selection, weights: Mapping[tuple[str, ...], float]) -> tuple[Rival, ...]:
-    """All sets that were weighed, the best first."""
+    """All sets that were fitted, the best first."""
     base = selection.base
-    found = [Rival(w.names, base.total - w.total, weights[w.names], w.colour) for w in selection.sets]
+    found = [Rival(w.names, base.bic - w.bic, weights[w.names], w.autocorrelation) for w in selection.sets]
     return tuple(sorted(found, key=lambda rival: -rival.score))
 
 
@@ -162,5 +168,5 @@ def whiteness_of(data: Data, before: Model, after: Model) -> tuple[Whiteness, ..
     colours = []
     for model in (before, after):
         kalman = data.filter(model)
-        colours.append(sensed_values(data, data.colour(data.errors(model, kalman), kalman)))
+        colours.append(sensed_values(data, data.autocorrelation(data.errors(model, kalman), kalman)))
     return tuple(Whiteness(name, colours[0][name], colours[1][name]) for name in colours[0])

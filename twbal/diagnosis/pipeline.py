@@ -11,17 +11,17 @@ from twbal.core.engine import dividing_step
 from twbal.core.episode import Episode
 from twbal.core.gaussian import Array
 from twbal.core.robot_parameters import RobotParameters
-from twbal.diagnosis.account import take_account
 from twbal.diagnosis.advice import UNEXPLAINED, on_falls
 from twbal.diagnosis.candidates import tilt_offsets
 from twbal.diagnosis.effect_candidates import candidates_for
-from twbal.diagnosis.findings import Account, Effects, Findings
+from twbal.diagnosis.filter_result import filter_recordings
+from twbal.diagnosis.findings import Effects, FilterResult, Findings
 from twbal.diagnosis.gap import Models, Stretches, measure_gaps
 from twbal.diagnosis.name import name_effects
 from twbal.diagnosis.record import Diagnosis, Verdict
 from twbal.diagnosis.settings import Settings
 from twbal.diagnosis.verdict import review
-from twbal.diagnosis.wheel_friction import name_drag
+from twbal.diagnosis.wheel_friction import identify_friction
 from twbal.diagnosis.wheels_off_ground import ADVICE as IN_AIR
 from twbal.diagnosis.wheels_off_ground import held, held_upright, wheels_in_air, without_rotors
 from twbal.diagnosis.where import disagreement
@@ -138,7 +138,7 @@ def diagnose_episodes(
         )
     split = _split(measured, tests, acting.robot, usability, data.held_out)
     progress(f"{len(split.fitted)} recordings to fit, {len(split.kept_back)} held out")
-    name = name_drag if in_air else name_effects
+    name = identify_friction if in_air else name_effects
     found = name(split.fitted, acting.robot, acting.effects, candidates_for(acting.robot), settings, progress)
     progress("rollouts in PyBullet against held-out data")
     diagnosis, found = _reviewed(_diagnosis(found, split, acting, settings, data), found)
@@ -207,16 +207,16 @@ def _reviewed(diagnosis: Diagnosis, found: Findings) -> tuple[Diagnosis, Finding
     return diagnosis, replace(found, named=found.refitted, added=())
 
 
-def _seen_by(account: Account, split: Split, robot: RobotParameters, settings: Settings) -> Account:
+def _seen_by(filtered: FilterResult, split: Split, robot: RobotParameters, settings: Settings) -> FilterResult:
     """What a fitted model makes of what was kept back; other recordings have tilt offsets of their own."""
     recordings: Sequence[Recording] = split.kept_back
-    offsets = account.offsets if split.are_ends else tilt_offsets(settings.tolerances, len(recordings))
-    return take_account(
-        robot, account.effects, account.noise, account.angle_lead, recordings, settings.substeps, offsets
+    offsets = filtered.offsets if split.are_ends else tilt_offsets(settings.tolerances, len(recordings))
+    return filter_recordings(
+        robot, filtered.effects, filtered.noise, filtered.angle_lead, recordings, settings.substeps, offsets
     )
 
 
-def _replay(simulation: Simulated, account: Account, starts: Sequence[ReplayStart], commands: Array) -> Array:
+def _replay(simulation: Simulated, filtered: FilterResult, starts: Sequence[ReplayStart], commands: Array) -> Array:
     known = library()
-    effects = [known[name](**values) for name, values in account.effects.items() if name in known]
+    effects = [known[name](**values) for name, values in filtered.effects.items() if name in known]
     return replay(simulation.robot, effects, simulation.physics_step, starts, commands)

@@ -4,9 +4,9 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from twbal.diagnosis.candidates import Candidate
-from twbal.diagnosis.screen import screen
+from twbal.diagnosis.hypothesis import ALIKE, FittedHypothesis, Round, add_one, fit_hypothesis
+from twbal.diagnosis.score_test import score_candidates
 from twbal.diagnosis.settings import Settings
-from twbal.diagnosis.weigh import ALIKE, Round, Weighed, add_one, weigh
 from twbal.sysid.model import Data, Free, Model
 
 _BASE_ROUNDS, _LIGHTER_ROUNDS, _AT_ONCE_ROUNDS = 8, 3, 12
@@ -19,20 +19,20 @@ class Selection(NamedTuple):
 
     Attributes:
         base: the data sheet refitted.
-        rounds: what was weighed, round by round.
-        chosen: the set that it ended with; `base` where nothing is worth its price.
+        rounds: what was fitted, round by round.
+        chosen: the set that it ended with; `base` where nothing is worth its penalty.
     """
 
-    base: Weighed
+    base: FittedHypothesis
     rounds: tuple[Round, ...]
-    chosen: Weighed
+    chosen: FittedHypothesis
 
     @property
-    def sets(self) -> tuple[Weighed, ...]:
-        """The best fit of every set of effects that was weighed."""
-        best: dict[tuple[str, ...], Weighed] = {}
-        for w in (self.base, self.chosen, *(w for step in self.rounds for w in (step.base, *step.weighed))):
-            if w.names not in best or w.total < best[w.names].total:
+    def sets(self) -> tuple[FittedHypothesis, ...]:
+        """The best fit of every set of effects that was fitted."""
+        best: dict[tuple[str, ...], FittedHypothesis] = {}
+        for w in (self.base, self.chosen, *(w for step in self.rounds for w in (step.base, *step.hypotheses))):
+            if w.names not in best or w.bic < best[w.names].bic:
                 best[w.names] = w
         return tuple(best.values())
 
@@ -45,10 +45,10 @@ def select(
     settings: Settings,
     progress: Callable[[str], None] = lambda line: None,
 ) -> Selection:
-    """Add effects to the data sheet as long as they are worth their price.
+    """Add effects to the data sheet as long as they are worth their penalty.
 
     One that was chosen while another was missing may be the wrong one. So with two effects each is reconsidered with
-    the other in place, and of more those go again that are not worth their price beside the others.
+    the other in place, and of more those go again that are not worth their penalty beside the others.
 
     Args:
         data: recordings.
@@ -59,130 +59,134 @@ def select(
         progress: is told what is being done, a line at a time.
     """
     progress("refitting the nominal parameters")
-    base = weigh(data, data.with_noise(model, 30), always, (), _BASE_ROUNDS)
+    base = fit_hypothesis(data, data.with_noise(model, 30), always, (), _BASE_ROUNDS)
     rounds: list[Round] = []
     chosen = base
     while len(chosen.effects) < settings.most_effects and len(chosen.candidates) <= settings.most_effects:
         progress(f"weighing what to add to {', '.join(chosen.names) or 'the refit'}")
         step = add_one(data, chosen, always, _beside(chosen, candidates), settings.shortlist)
         rounds.append(step)
-        asked = [w for w in step.weighed if worth(w, chosen, settings) and belongs(w, chosen, base, settings)]
-        if not asked:
+        passing = [w for w in step.hypotheses if passes(w, chosen, settings) and adds_enough(w, chosen, base, settings)]
+        if not passing:
             break
-        chosen = _inside(asked, chosen, settings)
+        chosen = _inside(passing, chosen, settings)
     if not rounds:  # what the recordings could show is asked of the first round
-        rounds.append(Round(base, screen(data, base.fit, candidates), []))
+        rounds.append(Round(base, score_candidates(data, base.fit, candidates), []))
     usual = [candidate for candidate in candidates if candidate.name in settings.usual]
     if usual and settings.most_effects:
         progress(f"fitting the {len(usual)} usual effects at once, and fewer of them")
         begin = data.with_noise(model, 30)
-        at_once = without_idle(data, _all_at_once(data, begin, always, usual), base, always, settings, begin)
+        at_once = without_redundant(data, _all_at_once(data, begin, always, usual), base, always, settings, begin)
         if _wins(at_once, chosen, base, settings):
             progress(f"weighing what to add to {', '.join(at_once.names)}")
             rounds.append(add_one(data, at_once, always, _beside(at_once, candidates), settings.shortlist))
-            asked = [w for w in rounds[-1].weighed if worth(w, at_once, settings) and _is_sound(w, base, settings)]
-            chosen = asked[0] if asked and len(at_once.effects) < settings.most_effects else at_once
+            passing = [
+                w for w in rounds[-1].hypotheses if passes(w, at_once, settings) and _is_sound(w, base, settings)
+            ]
+            chosen = passing[0] if passing and len(at_once.effects) < settings.most_effects else at_once
             progress("trying others in the place of each effect")
             rounds.append(_swap(data, chosen, begin, always, candidates, settings))
             # equivalents differ by rounding alone, which must not decide
-            ahead = [w for w in rounds[-1].weighed if w.total < chosen.total - ALIKE]
+            ahead = [w for w in rounds[-1].hypotheses if w.bic < chosen.bic - ALIKE]
             better = [w for w in ahead if _is_sound(w, base, settings)]
             return Selection(base, tuple(rounds), better[0] if better else chosen)
     if len(chosen.effects) > 2:
-        chosen = without_idle(data, chosen, base, always, settings)
+        chosen = without_redundant(data, chosen, base, always, settings)
     elif len(chosen.effects) > 1:
         progress(f"reconsidering {chosen.names[0]} beside the others")
         step = _reconsider(data, chosen, always, candidates, settings)
         rounds.append(step)
-        chosen = _inside(sorted([chosen, *step.weighed], key=lambda w: w.total), base, settings)
-        chosen = without_nameless(data, without_idle(data, chosen, base, always, settings), always, rounds, settings)
+        chosen = _inside(sorted([chosen, *step.hypotheses], key=lambda w: w.bic), base, settings)
+        chosen = without_unspecific(
+            data, without_redundant(data, chosen, base, always, settings), always, rounds, settings
+        )
     return Selection(base, tuple(rounds), chosen)
 
 
-def _wins(at_once: Weighed, chosen: Weighed, base: Weighed, settings: Settings) -> bool:
+def _wins(at_once: FittedHypothesis, chosen: FittedHypothesis, base: FittedHypothesis, settings: Settings) -> bool:
     """Whether effects that were fitted at once take the place of those that were found one by one."""
-    if not at_once.candidates or not worth(at_once, base, settings):
+    if not at_once.candidates or not passes(at_once, base, settings):
         return False
     if at_once.overriding and chosen.candidates and not chosen.overriding:
         return False
-    margin = settings.lines.score * min(at_once.colour, settings.lines.whiteness)
-    return at_once.total < chosen.total + margin or bool(chosen.stuck and not at_once.stuck)
+    margin = settings.lines.score * min(at_once.autocorrelation, settings.lines.whiteness)
+    return at_once.bic < chosen.bic + margin or bool(chosen.at_bound and not at_once.at_bound)
 
 
-def _is_sound(weighed: Weighed, base: Weighed, settings: Settings) -> bool:
-    """Whether a set is worth its price beside the data sheet refitted, with nothing negligible or at a bound in it."""
-    negligible = any(weighed.size_of(candidate) < settings.lines.least for candidate in weighed.candidates)
-    return worth(weighed, base, settings) and not negligible and not weighed.stuck
+def _is_sound(hypothesis: FittedHypothesis, base: FittedHypothesis, settings: Settings) -> bool:
+    """Whether a set is worth its penalty beside the refitted data sheet, with nothing negligible or at a bound."""
+    negligible = any(hypothesis.size_of(candidate) < settings.lines.least for candidate in hypothesis.candidates)
+    return passes(hypothesis, base, settings) and not negligible and not hypothesis.at_bound
 
 
-def _inside(asked: Sequence[Weighed], before: Weighed, settings: Settings) -> Weighed:
+def _inside(passing: Sequence[FittedHypothesis], before: FittedHypothesis, settings: Settings) -> FittedHypothesis:
     """The best set; or one with all parameters inside their ranges, where that explains nearly as much.
 
     One that swallows the commands explains anything; it is the best only where there is no other.
     """
-    asked = [w for w in asked if not w.overriding] or asked
-    best = asked[0]
-    handicap = max(3.0 * settings.lines.score * best.colour, settings.lines.share * (before.total - best.total))
-    inside = [w for w in asked if not w.stuck and w.total < best.total + handicap]
+    passing = [w for w in passing if not w.overriding] or passing
+    best = passing[0]
+    handicap = max(3.0 * settings.lines.score * best.autocorrelation, settings.lines.share * (before.bic - best.bic))
+    inside = [w for w in passing if not w.at_bound and w.bic < best.bic + handicap]
     return inside[0] if inside else best
 
 
-def _beside(chosen: Weighed, candidates: Sequence[Candidate]) -> list[Candidate]:
+def _beside(chosen: FittedHypothesis, candidates: Sequence[Candidate]) -> list[Candidate]:
     """Candidates that a set does not hold."""
     return [c for c in candidates if c.name not in chosen.names]
 
 
 def _reconsider(
-    data: Data, chosen: Weighed, always: Sequence[Free], candidates: Sequence[Candidate], settings: Settings
+    data: Data, chosen: FittedHypothesis, always: Sequence[Free], candidates: Sequence[Candidate], settings: Settings
 ) -> Round:
-    """Weigh what could stand in the place of the effect that was chosen first."""
+    """Fit what could stand in the place of the effect that was chosen first."""
     first, *rest = chosen.candidates
-    without = chosen.fit.model.put({f"{first.name}_{p.name}": p.none for p in first.parameters})
-    base = weigh(data, without, always, rest, _BASE_ROUNDS)
+    without = chosen.fit.model.put(first.none)
+    base = fit_hypothesis(data, without, always, rest, _BASE_ROUNDS)
     left = [c for c in _beside(base, candidates) if c.name != first.name]
     return add_one(data, base, always, left, max(settings.shortlist // 2, 1))
 
 
-def _all_at_once(data: Data, model: Model, always: Sequence[Free], candidates: Sequence[Candidate]) -> Weighed:
+def _all_at_once(data: Data, model: Model, always: Sequence[Free], candidates: Sequence[Candidate]) -> FittedHypothesis:
     """Several effects from a data sheet that is still as it was.
 
     One by one, the first has to do the work of all the others, and pulls the data sheet away to where the next is not
     found any more.
     """
     small = {
-        f"{candidate.name}_{p.name}": p.none + _BEGIN * (p.start - p.none)
+        candidate.field(p): p.none + _BEGIN * (p.start - p.none)
         for candidate in candidates
         for p in candidate.parameters
     }
-    return weigh(data, data.with_noise(model.put(small), 30), always, candidates, _AT_ONCE_ROUNDS)
+    return fit_hypothesis(data, data.with_noise(model.put(small), 30), always, candidates, _AT_ONCE_ROUNDS)
 
 
 def _swap(
     data: Data,
-    chosen: Weighed,
+    chosen: FittedHypothesis,
     begin: Model,
     always: Sequence[Free],
     candidates: Sequence[Candidate],
     settings: Settings,
 ) -> Round:
-    """Weigh in each effect's place those that most robots have and those that are hard to tell from it."""
+    """Fit in each effect's place those that most robots have and those that are hard to tell from it."""
     found = []
     for out in chosen.effects:
         rest = [candidate for candidate in chosen.candidates if candidate is not out]
         for candidate in _beside(chosen, candidates):
             if candidate.name in settings.usual or candidate.name in out.hard_to_tell_from:
                 found.append(_all_at_once(data, begin, always, [*rest, candidate]))
-    return Round(chosen, [], sorted(found, key=lambda w: w.total))
+    return Round(chosen, [], sorted(found, key=lambda w: w.bic))
 
 
-def without_idle(
+def without_redundant(
     data: Data,
-    chosen: Weighed,
-    base: Weighed,
+    chosen: FittedHypothesis,
+    base: FittedHypothesis,
     always: Sequence[Free],
     settings: Settings,
     begin: Model | None = None,
-) -> Weighed:
+) -> FittedHypothesis:
     """Take off one candidate after the other: those of no use, negligible ones, and more than may be named.
 
     Of no use is one that gains less than a named one must.
@@ -197,37 +201,42 @@ def without_idle(
     """
     lines = settings.lines
     while chosen.candidates:
-        colour = min(chosen.colour, lines.whiteness)
+        autocorrelation = min(chosen.autocorrelation, lines.whiteness)
         too_many = len(chosen.effects) > settings.most_effects
-        idle = []
+        redundant = []
         for candidate in chosen.candidates:
             lighter = _one_less(data, chosen, candidate, base, always, begin)
-            useless = (lighter.total - chosen.total) / colour < _threshold(candidate, settings)
+            useless = (lighter.bic - chosen.bic) / autocorrelation < _threshold(candidate, settings)
             if useless or too_many or chosen.size_of(candidate) < lines.least:
-                idle.append(lighter)
-        if not idle:
+                redundant.append(lighter)
+        if not redundant:
             break
-        chosen = min(idle, key=lambda w: w.total)
+        chosen = min(redundant, key=lambda w: w.bic)
     return chosen
 
 
 def _one_less(
-    data: Data, chosen: Weighed, candidate: Candidate, base: Weighed, always: Sequence[Free], begin: Model | None
-) -> Weighed:
-    """The better fit of a set without one of its candidates; arguments as of `without_idle`."""
+    data: Data,
+    chosen: FittedHypothesis,
+    candidate: Candidate,
+    base: FittedHypothesis,
+    always: Sequence[Free],
+    begin: Model | None,
+) -> FittedHypothesis:
+    """The better fit of a set without one of its candidates; arguments as of `without_redundant`."""
     rest = [other for other in chosen.candidates if other is not candidate]
     if not rest:
         return base
-    without = chosen.fit.model.put({f"{candidate.name}_{p.name}": p.none for p in candidate.parameters})
-    lighter = weigh(data, without, always, rest, _LIGHTER_ROUNDS)
+    without = chosen.fit.model.put(candidate.none)
+    lighter = fit_hypothesis(data, without, always, rest, _LIGHTER_ROUNDS)
     if begin is None:
         return lighter
-    return min(lighter, _all_at_once(data, begin, always, rest), key=lambda w: w.total)
+    return min(lighter, _all_at_once(data, begin, always, rest), key=lambda w: w.bic)
 
 
-def without_nameless(
-    data: Data, chosen: Weighed, always: Sequence[Free], rounds: Sequence[Round], settings: Settings
-) -> Weighed:
+def without_unspecific(
+    data: Data, chosen: FittedHypothesis, always: Sequence[Free], rounds: Sequence[Round], settings: Settings
+) -> FittedHypothesis:
     """Of two effects, take off the later in whose place many others do as well.
 
     Where the robot's form of an effect is not quite ours, what is left asks for more, and gladly takes anything.
@@ -235,51 +244,55 @@ def without_nameless(
     for candidate in reversed(chosen.effects):
         kin = {*candidate.same_as, *candidate.hard_to_tell_from}
         rest = [other for other in chosen.candidates if other is not candidate]
-        if rest and len(set(in_its_place(candidate, chosen, rounds, settings)) - kin) >= _MANY:
-            without = chosen.fit.model.put({f"{candidate.name}_{p.name}": p.none for p in candidate.parameters})
-            return weigh(data, without, always, rest, _LIGHTER_ROUNDS)
+        if rest and len(set(substitutes(candidate, chosen, rounds, settings)) - kin) >= _MANY:
+            without = chosen.fit.model.put(candidate.none)
+            return fit_hypothesis(data, without, always, rest, _LIGHTER_ROUNDS)
     return chosen
 
 
-def in_its_place(candidate: Candidate, chosen: Weighed, rounds: Sequence[Round], settings: Settings) -> list[str]:
+def substitutes(
+    candidate: Candidate, chosen: FittedHypothesis, rounds: Sequence[Round], settings: Settings
+) -> list[str]:
     """Effects that explain the data nearly as well in the place of one of a set."""
     found: list[str] = []
     rest = {name for name in chosen.names if name != candidate.name}
-    for w in (w for step in rounds for w in step.weighed):
+    for w in (w for step in rounds for w in step.hypotheses):
         others = set(w.names) - rest
         swapped = len(w.names) == len(chosen.names) and len(others) == 1 and candidate.name not in others
-        if swapped and (w.total - chosen.total) / chosen.colour < settings.lines.margin:
+        if swapped and (w.bic - chosen.bic) / chosen.autocorrelation < settings.lines.margin:
             found.extend(others)
     return found
 
 
-def worth(weighed: Weighed, base: Weighed, settings: Settings) -> bool:
+def passes(hypothesis: FittedHypothesis, base: FittedHypothesis, settings: Settings) -> bool:
     """Whether the data ask for what one set has beyond another, the last of its candidates.
 
-    Coloured errors gain too much by chance, so a gain counts over the colour that is left; but over no more than that
-    at which nothing is named anyway, as another effect may still take it away. What is negligible is not named, however
-    sure it is: it stands for some trifle of the robot's form.
+    Autocorrelated errors gain too much by chance, so a gain counts over the autocorrelation that is left; but over no
+    more than that at which nothing is named anyway, as another effect may still take it away. What is negligible is not
+    named, however sure it is: it stands for some trifle of the robot's form.
     """
     lines = settings.lines
-    gain = (base.total - weighed.total) / min(weighed.colour, lines.whiteness)
-    return gain >= _threshold(weighed.candidates[-1], settings) and weighed.size >= lines.least
+    gain = (base.bic - hypothesis.bic) / min(hypothesis.autocorrelation, lines.whiteness)
+    return gain >= _threshold(hypothesis.candidates[-1], settings) and hypothesis.size >= lines.least
 
 
 def _threshold(candidate: Candidate, settings: Settings) -> float:
-    """Gain over the colour that is left, from which on a candidate is worth its price."""
+    """Gain over the autocorrelation that is left, from which on a candidate is worth its penalty."""
     return settings.lines.sheet if candidate.in_data_sheet else settings.lines.score
 
 
-def belongs(weighed: Weighed, base: Weighed, first: Weighed, settings: Settings) -> bool:
+def adds_enough(
+    hypothesis: FittedHypothesis, base: FittedHypothesis, first: FittedHypothesis, settings: Settings
+) -> bool:
     """Whether another effect gains enough beside what the others gained to be an effect of its own.
 
     Where the form of a named effect is not quite the robot's, what is left asks for more effects, each for little.
 
     Args:
-        weighed: the set with the other effect.
+        hypothesis: the set with the other effect.
         base: the set without it.
         first: the data sheet refitted.
         settings: of the diagnosis.
     """
-    gain = base.total - weighed.total
-    return not base.effects or gain >= settings.lines.share * (first.total - base.total)
+    gain = base.bic - hypothesis.bic
+    return not base.effects or gain >= settings.lines.share * (first.bic - base.bic)

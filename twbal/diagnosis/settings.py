@@ -1,7 +1,11 @@
 """What a diagnosis takes for granted, and where it draws its lines."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+from twbal.core.robot_parameters import RobotParameters
+from twbal.diagnosis.data_sheet import DATA_SHEET
+from twbal.sysid.model import Field
 
 
 @dataclass(frozen=True)
@@ -9,16 +13,31 @@ class Tolerances:
     """Standard deviations of what is always free.
 
     Attributes:
-        data_sheet: of each factor on a data-sheet value; and the limits beyond which it is off (`strain`).
+        data_sheet: of each factor on a data-sheet value that is published; and the limits beyond which it is off
+            (`strain`).
+        rough: that of a value of which hardly anything is known; none that follows from a provenance is larger.
         imu_timing: by which the IMU may be late, one-sided [s].
         angle_timing: by which angles may be read before or after rates [s].
         tilt_offset: by which the tilt of each recording may be off by a constant of its own [rad]; 0: by nothing.
+        factors: by value of the robot's sheet, its tolerance in that of a published one; 1 for others.
     """
 
     data_sheet: float
+    rough: float
     imu_timing: float
     angle_timing: float
     tilt_offset: float
+    factors: Mapping[str, float] = field(default_factory=dict)
+
+    def of(self, name: Field) -> float:
+        """Of a factor on a data-sheet value, by the name of the field that a fit changes."""
+        value = DATA_SHEET[name].value if name in DATA_SHEET else str(name)
+        largest = max(self.data_sheet, self.rough)
+        return min(self.data_sheet * self.factors.get(value, 1.0), largest)
+
+    def for_robot(self, robot: RobotParameters) -> "Tolerances":
+        """The same, with what the robot's sheet says of where its values come from."""
+        return replace(self, factors=robot.tolerance_factors)
 
 
 @dataclass(frozen=True)

@@ -4,27 +4,34 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from twbal.diagnosis.candidates import DATA_SHEET
+from twbal.diagnosis.data_sheet import DATA_SHEET
+from twbal.diagnosis.hypothesis import FittedHypothesis
 from twbal.diagnosis.record import Gap, Shift, Verdict
 from twbal.diagnosis.select import Selection
 from twbal.diagnosis.settings import Settings
-from twbal.diagnosis.weigh import Weighed
 
 _BLIND = 0.5  # share of the candidates that poor data could not have shown, from which on nothing is decided
 _WORSE = 0.05  # share by which rollouts may be worse than with the data sheet refitted alone: chance
-_A_WORD = 1.0  # tolerances by which a value of a data sheet that is strained must be off to be listed
+_A_WORD = 1.0  # tolerances by which a value of a data sheet beyond its tolerances must be off to be listed
 
 
-def conclude(selection: Selection, objected: Sequence[str], strain: float, settings: Settings) -> Verdict:
-    """The verdict of a selection to which there may be objections (`objections`), and whose data sheet is strained."""
+def conclude(selection: Selection, objected: Sequence[str], statistic: float, settings: Settings) -> Verdict:
+    """The verdict of a selection.
+
+    Args:
+        selection: how it went.
+        objected: what speaks against it (`objections`).
+        statistic: how badly the data want the data sheet beyond its tolerances (`tolerance_statistic`).
+        settings: of the diagnosis.
+    """
     chosen = selection.chosen
     if objected:
         return Verdict.UNKNOWN
     if chosen.effects:
         return Verdict.NAMED
-    if chosen.candidates or strained(chosen, strain, settings):
+    if chosen.candidates or exceeds_tolerances(chosen, statistic, settings):
         return Verdict.DATA_SHEET
-    if len(blind(selection, settings)) > _BLIND * len(selection.rounds[0].screened):
+    if len(undetectable(selection, settings)) > _BLIND * len(selection.rounds[0].scored):
         return Verdict.UNDECIDED
     return Verdict.NONE
 
@@ -61,54 +68,54 @@ def is_worse(gap: Gap) -> bool:
     return lost or gap.after > (1.0 + _WORSE) * min(gap.before, gap.refitted)
 
 
-def shifts_of(weighed: Weighed, settings: Settings) -> tuple[Shift, ...]:
+def shifts_of(hypothesis: FittedHypothesis, settings: Settings) -> tuple[Shift, ...]:
     """How far the data pull the values of the data sheet, the largest first."""
-    found, tolerance = [], settings.tolerances.data_sheet
-    for free in weighed.fit.frees:
+    found = []
+    for free in hypothesis.fit.frees:
         if free.field in DATA_SHEET:
-            factor = weighed.fit.model.value(free.field) / free.mean
-            name = free.field.rpartition("_")[0]
-            found.append(Shift(name, DATA_SHEET[free.field], factor, (factor - 1.0) / tolerance))
+            factor = hypothesis.fit.model.value(free.field) / free.mean
+            sigmas = (factor - 1.0) / settings.tolerances.of(free.field)
+            found.append(Shift(free.effect, DATA_SHEET[free.field].group, factor, sigmas))
     return tuple(sorted(found, key=lambda shift: -abs(shift.sigmas)))
 
 
-def data_sheet_classes(weighed: Weighed, strain: float, settings: Settings) -> tuple[str, ...]:
+def data_sheet_classes(hypothesis: FittedHypothesis, statistic: float, settings: Settings) -> tuple[str, ...]:
     """Classes of data-sheet values that are off, the worst first."""
-    shifts = off(weighed, strain, settings)
-    worst = shifts if _far(weighed, settings) else shifts[:1]
+    shifts = beyond_tolerance(hypothesis, statistic, settings)
+    worst = shifts if _far(hypothesis, settings) else shifts[:1]
     return tuple(dict.fromkeys(shift.group for shift in worst))
 
 
-def off(weighed: Weighed, strain: float, settings: Settings) -> tuple[Shift, ...]:
-    """Values of the data sheet that are off: those named, or far off, or that share what strains the data sheet."""
-    far = _far(weighed, settings)
-    if far or not strained(weighed, strain, settings):
+def beyond_tolerance(hypothesis: FittedHypothesis, statistic: float, settings: Settings) -> tuple[Shift, ...]:
+    """Values of the data sheet that are off: those named, or far off, or that share what the data sheet is off by."""
+    far = _far(hypothesis, settings)
+    if far or not exceeds_tolerances(hypothesis, statistic, settings):
         return far
-    shifts = shifts_of(weighed, settings)
+    shifts = shifts_of(hypothesis, settings)
     return tuple(shift for shift in shifts if abs(shift.sigmas) > _A_WORD) or shifts[:1]
 
 
-def _far(weighed: Weighed, settings: Settings) -> tuple[Shift, ...]:
+def _far(hypothesis: FittedHypothesis, settings: Settings) -> tuple[Shift, ...]:
     """Values of the data sheet that are named, or else those that are far off."""
-    shifts = shifts_of(weighed, settings)
-    named = tuple(shift for shift in shifts if shift.name in weighed.names)
+    shifts = shifts_of(hypothesis, settings)
+    named = tuple(shift for shift in shifts if shift.name in hypothesis.names)
     return named or tuple(shift for shift in shifts if abs(shift.sigmas) > settings.lines.shift)
 
 
-def strained(weighed: Weighed, strain: float, settings: Settings) -> bool:
-    """Whether no values of the data sheet within their tolerances explain the data; of coloured errors, less so."""
-    return strain / weighed.colour > settings.lines.strain
+def exceeds_tolerances(hypothesis: FittedHypothesis, statistic: float, settings: Settings) -> bool:
+    """Whether no values of the data sheet within their tolerances explain the data, for this autocorrelation."""
+    return statistic / hypothesis.autocorrelation > settings.lines.strain
 
 
-def blind(selection: Selection, settings: Settings) -> list[str]:
+def undetectable(selection: Selection, settings: Settings) -> list[str]:
     """Effects that could be there at their usual size without these data showing it."""
-    return [s.candidate.name for s in selection.rounds[0].screened if s.seen < settings.lines.score]
+    return [s.candidate.name for s in selection.rounds[0].scored if s.detectability < settings.lines.score]
 
 
 def probabilities(selection: Selection, settings: Settings) -> Mapping[tuple[str, ...], float]:
-    """Of each set that was weighed, by its names: a softmax of half the scores, cooled as calibration asks."""
+    """Of each set that was fitted, by its names: a softmax of half the scores, cooled as calibration asks."""
     sets = selection.sets
-    scores = -np.array([w.total for w in sets]) / (2.0 * settings.temperature * selection.chosen.colour)
+    scores = -np.array([w.bic for w in sets]) / (2.0 * settings.temperature * selection.chosen.autocorrelation)
     weights = np.exp(scores - scores.max())
     weights /= weights.sum()
     return {w.names: p for w, p in zip(sets, weights.tolist(), strict=True)}

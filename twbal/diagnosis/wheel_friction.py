@@ -6,7 +6,7 @@ windows forgive commands that were logged as samples of a faster loop, which one
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -16,9 +16,10 @@ from twbal.core.compiled import kernel
 from twbal.core.errors import DataError
 from twbal.core.gaussian import Array
 from twbal.core.robot_parameters import RobotParameters
-from twbal.diagnosis.account import account_of
-from twbal.diagnosis.candidates import DATA_SHEET, Candidate
-from twbal.diagnosis.findings import Account, Effects, Findings
+from twbal.diagnosis.candidates import Candidate
+from twbal.diagnosis.data_sheet import DATA_SHEET
+from twbal.diagnosis.filter_result import filter_result_of
+from twbal.diagnosis.findings import Effects, FilterResult, Findings
 from twbal.diagnosis.name import first_noise, sensed_values, whiteness_of
 from twbal.diagnosis.record import Estimate, NamedEffect, Rival, Shift, Verdict
 from twbal.diagnosis.settings import Settings
@@ -69,7 +70,7 @@ class _Form(NamedTuple):
         strength: `gain` over that which the simulation has.
         misfit: -2 log likelihood, with the prior of the gain and the price of the parameter.
         rms: by which windows are still off [rad].
-        stuck: whether `value` ran to a bound.
+        at_bound: whether `value` ran to a bound.
     """
 
     candidate: Candidate | None
@@ -79,7 +80,7 @@ class _Form(NamedTuple):
     strength: float
     misfit: float
     rms: float
-    stuck: bool
+    at_bound: bool
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -135,7 +136,7 @@ class _Turns:
         return float(max(2.0 * self.data.resolution[_ANGLE], 1e-6))
 
 
-def name_drag(
+def identify_friction(
     recordings: Sequence[Recording],
     robot: RobotParameters,
     effects: Effects,
@@ -149,7 +150,7 @@ def name_drag(
         recordings: of some windows at least.
         robot: data sheet of the robot, held (`in_air.held`).
         effects: that the simulation has already.
-        candidates: all that may be missing; those of `FORMS` are weighed.
+        candidates: all that may be missing; those of `FORMS` are hypothesis.
         settings: of the diagnosis.
         progress: is told what is being done, a line at a time.
 
@@ -159,10 +160,11 @@ def name_drag(
     data = Data(recordings, settings.substeps)
     turns = _Turns(data, *_windows(data))
     twin = twin_parameters(robot, effects)
-    weighed = [c for name in FORMS for c in candidates if c.name == name and name not in settings.leave_out]
-    tolerance = settings.tolerances.data_sheet
-    progress(f"wheels in the air: fitting {len(weighed)} forms of drag")
-    base, *forms = [_fit(turns, twin, candidate, tolerance) for candidate in (None, *weighed)]
+    forms_tried = [c for name in FORMS for c in candidates if c.name == name and name not in settings.leave_out]
+    settings = replace(settings, tolerances=settings.tolerances.for_robot(robot))
+    tolerance = settings.tolerances.of(_GAIN)
+    progress(f"wheels in the air: fitting {len(forms_tried)} forms of drag")
+    base, *forms = [_fit(turns, twin, candidate, tolerance) for candidate in (None, *forms_tried)]
     least = min(form.misfit for form in (base, *forms))
     near = [form for form in forms if form.misfit - least < settings.lines.margin]
     chosen = near[0] if near else base
@@ -171,10 +173,10 @@ def name_drag(
     weights = _probabilities((base, *forms), settings)
     start = Model(twin, 0.0, first_noise(robot, data.sensed))
 
-    def seen(added: Effects) -> tuple[Model, Account]:
+    def seen(added: Effects) -> tuple[Model, FilterResult]:
         taken = {**effects, **added}
         model = data.with_noise(start._replace(twin=twin_parameters(robot, taken)), _NOISE_ROUNDS)
-        return model, account_of(data, model, taken)
+        return model, filter_result_of(data, model, taken)
 
     (nominal, first), (_, refitted), (named, last) = seen({}), seen(base.effects), seen(best.effects)
     shift = (best.strength - 1.0) / tolerance
@@ -182,8 +184,8 @@ def name_drag(
         verdict=verdict,
         effects=(_named(chosen, near, weights, settings),) if verdict is Verdict.NAMED else (),
         added=best.names,
-        data_sheet=(Shift("torque_gain", DATA_SHEET["torque_gain_gain"], best.strength, shift),),
-        data_sheet_class=(DATA_SHEET["torque_gain_gain"],) if verdict is Verdict.DATA_SHEET else (),
+        data_sheet=(Shift("torque_gain", DATA_SHEET[_GAIN].group, best.strength, shift),),
+        data_sheet_class=(DATA_SHEET[_GAIN].group,) if verdict is Verdict.DATA_SHEET else (),
         rivals=tuple(
             Rival(form.names, base.misfit - form.misfit, weights[form.names], 1.0)
             for form in sorted((base, *forms), key=lambda form: form.misfit)
@@ -241,7 +243,7 @@ def _fit(turns: _Turns, twin: TwinParameters, candidate: Candidate | None, toler
     Both start from what the simulation has already; drag may double where that is more than robots usually have.
     """
     parameters = candidate.parameters if candidate else ()
-    fields = [_GAIN, *(f"{candidate.name}_{p.name}" for p in parameters if candidate)]
+    fields = [_GAIN, *(candidate.field(p) for p in parameters if candidate)]
     gain, *already = [float(getattr(twin, field)) for field in fields]
     low = np.array([0.2 * gain, *(p.low for p in parameters)])
     high = np.array([5.0 * gain, *(max(p.high, 2.0 * value) for p, value in zip(parameters, already, strict=True))])
@@ -268,17 +270,17 @@ def _fit(turns: _Turns, twin: TwinParameters, candidate: Candidate | None, toler
         strength=float(x[0] / gain),
         misfit=2.0 * count * float(np.log(sigma)) + float(result.fun[-1] ** 2) + price,
         rms=float(np.sqrt(np.mean(off**2))),
-        stuck=bool(candidate and x[-1] > high[-1] - ends[-1]),
+        at_bound=bool(candidate and x[-1] > high[-1] - ends[-1]),
     )
 
 
 def _verdict(turns: _Turns, twin: TwinParameters, base: _Form, chosen: _Form, settings: Settings) -> Verdict:
     """What the fits come to."""
     lines = settings.lines
-    shift = abs(base.strength - 1.0) / settings.tolerances.data_sheet
+    shift = abs(base.strength - 1.0) / settings.tolerances.of(_GAIN)
     if chosen.candidate and base.misfit - chosen.misfit > lines.score:
         before = float(np.sqrt(np.mean(turns.off_by(twin) ** 2)))
-        return Verdict.NAMED if chosen.rms < _LEFT * before and not chosen.stuck else Verdict.UNKNOWN
+        return Verdict.NAMED if chosen.rms < _LEFT * before and not chosen.at_bound else Verdict.UNKNOWN
     if shift > lines.beyond:
         return Verdict.UNKNOWN
     if shift > lines.shift:

@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 
 from twbal.core.gaussian import Array
-from twbal.diagnosis.findings import Account, Track
+from twbal.diagnosis.findings import FilterResult, Trajectory
 from twbal.diagnosis.record import Region
 from twbal.sysid.recording import MEASURED, Recording
 
@@ -17,7 +17,7 @@ body (-1 to 0 backwards, 0 to 1 forwards), and time since the episode began [s].
 _FEWEST = 20  # samples in a region, below which a mean says little
 
 
-def disagreement(nominal: Account, recordings: Sequence[Recording], bins: int) -> tuple[Region, ...]:
+def disagreement(nominal: FilterResult, recordings: Sequence[Recording], bins: int) -> tuple[Region, ...]:
     """The map of disagreement of the simulation as it is, the largest first.
 
     Args:
@@ -30,12 +30,12 @@ def disagreement(nominal: Account, recordings: Sequence[Recording], bins: int) -
     def all_of(values: Sequence[Array]) -> Array:
         return np.concatenate([value[row] for value, row in zip(values, rows, strict=True)])
 
-    tracks: Sequence[Track] = nominal.tracks
+    trajectories: Sequence[Trajectory] = nominal.trajectories
     axes = {
-        "speed": all_of([track.speed for track in tracks]),
+        "speed": all_of([trajectory.speed for trajectory in trajectories]),
         "command": all_of([np.concatenate([np.zeros(1), recording.commands]) for recording in recordings]),
-        "tilt": all_of([track.tilt for track in tracks]),
-        "direction": np.sign(all_of([track.wheel_rate for track in tracks])),
+        "tilt": all_of([trajectory.tilt for trajectory in trajectories]),
+        "direction": np.sign(all_of([trajectory.wheel_rate for trajectory in trajectories])),
         "time": all_of(
             [recording.period * np.arange(len(recording) + 1, dtype=np.float64) for recording in recordings]
         ),

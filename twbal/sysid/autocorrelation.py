@@ -1,4 +1,4 @@
-"""How coloured prediction errors are: what a model leaves unexplained shows as their memory."""
+"""Autocorrelation of prediction errors: what a model leaves unexplained shows as their memory."""
 
 from collections.abc import Sequence
 
@@ -7,14 +7,14 @@ import numpy as np
 from twbal.core.gaussian import Array
 
 
-def whiteness(errors: Sequence[Array], count: int, lags: int) -> Array:
+def ljung_box_ratio(errors: Sequence[Array], count: int, lags: int) -> Array:
     r"""Ljung and Box's statistic per channel over its expectation, (4,); 1 for white errors.
 
     Q = n (n + 2) Σ_k ρ_k² / (n - k), over the first lags k, divided by their number. It grows in proportion to the
     length of the data where errors have memory. A channel without errors, as it was not measured, counts as white.
 
     Args:
-        errors: (T, 4) per recording, tamed, 0 where they do not count.
+        errors: (T, 4) per recording, by robust weights, 0 where they do not count.
         count: n, instants that count in all.
         lags: [control periods].
     """

@@ -3,44 +3,69 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from twbal.core.gaussian import Array
 from twbal.planar.parameters import TwinParameters
-from twbal.sysid.autocorrelation import whiteness
-from twbal.sysid.noise import UNSENSED, Filter, Noise, fit_noise, kalman_filter, linearise_period, tame, whiten
+from twbal.sysid.autocorrelation import ljung_box_ratio
+from twbal.sysid.noise import UNSENSED, Filter, Noise, fit_noise, kalman_filter, linearise_period, robustify, whiten
 from twbal.sysid.predictor import Prediction, predict
 from twbal.sysid.recording import Mask, Recording
 
 ANGLE_LEAD = "angle_lead"
 """Name of the one free value that is no field of the twin: time by which measured angles run ahead of rates [s]."""
-TILT_OFFSET = "tilt_offset_"
-"""Begins the names of the values that belong to one recording each: a constant that is added to its tilt [rad]."""
 _ROUNDING = 1e-9  # rad, rad/s; smaller changes are those of the numbers in the file
 _ONE_WAY = 0.98  # less the share of changes against them, the share of changes in one direction
 _LAGS = 20  # control periods over which errors may remember
+
+
+class TiltOffset(NamedTuple):
+    """Stands for the constant that is added to the tilt of one recording [rad].
+
+    Attributes:
+        recording: its number.
+    """
+
+    recording: int
+
+
+Field = str | TiltOffset
+"""A field of `TwinParameters`, `ANGLE_LEAD`, or the tilt's offset in a recording."""
 
 
 class Free(NamedTuple):
     """A value that a fit may change.
 
     Attributes:
-        field: of `TwinParameters`, `ANGLE_LEAD`, or `TILT_OFFSET` and the number of a recording.
+        field: which.
         low: lower bound.
         high: upper bound.
         mean: of its prior.
         sd: of its prior; infinite without one.
         nudge: step of finite differences.
+        effect: that it is a parameter of; "" where it is none.
+        parameter: its name there.
+        is_periodic: whether its range is a circle, without bounds.
     """
 
-    field: str
+    field: Field
     low: float
     high: float
     mean: float
     sd: float
     nudge: float
+    effect: str = ""
+    parameter: str = ""
+    is_periodic: bool = False
+
+    @property
+    def name(self) -> str:
+        """As `effect.parameter`, or what else it is."""
+        if isinstance(self.field, TiltOffset):
+            return f"tilt_offset_{self.field.recording}"
+        return f"{self.effect}.{self.parameter}" if self.effect else self.field
 
 
 class Model(NamedTuple):
@@ -58,18 +83,18 @@ class Model(NamedTuple):
     noise: Noise
     offsets: tuple[float, ...] = ()
 
-    def value(self, field: str) -> float:
+    def value(self, field: Field) -> float:
         """The value of a field."""
-        if field.startswith(TILT_OFFSET):
-            return self.offsets[int(field.removeprefix(TILT_OFFSET))]
+        if isinstance(field, TiltOffset):
+            return self.offsets[field.recording]
         return self.angle_lead if field == ANGLE_LEAD else float(getattr(self.twin, field))
 
-    def put(self, values: Mapping[str, float]) -> "Model":
+    def put(self, values: Mapping[Any, float]) -> "Model":  # Any: a mapping of str alone is one of fields, too
         """The model with other values of some fields."""
-        fields = dict(values)
-        lead = fields.pop(ANGLE_LEAD, self.angle_lead)
-        offsets = [fields.pop(f"{TILT_OFFSET}{k}", offset) for k, offset in enumerate(self.offsets)]
-        return self._replace(twin=self.twin._replace(**fields), angle_lead=lead, offsets=tuple(offsets))
+        offsets = tuple(values.get(TiltOffset(k), offset) for k, offset in enumerate(self.offsets))
+        fields = {field: value for field, value in values.items() if isinstance(field, str) and field != ANGLE_LEAD}
+        lead = values.get(ANGLE_LEAD, self.angle_lead)
+        return self._replace(twin=self.twin._replace(**fields), angle_lead=lead, offsets=offsets)
 
     def twin_for(self, recording: int) -> TwinParameters:
         """The twin, with the tilt's offset in a recording."""
@@ -155,10 +180,10 @@ class Data:
         ]
         return np.concatenate(parts).ravel()
 
-    def colour(self, errors: Sequence[Array], kalman: Filter) -> Array:
-        """Whiteness of prediction errors that were made with a filter, per channel (4,); 1 is white."""
-        tamed = [tame(e, u, kalman.whiteners, kalman.measured) for e, u in zip(errors, self.usable, strict=True)]
-        return whiteness(tamed, self.count, _LAGS)
+    def autocorrelation(self, errors: Sequence[Array], kalman: Filter) -> Array:
+        """Autocorrelation of prediction errors that a filter made, per channel (4,); 1 is what white ones have."""
+        robust = [robustify(e, u, kalman.whiteners, kalman.measured) for e, u in zip(errors, self.usable, strict=True)]
+        return ljung_box_ratio(robust, self.count, _LAGS)
 
     def with_noise(self, model: Model, iterations: int) -> Model:
         """The model with its noise refitted."""

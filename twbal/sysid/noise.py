@@ -242,15 +242,15 @@ def whiten(errors: Array, usable: Mask, whiteners: Array, dimension: int) -> Arr
 
 
 @kernel()
-def tame(errors: Array, usable: Mask, whiteners: Array, dimension: int) -> Array:
+def robustify(errors: Array, usable: Mask, whiteners: Array, dimension: int) -> Array:
     """Prediction errors (T, 4) in their units, 0 where they do not count and less where they are large."""
     last, white = len(whiteners) - 1, np.empty(4)
-    tamed = np.zeros((len(errors) - 1, 4))
+    robust = np.zeros((len(errors) - 1, 4))
     for n in range(1, len(errors)):
         if usable[n]:
             square = _square(errors[n], whiteners[min(n, last)], white)
-            tamed[n - 1] = errors[n] * np.sqrt(_heavy(square, dimension) / max(square, 1e-12))
-    return tamed
+            robust[n - 1] = errors[n] * np.sqrt(_heavy(square, dimension) / max(square, 1e-12))
+    return robust
 
 
 def cost(errors: list[Array], usable: list[Mask], kalman: Filter) -> float:

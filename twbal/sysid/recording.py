@@ -16,7 +16,7 @@ from twbal.core.robot_parameters import RobotParameters
 Mask = NDArray[np.bool_]
 
 MEASURED = ("tilt", "tilt_rate", "wheel_angle", "wheel_rate")
-"""Channels whose prediction errors are weighed, in this order."""
+"""Channels whose prediction errors count, in this order."""
 
 _COLUMNS = [Observation._fields.index(name) for name in MEASURED]
 _TIME, _YAW = Observation._fields.index("time"), Observation._fields.index("yaw_rate")

@@ -10,6 +10,7 @@ _DEVIATIONS = Number(0.0, 1000.0)
 
 DIAGNOSIS = (
     Setting("diagnosis.tolerances.data_sheet", Number(1e-6, 10.0), "sd of each factor on a data-sheet value"),
+    Setting("diagnosis.tolerances.rough", Number(1e-6, 10.0), "that of a value of which hardly anything is known"),
     Setting("diagnosis.tolerances.imu_timing", Number(1e-9, 1.0, "s"), "sd by which the IMU may be late"),
     Setting("diagnosis.tolerances.angle_timing", Number(1e-9, 1.0, "s"), "sd of angles read before or after rates"),
     Setting("diagnosis.tolerances.tilt_offset", Number(0.0, 1.5, "rad"), "sd of each recording's tilt; 0: no offset"),

@@ -2,6 +2,7 @@
 
 from twbal.cli.settings.kinds import PATH, ListOf, Number, OneOf, Part, Text, Whole
 from twbal.cli.settings.setting import Setting
+from twbal.core.robot_sheet import MEANING
 
 CHANNELS = {"tilt": "rad", "tilt_rate": "rad/s", "speed": "m/s", "acceleration": "m/s²", "yaw_rate": "rad/s"}
 """Unit of each measured channel of the state."""
@@ -40,6 +41,10 @@ ROBOT = (
     Setting("robot.track", Number(0.001, 100.0, "m"), "distance between the middles of the wheels"),
     Setting("robot.torque_limit", TORQUE_LIMIT, "largest command, sum of both wheels"),
     Setting("robot.control_period", CONTROL_PERIOD, "time for which each command is held"),
+    *(
+        Setting(f"robot.provenance.{kind}", ListOf(Text("name of a value"), most=20), f"values that are {meaning}")
+        for kind, meaning in MEANING.items()
+    ),
 )
 
 START = (

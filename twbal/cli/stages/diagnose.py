@@ -14,7 +14,7 @@ from twbal.cli.diagnosis_config import diagnosis_of
 from twbal.cli.manifest import Manifest, Step, perform
 from twbal.cli.typed_config import recorded
 from twbal.core.files import write_atomically
-from twbal.diagnosis.findings import Account
+from twbal.diagnosis.findings import FilterResult
 from twbal.diagnosis.pipeline import DataSettings, DiagnosisResult, Named, Simulated, diagnose_episodes
 from twbal.diagnosis.record import Diagnosis, verdict_in, write_diagnosis
 from twbal.diagnosis.settings import Settings
@@ -102,11 +102,11 @@ def _title(result: DiagnosisResult) -> str:
     return f"No finding (verdict {verdict}): {content}." if verdict.is_open else f"Verdict {verdict}: {content}."
 
 
-def _offsets(account: Account, names: Sequence[str]) -> list[tuple[str, str]]:
+def _offsets(filtered: FilterResult, names: Sequence[str]) -> list[tuple[str, str]]:
     """A line on the tilt's offsets, where they were free."""
-    if not account.offsets:
+    if not filtered.offsets:
         return []
-    found = [f"{name} {np.degrees(offset):+.1f}°" for name, offset in zip(names, account.offsets, strict=True)]
+    found = [f"{name} {np.degrees(offset):+.1f}°" for name, offset in zip(names, filtered.offsets, strict=True)]
     return [("offsets of the tilt, as found", ", ".join(found))]
 
 

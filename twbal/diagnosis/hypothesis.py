@@ -1,4 +1,4 @@
-"""Weighing sets of effects against each other: full fits of the most promising, with their noise refitted."""
+"""Sets of effects as hypotheses: full fits of the most promising, with their noise refitted."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -7,9 +7,8 @@ import numpy as np
 
 from twbal.core.gaussian import Array
 from twbal.diagnosis.candidates import Candidate
-from twbal.diagnosis.screen import Screened, screen
+from twbal.diagnosis.score_test import ScoredCandidate, score_candidates
 from twbal.planar.actuation import equivalent_gain
-from twbal.planar.parameters import TwinParameters
 from twbal.sysid.fit import Fit, refit
 from twbal.sysid.model import Data, Free, Model
 
@@ -18,24 +17,24 @@ _AT_BOUND = 0.01  # share of its range from a bound at which a parameter has run
 _LEAST_INFLUENCE = 0.1  # equivalent gain of the driver below which its nonlinearity takes the place of the commands
 _WAVES = 200.0  # frequencies or counts among which a wave is looked for: the best of many is good by chance
 ALIKE = 0.2  # difference in -2 log likelihood below which sets fit equally well
-_PROMISING = 0.2  # share of the best gain at a glance from which on a candidate is fitted in full
+_PROMISING = 0.2  # share of the best predicted gain from which on a candidate is fitted in full
 
 
-class Weighed(NamedTuple):
+class FittedHypothesis(NamedTuple):
     """A set of effects, fitted in full.
 
     Attributes:
         candidates: the effects; none for the data sheet refitted.
         fit: with all that is always free.
-        whiteness: that it leaves in each channel that was measured.
+        autocorrelations: of the errors that it leaves, in each channel that was measured; 1 is white.
         price: of its parameters, in -2 log likelihood.
         overriding: names of effects that swallow nearly all the commands' variation (`actuation.equivalent_gain`).
     """
 
     candidates: tuple[Candidate, ...]
     fit: Fit
-    whiteness: Array
-    price: float
+    autocorrelations: Array
+    bic_penalty: float
     overriding: tuple[str, ...] = ()
 
     @property
@@ -49,14 +48,14 @@ class Weighed(NamedTuple):
         return tuple(candidate for candidate in self.candidates if not candidate.in_data_sheet)
 
     @property
-    def total(self) -> float:
+    def bic(self) -> float:
         """Cost and price."""
-        return self.fit.cost + self.price
+        return self.fit.cost + self.bic_penalty
 
     @property
-    def colour(self) -> float:
-        """Whiteness of the channels together; at least 1."""
-        return max(float(np.mean(self.whiteness)), 1.0)
+    def autocorrelation(self) -> float:
+        """Residual autocorrelation of the channels together; at least 1."""
+        return max(float(np.mean(self.autocorrelations)), 1.0)
 
     @property
     def size(self) -> float:
@@ -66,33 +65,26 @@ class Weighed(NamedTuple):
     def size_of(self, candidate: Candidate) -> float:
         """Of one of its candidates, as a share of its start values."""
         return max(
-            abs(self.fit.model.value(f"{candidate.name}_{p.name}") - p.none) / abs(p.start - p.none)
-            for p in candidate.sizes
+            abs(self.fit.model.value(candidate.field(p)) - p.none) / abs(p.start - p.none) for p in candidate.sizes
         )
 
     @property
-    def stuck(self) -> tuple[str, ...]:
-        """What is no value but where a search ended, as `effect.parameter`.
+    def at_bound(self) -> tuple[Free, ...]:
+        """What is no value but where a search ended.
 
         Parameters that ran to a bound other than the one that is no effect, those of the data sheet and of the sensors
         among them; and the first parameters of overriding effects.
         """
-        found = [_dotted(free.field) for free in self.fit.frees if at_bound(free, self.fit.model.value(free.field))]
-        swallowing = [f"{c.name}.{c.parameters[0].name}" for c in self.candidates if c.name in self.overriding]
-        return tuple(dict.fromkeys([*found, *swallowing]))
+        found = [free for free in self.fit.frees if is_at_bound(free, self.fit.model.value(free.field))]
+        overriding = [candidate.frees[0] for candidate in self.candidates if candidate.name in self.overriding]
+        return tuple(dict.fromkeys([*found, *overriding]))
 
 
-def at_bound(free: Free, value: float) -> bool:
+def is_at_bound(free: Free, value: float) -> bool:
     """Whether a free value ran to a bound; the mean of its prior is none, and a phase has none."""
     margin = _AT_BOUND * (free.high - free.low)
     ends = [end for end in (free.low, free.high) if end != free.mean]
-    return not free.field.endswith("_phase") and any(abs(value - end) < margin for end in ends)
-
-
-def _dotted(field: str) -> str:
-    """`body_mass.factor` of `body_mass_factor`; fields that are no parameter of an effect stay as they are."""
-    effect, _, parameter = field.rpartition("_")
-    return f"{effect}.{parameter}" if field in TwinParameters._field_defaults else field
+    return not free.is_periodic and any(abs(value - end) < margin for end in ends)
 
 
 class Round(NamedTuple):
@@ -100,16 +92,18 @@ class Round(NamedTuple):
 
     Attributes:
         base: what candidates were added to.
-        screened: all candidates at a glance.
-        weighed: the best of them in full, the likeliest first.
+        scored: all candidates, with the gain that each is predicted to bring.
+        hypothesis: the best of them, fitted in full, the likeliest first.
     """
 
-    base: Weighed
-    screened: list[Screened]
-    weighed: list[Weighed]
+    base: FittedHypothesis
+    scored: list[ScoredCandidate]
+    hypotheses: list[FittedHypothesis]
 
 
-def weigh(data: Data, model: Model, always: Sequence[Free], candidates: Sequence[Candidate], rounds: int) -> Weighed:
+def fit_hypothesis(
+    data: Data, model: Model, always: Sequence[Free], candidates: Sequence[Candidate], rounds: int
+) -> FittedHypothesis:
     """Fit a set of effects in full.
 
     Args:
@@ -123,10 +117,10 @@ def weigh(data: Data, model: Model, always: Sequence[Free], candidates: Sequence
     frees = [free for free in always if free.field not in {o.field for o in own}] + own
     fit = refit(data, model, frees, rounds, _ITERATIONS, _NOISE_ITERATIONS)
     kalman = data.filter(fit.model)
-    left = data.colour(data.errors(fit.model, kalman), kalman)[data.sensed]
+    left = data.autocorrelation(data.errors(fit.model, kalman), kalman)[data.sensed]
     searched = 2.0 * sum(candidate.is_wave for candidate in candidates) * np.log(_WAVES)
     price = len(own) * float(np.log(data.count)) + float(searched)
-    return Weighed(tuple(candidates), fit, left, price, overriding(data, fit.model, candidates))
+    return FittedHypothesis(tuple(candidates), fit, left, price, overriding(data, fit.model, candidates))
 
 
 def overriding(data: Data, model: Model, candidates: Sequence[Candidate]) -> tuple[str, ...]:
@@ -135,14 +129,14 @@ def overriding(data: Data, model: Model, candidates: Sequence[Candidate]) -> tup
     left = equivalent_gain(model.twin, commands)
     if left >= _LEAST_INFLUENCE:
         return ()
-    without = {c.name: model.put({f"{c.name}_{p.name}": p.none for p in c.parameters}) for c in candidates}
+    without = {c.name: model.put(c.none) for c in candidates}
     return tuple(name for name, other in without.items() if equivalent_gain(other.twin, commands) > left)
 
 
 def add_one(
-    data: Data, base: Weighed, always: Sequence[Free], candidates: Sequence[Candidate], shortlist: int
+    data: Data, base: FittedHypothesis, always: Sequence[Free], candidates: Sequence[Candidate], shortlist: int
 ) -> Round:
-    """Weigh what one more effect would bring.
+    """Fit what one more effect would bring.
 
     Args:
         data: recordings.
@@ -151,15 +145,15 @@ def add_one(
         candidates: that are not in it.
         shortlist: candidates that are fitted in full, at most.
     """
-    screened = screen(data, base.fit, candidates)
+    screened = score_candidates(data, base.fit, candidates)
     best = max((s.gain for s in screened), default=0.0)
     chosen = [s for s in screened[:shortlist] if s.gain > max(_PROMISING * best, 3.0)]
-    weighed = [weigh(data, s.model, always, (*base.candidates, s.candidate), _ROUNDS) for s in chosen]
-    best = min((w.total for w in weighed), default=0.0)
+    hypothesis = [fit_hypothesis(data, s.model, always, (*base.candidates, s.candidate), _ROUNDS) for s in chosen]
+    best = min((w.bic for w in hypothesis), default=0.0)
     order = [candidate.name for candidate in candidates]
 
-    def rank(w: Weighed) -> tuple[float, int]:
+    def rank(w: FittedHypothesis) -> tuple[float, int]:
         """Of what fits equally well, the first in the library goes first."""
-        return (max(w.total, best + ALIKE), order.index(w.candidates[-1].name))
+        return (max(w.bic, best + ALIKE), order.index(w.candidates[-1].name))
 
-    return Round(base, screened, sorted(weighed, key=rank))
+    return Round(base, screened, sorted(hypothesis, key=rank))

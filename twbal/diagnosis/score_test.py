@@ -1,4 +1,4 @@
-"""Quick look at every candidate: how much likelier would each make the recordings?
+"""Score test of every candidate: how much likelier would each make the recordings?
 
 The noise and the filter stay those of the model so far; a few steps are fitted from the best of several starts.
 """
@@ -29,50 +29,35 @@ _SIZES = (
 )  # of the start values at which a candidate is tried, in their distance from none
 _LIMITS = (0.98, 0.7, 0.5, 0.35, 0.25, 0.17, 0.1, 0.05)  # of the highest value, at which a limit is tried
 _FAR = 30.0  # penalty of the data sheet's shifts from which on it is tried to put it back
-_SMALL = 0.01  # sizes up to this one foretell, larger ones are too far off for a parabola
+_SMALL = 0.01  # sizes up to this one predict, larger ones are too far off for a parabola
 _ITERATIONS = 3
-_FITTED, _LEAST = 14, 6.0  # candidates that are fitted by a few steps, and what they must promise
+_FITTED, _LEAST = 14, 6.0  # candidates that are fitted by a few steps, and what they must be predicted to gain
 _FRACTIONS = 5  # of a control period, over which a torque that depends on the wheels' angle is averaged
 _TONES = 8192  # frequencies of the Fourier transform
 _COUNT_STEP, _WAVES_STEP = 0.25, 0.1
 
 
-class Screened(NamedTuple):
-    """A candidate at a glance.
+class ScoredCandidate(NamedTuple):
+    """A candidate, and how much it may gain.
 
     Attributes:
         candidate: which.
-        gain: in -2 log likelihood.
+        gain: in -2 log likelihood, predicted from its slopes, or of a short fit.
         model: with its values.
-        seen: gain in -2 log likelihood that the candidate at its start values would have brought, had it been there.
+        detectability: gain in -2 log likelihood that the candidate at its start values would have brought, had it been
+            there.
     """
 
     candidate: Candidate
     gain: float
     model: Model
-    seen: float
+    detectability: float
 
 
-class _Glance(NamedTuple):
-    """A candidate before any fit.
+def score_candidates(data: Data, fit: Fit, candidates: Sequence[Candidate]) -> list[ScoredCandidate]:
+    """What every candidate would gain, the most promising first.
 
-    Attributes:
-        candidate: which.
-        model: with it at the most promising of several sizes.
-        promise: gain in -2 log likelihood that its secants foretell.
-        seen: as of `Screened`.
-    """
-
-    candidate: Candidate
-    model: Model
-    promise: float
-    seen: float
-
-
-def screen(data: Data, fit: Fit, candidates: Sequence[Candidate]) -> list[Screened]:
-    """Every candidate at a glance, the most promising first.
-
-    Those whose secants promise most are fitted by a few steps, the others keep what is promised.
+    Those whose slopes predict most are fitted by a few steps; of the others no gain is claimed.
 
     Args:
         data: recordings.
@@ -80,29 +65,28 @@ def screen(data: Data, fit: Fit, candidates: Sequence[Candidate]) -> list[Screen
         candidates: which it does not hold yet.
     """
     J = slopes_of(data, fit)
-    glances = [_glance(data, fit, J, candidate) for candidate in candidates]
-    glances.sort(key=lambda glance: -glance.promise)
+    predicted = sorted((_predict(data, fit, J, each) for each in candidates), key=lambda scored: -scored.gain)
     found = []
-    for number, glance in enumerate(glances):
-        if number < _FITTED and glance.promise > _LEAST:
-            found.append(_screen(data, fit, glance))
+    for number, scored in enumerate(predicted):
+        if number < _FITTED and scored.gain > _LEAST:
+            found.append(_fit_briefly(data, fit, scored))
         else:
-            found.append(Screened(glance.candidate, min(glance.promise, 0.0), glance.model, glance.seen))
-    return sorted(found, key=lambda screened: -screened.gain)
+            found.append(scored._replace(gain=min(scored.gain, 0.0)))
+    return sorted(found, key=lambda scored: -scored.gain)
 
 
-def _screen(data: Data, fit: Fit, glance: _Glance) -> Screened:
+def _fit_briefly(data: Data, fit: Fit, scored: ScoredCandidate) -> ScoredCandidate:
     """Fit a candidate by a few steps."""
-    fields = [free.field for free in glance.candidate.frees]
-    frees = [free for free in fit.frees if free.field not in fields]
+    own = scored.candidate.frees
+    frees = [free for free in fit.frees if free.field not in {o.field for o in own}]
     begin = float(fit.white @ fit.white) + penalty(fit.frees, fit.values)
-    after = descend(data, glance.model, fit.kalman, [*frees, *glance.candidate.frees], _ITERATIONS)
-    return Screened(glance.candidate, begin - after.cost, after.model, glance.seen)
+    after = descend(data, scored.model, fit.kalman, [*frees, *own], _ITERATIONS)
+    return scored._replace(gain=begin - after.cost, model=after.model)
 
 
 def _values(candidate: Candidate, which: str) -> dict[str, float]:
     """An attribute of a candidate's parameters, by field."""
-    return {f"{candidate.name}_{p.name}": float(getattr(p, which)) for p in candidate.parameters}
+    return {candidate.field(p): float(getattr(p, which)) for p in candidate.parameters}
 
 
 def _sizes(candidate: Candidate) -> tuple[float, ...]:
@@ -113,15 +97,15 @@ def _sizes(candidate: Candidate) -> tuple[float, ...]:
     return tuple((size.none - share * size.high) / (size.none - size.start) for share in _LIMITS)
 
 
-def _glance(data: Data, fit: Fit, J: Array, candidate: Candidate) -> _Glance:
+def _predict(data: Data, fit: Fit, J: Array, candidate: Candidate) -> ScoredCandidate:
     """Try several sizes of a candidate, shares of the way from none to its start.
 
     What a small size changes in the errors, less what the other free values can make up for, is a slope; along it the
-    cost is a parabola, whose lowest point is promised. So is what a larger size gains as it is, or with the data sheet
-    put back, where the lack of the candidate has pulled it far away.
+    cost is a parabola, whose lowest point is the predicted gain. So is what a larger size gains as it is, or with the
+    data sheet put back, where the lack of the candidate has pulled it far away.
     """
     start = _values(candidate, "start") | (_tone(data, fit, candidate) or {})
-    none, low, high = (_values(candidate, which) for which in ("none", "low", "high"))
+    none, low, high = candidate.none, _values(candidate, "low"), _values(candidate, "high")
     if candidate.is_wave:  # of a wave, only the size is tried at several values
         none = {f: value if i else none[f] for i, (f, value) in enumerate(start.items())}
     kept = [i for i, free in enumerate(fit.frees) if free.field not in start]
@@ -133,7 +117,7 @@ def _glance(data: Data, fit: Fit, J: Array, candidate: Candidate) -> _Glance:
     now = {f: min(max(fit.model.value(f), low[f]), high[f]) for f in start}
     shift = penalty(fit.frees, fit.values)
     far = shift > _FAR
-    best, promise, seen = np.inf, -np.inf, 0.0
+    best, gain, detectability = np.inf, -np.inf, 0.0
     model = fit.model.put(now)
     for size in (*((0.0,) if own else ()), *_sizes(candidate)):
         values = {f: min(max(none[f] + size * (start[f] - none[f]), low[f]), high[f]) for f in start} if size else now
@@ -146,20 +130,20 @@ def _glance(data: Data, fit: Fit, J: Array, candidate: Candidate) -> _Glance:
         power = float(change @ change - pull @ normal @ pull)
         slope = -float(change @ fit.white)
         small = abs(size) <= _SMALL and not own
-        foretold = slope**2 / power if small and slope > 0.0 and power > 1e-6 else 0.0
+        predicted = slope**2 / power if small and slope > 0.0 and power > 1e-6 else 0.0
         cost = float(white @ white)
-        promise = max(promise, freed + foretold, freed + float(fit.white @ fit.white) - cost)
+        gain = max(gain, freed + predicted, freed + float(fit.white @ fit.white) - cost)
         if size == 1.0:
-            seen = power
+            detectability = power
         if cost < best:
             best, model = cost, tried
         if far and not small:
             home = tried.put({free.field: free.mean for free in frees if np.isfinite(free.sd)})
             cost = float(np.nan_to_num(np.sum(data.white(home, fit.kalman) ** 2), nan=np.inf))
-            promise = max(promise, shift + float(fit.white @ fit.white) - cost)
+            gain = max(gain, shift + float(fit.white @ fit.white) - cost)
             if cost - shift < best:
                 best, model = cost - shift, home
-    return _Glance(candidate, model, promise, seen)
+    return ScoredCandidate(candidate, gain, model, detectability)
 
 
 def _tone(data: Data, fit: Fit, candidate: Candidate) -> dict[str, float] | None:
@@ -174,7 +158,7 @@ def _tone(data: Data, fit: Fit, candidate: Candidate) -> dict[str, float] | None
         scale = 1.0 / fit.model.twin.wheel_radius
     elif "count" in parameters:
         rate = parameters["count"]
-        angles = [track[:, 1] - track[:, 0] for track in _tracks(data, fit)]
+        angles = [states[:, 1] - states[:, 0] for states in _states(data, fit)]
         grid = np.arange(rate.low, rate.high + 1e-9, _COUNT_STEP)
         apart = 0.5 * fit.model.twin.track / fit.model.twin.wheel_radius
         ahead = [apart * recording.heading for recording in data.recordings]
@@ -182,7 +166,7 @@ def _tone(data: Data, fit: Fit, candidate: Candidate) -> dict[str, float] | None
         scale = 0.5
     else:
         rate = parameters["waves"]
-        ways = [2.0 * np.pi * track[:, 8] for track in _tracks(data, fit)]
+        ways = [2.0 * np.pi * states[:, 8] for states in _states(data, fit)]
         grid = np.arange(rate.low, rate.high + 1e-9, _WAVES_STEP)
         value, wave = _over_angle(data, fit, linear, _Waves(1, ways, [0.0 * way for way in ways]), grid)
         wave, twin = -wave, fit.model.twin
@@ -218,7 +202,7 @@ def _over_time(data: Data, fit: Fit, linear: LinearTwin, low: float, high: float
     return float(frequencies[inside[best]]), complex(1j * wave)
 
 
-def _tracks(data: Data, fit: Fit) -> list[Array]:
+def _states(data: Data, fit: Fit) -> list[Array]:
     """The predictor's states of each recording, (T + 1, 9)."""
     return [prediction.states for prediction in data.predictions(fit.model, fit.kalman)]
 

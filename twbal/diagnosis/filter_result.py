@@ -6,7 +6,7 @@ import numpy as np
 
 from twbal.core.gaussian import Array
 from twbal.core.robot_parameters import RobotParameters
-from twbal.diagnosis.findings import Account, Effects, Track
+from twbal.diagnosis.findings import Effects, FilterResult, Trajectory
 from twbal.planar.parameters import TwinParameters, twin_parameters
 from twbal.sysid.fit import descend
 from twbal.sysid.model import Data, Free, Model
@@ -18,7 +18,7 @@ _SEES = np.array([[1, 0, 0, 0], [0, 0, 1, 0], [-1, 1, 0, 0], [0, 0, -1, 1]], dty
 """H: what the sensors show of tilt, wheel, tilt rate and wheel speed, in the order of `MEASURED`."""
 
 
-def take_account(
+def filter_recordings(
     robot: RobotParameters,
     effects: Effects,
     noise: Noise,
@@ -26,7 +26,7 @@ def take_account(
     recordings: Sequence[Recording],
     substeps: int,
     offsets: tuple[float, ...] | Sequence[Free] = (),
-) -> Account:
+) -> FilterResult:
     """What a model with known values makes of recordings, whether it was fitted to them or not.
 
     Args:
@@ -40,7 +40,7 @@ def take_account(
     """
     data = Data(recordings, substeps)
     model = Model(twin_parameters(robot, effects), angle_lead, noise)
-    return account_of(data, with_offsets(data, model, offsets), effects)
+    return filter_result_of(data, with_offsets(data, model, offsets), effects)
 
 
 def with_offsets(data: Data, model: Model, offsets: tuple[float, ...] | Sequence[Free]) -> Model:
@@ -52,17 +52,24 @@ def with_offsets(data: Data, model: Model, offsets: tuple[float, ...] | Sequence
     return descend(data, start, data.filter(start), frees, _OFFSET_STEPS).model
 
 
-def account_of(data: Data, model: Model, effects: Effects) -> Account:
+def filter_result_of(data: Data, model: Model, effects: Effects) -> FilterResult:
     """What a model makes of recordings; `effects` are its values as the simulation takes them."""
     kalman = data.filter(model)
     predictions = data.predictions(model, kalman)
-    tracks = tuple(
-        _track(model.twin, recording, prediction.states)
+    trajectories = tuple(
+        _trajectory(model.twin, recording, prediction.states)
         for recording, prediction in zip(data.recordings, predictions, strict=True)
     )
     errors = tuple(prediction.errors for prediction in predictions)
-    return Account(
-        effects, tracks, errors, error_noise(kalman), model.noise, model.angle_lead, model.offsets, doubt(kalman)
+    return FilterResult(
+        effects,
+        trajectories,
+        errors,
+        error_noise(kalman),
+        model.noise,
+        model.angle_lead,
+        model.offsets,
+        posterior_covariance(kalman),
     )
 
 
@@ -72,7 +79,7 @@ def error_noise(kalman: Filter) -> Array:
     return np.sqrt(np.diag(L @ L.T))
 
 
-def doubt(kalman: Filter) -> Array:
+def posterior_covariance(kalman: Filter) -> Array:
     """Covariance of the corrected tilt, wheel angle, tilt rate and wheel speed of a filter that has settled, (4, 4).
 
     With the gain K and S the covariance of the prediction errors, P⁻Hᵀ = K S, and P⁺ = P⁻ - K S Kᵀ.
@@ -85,10 +92,10 @@ def doubt(kalman: Filter) -> Array:
     return np.asarray(vectors * np.maximum(values, 0.0) @ vectors.T)
 
 
-def _track(twin: TwinParameters, recording: Recording, states: Array) -> Track:
+def _trajectory(twin: TwinParameters, recording: Recording, states: Array) -> Trajectory:
     """The motion in the predictor's states (T + 1, 9)."""
     tilt, wheel, tilt_rate, wheel_speed, torque, rotor, _, slip, position = states.T
-    return Track(
+    return Trajectory(
         tilt=tilt,
         tilt_rate=tilt_rate,
         speed=twin.wheel_radius * twin.wheel_radius_factor * wheel_speed + slip,

@@ -8,14 +8,15 @@ more: no values within them explain such a robot.
 import numpy as np
 from scipy.optimize import lsq_linear
 
-from twbal.diagnosis.candidates import DATA_SHEET, WHEELS
+from twbal.diagnosis.data_sheet import DATA_SHEET, WHEELS
+from twbal.diagnosis.settings import Tolerances
 from twbal.sysid.fit import Fit, slopes_of
 from twbal.sysid.model import Data
 
 _FEW = 1e-9  # room within bounds that a value may stand on, in standard deviations
 
 
-def strain(data: Data, fit: Fit, tolerance: float) -> float:
+def tolerance_statistic(data: Data, fit: Fit, tolerances: Tolerances) -> float:
     """Gain in -2 log likelihood of a fit over the best one whose data sheet is within its tolerances.
 
     From the slopes at the optimum, so a bounded linear least-squares problem; factors multiply, and at their limits
@@ -25,7 +26,7 @@ def strain(data: Data, fit: Fit, tolerance: float) -> float:
     Args:
         data: recordings.
         fit: at its optimum.
-        tolerance: share by which each value of the data sheet may be off.
+        tolerances: by which values of the data sheet may be off.
     """
     values, J = fit.values, slopes_of(data, fit)
     scales = np.array([free.sd if np.isfinite(free.sd) else free.high - free.low for free in fit.frees])
@@ -33,6 +34,7 @@ def strain(data: Data, fit: Fit, tolerance: float) -> float:
     for i, (free, value) in enumerate(zip(fit.frees, values, strict=True)):
         ends = (free.low, free.high)
         if free.field in (*DATA_SHEET, *WHEELS) and np.isfinite(free.sd):
+            tolerance = tolerances.of(free.field)
             ends = (free.mean * (1.0 - tolerance), free.mean * (1.0 + tolerance))
         elif np.isfinite(free.sd):
             priors.append(np.eye(len(values))[i])

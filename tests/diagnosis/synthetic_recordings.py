@@ -20,7 +20,7 @@ def regulator(robot):
 
 
 def excitation(robot, periods, rng):
-    """Multisine and pseudo-random binary torque [N·m], and the speed that is asked for [m/s]; (T,) each."""
+    """Multisine and pseudo-random binary torque [N·m], and the speed that is passing for [m/s]; (T,) each."""
     t, unit = robot.control_period * np.arange(periods), robot.torque_limit / 20
     waves = sum(
         np.sin(2 * np.pi * f * t + p) for f, p in zip(rng.uniform(0.2, 5, 8), rng.uniform(0, 6.3, 8), strict=True)
@@ -30,7 +30,7 @@ def excitation(robot, periods, rng):
     return unit * (0.4 * waves + 1.5 * binary), 0.6 * np.sign(swing) * (np.abs(swing) > 0.3)
 
 
-def ride(robot, effects, seed, periods=2000, still=False, tolerance=0.03):
+def synthetic_recording(robot, effects, seed, periods=2000, still=False, tolerance=0.03):
     """A recording of the robot with effects, its data sheet off by up to the tolerance."""
     rng = np.random.default_rng(seed)
     true = {name: {key: 1 + tolerance * rng.uniform(-1, 1)} for name, key in SHEET.items()}

@@ -5,17 +5,18 @@ import pytest
 from hydra import compose
 from hydra.utils import instantiate
 from omegaconf import OmegaConf
-from rides import ride
 from scipy.optimize import least_squares
+from synthetic_recordings import synthetic_recording
 
 from twbal.cli.composition import composing
 from twbal.cli.conf_folder import conf_folder
-from twbal.diagnosis.candidates import DATA_SHEET, WHEELS, always_free
+from twbal.diagnosis.candidates import always_free
+from twbal.diagnosis.data_sheet import DATA_SHEET, WHEELS
 from twbal.diagnosis.effect_candidates import candidates_for
+from twbal.diagnosis.hypothesis import fit_hypothesis
 from twbal.diagnosis.name import first_noise, name_effects
 from twbal.diagnosis.record import Verdict
-from twbal.diagnosis.strain import strain
-from twbal.diagnosis.weigh import weigh
+from twbal.diagnosis.tolerance_test import tolerance_statistic
 from twbal.planar.parameters import twin_parameters
 from twbal.sysid.model import Data, Model
 
@@ -25,11 +26,11 @@ TOLERANCE = SETTINGS.tolerances.data_sheet
 
 def refitted(robot, effects):
     """Recordings of a robot whose data sheet is off by these effects alone, and the fit that is the model to beat."""
-    data = Data([ride(robot, effects, seed=21, periods=1000, tolerance=0.0)], SETTINGS.substeps)
+    data = Data([synthetic_recording(robot, effects, seed=21, periods=1000, tolerance=0.0)], SETTINGS.substeps)
     twin = twin_parameters(robot, {})
     start = Model(twin, 0.0, first_noise(robot, data.sensed))
     always = always_free(SETTINGS.tolerances, twin, 1)
-    return data, weigh(data, data.with_noise(start, 30), always, (), 8).fit
+    return data, fit_hypothesis(data, data.with_noise(start, 30), always, (), 8).fit
 
 
 def scaled(**factors):
@@ -38,7 +39,7 @@ def scaled(**factors):
 
 def test_a_robot_within_its_tolerances_strains_nothing(paper):
     corner = scaled(body_mass=1.029, body_inertia=0.971, com_height=1.029, wheel_radius=0.971)
-    assert strain(*refitted(paper, corner), TOLERANCE) < 0.2 * SETTINGS.lines.strain
+    assert tolerance_statistic(*refitted(paper, corner), SETTINGS.tolerances) < 0.2 * SETTINGS.lines.strain
 
 
 def test_strain_is_what_a_bounded_fit_loses(paper):
@@ -61,14 +62,14 @@ def test_strain_is_what_a_bounded_fit_loses(paper):
     begin = np.clip((fit.values - low) / (high - low), 1e-3, 1 - 1e-3)
     bounded = least_squares(errors, begin, bounds=(0.0, 1.0), diff_step=1e-4)
     unbounded = fit.white @ fit.white + np.sum(((fit.values - means) / sds)[~sheet] ** 2)
-    found = strain(data, fit, TOLERANCE)
+    found = tolerance_statistic(data, fit, SETTINGS.tolerances)
     assert found > SETTINGS.lines.strain
     assert found == pytest.approx(2.0 * bounded.cost - unbounded, rel=0.35)
 
 
 def test_a_body_too_heavy_is_seen_although_no_value_stands_out(paper):
     """Mass, inertia and gain share what the mass is off by, and each is within two standard deviations."""
-    recording = ride(paper, scaled(body_mass=1.11), seed=22, periods=1500, tolerance=0.0)
+    recording = synthetic_recording(paper, scaled(body_mass=1.11), seed=22, periods=1500, tolerance=0.0)
     found = name_effects([recording], paper, {}, candidates_for(paper), SETTINGS)
     assert found.verdict is Verdict.DATA_SHEET
     assert found.data_sheet_class == ("gain, mass and inertia",)
@@ -79,7 +80,7 @@ def test_a_body_too_heavy_is_seen_although_no_value_stands_out(paper):
 def test_a_data_sheet_that_is_far_off_is_no_finding_unless_it_is_said_to_be_rough(paper, choice, told):
     with composing():
         tolerance = compose("diagnose", ["episodes=x", f"diagnosis={choice}"]).diagnosis.tolerances.data_sheet
-    recording = ride(paper, scaled(com_height=1.3), seed=23, periods=1000, tolerance=0.0)
+    recording = synthetic_recording(paper, scaled(com_height=1.3), seed=23, periods=1000, tolerance=0.0)
     drag = [candidate for candidate in candidates_for(paper) if candidate.name == "coulomb_friction"]
     settings = replace(SETTINGS, tolerances=replace(SETTINGS.tolerances, data_sheet=tolerance))
     found = name_effects([recording], paper, {}, drag, settings)
@@ -90,7 +91,9 @@ def test_a_data_sheet_that_is_far_off_is_no_finding_unless_it_is_said_to_be_roug
 def test_nothing_is_named_beside_a_data_sheet_that_is_beyond_what_a_rough_one_may_be(paper):
     """At the bounds of the search, or beyond the line that must lie inside them."""
     far = {"body_mass": {"factor": 0.3}, "com_height": {"factor": 0.4}, "torque_gain": {"gain": 0.75}}
-    recording = ride(paper, {**far, "coulomb_friction": {"torque": 0.2}}, seed=23, periods=600, tolerance=0.0)
+    recording = synthetic_recording(
+        paper, {**far, "coulomb_friction": {"torque": 0.2}}, seed=23, periods=600, tolerance=0.0
+    )
     drag = [candidate for candidate in candidates_for(paper) if candidate.name in ("coulomb_friction", "dead_zone")]
     with composing():
         tolerance = compose("diagnose", ["episodes=x", "diagnosis=rough"]).diagnosis.tolerances.data_sheet

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from twbal.core.gaussian import Array
-from twbal.diagnosis.weigh import Weighed
+from twbal.diagnosis.hypothesis import FittedHypothesis
 from twbal.sysid.fit import slopes_of
 from twbal.sysid.intervals import curvature
 from twbal.sysid.model import Data
@@ -19,7 +19,7 @@ from twbal.sysid.model import Data
 _SURE = 5.0  # standard errors of the difference, below which it may be chance
 
 
-class Unsteady(NamedTuple):
+class Inconstancy(NamedTuple):
     """An effect that differs in size between two halves of the data.
 
     Attributes:
@@ -35,21 +35,21 @@ class Unsteady(NamedTuple):
     sigmas: float
 
 
-def unsteady_effects(data: Data, weighed: Weighed, most: float) -> tuple[Unsteady, ...]:
+def inconstant_effects(data: Data, hypothesis: FittedHypothesis, most: float) -> tuple[Inconstancy, ...]:
     """Effects of a fitted set whose size differs by more than `most` of it between two halves of the data.
 
     From the slopes at the optimum: the effect's own is parted in two, and all else is free to make up.
     """
-    if not weighed.effects:
+    if not hypothesis.effects:
         return ()
-    model, frees, white = weighed.fit.model, weighed.fit.frees, weighed.fit.white
-    J = slopes_of(data, weighed.fit)
+    model, frees, white = hypothesis.fit.model, hypothesis.fit.frees, hypothesis.fit.white
+    J = slopes_of(data, hypothesis.fit)
     fields = [free.field for free in frees]
-    axes = _axes(data, [prediction.states for prediction in data.predictions(model, weighed.fit.kalman)])
+    axes = _axes(data, [prediction.states for prediction in data.predictions(model, hypothesis.fit.kalman)])
     found = []
-    for candidate in weighed.effects:
+    for candidate in hypothesis.effects:
         size = candidate.parameters[0]
-        column = fields.index(f"{candidate.name}_{size.name}")
+        column = fields.index(candidate.field(size))
         value = model.value(fields[column]) - size.none
         if value == 0.0:
             continue
@@ -63,14 +63,14 @@ def unsteady_effects(data: Data, weighed: Weighed, most: float) -> tuple[Unstead
             difference = float(-(covariance @ (A.T @ white))[-1])
             error = float(np.sqrt(covariance[-1, -1]))
             if abs(difference) > most * abs(value) and abs(difference) > _SURE * error > 0.0:
-                found.append(Unsteady(candidate.name, axis, difference / abs(value), difference / error))
-    return tuple(sorted(found, key=lambda unsteady: -abs(unsteady.share)))
+                found.append(Inconstancy(candidate.name, axis, difference / abs(value), difference / error))
+    return tuple(sorted(found, key=lambda inconstant: -abs(inconstant.share)))
 
 
-def _axes(data: Data, tracks: list[Array]) -> Mapping[str, Array]:
+def _axes(data: Data, states: list[Array]) -> Mapping[str, Array]:
     """What may part the data, at each prediction error (N / 4,)."""
     return {
-        "speed": np.abs(np.concatenate([track[1:, 3] for track in tracks])),
+        "speed": np.abs(np.concatenate([path[1:, 3] for path in states])),
         "time": np.concatenate([np.arange(len(recording), dtype=float) for recording in data.recordings]),
         "command": np.abs(np.concatenate([recording.commands for recording in data.recordings])),
     }

@@ -1,0 +1,1 @@
+"""How scripts/follow_parameter.py follows a parameter."""

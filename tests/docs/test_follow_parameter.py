@@ -1,0 +1,107 @@
+"""The script that follows a parameter, on a package whose walk is known, and on twbal."""
+
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+MOST_MODULES, MOST_RETURNS = 10, 2
+PARAMETERS = ("torque_limit", "tilt_limit", "Channels", "Episode", "diagnosis.settings")
+LONGER = {("Channels", "optimise_policy"): 3, ("Episode", "diagnose"): 3}
+"""Returns that are still too many."""
+SMALL = {
+    "core/robot.py": """
+from dataclasses import dataclass
+@dataclass
+class Robot:
+    name: str
+    limit: float
+""",
+    "core/clip.py": """
+def clip(value: float, most: float) -> float:
+    return min(value, most)
+""",
+    "plant/motor.py": """
+from small.core.clip import clip
+from small.core.robot import Robot
+class Motor:
+    def __init__(self, robot: Robot) -> None:
+        self.robot = robot
+    def drive(self, command: float) -> float:
+        return clip(command, self.robot.limit)
+""",
+    "plant/untouched.py": """
+from small.core.robot import Robot
+from small.plant.motor import Motor
+def build(robot: Robot) -> Motor:
+    return Motor(robot)
+""",
+    "cli/stages/go.py": """
+from small.core.robot import Robot
+from small.plant.untouched import build
+def run(cfg: DictConfig) -> None:
+    robot: Robot = instantiate(cfg.robot)
+    motor = build(robot)
+    motor.drive(2 * robot.limit)
+    print(robot.limit)
+""",
+}
+
+
+@pytest.fixture
+def follow(monkeypatch):
+    monkeypatch.syspath_prepend(str(ROOT / "scripts"))
+    for name in [name for name in sys.modules if name.startswith("parameter_walk")]:
+        monkeypatch.delitem(sys.modules, name)
+    from parameter_walk import code, picture, walk
+
+    return code, walk, picture
+
+
+@pytest.fixture
+def small(follow, tmp_path):
+    for place, text in SMALL.items():
+        path = tmp_path / "small" / place
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text)
+    return follow[0].Code(tmp_path / "small")
+
+
+def test_stops_are_where_a_value_is_read_or_handed_on_under_any_name(follow, small):
+    """By hand: read for the call, handed to `clip` as `most`, which reads it, and read once more."""
+    (found,) = follow[1].walks(small, "limit").values()
+    assert [stop.module for stop in found.stops] == [
+        *("cli/stages/go.py", "plant/motor.py", "core/clip.py", "cli/stages/go.py")
+    ]
+    assert found.returns({"core": 0, "plant": 1, "cli": 2}) == 1
+
+
+def test_an_object_is_followed_where_it_goes_untouched_too(follow, small):
+    (found,) = follow[1].walks(small, "Robot").values()
+    assert found.modules == ["cli/stages/go.py", "plant/untouched.py", "plant/motor.py"]
+
+
+def test_a_parameter_that_there_is_not_goes_nowhere(follow, small):
+    assert follow[1].walks(small, "radius") == {}
+
+
+@pytest.mark.parametrize("what", PARAMETERS)
+def test_a_parameter_travels_a_short_way(follow, what):
+    code, walk, _ = follow
+    layers = code.layers(ROOT)
+    found = walk.walks(code.Code(ROOT / "twbal"), what)
+    assert found
+    assert {name: each.modules for name, each in found.items() if len(each.modules) > MOST_MODULES} == {}
+    returns = {name: each.returns(layers) for name, each in found.items()}
+    assert {name: count for name, count in returns.items() if count > LONGER.get((what, name), MOST_RETURNS)} == {}
+
+
+def test_the_picture_has_each_folder_and_each_parameter(follow):
+    code, _, picture = follow
+    layers = code.layers(ROOT)
+    drawn = picture.picture(code.Code(ROOT / "twbal"), layers, dict(zip(PARAMETERS, PARAMETERS, strict=True)))
+    written = (ROOT / "docs" / "pictures" / "architecture.svg").read_text()
+    for folder in layers:
+        assert f">{folder}</text>" in drawn
+        assert f">{folder}</text>" in written, "Run `python scripts/follow_parameter.py --draw`."

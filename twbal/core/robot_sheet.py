@@ -1,0 +1,107 @@
+"""Robot sheets: the values of a robot, and for each of them where it comes from."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import fields
+from enum import StrEnum
+from math import hypot
+
+from twbal.core.errors import ConfigError
+from twbal.core.robot_parameters import RobotParameters
+
+
+class Provenance(StrEnum):
+    """Where a value comes from."""
+
+    MEASURED = "measured"
+    DATA_SHEET = "data_sheet"
+    CAD = "cad"
+    COMPUTED = "computed"
+    GUESS = "guess"
+
+
+VALUES = tuple(field.name for field in fields(RobotParameters) if field.name not in ("name", "tolerance_factors"))
+"""Names of a sheet's values."""
+
+MEANING = {
+    Provenance.MEASURED: "weighed, timed or otherwise measured on such a robot",
+    Provenance.DATA_SHEET: "published by its maker, or set in its firmware",
+    Provenance.CAD: "taken from drawings and masses of its parts",
+    Provenance.COMPUTED: "computed from other values and a stated approximation, such as a box",
+    Provenance.GUESS: "chosen, as nothing is published",
+}
+"""What each provenance means."""
+
+TOLERANCE_FACTORS = {
+    Provenance.MEASURED: 0.5,
+    Provenance.DATA_SHEET: 1.0,
+    Provenance.CAD: 1.0,
+    Provenance.COMPUTED: 2.0,
+    Provenance.GUESS: 5.0,
+}
+"""Tolerance of a value in that of a published one, which is a setting of a diagnosis."""
+
+
+def robot_sheet(*, name: str, provenance: Mapping[str, Sequence[str]], **values: float) -> RobotParameters:
+    """A robot from its sheet.
+
+    Args:
+        name: of the robot.
+        provenance: names of values by where they come from (`Provenance`); each value once.
+        values: those of `RobotParameters`, in SI units.
+
+    Raises:
+        ConfigError: a value that no robot can have, or one of no or of two provenances.
+    """
+    factors = {value: TOLERANCE_FACTORS[kind] for value, kind in provenance_of(name, provenance).items()}
+    robot = RobotParameters(name=name, **values, tolerance_factors=factors)
+    _check_size(robot)
+    return robot
+
+
+def provenance_of(name: str, provenance: Mapping[str, Sequence[str]]) -> dict[str, Provenance]:
+    """Provenance by value.
+
+    Args:
+        name: of the robot.
+        provenance: names of values by where they come from.
+
+    Raises:
+        ConfigError: a provenance or a value that there is not, or a value of no or of two provenances.
+    """
+    found: dict[str, Provenance] = {}
+    for kind, names in provenance.items():
+        if kind not in list(Provenance):
+            raise ConfigError(
+                f"Robot {name!r} has values of provenance {kind!r}; expected one of: {', '.join(Provenance)}."
+            )
+        for value in names:
+            if value not in VALUES or value in found:
+                also = f"{found[value]} too" if value in found else "no value of a robot"
+                raise ConfigError(f"Robot {name!r} lists {value!r} under provenance {kind}, and it is {also}.")
+            found[value] = Provenance(kind)
+    missing = [value for value in VALUES if value not in found]
+    if missing:
+        raise ConfigError(
+            f"Robot {name!r} does not say where these values come from: {', '.join(missing)}. List each under one of "
+            f"provenance.{{{', '.join(Provenance)}}}."
+        )
+    return found
+
+
+def _check_size(robot: RobotParameters) -> None:
+    """Raise ConfigError where a body of this height and width cannot have its inertias.
+
+    A body reaches down to the ground at most, h + r under its centre of mass. With masses at a above it and at b below
+    its squared radius of gyration is a b; up to a = 4 b is allowed, so 2 (h + r) for pitch. Across, one track is.
+    """
+    height = 2.0 * (robot.com_height + robot.wheel_radius)
+    limits = {"pitch": height, "roll": hypot(height, robot.track), "yaw": hypot(height, robot.track)}
+    for axis, limit in limits.items():
+        inertia = float(getattr(robot, f"body_inertia_{axis}"))
+        if inertia > robot.body_mass * limit**2:
+            raise ConfigError(
+                f"body_inertia_{axis} of robot {robot.name!r} is {inertia:.6g} kg·m²; expected at most "
+                f"{robot.body_mass * limit**2:.3g} kg·m², as a body of {robot.body_mass:g} kg has whose com_height is "
+                f"{robot.com_height:g} m, on wheels of {robot.wheel_radius:g} m with a track of {robot.track:g} m. Was "
+                "it given in other units?"
+            )
