@@ -1,6 +1,5 @@
 """Regression runs on logged data: does every part of twbal still make of them what it made before?"""
 
-import json
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -28,7 +27,8 @@ from twbal.cli.regression.measures import (
 from twbal.cli.yaml_data import read_yaml
 from twbal.core.channels import Channels
 from twbal.core.errors import ConfigError, DataError, RegressionError
-from twbal.core.files import file_hash, read_json, write_atomically
+from twbal.core.files import file_hash, write_atomically
+from twbal.core.json_records import read_record, write_record
 from twbal.core.robot_parameters import RobotParameters
 from twbal.diagnosis.effect_candidates import candidates_for
 from twbal.effects.library import library
@@ -61,10 +61,10 @@ def main(cfg: DictConfig) -> None:
     out, folder = run_folder(), Path(cfg.data)
     baseline = Path(cfg.baseline) if cfg.baseline else folder / "baseline.json"
     tolerances = _tolerances(Path(cfg.tolerances) if cfg.tolerances else folder / "tolerances.yaml")
-    found = Baseline(_hashes(folder), __version__, measure(cfg, folder))
-    write_atomically(out / NOW, _text(found))
+    found = Baseline(_hashes(folder), __version__, dict(sorted(measure(cfg, folder).items())))
+    write_record(out / NOW, found)
     if cfg["update"]:  # a DictConfig has a method of that name
-        write_atomically(baseline, _text(found))
+        write_record(baseline, found)
         print(f"made  {baseline}: {len(found.measures)} measures")
         return
     known = _read(baseline)
@@ -146,19 +146,10 @@ def _tolerances(path: Path) -> list[Tolerance]:
         ) from error
 
 
-def _text(baseline: Baseline) -> str:
-    return json.dumps(vars(baseline), indent=1, sort_keys=True) + "\n"
-
-
 def _read(path: Path) -> Baseline:
     try:
-        baseline = Baseline(**read_json(path))
-        if not all(isinstance(value, str) for value in baseline.data.values()):
-            raise TypeError("a hash is no text")
-        if not all(type(value) in (int, float, str) for value in baseline.measures.values()):
-            raise TypeError("a measure is neither a number nor a word")
-        return baseline
+        return read_record(Baseline, path)
     except FileNotFoundError:
         raise DataError(f"There is no baseline {path}. Make one by update=true, with code that you trust.") from None
-    except (DataError, TypeError, AttributeError) as error:
-        raise DataError(f"{path} is no baseline of `twbal check` ({type(error).__name__}: {error}).") from error
+    except DataError as error:
+        raise DataError(f"{path} is no baseline of `twbal check` ({error})") from error
