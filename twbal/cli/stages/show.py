@@ -23,7 +23,7 @@ from twbal.effects.effect import Effect
 from twbal.io.logs import read_episode
 from twbal.sim.film import Role, film
 from twbal.sim.replay import ReplayStart, replay
-from twbal.sim.world import RestartState
+from twbal.sim.restart_state import RestartState
 from twbal.viz.animation import write_film
 from twbal.viz.canvas import save
 from twbal.viz.episode_figures import Stretch, courses_figure
