@@ -120,7 +120,7 @@ class World(Engine):
         self._client.close()
 
     def _act(self, torque: float, running: Running) -> None:
-        """Tell the engine all that it must be told anew in each physics step.
+        """Give the engine all that it must have anew in each physics step.
 
         Args:
             torque: of the motors, as the actuators give it [N·m].

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from hydra.utils import instantiate
@@ -94,30 +95,25 @@ def measure(cfg: DictConfig, folder: Path) -> Measures:
     channels: Channels = instantiate(cfg.state)
     model, policy = load_model(folder / MODEL).model, load_searched_policy(folder / POLICY, channels.names)
     cost, pose, recipe = instantiate(cfg.cost), instantiate(cfg.start), instantiate(cfg.model)
-    settings = instantiate(cfg.diagnosis)
     real = [*logs["real"], *logs["held_out"]]
-
-    def diagnosed() -> Measures:
-        names = [f"excited {k}" for k in range(len(logs["excited"]))]
-        recordings = read_recordings(logs["excited"], names, robot, usability)
-        return diagnosis_measures(recordings, robot, candidates, settings)
-
     candidates = candidates_for(robot)
     effects = {c.name: library()[c.name](**{p.name: p.start for p in c.parameters}) for c in candidates}
-    told = cfg.recordings
-    usability = Usability(told.shortest, told.fewest, told.fastest_turn, told.widest_tilt)
-    parts: Sequence[tuple[str, Callable[[], Measures]]] = (
-        *((f"logs {name}", lambda name=name: log_measures(name, logs[name])) for name in LOGS),
-        ("model", lambda: model_measures("model", model, logs["held_out"])),
-        ("policy", lambda: policy_measures(policy, real)),
-        ("cost", lambda: cost_measures(cost, real)),
-        ("search", lambda: search_measures(model, policy, cost, pose)),
-        ("fit", lambda: fit_measures(recipe, channels, logs["simulated"], logs["real"], logs["held_out"])),
-        ("effects", lambda: effect_measures(robot, effects, float(cfg.sim.physics_step))),
-        ("diagnosis", diagnosed),
+    limits = cfg.recordings
+    usability = Usability(limits.shortest, limits.fewest, limits.fastest_turn, limits.widest_tilt)
+    names = [f"excited {k}" for k in range(len(logs["excited"]))]
+    recordings = read_recordings(logs["excited"], names, robot, usability)
+    parts: Sequence[Callable[[], Measures]] = (
+        *(partial(log_measures, name, episodes) for name, episodes in logs.items()),
+        partial(model_measures, "model", model, logs["held_out"]),
+        partial(policy_measures, policy, real),
+        partial(cost_measures, cost, real),
+        partial(search_measures, model, policy, cost, pose),
+        partial(fit_measures, recipe, channels, logs["simulated"], logs["real"], logs["held_out"]),
+        partial(effect_measures, robot, effects, float(cfg.sim.physics_step)),
+        partial(diagnosis_measures, recordings, robot, candidates, instantiate(cfg.diagnosis)),
     )
     found: Measures = {}
-    for _, part in tqdm(parts, "parts", disable=None):
+    for part in tqdm(parts, "parts", disable=None):
         found |= part()
     bad = [name for name, value in found.items() if isinstance(value, float) and not math.isfinite(value)]
     if bad:
@@ -134,8 +130,8 @@ def _hashes(folder: Path) -> dict[str, str]:
 
 def _tolerances(path: Path) -> list[Tolerance]:
     try:
-        told = read_yaml(path)
-        return [Tolerance(str(pattern), float(t["relative"]), float(t["absolute"])) for pattern, t in told.items()]
+        found = read_yaml(path)
+        return [Tolerance(str(pattern), float(t["relative"]), float(t["absolute"])) for pattern, t in found.items()]
     except FileNotFoundError as error:
         missing = f"There are no tolerances {path}. Give a file by tolerances=...; data/regression has one."
         raise ConfigError(missing) from error

@@ -59,9 +59,7 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
     settings = typed(Settings, cfg)
     files = [Path(cfg.episode), *map(Path, cfg.beside)]
     if len(files) + settings.simulate > len(_COLOURS):
-        raise ConfigError(
-            f"A film has room for {len(_COLOURS)} robots; asked for are {len(files) + settings.simulate}."
-        )
+        raise ConfigError(f"A film has room for {len(_COLOURS)} robots; found are {len(files) + settings.simulate}.")
     robot: RobotParameters = instantiate(cfg.robot)
     effects: Sequence[Effect] = members(cfg.sim.effects)
     step = Step("show", out, recorded(cfg, NOT_RECORDED), {"episode": files}, 0)
