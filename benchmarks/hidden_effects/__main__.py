@@ -132,11 +132,11 @@ def noise_free(each: Set, hidden: dict[str, dict[str, float]]) -> float | None:
 def main(words: Sequence[str]) -> None:
     """Do what the first word says."""
     what, *rest = words or ["all"]
-    told = dict(word.split("=", 1) for word in rest)
-    seeds = [int(seed) for seed in told.pop("seeds", "0").split(",")]
-    strata = told.pop("strata", ",".join(STRATA)).split(",")
-    workers, count = int(told.pop("workers", "1")), int(told.pop("count", "120"))
-    if told or what not in ("generate", "diagnose", "score", "all", "again") or not set(strata) <= set(STRATA):
+    settings = dict(word.split("=", 1) for word in rest)
+    seeds = [int(seed) for seed in settings.pop("seeds", "0").split(",")]
+    strata = settings.pop("strata", ",".join(STRATA)).split(",")
+    workers, count = int(settings.pop("workers", "1")), int(settings.pop("count", "120"))
+    if settings or what not in ("generate", "diagnose", "score", "all", "again") or not set(strata) <= set(STRATA):
         raise SystemExit(f"{__doc__}\nStrata: {', '.join(STRATA)}.")
     wanted = sets(seeds, strata)
     labels = ROOT / f"labels_{seeds[0]}.json"

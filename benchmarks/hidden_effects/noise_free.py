@@ -26,7 +26,7 @@ from twbal.core.plant import Observation
 from twbal.core.start_pose import InitialState
 from twbal.io.logs import read_episode
 from twbal.sim.replay import ReplayStart, replay
-from twbal.sim.world import RestartState
+from twbal.sim.restart_state import RestartState
 
 _HISTORY, _SPACING = 5, 5
 SILENT = Sensors(0.0, 0.0, 0.0)

@@ -1,4 +1,4 @@
-"""The hidden robot behind the seam, with faults, noise and encoders of its own."""
+"""The hidden robot behind the interface `Plant`, with faults, noise and encoders of its own."""
 
 from collections import deque
 from collections.abc import Mapping
@@ -102,9 +102,9 @@ class HiddenRobot(Plant):
 
     def step(self, command: float) -> Observation:
         """One control period."""
-        asked = min(max(float(command), -self._limit), self._limit)
+        clipped = min(max(float(command), -self._limit), self._limit)
         for _ in range(self._steps):
-            self._advance(asked)
+            self._advance(clipped)
             self._note()
         return self._observe()
 
@@ -120,10 +120,10 @@ class HiddenRobot(Plant):
         assert ride is not None
         return ride.tilt(), ride.tilt_rate(), ride.speed(), float(ride.wheels()[0].mean()), self._position
 
-    def _advance(self, asked: float) -> None:
+    def _advance(self, command: float) -> None:
         ride, hooks = self._ride, self._hooks
         assert ride is not None
-        torque = asked
+        torque = command
         for link in hooks.command:
             torque = link(torque, self._time)
         angles, rates = ride.wheels()

@@ -44,14 +44,14 @@ def learn(seed: int, effects: Sequence[Effect], updates: int, recipe: str) -> di
 
 def main(words: Sequence[str]) -> None:
     """Run with settings of the form key=value."""
-    told = dict(word.split("=", 1) for word in words)
+    settings = dict(word.split("=", 1) for word in words)
     robots, first, updates, workers = (
-        int(told.pop(name, default))
+        int(settings.pop(name, default))
         for name, default in (("robots", "20"), ("first_seed", "8000"), ("updates", "6"), ("workers", "2"))
     )
-    recipe = told.pop("recipe", "default")
-    if told or recipe not in RECIPES:
-        raise SystemExit(f"unknown settings: {', '.join(told) or f'recipe={recipe}'}")
+    recipe = settings.pop("recipe", "default")
+    if settings or recipe not in RECIPES:
+        raise SystemExit(f"unknown settings: {', '.join(settings) or f'recipe={recipe}'}")
     source = dropped_by_the_data_sheet(first)
     done: list[dict[str, Any]] = []
     tried = 0

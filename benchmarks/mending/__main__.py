@@ -78,10 +78,10 @@ def learn(known: dict[str, Any]) -> dict[str, Any]:
 
 def main(words: Sequence[str]) -> None:
     """Run with settings of the form key=value."""
-    told = dict(word.split("=", 1) for word in words)
-    robots, workers = int(told.pop("robots", "10")), int(told.pop("workers", "2"))
-    if told:
-        raise SystemExit(f"{__doc__}\nunknown settings: {', '.join(told)}")
+    settings = dict(word.split("=", 1) for word in words)
+    robots, workers = int(settings.pop("robots", "10")), int(settings.pop("workers", "2"))
+    if settings:
+        raise SystemExit(f"{__doc__}\nunknown settings: {', '.join(settings)}")
     known = json.loads((RESULTS / "hidden_robots_one_simulation.json").read_text())["robots"][:robots]
     with ThreadPoolExecutor(workers) as pool:
         found = list(pool.map(learn, known))

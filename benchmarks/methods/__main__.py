@@ -62,8 +62,8 @@ def learn(job: tuple[str, int, int]) -> None:
         words.append(f"updates={UPDATES}")
     began = time.monotonic()
     found: Any = iterate(folder, words)["iterations"]
-    told = [i["successes"] for i in found]
-    print(f"{method}, robot {robot}, seed {seed}: {told} by update, {time.monotonic() - began:.0f} s", flush=True)
+    successes = [i["successes"] for i in found]
+    print(f"{method}, robot {robot}, seed {seed}: {successes} by update, {time.monotonic() - began:.0f} s", flush=True)
 
 
 def trained(seed: int) -> Path:
@@ -88,9 +88,9 @@ def table(groups: Mapping[str, Sequence[Run]]) -> list[dict[str, Any]]:
         solved = sum(run.values["success"] == 1.0 for run in runs)
         record: dict[str, Any] = {"method": name, "runs": len(runs), "solved": solved}
         for metric in METRICS:
-            told = estimate([run.values[metric] for run in runs], seed=0)
+            interval = estimate([run.values[metric] for run in runs], seed=0)
             beside = paired(runs, groups[MAIN], metric)
-            record[metric] = None if told is None else told.words
+            record[metric] = None if interval is None else interval.words
             record[f"{metric}_p"] = beside._asdict()
         found.append(record)
     return found
@@ -98,13 +98,14 @@ def table(groups: Mapping[str, Sequence[Run]]) -> list[dict[str, Any]]:
 
 def main(words: Sequence[str]) -> None:
     """Run with settings of the form key=value."""
-    told = dict(word.split("=", 1) for word in words)
+    settings = dict(word.split("=", 1) for word in words)
     count, first, workers = (
-        int(told.pop(name, default)) for name, default in (("robots", "10"), ("first_seed", "7000"), ("workers", "2"))
+        int(settings.pop(name, default))
+        for name, default in (("robots", "10"), ("first_seed", "7000"), ("workers", "2"))
     )
-    collects = told.pop("collect", "false") == "true"
-    if told:
-        raise SystemExit(f"unknown settings: {', '.join(told)}")
+    collects = settings.pop("collect", "false") == "true"
+    if settings:
+        raise SystemExit(f"unknown settings: {', '.join(settings)}")
     robots = [seed for seed, _ in islice(dropped_by_the_data_sheet(first), count)]
     if not collects:
         with ThreadPoolExecutor(workers) as pool:

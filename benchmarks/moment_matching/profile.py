@@ -62,11 +62,13 @@ def run(n: int) -> dict[str, Any]:
     """One size."""
     law, f = found_policy(gp(300)), kernels(n, False)
     model, network = transition(f), law.network
-    told, machine = series(TRUNCATION, 4), rates()
+    problem, machine = series(TRUNCATION, 4), rates()
     steps = propagate(model, law, START, HORIZON, TRUNCATION)
-    first = told.indices.first
+    first = problem.indices.first
     tables = [np.zeros((3, first[step.prediction.degree + 3])) for step in steps]
-    places = [(T, f, *step.joint, step.prediction.basis, told.indices) for T, step in zip(tables, steps, strict=True)]
+    places = [
+        (T, f, *step.joint, step.prediction.basis, problem.indices) for T, step in zip(tables, steps, strict=True)
+    ]
     seen = [(network, *step.state) for step in steps]
     one_gp = (f.inputs, f.length_scales[0], f.signal_variance[0], f.weights[0])
     multiply_adds = float(np.mean([3 * n * (T.shape[1] + 2 * 4 * 4) for T in tables]))

@@ -6,8 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from twbal.algorithm.summary import Iteration, PolicyFile, Search, SimData, Summary, read_summary, write_summary
+from twbal.algorithm.summary import Iteration, PolicyFile, Search, SimData, Summary, read_summary
 from twbal.core.errors import DataError
+from twbal.core.json_records import write_record
 
 
 def iteration(index: int, **changes: object) -> Iteration:
@@ -38,13 +39,13 @@ def summary(count: int = 3, best: int = 1) -> Summary:
 def test_a_summary_reads_back_as_it_was_written(tmp_path: Path) -> None:
     unjudged = iteration(0, trials=0, successes=0, real_cost=None, coverage95=None, drift_m=None, judged_success=None)
     written = dataclasses.replace(summary(), iterations=(unjudged, iteration(1, note="Höhe <b>")), best_iteration=0)
-    write_summary(tmp_path / "summary.json", written)
+    write_record(tmp_path / "summary.json", written)
     assert read_summary(tmp_path / "summary.json") == written
 
 
 def test_what_an_older_summary_does_not_note_is_unknown(tmp_path: Path) -> None:
     path = tmp_path / "summary.json"
-    write_summary(path, summary())
+    write_record(path, summary())
     record = json.loads(path.read_text())
     newer = {field.name for field in dataclasses.fields(Iteration) if field.default is None}
     assert {"trial_seconds", "same_policy_as", "basis", "search"} <= newer
@@ -71,7 +72,7 @@ def test_trials_of_one_policy_count_together_and_a_recalibration_is_no_update(tm
     assert about.updates == 2
     assert about.solved
     assert [i.index for i in about.having(2)] == [2, 3]
-    write_summary(tmp_path / "summary.json", about)
+    write_record(tmp_path / "summary.json", about)
     assert read_summary(tmp_path / "summary.json") == about
 
 
@@ -83,7 +84,7 @@ def test_trials_of_one_policy_count_together_and_a_recalibration_is_no_update(tm
     ],
 )
 def test_a_story_that_cannot_be_is_refused(tmp_path: Path, field: str, value: object, message: str) -> None:
-    write_summary(tmp_path / "summary.json", summary())
+    write_record(tmp_path / "summary.json", summary())
     record = json.loads((tmp_path / "summary.json").read_text())
     record["iterations"][1][field] = value
     (tmp_path / "summary.json").write_text(json.dumps(record))
@@ -92,7 +93,7 @@ def test_a_story_that_cannot_be_is_refused(tmp_path: Path, field: str, value: ob
 
 
 def test_whole_numbers_are_read_where_fractions_are_expected(tmp_path: Path) -> None:
-    write_summary(tmp_path / "summary.json", dataclasses.replace(summary(), wall_s=200))
+    write_record(tmp_path / "summary.json", dataclasses.replace(summary(), wall_s=200))
     wall = read_summary(tmp_path / "summary.json").wall_s
     assert isinstance(wall, float) and wall == 200.0
 
@@ -122,7 +123,7 @@ def test_a_file_that_is_no_summary_says_what_is_wrong(tmp_path: Path) -> None:
     path = tmp_path / "summary.json"
     with pytest.raises(DataError, match="no summary at"):
         read_summary(path)
-    write_summary(path, summary())
+    write_record(path, summary())
     good = json.loads(path.read_text())
     cases: list[tuple[object, str]] = [
         ([], "must be a record"),

@@ -15,7 +15,7 @@ from twbal.cli.composition import composing
 from twbal.core.episode import Provenance
 from twbal.diagnosis.effect_candidates import candidates_for
 from twbal.diagnosis.name import name_effects
-from twbal.planar.dynamics import coefficients
+from twbal.planar.equations import coefficients
 from twbal.sysid.recording import Usability, read_recordings
 
 HOUSE = Path(__file__).parents[2] / "benchmarks" / "hidden_effects"

@@ -30,9 +30,9 @@ def recipe(algorithm, activation="tanh", **options):
 @pytest.mark.parametrize("activation", ["tanh", "relu"])
 @pytest.mark.parametrize("algorithm", ["PPO", "SAC"])
 def test_the_policy_commands_what_the_network_does(env, algorithm, activation):
-    told = recipe(algorithm, activation)
-    agent = train(env, told, 64, 0, lambda steps, mean_return: None)
-    policy = policy_of(agent, env, told)
+    chosen = recipe(algorithm, activation)
+    agent = train(env, chosen, 64, 0, lambda steps, mean_return: None)
+    policy = policy_of(agent, env, chosen)
     spread = np.array([0.3, 3.0, 2.0, 20.0, 20.0])
     states = np.vstack([w * np.random.default_rng(0).normal(size=(200, 5)) * spread for w in (0.1, 1.0, 10.0)])
     seen = (states / [0.25, 2.5, 1.0, 20.0, 20.0]).astype(np.float32)
@@ -45,8 +45,8 @@ def test_the_policy_commands_what_the_network_does(env, algorithm, activation):
 def test_the_same_seed_trains_the_same_agent_and_another_one_another(algorithm):
     def trained(seed):
         with make(["rule.steps=30", "rule.settle_step=10"]) as env:
-            told = recipe(algorithm)
-            return policy_of(train(env, told, 64, seed, lambda steps, mean_return: None), env, told)
+            chosen = recipe(algorithm)
+            return policy_of(train(env, chosen, 64, seed, lambda steps, mean_return: None), env, chosen)
 
     first, again, other = trained(1), trained(1), trained(2)
     assert all(map(np.array_equal, first.weights, again.weights))
@@ -54,11 +54,11 @@ def test_the_same_seed_trains_the_same_agent_and_another_one_another(algorithm):
 
 
 def test_progress_is_told_step_by_step(env):
-    told = []
-    train(env, recipe("PPO"), 64, 0, lambda steps, mean_return: told.append((steps, mean_return)))
-    assert [steps for steps, _ in told] == list(range(1, 65))
-    assert told[0][1] is None
-    assert 0 < told[-1][1] <= 30
+    reported = []
+    train(env, recipe("PPO"), 64, 0, lambda steps, mean_return: reported.append((steps, mean_return)))
+    assert [steps for steps, _ in reported] == list(range(1, 65))
+    assert reported[0][1] is None
+    assert 0 < reported[-1][1] <= 30
 
 
 def test_options_that_the_algorithm_does_not_take_are_refused(env):

@@ -97,8 +97,8 @@ def test_a_robot_that_stays_armed_is_told_to_stop_again_and_ends_as_a_lost_link(
     (event,) = episode.events
     assert "does not confirm that its motors are off" in event.text
     assert "says that it is armed" in event.text
-    told = {message.seq: type(message) for message in line.got}
-    assert list(told.values())[2 + STEPS :] == [Stop, Hello, Stop, Hello, Stop]
+    sent = {message.seq: type(message) for message in line.got}
+    assert list(sent.values())[2 + STEPS :] == [Stop, Hello, Stop, Hello, Stop]
     assert isinstance(line.got[-1], Stop)
 
 

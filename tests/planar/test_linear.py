@@ -4,7 +4,7 @@ import numpy as np
 from scipy.linalg import solve_continuous_are
 
 from twbal.core.start_pose import StartPose
-from twbal.planar.dynamics import accelerations, coefficients
+from twbal.planar.equations import accelerations, coefficients
 from twbal.planar.linearised import linearise
 from twbal.sim.bullet_plant import SimPlant
 

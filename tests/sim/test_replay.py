@@ -27,7 +27,8 @@ from twbal.effects.viscous_friction import ViscousFriction
 from twbal.effects.wheel_slip import WheelSlip
 from twbal.sim.bullet_plant import SimPlant
 from twbal.sim.replay import ReplayStart, replay
-from twbal.sim.world import RestartState, World
+from twbal.sim.restart_state import RestartState
+from twbal.sim.world import World
 
 STEP = 0.001
 SEEN = [Observation._fields.index(name) for name in ("tilt", "tilt_rate", "wheel_angle", "wheel_rate")]

@@ -123,8 +123,8 @@ def test_real_time_streams_once_a_period_with_the_torque_commanded_last(sim_plan
     seen = Decoder().feed(firmware.advance(start + 2 * PERIOD_US))
     assert [(s.seq, s.period, s.time_us) for s in seen] == [(3, k, start + k * PERIOD_US) for k in (1, 2)]
 
-    twin = armed(sim_plant, LOCKSTEP)
-    assert [s.tilt for s in tell(twin, Command(3, 5.0), Command(4, 5.0))] == [s.tilt for s in seen]
+    other = armed(sim_plant, LOCKSTEP)
+    assert [s.tilt for s in tell(other, Command(3, 5.0), Command(4, 5.0))] == [s.tilt for s in seen]
 
 
 def test_without_commands_the_watchdog_stops_it_after_its_time(sim_plant):

@@ -140,20 +140,20 @@ def test_the_headline_claims_no_share_that_the_rollouts_do_not_show(errors, said
 
 
 def test_the_headline_of_a_data_sheet_that_is_off_says_by_how_much_and_what_is_left():
-    told = {"data_sheet_class": ("gain, mass and inertia",), "effects": (), "verdict": Verdict.DATA_SHEET}
-    explained = headline_of(0.02, 0.005, 0.005, 0.004, **told)
+    changes = {"data_sheet_class": ("gain, mass and inertia",), "effects": (), "verdict": Verdict.DATA_SHEET}
+    explained = headline_of(0.02, 0.005, 0.005, 0.004, **changes)
     assert explained.startswith(
         "No effect is missing, but the data sheet is off: gain, mass and inertia (body mass x 1.02"
     )
-    left = headline_of(0.2, 0.05, 0.05, 0.004, **told)
+    left = headline_of(0.2, 0.05, 0.05, 0.004, **changes)
     assert "No effect is missing" not in left
     assert "That does not explain all. Held-out rollouts are off by 0.2 rad" in left
 
 
 def test_where_nothing_is_missing_the_headline_says_whether_that_takes_a_refit():
-    told = {"effects": (), "verdict": Verdict.NONE}
-    assert headline_of(0.005, 0.005, 0.005, 0.004, **told).startswith("The simulation explains these data")
-    refitted = headline_of(0.02, 0.005, 0.005, 0.004, **told)
+    changes = {"effects": (), "verdict": Verdict.NONE}
+    assert headline_of(0.005, 0.005, 0.005, 0.004, **changes).startswith("The simulation explains these data")
+    refitted = headline_of(0.02, 0.005, 0.005, 0.004, **changes)
     assert refitted.startswith("With its nominal parameters refitted within their tolerances")
     assert "0.02 rad of tilt" in refitted
 

@@ -172,7 +172,7 @@ def test_a_run_without_trials_makes_a_page_that_claims_nothing(tmp_path: Path) -
     assert "nothing is known of how policy 1 balances the robot" in page.text and " of 0" not in page.text
 
 
-def told(*changes: dict[str, object], variants: Sequence[str] = ()) -> list[str]:
+def paragraphs(*changes: dict[str, object], variants: Sequence[str] = ()) -> list[str]:
     """What was done in a run whose iterations are changed so."""
     iterations = tuple(replace(iteration(i, 4), **each) for i, each in enumerate(changes))  # type: ignore[arg-type]
     return what_was_done(Summary("paper", 7, 199.6, SimData(20, 812), iterations, 0), variants)
@@ -182,7 +182,7 @@ RECALIBRATED = {"same_policy_as": 0, "search": Search.NOT_MADE, "real_seconds": 
 
 
 def test_a_policy_that_is_only_driven_again_was_not_searched() -> None:
-    first, second = told({}, RECALIBRATED)
+    first, second = paragraphs({}, RECALIBRATED)
     assert first.endswith("Policy 0 was searched on f. In its trials policy 0 succeeded in 4 of 10.")
     assert "Policy 0 drove the robot in 3 rollouts (6.0 s)." in second
     assert "No policy was searched: policy 0 stayed as it is" in second
@@ -190,18 +190,25 @@ def test_a_policy_that_is_only_driven_again_was_not_searched() -> None:
 
 
 def test_a_search_that_keeps_a_policy_names_it() -> None:
-    assert "nothing better than policy 0, which was kept" in told({}, {"same_policy_as": 0, "search": Search.KEPT})[1]
-    assert "an earlier search on f found" in told({"search": Search.KEPT})[0]
+    assert (
+        "nothing better than policy 0, which was kept"
+        in paragraphs({}, {"same_policy_as": 0, "search": Search.KEPT})[1]
+    )
+    assert "an earlier search on f found" in paragraphs({"search": Search.KEPT})[0]
 
 
 def test_what_drove_is_the_policy_of_the_iteration_before() -> None:
     kept = {"same_policy_as": 0, "search": Search.KEPT}
-    assert [said.split(" drove")[0] for said in told({}, kept, {}, {})[1:]] == ["Policy 0", "Policy 0", "Policy 2"]
+    assert [said.split(" drove")[0] for said in paragraphs({}, kept, {}, {})[1:]] == [
+        "Policy 0",
+        "Policy 0",
+        "Policy 2",
+    ]
 
 
 def test_policy_0_serves_the_variants_only_where_there_are_some() -> None:
-    assert "(late)" in told({}, variants=["late"])[0]
-    assert "differ" not in told({})[0]
+    assert "(late)" in paragraphs({}, variants=["late"])[0]
+    assert "differ" not in paragraphs({})[0]
 
 
 @pytest.mark.parametrize(
@@ -216,7 +223,7 @@ def test_policy_0_serves_the_variants_only_where_there_are_some() -> None:
     ],
 )
 def test_policy_0_of_another_method_was_not_searched_on_f(change: dict[str, object], said: str) -> None:
-    (first,) = told(change)
+    (first,) = paragraphs(change)
     assert said in first
     assert "on f" not in first
 
@@ -229,8 +236,8 @@ def test_policy_0_of_another_method_was_not_searched_on_f(change: dict[str, obje
     ],
 )
 def test_a_diagnosis_is_told_where_it_was_made(diagnosis: Diagnosis, said: str) -> None:
-    assert said in told({}, {"diagnosis": diagnosis})[1]
-    assert "diagnos" not in " ".join(told({}, {}))
+    assert said in paragraphs({}, {"diagnosis": diagnosis})[1]
+    assert "diagnos" not in " ".join(paragraphs({}, {}))
 
 
 def test_letters_of_all_figures_are_of_one_size(tmp_path: Path) -> None:

@@ -1,16 +1,13 @@
 """What a run of Algorithm 1 achieved: `summary.json` as typed records."""
 
-import json
 import math
-import sys
-import types
-from dataclasses import MISSING, asdict, dataclass, fields, is_dataclass
+from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
-from typing import Any, NamedTuple, get_args, get_origin, get_type_hints
+from typing import NamedTuple
 
 from twbal.core.errors import DataError
-from twbal.core.files import read_json, write_atomically
+from twbal.core.json_records import read_record
 
 _AMOUNTS = (
     "real_episodes",
@@ -243,12 +240,6 @@ class Summary:
         return Count(sum(i.successes for i in having), sum(i.trials for i in having))
 
 
-def write_summary(path: Path, summary: Summary) -> None:
-    """Write `summary.json`."""
-    text = json.dumps(asdict(summary), indent=2, ensure_ascii=False, allow_nan=False)
-    write_atomically(path, text + "\n")
-
-
 def read_summary(path: Path) -> Summary:
     """Read `summary.json`.
 
@@ -257,50 +248,8 @@ def read_summary(path: Path) -> Summary:
             write may be missing.
     """
     try:
-        record = read_json(path)
+        return read_record(Summary, path)
     except FileNotFoundError as error:
         raise DataError(f"There is no summary at {path}. Has `twbal iterate` finished there?") from error
     except DataError as error:
-        raise DataError(f"{error} Was it written by `twbal iterate`?") from error
-    try:
-        summary = _decode(Summary, record, "summary")
-    except DataError as error:
-        raise DataError(f"{path} is no summary of this version: {error}") from error
-    assert isinstance(summary, Summary)
-    return summary
-
-
-def _decode(kind: Any, value: Any, where: str) -> object:
-    """Turn plain JSON `value` into the annotated type `kind`; `where` names it in errors."""
-    if get_origin(kind) is types.UnionType:
-        return None if value is None else _decode(get_args(kind)[0], value, where)
-    if get_origin(kind) is tuple:
-        if not isinstance(value, list):
-            raise DataError(f"{where} must be a list; found {repr(value)[:80]}.")
-        return tuple(_decode(get_args(kind)[0], item, f"{where}[{i}]") for i, item in enumerate(value))
-    if is_dataclass(kind):
-        return _decode_record(kind, value, where)
-    if isinstance(kind, type) and issubclass(kind, StrEnum):
-        if value not in list(kind):
-            raise DataError(f"{where} must be one of {', '.join(map(repr, map(str, kind)))}; found {value!r}.")
-        return kind(value)
-    accepted = (int, float) if kind is float else (kind,)
-    if isinstance(value, bool) or not isinstance(value, accepted) or _is_beyond_floats(value):
-        raise DataError(f"{where} must be a value of type {kind.__name__}; found {repr(value)[:80]}.")
-    return kind(value)
-
-
-def _is_beyond_floats(value: object) -> bool:
-    return isinstance(value, int) and abs(value) > sys.float_info.max
-
-
-def _decode_record(kind: Any, value: Any, where: str) -> object:
-    if not isinstance(value, dict):
-        raise DataError(f"{where} must be a record; found {repr(value)[:80]}.")
-    names = [field.name for field in fields(kind)]
-    needed = {field.name for field in fields(kind) if field.default is MISSING}
-    hints = get_type_hints(kind)
-    for problem, odd in (("lacks", needed - set(value)), ("has the unknown field", set(value) - set(names))):
-        if odd:
-            raise DataError(f"{where} {problem} {sorted(odd)[0]!r}; its fields are: {', '.join(names)}.")
-    return kind(**{name: _decode(hints[name], value[name], f"{where}.{name}") for name in names if name in value})
+        raise DataError(f"{path} is no summary of this version of `twbal iterate`: {error}") from error

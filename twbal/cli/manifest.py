@@ -5,14 +5,15 @@ import json
 import platform
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import cache
 from importlib import metadata
 from pathlib import Path
 
 from twbal import __version__
 from twbal.core.errors import ConfigError, DataError
-from twbal.core.files import alone_in, file_hash, read_json, write_atomically
+from twbal.core.files import alone_in, file_hash
+from twbal.core.json_records import read_record, write_record
 
 MANIFEST = "manifest.json"
 PACKAGES = (
@@ -135,7 +136,7 @@ def _do(
         manifest = Manifest(
             step.stage, complete, fingerprint, step.seed, step.settings, inputs, made, versions(), started, wall_s
         )
-        write_atomically(step.out / MANIFEST, json.dumps(asdict(manifest), indent=2, ensure_ascii=False) + "\n")
+        write_record(step.out / MANIFEST, manifest)
         return manifest
 
     note([], complete=False)
@@ -150,35 +151,14 @@ def read_manifest(folder: Path) -> Manifest | None:
     """
     path = folder / MANIFEST
     try:
-        record = read_json(path)
-        record["inputs"] = {
-            name: tuple(FileRecord(**entry) for entry in entries) for name, entries in record["inputs"].items()
-        }
-        record["outputs"] = tuple(FileRecord(**entry) for entry in record["outputs"])
-        manifest = Manifest(**record)
-        _check_kinds(manifest)
-        return manifest
+        return read_record(Manifest, path)
     except FileNotFoundError:
         return None
-    except (DataError, TypeError, KeyError, AttributeError) as error:
+    except DataError as error:
         raise DataError(
-            f"{path} is no manifest of this version of twbal ({type(error).__name__}: {error}). "
+            f"{path} is no manifest of this version of twbal ({error}) "
             "Choose another run folder by hydra.run.dir=..., or take that file away."
         ) from error
-
-
-def _check_kinds(manifest: Manifest) -> None:
-    """Raise TypeError where a value is of another kind than `Manifest` says."""
-    files = [*manifest.outputs, *(file for files in manifest.inputs.values() for file in files)]
-    texts = [manifest.stage, manifest.fingerprint, manifest.settings, manifest.started]
-    texts += [text for file in files for text in (file.path, file.sha256)]
-    texts += list(manifest.versions.values())
-    if not all(isinstance(text, str) for text in texts):
-        raise TypeError("a text is none")
-    if type(manifest.seed) is not int or type(manifest.complete) is not bool:
-        raise TypeError("seed or complete is of another kind")
-    if type(manifest.wall_s) not in (int, float):
-        raise TypeError("wall_s is no number")
 
 
 def is_of_this_code(manifest: Manifest) -> bool:

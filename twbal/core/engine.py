@@ -52,7 +52,7 @@ class Engine(ABC):
 
 
 class EnginePlant(Plant):
-    """A simulated robot behind the seam.
+    """A simulated robot behind the interface `Plant`.
 
     A trial's start pose and noise follow from (seed, trial) alone: the same trial gives the same bits, whatever ran
     before it. A command is cut to the torque limit and held for one control period.

@@ -7,13 +7,12 @@ import numpy as np
 
 from twbal.core.episode import Episode
 from twbal.core.errors import ConfigError, DataError
-from twbal.core.gaussian import Array, Gaussian
+from twbal.core.gaussian import HALF_WIDTH_95, Array, Gaussian
 from twbal.core.plant import Observation
 
 StateCost = Callable[[Array], Array]
 """Cost c(x) of each of T states: from (T, D) to (T,), each in [0, 1]."""
 
-_HALF_WIDTH_95 = 1.96  # standard deviations on either side of the mean that hold 95 % of a normal distribution
 _TILT, _WHEEL_ANGLE = Observation._fields.index("tilt"), Observation._fields.index("wheel_angle")
 
 
@@ -68,7 +67,7 @@ def coverage95(predicted: Sequence[Gaussian], episodes: Sequence[Episode], measu
         DataError: no episode reached step 1, or the episodes have other channels than the prediction.
     """
     mean = np.array([p.mean for p in predicted])  # (H + 1, D)
-    half_width = _HALF_WIDTH_95 * np.array([p.sd for p in predicted])  # (H + 1, D)
+    half_width = HALF_WIDTH_95 * np.array([p.sd for p in predicted])  # (H + 1, D)
     inside: list[Array] = []
     for episode in episodes:
         if episode.states.shape[1] != mean.shape[1]:
@@ -86,7 +85,7 @@ def coverage95(predicted: Sequence[Gaussian], episodes: Sequence[Episode], measu
 
 def half_widths95(predicted: Sequence[Gaussian], channel: int) -> Array:
     """Half widths of the 95 % band of one channel, t = 1 .. H, in the channel's unit, (H,)."""
-    return _HALF_WIDTH_95 * np.array([p.sd[channel] for p in predicted[1:]])
+    return HALF_WIDTH_95 * np.array([p.sd[channel] for p in predicted[1:]])
 
 
 def widened(
@@ -114,7 +113,7 @@ def widened(
         ahead = min(len(episode.states), len(predicted))
         mean = np.array([p.mean[index] for p in predicted[:ahead]])
         variance = np.array([p.sd[index] ** 2 for p in predicted[:ahead]])
-        missing.append(((episode.states[:ahead, index] - mean) / _HALF_WIDTH_95) ** 2 - variance)
+        missing.append(((episode.states[:ahead, index] - mean) / HALF_WIDTH_95) ** 2 - variance)
     more = np.zeros(len(predicted[0].mean))
     more[index] = np.maximum(0.0, np.quantile(np.concatenate([m[1:] for m in missing]), 0.95, axis=0))
     first, *later = predicted

@@ -8,6 +8,9 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
+HALF_WIDTH_95 = 1.96
+"""Standard deviations on either side of the mean that hold 95 % of a normal distribution."""
+
 
 class Gaussian(NamedTuple):
     """N(mean, covariance) over D channels.

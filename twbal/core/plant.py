@@ -1,4 +1,4 @@
-"""The one seam: what twbal asks of a robot, simulated or real.
+"""The interface of a robot: what twbal needs of it, simulated or real.
 
 Signs: tilt > 0 leans forward (+x), wheel angle > 0 rolls forward, a positive command drives the wheels forward and the
 body back. The command u is the sum of the two wheel torques [N·m].

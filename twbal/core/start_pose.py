@@ -33,7 +33,7 @@ class StartPose:
         speed_sd: of the axle's speed over ground [m/s].
 
     Raises:
-        ConfigError: a standard deviation is negative, or the robot would lie on the floor.
+        ConfigError: a standard deviation is negative, or the robot would lie on the ground.
     """
 
     tilt_mean: float

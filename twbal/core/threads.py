@@ -11,11 +11,11 @@ THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
 
 def default_to_one_thread() -> None:
-    """Ask for one thread where nothing was asked for; to be called before anything numeric is loaded."""
+    """One thread where the environment sets no number; to be called before anything numeric is loaded."""
     for name in THREADS:
         os.environ.setdefault(name, "1")
 
 
 def asked_threads() -> Mapping[str, str]:
-    """What this process was told, for processes elsewhere to be told the same."""
+    """The numbers of threads in this process, for processes elsewhere to have the same."""
     return {name: os.environ[name] for name in THREADS if name in os.environ}

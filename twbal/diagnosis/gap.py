@@ -17,7 +17,7 @@ from twbal.core.start_pose import InitialState
 from twbal.diagnosis.findings import FilterResult, Trajectory
 from twbal.diagnosis.record import Gap
 from twbal.sim.replay import ReplayStart
-from twbal.sim.world import RestartState
+from twbal.sim.restart_state import RestartState
 from twbal.sysid.recording import MEASURED, Recording
 
 Replay = Callable[[FilterResult, Sequence[ReplayStart], Array], Array]

@@ -1,14 +1,14 @@
 """What a diagnosis says: the record that reports draw and that `diagnosis.json` keeps."""
 
-import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from twbal.core.errors import DataError
-from twbal.core.files import read_json, write_atomically
+from twbal.core.files import read_json
+from twbal.core.json_records import encoded, write_record
 
 HEADLINE = (("tilt", "wheel_angle"), 0.15)
 """Channel (the first that was measured) and horizon [s] of the gap that stands for all: longer rollouts of this
@@ -253,34 +253,20 @@ def as_record(diagnosis: Diagnosis) -> dict[str, Any]:
     gap: dict[str, Any] = {name: getattr(head, name, None) for name in names}
     if head is not None:
         gap["metric"] = f"rms error of {head.channel} after {head.horizon:g} s"
-    gap |= {"held_out": list(diagnosis.held_out), "added": list(diagnosis.added)}
-    gap["all"] = [each._asdict() for each in diagnosis.gap]
-    coloured = {
-        kind: max((getattr(w, kind) for w in diagnosis.whiteness), default=None) for kind in ("before", "after")
-    }
-    return {
-        "verdict": str(diagnosis.verdict),
-        "effects": [_effect(effect) for effect in diagnosis.effects],
-        "data_sheet": [shift._asdict() for shift in diagnosis.data_sheet],
-        "data_sheet_class": list(diagnosis.data_sheet_class),
-        "rivals": [rival._asdict() for rival in diagnosis.rivals],
-        "where": [region._asdict() for region in diagnosis.where],
-        "gap": gap,
-        "whiteness": {**coloured, "channels": [each._asdict() for each in diagnosis.whiteness]},
-        "noise": dict(diagnosis.noise),
-        "advice": list(diagnosis.advice),
-    }
+    record: dict[str, Any] = encoded(diagnosis)
+    gap |= {"held_out": record.pop("held_out"), "added": record.pop("added"), "all": record["gap"]}
+    worst = {kind: max((getattr(w, kind) for w in diagnosis.whiteness), default=None) for kind in ("before", "after")}
+    return record | {"gap": gap, "whiteness": {**worst, "channels": record["whiteness"]}}
 
 
 def write_diagnosis(path: Path, diagnosis: Diagnosis) -> None:
     """Write `diagnosis.json`."""
-    text = json.dumps(as_record(diagnosis), indent=2, ensure_ascii=False, allow_nan=False)
-    write_atomically(path, text + "\n")
+    write_record(path, as_record(diagnosis))
 
 
 def verdict_in(path: Path) -> Verdict:
     """The verdict of a `diagnosis.json`."""
-    return Verdict(json.loads(path.read_text())["verdict"])
+    return Verdict(read_json(path)["verdict"])
 
 
 def closed_share(path: Path) -> float:
@@ -295,7 +281,3 @@ def closed_share(path: Path) -> float:
         raise DataError(f"There is no diagnosis {path}. Has `twbal diagnose` finished there?") from error
     except (KeyError, TypeError, ValueError, OverflowError) as error:
         raise DataError(f"{path} is no diagnosis of this version: it says no share of the gap ({error}).") from error
-
-
-def _effect(effect: NamedEffect) -> dict[str, Any]:
-    return {**asdict(effect), "parameters": {name: p._asdict() for name, p in effect.parameters.items()}}

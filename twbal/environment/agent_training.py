@@ -23,7 +23,7 @@ except ImportError as error:
     raise ConfigError(f"Training an agent needs Stable-Baselines3: {install_advice('rl')}.") from error
 
 Progress = Callable[[int, float | None], None]
-"""Told of the steps so far, and of the mean return of the last episodes (None before the first has ended)."""
+"""Called with the steps so far, and of the mean return of the last episodes (None before the first has ended)."""
 
 _ACTIVATIONS = {"tanh": torch.nn.Tanh, "relu": torch.nn.ReLU}
 
@@ -39,12 +39,12 @@ def train(env: TwoWheeled, recipe: AgentRecipe, steps: int, seed: int, progress:
     torch.set_num_threads(1)  # these networks are small: more threads wait for each other
     agent = _agent(_scaled(env, recipe), recipe, seed)
 
-    def told(local: dict[str, Any], _: dict[str, Any]) -> bool:
+    def report(local: dict[str, Any], _: dict[str, Any]) -> bool:
         returns = [episode["r"] for episode in agent.ep_info_buffer or ()]
         progress(agent.num_timesteps, float(np.mean(returns)) if returns else None)
         return True
 
-    agent.learn(steps, callback=told)
+    agent.learn(steps, callback=report)
     return agent
 
 

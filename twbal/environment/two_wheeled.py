@@ -1,4 +1,4 @@
-"""A robot behind the seam, as an environment of Gymnasium."""
+"""A robot behind the interface `Plant`, as an environment of Gymnasium."""
 
 from typing import Any
 

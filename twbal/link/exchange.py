@@ -63,18 +63,18 @@ class Exchange:
                 return newest
         raise LinkError(self._why_none(type(message).__name__, timeout, newest))
 
-    def _why_none(self, asked: str, timeout: float, newest: Message | None) -> str:
+    def _why_none(self, sent: str, timeout: float, newest: Message | None) -> str:
         where = f"from the robot on {self.transport.name} within {timeout:.3g} s"
         if isinstance(newest, Telemetry):
-            return f"All that came {where} in answer to {asked} says that it is armed."
+            return f"All that came {where} in answer to {sent} says that it is armed."
         if newest is not None:
-            return f"All that came {where} in answer to {asked} is {newest}."
+            return f"All that came {where} in answer to {sent} is {newest}."
         if self._decoder.unreadable:
             return (
-                f"No answer to {asked} {where} can be read; the last was {self._decoder.unreadable}. Does its firmware "
+                f"No answer to {sent} {where} can be read; the last was {self._decoder.unreadable}. Does its firmware "
                 "keep to docs/link.md?"
             )
         return (
-            f"No answer to {asked} {where} ({self.bad_frames} damaged frames so far). Is it switched on, and is the "
+            f"No answer to {sent} {where} ({self.bad_frames} damaged frames so far). Is it switched on, and is the "
             "baud rate right?"
         )

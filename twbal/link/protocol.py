@@ -38,8 +38,8 @@ class Status(IntFlag):
 
 
 @dataclass(frozen=True)
-class Fixed:
-    """A message of fixed length: its type, then its fields in order.
+class Message:
+    """A message: its type, then its fields in order.
 
     Attributes:
         seq: number of the message.
@@ -60,12 +60,29 @@ class Fixed:
 
         Raises:
             struct.error: the length is wrong.
+            ValueError: a field cannot be read.
         """
         return cls(*cls.LAYOUT.unpack(payload)[1:])
 
 
+class TextMessage(Message):
+    """A message whose last field is a text, which ends with the payload."""
+
+    def encode(self) -> bytes:
+        """The payload of a frame."""
+        *fixed, text = vars(self).values()
+        return self.LAYOUT.pack(self.TYPE, *fixed) + text_bytes(text)
+
+    @classmethod
+    def decode(cls, payload: bytes) -> Self:
+        """The message in a payload; see `Message.decode`."""
+        text = printable(payload[cls.LAYOUT.size :].decode())
+        fields = (*cls.LAYOUT.unpack_from(payload)[1:], text)
+        return cls(*fields)
+
+
 @dataclass(frozen=True)
-class Hello(Fixed):
+class Hello(Message):
     """Host: are you there, and do we speak the same version? Disarms."""
 
     version: int = VERSION
@@ -75,7 +92,7 @@ class Hello(Fixed):
 
 
 @dataclass(frozen=True)
-class Welcome:
+class Welcome(TextMessage):
     """Robot: who I am. Of another version than ours only the version is read, the rest stays empty.
 
     Attributes:
@@ -85,7 +102,6 @@ class Welcome:
         name: of the robot.
     """
 
-    seq: int
     version: int
     control_period_us: int = 0
     torque_limit: float = 0.0
@@ -93,26 +109,20 @@ class Welcome:
     name: str = ""
 
     TYPE: ClassVar[int] = 0x81
-    HEAD: ClassVar[struct.Struct] = struct.Struct("<BHH")
     LAYOUT: ClassVar[struct.Struct] = struct.Struct("<BHHIfB")
 
-    def encode(self) -> bytes:
-        """The payload of a frame."""
-        fixed = (self.TYPE, self.seq, self.version, self.control_period_us, self.torque_limit, self.clock)
-        return self.LAYOUT.pack(*fixed) + text_bytes(self.name)
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "clock", Clock(self.clock))
 
     @classmethod
     def decode(cls, payload: bytes) -> Self:
-        """The message in a payload; see `Fixed.decode`."""
-        _, seq, version = cls.HEAD.unpack_from(payload)
-        if version != VERSION:
-            return cls(seq, version)
-        _, _, _, period, limit, clock = cls.LAYOUT.unpack_from(payload)
-        return cls(seq, version, period, limit, Clock(clock), printable(payload[cls.LAYOUT.size :].decode()))
+        """The message in a payload; see `Message.decode`."""
+        _, seq, version = Hello.LAYOUT.unpack_from(payload)
+        return super().decode(payload) if version == VERSION else cls(seq, version)
 
 
 @dataclass(frozen=True)
-class Arm(Fixed):
+class Arm(Message):
     """Host: the robot stands at its start; switch the motors on, at zero torque.
 
     Attributes:
@@ -127,7 +137,7 @@ class Arm(Fixed):
 
 
 @dataclass(frozen=True)
-class Command(Fixed):
+class Command(Message):
     """Host: the torque from now on.
 
     Attributes:
@@ -141,7 +151,7 @@ class Command(Fixed):
 
 
 @dataclass(frozen=True)
-class Stop(Fixed):
+class Stop(Message):
     """Host: switch the motors off."""
 
     TYPE: ClassVar[int] = 0x04
@@ -149,7 +159,7 @@ class Stop(Fixed):
 
 
 @dataclass(frozen=True)
-class Telemetry:
+class Telemetry(Message):
     """Robot: what the sensors say at the beginning of a control period; signs as in `twbal.core.plant`.
 
     Attributes:
@@ -164,7 +174,6 @@ class Telemetry:
         yaw_rate: [rad/s].
     """
 
-    seq: int
     period: int
     time_us: int
     status: Status
@@ -180,41 +189,20 @@ class Telemetry:
     TYPE: ClassVar[int] = 0x82
     LAYOUT: ClassVar[struct.Struct] = struct.Struct("<BHHIB8f")
 
-    def encode(self) -> bytes:
-        """The payload of a frame."""
-        counters = (self.TYPE, self.seq, self.period, self.time_us, self.status)
-        wheels = (self.wheel_left, self.wheel_right, self.rate_left, self.rate_right)
-        return self.LAYOUT.pack(*counters, self.tilt, self.tilt_rate, self.acceleration, *wheels, self.yaw_rate)
-
-    @classmethod
-    def decode(cls, payload: bytes) -> Self:
-        """The message in a payload; see `Fixed.decode`."""
-        _, seq, period, time_us, status, *values = cls.LAYOUT.unpack(payload)
-        return cls(seq, period, time_us, Status(status), *values)
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "status", Status(self.status))
 
 
 @dataclass(frozen=True)
-class Fault:
+class Fault(TextMessage):
     """Robot: your message cannot be followed, and why."""
 
-    seq: int
     text: str
 
     TYPE: ClassVar[int] = 0x83
     LAYOUT: ClassVar[struct.Struct] = struct.Struct("<BH")
 
-    def encode(self) -> bytes:
-        """The payload of a frame."""
-        return self.LAYOUT.pack(self.TYPE, self.seq) + text_bytes(self.text)
 
-    @classmethod
-    def decode(cls, payload: bytes) -> Self:
-        """The message in a payload; see `Fixed.decode`."""
-        _, seq = cls.LAYOUT.unpack_from(payload)
-        return cls(seq, printable(payload[cls.LAYOUT.size :].decode()))
-
-
-Message = Hello | Welcome | Arm | Command | Stop | Telemetry | Fault
 KINDS: dict[int, type[Message]] = {kind.TYPE: kind for kind in (Hello, Welcome, Arm, Command, Stop, Telemetry, Fault)}
 
 

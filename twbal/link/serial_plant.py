@@ -24,7 +24,7 @@ from twbal.link.protocol import (
 from twbal.link.ranges import MAX_CLOCK_STEP_US, MAX_TRIAL, check_timeouts, odd_announcement, odd_values
 from twbal.link.transport import SerialTransport, Transport
 
-_STOPS = 3  # how often a robot is told to stop that does not say that its motors are off
+_STOPS = 3  # how often Stop is sent to a robot that does not say that its motors are off
 _FLOAT32_SLACK = 1 + 1e-6  # the announced limit went through float32
 
 
@@ -105,7 +105,7 @@ class SerialPlant(Plant):
         Raises:
             LinkError: it does not answer, or does not arm.
             LinkLostError: it measures what cannot be.
-            ConfigError: no robot can be told this number.
+            ConfigError: the number does not fit into a message.
         """
         if not 0 <= trial <= MAX_TRIAL:
             raise ConfigError(f"The number of a trial must be 0 to {MAX_TRIAL}; found {trial}.")

@@ -7,7 +7,7 @@ import scipy.linalg
 
 from twbal.core.gaussian import Array
 from twbal.core.robot_parameters import RobotParameters
-from twbal.planar.dynamics import coefficients
+from twbal.planar.equations import coefficients
 
 
 class LinearModel(NamedTuple):

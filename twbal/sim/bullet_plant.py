@@ -1,4 +1,4 @@
-"""The robot in PyBullet, behind the seam."""
+"""The robot in PyBullet, behind the interface `Plant`."""
 
 from collections.abc import Sequence
 

@@ -1,11 +1,9 @@
 """What robots did, drawn by PyBullet's software renderer: no window, no graphics card."""
 
 import re
-import tempfile
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from math import cos, floor, pi, sin
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -13,7 +11,7 @@ from numpy.typing import NDArray
 
 from twbal.core.gaussian import Array
 from twbal.core.robot_parameters import RobotParameters
-from twbal.sim.bullet import pybullet
+from twbal.sim.bullet import Client, pybullet
 from twbal.sim.urdf import urdf_text
 
 Image = NDArray[np.uint8]
@@ -50,7 +48,7 @@ def film(robot: RobotParameters, cast: Sequence[Role], width: int, height: int) 
         width: of a frame [pixels].
         height: [pixels].
     """
-    client = pybullet.connect(pybullet.DIRECT)
+    client = Client()
     try:
         size = max(2 * robot.com_height + robot.wheel_radius, 2 * robot.wheel_radius)
         lanes = [1.6 * (robot.track + robot.wheel_width) * (i - 0.5 * (len(cast) - 1)) for i in range(len(cast))]
@@ -64,18 +62,15 @@ def film(robot: RobotParameters, cast: Sequence[Role], width: int, height: int) 
             _move_floor(client, tiles, tile, at)
             yield _picture(client, at, size, width, height)
     finally:
-        pybullet.disconnect(physicsClientId=client)
+        client.close()
 
 
-def _load(client: int, robot: RobotParameters, colour: tuple[float, float, float]) -> int:
-    with tempfile.TemporaryDirectory() as folder:  # PyBullet reads URDF from files only
-        path = Path(folder) / "robot.urdf"
-        wide = replace(robot, wheel_width=max(robot.wheel_width, 0.25 * robot.wheel_radius))
-        (path.parent / "wheel.obj").write_text(_wheel_mesh(wide.wheel_radius, wide.wheel_width))
-        text = _COLLISION.sub("", urdf_text(wide))  # the renderer would draw these shapes too
-        path.write_text(_CYLINDER.sub(_wheel_visuals, text))  # it draws a cylinder with round ends: a ball
-        actor = int(pybullet.loadURDF(str(path), physicsClientId=client))
-    pybullet.changeVisualShape(actor, -1, rgbaColor=[*colour, 1.0], physicsClientId=client)
+def _load(client: Client, robot: RobotParameters, colour: tuple[float, float, float]) -> int:
+    wide = replace(robot, wheel_width=max(robot.wheel_width, 0.25 * robot.wheel_radius))
+    text = _COLLISION.sub("", urdf_text(wide))  # the renderer would draw these shapes too
+    text = _CYLINDER.sub(_wheel_visuals, text)  # it draws a cylinder with round ends: a ball
+    actor = client.load(text, {"wheel.obj": _wheel_mesh(wide.wheel_radius, wide.wheel_width)})
+    client.changeVisualShape(actor, -1, rgbaColor=[*colour, 1.0])
     return actor
 
 
@@ -108,46 +103,43 @@ def _wheel_mesh(radius: float, width: float) -> str:
     return "\n".join([*lines, *(f"f {a} {b} {c}" for a, b, c in faces), ""])
 
 
-def _pose(client: int, actor: int, robot: RobotParameters, pose: Array, lane: float) -> None:
+def _pose(client: Client, actor: int, robot: RobotParameters, pose: Array, lane: float) -> None:
     position, tilt, wheel = pose.tolist()
     height = robot.com_height  # PyBullet's base is the centre of mass
     lean = tilt + robot.com_offset
     place = [position + height * sin(lean), lane, robot.wheel_radius + height * cos(lean)]
-    pybullet.resetBasePositionAndOrientation(actor, place, [0, sin(tilt / 2), 0, cos(tilt / 2)], physicsClientId=client)
+    client.resetBasePositionAndOrientation(actor, place, [0, sin(tilt / 2), 0, cos(tilt / 2)])
     for joint in _JOINTS:
-        pybullet.resetJointState(actor, joint, wheel, physicsClientId=client)
+        client.resetJointState(actor, joint, wheel)
 
 
-def _floor(client: int, tile: float, breadth: float) -> list[int]:
+def _floor(client: Client, tile: float, breadth: float) -> list[int]:
     """Strips across the way: without them nobody sees that a robot moves."""
     found = []
     for k in range(_TILES):
-        shape = pybullet.createVisualShape(
+        shape = client.createVisualShape(
             pybullet.GEOM_BOX,
             halfExtents=[0.5 * tile, breadth, 0.001],
             rgbaColor=_PALE if k % 2 else _DARK,
-            physicsClientId=client,
         )
-        found.append(int(pybullet.createMultiBody(0, -1, shape, physicsClientId=client)))
+        found.append(int(client.createMultiBody(0, -1, shape)))
     return found
 
 
-def _move_floor(client: int, tiles: Sequence[int], tile: float, at: float) -> None:
+def _move_floor(client: Client, tiles: Sequence[int], tile: float, at: float) -> None:
     first = 2 * floor((at / tile - _TILES / 2) / 2)
     for k, strip in enumerate(tiles):
-        pybullet.resetBasePositionAndOrientation(
-            strip, [(first + k) * tile, 0, -0.001], [0, 0, 0, 1], physicsClientId=client
-        )
+        client.resetBasePositionAndOrientation(strip, [(first + k) * tile, 0, -0.001], [0, 0, 0, 1])
 
 
-def _picture(client: int, at: float, size: float, width: int, height: int) -> Image:
+def _picture(client: Client, at: float, size: float, width: int, height: int) -> Image:
     view = pybullet.computeViewMatrix(
         cameraEyePosition=[at + 0.6 * size, -3.2 * size, 1.3 * size],
         cameraTargetPosition=[at, 0, 0.42 * size],
         cameraUpVector=[0, 0, 1],
     )
     lens = pybullet.computeProjectionMatrixFOV(fov=38, aspect=width / height, nearVal=0.05 * size, farVal=20 * size)
-    _, _, pixels, _, _ = pybullet.getCameraImage(
+    _, _, pixels, _, _ = client.getCameraImage(
         width,
         height,
         viewMatrix=view,
@@ -158,6 +150,5 @@ def _picture(client: int, at: float, size: float, width: int, height: int) -> Im
         lightDiffuseCoeff=0.4,
         lightSpecularCoeff=0.0,
         renderer=pybullet.ER_TINY_RENDERER,
-        physicsClientId=client,
     )
     return np.asarray(pixels, dtype=np.uint8).reshape(height, width, 4)[:, :, :3]

@@ -14,7 +14,8 @@ from twbal.core.robot_parameters import RobotParameters
 from twbal.core.start_pose import InitialState
 from twbal.effects.effect import Effect, assemble
 from twbal.effects.sensor_noise import SensorNoise
-from twbal.sim.world import RestartState, World
+from twbal.sim.restart_state import RestartState
+from twbal.sim.world import World
 
 
 @dataclass(frozen=True, eq=False)

@@ -49,15 +49,14 @@ def write_diagnosis_report(
     Raises:
         DataError: the file cannot be written.
     """
-    rivals, gap = pictures.rivals, pictures.gap
     html = render(
         "diagnosis.html.jinja",
         diagnosis=diagnosis,
         setting=setting,
         headline=headline_text(diagnosis),
         where=inline(pictures.where, "where", "Errors of the simulation by channel and region"),
-        rivals=None if rivals is None else inline(rivals, "rivals", "Evidence for each candidate"),
-        gap=None if gap is None else inline(gap, "gap", "Error on held-out data before and after"),
+        rivals=inline(pictures.rivals, "rivals", "Evidence for each candidate"),
+        gap=inline(pictures.gap, "gap", "Error on held-out data before and after"),
         whiteness=inline(pictures.whiteness, "whiteness", "Autocorrelation of the residuals before and after"),
     )
     write_atomically(path, html)

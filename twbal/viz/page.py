@@ -27,8 +27,13 @@ def render(template: str, **content: Any) -> str:
     return pages.get_template(template).render(palette=PALETTE, **content)
 
 
-def inline(svg: str, name: str, label: str) -> Markup:
-    """An SVG as it can stand in the page: to the scale of all figures, in its colours, with ids that no other has."""
+def inline(svg: str | None, name: str, label: str) -> Markup | None:
+    """An SVG as it can stand in the page: to the scale of all figures, in its colours, with ids that no other has.
+
+    None, where there is nothing to draw, stays None.
+    """
+    if svg is None:
+        return None
     width = _WIDTH.search(svg)
     size = ""
     if width:

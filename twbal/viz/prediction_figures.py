@@ -6,11 +6,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from twbal.core.gaussian import Array, Gaussian
+from twbal.core.gaussian import HALF_WIDTH_95, Array, Gaussian
 from twbal.core.palette import MUTED, PREDICTED, REAL
 from twbal.viz.canvas import label, legend, panels, shown, styled
 
-_HALF_WIDTH_95 = 1.96  # standard deviations
 _ROOM = 0.6  # of the range that the robot used, left above and below it: what the model says beyond is cut off
 
 
@@ -37,7 +36,7 @@ def prediction_figure(
     """
     figure, axes = panels(len(channels), columns=3, width=3.4, height=2.6)
     mean = np.array([p.mean for p in predicted])  # (H + 1, D)
-    half_width = _HALF_WIDTH_95 * np.array([p.sd for p in predicted])  # (H + 1, D)
+    half_width = HALF_WIDTH_95 * np.array([p.sd for p in predicted])  # (H + 1, D)
     for i, panel in enumerate(axes):
         factor, unit = shown(units[i])
         courses = [factor * x[: len(predicted), i] for x in trajectories]

@@ -4,8 +4,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from markupsafe import Markup
-
 from twbal.algorithm.outcome import counted, doubts, driving, headline, tilt_band
 from twbal.algorithm.summary import Basis, Diagnosis, Iteration, Search, Summary
 from twbal.core.errors import DataError
@@ -83,14 +81,18 @@ def write_report(path: Path, summary: Summary, setting: Setting, pictures: Pictu
         steps=what_was_done(summary, setting.variants),
         doubts=doubts(summary.iterations[-1], summary.tilt_limit),
         tilt_bands=[tilt_band(iteration) for iteration in summary.iterations],
-        tilt=_optional_inline(pictures.tilt, "tilt", "Tilt of the robot in its trials, before and after learning"),
+        tilt=inline(pictures.tilt, "tilt", "Tilt of the robot in its trials, before and after learning"),
         predictions=[
-            (i, _predicted(svg, i), _caption(i, summary.tilt_limit))
+            (
+                i,
+                inline(svg, f"iteration-{i.index}", f"Predicted and real states, iteration {i.index}"),
+                _caption(i, summary.tilt_limit),
+            )
             for i, svg in zip(summary.iterations, pictures.predictions, strict=True)
             if svg is not None
         ],
         learning=inline(pictures.learning, "learning", "Successes, cost and coverage of each iteration"),
-        drift=_optional_inline(pictures.drift, "drift", "Position of the robot in its trials"),
+        drift=inline(pictures.drift, "drift", "Position of the robot in its trials"),
         cost=inline(pictures.cost, "cost", "Cost of a state"),
     )
     write_atomically(path, html)
@@ -104,13 +106,13 @@ def what_was_done(summary: Summary, variants: Sequence[str]) -> list[str]:
         variants: names of the further simulated robots that policy 0 serves.
     """
     first, *later = summary.iterations
-    told = [_first_policy(first, summary, variants)]
+    paragraphs = [_first_policy(first, summary, variants)]
     for before, iteration in zip(summary.iterations, later, strict=False):
         rollouts = iteration.real_episodes - before.real_episodes
         seconds = iteration.real_seconds - before.real_seconds
         drove = f"Policy {before.first_had} drove the robot in {counted(rollouts, 'rollout')} ({seconds:.1f} s)."
-        told.append(f"{drove} {_recalibrated(iteration) if iteration.recalibrates else _updated(iteration)}")
-    return [f"{said}{_trials(iteration)}" for said, iteration in zip(told, summary.iterations, strict=True)]
+        paragraphs.append(f"{drove} {_recalibrated(iteration) if iteration.recalibrates else _updated(iteration)}")
+    return [f"{text}{_trials(iteration)}" for text, iteration in zip(paragraphs, summary.iterations, strict=True)]
 
 
 def _first_policy(first: Iteration, summary: Summary, variants: Sequence[str]) -> str:
@@ -196,11 +198,3 @@ def _caption(iteration: Iteration, tilt_limit: float | None) -> str:
     if iteration.trials:
         text += f" The robot balanced in {iteration.successes} of {iteration.trials} trials."
     return " ".join([text, iteration.note, *doubts(iteration, tilt_limit)]).replace("  ", " ").rstrip()
-
-
-def _predicted(svg: str, iteration: Iteration) -> Markup:
-    return inline(svg, f"iteration-{iteration.index}", f"Predicted and real states, iteration {iteration.index}")
-
-
-def _optional_inline(svg: str | None, name: str, label: str) -> Markup | None:
-    return None if svg is None else inline(svg, name, label)

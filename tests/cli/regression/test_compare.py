@@ -1,4 +1,4 @@
-"""What moved, by how much it may, and how that is told."""
+"""What moved, by how much it may, and how that is reported."""
 
 from xml.etree import ElementTree
 

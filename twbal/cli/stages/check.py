@@ -1,9 +1,9 @@
 """Regression runs on logged data: does every part of twbal still make of them what it made before?"""
 
-import json
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from hydra.utils import instantiate
@@ -27,7 +27,8 @@ from twbal.cli.regression.measures import (
 from twbal.cli.yaml_data import read_yaml
 from twbal.core.channels import Channels
 from twbal.core.errors import ConfigError, DataError, RegressionError
-from twbal.core.files import file_hash, read_json, write_atomically
+from twbal.core.files import file_hash, write_atomically
+from twbal.core.json_records import read_record, write_record
 from twbal.core.robot_parameters import RobotParameters
 from twbal.diagnosis.effect_candidates import candidates_for
 from twbal.effects.library import library
@@ -60,10 +61,10 @@ def main(cfg: DictConfig) -> None:
     out, folder = run_folder(), Path(cfg.data)
     baseline = Path(cfg.baseline) if cfg.baseline else folder / "baseline.json"
     tolerances = _tolerances(Path(cfg.tolerances) if cfg.tolerances else folder / "tolerances.yaml")
-    found = Baseline(_hashes(folder), __version__, measure(cfg, folder))
-    write_atomically(out / NOW, _text(found))
+    found = Baseline(_hashes(folder), __version__, dict(sorted(measure(cfg, folder).items())))
+    write_record(out / NOW, found)
     if cfg["update"]:  # a DictConfig has a method of that name
-        write_atomically(baseline, _text(found))
+        write_record(baseline, found)
         print(f"made  {baseline}: {len(found.measures)} measures")
         return
     known = _read(baseline)
@@ -93,30 +94,25 @@ def measure(cfg: DictConfig, folder: Path) -> Measures:
     channels: Channels = instantiate(cfg.state)
     model, policy = load_model(folder / MODEL).model, load_searched_policy(folder / POLICY, channels.names)
     cost, pose, recipe = instantiate(cfg.cost), instantiate(cfg.start), instantiate(cfg.model)
-    settings = instantiate(cfg.diagnosis)
     real = [*logs["real"], *logs["held_out"]]
-
-    def diagnosed() -> Measures:
-        names = [f"excited {k}" for k in range(len(logs["excited"]))]
-        recordings = read_recordings(logs["excited"], names, robot, usability)
-        return diagnosis_measures(recordings, robot, candidates, settings)
-
     candidates = candidates_for(robot)
     effects = {c.name: library()[c.name](**{p.name: p.start for p in c.parameters}) for c in candidates}
-    told = cfg.recordings
-    usability = Usability(told.shortest, told.fewest, told.fastest_turn, told.widest_tilt)
-    parts: Sequence[tuple[str, Callable[[], Measures]]] = (
-        *((f"logs {name}", lambda name=name: log_measures(name, logs[name])) for name in LOGS),
-        ("model", lambda: model_measures("model", model, logs["held_out"])),
-        ("policy", lambda: policy_measures(policy, real)),
-        ("cost", lambda: cost_measures(cost, real)),
-        ("search", lambda: search_measures(model, policy, cost, pose)),
-        ("fit", lambda: fit_measures(recipe, channels, logs["simulated"], logs["real"], logs["held_out"])),
-        ("effects", lambda: effect_measures(robot, effects, float(cfg.sim.physics_step))),
-        ("diagnosis", diagnosed),
+    limits = cfg.recordings
+    usability = Usability(limits.shortest, limits.fewest, limits.fastest_turn, limits.widest_tilt)
+    names = [f"excited {k}" for k in range(len(logs["excited"]))]
+    recordings = read_recordings(logs["excited"], names, robot, usability)
+    parts: Sequence[Callable[[], Measures]] = (
+        *(partial(log_measures, name, episodes) for name, episodes in logs.items()),
+        partial(model_measures, "model", model, logs["held_out"]),
+        partial(policy_measures, policy, real),
+        partial(cost_measures, cost, real),
+        partial(search_measures, model, policy, cost, pose),
+        partial(fit_measures, recipe, channels, logs["simulated"], logs["real"], logs["held_out"]),
+        partial(effect_measures, robot, effects, float(cfg.sim.physics_step)),
+        partial(diagnosis_measures, recordings, robot, candidates, instantiate(cfg.diagnosis)),
     )
     found: Measures = {}
-    for _, part in counted(parts, "parts", len(parts)):
+    for part in counted(parts, "parts", len(parts)):
         found |= part()
     bad = [name for name, value in found.items() if isinstance(value, float) and not math.isfinite(value)]
     if bad:
@@ -133,8 +129,8 @@ def _hashes(folder: Path) -> dict[str, str]:
 
 def _tolerances(path: Path) -> list[Tolerance]:
     try:
-        told = read_yaml(path)
-        return [Tolerance(str(pattern), float(t["relative"]), float(t["absolute"])) for pattern, t in told.items()]
+        found = read_yaml(path)
+        return [Tolerance(str(pattern), float(t["relative"]), float(t["absolute"])) for pattern, t in found.items()]
     except FileNotFoundError as error:
         missing = f"There are no tolerances {path}. Give a file by tolerances=...; data/regression has one."
         raise ConfigError(missing) from error
@@ -145,19 +141,10 @@ def _tolerances(path: Path) -> list[Tolerance]:
         ) from error
 
 
-def _text(baseline: Baseline) -> str:
-    return json.dumps(vars(baseline), indent=1, sort_keys=True) + "\n"
-
-
 def _read(path: Path) -> Baseline:
     try:
-        baseline = Baseline(**read_json(path))
-        if not all(isinstance(value, str) for value in baseline.data.values()):
-            raise TypeError("a hash is no text")
-        if not all(type(value) in (int, float, str) for value in baseline.measures.values()):
-            raise TypeError("a measure is neither a number nor a word")
-        return baseline
+        return read_record(Baseline, path)
     except FileNotFoundError:
         raise DataError(f"There is no baseline {path}. Make one by update=true, with code that you trust.") from None
-    except (DataError, TypeError, AttributeError) as error:
-        raise DataError(f"{path} is no baseline of `twbal check` ({type(error).__name__}: {error}).") from error
+    except DataError as error:
+        raise DataError(f"{path} is no baseline of `twbal check` ({error})") from error

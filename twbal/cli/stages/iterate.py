@@ -14,7 +14,7 @@ from twbal.algorithm.learned import RunResult
 from twbal.algorithm.learning import Algorithm
 from twbal.algorithm.outcome import summary_table
 from twbal.algorithm.settings import AlgorithmSettings
-from twbal.algorithm.summary import Diagnosis, Summary, read_summary, write_summary
+from twbal.algorithm.summary import Diagnosis, Summary, read_summary
 from twbal.cli.artefacts import POLICY, read_logs
 from twbal.cli.chain import Chain
 from twbal.cli.commands import text
@@ -25,6 +25,7 @@ from twbal.cli.stage_steps import StageSteps
 from twbal.cli.stages.real_rollout import check_robot_is_there, rollout_settings
 from twbal.cli.typed_config import recorded, section, typed
 from twbal.core.files import write_atomically
+from twbal.core.json_records import write_record
 from twbal.diagnosis.usability import FEW_DATA, enough_for_diagnosis
 from twbal.viz.run_figures import pictures, save
 from twbal.viz.run_page import Setting, write_report
@@ -147,7 +148,7 @@ def _write(
     commands = script(chain.commands, best, BEST_POLICY)
     write_atomically(out / SCRIPT, commands)
     write_atomically(out / HASHES, hash_list({**chain.outputs, BEST_POLICY: summary.best.policy.sha256}))
-    write_summary(out / SUMMARY, summary)
+    write_record(out / SUMMARY, summary)
     drawn = pictures(summary, found, measures, cfg.robot.control_period)
     write_report(out / REPORT, summary, _setting(cfg, measures, choices), drawn, commands)
     return [*(out / name for name in (SUMMARY, BEST_POLICY, SCRIPT, HASHES, REPORT)), *save(drawn, out / FIGURES)]

@@ -23,7 +23,7 @@ from twbal.effects.effect import Effect
 from twbal.io.logs import read_episode
 from twbal.sim.film import Role, film
 from twbal.sim.replay import ReplayStart, replay
-from twbal.sim.world import RestartState
+from twbal.sim.restart_state import RestartState
 from twbal.viz.animation import write_film
 from twbal.viz.canvas import save
 from twbal.viz.episode_figures import Stretch, courses_figure
@@ -59,9 +59,7 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
     settings = typed(Settings, cfg)
     files = [Path(cfg.episode), *map(Path, cfg.beside)]
     if len(files) + settings.simulate > len(_COLOURS):
-        raise ConfigError(
-            f"A film has room for {len(_COLOURS)} robots; asked for are {len(files) + settings.simulate}."
-        )
+        raise ConfigError(f"A film has room for {len(_COLOURS)} robots; found are {len(files) + settings.simulate}.")
     robot: RobotParameters = instantiate(cfg.robot)
     effects: Sequence[Effect] = members(cfg.sim.effects)
     step = Step("show", out, recorded(cfg, NOT_RECORDED), {"episode": files}, 0)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from twbal.core.robot_parameters import GRAVITY
-from twbal.planar.dynamics import accelerations, coefficients
+from twbal.planar.equations import accelerations, coefficients
 
 
 @pytest.fixture(params=["paper", "regbot"])

@@ -1,0 +1,23 @@
+"""How a robot is in the middle of a rollout."""
+
+from typing import NamedTuple
+
+
+class RestartState(NamedTuple):
+    """What a robot in the middle of a rollout has beyond tilt, tilt rate and speed.
+
+    Attributes:
+        wheel_angle: relative to the body, mean of both wheels [rad].
+        heading: by which it has turned since the rollout began, to the left [rad].
+        slip: speed of the axle beyond that of wheels which roll [m/s].
+        yaw_rate: [rad/s].
+        position: of the axle since the rollout began [m].
+        rotor_ahead: of the wheels, within a backlash [rad].
+    """
+
+    wheel_angle: float
+    heading: float = 0.0
+    slip: float = 0.0
+    yaw_rate: float = 0.0
+    position: float = 0.0
+    rotor_ahead: float = 0.0
