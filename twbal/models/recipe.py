@@ -12,7 +12,7 @@ from twbal.core.gaussian import Array
 from twbal.models.dataset import Transitions, residuals, transitions
 from twbal.models.dynamics import DynamicsModel, without_simulation
 from twbal.models.fit import Fit
-from twbal.models.hyperparameters import Reference, spread
+from twbal.models.fit_settings import Reference, input_scales
 from twbal.models.smoothing import NoiseLevels, SmoothingSettings, samples, smooth
 
 
@@ -102,7 +102,7 @@ class ModelRecipe:
         """`model` with a g from `data`, whose noise counts as process noise."""
         reference = None
         if model.has_simulation:
-            length_scales = np.tile(spread(model.f.centres), (model.f.outputs, 1))
+            length_scales = np.tile(input_scales(model.f.centres), (model.f.outputs, 1))
             reference = Reference(length_scales, np.sqrt(model.f.noise_variance))
         fit = self.fit_g(data.inputs, data.targets, seed=seed, reference=reference)
         noise = fit.gp.noise_variance

@@ -10,16 +10,9 @@ from twbal.core.streams import Stream, generator
 from twbal.models.bound import JITTER, Bound
 from twbal.models.evidence import Evidence
 from twbal.models.fit import Fit, fit_gp
+from twbal.models.fit_settings import FitSettings, Reference, check_samples
 from twbal.models.gp import GaussianProcess, squared_exponential
-from twbal.models.hyperparameters import (
-    FitSettings,
-    Hyperparameters,
-    Integers,
-    Reference,
-    check_samples,
-    fit_hyperparameters,
-    objectives,
-)
+from twbal.models.hyperparameters import Hyperparameters, Integers, fit_hyperparameters, objectives
 
 _LOSS = 0.5  # of the subset's evidence, by which the bound may move hyper-parameters [nats a sample]
 
