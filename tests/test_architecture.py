@@ -16,7 +16,7 @@ FOREIGN = {
     "mcap": ("io/logs/",),
     "matplotlib": ("viz/",),
     "gpytorch": ("models/kernels/",),
-    "torch": ("io/checkpoint.py", "models/kernels/", "search/particles.py", "environment/agent_training.py"),
+    "torch": ("io/checkpoint.py", "models/kernels/", "search/", "environment/agent_training.py"),
     "gymnasium": ("environment/",),
     "stable_baselines3": ("environment/agent_training.py",),
     "jinja2": ("viz/",),

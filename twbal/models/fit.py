@@ -7,7 +7,7 @@ import numpy as np
 from twbal.core.gaussian import Array
 from twbal.models.evidence import Evidence
 from twbal.models.fit_settings import FitSettings, Reference
-from twbal.models.gp import GaussianProcess, condition
+from twbal.models.gp import SQUARED_EXPONENTIAL, Posterior, condition
 from twbal.models.hyperparameters import fit_hyperparameters
 
 
@@ -19,11 +19,18 @@ class Fit(NamedTuple):
         log_evidence: (E,) log p(y | X) of each output [nats], without penalties and priors; of a sparse GP its bound.
     """
 
-    gp: GaussianProcess
+    gp: Posterior
     log_evidence: Array
 
 
-def fit_gp(inputs: Array, targets: Array, settings: FitSettings, seed: int, reference: Reference | None = None) -> Fit:
+def fit_gp(
+    inputs: Array,
+    targets: Array,
+    settings: FitSettings,
+    seed: int,
+    reference: Reference | None = None,
+    kernel: str = SQUARED_EXPONENTIAL,
+) -> Fit:
     """Exact GPs whose hyper-parameters maximise the evidence, less penalties and, where given, with priors.
 
     Args:
@@ -32,11 +39,18 @@ def fit_gp(inputs: Array, targets: Array, settings: FitSettings, seed: int, refe
         settings: how to search.
         seed: of the perturbed starts and of the samples that they compete on.
         reference: what the priors are relative to; None means std(X) and std(y)/10.
+        kernel: the squared exponential one, by closed forms; or an expression of names (`models.kernels.expression`),
+            by GPyTorch.
 
     Raises:
+        ConfigError: `kernel` is none.
         FitError: too few samples, shapes that do not fit, a value that is not finite, a covariance that is too badly
             conditioned.
     """
+    if kernel != SQUARED_EXPONENTIAL:
+        from twbal.models.kernels.exact import fit_exact  # here, as GPyTorch takes a while to import
+
+        return fit_exact(inputs, targets, kernel, settings, seed, reference)
     found = fit_hyperparameters(inputs, targets, settings, seed, reference)
     gp = condition(inputs, targets, *found)
     evidence = [Evidence(inputs, target)(found.theta(a))[0] for a, target in enumerate(targets.T)]
