@@ -12,8 +12,14 @@ from twbal.cli.chain import Chain, StageCall
 from twbal.cli.composition import composing
 from twbal.cli.main import main
 from twbal.cli.manifest import read_manifest
+from twbal.cli.prediction_file import load_prediction
 from twbal.io.logs import read_episodes
 
+SHORT = [
+    *("search.horizon=6", "search.short_horizon=4", "search.iterations=1", "search.short_iterations=1"),
+    *("search.long_horizon=6", "search.long_iterations=1", "search.searched=1", "shape.basis=4"),
+    *("judge.robots=3", "judge.features=20", "rule.steps=20", "rule.settle_step=10"),
+]
 QUICK = ["model.fit_f.settings.fit.starts=1", "model.fit_g.settings.starts=1"]
 
 
@@ -75,6 +81,42 @@ def test_models_tell_their_episodes(chain):
     simulated, real = (list(output_hashes(chain / stage).values()) for stage in ("sim", "real"))
     assert f.episodes == {"simulation": simulated}
     assert g.episodes == {"simulation": simulated, "robot": real}
+
+
+@pytest.fixture(scope="module")
+def matern(chain, tmp_path_factory):
+    """Run folder of a fit with a kernel of GPyTorch."""
+    folder = tmp_path_factory.mktemp("matern")
+    run("fit-sim-gp", folder / "f", f"episodes={chain / 'sim'}", "model.kernel=matern52", *QUICK)
+    return folder
+
+
+def test_a_model_with_another_kernel_is_searched_by_particles(chain, matern, tmp_path):
+    model = load_model(matern / "f" / "model.pt").model
+    assert model.f.kernel == "matern52"
+    given = [f"dynamics={matern / 'f' / 'model.pt'}", "search=particles", "search.particles=5", *SHORT]
+    run("optimise-policy", tmp_path, *given)
+    assert np.isfinite(load_prediction(tmp_path / "prediction.pt").best.cost)
+    run("fit-diff-gp", tmp_path / "g", given[0], f"episodes={chain / 'real'}", "model.kernel=se+linear", *QUICK)
+    assert load_model(tmp_path / "g" / "model.pt").model.g.kernel == "se+linear"
+
+
+def test_moment_matching_refuses_another_kernel_and_says_what_to_do(matern, tmp_path, capsys):
+    message = fails(capsys, "optimise-policy", tmp_path, f"dynamics={matern / 'f' / 'model.pt'}", *SHORT)
+    assert "the model has matern52. Search by particles, with search=particles, or fit the model" in message
+
+
+def test_an_unknown_kernel_is_refused_with_those_there_are(chain, tmp_path, capsys):
+    message = fails(capsys, "fit-sim-gp", tmp_path, f"episodes={chain / 'sim'}", "model.kernel=matern5", *QUICK)
+    assert "there is no kernel 'matern5'. Expected se, matern12, matern32, matern52, rq, linear" in message
+
+
+def test_a_variational_model_is_fitted_and_searched_by_moment_matching(chain, tmp_path):
+    few = [f"model.fit_f.settings.{name}" for name in ("inducing=20", "steps=5", "subset=40")]
+    run("fit-sim-gp", tmp_path / "f", f"episodes={chain / 'sim'}", "model=variational", *few, QUICK[0])
+    assert len(load_model(tmp_path / "f" / "model.pt").model.f.centres) == 20
+    run("optimise-policy", tmp_path / "p", f"dynamics={tmp_path / 'f' / 'model.pt'}", *SHORT)
+    assert np.isfinite(load_prediction(tmp_path / "p" / "prediction.pt").best.cost)
 
 
 def test_the_same_commands_give_the_same_bytes(chain, tmp_path):

@@ -4,11 +4,13 @@ import gpytorch
 import numpy as np
 import pytest
 import torch
+from gpytorch_models import exact_model, log_evidence
 
 from twbal.core.errors import ConfigError, FitError
 from twbal.models.evidence import Evidence
-from twbal.models.fit import FitSettings, LogNormalPrior, Reference, exact_model, fit_gp, log_evidence
-from twbal.models.gp import squared_exponential
+from twbal.models.fit import fit_gp
+from twbal.models.fit_settings import FitSettings, LogNormalPrior, Reference
+from twbal.models.gp import condition, squared_exponential
 from twbal.models.hyperparameters import Hyperparameters
 
 VALUES = {
@@ -43,9 +45,7 @@ def test_evidence_and_its_gradient_equal_gpytorchs(theta):
     noise = np.exp(2 * theta[-1])
     hyper = Hyperparameters(np.exp(theta[None, :3]), np.array([noise * np.exp(2 * theta[3])]), np.array([noise]))
     model = exact_model(inputs, target, hyper, 0)
-    with gpytorch.settings.fast_computations(False, False, False):
-        mll = gpytorch.mlls.ExactMarginalLogLikelihood(model.likelihood, model)
-        expected = mll(model(*model.train_inputs), model.train_targets) * len(target)
+    expected = log_evidence(model)
     expected.backward()
     scales = model.covar_module.base_kernel.raw_lengthscale.grad.numpy()[0]
     signal = 2 * model.covar_module.raw_outputscale.grad.item()  # log α² = 2 (log α/σ + log σ)
@@ -86,12 +86,10 @@ def test_no_optimiser_of_gpytorch_finds_more_evidence():
     for a in range(2):
         start = Hyperparameters(np.ones((2, 3)), np.ones(2), np.full(2, 0.01))
         model = exact_model(z, y[:, a], start, a)
-        mll = gpytorch.mlls.ExactMarginalLogLikelihood(model.likelihood, model)
         adam = torch.optim.Adam(model.parameters(), lr=0.1)
         for _ in range(300):
             adam.zero_grad()
-            with gpytorch.settings.fast_computations(False, False, False):
-                loss = -mll(model(*model.train_inputs), model.train_targets)
+            loss = -log_evidence(model) / len(z)
             loss.backward()
             adam.step()
         theirs = -loss.item() * len(z) - len(z) * np.log(targets[:, a].std())
@@ -193,7 +191,9 @@ def test_reported_evidence_is_the_density_of_the_targets():
         _, log_determinant = np.linalg.slogdet(2 * np.pi * covariance)
         density = -0.5 * (log_determinant + targets[:, a] @ np.linalg.solve(covariance, targets[:, a]))
         assert fit.log_evidence[a] == pytest.approx(density, abs=1e-5)
-    assert np.array_equal(fit.log_evidence, log_evidence(inputs, targets, of(fit.gp)))
+        assert fit.log_evidence[a] == pytest.approx(
+            log_evidence(exact_model(inputs, targets[:, a], of(fit.gp), a)).item()
+        )
 
 
 def test_too_few_samples_say_how_many_are_needed():
@@ -221,9 +221,21 @@ def test_settings_that_cannot_be_right_are_refused(name, value):
         FitSettings(**{**VALUES, name: value})
 
 
-@pytest.mark.filterwarnings("ignore:A not p.d.")  # GPyTorch adds jitter, and says so
-def test_a_covariance_too_badly_conditioned_is_refused_with_advice():
+@pytest.mark.parametrize("seed", range(5))
+def test_evidence_equals_gpytorchs_wherever_a_fit_may_end(seed):
+    inputs, targets = samples(n=200)
+    rng = np.random.default_rng(seed)
+    scales, spread = inputs.std(0) * 10.0 ** rng.uniform(-1, 2, (1, 3)), targets[:, 0].std()  # up to the fit's limits
+    noise = np.array([(spread * 10.0 ** rng.uniform(-4, 0)) ** 2])
+    hyper = Hyperparameters(scales, noise * 10.0 ** rng.uniform(0, 6, 1), noise)
+    ours, _ = Evidence(inputs, targets[:, 0])(hyper.theta(0))
+    theirs = log_evidence(exact_model(inputs, targets[:, 0], hyper, 0)).item()
+    assert ours == pytest.approx(theirs, rel=1e-6, abs=1e-3)
+
+
+def test_a_covariance_too_badly_conditioned_has_no_evidence_and_is_refused_with_advice():
     inputs, targets = samples()
     hyper = Hyperparameters(np.tile(1000 * UNITS, (2, 1)), np.ones(2), np.full(2, 1e-18))
-    with pytest.raises(FitError, match=r"-inf in closed form, .* by GPyTorch: .* Lower max_signal_to_noise"):
-        log_evidence(inputs, targets, hyper)
+    assert Evidence(inputs, targets[:, 0])(hyper.theta(0))[0] == -np.inf
+    with pytest.raises(FitError, match="Lower the largest signal-to-noise ratio"):
+        condition(inputs, targets, *hyper)

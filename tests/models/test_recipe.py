@@ -10,7 +10,8 @@ from twbal.core.channels import Channels
 from twbal.core.episode import Episode, Outcome, Provenance
 from twbal.core.errors import DataError
 from twbal.models.dataset import transitions
-from twbal.models.fit import FitSettings, fit_gp
+from twbal.models.fit import fit_gp
+from twbal.models.fit_settings import FitSettings
 from twbal.models.recipe import ModelRecipe
 from twbal.models.smoothing import SmoothingSettings
 from twbal.models.sparse import SparseSettings, fit_sparse_gp

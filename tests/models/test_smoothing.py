@@ -8,7 +8,8 @@ import pytest
 from twbal.core.channels import Channels
 from twbal.core.episode import Episode, Outcome, Provenance
 from twbal.core.errors import ConfigError
-from twbal.models.fit import FitSettings, fit_gp
+from twbal.models.fit import fit_gp
+from twbal.models.fit_settings import FitSettings
 from twbal.models.recipe import ModelRecipe
 from twbal.models.smoothing import NoiseLevels, SmoothingSettings, samples, smooth
 

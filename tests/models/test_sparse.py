@@ -4,11 +4,13 @@ import gpytorch
 import numpy as np
 import pytest
 import torch
+from gpytorch_models import exact_model
 
 from twbal.core.errors import ConfigError, FitError
 from twbal.models.bound import Bound
 from twbal.models.evidence import Evidence
-from twbal.models.fit import FitSettings, exact_model, fit_gp
+from twbal.models.fit import fit_gp
+from twbal.models.fit_settings import FitSettings
 from twbal.models.gp import condition, squared_exponential
 from twbal.models.hyperparameters import Hyperparameters
 from twbal.models.sparse import SparseSettings, choose_inducing, condition_sparse, fit_sparse_gp

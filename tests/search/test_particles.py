@@ -11,8 +11,9 @@ from twbal.core.gaussian import Gaussian
 from twbal.models.function_samples import FunctionSamples
 from twbal.models.moments.prediction import Truncation
 from twbal.search.descent import Objective, descend
-from twbal.search.particles import ParticleObjective, _Functions
+from twbal.search.particles import ParticleObjective
 from twbal.search.starts import PolicyShape, linear_policy
+from twbal.search.torch_functions import SampledFunctions
 from twbal.search.transition import transition_model
 
 SHAPE = PolicyShape(5, True, {"tilt": 0.15, "tilt_rate": 0.8, "speed": 0.5}, past_command_scale=0.4, weight_sd=0.05)
@@ -57,7 +58,7 @@ def test_the_gradient_is_that_of_finite_differences(model, policy):
 def test_functions_in_torch_are_those_in_numpy(model):
     inputs = np.random.default_rng(2).standard_normal((7, model.g.inputs))
     samples = FunctionSamples.draw(model.g, 7, 40, np.random.default_rng(3))
-    np.testing.assert_allclose(_Functions(samples)(torch.tensor(inputs)).numpy(), samples(inputs), atol=1e-10)
+    np.testing.assert_allclose(SampledFunctions(samples)(torch.tensor(inputs)).numpy(), samples(inputs), atol=1e-10)
 
 
 def test_descent_finds_less_cost(model, policy):

@@ -9,7 +9,7 @@ from twbal.core.channels import Channels
 from twbal.core.episode import Episode
 from twbal.core.errors import DataError
 from twbal.core.gaussian import Array
-from twbal.models.gp import GaussianProcess
+from twbal.models.gp import Posterior
 
 
 class Transitions(NamedTuple):
@@ -50,7 +50,7 @@ def transitions(episodes: Sequence[Episode], channels: Channels) -> Transitions:
     return Transitions(np.concatenate(inputs), np.concatenate(changes))
 
 
-def residuals(data: Transitions, f: GaussianProcess) -> Transitions:
+def residuals(data: Transitions, f: Posterior) -> Transitions:
     """What the simulation model f leaves for the difference model g to learn: Δ - E_f[Δ] at the same inputs."""
     if data.inputs.shape[1] != f.inputs or data.targets.shape[1] != f.outputs:
         raise DataError(

@@ -10,7 +10,7 @@ from twbal.core.channels import Channels
 from twbal.core.errors import ConfigError
 from twbal.core.gaussian import Array
 from twbal.core.payload import Payload
-from twbal.models.gp import GaussianProcess
+from twbal.models.gp import GaussianProcess, Posterior
 
 
 class Step(NamedTuple):
@@ -45,8 +45,8 @@ class DynamicsModel:
     """
 
     channels: Channels
-    f: GaussianProcess
-    g: GaussianProcess | None
+    f: Posterior
+    g: Posterior | None
     keep_f_variance: bool
     process_noise: Array
     observation_noise: Array
@@ -133,16 +133,29 @@ class DynamicsModel:
             ConfigError: f or g does not fit the channels.
         """
         found = Payload("model", payload)
-        f = GaussianProcess.from_payload(found["f"])
+        f = posterior_from_payload(found["f"])
         g = found["g"]
         return cls(
             channels=Channels(found.texts("channels"), found.number("wheel_radius", 1e-9, 1e3)),
             f=f,
-            g=None if g is None else GaussianProcess.from_payload(g),
+            g=None if g is None else posterior_from_payload(g),
             keep_f_variance=found.flag("keep_f_variance"),
             process_noise=found.numbers("process_noise", (f.outputs,), 0.0),
             observation_noise=found.numbers("observation_noise", (f.outputs,), 0.0),
         )
+
+
+def posterior_from_payload(payload: Mapping[str, Any]) -> Posterior:
+    """The GPs that `Posterior.to_payload` described; those with the squared exponential kernel name none.
+
+    Raises:
+        CheckpointError: an entry is missing, or cannot be one of a GP.
+    """
+    if "kernel" not in Payload("GP", payload).names:
+        return GaussianProcess.from_payload(payload)
+    from twbal.models.kernels.process import KernelProcess  # here, as GPyTorch takes a while to import
+
+    return KernelProcess.from_payload(payload)
 
 
 def without_simulation(channels: Channels) -> DynamicsModel:

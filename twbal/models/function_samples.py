@@ -2,7 +2,7 @@
 
 Pathwise conditioning (Wilson et al. 2020, "Efficiently sampling functions from Gaussian process posteriors"): a
 function from the prior, as M random Fourier features, is corrected by what the data say against it:
-h(x) = φ(x)ᵀw + k(x, C) (β - W Φw + R ε), with β, W and R of the posterior (`GaussianProcess`) and ε ~ N(0, I).
+h(x) = φ(x)ᵀw + k(x, C) (β - W Φw + R ε), with β, W and R of the posterior (`Posterior`) and ε ~ N(0, I).
 """
 
 from dataclasses import dataclass
@@ -44,7 +44,7 @@ class FunctionSamples:
         corrections = np.empty_like(deviations)
         for a in range(E):
             prior = np.cos(gp.centres @ frequencies[a].T + phases[a]) @ weights[a]  # (centres, n)
-            corrections[a] = gp.weights[a][:, None] - gp.variance_matrix[a] @ prior + _root(gp, a) @ deviations[a]
+            corrections[a] = gp.weights[a][:, None] - gp.variance_matrix[a] @ prior + gp.root(a) @ deviations[a]
         return cls(gp, frequencies, phases, weights, corrections)
 
     def __call__(self, inputs: Array) -> Array:
@@ -55,10 +55,3 @@ class FunctionSamples:
             values[:, a] = np.einsum("nm,mn->n", waves, self.features[a])
             values[:, a] += np.einsum("nc,cn->n", self.gp.covariance(inputs, a), self.corrections[a])
         return values
-
-
-def _root(gp: GaussianProcess, output: int) -> Array:
-    """R of one output, (centres, centres)."""
-    if gp.sample_root is not None:
-        return np.asarray(gp.sample_root[output])
-    return np.asarray(np.sqrt(gp.noise_variance[output]) * gp.variance_matrix[output])

@@ -1,8 +1,9 @@
 """Gaussian processes as they stand after the fit: arrays, a prediction, and nothing else."""
 
-from collections.abc import Mapping
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, fields
-from typing import Any, NamedTuple, Self
+from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 import scipy.linalg
@@ -10,6 +11,9 @@ import scipy.linalg
 from twbal.core.errors import FitError
 from twbal.core.gaussian import Array
 from twbal.core.payload import Payload
+
+SQUARED_EXPONENTIAL = "se"
+"""Name of the kernel that evidence and moment matching have closed forms for."""
 
 
 class Prediction(NamedTuple):
@@ -33,24 +37,90 @@ def squared_exponential(left: Array, right: Array, length_scales: Array) -> Arra
     return correlation
 
 
-@dataclass(frozen=True, eq=False)
-class GaussianProcess:
-    """E independent GPs with an SE-ARD kernel (eq. 1) over shared centres.
+class Posterior(ABC):
+    """E independent GPs, given data, over shared centres.
 
-    mean_a(x) = k_a(x, C) β_a and variance_a(x) = α_a² - k_a(x, C) W_a k_a(C, x). For an exact GP the centres are the
-    training inputs, β = K⁻¹y and W = K⁻¹ with the noise inside K (eq. 2, 3); a sparse one has its inducing inputs.
+    mean_a(x) = k_a(x, C) β_a and variance_a(x) = k_a(x, x) - k_a(x, C) W_a k_a(C, x). For an exact GP the centres are
+    the training inputs, β = K⁻¹y and W = K⁻¹ with the noise inside K (eq. 2, 3); a sparse one has its inducing inputs.
 
     Attributes:
+        kernel: its name, or an expression of names (`models.kernels.expression`).
         centres: (n, d).
-        length_scales: (E, d), ℓ in the inputs' units.
-        signal_variance: (E,), α².
         noise_variance: (E,), σ² of one observation.
         weights: (E, n), β.
         variance_matrix: (E, n, n), W, symmetric.
         sample_root: (E, n, n), R with R Rᵀ = W - W K W, K being the prior covariance of the centres: how far a sampled
-            function strays from the posterior mean (`FunctionSamples`). None: of an exact GP, where it is σ W.
+            function strays from the posterior mean. None: of an exact GP, where it is σ W.
     """
 
+    kernel: str
+    centres: Array
+    noise_variance: Array
+    weights: Array
+    variance_matrix: Array
+    sample_root: Array | None
+
+    @property
+    def outputs(self) -> int:
+        """E, the number of GPs."""
+        return len(self.weights)
+
+    @property
+    def inputs(self) -> int:
+        """d, the number of input dimensions."""
+        return int(self.centres.shape[1])
+
+    @abstractmethod
+    def covariances(self, inputs: Array) -> Iterator[Array]:
+        """k_a(x, C) of each output in turn, (m, n), for inputs (m, d)."""
+
+    @abstractmethod
+    def prior_variance(self, inputs: Array) -> Array:
+        """k_a(x, x) at inputs (m, d), (E, m) or (E, 1)."""
+
+    @abstractmethod
+    def slope(self, inputs: Array) -> Array:
+        """Gradient of the posterior mean at `inputs` (m, d), (m, E, d)."""
+
+    @abstractmethod
+    def to_payload(self) -> dict[str, Any]:
+        """Plain values and arrays from which the same GPs can be made."""
+
+    def mean(self, inputs: Array) -> Array:
+        """Posterior mean at `inputs` (m, d), eq. 2, (m, E)."""
+        pairs = zip(self.covariances(np.atleast_2d(inputs)), self.weights, strict=True)
+        return np.stack([k @ weights for k, weights in pairs], axis=1)
+
+    def predict(self, inputs: Array) -> Prediction:
+        """Mean and variance of the latent functions at `inputs` (m, d), eq. 2 and 3; noise is not in the variance."""
+        inputs = np.atleast_2d(inputs)
+        means, variances = [], []
+        prior = self.prior_variance(inputs)
+        for a, k in enumerate(self.covariances(inputs)):
+            means.append(k @ self.weights[a])
+            explained = np.einsum("mn,mn->m", k @ self.variance_matrix[a], k)
+            variances.append(np.maximum(prior[a] - explained, 0.0))
+        return Prediction(np.stack(means, axis=1), np.stack(variances, axis=1))
+
+    def root(self, output: int) -> Array:
+        """R of one output, (n, n)."""
+        if self.sample_root is not None:
+            return np.asarray(self.sample_root[output])
+        return np.asarray(np.sqrt(self.noise_variance[output]) * self.variance_matrix[output])
+
+
+@dataclass(frozen=True, eq=False)
+class GaussianProcess(Posterior):
+    """A posterior with the SE-ARD kernel of eq. 1.
+
+    By hand, and the default: moment matching needs this kernel's closed forms, and they are several times faster.
+
+    Attributes:
+        length_scales: (E, d), ℓ in the inputs' units.
+        signal_variance: (E,), α².
+    """
+
+    kernel: ClassVar[str] = SQUARED_EXPONENTIAL  # type: ignore[misc]
     centres: Array
     length_scales: Array
     signal_variance: Array
@@ -78,25 +148,18 @@ class GaussianProcess:
                 found = values.shape
                 raise FitError(f"{e} GPs over {n} centres of {d} inputs need {name} of shape {shape}; found {found}.")
 
-    @property
-    def outputs(self) -> int:
-        """E, the number of GPs."""
-        return len(self.signal_variance)
-
-    @property
-    def inputs(self) -> int:
-        """d, the number of input dimensions."""
-        return int(self.centres.shape[1])
-
     def covariance(self, inputs: Array, output: int) -> Array:
         """k_a(x, C) of output `output`, (m, n), for inputs (m, d)."""
         correlation = squared_exponential(inputs, self.centres, self.length_scales[output])
         return correlation * float(self.signal_variance[output])
 
-    def mean(self, inputs: Array) -> Array:
-        """Posterior mean at `inputs` (m, d), eq. 2, (m, E)."""
-        inputs = np.atleast_2d(inputs)
-        return np.stack([self.covariance(inputs, a) @ self.weights[a] for a in range(self.outputs)], axis=1)
+    def covariances(self, inputs: Array) -> Iterator[Array]:
+        """k_a(x, C) of each output in turn, (m, n), for inputs (m, d)."""
+        return (self.covariance(inputs, a) for a in range(self.outputs))
+
+    def prior_variance(self, inputs: Array) -> Array:
+        """α², (E, 1): the same at all inputs."""
+        return self.signal_variance[:, None]
 
     def slope(self, inputs: Array) -> Array:
         """Gradient of the posterior mean at `inputs` (m, d), (m, E, d)."""
@@ -107,17 +170,6 @@ class GaussianProcess:
             towards = weighted @ self.centres - weighted.sum(axis=1)[:, None] * inputs  # (m, d)
             slopes[:, a] = towards / self.length_scales[a] ** 2
         return slopes
-
-    def predict(self, inputs: Array) -> Prediction:
-        """Mean and variance of the latent functions at `inputs` (m, d), eq. 2 and 3; noise is not in the variance."""
-        inputs = np.atleast_2d(inputs)
-        means, variances = [], []
-        for a in range(self.outputs):
-            k = self.covariance(inputs, a)
-            means.append(k @ self.weights[a])
-            explained = np.einsum("mn,mn->m", k @ self.variance_matrix[a], k)
-            variances.append(np.maximum(self.signal_variance[a] - explained, 0.0))
-        return Prediction(np.stack(means, axis=1), np.stack(variances, axis=1))
 
     def to_payload(self) -> dict[str, Any]:
         """Plain arrays from which `from_payload` makes the same GPs."""
@@ -161,20 +213,29 @@ def condition(
     Raises:
         FitError: a covariance matrix is not positive definite, for want of noise.
     """
-    weights, inverses = [], []
+    solved = []
     for a, target in enumerate(targets.T):
         covariance = signal_variance[a] * squared_exponential(inputs, inputs, length_scales[a])
         covariance[np.diag_indices_from(covariance)] = signal_variance[a] + noise_variance[a]
-        try:
-            factor = scipy.linalg.cho_factor(covariance, lower=True)
-        except np.linalg.LinAlgError as error:
-            raise FitError(
-                f"The covariance of output {a} is not positive definite at signal variance {signal_variance[a]:.3g} "
-                f"and noise variance {noise_variance[a]:.3g}. Lower the largest signal-to-noise ratio of the fit."
-            ) from error
-        inverse = scipy.linalg.cho_solve(factor, np.eye(len(inputs)))
-        weights.append(scipy.linalg.cho_solve(factor, target))
-        inverses.append(0.5 * (inverse + inverse.T))
+        solved.append(solve(covariance, target, a))
+    weights, inverses = zip(*solved, strict=True)
     return GaussianProcess(
         inputs, length_scales, signal_variance, noise_variance, np.array(weights), np.array(inverses)
     )
+
+
+def solve(covariance: Array, target: Array, output: int) -> tuple[Array, Array]:
+    """β = K⁻¹y (n,) and K⁻¹ (n, n), symmetric, for K (n, n) with the noise in it and y (n,).
+
+    Raises:
+        FitError: K, of output `output`, is not positive definite, for want of noise.
+    """
+    try:
+        factor = scipy.linalg.cho_factor(covariance, lower=True)
+    except np.linalg.LinAlgError as error:
+        raise FitError(
+            f"The covariance of output {output} is not positive definite; its variances are about "
+            f"{np.median(np.diag(covariance)):.3g}. Lower the largest signal-to-noise ratio of the fit."
+        ) from error
+    inverse = scipy.linalg.cho_solve(factor, np.eye(len(target)))
+    return scipy.linalg.cho_solve(factor, target), 0.5 * (inverse + inverse.T)

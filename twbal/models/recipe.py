@@ -12,15 +12,16 @@ from twbal.core.gaussian import Array
 from twbal.models.dataset import Transitions, residuals, transitions
 from twbal.models.dynamics import DynamicsModel, without_simulation
 from twbal.models.fit import Fit
-from twbal.models.hyperparameters import Reference, spread
+from twbal.models.fit_settings import Reference, input_scales
+from twbal.models.gp import SQUARED_EXPONENTIAL
 from twbal.models.smoothing import NoiseLevels, SmoothingSettings, samples, smooth
 
 
 class GpFit(Protocol):
     """Fits E GPs to inputs (n, d) and targets (n, E); `fit_gp` and `fit_sparse_gp`, their settings bound, are such."""
 
-    def __call__(self, inputs: Array, targets: Array, *, seed: int, reference: Reference | None) -> Fit:
-        """Fit, with priors relative to `reference` where there are priors."""
+    def __call__(self, inputs: Array, targets: Array, *, seed: int, reference: Reference | None, kernel: str) -> Fit:
+        """Fit GPs with a kernel, with priors relative to `reference` where there are priors."""
         ...
 
 
@@ -48,12 +49,14 @@ class ModelRecipe:
         keep_f_variance: count f's variance in; the paper drops it.
         smoothing: of the real episodes' states before g is learned from them; None learns from the measurements as they
             are, as the paper does, and lets the state's uncertainty grow by g's noise at each step.
+        kernel: of f and g; see `fit_gp`.
     """
 
     fit_f: GpFit
     fit_g: GpFit
     keep_f_variance: bool
     smoothing: SmoothingSettings | None
+    kernel: str = SQUARED_EXPONENTIAL
 
     def learn_simulation(self, episodes: Sequence[Episode], channels: Channels, seed: int) -> LearnedModel:
         """Line 2 of Algorithm 1: f from simulated episodes.
@@ -63,7 +66,7 @@ class ModelRecipe:
             FitError: a model cannot be learned from them.
         """
         data = transitions(episodes, channels)
-        fit = self.fit_f(data.inputs, data.targets, seed=seed, reference=None)
+        fit = self.fit_f(data.inputs, data.targets, seed=seed, reference=None, kernel=self.kernel)
         known = np.zeros(len(channels.measured))
         model = DynamicsModel(channels, fit.gp, None, self.keep_f_variance, fit.gp.noise_variance, known)
         return LearnedModel(model, data, fit.log_evidence)
@@ -102,9 +105,9 @@ class ModelRecipe:
         """`model` with a g from `data`, whose noise counts as process noise."""
         reference = None
         if model.has_simulation:
-            length_scales = np.tile(spread(model.f.centres), (model.f.outputs, 1))
+            length_scales = np.tile(input_scales(model.f.centres), (model.f.outputs, 1))
             reference = Reference(length_scales, np.sqrt(model.f.noise_variance))
-        fit = self.fit_g(data.inputs, data.targets, seed=seed, reference=reference)
+        fit = self.fit_g(data.inputs, data.targets, seed=seed, reference=reference, kernel=self.kernel)
         noise = fit.gp.noise_variance
         with_g = replace(model, g=fit.gp, process_noise=noise)
         return LearnedModel(with_g, data, fit.log_evidence)

@@ -1,5 +1,6 @@
 """Sparse GPs for many samples: a few inducing inputs, chosen among the samples, stand for all of them."""
 
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,16 +11,9 @@ from twbal.core.streams import Stream, generator
 from twbal.models.bound import JITTER, Bound
 from twbal.models.evidence import Evidence
 from twbal.models.fit import Fit, fit_gp
-from twbal.models.gp import GaussianProcess, squared_exponential
-from twbal.models.hyperparameters import (
-    FitSettings,
-    Hyperparameters,
-    Integers,
-    Reference,
-    check_samples,
-    fit_hyperparameters,
-    objectives,
-)
+from twbal.models.fit_settings import FitSettings, Reference, check_samples
+from twbal.models.gp import SQUARED_EXPONENTIAL, GaussianProcess, squared_exponential
+from twbal.models.hyperparameters import Hyperparameters, Integers, fit_hyperparameters, objectives
 
 _LOSS = 0.5  # of the subset's evidence, by which the bound may move hyper-parameters [nats a sample]
 
@@ -48,11 +42,17 @@ class SparseSettings:
 
 
 def fit_sparse_gp(
-    inputs: Array, targets: Array, settings: SparseSettings, seed: int, reference: Reference | None = None
+    inputs: Array,
+    targets: Array,
+    settings: SparseSettings,
+    seed: int,
+    reference: Reference | None = None,
+    kernel: str = SQUARED_EXPONENTIAL,
 ) -> Fit:
     """GPs by Titsias' bound (2009) over inducing inputs that all outputs share; its log evidence is the bound.
 
-    The hyper-parameters come from a random subset, then from the bound; the inducing inputs are chosen for each.
+    The hyper-parameters come from a random subset, then from the bound (of the SE kernel; those of another kernel stay
+    the subset's); the inducing inputs are chosen for each.
 
     Args:
         inputs: (n, d), in any units.
@@ -60,14 +60,19 @@ def fit_sparse_gp(
         settings: how to fit.
         seed: of the subset and of the starts.
         reference: what the priors are relative to; None means std(X) and std(y)/10.
+        kernel: see `fit_gp`.
 
     Raises:
         FitError: too few samples, shapes that do not fit, a value that is not finite.
     """
     check_samples(inputs, targets)
     if len(inputs) <= settings.inducing:
-        return fit_gp(inputs, targets, settings.fit, seed, reference)
-    subset = generator(Stream.FIT_SUBSET, seed).permutation(len(inputs))[: settings.subset]
+        return fit_gp(inputs, targets, settings.fit, seed, reference, kernel)
+    if kernel != SQUARED_EXPONENTIAL:
+        from twbal.models.kernels.induced import fit_induced  # here, as GPyTorch takes a while to import
+
+        return fit_induced(inputs, targets, kernel, settings, seed, reference)
+    subset = random_subset(len(inputs), settings.subset, seed)
     found = fit_hyperparameters(inputs[subset], targets[subset], settings.fit, seed, reference)
     if settings.iterations:
         centres = choose_inducing(inputs, found, settings.inducing, settings.tolerance)
@@ -77,26 +82,48 @@ def fit_sparse_gp(
 
 
 def choose_inducing(inputs: Array, hyperparameters: Hyperparameters, count: int, tolerance: float) -> Array:
-    """Rows of `inputs` (n, d) that leave the least variance unexplained, found greedily, (m ≤ count, d).
+    """Rows of `inputs` (n, d) that leave the least variance unexplained, found greedily, (m ≤ count, d)."""
+
+    def rows(pivot: int) -> Iterable[Array]:
+        here, scales = inputs[pivot : pivot + 1], hyperparameters.length_scales
+        return (squared_exponential(here, inputs, length_scales)[0] for length_scales in scales)
+
+    gain = 0.5 * hyperparameters.signal_variance / hyperparameters.noise_variance
+    return inputs[greedy_choice(rows, np.ones((len(gain), len(inputs))), gain, count, tolerance)]
+
+
+def greedy_choice(
+    rows: Callable[[int], Iterable[Array]], prior: Array, gain: Array, count: int, tolerance: float
+) -> list[int]:
+    """Numbers of the samples that leave the least variance unexplained, at most `count`.
 
     Each is the sample with the largest Σ_a v_a/(2σ_a²), v_a being output a's variance given those chosen before: its
     own part of what the bound loses (a pivoted Cholesky factorisation; Burt, Rasmussen and van der Wilk 2020).
+
+    Args:
+        rows: covariances of one sample with all, n of each output, in units of the output's largest variance.
+        prior: (E, n) variances of the samples in these units.
+        gain: (E,) half of these units over the noise variance.
+        count: at most so many.
+        tolerance: no more are chosen once all samples together lose less than this [nats].
     """
-    n, outputs = len(inputs), len(hyperparameters.noise_variance)
-    gain = 0.5 * hyperparameters.signal_variance / hyperparameters.noise_variance
-    left = np.ones((outputs, n))  # v_a/α_a²
+    (outputs, n), left = prior.shape, prior.copy()
     roots = np.zeros((outputs, min(count, n), n))
     chosen: list[int] = []
     while len(chosen) < min(count, n) and np.sum(gain @ left) > tolerance:
         pivot, step = int(np.argmax(gain @ left)), len(chosen)
-        for a, length_scales in enumerate(hyperparameters.length_scales):
-            row = squared_exponential(inputs[pivot : pivot + 1], inputs, length_scales)[0]
-            row -= roots[a, :step, pivot] @ roots[a, :step]
-            roots[a, step] = row / np.sqrt(left[a, pivot] + JITTER)
+        for a, row in enumerate(rows(pivot)):
+            unexplained = row - roots[a, :step, pivot] @ roots[a, :step]
+            roots[a, step] = unexplained / np.sqrt(left[a, pivot] + JITTER)
             left[a] = np.maximum(left[a] - roots[a, step] ** 2, 0.0)
         left[:, pivot] = 0.0
         chosen.append(pivot)
-    return inputs[chosen]
+    return chosen
+
+
+def random_subset(samples: int, count: int, seed: int) -> Integers:
+    """Numbers of `count` of the samples, or of all, at random."""
+    return generator(Stream.FIT_SUBSET, seed).permutation(samples)[:count]
 
 
 def condition_sparse(inputs: Array, targets: Array, centres: Array, hyperparameters: Hyperparameters) -> Fit:

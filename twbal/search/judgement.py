@@ -16,8 +16,11 @@ from twbal.core.gaussian import Gaussian
 from twbal.core.streams import Stream, generator
 from twbal.models.dynamics import DynamicsModel
 from twbal.models.function_samples import FunctionSamples
+from twbal.models.gp import GaussianProcess
 from twbal.policies.rbf import RbfPolicy
+from twbal.search.robots import Robots
 from twbal.search.sampled_rollouts import Draws, Limits, sampled_rollouts
+from twbal.search.torch_functions import sampled_functions
 
 
 @dataclass(frozen=True)
@@ -61,11 +64,15 @@ def judge(
     measured = list(model.channels.measured)
     sensor_sd = np.zeros(D)
     sensor_sd[measured] = np.sqrt(model.observation_noise)
-    samples = FunctionSamples.draw(model.g, n, settings.features, rng) if model.g else None
+    samples = FunctionSamples.draw(model.g, n, settings.features, rng) if isinstance(model.g, GaussianProcess) else None
     draws = Draws(
         start=start.sample(n, rng),
         sensors=sensor_sd * rng.standard_normal((rule.steps, n, D)),
         process=np.sqrt(model.process_noise) * rng.standard_normal((rule.steps, n, len(measured))),
     )
-    stayed, costs = sampled_rollouts(model, samples, policy, cost, limits, draws)
+    if isinstance(model.f, GaussianProcess) and (model.g is None or samples):
+        stayed, costs = sampled_rollouts(model, samples, policy, cost, limits, draws)
+    else:  # other kernels have no compiled form
+        g = sampled_functions(model.g, n, settings.features, rng) if model.g else None
+        stayed, costs = Robots.of(model, g, draws).balanced(policy.command, cost, limits)
     return Judgement(float(stayed.mean()), float(costs.mean()))

@@ -104,13 +104,15 @@ def sampled_rollouts(
     """Drive n sampled robots by a policy.
 
     Args:
-        model: of the dynamics; only the mean of its f is used.
+        model: of the dynamics, with squared exponential kernels; only the mean of its f is used.
         samples: the g of each robot, n functions; None where there is no g.
         policy: drives all of them.
         cost: of a state.
         limits: when a robot balances.
         draws: starts and noises.
     """
+    if not isinstance(model.f, GaussianProcess):
+        raise TypeError(f"These rollouts are compiled for the squared exponential kernel; found {model.f.kernel}.")
     f = _kernel_mean(model.f, (model.f.weights * model.f.signal_variance[:, None])[:, None, :])
     d, E = model.f.inputs, model.f.outputs
     if samples is None:

@@ -148,7 +148,9 @@ class Task:
                 [step.next_state for step in propagate(transition, policy, self.start, horizon, truncation)]
                 for transition in self._transitions
             ]
-        sensors = [np.diag(transition.observation_noise) for transition in self._transitions]
+        sensors = [
+            model.selection @ np.diag(model.observation_noise) @ model.selection.T for model in self.models
+        ]  # (D, D)
         seen = [
             [Gaussian(state.mean, state.covariance + noise) for state in (self.start, *course)]
             for course, noise in zip(courses, sensors, strict=True)

@@ -5,9 +5,10 @@ from typing import NamedTuple
 import numpy as np
 
 from twbal.core.compiled import kernel
+from twbal.core.errors import ConfigError
 from twbal.core.gaussian import Array, Gaussian
 from twbal.models.dynamics import DynamicsModel
-from twbal.models.gp import GaussianProcess
+from twbal.models.gp import SQUARED_EXPONENTIAL, GaussianProcess, Posterior
 from twbal.models.moments.kernel_sum import KernelSum, no_kernels
 from twbal.models.moments.multi_index import Integers, MultiIndices
 from twbal.models.moments.prediction import Prediction, Series, predict_adjoint, predict_by_series
@@ -37,7 +38,11 @@ class TransitionModel(NamedTuple):
 
 
 def transition_model(model: DynamicsModel) -> TransitionModel:
-    """What moment matching needs of a model: f's variance only where the model keeps it, g's always."""
+    """What moment matching needs of a model: f's variance only where the model keeps it, g's always.
+
+    Raises:
+        ConfigError: f or g has another kernel than the squared exponential one.
+    """
     D, E = len(model.channels.names), len(model.channels.measured)
     observation_noise = np.zeros(D)
     observation_noise[list(model.channels.measured)] = model.observation_noise
@@ -51,7 +56,12 @@ def transition_model(model: DynamicsModel) -> TransitionModel:
     )
 
 
-def _kernels(gp: GaussianProcess, uncertain: bool) -> KernelSum:
+def _kernels(gp: Posterior, uncertain: bool) -> KernelSum:
+    if not isinstance(gp, GaussianProcess):
+        raise ConfigError(
+            f"Moment matching needs the squared exponential kernel; the model has {gp.kernel}. Search by particles, "
+            f"with search=particles, or fit the model with model.kernel={SQUARED_EXPONENTIAL}."
+        )
     variance = gp.variance_matrix if uncertain else np.zeros((gp.outputs, 0, 0))
     return KernelSum(gp.centres, gp.length_scales, gp.signal_variance, gp.weights, variance)
 

@@ -5,9 +5,9 @@ from itertools import product
 import numpy as np
 import pytest
 import torch
+from gpytorch_models import exact_model
 from numpy.polynomial.hermite_e import hermegauss
 
-from twbal.models.fit import exact_model
 from twbal.models.gp import GaussianProcess, condition
 from twbal.models.hyperparameters import Hyperparameters
 from twbal.models.moments.kernel_sum import KernelSum, no_kernels

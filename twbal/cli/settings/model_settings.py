@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from twbal.cli.settings.kinds import Number, OrNull, Part, Whole, YesNo
+from twbal.cli.settings.kinds import Number, OrNull, Part, Text, Whole, YesNo
 from twbal.cli.settings.robot_settings import CHANNELS
 from twbal.cli.settings.setting import Setting
 
@@ -31,7 +31,11 @@ MODEL = (
     Setting("model.fit_f.settings.inducing", Whole(1, 100_000), "number of inducing inputs of a sparse f"),
     Setting("model.fit_f.settings.subset", _POINTS, "samples of the first fit of a sparse f"),
     Setting("model.fit_f.settings.tolerance", Number(0.0, 1e6, "nats"), "evidence that the inducing inputs may lose"),
+    Setting("model.fit_f.settings.steps", Whole(1, 1_000_000), "minibatches of a variational f"),
+    Setting("model.fit_f.settings.batch", _POINTS, "samples of a minibatch"),
+    Setting("model.fit_f.settings.rate", Number(1e-6, 1.0), "learning rate of a variational f"),
     *_fit("model.fit_g.settings"),
+    Setting("model.kernel", Text("kernels in sums and products"), "kernel of f and g"),
     Setting("model.keep_f_variance", YesNo(), "f + g has the variance of f too"),
     Setting("model.smoothing", OrNull(Part()), "smoothing of the states for g; null: none"),
     Setting("model.smoothing.rounds", Whole(1, 100), "rounds of smoothing and learning g"),
