@@ -8,11 +8,11 @@ import pytest
 from hydra import compose
 
 from twbal.algorithm.model_file import load_model
+from twbal.algorithm.prediction import load_prediction
 from twbal.cli.chain import Chain, StageCall
 from twbal.cli.composition import composing
 from twbal.cli.main import main
 from twbal.cli.manifest import read_manifest
-from twbal.cli.prediction_file import load_prediction
 from twbal.io.logs import read_episodes
 
 SHORT = [
