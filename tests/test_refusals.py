@@ -332,7 +332,7 @@ def robot_behind_a_port(sim_plant, change: Callable[[Message], Message]):
             answer = firmware.receive(line.read(0.05) or b"", 0)
             line.write(b"".join(to_wire(change(said)) for said in Decoder().feed(answer)))
 
-    with PseudoTerminal() as line:
+    with closing(PseudoTerminal()) as line:
         thread = threading.Thread(target=live, args=(line,))
         thread.start()
         try:

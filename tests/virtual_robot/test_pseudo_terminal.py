@@ -1,4 +1,5 @@
 import os
+from contextlib import closing
 
 import pytest
 
@@ -7,7 +8,7 @@ from twbal.virtual_robot.pseudo_terminal import PseudoTerminal
 
 @pytest.fixture
 def line():
-    with PseudoTerminal() as terminal:
+    with closing(PseudoTerminal()) as terminal:
         yield terminal
 
 

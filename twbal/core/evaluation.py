@@ -66,21 +66,8 @@ def coverage95(predicted: Sequence[Gaussian], episodes: Sequence[Episode], measu
     Raises:
         DataError: no episode reached step 1, or the episodes have other channels than the prediction.
     """
-    mean = np.array([p.mean for p in predicted])  # (H + 1, D)
-    half_width = HALF_WIDTH_95 * np.array([p.sd for p in predicted])  # (H + 1, D)
-    inside: list[Array] = []
-    for episode in episodes:
-        if episode.states.shape[1] != mean.shape[1]:
-            raise DataError(
-                f"The prediction has {mean.shape[1]} channels, the episode {episode.states.shape[1]} "
-                f"({', '.join(episode.channels)}). Compare a policy with trials of the same state."
-            )
-        states = episode.states[: len(mean)]
-        hit = np.abs(states - mean[: len(states)]) <= half_width[: len(states)]
-        inside.append(hit[1:, list(measured)].ravel())
-    if not sum(map(len, inside)):
-        raise DataError(f"None of the {len(episodes)} episodes reached the first predicted step; nothing to compare.")
-    return float(np.concatenate(inside).mean())
+    error, sd = _errors(predicted, episodes, measured)
+    return float((np.abs(error) <= HALF_WIDTH_95 * sd).mean())
 
 
 def half_widths95(predicted: Sequence[Gaussian], channel: int) -> Array:
@@ -106,18 +93,30 @@ def widened(
     Raises:
         DataError: see `coverage95`.
     """
-    coverage95(predicted, episodes, measured)  # raises where they do not belong together
-    index = list(measured)
-    missing = []
-    for episode in episodes:
-        ahead = min(len(episode.states), len(predicted))
-        mean = np.array([p.mean[index] for p in predicted[:ahead]])
-        variance = np.array([p.sd[index] ** 2 for p in predicted[:ahead]])
-        missing.append(((episode.states[:ahead, index] - mean) / HALF_WIDTH_95) ** 2 - variance)
+    error, sd = _errors(predicted, episodes, measured)
     more = np.zeros(len(predicted[0].mean))
-    more[index] = np.maximum(0.0, np.quantile(np.concatenate([m[1:] for m in missing]), 0.95, axis=0))
+    more[list(measured)] = np.maximum(0.0, np.quantile((error / HALF_WIDTH_95) ** 2 - sd**2, 0.95, axis=0))
     first, *later = predicted
     return (first, *(Gaussian(p.mean, p.covariance + np.diag(more)) for p in later))
+
+
+def _errors(predicted: Sequence[Gaussian], episodes: Sequence[Episode], measured: Sequence[int]) -> tuple[Array, Array]:
+    """Real less predicted states of all steps from t = 1 on that were reached, and their predicted sd, (n, E) each."""
+    mean = np.array([p.mean for p in predicted])  # (H + 1, D)
+    sd = np.array([p.sd for p in predicted])  # (H + 1, D)
+    errors, sds = [], []
+    for episode in episodes:
+        if episode.states.shape[1] != mean.shape[1]:
+            raise DataError(
+                f"The prediction has {mean.shape[1]} channels, the episode {episode.states.shape[1]} "
+                f"({', '.join(episode.channels)}). Compare a policy with trials of the same state."
+            )
+        ahead = min(len(episode.states), len(mean))
+        errors.append((episode.states[1:ahead] - mean[1:ahead])[:, list(measured)])
+        sds.append(sd[1:ahead, list(measured)])
+    if not sum(map(len, errors)):
+        raise DataError(f"None of the {len(episodes)} episodes reached the first predicted step; nothing to compare.")
+    return np.concatenate(errors), np.concatenate(sds)
 
 
 def real_cost(episode: Episode, cost: StateCost, horizon: int) -> float:

@@ -5,7 +5,6 @@ body back. The command u is the sum of the two wheel torques [N·m].
 """
 
 from abc import ABC, abstractmethod
-from types import TracebackType
 from typing import NamedTuple, Self
 
 
@@ -74,7 +73,5 @@ class Plant(ABC):
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, *exception: object) -> None:
         self.close()

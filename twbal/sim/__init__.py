@@ -1,1 +1,1 @@
-"""The simulated robot (PyBullet) and the effects that a data sheet leaves out."""
+"""The simulated robot, in PyBullet."""

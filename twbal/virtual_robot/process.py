@@ -41,6 +41,7 @@ class VirtualRobotProcess:
             command,
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
+            bufsize=0,  # nothing is read ahead of what `select` sees
             stderr=self._errors,
             start_new_session=True,  # Ctrl-C is for the host, which then stops the robot in good order
         )
@@ -80,21 +81,16 @@ class VirtualRobotProcess:
     def _wait_for_port(self, start_timeout: float) -> str:
         assert self._process.stdout is not None
         deadline = time.monotonic() + start_timeout
-        said = b""
-        while True:
-            for line in said.split(b"\n")[:-1]:
-                if line.startswith(_OPENING):
-                    return line[len(_OPENING) :].decode().strip()
-            left = deadline - time.monotonic()
-            if left <= 0 or not select.select([self._process.stdout], [], [], left)[0]:
-                raise LinkError(
-                    f"The virtual robot did not say its port within {start_timeout:g} s. Last words: {self._tail()}"
-                )
-            more = os.read(self._process.stdout.fileno(), 4096)
-            if not more:
-                self._process.wait(max(left, _GRACE))
+        while select.select([self._process.stdout], [], [], max(deadline - time.monotonic(), 0.0))[0]:
+            line = self._process.stdout.readline()
+            if line.startswith(_OPENING):
+                return line.removeprefix(_OPENING).decode().strip()
+            if not line:
+                self._process.wait(max(deadline - time.monotonic(), _GRACE))
                 raise LinkError(f"The virtual robot did not start. {self.last_words()}")
-            said += more
+        raise LinkError(
+            f"The virtual robot did not say its port within {start_timeout:g} s. Last words: {self._tail()}"
+        )
 
 
 def virtual_robot_command(overrides: Sequence[str]) -> list[str]:

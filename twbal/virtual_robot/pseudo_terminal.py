@@ -6,8 +6,6 @@ import pty
 import select
 import time
 import tty
-from types import TracebackType
-from typing import Self
 
 _ABSENT = 0.02  # how often to look whether somebody has opened the port [s]
 
@@ -49,11 +47,3 @@ class PseudoTerminal:
     def close(self) -> None:
         """Hang up."""
         os.close(self._robot_end)
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()

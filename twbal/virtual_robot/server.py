@@ -4,7 +4,7 @@ import os
 import signal
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from types import FrameType
 
 from twbal.core.plant import Plant
@@ -26,7 +26,7 @@ def serve(plant: Plant, identity: Identity, idle_timeout: float, parent: int) ->
         idle_timeout: how long it waits for a host, the first or the next [s].
         parent: process that started this one.
     """
-    with plant, PseudoTerminal() as line, _ended_by_signals():
+    with plant, closing(PseudoTerminal()) as line, _ended_by_signals():
         print(f"port {line.path}", flush=True)
         attend(line, Firmware(plant, identity), idle_timeout, parent)
 

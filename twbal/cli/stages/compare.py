@@ -51,12 +51,12 @@ def main(cfg: DictConfig) -> None:
         print(f"made  {out / file}")
 
 
-def _folders(runs: ListConfig | DictConfig | str) -> dict[str, Path]:
+def _folders(told: ListConfig | DictConfig | str) -> dict[str, Path]:
     """Folders by the name of their group."""
-    if isinstance(runs, DictConfig):
-        found = {str(name): Path(str(folder)) for name, folder in runs.items()}
+    if isinstance(told, DictConfig):
+        found = {str(name): Path(str(folder)) for name, folder in told.items()}
     else:
-        words = [runs] if isinstance(runs, str) else list(runs)
+        words = [told] if isinstance(told, str) else list(told)
         found = {Path(word).name: Path(word) for word in words}
         if len(found) < len(words):
             raise ConfigError("Two of the folders have the same name: give groups names by runs={a:folder,b:folder}.")
