@@ -42,6 +42,10 @@ CHOSEN = hypothesis(500.0, "backlash", "dead_zone")
 BASE = hypothesis(0.0)
 
 
+def problem(settings=SETTINGS):
+    return select.Problem(None, None, (), (), settings)
+
+
 def beside(**scores):
     """A round in which these effects were tried beside the backlash."""
     return Round(
@@ -68,7 +72,7 @@ def test_a_second_effect_for_which_anything_would_do_is_not_named(rivals, left, 
     monkeypatch.setattr(
         select, "fit_hypothesis", lambda data, model, always, rest, rounds: hypothesis(400.0, *(c.name for c in rest))
     )
-    found = select.without_unspecific(None, CHOSEN, (), [beside(**rivals)], SETTINGS)
+    found = select.without_unspecific(problem(), CHOSEN, [beside(**rivals)])
     assert found.names == left
 
 
@@ -81,9 +85,9 @@ def test_an_effect_that_gains_nothing_beside_another_goes(monkeypatch):
             scores[tuple(c.name for c in rest)], *(c.name for c in rest)
         ),
     )
-    assert select.without_redundant(None, CHOSEN, BASE, (), SETTINGS).names == ("backlash",)
+    assert select.without_redundant(problem(), CHOSEN, BASE).names == ("backlash",)
     scores["backlash",] = 300.0
-    assert select.without_redundant(None, CHOSEN, BASE, (), SETTINGS).names == CHOSEN.names
+    assert select.without_redundant(problem(), CHOSEN, BASE).names == CHOSEN.names
 
 
 def by_scores(scores):
@@ -96,7 +100,7 @@ def by_scores(scores):
 def test_a_set_that_is_not_better_than_the_nominal_model_shrinks_to_nothing(score, monkeypatch):
     monkeypatch.setattr(select, "fit_hypothesis", by_scores({("backlash",): score, ("dead_zone",): score - 5.0}))
     at_once = hypothesis(score, "backlash", "dead_zone")
-    assert select.without_redundant(None, at_once, BASE, (), SETTINGS) is BASE
+    assert select.without_redundant(problem(), at_once, BASE) is BASE
     assert not select._wins(at_once, BASE, BASE, SETTINGS)
 
 
@@ -106,13 +110,13 @@ def test_what_is_negligible_goes_however_sure_it_is(monkeypatch):
     trifle = hypothesis(
         500.0, "backlash", "dead_zone", model=SimpleNamespace(put=lambda values: values, value=sizes.get)
     )
-    assert select.without_redundant(None, trifle, BASE, (), SETTINGS).names == ("backlash",)
+    assert select.without_redundant(problem(), trifle, BASE).names == ("backlash",)
 
 
 def test_no_more_effects_are_left_than_may_be_named(monkeypatch):
     monkeypatch.setattr(select, "fit_hypothesis", by_scores({("backlash",): 300.0, ("dead_zone",): 100.0}))
     one = replace(SETTINGS, most_effects=1)
-    assert select.without_redundant(None, CHOSEN, BASE, (), one).names == ("backlash",)
+    assert select.without_redundant(problem(one), CHOSEN, BASE).names == ("backlash",)
 
 
 def test_what_swallows_the_commands_is_chosen_only_where_nothing_else_is_worth_it():

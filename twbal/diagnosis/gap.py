@@ -78,22 +78,23 @@ def measure_gaps(
         return ()
     commands = np.array([recordings[r].commands[t : t + max(horizons)] for r, t in places])
     seen = np.array([recordings[r].measured[t : t + max(horizons) + 1] for r, t in places])  # (n, S + 1, 4)
-    errors: dict[str, Array] = {}
+    errors: list[Array] = []  # (n, S + 1, 4) of each model
     starts: list[ReplayStart] = []
     courses = np.empty(0)
     before: FilterResult | None = None
-    for kind, result in models._asdict().items():
+    for result in models:
         if result is not before:  # where nothing was named, the last two are one
             starts = [_start(result.trajectories[r], recordings[r], t, stretches.history) for r, t in places]
             courses = replay(result, starts, commands)[:, :, _COLUMNS]
-        errors[kind], before = courses - seen, result
+        errors.append(courses - seen)
+        before = result
         if result.offsets:  # the engine knows of no offset that changes from recording to recording
-            errors[kind][:, :, 0] += np.array([result.offsets[r] for r, _ in places])[:, None]
+            errors[-1][:, :, 0] += np.array([result.offsets[r] for r, _ in places])[:, None]
     floor = _floor(models.named, starts, courses, replay, commands, noise, radius)
     gaps = []
     for i in np.flatnonzero(recordings[0].sensed):
         for steps in horizons:
-            nominal, refitted, after = (_rms(errors[kind][:, steps, i]) for kind in Models._fields)
+            nominal, refitted, after = (_rms(each[:, steps, i]) for each in errors)
             least = min(float(floor[steps, i]), after)
             closed = (nominal - after) / (nominal - least) if nominal > (1.0 + _FLAT) * least else None
             horizon = steps * recordings[0].period

@@ -17,7 +17,7 @@ from twbal.diagnosis.findings import Effects, FilterResult, Findings
 from twbal.diagnosis.hypothesis import FittedHypothesis
 from twbal.diagnosis.objections import negligible, objections
 from twbal.diagnosis.record import Estimate, NamedEffect, Rival, Verdict, Whiteness
-from twbal.diagnosis.select import Selection, select, substitutes
+from twbal.diagnosis.select import Problem, Selection, select, substitutes
 from twbal.diagnosis.settings import Settings
 from twbal.diagnosis.tolerance_test import tolerance_statistic
 from twbal.diagnosis.verdict import conclude, data_sheet_classes, probabilities, shifts_of
@@ -64,7 +64,7 @@ def name_effects(
         raise ConfigError(f"There is no effect {min(unknown)!r} to leave out; the effects are: {known}.")
     taken = {*effects, *settings.leave_out}
     missing = [candidate for candidate in candidates if candidate.name not in taken]
-    selection = select(data, start, always, missing, settings, progress)
+    selection = select(Problem(data, data.with_noise(start, 30), always, missing, settings), progress)
     progress("checking whether what fits best is a finding")
     inconstant = inconstant_effects(data, selection.chosen, settings.lines.steady)
     statistic = tolerance_statistic(data, selection.chosen.fit, settings.tolerances)

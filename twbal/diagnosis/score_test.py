@@ -16,17 +16,8 @@ from twbal.sysid.model import Data, Model
 from twbal.sysid.noise import Filter, LinearTwin, linearise_period, respond, whiten
 from twbal.sysid.recording import Recording
 
-_SIZES = (
-    0.001,
-    0.1,
-    0.4,
-    1.0,
-    1.7,
-    3.0,
-    -0.001,
-    -0.3,
-    -1.0,
-)  # of the start values at which a candidate is tried, in their distance from none
+_SIZES = (0.001, 0.1, 0.4, 1.0, 1.7, 3.0, -0.001, -0.3, -1.0)
+"""Sizes at which a candidate is tried, as shares of the way from none to its start value."""
 _LIMITS = (0.98, 0.7, 0.5, 0.35, 0.25, 0.17, 0.1, 0.05)  # of the highest value, at which a limit is tried
 _FAR = 30.0  # penalty of the data sheet's shifts from which on it is tried to put it back
 _SMALL = 0.01  # sizes up to this one predict, larger ones are too far off for a parabola
@@ -104,7 +95,7 @@ def _predict(data: Data, fit: Fit, J: Array, candidate: Candidate) -> ScoredCand
     cost is a parabola, whose lowest point is the predicted gain. So is what a larger size gains as it is, or with the
     data sheet put back, where the lack of the candidate has pulled it far away.
     """
-    start = _values(candidate, "start") | (_tone(data, fit, candidate) or {})
+    start = _values(candidate, "start") | _tone(data, fit, candidate)
     none, low, high = candidate.none, _values(candidate, "low"), _values(candidate, "high")
     if candidate.is_wave:  # of a wave, only the size is tried at several values
         none = {f: value if i else none[f] for i, (f, value) in enumerate(start.items())}
@@ -146,10 +137,10 @@ def _predict(data: Data, fit: Fit, J: Array, candidate: Candidate) -> ScoredCand
     return ScoredCandidate(candidate, gain, model, detectability)
 
 
-def _tone(data: Data, fit: Fit, candidate: Candidate) -> dict[str, float] | None:
-    """Frequency (or count, or waves a metre), size and phase of the sine that explains most; None if it is no wave."""
+def _tone(data: Data, fit: Fit, candidate: Candidate) -> dict[str, float]:
+    """Frequency (or count, or waves a metre), size and phase of the sine that explains most; of a wave only."""
     if not candidate.is_wave:
-        return None
+        return {}
     parameters = {p.name: p for p in candidate.parameters}
     linear = linearise_period(fit.model.twin, data.period)
     if "frequency" in parameters:
@@ -174,7 +165,7 @@ def _tone(data: Data, fit: Fit, candidate: Candidate) -> dict[str, float] | None
     size = candidate.parameters[0]
     amplitude = float(np.clip(abs(wave) * scale, size.low + 1e-3 * (size.high - size.low), size.high))
     fields = {size.name: amplitude, rate.name: value, "phase": float(np.angle(wave))}
-    return {f"{candidate.name}_{name}": number for name, number in fields.items()}
+    return {candidate.field(parameters[name]): number for name, number in fields.items()}
 
 
 def _over_time(data: Data, fit: Fit, linear: LinearTwin, low: float, high: float) -> tuple[float, complex]:

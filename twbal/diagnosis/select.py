@@ -37,70 +37,114 @@ class Selection(NamedTuple):
         return tuple(best.values())
 
 
-def select(
-    data: Data,
-    model: Model,
-    always: Sequence[Free],
-    candidates: Sequence[Candidate],
-    settings: Settings,
-    progress: Callable[[str], None] = lambda line: None,
-) -> Selection:
+class Problem(NamedTuple):
+    """What a selection works on.
+
+    Attributes:
+        data: recordings.
+        start: the simulation as it is, with its noise fitted: where fits begin.
+        always: what is always free.
+        candidates: all that may be named.
+        settings: of the diagnosis.
+    """
+
+    data: Data
+    start: Model
+    always: Sequence[Free]
+    candidates: Sequence[Candidate]
+    settings: Settings
+
+    def fit(self, model: Model, candidates: Sequence[Candidate], rounds: int) -> FittedHypothesis:
+        """A set of effects, fitted in full from a model on."""
+        return fit_hypothesis(self.data, model, self.always, candidates, rounds)
+
+    def fit_at_once(self, candidates: Sequence[Candidate]) -> FittedHypothesis:
+        """Several effects from a data sheet that is still as it was.
+
+        One by one, the first has to do the work of all the others, and pulls the data sheet away to where the next is
+        not found any more.
+        """
+        small = {c.field(p): p.none + _BEGIN * (p.start - p.none) for c in candidates for p in c.parameters}
+        return self.fit(self.data.with_noise(self.start.put(small), 30), candidates, _AT_ONCE_ROUNDS)
+
+    def add_to(self, hypothesis: FittedHypothesis) -> Round:
+        """What one more effect would bring."""
+        return add_one(self.data, hypothesis, self.always, self.beside(hypothesis), self.settings.shortlist)
+
+    def beside(self, hypothesis: FittedHypothesis) -> list[Candidate]:
+        """Candidates that a set does not hold."""
+        return [candidate for candidate in self.candidates if candidate.name not in hypothesis.names]
+
+
+def select(problem: Problem, progress: Callable[[str], None] = lambda line: None) -> Selection:
     """Add effects to the data sheet as long as they are worth their penalty.
 
     One that was chosen while another was missing may be the wrong one. So with two effects each is reconsidered with
     the other in place, and of more those go again that are not worth their penalty beside the others.
 
     Args:
-        data: recordings.
-        model: where fits begin.
-        always: what is always free.
-        candidates: all that may be named.
-        settings: of the diagnosis.
+        problem: what is selected from.
         progress: is told what is being done, a line at a time.
     """
+    settings = problem.settings
     progress("refitting the nominal parameters")
-    base = fit_hypothesis(data, data.with_noise(model, 30), always, (), _BASE_ROUNDS)
-    rounds: list[Round] = []
-    chosen = base
+    base = problem.fit(problem.start, (), _BASE_ROUNDS)
+    chosen, rounds = _one_by_one(problem, base, progress)
+    usual = [candidate for candidate in problem.candidates if candidate.name in settings.usual]
+    if usual and settings.most_effects:
+        progress(f"fitting the {len(usual)} usual effects at once, and fewer of them")
+        at_once = without_redundant(problem, problem.fit_at_once(usual), base, afresh=True)
+        if _wins(at_once, chosen, base, settings):
+            chosen = _around(problem, at_once, base, rounds, progress)
+            return Selection(base, tuple(rounds), chosen)
+    if len(chosen.effects) > 2:
+        chosen = without_redundant(problem, chosen, base)
+    elif len(chosen.effects) > 1:
+        progress(f"reconsidering {chosen.names[0]} beside the others")
+        step = _reconsider(problem, chosen)
+        rounds.append(step)
+        chosen = _inside(sorted([chosen, *step.hypotheses], key=lambda w: w.bic), base, settings)
+        chosen = without_unspecific(problem, without_redundant(problem, chosen, base), rounds)
+    return Selection(base, tuple(rounds), chosen)
+
+
+def _one_by_one(
+    problem: Problem, base: FittedHypothesis, progress: Callable[[str], None]
+) -> tuple[FittedHypothesis, list[Round]]:
+    """The set to which effects were added one after the other, and the rounds in which they were."""
+    settings, rounds, chosen = problem.settings, list[Round](), base
     while len(chosen.effects) < settings.most_effects and len(chosen.candidates) <= settings.most_effects:
         progress(f"weighing what to add to {', '.join(chosen.names) or 'the refit'}")
-        step = add_one(data, chosen, always, _beside(chosen, candidates), settings.shortlist)
+        step = problem.add_to(chosen)
         rounds.append(step)
         passing = [w for w in step.hypotheses if passes(w, chosen, settings) and adds_enough(w, chosen, base, settings)]
         if not passing:
             break
         chosen = _inside(passing, chosen, settings)
     if not rounds:  # what the recordings could show is asked of the first round
-        rounds.append(Round(base, score_candidates(data, base.fit, candidates), []))
-    usual = [candidate for candidate in candidates if candidate.name in settings.usual]
-    if usual and settings.most_effects:
-        progress(f"fitting the {len(usual)} usual effects at once, and fewer of them")
-        begin = data.with_noise(model, 30)
-        at_once = without_redundant(data, _all_at_once(data, begin, always, usual), base, always, settings, begin)
-        if _wins(at_once, chosen, base, settings):
-            progress(f"weighing what to add to {', '.join(at_once.names)}")
-            rounds.append(add_one(data, at_once, always, _beside(at_once, candidates), settings.shortlist))
-            passing = [
-                w for w in rounds[-1].hypotheses if passes(w, at_once, settings) and _is_sound(w, base, settings)
-            ]
-            chosen = passing[0] if passing and len(at_once.effects) < settings.most_effects else at_once
-            progress("trying others in the place of each effect")
-            rounds.append(_swap(data, chosen, begin, always, candidates, settings))
-            # equivalents differ by rounding alone, which must not decide
-            ahead = [w for w in rounds[-1].hypotheses if w.bic < chosen.bic - ALIKE]
-            better = [w for w in ahead if _is_sound(w, base, settings)]
-            return Selection(base, tuple(rounds), better[0] if better else chosen)
-    if len(chosen.effects) > 2:
-        chosen = without_redundant(data, chosen, base, always, settings)
-    elif len(chosen.effects) > 1:
-        progress(f"reconsidering {chosen.names[0]} beside the others")
-        step = _reconsider(data, chosen, always, candidates, settings)
-        rounds.append(step)
-        chosen = _inside(sorted([chosen, *step.hypotheses], key=lambda w: w.bic), base, settings)
-        chosen = without_unspecific(
-            data, without_redundant(data, chosen, base, always, settings), always, rounds, settings
-        )
-    return Selection(base, tuple(rounds), chosen)
+        rounds.append(Round(base, score_candidates(problem.data, base.fit, problem.candidates), []))
+    return chosen, rounds
+
+
+def _around(
+    problem: Problem,
+    at_once: FittedHypothesis,
+    base: FittedHypothesis,
+    rounds: list[Round],
+    progress: Callable[[str], None],
+) -> FittedHypothesis:
+    """The best set near one that was fitted at once: with one more effect, or another in the place of one."""
+    settings = problem.settings
+    progress(f"weighing what to add to {', '.join(at_once.names)}")
+    rounds.append(problem.add_to(at_once))
+    passing = [w for w in rounds[-1].hypotheses if passes(w, at_once, settings) and _is_sound(w, base, settings)]
+    chosen = passing[0] if passing and len(at_once.effects) < settings.most_effects else at_once
+    progress("trying others in the place of each effect")
+    rounds.append(_swap(problem, chosen))
+    # equivalents differ by rounding alone, which must not decide
+    ahead = [w for w in rounds[-1].hypotheses if w.bic < chosen.bic - ALIKE]
+    better = [w for w in ahead if _is_sound(w, base, settings)]
+    return better[0] if better else chosen
 
 
 def _wins(at_once: FittedHypothesis, chosen: FittedHypothesis, base: FittedHypothesis, settings: Settings) -> bool:
@@ -131,81 +175,46 @@ def _inside(passing: Sequence[FittedHypothesis], before: FittedHypothesis, setti
     return inside[0] if inside else best
 
 
-def _beside(chosen: FittedHypothesis, candidates: Sequence[Candidate]) -> list[Candidate]:
-    """Candidates that a set does not hold."""
-    return [c for c in candidates if c.name not in chosen.names]
-
-
-def _reconsider(
-    data: Data, chosen: FittedHypothesis, always: Sequence[Free], candidates: Sequence[Candidate], settings: Settings
-) -> Round:
+def _reconsider(problem: Problem, chosen: FittedHypothesis) -> Round:
     """Fit what could stand in the place of the effect that was chosen first."""
     first, *rest = chosen.candidates
-    without = chosen.fit.model.put(first.none)
-    base = fit_hypothesis(data, without, always, rest, _BASE_ROUNDS)
-    left = [c for c in _beside(base, candidates) if c.name != first.name]
-    return add_one(data, base, always, left, max(settings.shortlist // 2, 1))
+    base = problem.fit(chosen.fit.model.put(first.none), rest, _BASE_ROUNDS)
+    left = [candidate for candidate in problem.beside(base) if candidate.name != first.name]
+    return add_one(problem.data, base, problem.always, left, max(problem.settings.shortlist // 2, 1))
 
 
-def _all_at_once(data: Data, model: Model, always: Sequence[Free], candidates: Sequence[Candidate]) -> FittedHypothesis:
-    """Several effects from a data sheet that is still as it was.
-
-    One by one, the first has to do the work of all the others, and pulls the data sheet away to where the next is not
-    found any more.
-    """
-    small = {
-        candidate.field(p): p.none + _BEGIN * (p.start - p.none)
-        for candidate in candidates
-        for p in candidate.parameters
-    }
-    return fit_hypothesis(data, data.with_noise(model.put(small), 30), always, candidates, _AT_ONCE_ROUNDS)
-
-
-def _swap(
-    data: Data,
-    chosen: FittedHypothesis,
-    begin: Model,
-    always: Sequence[Free],
-    candidates: Sequence[Candidate],
-    settings: Settings,
-) -> Round:
+def _swap(problem: Problem, chosen: FittedHypothesis) -> Round:
     """Fit in each effect's place those that most robots have and those that are hard to tell from it."""
     found = []
     for out in chosen.effects:
         rest = [candidate for candidate in chosen.candidates if candidate is not out]
-        for candidate in _beside(chosen, candidates):
-            if candidate.name in settings.usual or candidate.name in out.hard_to_tell_from:
-                found.append(_all_at_once(data, begin, always, [*rest, candidate]))
+        for candidate in problem.beside(chosen):
+            if candidate.name in problem.settings.usual or candidate.name in out.hard_to_tell_from:
+                found.append(problem.fit_at_once([*rest, candidate]))
     return Round(chosen, [], sorted(found, key=lambda w: w.bic))
 
 
 def without_redundant(
-    data: Data,
-    chosen: FittedHypothesis,
-    base: FittedHypothesis,
-    always: Sequence[Free],
-    settings: Settings,
-    begin: Model | None = None,
+    problem: Problem, chosen: FittedHypothesis, base: FittedHypothesis, afresh: bool = False
 ) -> FittedHypothesis:
     """Take off one candidate after the other: those of no use, negligible ones, and more than may be named.
 
     Of no use is one that gains less than a named one must.
 
     Args:
-        data: recordings.
+        problem: what is selected from.
         chosen: the set.
         base: the data sheet refitted, which is left where none is of use.
-        always: what is always free.
-        settings: of the diagnosis.
-        begin: a data sheet as it was, from which what is left is fitted too: the way from the larger set may be barred.
+        afresh: whether what is left is fitted from the data sheet as it was, too: the way from the larger set may be
+            barred.
     """
-    lines = settings.lines
+    settings, lines = problem.settings, problem.settings.lines
     while chosen.candidates:
         autocorrelation = min(chosen.autocorrelation, lines.whiteness)
         too_many = len(chosen.effects) > settings.most_effects
         redundant = []
         for candidate in chosen.candidates:
-            lighter = _one_less(data, chosen, candidate, base, always, begin)
+            lighter = _one_less(problem, chosen, candidate, base, afresh)
             useless = (lighter.bic - chosen.bic) / autocorrelation < _threshold(candidate, settings)
             if useless or too_many or chosen.size_of(candidate) < lines.least:
                 redundant.append(lighter)
@@ -216,27 +225,17 @@ def without_redundant(
 
 
 def _one_less(
-    data: Data,
-    chosen: FittedHypothesis,
-    candidate: Candidate,
-    base: FittedHypothesis,
-    always: Sequence[Free],
-    begin: Model | None,
+    problem: Problem, chosen: FittedHypothesis, candidate: Candidate, base: FittedHypothesis, afresh: bool
 ) -> FittedHypothesis:
     """The better fit of a set without one of its candidates; arguments as of `without_redundant`."""
     rest = [other for other in chosen.candidates if other is not candidate]
     if not rest:
         return base
-    without = chosen.fit.model.put(candidate.none)
-    lighter = fit_hypothesis(data, without, always, rest, _LIGHTER_ROUNDS)
-    if begin is None:
-        return lighter
-    return min(lighter, _all_at_once(data, begin, always, rest), key=lambda w: w.bic)
+    lighter = problem.fit(chosen.fit.model.put(candidate.none), rest, _LIGHTER_ROUNDS)
+    return min(lighter, problem.fit_at_once(rest), key=lambda w: w.bic) if afresh else lighter
 
 
-def without_unspecific(
-    data: Data, chosen: FittedHypothesis, always: Sequence[Free], rounds: Sequence[Round], settings: Settings
-) -> FittedHypothesis:
+def without_unspecific(problem: Problem, chosen: FittedHypothesis, rounds: Sequence[Round]) -> FittedHypothesis:
     """Of two effects, take off the later in whose place many others do as well.
 
     Where the robot's form of an effect is not quite ours, what is left asks for more, and gladly takes anything.
@@ -244,9 +243,8 @@ def without_unspecific(
     for candidate in reversed(chosen.effects):
         kin = {*candidate.same_as, *candidate.hard_to_tell_from}
         rest = [other for other in chosen.candidates if other is not candidate]
-        if rest and len(set(substitutes(candidate, chosen, rounds, settings)) - kin) >= _MANY:
-            without = chosen.fit.model.put(candidate.none)
-            return fit_hypothesis(data, without, always, rest, _LIGHTER_ROUNDS)
+        if rest and len(set(substitutes(candidate, chosen, rounds, problem.settings)) - kin) >= _MANY:
+            return problem.fit(chosen.fit.model.put(candidate.none), rest, _LIGHTER_ROUNDS)
     return chosen
 
 

@@ -43,20 +43,5 @@ def held_out(recordings: Sequence[Recording], share: float) -> Split:
 def _cut(recording: Recording, at: int) -> tuple[Recording, Recording]:
     """A recording before and after an instant."""
     times = f"{at * recording.period:.1f}-{len(recording) * recording.period:.1f} s"
-    first, last = slice(0, at + 1), slice(at, None)
-    before = replace(
-        recording,
-        commands=recording.commands[:at],
-        measured=recording.measured[first],
-        yaw_rate=recording.yaw_rate[first],
-        usable=recording.usable[first],
-    )
-    after = replace(
-        recording,
-        name=f"{recording.name}, {times}",
-        commands=recording.commands[at:],
-        measured=recording.measured[last],
-        yaw_rate=recording.yaw_rate[last],
-        usable=recording.usable[last],
-    )
-    return before, after
+    first, last = recording.part(0, at), recording.part(at, len(recording))
+    return first, replace(last, name=f"{recording.name}, {times}")

@@ -56,6 +56,11 @@ class Recording:
         turns = 0.5 * self.period * (self.yaw_rate[:-1] + self.yaw_rate[1:])
         return np.concatenate([np.zeros(1), np.cumsum(turns)])
 
+    def part(self, begin: int, end: int) -> "Recording":
+        """What lies between two instants, which both belong to it."""
+        instants = {name: getattr(self, name)[begin : end + 1] for name in ("measured", "yaw_rate", "usable")}
+        return replace(self, commands=self.commands[begin:end], **instants)
+
 
 @dataclass(frozen=True)
 class Usability:
