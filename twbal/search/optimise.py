@@ -129,7 +129,7 @@ def _promising(starts: Sequence[Start], objective: Minimised, count: int, worker
             f"None of {len(starts)} starting policies has a finite cost on this model. It was probably learned from "
             "too few or too wild samples: record another rollout, or fit again."
         )
-    families = [starts[i].origin.split(" x ")[0].split(" (")[0] for i in order]
+    families = [starts[i].family for i in order]
     first = [i for place, i in enumerate(order) if families[place] not in families[:place]]
     rest = [i for i in order if i not in first]
     return [starts[i] for i in (first + rest)[:count]]

@@ -54,10 +54,12 @@ class Start(NamedTuple):
     Attributes:
         origin: where it comes from, for the report.
         policy: the policy itself.
+        family: the same for starts that differ in strength or price alone.
     """
 
     origin: str
     policy: RbfPolicy
+    family: str
 
 
 def linear_policy(
@@ -111,12 +113,12 @@ def starting_policies(
                 gain = regulator(A, B, task.cost, width * torque_limit)
                 if gain is not None:
                     origin = f"{regulated} (swing {swing:g}, width {width:g})"
-                    starts.append(Start(origin, linear_policy(shape, names, torque_limit, gain, rng)))
+                    starts.append(Start(origin, linear_policy(shape, names, torque_limit, gain, rng), regulated))
     for index, policy in enumerate(earlier):
         for share in settings.shares:
             scaled = replace(policy, weights=share * policy.weights, gain=share * policy.gain)
-            starts.append(Start(f"policy {index} x {share:g}", scaled))
-    starts.append(Start("random", linear_policy(shape, names, torque_limit, np.zeros(len(s)), rng)))
+            starts.append(Start(f"policy {index} x {share:g}", scaled, f"policy {index}"))
+    starts.append(Start("random", linear_policy(shape, names, torque_limit, np.zeros(len(s)), rng), "random"))
     return starts
 
 
@@ -139,5 +141,6 @@ def starts_on(
         rng: draws the networks.
     """
     beside = replace(shape, linear=True)
-    fresh = [Start("network", linear_policy(beside, names, torque_limit, gain, rng)) for _ in range(_NETWORKS)]
-    return [*fresh, *(Start(f"policy {index} x 1", policy) for index, policy in enumerate(earlier))]
+    fresh = [linear_policy(beside, names, torque_limit, gain, rng) for _ in range(_NETWORKS)]
+    again = [Start(f"policy {index} x 1", policy, f"policy {index}") for index, policy in enumerate(earlier)]
+    return [*(Start("network", policy, "network") for policy in fresh), *again]
