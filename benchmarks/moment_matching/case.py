@@ -19,7 +19,7 @@ from benchmarks.moment_matching.problem import (
     random_policy,
     transition,
 )
-from twbal.models.moments.prediction import DEGREES, Truncation
+from twbal.models.moments.truncation import DEGREES, Truncation
 from twbal.search.long_term_cost import long_term_cost
 
 TOLERANCE = 1e-6

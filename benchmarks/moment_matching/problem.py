@@ -16,7 +16,7 @@ from twbal.core.cost import SaturatingCost
 from twbal.core.gaussian import Array, Gaussian
 from twbal.models.gp import GaussianProcess, condition, squared_exponential
 from twbal.models.moments.kernel_sum import KernelSum, no_kernels
-from twbal.models.moments.prediction import Truncation
+from twbal.models.moments.truncation import Truncation
 from twbal.policies.rbf import RbfPolicy
 from twbal.search.linear_starts import regulator
 from twbal.search.transition import TransitionModel

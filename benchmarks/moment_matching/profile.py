@@ -18,8 +18,8 @@ import numpy as np
 from benchmarks.moment_matching.problem import COST, HORIZON, START, found_policy, gp, kernels, transition
 from twbal.core.cost import expected_cost
 from twbal.core.exponential import expm1_in_place
-from twbal.models.moments.prediction import DEGREES, Truncation, series
 from twbal.models.moments.taylor import add_derivatives, smoothed_weights
+from twbal.models.moments.truncation import DEGREES, Truncation, series
 from twbal.policies.rbf_moments import activation_adjoint, activation_moments
 from twbal.search.long_term_cost import long_term_cost, propagate
 

@@ -75,7 +75,8 @@ DIGITS = """
 import hashlib
 import numpy as np
 from twbal.models.moments.kernel_sum import KernelSum
-from twbal.models.moments.prediction import Truncation, predict
+from twbal.models.moments.prediction import predict
+from twbal.models.moments.truncation import Truncation
 rng = np.random.default_rng(0)
 parts = [rng.standard_normal((9, 2)), np.ones((1, 2)), np.ones(1), rng.standard_normal((1, 9))]
 sums = [KernelSum(*parts, np.zeros((1, 0, 0))), KernelSum(*parts, rng.standard_normal((1, 9, 9)))]

@@ -6,7 +6,7 @@ import scipy.optimize
 
 from twbal.core.cost import SaturatingCost
 from twbal.core.gaussian import Gaussian
-from twbal.models.moments.prediction import Truncation
+from twbal.models.moments.truncation import Truncation
 from twbal.search.descent import Objective, descend
 from twbal.search.starts import PolicyShape, linear_policy
 from twbal.search.transition import transition_model

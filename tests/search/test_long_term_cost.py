@@ -5,7 +5,7 @@ import pytest
 
 from twbal.core.cost import SaturatingCost
 from twbal.core.gaussian import Gaussian
-from twbal.models.moments.prediction import EXACT, Truncation
+from twbal.models.moments.truncation import EXACT, Truncation
 from twbal.policies.rbf import RbfPolicy
 from twbal.search.long_term_cost import long_term_cost, propagate
 from twbal.search.transition import transition_model

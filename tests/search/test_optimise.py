@@ -5,7 +5,7 @@ import pytest
 
 from twbal.core.errors import SearchError
 from twbal.core.gaussian import Gaussian
-from twbal.models.moments.prediction import Truncation
+from twbal.models.moments.truncation import Truncation
 from twbal.search.judgement import Judgement
 from twbal.search.long_term_cost import long_term_cost
 from twbal.search.optimise import _rank, search_policy

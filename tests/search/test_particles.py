@@ -9,7 +9,7 @@ import torch
 from twbal.core.cost import SaturatingCost
 from twbal.core.gaussian import Gaussian
 from twbal.models.function_samples import FunctionSamples
-from twbal.models.moments.prediction import Truncation
+from twbal.models.moments.truncation import Truncation
 from twbal.search.descent import Objective, descend
 from twbal.search.particles import ParticleObjective
 from twbal.search.starts import PolicyShape, linear_policy

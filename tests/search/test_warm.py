@@ -7,7 +7,7 @@ import numpy as np
 from twbal.core.cost import SaturatingCost
 from twbal.core.evaluation import SuccessRule
 from twbal.core.gaussian import Gaussian
-from twbal.models.moments.prediction import Truncation
+from twbal.models.moments.truncation import Truncation
 from twbal.policies.rbf import RbfPolicy
 from twbal.search.judgement import Judge, judge
 from twbal.search.long_term_cost import _long_term_cost, long_term_cost

@@ -36,7 +36,7 @@ class Gaussian(NamedTuple):
         return drawn
 
 
-def mixed(parts: Sequence[Gaussian]) -> Gaussian:
+def moment_matched_mixture(parts: Sequence[Gaussian]) -> Gaussian:
     """The normal distribution with mean and covariance of the mixture of `parts`, each as likely."""
     means = np.array([part.mean for part in parts])  # (K, D)
     gaps = means - means.mean(axis=0)

@@ -9,7 +9,7 @@ import scipy.optimize
 
 from twbal.core.cost import SaturatingCost
 from twbal.core.gaussian import Array, Gaussian
-from twbal.models.moments.prediction import Truncation
+from twbal.models.moments.truncation import Truncation
 from twbal.policies.rbf import RbfPolicy
 from twbal.search.long_term_cost import LongTermCost, long_term_cost
 from twbal.search.transition import PolicyGradient, TransitionModel

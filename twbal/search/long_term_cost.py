@@ -7,7 +7,7 @@ import numpy as np
 from twbal.core.compiled import kernel
 from twbal.core.cost import SaturatingCost, expected_cost
 from twbal.core.gaussian import Array, Gaussian
-from twbal.models.moments.prediction import EXACT, Series, Truncation, series
+from twbal.models.moments.truncation import EXACT, Series, Truncation, series
 from twbal.policies.rbf import RbfPolicy
 from twbal.policies.rbf_moments import Network
 from twbal.search.transition import PolicyGradient, Step, TransitionModel, step_backward, step_forward
@@ -32,10 +32,10 @@ def propagate(
 ) -> list[Step]:
     """Steps of the closed loop in distribution from N(x_0), `horizon` of them."""
     steps: list[Step] = []
-    network, told = policy.network, series(truncation, len(start.mean) + 1)
+    network, cut = policy.network, series(truncation, len(start.mean) + 1)
     state, degree = _plain(start), 0
     for _ in range(horizon):
-        steps.append(step_forward(model, network, state, told, degree))
+        steps.append(step_forward(model, network, state, cut, degree))
         degree = steps[-1].prediction.enough  # the next distribution is much like this one
         state = steps[-1].next_state
     return steps
@@ -57,9 +57,9 @@ def long_term_cost(
     Raises:
         numpy.linalg.LinAlgError: a state's covariance is no longer finite.
     """
-    told = series(truncation, len(start.mean) + 1)
+    cut = series(truncation, len(start.mean) + 1)
     target, widths = np.ascontiguousarray(cost.target), np.ascontiguousarray(cost.widths)
-    return _long_term_cost(model, policy.network, target, widths, _plain(start), horizon, told, gradient)
+    return _long_term_cost(model, policy.network, target, widths, _plain(start), horizon, cut, gradient)
 
 
 def _plain(state: Gaussian) -> Gaussian:
@@ -74,14 +74,14 @@ def _long_term_cost(
     widths: Array,
     start: Gaussian,
     horizon: int,
-    told: Series,
+    cut: Series,
     gradient: bool,
 ) -> LongTermCost:
     steps, costs = [], []
     state, value, exact_steps = start, 0.0, 0
     degree = int(np.int64(0))  # a bare 0 is a type of its own to numba, and all would be compiled twice
     for _ in range(horizon):
-        step = step_forward(model, network, state, told, degree)
+        step = step_forward(model, network, state, cut, degree)
         state, degree = step.next_state, step.prediction.enough
         price = expected_cost(target, widths, state.mean, state.covariance)
         steps.append(step)
@@ -99,7 +99,7 @@ def _long_term_cost(
                 model,
                 network,
                 steps[t],
-                told.indices,
+                cut.indices,
                 by_mean + costs[t].by_mean,
                 by_covariance + costs[t].by_covariance,
             )

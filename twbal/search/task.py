@@ -9,9 +9,9 @@ from typing import NamedTuple
 import numpy as np
 
 from twbal.core.cost import SaturatingCost
-from twbal.core.gaussian import Gaussian, mixed
+from twbal.core.gaussian import Gaussian, moment_matched_mixture
 from twbal.models.dynamics import DynamicsModel
-from twbal.models.moments.prediction import DEGREES, Truncation
+from twbal.models.moments.truncation import DEGREES, Truncation
 from twbal.policies.rbf import RbfPolicy
 from twbal.search.descent import MeanObjective, Minimised, Objective
 from twbal.search.judgement import Judge, Judgement, judge
@@ -155,4 +155,4 @@ class Task:
             [Gaussian(state.mean, state.covariance + noise) for state in (self.start, *course)]
             for course, noise in zip(courses, sensors, strict=True)
         ]
-        return tuple(mixed(states) for states in zip(*seen, strict=True))
+        return tuple(moment_matched_mixture(states) for states in zip(*seen, strict=True))

@@ -9,9 +9,11 @@ from twbal.core.errors import ConfigError
 from twbal.core.gaussian import Array, Gaussian
 from twbal.models.dynamics import DynamicsModel
 from twbal.models.gp import SQUARED_EXPONENTIAL, GaussianProcess, Posterior
+from twbal.models.moments.adjoint import predict_adjoint
 from twbal.models.moments.kernel_sum import KernelSum, no_kernels
 from twbal.models.moments.multi_index import Integers, MultiIndices
-from twbal.models.moments.prediction import Prediction, Series, predict_adjoint, predict_by_series
+from twbal.models.moments.prediction import Prediction, predict_by_series
+from twbal.models.moments.truncation import Series
 from twbal.policies.rbf_moments import Activation, Network, activation_adjoint, activation_moments
 from twbal.policies.squash import Squashed, squash_moments
 
@@ -98,7 +100,7 @@ class PolicyGradient(NamedTuple):
 
 
 @kernel()
-def step_forward(model: TransitionModel, network: Network, state: Gaussian, told: Series, start_degree: int) -> Step:
+def step_forward(model: TransitionModel, network: Network, state: Gaussian, cut: Series, start_degree: int) -> Step:
     """One step. The policy sees x + ε; as x and x + ε are jointly normal, Cov(x, u) = S E[∇π] (Stein's lemma)."""
     mean, S = state
     D, predicted = len(mean), model.predicted
@@ -113,7 +115,7 @@ def step_forward(model: TransitionModel, network: Network, state: Gaussian, told
     joint_covariance[D, D] = u_max**2 * squashed.variance
     joint = Gaussian(joint_mean, joint_covariance)
     moved = np.array([S[k, k] for k in predicted])  # the change is added to a state that varies already
-    prediction = predict_by_series(model.f, model.g, joint_mean, joint_covariance, told, start_degree, moved)
+    prediction = predict_by_series(model.f, model.g, joint_mean, joint_covariance, cut, start_degree, moved)
     jacobian = model.carry.copy()
     next_mean = model.carry @ joint_mean
     for a, k in enumerate(predicted):

@@ -11,7 +11,7 @@ from twbal.core.evaluation import SuccessRule
 from twbal.core.gaussian import Gaussian
 from twbal.models.dynamics import without_simulation
 from twbal.models.moments.kernel_sum import KernelSum, no_kernels
-from twbal.models.moments.prediction import Truncation
+from twbal.models.moments.truncation import Truncation
 from twbal.models.smoothing import compile_filter
 from twbal.policies.rbf import RbfPolicy
 from twbal.search.judgement import Judge, judge

@@ -21,7 +21,8 @@ from twbal.models.kernels.exact import condition, fit_prior
 from twbal.models.kernels.induced import choose_inducing, condition_induced
 from twbal.models.kernels.process import KernelProcess
 from twbal.models.kernels.variational import VariationalSettings, fit_variational_gp, learn
-from twbal.models.moments.prediction import Truncation, predict
+from twbal.models.moments.prediction import predict
+from twbal.models.moments.truncation import Truncation
 from twbal.search.transition import transition_model
 
 FIT = FitSettings(2, 0.5, 60, 1, 40, 1000.0, 100.0)

@@ -6,8 +6,10 @@ import numpy as np
 from numpy.polynomial.hermite_e import hermegauss
 
 from twbal.models.gp import condition
+from twbal.models.moments.adjoint import predict_adjoint
 from twbal.models.moments.kernel_sum import KernelSum, no_kernels
-from twbal.models.moments.prediction import DEGREES, Truncation, predict, predict_adjoint, series
+from twbal.models.moments.prediction import predict
+from twbal.models.moments.truncation import DEGREES, Truncation, series
 
 NODES = {1: 80, 2: 40, 3: 24}  # per input, by the number of inputs
 TRUNCATION = Truncation(1e-6, DEGREES, fall_back=False)

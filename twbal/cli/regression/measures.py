@@ -16,7 +16,7 @@ from twbal.diagnosis.name import name_effects
 from twbal.diagnosis.settings import Settings as DiagnosisSettings
 from twbal.effects.effect import Effect
 from twbal.models.dynamics import DynamicsModel
-from twbal.models.moments.prediction import Truncation
+from twbal.models.moments.truncation import Truncation
 from twbal.models.recipe import ModelRecipe
 from twbal.policies.rbf import RbfPolicy
 from twbal.search.long_term_cost import long_term_cost

@@ -25,11 +25,6 @@ class KernelSum(NamedTuple):
     weights: Array
     variance_matrix: Array
 
-    @property
-    def has_variance(self) -> bool:
-        """Whether the functions themselves are uncertain."""
-        return bool(self.variance_matrix.shape[1] > 0)
-
 
 def no_kernels(outputs: int, dimension: int) -> KernelSum:
     """The zero function with `outputs` outputs of `dimension` inputs."""
