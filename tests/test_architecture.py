@@ -14,6 +14,7 @@ FOREIGN = {
     "pybullet": ("sim/",),
     "serial": ("link/transport.py",),
     "mcap": ("io/logs/",),
+    "mcap_protobuf": ("io/logs/",),
     "matplotlib": ("viz/",),
     "gpytorch": ("models/fit.py",),
     "torch": ("io/checkpoint.py", "models/fit.py", "search/particles.py", "environment/agent_training.py"),

@@ -355,7 +355,7 @@ def test_a_damaged_log_says_so(tmp_path: Path, data: bytes) -> None:
     damaged = bytearray(data)
     damaged[len(data) // 2] ^= 1
     (tmp_path / "e.mcap").write_bytes(bytes(damaged))
-    with pytest.raises(LogError, match=r"is damaged: the checksum of its data.*68 of its 151 samples.*twbal recover"):
+    with pytest.raises(LogError, match=r"is damaged: the checksum of a chunk.*68 of its 151 samples.*twbal recover"):
         read_episode(tmp_path / "e.mcap")
 
 
@@ -468,6 +468,7 @@ def test_what_cannot_be_logged_is_refused_before_a_file_is_made(tmp_path: Path) 
     for bad, message in (
         (an_episode(2, ("tilt rate",)), "cannot be fields of a log"),
         (an_episode(2, ("tilt", "tilt")), "must be distinct"),
+        (an_episode(2, ("tilt_a", "tilt__a")), "must be distinct, also without their underscores"),
         (an_episode(2, events=(Event(float("nan"), "?"),)), "Time nan s of event 0"),
     ):
         with pytest.raises(DataError, match=message):

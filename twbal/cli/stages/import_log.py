@@ -3,6 +3,7 @@
 import shlex
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path, PurePosixPath
 
 from hydra.utils import instantiate
@@ -27,6 +28,7 @@ from twbal.viz.episode_figures import courses_figure
 NOT_RECORDED = ("files", "guess")
 MAPPING, EPISODES, NOT_IMPORTED = "my_log.yaml", "episodes", "not_imported.txt"
 _DRAWN = 12  # episodes
+_PATIENCE = 1.0  # s of writing after which its progress is shown
 _SAME_PERIOD = 1e-6  # s; as a diagnosis takes it
 
 
@@ -142,7 +144,7 @@ def _import_to_files(
         print(f"{len(refused)} of {len(files)} files were not imported; {made[-1]} says why.")
     for name, episode in zip(names, episodes, strict=True):
         made.append(out / EPISODES / f"{name}.mcap")
-        write_episode(made[-1], episode)
+        write_episode(made[-1], episode, partial(tqdm, desc=f"writing {name}", delay=_PATIENCE, disable=None))
     for name, episode in list(zip(names, episodes, strict=True))[:_DRAWN]:
         made.append(out / "figures" / f"{name}.png")
         save(courses_figure(episode, name), made[-1], dots_per_inch=90)

@@ -2,6 +2,7 @@
 
 import struct
 from collections import defaultdict
+from contextlib import suppress
 from functools import cached_property
 
 import numpy as np
@@ -14,10 +15,9 @@ from numpy.typing import NDArray
 from twbal.core.episode import Event
 from twbal.core.errors import LogError
 from twbal.core.gaussian import Array
-from twbal.io.logs.container import MAGIC
 from twbal.io.logs.layout import Layout, layout_of
 from twbal.io.logs.metadata import CONFIG_NAME, METADATA_NAME, Description, description_of
-from twbal.io.logs.records import HEAD, DamageError, Span, attachment_at, parse, span_at, unpacked
+from twbal.io.logs.records import MAGIC, DamageError, Span, attachment_at, check_end, parse, span_at, spans, unpacked
 from twbal.io.logs.topics import Topic
 
 _MESSAGE = struct.Struct("<HIQQ")  # channel, sequence, log time, publish time
@@ -32,7 +32,7 @@ class Contents:
         description: what the metadata record says; None where there is none.
         config: the configuration's text.
         topics: names of all topics that were met.
-        damage: what is wrong with the bytes; empty where nothing was seen.
+        damage: what is wrong with the bytes; empty where nothing is.
 
     Raises:
         LogError: the log is of another schema version, or its messages are not an episode's; the message names no file.
@@ -48,8 +48,7 @@ class Contents:
         self._unfolded = 0
         self._schemas: dict[int, Schema] = {}
         self._known: dict[int, Topic] = {}
-        self._runs: list[tuple[NDArray[np.int64], Array]] = []
-        self._loose: dict[str, list[tuple[int, tuple[float, ...]]]] = defaultdict(list)
+        self._pieces: dict[str, list[tuple[NDArray[np.int64], Array]]] = defaultdict(list)
         self._events: dict[int, Event] = {}
         try:
             self.description = _find_description(data)
@@ -68,17 +67,11 @@ class Contents:
     def columns(self) -> dict[str, Array]:
         """Of each sample topic the fields of its messages, (n, F), from sample 0 to the first that is missing."""
         assert self._layout is not None
-        numbers = np.concatenate([np.empty(0, np.int64), *(run[0] for run in self._runs)])
-        values = np.concatenate([np.empty((0, len(self._layout.fields))), *(run[1] for run in self._runs)])
-        columns, first = {}, 0
+        columns = {}
         for topic in self._layout.samples:
-            part = slice(first, first := first + len(topic.fields))
-            loose = self._loose[topic.name]
-            single = np.array([fields for _, fields in loose]).reshape(len(loose), len(topic.fields))
-            columns[topic.name] = _from_zero(
-                np.append(numbers, np.array([number for number, _ in loose], np.int64)),
-                np.concatenate([values[:, part], single]),
-            )
+            nothing = (np.empty(0, np.int64), np.empty((0, len(topic.fields))))
+            numbers, values = zip(nothing, *self._pieces[topic.name], strict=True)
+            columns[topic.name] = _from_zero(np.concatenate(numbers), np.concatenate(values))
         return columns
 
     def _walk(self, data: bytes, position: int, is_chunk: bool = False) -> None:
@@ -95,25 +88,24 @@ class Contents:
                 self._schemas[schema.id] = schema
             elif span.opcode == Opcode.CHANNEL:
                 self._take_channel(parse(Channel, data, span))
-            elif span.opcode == Opcode.CHUNK and not is_chunk:
-                self._has_chunks = True
-                records = unpacked(parse(Chunk, data, span))
-                self._unfolded += len(records)
-                if self._unfolded > max(_UNFOLDED, _MOST_TIMES * len(data)):
-                    raise DamageError(f"its chunks hold more than {_MOST_TIMES} times its {len(data)} bytes")
-                self._walk(records, self._take_definitions(records), is_chunk=True)
+            elif is_chunk:
+                continue
+            elif span.opcode == Opcode.CHUNK:
+                self._take_chunk(data, span)
             elif span.opcode == Opcode.ATTACHMENT:
                 self._take_attachment(data, span)
             elif span.opcode == Opcode.DATA_END:
-                return
+                return check_end(data, span)
+        if not is_chunk:
+            raise DamageError("the end of its data is missing")
 
-    def _take_definitions(self, records: bytes) -> int:
-        """Read a chunk's definitions at once if they are those that `write_episode` writes; return where they end."""
-        if self._layout is None or not records.startswith(self._layout.definitions):
-            return 0
-        self._known.update({topic.id: topic for topic in self._layout.topics})
-        self.topics.extend(topic.name for topic in self._layout.topics if topic.name not in self.topics)
-        return len(self._layout.definitions)
+    def _take_chunk(self, data: bytes, span: Span) -> None:
+        self._has_chunks = True
+        records = unpacked(parse(Chunk, data, span))
+        self._unfolded += len(records)
+        if self._unfolded > max(_UNFOLDED, _MOST_TIMES * len(data)):
+            raise DamageError(f"its chunks hold more than {_MOST_TIMES} times its {len(data)} bytes")
+        self._walk(records, 0, is_chunk=True)
 
     def _take_channel(self, channel: Channel) -> None:
         if channel.topic not in self.topics:
@@ -140,30 +132,28 @@ class Contents:
         if topic is None or self._layout is None:
             return span.stop
         if topic is self._layout.samples[0] and all(self._known.get(t.id) is t for t in self._layout.samples):
-            start = span.start - HEAD.size
-            run = self._layout.unpack(data, start)
-            if len(run[0]):
-                self._runs.append(run)
-                return start + len(run[0]) * len(self._layout.template)
+            numbers, values = self._layout.unpack(data, span.begin)
+            if len(numbers):
+                for sampled, part in self._layout.parts:
+                    self._pieces[sampled.name].append((numbers, values[:, part]))
+                return span.begin + len(numbers) * self._layout.size
         self._take_message(topic, number, data[span.start + _MESSAGE.size : span.stop])
         return span.stop
 
     def _take_message(self, topic: Topic, number: int, payload: bytes) -> None:
         try:
-            message = topic.message_class.FromString(payload)
+            message = topic.decode(payload)
         except DecodeError as error:
             raise DamageError(f"message {number} on {topic.name} cannot be decoded ({error})") from error
         if topic.text:
             self._events[number] = Event(message.time, message.text)
         else:
-            self._loose[topic.name].append((number, tuple(getattr(message, name) for name in topic.fields)))
+            values = np.array([[getattr(message, name) for name in topic.fields]], np.float64)
+            self._pieces[topic.name].append((np.array([number]), values))
 
 
 def _find_description(data: bytes) -> Description | None:
-    position = len(MAGIC)
-    while position < len(data):
-        span = span_at(data, position)
-        position = span.stop
+    for span in spans(data, len(MAGIC)):
         if span.opcode == Opcode.METADATA:
             record = parse(Metadata, data, span)
             if record.name == METADATA_NAME:
@@ -175,14 +165,9 @@ def _find_description(data: bytes) -> Description | None:
 
 def _check_type(topic: Topic, channel: Channel, schema: Schema | None) -> None:
     if schema is not None and channel.message_encoding == schema.encoding == "protobuf":
-        if schema.data == topic.schema.data:
-            return
-        try:
-            # Another version of protobuf may write the same description in other bytes.
+        with suppress(DecodeError):  # parsed, as another version of protobuf may write the same in other bytes
             if FileDescriptorSet.FromString(schema.data) == topic.descriptor:
                 return
-        except DecodeError:
-            pass
     found = f"{schema.name!r} ({schema.encoding})" if schema else "no schema"
     raise LogError(
         f"has messages of another type on topic {topic.name!r}: found {found}, expected {topic.message_name!r} with "

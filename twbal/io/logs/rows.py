@@ -26,9 +26,9 @@ class Table(NamedTuple):
 
 
 def columns_of(episode: Episode) -> Array:
-    """/imu, /wheels, /state and /command side by side, (T + 1, 7 + D + 1); the last row has no command, so 0."""
+    """/imu, /wheels, /state and /command side by side, (T + 1, 7 + D + 1); the last row has no command, so NaN."""
     seen = episode.observations[:, [Observation._fields.index(name) for name in _SEEN]]
-    return np.column_stack([seen, episode.states, np.append(episode.commands, 0.0)])
+    return np.column_stack([seen, episode.states, np.append(episode.commands, np.nan)])
 
 
 def table_of(seen: Array, states: Array, commands: Array) -> Table:

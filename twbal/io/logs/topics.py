@@ -1,16 +1,17 @@
 """The topics of an episode log, and the protobuf message type of each."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
-from mcap.records import Channel, Schema
+from mcap.records import Schema
+from mcap_protobuf.decoder import DecoderFactory
 
 from twbal.core.channels import MEASURED_UNITS
 
-_DOUBLE = descriptor_pb2.FieldDescriptorProto.TYPE_DOUBLE
-_TEXT = descriptor_pb2.FieldDescriptorProto.TYPE_STRING
+_FIELD = descriptor_pb2.FieldDescriptorProto
 
 
 @dataclass(frozen=True)
@@ -32,11 +33,6 @@ class Topic:
     text: bool = False
 
     @property
-    def numbers(self) -> range:
-        """Numbers of the double fields."""
-        return range(1, len(self.fields) + 1)
-
-    @property
     def message_name(self) -> str:
         """Full name of the message type."""
         return f"twbal.{self.name[1:].capitalize()}"
@@ -46,11 +42,9 @@ class Topic:
         """The protobuf description of the message type, as MCAP wants it."""
         file = descriptor_pb2.FileDescriptorProto(name=f"twbal{self.name}.proto", package="twbal", syntax="proto3")
         message = file.message_type.add(name=self.message_name.removeprefix("twbal."))
-        kinds = [(name, _DOUBLE) for name in self.fields] + [("text", _TEXT)] * self.text
+        kinds = [(name, _FIELD.TYPE_DOUBLE) for name in self.fields] + [("text", _FIELD.TYPE_STRING)] * self.text
         for number, (name, kind) in enumerate(kinds, start=1):
-            message.field.add(
-                name=name, number=number, type=kind, label=descriptor_pb2.FieldDescriptorProto.LABEL_OPTIONAL
-            )
+            message.field.add(name=name, number=number, type=kind, label=_FIELD.LABEL_OPTIONAL)
         return descriptor_pb2.FileDescriptorSet(file=[file])
 
     @cached_property
@@ -59,17 +53,25 @@ class Topic:
         data = self.descriptor.SerializeToString(deterministic=True)
         return Schema(id=self.id, data=data, encoding="protobuf", name=self.message_name)
 
-    @property
-    def channel(self) -> Channel:
-        """The channel record of the topic, which tells the units."""
-        units = dict(zip(self.fields, self.units, strict=True))
-        return Channel(id=self.id, topic=self.name, message_encoding="protobuf", metadata=units, schema_id=self.id)
+    @cached_property
+    def decode(self) -> Callable[[bytes], Any]:
+        """What reads a message."""
+        decode = DecoderFactory().decoder_for("protobuf", self.schema)
+        assert decode is not None
+        return decode
 
     @cached_property
     def message_class(self) -> Any:
-        """The protobuf class of the message, for the messages that `unpack` does not reach."""
+        """The protobuf class that writes the message.
+
+        Its fields have presence, as in proto2: so zeros are written too, and all messages of a topic are of one length,
+        which `Layout.unpack` lives on. In the file the type is proto3; the bytes mean the same.
+        """
+        file = descriptor_pb2.FileDescriptorProto()
+        file.CopyFrom(self.descriptor.file[0])
+        file.ClearField("syntax")
         pool = descriptor_pool.DescriptorPool()
-        pool.Add(self.descriptor.file[0])
+        pool.Add(file)
         return message_factory.GetMessageClass(pool.FindMessageTypeByName(self.message_name))
 
 

@@ -1,28 +1,36 @@
 """An episode into an MCAP file."""
 
+import sys
+from collections.abc import Callable, Iterable
 from pathlib import Path
 
 import numpy as np
-from mcap.records import Message
+from mcap.writer import Writer
 from numpy.typing import NDArray
 
-from twbal.core.episode import Episode, Event
+from twbal.core.episode import Episode
 from twbal.core.errors import DataError
 from twbal.core.files import replacing
 from twbal.core.gaussian import Array
-from twbal.io.logs.container import McapFile, MessageTimes, encode
 from twbal.io.logs.layout import Layout, layout_of
 from twbal.io.logs.metadata import CONFIG_NAME, METADATA_NAME, metadata_of
 from twbal.io.logs.rows import columns_of
-from twbal.io.logs.topics import Topic
 
 _CHUNK_BYTES = 16 * 1024  # before compression; whole chunks are what a damaged file loses
-_LONG = 10_000  # samples from which on a log is written in less time: in larger chunks, by a faster compression
-_LONG_CHUNK_BYTES, _LEVEL, _LONG_LEVEL = 64 * 1024, 3, 1
+_LONG = 10_000  # samples from which on chunks are larger
+_LONG_CHUNK_BYTES = 64 * 1024
 
 
-def write_episode(path: Path, episode: Episode) -> None:
+def write_episode(
+    path: Path, episode: Episode, progress: Callable[[Iterable[int]], Iterable[int]] = lambda chunks: chunks
+) -> None:
     """Write `episode` to `path`, wholly or not at all; the same episode gives the same bytes.
+
+    Args:
+        path: of the file.
+        episode: to write.
+        progress: is given the chunks that will be written, and yields them one by one, such as `tqdm.tqdm`; a million
+            samples take half a minute.
 
     Raises:
         DataError: the file cannot be written, a channel's name cannot be a field's, or a time cannot be a log time.
@@ -31,55 +39,44 @@ def write_episode(path: Path, episode: Episode) -> None:
     values = columns_of(episode)
     times = _log_times(episode.observations[:, 0], "sample")
     event_times = _log_times(np.array([event.time for event in episode.events]), "event")
-    long = len(times) >= _LONG
-    rows = -(-(_LONG_CHUNK_BYTES if long else _CHUNK_BYTES) // len(layout.template))
+    rows = -(-(_LONG_CHUNK_BYTES if len(times) >= _LONG else _CHUNK_BYTES) // layout.size)
     # An event lies in the chunk of the last sample before it.
     event_chunks = np.maximum(np.searchsorted(times, event_times, side="right") - 1, 0) // rows
     with replacing(path) as stream:
-        file = McapFile(stream, _LONG_LEVEL if long else _LEVEL)
-        file.add_metadata(METADATA_NAME, metadata_of(episode))
+        # mcap_protobuf's own writer knows neither units of channels nor checksums of the data.
+        writer = Writer(stream, chunk_size=sys.maxsize, enable_data_crcs=True)  # a chunk ends where it is flushed
+        writer.start(library="twbal")
+        writer.add_metadata(METADATA_NAME, metadata_of(episode))
         if episode.provenance.config:
-            file.add_attachment(CONFIG_NAME, "application/yaml", episode.provenance.config.encode())
-        for number, first in enumerate(range(0, len(times), rows)):
+            writer.add_attachment(0, 0, CONFIG_NAME, "application/yaml", episode.provenance.config.encode())
+        _register(writer, layout)
+        for first in progress(range(0, len(times), rows)):
             part = slice(first, first + rows)
-            chunk = _Chunk(layout.definitions if number == 0 else b"")
-            chunk.add_samples(layout, first, times[part], values[part], ends_episode=part.stop >= len(times))
-            for index in np.flatnonzero(event_chunks == number):
-                chunk.add_event(layout.events, int(index), int(event_times[index]), episode.events[index])
-            file.add_chunk(chunk.records, chunk.index)
-        file.finish([topic.schema for topic in layout.topics], [topic.channel for topic in layout.topics])
+            _add_samples(writer, layout, first, times[part], values[part])
+            for index in np.flatnonzero(event_chunks == first // rows).tolist():
+                time, event = int(event_times[index]), episode.events[index]
+                payload = layout.events.message_class(time=event.time, text=event.text).SerializeToString()
+                writer.add_message(layout.events.id, time, payload, time, index)
+            writer.flush()  # type: ignore[no-untyped-call]
+        writer.finish()  # type: ignore[no-untyped-call]
 
 
-class _Chunk:
-    """A chunk in the making: `records` and the `index` of its messages."""
+def _register(writer: Writer, layout: Layout) -> None:
+    """Write the schemas and channels; they get the ids of their topics, which count from 1."""
+    for topic in layout.topics:
+        writer.register_schema(topic.schema.name, topic.schema.encoding, topic.schema.data)
+    for topic in layout.topics:
+        units = dict(zip(topic.fields, topic.units, strict=True))
+        writer.register_channel(topic.name, "protobuf", topic.id, units)
 
-    def __init__(self, definitions: bytes) -> None:
-        self.records = definitions
-        self.index: dict[int, MessageTimes] = {}
 
-    def add_samples(
-        self, layout: Layout, first: int, times: NDArray[np.uint64], values: Array, ends_episode: bool
-    ) -> None:
-        size = len(layout.template)
-        starts = np.arange(len(times), dtype=np.uint64) * np.uint64(size) + np.uint64(len(self.records))
-        for topic, offset in zip(layout.samples, layout.offsets, strict=True):
-            count = len(times) - (ends_episode and topic is layout.samples[-1])
-            if count:
-                self.index[topic.id] = MessageTimes(times[:count], starts[:count] + np.uint64(offset))
-        data = layout.pack(first, times, values)
-        # No command follows the last observation, and the command lies last in a sample.
-        self.records += data[: layout.offsets[-1] - size] if ends_episode else data
-
-    def add_event(self, topic: Topic, sequence: int, time: int, event: Event) -> None:
-        known = self.index.get(topic.id, MessageTimes(np.zeros(0, np.uint64), np.zeros(0, np.uint64)))
-        offset = len(self.records)
-        self.index[topic.id] = MessageTimes(
-            *(np.append(a, np.uint64(b)) for a, b in zip(known, (time, offset), strict=True))
-        )
-        payload = topic.message_class(time=event.time, text=event.text).SerializeToString(deterministic=True)
-        self.records += encode(
-            Message(channel_id=topic.id, log_time=time, data=payload, publish_time=time, sequence=sequence)
-        )
+def _add_samples(writer: Writer, layout: Layout, first: int, times: NDArray[np.uint64], values: Array) -> None:
+    """Write the messages of samples `first`, `first` + 1, ...; no command follows the last observation: it is NaN."""
+    kinds = [(topic, topic.message_class, part) for topic, part in layout.parts]
+    for number, (time, row) in enumerate(zip(times.tolist(), values.tolist(), strict=True), first):
+        for topic, message, part in kinds if row[-1] == row[-1] else kinds[:-1]:
+            payload = message(**dict(zip(topic.fields, row[part], strict=True))).SerializeToString()
+            writer.add_message(topic.id, time, payload, time, number)
 
 
 def _log_times(times: Array, what: str) -> NDArray[np.uint64]:
