@@ -4,6 +4,8 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from scipy.linalg import cholesky, solve_triangular
+from scipy.optimize import lsq_linear
 
 from twbal.core.gaussian import Array
 from twbal.sysid.model import Data, Free, Model
@@ -73,6 +75,11 @@ def descend(
 ) -> Fit:
     """Levenberg-Marquardt within bounds, with the noise and the filter as they are.
 
+    The steps are scipy's bounded linear least squares, the damping is our own. In the 205 fits of a diagnosis,
+    `scipy.optimize.least_squares` with as many steps ended with a cost higher by more than 0.5 in 25 (`dogbox`, which
+    meets one bound a step) or 39 (`trf`, whose steps the bounds shorten), and took 1.4 times as long; with three times
+    as many, in 17 or 2, and twice as long.
+
     Args:
         data: recordings.
         model: where the search begins.
@@ -112,23 +119,11 @@ def descend(
 
 
 def _step(x: Array, gradient: Array, H: Array, damping: float, low: Array, high: Array) -> Array:
-    """A damped Newton step; values that it would push out of their bounds stay at them, and the others make up."""
-    free = np.ones(len(x), bool)
-    moved = x.copy()
-    for _ in range(len(x)):
-        damped = H + damping * np.diag(np.diag(H))
-        inside = np.flatnonzero(free)
-        if not len(inside):
-            break
-        shift = moved - x
-        rest = gradient[inside] + damped[np.ix_(inside, ~free)] @ shift[~free]
-        moved[inside] = x[inside] - np.linalg.solve(damped[np.ix_(inside, inside)], rest)
-        out = free & ((moved < low) | (moved > high))
-        moved = np.clip(moved, low, high)
-        if not out.any():
-            break
-        free &= ~out
-    return moved
+    """Where a damped Newton step within the bounds ends."""
+    R = cholesky(H + damping * np.diag(np.diag(H)))
+    found = lsq_linear(R, solve_triangular(R, -gradient, trans="T"), (low - x, high - x), method="bvls")
+    at_low, at_high = found.active_mask < 0, found.active_mask > 0
+    return np.clip(np.where(at_low, low, np.where(at_high, high, x + found.x)), low, high)
 
 
 def refit(data: Data, model: Model, frees: Sequence[Free], rounds: int, iterations: int, noise_iterations: int) -> Fit:

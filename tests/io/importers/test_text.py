@@ -106,6 +106,24 @@ def test_a_row_with_more_fields_than_the_header_names_is_told_by_number(log):
         read_text(log(content), [1, 2])
 
 
+def test_a_column_that_is_wanted_twice_comes_twice_and_its_errors_once(log):
+    twice = read_text(log(text(ROWS)), ["tilt", "time", "tilt"])
+    assert twice.values == pytest.approx(ROWS[:, [1, 0, 1]], abs=1e-8)
+    with pytest.raises(LogError, match=r"Line 9 of .* has 'abc' in column 2 \(tilt\): no number"):
+        read_text(log(spoiled(9, lambda line: line.replace(line.split(",")[1], "abc", 1))), ["tilt", "time", "tilt"])
+
+
+def test_quotation_marks_are_left_out_and_must_end(log):
+    lines = text(ROWS).splitlines()
+    quoted = [lines[0], *(",".join(f'"{field}"' for field in line.split(",")) for line in lines[1:])]
+    assert read_text(log("\n".join(quoted)), WANTED).values == pytest.approx(ROWS[:, PLACES], abs=1e-8)
+    lines[20], lines[30] = f'"{lines[20]}', f'"{lines[30]}'
+    with pytest.raises(LogError, match=r"cannot be read: .*|has 60 rows, and \d+ where quotation marks join some"):
+        read_text(log("\n".join(lines)), [2])
+    with pytest.raises(LogError, match=r"Line 21 of .* column 1 \(time\): no number"):
+        read_text(log("\n".join(lines)), [1])
+
+
 def test_a_column_that_is_not_there_lists_those_that_are(log):
     with pytest.raises(LogError, match=r"no column 'pitch'; it has: time, tilt, .*command"):
         read_text(log(text(ROWS)), ["pitch"])

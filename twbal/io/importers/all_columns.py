@@ -11,7 +11,7 @@ from twbal.core.errors import LogError
 from twbal.core.gaussian import Array
 from twbal.io.importers.arrays import ENDINGS, named_arrays
 from twbal.io.importers.column_names import Meaning, meaning_of, names_in_comments
-from twbal.io.importers.text_files import content_of, fields_of, layout_of, read_text
+from twbal.io.importers.text_files import fields_of, layout_of, lines_of, read_text
 
 _SHOWN = 5
 
@@ -41,8 +41,7 @@ def all_columns(path: Path) -> list[Column]:
     if path.suffix in ENDINGS:
         arrays = named_arrays(path)
         return _columns(list(arrays), list(arrays), list(arrays.values()))
-    data = content_of(path)
-    layout = layout_of(path, data)
+    layout = layout_of(path, lines_of(path))
     numbers = [k for k in range(layout.width) if all(_plain(row[k]) for row in layout.sample if k < len(row))]
     if not numbers:
         raise LogError(f"{path} has no column in which all fields are numbers.")

@@ -8,7 +8,6 @@ from typing import NamedTuple
 
 import numpy as np
 import pandas
-from numpy.typing import NDArray
 
 from twbal.core.errors import LogError, printable
 from twbal.core.gaussian import Array
@@ -20,7 +19,6 @@ _COMMENTS = "%#"
 _LOOKED_AT = 200  # lines from which the layout is told
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|[+-]?(nan|inf)|0[xX][0-9a-fA-F]+|", re.IGNORECASE)
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
-_NEWLINE, _BLANK = ord("\n"), 32
 
 
 class Layout(NamedTuple):
@@ -45,23 +43,23 @@ class Layout(NamedTuple):
     comments: tuple[str, ...]
 
 
-def layout_of(path: Path, data: bytes) -> Layout:
+def layout_of(path: Path, lines: Sequence[str]) -> Layout:
     """Tell the layout of a text from its first lines.
 
     Raises:
-        LogError: it is no text, or has no columns of numbers.
+        LogError: it has no columns of numbers.
     """
-    lines, comment, comments = _first_lines(path, data)
-    if not lines:
+    first, comment, comments = _first_lines(lines)
+    if not first:
         raise LogError(f"{path} is empty{' but for comments' if comment else ''}: no rows of numbers in it.")
-    delimiter = _delimiter(lines)
-    rows = [fields_of(line, delimiter) for line in lines]
+    delimiter = _delimiter(first)
+    rows = [fields_of(line, delimiter) for line in first]
     comma = delimiter != "," and any(_DECIMAL_COMMA.fullmatch(field) for row in rows for field in row)
     header = rows[0] if not all(_is_number(field, comma) for field in rows[0]) else None
     body = rows[1:] if header and len(rows) > 1 and any(_is_number(f, comma) for f in rows[1]) else rows
     names = tuple(map(printable, header)) if header and body is not rows else ()
     if not any(_is_number(field, comma) and field for row in body for field in row):
-        raise LogError(f"{path} has no columns of numbers; its first line is {lines[0][:60]!r}.")
+        raise LogError(f"{path} has no columns of numbers; its first line is {first[0][:60]!r}.")
     return Layout(delimiter, "," if comma else ".", comment, names, len(body[0]), tuple(map(tuple, body)), comments)
 
 
@@ -78,23 +76,21 @@ def read_text(path: Path, wanted: Sequence[Name], names: Sequence[str] = ()) -> 
     Raises:
         LogError: the file cannot be read; the message says in which line and why.
     """
-    data = content_of(path)
-    layout = layout_of(path, data)
-    known = layout.names or tuple(names)
-    where = places(path, known, layout.width, wanted)
-    lines, cut = _lines_of_data(path, data, layout)
+    lines = lines_of(path)
+    layout = layout_of(path, lines)
+    where = places(path, layout.names or tuple(names), layout.width, wanted)
+    rows, cut = _rows(path, lines, layout)
     notes = []
     if cut:
         notes.append(f"its last line ({cut}) is cut off and left out")
     if layout.decimal == ",":
         notes.append("numbers with decimal commas were read as such")
-    values = _numbers(path, data, layout, sorted(set(where)), lines)
-    chosen = values[:, [sorted(set(where)).index(k) for k in where]]
-    return Columns(chosen, lines, "line", tuple(notes))
+    values = _numbers(path, [lines[row] for row in rows], layout, where, rows)
+    return Columns(values, np.array(rows) + 1, "line", tuple(notes))
 
 
-def content_of(path: Path) -> bytes:
-    """The bytes of a text file, with plain line ends.
+def lines_of(path: Path) -> list[str]:
+    """The lines of a text file.
 
     Raises:
         LogError: it cannot be read, or is no text.
@@ -105,15 +101,19 @@ def content_of(path: Path) -> bytes:
             f"{path} is no text file (it has zero bytes in it), whatever its name says. "
             "Text, .npy, .npz, .mat, .json and .parquet files can be read; an .mcap file of twbal's needs no import."
         )
-    return data.removeprefix(b"\xef\xbb\xbf").replace(b"\r\n", b"\n")
+    text = data.removeprefix(b"\xef\xbb\xbf").decode("latin-1")
+    looked_at = text[: 1 << 18]
+    odd = sum(not (c.isprintable() or c in "\t\n\r") for c in looked_at)
+    if odd > 0.02 * len(looked_at):
+        raise LogError(f"{path} is no text file: {odd} of its first {len(looked_at)} bytes are no characters.")
+    return text.replace("\r\n", "\n").split("\n")
 
 
-def _first_lines(path: Path, data: bytes) -> tuple[list[str], str, tuple[str, ...]]:
+def _first_lines(lines: Sequence[str]) -> tuple[list[str], str, tuple[str, ...]]:
     """The first lines that are neither empty nor comments, the character that begins comments, and those before."""
-    text = data[: 1 << 18].decode("latin-1")
     found: list[str] = []
     comment, comments = "", []
-    for line in text.split("\n")[: -1 if len(data) > 1 << 18 else None]:
+    for line in lines:
         stripped = line.strip()
         if stripped[:1] and stripped[0] in _COMMENTS:
             comment = comment or stripped[0]
@@ -122,9 +122,6 @@ def _first_lines(path: Path, data: bytes) -> tuple[list[str], str, tuple[str, ..
             found.append(stripped)
         if len(found) == _LOOKED_AT:
             break
-    odd = sum(not (c.isprintable() or c in "\t\n\r") for c in text)
-    if odd > 0.02 * len(text):
-        raise LogError(f"{path} is no text file: {odd} of its first {len(text)} bytes are no characters.")
     return found, comment, tuple(comments)
 
 
@@ -135,7 +132,10 @@ def fields_of(line: str, delimiter: str) -> list[str]:
 
 
 def _delimiter(lines: Sequence[str]) -> str:
-    """The delimiter that parts most of the lines into the same number of columns, more than one."""
+    """The delimiter that parts most of the lines into the same number of columns, more than one.
+
+    By hand, as `csv.Sniffer` knows no columns that blanks align, and takes a minute on 60 kB of quotation marks.
+    """
     best, chosen = (0.0, 0), BLANKS
     for delimiter in _DELIMITERS:
         counts = [len(fields_of(line, delimiter)) for line in lines]
@@ -150,116 +150,66 @@ def _is_number(field: str, comma: bool) -> bool:
     return bool(_NUMBER.fullmatch(field) or (comma and _DECIMAL_COMMA.fullmatch(field)))
 
 
-def _lines_of_data(path: Path, data: bytes, layout: Layout) -> tuple[NDArray[np.int64], int]:
-    """Numbers of the lines that are rows of numbers, and of a last line that was cut off (0: none).
+def _rows(path: Path, lines: Sequence[str], layout: Layout) -> tuple[list[int], int]:
+    """Which lines, from 0 on, are rows of numbers; and the number of a last line that was cut off (0: none).
 
     Raises:
         LogError: a line before the last has another number of columns.
     """
-    whole = data if data.endswith(b"\n") else data + b"\n"
-    counts, first = _count_fields(whole, layout.delimiter)
-    comments = [ord(c) for c in (layout.comment or _COMMENTS)]
-    rows = np.flatnonzero((counts > 0) & ~np.isin(first, comments))
+    comment = layout.comment or _COMMENTS
+    rows = [k for k, line in enumerate(lines) if (stripped := line.strip()) and stripped[0] not in comment]
     if layout.names:
         rows = rows[1:]
-    if not len(rows):
+    if not rows:
         raise LogError(f"{path} has a header and no rows.")
-    odd = np.flatnonzero(counts[rows] != layout.width) if b'"' not in data else np.empty(0, np.int64)
-    # with a delimiter at their end, lines have one field more, and it is empty
-    if len(odd) and odd[0] < len(rows) - 1:
-        line = int(rows[odd[0]])
+    if any('"' in line for line in lines):  # a delimiter in quotation marks is none
+        return rows, 0
+    for row in rows:
+        # With a delimiter at their end, lines have one field more, and it is empty.
+        width = len(lines[row].split()) if layout.delimiter == BLANKS else lines[row].count(layout.delimiter) + 1
+        if width == layout.width:
+            continue
+        if row == rows[-1]:
+            return rows[:-1], row + 1
         raise LogError(
-            f"Line {line + 1} of {path} has {counts[line]} columns, those before it {layout.width}. "
+            f"Line {row + 1} of {path} has {width} columns, those before it {layout.width}. "
             "Was it damaged on its way, or is it two files in one? Mend or cut the file there."
         )
-    cut = int(rows[-1]) + 1 if len(odd) else 0
-    return (rows[:-1] if cut else rows).astype(np.int64) + 1, cut
+    return rows, 0
 
 
-def _count_fields(data: bytes, delimiter: str) -> tuple[NDArray[np.int64], NDArray[np.uint8]]:
-    """Of each line how many fields it has (0: empty), and its first character that is no blank."""
-    counts, firsts = [], []
-    for begin, end in _blocks(data):
-        block = np.frombuffer(data, np.uint8, end - begin, begin)
-        ends = np.flatnonzero(block == _NEWLINE)
-        starts = np.concatenate([[0], ends[:-1] + 1])
-        first = block[starts]
-        if delimiter == BLANKS or (first <= _BLANK).any():
-            solid = block > _BLANK
-            fresh = np.flatnonzero(solid & ~np.concatenate([[False], solid[:-1]]))  # where runs of characters begin
-            runs = _within(fresh, starts, ends)
-            first = np.zeros(len(starts), np.uint8)
-            first[runs > 0] = block[fresh[np.searchsorted(fresh, starts[runs > 0])]]
-        else:
-            runs = np.ones(len(starts), np.int64)
-        fields = runs if delimiter == BLANKS else _within(np.flatnonzero(block == ord(delimiter)), starts, ends) + 1
-        counts.append(np.where(runs > 0, fields, 0))
-        firsts.append(first)
-    return np.concatenate(counts), np.concatenate(firsts)
-
-
-def _within(places: NDArray[np.int64], starts: NDArray[np.int64], ends: NDArray[np.int64]) -> NDArray[np.int64]:
-    """How many of the sorted places lie in each line."""
-    return np.searchsorted(places, ends) - np.searchsorted(places, starts)
-
-
-def _blocks(data: bytes, size: int = 1 << 24) -> list[tuple[int, int]]:
-    """Where blocks of whole lines begin and end."""
-    found, begin = [], 0
-    while begin < len(data):
-        end = len(data) if begin + size >= len(data) else data.rfind(b"\n", begin, begin + size) + 1
-        if end <= begin:  # a line longer than a block
-            end = data.find(b"\n", begin) + 1
-        found.append((begin, end))
-        begin = end
-    return found
-
-
-def _numbers(path: Path, data: bytes, layout: Layout, where: list[int], lines: NDArray[np.int64]) -> Array:
-    """The columns at `where` of the rows at `lines`."""
+def _numbers(path: Path, lines: Sequence[str], layout: Layout, where: list[int], rows: Sequence[int]) -> Array:
+    """The columns at `where` of lines, which are those at `rows` of the file."""
     try:
         try:
-            return np.asarray(_parse(data, layout, where, len(lines), np.float64), dtype=np.float64)
+            values = _parse(lines, layout, where, np.float64).to_numpy()
         except ValueError:
-            texts = _parse(data, layout, where, len(lines), str)
+            where = sorted(set(where))
+            raise _complaint(path, _parse(lines, layout, where, str), layout, where, rows) from None
     except (ValueError, OverflowError) as error:
         raise LogError(f"{path} cannot be read: {str(error).strip()}.") from error
-    raise _complaint(path, texts, layout, where, lines)
+    if len(values) != len(lines):
+        raise LogError(f"{path} has {len(lines)} rows, and {len(values)} where quotation marks join some. Remove them.")
+    return np.asarray(values, dtype=np.float64)
 
 
-def _parse(data: bytes, layout: Layout, where: list[int], rows: int, kind: type) -> pandas.DataFrame:
+def _parse(lines: Sequence[str], layout: Layout, where: list[int], kind: type) -> pandas.DataFrame:
     return pandas.read_csv(
-        io.BytesIO(data),
+        io.StringIO("\n".join(lines)),
         sep=_DELIMITERS[layout.delimiter],
         header=None,
         names=list(range(layout.width)),
-        usecols=where,
-        skiprows=_lines_before(data, layout),
-        nrows=rows,
+        usecols=sorted(set(where)),
         comment=layout.comment or None,
         decimal=layout.decimal,
         dtype=kind,
         index_col=False,
-        encoding="latin-1",
         keep_default_na=kind is not str,
         skipinitialspace=True,
-    )
+    )[where]
 
 
-def _lines_before(data: bytes, layout: Layout) -> int:
-    """Lines up to the header, which goes too."""
-    if not layout.names:
-        return 0
-    for number, line in enumerate(io.BytesIO(data), start=1):
-        stripped = line.strip()
-        if stripped and chr(stripped[0]) not in (layout.comment or _COMMENTS):
-            return number
-    return 0
-
-
-def _complaint(
-    path: Path, texts: pandas.DataFrame, layout: Layout, where: list[int], lines: NDArray[np.int64]
-) -> LogError:
+def _complaint(path: Path, texts: pandas.DataFrame, layout: Layout, where: list[int], rows: Sequence[int]) -> LogError:
     """Which field is no number."""
     for k in where:
         column = texts[k].astype(str).str.strip()
@@ -271,5 +221,5 @@ def _complaint(
             field = str(texts[k].iloc[row])
             hint = "hexadecimal; leave that column out of the mapping" if field[:2].lower() == "0x" else "no number"
             name = f" ({layout.names[k]})" if k < len(layout.names) else ""
-            return LogError(f"Line {lines[row]} of {path} has {field[:40]!r} in column {k + 1}{name}: {hint}.")
+            return LogError(f"Line {rows[row] + 1} of {path} has {field[:40]!r} in column {k + 1}{name}: {hint}.")
     return LogError(f"{path} has a field that is no number.")
