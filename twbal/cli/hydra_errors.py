@@ -2,8 +2,7 @@
 
 import difflib
 import re
-from collections.abc import Iterator, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 import yaml
 from hydra import compose, initialize_config_dir
@@ -12,13 +11,14 @@ from omegaconf import OmegaConf
 from omegaconf.errors import MissingMandatoryValue, OmegaConfBaseException
 
 from twbal.cli.conf_folder import conf_folder
+from twbal.cli.settings.nested import ancestors, flattened
 from twbal.core.errors import ConfigError, TwbalError, install_advice
 
 _EFFECTS = "sim.effects."
 _PLUGINS = ("hydra/launcher", "hydra/sweeper", "hydra/sweeper/sampler")
 
 
-def complaint(error: Exception, stage: str) -> TwbalError:
+def explained(error: Exception, stage: str) -> TwbalError:
     """What `error`, raised by Hydra or OmegaConf, means to the person who typed the command.
 
     Args:
@@ -95,7 +95,9 @@ def _no_override(word: str) -> str:
 def _no_such_key(key: str, stage: str) -> str:
     with initialize_config_dir(str(conf_folder()), version_base="1.3"):
         cfg = compose(stage.replace("-", "_"))
-    known = list(_keys(OmegaConf.to_container(cfg)))
+    tree = OmegaConf.to_container(cfg)
+    assert isinstance(tree, dict)
+    known = list(dict.fromkeys(part for leaf, _ in flattened(tree) for part in (*ancestors(leaf), leaf)))
     if key in known:
         return f"{stage} cannot set {key} to that: it has no such entries. New ones are added by +{key}.<name>=..."
     if key.startswith(_EFFECTS) and "sim" in cfg:
@@ -112,14 +114,6 @@ def _not_built(error: InstantiationException) -> str:
     cause = error.__cause__
     reason = f"{type(cause).__name__}: {cause}" if cause else _plain(error)
     return f"{what} cannot be built from its settings ({reason}). Is each of them of the right kind, and none left out?"
-
-
-def _keys(tree: Any) -> Iterator[str]:
-    """Every key of nested dicts, dotted."""
-    for name, value in tree.items():
-        yield str(name)
-        if isinstance(value, dict):
-            yield from (f"{name}.{inner}" for inner in _keys(value))
 
 
 def _guess(word: str, known: Sequence[str]) -> str:

@@ -9,6 +9,7 @@ from twbal.cli.settings.import_settings import IMPORT
 from twbal.cli.settings.kinds import Kind, Part
 from twbal.cli.settings.link_settings import HIDDEN, LINK
 from twbal.cli.settings.model_settings import MODEL
+from twbal.cli.settings.nested import ancestors, flattened
 from twbal.cli.settings.robot_settings import CONTROL_PERIOD, POLICY, ROBOT, SIMULATION, START, STATE, TORQUE_LIMIT
 from twbal.cli.settings.search_settings import AGENT, COST, JUDGE, RULE, SEARCH, SHAPE
 from twbal.cli.settings.setting import Setting
@@ -71,7 +72,7 @@ class _Index(NamedTuple):
 
 @cache
 def _index(rows: tuple[Setting, ...]) -> _Index:
-    parts = {part for row in rows for part in _ancestors(row.key)}
+    parts = {part for row in rows for part in ancestors(row.key)}
     patterns = [row for row in rows if "*" in row.key]
     return _Index({row.key: row for row in rows}, patterns, parts, [part for part in parts if "*" in part])
 
@@ -101,7 +102,7 @@ class Table:
 
     def row_above(self, key: str) -> Setting | None:
         """The row of a single value, under which the key would lie."""
-        rows = (self.row(part) for part in _ancestors(key) if not self.has_parts(part))
+        rows = (self.row(part) for part in ancestors(key) if not self.has_parts(part))
         return next((row for row in rows if row is not None and not isinstance(row.kind, Part)), None)
 
 
@@ -114,21 +115,14 @@ def stage_settings(stage: str) -> tuple[Setting, ...]:
     return (*of_others, *(row for rows in GROUPS.values() for row in rows), *STAGES[stage])
 
 
-def leaves(tree: Mapping[str, Any], prefix: str = "", is_foreign: bool = False) -> Iterator[Leaf]:
-    """Every value of a configuration, but for what Hydra itself reads.
-
-    Args:
-        tree: plain values.
-        prefix: of the keys.
-        is_foreign: see `Leaf`.
-    """
-    is_foreign = is_foreign or not str(tree.get("_target_", OURS)).startswith(OURS)
-    for name, value in tree.items():
-        key = f"{prefix}{name}"
-        if isinstance(value, Mapping) and value:
-            yield from leaves(value, f"{key}.", is_foreign)
-        elif name not in _OWN_OF_HYDRA:
-            yield Leaf(key, value, is_foreign)
+def leaves(tree: Mapping[str, Any]) -> Iterator[Leaf]:
+    """Every value of a configuration, but for what Hydra itself reads."""
+    values = dict(flattened(tree))
+    targets = [key for key in values if key.rpartition(".")[2] == "_target_"]
+    foreign = tuple(key.removesuffix("_target_") for key in targets if not str(values[key]).startswith(OURS))
+    for key, value in values.items():
+        if key.rpartition(".")[2] not in _OWN_OF_HYDRA:
+            yield Leaf(key, value, key.startswith(foreign))
 
 
 def effects_in(tree: Mapping[str, Any]) -> Iterator[tuple[str, Mapping[str, Any]]]:
@@ -162,12 +156,6 @@ def _mapping(value: Any) -> Mapping[str, Any]:
 def _over(value: Any, kind: Kind, usual: float) -> float:
     """`value` as a share of `usual`; 1 where it cannot be right."""
     return float(value) / usual if kind.takes(value) else 1.0
-
-
-def _ancestors(key: str) -> Iterator[str]:
-    """The dotted keys that a key lies under, from the top."""
-    names = key.split(".")
-    return (".".join(names[:count]) for count in range(1, len(names)))
 
 
 def _matches(pattern: str, key: str) -> bool:

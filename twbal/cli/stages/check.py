@@ -103,8 +103,8 @@ def measure(cfg: DictConfig, folder: Path) -> Measures:
 
     candidates = candidates_for(robot)
     effects = {c.name: library()[c.name](**{p.name: p.start for p in c.parameters}) for c in candidates}
-    told = cfg.recordings
-    usability = Usability(told.shortest, told.fewest, told.fastest_turn, told.widest_tilt)
+    limits = cfg.recordings
+    usability = Usability(limits.shortest, limits.fewest, limits.fastest_turn, limits.widest_tilt)
     parts: Sequence[tuple[str, Callable[[], Measures]]] = (
         *((f"logs {name}", lambda name=name: log_measures(name, logs[name])) for name in LOGS),
         ("model", lambda: model_measures("model", model, logs["held_out"])),
@@ -133,8 +133,8 @@ def _hashes(folder: Path) -> dict[str, str]:
 
 def _tolerances(path: Path) -> list[Tolerance]:
     try:
-        told = read_yaml(path)
-        return [Tolerance(str(pattern), float(t["relative"]), float(t["absolute"])) for pattern, t in told.items()]
+        read = read_yaml(path)
+        return [Tolerance(str(pattern), float(t["relative"]), float(t["absolute"])) for pattern, t in read.items()]
     except FileNotFoundError as error:
         missing = f"There are no tolerances {path}. Give a file by tolerances=...; data/regression has one."
         raise ConfigError(missing) from error

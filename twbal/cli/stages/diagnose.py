@@ -9,7 +9,7 @@ import numpy as np
 from omegaconf import DictConfig, OmegaConf
 
 from twbal.cli.artefacts import AUGMENTED, DIAGNOSIS, episode_files
-from twbal.cli.console import closing, next_command, run_folder, say
+from twbal.cli.console import next_command, print_result, run_folder, say
 from twbal.cli.diagnosis_config import diagnosis_of
 from twbal.cli.manifest import Manifest, Step, perform
 from twbal.cli.typed_config import recorded
@@ -39,7 +39,7 @@ def main(cfg: DictConfig) -> None:
         following = next_command("real-rollout", _GENTLY, "robot")
     else:
         following = next_command("sim-collect", {"sim": out / AUGMENTED}, "robot")
-    closing(made, out, following)
+    print_result(made, out, following)
 
 
 def run(cfg: DictConfig, out: Path) -> Manifest:
