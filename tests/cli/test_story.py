@@ -4,6 +4,7 @@ Five kinds of run: solved at once, solved after updates, never solved, interrupt
 says is read in test_iterate.py, of the run that is there already.)
 """
 
+import math
 import os
 import shlex
 import subprocess
@@ -14,8 +15,10 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from small_run import OVERRIDES
-from story import check, holds
+from story import check, holds, untimed
 
+import twbal
+from twbal.algorithm.summary import read_summary
 from twbal.cli.chain import Chain
 from twbal.cli.main import main
 from twbal.cli.manifest import read_manifest
@@ -114,12 +117,20 @@ def test_a_killed_run_tells_the_same_as_an_undisturbed_one(tmp_path, capsys):
 
 
 @pytest.mark.slow
-def test_diagnosed(tmp_path, capsys):
+@pytest.mark.parametrize("used", [False, True], ids=["as it is", "used whatever it closes"])
+def test_diagnosed(used, tmp_path, capsys, monkeypatch):
     words = ["trials=2", "updates=1", "rehearsals=1", "diagnose=true", "real_rollout.trials=4", "real_rollout.steps=60"]
     light = ["diagnosis=default", "diagnosis.shortlist=1", "diagnosis.most_effects=1", "diagnosis.substeps=4"]
-    iterate(tmp_path, *SMALLEST, *NEVER, *words, *light)
+    overrides = [*SMALLEST, *NEVER, *words, *light]
+    if used:
+        monkeypatch.setattr("twbal.algorithm.update.CLOSED", -math.inf)
+    iterate(tmp_path, *overrides)
     disk = check(tmp_path, capsys.readouterr().out)
     assert [iteration.diagnosed for iteration in disk] == [False, True]
+    assert disk[1].f_learned_again or not used
+    with twbal.connect() as plant:
+        result = twbal.learn(plant, overrides=overrides)
+    assert untimed(result.summary) == untimed(read_summary(tmp_path / "summary.json"))
 
 
 def test_the_rule_written_once_more_knows_a_fall_and_an_unsettled_tilt():

@@ -15,7 +15,8 @@ from twbal.cli.manifest import Manifest, Step, perform
 from twbal.cli.typed_config import recorded
 from twbal.core.files import write_atomically
 from twbal.diagnosis.findings import Account
-from twbal.diagnosis.pipeline import DataSettings, DiagnosisResult, Named, Simulated, diagnose_episodes
+from twbal.diagnosis.inputs import DataSettings, Named, Simulated
+from twbal.diagnosis.pipeline import DiagnosisResult, diagnose_episodes
 from twbal.diagnosis.record import Diagnosis, verdict_in, write_diagnosis
 from twbal.diagnosis.settings import Settings
 from twbal.io.logs import read_episode
