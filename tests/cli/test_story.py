@@ -116,21 +116,31 @@ def test_a_killed_run_tells_the_same_as_an_undisturbed_one(tmp_path, capsys):
     assert len(told[0][1]) == 1
 
 
+DIAGNOSED = [
+    *(*SMALLEST, *NEVER, "trials=2", "updates=1", "rehearsals=1", "diagnose=true"),
+    *("real_rollout.trials=4", "real_rollout.steps=60", "diagnosis=default", "diagnosis.shortlist=1"),
+    *("diagnosis.most_effects=1", "diagnosis.substeps=4"),
+]
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("used", [False, True], ids=["as it is", "used whatever it closes"])
-def test_diagnosed(used, tmp_path, capsys, monkeypatch):
-    words = ["trials=2", "updates=1", "rehearsals=1", "diagnose=true", "real_rollout.trials=4", "real_rollout.steps=60"]
-    light = ["diagnosis=default", "diagnosis.shortlist=1", "diagnosis.most_effects=1", "diagnosis.substeps=4"]
-    overrides = [*SMALLEST, *NEVER, *words, *light]
-    if used:
-        monkeypatch.setattr("twbal.algorithm.update.CLOSED", -math.inf)
-    iterate(tmp_path, *overrides)
+def test_diagnosed(tmp_path, capsys):
+    iterate(tmp_path, *DIAGNOSED)
     disk = check(tmp_path, capsys.readouterr().out)
     assert [iteration.diagnosed for iteration in disk] == [False, True]
-    assert disk[1].f_learned_again or not used
+
+
+@pytest.mark.slow
+def test_a_diagnosis_whose_simulation_is_used_comes_to_the_same_in_memory(tmp_path, monkeypatch):
+    monkeypatch.setattr("twbal.algorithm.update.CLOSED", -math.inf)  # whatever it closes
+    iterate(tmp_path, *DIAGNOSED)
+    assert (tmp_path / "iteration_1" / "again_1" / "sim_model").is_dir()
     with twbal.connect() as plant:
-        result = twbal.learn(plant, overrides=overrides)
-    assert untimed(result.summary) == untimed(read_summary(tmp_path / "summary.json"))
+        result = twbal.learn(plant, overrides=DIAGNOSED)
+    summary = read_summary(tmp_path / "summary.json")
+    again = summary.iterations[1].policy.path
+    assert again == "iteration_1/again_1/policy/policy.pt"
+    assert untimed(result.summary) == untimed(summary)
 
 
 def test_the_rule_written_once_more_knows_a_fall_and_an_unsettled_tilt():
