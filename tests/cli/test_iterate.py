@@ -2,12 +2,11 @@
 
 import json
 import sys
-from dataclasses import replace
 
 import numpy as np
 import pytest
 from small_run import OVERRIDES, STEPS, listed_hashes
-from story import check
+from story import check, untimed
 
 import twbal
 from twbal.algorithm.model_file import load_model
@@ -75,11 +74,6 @@ def test_the_library_comes_to_the_same_in_memory(folder):
     by_files = read_summary(folder / "summary.json")
     assert untimed(result.summary) == untimed(by_files)
     assert twbal.save_policy(folder.parent / "in_memory.pt", result.policy) == by_files.best.policy.sha256
-
-
-def untimed(summary):
-    iterations = tuple(replace(iteration, fit_s=0.0, search_s=0.0) for iteration in summary.iterations)
-    return replace(summary, iterations=iterations, wall_s=0.0)
 
 
 def test_the_best_policy_lies_on_top(folder):

@@ -14,7 +14,7 @@ from twbal.cli.main import main
 from twbal.cli.sim_files import with_files
 from twbal.cli.stages.diagnose import augmented
 from twbal.core.errors import ConfigError
-from twbal.diagnosis.pipeline import Simulated
+from twbal.diagnosis.inputs import Simulated
 from twbal.effects.library import all_effects
 
 GAIN = "physics_step: 0.0005\neffects:\n  torque_gain: {gain: 0.8}\n"

@@ -4,6 +4,7 @@ Five kinds of run: solved at once, solved after updates, never solved, interrupt
 says is read in test_iterate.py, of the run that is there already.)
 """
 
+import math
 import os
 import shlex
 import subprocess
@@ -14,8 +15,10 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 from small_run import OVERRIDES
-from story import check, holds
+from story import check, holds, untimed
 
+import twbal
+from twbal.algorithm.summary import read_summary
 from twbal.cli.chain import Chain
 from twbal.cli.main import main
 from twbal.cli.manifest import read_manifest
@@ -113,13 +116,31 @@ def test_a_killed_run_tells_the_same_as_an_undisturbed_one(tmp_path, capsys):
     assert len(told[0][1]) == 1
 
 
+DIAGNOSED = [
+    *(*SMALLEST, *NEVER, "trials=2", "updates=1", "rehearsals=1", "diagnose=true"),
+    *("real_rollout.trials=4", "real_rollout.steps=60", "diagnosis=default", "diagnosis.shortlist=1"),
+    *("diagnosis.most_effects=1", "diagnosis.substeps=4"),
+]
+
+
 @pytest.mark.slow
 def test_diagnosed(tmp_path, capsys):
-    words = ["trials=2", "updates=1", "rehearsals=1", "diagnose=true", "real_rollout.trials=4", "real_rollout.steps=60"]
-    light = ["diagnosis=default", "diagnosis.shortlist=1", "diagnosis.most_effects=1", "diagnosis.substeps=4"]
-    iterate(tmp_path, *SMALLEST, *NEVER, *words, *light)
+    iterate(tmp_path, *DIAGNOSED)
     disk = check(tmp_path, capsys.readouterr().out)
     assert [iteration.diagnosed for iteration in disk] == [False, True]
+
+
+@pytest.mark.slow
+def test_a_diagnosis_whose_simulation_is_used_comes_to_the_same_in_memory(tmp_path, monkeypatch):
+    monkeypatch.setattr("twbal.algorithm.update.CLOSED", -math.inf)  # whatever it closes
+    iterate(tmp_path, *DIAGNOSED)
+    assert (tmp_path / "iteration_1" / "again_1" / "sim_model").is_dir()
+    with twbal.connect() as plant:
+        result = twbal.learn(plant, overrides=DIAGNOSED)
+    summary = read_summary(tmp_path / "summary.json")
+    again = summary.iterations[1].policy.path
+    assert again == "iteration_1/again_1/policy/policy.pt"
+    assert untimed(result.summary) == untimed(summary)
 
 
 def test_the_rule_written_once_more_knows_a_fall_and_an_unsettled_tilt():

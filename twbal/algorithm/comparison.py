@@ -133,8 +133,8 @@ def rows(groups: Mapping[str, Sequence[Run]], seed: int) -> list[dict[str, str]]
     for name, runs in groups.items():
         row = {"group": name, "runs": str(len(runs))}
         for metric, (what, unit, _) in METRICS.items():
-            told = estimate([run.values[metric] for run in runs], seed)
-            row[f"{what} [{unit}]" if unit else what] = "-" if told is None else told.words
+            value = estimate([run.values[metric] for run in runs], seed)
+            row[f"{what} [{unit}]" if unit else what] = "-" if value is None else value.words
         if runs is not first:
             for metric, (what, *_) in METRICS.items():
                 beside = paired(runs, first, metric)

@@ -17,7 +17,8 @@ from twbal.core.episode import Episode, Provenance
 from twbal.core.errors import ConfigError
 from twbal.core.plant import Plant
 from twbal.core.robot_parameters import parameter_hash
-from twbal.diagnosis.pipeline import Named, Simulated, diagnose_episodes
+from twbal.diagnosis.inputs import Named, Simulated
+from twbal.diagnosis.pipeline import diagnose_episodes
 from twbal.diagnosis.usability import FEW_DATA
 from twbal.effects.library import values_of
 from twbal.io.checkpoint import checkpoint_hash

@@ -7,7 +7,7 @@ from twbal.algorithm.findings import Measures
 from twbal.algorithm.policy_search import PolicySearch
 from twbal.algorithm.settings import AlgorithmSettings, RolloutSettings
 from twbal.core.evaluation import SuccessRule
-from twbal.diagnosis.pipeline import DataSettings
+from twbal.diagnosis.inputs import DataSettings
 from twbal.diagnosis.settings import Settings
 from twbal.effects.effect import Effect
 from twbal.environment.agent import AgentRecipe

@@ -6,7 +6,8 @@ from twbal.api.configured import words_for
 from twbal.cli.diagnosis_config import composed_diagnosis, diagnosis_of
 from twbal.core.episode import Episode
 from twbal.core.robot_parameters import RobotParameters
-from twbal.diagnosis.pipeline import DiagnosisResult, Named, diagnose_episodes
+from twbal.diagnosis.inputs import Named
+from twbal.diagnosis.pipeline import DiagnosisResult, diagnose_episodes
 
 
 def diagnose(

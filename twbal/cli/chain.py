@@ -11,7 +11,7 @@ from omegaconf.errors import OmegaConfBaseException
 
 from twbal.cli.commands import ROOT, command_line, compose_stage, stage_overrides, text
 from twbal.cli.config_check import check_configuration
-from twbal.cli.hydra_errors import complaint
+from twbal.cli.hydra_errors import explained
 from twbal.cli.manifest import Manifest, read_manifest
 from twbal.cli.sim_files import with_files
 from twbal.cli.stages import (
@@ -101,7 +101,7 @@ class Chain:
             check_configuration(cfg, call.stage)
             manifest = RUN[call.stage](cfg, out)
         except (HydraException, OmegaConfBaseException) as error:
-            raise _named(complaint(error, call.stage), call, out) from error
+            raise _named(explained(error, call.stage), call, out) from error
         except TwbalError as error:
             raise _named(error, call, out) from error
         kept = manifest == before

@@ -49,20 +49,20 @@ def refuse_experiment_of_another_stage(stage: str, choices: Mapping[str, str]) -
         )
 
 
-def stage_overrides(stage: str, cfg: DictConfig, choices: Mapping[str, str], told: Sequence[str]) -> list[str]:
+def stage_overrides(stage: str, cfg: DictConfig, choices: Mapping[str, str], overrides: Sequence[str]) -> list[str]:
     """The overrides with which `stage` runs as `cfg` says, and nothing beside what differs from its own defaults.
 
-    What the stage's settings are is looked up in this order: `told`; the section of `cfg` that has the stage's name
-    (with underscores); the top level of `cfg`; the stage's own default. A group that the stage chooses nothing of
+    What the stage's settings are is looked up in this order: `overrides`; the section of `cfg` that has the stage's
+    name (with underscores); the top level of `cfg`; the stage's own default. A group that the stage chooses nothing of
     (`experiment`) is no part of a configuration but a list of overrides, and `cfg` has what they came to.
 
     Args:
         stage: its name on the command line.
         cfg: of the stage that asks, with the groups that both share.
         choices: which choice `cfg` has of each group, as in Hydra's `runtime.choices`.
-        told: overrides that come before all else.
+        overrides: that come before all else.
     """
-    decided = {re.split(r"[@=]", word.lstrip("+~"), maxsplit=1)[0] for word in told}
+    decided = {re.split(r"[@=]", word.lstrip("+~"), maxsplit=1)[0] for word in overrides}
     groups = compose(_config_name(stage), return_hydra_config=True).hydra.runtime.choices
     chosen = [
         f"{group}={choices[group]}"
@@ -76,21 +76,14 @@ def stage_overrides(stage: str, cfg: DictConfig, choices: Mapping[str, str], tol
     section = whole.get(_config_name(stage))
     known = {**whole, **(section if isinstance(section, dict) else {})}
     shared = [key for key in base if key in known]
-    asked, default = (
-        {
-            key: value
-            for key, value in flattened({name: tree[name] for name in shared})
-            if not _any_overlap(key, decided)
-        }
-        for tree in (known, base)
-    )
+    wanted, default = (_undecided({name: tree[name] for name in shared}, decided) for tree in (known, base))
     changed = [
         f"{'' if key in default else '++'}{key}={text(value)}"
-        for key, value in asked.items()
+        for key, value in wanted.items()
         if key not in default or value != default[key]
     ]
-    gone = [f"~{key}" for key in default if not _any_overlap(key, asked)]
-    return [*chosen, *changed, *gone, *told]
+    gone = [f"~{key}" for key in default if not _any_overlap(key, wanted)]
+    return [*chosen, *changed, *gone, *overrides]
 
 
 def command_line(stage: str, overrides: Sequence[str], out: Path) -> str:
@@ -123,6 +116,11 @@ def _shell_word(word: str) -> str:
     if str(ROOT) not in word:
         return shlex.quote(word)
     return '"' + re.sub(r'(["\\`])', r"\\\1", word) + '"'
+
+
+def _undecided(tree: Mapping[str, Any], decided: Iterable[str]) -> dict[str, Any]:
+    """The values of a configuration by dotted key, but for those that overrides have decided."""
+    return {key: value for key, value in flattened(tree) if not _any_overlap(key, decided)}
 
 
 def _any_overlap(key: str, others: Iterable[str]) -> bool:

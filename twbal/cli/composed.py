@@ -10,7 +10,7 @@ from omegaconf.errors import OmegaConfBaseException
 
 from twbal.cli.composition import composing
 from twbal.cli.config_check import check_configuration
-from twbal.cli.hydra_errors import complaint
+from twbal.cli.hydra_errors import explained
 from twbal.cli.sim_files import with_files
 
 
@@ -30,7 +30,7 @@ def composed(stage: str, overrides: Sequence[str] = ()) -> DictConfig:
             check_configuration(cfg, stage)
             return cfg
     except (HydraException, OmegaConfBaseException) as error:
-        raise complaint(error, stage) from error
+        raise explained(error, stage) from error
 
 
 def built(cfg: DictConfig, part: str) -> object:

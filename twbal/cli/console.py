@@ -35,7 +35,7 @@ def configuration_flags() -> list[str]:
     return replaced + added
 
 
-def told_of(*groups: str) -> str:
+def chosen_overrides(*groups: str) -> str:
     """The words that give a next command what this run chose and set of `groups` (such as robot, state), for a shell.
 
     Of a choice that an experiment or a method made, too. Where this stage has no `sim`, that of the robot's own name
@@ -47,8 +47,10 @@ def told_of(*groups: str) -> str:
     words = [word for word in hydra.overrides.task if re.match(rf"[+~]*({'|'.join(groups)})\b", word)]
     default = compose(hydra.job.config_name, return_hydra_config=True).hydra.runtime.choices
     chosen = {group: hydra.runtime.choices[group] for group in groups if group in default}
-    told = {word.split("=", 1)[0] for word in words}
-    found = [f"{group}={choice}" for group, choice in chosen.items() if choice != default[group] and group not in told]
+    overridden = {word.split("=", 1)[0] for word in words}
+    found = [
+        f"{group}={choice}" for group, choice in chosen.items() if choice != default[group] and group not in overridden
+    ]
     if "sim" in groups and "sim" not in default:
         simulations = GlobalHydra.instance().config_loader().get_group_options("sim")
         found += [f"sim={robot}" for robot in [hydra.runtime.choices["robot"]] if robot in simulations]
@@ -61,10 +63,10 @@ def next_command(stage: str, settings: Mapping[str, Any], *groups: str) -> str:
     Args:
         stage: its name on the command line.
         settings: what it is told, by key: paths or plain values.
-        groups: of which it takes what this run chose and set, as in `told_of`.
+        groups: of which it takes what this run chose and set, as in `chosen_overrides`.
     """
     words = [f"{key}={text(str(value) if isinstance(value, Path) else value)}" for key, value in settings.items()]
-    return shlex.join(["twbal", stage, *configuration_flags(), *words]) + told_of(*groups)
+    return shlex.join(["twbal", stage, *configuration_flags(), *words]) + chosen_overrides(*groups)
 
 
 def say(line: str) -> None:
@@ -98,7 +100,7 @@ def counted(items: Iterable[Item], what: str, total: int) -> Iterator[Item]:
         yield item
 
 
-def closing(manifest: Manifest, out: Path, following: str) -> None:
+def print_result(manifest: Manifest, out: Path, following: str) -> None:
     """Print what a stage made and the command that would come next."""
     folders = Counter(PurePosixPath(made.path).parent for made in manifest.outputs)
     for folder, count in folders.items():

@@ -7,7 +7,7 @@ from omegaconf import DictConfig
 
 from twbal.cli.composed import composed
 from twbal.cli.typed_config import members, typed
-from twbal.diagnosis.pipeline import DataSettings, Simulated
+from twbal.diagnosis.inputs import DataSettings, Simulated
 from twbal.diagnosis.settings import Settings
 from twbal.effects.library import values_of
 

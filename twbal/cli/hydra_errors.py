@@ -4,7 +4,6 @@ import difflib
 import re
 import traceback
 from collections.abc import Sequence
-from typing import Any, cast
 
 import yaml
 from hydra import compose
@@ -21,7 +20,7 @@ _DEFAULTS = "Expected is a list, as in `defaults: [base, {robot: paper}, _self_]
 _PLUGINS = ("hydra/launcher", "hydra/sweeper", "hydra/sweeper/sampler")
 
 
-def complaint(error: Exception, stage: str) -> TwbalError:
+def explained(error: Exception, stage: str) -> TwbalError:
     """What `error`, raised by Hydra or OmegaConf, means to the person who typed the command.
 
     Args:
@@ -106,8 +105,9 @@ def _no_override(word: str) -> str:
 def _no_such_key(key: str, stage: str) -> str:
     with composing():
         cfg = compose(stage.replace("-", "_"))
-    values = [value for value, _ in flattened(cast(dict[str, Any], OmegaConf.to_container(cfg)))]
-    known = list(dict.fromkeys(part for value in values for part in (*ancestors(value), value)))
+    tree = OmegaConf.to_container(cfg)
+    assert isinstance(tree, dict)
+    known = list(dict.fromkeys(part for leaf, _ in flattened(tree) for part in (*ancestors(leaf), leaf)))
     if key in known:
         return f"{stage} cannot set {key} to that: it has no such entries. New ones are added by +{key}.<name>=..."
     if key.startswith(_EFFECTS) and "sim" in cfg:

@@ -10,7 +10,7 @@ from omegaconf.errors import OmegaConfBaseException
 from twbal.cli import settings_help  # noqa: F401, help asks for it
 from twbal.cli.composition import register_nodes
 from twbal.cli.conf_folder import conf_folder
-from twbal.cli.hydra_errors import complaint, invalid_defaults, unreadable_yaml
+from twbal.cli.hydra_errors import explained, invalid_defaults, unreadable_yaml
 from twbal.cli.sim_files import with_files
 from twbal.cli.sweeps import FailedJobError, Job, StageFailed, full_error, translated
 
@@ -44,7 +44,7 @@ def run_stage(stage: str, words: list[str], program: str) -> None:
     except FailedJobError as failed:
         raise job.failures(failed, words) from failed
     except (HydraException, OmegaConfBaseException) as error:
-        raise complaint(error, stage) from error
+        raise explained(error, stage) from error
     except (yaml.YAMLError, UnicodeDecodeError) as error:  # not of the stage, whose errors are in a StageFailed
         raise unreadable_yaml(error) from error
     except ValueError as error:

@@ -9,7 +9,7 @@ from twbal.cli.simulation_config import simulation_of
 from twbal.cli.stages import optimise_policy, sim_collect
 from twbal.cli.stages.real_rollout import rollout_settings
 from twbal.cli.typed_config import members, section, typed
-from twbal.diagnosis.pipeline import DataSettings
+from twbal.diagnosis.inputs import DataSettings
 
 
 def setup_of(cfg: DictConfig, diagnose: DictConfig) -> Setup:

@@ -38,10 +38,10 @@ class StageSteps(Steps[Path, Path, Path, Path]):
     ) -> Path:
         """A call of sim-collect."""
         overrides = {"sim": simulation} if simulation else {}
-        told = _given(conditions)
-        if "trials" in told:
-            told["rollouts"] = told.pop("trials")
-        return self._driven("sim-collect", place, policy, {**overrides, **self._seed("sim-collect"), **told}, {})
+        overrides |= self._seed("sim-collect") | _given(conditions)
+        if "trials" in overrides:
+            overrides["rollouts"] = overrides.pop("trials")
+        return self._driven("sim-collect", place, policy, overrides, {})
 
     def simulate_variant(self, place: Path, name: str) -> Path:
         """A call of sim-collect with further effects."""

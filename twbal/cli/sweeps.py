@@ -27,7 +27,7 @@ from omegaconf.errors import OmegaConfBaseException
 
 from twbal.cli.commands import refuse_experiment_of_another_stage, text
 from twbal.cli.config_check import check_configuration
-from twbal.cli.hydra_errors import complaint
+from twbal.cli.hydra_errors import explained
 from twbal.core.errors import SweepError, TwbalError
 from twbal.core.files import write_atomically
 from twbal.core.threads import asked_threads
@@ -160,7 +160,7 @@ def again(stage: str, words: Sequence[str], sweep: Path) -> str:
 
 def translated(error: Exception, stage: str) -> Exception:
     """`error` itself, or what it means to the person who typed the command."""
-    return complaint(error, stage) if isinstance(error, HydraException | OmegaConfBaseException) else error
+    return explained(error, stage) if isinstance(error, HydraException | OmegaConfBaseException) else error
 
 
 @contextmanager

@@ -1,22 +1,22 @@
 """A whole diagnosis: from measured episodes to a verdict, the gap on held-out data, and a corrected simulation."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
 from twbal.core.engine import dividing_step
-from twbal.core.episode import Episode
 from twbal.core.gaussian import Array
 from twbal.core.robot_parameters import RobotParameters
 from twbal.diagnosis.advice import UNEXPLAINED, on_falls
 from twbal.diagnosis.candidates import tilt_offsets
 from twbal.diagnosis.effect_candidates import candidates_for
 from twbal.diagnosis.filter_result import filter_recordings
-from twbal.diagnosis.findings import Effects, FilterResult, Findings
+from twbal.diagnosis.findings import FilterResult, Findings
 from twbal.diagnosis.gap import Models, Stretches, measure_gaps
+from twbal.diagnosis.inputs import DataSettings, Named, Simulated
 from twbal.diagnosis.name import name_effects
 from twbal.diagnosis.record import Diagnosis, Verdict
 from twbal.diagnosis.settings import Settings
@@ -35,54 +35,6 @@ Progress = Callable[[str], None]
 
 _HISTORY = 5  # control periods before a rollout, for what a late IMU still shows
 _SPACING = 5  # control periods from one rollout to the next, at least
-
-
-@dataclass(frozen=True)
-class DataSettings:
-    """What is read of the episodes, and how the gap is measured; see conf/diagnose.yaml.
-
-    Attributes:
-        horizons: of the rollouts in PyBullet by which the gap is measured [s].
-        held_out: share of the data that nothing is fitted to.
-        starts: rollouts, spread over the held-out data.
-        bins: ranges of speed, command, tilt and time in the map of disagreement.
-        shortest: see `Usability`.
-        fewest: see `Usability`.
-        fastest_turn: see `Usability`.
-        widest_tilt: see `Usability`.
-    """
-
-    horizons: list[float]
-    held_out: float
-    starts: int
-    bins: int
-    shortest: int
-    fewest: int
-    fastest_turn: float
-    widest_tilt: float
-
-
-@dataclass(frozen=True)
-class Simulated:
-    """The simulation that is held against the data.
-
-    Attributes:
-        robot: nominal parameters.
-        effects: that it has already, by name.
-        physics_step: of its integrator [s].
-    """
-
-    robot: RobotParameters
-    effects: Effects
-    physics_step: float
-
-
-@dataclass(frozen=True)
-class Named:
-    """Episodes with their names, for reports and errors."""
-
-    episodes: Sequence[Episode]
-    names: Sequence[str]
 
 
 class DiagnosisResult(NamedTuple):

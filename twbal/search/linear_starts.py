@@ -39,6 +39,6 @@ def regulator(A: Array, B: Array, cost: SaturatingCost, command_width: float) ->
         return None  # the slopes cannot be stabilised; the other starts remain
     PB = P @ B
     gain: Array = (PB @ A) / (command_width**-2.0 + B @ PB)
-    # Where no command can hold the system, the solver may return without a complaint.
+    # Where no command can hold the system, the solver may return without a explained.
     stable = np.isfinite(gain).all() and np.abs(np.linalg.eigvals(A - np.outer(B, gain))).max() < 1.0
     return gain if stable else None

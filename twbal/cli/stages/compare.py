@@ -51,12 +51,12 @@ def main(cfg: DictConfig) -> None:
         print(f"made  {out / file}")
 
 
-def _folders(told: ListConfig | DictConfig | str) -> dict[str, Path]:
+def _folders(given: ListConfig | DictConfig | str) -> dict[str, Path]:
     """Folders by the name of their group."""
-    if isinstance(told, DictConfig):
-        found = {str(name): Path(str(folder)) for name, folder in told.items()}
+    if isinstance(given, DictConfig):
+        found = {str(name): Path(str(folder)) for name, folder in given.items()}
     else:
-        words = [told] if isinstance(told, str) else list(told)
+        words = [given] if isinstance(given, str) else list(given)
         found = {Path(word).name: Path(word) for word in words}
         if len(found) < len(words):
             raise ConfigError("Two of the folders have the same name: give groups names by runs={a:folder,b:folder}.")

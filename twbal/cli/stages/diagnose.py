@@ -9,13 +9,14 @@ import numpy as np
 from omegaconf import DictConfig, OmegaConf
 
 from twbal.cli.artefacts import AUGMENTED, DIAGNOSIS, episode_files
-from twbal.cli.console import closing, next_command, run_folder, say
+from twbal.cli.console import next_command, print_result, run_folder, say
 from twbal.cli.diagnosis_config import diagnosis_of
 from twbal.cli.manifest import Manifest, Step, perform
 from twbal.cli.typed_config import recorded
 from twbal.core.files import write_atomically
 from twbal.diagnosis.findings import FilterResult
-from twbal.diagnosis.pipeline import DataSettings, DiagnosisResult, Named, Simulated, diagnose_episodes
+from twbal.diagnosis.inputs import DataSettings, Named, Simulated
+from twbal.diagnosis.pipeline import DiagnosisResult, diagnose_episodes
 from twbal.diagnosis.record import Diagnosis, verdict_in, write_diagnosis
 from twbal.diagnosis.settings import Settings
 from twbal.io.logs import read_episode
@@ -39,7 +40,7 @@ def main(cfg: DictConfig) -> None:
         following = next_command("real-rollout", _GENTLY, "robot")
     else:
         following = next_command("sim-collect", {"sim": out / AUGMENTED}, "robot")
-    closing(made, out, following)
+    print_result(made, out, following)
 
 
 def run(cfg: DictConfig, out: Path) -> Manifest:

@@ -9,7 +9,7 @@ import pandas
 from omegaconf import DictConfig
 
 from twbal.cli.artefacts import episode_files
-from twbal.cli.console import closing, run_folder
+from twbal.cli.console import print_result, run_folder
 from twbal.cli.manifest import Manifest, Step, perform
 from twbal.cli.typed_config import recorded, typed
 from twbal.core.episode import Episode
@@ -32,7 +32,7 @@ def main(cfg: DictConfig) -> None:
     """Run the stage in Hydra's run folder."""
     out = run_folder()
     manifest = run(cfg, out)
-    closing(manifest, out, f"read {out / manifest.outputs[0].path} by any program")
+    print_result(manifest, out, f"read {out / manifest.outputs[0].path} by any program")
 
 
 def run(cfg: DictConfig, out: Path) -> Manifest:

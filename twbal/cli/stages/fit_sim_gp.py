@@ -8,7 +8,7 @@ from omegaconf import DictConfig
 
 from twbal.algorithm.model_file import SavedModel, save_model
 from twbal.cli.artefacts import MODEL, episode_files, hashes
-from twbal.cli.console import closing, next_command, run_folder
+from twbal.cli.console import next_command, print_result, run_folder
 from twbal.cli.manifest import Manifest, Step, perform
 from twbal.cli.typed_config import recorded, typed
 from twbal.core.channels import Channels
@@ -29,7 +29,7 @@ class Settings:
 def main(cfg: DictConfig) -> None:
     """Run the stage in Hydra's run folder."""
     out = run_folder()
-    closing(run(cfg, out), out, next_command("optimise-policy", {"dynamics": out / MODEL}, "robot", "state"))
+    print_result(run(cfg, out), out, next_command("optimise-policy", {"dynamics": out / MODEL}, "robot", "state"))
 
 
 def run(cfg: DictConfig, out: Path) -> Manifest:

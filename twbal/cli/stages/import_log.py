@@ -9,7 +9,7 @@ from pathlib import Path, PurePosixPath
 from hydra.utils import instantiate
 from omegaconf import DictConfig, OmegaConf
 
-from twbal.cli.console import closing, counted, next_command, run_folder
+from twbal.cli.console import counted, next_command, print_result, run_folder
 from twbal.cli.manifest import Manifest, Step, perform
 from twbal.cli.typed_config import recorded, typed
 from twbal.core.episode import Episode, Provenance
@@ -47,7 +47,7 @@ def main(cfg: DictConfig) -> None:
         return
     manifest = run(cfg, out)
     logs = [out / made.path for made in manifest.outputs if PurePosixPath(made.path).parent.name == EPISODES]
-    closing(manifest, out, _diagnosis_of(out, read_episode(logs[0]).control_period, cfg.robot.control_period))
+    print_result(manifest, out, _diagnosis_of(out, read_episode(logs[0]).control_period, cfg.robot.control_period))
 
 
 def run(cfg: DictConfig, out: Path) -> Manifest:

@@ -43,34 +43,34 @@ def main(cfg: DictConfig) -> float | None:
         not); for a sweeper to make small.
     """
     out, hydra, flags = run_folder(), HydraConfig.get(), configuration_flags()
-    told = [word for word in hydra.overrides.task if not word.startswith("hydra.")]
-    print(f"After an interruption, this goes on where it was: {_again(flags, told, out)}\n", flush=True)
+    words = [word for word in hydra.overrides.task if not word.startswith("hydra.")]
+    print(f"After an interruption, this goes on where it was: {_again(flags, words, out)}\n", flush=True)
     run(cfg, out, hydra.runtime.choices, flags)
     summary = read_summary(out / SUMMARY)
     print(f"\n{summary_table(summary)}\n")
     print(f"policy  {out / BEST_POLICY}")
     print(f"by hand {out / SCRIPT}")
     print(f"report  {out / REPORT}")
-    for command in _following(summary, out, flags, told, cfg.updates):
+    for command in _following(summary, out, flags, words, cfg.updates):
         print(f"next    {command}")
     best = summary.best
     return best.predicted_cost if best.real_cost is None else best.real_cost
 
 
-def _again(flags: Sequence[str], told: Sequence[str], out: Path) -> str:
+def _again(flags: Sequence[str], words: Sequence[str], out: Path) -> str:
     """The command that goes on in `out`."""
-    return shlex.join(["twbal", "iterate", *flags, *told, f"hydra.run.dir={text(str(out))}"])
+    return shlex.join(["twbal", "iterate", *flags, *words, f"hydra.run.dir={text(str(out))}"])
 
 
-def _following(summary: Summary, out: Path, flags: Sequence[str], told: Sequence[str], updates: int) -> list[str]:
+def _following(summary: Summary, out: Path, flags: Sequence[str], words: Sequence[str], updates: int) -> list[str]:
     """What to do next: drive the robot that is balanced, or learn more about the one that is not."""
     if summary.solved or not summary.best.trials:
         return [next_command("real-rollout", {"policy.path": out / BEST_POLICY}, "robot", "state", "link")]
     if updates:
-        others = [word for word in told if not word.startswith("updates=")]
+        others = [word for word in words if not word.startswith("updates=")]
         commands = [_again(flags, [*others, f"updates={updates + MORE_UPDATES}"], out)]
     else:
-        others = [word for word in told if not word.startswith(("updates=", "method=", "trained="))]
+        others = [word for word in words if not word.startswith(("updates=", "method=", "trained="))]
         commands = [shlex.join(["twbal", "iterate", *flags, *others])]
     folders = _to_diagnose(summary, out)
     if folders:

@@ -7,7 +7,7 @@ from hydra.utils import instantiate
 from omegaconf import DictConfig
 
 from twbal.cli.artefacts import POLICY, episode_files
-from twbal.cli.console import closing, next_command, run_folder, say
+from twbal.cli.console import next_command, print_result, run_folder, say
 from twbal.cli.manifest import Manifest, Step, perform
 from twbal.cli.typed_config import recorded, typed
 from twbal.io.checkpoint import save_checkpoint
@@ -27,7 +27,7 @@ class Settings:
 def main(cfg: DictConfig) -> None:
     """Run the stage in Hydra's run folder."""
     out = run_folder()
-    closing(run(cfg, out), out, next_command("real-rollout", {"policy.path": out / POLICY}, "robot", "state"))
+    print_result(run(cfg, out), out, next_command("real-rollout", {"policy.path": out / POLICY}, "robot", "state"))
 
 
 def run(cfg: DictConfig, out: Path) -> Manifest:

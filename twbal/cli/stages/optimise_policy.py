@@ -11,7 +11,7 @@ from twbal.algorithm.model_file import load_model
 from twbal.algorithm.policy_search import PolicySearch, recalibrated
 from twbal.algorithm.prediction import load_prediction, prediction_of, save_prediction
 from twbal.cli.artefacts import POLICY, PREDICTION, episode_files, hashes
-from twbal.cli.console import closing, next_command, run_folder, say
+from twbal.cli.console import next_command, print_result, run_folder, say
 from twbal.cli.manifest import Manifest, Step, perform
 from twbal.cli.typed_config import recorded, typed
 from twbal.core.channels import Channels
@@ -40,7 +40,7 @@ def main(cfg: DictConfig) -> float:
         The expected long-term cost of the best policy; for a sweeper to make small.
     """
     out = run_folder()
-    closing(run(cfg, out), out, next_command("real-rollout", {"policy.path": out / POLICY}, "robot", "state"))
+    print_result(run(cfg, out), out, next_command("real-rollout", {"policy.path": out / POLICY}, "robot", "state"))
     return load_prediction(out / PREDICTION).best.cost
 
 

@@ -14,7 +14,7 @@ from twbal.algorithm.collection import explored
 from twbal.algorithm.rollout import rollout
 from twbal.algorithm.settings import RolloutSettings
 from twbal.cli.artefacts import episode_file, policy_files, policy_hash
-from twbal.cli.console import closing, next_command, run_folder
+from twbal.cli.console import next_command, print_result, run_folder
 from twbal.cli.manifest import Manifest, Step, perform, read_manifest
 from twbal.cli.signals import stopped_once
 from twbal.cli.typed_config import recorded, typed
@@ -41,7 +41,7 @@ def main(cfg: DictConfig) -> None:
         episode = read_episode(out / made.path)
         trial, outcome = episode.provenance.trial, episode.outcome.replace("_", " ")
         print(f"trial {trial}: {outcome} after {episode.duration:.2f} s, {len(episode)} samples")
-    closing(manifest, out, _following(cfg, out))
+    print_result(manifest, out, _following(cfg, out))
 
 
 def _following(cfg: DictConfig, out: Path) -> str:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from omegaconf import DictConfig
 
-from twbal.cli.console import closing, next_command, run_folder
+from twbal.cli.console import next_command, print_result, run_folder
 from twbal.cli.manifest import Manifest, Step, perform
 from twbal.cli.typed_config import recorded
 from twbal.core.errors import LogError
@@ -16,7 +16,7 @@ def main(cfg: DictConfig) -> None:
     """Run the stage in Hydra's run folder."""
     out = run_folder()
     manifest = run(cfg, out)
-    closing(manifest, out, next_command("show", {"episode": out / manifest.outputs[0].path}))
+    print_result(manifest, out, next_command("show", {"episode": out / manifest.outputs[0].path}))
 
 
 def run(cfg: DictConfig, out: Path) -> Manifest:

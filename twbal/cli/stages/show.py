@@ -9,7 +9,7 @@ import numpy as np
 from hydra.utils import instantiate
 from omegaconf import DictConfig
 
-from twbal.cli.console import closing, run_folder
+from twbal.cli.console import print_result, run_folder
 from twbal.cli.manifest import Manifest, Step, perform
 from twbal.cli.typed_config import members, recorded, typed
 from twbal.core.episode import Episode
@@ -51,7 +51,7 @@ class Settings:
 def main(cfg: DictConfig) -> None:
     """Run the stage in Hydra's run folder."""
     out = run_folder()
-    closing(run(cfg, out), out, f"open {out}")
+    print_result(run(cfg, out), out, f"open {out}")
 
 
 def run(cfg: DictConfig, out: Path) -> Manifest:

@@ -10,7 +10,7 @@ from omegaconf import DictConfig
 from twbal.algorithm.collection import simulate
 from twbal.algorithm.settings import RolloutSettings
 from twbal.cli.artefacts import episode_file, policy_files, policy_hash
-from twbal.cli.console import closing, counted, next_command, run_folder
+from twbal.cli.console import counted, next_command, print_result, run_folder
 from twbal.cli.manifest import Manifest, Step, perform
 from twbal.cli.simulation_config import simulation_of
 from twbal.cli.typed_config import recorded, typed
@@ -45,7 +45,7 @@ def main(cfg: DictConfig) -> None:
     """Run the stage in Hydra's run folder."""
     out = run_folder()
     manifest = run(cfg, out)
-    closing(manifest, out, next_command("fit-sim-gp", {"episodes": out}, "robot", "state"))
+    print_result(manifest, out, next_command("fit-sim-gp", {"episodes": out}, "robot", "state"))
 
 
 def run(cfg: DictConfig, out: Path) -> Manifest:

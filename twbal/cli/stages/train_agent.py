@@ -9,7 +9,7 @@ from omegaconf import DictConfig
 from twbal.algorithm.collection import simulate
 from twbal.algorithm.settings import RolloutSettings
 from twbal.cli.artefacts import POLICY
-from twbal.cli.console import Progress, closing, next_command, run_folder
+from twbal.cli.console import Progress, next_command, print_result, run_folder
 from twbal.cli.manifest import Manifest, Step, perform
 from twbal.cli.simulation_config import simulation_of
 from twbal.cli.typed_config import recorded, typed
@@ -38,7 +38,7 @@ def main(cfg: DictConfig) -> None:
     trials = int(cfg.trials)
     if trials:
         print(f"  {successes(cfg, out / POLICY, trials)} of {trials} simulated trials succeed")
-    closing(manifest, out, next_command("real-rollout", {"policy.path": out / POLICY}, "robot", "state"))
+    print_result(manifest, out, next_command("real-rollout", {"policy.path": out / POLICY}, "robot", "state"))
 
 
 def run(cfg: DictConfig, out: Path) -> Manifest:

@@ -1,0 +1,56 @@
+"""What a diagnosis is given."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from twbal.core.episode import Episode
+from twbal.core.robot_parameters import RobotParameters
+from twbal.diagnosis.findings import Effects
+
+
+@dataclass(frozen=True)
+class DataSettings:
+    """What is read of the episodes, and how the gap is measured; see conf/stage/diagnose.yaml.
+
+    Attributes:
+        horizons: of the rollouts in PyBullet by which the gap is measured [s].
+        held_out: share of the data that nothing is fitted to.
+        starts: rollouts, spread over the held-out data.
+        bins: ranges of speed, command, tilt and time in the map of disagreement.
+        shortest: see `Usability`.
+        fewest: see `Usability`.
+        fastest_turn: see `Usability`.
+        widest_tilt: see `Usability`.
+    """
+
+    horizons: list[float]
+    held_out: float
+    starts: int
+    bins: int
+    shortest: int
+    fewest: int
+    fastest_turn: float
+    widest_tilt: float
+
+
+@dataclass(frozen=True)
+class Simulated:
+    """The simulation that is held against the data.
+
+    Attributes:
+        robot: nominal parameters.
+        effects: that it has already, by name.
+        physics_step: of its integrator [s].
+    """
+
+    robot: RobotParameters
+    effects: Effects
+    physics_step: float
+
+
+@dataclass(frozen=True)
+class Named:
+    """Episodes with their names, for reports and errors."""
+
+    episodes: Sequence[Episode]
+    names: Sequence[str]
