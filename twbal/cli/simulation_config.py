@@ -10,7 +10,6 @@ from omegaconf import DictConfig, OmegaConf
 from twbal.cli.typed_config import members
 from twbal.core.errors import ConfigError
 from twbal.core.plant import Plant
-from twbal.effects.library import values_of
 from twbal.planar.planar_plant import PlanarPlant
 from twbal.sim.bullet_plant import SimPlant
 from twbal.sim.randomised import Draws, RandomisedPlant
@@ -34,7 +33,7 @@ def plant_maker(cfg: DictConfig, seed: int) -> Callable[[], Plant]:
         "seed": seed,
     }
     if engine == PLANAR:
-        return partial(PlanarPlant, effects=values_of(effects), **told)
+        return partial(PlanarPlant, effects=effects, **told)
     if engine != PYBULLET:
         raise ConfigError(f"sim.engine must be {PYBULLET} or {PLANAR}; found {engine!r}.")
     if "draws" in cfg.sim:

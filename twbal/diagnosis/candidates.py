@@ -48,7 +48,7 @@ class Candidate(NamedTuple):
     """An effect that may be missing.
 
     Attributes:
-        name: as in conf/effect/.
+        name: as of `effects/`.
         parameters: of the effect.
         same_as: effects that no data of this kind tell from it.
         hard_to_tell_from: effects that data of this kind hardly tell from it.

@@ -9,7 +9,7 @@ from twbal.core.gaussian import Array
 from twbal.diagnosis.candidates import Candidate
 from twbal.diagnosis.screen import Screened, screen
 from twbal.planar.actuation import equivalent_gain
-from twbal.planar.parameters import TwinParameters
+from twbal.planar.parameters import dotted
 from twbal.sysid.fit import Fit, refit
 from twbal.sysid.model import Data, Free, Model
 
@@ -77,7 +77,7 @@ class Weighed(NamedTuple):
         Parameters that ran to a bound other than the one that is no effect, those of the data sheet and of the sensors
         among them; and the first parameters of overriding effects.
         """
-        found = [_dotted(free.field) for free in self.fit.frees if at_bound(free, self.fit.model.value(free.field))]
+        found = [dotted(free.field) for free in self.fit.frees if at_bound(free, self.fit.model.value(free.field))]
         swallowing = [f"{c.name}.{c.parameters[0].name}" for c in self.candidates if c.name in self.overriding]
         return tuple(dict.fromkeys([*found, *swallowing]))
 
@@ -87,12 +87,6 @@ def at_bound(free: Free, value: float) -> bool:
     margin = _AT_BOUND * (free.high - free.low)
     ends = [end for end in (free.low, free.high) if end != free.mean]
     return not free.field.endswith("_phase") and any(abs(value - end) < margin for end in ends)
-
-
-def _dotted(field: str) -> str:
-    """`body_mass.factor` of `body_mass_factor`; fields that are no parameter of an effect stay as they are."""
-    effect, _, parameter = field.rpartition("_")
-    return f"{effect}.{parameter}" if field in TwinParameters._field_defaults else field
 
 
 class Round(NamedTuple):

@@ -1,6 +1,6 @@
 """Name what a simulation lacks to explain measured episodes."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -34,8 +34,7 @@ from twbal.diagnosis.wheel_friction import name_drag
 from twbal.diagnosis.wheels_off_ground import ADVICE as IN_AIR
 from twbal.diagnosis.wheels_off_ground import held, held_upright, wheels_in_air, without_rotors
 from twbal.diagnosis.where import disagreement
-from twbal.effects.effect import Effect
-from twbal.effects.library import library, values_of
+from twbal.effects.library import effects_from, values_of
 from twbal.io.logs import read_episode
 from twbal.sim.replay import ReplayStart, replay
 from twbal.sysid.held_out import Split, held_out
@@ -273,9 +272,4 @@ def _seen_by(account: Account, split: Split, told: Told) -> Account:
 
 
 def _replay(told: Told, account: Account, starts: Sequence[ReplayStart], commands: Array) -> Array:
-    return replay(told.robot, _as_simulated(account.effects), told.physics_step, starts, commands)
-
-
-def _as_simulated(effects: Mapping[str, Mapping[str, float]]) -> list[Effect]:
-    known = library()
-    return [known[name](**values) for name, values in effects.items() if name in known]
+    return replay(told.robot, effects_from(account.effects), told.physics_step, starts, commands)
