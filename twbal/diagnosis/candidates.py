@@ -68,8 +68,9 @@ class Candidate(NamedTuple):
 
     @property
     def is_wave(self) -> bool:
-        """Whether it has a phase, and so a frequency that is looked for among many."""
-        return any(p.name == "phase" for p in self.parameters)
+        """Whether it has a phase, and a frequency that is looked for among many."""
+        names = {p.name for p in self.parameters}
+        return "phase" in names and not names.isdisjoint(("frequency", "count", "waves"))
 
     @property
     def sizes(self) -> tuple[Parameter, ...]:
