@@ -9,13 +9,12 @@ from omegaconf import OmegaConf
 
 from twbal.cli.commands import text
 from twbal.cli.composition import composing
-from twbal.cli.conf_folder import conf_folder
 from twbal.cli.main import main
 from twbal.cli.sim_files import with_files
 from twbal.cli.stages.diagnose import augmented
 from twbal.core.errors import ConfigError
 from twbal.diagnosis.inputs import Simulated
-from twbal.effects.library import all_effects
+from twbal.effects.library import nodes
 
 GAIN = "physics_step: 0.0005\neffects:\n  torque_gain: {gain: 0.8}\n"
 EARLIER = """
@@ -109,9 +108,8 @@ def test_what_diagnose_writes_comes_back_whatever_the_effect(tmp_path, paper):
     assert effects["sensor_noise"] == present["sensor_noise"]
 
 
-def test_every_yaml_of_an_effect_is_a_simulation_file_as_well(tmp_path):
-    for name in all_effects():
-        node = OmegaConf.to_container(OmegaConf.load(conf_folder() / "effect" / f"{name}.yaml"))
+def test_every_choice_of_an_effect_is_a_simulation_file_as_well(tmp_path):
+    for name, node in nodes().items():
         (tmp_path / "one.yaml").write_text(OmegaConf.to_yaml({"effects": {name: node}}))
         assert with_files([f"sim={tmp_path / 'one.yaml'}"]) == ["sim=nominal", f"++sim.effects.{name}={text(node)}"]
 

@@ -53,7 +53,7 @@ def test_where_a_rollout_starts_says_nothing_of_its_exploration(paper, simulatio
     start = StartPose(tilt_mean=0.0, tilt_sd=0.02, tilt_rate_sd=0.05, speed_sd=0.02)
     channels = Channels(("tilt", "tilt_rate", "speed", "command_1", "command_2"), paper.wheel_radius)
     settings = {"robot": paper, "start": start, "physics_step": 0.001, "seed": 5}
-    plant = SimPlant(effects=[], **settings) if simulation == "pybullet" else PlanarPlant(effects={}, **settings)
+    plant = (SimPlant if simulation == "pybullet" else PlanarPlant)(effects=[], **settings)
     silent = LinearPolicy(channels.names, np.zeros(5), 0.0, paper.torque_limit)
     policy = ExploringPolicy(silent, noise_sd=1.0, max_command=paper.torque_limit)
     starts, noises = [], []

@@ -4,11 +4,13 @@ import numpy as np
 from scipy.linalg import solve_continuous_are
 
 from twbal.core.start_pose import StartPose
+from twbal.effects.library import effects_from
 from twbal.planar.linearised import linearise
 from twbal.planar.planar_plant import PlanarPlant
 from twbal.sysid.recording import Recording
 
 NOISE = {"tilt": 0.0035, "tilt_rate": 0.02, "wheel_angle": 0.001, "wheel_rate": 0.05}
+UNSEEN = {"acceleration": 0.0, "yaw_rate": 0.0}
 SHEET = {"body_mass": "factor", "body_inertia": "factor", "com_height": "factor", "wheel_radius": "factor"}
 COLUMNS = [1, 2, 4, 5]
 
@@ -36,7 +38,7 @@ def synthetic_recording(robot, effects, seed, periods=2000, still=False, toleran
     true = {name: {key: 1 + tolerance * rng.uniform(-1, 1)} for name, key in SHEET.items()}
     plant = PlanarPlant(
         robot=robot,
-        effects={**true, **effects, "sensor_noise": NOISE},
+        effects=effects_from({**true, **effects, "sensor_noise": {**NOISE, **UNSEEN}}),
         start=StartPose(0.0, 0.02, 0.1, 0.05),
         physics_step=robot.control_period / 80,
         seed=seed,

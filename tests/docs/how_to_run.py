@@ -146,6 +146,7 @@ TABLE: Mapping[str, How] = {
     ".venv/bin/twbal check": _CHECK,
     ".venv/bin/pre-commit install": Install(),
     "twbal check update=true": _CHECK,
+    "python scripts/effects.py": Elsewhere(("tests/docs/test_effects_page.py", "page()"), "writes a page"),
     "pip freeze": Elsewhere(None, "pip's own"),
     # docs
     "python -m benchmarks.hidden_robots": Benchmark(),

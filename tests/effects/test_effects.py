@@ -1,11 +1,9 @@
 from dataclasses import replace
 from itertools import permutations
-from pathlib import Path
 
 import numpy as np
 import pytest
 from hydra.utils import instantiate
-from omegaconf import OmegaConf
 
 from twbal.core.errors import ConfigError
 from twbal.core.plant import Observation
@@ -15,13 +13,14 @@ from twbal.effects.com_height import ComHeight
 from twbal.effects.com_offset import ComOffset
 from twbal.effects.coulomb_friction import CoulombFriction
 from twbal.effects.dead_zone import DeadZone
-from twbal.effects.effect import Effect, assemble, parameters_of
+from twbal.effects.effect import assemble
+from twbal.effects.library import all_effects, nodes
 from twbal.effects.motor_lag import MotorLag
+from twbal.effects.parameter import parameters_of
 from twbal.effects.sensor_noise import SensorNoise
 from twbal.effects.torque_gain import TorqueGain
 from twbal.effects.viscous_friction import ViscousFriction
 
-FILES = sorted((Path(__file__).parents[2] / "conf" / "effect").glob("*.yaml"))
 H = 0.001
 
 
@@ -30,20 +29,15 @@ def run(effect, torques, physics_step=H):
     return np.array([link(u) for u in torques])
 
 
-@pytest.mark.parametrize("file", FILES, ids=lambda f: f.stem)
-def test_every_yaml_makes_an_effect_of_its_own_name_that_starts_away_from_nothing(file):
-    effect = instantiate(OmegaConf.load(file))
-    assert isinstance(effect, Effect)
-    assert type(effect).__module__ == f"twbal.effects.{file.stem}"
-    for name, known in parameters_of(type(effect)).items():
-        assert known.low <= getattr(effect, name) <= known.high
+@pytest.mark.parametrize("name", nodes())
+def test_a_choice_of_the_configuration_makes_an_effect_of_its_name_that_starts_away_from_nothing(name):
+    effect = instantiate(nodes()[name])
+    assert type(effect) is all_effects()[name]
+    assert type(effect).__module__ == f"twbal.effects.{name}"
+    for key, known in parameters_of(type(effect)).items():
+        assert known.low <= getattr(effect, key) <= known.high
         assert known.low <= known.start <= known.high
-        assert getattr(effect, name) != known.none or name == "phase"
-
-
-def test_every_effect_has_a_yaml():
-    kinds = {kind for base in Effect.__subclasses__() for kind in base.__subclasses__() if "twbal" in kind.__module__}
-    assert {k.__module__.split(".")[-1] for k in kinds} == {f.stem for f in FILES}
+        assert getattr(effect, key) != known.neutral or key == "phase"
 
 
 NONSENSE = [

@@ -1,18 +1,23 @@
 """All effects are found, say what is known of them, and name others that exist."""
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
 
-from twbal.effects.effect import ActuatorEffect, parameters_of
-from twbal.effects.library import library
-from twbal.planar.parameters import TwinParameters
+import twbal.effects
+from twbal.effects.effect import ActuatorEffect
+from twbal.effects.library import all_effects, library
+from twbal.effects.parameter import parameters_of
 
 ACTUATORS = [name for name, effect in library().items() if issubclass(effect, ActuatorEffect)]
 
 
 def test_every_effect_that_can_be_named_is_found_and_the_sensors_noise_is_none_of_them():
     found = library()
-    assert len(found) == 28
+    files = {path.stem for path in Path(twbal.effects.__file__).parent.glob("*.py")}
+    assert set(all_effects()) == files - {"__init__", "effect", "library", "page", "parameter"}
     assert {"coulomb_friction", "imu_delay", "wheel_slip"} < set(found)
     assert "sensor_noise" not in found
 
@@ -20,15 +25,17 @@ def test_every_effect_that_can_be_named_is_found_and_the_sensors_noise_is_none_o
 @pytest.mark.parametrize("name", library())
 def test_an_effect_says_what_it_is_like_and_names_only_others(name):
     effect = library()[name]
-    assert set(effect.cannot_be_told_from) <= set(library()) - {name}
+    assert set(effect.nearly_same_as) <= set(library()) - {name}
     assert effect.separate_by.endswith(".")
     assert parameters_of(effect)
 
 
-@pytest.mark.parametrize("name", library())
-def test_the_twin_does_nothing_where_the_effect_does_nothing(name):
-    for parameter, known in parameters_of(library()[name]).items():
-        assert TwinParameters._field_defaults[f"{name}_{parameter}"] == known.none or parameter in ("rate", "count")
+@pytest.mark.parametrize("name", all_effects())
+def test_an_effect_has_a_reference_with_its_year_and_each_parameter_a_meaning(name):
+    effect = all_effects()[name]
+    assert re.search(r"(19|20)\d\d[.,]", effect.reference)
+    assert all(parameter.meaning for parameter in parameters_of(effect).values())
+    assert isinstance(effect.is_linear, bool)
 
 
 @pytest.mark.parametrize("name", ACTUATORS)

@@ -75,7 +75,7 @@ def gaps(robot, name, start, physics_step, drive):
     """
     twin = twin_parameters(robot, values(name, robot))
     k, substeps = constants(twin, physics_step), round(robot.control_period / physics_step)
-    rows, commands, state = [], [], standing(twin, 0.0, 0.0, 0.0, 0.0)
+    rows, commands, state = [], [], standing(k, 0.0, 0.0, 0.0, 0.0)
     effects = simulated(name, robot)
     with SimPlant(robot=robot, effects=effects, start=start, physics_step=physics_step, seed=0) as plant:
         seen = plant.reset(0)
@@ -117,7 +117,7 @@ def test_in_a_fall_the_gap_is_the_integrators_and_shrinks_with_the_step(request,
 
 def test_the_twin_behind_the_seam_sees_what_the_simulated_robot_sees(paper):
     gain, rng = regulator(paper), np.random.default_rng(0)
-    twin = PlanarPlant(robot=paper, effects=values("all", paper), start=START, physics_step=0.001, seed=4)
+    twin = PlanarPlant(robot=paper, effects=simulated("all", paper), start=START, physics_step=0.001, seed=4)
     effects = simulated("all", paper)
     with SimPlant(robot=paper, effects=effects, start=START, physics_step=0.001, seed=4) as plant, twin:
         seen, shadow = plant.reset(1), twin.reset(1)

@@ -4,13 +4,11 @@ import numpy as np
 import pytest
 from hydra import compose
 from hydra.utils import instantiate
-from omegaconf import OmegaConf
 
 from twbal.cli.composition import composing
-from twbal.cli.conf_folder import conf_folder
 from twbal.core.plant import Observation
 from twbal.core.start_pose import StartPose
-from twbal.effects.library import library
+from twbal.effects.library import library, nodes
 from twbal.planar.planar_plant import PlanarPlant
 from twbal.sim.bullet_plant import SimPlant
 
@@ -41,7 +39,7 @@ def robot():
 def commands(robot):
     """What a regulator that is pushed about commands."""
     pushes, found = np.random.default_rng(3).normal(0.0, 5.0, PERIODS), []
-    with PlanarPlant(robot=robot, effects={}, start=START, physics_step=STEP, seed=0) as plant:
+    with PlanarPlant(robot=robot, effects=[], start=START, physics_step=STEP, seed=0) as plant:
         seen = plant.reset(0)
         for t in range(PERIODS):
             push = pushes[t - t % 5]
@@ -58,12 +56,11 @@ def course(plant, commands):
 
 @pytest.mark.parametrize("name", library())
 def test_engine_and_twin_agree_on_what_an_effect_does(name, robot, commands):
-    values = dict(OmegaConf.load(conf_folder() / "effect" / f"{name}.yaml"))
-    del values["_target_"]
+    effect = instantiate(nodes()[name])
     settings = {"robot": robot, "start": START, "physics_step": STEP, "seed": 0}
-    engine = course(SimPlant(effects=[library()[name](**values)], **settings), commands)
-    twin = course(PlanarPlant(effects={name: values}, **settings), commands)
-    without = course(PlanarPlant(effects={}, **settings), commands)
+    engine = course(SimPlant(effects=[effect], **settings), commands)
+    twin = course(PlanarPlant(effects=[effect], **settings), commands)
+    without = course(PlanarPlant(effects=[], **settings), commands)
     size = np.array([0.01, 0.1, 0.03, 0.3])  # below which an effect counts as no larger, by channel
     does = np.maximum(np.abs(twin - without).max(axis=0), size)
     assert (np.abs(twin - without).max(axis=0) > 0.1 * size).any()

@@ -6,7 +6,7 @@ from typing import Any
 from hydra.utils import instantiate
 from omegaconf import DictConfig, OmegaConf
 
-from twbal.cli.settings.lookup import OURS, leaves
+from twbal.cli.settings.lookup import is_known, leaves
 from twbal.cli.settings.validate import check
 from twbal.core.errors import ConfigError
 
@@ -56,7 +56,7 @@ def _check_step(cfg: DictConfig) -> None:
 def _build(node: DictConfig) -> None:
     """Build what of `node` is of twbal."""
     if "_target_" in node:
-        if str(node["_target_"]).startswith(OURS):
+        if is_known(str(node["_target_"])):
             instantiate(node)
     else:
         for name in node:

@@ -14,6 +14,7 @@ from twbal import __version__
 from twbal.core.errors import ConfigError, DataError
 from twbal.core.files import alone_in, file_hash
 from twbal.core.json_records import read_record, write_record
+from twbal.effects.library import outside_digest
 
 MANIFEST = "manifest.json"
 PACKAGES = (
@@ -186,12 +187,13 @@ def _fingerprint(step: Step, inputs: Mapping[str, tuple[FileRecord, ...]]) -> st
 
 @cache
 def _source_hash() -> str:
-    """sha256 over the source code of twbal: what other code made is not taken for what this code makes."""
+    """sha256 over the source code of twbal and of effects from outside: what other code made is not taken for ours."""
     package = Path(__file__).parents[1]
     digest = hashlib.sha256()
     for path in sorted(package.rglob("*.py")):
         digest.update(f"{path.relative_to(package).as_posix()} {path.stat().st_size}\n".encode())
         digest.update(path.read_bytes())
+    digest.update(outside_digest().encode())
     return digest.hexdigest()
 
 

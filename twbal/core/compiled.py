@@ -6,6 +6,7 @@ compiles anew. It lies in the person's cache folder, as the installed package ma
 """
 
 import hashlib
+import inspect
 import os
 import stat
 import tempfile
@@ -17,22 +18,48 @@ from typing import Any, TypeVar, cast
 os.environ.setdefault("NUMBA_OPT", "2")
 
 import numba
+from numba.extending import overload
 
 Kernel = TypeVar("Kernel", bound=Callable[..., Any])
 
 _PACKAGE = Path(__file__).parents[1]
-_MARK = b"from twbal.core.compiled import kernel"
+_MARK = b"twbal.core.compiled"  # in the source of all that is compiled, but for effects, of which any part may be
+_EFFECTS = _PACKAGE / "effects"
 
 
-def kernel(fastmath: bool | set[str] = False) -> Callable[[Kernel], Kernel]:
+def kernel(fastmath: bool | set[str] = False, is_kept: bool = True) -> Callable[[Kernel], Kernel]:
     """Compile the decorated function on its first call, and keep the machine code for later runs.
 
     Args:
         fastmath: liberties that the compiler may take with floating point, as numba's `fastmath`. None that changes a
             digit: what the compiler makes of it depends on what else it compiles, and code that was just compiled would
             give other digits than the same code from the cache.
+        is_kept: False for what is only ever a part of other kernels, in whose machine code it is kept.
     """
-    return cast(Callable[[Kernel], Kernel], numba.njit(cache=True, nogil=True, error_model="numpy", fastmath=fastmath))
+    compiled = numba.njit(cache=is_kept, nogil=True, error_model="numpy", fastmath=fastmath)
+    return cast(Callable[[Kernel], Kernel], compiled)
+
+
+def specialised(choose: Callable[[Any], Callable[..., Any]]) -> Callable[[Kernel], Kernel]:
+    """The decorated function, which kernels alone may call, has another body for each class of its first argument.
+
+    Args:
+        choose: given that class, of named tuples, returns a function of the same arguments, which is compiled.
+    """
+
+    def decorate(function: Kernel) -> Kernel:
+        def body(first: Any, *others: Any) -> Callable[..., Any]:
+            chosen = choose(first.instance_class)
+            chosen.__annotations__ = {}
+            return chosen
+
+        names = inspect.signature(function).parameters.values()
+        bare = [name.replace(annotation=inspect.Parameter.empty) for name in names]  # as numba compares them
+        body.__signature__ = inspect.Signature(bare)  # type: ignore[attr-defined]
+        overload(function)(body)
+        return function
+
+    return decorate
 
 
 def cache_folder() -> Path:
@@ -40,7 +67,7 @@ def cache_folder() -> Path:
     digest = hashlib.sha256(numba.__version__.encode())
     for path in sorted(_PACKAGE.rglob("*.py")):
         source = path.read_bytes()
-        if _MARK in source:
+        if _MARK in source or path.parent == _EFFECTS:
             digest.update(source)
     name = f"kernels-{digest.hexdigest()[:16]}"
     base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")

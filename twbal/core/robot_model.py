@@ -1,4 +1,7 @@
-"""A robot as it really is: the data sheet, changed by whatever effects act on it, for any engine to simulate."""
+"""A robot as it really is: the data sheet, changed by whatever effects act on it, for any engine to simulate.
+
+The plain values of it serve kernels, too (`twbal.core.compiled`).
+"""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -16,8 +19,8 @@ ROTOR_SHARE = 0.5
 TorqueFilter = Callable[[float], float]
 """One link of the chain from the command to the motors: summed torque in, summed torque out, once a physics step."""
 
-Push = Callable[[float, float], float]
-"""A force at the axle, forward [N], by its distance from where the rollout began [m] and the time since then [s]."""
+UNBOUNDED = 1e9
+"""Stands for no limit, where a quantity is one [N·m], and for tyres that cannot slip."""
 
 SensorFilter = Callable[[Observation], Observation]
 """What a sensor makes of the truth, once a control period."""
@@ -46,21 +49,62 @@ class Sensor(Protocol):
 class JointMotion(NamedTuple):
     """What the wheels' joints do, as the mean of both.
 
+    One wheel is ahead of the mean by apart·heading and the other is behind it by as much.
+
     Attributes:
         angle: of the wheel relative to the body [rad].
         rate: [rad/s].
         acceleration: in the physics step before; before the first one, what it would be without torque, or 0 [rad/s²].
-        apart: by which one wheel is ahead of the mean and the other behind it [rad].
+            0 in the planar model.
+        apart: angle for each radian of heading; where `heading` is 1, all of it [rad].
+        heading: by which the robot has turned [rad]; 1 where only the product is known.
     """
 
     angle: float
     rate: float
     acceleration: float
     apart: float = 0.0
+    heading: float = 1.0
 
 
 JointTorque = Callable[[float, JointMotion], float]
 """What arrives at the joints of the motors' summed torque [N·m], by the joints' motion; once a physics step."""
+
+
+class AxleMotion(NamedTuple):
+    """How the axle moves.
+
+    Attributes:
+        position: along its way since the rollout began [m].
+        speed: forward [m/s].
+        time: since the rollout began [s].
+        weight: of the whole robot [N].
+    """
+
+    position: float
+    speed: float
+    time: float
+    weight: float
+
+
+Push = Callable[[float, AxleMotion], float]
+"""The force at the axle, forward, with all that pushed before [N]; by the axle's motion, once a physics step."""
+
+
+class Reading(NamedTuple):
+    """What IMU and encoders show at an instant.
+
+    Attributes:
+        tilt: [rad].
+        tilt_rate: [rad/s].
+        wheel_angle: relative to the body [rad].
+        wheel_rate: [rad/s].
+    """
+
+    tilt: float
+    tilt_rate: float
+    wheel_angle: float
+    wheel_rate: float
 
 
 class Joint(Protocol):
@@ -101,13 +145,13 @@ class Ground:
 
     Attributes:
         slope: angle by which it rises towards +x [rad].
-        grip: coefficient of dry friction between tyre and ground; PyBullet takes at most 1.
+        grip: coefficient of dry friction between tyre and ground; PyBullet takes 1 for all that is more.
         rolling_resistance: dry torque of each wheel that opposes its turning over ground [N·m].
         rolling_viscous: torque of each wheel over its rate over ground [N·m·s/rad].
     """
 
     slope: float = 0.0
-    grip: float = 1.0
+    grip: float = UNBOUNDED
     rolling_resistance: float = 0.0
     rolling_viscous: float = 0.0
 
@@ -122,7 +166,7 @@ class Machine:
         drive: friction of the joints.
         ground: what the wheels stand on.
         joints: what else happens in the joints, in that order.
-        pushes: forces at the axle.
+        pushes: forces at the axle, in that order.
         actuators: from the command to the motors, in that order.
         sensors: from the truth to what is measured, in that order.
     """

@@ -38,7 +38,7 @@ class Candidate(NamedTuple):
     """An effect that may be missing.
 
     Attributes:
-        name: as in conf/effect/.
+        name: as of `effects/`.
         parameters: of the effect.
         same_as: effects that no data of this kind tell from it.
         hard_to_tell_from: effects that data of this kind hardly tell from it.
@@ -58,8 +58,9 @@ class Candidate(NamedTuple):
 
     @property
     def is_wave(self) -> bool:
-        """Whether it has a phase, and so a frequency that is looked for among many."""
-        return any(p.name == _PHASE for p in self.parameters)
+        """Whether it has a phase, and a frequency that is looked for among many."""
+        names = {p.name for p in self.parameters}
+        return _PHASE in names and not names.isdisjoint(("frequency", "count", "waves"))
 
     @property
     def sizes(self) -> tuple[Parameter, ...]:

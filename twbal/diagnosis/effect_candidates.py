@@ -2,10 +2,9 @@
 
 from twbal.core.robot_parameters import RobotParameters
 from twbal.diagnosis.candidates import Candidate, Parameter
-from twbal.effects.effect import Effect, parameters_of
+from twbal.effects.effect import Effect
 from twbal.effects.library import library
-
-_TORQUE, _PERIOD = 20.0, 0.02  # of the robot that ranges are written for [N·m], [s]
+from twbal.effects.parameter import parameters_of
 
 
 def candidates_for(robot: RobotParameters) -> tuple[Candidate, ...]:
@@ -14,11 +13,10 @@ def candidates_for(robot: RobotParameters) -> tuple[Candidate, ...]:
 
 
 def _candidate(name: str, kind: type[Effect], robot: RobotParameters) -> Candidate:
-    sizes = {"": 1.0, "torque": robot.torque_limit / _TORQUE, "period": robot.control_period / _PERIOD}
     parameters = []
     for key, p in parameters_of(kind).items():
-        size = sizes[p.scale]
+        size = p.size(robot)
         low, high = size * p.low, size * p.high
-        none = min(max(size * p.none, low), high)  # what no limit is: the far end of the range
-        parameters.append(Parameter(key, p.unit, low, high, size * p.start, none))
-    return Candidate(name, tuple(parameters), kind.same_as, kind.cannot_be_told_from, kind.separate_by)
+        neutral = min(max(size * p.neutral, low), high)  # what no limit is: the far end of the range
+        parameters.append(Parameter(key, p.unit, low, high, size * p.start, neutral))
+    return Candidate(name, tuple(parameters), kind.same_as, kind.nearly_same_as, kind.separate_by)

@@ -7,7 +7,8 @@ import numpy as np
 from twbal.core.gaussian import Array
 from twbal.core.robot_parameters import RobotParameters
 from twbal.diagnosis.findings import Effects, FilterResult, Trajectory
-from twbal.planar.parameters import TwinParameters, twin_parameters
+from twbal.planar.motion import constants
+from twbal.planar.parameters import twin_parameters
 from twbal.sysid.fit import descend
 from twbal.sysid.model import Data, Free, Model
 from twbal.sysid.noise import Filter, Noise
@@ -56,8 +57,9 @@ def filter_result_of(data: Data, model: Model, effects: Effects) -> FilterResult
     """What a model makes of recordings; `effects` are its values as the simulation takes them."""
     kalman = data.filter(model)
     predictions = data.predictions(model, kalman)
+    radius = constants(model.twin, data.period).radius
     trajectories = tuple(
-        _trajectory(model.twin, recording, prediction.states)
+        _trajectory(radius, recording, prediction.states)
         for recording, prediction in zip(data.recordings, predictions, strict=True)
     )
     errors = tuple(prediction.errors for prediction in predictions)
@@ -92,13 +94,13 @@ def posterior_covariance(kalman: Filter) -> Array:
     return np.asarray(vectors * np.maximum(values, 0.0) @ vectors.T)
 
 
-def _trajectory(twin: TwinParameters, recording: Recording, states: Array) -> Trajectory:
-    """The motion in the predictor's states (T + 1, 9)."""
+def _trajectory(radius: float, recording: Recording, states: Array) -> Trajectory:
+    """The motion in the predictor's states (T + 1, 9), of wheels of a radius [m]."""
     tilt, wheel, tilt_rate, wheel_speed, torque, rotor, _, slip, position = states.T
     return Trajectory(
         tilt=tilt,
         tilt_rate=tilt_rate,
-        speed=twin.wheel_radius * twin.wheel_radius_factor * wheel_speed + slip,
+        speed=radius * wheel_speed + slip,
         wheel_angle=wheel - tilt,
         wheel_rate=wheel_speed - tilt_rate,
         position=position,

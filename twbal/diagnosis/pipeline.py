@@ -25,7 +25,7 @@ from twbal.diagnosis.wheel_friction import identify_friction
 from twbal.diagnosis.wheels_off_ground import ADVICE as IN_AIR
 from twbal.diagnosis.wheels_off_ground import held, held_upright, wheels_in_air, without_rotors
 from twbal.diagnosis.where import disagreement
-from twbal.effects.library import library
+from twbal.effects.library import effects_from
 from twbal.sim.replay import ReplayStart, replay
 from twbal.sysid.held_out import Split, held_out
 from twbal.sysid.recording import MEASURED, Recording, Usability, read_recordings
@@ -169,6 +169,5 @@ def _seen_by(filtered: FilterResult, split: Split, robot: RobotParameters, setti
 
 
 def _replay(simulation: Simulated, filtered: FilterResult, starts: Sequence[ReplayStart], commands: Array) -> Array:
-    known = library()
-    effects = [known[name](**values) for name, values in filtered.effects.items() if name in known]
+    effects = effects_from(filtered.effects)
     return replay(simulation.robot, effects, simulation.physics_step, starts, commands)

@@ -64,7 +64,7 @@ class NamedEffect:
     """An effect that the simulation lacks.
 
     Attributes:
-        name: of the effect, as in conf/effect/.
+        name: of the effect, as of `effects/`.
         probability: that this name, or one of the equivalents, is right; calibrated.
         parameters: by name, as the effect in the simulation takes them.
         equivalents: effects that these data cannot tell from it.

@@ -211,7 +211,7 @@ def _turn(
     rate: float,
 ) -> float:
     """Angle to which the twin's wheels turn from an angle [rad] and a rate [rad/s], after `length` periods."""
-    s = standing(p, 0.0, 0.0, rate * p.wheel_radius * p.wheel_radius_factor, angle)
+    s = standing(k, 0.0, 0.0, rate * k.radius, angle)
     torque = driver_torque(p, commands[max(begin - 1, 0)], begin * k.step * substeps)
     s = TwinState(s.tilt, s.wheel, s.tilt_rate, s.wheel_speed, torque, s.rotor, s.rotor_speed, s.slip, s.position)
     imu = np.zeros((2 * substeps, 2))

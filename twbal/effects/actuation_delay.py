@@ -5,29 +5,34 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from twbal.core.quantities import Quantity
 from twbal.core.robot_model import TorqueFilter
-from twbal.effects.effect import ActuatorEffect, Place, parameter
+from twbal.effects.effect import ActuatorEffect, Place
+from twbal.effects.parameter import Scale, adds_to, parameter
 
 
 @dataclass(frozen=True)
 class ActuationDelay(ActuatorEffect):
     """Commands act `delay` late; the motors are idle until the first one arrives.
 
-    It acts on the command, before the driver. Of a physics step that the delay cuts in two, the mean torque is applied,
-    so the robot changes smoothly with the delay. It cannot be told from the same delay of all sensors, and hardly from
-    a motor lag.
-
-    Attributes:
-        delay: [s]; any fraction of a control period.
+    It acts on the command, before the driver. Where the delay ends within a physics step, the mean torque of that step
+    is applied, so that the motion depends smoothly on the delay. The same delay of all sensors has the same effect.
     """
 
-    delay: float = parameter("s", 0.0, 0.06, 0.01, scale="period")
+    delay: float = parameter(
+        "by which commands act late; any fraction of a control period",
+        "s",
+        (0.0, 0.06),
+        start=0.01,
+        value=0.02,
+        scale=Scale.PERIOD,
+        possible=(0.0, 10.0),
+        changes=adds_to(Quantity.COMMAND_DELAY),
+    )
     place = Place.COMMAND
-    cannot_be_told_from = ("motor_lag", "imu_delay")
+    reference = "K. J. Åström, B. Wittenmark: Computer-Controlled Systems, 3rd ed., Prentice Hall, 1997."
+    nearly_same_as = ("motor_lag", "imu_delay")
     separate_by = "Give steps of the command: a lag answers at once and slowly, a delay late and at once."
-
-    def __post_init__(self) -> None:
-        self._require("delay", 0, 10)
 
     def start(self, physics_step: float, rng: np.random.Generator) -> TorqueFilter:
         """Hand out an empty line of commands under way."""

@@ -1,9 +1,11 @@
 """A body harder or easier to turn than its data sheet."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from math import inf
 
-from twbal.core.robot_parameters import RobotParameters
-from twbal.effects.effect import BodyEffect, parameter
+from twbal.core.quantities import Quantity
+from twbal.effects.effect import BodyEffect
+from twbal.effects.parameter import parameter, scales
 
 
 @dataclass(frozen=True)
@@ -11,23 +13,22 @@ class BodyInertia(BodyEffect):
     """The body's inertias about its centre of mass are `factor` times the data sheet's; its mass stays.
 
     It acts on the body.
-
-    Attributes:
-        factor: true inertia over the data sheet's.
     """
 
-    factor: float = parameter("", 0.3, 3.0, 1.2, none=1.0)
-    cannot_be_told_from = ("com_height",)
+    factor: float = parameter(
+        "true inertia over the data sheet's",
+        "",
+        (0.3, 3.0),
+        start=1.2,
+        value=1.3,
+        neutral=1.0,
+        possible=(1e-3, inf),
+        changes=scales(Quantity.BODY_INERTIA_PITCH, Quantity.BODY_INERTIA_ROLL, Quantity.BODY_INERTIA_YAW),
+    )
+    reference = (
+        "C. G. Atkeson, C. H. An, J. M. Hollerbach: Estimation of inertial parameters of manipulator loads and links, "
+        "International Journal of Robotics Research 5 (3), 1986, 101-119."
+    )
+    is_last = True
+    nearly_same_as = ("com_height",)
     separate_by = "Hang the body up and time its swing."
-
-    def __post_init__(self) -> None:
-        self._require("factor", 1e-3)
-
-    def alter(self, robot: RobotParameters) -> RobotParameters:
-        """Scale the inertias."""
-        return replace(
-            robot,
-            body_inertia_pitch=self.factor * robot.body_inertia_pitch,
-            body_inertia_roll=self.factor * robot.body_inertia_roll,
-            body_inertia_yaw=self.factor * robot.body_inertia_yaw,
-        )

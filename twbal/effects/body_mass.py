@@ -1,35 +1,39 @@
 """A body heavier or lighter than its data sheet."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from math import inf
 
-from twbal.core.robot_parameters import RobotParameters
-from twbal.effects.effect import BodyEffect, parameter
+from twbal.core.quantities import Quantity
+from twbal.effects.effect import BodyEffect
+from twbal.effects.parameter import parameter, scales
 
 
 @dataclass(frozen=True)
 class BodyMass(BodyEffect):
     """The body's mass, and its inertia with it, are `factor` times the data sheet's.
 
-    It acts on the body. With all frictions and the wheels' masses scaled alike it would be the inverse of a torque
-    gain, and it can hardly be told from one.
-
-    Attributes:
-        factor: true mass over the data sheet's.
+    It acts on the body. If all frictions and the wheels' masses grew alike, it would be the inverse of a torque gain.
     """
 
-    factor: float = parameter("", 0.5, 2.0, 1.1, none=1.0)
-    cannot_be_told_from = ("torque_gain", "battery_sag")
+    factor: float = parameter(
+        "true mass over the data sheet's",
+        "",
+        (0.5, 2.0),
+        start=1.1,
+        value=1.2,
+        neutral=1.0,
+        possible=(1e-3, inf),
+        changes=scales(
+            Quantity.BODY_MASS,
+            Quantity.BODY_INERTIA_PITCH,
+            Quantity.BODY_INERTIA_ROLL,
+            Quantity.BODY_INERTIA_YAW,
+            Quantity.TURN_INERTIA,
+        ),
+    )
+    reference = (
+        "C. G. Atkeson, C. H. An, J. M. Hollerbach: Estimation of inertial parameters of manipulator loads and links, "
+        "International Journal of Robotics Research 5 (3), 1986, 101-119."
+    )
+    nearly_same_as = ("torque_gain", "battery_sag")
     separate_by = "Weigh the body."
-
-    def __post_init__(self) -> None:
-        self._require("factor", 1e-3)
-
-    def alter(self, robot: RobotParameters) -> RobotParameters:
-        """Scale mass and inertia."""
-        return replace(
-            robot,
-            body_mass=self.factor * robot.body_mass,
-            body_inertia_pitch=self.factor * robot.body_inertia_pitch,
-            body_inertia_roll=self.factor * robot.body_inertia_roll,
-            body_inertia_yaw=self.factor * robot.body_inertia_yaw,
-        )

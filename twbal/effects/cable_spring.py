@@ -2,9 +2,9 @@
 
 from dataclasses import dataclass
 
-from twbal.core.robot_model import Push
-from twbal.core.robot_parameters import RobotParameters
-from twbal.effects.effect import OutsideEffect, parameter
+from twbal.core.robot_model import AxleMotion
+from twbal.effects.effect import OutsideEffect
+from twbal.effects.parameter import parameter
 
 
 @dataclass(frozen=True)
@@ -12,19 +12,16 @@ class CableSpring(OutsideEffect):
     """A spring pulls the axle back to where the rollout began.
 
     It acts at the axle.
-
-    Attributes:
-        stiffness: [N/m].
     """
 
-    stiffness: float = parameter("N/m", 0.0, 100.0, 5.0)
-    cannot_be_told_from = ("ground_slope",)
+    stiffness: float = parameter(
+        "pull of the cable over the distance from the start", "N/m", (0.0, 100.0), start=5.0, value=10.0
+    )
+    reference = "J. P. Den Hartog: Mechanical Vibrations, 4th ed., McGraw-Hill, 1956."
+    is_linear = True
+    nearly_same_as = ("ground_slope",)
     separate_by = "Let the robot drive a long way."
 
-    def __post_init__(self) -> None:
-        self._require("stiffness", 0)
-
-    def push(self, robot: RobotParameters) -> Push:
-        """The pull of the spring."""
-        stiffness = self.stiffness
-        return lambda position, time: -stiffness * position
+    def push(self, force: float, at: AxleMotion) -> float:
+        """Add the pull of the spring."""
+        return force - self.stiffness * at.position

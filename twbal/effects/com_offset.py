@@ -1,30 +1,33 @@
 """A centre of mass in front of or behind the body's axis."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
-from twbal.core.robot_parameters import RobotParameters
-from twbal.effects.effect import BodyEffect, parameter
+from twbal.core.quantities import Quantity
+from twbal.effects.effect import BodyEffect
+from twbal.effects.parameter import adds_to, parameter
 
 
 @dataclass(frozen=True)
 class ComOffset(BodyEffect):
     """The centre of mass, seen from the axle, lies further in front by `angle`: the robot balances at tilt -angle.
 
-    It acts on the body. It cannot be told from a tilt sensor mounted askew, nor, where the robot never turns round,
-    from a slope together with a constant torque.
-
-    Attributes:
-        angle: [rad]; positive leans it forward.
+    It acts on the body. A tilt sensor mounted askew by the same angle is exactly the same to the robot's sensors. Where
+    the robot never turns round, so is a slope together with a constant torque.
     """
 
-    angle: float = parameter("rad", -0.15, 0.15, 0.02)
+    angle: float = parameter(
+        "from the body's axis to the centre of mass, positive forward",
+        "rad",
+        (-0.15, 0.15),
+        start=0.02,
+        value=0.035,
+        possible=(-1.5, 1.5),
+        changes=adds_to(Quantity.COM_OFFSET),
+    )
+    reference = (
+        "F. Grasser, A. D'Arrigo, S. Colombi, A. C. Rufer: JOE: a mobile, inverted pendulum, "
+        "IEEE Transactions on Industrial Electronics 49 (1), 2002, 107-114."
+    )
     same_as = ("imu_mount_angle",)
-    cannot_be_told_from = ("imu_mount_angle",)
+    nearly_same_as = ("imu_mount_angle",)
     separate_by = "Find the tilt at which the robot balances, and measure the IMU against the body."
-
-    def __post_init__(self) -> None:
-        self._require("angle", -1.5, 1.5)
-
-    def alter(self, robot: RobotParameters) -> RobotParameters:
-        """Add to the offset."""
-        return replace(robot, com_offset=robot.com_offset + self.angle)

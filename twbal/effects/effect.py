@@ -1,20 +1,44 @@
 """What an effect is, and the places where one can act.
 
-A new effect is a file beside this one, with a frozen dataclass of one of the kinds below. A new kind (the ground, an
-outside force) is an abstract class here, a field of `Machine` that `assemble` fills, and its use in the engines.
+An effect is one file with a frozen dataclass: its parameters, with all that is known of them (`parameter`), what it
+does to a robot, and what there is to say of it. It can act in three ways, and in several of them at once:
+
+- A parameter changes quantities of the robot (`Quantity`): masses, lengths, friction, delays. Nothing else is written.
+- A term: a method of a few lines of arithmetic that both engines run in each physics step or at each measurement. They
+  are the abstract methods of `TorqueTerm`, `JointTerm`, `AxleTerm` and `SensorTerm`. PyBullet calls them as they are;
+  for the planar model they are compiled, with `self` a named tuple of the effect's parameters. So they use numbers,
+  `math`, and the named tuple that they are given, and remember nothing.
+- Code for PyBullet alone, where an effect remembers something or is more than arithmetic: the abstract methods of
+  `Actuator`, `Joint` and `Sensor` in `core/robot_model.py`. What it is to the planar model must be said as well, by one
+  of the two other ways; without that it is simulated by PyBullet but cannot be diagnosed.
 """
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import field, fields
+from dataclasses import fields, replace
 from enum import IntEnum
-from typing import Any, ClassVar, Literal, NamedTuple
+from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 
 from twbal.core.errors import ConfigError
-from twbal.core.robot_model import Drive, Ground, JointTorque, Machine, Push, SensorFilter, TorqueFilter
+from twbal.core.plant import Observation
+from twbal.core.quantities import changed
+from twbal.core.robot_model import (
+    AxleMotion,
+    Drive,
+    Ground,
+    JointMotion,
+    JointTorque,
+    Machine,
+    Reading,
+    SensorFilter,
+    TorqueFilter,
+)
 from twbal.core.robot_parameters import RobotParameters
+from twbal.effects.parameter import parameters_of
+
+Part = TypeVar("Part", RobotParameters, Drive, Ground)
 
 
 class Place(IntEnum):
@@ -34,67 +58,96 @@ class Place(IntEnum):
     NOISE = 11
 
 
-class Parameter(NamedTuple):
-    """What is known of a parameter before any data.
-
-    Attributes:
-        unit: "" for a plain number.
-        low: lowest value that a plausible robot has.
-        high: highest.
-        start: a value at which data say something about it: at the value that does nothing many slopes are zero.
-        none: value at which the effect does nothing.
-        scale: what `low`, `high` and `start` grow with: the robot's torque limit over 20 N·m ("torque"), its control
-            period over 20 ms ("period"), or nothing ("").
-    """
-
-    unit: str
-    low: float
-    high: float
-    start: float
-    none: float
-    scale: Literal["", "torque", "period"]
-
-
-def parameter(
-    unit: str, low: float, high: float, start: float, none: float = 0.0, scale: Literal["", "torque", "period"] = ""
-) -> Any:  # Any: what dataclasses.field returns stands for a value of the field's own type
-    """A field of an effect with what is known of it; arguments as of `Parameter`."""
-    return field(metadata={"parameter": Parameter(unit, low, high, start, none, scale)})
-
-
 class Effect(ABC):
     """Something true of a robot that its data sheet leaves out.
 
-    An effect is a frozen dataclass of its parameters, and a subclass of one of the kinds below. What must be remembered
-    within a rollout lives in the object that `start` hands out, never in the effect.
+    An effect is a frozen dataclass of its parameters. What must be remembered within a rollout lives in the object that
+    `start` hands out, never in the effect.
 
     Attributes:
         place: where it acts.
+        reference: a paper or book that describes it.
+        is_linear: whether a linear model about the balance has it: that is what the gain of the diagnosis' Kalman
+            filter follows from. So it is not for dead zones, dry friction, constants and forces that depend on time,
+            nor for what acts between the command and the motors.
         same_as: names of effects that do exactly the same to everything the robot measures.
-        cannot_be_told_from: names of effects that the robot's sensors and commands hardly tell from it.
+        nearly_same_as: names of effects that the robot's sensors and commands hardly tell from it.
         separate_by: the experiment that would.
+        is_last: whether, in the planar model, it acts after the others of its place. (The last digits of a product
+            depend on its order.)
     """
 
     place: ClassVar[Place]
+    reference: ClassVar[str]
+    is_linear: ClassVar[bool]
     same_as: ClassVar[tuple[str, ...]] = ()
-    cannot_be_told_from: ClassVar[tuple[str, ...]] = ()
-    separate_by: ClassVar[str] = ""
+    nearly_same_as: ClassVar[tuple[str, ...]] = ()
+    separate_by: ClassVar[str]
+    is_last: ClassVar[bool] = False
 
-    def _require(self, name: str, low: float, high: float = float("inf")) -> None:
-        """Raise ConfigError unless the field `name` lies within [low, high) and is finite."""
-        value = getattr(self, name)
-        if not low <= value < high:
-            raise ConfigError(f"{name} of effect {type(self).__name__} must lie within [{low}, {high}); found {value}.")
+    def __post_init__(self) -> None:
+        """Raise ConfigError where a parameter has a value that cannot be."""
+        for name, known in parameters_of(type(self)).items():
+            value = getattr(self, name)
+            if not known.least <= value < known.below:
+                raise ConfigError(
+                    f"{name} of effect {type(self).__name__} must lie within [{known.least:g}, {known.below:g}); "
+                    f"found {value}."
+                )
+
+    def alter(self, part: Part) -> Part:
+        """Body, drive or ground for PyBullet, with the quantities changed that its parameters change."""
+        has = {field.name for field in fields(part)}
+        values: dict[str, Any] = {}
+        for name, parameter in parameters_of(type(self)).items():
+            for quantity, change in parameter.changes:
+                key = quantity.name.lower()
+                if key in has:
+                    values[key] = changed(values.get(key, getattr(part, key)), change, getattr(self, name))
+        return replace(part, **values) if values else part
+
+
+class TorqueTerm(ABC):
+    """What becomes of the command on its way to the motors."""
+
+    @abstractmethod
+    def drive(self, torque: float, time: float) -> float:
+        """Summed torque [N·m], by the one that comes in and the time since the rollout began [s]."""
+
+
+class JointTerm(ABC):
+    """A torque in the wheels' joints."""
+
+    @abstractmethod
+    def turn(self, torque: float, at: JointMotion) -> float:
+        """Summed torque in the joints [N·m], by the one so far."""
+
+
+class AxleTerm(ABC):
+    """A force from outside at the axle."""
+
+    @abstractmethod
+    def push(self, force: float, at: AxleMotion) -> float:
+        """The force, forward [N], by the one so far."""
+
+
+class SensorTerm(ABC):
+    """What a sensor makes of the truth."""
+
+    @abstractmethod
+    def sense(self, seen: Reading, time: float) -> Reading:
+        """What is shown of what comes in, by the time since the rollout began [s]."""
+
+    @abstractmethod
+    def correct(self, seen: Reading, time: float) -> Reading:
+        """What came in, by what is shown."""
 
 
 class BodyEffect(Effect):
     """Changes masses and lengths."""
 
     place = Place.BODY
-
-    @abstractmethod
-    def alter(self, robot: RobotParameters) -> RobotParameters:
-        """The robot as it really is."""
+    is_linear = True
 
 
 class DriveEffect(Effect):
@@ -102,23 +155,36 @@ class DriveEffect(Effect):
 
     place = Place.JOINT
 
-    @abstractmethod
-    def alter(self, drive: Drive) -> Drive:
-        """The drive as it really is."""
+
+class GroundEffect(Effect):
+    """Changes the ground."""
+
+    place = Place.GROUND
 
 
 class ActuatorEffect(Effect):
-    """Stands between the command and the motors.
+    """Stands between the command and the motors, and remembers.
 
     Attributes:
         remembers: whether what it gives depends on more than the command of the moment.
     """
 
     remembers: ClassVar[bool] = True
+    is_linear = False
 
     @abstractmethod
     def start(self, physics_step: float, rng: np.random.Generator) -> TorqueFilter:
         """A fresh link for one rollout: summed torque in, summed torque out [N·m], once a physics step [s]."""
+
+
+class DriverEffect(ActuatorEffect, TorqueTerm):
+    """Stands between the command and the motors, and remembers nothing."""
+
+    remembers = False
+
+    def start(self, physics_step: float, rng: np.random.Generator) -> TorqueFilter:
+        """Hand out its term."""
+        return lambda torque: self.drive(torque, 0.0)
 
 
 class JointEffect(Effect):
@@ -131,34 +197,41 @@ class JointEffect(Effect):
         """A fresh joint of a robot (with all effects on its body) for one rollout."""
 
 
-class GroundEffect(Effect):
-    """Changes the ground."""
+class JointTorqueEffect(JointEffect, JointTerm):
+    """A torque in the wheels' joints that depends on their motion of the moment."""
 
-    place = Place.GROUND
-
-    @abstractmethod
-    def alter(self, ground: Ground) -> Ground:
-        """The ground as it really is."""
+    def start(self, robot: RobotParameters, physics_step: float) -> JointTorque:
+        """Hand out its term."""
+        return self.turn
 
 
-class OutsideEffect(Effect):
+class OutsideEffect(Effect, AxleTerm):
     """A force from outside at the axle."""
 
     place = Place.OUTSIDE
 
-    @abstractmethod
-    def push(self, robot: RobotParameters) -> Push:
-        """The force [N] on a robot by the axle's way since the rollout began [m] and the time since then [s]."""
-
 
 class SensorEffect(Effect):
-    """Stands between the truth and what is measured."""
+    """Stands between the truth and what is measured, and remembers or draws at random."""
 
     place = Place.SENSOR
 
     @abstractmethod
     def start(self, control_period: float, rng: np.random.Generator) -> SensorFilter:
         """A fresh sensor for one rollout, called once a control period [s]."""
+
+
+class ReadingEffect(SensorEffect, SensorTerm):
+    """Stands between the truth and what is measured, and remembers nothing."""
+
+    def start(self, control_period: float, rng: np.random.Generator) -> SensorFilter:
+        """Hand out its term."""
+
+        def shown(truth: Observation) -> Observation:
+            seen = Reading(truth.tilt, truth.tilt_rate, truth.wheel_angle, truth.wheel_rate)
+            return truth._replace(**self.sense(seen, truth.time)._asdict())
+
+        return shown
 
 
 def assemble(robot: RobotParameters, effects: Sequence[Effect]) -> Machine:
@@ -170,24 +243,14 @@ def assemble(robot: RobotParameters, effects: Sequence[Effect]) -> Machine:
     drive, ground = Drive(), Ground()
     torque_limit = robot.torque_limit
     for effect in ordered:
-        if isinstance(effect, BodyEffect):
-            robot = effect.alter(robot)
-        elif isinstance(effect, DriveEffect):
-            drive = effect.alter(drive)
-        elif isinstance(effect, GroundEffect):
-            ground = effect.alter(ground)
+        robot, drive, ground = effect.alter(robot), effect.alter(drive), effect.alter(ground)
     return Machine(
         robot=robot,
         torque_limit=torque_limit,
         drive=drive,
         ground=ground,
         joints=tuple(e for e in ordered if isinstance(e, JointEffect)),
-        pushes=tuple(e.push(robot) for e in ordered if isinstance(e, OutsideEffect)),
+        pushes=tuple(e.push for e in ordered if isinstance(e, AxleTerm)),
         actuators=tuple(e for e in ordered if isinstance(e, ActuatorEffect)),
         sensors=tuple(e for e in ordered if isinstance(e, SensorEffect)),
     )
-
-
-def parameters_of(effect: type[Effect]) -> dict[str, Parameter]:
-    """What is known of each parameter of an effect, by name."""
-    return {f.name: f.metadata["parameter"] for f in fields(effect) if "parameter" in f.metadata}  # type: ignore[arg-type]

@@ -2,30 +2,30 @@
 
 from dataclasses import dataclass
 
-import numpy as np
-
-from twbal.core.robot_model import SensorFilter
-from twbal.effects.effect import Place, SensorEffect, parameter
+from twbal.core.robot_model import Reading
+from twbal.effects.effect import Place, ReadingEffect
+from twbal.effects.parameter import parameter
 
 
 @dataclass(frozen=True)
-class GyroBias(SensorEffect):
+class GyroBias(ReadingEffect):
     """The gyro shows `rate` more than the tilt rate.
 
     It acts on the measured tilt rate.
-
-    Attributes:
-        rate: [rad/s].
     """
 
-    rate: float = parameter("rad/s", -0.3, 0.3, 0.02)
+    rate: float = parameter(
+        "rate that is shown at rest", "rad/s", (-0.3, 0.3), start=0.02, value=0.05, possible=(-100.0, 100.0)
+    )
     place = Place.OFFSET
-    cannot_be_told_from = ()
+    reference = "D. H. Titterton, J. L. Weston: Strapdown Inertial Navigation Technology, 2nd ed., IET, 2004."
+    is_linear = False
     separate_by = "Let the robot lie still."
 
-    def __post_init__(self) -> None:
-        self._require("rate", -100, 100)
+    def sense(self, seen: Reading, time: float) -> Reading:
+        """Add the bias."""
+        return Reading(seen.tilt, seen.tilt_rate + self.rate, seen.wheel_angle, seen.wheel_rate)
 
-    def start(self, control_period: float, rng: np.random.Generator) -> SensorFilter:
-        """Hand out the gyro; it remembers nothing."""
-        return lambda truth: truth._replace(tilt_rate=truth.tilt_rate + self.rate)
+    def correct(self, seen: Reading, time: float) -> Reading:
+        """Take it off."""
+        return Reading(seen.tilt, seen.tilt_rate - self.rate, seen.wheel_angle, seen.wheel_rate)

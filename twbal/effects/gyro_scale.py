@@ -1,30 +1,31 @@
 """A gyro that shows too much or too little."""
 
 from dataclasses import dataclass
+from math import inf
 
-import numpy as np
-
-from twbal.core.robot_model import SensorFilter
-from twbal.effects.effect import SensorEffect, parameter
+from twbal.core.robot_model import Reading
+from twbal.effects.effect import ReadingEffect
+from twbal.effects.parameter import parameter
 
 
 @dataclass(frozen=True)
-class GyroScale(SensorEffect):
+class GyroScale(ReadingEffect):
     """The gyro shows `factor` times the tilt rate.
 
     It acts on the measured tilt rate, before a bias.
-
-    Attributes:
-        factor: shown over true.
     """
 
-    factor: float = parameter("", 0.5, 2.0, 1.1, none=1.0)
-    cannot_be_told_from = ()
+    factor: float = parameter(
+        "shown over true rate", "", (0.5, 2.0), start=1.1, value=1.1, neutral=1.0, possible=(1e-3, inf)
+    )
+    reference = "D. H. Titterton, J. L. Weston: Strapdown Inertial Navigation Technology, 2nd ed., IET, 2004."
+    is_linear = True
     separate_by = "Turn the body by a known angle and integrate the gyro."
 
-    def __post_init__(self) -> None:
-        self._require("factor", 1e-3)
+    def sense(self, seen: Reading, time: float) -> Reading:
+        """Scale the rate."""
+        return Reading(seen.tilt, self.factor * seen.tilt_rate, seen.wheel_angle, seen.wheel_rate)
 
-    def start(self, control_period: float, rng: np.random.Generator) -> SensorFilter:
-        """Hand out the gyro; it remembers nothing."""
-        return lambda truth: truth._replace(tilt_rate=self.factor * truth.tilt_rate)
+    def correct(self, seen: Reading, time: float) -> Reading:
+        """Scale it back."""
+        return Reading(seen.tilt, seen.tilt_rate / self.factor, seen.wheel_angle, seen.wheel_rate)

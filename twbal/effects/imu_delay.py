@@ -6,8 +6,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from twbal.core.plant import Observation
+from twbal.core.quantities import Quantity
 from twbal.core.robot_model import SensorFilter
-from twbal.effects.effect import Place, SensorEffect, parameter
+from twbal.effects.effect import Place, SensorEffect
+from twbal.effects.parameter import Scale, adds_to, parameter
 
 
 @dataclass(frozen=True)
@@ -15,19 +17,26 @@ class ImuDelay(SensorEffect):
     """Tilt and tilt rate are shown `delay` late; before the rollout they were as at its start.
 
     It acts on the IMU. Between control instants the tilt is a cubic through tilts and rates, the rate a straight line.
-    It is hardly told from an actuation delay.
-
-    Attributes:
-        delay: [s].
     """
 
-    delay: float = parameter("s", 0.0, 0.04, 0.005, scale="period")
+    delay: float = parameter(
+        "by which tilt and tilt rate are shown late",
+        "s",
+        (0.0, 0.04),
+        start=0.005,
+        value=0.01,
+        scale=Scale.PERIOD,
+        possible=(0.0, 10.0),
+        changes=adds_to(Quantity.IMU_DELAY),
+    )
     place = Place.LATENCY
-    cannot_be_told_from = ("actuation_delay",)
+    reference = (
+        "P. Furgale, J. Rehder, R. Siegwart: Unified temporal and spatial calibration for multi-sensor systems, "
+        "IEEE/RSJ International Conference on Intelligent Robots and Systems, 2013, 1280-1286."
+    )
+    is_linear = True
+    nearly_same_as = ("actuation_delay",)
     separate_by = "Turn the body by hand and compare the IMU with the wheel encoders."
-
-    def __post_init__(self) -> None:
-        self._require("delay", 0, 10)
 
     def start(self, control_period: float, rng: np.random.Generator) -> SensorFilter:
         """Hand out a sensor whose past is like the first instant."""

@@ -2,31 +2,36 @@
 
 from dataclasses import dataclass
 
-import numpy as np
-
-from twbal.core.robot_model import SensorFilter
-from twbal.effects.effect import Place, SensorEffect, parameter
+from twbal.core.robot_model import Reading
+from twbal.effects.effect import Place, ReadingEffect
+from twbal.effects.parameter import parameter
 
 
 @dataclass(frozen=True)
-class ImuMountAngle(SensorEffect):
+class ImuMountAngle(ReadingEffect):
     """The measured tilt is `angle` more than the true one.
 
-    It acts on the measured tilt. It cannot be told from an offset of the centre of mass.
-
-    Attributes:
-        angle: [rad].
+    It acts on the measured tilt. An offset of the centre of mass by the same angle is exactly the same to the robot's
+    sensors.
     """
 
-    angle: float = parameter("rad", -0.15, 0.15, 0.02)
+    angle: float = parameter(
+        "measured less true tilt", "rad", (-0.15, 0.15), start=0.02, value=0.035, possible=(-1.5, 1.5)
+    )
     place = Place.OFFSET
+    reference = (
+        "D. Tedaldi, A. Pretto, E. Menegatti: A robust and easy to implement method for IMU calibration without "
+        "external equipments, IEEE International Conference on Robotics and Automation, 2014, 3042-3049."
+    )
+    is_linear = False
     same_as = ("com_offset",)
-    cannot_be_told_from = ("com_offset",)
+    nearly_same_as = ("com_offset",)
     separate_by = "Measure the IMU against the body."
 
-    def __post_init__(self) -> None:
-        self._require("angle", -1.5, 1.5)
+    def sense(self, seen: Reading, time: float) -> Reading:
+        """Add the angle."""
+        return Reading(seen.tilt + self.angle, seen.tilt_rate, seen.wheel_angle, seen.wheel_rate)
 
-    def start(self, control_period: float, rng: np.random.Generator) -> SensorFilter:
-        """Hand out the sensor; it remembers nothing."""
-        return lambda truth: truth._replace(tilt=truth.tilt + self.angle)
+    def correct(self, seen: Reading, time: float) -> Reading:
+        """Take it off."""
+        return Reading(seen.tilt - self.angle, seen.tilt_rate, seen.wheel_angle, seen.wheel_rate)

@@ -5,8 +5,10 @@ from math import expm1
 
 import numpy as np
 
+from twbal.core.quantities import Quantity
 from twbal.core.robot_model import TorqueFilter
-from twbal.effects.effect import ActuatorEffect, Place, parameter
+from twbal.effects.effect import ActuatorEffect, Place
+from twbal.effects.parameter import Scale, adds_to, parameter
 
 
 @dataclass(frozen=True)
@@ -14,19 +16,24 @@ class MotorLag(ActuatorEffect):
     """Torque τ follows the command through a first-order lag, T dτ/dt = u - τ, from τ = 0.
 
     It acts in the motors, after everything else between command and joint; each physics step applies its mean torque,
-    so that the lag is the same whatever the step. It can hardly be told from an actuation delay.
-
-    Attributes:
-        time_constant: T [s].
+    so that the lag is the same whatever the step.
     """
 
-    time_constant: float = parameter("s", 0.0, 0.1, 0.01, scale="period")
+    time_constant: float = parameter(
+        "T, after which 63 % of a step of torque has come",
+        "s",
+        (0.0, 0.1),
+        start=0.01,
+        value=0.02,
+        scale=Scale.PERIOD,
+        changes=adds_to(Quantity.MOTOR_LAG),
+    )
     place = Place.MOTOR
-    cannot_be_told_from = ("actuation_delay",)
+    reference = (
+        "G. F. Franklin, J. D. Powell, A. Emami-Naeini: Feedback Control of Dynamic Systems, 7th ed., Pearson, 2015."
+    )
+    nearly_same_as = ("actuation_delay",)
     separate_by = "Give steps of the command: a lag answers at once and slowly, a delay late and at once."
-
-    def __post_init__(self) -> None:
-        self._require("time_constant", 0)
 
     def start(self, physics_step: float, rng: np.random.Generator) -> TorqueFilter:
         """Hand out a motor at rest."""

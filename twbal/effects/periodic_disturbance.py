@@ -3,9 +3,9 @@
 from dataclasses import dataclass
 from math import pi, sin
 
-from twbal.core.robot_model import Push
-from twbal.core.robot_parameters import RobotParameters
-from twbal.effects.effect import OutsideEffect, parameter
+from twbal.core.robot_model import AxleMotion
+from twbal.effects.effect import OutsideEffect
+from twbal.effects.parameter import parameter
 
 
 @dataclass(frozen=True)
@@ -13,24 +13,23 @@ class PeriodicDisturbance(OutsideEffect):
     """A force at the axle, force·sin(2π·frequency·t + phase), t being the time since the rollout began.
 
     It acts at the axle.
-
-    Attributes:
-        force: amplitude [N].
-        frequency: [Hz].
-        phase: [rad].
     """
 
-    force: float = parameter("N", 0.0, 50.0, 3.0)
-    frequency: float = parameter("Hz", 0.05, 12.0, 1.0)
-    phase: float = parameter("rad", -3.2, 3.2, 0.0)
-    cannot_be_told_from = ("cogging",)
+    force: float = parameter("amplitude of the force", "N", (0.0, 50.0), start=3.0, value=3.0)
+    frequency: float = parameter("frequency of the force", "Hz", (0.05, 12.0), start=1.0, value=1.0)
+    phase: float = parameter(
+        "phase when the rollout begins", "rad", (-3.2, 3.2), start=0.0, value=0.0, possible=(-100.0, 100.0)
+    )
+    reference = (
+        "M. Bodson, S. C. Douglas: Adaptive algorithms for the rejection of sinusoidal disturbances with unknown "
+        "frequency, Automatica 33 (12), 1997, 2213-2221."
+    )
+    is_linear = False
+    nearly_same_as = ("cogging",)
     separate_by = "Let the robot stand where nothing moves."
 
-    def __post_init__(self) -> None:
-        self._require("force", 0)
-        self._require("frequency", 0)
-        self._require("phase", -100, 100)
-
-    def push(self, robot: RobotParameters) -> Push:
-        """The shaking force."""
-        return lambda position, time: self.force * sin(2 * pi * self.frequency * time + self.phase)
+    def push(self, force: float, at: AxleMotion) -> float:
+        """Add the force of the moment."""
+        if self.force == 0.0:
+            return force
+        return force + self.force * sin(2.0 * pi * self.frequency * at.time + self.phase)

@@ -1,9 +1,10 @@
 """Ground or air that brakes a rolling robot."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
-from twbal.core.robot_model import Ground
-from twbal.effects.effect import GroundEffect, parameter
+from twbal.core.quantities import Quantity
+from twbal.effects.effect import GroundEffect
+from twbal.effects.parameter import Scale, adds_to, parameter
 
 
 @dataclass(frozen=True)
@@ -11,18 +12,18 @@ class RollingViscous(GroundEffect):
     """The ground resists each wheel's turning with a torque in proportion to its rate over ground.
 
     It acts between wheel and ground, without a reaction on the body.
-
-    Attributes:
-        coefficient: of each wheel [N·m·s/rad].
     """
 
-    coefficient: float = parameter("N·m·s/rad", 0.0, 0.3, 0.02, scale="torque")
-    cannot_be_told_from = ("rolling_resistance", "viscous_friction")
+    coefficient: float = parameter(
+        "resistance of each wheel over its rate",
+        "N·m·s/rad",
+        (0.0, 0.3),
+        start=0.02,
+        value=0.05,
+        scale=Scale.TORQUE,
+        changes=adds_to(Quantity.ROLLING_VISCOUS),
+    )
+    reference = "J. Y. Wong: Theory of Ground Vehicles, 4th ed., Wiley, 2008."
+    is_linear = True
+    nearly_same_as = ("rolling_resistance", "viscous_friction")
     separate_by = "Drive at several speeds."
-
-    def __post_init__(self) -> None:
-        self._require("coefficient", 0)
-
-    def alter(self, ground: Ground) -> Ground:
-        """Add to the resistance."""
-        return replace(ground, rolling_viscous=ground.rolling_viscous + self.coefficient)

@@ -1,45 +1,43 @@
 """White noise on what is measured."""
 
-from dataclasses import dataclass, fields
+from dataclasses import astuple, dataclass
 
 import numpy as np
 
 from twbal.core.plant import Observation
 from twbal.core.robot_model import SensorFilter
 from twbal.effects.effect import Place, SensorEffect
+from twbal.effects.parameter import parameter
+
+_MOST = 10.0
+_MEANING = "standard deviation of the sensor's noise"
 
 
 @dataclass(frozen=True)
 class SensorNoise(SensorEffect):
     """Independent normal noise is added to every sensor at every control instant.
 
-    It acts on the measurements, after all else. Where the state is fed back, it cannot be told from noise in the
-    actuators without a look at several instants together.
-
-    Attributes:
-        tilt: standard deviation [rad].
-        tilt_rate: [rad/s].
-        acceleration: [m/s²].
-        wheel_angle: [rad].
-        wheel_rate: [rad/s].
-        yaw_rate: [rad/s].
+    It acts on the measurements, after all else. A diagnosis finds it in any case, and does not name it. Where the state
+    is fed back, only several instants together tell it from noise in the actuators.
     """
 
-    tilt: float
-    tilt_rate: float
-    acceleration: float
-    wheel_angle: float
-    wheel_rate: float
-    yaw_rate: float
+    tilt: float = parameter(_MEANING, "rad", (0.0, _MOST), start=0.0, value=0.0035)
+    tilt_rate: float = parameter(_MEANING, "rad/s", (0.0, _MOST), start=0.0, value=0.02)
+    acceleration: float = parameter(_MEANING, "m/s²", (0.0, _MOST), start=0.0, value=0.3)
+    wheel_angle: float = parameter(_MEANING, "rad", (0.0, _MOST), start=0.0, value=0.001)
+    wheel_rate: float = parameter(_MEANING, "rad/s", (0.0, _MOST), start=0.0, value=0.05)
+    yaw_rate: float = parameter(_MEANING, "rad/s", (0.0, _MOST), start=0.0, value=0.02)
     place = Place.NOISE
-
-    def __post_init__(self) -> None:
-        for field in fields(self):
-            self._require(field.name, 0)
+    reference = (
+        "N. El-Sheimy, H. Hou, X. Niu: Analysis and modeling of inertial sensors using Allan variance, "
+        "IEEE Transactions on Instrumentation and Measurement 57 (1), 2008, 140-149."
+    )
+    is_linear = False
+    separate_by = "Let the robot lie still."
 
     def start(self, control_period: float, rng: np.random.Generator) -> SensorFilter:
         """Hand out a noise stream."""
-        sd = np.array([getattr(self, name) for name in Observation._fields[1:]])
+        sd = np.array(astuple(self))  # its fields are the sensors of an observation, in their order
 
         def noisy(truth: Observation) -> Observation:
             values = np.array(truth[1:]) + sd * rng.standard_normal(len(sd))

@@ -2,32 +2,29 @@
 
 from dataclasses import dataclass
 
-import numpy as np
-
-from twbal.core.robot_model import TorqueFilter
-from twbal.effects.effect import ActuatorEffect, Place, parameter
+from twbal.core.robot_model import UNBOUNDED
+from twbal.effects.effect import DriverEffect, Place
+from twbal.effects.parameter import Scale, parameter
 
 
 @dataclass(frozen=True)
-class TorqueSaturation(ActuatorEffect):
+class TorqueSaturation(DriverEffect):
     """The driver cuts the torque at `limit`, below the limit of the data sheet.
 
     It acts after the dead zone and before the gain. Only commands beyond it tell of it.
-
-    Attributes:
-        limit: on the summed torque [N·m].
     """
 
-    limit: float = parameter("N·m", 1.0, 20.0, 8.0, none=1e9, scale="torque")
+    limit: float = parameter(
+        "largest summed torque", "N·m", (1.0, 20.0), start=8.0, value=8.0, neutral=UNBOUNDED, scale=Scale.TORQUE
+    )
     place = Place.DRIVER
-    remembers = False
-    cannot_be_told_from = ("torque_gain",)
+    reference = (
+        "S. Tarbouriech, G. Garcia, J. M. Gomes da Silva Jr., I. Queinnec: Stability and Stabilization of Linear "
+        "Systems with Saturating Actuators, Springer, 2011."
+    )
+    nearly_same_as = ("torque_gain",)
     separate_by = "Command large torques for a short while."
 
-    def __post_init__(self) -> None:
-        self._require("limit", 0)
-
-    def start(self, physics_step: float, rng: np.random.Generator) -> TorqueFilter:
-        """Hand out the limit; it remembers nothing."""
-        limit = self.limit
-        return lambda u: min(max(u, -limit), limit)
+    def drive(self, torque: float, time: float) -> float:
+        """What is within the limit."""
+        return min(max(torque, -self.limit), self.limit)

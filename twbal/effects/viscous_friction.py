@@ -1,29 +1,32 @@
 """Friction in the wheels' joints that grows with their rate."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
-from twbal.core.robot_model import Drive
-from twbal.effects.effect import DriveEffect, parameter
+from twbal.core.quantities import Quantity
+from twbal.effects.effect import DriveEffect
+from twbal.effects.parameter import Scale, adds_to, parameter
 
 
 @dataclass(frozen=True)
 class ViscousFriction(DriveEffect):
     """Each joint resists turning with a torque in proportion to the wheel's rate relative to the body.
 
-    It acts between wheel and body. It cannot be told from the motors' back-EMF, and hardly from Coulomb friction on a
-    robot that moves at one speed.
-
-    Attributes:
-        coefficient: of each wheel [N·m·s/rad].
+    It acts between wheel and body. The motors' back-EMF has exactly this form.
     """
 
-    coefficient: float = parameter("N·m·s/rad", 0.0, 0.3, 0.02, scale="torque")
-    cannot_be_told_from = ("coulomb_friction",)
+    coefficient: float = parameter(
+        "friction of each wheel over its rate",
+        "N·m·s/rad",
+        (0.0, 0.3),
+        start=0.02,
+        value=0.03,
+        scale=Scale.TORQUE,
+        changes=adds_to(Quantity.VISCOUS_FRICTION),
+    )
+    reference = (
+        "B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit: A survey of models, analysis tools and compensation "
+        "methods for the control of machines with friction, Automatica 30 (7), 1994, 1083-1138."
+    )
+    is_linear = True
+    nearly_same_as = ("coulomb_friction",)
     separate_by = "Drive at several speeds."
-
-    def __post_init__(self) -> None:
-        self._require("coefficient", 0)
-
-    def alter(self, drive: Drive) -> Drive:
-        """Add to the viscous friction."""
-        return replace(drive, viscous_friction=drive.viscous_friction + self.coefficient)

@@ -1,28 +1,33 @@
 """Wheels larger or smaller than their data sheet."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from math import inf
 
-from twbal.core.robot_parameters import RobotParameters
-from twbal.effects.effect import BodyEffect, parameter
+from twbal.core.quantities import Quantity
+from twbal.effects.effect import BodyEffect
+from twbal.effects.parameter import parameter, scales
 
 
 @dataclass(frozen=True)
 class WheelRadius(BodyEffect):
     """The wheels' radius is `factor` times the data sheet's; their mass and inertia stay.
 
-    It acts on the body. It can hardly be told from the height of the centre of mass.
-
-    Attributes:
-        factor: true radius over the data sheet's.
+    It acts on the body.
     """
 
-    factor: float = parameter("", 0.5, 2.0, 1.1, none=1.0)
-    cannot_be_told_from = ("com_height",)
+    factor: float = parameter(
+        "true radius over the data sheet's",
+        "",
+        (0.5, 2.0),
+        start=1.1,
+        value=1.1,
+        neutral=1.0,
+        possible=(1e-3, inf),
+        changes=scales(Quantity.WHEEL_RADIUS),
+    )
+    reference = (
+        "J. Borenstein, L. Feng: Measurement and correction of systematic odometry errors in mobile robots, "
+        "IEEE Transactions on Robotics and Automation 12 (6), 1996, 869-880."
+    )
+    nearly_same_as = ("com_height",)
     separate_by = "Measure how far the robot rolls in a turn of its wheels."
-
-    def __post_init__(self) -> None:
-        self._require("factor", 1e-3)
-
-    def alter(self, robot: RobotParameters) -> RobotParameters:
-        """Scale the radius."""
-        return replace(robot, wheel_radius=self.factor * robot.wheel_radius)

@@ -1,11 +1,11 @@
 """From the command to the torque of the motors."""
 
-from math import expm1, floor
-from typing import NamedTuple
+from math import floor
 
 from twbal.core.compiled import kernel
 from twbal.core.gaussian import Array
 from twbal.planar.parameters import TwinParameters
+from twbal.planar.terms import drive
 
 
 @kernel()
@@ -32,23 +32,14 @@ def command_at(commands: Array, start: float, length: float) -> float:
 
 @kernel()
 def driver_torque(p: TwinParameters, command: float, time: float) -> float:
-    """What the driver makes of a command [N·m]: dead zone, saturation, gain and the battery's sag, in this order.
+    """What drivers, gears and motors make of a command [N·m].
 
     Args:
         p: the twin.
         command: that arrives at the driver [N·m].
         time: since the rollout began [s].
     """
-    width = p.dead_zone_width
-    if command > width:
-        command -= width
-    elif command < -width:
-        command += width
-    else:
-        command = 0.0
-    limit = p.torque_saturation_limit
-    command = min(max(command, -limit), limit)
-    return command * p.torque_gain_gain / (1.0 + p.battery_sag_rate * time)
+    return drive(p, command, time)
 
 
 @kernel()
@@ -67,24 +58,3 @@ def equivalent_gain(p: TwinParameters, commands: Array) -> float:
     for command in commands:
         total += driver_torque(p, command + e, 0.0) - driver_torque(p, command - e, 0.0)
     return total / (2.0 * e * len(commands) * p.torque_gain_gain)
-
-
-class Lag(NamedTuple):
-    """What a first-order lag does in a physics step, exactly.
-
-    Attributes:
-        share: of the way to the asked torque that the motors go.
-        fade: weight of the torque at the step's start in the mean over it.
-    """
-
-    share: float
-    fade: float
-
-
-@kernel()
-def lag_of(p: TwinParameters, physics_step: float) -> Lag:
-    """The lag of the motors over a physics step [s]."""
-    if p.motor_lag_time_constant <= 0.0:
-        return Lag(1.0, 0.0)
-    share = -expm1(-physics_step / p.motor_lag_time_constant)
-    return Lag(share, share * p.motor_lag_time_constant / physics_step)

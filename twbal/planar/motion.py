@@ -23,12 +23,15 @@ With a backlash the rotors, of inertia J (both), turn by an angle ρ of their ow
 have a - J in place of a. The contact is plastic and keeps |ρ - φ| within half of the gap.
 """
 
-from math import cos, exp, pi, sin
+from math import cos, exp, expm1, sin
 from typing import NamedTuple
 
 from twbal.core.compiled import kernel
+from twbal.core.quantities import Quantity
+from twbal.core.robot_model import ROTOR_SHARE, UNBOUNDED, AxleMotion, JointMotion
 from twbal.core.robot_parameters import GRAVITY
-from twbal.planar.parameters import ROTOR_SHARE, UNBOUNDED, TwinParameters
+from twbal.planar.parameters import TwinParameters
+from twbal.planar.terms import push, quantities, turn
 
 _SWEEPS = 50
 """Rounds over the impulses, where several act at once; as many as a physics engine takes."""
@@ -76,7 +79,7 @@ STRAIGHT = Turning(0.0, 0.0)
 
 
 class Constants(NamedTuple):
-    """The constants of the equations of motion, effects on the body applied.
+    """The constants of the equations of motion, effects on body, drive, ground and delays applied.
 
     Attributes:
         a, b, c: [kg·m²].
@@ -85,11 +88,20 @@ class Constants(NamedTuple):
         turn: I_xx - I_zz + m l² [kg·m²].
         radius: r [m].
         mass: M, of all [kg].
+        weight: M g [N].
         arm: m l [kg·m].
         rotors: J [kg·m²]; 0 without backlash.
+        gap: of the backlash, full width [rad].
         slope: σ at the start [rad].
         apart: half the track over the wheels' radius.
         geared: part of the wheels' inertia that turns relative to the body [kg·m²].
+        coulomb, viscous, breakaway, stribeck_rate: of the joints, as of `Drive`.
+        rolling, rolling_viscous, grip: of the ground, as of `Ground`.
+        pushed: constant force at the axle beside those of effects [N].
+        delay: of commands [s].
+        lag: share of the way to the asked torque that the motors go in a physics step.
+        fade: weight of the torque at a step's start in the mean over it.
+        imu_delay: [s].
         step: of the physics [s].
     """
 
@@ -101,37 +113,65 @@ class Constants(NamedTuple):
     turn: float
     radius: float
     mass: float
+    weight: float
     arm: float
     rotors: float
+    gap: float
     slope: float
     apart: float
     geared: float
+    coulomb: float
+    viscous: float
+    breakaway: float
+    stribeck_rate: float
+    rolling: float
+    rolling_viscous: float
+    grip: float
+    pushed: float
+    delay: float
+    lag: float
+    fade: float
+    imu_delay: float
     step: float
 
 
 @kernel()
 def constants(p: TwinParameters, step: float) -> Constants:
     """The constants of a twin, integrated at a physics step [s]."""
-    m = p.body_mass * p.body_mass_factor
-    height = p.com_height * p.com_height_factor
-    r = p.wheel_radius * p.wheel_radius_factor
-    inertia = p.body_inertia * p.body_mass_factor * p.body_inertia_factor
+    q = quantities(p)
+    m, height, r = q[Quantity.BODY_MASS], q[Quantity.COM_HEIGHT], q[Quantity.WHEEL_RADIUS]
     mass = m + 2.0 * p.wheel_mass
-    geared = 2.0 * p.rotor_inertia_share * p.wheel_inertia
+    geared = 2.0 * q[Quantity.GEARED_SHARE] * p.wheel_inertia
+    time_constant = q[Quantity.MOTOR_LAG]
+    lag = -expm1(-step / time_constant) if time_constant > 0.0 else 1.0
     return Constants(
         mass * r * r + 2.0 * p.wheel_inertia,
         m * height * r,
-        inertia + m * height * height + geared,
+        q[Quantity.BODY_INERTIA_PITCH] + m * height * height + geared,
         m * GRAVITY * height,
-        p.com_offset + p.com_offset_angle,
-        p.body_inertia_turn * p.body_mass_factor + m * height * height,
+        q[Quantity.COM_OFFSET],
+        q[Quantity.TURN_INERTIA] + m * height * height,
         r,
         mass,
+        mass * GRAVITY,
         m * height,
-        2.0 * ROTOR_SHARE * p.wheel_inertia if p.backlash_gap > 0.0 else 0.0,
-        p.ground_slope_angle,
+        2.0 * ROTOR_SHARE * p.wheel_inertia if q[Quantity.GAP] > 0.0 else 0.0,
+        q[Quantity.GAP],
+        q[Quantity.SLOPE],
         0.5 * p.track / r,
         geared,
+        q[Quantity.COULOMB_FRICTION],
+        q[Quantity.VISCOUS_FRICTION],
+        q[Quantity.BREAKAWAY],
+        q[Quantity.STRIBECK_RATE],
+        q[Quantity.ROLLING_RESISTANCE],
+        q[Quantity.ROLLING_VISCOUS],
+        q[Quantity.GRIP],
+        0.0,
+        q[Quantity.COMMAND_DELAY],
+        lag,
+        lag * time_constant / step if time_constant > 0.0 else 0.0,
+        q[Quantity.IMU_DELAY],
         step,
     )
 
@@ -166,52 +206,47 @@ def tipped(k: Constants, s: TwinState, before: Turning, after: Turning) -> TwinS
 
 
 @kernel()
-def cogging(p: TwinParameters, k: Constants, s: TwinState, turning: Turning) -> float:
-    """Torque of both motors' poles [N·m]."""
-    in_step = cos(p.cogging_count * k.apart * turning.heading)
-    return 2.0 * p.cogging_torque * in_step * sin(p.cogging_count * (s.wheel - s.tilt) + p.cogging_phase)
+def joint_torque(p: TwinParameters, k: Constants, s: TwinState, turning: Turning) -> float:
+    """Torque in both joints beside the motors' and all that is dry [N·m]."""
+    relative = s.wheel_speed - s.tilt_rate
+    at = JointMotion(s.wheel - s.tilt, relative, 0.0, k.apart, turning.heading)
+    return turn(p, -2.0 * k.viscous * relative, at)
 
 
 @kernel()
 def forces(p: TwinParameters, k: Constants, s: TwinState, time: float, turning: Turning) -> Forces:
-    """Smooth forces: gravity, inertia, turning, viscous friction, cogging, cable, uneven ground, disturbance."""
+    """Smooth forces: gravity, inertia, turning, what is in the joints, and what pushes from outside."""
     alpha = s.tilt + k.offset
     sine, spin = sin(alpha), turning.rate * turning.rate
-    relative = s.wheel_speed - s.tilt_rate
-    joint = -2.0 * p.viscous_friction_coefficient * relative
-    if p.cogging_torque != 0.0:
-        joint += cogging(p, k, s, turning)
-    outside = -p.cable_spring_stiffness * s.position
-    if p.ground_waves_slope != 0.0:
-        angle = 2.0 * pi * p.ground_waves_waves * s.position + p.ground_waves_phase
-        outside -= k.mass * GRAVITY * p.ground_waves_slope * sin(angle)
-    if p.periodic_disturbance_force != 0.0:
-        angle = 2.0 * pi * p.periodic_disturbance_frequency * time + p.periodic_disturbance_phase
-        outside += p.periodic_disturbance_force * sin(angle)
+    joint = joint_torque(p, k, s, turning)
+    axle = AxleMotion(s.position, k.radius * s.wheel_speed + s.slip, time, k.weight)
+    outside = push(p, 0.0, axle)
+    if k.pushed != 0.0:
+        outside += k.pushed
     slope = slope_ahead(k, turning)
     rising = sine if slope == 0.0 else sin(alpha + slope)
     wheels = joint + k.b * (rising * s.tilt_rate * s.tilt_rate + sine * spin)
     if slope != 0.0:
-        wheels -= k.mass * GRAVITY * k.radius * sin(slope)
-    wheels += k.radius * outside - 2.0 * p.rolling_viscous_coefficient * s.wheel_speed
+        wheels -= k.weight * k.radius * sin(slope)
+    wheels += k.radius * outside - 2.0 * k.rolling_viscous * s.wheel_speed
     body = k.d * sine - joint + k.turn * spin * sine * cos(alpha)
     return Forces(wheels, body, outside)
 
 
 @kernel()
-def joint_bound(p: TwinParameters, relative: float, apart: float) -> float:
+def joint_bound(k: Constants, relative: float, apart: float) -> float:
     """Largest dry friction of both joints together [N·m].
 
     Args:
-        p: the twin.
+        k: constants of the twin.
         relative: mean rate of the wheels relative to the body [rad/s].
         apart: by which one wheel is faster than that and the other slower [rad/s].
     """
-    bound = 2.0 * (p.coulomb_friction_torque + p.stribeck_friction_torque)
-    if p.stribeck_friction_breakaway > 0.0:
+    bound = 2.0 * k.coulomb
+    if k.breakaway > 0.0:
         for rate in (relative + apart, relative - apart):
-            share = rate / p.stribeck_friction_rate
-            bound += p.stribeck_friction_breakaway * exp(-share * share)
+            share = rate / k.stribeck_rate
+            bound += k.breakaway * exp(-share * share)
     return bound
 
 
@@ -264,10 +299,10 @@ def roll(p: TwinParameters, k: Constants, s: TwinState, torque: float, time: flo
     rotor_speed = s.rotor_speed + h * torque / k.rotors if loose else wheel_speed
 
     apart = k.apart * abs(turning.rate)
-    joint = h * joint_bound(p, s.wheel_speed - s.tilt_rate, apart)
-    ground = 2.0 * h * p.rolling_resistance_torque
+    joint = h * joint_bound(k, s.wheel_speed - s.tilt_rate, apart)
+    ground = 2.0 * h * k.rolling
     if joint > 0.0 or ground > 0.0 or loose:
-        half = 0.5 * p.backlash_gap
+        half = 0.5 * k.gap
         contact = rubbing = rolling = 0.0
         alone = (joint > 0.0) + (ground > 0.0) + loose == 1
         for _ in range(1 if alone else _SWEEPS):
@@ -322,10 +357,8 @@ def slide(p: TwinParameters, k: Constants, s: TwinState, torque: float, time: fl
     c = k.c - k.geared
     determinant = k.mass * c - coupling * coupling
     w, v, q = c / determinant, -coupling / determinant, k.mass / determinant  # axle by axle, by body; body by body
-    rubbed = -2.0 * p.viscous_friction_coefficient * (s.wheel_speed - s.tilt_rate)
-    if p.cogging_torque != 0.0:
-        rubbed += cogging(p, k, s, turning)
-    rolled = -2.0 * p.rolling_viscous_coefficient * s.wheel_speed
+    rubbed = joint_torque(p, k, s, turning)
+    rolled = -2.0 * k.rolling_viscous * s.wheel_speed
     on_axle = (f.on_wheels - rubbed - rolled) / r
     on_body = f.on_body - torque
     bend = v * on_axle + q * on_body  # θ̈ without traction
@@ -333,11 +366,11 @@ def slide(p: TwinParameters, k: Constants, s: TwinState, torque: float, time: fl
     tilt_rate = s.tilt_rate + h * bend
     wheel_speed = s.wheel_speed + h * (torque + rubbed + rolled) / spin
 
-    weight = k.mass * GRAVITY * cos(slope) - k.arm * (cos(alpha) * s.tilt_rate**2 + sin(alpha) * bend)
-    grip = h * p.wheel_slip_friction * max(weight, 0.0)
+    weight = k.weight * cos(slope) - k.arm * (cos(alpha) * s.tilt_rate**2 + sin(alpha) * bend)
+    grip = h * k.grip * max(weight, 0.0)
     apart = k.apart * abs(turning.rate)
-    joint = h * joint_bound(p, s.wheel_speed - s.tilt_rate, apart)
-    ground = 2.0 * h * p.rolling_resistance_torque
+    joint = h * joint_bound(k, s.wheel_speed - s.tilt_rate, apart)
+    ground = 2.0 * h * k.rolling
     traction = rubbing = rolling = 0.0
     for _ in range(1 if joint == 0.0 and ground == 0.0 else _SWEEPS):
         change = _cut(traction - (speed - r * wheel_speed) / (w + r * r / spin), grip) - traction
@@ -362,6 +395,6 @@ def slide(p: TwinParameters, k: Constants, s: TwinState, torque: float, time: fl
 @kernel()
 def step(p: TwinParameters, k: Constants, s: TwinState, torque: float, time: float, turning: Turning) -> TwinState:
     """One physics step, as of `roll` or `slide`."""
-    if p.wheel_slip_friction < UNBOUNDED:
+    if k.grip < UNBOUNDED:
         return slide(p, k, s, torque, time, turning)
     return roll(p, k, s, torque, time, turning)

@@ -1,73 +1,67 @@
-"""All numbers of the twin: the data sheet's, and those of every effect, each with a value at which it does nothing."""
+"""All numbers of the planar model: the data sheet's, and those of every effect."""
 
+import sys
+from collections import namedtuple
 from collections.abc import Mapping
-from typing import NamedTuple
+from functools import cache
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, cast
 
 from twbal.core.errors import ConfigError
-from twbal.core.robot_model import ROTOR_SHARE as ROTOR_SHARE
 from twbal.core.robot_parameters import RobotParameters
+from twbal.effects.effect import Effect
+from twbal.effects.library import library, outside_digest
+from twbal.effects.parameter import parameters_of
 
-UNBOUNDED = 1e9
-"""Stands for no limit, where a parameter is one [N·m], and for tyres that cannot slip."""
+NOISE = "sensor_noise"
+SHEET = (
+    *("body_mass", "com_height", "com_offset", "body_inertia_pitch", "turn_inertia"),
+    *("wheel_mass", "wheel_radius", "wheel_inertia", "track", "torque_limit"),
+)
+"""The first fields: those of `RobotParameters`; `turn_inertia` is its roll inertia less its yaw inertia."""
+_CLASS = "Parameters"
 
 
-class TwinParameters(NamedTuple):
-    """The data sheet, and `<effect>_<parameter>` of every effect; angles in rad, all in SI units.
+class Own(NamedTuple):
+    """Where the parameters of an effect lie among all numbers.
 
-    The first fields are those of `RobotParameters`; `body_inertia_turn` is its roll inertia less its yaw inertia. The
-    effects and their parameters are those of `effects/`.
+    Attributes:
+        kind: the effect.
+        values: class of its parameters as a named tuple.
+        first: field in which they begin.
+        end: field after them.
     """
 
-    body_mass: float
-    com_height: float
-    com_offset: float
-    body_inertia: float
-    body_inertia_turn: float
-    wheel_mass: float
-    wheel_radius: float
-    wheel_inertia: float
-    track: float
-    torque_limit: float
-    dead_zone_width: float = 0.0
-    torque_gain_gain: float = 1.0
-    torque_saturation_limit: float = UNBOUNDED
-    actuation_delay_delay: float = 0.0
-    motor_lag_time_constant: float = 0.0
-    battery_sag_rate: float = 0.0
-    coulomb_friction_torque: float = 0.0
-    viscous_friction_coefficient: float = 0.0
-    stribeck_friction_torque: float = 0.0
-    stribeck_friction_breakaway: float = 0.0
-    stribeck_friction_rate: float = 1.0
-    backlash_gap: float = 0.0
-    rotor_inertia_share: float = 0.0
-    cogging_torque: float = 0.0
-    cogging_count: float = 0.0
-    cogging_phase: float = 0.0
-    body_mass_factor: float = 1.0
-    body_inertia_factor: float = 1.0
-    com_height_factor: float = 1.0
-    com_offset_angle: float = 0.0
-    wheel_radius_factor: float = 1.0
-    ground_slope_angle: float = 0.0
-    rolling_resistance_torque: float = 0.0
-    rolling_viscous_coefficient: float = 0.0
-    wheel_slip_friction: float = UNBOUNDED
-    gyro_bias_rate: float = 0.0
-    gyro_scale_factor: float = 1.0
-    imu_mount_angle_angle: float = 0.0
-    imu_delay_delay: float = 0.0
-    cable_spring_stiffness: float = 0.0
-    ground_waves_slope: float = 0.0
-    ground_waves_waves: float = 0.0
-    ground_waves_phase: float = 0.0
-    periodic_disturbance_force: float = 0.0
-    periodic_disturbance_frequency: float = 0.0
-    periodic_disturbance_phase: float = 0.0
+    kind: type[Effect]
+    values: type
+    first: int
+    end: int
+
+
+class TwinParameters(tuple[float, ...]):
+    """The data sheet, and `<effect>_<parameter>` of every effect of the library; angles in rad, all in SI units.
+
+    A named tuple: kernels are compiled for its class, of which there is one for each library, so that they have just
+    the terms of its effects.
+
+    Attributes:
+        effects: of the library.
+        not_linear: neutral values of the effects that are no part of a linear model about the balance.
+    """
+
+    __slots__ = ()
+    effects: ClassVar[tuple[Own, ...]]
+    not_linear: ClassVar[dict[str, float]]
+    _field_defaults: ClassVar[dict[str, float]]
+
+    if TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> float: ...
+
+        def _replace(self, **values: float) -> "TwinParameters": ...
 
 
 def twin_parameters(robot: RobotParameters, effects: Mapping[str, Mapping[str, float]]) -> TwinParameters:
-    """The twin of a robot with effects.
+    """The planar model of a robot with effects.
 
     Args:
         robot: data sheet.
@@ -75,39 +69,75 @@ def twin_parameters(robot: RobotParameters, effects: Mapping[str, Mapping[str, f
             part of the motion and is passed over.
 
     Raises:
-        ConfigError: the twin has no such effect or parameter.
+        ConfigError: the planar model has no such effect or parameter.
     """
-    sheet = TwinParameters(
-        body_mass=robot.body_mass,
-        com_height=robot.com_height,
-        com_offset=robot.com_offset,
-        body_inertia=robot.body_inertia_pitch,
-        body_inertia_turn=robot.body_inertia_roll - robot.body_inertia_yaw,
-        wheel_mass=robot.wheel_mass,
-        wheel_radius=robot.wheel_radius,
-        wheel_inertia=robot.wheel_inertia,
-        track=robot.track,
-        torque_limit=robot.torque_limit,
-    )
-    return changed(sheet, effects)
+    turn_inertia = robot.body_inertia_roll - robot.body_inertia_yaw
+    sheet = [turn_inertia if name == "turn_inertia" else float(getattr(robot, name)) for name in SHEET]
+    return changed(cast(Any, parameters_class())(*sheet), effects)
 
 
 def changed(twin: TwinParameters, effects: Mapping[str, Mapping[str, float]]) -> TwinParameters:
-    """The twin with other values of some effects' parameters.
+    """The model with other values of some effects' parameters.
 
     Raises:
-        ConfigError: the twin has no such effect or parameter.
+        ConfigError: the planar model has no such effect or parameter.
     """
     values: dict[str, float] = {}
     for effect, parameters in effects.items():
-        if effect == "sensor_noise":
+        if effect == NOISE:
             continue
         for name, value in parameters.items():
-            field = f"{effect}_{name}"
-            if field not in TwinParameters._field_defaults:
-                known = ", ".join(TwinParameters._field_defaults)
+            if field_of(effect, name) not in twin._field_defaults:
+                known = ", ".join(twin._field_defaults)
                 raise ConfigError(
-                    f"The planar twin has no parameter {name!r} of an effect {effect!r}; it has: {known}."
+                    f"The planar model has no parameter {name!r} of an effect {effect!r}; it has: {known}."
                 )
-            values[field] = float(value)
+            values[field_of(effect, name)] = float(value)
     return twin._replace(**values)
+
+
+def linear_part(twin: TwinParameters) -> TwinParameters:
+    """The model without the effects that are no part of a linear model about the balance."""
+    return twin._replace(**twin.not_linear)
+
+
+def field_of(effect: str, parameter: str) -> str:
+    """The field in which a parameter of an effect lies."""
+    return f"{effect}_{parameter}"
+
+
+def parameters_class() -> type[TwinParameters]:
+    """The class of the numbers that goes with the library as it is now."""
+    return _class_of(tuple(library().items()), outside_digest())
+
+
+@cache
+def _class_of(effects: tuple[tuple[str, type[Effect]], ...], digest: str) -> type[TwinParameters]:
+    defaults = {
+        field_of(name, key): known.neutral for name, kind in effects for key, known in parameters_of(kind).items()
+    }
+    fields, own = [*SHEET, *defaults], []
+    first = len(SHEET)
+    for _, kind in effects:
+        end = first + len(parameters_of(kind))
+        own.append(Own(kind, namedtuple(f"{kind.__name__}Values", tuple(parameters_of(kind))), first, end))
+        first = end
+    # Machine code is kept by the name of this class, which therefore stands for the code of effects from outside.
+    name = f"{_CLASS}{digest}"
+    base = namedtuple(name, fields, defaults=tuple(defaults.values()))  # type: ignore[misc]
+    not_linear = {field: defaults[field] for o in own if not o.kind.is_linear for field in fields[o.first : o.end]}
+    said = {"__slots__": (), "__module__": __name__, "effects": tuple(own), "not_linear": not_linear}
+    made = type(name, (base, TwinParameters), said)
+    setattr(sys.modules[__name__], name, made)
+    return cast(type[TwinParameters], made)
+
+
+def __getattr__(name: str) -> Any:
+    """A class for which machine code was kept, of a library that there is not in this process: never the class in use.
+
+    Raises:
+        AttributeError: the name is no such class's.
+    """
+    if name.startswith(_CLASS):
+        return namedtuple(name, ())
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -1,6 +1,8 @@
 """The analytic twin behind the seam."""
 
-from collections.abc import Mapping
+from collections.abc import Sequence
+from dataclasses import astuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -9,13 +11,18 @@ from twbal.core.engine import substeps
 from twbal.core.errors import ConfigError
 from twbal.core.gaussian import Array
 from twbal.core.plant import Observation, Plant
+from twbal.core.robot_model import UNBOUNDED, Reading
 from twbal.core.robot_parameters import RobotParameters
 from twbal.core.start_pose import StartPose
 from twbal.core.streams import Stream, generator
-from twbal.planar.actuation import command_at, driver_torque, lag_of
+from twbal.effects.effect import Effect
+from twbal.effects.library import values_of
+from twbal.effects.sensor_noise import SensorNoise
+from twbal.planar.actuation import command_at
 from twbal.planar.motion import STRAIGHT, Constants, Turning, TwinState, constants, step, tipped
 from twbal.planar.parameters import TwinParameters, twin_parameters
-from twbal.planar.sensing import Reading, read_sensors
+from twbal.planar.sensing import read_sensors
+from twbal.planar.terms import drive
 
 
 @kernel()
@@ -41,39 +48,59 @@ def hold(
         turning: at the period's start; its rate stays.
         imu: (N, 2), as of `read_sensors`.
     """
-    lag = lag_of(p, k.step)
     reached = s.torque
-    late = p.actuation_delay_delay / (k.step * substeps)
+    late = k.delay / (k.step * substeps)
     length = 1.0 / substeps
     for i in range(substeps):
         number = past * substeps + i
         time = number * k.step
         command = commands[past] if late == 0.0 else command_at(commands, number * length - late, length)
-        asked = driver_torque(p, command, time)
+        asked = drive(p, command, time)
         now = Turning(turning.rate, turning.heading + i * k.step * turning.rate)
-        s = step(p, k, s, asked + lag.fade * (reached - asked), time, now)
+        s = step(p, k, s, asked + k.fade * (reached - asked), time, now)
         if k.slope != 0.0 and turning.rate != 0.0:
             s = tipped(k, s, now, Turning(turning.rate, now.heading + k.step * turning.rate))
-        reached += lag.share * (asked - reached)
+        reached += k.lag * (asked - reached)
         row = (number + 1) % len(imu)
         imu[row, 0], imu[row, 1] = s.tilt, s.tilt_rate
     return TwinState(s.tilt, s.wheel, s.tilt_rate, s.wheel_speed, reached, s.rotor, s.rotor_speed, s.slip, s.position)
 
 
 @kernel()
-def standing(p: TwinParameters, tilt: float, tilt_rate: float, speed: float, wheel_angle: float) -> TwinState:
+def standing(k: Constants, tilt: float, tilt_rate: float, speed: float, wheel_angle: float) -> TwinState:
     """The state at a rollout's start: motors without torque, rotors in the middle of the backlash.
 
     Args:
-        p: the twin.
+        k: constants of the twin.
         tilt: [rad].
         tilt_rate: [rad/s].
         speed: of the axle [m/s].
         wheel_angle: of the encoders [rad].
     """
     wheel = wheel_angle + tilt
-    turning = speed / (p.wheel_radius * p.wheel_radius_factor)
+    turning = speed / k.radius
     return TwinState(tilt, wheel, tilt_rate, turning, 0.0, wheel, turning, 0.0, 0.0)
+
+
+class Seen(NamedTuple):
+    """The end of a control period.
+
+    Attributes:
+        state: of the robot.
+        reading: of its sensors, without noise.
+    """
+
+    state: TwinState
+    reading: Reading
+
+
+@kernel()
+def drive_on(
+    p: TwinParameters, k: Constants, s: TwinState, commands: Array, past: int, substeps: int, imu: Array
+) -> Seen:
+    """One control period straight ahead, and what sensors show at its end; arguments as of `hold`."""
+    s = hold(p, k, s, commands, past, substeps, STRAIGHT, imu)
+    return Seen(s, read_sensors(p, k, s, imu, (past + 1) * substeps, 0.0))
 
 
 class PlanarPlant(Plant):
@@ -83,8 +110,8 @@ class PlanarPlant(Plant):
 
     Args:
         robot: data sheet.
-        effects: values by effect and by parameter, as the effects of the simulation take them. Of `sensor_noise` it
-            takes the standard deviations; its noise is drawn from (seed, trial) too, but in an order of its own.
+        effects: what the data sheet leaves out. Of `SensorNoise` it takes the standard deviations; its noise is drawn
+            from (seed, trial) too, but in an order of its own.
         start: where rollouts begin.
         physics_step: [s]; divides the control period.
         seed: of all randomness.
@@ -97,27 +124,28 @@ class PlanarPlant(Plant):
         self,
         *,
         robot: RobotParameters,
-        effects: Mapping[str, Mapping[str, float]],
+        effects: Sequence[Effect],
         start: StartPose,
         physics_step: float,
         seed: int,
     ) -> None:
         self.control_period = robot.control_period
-        self._twin = twin_parameters(robot, effects)
+        self._twin = twin_parameters(robot, values_of(effects))
         self._substeps = substeps(robot.control_period, physics_step)
         self._constants: Constants = constants(self._twin, physics_step)
-        self._noise = np.array([effects.get("sensor_noise", {}).get(name, 0.0) for name in Observation._fields[1:]])
-        if self._twin.backlash_gap > 0 and self._twin.wheel_slip_friction < 1e6:
+        noises = [astuple(effect) for effect in effects if isinstance(effect, SensorNoise)]
+        self._noise = np.array(noises[0] if noises else [0.0] * 6)
+        if self._constants.gap > 0 and self._constants.grip < UNBOUNDED:
             raise ConfigError("The planar twin has no backlash on wheels that slip; leave one of the two effects out.")
         self._start = start
         self._seed = seed
         self._reset_memory()
 
     def _reset_memory(self) -> None:
-        ring = self._substeps * (2 + int(self._twin.imu_delay_delay / self.control_period))
+        ring = self._substeps * (2 + int(self._constants.imu_delay / self.control_period))
         self._imu = np.zeros((ring, 2))
         self._commands: list[float] = []
-        self._state: TwinState = standing(self._twin, 0.0, 0.0, 0.0, 0.0)
+        self._state: TwinState = standing(self._constants, 0.0, 0.0, 0.0, 0.0)
         self._speed = 0.0
 
     def reset(self, trial: int) -> Observation:
@@ -125,10 +153,10 @@ class PlanarPlant(Plant):
         self._rng = generator(Stream.SENSOR_NOISE, self._seed, trial)
         stance = self._start.draw(generator(Stream.START_POSE, self._seed, trial))
         self._reset_memory()
-        self._state = standing(self._twin, stance.tilt, stance.tilt_rate, stance.speed, 0.0)
+        self._state = standing(self._constants, stance.tilt, stance.tilt_rate, stance.speed, 0.0)
         self._imu[:] = stance.tilt, stance.tilt_rate
         self._speed = stance.speed
-        return self._observe()
+        return self._observe(read_sensors(self._twin, self._constants, self._state, self._imu, 0, 0.0))
 
     def step(self, command: float) -> Observation:
         """Hold the command, cut to the torque limit, for one control period."""
@@ -136,10 +164,10 @@ class PlanarPlant(Plant):
         self._commands.append(min(max(float(command), -limit), limit))
         past = len(self._commands) - 1
         commands = np.array(self._commands)
-        self._state = hold(
-            self._twin, self._constants, self._state, commands, past, self._substeps, STRAIGHT, self._imu
+        self._state, reading = drive_on(
+            self._twin, self._constants, self._state, commands, past, self._substeps, self._imu
         )
-        return self._observe()
+        return self._observe(reading)
 
     def stop(self) -> None:
         """Nothing turns between the steps of a simulation."""
@@ -147,13 +175,11 @@ class PlanarPlant(Plant):
     def close(self) -> None:
         """Nothing is held."""
 
-    def _observe(self) -> Observation:
-        periods = len(self._commands)
-        state, radius = self._state, self._constants.radius
-        seen: Reading = read_sensors(self._twin, state, self._imu, periods * self._substeps, self._constants.step, 0.0)
-        speed = radius * state.wheel_speed + state.slip
+    def _observe(self, seen: Reading) -> Observation:
+        time = len(self._commands) * self.control_period
+        speed = self._constants.radius * self._state.wheel_speed + self._state.slip
         acceleration = (speed - self._speed) / self.control_period
         self._speed = speed
         values = [seen.tilt, seen.tilt_rate, acceleration, seen.wheel_angle, seen.wheel_rate, 0.0]
         noisy = np.array(values) + self._noise * self._rng.standard_normal(len(values))
-        return Observation(periods * self.control_period, *noisy.tolist())
+        return Observation(time, *noisy.tolist())

@@ -1,54 +1,49 @@
 """What the sensors make of the twin's motion."""
 
 from math import floor
-from typing import NamedTuple
+
+import numpy as np
 
 from twbal.core.compiled import kernel
 from twbal.core.gaussian import Array
-from twbal.planar.motion import TwinState
+from twbal.core.robot_model import Reading
+from twbal.planar.motion import Constants, TwinState
 from twbal.planar.parameters import TwinParameters
-
-
-class Reading(NamedTuple):
-    """What is measured at an instant, without noise.
-
-    Attributes:
-        tilt: [rad].
-        tilt_rate: [rad/s].
-        wheel_angle: relative to the body [rad].
-        wheel_rate: [rad/s].
-    """
-
-    tilt: float
-    tilt_rate: float
-    wheel_angle: float
-    wheel_rate: float
+from twbal.planar.terms import sense
 
 
 @kernel()
-def read_sensors(p: TwinParameters, s: TwinState, imu: Array, steps: int, step: float, lead: float) -> Reading:
+def read_sensors(p: TwinParameters, k: Constants, s: TwinState, imu: Array, steps: int, lead: float) -> Reading:
     """Read the sensors.
 
     Between physics steps what the IMU sees is interpolated; before the rollout it saw what it sees at its start.
 
     Args:
         p: the twin.
+        k: its constants.
         s: state now.
         imu: (N, 2), a ring: row i % N holds tilt and tilt rate after i physics steps, `steps` being now.
         steps: physics steps since the rollout began.
-        step: of the physics [s].
         lead: time by which the integrator's angles run ahead of the truth [s]; 0 to read what the integrator has.
     """
-    back = p.imu_delay_delay / step
+    back = k.imu_delay / k.step
     whole = floor(back)
     share = back - whole
     near, far = max(steps - whole, 0) % len(imu), max(steps - whole - 1, 0) % len(imu)
     tilt = (1.0 - share) * imu[near, 0] + share * imu[far, 0]
     rate = (1.0 - share) * imu[near, 1] + share * imu[far, 1]
     relative = s.wheel_speed - s.tilt_rate
-    return Reading(
-        tilt - lead * rate + p.imu_mount_angle_angle,
-        p.gyro_scale_factor * rate + p.gyro_bias_rate,
-        s.wheel - s.tilt - lead * relative,
-        relative,
-    )
+    truth = Reading(tilt - lead * rate, rate, s.wheel - s.tilt - lead * relative, relative)
+    return sense(p, truth, steps * k.step)
+
+
+@kernel()
+def sensor_slopes(p: TwinParameters) -> Array:
+    """Derivative of what sensors show by what there is, (4, 4), by differences from 0."""
+    zero = sense(p, Reading(0.0, 0.0, 0.0, 0.0), 0.0)
+    slopes, eye = np.empty((4, 4)), np.eye(4)
+    for i in range(4):
+        seen = sense(p, Reading(eye[i, 0], eye[i, 1], eye[i, 2], eye[i, 3]), 0.0)
+        for j in range(4):
+            slopes[j, i] = seen[j] - zero[j]
+    return slopes

@@ -7,8 +7,9 @@ from twbal.core.plant import Observation, Plant
 from twbal.core.robot_parameters import RobotParameters
 from twbal.core.start_pose import StartPose
 from twbal.core.streams import Stream, generator
-from twbal.effects.effect import Effect, parameters_of
+from twbal.effects.effect import Effect
 from twbal.effects.library import library
+from twbal.effects.parameter import parameters_of
 from twbal.sim.bullet_plant import SimPlant
 
 Draws = Mapping[str, Mapping[str, Sequence[float]]]

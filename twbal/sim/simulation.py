@@ -8,7 +8,7 @@ from twbal.core.plant import Plant
 from twbal.core.robot_parameters import RobotParameters
 from twbal.core.start_pose import StartPose
 from twbal.effects.effect import Effect
-from twbal.effects.library import all_effects, values_of
+from twbal.effects.library import effects_from
 from twbal.planar.planar_plant import PlanarPlant
 from twbal.sim.bullet_plant import SimPlant
 from twbal.sim.randomised import Draws, RandomisedPlant
@@ -50,7 +50,7 @@ class Simulation:
         """
         robot, start, step = self.robot, self.start, self.physics_step
         if self.engine is Engine.PLANAR:
-            return PlanarPlant(robot=robot, effects=values_of(self.effects), start=start, physics_step=step, seed=seed)
+            return PlanarPlant(robot=robot, effects=self.effects, start=start, physics_step=step, seed=seed)
         if self.draws:
             return RandomisedPlant(
                 robot=robot, effects=self.effects, draws=self.draws, start=start, physics_step=step, seed=seed
@@ -65,6 +65,5 @@ class Simulation:
 
     def with_values(self, values: Mapping[str, Mapping[str, float]], physics_step: float) -> "Simulation":
         """The same robot with other effects, by name and parameter, in PyBullet."""
-        known = all_effects()
-        effects = tuple(known[name](**parameters) for name, parameters in values.items())
+        effects = tuple(effects_from(values))
         return replace(self, effects=effects, physics_step=physics_step, engine=Engine.PYBULLET, draws={})

@@ -4,7 +4,8 @@ from typing import NamedTuple
 
 from twbal.core.engine import Motion
 from twbal.core.mobility import wheel_mobility
-from twbal.core.robot_model import Machine
+from twbal.core.robot_model import AxleMotion, Machine
+from twbal.core.robot_parameters import GRAVITY
 
 _SHARE = 1.0  # of the wheels' leftover rate that the holding torque learns from in a step
 
@@ -36,6 +37,7 @@ class Surroundings:
         self._bound = 2 * ground.rolling_resistance
         self._viscous = 2 * ground.rolling_viscous
         self._pushes = machine.pushes
+        self._weight = (machine.robot.body_mass + 2 * machine.robot.wheel_mass) * GRAVITY
         self._physics_step = physics_step
         self._stopping = 1 / (physics_step * wheel_mobility(machine.robot))  # torque that stops a rate in one step
         self.needed = bool(self._bound or self._viscous or self._pushes)
@@ -53,7 +55,9 @@ class Surroundings:
             stop = rate * self._stopping
             self._held = _cut(self._held - _SHARE * stop, self._bound)
             torque += _cut(self._held - stop, self._bound)
-        force = sum(push(self._position, self._time) for push in self._pushes)
+        axle, force = AxleMotion(self._position, motion.speed, self._time, self._weight), 0.0
+        for push in self._pushes:
+            force = push(force, axle)
         self._position += self._physics_step * motion.speed
         self._time += self._physics_step
         return Outside(torque, force)

@@ -22,9 +22,10 @@ from scipy.optimize import minimize
 
 from twbal.core.compiled import kernel
 from twbal.core.gaussian import Array
-from twbal.planar.motion import STRAIGHT, TwinState, constants
-from twbal.planar.parameters import UNBOUNDED, TwinParameters
+from twbal.planar.motion import STRAIGHT, Constants, TwinState, constants
+from twbal.planar.parameters import TwinParameters, linear_part
 from twbal.planar.planar_plant import hold
+from twbal.planar.sensing import sensor_slopes
 from twbal.sysid.recording import Mask
 
 _INSTANTS = 50  # after which gains have settled
@@ -79,35 +80,17 @@ class Filter(NamedTuple):
 
 
 def linearise_period(twin: TwinParameters, period: float) -> LinearTwin:
-    """The linear twin; dry friction, backlash and slip are left out: they are no part of a linear model."""
-    smooth = twin._replace(
-        dead_zone_width=0.0,
-        actuation_delay_delay=0.0,
-        motor_lag_time_constant=0.0,
-        coulomb_friction_torque=0.0,
-        stribeck_friction_torque=0.0,
-        stribeck_friction_breakaway=0.0,
-        rolling_resistance_torque=0.0,
-        backlash_gap=0.0,
-        cogging_torque=0.0,
-        wheel_slip_friction=UNBOUNDED,
-        ground_waves_slope=0.0,
-        periodic_disturbance_force=0.0,
-        torque_gain_gain=1.0,
-        battery_sag_rate=0.0,
-        torque_saturation_limit=UNBOUNDED,
-    )
-    balance = np.array([-(twin.com_offset + twin.com_offset_angle), 0.0, 0.0, 0.0])
+    """The linear twin, without the effects that are no part of a linear model."""
+    smooth = linear_part(twin)
+    k: Constants = constants(smooth, period / _STEPS)
+    balance = np.array([-k.offset, 0.0, 0.0, 0.0])
     e = 1e-5
 
     def after(x: Array, torque: float, outside: float) -> Array:
-        pushed = smooth._replace(
-            periodic_disturbance_force=outside / smooth.wheel_radius, periodic_disturbance_phase=0.5 * np.pi
-        )
         tilt, wheel, tilt_rate, wheel_speed = x.tolist()
         state = TwinState(tilt, wheel, tilt_rate, wheel_speed, 0.0, wheel, wheel_speed, 0.0, 0.0)
-        k, imu = constants(pushed, period / _STEPS), np.zeros((2 * _STEPS, 2))
-        return np.array(hold(pushed, k, state, np.array([torque]), 0, _STEPS, STRAIGHT, imu)[:4])
+        pushed, imu = k._replace(pushed=outside / smooth.wheel_radius), np.zeros((2 * _STEPS, 2))
+        return np.array(hold(smooth, pushed, state, np.array([torque]), 0, _STEPS, STRAIGHT, imu)[:4])
 
     rest = after(balance, 0.0, 0.0)
     F, B = np.zeros((8, 8)), np.zeros((8, 2))
@@ -116,21 +99,18 @@ def linearise_period(twin: TwinParameters, period: float) -> LinearTwin:
     B[:4, 0] = (after(balance, e, 0.0) - rest) / e
     B[:4, 1] = (after(balance, 0.0, e) - rest) / e
     F[4, 0] = F[5, 2] = F[6, 4] = F[7, 5] = 1.0
-    return LinearTwin(F, _sensors(twin, period), B)
+    return LinearTwin(F, sensor_slopes(smooth) @ _true_readings(k.imu_delay / period), B)
 
 
-def _sensors(twin: TwinParameters, period: float) -> Array:
-    """C: the IMU reads between two instants, the encoders read now."""
+def _true_readings(late: float) -> Array:
+    """What sensors without faults show of the state, (4, 8), the IMU being late by so many periods, at most two."""
     C = np.zeros((4, 8))
-    late = min(twin.imu_delay_delay / period, 2.0)
+    late = min(late, 2.0)
     age = min(int(late), 1)
     share = late - age
     tilts, rates = (0, 4, 6), (2, 5, 7)
     C[0, tilts[age]], C[0, tilts[age + 1]] = 1.0 - share, share
-    C[1, rates[age]], C[1, rates[age + 1]] = (
-        twin.gyro_scale_factor * (1.0 - share),
-        twin.gyro_scale_factor * share,
-    )
+    C[1, rates[age]], C[1, rates[age + 1]] = 1.0 - share, share
     C[2, 0], C[2, 1] = -1.0, 1.0
     C[3, 2], C[3, 3] = -1.0, 1.0
     return C

@@ -11,10 +11,12 @@ import numpy as np
 
 from twbal.core.compiled import kernel
 from twbal.core.gaussian import Array
-from twbal.planar.motion import Turning, TwinState, constants
+from twbal.core.robot_model import Reading
+from twbal.planar.motion import Constants, Turning, TwinState, constants
 from twbal.planar.parameters import TwinParameters
 from twbal.planar.planar_plant import hold
 from twbal.planar.sensing import read_sensors
+from twbal.planar.terms import correct
 from twbal.sysid.recording import Recording
 
 TRACK = len(TwinState._fields)
@@ -22,12 +24,13 @@ _RING = 4  # control periods of the IMU's past that are kept: delays up to two o
 
 
 @kernel()
-def _first(p: TwinParameters, measured: Array, lead: float) -> TwinState:
+def _first(p: TwinParameters, k: Constants, measured: Array, lead: float) -> TwinState:
     """The state that the first measurement tells."""
-    rate = (measured[1] - p.gyro_bias_rate) / p.gyro_scale_factor
-    tilt = measured[0] - p.imu_mount_angle_angle + (lead + p.imu_delay_delay) * rate
-    speed = measured[3] + rate
-    wheel = measured[2] + lead * measured[3] + tilt
+    true = correct(p, Reading(measured[0], measured[1], measured[2], measured[3]), 0.0)
+    rate = true.tilt_rate
+    tilt = true.tilt + (lead + k.imu_delay) * rate
+    speed = true.wheel_rate + rate
+    wheel = true.wheel_angle + lead * true.wheel_rate + tilt
     return TwinState(tilt, wheel, rate, speed, 0.0, wheel, speed, 0.0, 0.0)
 
 
@@ -77,7 +80,7 @@ def run_predictor(
     """
     h = period / substeps
     k = constants(p, h)
-    s = _first(p, measured[0], lead)
+    s = _first(p, k, measured[0], lead)
     heading = 0.0
     imu = np.empty((_RING * substeps, 2))
     imu[:, 0], imu[:, 1] = s.tilt, s.tilt_rate
@@ -86,7 +89,7 @@ def run_predictor(
             turning = Turning(0.5 * (yaw_rate[n - 1] + yaw_rate[n]), heading)
             s = hold(p, k, s, commands, n - 1, substeps, turning, imu)
             heading += period * turning.rate
-            seen = read_sensors(p, s, imu, n * substeps, h, lead)
+            seen = read_sensors(p, k, s, imu, n * substeps, lead)
             error = errors[n]
             error[0] = measured[n, 0] - seen.tilt
             error[1] = measured[n, 1] - seen.tilt_rate

@@ -9,6 +9,7 @@ from omegaconf import OmegaConf
 
 from twbal.cli.composition import composing
 from twbal.cli.conf_folder import conf_folder
+from twbal.effects.library import all_effects
 
 CONF = conf_folder()
 ENTRIES = sorted(path.stem for path in CONF.glob("*.yaml") if path.stem != "base")
@@ -62,8 +63,7 @@ def _words():
         names = GlobalHydra.instance().config_loader().get_group_options(group)
         words = ((name, f"{group}={name}") for name in names if name != chosen)
         yield from ((ONLY_IN.get(word, entry), (word,)) for _, word in words)
-    effects = sorted(path.stem for path in (CONF / "effect").glob("*.yaml"))
-    yield "sim_collect", tuple(f"+effect@sim.effects.{effect}={effect}" for effect in effects)
+    yield "sim_collect", tuple(f"+effect@sim.effects.{effect}={effect}" for effect in all_effects())
 
 
 def _composed(entry, words):

@@ -8,6 +8,7 @@ import yaml
 
 from twbal.cli.conf_folder import conf_folder
 from twbal.cli.settings.lookup import STAGES, Table
+from twbal.effects.library import nodes
 
 CONF = conf_folder()
 FILES = sorted(path.relative_to(CONF) for path in CONF.rglob("*.yaml") if path.stem != "base")
@@ -41,16 +42,13 @@ def parts():
 
 def table_and_prefix(file, group, node):
     """The table for a configuration, and where its values lie in that of a stage."""
-    if group == "effect":
-        target = dict((key.value, value.value) for key, value in node.value)["_target_"]
-        return Table("sim-collect", {"sim": {"effects": {"x": {"_target_": target}}}}), "sim.effects.x."
     if group in ("", "_global_"):
         return Table(file.stem.replace("_", "-") if group == "" else "iterate", {}), ""
     tree = yaml.safe_load(yaml.serialize(node))
     whole = {group: tree} if group in ("sim", "variants") else {}
     for effects in (whole.get("variants") or {}).values():
         for name, effect in (effects if isinstance(effects, dict) else {}).items():
-            effect["_target_"] = f"twbal.effects.{name}.Any"
+            effect["_target_"] = nodes()[name]["_target_"]
     place = {"model/search": "model.fit_f.settings"}.get(group, group.replace("/", "."))
     return Table("iterate", whole), f"{place}."
 
@@ -71,10 +69,6 @@ def test_the_unit_beside_a_value_is_that_of_the_table(file, group, node):
         said = next((u for u in UNITS if comment and re.match(rf"{re.escape(u)}(?![\w·/²])", comment[1])), "")
         expected = row.kind.unit if row.kind.unit in UNITS else ""
         assert said == expected, f"{file}: {lines[line]}"
-
-
-def test_no_yaml_says_a_range_that_stands_in_the_code():
-    assert [str(file) for file in FILES if "prior " in (CONF / file).read_text() and file.parts[0] == "effect"] == []
 
 
 def test_every_stage_has_a_table():

@@ -5,6 +5,7 @@ from functools import cache
 from typing import Any, NamedTuple
 
 from twbal.cli.settings.diagnosis_settings import DIAGNOSIS
+from twbal.cli.settings.effect_settings import effect_settings
 from twbal.cli.settings.import_settings import IMPORT
 from twbal.cli.settings.kinds import Kind, holds_settings
 from twbal.cli.settings.link_settings import HIDDEN, LINK
@@ -14,6 +15,7 @@ from twbal.cli.settings.robot_settings import CONTROL_PERIOD, POLICY, ROBOT, SIM
 from twbal.cli.settings.search_settings import AGENT, COST, JUDGE, RULE, SEARCH, SHAPE
 from twbal.cli.settings.setting import Setting
 from twbal.cli.settings.stage_settings import SECTIONS, STAGES
+from twbal.effects.library import effect_of, library
 
 GROUPS = {
     "Robot": ROBOT,
@@ -36,7 +38,6 @@ GROUPS = {
 """Settings that stages share, by what they are of."""
 
 OURS = "twbal."  # begins the `_target_` of what the table knows
-_LIBRARY = ["twbal", "effects"]
 _OWN_OF_HYDRA = ("_target_", "_partial_", "_convert_", "_recursive_", "_args_")
 
 
@@ -119,7 +120,7 @@ def leaves(tree: Mapping[str, Any]) -> Iterator[Leaf]:
     """Every value of a configuration, but for what Hydra itself reads."""
     values = dict(flattened(tree))
     targets = ((key.removesuffix("_target_"), value) for key, value in values.items() if key.endswith("._target_"))
-    foreign = tuple(place for place, target in targets if not str(target).startswith(OURS))
+    foreign = tuple(place for place, target in targets if not is_known(str(target)))
     for key, value in values.items():
         if key.rpartition(".")[2] not in _OWN_OF_HYDRA:
             yield Leaf(key, value, key.startswith(foreign))
@@ -133,29 +134,33 @@ def effects_in(tree: Mapping[str, Any]) -> Iterator[tuple[str, Mapping[str, Any]
         yield from ((f"{place}.{name}", effect) for name, effect in effects.items() if isinstance(effect, Mapping))
 
 
+def is_known(target: str) -> bool:
+    """Whether the table knows what the class is that a `_target_` stands for: of twbal, or an effect of its library."""
+    return target.startswith(OURS) or effect_of(target) is not None
+
+
 def _effect_rows(tree: Mapping[str, Any]) -> Iterator[Setting]:
     """Rows of the effects that a configuration has."""
-    targets = [(key, str(effect.get("_target_", "")).split(".")) for key, effect in effects_in(tree)]
-    found = [(key, target[2], False) for key, target in targets if target[:2] == _LIBRARY and len(target) == 4]
-    found += [(f"sim.draws.{name}", str(name), True) for name in _mapping(_mapping(tree.get("sim")).get("draws"))]
-    if not found:
-        return
-    from twbal.cli.settings.effect_settings import effect_settings  # here, as the simulation takes a while to import
-
     robot = _mapping(tree.get("robot"))
-    scales = {"torque": _over(robot.get("torque_limit"), TORQUE_LIMIT, 20.0)}
-    scales["period"] = _over(robot.get("control_period"), CONTROL_PERIOD, 0.02)
-    for key, name, drawn in found:
-        yield from effect_settings(key, name, scales, drawn)
+    limit = _number(robot.get("torque_limit"), TORQUE_LIMIT, 20.0)
+    period = _number(robot.get("control_period"), CONTROL_PERIOD, 0.02)
+    for key, effect in effects_in(tree):
+        found = effect_of(str(effect.get("_target_", "")))
+        if found is not None:
+            yield from effect_settings(key, found, limit, period)
+    known = library()
+    for name in _mapping(_mapping(tree.get("sim")).get("draws")):
+        if name in known:
+            yield from effect_settings(f"sim.draws.{name}", known[name], limit, period, drawn=True)
 
 
 def _mapping(value: Any) -> Mapping[str, Any]:
     return value if isinstance(value, Mapping) else {}
 
 
-def _over(value: Any, kind: Kind, usual: float) -> float:
-    """`value` as a share of `usual`; 1 where it cannot be right."""
-    return float(value) / usual if kind.takes(value) else 1.0
+def _number(value: Any, kind: Kind, otherwise: float) -> float:
+    """`value`, or another where it cannot be right."""
+    return float(value) if kind.takes(value) else otherwise
 
 
 def _matches(pattern: str, key: str) -> bool:

@@ -1,0 +1,146 @@
+"""An effect from outside the package: the example of CONTRIBUTING.md, simulated, diagnosed and documented."""
+
+import importlib
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hydra.utils import instantiate
+from omegaconf import OmegaConf
+from rides import ride
+
+from twbal.cli.conf_folder import conf_folder
+from twbal.cli.main import main
+from twbal.core.errors import ConfigError
+from twbal.core.plant import Observation
+from twbal.core.start_pose import StartPose
+from twbal.diagnosis.effect_candidates import candidates_for
+from twbal.diagnosis.name import name_effects
+from twbal.diagnosis.record import Verdict
+from twbal.effects import library
+from twbal.effects.dead_zone import DeadZone
+from twbal.effects.effect import OutsideEffect
+from twbal.effects.page import page
+from twbal.planar.parameters import parameters_class
+from twbal.planar.planar_plant import PlanarPlant
+from twbal.sim.bullet_plant import SimPlant
+
+HOUSE = Path(__file__).resolve().parents[2]
+EFFECT, TEST = re.findall(
+    r"^```py(?:thon)?\n(.*?)^```", (HOUSE / "CONTRIBUTING.md").read_text(), re.DOTALL | re.MULTILINE
+)
+REGISTERED = EFFECT.replace("AirDrag", "SomeDrag")  # somebody may have added the example, as they should
+for before, after in {
+    "@dataclass": "@register\n@dataclass",
+    "from twbal.effects.parameter": "from twbal.effects.library import register\nfrom twbal.effects.parameter",
+}.items():
+    REGISTERED = REGISTERED.replace(before, after)
+
+
+@pytest.fixture
+def folder(tmp_path):
+    (tmp_path / "some_drag.py").write_text(REGISTERED)
+    return tmp_path
+
+
+@pytest.fixture
+def SomeDrag(folder, monkeypatch):
+    monkeypatch.syspath_prepend(str(folder))
+    monkeypatch.setattr(library, "_registered", {})
+    yield importlib.import_module("some_drag").SomeDrag
+    del sys.modules["some_drag"]
+
+
+def course(plant, command):
+    with plant:
+        seen = np.array([plant.reset(0), *(plant.step(command) for _ in range(20))])
+    return seen[:, [Observation._fields.index(name) for name in ("tilt", "tilt_rate", "wheel_angle", "wheel_rate")]]
+
+
+def test_the_test_of_the_example_passes(SomeDrag):
+    names = {}
+    exec(TEST.replace("twbal.effects.air_drag", "some_drag").replace("AirDrag", "SomeDrag"), names)
+    (test,) = (value for name, value in names.items() if name.startswith("test_"))
+    test()
+
+
+def test_both_engines_simulate_it_alike(SomeDrag, paper):
+    settings = {"robot": paper, "start": StartPose(-0.1, 0.0, 0.0, 0.0), "physics_step": 0.00025, "seed": 0}
+    engine, planar = (course(kind(effects=[SomeDrag(30.0)], **settings), -3.0) for kind in (SimPlant, PlanarPlant))
+    without = course(PlanarPlant(effects=[], **settings), -3.0)
+    does = np.abs(planar - without).max(axis=0)
+    assert (does > [0.001, 0.01, 0.01, 0.1]).all()
+    assert (np.abs(engine - planar).max(axis=0) < 0.02 * does).all()
+
+
+def test_it_is_named_from_data_that_have_it(SomeDrag, paper):
+    recording = ride(paper, {"some_drag": {"coefficient": 10.0}}, seed=1, periods=600)
+    settings = instantiate(OmegaConf.load(conf_folder() / "diagnosis" / "default.yaml"))
+    found = name_effects([recording], paper, {}, candidates_for(paper), settings)
+    assert found.verdict is Verdict.NAMED
+    (effect,) = found.effects
+    assert effect.name == "some_drag"
+    assert effect.parameters["coefficient"].value == pytest.approx(10.0, rel=0.05)
+
+
+def test_the_command_line_knows_its_settings(SomeDrag, as_from_a_shell, capsys):
+    chosen = "+effect@sim.effects.some_drag=some_drag"
+    assert main(["sim-collect", chosen, "--help"]) == 0
+    assert re.search(
+        r"sim\.effects\.some_drag\.coefficient=5\.0 +0 to 300 N·s²/m² +force over", capsys.readouterr().out
+    )
+    assert main(["sim-collect", chosen, "sim.effects.some_drag.coefficient=301"]) == 1
+    assert "sim.effects.some_drag.coefficient=301; expected a number from 0 to 300" in capsys.readouterr().err
+    Path("drag.yaml").write_text("effects: {some_drag: {coefficient: 1.5}}")
+    assert main(["sim-collect", "sim=drag.yaml", "--cfg", "job"]) == 0
+    assert "_target_: some_drag.SomeDrag\n      coefficient: 1.5" in capsys.readouterr().out
+
+
+def test_it_is_documented(SomeDrag):
+    (section,) = (part for part in page().split("\n## ") if part.startswith("some_drag"))
+    assert "| `coefficient` | force over speed squared | N·s²/m² | 0 to 30 | 5 | 0 |" in section
+    assert "Nearly indistinguishable from [rolling_viscous]" in section
+    assert "Hoerner" in section
+
+
+@pytest.mark.parametrize("how", ["variable", "entry point"])
+def test_a_command_finds_it_by_a_variable_or_an_entry_point(how, folder):
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(folder), str(HOUSE)])}
+    if how == "variable":
+        environment["TWBAL_EFFECTS"] = "some_drag"
+    else:
+        (folder / "mine-1.0.dist-info").mkdir()
+        (folder / "mine-1.0.dist-info" / "METADATA").write_text("Metadata-Version: 2.1\nName: mine\nVersion: 1.0\n")
+        (folder / "mine-1.0.dist-info" / "entry_points.txt").write_text("[twbal.effects]\nsome_drag = some_drag\n")
+    words = ["sim-collect", "+effect@sim.effects.some_drag=some_drag", "rollouts=2", "steps=3", "workers=2"]
+    done = subprocess.run(
+        [sys.executable, "-m", "twbal", *words, "hydra.run.dir=out"], cwd=folder, env=environment, capture_output=True
+    )
+    assert done.returncode == 0, done.stderr.decode()
+    assert len(list(folder.rglob("*.mcap"))) == 2
+
+
+def test_kept_machine_code_is_never_that_of_another_source(SomeDrag, folder):
+    assert parameters_class().__name__ != "Parameters"
+    before = library.outside_digest()
+    (folder / "some_drag.py").write_text(REGISTERED.replace("force - ", "force + "))
+    library.source_of.cache_clear()
+    importlib.invalidate_caches()
+    assert library.outside_digest() != before
+
+
+def test_an_effect_that_is_not_complete_or_has_a_name_that_is_taken_is_refused(SomeDrag):
+    class Half(OutsideEffect):
+        pass
+
+    with pytest.raises(ConfigError, match="half is no effect: expected a frozen dataclass"):
+        library.register(Half)
+    with pytest.raises(ConfigError, match="There is an effect 'dead_zone' already"):
+        library.register(type("DeadZone", (DeadZone,), {"__dataclass_fields__": {}, "__module__": "mine"}))
+    with pytest.raises(ConfigError, match="Effect no_source does not say its reference, is_linear, separate_by"):
+        fields = {"__dataclass_fields__": {}, "push": lambda self, force, at: force}
+        library.register(type("NoSource", (OutsideEffect,), fields))

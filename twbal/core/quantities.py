@@ -1,0 +1,63 @@
+"""The numbers of a robot that effects may change, and the ways to change one.
+
+Kernels have them, too (`twbal.core.compiled`).
+"""
+
+from enum import IntEnum
+
+
+class Quantity(IntEnum):
+    """A number of a robot; in lower case, its name in `RobotParameters`, `Drive` or `Ground`.
+
+    The physics engine alone has body_inertia_roll, body_inertia_yaw and wheel_inertia (of the wheels' links). The
+    planar model alone has the last five, in their place and in that of code that effects have for the engine.
+    """
+
+    BODY_MASS = 0
+    COM_HEIGHT = 1
+    COM_OFFSET = 2
+    BODY_INERTIA_PITCH = 3
+    BODY_INERTIA_ROLL = 4
+    BODY_INERTIA_YAW = 5
+    WHEEL_RADIUS = 6
+    WHEEL_INERTIA = 7
+    COULOMB_FRICTION = 8
+    VISCOUS_FRICTION = 9
+    BREAKAWAY = 10
+    STRIBECK_RATE = 11
+    GAP = 12
+    SLOPE = 13
+    GRIP = 14
+    ROLLING_RESISTANCE = 15
+    ROLLING_VISCOUS = 16
+    TURN_INERTIA = 17
+    """I_xx - I_zz [kg·m²], with which a robot that turns pitches."""
+    GEARED_SHARE = 18
+    """Of each wheel's inertia, the part that turns relative to the body."""
+    COMMAND_DELAY = 19
+    """By which commands act late [s]."""
+    MOTOR_LAG = 20
+    """Time constant with which the motors' torque follows [s]."""
+    IMU_DELAY = 21
+    """By which tilt and tilt rate are shown late [s]."""
+
+
+class Change(IntEnum):
+    """What a parameter of an effect does to a quantity."""
+
+    ADD = 0
+    SCALE = 1
+    REDUCE = 2
+    LIMIT = 3
+    REPLACE = 4
+
+
+def changed(value: float, change: int, by: float) -> float:
+    """A quantity's value after a `Change`; plain enough to be compiled."""
+    if change == Change.ADD:
+        return value + by
+    if change == Change.SCALE:
+        return value * by
+    if change == Change.REDUCE:
+        return value * (1.0 - by)
+    return min(value, by) if change == Change.LIMIT else by

@@ -1,0 +1,63 @@
+"""The page that describes effects, from what they say of themselves."""
+
+import inspect
+import textwrap
+from collections.abc import Iterable, Iterator
+
+from twbal.effects.effect import Effect
+from twbal.effects.library import all_effects, effect_name, is_planar
+from twbal.effects.parameter import Parameter, Scale, parameters_of
+
+HEAD = """# Effects
+
+An effect is something true of a robot that its nominal parameters leave out. Each is one file of `twbal/effects/` and a
+choice of the group `effect`. To put one into the simulation, with a value of your own:
+
+```
+twbal sim-collect +effect@sim.effects.dead_zone=dead_zone sim.effects.dead_zone.width=0.5
+```
+
+`twbal diagnose` tests for all of them but the noise of the sensors, which it finds in any case. In the tables, *range*
+is that of plausible robots; where a star stands beside it, it is for robots of 20 N·m and 20 ms, and grows with the
+robot's torque limit or control period. *Default* is the value of an effect that is put into a simulation, and *no
+effect* the one at which it does nothing. [CONTRIBUTING.md](../CONTRIBUTING.md) says how to add an effect of your own.
+`python scripts/effects.py` writes this page from the definitions.
+"""
+
+
+_WIDTH = 120
+
+
+def page() -> str:
+    """All effects, those of twbal in the order of their names."""
+    return "\n".join([HEAD, *(section(kind) for kind in all_effects().values())])
+
+
+def section(kind: type[Effect]) -> str:
+    """One effect."""
+    rows = "\n".join(_row(name, parameter) for name, parameter in parameters_of(kind).items())
+    table = f"| parameter | meaning | unit | range | default | no effect |\n|---|---|---|---|---|---|\n{rows}"
+    said = [textwrap.fill(text, _WIDTH, break_on_hyphens=False) for text in _comparison(kind)]
+    return "\n\n".join([f"## {effect_name(kind)}", inspect.getdoc(kind) or "", table, *said]) + "\n"
+
+
+def _comparison(kind: type[Effect]) -> Iterator[str]:
+    """What to tell it from, and where to read on."""
+    others = [name for name in kind.nearly_same_as if name not in kind.same_as]
+    if kind.same_as:
+        yield f"Indistinguishable from {_listed(kind.same_as)}."
+    if others:
+        yield f"Nearly indistinguishable from {_listed(others)}."
+    if is_planar(kind):
+        yield f"How to tell: {kind.separate_by}"
+    yield f"Reference: {kind.reference}"
+
+
+def _row(name: str, p: Parameter) -> str:
+    star = "" if p.scale is Scale.NOTHING else " *"
+    neutral = "unlimited" if p.neutral > p.high else f"{p.neutral:g}"
+    return f"| `{name}` | {p.meaning} | {p.unit or '-'} | {p.low:g} to {p.high:g}{star} | {p.value:g} | {neutral} |"
+
+
+def _listed(names: Iterable[str]) -> str:
+    return " and ".join(f"[{name}](#{name})" for name in names)

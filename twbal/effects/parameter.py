@@ -1,0 +1,109 @@
+"""What is known of an effect's parameters before any data."""
+
+from collections.abc import Iterable
+from dataclasses import field, fields
+from enum import Enum
+from math import inf
+from typing import Any, NamedTuple
+
+from twbal.core.quantities import Change, Quantity
+from twbal.core.robot_parameters import RobotParameters
+
+_TORQUE_LIMIT, _CONTROL_PERIOD = 20.0, 0.02  # of the robot that ranges are written for [N·m], [s]
+
+
+class Scale(Enum):
+    """What the range of a parameter grows with."""
+
+    NOTHING = "nothing"
+    TORQUE = "the robot's torque limit over 20 N·m"
+    PERIOD = "its control period over 20 ms"
+
+    def of(self, torque_limit: float, control_period: float) -> float:
+        """Its size for a robot with this torque limit [N·m] and control period [s]."""
+        sizes = {Scale.TORQUE: torque_limit / _TORQUE_LIMIT, Scale.PERIOD: control_period / _CONTROL_PERIOD}
+        return sizes.get(self, 1.0)
+
+
+class Parameter(NamedTuple):
+    """What is known of a parameter before any data.
+
+    Attributes:
+        meaning: without the unit.
+        unit: "" for a plain number.
+        low: lowest value that a plausible robot has.
+        high: highest.
+        neutral: value at which the effect does nothing.
+        start: a value at which data say something about it: at the neutral one many slopes are zero.
+        value: that it has where the effect is put into a simulation and no other is given.
+        scale: what `low`, `high` and `start` grow with.
+        least: value below which none can be.
+        below: what every value is below.
+        changes: of a robot's quantities that the parameter makes, for both engines.
+    """
+
+    meaning: str
+    unit: str
+    low: float
+    high: float
+    neutral: float
+    start: float
+    value: float
+    scale: Scale
+    least: float
+    below: float
+    changes: tuple[tuple[Quantity, Change], ...]
+
+    def size(self, robot: RobotParameters) -> float:
+        """What its range is to be multiplied by for a robot."""
+        return self.scale.of(robot.torque_limit, robot.control_period)
+
+
+def parameter(
+    meaning: str,
+    unit: str,
+    prior: tuple[float, float],
+    *,
+    start: float,
+    value: float,
+    neutral: float = 0.0,
+    scale: Scale = Scale.NOTHING,
+    possible: tuple[float, float] = (0.0, inf),
+    changes: Iterable[tuple[Quantity, Change]] = (),
+) -> Any:  # Any: what dataclasses.field returns stands for a value of the field's own type
+    """A field of an effect with what is known of it.
+
+    Args: as of `Parameter`; `prior` is (low, high) and `possible` (least, below).
+    """
+    known = Parameter(meaning, unit, *prior, neutral, start, value, scale, *possible, tuple(changes))
+    return field(metadata={"parameter": known})
+
+
+def adds_to(*quantities: Quantity) -> tuple[tuple[Quantity, Change], ...]:
+    """The parameter is added to these."""
+    return tuple((quantity, Change.ADD) for quantity in quantities)
+
+
+def scales(*quantities: Quantity) -> tuple[tuple[Quantity, Change], ...]:
+    """These are multiplied by the parameter."""
+    return tuple((quantity, Change.SCALE) for quantity in quantities)
+
+
+def reduces(*quantities: Quantity) -> tuple[tuple[Quantity, Change], ...]:
+    """The parameter is the share that these lose."""
+    return tuple((quantity, Change.REDUCE) for quantity in quantities)
+
+
+def limits(*quantities: Quantity) -> tuple[tuple[Quantity, Change], ...]:
+    """These are at most the parameter."""
+    return tuple((quantity, Change.LIMIT) for quantity in quantities)
+
+
+def replaces(*quantities: Quantity) -> tuple[tuple[Quantity, Change], ...]:
+    """The parameter stands in the place of these."""
+    return tuple((quantity, Change.REPLACE) for quantity in quantities)
+
+
+def parameters_of(effect: type) -> dict[str, Parameter]:
+    """What is known of each parameter of an effect, by name."""
+    return {f.name: f.metadata["parameter"] for f in fields(effect)}
