@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from hydra.utils import instantiate
 from omegaconf import OmegaConf
-from rides import ride
+from synthetic_recordings import synthetic_recording
 
 from twbal.cli.conf_folder import conf_folder
 from twbal.cli.main import main
@@ -78,8 +78,8 @@ def test_both_engines_simulate_it_alike(SomeDrag, paper):
 
 
 def test_it_is_named_from_data_that_have_it(SomeDrag, paper):
-    recording = ride(paper, {"some_drag": {"coefficient": 10.0}}, seed=1, periods=600)
-    settings = instantiate(OmegaConf.load(conf_folder() / "diagnosis" / "default.yaml"))
+    recording = synthetic_recording(paper, {"some_drag": {"coefficient": 10.0}}, seed=1, periods=600)
+    settings = instantiate(OmegaConf.load(conf_folder() / "groups" / "diagnosis.yaml").default)
     found = name_effects([recording], paper, {}, candidates_for(paper), settings)
     assert found.verdict is Verdict.NAMED
     (effect,) = found.effects
