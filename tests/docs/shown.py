@@ -75,12 +75,12 @@ def _lines(block: str) -> Iterator[str]:
 
 
 def _is_command(span: str) -> bool:
-    """Whether `code` in prose is a command; `twbal show` alone only names a stage."""
+    """Whether `code` in prose is a command; `twbal show` alone only names a stage, `twbal.learn(...)` a function."""
     first, *rest = span.split()
     if first in STAGES:
         return bool(rest)
     named = first == "twbal" and len(rest) == 1 and rest[0] in STAGES
-    return bool(rest) and first.startswith(PROGRAMS) and not first.startswith("..") and not named
+    return bool(rest) and first.startswith(PROGRAMS) and not first.startswith(("..", "twbal.")) and not named
 
 
 def _in_help(entry: Path) -> Iterator[Shown]:
