@@ -1,7 +1,6 @@
 """How the functions of the library find their settings: those that the commands have, which conf/ defines."""
 
 from collections.abc import Sequence
-from dataclasses import asdict
 
 from twbal.algorithm.setup import Setup
 from twbal.cli.commands import text
@@ -9,6 +8,7 @@ from twbal.cli.composed import composed
 from twbal.cli.diagnosis_config import composed_diagnosis
 from twbal.cli.setup_config import setup_of
 from twbal.core.robot_parameters import RobotParameters
+from twbal.core.robot_sheet import VALUES, provenance_by_factor
 
 
 def setup(robot: str | RobotParameters = "paper", overrides: Sequence[str] = ()) -> Setup:
@@ -34,4 +34,6 @@ def words_for(robot: str | RobotParameters, overrides: Sequence[str]) -> list[st
     """Overrides that choose a robot, before others."""
     if isinstance(robot, str):
         return [f"robot={robot}", *overrides]
-    return [*(f"robot.{name}={text(value)}" for name, value in asdict(robot).items()), *overrides]
+    values = [f"robot.{value}={text(getattr(robot, value))}" for value in ("name", *VALUES)]
+    provenance = {str(kind): names for kind, names in provenance_by_factor(robot.tolerance_factors).items()}
+    return [*values, "~robot.provenance", f"+robot.provenance={text(provenance)}", *overrides]

@@ -88,6 +88,15 @@ def provenance_of(name: str, provenance: Mapping[str, Sequence[str]]) -> dict[st
     return found
 
 
+def provenance_by_factor(factors: Mapping[str, float]) -> dict[Provenance, list[str]]:
+    """Names of values by a provenance that gives their tolerance factors; values without one are published."""
+    kinds = {factor: kind for kind, factor in reversed(TOLERANCE_FACTORS.items())}
+    found: dict[Provenance, list[str]] = {}
+    for value in VALUES:
+        found.setdefault(kinds[factors.get(value, TOLERANCE_FACTORS[Provenance.DATA_SHEET])], []).append(value)
+    return found
+
+
 def _check_size(robot: RobotParameters) -> None:
     """Raise ConfigError where a body of this height and width cannot have its inertias.
 
