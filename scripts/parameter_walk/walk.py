@@ -205,7 +205,10 @@ class Walk:
             return {name}
         if isinstance(node.func, ast.Name) and node.func.id in (*_AS_IT_IS, "partial", "sorted") and node.args:
             return self._types(node.args[0], scope)
-        return set().union(*(self.code.types_in(f.module, f.node.returns) for f, _ in self._called(node, scope)), set())
+        called = self._called(node, scope)
+        found = set().union(*(self.code.types_in(f.module, f.node.returns) for f, _ in called), set())
+        given = {self.code.resolve(scope.function.module, arg.id) for arg in node.args if isinstance(arg, ast.Name)}
+        return found or (given & set(self.code.classes) if called else set())  # as `typed(Settings, cfg)` makes
 
     def _called(self, node: ast.Call, scope: Scope) -> list[tuple[Function, str | None]]:
         """Functions that a call may go to, and the class of the object it is called on."""

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hydra import compose
 from hydra.utils import instantiate
+from omegaconf import OmegaConf
 from scipy.special import erf
 from synthetic_recordings import synthetic_recording
 
@@ -20,7 +21,7 @@ from twbal.planar.parameters import twin_parameters
 from twbal.sysid.fit import Fit
 from twbal.sysid.model import Data, Model
 
-PRESETS = sorted(path.stem for path in (conf_folder() / "diagnosis").glob("*.yaml"))
+PRESETS = [str(name) for name in OmegaConf.load(conf_folder() / "groups" / "diagnosis.yaml")]
 TOLERANCES = Tolerances(0.15, 0.15, 0.0003, 0.00025, 0.0)
 
 
