@@ -106,6 +106,12 @@ def test_moment_matching_refuses_another_kernel_and_says_what_to_do(matern, tmp_
     assert "the model has matern52. Search by particles, with search=particles, or fit the model" in message
 
 
+def test_iterate_refuses_a_kernel_that_it_cannot_search_before_it_simulates_anything(tmp_path, capsys):
+    message = fails(capsys, "iterate", tmp_path, "model.kernel=matern52")
+    assert "with search=particles" in message
+    assert not list(tmp_path.glob("simulation/*"))
+
+
 def test_an_unknown_kernel_is_refused_with_those_there_are(chain, tmp_path, capsys):
     message = fails(capsys, "fit-sim-gp", tmp_path, f"episodes={chain / 'sim'}", "model.kernel=matern5", *QUICK)
     assert "there is no kernel 'matern5'. Expected se, matern12, matern32, matern52, rq, linear" in message

@@ -58,12 +58,18 @@ def transition_model(model: DynamicsModel) -> TransitionModel:
     )
 
 
-def _kernels(gp: Posterior, uncertain: bool) -> KernelSum:
-    if not isinstance(gp, GaussianProcess):
+def check_kernel(kernel: str) -> None:
+    """Raise ConfigError where moments cannot be matched on models with this kernel."""
+    if kernel != SQUARED_EXPONENTIAL:
         raise ConfigError(
-            f"Moment matching needs the squared exponential kernel; the model has {gp.kernel}. Search by particles, "
+            f"Moment matching needs the squared exponential kernel; the model has {kernel}. Search by particles, "
             f"with search=particles, or fit the model with model.kernel={SQUARED_EXPONENTIAL}."
         )
+
+
+def _kernels(gp: Posterior, uncertain: bool) -> KernelSum:
+    check_kernel(gp.kernel)
+    assert isinstance(gp, GaussianProcess)
     variance = gp.variance_matrix if uncertain else np.zeros((gp.outputs, 0, 0))
     return KernelSum(gp.centres, gp.length_scales, gp.signal_variance, gp.weights, variance)
 

@@ -27,6 +27,7 @@ from twbal.cli.typed_config import recorded, section, typed
 from twbal.core.files import write_atomically
 from twbal.core.json_records import write_record
 from twbal.diagnosis.usability import FEW_DATA, enough_for_diagnosis
+from twbal.search.transition import check_kernel
 from twbal.viz.run_figures import pictures, save
 from twbal.viz.run_page import Setting, write_report
 
@@ -126,6 +127,8 @@ def _learn_and_write(
 ) -> list[Path]:
     measures = Measures(instantiate(cfg.rule), instantiate(cfg.cost), cfg.search.horizon, instantiate(cfg.state))
     check_robot_is_there(cfg)
+    if not cfg.search.particles:
+        check_kernel(cfg.model.kernel)
     steps = StageSteps(chain, cfg)
     result = Algorithm(steps, settings, rollout_settings(section(cfg, "real_rollout")), measures.rule).run()
     return _write(cfg, chain, steps, result, measures, choices)
