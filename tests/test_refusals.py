@@ -101,7 +101,7 @@ def test_every_stage_refuses_a_misspelt_override_and_names_the_near_one(stage, r
     ("stage", "word", "choices"),
     [
         ("iterate", "experiment=mine", "excite, paper"),
-        ("fit-sim-gp", "model=dense", "exact, sparse"),
+        ("fit-sim-gp", "model=dense", "exact, sparse, variational"),
         ("optimise-policy", "cost=cheap", "default, paper"),
         ("real-rollout", "link=radio", "serial, virtual"),
         ("virtual-robot", "hidden=all", "none, recipe"),
