@@ -54,10 +54,10 @@ def draw_film(run: Path) -> None:
     """The first trial of the policy from f alone, and beside it that of the last policy."""
     trials = sorted(run.glob("iteration_*/trials/episodes"), key=lambda path: int(path.parts[-3].split("_")[1]))
     first, last = (min(folder.glob("*.mcap")) for folder in (trials[0], trials[-1]))
-    settings = [f"episode={last}", f"beside=[{first}]", "captions=[after learning,before]", "simulate=false"]
+    settings = [f"episode={last}", f"compare_with=[{first}]", "captions=[after learning,before]", "simulate=false"]
     settings += ["seconds=6", "width=560", "height=260"]
     with tempfile.TemporaryDirectory() as out:
-        command = [sys.executable, "-m", "twbal", "show", *settings, f"hydra.run.dir={out}"]
+        command = [sys.executable, "-m", "twbal", "plot", *settings, f"hydra.run.dir={out}"]
         subprocess.run(command, check=True)
         shutil.copy(Path(out) / "film.gif", PICTURES / "film.gif")
 

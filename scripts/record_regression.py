@@ -1,9 +1,9 @@
-"""Record data/regression: logs, a model and a policy that `twbal check` measures.
+"""Record data/regression: logs, a model and a policy that `twbal regress` measures.
 
     python scripts/record_regression.py [folder]
 
 A few simulated rollouts, a policy searched on the model of them, rollouts of it on the virtual robot, a model with
-what these show, and two rides of the simulated robot with hidden friction under excitation. Afterwards: `twbal check
+what these show, and two rides of the simulated robot with hidden friction under excitation. Afterwards: `twbal regress
 update=true`.
 """
 

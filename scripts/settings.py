@@ -21,7 +21,7 @@ Each setting is given as `key=value` on the command line or stands in a yaml fil
 is refused before anything runs; the ranges are wide, and only refuse what must be a slip. `twbal <stage> --help` shows
 the settings of one stage, with the values that they have there.
 
-Parameters of effects (`sim.effects.<name>.<parameter>`, `variants.<variant>.<name>.<parameter>`, and, as `[low, high]`,
+Parameters of effects (`sim.effects.<name>.<parameter>`, `ensemble.<robot>.<name>.<parameter>`, and, as `[low, high]`,
 `sim.draws.<name>.<parameter>`) are described in [effects.md](effects.md). They may lie up to ten times beyond the
 ranges of that page. "per torque limit" is a share of `robot.torque_limit`; sd is a standard deviation. The defaults
 are those of the choices that a stage makes by itself. This page is written by `scripts/settings.py`.

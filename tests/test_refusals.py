@@ -80,11 +80,11 @@ def content(folder: Path) -> dict[Path, str]:
 DRAWS_NOTHING = {  # a setting of stages without a seed
     "diagnose": "bins",
     "import-log": "period",
-    "show": "resync",
-    "check": "baseline",
+    "plot": "resync",
+    "regress": "baseline",
     "export": "format",
-    "recover": "logs",
-    "linear-policy": "episodes",
+    "repair": "logs",
+    "lqr": "episodes",
 }
 
 
@@ -104,7 +104,7 @@ def test_every_stage_refuses_a_misspelt_override_and_names_the_near_one(stage, r
         ("fit-sim-gp", "model=dense", "exact, sparse, variational"),
         ("optimise-policy", "cost=cheap", "default, paper"),
         ("real-rollout", "link=radio", "serial, virtual"),
-        ("virtual-robot", "hidden=all", "none, recipe"),
+        ("virtual-robot", "faults=all", "none, random"),
     ],
 )
 def test_an_unknown_choice_lists_those_that_there_are(stage, word, choices, refused, tmp_path):

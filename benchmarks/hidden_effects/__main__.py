@@ -86,9 +86,9 @@ def diagnose(each: Set, place: str = "diagnosis") -> None:
     recorded = ROOT / each.name / RECORDED if each.stratum == SERIAL else ROOT / each.name
     command = [sys.executable, "-m", "twbal", "diagnose", f"episodes={recorded}", f"hydra.run.dir={out}"]
     if each.left_out:
-        command.append(f"diagnosis.leave_out=[{','.join(each.left_out)}]")
+        command.append(f"diagnosis.exclude=[{','.join(each.left_out)}]")
     if each.stratum == SERIAL:
-        command.append("diagnosis=rough")
+        command.append("diagnosis=loose_tolerance")
     with tempfile.TemporaryFile("w+") as said:
         process = subprocess.Popen(command, stdout=said, stderr=said, env={**os.environ, "OMP_NUM_THREADS": "1"})
         _, status, used = os.wait4(process.pid, 0)

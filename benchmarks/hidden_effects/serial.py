@@ -16,7 +16,7 @@ from hydra.utils import instantiate
 from twbal.cli.composition import composing
 from twbal.effects.library import library
 from twbal.effects.sensor_noise import SensorNoise
-from twbal.virtual_robot.hidden import draw_hidden
+from twbal.virtual_robot.faults import draw_faults
 
 RECORDED = "recorded"
 
@@ -34,6 +34,6 @@ def record(folder: Path, seed: int) -> dict[str, dict[str, float]]:
     with composing():
         cfg = compose("virtual_robot")
     names = {kind: name for name, kind in library().items()}
-    effects: list[Any] = [e for e in draw_hidden(instantiate(cfg.hidden), instantiate(cfg.robot), seed)]
+    effects: list[Any] = [e for e in draw_faults(instantiate(cfg.faults), instantiate(cfg.robot), seed)]
     hidden = {names[type(effect)]: asdict(effect) for effect in effects if not isinstance(effect, SensorNoise)}
     return {name: values for name, values in hidden.items() if next(iter(values.values())) != 0.0}

@@ -28,7 +28,7 @@ RECIPES = {"default": [], "paper": ["experiment=paper"], "one_simulation": ["met
 def learn(seed: int, effects: Sequence[Effect], updates: int, recipe: str) -> dict[str, Any] | None:
     """All that is to be known about one robot; None where it is drawn anew."""
     folder = ROOT / f"robot_{seed}"
-    truth = iterate(folder / "truth", [f"link.seed={seed}", "updates=0", "variants=none", *as_simulation(effects)])
+    truth = iterate(folder / "truth", [f"link.seed={seed}", "updates=0", "ensemble=none", *as_simulation(effects)])
     known: Any = truth["iterations"]
     if known[-1]["successes"] < ALL:
         print(f"robot {seed}: {known[-1]['successes']} of {ALL} with the true dynamics, drawn anew", flush=True)

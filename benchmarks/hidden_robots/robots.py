@@ -15,7 +15,7 @@ from twbal.cli.composition import composing
 from twbal.effects.effect import Effect
 from twbal.effects.sensor_noise import SensorNoise
 from twbal.sim.bullet_plant import SimPlant
-from twbal.virtual_robot.hidden import draw_hidden
+from twbal.virtual_robot.faults import draw_faults
 
 PHYSICS_STEP = 0.0005  # s, of the virtual robot
 
@@ -25,10 +25,10 @@ def dropped_by_the_data_sheet(first_seed: int) -> Iterator[tuple[int, list[Effec
     with composing():
         cfg = compose("iterate")
         recipe = instantiate(compose("virtual_robot").hidden)
-    robot, rule, start = instantiate(cfg.robot), instantiate(cfg.rule), instantiate(cfg.start)
+    robot, rule, start = instantiate(cfg.robot), instantiate(cfg.success), instantiate(cfg.start)
     seed = first_seed
     while True:
-        effects = draw_hidden(recipe, robot, seed)
+        effects = draw_faults(recipe, robot, seed)
         with SimPlant(robot=robot, effects=effects, start=start, physics_step=PHYSICS_STEP, seed=seed) as plant:
             if drops(plant, robot, rule, trials=1):
                 yield seed, effects

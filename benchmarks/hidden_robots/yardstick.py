@@ -10,7 +10,7 @@ import scipy.linalg
 from twbal.algorithm.rollout import rollout
 from twbal.core.channels import Channels
 from twbal.core.episode import Provenance
-from twbal.core.evaluation import SuccessRule, succeeded
+from twbal.core.evaluation import SuccessCriterion, succeeded
 from twbal.core.gaussian import Array
 from twbal.core.plant import Plant
 from twbal.core.robot_parameters import RobotParameters
@@ -39,13 +39,13 @@ class Regulator(Policy):
         return lambda state: float(np.clip(-self._gain @ state, -self._limit, self._limit))
 
 
-def drops(plant: Plant, robot: RobotParameters, rule: SuccessRule, trials: int) -> bool:
+def drops(plant: Plant, robot: RobotParameters, rule: SuccessCriterion, trials: int) -> bool:
     """Whether the data sheet's regulator fails every one of `trials` trials on this robot."""
     channels = Channels(("tilt", "tilt_rate", "speed"), robot.wheel_radius)
     regulator = Regulator(robot)
     for trial in range(trials):
         episode = rollout(
-            plant, regulator, channels, rule.steps, rule.limit, Provenance(robot.name, "robot", trial=trial)
+            plant, regulator, channels, rule.steps, rule.tilt_limit, Provenance(robot.name, "robot", trial=trial)
         )
         if succeeded(episode, rule):
             return False

@@ -55,9 +55,9 @@ def learn(job: tuple[str, int, int]) -> None:
     """One run."""
     method, robot, seed = job
     folder = ROOT / method / f"robot_{robot}_seed_{seed}"
-    words = [f"method={method}", f"link.seed={robot}", f"seed={seed}", "confirm_rollouts=0"]
+    words = [f"method={method}", f"link.seed={robot}", f"seed={seed}", "calibration_rollouts=0"]
     if method == "agent":  # knows nothing of the robot: trained once for each seed
-        words.append(f"trained={trained(seed)}")
+        words.append(f"trained_agent={trained(seed)}")
     if METHODS[method].get("updates") != 0:
         words.append(f"updates={UPDATES}")
     began = time.monotonic()

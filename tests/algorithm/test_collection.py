@@ -44,7 +44,7 @@ def trials(count):
 
 
 def plan(impatient=False):
-    policy = RandomPolicy(share=0.5, torque_limit=2.0, hold=2)
+    policy = RandomPolicy(amplitude=0.5, torque_limit=2.0, hold=2)
     return RolloutPlan(partial(Cart, 0.02, impatient), policy, Channels(("tilt", "command_1"), 0.1), 6, 0.5)
 
 

@@ -156,9 +156,9 @@ def test_a_robot_of_another_engine_that_is_as_its_data_sheet_says_lacks_none_of_
         cfg = compose("real_rollout", ["experiment=excite"])
         policy, channels = instantiate(cfg.policy), instantiate(cfg.state)
         settings = instantiate(compose("diagnose", ["episodes=e"]).diagnosis)
-    settings = replace(settings, usual=("com_offset", "dead_zone", "motor_lag"), most_effects=8)
+    settings = replace(settings, common_effects=("com_offset", "dead_zone", "motor_lag"), max_effects=8)
     plant = HiddenRobot(paper, drawn(paper, np.random.default_rng(7), 0.0, 0.0), {}, Surface(turn=0.0), seed=8)
     episode = rollout(plant, policy, channels, 450, 0.6, Provenance("hidden", "robot", seed=8, trial=0))
     recordings = read_recordings([episode], ["a"], paper, Usability(50, 300, 1.5, 0.7))
-    few = [candidate for candidate in candidates_for(paper) if candidate.name in settings.usual]
+    few = [candidate for candidate in candidates_for(paper) if candidate.name in settings.common_effects]
     assert name_effects(recordings, paper, {}, few, settings).effects == ()

@@ -8,16 +8,21 @@ OVERRIDES = [
         "updates=1",
         "stop_when_solved=false",
         "trials=2",
-        "rule.steps=20",
-        "rule.settle_step=10",
+        "success.steps=20",
+        "success.settle_step=10",
         "real_rollout.steps=30",
     ),
     *("sim_collect.rollouts=6", "sim_collect.steps=20", "sim_round_rollouts=1"),
     *("model.fit_f.settings.fit.starts=1", "model.fit_g.settings.starts=1"),
     *("model.smoothing.rounds=1", "model.smoothing.iterations=2"),
     *("search.horizon=8", "search.short_horizon=4", "search.iterations=1", "search.short_iterations=1"),
-    *("search.swings=[0.3]", "search.command_widths=[0.3]", "search.shares=[1.0]", "search.searched=1"),
-    *("judge.robots=3", "judge.features=20", "shape.basis=4"),
+    *(
+        "search.linearisation_amplitudes=[0.3]",
+        "search.lqr_command_widths=[0.3]",
+        "search.gain_scales=[1.0]",
+        "search.restarts=1",
+    ),
+    *("validation.robots=3", "validation.features=20", "parametrisation.basis=4"),
 ]
 STEPS = 13  # stages that it runs
 

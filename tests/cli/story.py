@@ -37,7 +37,7 @@ class Iteration(NamedTuple):
 
 def on_disk(folder: Path) -> list[Iteration]:
     """All iterations of a run."""
-    rule = yaml.safe_load(read_manifest(folder).settings)["rule"]
+    rule = yaml.safe_load(read_manifest(folder).settings)["success"]
     found: list[Iteration] = []
     for index in range(100):
         place = folder / f"iteration_{index}"
@@ -45,8 +45,8 @@ def on_disk(folder: Path) -> list[Iteration]:
             break
         made = place / "policy" if index else first_policy(folder)
         policy, manifest = file_hash(made / "policy.pt"), read_manifest(made)
-        searches = manifest.stage == "optimise-policy" and yaml.safe_load(manifest.settings)["searches"]
-        given = {record.sha256 for record in manifest.inputs.get("earlier", ())}
+        searches = manifest.stage == "optimise-policy" and yaml.safe_load(manifest.settings)["optimise"]
+        given = {record.sha256 for record in manifest.inputs.get("initial_policies", ())}
         before = folder / f"iteration_{index - 1}" / "rollout" / "episodes"
         rollouts = read_episodes(before) if index else []
         trials = read_episodes(place / "trials" / "episodes")
@@ -83,7 +83,7 @@ def holds(trial, rule) -> bool:
     """The success rule, written once more."""
     tilt = [abs(value) for value in trial.observations[: rule["steps"] + 1, 1].tolist()]
     inside = list(takewhile(lambda value: value <= rule["limit"], tilt))
-    return len(inside) == rule["steps"] + 1 and all(v < rule["settle_limit"] for v in tilt[rule["settle_step"] :])
+    return len(inside) == rule["steps"] + 1 and all(v < rule["settled_tilt_limit"] for v in tilt[rule["settle_step"] :])
 
 
 class Text(HTMLParser):

@@ -7,7 +7,7 @@ import pytest
 from hydra import compose
 
 from twbal.algorithm.learning import Algorithm
-from twbal.algorithm.settings import AlgorithmSettings, FirstPolicy, ModelUpdate
+from twbal.algorithm.settings import AlgorithmSettings, InitialPolicy, ModelUpdate
 from twbal.cli.artefacts import POLICY
 from twbal.cli.composition import composing
 from twbal.cli.manifest import Manifest
@@ -16,10 +16,10 @@ from twbal.cli.stages.real_rollout import rollout_settings
 from twbal.cli.typed_config import section
 from twbal.core.episode import Episode, Outcome, Provenance
 from twbal.core.errors import ConfigError
-from twbal.core.evaluation import SuccessRule
+from twbal.core.evaluation import SuccessCriterion
 from twbal.diagnosis.usability import FEW_DATA
 
-RULE = SuccessRule(limit=0.5, settle_limit=0.2, settle_step=100, steps=500)
+RULE = SuccessCriterion(tilt_limit=0.5, settled_tilt_limit=0.2, settle_step=100, steps=500)
 
 
 class NotingChain:
@@ -65,16 +65,24 @@ def learn(solved=(), words=(), diagnosable=1, useless=(), **changed):
         changed: settings.
     """
     with composing():
-        cfg = compose("iterate", ["seed=5", "variants=none", *words])
-    usual = {"updates": 2, "trials": 10, "stop_when_solved": False, "sim_rounds": 1, "confirm_rollouts": 0}
-    usual |= {"diagnose": False, "rehearsals": 0, "on_regulator": False}
-    usual |= {"first": FirstPolicy.SIMULATION, "update": ModelUpdate.DIFFERENCE}
+        cfg = compose("iterate", ["seed=5", "ensemble=none", *words])
+    usual = {"updates": 2, "trials": 10, "stop_when_solved": False, "sim_rounds": 1, "calibration_rollouts": 0}
+    usual |= {"diagnose": False, "search_retries": 0, "on_lqr": False}
+    usual |= {"initial_policy": InitialPolicy.SIMULATION, "model_update": ModelUpdate.RESIDUAL}
     simulated = {"sim_round_rollouts": 3, "sim_round_exploration": 0.1}
     settings = AlgorithmSettings(
-        **{"seed": 5, "confirm_steps": 70, "first_rollouts": 4, "trained": None, **simulated, **usual, **changed}
+        **{
+            "seed": 5,
+            "calibration_steps": 70,
+            "random_rollouts": 4,
+            "trained_agent": None,
+            **simulated,
+            **usual,
+            **changed,
+        }
     )
     chain = NotingChain()
-    steps = NotedSteps(chain, cfg, solved, FEW_DATA.fewest // diagnosable, useless)
+    steps = NotedSteps(chain, cfg, solved, FEW_DATA.min_samples // diagnosable, useless)
     result = Algorithm(steps, settings, rollout_settings(section(cfg, "real_rollout")), RULE).run()
     return chain.calls, result
 
@@ -91,10 +99,10 @@ def test_the_stages_run_in_the_order_of_the_algorithm():
 
 
 def test_the_last_policy_from_simulation_serves_the_variants_too():
-    heavy = ["+effect@variants.heavy.body_mass=body_mass", "variants.heavy.body_mass.factor=1.2"]
-    calls, learning = learn(words=["variants=late", *heavy])
+    heavy = ["+effect@ensemble.heavy.body_mass=body_mass", "ensemble.heavy.body_mass.factor=1.2"]
+    calls, learning = learn(words=["ensemble=latency", *heavy])
     late, weighty = (
-        call for call in only(calls, "sim-collect") if call.folder.name in ("late_collect", "heavy_collect")
+        call for call in only(calls, "sim-collect") if call.folder.name in ("latency_collect", "heavy_collect")
     )
     (effect,) = (key for key in late.overrides if "effects" in key)
     assert (effect, late.overrides[effect]["delay"]) == ("++sim.effects.actuation_delay", 0.04)
@@ -102,7 +110,7 @@ def test_the_last_policy_from_simulation_serves_the_variants_too():
     before, after, *later = only(calls, "optimise-policy")
     own = [Path(f"simulation/{number}_model/model.pt") for number in (0, 1)]
     assert before.overrides["dynamics"] == own[:1]
-    varied = [Path(f"simulation/{name}_model/model.pt") for name in ("late", "heavy")]
+    varied = [Path(f"simulation/{name}_model/model.pt") for name in ("latency", "heavy")]
     assert after.overrides["dynamics"] == [own[1], *varied]
     assert all(len(call.overrides["dynamics"]) == 1 for call in later)
     assert {call.overrides["dynamics"] for call in only(calls, "fit-diff-gp")} == {own[1]}
@@ -111,12 +119,12 @@ def test_the_last_policy_from_simulation_serves_the_variants_too():
 
 @pytest.mark.parametrize("name", ["0", "very-late"])
 def test_a_variant_has_a_word_for_a_name(name):
-    with pytest.raises(ConfigError, match="name of a variant must be a word"):
-        learn(words=[f"+variants.{name}={{}}"])
+    with pytest.raises(ConfigError, match="name of a robot of the ensemble must be a word"):
+        learn(words=[f"+ensemble.{name}={{}}"])
 
 
 def test_no_two_calls_share_a_folder():
-    calls, _ = learn(updates=4, sim_rounds=3, words=["variants=late"])
+    calls, _ = learn(updates=4, sim_rounds=3, words=["ensemble=latency"])
     folders = [call.folder for call in calls]
     assert len(set(folders)) == len(folders)
     assert not any(a in b.parents for a in folders for b in folders)
@@ -149,7 +157,7 @@ def test_trials_last_as_long_as_the_rule_says_and_are_not_disturbed():
     calls, _ = learn()
     for call in (call for call in only(calls, "real-rollout") if call.folder.name == "trials"):
         assert call.overrides["steps"] == RULE.steps
-        assert call.overrides["tilt_limit"] == RULE.limit
+        assert call.overrides["tilt_limit"] == RULE.tilt_limit
         assert call.overrides["exploration"] == 0.0
 
 
@@ -174,7 +182,7 @@ def test_each_rollout_is_driven_by_the_newest_policy():
 def test_a_search_knows_all_earlier_policies():
     calls, learning = learn()
     files = [learned.policy / POLICY for learned in learning.policies]
-    earlier = [call.overrides["earlier"] for call in only(calls, "optimise-policy")]
+    earlier = [call.overrides["initial_policies"] for call in only(calls, "optimise-policy")]
     assert earlier == [[], [Path("simulation/0_policy/policy.pt")], files[:1], files[:2]]
 
 
@@ -189,19 +197,19 @@ def test_a_solved_robot_ends_the_run_where_that_is_asked_for(asked, policies):
 
 
 def test_a_policy_that_solves_it_is_driven_as_it_is_for_the_model_and_kept():
-    calls, learning = learn(solved=("iteration_1/trials",), stop_when_solved=True, confirm_rollouts=4)
+    calls, learning = learn(solved=("iteration_1/trials",), stop_when_solved=True, calibration_rollouts=4)
     last = learning.policies[-1]
     assert [learned.recalibrates for learned in learning.policies] == [False, False, True]
     rollout = next(call for call in calls if call.folder == last.rollouts[-1])
     assert (rollout.overrides["steps"], rollout.overrides["exploration"], rollout.overrides["trials"]) == (70, 0.0, 4)
     search = only(calls, "optimise-policy")[-1]
-    assert not search.overrides["searches"]
-    assert search.overrides["earlier"] == [learning.policies[1].policy / POLICY]
-    assert search.overrides["confirming"] == [last.rollouts[-1]]
+    assert not search.overrides["optimise"]
+    assert search.overrides["initial_policies"] == [learning.policies[1].policy / POLICY]
+    assert search.overrides["calibration_episodes"] == [last.rollouts[-1]]
 
 
 def test_a_policy_that_solves_nothing_is_not_confirmed():
-    _, learning = learn(stop_when_solved=True, confirm_rollouts=4)
+    _, learning = learn(stop_when_solved=True, calibration_rollouts=4)
     assert not any(learned.recalibrates for learned in learning.policies)
 
 
@@ -237,21 +245,21 @@ def test_every_policy_that_drove_the_robot_drives_the_mended_simulation():
 
 
 def test_a_policy_that_balances_in_the_mended_simulation_drives_the_robot():
-    calls, learning = learn(diagnose=True, updates=1, rehearsals=2, solved=("iteration_1/rehearsal",))
-    (rehearsal,) = (call for call in only(calls, "sim-collect") if call.folder.name == "rehearsal")
-    assert rehearsal.overrides["sim"] == Path("iteration_1/diagnosis/augmented.yaml")
+    calls, learning = learn(diagnose=True, updates=1, search_retries=2, solved=("iteration_1/sim_validation",))
+    (validation,) = (call for call in only(calls, "sim-collect") if call.folder.name == "sim_validation")
+    assert validation.overrides["sim"] == Path("iteration_1/diagnosis/augmented.yaml")
     assert (
-        rehearsal.overrides["policy.path"]
+        validation.overrides["policy.path"]
         == learning.policies[1].policy / POLICY
         == Path("iteration_1/policy/policy.pt")
     )
-    given = [rehearsal.overrides[name] for name in ("steps", "tilt_limit", "exploration")]
-    assert given == [RULE.steps, RULE.limit, 0.0]
-    assert calls.index(rehearsal) < next(i for i, c in enumerate(calls) if c.folder == Path("iteration_1/trials"))
+    given = [validation.overrides[name] for name in ("steps", "tilt_limit", "exploration")]
+    assert given == [RULE.steps, RULE.tilt_limit, 0.0]
+    assert calls.index(validation) < next(i for i, c in enumerate(calls) if c.folder == Path("iteration_1/trials"))
 
 
 def test_a_policy_that_falls_in_the_mended_simulation_drives_that_and_is_searched_anew():
-    calls, learning = learn(diagnose=True, updates=1, rehearsals=2, solved=("iteration_1/again_1/rehearsal",))
+    calls, learning = learn(diagnose=True, updates=1, search_retries=2, solved=("iteration_1/again_1/sim_validation",))
     first, second = Path("iteration_1/policy/policy.pt"), Path("iteration_1/again_1/policy/policy.pt")
     assert learning.policies[1].policy / POLICY == second
     assert learning.policies[1].f == Path("iteration_1/again_1/sim_model/model.pt")
@@ -262,19 +270,19 @@ def test_a_policy_that_falls_in_the_mended_simulation_drives_that_and_is_searche
     assert first not in {call.overrides["policy.path"] for call in only(calls, "real-rollout")}
     *_, search = only(calls, "optimise-policy")
     assert search.overrides["dynamics"] == [Path("iteration_1/again_1/model/model.pt")]
-    assert search.overrides["earlier"] == [learning.policies[0].policy / POLICY]
+    assert search.overrides["initial_policies"] == [learning.policies[0].policy / POLICY]
 
 
-@pytest.mark.parametrize("rehearsals", [0, 1, 3])
-def test_a_policy_that_falls_in_each_rehearsal_drives_the_robot_in_the_end(rehearsals):
-    calls, learning = learn(diagnose=True, updates=1, rehearsals=rehearsals)
-    assert len([call for call in only(calls, "sim-collect") if call.folder.name == "rehearsal"]) == rehearsals
-    assert learning.policies[1].searches == rehearsals + 1
+@pytest.mark.parametrize("search_retries", [0, 1, 3])
+def test_a_policy_that_falls_in_each_rehearsal_drives_the_robot_in_the_end(search_retries):
+    calls, learning = learn(diagnose=True, updates=1, search_retries=search_retries)
+    assert len([call for call in only(calls, "sim-collect") if call.folder.name == "sim_validation"]) == search_retries
+    assert learning.policies[1].searches == search_retries + 1
     assert only(calls, "real-rollout")[-1].overrides["policy.path"] == learning.policies[1].policy / POLICY
 
 
 def test_no_two_calls_share_a_folder_with_rehearsals_either():
-    folders = [call.folder for call in learn(diagnose=True, rehearsals=3)[0]]
+    folders = [call.folder for call in learn(diagnose=True, search_retries=3)[0]]
     assert len(set(folders)) == len(folders)
     assert not any(a in b.parents for a in folders for b in folders)
 
@@ -295,12 +303,12 @@ def test_a_diagnosis_that_leaves_the_gap_changes_nothing():
 
 
 def test_a_policy_that_is_only_confirmed_needs_no_diagnosis():
-    calls, _ = learn(solved=("iteration_1/trials",), stop_when_solved=True, confirm_rollouts=4, diagnose=True)
+    calls, _ = learn(solved=("iteration_1/trials",), stop_when_solved=True, calibration_rollouts=4, diagnose=True)
     assert [call.folder for call in only(calls, "diagnose")] == [Path("iteration_1/diagnosis")]
 
 
 def test_without_a_simulation_the_robot_is_driven_at_random_first_and_all_of_its_rollouts_are_learned_from():
-    calls, learning = learn(first=FirstPolicy.RANDOM, update=ModelUpdate.WHOLE)
+    calls, learning = learn(initial_policy=InitialPolicy.RANDOM, model_update=ModelUpdate.FULL)
     random, *_ = only(calls, "real-rollout")
     assert (random.choices, random.overrides["trials"]) == ({"policy": "random"}, 4)
     assert not only(calls, "sim-collect") + only(calls, "fit-sim-gp")
@@ -311,22 +319,22 @@ def test_without_a_simulation_the_robot_is_driven_at_random_first_and_all_of_its
 
 
 def test_a_regulator_is_identified_from_all_rollouts_and_nothing_is_searched():
-    calls, learning = learn(first=FirstPolicy.REGULATOR, update=ModelUpdate.IDENTIFIED, confirm_rollouts=2)
+    calls, learning = learn(initial_policy=InitialPolicy.LQR, model_update=ModelUpdate.LINEAR, calibration_rollouts=2)
     rollouts = [Path("iteration_0/rollout"), Path("iteration_1/rollout")]
-    assert [call.overrides["episodes"] for call in only(calls, "linear-policy")] == [[], rollouts[:1], rollouts]
-    assert {call.stage for call in calls} == {"linear-policy", "real-rollout"}
+    assert [call.overrides["episodes"] for call in only(calls, "lqr")] == [[], rollouts[:1], rollouts]
+    assert {call.stage for call in calls} == {"lqr", "real-rollout"}
     assert not any(learned.predicted for learned in learning.policies)
 
 
 def test_a_network_on_a_regulator_is_searched_on_the_same_one_each_time():
-    calls, _ = learn(on_regulator=True)
-    assert {call.folder for call in only(calls, "linear-policy")} == {Path("regulator")}
-    assert {call.overrides["base"] for call in only(calls, "optimise-policy")} == {Path("regulator/policy.pt")}
+    calls, _ = learn(on_lqr=True)
+    assert {call.folder for call in only(calls, "lqr")} == {Path("regulator")}
+    assert {call.overrides["residual_on"] for call in only(calls, "optimise-policy")} == {Path("regulator/policy.pt")}
 
 
 def test_an_agent_is_trained_once_or_was_before(tmp_path):
-    calls, learning = learn(first=FirstPolicy.AGENT, updates=0)
+    calls, learning = learn(initial_policy=InitialPolicy.AGENT, updates=0)
     assert [call.stage for call in calls] == ["train-agent", "real-rollout"]
-    calls, learning = learn(first=FirstPolicy.AGENT, updates=0, trained=str(tmp_path))
+    calls, learning = learn(initial_policy=InitialPolicy.AGENT, updates=0, trained_agent=str(tmp_path))
     assert [call.stage for call in calls] == ["real-rollout"]
     assert learning.policies[0].policy / POLICY == tmp_path / "policy.pt"

@@ -17,8 +17,8 @@ from twbal.io.logs import read_episodes
 
 SHORT = [
     *("search.horizon=6", "search.short_horizon=4", "search.iterations=1", "search.short_iterations=1"),
-    *("search.long_horizon=6", "search.long_iterations=1", "search.searched=1", "shape.basis=4"),
-    *("judge.robots=3", "judge.features=20", "rule.steps=20", "rule.settle_step=10"),
+    *("search.long_horizon=6", "search.long_iterations=1", "search.restarts=1", "parametrisation.basis=4"),
+    *("validation.robots=3", "validation.features=20", "success.steps=20", "success.settle_step=10"),
 ]
 QUICK = ["model.fit_f.settings.fit.starts=1", "model.fit_g.settings.starts=1"]
 
@@ -208,5 +208,5 @@ def test_a_command_that_is_told_nothing_keeps_what_it_inherits(tmp_path, as_from
     with composing():
         cfg = compose("iterate", ["robot=regbot", "sim=regbot"])
         chain = Chain(cfg, {"robot": "regbot", "sim": "regbot"}, tmp_path, [])
-        chain.run(StageCall("linear-policy", Path("regulator"), {}))
+        chain.run(StageCall("lqr", Path("regulator"), {}))
     assert "robot=regbot" in chain.commands[0]

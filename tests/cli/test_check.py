@@ -1,4 +1,4 @@
-"""`twbal check` on the logged data of the repository: quiet on clean code, loud on every planted fault."""
+"""`twbal regress` on the logged data of the repository: quiet on clean code, loud on every planted fault."""
 
 import json
 import os
@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from twbal.cli.main import main
-from twbal.cli.stages.check import _read, _tolerances
+from twbal.cli.stages.regress import _read, _tolerances
 from twbal.core.errors import TwbalError
 
 HOUSE = Path(__file__).resolve().parents[2]
@@ -47,7 +47,7 @@ def check(*words, package=HOUSE, cache=None):
     env = {**os.environ, "PYTHONPATH": str(package), "OMP_NUM_THREADS": "1"}
     if cache is not None:
         env["XDG_CACHE_HOME"] = str(cache)
-    command = [sys.executable, "-P", "-m", "twbal", "check", f"data={DATA}", *words]
+    command = [sys.executable, "-P", "-m", "twbal", "regress", f"data={DATA}", *words]
     return subprocess.run(command, env=env, capture_output=True, text=True)
 
 
@@ -71,7 +71,7 @@ def spoiled(tmp_path, change):
 def test_a_measure_that_moved_fails_and_is_named(tmp_path, capsys):
     name = "policy/commands/rms"
     path = spoiled(tmp_path, lambda known: known["measures"].update({name: 1.001 * known["measures"][name]}))
-    assert main(["check", f"data={DATA}", f"baseline={path}", f"hydra.run.dir={tmp_path / 'out'}"]) == 1
+    assert main(["regress", f"data={DATA}", f"baseline={path}", f"hydra.run.dir={tmp_path / 'out'}"]) == 1
     said = capsys.readouterr()
     assert name in said.out
     assert "1 of " in said.err
@@ -86,7 +86,7 @@ def test_a_measure_that_moved_fails_and_is_named(tmp_path, capsys):
     ],
 )
 def test_what_is_not_there_is_one_clear_line(words, complaint, tmp_path, capsys):
-    assert main(["check", *words, f"hydra.run.dir={tmp_path}"]) == 1
+    assert main(["regress", *words, f"hydra.run.dir={tmp_path}"]) == 1
     said = capsys.readouterr().err
     assert complaint in said
     assert len(said.splitlines()) == 1
@@ -95,7 +95,7 @@ def test_what_is_not_there_is_one_clear_line(words, complaint, tmp_path, capsys)
 @pytest.mark.slow
 def test_the_baseline_of_other_data_is_refused(tmp_path, capsys):
     path = spoiled(tmp_path, lambda known: known["data"].update({"policy.pt": "0" * 64}))
-    assert main(["check", f"data={DATA}", f"baseline={path}", f"hydra.run.dir={tmp_path / 'out'}"]) == 1
+    assert main(["regress", f"data={DATA}", f"baseline={path}", f"hydra.run.dir={tmp_path / 'out'}"]) == 1
     assert "baseline of another data set: policy.pt differ" in capsys.readouterr().err
 
 
@@ -123,9 +123,9 @@ def test_a_planted_fault_is_caught(fault, tmp_path):
         ("tolerances", "a: [", "is no yaml that can be read"),
         ("tolerances", '"*": &a {relative: 0, absolute: 0}', "has an anchor or an alias"),
         ("tolerances", "[" * 10**4, "holds too much"),
-        ("baseline", "[" * 10**5, "is no baseline of `twbal check`"),
-        ("baseline", '{"data": 3, "version": "", "measures": {}}', "is no baseline of `twbal check`"),
-        ("baseline", '{"data": {}, "version": "", "measures": {"a": []}}', "is no baseline of `twbal check`"),
+        ("baseline", "[" * 10**5, "is no baseline of `twbal regress`"),
+        ("baseline", '{"data": 3, "version": "", "measures": {}}', "is no baseline of `twbal regress`"),
+        ("baseline", '{"data": {}, "version": "", "measures": {"a": []}}', "is no baseline of `twbal regress`"),
     ],
 )
 def test_files_that_cannot_be_used_are_refused(name, content, complaint, tmp_path):

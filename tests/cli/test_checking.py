@@ -42,11 +42,11 @@ def composed(stage, *words):
         ("sim-collect", "tilt_limit=1.5708", "a number from 0.001 to 1.57 [rad]"),
         ("real-rollout", "tilt_limit=1.5708", "a number from 0.001 to 1.57 [rad]"),
         ("real-rollout", "tilt_limit=1e9", "a number from 0.001 to 1.57 [rad]"),
-        ("iterate", "rule.limit=1e9", "a number from 0.001 to 1.57 [rad]"),
-        ("iterate", "first=magic", "one of: simulation, random, regulator, agent"),
-        ("iterate", "update=magic", "one of: difference, whole, identified"),
+        ("iterate", "success.tilt_limit=1e9", "a number from 0.001 to 1.57 [rad]"),
+        ("iterate", "initial_policy=magic", "one of: simulation, random, lqr, agent"),
+        ("iterate", "model_update=magic", "one of: residual, full, linear"),
         ("export", "format=xml", "one of: csv, parquet"),
-        ("linear-policy", "command_width=0", "a number from 0.0001 to 10000"),
+        ("lqr", "command_width=0", "a number from 0.0001 to 10000"),
         ("virtual-robot", "clock=sundial", "one of: lockstep, real_time"),
         ("real-rollout", "exploration=inf", "a number from 0 to 1"),
         ("virtual-robot", "self_stop_tilt=nan", "a number from 0.001 to 100 [rad]"),
@@ -88,7 +88,7 @@ def test_a_diagnosis_takes_any_physics_step_as_it_shortens_it_itself():
 @pytest.mark.parametrize(
     ("word", "expected"),
     [
-        ("rule.settle_limit=1", "settle_limit must be positive and at most limit"),
+        ("success.settled_tilt_limit=1", "settled_tilt_limit must be positive and at most tilt_limit"),
         ("state.names=[tilt,tilt]", "State channels must be distinct"),
         (
             "robot.com_height=0.3 +effect@sim.effects.rotor_inertia=rotor_inertia sim.effects.rotor_inertia.share=1.2",
@@ -108,10 +108,10 @@ def test_a_bad_job_of_a_sweep_fails_by_itself(capfd, tmp_path):
 
 
 def test_a_class_of_ones_own_is_asked_for_finite_numbers_alone():
-    cfg = composed("sim-collect", "+mine.size=-1e9", "policy._target_=mine.Policy", "policy.share=7")
+    cfg = composed("sim-collect", "+mine.size=-1e9", "policy._target_=mine.Policy", "policy.amplitude=7")
     check_configuration(cfg, "sim-collect")
-    OmegaConf.update(cfg, "policy.share", float("inf"))
-    with pytest.raises(ConfigError, match=r"policy\.share=inf; expected finite numbers"):
+    OmegaConf.update(cfg, "policy.amplitude", float("inf"))
+    with pytest.raises(ConfigError, match=r"policy\.amplitude=inf; expected finite numbers"):
         check_configuration(cfg, "sim-collect")
 
 
@@ -123,7 +123,7 @@ def test_a_class_of_ones_own_is_asked_for_finite_numbers_alone():
         (["+sim.effects.dead_zone.width=1"], "an effect by its name, as in +effect@sim.effects.dead_zone="),
         (["+sim.effects.dead_zone=dead_zone"], "sim.effects.dead_zone=dead_zone; expected settings of its own"),
         (["++rollouts={a:1}"], "rollouts={...}; expected a whole number"),
-        (["++policy.share={}"], "policy.share={}; expected a number"),
+        (["++policy.amplitude={}"], "policy.amplitude={}; expected a number"),
     ],
 )
 def test_what_is_no_value_of_a_setting_is_refused_with_what_would_be(words, expected, refused):

@@ -25,7 +25,7 @@ from twbal.io.logs import read_episode, write_episode
 from twbal.sim.bullet_plant import SimPlant
 from twbal.sysid.held_out import held_out
 from twbal.sysid.recording import Recording
-from twbal.virtual_robot.hidden import draw_hidden
+from twbal.virtual_robot.faults import draw_faults
 
 NOISE = SensorNoise(0.0035, 0.02, 0.3, 0.001, 0.05, 0.02)
 
@@ -210,10 +210,10 @@ def test_what_the_default_virtual_robot_hides_is_named_with_its_size(tmp_path):
     recorded, out = tmp_path / "recorded", tmp_path / "diagnosis"
     excite = ["experiment=excite", "policy.command_width=0.1"]
     assert main(["real-rollout", *excite, f"hydra.run.dir={recorded}"]) == 0
-    assert main(["diagnose", f"episodes={recorded}", "diagnosis=rough", f"hydra.run.dir={out}"]) == 0
+    assert main(["diagnose", f"episodes={recorded}", "diagnosis=loose_tolerance", f"hydra.run.dir={out}"]) == 0
     with composing():
         cfg = compose("virtual_robot")
-    hidden = draw_hidden(instantiate(cfg.hidden), instantiate(cfg.robot), cfg.seed)
+    hidden = draw_faults(instantiate(cfg.faults), instantiate(cfg.robot), cfg.seed)
     record = json.loads((out / "diagnosis.json").read_text())
     found = {effect["name"]: effect["parameters"] for effect in record["effects"]}
     assert set(found) == {"actuation_delay", "com_offset", "coulomb_friction", "dead_zone", "viscous_friction"}

@@ -36,7 +36,7 @@ def iterate(folder, *words):
 
 def test_the_summary_says_what_the_logs_say(folder):
     summary = read_summary(folder / "summary.json")
-    collected = ("0_collect", "1_collect", "late_collect")
+    collected = ("0_collect", "1_collect", "latency_collect")
     simulated = [e for name in collected for e in read_episodes(folder / "simulation" / name / "episodes")]
     assert (summary.sim.episodes, summary.sim.samples) == (13, sum(map(len, simulated)))
     first, second = summary.iterations

@@ -176,9 +176,9 @@ def test_the_next_command_diagnoses_at_the_period_of_the_log(rate, run, tmp_path
     assert cfg.robot.control_period == 1 / rate
     check_configuration(cfg, "diagnose")
     assert list(cfg.sim.effects) == ["viscous_friction", "rotor_inertia"]
-    assert "diagnosis=measured" in words
+    assert "diagnosis=real_logs" in words
     (recorded,) = [read_episode(file) for file in episode_files(cfg.episodes)]
-    limits = Usability(cfg.shortest, cfg.fewest, cfg.fastest_turn, cfg.widest_tilt)
+    limits = Usability(cfg.min_length, cfg.min_samples, cfg.max_yaw_rate, cfg.max_tilt)
     assert len(read_recordings([recorded], ["ride"], instantiate(cfg.robot), limits)) == 1
 
 
@@ -198,7 +198,7 @@ def test_what_is_left_of_damaged_logs_is_saved(run, episode, tmp_path):
     (broken / "cut.mcap").write_bytes(whole[: 2 * len(whole) // 3])
     (broken / "foreign.mcap").write_bytes(b"no log at all")
     (broken / ".killed.mcap.123.partial").write_bytes(whole[: len(whole) // 2])
-    code, said, _ = run("recover", f"logs={broken}", out="saved")
+    code, said, _ = run("repair", f"logs={broken}", out="saved")
     assert code == 0
     assert "lost" in said
     assert "is not an MCAP file" in said
@@ -212,7 +212,7 @@ def test_an_episode_is_drawn_and_filmed_beside_the_simulation(run, episode, tmp_
     from PIL import Image
 
     words = (f"episode={episode}", ROBOT, "seconds=0.4", "frame_rate=10", "width=96", "height=64")
-    code, told, said = run("show", *words, out="shown")
+    code, told, said = run("plot", *words, out="shown")
     assert code == 0, said
     assert "4 of 4 frames of the film are drawn" in told
     with Image.open(tmp_path / "shown" / "film.gif") as film:
@@ -253,8 +253,8 @@ BAD = {
     ("import-log", "files=a.mcap"): "need no import",
     ("import-log", "files=[a/x.csv,b/x.csv]"): "same name",
     ("export", "episodes=nowhere"): "is not there",
-    ("recover", "logs=nowhere.mcap"): "nowhere.mcap",
-    ("show", "episode=no.mcap"): "no.mcap",
+    ("repair", "logs=nowhere.mcap"): "nowhere.mcap",
+    ("plot", "episode=no.mcap"): "no.mcap",
 }
 
 

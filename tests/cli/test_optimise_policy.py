@@ -16,8 +16,19 @@ CHANNELS = ("tilt", "tilt_rate", "speed", "command_1", "command_2")
 HORIZON = 8
 QUICK = [
     *("search.horizon=8", "search.short_horizon=4", "search.iterations=2", "search.short_iterations=2"),
-    *("search.swings=[0.3]", "search.command_widths=[0.3]", "search.shares=[1.0]", "search.searched=1"),
-    *("judge.robots=3", "judge.features=20", "rule.steps=20", "rule.settle_step=10", "shape.basis=4"),
+    *(
+        "search.linearisation_amplitudes=[0.3]",
+        "search.lqr_command_widths=[0.3]",
+        "search.gain_scales=[1.0]",
+        "search.restarts=1",
+    ),
+    *(
+        "validation.robots=3",
+        "validation.features=20",
+        "success.steps=20",
+        "success.settle_step=10",
+        "parametrisation.basis=4",
+    ),
 ]
 
 
@@ -55,14 +66,18 @@ def confirm(folder, name, driver):
         f"steps={HORIZON}",
         "exploration=0",
     )
-    told = [f"dynamics={folder / 'f' / 'model.pt'}", "searches=false", f"earlier=[{folder / 'p' / 'policy.pt'}]"]
+    told = [
+        f"dynamics={folder / 'f' / 'model.pt'}",
+        "optimise=false",
+        f"initial_policies=[{folder / 'p' / 'policy.pt'}]",
+    ]
     return main(
         [
             "optimise-policy",
             f"hydra.run.dir={folder / name}",
             *QUICK,
             *told,
-            f"confirming=[{folder / f'{name}_driven'}]",
+            f"calibration_episodes=[{folder / f'{name}_driven'}]",
         ]
     )
 
@@ -106,7 +121,7 @@ def test_the_prediction_begins_at_the_start_and_reaches_the_horizon(folder):
 def test_earlier_policies_are_judged_beside_what_is_found(folder):
     earlier = folder / "p" / "policy.pt"
     search(folder, "another", "seed=4")
-    search(folder, "again", f"earlier=[{earlier},{folder / 'another' / 'policy.pt'}]")
+    search(folder, "again", f"initial_policies=[{earlier},{folder / 'another' / 'policy.pt'}]")
     candidates = load_prediction(folder / "again" / "prediction.pt").candidates
     assert {"policy 0", "policy 1"} < {candidate.origin for candidate in candidates}
     (first,) = [candidate for candidate in candidates if candidate.origin == "policy 0"]
@@ -116,7 +131,7 @@ def test_earlier_policies_are_judged_beside_what_is_found(folder):
 
 def test_a_policy_that_was_driven_twice_is_not_driven_again(folder):
     twice = folder / "p" / "policy.pt"
-    search(folder, "stuck", f"earlier=[{twice},{twice}]")
+    search(folder, "stuck", f"initial_policies=[{twice},{twice}]")
     candidates = load_prediction(folder / "stuck" / "prediction.pt").candidates
     assert candidates
     assert not any(candidate.origin.startswith("policy") for candidate in candidates)
@@ -124,7 +139,7 @@ def test_a_policy_that_was_driven_twice_is_not_driven_again(folder):
 
 def test_equal_policies_are_searched_from_once(folder):
     earlier = folder / "p" / "policy.pt"
-    search(folder, "twice", f"earlier=[{earlier},{earlier}]", "search.searched=9")
+    search(folder, "twice", f"initial_policies=[{earlier},{earlier}]", "search.restarts=9")
     candidates = load_prediction(folder / "twice" / "prediction.pt").candidates
     found = [candidate.origin for candidate in candidates if candidate.origin.startswith("search from")]
     assert sorted(found) == [
@@ -135,7 +150,7 @@ def test_equal_policies_are_searched_from_once(folder):
 
 
 def test_without_searching_the_best_of_the_earlier_policies_is_kept_and_predicted(folder):
-    search(folder, "kept", f"earlier=[{folder / 'p' / 'policy.pt'}]", "searches=false")
+    search(folder, "kept", f"initial_policies=[{folder / 'p' / 'policy.pt'}]", "optimise=false")
     kept, before = output_hashes(folder / "kept"), output_hashes(folder / "p")
     assert kept["policy.pt"] == before["policy.pt"]
     (candidate,) = load_prediction(folder / "kept" / "prediction.pt").candidates
@@ -161,8 +176,8 @@ def test_it_tells_what_it_does_and_what_comes_next(folder, capsys):
     [
         (["state=paper"], "Choose the state and robot that it was made with"),
         (["robot=regbot"], "of a robot with a wheel radius of 0.15 m; here it is"),
-        (["earlier=[none.pt]"], "Cannot read none.pt"),
-        (["earlier=none.pt"], "Cannot read none.pt"),
+        (["initial_policies=[none.pt]"], "Cannot read none.pt"),
+        (["initial_policies=none.pt"], "Cannot read none.pt"),
     ],
 )
 def test_what_does_not_fit_together_is_refused(folder, tmp_path, capsys, words, message):

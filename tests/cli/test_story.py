@@ -24,10 +24,10 @@ from twbal.cli.main import main
 from twbal.cli.manifest import read_manifest
 
 ROOT = Path(__file__).resolve().parents[2]
-SMALLEST = [*OVERRIDES, "variants=none", "sim_rounds=0", "confirm_rollouts=1", "confirm_steps=20"]
-ALWAYS = ["rule.steps=10", "rule.limit=1.5", "rule.settle_limit=1.5", "stop_when_solved=true"]
-NEVER = ["rule.settle_limit=1e-3", "rule.settle_step=1"]
-LINEAR = ["method=lqr_identified", "link.seed=7046", "trials=2", "rule.steps=150"]
+SMALLEST = [*OVERRIDES, "ensemble=none", "sim_rounds=0", "calibration_rollouts=1", "calibration_steps=20"]
+ALWAYS = ["success.steps=10", "success.tilt_limit=1.5", "success.settled_tilt_limit=1.5", "stop_when_solved=true"]
+NEVER = ["success.settled_tilt_limit=1e-3", "success.settle_step=1"]
+LINEAR = ["method=lqr_identified", "link.seed=7046", "trials=2", "success.steps=150"]
 
 
 def next_commands(printed: str) -> list[list[str]]:
@@ -117,9 +117,9 @@ def test_a_killed_run_tells_the_same_as_an_undisturbed_one(tmp_path, capsys):
 
 
 DIAGNOSED = [
-    *(*SMALLEST, *NEVER, "trials=2", "updates=1", "rehearsals=1", "diagnose=true"),
+    *(*SMALLEST, *NEVER, "trials=2", "updates=1", "search_retries=1", "diagnose=true"),
     *("real_rollout.trials=4", "real_rollout.steps=60", "diagnosis=default", "diagnosis.shortlist=1"),
-    *("diagnosis.most_effects=1", "diagnosis.substeps=4"),
+    *("diagnosis.max_effects=1", "diagnosis.substeps=4"),
 ]
 
 
@@ -144,7 +144,7 @@ def test_a_diagnosis_whose_simulation_is_used_comes_to_the_same_in_memory(tmp_pa
 
 
 def test_the_rule_written_once_more_knows_a_fall_and_an_unsettled_tilt():
-    rule = {"steps": 4, "limit": 0.5, "settle_limit": 0.2, "settle_step": 2}
+    rule = {"steps": 4, "limit": 0.5, "settled_tilt_limit": 0.2, "settle_step": 2}
 
     class Trial(NamedTuple):
         observations: np.ndarray

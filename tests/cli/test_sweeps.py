@@ -168,7 +168,7 @@ def test_a_job_folder_is_named_by_the_overrides_in_any_order(overrides, name):
     ("one", "other"),
     [
         (["policy.path=a/b.pt"], ["policy.path=a_b.pt"]),
-        (["search.swings=[0.3]"], ["search.swings=[0.3,]"]),
+        (["search.linearisation_amplitudes=[0.3]"], ["search.linearisation_amplitudes=[0.3,]"]),
         (
             [f"{key}=1" for key in "abcdefghijklmnopqrstuvwxyz" * 3],
             [f"{key}=1" for key in "abcdefghijklmnopqrstuvwxy" * 3],

@@ -106,7 +106,14 @@ def test_without_the_extra_it_says_what_to_install(lacking, tmp_path):
 
 
 def test_iterate_does_not_need_the_extra(tmp_path):
-    words = ["iterate", "method=lqr", "trials=1", "rule.steps=5", "rule.settle_step=5", f"hydra.run.dir={tmp_path}/out"]
+    words = [
+        "iterate",
+        "method=lqr",
+        "trials=1",
+        "success.steps=5",
+        "success.settle_step=5",
+        f"hydra.run.dir={tmp_path}/out",
+    ]
     assert without(["gymnasium", "stable_baselines3"], words, tmp_path).returncode == 0
 
 

@@ -7,10 +7,10 @@ import pytest
 
 from twbal.core.episode import Episode, Outcome, Provenance
 from twbal.core.errors import ConfigError, DataError
-from twbal.core.evaluation import SuccessRule, coverage95, drift, positions, real_cost, succeeded, widened
+from twbal.core.evaluation import SuccessCriterion, coverage95, drift, positions, real_cost, succeeded, widened
 from twbal.core.gaussian import Array, Gaussian
 
-RULE = SuccessRule(limit=0.5, settle_limit=0.2, settle_step=10, steps=50)
+RULE = SuccessCriterion(tilt_limit=0.5, settled_tilt_limit=0.2, settle_step=10, steps=50)
 
 
 def episode(tilt: Array, states: Array | None = None, wheel_angle: Array | None = None) -> Episode:
@@ -52,7 +52,7 @@ def test_each_limit_holds_where_it_should(step: int, tilt: float, expected: bool
 
 def test_a_rule_that_cannot_be_met_is_refused() -> None:
     with pytest.raises(ConfigError, match=r"at most limit; found 0\.6 and 0\.5"):
-        replace(RULE, settle_limit=0.6)
+        replace(RULE, settled_tilt_limit=0.6)
     with pytest.raises(ConfigError, match="step 51 of a trial of 50"):
         replace(RULE, settle_step=51)
 

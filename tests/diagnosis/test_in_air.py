@@ -56,7 +56,7 @@ def diagnosed(tmp_path, capsys):
     def run(episode, *words):
         write_episode(tmp_path / "log.mcap", episode)
         out = tmp_path / "out"
-        told = ["robot=regbot", "sim=regbot", "diagnosis=measured", f"hydra.run.dir={out}", *words]
+        told = ["robot=regbot", "sim=regbot", "diagnosis=real_logs", f"hydra.run.dir={out}", *words]
         assert main(["diagnose", f"episodes={tmp_path / 'log.mcap'}", *told]) == 0
         return json.loads((out / "diagnosis.json").read_text()), capsys.readouterr().out
 

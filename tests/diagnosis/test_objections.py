@@ -60,10 +60,12 @@ def bounds(robot, field):
 )
 def test_a_rough_data_sheet_that_ran_to_its_bounds_is_no_finding(fields, end, side, paper, driven):
     """However many tolerances that is: with 15 % of tolerance a bound may come before the guard of 4.5 of them."""
-    rough = settings("rough")
+    rough = settings("loose_tolerance")
     rough = replace(rough, lines=replace(rough.lines, beyond=1e9))
     values = {f"{field}_factor": bounds(paper, f"{field}_factor")[end] for field in fields}
-    hypothesis = fitted(paper, ["coulomb_friction"], {"coulomb_friction_torque": 0.3, **values}, choice="rough")
+    hypothesis = fitted(
+        paper, ["coulomb_friction"], {"coulomb_friction_torque": 0.3, **values}, choice="loose_tolerance"
+    )
     found = objections(hypothesis, (), rough)
     assert len(found) == len(fields)
     for field, factor in zip(fields, values.values(), strict=True):
@@ -78,7 +80,7 @@ def test_a_wheel_that_ran_to_its_bound_is_no_finding(paper, driven):
     found, rough = objections(hypothesis, (), settings())
     assert "wheel inertia of" in found
     assert "the upper bound" in found
-    assert "diagnosis=rough" in rough
+    assert "diagnosis=loose_tolerance" in rough
 
 
 @pytest.mark.parametrize(("limit", "objected"), [(0.0335, True), (5.0, False)])

@@ -104,7 +104,7 @@ def test_many_effects_at_once_are_found_with_their_values(paper):
         "com_offset": {"angle": 0.05},
     }
     recordings = [synthetic_recording(paper, hidden, seed=s, periods=250) for s in (37, 38)]
-    found = name_effects(recordings, paper, {}, candidates_for(paper), settings("several"))
+    found = name_effects(recordings, paper, {}, candidates_for(paper), settings("multi_effect"))
     assert found.verdict is Verdict.NAMED
     values = {effect.name: next(iter(effect.parameters.values())).value for effect in found.effects}
     assert set(hidden) <= set(values)
@@ -122,7 +122,7 @@ IN_AIR = sorted(FOLDER.glob("test0*.txt"))
 def test_wheels_in_the_air_tell_the_same_friction_and_no_more(tmp_path):
     imported, out = tmp_path / "imported", tmp_path / "out"
     assert main(["import-log", "import=regbot", f"files={IN_AIR[0]}", "robot=regbot", f"hydra.run.dir={imported}"]) == 0
-    words = ["robot=regbot", "sim=regbot", "diagnosis=measured", f"hydra.run.dir={out}"]
+    words = ["robot=regbot", "sim=regbot", "diagnosis=real_logs", f"hydra.run.dir={out}"]
     assert main(["diagnose", f"episodes={imported}", *words]) == 0
     found = json.loads((out / "diagnosis.json").read_text())
     (effect,) = found["effects"]
@@ -138,7 +138,7 @@ def test_the_real_robots_friction_is_named_on_each_log_alone(log, tmp_path):
     imported, out = tmp_path / "imported", tmp_path / "out"
     robot = ["robot=regbot", f"hydra.run.dir={imported}"]
     assert main(["import-log", "import=regbot", f"files={log}", *robot]) == 0
-    words = ["robot=regbot", "sim=regbot", "diagnosis=measured", f"hydra.run.dir={out}"]
+    words = ["robot=regbot", "sim=regbot", "diagnosis=real_logs", f"hydra.run.dir={out}"]
     assert main(["diagnose", f"episodes={imported}", *words]) == 0
     found = json.loads((out / "diagnosis.json").read_text())
     assert found["verdict"] == "named"

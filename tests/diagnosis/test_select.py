@@ -115,7 +115,7 @@ def test_what_is_negligible_goes_however_sure_it_is(monkeypatch):
 
 def test_no_more_effects_are_left_than_may_be_named(monkeypatch):
     monkeypatch.setattr(select, "fit_hypothesis", by_scores({("backlash",): 300.0, ("dead_zone",): 100.0}))
-    one = replace(SETTINGS, most_effects=1)
+    one = replace(SETTINGS, max_effects=1)
     assert select.without_redundant(problem(one), CHOSEN, BASE).names == ("backlash",)
 
 
@@ -137,7 +137,7 @@ def nominal_data(paper):
 @pytest.mark.parametrize(("most", "usual"), [(2, ()), (0, ()), (0, ("coulomb_friction",)), (2, ("coulomb_friction",))])
 def test_few_candidates_or_none_are_enough(paper, nominal_data, names, most, usual):
     few = [c for c in candidates_for(paper) if c.name in names]
-    settings = replace(SETTINGS, most_effects=most, usual=usual)
+    settings = replace(SETTINGS, max_effects=most, common_effects=usual)
     found = name_effects(nominal_data.recordings, paper, {}, few, settings)
     assert found.verdict is Verdict.NONE
     assert found.effects == ()
@@ -146,7 +146,7 @@ def test_few_candidates_or_none_are_enough(paper, nominal_data, names, most, usu
 def test_a_robot_equal_to_its_data_sheet_lacks_nothing_where_a_search_begins_with_usual_effects(paper, nominal_data):
     usual = ("com_offset", "dead_zone", "motor_lag")
     few = [c for c in candidates_for(paper) if c.name in usual]
-    settings = replace(SETTINGS, usual=usual, most_effects=8)
+    settings = replace(SETTINGS, common_effects=usual, max_effects=8)
     found = name_effects(nominal_data.recordings, paper, {}, few, settings)
     assert found.verdict is Verdict.NONE
     assert found.effects == ()
@@ -155,6 +155,6 @@ def test_a_robot_equal_to_its_data_sheet_lacks_nothing_where_a_search_begins_wit
 @pytest.mark.slow
 def test_a_robot_equal_to_its_data_sheet_lacks_nothing_by_several(paper):
     with composing():
-        settings = instantiate(compose("diagnose", ["episodes=e", "diagnosis=several"]).diagnosis)
+        settings = instantiate(compose("diagnose", ["episodes=e", "diagnosis=multi_effect"]).diagnosis)
     recordings = [synthetic_recording(paper, {}, seed=s, periods=250, tolerance=0.0) for s in (42, 43)]
     assert name_effects(recordings, paper, {}, candidates_for(paper), settings).effects == ()

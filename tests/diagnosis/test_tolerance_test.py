@@ -76,7 +76,7 @@ def test_a_body_too_heavy_is_seen_although_no_value_stands_out(paper):
     assert max(abs(shift.sigmas) for shift in found.data_sheet) < SETTINGS.lines.shift
 
 
-@pytest.mark.parametrize(("choice", "told"), [("default", True), ("rough", False)])
+@pytest.mark.parametrize(("choice", "told"), [("default", True), ("loose_tolerance", False)])
 def test_a_data_sheet_that_is_far_off_is_no_finding_unless_it_is_said_to_be_rough(paper, choice, told):
     with composing():
         tolerance = compose("diagnose", ["episodes=x", f"diagnosis={choice}"]).diagnosis.tolerances.data_sheet
@@ -85,7 +85,7 @@ def test_a_data_sheet_that_is_far_off_is_no_finding_unless_it_is_said_to_be_roug
     settings = replace(SETTINGS, tolerances=replace(SETTINGS.tolerances, data_sheet=tolerance))
     found = name_effects([recording], paper, {}, drag, settings)
     assert any("no finding" in sentence for sentence in found.advice) == told
-    assert any("diagnosis=rough" in sentence for sentence in found.advice) == told
+    assert any("diagnosis=loose_tolerance" in sentence for sentence in found.advice) == told
 
 
 def test_nothing_is_named_beside_a_data_sheet_that_is_beyond_what_a_rough_one_may_be(paper):
@@ -96,7 +96,7 @@ def test_nothing_is_named_beside_a_data_sheet_that_is_beyond_what_a_rough_one_ma
     )
     drag = [candidate for candidate in candidates_for(paper) if candidate.name in ("coulomb_friction", "dead_zone")]
     with composing():
-        tolerance = compose("diagnose", ["episodes=x", "diagnosis=rough"]).diagnosis.tolerances.data_sheet
+        tolerance = compose("diagnose", ["episodes=x", "diagnosis=loose_tolerance"]).diagnosis.tolerances.data_sheet
     settings = replace(SETTINGS, tolerances=replace(SETTINGS.tolerances, data_sheet=tolerance))
     found = name_effects([recording], paper, {}, drag, settings)
     assert found.verdict is Verdict.UNKNOWN

@@ -16,18 +16,29 @@ RECORDED = "outputs/real-rollout/..."
 
 _OTHERS = ",".join(sorted(set(library()) - {"dead_zone"}))
 SMALL: Mapping[str, tuple[str, ...]] = {
-    "iterate": (*OVERRIDES, "confirm_rollouts=0"),
+    "iterate": (*OVERRIDES, "calibration_rollouts=0"),
     "sim-collect": ("rollouts=2", "steps=20"),
     "fit-sim-gp": ("model.fit_f.settings.fit.starts=1",),
     "fit-diff-gp": ("model.fit_g.settings.starts=1", "model.smoothing.rounds=1", "model.smoothing.iterations=2"),
     "optimise-policy": (
         *("search.long_horizon=8", "search.long_iterations=1"),
         *("search.horizon=8", "search.short_horizon=4", "search.iterations=1", "search.short_iterations=1"),
-        *("search.swings=[0.3]", "search.command_widths=[0.3]", "search.shares=[1.0]", "search.searched=1"),
-        *("judge.robots=2", "judge.features=20", "shape.basis=4", "rule.steps=20", "rule.settle_step=10"),
+        *(
+            "search.linearisation_amplitudes=[0.3]",
+            "search.lqr_command_widths=[0.3]",
+            "search.gain_scales=[1.0]",
+            "search.restarts=1",
+        ),
+        *(
+            "validation.robots=2",
+            "validation.features=20",
+            "parametrisation.basis=4",
+            "success.steps=20",
+            "success.settle_step=10",
+        ),
     ),
     "train-agent": (
-        *("steps=64", "trials=1", "rule.steps=20", "rule.settle_step=10", "agent.hidden=[8]"),
+        *("steps=64", "trials=1", "success.steps=20", "success.settle_step=10", "agent.hidden=[8]"),
         *("agent.options.n_steps=32", "agent.options.batch_size=16"),
     ),
     "real-rollout": ("trials=1", "steps=10"),
@@ -36,14 +47,14 @@ SMALL: Mapping[str, tuple[str, ...]] = {
             "horizons=[0.06]",
             "starts=2",
             "bins=2",
-            "shortest=15",
-            "fewest=90",
+            "min_length=15",
+            "min_samples=90",
             "diagnosis.shortlist=1",
-            "diagnosis.most_effects=1",
+            "diagnosis.max_effects=1",
         ),
-        *("diagnosis.usual=[]", "diagnosis.substeps=4", f"diagnosis.leave_out=[{_OTHERS}]"),
+        *("diagnosis.common_effects=[]", "diagnosis.substeps=4", f"diagnosis.exclude=[{_OTHERS}]"),
     ),
-    "show": ("seconds=0.2", "frame_rate=5", "width=64", "height=48"),
+    "plot": ("seconds=0.2", "frame_rate=5", "width=64", "height=48"),
 }
 
 
@@ -107,9 +118,16 @@ _PAPER = (
     *("updates=0", "trials=1", "search.long_horizon=8", "search.long_iterations=1"),
     "hydra.run.dir=outputs/iterate/sweep_1/paper",
 )
-_SAC = ("steps=8", "trials=1", "rule.steps=20", "rule.settle_step=10", "agent.hidden=[8]", "agent.options.batch_size=4")
+_SAC = (
+    "steps=8",
+    "trials=1",
+    "success.steps=20",
+    "success.settle_step=10",
+    "agent.hidden=[8]",
+    "agent.options.batch_size=4",
+)
 _CHECK = Stage(slow=True)
-_DIAGNOSE = "twbal diagnose episodes=outputs/real-rollout/... diagnosis=rough"
+_DIAGNOSE = "twbal diagnose episodes=outputs/real-rollout/... diagnosis=loose_tolerance"
 _GUESS = "twbal import-log guess=true files=ride.csv"
 _IMPORT = "twbal import-log --config-dir=<run folder> import=my_log files=[a.csv,b.csv] robot=..."
 _IMPORT_REGBOT = "twbal import-log import=regbot robot=regbot files=[test3a.txt,test4.txt]"
@@ -143,9 +161,9 @@ TABLE: Mapping[str, How] = {
     "cd twbal": Elsewhere(None, "the shell's own"),
     "make .venv/.installed": Make(),
     "make lint": Make(),
-    ".venv/bin/twbal check": _CHECK,
+    ".venv/bin/twbal regress": _CHECK,
     ".venv/bin/pre-commit install": Install(),
-    "twbal check update=true": _CHECK,
+    "twbal regress update=true": _CHECK,
     "python scripts/effects.py": Elsewhere(("tests/docs/test_effects_page.py", "page()"), "writes a page"),
     "pip freeze": Elsewhere(None, "pip's own"),
     # docs
@@ -164,16 +182,16 @@ TABLE: Mapping[str, How] = {
     _IMPORT: Stage(
         {"<run folder>": "guessed", "robot=...": "robot=paper"}, small=("hydra.run.dir=imported",), after=(_GUESS,)
     ),
-    "twbal diagnose episodes=<run folder> diagnosis=measured sim=regbot robot=regbot robot.control_period=0.03": Stage(
+    "twbal diagnose episodes=<run folder> diagnosis=real_logs sim=regbot robot=regbot robot.control_period=0.03": Stage(
         {"<run folder>": "imported_regbot", "0.03": "0.015"}, after=(_IMPORT_REGBOT,)
     ),
-    "twbal show episode=<log>": Stage({"<log>": "before.mcap"}),
+    "twbal plot episode=<log>": Stage({"<log>": "before.mcap"}),
     "twbal export episodes=<run folder> format=csv": Stage(_RECORDS),
     "rerun mcap convert ride.mcap -o ride.rrd": Elsewhere(
         ("tests/cli/test_logs_in_and_out.py", '"mcap", "convert"'), "Rerun's"
     ),
     "rerun ride.rrd": Elsewhere(None, "opens a window"),
-    "twbal recover logs=<log or folder>": Stage({"<log or folder>": f"{RECORDED}/episodes"}),
+    "twbal repair logs=<log or folder>": Stage({"<log or folder>": f"{RECORDED}/episodes"}),
     "twbal virtual-robot seed=3 clock=real_time": Stage(),
     "twbal real-rollout policy.path=<policy.pt> link=serial link.port=/dev/pts/5 link.confirm_placed=null": Stage(
         _DRIVES
@@ -183,9 +201,9 @@ TABLE: Mapping[str, How] = {
     ),
     "twbal iterate method=...": Stage({"...": "f_alone"}, slow=True),
     "fit-diff-gp dynamics=null": Stage({"dynamics=null": f"dynamics=null episodes={RECORDED}"}),
-    "optimise-policy base=<policy.pt>": Stage(
-        {"base=<policy.pt>": f"base=outputs/linear-policy/.../policy.pt dynamics={MODEL}"},
-        after=("twbal linear-policy",),
+    "optimise-policy residual_on=<policy.pt>": Stage(
+        {"residual_on=<policy.pt>": f"residual_on=outputs/lqr/.../policy.pt dynamics={MODEL}"},
+        after=("twbal lqr",),
     ),
     "python -m benchmarks.moment_matching": Benchmark(measures=True),
     "python -m benchmarks.fitting": Benchmark(measures=True),
@@ -204,10 +222,14 @@ TABLE: Mapping[str, How] = {
     _FIT: Stage(after=(_COLLECT,)),
     (
         "twbal optimise-policy dynamics=outputs/f/model.pt search.iterations=10 -m hydra/sweeper=optuna "
-        "hydra.sweeper.sampler.seed=1 hydra.sweeper.n_trials=6 hydra.sweeper.n_jobs=1 'shape.basis=range(5,31,5)' "
-        "'shape.weight_sd=interval(0.02,0.2)' hydra.sweep.dir=outputs/shape"
+        "hydra.sweeper.sampler.seed=1 hydra.sweeper.n_trials=6 hydra.sweeper.n_jobs=1 "
+        "'parametrisation.basis=range(5,31,5)' 'parametrisation.weight_sd=interval(0.02,0.2)' "
+        "hydra.sweep.dir=outputs/shape"
     ): Stage(
-        small=(*(word for word in SMALL["optimise-policy"] if "shape" not in word), "hydra.sweeper.n_trials=2"),
+        small=(
+            *(word for word in SMALL["optimise-policy"] if "parametrisation" not in word),
+            "hydra.sweeper.n_trials=2",
+        ),
         slow=True,
         extra="hydra_plugins.hydra_optuna_sweeper",
         after=(_COLLECT, _FIT),
@@ -218,8 +240,8 @@ TABLE: Mapping[str, How] = {
         {"<folder of a sweep>": "outputs/iterate/sweep_1"}, after=_COMPARED
     ),
     # help of the stages
-    "twbal check": _CHECK,
-    "twbal check data=my_robot baseline=my_robot/baseline.json update=true": _CHECK,
+    "twbal regress": _CHECK,
+    "twbal regress data=my_robot baseline=my_robot/baseline.json update=true": _CHECK,
     "twbal compare 'runs={default:outputs/iterate/sweep_1,paper:outputs/iterate/sweep_2}'": Stage(
         _SWEEP, after=_COMPARED
     ),
@@ -233,19 +255,19 @@ TABLE: Mapping[str, How] = {
     "twbal fit-diff-gp dynamics=outputs/fit-sim-gp/.../model.pt episodes=outputs/real-rollout/...": Stage(),
     "twbal fit-sim-gp episodes=outputs/sim-collect/2026-11-20_10-00-00-000000": Stage(),
     "twbal fit-sim-gp episodes=[run1,run2] model=exact": Stage(small=("model.fit_f.settings.starts=1",)),
-    "twbal diagnose episodes=<run folder> diagnosis=measured robot=... sim=...": Stage(_IMPORTED, after=(_IMPORT,)),
+    "twbal diagnose episodes=<run folder> diagnosis=real_logs robot=... sim=...": Stage(_IMPORTED, after=(_IMPORT,)),
     _IMPORT_REGBOT: Stage(small=("hydra.run.dir=imported_regbot",)),
     "twbal import-log guess=true files=log.csv": Stage(),
     "twbal real-rollout policy.path=<run folder>/best_policy.pt": Stage({"<run folder>/best_policy.pt": POLICY}),
     "twbal iterate": Stage(slow=True),
     "twbal iterate link.seed=3 updates=6": Stage(slow=True),
-    "twbal iterate variants=none": Stage(slow=True),
+    "twbal iterate ensemble=none": Stage(slow=True),
     "twbal real-rollout policy.path=<run folder>/policy.pt": Stage({"<run folder>/policy.pt": POLICY}),
-    "twbal linear-policy": Stage(small=("hydra.run.dir=outputs/linear-policy/...",)),
-    "twbal linear-policy episodes=outputs/real-rollout/... command_width=0.3": Stage(),
+    "twbal lqr": Stage(small=("hydra.run.dir=outputs/lqr/...",)),
+    "twbal lqr episodes=outputs/real-rollout/... command_width=0.3": Stage(),
     "twbal optimise-policy dynamics=outputs/fit-sim-gp/.../model.pt": Stage(),
     "twbal optimise-policy dynamics=[outputs/fit-sim-gp/.../model.pt,outputs/fit-sim-gp/.../model.pt]": Stage(),
-    "twbal optimise-policy dynamics=outputs/fit-diff-gp/.../model.pt earlier=[runs/1/policy.pt]": Stage(
+    "twbal optimise-policy dynamics=outputs/fit-diff-gp/.../model.pt initial_policies=[runs/1/policy.pt]": Stage(
         {"runs/1/policy.pt": POLICY}
     ),
     "twbal fit-diff-gp dynamics=<model.pt> episodes=<run folder>": Stage(_RECORDS),
@@ -254,18 +276,18 @@ TABLE: Mapping[str, How] = {
     ),
     "twbal real-rollout policy.path=... link=virtual trials=10 steps=500": Stage({"...": POLICY}),
     "twbal real-rollout experiment=excite": Stage(),
-    "twbal show episode=<run folder>/episodes/...": Stage({"<run folder>/episodes/...": "before.mcap"}),
-    "twbal recover logs=outputs/real-rollout/.../episodes": Stage(),
-    "twbal show episode=outputs/real-rollout/.../episodes/trial_000.mcap": Stage(),
-    "twbal show episode=before.mcap beside=[after.mcap] simulate=false": Stage(),
+    "twbal plot episode=<run folder>/episodes/...": Stage({"<run folder>/episodes/...": "before.mcap"}),
+    "twbal repair logs=outputs/real-rollout/.../episodes": Stage(),
+    "twbal plot episode=outputs/real-rollout/.../episodes/trial_000.mcap": Stage(),
+    "twbal plot episode=before.mcap compare_with=[after.mcap] simulate=false": Stage(),
     "twbal fit-sim-gp episodes=<run folder>": Stage({"<run folder>": "outputs/sim"}, after=(_COLLECT,)),
     "twbal sim-collect rollouts=40 seed=1": Stage(),
-    "twbal sim-collect robot=regbot policy.share=0.5": Stage(),
+    "twbal sim-collect robot=regbot policy.amplitude=0.5": Stage(),
     "twbal train-agent seed=1": Stage(extra="stable_baselines3"),
     "twbal train-agent agent=sac steps=16000": Stage(small=_SAC, extra="stable_baselines3"),
     "twbal train-agent robot=regbot sim=regbot": Stage(extra="stable_baselines3"),
     "twbal real-rollout policy.path=<policy.pt> link=serial link.port=<path> link.confirm_placed=null": Stage(_DRIVES),
-    "twbal virtual-robot robot=regbot hidden=none": Stage(),
+    "twbal virtual-robot robot=regbot faults=none": Stage(),
     # messages
     "twbal import-log guess=true": Stage({"guess=true": "guess=true files=log.csv"}),
 }

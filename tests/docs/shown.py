@@ -75,7 +75,7 @@ def _lines(block: str) -> Iterator[str]:
 
 
 def _is_command(span: str) -> bool:
-    """Whether `code` in prose is a command; `twbal show` alone only names a stage, `twbal.learn(...)` a function."""
+    """Whether `code` in prose is a command; `twbal plot` alone only names a stage, `twbal.learn(...)` a function."""
     first, *rest = span.split()
     if first in STAGES:
         return bool(rest)

@@ -118,7 +118,11 @@ def test_a_longer_command_has_settings_that_there_are(text, how, scratch, monkey
     monkeypatch.chdir(scratch)
     stage, *words = words_of(text, how)
     if "-m" in words:  # of a sweep, the first job
-        words = [word.partition(",")[0] for word in words if word != "-m" and not word.startswith(("hydra", "shape"))]
+        words = [
+            word.partition(",")[0]
+            for word in words
+            if word != "-m" and not word.startswith(("hydra", "parametrisation"))
+        ]
     made = [word.replace("{port}", "p") for word in words if not word.startswith("sim=outputs")]  # which is not there
     assert main([stage, *made, "--cfg", "job"]) == 0, capsys.readouterr().err
 

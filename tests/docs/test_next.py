@@ -74,12 +74,12 @@ def test_a_diagnosis_without_a_finding_ends_with_a_command_that_records_again(fo
 
 def test_recovered_logs_can_be_shown(follow):
     shutil.copytree(DATA / "real", "my logs")
-    following = follow("recover", "logs=my logs", "hydra.run.dir=what is left")
-    assert following == ["show", "episode=what is left/episodes/trial_000.mcap"]
+    following = follow("repair", "logs=my logs", "hydra.run.dir=what is left")
+    assert following == ["plot", "episode=what is left/episodes/trial_000.mcap"]
 
 
 def test_imported_logs_are_diagnosed_as_measured_ones(follow):
     Path("my ride.txt").write_text(regbot_log())
     following = follow("import-log", "import=regbot", "robot=regbot", "files=[my ride.txt]", "hydra.run.dir=my runs/i")
-    assert following == ["diagnose", "episodes=my runs/i", "diagnosis=measured", "robot=regbot", "sim=regbot"]
+    assert following == ["diagnose", "episodes=my runs/i", "diagnosis=real_logs", "robot=regbot", "sim=regbot"]
     assert main([*following, "--cfg", "job"]) == 0

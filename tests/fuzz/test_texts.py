@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from twbal.algorithm.summary import read_summary
 from twbal.cli.manifest import read_manifest
 from twbal.cli.sim_files import with_files
-from twbal.cli.stages.check import _read as read_baseline
-from twbal.cli.stages.check import _tolerances as read_tolerances
+from twbal.cli.stages.regress import _read as read_baseline
+from twbal.cli.stages.regress import _tolerances as read_tolerances
 from twbal.diagnosis.record import closed_share
 from twbal.effects.library import all_effects
 

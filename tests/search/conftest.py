@@ -8,13 +8,13 @@ import scipy.linalg
 
 from twbal.core.channels import Channels
 from twbal.core.cost import SaturatingCost
-from twbal.core.evaluation import SuccessRule
+from twbal.core.evaluation import SuccessCriterion
 from twbal.core.gaussian import Gaussian
 from twbal.models.dynamics import DynamicsModel
 from twbal.models.gp import condition
 from twbal.planar.linearised import linearise
-from twbal.search.judgement import Judge
 from twbal.search.task import SearchSettings, Task
+from twbal.search.validation import Validation
 
 TORQUE_LIMIT = 20.0
 SPANS = {"tilt": 0.4, "tilt_rate": 2.0, "speed": 1.5, "command_1": 20.0, "command_2": 20.0}
@@ -72,19 +72,23 @@ SETTINGS = SearchSettings(
     short_horizon=15,
     iterations=12,
     short_iterations=8,
-    searched=2,
+    restarts=2,
     long_horizon=80,
     long_iterations=4,
-    content=0.0,
-    swings=(0.3,),
-    command_widths=(1.0, 0.3),
-    shares=(1.0, 0.5),
+    min_success_rate=0.0,
+    linearisation_amplitudes=(0.3,),
+    lqr_command_widths=(1.0, 0.3),
+    gain_scales=(1.0, 0.5),
     weight_penalty=1e-4,
     particles=0,
     tolerance=1e-5,
     degrees=(2, 4),
 )
-JUDGE = Judge(robots=20, features=60, rule=SuccessRule(limit=0.5236, settle_limit=0.1745, settle_step=60, steps=150))
+VALIDATION = Validation(
+    robots=20,
+    features=60,
+    success=SuccessCriterion(tilt_limit=0.5236, settled_tilt_limit=0.1745, settle_step=60, steps=150),
+)
 WIDTHS = np.array([0.25, 2.5, 1.0, 20.0])
 START_SD = np.array([0.02, 0.05, 0.02, 0.0])
 
@@ -97,6 +101,6 @@ def make_task():
         D = len(models[0].channels.names)
         start = Gaussian(np.array([-0.17, 0.0, 0.0, 0.0])[:D], np.diag(START_SD[:D]) ** 2)
         cost = SaturatingCost(np.zeros(D), WIDTHS[:D])
-        return Task(models, start, cost, replace(SETTINGS, **told), JUDGE, seed)
+        return Task(models, start, cost, replace(SETTINGS, **told), VALIDATION, seed)
 
     return make

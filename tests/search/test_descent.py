@@ -8,11 +8,11 @@ from twbal.core.cost import SaturatingCost
 from twbal.core.gaussian import Gaussian
 from twbal.models.moments.truncation import Truncation
 from twbal.search.descent import Objective, descend
-from twbal.search.starts import PolicyShape, linear_policy
+from twbal.search.starts import PolicyParametrisation, linear_policy
 from twbal.search.transition import transition_model
 
 SCALES = np.array([0.15, 0.8, 0.5])
-SHAPE = PolicyShape(6, True, {"tilt": 0.15, "tilt_rate": 0.8, "speed": 0.5}, past_command_scale=0.4, weight_sd=0.3)
+SHAPE = PolicyParametrisation(6, True, {"tilt": 0.15, "tilt_rate": 0.8, "speed": 0.5}, command_scale=0.4, weight_sd=0.3)
 START = Gaussian(np.array([-0.12, 0.0, 0.0]), np.diag([0.02, 0.1, 0.05]) ** 2)
 
 

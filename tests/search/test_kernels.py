@@ -12,15 +12,17 @@ from twbal.core.gaussian import Gaussian
 from twbal.models.fit_settings import FitSettings
 from twbal.models.kernels.exact import fit_exact
 from twbal.search.descent import descend
-from twbal.search.judgement import judge
 from twbal.search.optimise import search_policy
 from twbal.search.particles import ParticleObjective
 from twbal.search.robots import Robots
 from twbal.search.sampled_rollouts import Draws, Limits, sampled_rollouts
-from twbal.search.starts import PolicyShape, linear_policy
+from twbal.search.starts import PolicyParametrisation, linear_policy
 from twbal.search.torch_functions import mean_function
+from twbal.search.validation import validate
 
-SHAPE = PolicyShape(5, True, {"tilt": 0.15, "tilt_rate": 0.8, "speed": 0.5}, past_command_scale=0.4, weight_sd=0.05)
+SHAPE = PolicyParametrisation(
+    5, True, {"tilt": 0.15, "tilt_rate": 0.8, "speed": 0.5}, command_scale=0.4, weight_sd=0.05
+)
 START = Gaussian(np.array([-0.1, 0.0, 0.0, 0.0]), np.diag([0.02, 0.05, 0.02, 0.0]) ** 2)
 COST = SaturatingCost(np.zeros(4), np.array([0.25, 2.5, 1.0, np.inf]))
 FIT = FitSettings(1, 0.5, 60, 1, 30, 1000.0, 100.0)
@@ -102,8 +104,8 @@ def test_rollouts_in_torch_are_the_compiled_ones(make_system, policy):
 
 
 def test_a_judge_tells_a_policy_that_balances_from_one_that_does_not(model, policy, make_task):
-    judging = replace(make_task(model).judging, robots=8)
-    found = [judge(model, p, COST, START, judging, 0) for p in (policy, replace(policy, gain=0.0 * policy.gain))]
+    validation = replace(make_task(model).validation, robots=8)
+    found = [validate(model, p, COST, START, validation, 0) for p in (policy, replace(policy, gain=0.0 * policy.gain))]
     assert found[0].cost < found[1].cost
     assert found[1].success == 0.0
 

@@ -6,14 +6,14 @@ import pytest
 from twbal.core.errors import SearchError
 from twbal.core.gaussian import Gaussian
 from twbal.models.moments.truncation import Truncation
-from twbal.search.judgement import Judgement
 from twbal.search.long_term_cost import long_term_cost
 from twbal.search.optimise import _rank, search_policy
-from twbal.search.starts import PolicyShape, linear_policy
+from twbal.search.starts import PolicyParametrisation, linear_policy
 from twbal.search.transition import transition_model
+from twbal.search.validation import ValidationResult
 
 SCALE = {"tilt": 0.15, "tilt_rate": 0.8, "speed": 0.5}
-SHAPE = PolicyShape(8, True, SCALE, past_command_scale=0.4, weight_sd=0.05)
+SHAPE = PolicyParametrisation(8, True, SCALE, command_scale=0.4, weight_sd=0.05)
 
 
 @pytest.fixture(scope="module")
@@ -35,7 +35,7 @@ def result(search, model):
 
 
 def test_a_policy_that_balances_the_model_and_the_true_system_is_found(make_system, model, result):
-    assert result.best.judgement.success == 1.0
+    assert result.best.validation.success == 1.0
     assert result.best.cost < 12  # of 40; a robot left to fall costs about 35
     _, A, B = make_system(1)
     x = np.array([-0.17, 0.0, 0.0, 0.0])
@@ -56,7 +56,7 @@ def test_the_whole_horizon_is_searched_after_the_short_one(search, model, result
 
 def test_candidates_stand_in_the_order_of_their_judgement(result):
     assert result.best is result.candidates[0]
-    keys = [(-round(c.judgement.success, 1), c.judgement.cost) for c in result.candidates]
+    keys = [(-round(c.validation.success, 1), c.validation.cost) for c in result.candidates]
     assert keys == sorted(keys)
 
 
@@ -89,19 +89,26 @@ def test_the_same_seed_finds_the_same_policy(search, model, result):
 def test_earlier_policies_are_judged_beside_the_new_and_win_where_the_search_finds_worse(search, model, result):
     names, lines = model.channels.names, []
     falling = linear_policy(SHAPE, names, 20.0, np.zeros(4), np.random.default_rng(0))
-    hurried = {"iterations": 1, "short_iterations": 1, "swings": (), "searched": 1, "shares": (0.01,)}
+    hurried = {
+        "iterations": 1,
+        "short_iterations": 1,
+        "linearisation_amplitudes": (),
+        "restarts": 1,
+        "gain_scales": (0.01,),
+    }
     found = search(model, **hurried, earlier=[falling, result.best.policy], progress=lines.append)
     assert {"policy 0", "policy 1"} < {c.origin for c in found.candidates}
     assert found.best.origin == "policy 1"
-    assert found.best.judgement == result.best.judgement
+    assert found.best.validation == result.best.validation
     assert len(lines) == len(found.candidates) == 3
     assert lines[1].startswith(f"policy 1: cost {result.best.cost:.2f}, 100%")
 
 
-def test_the_search_goes_on_over_a_longer_horizon_until_the_judge_is_content(search, model, result):
-    hurried = {"iterations": 2, "short_iterations": 2, "long_iterations": 3, "searched": 1}
+def test_the_search_goes_on_over_a_longer_horizon_until_enough_sampled_robots_balance(search, model, result):
+    hurried = {"iterations": 2, "short_iterations": 2, "long_iterations": 3, "restarts": 1}
     origins = {
-        content: [c.origin for c in search(model, **hurried, content=content).candidates] for content in (0.0, 1.01)
+        content: [c.origin for c in search(model, **hurried, min_success_rate=content).candidates]
+        for content in (0.0, 1.01)
     }
     assert not any(origin.startswith("long") for origin in origins[0.0])
     (more,) = set(origins[1.01]) - set(origins[0.0])
@@ -110,8 +117,8 @@ def test_the_search_goes_on_over_a_longer_horizon_until_the_judge_is_content(sea
 
 def test_what_runs_away_slowly_is_held_by_the_longer_horizon(search, model):
     """A regulator that lets the speed grow a little at each step costs little over a short horizon."""
-    found = search(model, iterations=2, short_iterations=2, content=1.01, long_iterations=8)
-    by_origin = {c.origin: c.judgement.cost for c in found.candidates}
+    found = search(model, iterations=2, short_iterations=2, min_success_rate=1.01, long_iterations=8)
+    by_origin = {c.origin: c.validation.cost for c in found.candidates}
     longer = [origin for origin in by_origin if origin.startswith("long ")]
     assert longer
     assert all(by_origin[origin] <= by_origin[origin.removeprefix("long ")] for origin in longer)
@@ -120,8 +127,8 @@ def test_what_runs_away_slowly_is_held_by_the_longer_horizon(search, model):
 def test_the_papers_plain_network_balances_too(search, make_system):
     model, _, _ = make_system(0, samples=80)
     shape = replace(SHAPE, basis=30, linear=False)
-    found = search(model, searched=1, shape=shape)
-    assert found.best.judgement.success >= 0.9
+    found = search(model, restarts=1, shape=shape)
+    assert found.best.validation.success >= 0.9
     assert not found.best.policy.gain.any()
 
 
@@ -132,11 +139,11 @@ def test_a_model_without_a_finite_cost_anywhere_is_named(search, make_system):
         search(model)
 
 
-def test_what_the_search_finds_beats_its_starts_in_the_judges_eyes(make_task, model, result):
+def test_what_the_search_finds_beats_its_starts_in_the_validation(make_task, model, result):
     still = linear_policy(SHAPE, model.channels.names, 20.0, np.zeros(4), np.random.default_rng(0))
-    verdict = make_task(model).judged("still", still).judgement
+    verdict = make_task(model).validated("still", still).validation
     assert verdict.success == 0.0
-    assert result.best.judgement.cost < 0.5 * verdict.cost
+    assert result.best.validation.cost < 0.5 * verdict.cost
 
 
 @pytest.fixture(scope="module")
@@ -155,11 +162,11 @@ def stretched(gp, share):
 def test_a_policy_for_two_robots_holds_both_where_one_for_either_does_not(search, make_task, weak_and_strong):
     both = make_task(*weak_and_strong)
     for_both = search(*weak_and_strong).best
-    assert for_both.judgement.success == 1.0
+    assert for_both.validation.success == 1.0
     for robot in weak_and_strong:
-        assert make_task(robot).judged("", for_both.policy).judgement.success == 1.0
+        assert make_task(robot).validated("", for_both.policy).validation.success == 1.0
         for_one = search(robot).best.policy
-        assert both.judged("", for_one).cost > for_both.cost
+        assert both.validated("", for_one).cost > for_both.cost
 
 
 def test_several_models_cost_their_mean_and_so_does_their_gradient(make_task, weak_and_strong, result):
@@ -184,6 +191,6 @@ def test_what_several_models_predict_is_their_mixture(make_task, weak_and_strong
 
 
 def test_candidates_whose_judgement_is_no_number_come_last(result):
-    broken = [result.best._replace(judgement=Judgement(*values)) for values in ((1.0, np.nan), (np.nan, 0.1))]
+    broken = [result.best._replace(validation=ValidationResult(*values)) for values in ((1.0, np.nan), (np.nan, 0.1))]
     for order in ([*broken, result.best], [result.best, *broken], [broken[0], result.best, broken[1]]):
         assert sorted(order, key=_rank)[0] is result.best

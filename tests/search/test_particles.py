@@ -12,11 +12,13 @@ from twbal.models.function_samples import FunctionSamples
 from twbal.models.moments.truncation import Truncation
 from twbal.search.descent import Objective, descend
 from twbal.search.particles import ParticleObjective
-from twbal.search.starts import PolicyShape, linear_policy
+from twbal.search.starts import PolicyParametrisation, linear_policy
 from twbal.search.torch_functions import SampledFunctions
 from twbal.search.transition import transition_model
 
-SHAPE = PolicyShape(5, True, {"tilt": 0.15, "tilt_rate": 0.8, "speed": 0.5}, past_command_scale=0.4, weight_sd=0.05)
+SHAPE = PolicyParametrisation(
+    5, True, {"tilt": 0.15, "tilt_rate": 0.8, "speed": 0.5}, command_scale=0.4, weight_sd=0.05
+)
 START = Gaussian(np.array([-0.1, 0.0, 0.0, 0.0]), np.diag([0.02, 0.05, 0.02, 0.0]) ** 2)
 COST = SaturatingCost(np.zeros(4), np.array([0.25, 2.5, 1.0, np.inf]))
 

@@ -41,7 +41,7 @@ def step_by_step(model, samples, policy, limits, draws):
         states = np.clip(inputs @ A.T + change @ P.T, -1e3, 1e3)
         angle = np.abs(states[:, limits.tilt])
         fallen |= angle > limits.limit
-        stayed &= ~fallen & ((step + 1 < limits.settle_step) | (angle <= limits.settle_limit))
+        stayed &= ~fallen & ((step + 1 < limits.settle_step) | (angle <= limits.settled_tilt_limit))
         costs += np.where(fallen, 1.0, COST(states))
     return stayed, costs / STEPS
 

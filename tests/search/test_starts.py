@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 from twbal.core.errors import ConfigError
-from twbal.search.starts import PolicyShape, linear_policy, starting_policies
+from twbal.search.starts import PolicyParametrisation, linear_policy, starting_policies
 
 SCALE = {"tilt": 0.15, "tilt_rate": 0.8, "speed": 0.5}
 NAMES = ("tilt", "tilt_rate", "speed", "command_1")
@@ -18,7 +18,7 @@ def starts_of(make_task):
 
 
 def shape(linear, basis=40, weight_sd=0.01):
-    return PolicyShape(basis, linear, SCALE, past_command_scale=0.4, weight_sd=weight_sd)
+    return PolicyParametrisation(basis, linear, SCALE, command_scale=0.4, weight_sd=weight_sd)
 
 
 def test_scales_go_by_name_and_past_commands_by_the_torque_limit():
@@ -50,7 +50,13 @@ def test_all_starts_are_there_finite_and_named(make_system, starts_of, linear):
     rng = np.random.default_rng(0)
     earlier = [linear_policy(shape(linear), NAMES, 20.0, GAIN, rng) for _ in range(2)]
     starts = starts_of(
-        model, shape(linear), earlier, seed=3, swings=(0.3, 0.6), command_widths=(1.0, 0.1), shares=(1.0, 0.5)
+        model,
+        shape(linear),
+        earlier,
+        seed=3,
+        linearisation_amplitudes=(0.3, 0.6),
+        lqr_command_widths=(1.0, 0.1),
+        gain_scales=(1.0, 0.5),
     )
     regulators = [f"regulator (swing {s:g}, width {w:g})" for s in (0.3, 0.6) for w in (1, 0.1)]
     old = [f"policy {i} x {share:g}" for i in range(2) for share in (1, 0.5)]
@@ -66,14 +72,14 @@ def test_all_starts_are_there_finite_and_named(make_system, starts_of, linear):
 def test_a_share_weakens_an_earlier_policy_before_the_squash(make_system, starts_of):
     model, _, _ = make_system(1)
     earlier = linear_policy(shape(True, weight_sd=1.0), NAMES, 20.0, GAIN, np.random.default_rng(0))
-    starts = starts_of(model, shape(True), [earlier], swings=(), shares=(0.5,))
+    starts = starts_of(model, shape(True), [earlier], linearisation_amplitudes=(), gain_scales=(0.5,))
     states = np.random.default_rng(1).standard_normal((20, 4))
     np.testing.assert_allclose(starts[0].policy.activation(states), 0.5 * earlier.activation(states), rtol=1e-12)
 
 
 def test_a_regulator_start_holds_the_model(make_system, starts_of):
     model, A, B = make_system(1)
-    starts = starts_of(model, shape(True), command_widths=(0.3,))
+    starts = starts_of(model, shape(True), lqr_command_widths=(0.3,))
     x = np.array([-0.1, 0.0, 0.0, 0.0])
     for _ in range(150):
         x = A @ x + B * float(starts[0].policy.command(x))

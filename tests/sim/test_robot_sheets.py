@@ -21,7 +21,7 @@ TILT_LIMIT = np.radians(30.0)
 @pytest.mark.parametrize("name", ROBOTS)
 def test_a_robot_stands_by_the_regulator_of_its_sheet(name, tmp_path, as_from_a_shell):
     """From the paper's start, 10° back; where its centre of mass is off, it comes to rest leaning against that."""
-    assert main(["linear-policy", f"robot={name}", f"hydra.run.dir={tmp_path}"]) == 0
+    assert main(["lqr", f"robot={name}", f"hydra.run.dir={tmp_path}"]) == 0
     with initialize_config_dir(str(conf_folder()), version_base="1.3"):
         cfg = compose("sim_collect", [f"robot={name}"])
     robot, start, channels = instantiate(cfg.robot), instantiate(cfg.start), instantiate(cfg.state)

@@ -5,7 +5,7 @@ from twbal.core.episode import Episode, Outcome, Provenance
 from twbal.core.errors import DataError
 from twbal.sysid.recording import Usability, read_recordings
 
-USABILITY = Usability(shortest=20, fewest=50, fastest_turn=1.5, widest_tilt=0.6)
+USABILITY = Usability(min_length=20, min_samples=50, max_yaw_rate=1.5, max_tilt=0.6)
 
 
 def episode(periods=100, period=0.02, channel=None, value=None, commands=None):

@@ -26,7 +26,7 @@ def conf():
 @pytest.fixture
 def sim_plant(conf):
     """A simulated robot with sensor noise."""
-    effects = [conf("hidden/recipe").noise]
+    effects = [conf("faults/random").noise]
     robot, start = conf("robot/paper"), conf("task/start")
     with SimPlant(robot=robot, effects=effects, start=start, physics_step=0.001, seed=5) as plant:
         yield plant

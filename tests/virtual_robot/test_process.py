@@ -86,7 +86,7 @@ def test_one_seed_and_trial_is_the_same_episode_in_every_process():
 
 
 def test_a_robot_killed_in_mid_rollout_leaves_the_episode_so_far_and_its_last_words():
-    robot = VirtualRobotProcess(virtual_robot_command(["hidden=none"]), START)
+    robot = VirtualRobotProcess(virtual_robot_command(["faults=none"]), START)
 
     def kill(step):
         if step == 10:
@@ -106,7 +106,7 @@ def test_a_robot_killed_in_mid_rollout_leaves_the_episode_so_far_and_its_last_wo
 
 
 def test_real_time_keeps_the_robots_own_time():
-    with virtual("real_time", overrides=["hidden=none", "self_stop_tilt=3"]) as plant:
+    with virtual("real_time", overrides=["faults=none", "self_stop_tilt=3"]) as plant:
         assert plant.clock is Clock.REAL_TIME
         begun = time.monotonic()
         episode = drive(plant, steps=25)

@@ -17,7 +17,7 @@ from matplotlib.patches import Rectangle
 from twbal.algorithm.summary import Iteration, PolicyFile, SimData, Summary
 from twbal.core.cost import SaturatingCost
 from twbal.core.errors import ConfigError
-from twbal.core.evaluation import SuccessRule
+from twbal.core.evaluation import SuccessCriterion
 from twbal.core.gaussian import Array, Gaussian
 from twbal.core.palette import GOOD, REAL
 from twbal.viz.canvas import save, svg
@@ -28,7 +28,7 @@ from twbal.viz.trial_figures import Trials, drift_figure, tilt_figure
 
 CHANNELS, UNITS = ("tilt", "tilt_rate", "speed"), ("rad", "rad/s", "m/s")
 PERIOD = 0.02
-RULE = SuccessRule(limit=np.radians(30), settle_limit=np.radians(10), settle_step=20, steps=60)
+RULE = SuccessCriterion(tilt_limit=np.radians(30), settled_tilt_limit=np.radians(10), settle_step=20, steps=60)
 COST = SaturatingCost(np.array([0.05, 0.0, 0.0]), np.array([0.25, 2.5, np.inf]))
 
 A = np.array([[0.99, 0.02, 0.0], [-0.4, 0.9, 0.0], [0.1, 0.0, 0.98]])

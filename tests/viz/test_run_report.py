@@ -13,7 +13,7 @@ import pytest
 
 from twbal.algorithm.summary import Basis, Diagnosis, Iteration, PolicyFile, Search, SimData, Summary
 from twbal.core.errors import DataError
-from twbal.core.evaluation import SuccessRule
+from twbal.core.evaluation import SuccessCriterion
 from twbal.core.gaussian import Gaussian
 from twbal.core.palette import PALETTE
 from twbal.viz.canvas import svg
@@ -22,7 +22,7 @@ from twbal.viz.prediction_figures import prediction_figure
 from twbal.viz.run_page import Pictures, Setting, what_was_done, write_report
 from twbal.viz.trial_figures import Trials, drift_figure
 
-RULE = SuccessRule(limit=np.radians(30), settle_limit=np.radians(10), settle_step=100, steps=500)
+RULE = SuccessCriterion(tilt_limit=np.radians(30), settled_tilt_limit=np.radians(10), settle_step=100, steps=500)
 SETTING = Setting(True, RULE, 0.02, [], [("state", "tilt, speed"), ("<i>link</i>", "serial & lockstep")])
 COMMANDS = "twbal sim-collect robot=paper && echo '<done>'\n"
 VOID = {"meta", "br"}
@@ -172,10 +172,10 @@ def test_a_run_without_trials_makes_a_page_that_claims_nothing(tmp_path: Path) -
     assert "nothing is known of how policy 1 balances the robot" in page.text and " of 0" not in page.text
 
 
-def paragraphs(*changes: dict[str, object], variants: Sequence[str] = ()) -> list[str]:
+def paragraphs(*changes: dict[str, object], ensemble: Sequence[str] = ()) -> list[str]:
     """What was done in a run whose iterations are changed so."""
     iterations = tuple(replace(iteration(i, 4), **each) for i, each in enumerate(changes))  # type: ignore[arg-type]
-    return what_was_done(Summary("paper", 7, 199.6, SimData(20, 812), iterations, 0), variants)
+    return what_was_done(Summary("paper", 7, 199.6, SimData(20, 812), iterations, 0), ensemble)
 
 
 RECALIBRATED = {"same_policy_as": 0, "search": Search.NOT_MADE, "real_seconds": 6.0, "real_episodes": 3}
@@ -207,7 +207,7 @@ def test_what_drove_is_the_policy_of_the_iteration_before() -> None:
 
 
 def test_policy_0_serves_the_variants_only_where_there_are_some() -> None:
-    assert "(late)" in paragraphs({}, variants=["late"])[0]
+    assert "(latency)" in paragraphs({}, ensemble=["latency"])[0]
     assert "differ" not in paragraphs({})[0]
 
 
@@ -251,7 +251,7 @@ def test_letters_of_all_figures_are_of_one_size(tmp_path: Path) -> None:
 def test_a_band_that_says_nothing_is_shown_with_its_width_and_a_warning(tmp_path: Path) -> None:
     about = summary((0, 10), best=1)
     wild = replace(about.iterations[1], coverage95=1.0, tilt_band_median=0.9, tilt_band_widest=np.radians(100))
-    about = replace(about, iterations=(about.iterations[0], wild), tilt_limit=RULE.limit)
+    about = replace(about, iterations=(about.iterations[0], wild), tilt_limit=RULE.tilt_limit)
     text = Page(written(tmp_path, about)).text
     assert "100 % (±52°, ±100°)" in text
     assert "reaches ±100°, more than the tilt limit of ±30°" in text

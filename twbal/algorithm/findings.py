@@ -12,7 +12,7 @@ from twbal.algorithm.summary import Diagnosis, Iteration, PolicyFile, Search, Si
 from twbal.core.channels import Channels
 from twbal.core.cost import SaturatingCost
 from twbal.core.episode import Episode
-from twbal.core.evaluation import SuccessRule, coverage95, drift, half_widths95, real_cost, succeeded
+from twbal.core.evaluation import SuccessCriterion, coverage95, drift, half_widths95, real_cost, succeeded
 from twbal.core.gaussian import Array
 
 
@@ -27,7 +27,7 @@ class Measures:
         channels: the state.
     """
 
-    rule: SuccessRule
+    rule: SuccessCriterion
     cost: SaturatingCost
     horizon: int
     channels: Channels

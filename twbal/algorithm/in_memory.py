@@ -64,7 +64,7 @@ class InMemory(Steps[Episodes, DynamicsModel, MadePolicy, Simulation]):
     def __init__(self, plant: Plant, setup: Setup, progress: Progress) -> None:
         self._plant, self._setup, self._say = plant, setup, progress
         self._channels, self._robot = setup.search.channels, setup.simulation.robot
-        self.variants = list(setup.variants)
+        self.ensemble = list(setup.ensemble)
 
     def simulate(
         self,
@@ -82,7 +82,7 @@ class InMemory(Steps[Episodes, DynamicsModel, MadePolicy, Simulation]):
 
     def simulate_variant(self, place: Path, name: str) -> Episodes:
         """Rollouts of the simulated robot with further effects."""
-        return self.simulate(place, None, simulation=self._setup.simulation.having(self._setup.variants[name]))
+        return self.simulate(place, None, simulation=self._setup.simulation.having(self._setup.ensemble[name]))
 
     def drive(self, place: Path, policy: MadePolicy | None, conditions: Conditions) -> Episodes:
         """Rollouts of the robot."""
@@ -151,7 +151,7 @@ class InMemory(Steps[Episodes, DynamicsModel, MadePolicy, Simulation]):
         setup, episodes = self._setup, self.episodes(rollouts)
         own = Simulated(self._robot, values_of(setup.simulation.effects), setup.simulation.physics_step)
         names = [f"trial {episode.provenance.trial}" for episode in episodes]
-        data = replace(setup.diagnosis_data, shortest=FEW_DATA.shortest, fewest=FEW_DATA.fewest)
+        data = replace(setup.diagnosis_data, min_length=FEW_DATA.min_length, min_samples=FEW_DATA.min_samples)
         result = diagnose_episodes(Named(episodes, names), Named((), ()), own, setup.diagnosis, data, self._say)
         headline = result.diagnosis.headline
         closed = headline.closed if headline else None

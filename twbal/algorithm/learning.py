@@ -4,11 +4,11 @@
     repeat: drive the robot by policy i; g from all real rollouts; policy i + 1 from f + g
 
 Beyond the paper, f is learned once more from rollouts of its own policy in simulation before the robot is touched;
-policy 0 serves not only that f but those of other simulated robots too, the variants; and every policy is driven in
+policy 0 serves not only that f but those of other simulated robots too, the ensemble; and every policy is driven in
 trials that nothing is learned from. Once a policy succeeds in all of them, it is driven a few times more, as it is, to
 recalibrate the model: what that then predicts is what the robot does, in bands as wide as these rollouts ask for.
 
-Other methods begin elsewhere (`FirstPolicy`) or learn something else from the robot's rollouts (`ModelUpdate`).
+Other methods begin elsewhere (`InitialPolicy`) or learn something else from the robot's rollouts (`ModelUpdate`).
 """
 
 from collections.abc import Sequence
@@ -17,12 +17,12 @@ from pathlib import Path
 from typing import Generic
 
 from twbal.algorithm.learned import LearnedPolicy, RunResult
-from twbal.algorithm.settings import AlgorithmSettings, FirstPolicy, RolloutSettings
+from twbal.algorithm.settings import AlgorithmSettings, InitialPolicy, RolloutSettings
 from twbal.algorithm.steps import Conditions, M, P, R, S, SearchInputs, Steps
 from twbal.algorithm.summary import Basis
 from twbal.algorithm.update import FIRST_TRIAL, REGULATOR, Update, UpdateInputs
 from twbal.core.errors import ConfigError
-from twbal.core.evaluation import SuccessRule
+from twbal.core.evaluation import SuccessCriterion
 
 _SIMULATION = Path("simulation")
 
@@ -41,13 +41,13 @@ class Algorithm(Generic[R, M, P, S]):
     """
 
     def __init__(
-        self, steps: Steps[R, M, P, S], settings: AlgorithmSettings, driving: RolloutSettings, rule: SuccessRule
+        self, steps: Steps[R, M, P, S], settings: AlgorithmSettings, driving: RolloutSettings, rule: SuccessCriterion
     ) -> None:
         self._steps, self._settings, self._driving = steps, settings, driving
         self._update = Update(steps, settings, rule)
-        for name in steps.variants:  # names of places, beside those of the rounds, which are numbers
+        for name in steps.ensemble:  # names of places, beside those of the rounds, which are numbers
             if not name.isidentifier():
-                raise ConfigError(f"The name of a variant must be a word, as `late`; found {name!r}.")
+                raise ConfigError(f"The name of a robot of the ensemble must be a word, as `latency`; found {name!r}.")
 
     def run(self) -> RunResult[R, M, P]:
         """From nothing to the last policy."""
@@ -55,29 +55,29 @@ class Algorithm(Generic[R, M, P, S]):
         policies = [self._tried(first)]
         while len(policies) <= self._settings.updates and not self._is_enough(policies[-1]):
             policies.append(self._tried(self._updated(policies)))
-        if self._settings.confirm_rollouts and policies[-1].predicted and self._is_enough(policies[-1]):
+        if self._settings.calibration_rollouts and policies[-1].predicted and self._is_enough(policies[-1]):
             policies.append(self._tried(self._recalibrated(policies[-1])))
         return RunResult(simulated, tuple(policies))
 
     def _first(self) -> tuple[tuple[R, ...], LearnedPolicy[R, M, P]]:
         """The simulated rollouts that policy 0 was learned from, and policy 0."""
-        match self._settings.first:
-            case FirstPolicy.SIMULATION:
+        match self._settings.initial_policy:
+            case InitialPolicy.SIMULATION:
                 return self._from_simulation()
-            case FirstPolicy.RANDOM:
-                conditions = Conditions(trials=self._settings.first_rollouts, exploration=0.0)
+            case InitialPolicy.RANDOM:
+                conditions = Conditions(trials=self._settings.random_rollouts, exploration=0.0)
                 rollouts = self._steps.drive(Path("random") / "rollout", None, conditions)
                 inputs = UpdateInputs[R, M, P](0, Path("iteration_0"), (rollouts,), (), None)
                 return (), self._update.with_g(inputs, Basis.ROBOT)
-            case FirstPolicy.REGULATOR:
+            case InitialPolicy.LQR:
                 made = self._steps.regulator(REGULATOR, ())
                 return (), LearnedPolicy(0, made.value, Basis.DATA_SHEET, search_s=made.seconds)
-            case FirstPolicy.AGENT:
-                made = self._steps.agent(Path("agent"), self._settings.trained)
+            case InitialPolicy.AGENT:
+                made = self._steps.agent(Path("agent"), self._settings.trained_agent)
                 return (), LearnedPolicy(0, made.value, Basis.AGENT, search_s=made.seconds)
 
     def _from_simulation(self) -> tuple[tuple[R, ...], LearnedPolicy[R, M, P]]:
-        """f and its policy, and again on rollouts of that policy; the last policy serves the variants too."""
+        """f and its policy, and again on rollouts of that policy; the last policy serves the ensemble too."""
         steps, last = self._steps, self._settings.sim_rounds
         simulated: list[R] = []
         varied: list[R] = []
@@ -87,7 +87,7 @@ class Algorithm(Generic[R, M, P, S]):
             place = _SIMULATION / f"{i}_collect"
             simulated.append(self._update.simulated(place, i, policies[-1] if i else None))
             fits = [steps.fit_simulation(_SIMULATION / f"{i}_model", simulated)]
-            for name in steps.variants if i == last else ():
+            for name in steps.ensemble if i == last else ():
                 varied.append(steps.simulate_variant(_SIMULATION / f"{name}_collect", name))
                 fits.append(steps.fit_simulation(_SIMULATION / f"{name}_model", varied[-1:]))
             inputs = SearchInputs[R, M, P]([fit.value for fit in fits], policies[-1:])
@@ -107,7 +107,9 @@ class Algorithm(Generic[R, M, P, S]):
     def _recalibrated(self, solving: LearnedPolicy[R, M, P]) -> LearnedPolicy[R, M, P]:
         """Drive the policy that solved it again and learn again; the policy stays."""
         settings = self._settings
-        undisturbed = Conditions(trials=settings.confirm_rollouts, steps=settings.confirm_steps, exploration=0.0)
+        undisturbed = Conditions(
+            trials=settings.calibration_rollouts, steps=settings.calibration_steps, exploration=0.0
+        )
         rollouts = self._driven(solving, undisturbed)
         inputs = replace(_inputs(solving, rollouts, [solving.policy]), recalibration=(rollouts,))
         return replace(self._update.learned(inputs), recalibrates=True)

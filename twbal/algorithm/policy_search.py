@@ -13,11 +13,11 @@ from twbal.core.start_pose import StartPose
 from twbal.models.dynamics import DynamicsModel
 from twbal.policies.linear import LinearPolicy
 from twbal.policies.rbf import RbfPolicy
-from twbal.search.judgement import Judge
 from twbal.search.optimise import SearchResult, search_policy
 from twbal.search.start_state import start_state
-from twbal.search.starts import PolicyShape
+from twbal.search.starts import PolicyParametrisation
 from twbal.search.task import SearchSettings, Task
+from twbal.search.validation import Validation
 from twbal.search.warm import is_compiled
 
 
@@ -31,7 +31,7 @@ class PolicySearch:
         cost: of a state.
         shape: of the policies.
         search: how to search.
-        judging: of the long rollouts.
+        validation: of the long rollouts.
         torque_limit: [N·m].
         seed: of all that is drawn.
         workers: threads; 0: one a core. What is found does not depend on it.
@@ -40,9 +40,9 @@ class PolicySearch:
     channels: Channels
     start: StartPose
     cost: SaturatingCost
-    shape: PolicyShape
+    shape: PolicyParametrisation
     search: SearchSettings
-    judging: Judge
+    validation: Validation
     torque_limit: float
     seed: int
     workers: int = 0
@@ -67,8 +67,9 @@ class PolicySearch:
         """
         if not is_compiled():
             progress("compiling the search, once for this version of twbal (about a minute)")
+        start = start_state(self.start, self.channels)
         return search_policy(
-            task=Task(models, start_state(self.start, self.channels), self.cost, self.search, self.judging, self.seed),
+            task=Task(models, start, self.cost, self.search, self.validation, self.seed),
             shape=self.shape,
             torque_limit=self.torque_limit,
             earlier=earlier,
@@ -79,7 +80,7 @@ class PolicySearch:
 
     def without_search(self) -> "PolicySearch":
         """Only judges earlier policies."""
-        return replace(self, search=replace(self.search, searched=0))
+        return replace(self, search=replace(self.search, restarts=0))
 
 
 def recalibrated(
@@ -102,7 +103,7 @@ def recalibrated(
         if episode.provenance.policy_hash != driver:
             raise ConfigError(
                 f"Trial {episode.provenance.trial} is to confirm the prediction of the best policy ({best.origin}), "
-                "but another one drove it. Give confirming=[...] the rollouts of the one policy in earlier=[...], and "
-                "searches=false."
+                "but another one drove it. Give calibration_episodes=[...] the rollouts of the one policy in "
+                "initial_policies=[...], and optimise=false."
             )
     return result._replace(predicted=widened(result.predicted, episodes, channels.measured))

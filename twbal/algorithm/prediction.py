@@ -104,12 +104,12 @@ def _saved_assessment(found: Payload) -> Assessment:
 
 def _earlier(found: Payload) -> int | None:
     """Which earlier policy an assessment is of; an older file says `policy 1` in its origin alone."""
-    if "earlier" not in found.names:
+    if "initial_policies" not in found.names:
         written = _EARLIER.fullmatch(found.text("origin"))
         return int(written[1]) if written else None
-    return None if found["earlier"] is None else int(found.number("earlier", 0, 1e9))
+    return None if found["initial_policies"] is None else int(found.number("initial_policies", 0, 1e9))
 
 
 def _assessment(candidate: Candidate) -> Assessment:
-    judgement = candidate.judgement
-    return Assessment(candidate.origin, candidate.cost, judgement.success, judgement.cost, candidate.earlier)
+    validation = candidate.validation
+    return Assessment(candidate.origin, candidate.cost, validation.success, validation.cost, candidate.earlier)

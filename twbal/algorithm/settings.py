@@ -4,14 +4,14 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 
-class FirstPolicy(StrEnum):
+class InitialPolicy(StrEnum):
     """Where policy 0 comes from."""
 
     SIMULATION = "simulation"
     """A search on f."""
     RANDOM = "random"
     """A search on a model of the whole dynamics, from random rollouts of the robot."""
-    REGULATOR = "regulator"
+    LQR = "lqr"
     """The linear-quadratic regulator of the nominal parameters."""
     AGENT = "agent"
     """A model-free agent, trained in simulation."""
@@ -20,11 +20,11 @@ class FirstPolicy(StrEnum):
 class ModelUpdate(StrEnum):
     """What is learned from the robot's rollouts."""
 
-    DIFFERENCE = "difference"
+    RESIDUAL = "residual"
     """g, on top of f."""
-    WHOLE = "whole"
+    FULL = "full"
     """The whole dynamics, without f."""
-    IDENTIFIED = "identified"
+    LINEAR = "linear"
     """A linear model, whose regulator is the policy."""
 
 
@@ -37,37 +37,37 @@ class AlgorithmSettings:
         updates: of model and policy, each by real rollouts.
         trials: of each policy, as long as the success rule says; nothing is learned from them.
         stop_when_solved: no more updates once all trials of a policy succeed.
-        confirm_rollouts: of the policy that solved it, from which the model is recalibrated; 0: none.
-        confirm_steps: control periods of each of them.
+        calibration_rollouts: of the policy that solved it, from which the model is recalibrated; 0: none.
+        calibration_steps: control periods of each of them.
         sim_rounds: how often f is learned once more from rollouts of its own policy.
         sim_round_rollouts: in each of these rounds.
         sim_round_exploration: standard deviation of the noise on their command, as a share of the torque limit.
         diagnose: whether what the real rollouts show to be missing enters the simulation.
-        rehearsals: validation rounds in the corrected simulation, at most, after each of which a policy that fails
+        search_retries: validation rounds in the corrected simulation, at most, after each of which a policy that fails
             there is searched anew.
-        first: where policy 0 comes from.
-        first_rollouts: of the robot, where it is driven at random first.
-        update: what is learned from the robot's rollouts.
-        on_regulator: whether a network on top of the regulator of the nominal parameters is searched.
-        trained: run folder of an agent that was trained before; None trains one.
+        initial_policy: where policy 0 comes from.
+        random_rollouts: of the robot, where it is driven at random first.
+        model_update: what is learned from the robot's rollouts.
+        on_lqr: whether a network on top of the regulator of the nominal parameters is searched.
+        trained_agent: run folder of an agent that was trained before; None trains one.
     """
 
     seed: int
     updates: int
     trials: int
     stop_when_solved: bool
-    confirm_rollouts: int
-    confirm_steps: int
+    calibration_rollouts: int
+    calibration_steps: int
     sim_rounds: int
     sim_round_rollouts: int
     sim_round_exploration: float
     diagnose: bool
-    rehearsals: int
-    first: FirstPolicy
-    first_rollouts: int
-    update: ModelUpdate
-    on_regulator: bool
-    trained: str | None
+    search_retries: int
+    initial_policy: InitialPolicy
+    random_rollouts: int
+    model_update: ModelUpdate
+    on_lqr: bool
+    trained_agent: str | None
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from twbal.algorithm.findings import Measures
 from twbal.algorithm.policy_search import PolicySearch
 from twbal.algorithm.settings import AlgorithmSettings, RolloutSettings
-from twbal.core.evaluation import SuccessRule
+from twbal.core.evaluation import SuccessCriterion
 from twbal.diagnosis.inputs import DataSettings
 from twbal.diagnosis.settings import Settings
 from twbal.effects.effect import Effect
@@ -52,7 +52,7 @@ class Setup:
 
     Attributes:
         simulation: the simulated robot that learning starts from.
-        variants: further effects of each simulated robot that policy 0 must serve too, by name.
+        ensemble: further effects of each simulated robot that policy 0 must serve too, by name.
         at_random: policy that collects the first samples.
         simulated: rollouts in simulation that f is learned from.
         workers: processes that drive them; 0: one a core.
@@ -68,14 +68,14 @@ class Setup:
     """
 
     simulation: Simulation
-    variants: Mapping[str, tuple[Effect, ...]]
+    ensemble: Mapping[str, tuple[Effect, ...]]
     at_random: Policy
     simulated: RolloutSettings
     workers: int
     driving: RolloutSettings
     models: ModelFits
     search: PolicySearch
-    rule: SuccessRule
+    rule: SuccessCriterion
     regulator_command_width: float
     algorithm: AlgorithmSettings
     diagnosis: Settings

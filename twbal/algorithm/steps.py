@@ -78,10 +78,10 @@ class Steps(ABC, Generic[R, M, P, S]):
     Each step has a place, a relative path that no other step of the run has: a folder for its results, or just a name.
 
     Attributes:
-        variants: names of further simulated robots that policy 0 must serve.
+        ensemble: names of further simulated robots that policy 0 must serve.
     """
 
-    variants: Sequence[str]
+    ensemble: Sequence[str]
 
     @abstractmethod
     def simulate(

@@ -9,7 +9,7 @@ from twbal.algorithm.learned import LearnedPolicy
 from twbal.algorithm.settings import AlgorithmSettings, ModelUpdate
 from twbal.algorithm.steps import Conditions, M, P, R, S, SearchInputs, Steps, Timed
 from twbal.algorithm.summary import Basis, Diagnosis
-from twbal.core.evaluation import SuccessRule, succeeded
+from twbal.core.evaluation import SuccessCriterion, succeeded
 from twbal.diagnosis.record import CLOSED
 from twbal.diagnosis.usability import enough_for_diagnosis
 
@@ -49,18 +49,18 @@ class Update(Generic[R, M, P, S]):
         rule: what makes a success.
     """
 
-    def __init__(self, steps: Steps[R, M, P, S], settings: AlgorithmSettings, rule: SuccessRule) -> None:
+    def __init__(self, steps: Steps[R, M, P, S], settings: AlgorithmSettings, rule: SuccessCriterion) -> None:
         self._steps, self._settings, self._rule = steps, settings, rule
-        self.as_judged = Conditions(steps=rule.steps, tilt_limit=rule.limit, exploration=0.0)
+        self.as_judged = Conditions(steps=rule.steps, tilt_limit=rule.tilt_limit, exploration=0.0)
 
     def learned(self, inputs: UpdateInputs[R, M, P]) -> LearnedPolicy[R, M, P]:
         """The next policy."""
-        match self._settings.update:
-            case ModelUpdate.WHOLE:
+        match self._settings.model_update:
+            case ModelUpdate.FULL:
                 return self.with_g(replace(inputs, f=None), Basis.ROBOT)
-            case ModelUpdate.DIFFERENCE:
+            case ModelUpdate.RESIDUAL:
                 return self._with_diagnosis(inputs)
-            case ModelUpdate.IDENTIFIED:
+            case ModelUpdate.LINEAR:
                 made = self._steps.regulator(inputs.place / "policy", inputs.rollouts)
                 return LearnedPolicy(
                     inputs.index, made.value, Basis.IDENTIFIED, search_s=made.seconds, rollouts=inputs.rollouts
@@ -84,7 +84,7 @@ class Update(Generic[R, M, P, S]):
 
     def searched(self, place: Path, inputs: SearchInputs[R, M, P]) -> Timed[P]:
         """Search a policy: the whole of it, or a network on top of the regulator of the nominal parameters."""
-        if self._settings.on_regulator:
+        if self._settings.on_lqr:
             inputs = replace(inputs, base=self._steps.regulator(REGULATOR, ()).value)
         return self._steps.search(place, inputs)
 
@@ -126,7 +126,7 @@ class Update(Generic[R, M, P, S]):
         """
         place, drivers = inputs.place, list(inputs.earlier)
         simulated = [self.simulated(place / "sim_collect", 0, None, simulation)]
-        places = [place, *(place / f"again_{i}" for i in range(1, self._settings.rehearsals + 1))]
+        places = [place, *(place / f"again_{i}" for i in range(1, self._settings.search_retries + 1))]
         found: list[LearnedPolicy[R, M, P]] = []
         for here in places:
             for number in range(len(simulated), len(drivers) + 1):
@@ -136,7 +136,7 @@ class Update(Generic[R, M, P, S]):
             learned = self.with_g(replace(inputs, place=here, f=f.value), Basis.CORRECTED)
             found.append(replace(learned, fit_s=f.seconds + learned.fit_s))
             drivers.append(learned.policy)
-            if here == places[-1] or self._balances(here / "rehearsal", learned.policy, simulation):
+            if here == places[-1] or self._balances(here / "sim_validation", learned.policy, simulation):
                 break
         return _joined(found)
 

@@ -23,7 +23,7 @@ def diagnose(
     Args:
         episodes: measured, of one robot; best of one that balances and is shaken (`experiment=excite`).
         robot: name of a packaged robot, or its nominal parameters.
-        overrides: settings of `twbal diagnose`, as on its command line: `["diagnosis=measured", "sim=regbot"]`.
+        overrides: settings of `twbal diagnose`, as on its command line: `["diagnosis=real_logs", "sim=regbot"]`.
         test_episodes: that nothing is fitted to, and the gap is measured on; without, a share of `episodes`.
         progress: is told what is being done, a line at a time; `print` shows it.
 

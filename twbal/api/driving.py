@@ -100,7 +100,7 @@ def evaluate(
         effects: of the simulated robot, what the nominal parameters leave out.
         trials: how many.
         seed: of start poses, noise and the policy's randomness.
-        overrides: settings of `twbal iterate`, such as `["rule.steps=200"]`.
+        overrides: settings of `twbal iterate`, such as `["success.steps=200"]`.
 
     Raises:
         ConfigError: a setting cannot be right.
@@ -108,7 +108,7 @@ def evaluate(
         LinkError: the robot fell silent.
 
     >>> import twbal
-    >>> found = twbal.evaluate("data/regression/policy.pt", trials=2, overrides=["rule.steps=200"])
+    >>> found = twbal.evaluate("data/regression/policy.pt", trials=2, overrides=["success.steps=200"])
     >>> found.successes, found.trials
     (2, 2)
     """
@@ -116,12 +116,12 @@ def evaluate(
     assert driver is not None
     rule, cost, horizon = setup.rule, setup.search.cost, setup.search.search.horizon
     channels, name = _channels(driver, setup.search.channels), setup.simulation.robot.name
-    settings = RolloutSettings(seed, trials, 0, rule.steps, rule.limit, exploration=0.0)
+    settings = RolloutSettings(seed, trials, 0, rule.steps, rule.tilt_limit, exploration=0.0)
     if plant is None:
         source = Provenance(name, "simulation", seed=seed)
         episodes = tuple(driven(setup.simulation.having(effects), driver, channels, settings, source))
     else:
-        plan = RolloutPlan(lambda: plant, driver, channels, rule.steps, rule.limit)
+        plan = RolloutPlan(lambda: plant, driver, channels, rule.steps, rule.tilt_limit)
         source = Provenance(name, "robot", seed=seed)
         episodes = tuple(plan.drive_on(plant, [replace(source, trial=trial) for trial in settings.numbers]))
     return Evaluation(

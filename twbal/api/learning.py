@@ -68,9 +68,10 @@ def learn(
 
     >>> import twbal
     >>> from twbal.effects.torque_gain import TorqueGain
-    >>> quick = ["sim_collect.rollouts=6", "sim_rounds=0", "variants=none", "updates=0", "trials=1"]
-    >>> quick += ["confirm_rollouts=0"]
-    >>> quick += ["search.horizon=20", "search.searched=1", "search.iterations=5", "judge.robots=3", "shape.basis=5"]
+    >>> quick = ["sim_collect.rollouts=6", "sim_rounds=0", "ensemble=none", "updates=0", "trials=1"]
+    >>> quick += ["calibration_rollouts=0"]
+    >>> quick += ["search.horizon=20", "search.restarts=1", "search.iterations=5", "validation.robots=3"]
+    >>> quick += ["parametrisation.basis=5"]
     >>> setup = twbal.setup(overrides=quick)
     >>> with setup.simulation.having([TorqueGain(0.9)]).plant(seed=1) as plant:
     ...     result = twbal.learn(plant, setup=setup)
@@ -87,7 +88,7 @@ def learn(
         setup.simulation.robot.name,
         setup.algorithm.seed,
         round(time.monotonic() - began, 3),
-        setup.rule.limit,
+        setup.rule.tilt_limit,
     )
     return LearningResult(
         policies=tuple(each.policy.policy for each in learned.policies),

@@ -20,7 +20,7 @@ def robot(name: str = "paper") -> RobotParameters:
     >>> from dataclasses import replace
     >>> heavier = replace(twbal.robot(), body_mass=12.0)  # kg
     """
-    parameters = built(composed("linear-policy", [f"robot={name}"]), "robot")
+    parameters = built(composed("lqr", [f"robot={name}"]), "robot")
     assert isinstance(parameters, RobotParameters)
     return parameters
 

@@ -11,7 +11,7 @@ from twbal.cli.settings.validate import check
 from twbal.core.errors import ConfigError
 
 _MISSING = "???"
-_HOLD_RULES = ("robot", "start", "state", "rule", "judge", "hidden", "agent", "sim.effects", "variants")
+_HOLD_RULES = ("robot", "start", "state", "success", "validation", "faults", "agent", "sim.effects", "ensemble")
 """Parts that are built at once, for the rules between their values; they are plain values, and read no files."""
 _FIND_THEIR_STEP = ("diagnose",)
 """Stages that shorten the physics step until it divides the control period of the logs."""

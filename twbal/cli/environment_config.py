@@ -25,5 +25,5 @@ def make(overrides: Sequence[str] = (), render_mode: str | None = None) -> TwoWh
 
 def environment_of(cfg: DictConfig, render_mode: str | None = None) -> TwoWheeled:
     """The environment that `cfg` describes; trial k is the one that `sim-collect` drives with the same seed."""
-    robot, channels, cost, rule = (instantiate(cfg[part]) for part in ("robot", "state", "cost", "rule"))
+    robot, channels, cost, rule = (instantiate(cfg[part]) for part in ("robot", "state", "cost", "success"))
     return TwoWheeled(simulation_of(cfg).plant(int(cfg.seed)), robot, channels, cost, rule, render_mode)

@@ -13,6 +13,7 @@ from omegaconf.errors import MissingMandatoryValue, OmegaConfBaseException
 
 from twbal.cli.composition import composing
 from twbal.cli.settings.nested import ancestors, flattened
+from twbal.cli.settings.renamed import CHOICES, name_now
 from twbal.core.errors import ConfigError, TwbalError, install_advice
 
 _EFFECTS = "sim.effects."
@@ -85,6 +86,9 @@ def _no_such_choice(error: MissingConfigException) -> str:
     group, _, choice = (error.missing_cfg_file or "").rpartition("/")
     if not group or not error.options:
         return _line(error, 0)
+    now = CHOICES.get(group, {}).get(choice)
+    if now is not None:
+        return f"{group} has no choice {choice!r} any more: it is called {now!r} now."
     more = f" Others come with {install_advice('sweeps')}." if group in _PLUGINS else ""
     return (
         f"{group} has no choice {choice!r}{_guess(choice, error.options)}. "
@@ -110,6 +114,9 @@ def _no_such_key(key: str, stage: str) -> str:
     known = list(dict.fromkeys(part for leaf, _ in flattened(tree) for part in (*ancestors(leaf), leaf)))
     if key in known:
         return f"{stage} cannot set {key} to that: it has no such entries. New ones are added by +{key}.<name>=..."
+    now = name_now(key)
+    if now in known:
+        return f"{stage} has no setting {key!r} any more: it is called {now!r} now."
     if key.startswith(_EFFECTS) and "sim" in cfg:
         name = key.removeprefix(_EFFECTS).split(".")[0]
         return f"The simulation has no effect {name!r} to set {key} of. Add it by +effect@{_EFFECTS}{name}={name}."

@@ -11,6 +11,7 @@ import traceback
 from collections.abc import Sequence
 
 from twbal import __version__
+from twbal.cli.settings import renamed
 from twbal.core.errors import TwbalError
 from twbal.core.threads import default_to_one_thread
 
@@ -19,17 +20,17 @@ STAGES = {
     "sim-collect": "drive the simulated robot at random (or by a policy) and log what it does",
     "fit-sim-gp": "learn the simulator model f from logged episodes",
     "optimise-policy": "search the policy that the model expects to do best",
-    "linear-policy": "make a linear-quadratic regulator, of the data sheet or of a linear model of real episodes",
+    "lqr": "make a linear-quadratic regulator, of the nominal parameters or of a linear model of real episodes",
     "train-agent": "train a model-free agent in simulation, as a baseline",
     "real-rollout": "drive the robot on the other end of a link by a policy and log what it does",
     "fit-diff-gp": "learn the correction g from logged episodes of the robot",
     "import-log": "bring logs that twbal did not make into episode logs, by a mapping",
     "diagnose": "name what the simulation lacks to explain measured episodes, and add it",
-    "show": "draw an episode as plots and as a film of the robot",
+    "plot": "draw an episode as plots and as a film of the robot",
     "compare": "put runs and sweeps of iterate beside each other",
-    "check": "compare what every part makes of logged data with a baseline",
+    "regress": "compare what every part makes of logged data with a baseline",
     "export": "write episodes as CSV or Parquet",
-    "recover": "save what is left of damaged episode logs",
+    "repair": "save what is left of damaged episode logs",
     "virtual-robot": "a robot with hidden faults behind a port, to try all of this without hardware",
 }
 
@@ -96,6 +97,8 @@ def usage() -> str:
 
 
 def _unknown_stage(word: str) -> str:
+    if word.replace("_", "-") in renamed.STAGES:
+        return f"no stage {word!r} any more: it is called {renamed.STAGES[word.replace('_', '-')]!r} now."
     near = difflib.get_close_matches(word.replace("_", "-"), STAGES, n=1)
     guess = f" (did you mean {near[0]!r}?)" if near else ""
     return f"no stage {word!r}{guess}. The stages are: {', '.join(STAGES)}."

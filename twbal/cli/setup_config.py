@@ -23,15 +23,15 @@ def setup_of(cfg: DictConfig, diagnose: DictConfig) -> Setup:
     searching = typed(optimise_policy.Settings, cfg.optimise_policy)
     return Setup(
         simulation=simulation_of(cfg),
-        variants={str(name): members(effects) for name, effects in cfg.variants.items()},
+        ensemble={str(name): members(effects) for name, effects in cfg.ensemble.items()},
         at_random=instantiate(cfg.policy),
         simulated=collecting.rollout_settings,
         workers=collecting.workers,
         driving=rollout_settings(section(cfg, "real_rollout")),
         models=ModelFits(instantiate(cfg.model), int(cfg.fit_sim_gp.seed), int(cfg.fit_diff_gp.seed)),
         search=optimise_policy.policy_search(cfg, searching),
-        rule=instantiate(cfg.rule),
-        regulator_command_width=float(cfg.linear_policy.command_width),
+        rule=instantiate(cfg.success),
+        regulator_command_width=float(cfg.lqr.command_width),
         algorithm=typed(AlgorithmSettings, cfg),
         diagnosis=instantiate(cfg.diagnosis),
         diagnosis_data=typed(DataSettings, diagnose),

@@ -31,7 +31,7 @@ class StageSteps(Steps[Path, Path, Path, Path]):
 
     def __init__(self, chain: Chain, cfg: DictConfig) -> None:
         self._chain, self._cfg = chain, cfg
-        self.variants = [str(name) for name in cfg.variants]
+        self.ensemble = [str(name) for name in cfg.ensemble]
 
     def simulate(
         self, place: Path, policy: Path | None, conditions: Conditions = AS_CONFIGURED, simulation: Path | None = None
@@ -47,7 +47,7 @@ class StageSteps(Steps[Path, Path, Path, Path]):
         """A call of sim-collect with further effects."""
         effects = {
             f"++sim.effects.{effect!s}": OmegaConf.to_container(node, resolve=True)
-            for effect, node in self._cfg.variants[name].items()
+            for effect, node in self._cfg.ensemble[name].items()
         }
         self._chain.run(StageCall("sim-collect", place, {**self._seed("sim-collect"), **effects}))
         return place
@@ -70,17 +70,17 @@ class StageSteps(Steps[Path, Path, Path, Path]):
         overrides: dict[str, Any] = {
             **self._seed("optimise-policy"),
             "dynamics": list(inputs.models),
-            "earlier": [policy / POLICY for policy in inputs.earlier],
+            "initial_policies": [policy / POLICY for policy in inputs.earlier],
         }
         if inputs.recalibration:
-            overrides |= {"searches": False, "confirming": list(inputs.recalibration)}
+            overrides |= {"optimise": False, "calibration_episodes": list(inputs.recalibration)}
         if inputs.base:
-            overrides["base"] = inputs.base / POLICY
+            overrides["residual_on"] = inputs.base / POLICY
         return Timed(place, self._chain.run(StageCall("optimise-policy", place, overrides)).wall_s)
 
     def regulator(self, place: Path, rollouts: Sequence[Path]) -> Timed[Path]:
-        """A call of linear-policy."""
-        return Timed(place, self._chain.run(StageCall("linear-policy", place, {"episodes": list(rollouts)})).wall_s)
+        """A call of lqr."""
+        return Timed(place, self._chain.run(StageCall("lqr", place, {"episodes": list(rollouts)})).wall_s)
 
     def agent(self, place: Path, trained: str | None) -> Timed[Path]:
         """A call of train-agent, unless there is an agent already; its folder then lies anywhere."""

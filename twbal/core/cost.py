@@ -64,22 +64,22 @@ class SaturatingCost:
 
 
 def cost_over(
-    channels: Sequence[str], widths: Mapping[str, float], past_command_width: float | None, torque_limit: float
+    channels: Sequence[str], widths: Mapping[str, float], command_width: float | None, torque_limit: float
 ) -> SaturatingCost:
     """The cost over named channels, with its target at zero.
 
     Args:
         channels: of the state, D names.
         widths: by channel name, in the channel's unit; channels without one cost nothing.
-        past_command_width: of `command_1`, the action's price, as a share of the torque limit; None costs nothing.
+        command_width: of `command_1`, the action's price, as a share of the torque limit; None costs nothing.
         torque_limit: [N·m].
 
     Raises:
         ConfigError: a width is not positive, or nothing has a price.
     """
     priced = dict(widths)
-    if past_command_width is not None:
-        priced["command_1"] = past_command_width * torque_limit
+    if command_width is not None:
+        priced["command_1"] = command_width * torque_limit
     found = np.array([priced.get(name, np.inf) for name in channels], dtype=np.float64)
     if not (found > 0).all() or not np.isfinite(found).any():
         raise ConfigError(

@@ -17,12 +17,12 @@ _TILT, _WHEEL_ANGLE = Observation._fields.index("tilt"), Observation._fields.ind
 
 
 @dataclass(frozen=True)
-class SuccessRule:
+class SuccessCriterion:
     """When a trial counts as a success.
 
     Attributes:
-        limit: the tilt must never pass this [rad].
-        settle_limit: from `settle_step` on the tilt must stay under this [rad].
+        tilt_limit: the tilt must never pass this [rad].
+        settled_tilt_limit: from `settle_step` on the tilt must stay under this [rad].
         settle_step: control periods the policy has for recovering from its start.
         steps: control periods that a trial lasts.
 
@@ -30,15 +30,16 @@ class SuccessRule:
         ConfigError: no trial could meet it, or every trial would.
     """
 
-    limit: float
-    settle_limit: float
+    tilt_limit: float
+    settled_tilt_limit: float
     settle_step: int
     steps: int
 
     def __post_init__(self) -> None:
-        if not 0 < self.settle_limit <= self.limit:
+        if not 0 < self.settled_tilt_limit <= self.tilt_limit:
             raise ConfigError(
-                f"settle_limit must be positive and at most limit; found {self.settle_limit} and {self.limit} rad."
+                "settled_tilt_limit must be positive and at most tilt_limit; "
+                f"found {self.settled_tilt_limit} and {self.tilt_limit} rad."
             )
         if not 0 <= self.settle_step <= self.steps or self.steps < 1:
             raise ConfigError(
@@ -46,11 +47,11 @@ class SuccessRule:
             )
 
 
-def succeeded(episode: Episode, rule: SuccessRule) -> bool:
+def succeeded(episode: Episode, rule: SuccessCriterion) -> bool:
     """Whether the robot balanced: `rule.steps` long, inside the limit throughout and settled from `settle_step` on."""
     tilt = np.abs(episode.tilt[: rule.steps + 1])
     lasted = len(episode) >= rule.steps
-    return bool(lasted and tilt.max() <= rule.limit and tilt[rule.settle_step :].max() < rule.settle_limit)
+    return bool(lasted and tilt.max() <= rule.tilt_limit and tilt[rule.settle_step :].max() < rule.settled_tilt_limit)
 
 
 def coverage95(predicted: Sequence[Gaussian], episodes: Sequence[Episode], measured: Sequence[int]) -> float:

@@ -17,20 +17,20 @@ class DataSettings:
         held_out: share of the data that nothing is fitted to.
         starts: rollouts, spread over the held-out data.
         bins: ranges of speed, command, tilt and time in the map of disagreement.
-        shortest: see `Usability`.
-        fewest: see `Usability`.
-        fastest_turn: see `Usability`.
-        widest_tilt: see `Usability`.
+        min_length: see `Usability`.
+        min_samples: see `Usability`.
+        max_yaw_rate: see `Usability`.
+        max_tilt: see `Usability`.
     """
 
     horizons: list[float]
     held_out: float
     starts: int
     bins: int
-    shortest: int
-    fewest: int
-    fastest_turn: float
-    widest_tilt: float
+    min_length: int
+    min_samples: int
+    max_yaw_rate: float
+    max_tilt: float
 
 
 @dataclass(frozen=True)

@@ -58,11 +58,11 @@ def name_effects(
     offsets = tilt_offsets(settings.tolerances, len(recordings))
     start = Model(twin, 0.0, first_noise(robot, data.sensed), (0.0,) * len(offsets))
     always = always_free(settings.tolerances, twin, len(recordings))
-    unknown = set(settings.leave_out) - {candidate.name for candidate in candidates}
+    unknown = set(settings.exclude) - {candidate.name for candidate in candidates}
     if unknown:
         known = ", ".join(candidate.name for candidate in candidates)
         raise ConfigError(f"There is no effect {min(unknown)!r} to leave out; the effects are: {known}.")
-    taken = {*effects, *settings.leave_out}
+    taken = {*effects, *settings.exclude}
     missing = [candidate for candidate in candidates if candidate.name not in taken]
     selection = select(Problem(data, data.with_noise(start, 30), always, missing, settings), progress)
     progress("checking whether what fits best is a finding")
@@ -70,7 +70,7 @@ def name_effects(
     statistic = tolerance_statistic(data, selection.chosen.fit, settings.tolerances)
     objected = objections(selection.chosen, inconstant, settings)
     verdict = conclude(selection, objected, statistic, settings)
-    guessed = verdict is Verdict.UNKNOWN and settings.best_guess and not selection.chosen.at_bound
+    guessed = verdict is Verdict.UNKNOWN and settings.apply_if_unknown and not selection.chosen.at_bound
     named = selection.chosen if guessed or verdict in (Verdict.NAMED, Verdict.DATA_SHEET) else selection.base
     nominal = with_offsets(data, start._replace(noise=selection.base.fit.model.noise), offsets)
     nominal = data.with_noise(nominal, 30)

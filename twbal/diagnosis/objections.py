@@ -104,7 +104,9 @@ def _to_the_data_sheet(
             )
     rough = settings.tolerances.rough
     if found and settings.tolerances.data_sheet < rough:
-        found.append(f"If the data sheet may be as wrong as that (by {rough:.0%} or so), say diagnosis=rough.")
+        found.append(
+            f"If the data sheet may be as wrong as that (by {rough:.0%} or so), say diagnosis=loose_tolerance."
+        )
     return found
 
 

@@ -77,14 +77,14 @@ def diagnose_episodes(
         DataError: the episodes cannot be used; the message says which, why, and what to try.
         ConfigError: an effect that is to be left out is none.
     """
-    usability = Usability(data.shortest, data.fewest, data.fastest_turn, data.widest_tilt)
+    usability = Usability(data.min_length, data.min_samples, data.max_yaw_rate, data.max_tilt)
     robot, present, step = simulation.robot, simulation.effects, simulation.physics_step
-    in_air = wheels_in_air([*measured.episodes, *tests.episodes], data.widest_tilt)
+    in_air = wheels_in_air([*measured.episodes, *tests.episodes], data.max_tilt)
     acting = Simulated(robot, present, dividing_step(robot.control_period, step))
     if in_air:
         settings = replace(settings, tolerances=replace(settings.tolerances, tilt_offset=0.0))
         acting = replace(acting, robot=held(robot), effects=without_rotors(present))
-        usability = replace(usability, fewest=data.shortest, needs_tilt=False)
+        usability = replace(usability, min_samples=data.min_length, needs_tilt=False)
         measured, tests = (
             replace(these, episodes=[held_upright(e) for e in these.episodes]) for these in (measured, tests)
         )
@@ -105,7 +105,9 @@ def _split(measured: Named, tests: Named, robot: RobotParameters, usability: Usa
     recordings = read_recordings(measured.episodes, measured.names, robot, usability)
     if not tests.episodes:
         return held_out(recordings, share)
-    kept_back = read_recordings(tests.episodes, tests.names, robot, replace(usability, fewest=usability.shortest))
+    kept_back = read_recordings(
+        tests.episodes, tests.names, robot, replace(usability, min_samples=usability.min_length)
+    )
     return Split(recordings, kept_back, tuple(recording.name for recording in kept_back), are_ends=False)
 
 

@@ -90,8 +90,8 @@ def select(problem: Problem, progress: Callable[[str], None] = lambda line: None
     progress("refitting the nominal parameters")
     base = problem.fit(problem.start, (), _BASE_ROUNDS)
     chosen, rounds = _one_by_one(problem, base, progress)
-    usual = [candidate for candidate in problem.candidates if candidate.name in settings.usual]
-    if usual and settings.most_effects:
+    usual = [candidate for candidate in problem.candidates if candidate.name in settings.common_effects]
+    if usual and settings.max_effects:
         progress(f"fitting the {len(usual)} usual effects at once, and fewer of them")
         at_once = without_redundant(problem, problem.fit_at_once(usual), base, afresh=True)
         if _wins(at_once, chosen, base, settings):
@@ -113,7 +113,7 @@ def _one_by_one(
 ) -> tuple[FittedHypothesis, list[Round]]:
     """The set to which effects were added one after the other, and the rounds in which they were."""
     settings, rounds, chosen = problem.settings, list[Round](), base
-    while len(chosen.effects) < settings.most_effects and len(chosen.candidates) <= settings.most_effects:
+    while len(chosen.effects) < settings.max_effects and len(chosen.candidates) <= settings.max_effects:
         progress(f"weighing what to add to {', '.join(chosen.names) or 'the refit'}")
         step = problem.add_to(chosen)
         rounds.append(step)
@@ -138,7 +138,7 @@ def _around(
     progress(f"weighing what to add to {', '.join(at_once.names)}")
     rounds.append(problem.add_to(at_once))
     passing = [w for w in rounds[-1].hypotheses if passes(w, at_once, settings) and _is_sound(w, base, settings)]
-    chosen = passing[0] if passing and len(at_once.effects) < settings.most_effects else at_once
+    chosen = passing[0] if passing and len(at_once.effects) < settings.max_effects else at_once
     progress("trying others in the place of each effect")
     rounds.append(_swap(problem, chosen))
     # equivalents differ by rounding alone, which must not decide
@@ -189,7 +189,7 @@ def _swap(problem: Problem, chosen: FittedHypothesis) -> Round:
     for out in chosen.effects:
         rest = [candidate for candidate in chosen.candidates if candidate is not out]
         for candidate in problem.beside(chosen):
-            if candidate.name in problem.settings.usual or candidate.name in out.hard_to_tell_from:
+            if candidate.name in problem.settings.common_effects or candidate.name in out.hard_to_tell_from:
                 found.append(problem.fit_at_once([*rest, candidate]))
     return Round(chosen, [], sorted(found, key=lambda w: w.bic))
 
@@ -211,7 +211,7 @@ def without_redundant(
     settings, lines = problem.settings, problem.settings.lines
     while chosen.candidates:
         autocorrelation = min(chosen.autocorrelation, lines.whiteness)
-        too_many = len(chosen.effects) > settings.most_effects
+        too_many = len(chosen.effects) > settings.max_effects
         redundant = []
         for candidate in chosen.candidates:
             lighter = _one_less(problem, chosen, candidate, base, afresh)

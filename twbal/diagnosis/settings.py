@@ -80,11 +80,11 @@ class Settings:
         lines: where decisions are made.
         substeps: physics steps of a control period.
         shortlist: candidates that are fitted in full.
-        usual: names of effects that most robots have: a search begins with all of these at once too.
-        leave_out: names of effects that are known not to be there.
-        most_effects: that are named together, at most.
-        best_guess: whether the likeliest effects enter the simulation where they do not explain all, unless they make
-            rollouts on held-out data worse.
+        common_effects: names of effects that most robots have: a search begins with all of these at once too.
+        exclude: names of effects that are known not to be there.
+        max_effects: that are named together, at most.
+        apply_if_unknown: whether the likeliest effects enter the simulation where they do not explain all, unless they
+            make rollouts on held-out data worse.
         temperature: of the probabilities: scores are divided by it.
         blocks: into which the data are cut for intervals and held-out gains.
     """
@@ -93,9 +93,9 @@ class Settings:
     lines: Lines
     substeps: int
     shortlist: int
-    usual: Sequence[str]
-    leave_out: Sequence[str]
-    most_effects: int
-    best_guess: bool
+    common_effects: Sequence[str]
+    exclude: Sequence[str]
+    max_effects: int
+    apply_if_unknown: bool
     temperature: float
     blocks: int

@@ -10,19 +10,19 @@ class Amount(NamedTuple):
     """How much data a diagnosis needs, as in `Usability`.
 
     Attributes:
-        shortest: control periods of an episode, below which it is left out.
-        fewest: control periods of all episodes together.
+        min_length: control periods of an episode, below which it is left out.
+        min_samples: control periods of all episodes together.
     """
 
-    shortest: int
-    fewest: int
+    min_length: int
+    min_samples: int
 
 
-FEW_DATA = Amount(shortest=15, fewest=150)
+FEW_DATA = Amount(min_length=15, min_samples=150)
 """For such rollouts, which wander and fall: they tell more than as much of a robot that stands."""
 
 
 def enough_for_diagnosis(episodes: Sequence[Episode]) -> bool:
     """Whether the episodes are long enough, one by one and together, for a diagnosis with `FEW_DATA`."""
     lengths = [len(episode) for episode in episodes]
-    return sum(length for length in lengths if length >= FEW_DATA.shortest) >= FEW_DATA.fewest
+    return sum(length for length in lengths if length >= FEW_DATA.min_length) >= FEW_DATA.min_samples

@@ -160,7 +160,7 @@ def identify_friction(
     data = Data(recordings, settings.substeps)
     turns = _Turns(data, *_windows(data))
     twin = twin_parameters(robot, effects)
-    forms_tried = [c for name in FORMS for c in candidates if c.name == name and name not in settings.leave_out]
+    forms_tried = [c for name in FORMS for c in candidates if c.name == name and name not in settings.exclude]
     settings = replace(settings, tolerances=settings.tolerances.for_robot(robot))
     tolerance = settings.tolerances.of(_GAIN)
     progress(f"wheels in the air: fitting {len(forms_tried)} forms of drag")

@@ -31,7 +31,7 @@ _SMOOTH = 0.1  # s, over which noise is averaged
 _NOT_SEEN = ("tilt", "tilt_rate", "yaw_rate")
 
 
-def wheels_in_air(episodes: Sequence[Episode], widest_tilt: float) -> bool:
+def wheels_in_air(episodes: Sequence[Episode], max_tilt: float) -> bool:
     """Whether the robot lies still in all episodes while its wheels turn.
 
     A body that hangs below its axle is no such robot: it swings when the wheels speed up, as they carry it.
@@ -39,7 +39,7 @@ def wheels_in_air(episodes: Sequence[Episode], widest_tilt: float) -> bool:
     Raises:
         DataError: the robot is never upright, and its body swings.
     """
-    if episodes and all(_is_down(episode, widest_tilt) for episode in episodes):
+    if episodes and all(_is_down(episode, max_tilt) for episode in episodes):
         swings = [_swing(episode) for episode in episodes]
         if max(swings) > _SWING:
             worst = episodes[int(np.argmax(swings))]
@@ -48,7 +48,7 @@ def wheels_in_air(episodes: Sequence[Episode], widest_tilt: float) -> bool:
                 f"swings by {max(swings):.2g} rad: it hangs from its axle, and does not lie still with its wheels in "
                 "the air. Diagnose recordings of a robot that stands or drives upright, or fix its body."
             )
-    return bool(episodes) and all(_lies(episode, widest_tilt) for episode in episodes)
+    return bool(episodes) and all(_lies(episode, max_tilt) for episode in episodes)
 
 
 def held(robot: RobotParameters) -> RobotParameters:
@@ -81,15 +81,15 @@ def held_upright(episode: Episode) -> Episode:
     return replace(episode, observations=seen, estimated=(*others, *blind))
 
 
-def _lies(episode: Episode, widest_tilt: float) -> bool:
+def _lies(episode: Episode, max_tilt: float) -> bool:
     tilt = np.unwrap(episode.tilt)
-    return bool(np.median(np.abs(tilt)) > widest_tilt and _range(tilt) < _STILL and _swing(episode) <= _SWING)
+    return bool(np.median(np.abs(tilt)) > max_tilt and _range(tilt) < _STILL and _swing(episode) <= _SWING)
 
 
-def _is_down(episode: Episode, widest_tilt: float) -> bool:
+def _is_down(episode: Episode, max_tilt: float) -> bool:
     """Whether the robot is not upright from begin to end."""
     tilt = np.unwrap(episode.tilt)
-    return bool(np.quantile(np.abs(tilt), 0.025) > widest_tilt and _range(tilt) < np.pi)
+    return bool(np.quantile(np.abs(tilt), 0.025) > max_tilt and _range(tilt) < np.pi)
 
 
 def _swing(episode: Episode) -> float:

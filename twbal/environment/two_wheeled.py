@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from twbal.core.channels import Channels
 from twbal.core.cost import SaturatingCost
 from twbal.core.errors import DataError
-from twbal.core.evaluation import SuccessRule
+from twbal.core.evaluation import SuccessCriterion
 from twbal.core.gaussian import Array
 from twbal.core.palette import REAL
 from twbal.core.plant import Observation, Plant
@@ -26,7 +26,7 @@ class TwoWheeled(gymnasium.Env[Array, Action]):
 
     The observation is the state (D,), float64, in the channels' units. The action (1,) is the command as a share of the
     torque limit, in [-1, 1]. The reward is 1 - c(x) of the state that the action led to, in [0, 1]. An episode is
-    terminated where the measured tilt passes `rule.limit`, and truncated after `rule.steps` control periods.
+    terminated where the measured tilt passes `rule.tilt_limit`, and truncated after `rule.steps` control periods.
 
     `reset(seed=...)` decides all that follows. An episode is a trial of the plant, whose number `info["trial"]` says;
     `reset(options={"trial": 3})` chooses it.
@@ -48,7 +48,7 @@ class TwoWheeled(gymnasium.Env[Array, Action]):
         robot: RobotParameters,
         channels: Channels,
         cost: SaturatingCost,
-        rule: SuccessRule,
+        rule: SuccessCriterion,
         render_mode: str | None = None,
     ) -> None:
         self.metadata = {**self.metadata, "render_fps": round(1.0 / plant.control_period)}
@@ -89,7 +89,7 @@ class TwoWheeled(gymnasium.Env[Array, Action]):
         self._seen = self._plant.step(command)
         self._commands.append(command)
         state = self._state()
-        fallen = abs(self._seen.tilt) > self._rule.limit
+        fallen = abs(self._seen.tilt) > self._rule.tilt_limit
         return state, 1.0 - float(self._cost(state)), fallen, len(self._commands) >= self._rule.steps, {}
 
     def render(self) -> Image | None:

@@ -26,8 +26,8 @@ class Excitation(Policy):
         gain: k for tilt [N·m/rad], tilt rate [N·m·s/rad] and speed [N·s].
         control_period: [s].
         max_command: u_max [N·m].
-        sine: standard deviation of the multisine, as a share of u_max.
-        binary: torque of the binary signal, likewise.
+        multisine: standard deviation of the multisine, as a share of u_max.
+        prbs: torque of the binary signal, likewise.
         speed: asked for at most [m/s].
         fade_tilt: where the disturbance has faded [rad].
 
@@ -39,8 +39,8 @@ class Excitation(Policy):
     gain: tuple[float, float, float]
     control_period: float
     max_command: float
-    sine: float
-    binary: float
+    multisine: float
+    prbs: float
     speed: float
     fade_tilt: float
 
@@ -57,7 +57,7 @@ class Excitation(Policy):
         frequencies = rng.uniform(_SLOWEST, _FASTEST, _SINES)  # [Hz]
         phases = rng.uniform(0.0, 2.0 * np.pi, _SINES)
         forth = rng.choice([-1.0, 1.0])
-        size = self.sine * np.sqrt(2.0 / _SINES)
+        size = self.multisine * np.sqrt(2.0 / _SINES)
         places = [self.channels.index(name) for name in ("tilt", "tilt_rate", "speed")]
         periods, sign = 0, 1.0
 
@@ -70,7 +70,7 @@ class Excitation(Policy):
             asked = self.speed * forth * (0.0, 1.0, 0.0, -1.0)[int(time / _LEG) % 4]
             off = state[places] - [0.0, 0.0, asked]
             fade = min(max(2.0 - 2.0 * abs(off[0]) / self.fade_tilt, 0.0), 1.0)
-            disturbance = size * np.sin(2.0 * np.pi * frequencies * time + phases).sum() + self.binary * sign
+            disturbance = size * np.sin(2.0 * np.pi * frequencies * time + phases).sum() + self.prbs * sign
             command = -np.dot(self.gain, off) + fade * self.max_command * disturbance
             return float(np.clip(command, -self.max_command, self.max_command))
 

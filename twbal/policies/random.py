@@ -14,7 +14,7 @@ class RandomPolicy(Policy):
     """Piecewise constant torque, uniform in ±share · torque_limit, blind to the state.
 
     Attributes:
-        share: of the torque limit that is used, in (0, 1]; strong torques unload the wheels and teach little.
+        amplitude: of the torque limit that is used, in (0, 1]; strong torques unload the wheels and teach little.
         torque_limit: u_max [N·m].
         hold: control periods for which each torque is held.
 
@@ -22,19 +22,21 @@ class RandomPolicy(Policy):
         ConfigError: a value out of range.
     """
 
-    share: float
+    amplitude: float
     torque_limit: float
     hold: int
 
     def __post_init__(self) -> None:
-        if not 0 < self.share <= 1:
-            raise ConfigError(f"The share of the torque limit must lie in (0, 1]; found {self.share}.")
+        if not 0 < self.amplitude <= 1:
+            raise ConfigError(
+                f"The amplitude, a share of the torque limit, must lie in (0, 1]; found {self.amplitude}."
+            )
         if self.hold < 1:
             raise ConfigError(f"A random torque must be held for at least 1 control period; found {self.hold}.")
 
     def controller(self, rng: np.random.Generator) -> Controller:
         """A fresh sequence of torques, drawn from `rng` as it goes."""
-        amplitude = self.share * self.torque_limit
+        amplitude = self.amplitude * self.torque_limit
         held, left = 0.0, 0
 
         def law(state: Array) -> float:

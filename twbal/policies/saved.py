@@ -59,7 +59,7 @@ def load_searched_policy(path: str | Path, channels: Sequence[str]) -> RbfPolicy
 
 def load_regulator(path: str | Path, channels: Sequence[str]) -> LinearPolicy:
     """The policy in the checkpoint `path`, which must be a regulator; else as `load_policy`."""
-    return _of_kind(LinearPolicy, "a regulator, of `twbal linear-policy`", path, channels)
+    return _of_kind(LinearPolicy, "a regulator, of `twbal lqr`", path, channels)
 
 
 def _of_kind(kind: type[_Kind], expected: str, path: str | Path, channels: Sequence[str]) -> _Kind:

@@ -16,8 +16,8 @@ def excited_regulator(
     channels: Sequence[str],
     widths: Sequence[float],
     command_width: float,
-    sine: float,
-    binary: float,
+    multisine: float,
+    prbs: float,
     speed: float,
     fade_tilt: float,
 ) -> Excitation:
@@ -28,7 +28,7 @@ def excited_regulator(
         channels: names of the state channels.
         widths: deviations of tilt [rad], tilt rate [rad/s] and speed [m/s] that cost alike (Bryson's rule).
         command_width: command that costs as much, as a share of the torque limit.
-        sine, binary, speed, fade_tilt: as of `Excitation`.
+        multisine, prbs, speed, fade_tilt: as of `Excitation`.
 
     Raises:
         ConfigError: the state lacks a channel, or a width is not positive.
@@ -48,8 +48,8 @@ def excited_regulator(
         (float(gain[0]), float(gain[1]), float(gain[2])),
         robot.control_period,
         robot.torque_limit,
-        sine,
-        binary,
+        multisine,
+        prbs,
         speed,
         fade_tilt,
     )

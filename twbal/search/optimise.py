@@ -11,7 +11,7 @@ from twbal.core.gaussian import Array, Gaussian
 from twbal.core.streams import Stream, generator
 from twbal.policies.rbf import RbfPolicy
 from twbal.search.descent import Minimised, descend
-from twbal.search.starts import PolicyShape, Start, starting_policies, starts_on
+from twbal.search.starts import PolicyParametrisation, Start, starting_policies, starts_on
 from twbal.search.task import Candidate, Task
 
 
@@ -31,7 +31,7 @@ class SearchResult(NamedTuple):
 
 def search_policy(
     task: Task,
-    shape: PolicyShape,
+    shape: PolicyParametrisation,
     torque_limit: float,
     earlier: Sequence[RbfPolicy],
     progress: Callable[[str], None],
@@ -66,33 +66,33 @@ def search_policy(
         return descend(whole, found, scales, linear, settings.iterations)
 
     starts: list[Start] = []
-    if settings.searched or not earlier:
+    if settings.restarts or not earlier:
         starts = _starts(task, shape, torque_limit, earlier, base)
-    chosen = _promising(starts, short, max(settings.searched, 1), workers)
+    chosen = _promising(starts, short, max(settings.restarts, 1), workers)
 
-    def judged(origin: str, policy: RbfPolicy, number: int | None = None) -> Candidate:
-        found = task.judged(origin, policy, number)
-        progress(f"{origin}: cost {found.cost:.2f}, {found.judgement.success:.0%} of the long rollouts balance")
+    def validated(origin: str, policy: RbfPolicy, number: int | None = None) -> Candidate:
+        found = task.validated(origin, policy, number)
+        progress(f"{origin}: cost {found.cost:.2f}, {found.validation.success:.0%} of the long rollouts balance")
         return found
 
-    fresh = _not_driven_twice(earlier) if settings.searched else range(len(earlier))
-    candidates = [judged(f"policy {i}", earlier[i], i) for i in fresh]
+    fresh = _not_driven_twice(earlier) if settings.restarts else range(len(earlier))
+    candidates = [validated(f"policy {i}", earlier[i], i) for i in fresh]
     with ThreadPoolExecutor(workers) as pool:
         for each, found in zip(chosen, pool.map(searched, chosen), strict=True):
-            candidates.append(judged(f"search from {each.origin}", found))
+            candidates.append(validated(f"search from {each.origin}", found))
     candidates.sort(key=_rank)
-    if chosen and candidates[0].judgement.success < settings.content:
+    if chosen and candidates[0].validation.success < settings.min_success_rate:
         patient = task.objective(settings.long_horizon)
         near = next(c for c in candidates if c.earlier is None)
         found = descend(patient, near.policy, scales, linear, settings.long_iterations)
-        candidates.append(judged(f"long {near.origin}", found))
+        candidates.append(validated(f"long {near.origin}", found))
         candidates.sort(key=_rank)
     best = candidates[0]
     return SearchResult(best, tuple(candidates), task.predicted(best.policy))
 
 
 def _starts(
-    task: Task, shape: PolicyShape, torque_limit: float, earlier: Sequence[RbfPolicy], base: Array | None
+    task: Task, shape: PolicyParametrisation, torque_limit: float, earlier: Sequence[RbfPolicy], base: Array | None
 ) -> list[Start]:
     rng = generator(Stream.SEARCH_STARTS, task.seed)
     if base is None:
@@ -107,8 +107,8 @@ def _not_driven_twice(earlier: Sequence[RbfPolicy]) -> list[int]:
 
 
 def _rank(candidate: Candidate) -> tuple[float, float]:
-    """Less is better: success in tenths, then the judge's cost; what is not a number comes last."""
-    success, cost = candidate.judgement
+    """Less is better: success in tenths, then the sampled cost; what is not a number comes last."""
+    success, cost = candidate.validation
     return (-round(success, 1), cost) if np.isfinite([success, cost]).all() else (np.inf, np.inf)
 
 

@@ -80,7 +80,7 @@ class Robots:
             for step, states in enumerate(self.states(lambda seen: torch.from_numpy(command(seen.numpy())))):
                 tilt = np.abs(states[:, limits.tilt].numpy())
                 standing &= tilt <= limits.limit
-                settled &= (step + 1 < limits.settle_step) | (tilt <= limits.settle_limit)
+                settled &= (step + 1 < limits.settle_step) | (tilt <= limits.settled_tilt_limit)
                 costs += np.where(standing, cost(states.numpy()), 1.0)
                 if not standing.any():
                     costs += steps - step - 1

@@ -29,13 +29,13 @@ class Limits(NamedTuple):
     Attributes:
         tilt: index of the tilt in the state.
         limit: the tilt must never pass this [rad].
-        settle_limit: from `settle_step` on the tilt must not pass this [rad].
+        settled_tilt_limit: from `settle_step` on the tilt must not pass this [rad].
         settle_step: control periods for recovering from the start.
     """
 
     tilt: int
     limit: float
-    settle_limit: float
+    settled_tilt_limit: float
     settle_step: int
 
 
@@ -241,7 +241,7 @@ def _drive(
                 stayed[robot] = 0.0
                 costs[robot] += steps - step
                 break
-            if step + 1 >= limits.settle_step and angle > limits.settle_limit:
+            if step + 1 >= limits.settle_step and angle > limits.settled_tilt_limit:
                 stayed[robot] = 0.0
             distance = 0.0
             for k in range(D):

@@ -18,21 +18,21 @@ _NETWORKS = 4  # random ones on top of a regulator
 
 
 @dataclass(frozen=True)
-class PolicyShape:
+class PolicyParametrisation:
     """What the searched policies look like.
 
     Attributes:
         basis: number N of radial basis functions.
         linear: whether a linear part stands beside them; the paper has none.
         scale: by channel name, the size of a usual deviation: centres and length-scales start at that scale.
-        past_command_scale: the same for past commands, as a share of the torque limit.
+        command_scale: the same for past commands, as a share of the torque limit.
         weight_sd: of the random starting weights, in units of the activation.
     """
 
     basis: int
     linear: bool
     scale: dict[str, float]
-    past_command_scale: float
+    command_scale: float
     weight_sd: float
 
     def scales(self, names: Sequence[str], torque_limit: float) -> Array:
@@ -41,7 +41,7 @@ class PolicyShape:
         Raises:
             ConfigError: a channel has none.
         """
-        past = self.past_command_scale * torque_limit
+        past = self.command_scale * torque_limit
         known = {**{name: past for name in names if name.startswith("command_")}, **self.scale}
         missing = [n for n in names if n not in known]
         if missing:
@@ -84,7 +84,7 @@ class Start(NamedTuple):
 
 
 def linear_policy(
-    shape: PolicyShape, channels: Sequence[str], torque_limit: float, gain: Array, rng: np.random.Generator
+    shape: PolicyParametrisation, channels: Sequence[str], torque_limit: float, gain: Array, rng: np.random.Generator
 ) -> RbfPolicy:
     """A policy that is about u = -gain·x near the origin, with small random basis functions on top.
 
@@ -108,13 +108,17 @@ def linear_policy(
 
 
 def starting_policies(
-    task: Task, shape: PolicyShape, torque_limit: float, earlier: Sequence[RbfPolicy], rng: np.random.Generator
+    task: Task,
+    shape: PolicyParametrisation,
+    torque_limit: float,
+    earlier: Sequence[RbfPolicy],
+    rng: np.random.Generator,
 ) -> list[Start]:
     """All starts: regulators of each model's slopes, earlier policies at several strengths, and one random policy.
 
-    Of the task's settings, `swings` are half widths of the command's secant and `command_widths` prices of the command
-    for the regulator, both as shares of the torque limit; `shares` are strengths at which each earlier policy is tried,
-    as a robot stronger than its model wants less.
+    Of the task's settings, `linearisation_amplitudes` are half widths of the command's secant and `lqr_command_widths`
+    prices of the command for the regulator, both as shares of the torque limit; `gain_scales` are strengths at which
+    each earlier policy is tried, as a robot stronger than its model wants less.
 
     Args:
         task: what the policy is for.
@@ -128,16 +132,16 @@ def starting_policies(
     starts: list[Start] = []
     for number, model in enumerate(task.models):
         regulated = "regulator" if len(task.models) == 1 else f"regulator of model {number}"
-        for swing in settings.swings:
+        for swing in settings.linearisation_amplitudes:
             A, B = slopes(model, swing * torque_limit, s)
-            for width in settings.command_widths:
+            for width in settings.lqr_command_widths:
                 gain = regulator(A, B, task.cost, width * torque_limit)
                 if gain is not None:
                     origin = f"{regulated} (swing {swing:g}, width {width:g})"
                     policy = linear_policy(shape, names, torque_limit, gain, rng)
                     starts.append(Start(origin, policy, Family(StartKind.REGULATOR, number)))
     for index, policy in enumerate(earlier):
-        for share in settings.shares:
+        for share in settings.gain_scales:
             scaled = replace(policy, weights=share * policy.weights, gain=share * policy.gain)
             starts.append(Start(f"policy {index} x {share:g}", scaled, Family(StartKind.EARLIER, index)))
     policy = linear_policy(shape, names, torque_limit, np.zeros(len(s)), rng)
@@ -148,7 +152,7 @@ def starting_policies(
 def starts_on(
     gain: Array,
     names: Sequence[str],
-    shape: PolicyShape,
+    shape: PolicyParametrisation,
     torque_limit: float,
     earlier: Sequence[RbfPolicy],
     rng: np.random.Generator,

@@ -14,10 +14,10 @@ from twbal.models.dynamics import DynamicsModel
 from twbal.models.moments.truncation import DEGREES, Truncation
 from twbal.policies.rbf import RbfPolicy
 from twbal.search.descent import MeanObjective, Minimised, Objective
-from twbal.search.judgement import Judge, Judgement, judge
 from twbal.search.long_term_cost import propagate
 from twbal.search.particles import ParticleObjective
 from twbal.search.transition import TransitionModel, transition_model
+from twbal.search.validation import Validation, ValidationResult, validate
 
 
 @dataclass(frozen=True)
@@ -29,14 +29,14 @@ class SearchSettings:
         short_horizon: of the first part of each search; a long one has no slope on the plateau of a policy that falls.
         iterations: of L-BFGS over the whole horizon, at most.
         short_iterations: of L-BFGS over the short one, at most.
-        searched: how many starts, the best over the short horizon, are searched; 0 only judges earlier policies.
-        long_horizon: over which the search goes on from the best that it found where less than `content` of the judge's
-            robots balance under any candidate: a robot that slowly runs away is cheap over a short horizon.
+        restarts: how many starts, the best over the short horizon, are searched; 0 only judges earlier policies.
+        long_horizon: over which the search goes on from the best that it found where less than `min_success_rate` of
+            the sampled robots balance under any candidate: a robot that slowly runs away is cheap over a short horizon.
         long_iterations: of L-BFGS over that, at most.
-        content: share of the judge's robots.
-        swings: see `starting_policies`.
-        command_widths: see `starting_policies`.
-        shares: see `starting_policies`.
+        min_success_rate: share of the sampled robots.
+        linearisation_amplitudes: see `starting_policies`.
+        lqr_command_widths: see `starting_policies`.
+        gain_scales: see `starting_policies`.
         weight_penalty: see `Objective`.
         particles: by which costs are found instead of moment matching (`ParticleObjective`); 0: by moment matching.
         tolerance: see `Truncation`; while searching.
@@ -47,13 +47,13 @@ class SearchSettings:
     short_horizon: int
     iterations: int
     short_iterations: int
-    searched: int
+    restarts: int
     long_horizon: int
     long_iterations: int
-    content: float
-    swings: tuple[float, ...]
-    command_widths: tuple[float, ...]
-    shares: tuple[float, ...]
+    min_success_rate: float
+    linearisation_amplitudes: tuple[float, ...]
+    lqr_command_widths: tuple[float, ...]
+    gain_scales: tuple[float, ...]
     weight_penalty: float
     particles: int
     tolerance: float
@@ -67,14 +67,14 @@ class Candidate(NamedTuple):
         origin: where its search began, or which earlier policy it is.
         policy: the policy.
         cost: expected long-term cost over the horizon.
-        judgement: of its long rollouts.
+        validation: of its long rollouts.
         earlier: which of the given earlier policies it is; None for what was searched.
     """
 
     origin: str
     policy: RbfPolicy
     cost: float
-    judgement: Judgement
+    validation: ValidationResult
     earlier: int | None = None
 
 
@@ -87,7 +87,7 @@ class Task:
         start: distribution of x_0.
         cost: of a state.
         settings: of the search.
-        judging: of the long rollouts.
+        validation: of the long rollouts.
         seed: of all that is drawn.
     """
 
@@ -95,7 +95,7 @@ class Task:
     start: Gaussian
     cost: SaturatingCost
     settings: SearchSettings
-    judging: Judge
+    validation: Validation
     seed: int
 
     @cached_property
@@ -121,18 +121,18 @@ class Task:
 
     def _particles(self, horizon: int) -> list[ParticleObjective]:
         count = math.ceil(self.settings.particles / len(self.models))
-        features, penalty = self.judging.features, self.settings.weight_penalty
+        features, penalty = self.validation.features, self.settings.weight_penalty
         return [
             ParticleObjective(model, self.cost, self.start, horizon, count, features, self.seed, penalty)
             for model in self.models
         ]
 
-    def judged(self, origin: str, policy: RbfPolicy, earlier: int | None = None) -> Candidate:
-        """A policy with its cost and the verdict of the judge, whose robots the models share."""
-        share = replace(self.judging, robots=math.ceil(self.judging.robots / len(self.models)))
-        found = [judge(model, policy, self.cost, self.start, share, self.seed) for model in self.models]
-        judgement = Judgement(*(float(np.mean(values)) for values in zip(*found, strict=True)))
-        return Candidate(origin, policy, self.whole.value(policy), judgement, earlier)
+    def validated(self, origin: str, policy: RbfPolicy, earlier: int | None = None) -> Candidate:
+        """A policy with its cost and the result of its validation, whose robots the models share."""
+        share = replace(self.validation, robots=math.ceil(self.validation.robots / len(self.models)))
+        found = [validate(model, policy, self.cost, self.start, share, self.seed) for model in self.models]
+        validation = ValidationResult(*(float(np.mean(values)) for values in zip(*found, strict=True)))
+        return Candidate(origin, policy, self.whole.value(policy), validation, earlier)
 
     def predicted(self, policy: RbfPolicy) -> tuple[Gaussian, ...]:
         """Distributions of what the sensors show under a policy, t = 0..H; by longer series than the search takes.

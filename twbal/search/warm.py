@@ -7,17 +7,17 @@ import numpy as np
 
 from twbal.core.channels import Channels
 from twbal.core.cost import SaturatingCost
-from twbal.core.evaluation import SuccessRule
+from twbal.core.evaluation import SuccessCriterion
 from twbal.core.gaussian import Gaussian
 from twbal.models.dynamics import without_simulation
 from twbal.models.moments.kernel_sum import KernelSum, no_kernels
 from twbal.models.moments.truncation import Truncation
 from twbal.models.smoothing import compile_filter
 from twbal.policies.rbf import RbfPolicy
-from twbal.search.judgement import Judge, judge
 from twbal.search.long_term_cost import long_term_cost, machine_code_folder
 from twbal.search.sampled_rollouts import machine_code_folder as rollouts_folder
 from twbal.search.transition import TransitionModel
+from twbal.search.validation import Validation, validate
 
 
 def is_compiled() -> bool:
@@ -34,8 +34,8 @@ def compile_search() -> None:
     start = Gaussian(np.zeros(1), np.eye(1))
     long_term_cost(model, policy, cost, start, 1, Truncation())
     nothing = without_simulation(Channels(("tilt",), 1.0))
-    rule = SuccessRule(limit=1.0, settle_limit=1.0, settle_step=1, steps=1)
-    judge(replace(nothing, g=nothing.f), policy, cost, start, Judge(robots=1, features=1, rule=rule), seed=0)
+    rule = SuccessCriterion(tilt_limit=1.0, settled_tilt_limit=1.0, settle_step=1, steps=1)
+    validate(replace(nothing, g=nothing.f), policy, cost, start, Validation(robots=1, features=1, success=rule), seed=0)
 
 
 if __name__ == "__main__":

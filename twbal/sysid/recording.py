@@ -67,17 +67,17 @@ class Usability:
     """What recordings must have.
 
     Attributes:
-        shortest: periods of an episode, below which it is left out.
-        fewest: periods of all episodes together.
-        fastest_turn: yaw rate beyond which instants do not count [rad/s].
-        widest_tilt: tilt at which a recording is cut off, as the robot has fallen [rad].
+        min_length: periods of an episode, below which it is left out.
+        min_samples: periods of all episodes together.
+        max_yaw_rate: yaw rate beyond which instants do not count [rad/s].
+        max_tilt: tilt at which a recording is cut off, as the robot has fallen [rad].
         needs_tilt: whether a tilt must have been measured; not where the robot lies and its wheels turn in the air.
     """
 
-    shortest: int
-    fewest: int
-    fastest_turn: float
-    widest_tilt: float
+    min_length: int
+    min_samples: int
+    max_yaw_rate: float
+    max_tilt: float
     needs_tilt: bool = True
 
 
@@ -98,13 +98,13 @@ def read_recordings(
     if not episodes:
         raise DataError("A diagnosis needs at least one measured episode; found none.")
     found = [_read(episode, name, robot, usability) for episode, name in zip(episodes, names, strict=True)]
-    recordings = tuple(recording for recording in found if len(recording) >= usability.shortest)
+    recordings = tuple(recording for recording in found if len(recording) >= usability.min_length)
     total = sum(map(len, recordings))
-    if total < usability.fewest:
+    if total < usability.min_samples:
         raise DataError(
-            f"A diagnosis needs {usability.fewest} control periods "
-            f"({usability.fewest * robot.control_period:.3g} s) in episodes of at least {usability.shortest}, upright; "
-            f"found {total} in {len(recordings)} of {len(episodes)} episodes. "
+            f"A diagnosis needs {usability.min_samples} control periods "
+            f"({usability.min_samples * robot.control_period:.3g} s) in episodes of at least {usability.min_length}, "
+            f"upright; found {total} in {len(recordings)} of {len(episodes)} episodes. "
             "Record longer: twbal real-rollout experiment=excite; if the robot falls, with policy.command_width=0.1."
         )
     sensed = np.all([recording.sensed for recording in recordings], axis=0)  # by some of them only: by none
@@ -126,9 +126,9 @@ def _read(episode: Episode, name: str, robot: RobotParameters, usability: Usabil
         raise DataError(f"Episode {name} has values that are not finite numbers. Leave it out.")
     _check_clock(seen[:, _TIME], name, robot.control_period)
     measured, yaw_rate = seen[:, _COLUMNS], seen[:, _YAW]
-    fallen = np.flatnonzero(np.abs(measured[:, 0]) > usability.widest_tilt)
+    fallen = np.flatnonzero(np.abs(measured[:, 0]) > usability.max_tilt)
     end = int(fallen[0]) if len(fallen) else len(seen)
-    usable = np.abs(yaw_rate[:end]) <= usability.fastest_turn
+    usable = np.abs(yaw_rate[:end]) <= usability.max_yaw_rate
     commands = np.clip(episode.commands[: max(end - 1, 0)], -robot.torque_limit, robot.torque_limit)
     worked_out = {channel for channel, _ in episode.estimated}
     sensed = np.array([channel not in worked_out for channel in MEASURED])

@@ -7,7 +7,7 @@ from pathlib import Path
 from twbal.algorithm.outcome import counted, doubts, driving, headline, tilt_band
 from twbal.algorithm.summary import Basis, Diagnosis, Iteration, Search, Summary
 from twbal.core.errors import DataError
-from twbal.core.evaluation import SuccessRule
+from twbal.core.evaluation import SuccessCriterion
 from twbal.core.files import write_atomically
 from twbal.viz.page import inline, percent, render
 
@@ -20,14 +20,14 @@ class Setting:
         virtual: whether the robot behind the link was the virtual one, not hardware.
         rule: what made a trial a success.
         control_period: [s].
-        variants: names of the further simulated robots that policy 0 serves.
+        ensemble: names of the further simulated robots that policy 0 serves.
         facts: further names and values, in order: state, cost widths, link and the like.
     """
 
     virtual: bool
-    rule: SuccessRule
+    rule: SuccessCriterion
     control_period: float
-    variants: Sequence[str]
+    ensemble: Sequence[str]
     facts: Sequence[tuple[str, str]]
 
 
@@ -78,7 +78,7 @@ def write_report(path: Path, summary: Summary, setting: Setting, pictures: Pictu
         count=summary.count(summary.best_iteration),
         first_count=summary.count(0),
         corrected=any(iteration.diagnosis is Diagnosis.USED for iteration in summary.iterations),
-        steps=what_was_done(summary, setting.variants),
+        steps=what_was_done(summary, setting.ensemble),
         doubts=doubts(summary.iterations[-1], summary.tilt_limit),
         tilt_bands=[tilt_band(iteration) for iteration in summary.iterations],
         tilt=inline(pictures.tilt, "tilt", "Tilt of the robot in its trials, before and after learning"),
@@ -98,15 +98,15 @@ def write_report(path: Path, summary: Summary, setting: Setting, pictures: Pictu
     write_atomically(path, html)
 
 
-def what_was_done(summary: Summary, variants: Sequence[str]) -> list[str]:
+def what_was_done(summary: Summary, ensemble: Sequence[str]) -> list[str]:
     """A paragraph for each iteration: what drove the robot, what was learned, and what was searched.
 
     Args:
         summary: of the run.
-        variants: names of the further simulated robots that policy 0 serves.
+        ensemble: names of the further simulated robots that policy 0 serves.
     """
     first, *later = summary.iterations
-    paragraphs = [_first_policy(first, summary, variants)]
+    paragraphs = [_first_policy(first, summary, ensemble)]
     for before, iteration in zip(summary.iterations, later, strict=False):
         rollouts = iteration.real_episodes - before.real_episodes
         seconds = iteration.real_seconds - before.real_seconds
@@ -115,15 +115,15 @@ def what_was_done(summary: Summary, variants: Sequence[str]) -> list[str]:
     return [f"{text}{_trials(iteration)}" for text, iteration in zip(paragraphs, summary.iterations, strict=True)]
 
 
-def _first_policy(first: Iteration, summary: Summary, variants: Sequence[str]) -> str:
+def _first_policy(first: Iteration, summary: Summary, ensemble: Sequence[str]) -> str:
     match first.basis:
         case Basis.SIMULATION:
             robots = "the simulated robot"
-            if variants:
-                robots += f", and of simulated robots that differ from it ({', '.join(variants)})"
-            learned = "a model f of it" if not variants else "a model f of each"
+            if ensemble:
+                robots += f", and of simulated robots that differ from it ({', '.join(ensemble)})"
+            learned = "a model f of it" if not ensemble else "a model f of each"
             data = f"{summary.sim.samples} samples of {counted(summary.sim.episodes, 'rollout')} of {robots}"
-            found = "Policy 0 was searched on f." if not variants else "Policy 0 was searched on all of them at once."
+            found = "Policy 0 was searched on f." if not ensemble else "Policy 0 was searched on all of them at once."
             if first.search is Search.KEPT:
                 found = "Policy 0 is one that an earlier search on f found; the last search found nothing better."
             return f"From {data}, Gaussian processes learned {learned}. {found}"

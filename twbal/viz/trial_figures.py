@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from twbal.core.evaluation import SuccessRule
+from twbal.core.evaluation import SuccessCriterion
 from twbal.core.gaussian import Array
 from twbal.core.palette import GOOD, MUTED, REAL
 from twbal.viz.canvas import panels, styled
@@ -28,7 +28,7 @@ class Trials(NamedTuple):
 
 
 @styled
-def tilt_figure(groups: Sequence[Trials], control_period: float, rule: SuccessRule) -> Figure:
+def tilt_figure(groups: Sequence[Trials], control_period: float, rule: SuccessCriterion) -> Figure:
     """Draw the tilt of the trials of some policies side by side, with the limits that make a success.
 
     Args:
@@ -42,7 +42,7 @@ def tilt_figure(groups: Sequence[Trials], control_period: float, rule: SuccessRu
         _draw_courses(panel, [np.degrees(course) for course in group.courses], control_period, rule.steps)
         panel.set_title(group.title)
         panel.set_xlim(0.0, rule.steps * control_period)
-        panel.set_ylim(*(1.25 * np.degrees([-rule.limit, rule.limit])))
+        panel.set_ylim(*(1.25 * np.degrees([-rule.tilt_limit, rule.tilt_limit])))
         panel.set_xlabel("time [s]")
         panel.set_ylabel("tilt [°]")
     return figure
@@ -71,9 +71,9 @@ def drift_figure(groups: Sequence[Trials], control_period: float, steps: int) ->
     return figure
 
 
-def _draw_rule(axes: Axes, period: float, rule: SuccessRule) -> None:
+def _draw_rule(axes: Axes, period: float, rule: SuccessCriterion) -> None:
     end, settled = period * rule.steps, period * rule.settle_step
-    inner, outer = float(np.degrees(rule.settle_limit)), float(np.degrees(rule.limit))
+    inner, outer = float(np.degrees(rule.settled_tilt_limit)), float(np.degrees(rule.tilt_limit))
     axes.fill_between([settled, end], -inner, inner, color=GOOD.light, alpha=0.15, linewidth=0)
     for side in (-outer, outer):
         axes.axhline(side, color=MUTED.light, linestyle="--", linewidth=1.1)

@@ -12,7 +12,7 @@ from twbal.cli.settings.validate import faults
 MAY_BE_NEGATIVE = (
     "robot.com_offset",
     "start.tilt_mean",
-    "hidden.com_offset",
+    "faults.com_offset",
     "*.angle",
     "*.phase",
     "*.gyro_bias.rate",
@@ -20,34 +20,64 @@ MAY_BE_NEGATIVE = (
 )
 NOT_ZERO = (
     *("robot.body_*", "robot.com_height", "robot.wheel_*", "robot.track", "robot.torque_limit", "robot.control_period"),
-    *("*physics_step", "*tilt_limit", "steps", "*.steps", "rollouts", "*.rollouts", "confirm_steps", "first_rollouts"),
-    *("sim_round_rollouts", "rule.limit", "rule.settle_limit", "policy.share", "policy.hold", "policy.command_width"),
-    *("state.wheel_radius", "cost.widths.*", "cost.torque_limit", "shape.basis", "shape.scale.*", "search.horizon"),
+    *(
+        "*physics_step",
+        "*tilt_limit",
+        "steps",
+        "*.steps",
+        "rollouts",
+        "*.rollouts",
+        "calibration_steps",
+        "random_rollouts",
+    ),
+    *(
+        "sim_round_rollouts",
+        "success.tilt_limit",
+        "success.settled_tilt_limit",
+        "policy.amplitude",
+        "policy.hold",
+        "policy.command_width",
+    ),
+    *(
+        "state.wheel_radius",
+        "cost.widths.*",
+        "cost.torque_limit",
+        "parametrisation.basis",
+        "parametrisation.scale.*",
+        "search.horizon",
+    ),
     *(
         "search.short_horizon",
         "search.long_horizon",
         "search.iterations",
         "search.tolerance",
-        "judge.*",
+        "validation.*",
         "agent.scales.*",
     ),
     *("model.*.starts", "model.*.finalists", "model.*.iterations", "model.*.inducing", "model.*.screening_points"),
     *("model.smoothing.*", "diagnosis.tolerances.data_sheet", "diagnosis.tolerances.*_timing", "diagnosis.temperature"),
-    *("diagnosis.substeps", "diagnosis.shortlist", "diagnosis.most_effects", "diagnosis.blocks", "held_out", "starts"),
-    *("bins", "shortest", "fewest", "fastest_turn", "widest_tilt", "link.*timeout", "link.baud_rate", "watchdog"),
-    *("idle_timeout", "hidden.outer", "hidden.reference_torque", "import.motor.*", "*.factor", "*.gain", "resync"),
+    *("diagnosis.substeps", "diagnosis.shortlist", "diagnosis.max_effects", "diagnosis.blocks", "held_out", "starts"),
+    *("bins", "min_length", "min_samples", "max_yaw_rate", "max_tilt", "link.*timeout", "link.baud_rate", "watchdog"),
+    *("idle_timeout", "faults.outer", "faults.reference_torque", "import.motor.*", "*.factor", "*.gain", "resync"),
     *("seconds", "frame_rate", "width", "height", "command_width", "agent.options.learning_rate"),
 )
-NOT_EMPTY = ("state.names", "search.swings", "search.command_widths", "search.shares", "horizons", "policy.widths")
+NOT_EMPTY = (
+    "state.names",
+    "search.linearisation_amplitudes",
+    "search.lqr_command_widths",
+    "search.gain_scales",
+    "horizons",
+    "policy.widths",
+)
 MORE_THAN_IS_PACKAGED = (  # rows that only a user's own yaml or words have
-    *("*.yaw_rate", "*.noise_prior.*", "import.quantities.*", "sim.effects.*", "sim.draws.*", "variants.*", "runs.*"),
+    *("*.yaw_rate", "*.noise_prior.*", "import.quantities.*", "sim.effects.*", "sim.draws.*", "ensemble.*", "runs.*"),
     *("sim.draws", "sim.effects", "agent.options", "model.fit_f.settings.length_scale_prior.*"),
     *(
         "model.fit_f.settings.fit.length_scale_prior.*",
         "link.confirm_placed",
         "import.motor",
         "policy.robot",
-        "judge.rule",
+        "validation.success",
     ),
 )
 TREES = all_composed()
@@ -132,7 +162,7 @@ def test_no_list_takes_a_member_that_is(value):
 
 @pytest.mark.parametrize("value", ["abc", "", [1.0], ["abc"], None, True], ids=repr)
 def test_no_number_may_be(value):
-    may_be_null = ("cost.past_command_width", "exploration_steps", "*.exploration_steps", "import.quantities.*")
+    may_be_null = ("cost.command_width", "exploration_steps", "*.exploration_steps", "import.quantities.*")
     texts = () if value is None else ("import.quantities.*.from",)
     for composed in TREES:
         all_refused(

@@ -45,8 +45,8 @@ def table_and_prefix(file, group, node):
     if group in ("", "_global_"):
         return Table(file.stem.replace("_", "-") if group == "" else "iterate", {}), ""
     tree = yaml.safe_load(yaml.serialize(node))
-    whole = {group: tree} if group in ("sim", "variants") else {}
-    for effects in (whole.get("variants") or {}).values():
+    whole = {group: tree} if group in ("sim", "ensemble") else {}
+    for effects in (whole.get("ensemble") or {}).values():
         for name, effect in (effects if isinstance(effects, dict) else {}).items():
             effect["_target_"] = nodes()[name]["_target_"]
     place = {"model/search": "model.fit_f.settings"}.get(group, group.replace("/", "."))

@@ -32,10 +32,10 @@ def mapping(*overrides):
 
 @pytest.fixture
 def brought(tmp_path):
-    def bring(rows, *overrides, names=NAMES, period=None, shortest=50):
+    def bring(rows, *overrides, names=NAMES, period=None, min_length=50):
         path = tmp_path / "log.csv"
         path.write_text(text(rows, names=names))
-        return import_file(path, mapping(*overrides), Wanted(CHANNELS, period, shortest), SOURCE)
+        return import_file(path, mapping(*overrides), Wanted(CHANNELS, period, min_length), SOURCE)
 
     return bring
 

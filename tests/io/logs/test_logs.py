@@ -355,7 +355,7 @@ def test_a_damaged_log_says_so(tmp_path: Path, data: bytes) -> None:
     damaged = bytearray(data)
     damaged[len(data) // 2] ^= 1
     (tmp_path / "e.mcap").write_bytes(bytes(damaged))
-    with pytest.raises(LogError, match=r"is damaged: the checksum of a chunk.*68 of its 151 samples.*twbal recover"):
+    with pytest.raises(LogError, match=r"is damaged: the checksum of a chunk.*68 of its 151 samples.*twbal repair"):
         read_episode(tmp_path / "e.mcap")
 
 

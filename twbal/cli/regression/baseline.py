@@ -94,7 +94,7 @@ def table(compared: Sequence[Compared]) -> str:
 
 def junit(compared: Sequence[Compared]) -> str:
     """The comparison as JUnit XML: a suite for each part, a case for each measure."""
-    whole = ElementTree.Element("testsuites", name="twbal check")
+    whole = ElementTree.Element("testsuites", name="twbal regress")
     suites: dict[str, ElementTree.Element] = {}
     for each in compared:
         part, _, what = each.name.partition("/")

@@ -22,20 +22,20 @@ LINK = (
     Setting("link.confirm_placed", OrNull(Part()), "question before each rollout; null: none"),
 )
 
-HIDDEN = (
-    Setting("hidden.outer", Number(1e-6, 0.5), "share of a range's ends that is drawn from"),
-    Setting("hidden.reference_torque", Number(1e-4, 1e5, "N·m"), "torque limit that torques are for"),
-    Setting("hidden.torque_gain", Span(Number(0.01, 10.0)), "torque over command"),
-    Setting("hidden.dead_zone", Span(Number(0.0, 1e5, "N·m")), "half width of the dead zone"),
-    Setting("hidden.delay_periods", Span(Number(0.0, 100.0, CONTROL_PERIODS)), "delay of the actuation"),
-    Setting("hidden.lag_periods", Span(Number(0.0, 100.0, CONTROL_PERIODS)), "time constant of the motors"),
-    Setting("hidden.viscous_friction", Span(Number(0.0, 1e4, "N·m·s/rad")), "viscous friction of each wheel"),
-    Setting("hidden.coulomb_friction", Span(Number(0.0, 1e5, "N·m")), "dry friction of each wheel"),
-    Setting("hidden.body_mass", Span(Number(0.01, 100.0)), "mass over the data sheet's"),
-    Setting("hidden.com_height", Span(Number(0.01, 100.0)), "height over the data sheet's"),
-    Setting("hidden.com_offset", Span(Number(-1.5, 1.5, "rad")), "angle of the centre of mass"),
+FAULTS = (
+    Setting("faults.outer", Number(1e-6, 0.5), "share of a range's ends that is drawn from"),
+    Setting("faults.reference_torque", Number(1e-4, 1e5, "N·m"), "torque limit that torques are for"),
+    Setting("faults.torque_gain", Span(Number(0.01, 10.0)), "torque over command"),
+    Setting("faults.dead_zone", Span(Number(0.0, 1e5, "N·m")), "half width of the dead zone"),
+    Setting("faults.delay_periods", Span(Number(0.0, 100.0, CONTROL_PERIODS)), "delay of the actuation"),
+    Setting("faults.lag_periods", Span(Number(0.0, 100.0, CONTROL_PERIODS)), "time constant of the motors"),
+    Setting("faults.viscous_friction", Span(Number(0.0, 1e4, "N·m·s/rad")), "viscous friction of each wheel"),
+    Setting("faults.coulomb_friction", Span(Number(0.0, 1e5, "N·m")), "dry friction of each wheel"),
+    Setting("faults.body_mass", Span(Number(0.01, 100.0)), "mass over the data sheet's"),
+    Setting("faults.com_height", Span(Number(0.01, 100.0)), "height over the data sheet's"),
+    Setting("faults.com_offset", Span(Number(-1.5, 1.5, "rad")), "angle of the centre of mass"),
     *(
-        Setting(f"hidden.noise.{name}", Number(0.0, 1e4, unit), "standard deviation of the sensor's noise")
+        Setting(f"faults.noise.{name}", Number(0.0, 1e4, unit), "standard deviation of the sensor's noise")
         for name, unit in SENSORS.items()
     ),
 )

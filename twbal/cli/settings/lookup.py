@@ -8,11 +8,11 @@ from twbal.cli.settings.diagnosis_settings import DIAGNOSIS
 from twbal.cli.settings.effect_settings import effect_settings
 from twbal.cli.settings.import_settings import IMPORT
 from twbal.cli.settings.kinds import Kind, holds_settings
-from twbal.cli.settings.link_settings import HIDDEN, LINK
+from twbal.cli.settings.link_settings import FAULTS, LINK
 from twbal.cli.settings.model_settings import MODEL
 from twbal.cli.settings.nested import ancestors, flattened
 from twbal.cli.settings.robot_settings import CONTROL_PERIOD, POLICY, ROBOT, SIMULATION, START, STATE, TORQUE_LIMIT
-from twbal.cli.settings.search_settings import AGENT, COST, JUDGE, RULE, SEARCH, SHAPE
+from twbal.cli.settings.search_settings import AGENT, COST, PARAMETRISATION, RULE, SEARCH, VALIDATION
 from twbal.cli.settings.setting import Setting
 from twbal.cli.settings.stage_settings import SECTIONS, STAGES
 from twbal.effects.library import effect_of, library
@@ -25,14 +25,14 @@ GROUPS = {
     "Policy that drives": POLICY,
     "Model": MODEL,
     "Cost": COST,
-    "Shape of policies": SHAPE,
+    "Parametrisation of policies": PARAMETRISATION,
     "Search": SEARCH,
     "Success": RULE,
-    "Judge": JUDGE,
+    "Validation": VALIDATION,
     "Agent": AGENT,
     "Diagnosis": DIAGNOSIS,
     "Link": LINK,
-    "Virtual robot": HIDDEN,
+    "Virtual robot": FAULTS,
     "Import": IMPORT,
 }
 """Settings that stages share, by what they are of."""
@@ -127,9 +127,9 @@ def leaves(tree: Mapping[str, Any]) -> Iterator[Leaf]:
 
 
 def effects_in(tree: Mapping[str, Any]) -> Iterator[tuple[str, Mapping[str, Any]]]:
-    """The effects of a simulation and its variants, by their dotted keys."""
+    """The effects of a simulation and its ensemble, by their dotted keys."""
     places = {"sim.effects": _mapping(_mapping(tree.get("sim")).get("effects"))}
-    places |= {f"variants.{name}": _mapping(effects) for name, effects in _mapping(tree.get("variants")).items()}
+    places |= {f"ensemble.{name}": _mapping(effects) for name, effects in _mapping(tree.get("ensemble")).items()}
     for place, effects in places.items():
         yield from ((f"{place}.{name}", effect) for name, effect in effects.items() if isinstance(effect, Mapping))
 

@@ -66,22 +66,22 @@ SIMULATION = (
     Setting("sim.effects.*", Part(), "an effect"),
     Setting("sim.draws", Part(), "effects whose sizes are drawn for each rollout"),
     Setting("sim.draws.*", Part(), "an effect, by name"),
-    Setting("variants", Part(), "more simulated robots that policy 0 must serve"),
-    Setting("variants.*", Part(), "the effects of one of them"),
-    Setting("variants.*.*", Part(), "an effect"),
+    Setting("ensemble", Part(), "more simulated robots that policy 0 must serve"),
+    Setting("ensemble.*", Part(), "the effects of one of them"),
+    Setting("ensemble.*.*", Part(), "an effect"),
 )
 
 POLICY = (
     Setting("policy.path", PATH, "policy.pt that drives", common=True),
     Setting("policy.channels", STATE_NAMES, "channels that the policy sees"),
-    Setting("policy.share", Number(0.001, 1.0), "share of the torque limit for random commands", common=True),
+    Setting("policy.amplitude", Number(0.001, 1.0), "share of the torque limit for random commands", common=True),
     Setting("policy.torque_limit", TORQUE_LIMIT, "largest command"),
     Setting("policy.hold", Whole(1, 10_000, CONTROL_PERIODS), "time for which each random command is held"),
     Setting("policy.robot", Part(), "data sheet that the regulator is made for"),
     Setting("policy.widths", ListOf(Number(1e-6, 1e6), 3, 3), "tilt [rad], rate [rad/s], speed [m/s] that cost alike"),
     Setting("policy.command_width", Number(1e-4, 1e4), "command that costs as much, per torque limit"),
-    Setting("policy.sine", Number(0.0, 1.0), "sd of the multisine, per torque limit"),
-    Setting("policy.binary", Number(0.0, 1.0), "pseudo-random binary torque, per torque limit"),
+    Setting("policy.multisine", Number(0.0, 1.0), "sd of the multisine, per torque limit"),
+    Setting("policy.prbs", Number(0.0, 1.0), "pseudo-random binary torque, per torque limit"),
     Setting("policy.speed", Number(0.0, 100.0, "m/s"), "speed asked for: forth, rest and back, 3 s each"),
     Setting("policy.fade_tilt", TILT_LIMIT, "tilt at which the disturbance has faded"),
 )

@@ -15,19 +15,21 @@ COST = (
         Setting(f"cost.widths.{name}", Number(*_DEVIATION, unit), "deviation that costs 0.39 of 1 a step")
         for name, unit in CHANNELS.items()
     ),
-    Setting("cost.past_command_width", OrNull(Number(1e-4, 1e4)), "the same of the last command, per torque limit"),
+    Setting("cost.command_width", OrNull(Number(1e-4, 1e4)), "the same of the last command, per torque limit"),
     Setting("cost.torque_limit", TORQUE_LIMIT, "largest command"),
 )
 
-SHAPE = (
-    Setting("shape.basis", Whole(1, 10_000), "number of radial basis functions"),
-    Setting("shape.linear", YesNo(), "the policy has a linear part too"),
+PARAMETRISATION = (
+    Setting("parametrisation.basis", Whole(1, 10_000), "number of radial basis functions"),
+    Setting("parametrisation.linear", YesNo(), "the policy has a linear part too"),
     *(
-        Setting(f"shape.scale.{name}", Number(*_DEVIATION, unit), "usual deviation: scale of centres and lengths")
+        Setting(
+            f"parametrisation.scale.{name}", Number(*_DEVIATION, unit), "usual deviation: scale of centres and lengths"
+        )
         for name, unit in CHANNELS.items()
     ),
-    Setting("shape.past_command_scale", Number(1e-4, 1e4), "the same of past commands, per torque limit"),
-    Setting("shape.weight_sd", Number(0.0, 100.0), "sd of the weights where a search starts"),
+    Setting("parametrisation.command_scale", Number(1e-4, 1e4), "the same of past commands, per torque limit"),
+    Setting("parametrisation.weight_sd", Number(0.0, 100.0), "sd of the weights where a search starts"),
 )
 
 SEARCH = (
@@ -35,13 +37,13 @@ SEARCH = (
     Setting("search.short_horizon", _HORIZON, "horizon of the first part of each search"),
     Setting("search.iterations", _ITERATIONS, "L-BFGS iterations over the horizon, at most"),
     Setting("search.short_iterations", _ITERATIONS, "L-BFGS iterations over the short horizon, at most"),
-    Setting("search.searched", Whole(0, 1000), "how many starts are searched; 0 only judges"),
+    Setting("search.restarts", Whole(0, 1000), "how many starts are searched; 0 only judges"),
     Setting("search.long_horizon", _HORIZON, "horizon where policies drift off"),
     Setting("search.long_iterations", Whole(0, 100_000), "L-BFGS iterations over the long horizon, at most"),
-    Setting("search.content", Number(0.0, 1.0), "share of the judge's robots that must balance"),
-    Setting("search.swings", _SHARES, "commands for the model's slopes, per torque limit"),
-    Setting("search.command_widths", _SHARES, "command widths of the first regulators, likewise"),
-    Setting("search.shares", _SHARES, "strengths at which earlier policies are tried"),
+    Setting("search.min_success_rate", Number(0.0, 1.0), "share of the sampled robots that must balance"),
+    Setting("search.linearisation_amplitudes", _SHARES, "commands for the model's slopes, per torque limit"),
+    Setting("search.lqr_command_widths", _SHARES, "command widths of the first regulators, likewise"),
+    Setting("search.gain_scales", _SHARES, "strengths at which earlier policies are tried"),
     Setting("search.weight_penalty", Number(0.0, 1e6), "penalty of the squared weights"),
     Setting("search.particles", Whole(0, 1_000_000), "particles for costs; 0: moment matching"),
     Setting("search.tolerance", Number(1e-15, 1.0), "tolerance of the series of moment matching"),
@@ -50,16 +52,16 @@ SEARCH = (
 
 RULE = (
     Setting("tilt_limit", UPRIGHT, "tilt that ends a rollout or a trial"),
-    Setting("rule.limit", UPRIGHT, "tilt that ends a trial"),
-    Setting("rule.settle_limit", UPRIGHT, "largest tilt once the robot has settled"),
-    Setting("rule.settle_step", Whole(0, 1_000_000, CONTROL_PERIODS), "time by which the robot must have settled"),
-    Setting("rule.steps", STEPS, "length of a trial", common=True),
+    Setting("success.tilt_limit", UPRIGHT, "tilt that ends a trial"),
+    Setting("success.settled_tilt_limit", UPRIGHT, "largest tilt once the robot has settled"),
+    Setting("success.settle_step", Whole(0, 1_000_000, CONTROL_PERIODS), "time by which the robot must have settled"),
+    Setting("success.steps", STEPS, "length of a trial", common=True),
 )
 
-JUDGE = (
-    Setting("judge.robots", Whole(1, 100_000), "sampled robots that a policy must balance"),
-    Setting("judge.features", Whole(1, 100_000), "random features of each sampled g"),
-    Setting("judge.rule", Part(), "when a rollout of them counts as a success"),
+VALIDATION = (
+    Setting("validation.robots", Whole(1, 100_000), "sampled robots that a policy must balance"),
+    Setting("validation.features", Whole(1, 100_000), "random features of each sampled g"),
+    Setting("validation.success", Part(), "when a rollout of them counts as a success"),
 )
 
 AGENT = (

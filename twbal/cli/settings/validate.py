@@ -6,6 +6,8 @@ from typing import Any, NamedTuple
 
 from twbal.cli.settings.help_text import shown
 from twbal.cli.settings.lookup import Leaf, Table, effects_in, leaves
+from twbal.cli.settings.nested import ancestors
+from twbal.cli.settings.renamed import name_now
 from twbal.cli.settings.setting import Setting
 from twbal.core.errors import ConfigError
 
@@ -39,6 +41,7 @@ def check(stage: str, tree: Mapping[str, Any]) -> None:
     Raises:
         ConfigError: of the first such value, in one line; it names the others.
     """
+    _refuse_old_names(stage, tree)
     found = list(faults(stage, tree))
     if not found:
         return
@@ -52,6 +55,15 @@ def check(stage: str, tree: Mapping[str, Any]) -> None:
         f"{stage} cannot have {first.key}={value}; expected {first.expected}{meaning}.{also} "
         f"`twbal {stage} --help` shows all settings with their ranges."
     )
+
+
+def _refuse_old_names(stage: str, tree: Mapping[str, Any]) -> None:
+    """Refuse a setting that has another name now, which a yaml file of one's own may still have."""
+    table = Table(stage, tree)
+    for leaf in leaves(tree):
+        now = None if leaf.is_foreign or table.row(leaf.key) is not None else name_now(leaf.key)
+        if now is not None and any(table.row(part) or table.has_parts(part) for part in (*ancestors(now), now)):
+            raise ConfigError(f"{stage} has no setting {leaf.key!r} any more: it is called {now!r} now.")
 
 
 def faults(stage: str, tree: Mapping[str, Any]) -> Iterator[Fault]:

@@ -36,7 +36,7 @@ class Settings:
     """See conf/import_log.yaml."""
 
     period: float | None
-    shortest: int
+    min_length: int
 
 
 def main(cfg: DictConfig) -> None:
@@ -62,7 +62,7 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
     mapping: Mapping = _mapping(cfg["import"])
     text = recorded(cfg, NOT_RECORDED)
     provenance = Provenance(robot.name, "robot", parameter_hash=parameter_hash(robot), config=text)
-    wanted = Wanted(instantiate(cfg.state), settings.period, settings.shortest)
+    wanted = Wanted(instantiate(cfg.state), settings.period, settings.min_length)
     step = Step("import-log", out, text, {"files": files}, 0)
     return perform(step, lambda: _import_to_files(files, mapping, wanted, provenance, out))
 
@@ -77,7 +77,7 @@ def _mapping(cfg: DictConfig) -> Mapping:
 
 def _diagnosis_of(out: Path, period: float, robot_period: float) -> str:
     """The command that diagnoses what was imported: with the simulation of its robot, at the period of its logs."""
-    command = next_command("diagnose", {"episodes": out, "diagnosis": "measured"}, "robot", "sim")
+    command = next_command("diagnose", {"episodes": out, "diagnosis": "real_logs"}, "robot", "sim")
     same = abs(period - robot_period) <= _SAME_PERIOD
     return command if same else f"{command} robot.control_period={period!r}"
 

@@ -71,7 +71,7 @@ def _following(summary: Summary, out: Path, flags: Sequence[str], words: Sequenc
         others = [word for word in words if not word.startswith("updates=")]
         commands = [_again(flags, [*others, f"updates={updates + MORE_UPDATES}"], out)]
     else:
-        others = [word for word in words if not word.startswith(("updates=", "method=", "trained="))]
+        others = [word for word in words if not word.startswith(("updates=", "method=", "trained_agent="))]
         commands = [shlex.join(["twbal", "iterate", *flags, *others])]
     folders = _to_diagnose(summary, out)
     if folders:
@@ -125,7 +125,7 @@ def _allow_more_updates(cfg: DictConfig, out: Path, updates: int) -> None:
 def _learn_and_write(
     cfg: DictConfig, chain: Chain, choices: Mapping[str, str], settings: AlgorithmSettings
 ) -> list[Path]:
-    measures = Measures(instantiate(cfg.rule), instantiate(cfg.cost), cfg.search.horizon, instantiate(cfg.state))
+    measures = Measures(instantiate(cfg.success), instantiate(cfg.cost), cfg.search.horizon, instantiate(cfg.state))
     check_robot_is_there(cfg)
     if not cfg.search.particles:
         check_kernel(cfg.model.kernel)
@@ -145,7 +145,7 @@ def _write(
     """Write down what came out; returns the files."""
     out, found = chain.root, findings(result, steps, measures)
     simulated = steps.episodes(result.simulated)
-    summary = summarise(found, simulated, cfg.robot.name, cfg.seed, round(chain.wall_s, 3), measures.rule.limit)
+    summary = summarise(found, simulated, cfg.robot.name, cfg.seed, round(chain.wall_s, 3), measures.rule.tilt_limit)
     best = result.policies[summary.best_iteration].policy / POLICY
     shutil.copyfile(out / best, out / BEST_POLICY)
     commands = script(chain.commands, best, BEST_POLICY)
@@ -171,9 +171,12 @@ def _setting(cfg: DictConfig, measures: Measures, choices: Mapping[str, str]) ->
         ("state", ", ".join(channels.names)),
         ("cost widths", ", ".join(widths)),
         ("horizon", f"{measures.horizon} control periods"),
-        ("policy", f"{cfg.shape.basis} basis functions{', and a linear part' if cfg.shape.linear else ''}"),
+        (
+            "policy",
+            f"{cfg.parametrisation.basis} basis functions{', and a linear part' if cfg.parametrisation.linear else ''}",
+        ),
         ("link", f"{choices['link']}, robot {cfg.link.seed}" if virtual else str(choices["link"])),
     ]
-    if cfg.first == "simulation":
-        facts.append(("simulated robots", ", ".join([str(choices.get("sim", "own")), *map(str, cfg.variants)])))
-    return Setting(virtual, measures.rule, cfg.robot.control_period, [str(name) for name in cfg.variants], facts)
+    if cfg.initial_policy == "simulation":
+        facts.append(("simulated robots", ", ".join([str(choices.get("sim", "own")), *map(str, cfg.ensemble)])))
+    return Setting(virtual, measures.rule, cfg.robot.control_period, [str(name) for name in cfg.ensemble], facts)

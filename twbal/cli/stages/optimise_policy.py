@@ -21,7 +21,7 @@ from twbal.io.logs import read_episode
 from twbal.models.dynamics import DynamicsModel
 from twbal.policies.saved import load_regulator, load_searched_policy
 
-NOT_RECORDED = ("dynamics", "earlier", "confirming", "base", "workers")
+NOT_RECORDED = ("dynamics", "initial_policies", "calibration_episodes", "residual_on", "workers")
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class Settings:
     """See conf/optimise_policy.yaml."""
 
     seed: int
-    searches: bool
+    optimise: bool
     workers: int
 
 
@@ -47,13 +47,16 @@ def main(cfg: DictConfig) -> float:
 def run(cfg: DictConfig, out: Path) -> Manifest:
     """Search on the model that `cfg` names into `out`/policy.pt and prediction.pt, unless they are there already."""
     settings = typed(Settings, cfg)
-    dynamics, earlier = _paths(cfg.dynamics), _paths(cfg.earlier)
-    confirming = episode_files(cfg.confirming) if cfg.confirming else []
-    inputs = {"dynamics": dynamics, "earlier": earlier}
-    for name, files in (("confirming", confirming), ("base", [Path(cfg.base)] if cfg.base else [])):
+    dynamics, earlier = _paths(cfg.dynamics), _paths(cfg.initial_policies)
+    calibration_episodes = episode_files(cfg.calibration_episodes) if cfg.calibration_episodes else []
+    inputs = {"dynamics": dynamics, "initial_policies": earlier}
+    for name, files in (
+        ("calibration_episodes", calibration_episodes),
+        ("residual_on", [Path(cfg.residual_on)] if cfg.residual_on else []),
+    ):
         inputs |= {name: files} if files else {}
     step = Step("optimise-policy", out, recorded(cfg, NOT_RECORDED), inputs, settings.seed)
-    return perform(step, lambda: _search_to_files(cfg, dynamics, earlier, confirming, settings, out))
+    return perform(step, lambda: _search_to_files(cfg, dynamics, earlier, calibration_episodes, settings, out))
 
 
 def _paths(given: str | Sequence[str]) -> list[Path]:
@@ -66,9 +69,9 @@ def policy_search(cfg: DictConfig, settings: Settings) -> PolicySearch:
         channels=instantiate(cfg.state),
         start=instantiate(cfg.start),
         cost=instantiate(cfg.cost),
-        shape=instantiate(cfg.shape),
+        shape=instantiate(cfg.parametrisation),
         search=instantiate(cfg.search),
-        judging=instantiate(cfg.judge),
+        validation=instantiate(cfg.validation),
         torque_limit=float(cfg.robot.torque_limit),
         seed=settings.seed,
         workers=settings.workers,
@@ -79,7 +82,7 @@ def _search_to_files(
     cfg: DictConfig,
     dynamics: Sequence[Path],
     earlier: Sequence[Path],
-    confirming: Sequence[Path],
+    calibration_episodes: Sequence[Path],
     settings: Settings,
     out: Path,
 ) -> list[Path]:
@@ -89,12 +92,12 @@ def _search_to_files(
     models = [load_model(path).model for path in dynamics]
     for model, path in zip(models, dynamics, strict=True):
         _check_state(model, search.channels, path)
-    base = load_regulator(cfg.base, names) if cfg.base else None
+    base = load_regulator(cfg.residual_on, names) if cfg.residual_on else None
     policies = [load_searched_policy(path, names) for path in earlier]
-    search = search if settings.searches else search.without_search()
+    search = search if settings.optimise else search.without_search()
     result = search.find(models, policies, base, say)
-    if confirming:
-        result = recalibrated(result, [read_episode(f) for f in confirming], hashes(earlier), search.channels)
+    if calibration_episodes:
+        result = recalibrated(result, [read_episode(f) for f in calibration_episodes], hashes(earlier), search.channels)
     save_checkpoint(out / POLICY, "policy", result.best.policy.to_payload())
     save_prediction(out / PREDICTION, prediction_of(result))
     return [out / POLICY, out / PREDICTION]

@@ -14,7 +14,7 @@ from twbal.cli.manifest import Manifest, Step, perform
 from twbal.cli.simulation_config import simulation_of
 from twbal.cli.typed_config import recorded, typed
 from twbal.core.episode import Provenance
-from twbal.core.evaluation import SuccessRule, succeeded
+from twbal.core.evaluation import SuccessCriterion, succeeded
 from twbal.environment.agent import AgentRecipe
 from twbal.io.checkpoint import save_checkpoint
 from twbal.policies.saved import load_policy
@@ -51,9 +51,9 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
 
 def successes(cfg: DictConfig, policy: Path, trials: int) -> int:
     """In how many simulated trials the policy balances, by the rule of `cfg`; trial k is that of `sim-collect`."""
-    rule: SuccessRule = instantiate(cfg.rule)
+    rule: SuccessCriterion = instantiate(cfg.success)
     channels, seed = instantiate(cfg.state), int(cfg.seed)
-    rollouts = RolloutSettings(seed, trials, 0, rule.steps, rule.limit, exploration=0.0)
+    rollouts = RolloutSettings(seed, trials, 0, rule.steps, rule.tilt_limit, exploration=0.0)
     source = Provenance(str(cfg.robot.name), "simulation", seed=seed)
     driven = simulate(simulation_of(cfg), load_policy(policy, channels.names), channels, rollouts, source)
     return sum(succeeded(episode, rule) for episode in driven)
@@ -68,7 +68,7 @@ def _trained(cfg: DictConfig, recipe: AgentRecipe, settings: Settings, path: Pat
     with environment_of(cfg) as env:
 
         def show(steps: int, mean_return: float | None) -> None:
-            seen = "" if mean_return is None else f", return {mean_return:.0f} of {cfg.rule.steps}"
+            seen = "" if mean_return is None else f", return {mean_return:.0f} of {cfg.success.steps}"
             progress.show(min(steps, settings.steps), seen)
 
         agent = train(env, recipe, settings.steps, settings.seed, show)

@@ -11,8 +11,8 @@ from twbal.core.robot_parameters import RobotParameters
 from twbal.core.streams import Stream, child_seed
 from twbal.link.protocol import Clock
 from twbal.sim.bullet_plant import SimPlant
+from twbal.virtual_robot.faults import draw_faults
 from twbal.virtual_robot.firmware import Identity
-from twbal.virtual_robot.hidden import draw_hidden
 from twbal.virtual_robot.server import serve
 
 
@@ -43,7 +43,7 @@ def main(cfg: DictConfig) -> None:
     )
     plant = SimPlant(
         robot=robot,
-        effects=draw_hidden(instantiate(cfg.hidden), robot, settings.seed),
+        effects=draw_faults(instantiate(cfg.faults), robot, settings.seed),
         start=instantiate(cfg.start),
         physics_step=settings.physics_step,
         seed=child_seed(Stream.VIRTUAL_ROBOT, settings.seed),  # no numbers in common with the host's simulation

@@ -30,12 +30,12 @@ class Wanted(NamedTuple):
     Attributes:
         channels: state channels of the episodes.
         period: control period of the episodes [s], a multiple of the log's; None keeps the log's.
-        shortest: samples of a recording, below which it is left out.
+        min_length: samples of a recording, below which it is left out.
     """
 
     channels: Channels
     period: float | None
-    shortest: int
+    min_length: int
 
 
 class Imported(NamedTuple):
@@ -72,7 +72,7 @@ def import_file(path: Path, mapping: LogMapping, wanted: Wanted, provenance: Pro
     for signal in parts:
         begin = int(np.searchsorted(signal["time"], signal["time"][0] + mapping.skip - 1e-9))
         rest = {name: values[begin:] for name, values in signal.items()}
-        if len(rest["time"]) < max(wanted.shortest, 4 * every):
+        if len(rest["time"]) < max(wanted.min_length, 4 * every):
             short.append(len(signal["time"]))
             continue
         trial = replace(provenance, trial=provenance.trial + len(episodes))
@@ -82,8 +82,8 @@ def import_file(path: Path, mapping: LogMapping, wanted: Wanted, provenance: Pro
         notes.append(f"{which} of at most {max(short)} samples: too short, left out")
     if not episodes:
         raise LogError(
-            f"{path} has no recording of {wanted.shortest} samples without a gap: {'; '.join(notes)}. "
-            "Is the rate right? `shortest` and the mapping's `fill` and `skip` change what is kept."
+            f"{path} has no recording of {wanted.min_length} samples without a gap: {'; '.join(notes)}. "
+            "Is the rate right? `min_length` and the mapping's `fill` and `skip` change what is kept."
         )
     if mapping.skip:
         notes.append(f"the first {mapping.skip:g} s of each recording are left out")

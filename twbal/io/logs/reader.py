@@ -46,7 +46,7 @@ def read_episode(path: Path) -> Episode:
         raise LogError(_without_episode(path, contents, damage))
     if damage:
         good, samples = _complete_samples(contents), contents.description.samples
-        advice = "`twbal recover` saves those" if good else "take a copy, or record it again"
+        advice = "`twbal repair` saves those" if good else "take a copy, or record it again"
         raise LogError(f"Log {path} {damage}. {good} of its {samples} samples are complete; {advice}.")
     _check_complete(path, contents)
     return _episode(path, contents, contents.description.samples)
@@ -166,7 +166,7 @@ def _check_complete(path: Path, contents: Contents) -> None:
         if len(values) != expected[topic]:
             raise LogError(
                 f"Log {path} should have {expected[topic]} messages on {topic}, and {len(values)} follow each other "
-                "without a gap. Did another tool cut it? `twbal recover` saves what is complete."
+                "without a gap. Did another tool cut it? `twbal repair` saves what is complete."
             )
     if len(contents.events) != events:
         raise LogError(

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from twbal.core.cost import SaturatingCost
-from twbal.core.evaluation import SuccessRule
+from twbal.core.evaluation import SuccessCriterion
 from twbal.core.gaussian import Gaussian
 from twbal.core.streams import Stream, generator
 from twbal.models.dynamics import DynamicsModel
@@ -24,21 +24,21 @@ from twbal.search.torch_functions import sampled_functions
 
 
 @dataclass(frozen=True)
-class Judge:
+class Validation:
     """Drives sampled robots.
 
     Attributes:
         robots: how many.
         features: random features of each sampled g.
-        rule: when a rollout counts as a success.
+        success: when a rollout counts as a success.
     """
 
     robots: int
     features: int
-    rule: SuccessRule
+    success: SuccessCriterion
 
 
-class Judgement(NamedTuple):
+class ValidationResult(NamedTuple):
     """What the long rollouts showed.
 
     Attributes:
@@ -50,17 +50,17 @@ class Judgement(NamedTuple):
     cost: float
 
 
-def judge(
-    model: DynamicsModel, policy: RbfPolicy, cost: SaturatingCost, start: Gaussian, settings: Judge, seed: int
-) -> Judgement:
+def validate(
+    model: DynamicsModel, policy: RbfPolicy, cost: SaturatingCost, start: Gaussian, settings: Validation, seed: int
+) -> ValidationResult:
     """Drive sampled robots from `start` by `policy`.
 
     Raises:
         ConfigError: the state has no tilt.
     """
     rng = generator(Stream.VALIDATION, seed)
-    n, rule, D = settings.robots, settings.rule, len(model.channels.names)
-    limits = Limits(model.channels.index("tilt"), rule.limit, rule.settle_limit, rule.settle_step)
+    n, rule, D = settings.robots, settings.success, len(model.channels.names)
+    limits = Limits(model.channels.index("tilt"), rule.tilt_limit, rule.settled_tilt_limit, rule.settle_step)
     measured = list(model.channels.measured)
     sensor_sd = np.zeros(D)
     sensor_sd[measured] = np.sqrt(model.observation_noise)
@@ -75,4 +75,4 @@ def judge(
     else:  # other kernels have no compiled form
         g = sampled_functions(model.g, n, settings.features, rng) if model.g else None
         stayed, costs = Robots.of(model, g, draws).balanced(policy.command, cost, limits)
-    return Judgement(float(stayed.mean()), float(costs.mean()))
+    return ValidationResult(float(stayed.mean()), float(costs.mean()))

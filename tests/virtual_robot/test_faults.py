@@ -5,7 +5,7 @@ import pytest
 
 from twbal.core.errors import ConfigError
 from twbal.effects.effect import assemble
-from twbal.virtual_robot.hidden import draw_hidden
+from twbal.virtual_robot.faults import draw_faults
 
 
 def values(effects):
@@ -16,17 +16,17 @@ def values(effects):
 
 @pytest.fixture
 def recipe(conf):
-    return conf("hidden/recipe")
+    return conf("faults/random")
 
 
 def test_the_same_seed_is_the_same_robot_and_another_is_not(conf, recipe):
     robot = conf("robot/paper")
-    assert draw_hidden(recipe, robot, 1) == draw_hidden(recipe, robot, 1) != draw_hidden(recipe, robot, 2)
+    assert draw_faults(recipe, robot, 1) == draw_faults(recipe, robot, 1) != draw_faults(recipe, robot, 2)
 
 
 def test_half_of_a_range_at_either_end_is_uniform_in_the_ranges_of_the_paper_robot(conf, recipe):
     recipe = replace(recipe, outer=0.5)
-    drawn = [values(draw_hidden(recipe, conf("robot/paper"), seed)) for seed in range(400)]
+    drawn = [values(draw_faults(recipe, conf("robot/paper"), seed)) for seed in range(400)]
     expected = {
         "TorqueGain.gain": (0.4, 1.4),
         "DeadZone.width": (0.0, 4.0),
@@ -52,7 +52,7 @@ def test_half_of_a_range_at_either_end_is_uniform_in_the_ranges_of_the_paper_rob
 
 def test_draws_come_from_the_outer_share_of_a_range_at_both_ends(conf, recipe):
     recipe = replace(recipe, outer=0.1)
-    gains = np.array([draw_hidden(recipe, conf("robot/paper"), seed)[0].gain for seed in range(200)])
+    gains = np.array([draw_faults(recipe, conf("robot/paper"), seed)[0].gain for seed in range(200)])
     low, high = gains <= 0.5, gains >= 1.3
     assert (low | high).all()
     assert 70 < low.sum() < 130
@@ -67,7 +67,7 @@ def test_an_outer_share_that_is_none_is_an_error(recipe, outer):
 def test_torques_scale_with_the_torque_limit_and_delays_with_the_control_period(conf, recipe):
     paper = conf("robot/paper")
     small = replace(paper, torque_limit=0.5, control_period=0.01)
-    big, little = (values(draw_hidden(recipe, robot, 7)) for robot in (paper, small))
+    big, little = (values(draw_faults(recipe, robot, 7)) for robot in (paper, small))
     factors = {
         "DeadZone": 0.025,
         "ViscousFriction": 0.025,
@@ -81,7 +81,7 @@ def test_torques_scale_with_the_torque_limit_and_delays_with_the_control_period(
 
 def test_nothing_hidden_leaves_the_data_sheet_as_it_is(conf):
     robot = conf("robot/regbot")
-    machine = assemble(robot, draw_hidden(conf("hidden/none"), robot, 3))
+    machine = assemble(robot, draw_faults(conf("faults/none"), robot, 3))
     assert machine.robot == robot
     running = machine.start(0.001, np.random.default_rng(0))
     assert [running.actuate(u) for u in (0.3, -0.2, 0.0)] == [0.3, -0.2, 0.0]

@@ -98,7 +98,7 @@ def measure(cfg: DictConfig, folder: Path) -> Measures:
     candidates = candidates_for(robot)
     effects = {c.name: library()[c.name](**{p.name: p.start for p in c.parameters}) for c in candidates}
     limits = cfg.recordings
-    usability = Usability(limits.shortest, limits.fewest, limits.fastest_turn, limits.widest_tilt)
+    usability = Usability(limits.min_length, limits.min_samples, limits.max_yaw_rate, limits.max_tilt)
     names = [f"excited {k}" for k in range(len(logs["excited"]))]
     recordings = read_recordings(logs["excited"], names, robot, usability)
     parts: Sequence[Callable[[], Measures]] = (
@@ -147,4 +147,4 @@ def _read(path: Path) -> Baseline:
     except FileNotFoundError:
         raise DataError(f"There is no baseline {path}. Make one by update=true, with code that you trust.") from None
     except DataError as error:
-        raise DataError(f"{path} is no baseline of `twbal check` ({error})") from error
+        raise DataError(f"{path} is no baseline of `twbal regress` ({error})") from error

@@ -28,7 +28,7 @@ from twbal.viz.animation import write_film
 from twbal.viz.canvas import save
 from twbal.viz.episode_figures import Stretch, courses_figure
 
-NOT_RECORDED = ("episode", "beside")
+NOT_RECORDED = ("episode", "compare_with")
 _FRAMES_A_LINE = 25  # lines of progress: a film of 10 s takes a minute or more
 _COLOURS = (REAL, PREDICTED, GOOD)
 _POSE = [Observation._fields.index(name) for name in ("tilt", "wheel_angle")]
@@ -36,7 +36,7 @@ _POSE = [Observation._fields.index(name) for name in ("tilt", "wheel_angle")]
 
 @dataclass(frozen=True)
 class Settings:
-    """See conf/show.yaml."""
+    """see conf/plot.yaml."""
 
     captions: list[str]
     simulate: bool
@@ -57,12 +57,12 @@ def main(cfg: DictConfig) -> None:
 def run(cfg: DictConfig, out: Path) -> Manifest:
     """Draw what `cfg` names into `out`, unless that is done there already."""
     settings = typed(Settings, cfg)
-    files = [Path(cfg.episode), *map(Path, cfg.beside)]
+    files = [Path(cfg.episode), *map(Path, cfg.compare_with)]
     if len(files) + settings.simulate > len(_COLOURS):
         raise ConfigError(f"A film has room for {len(_COLOURS)} robots; found are {len(files) + settings.simulate}.")
     robot: RobotParameters = instantiate(cfg.robot)
     effects: Sequence[Effect] = members(cfg.sim.effects)
-    step = Step("show", out, recorded(cfg, NOT_RECORDED), {"episode": files}, 0)
+    step = Step("plot", out, recorded(cfg, NOT_RECORDED), {"episode": files}, 0)
     return perform(step, lambda: _draw(files, robot, effects, float(cfg.sim.physics_step), settings, out))
 
 

@@ -16,13 +16,13 @@ def main(cfg: DictConfig) -> None:
     """Run the stage in Hydra's run folder."""
     out = run_folder()
     manifest = run(cfg, out)
-    print_result(manifest, out, next_command("show", {"episode": out / manifest.outputs[0].path}))
+    print_result(manifest, out, next_command("plot", {"episode": out / manifest.outputs[0].path}))
 
 
 def run(cfg: DictConfig, out: Path) -> Manifest:
     """Save what is left of the logs that `cfg` names into `out`/episodes, unless that is done there already."""
     files = _logs(cfg.logs)
-    step = Step("recover", out, recorded(cfg, ("logs",)), {"logs": files}, 0)
+    step = Step("repair", out, recorded(cfg, ("logs",)), {"logs": files}, 0)
     return perform(step, lambda: _recover(files, out))
 
 

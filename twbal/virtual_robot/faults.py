@@ -24,7 +24,7 @@ Range = Sequence[float]
 
 
 @dataclass(frozen=True)
-class HiddenRecipe:
+class FaultDistribution:
     """Ranges of the effects, each a (lowest, highest) pair.
 
     Torques and frictions are those of a robot whose torque limit is `reference_torque`; for another they are scaled
@@ -79,7 +79,7 @@ class HiddenRecipe:
         return tuple(f.name for f in fields(cls) if f.name not in ("outer", "reference_torque", "noise"))
 
 
-def draw_hidden(recipe: HiddenRecipe, robot: RobotParameters, seed: int) -> list[Effect]:
+def draw_faults(recipe: FaultDistribution, robot: RobotParameters, seed: int) -> list[Effect]:
     """The effects of the hidden robot `seed`, each drawn by itself.
 
     Args:

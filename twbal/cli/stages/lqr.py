@@ -19,7 +19,7 @@ NOT_RECORDED = ("episodes",)
 
 @dataclass(frozen=True)
 class Settings:
-    """See conf/linear_policy.yaml."""
+    """See conf/lqr.yaml."""
 
     command_width: float
 
@@ -34,7 +34,7 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
     """Write the regulator that `cfg` asks for to `out`/policy.pt, unless it is there already."""
     settings = typed(Settings, cfg)
     files = episode_files(cfg.episodes) if cfg.episodes else []
-    step = Step("linear-policy", out, recorded(cfg, NOT_RECORDED), {"episodes": files}, 0)
+    step = Step("lqr", out, recorded(cfg, NOT_RECORDED), {"episodes": files}, 0)
 
     def make() -> list[Path]:
         episodes = [read_episode(file) for file in files]

@@ -1,0 +1,75 @@
+"""Names of earlier versions, and what is called what now."""
+
+from twbal.cli.settings.nested import ancestors
+
+STAGES = {"linear-policy": "lqr", "show": "plot", "check": "regress", "recover": "repair"}
+"""Stages, as on the command line."""
+
+SETTINGS = {
+    "linear_policy": "lqr",
+    "variants": "ensemble",
+    "variants.late": "ensemble.latency",
+    "first": "initial_policy",
+    "first_rollouts": "random_rollouts",
+    "update": "model_update",
+    "rehearsals": "search_retries",
+    "on_regulator": "on_lqr",
+    "trained": "trained_agent",
+    "confirm_rollouts": "calibration_rollouts",
+    "confirm_steps": "calibration_steps",
+    "sim_collect.tilt_limit": "tilt_limit",
+    "real_rollout.tilt_limit": "tilt_limit",
+    "earlier": "initial_policies",
+    "base": "residual_on",
+    "confirming": "calibration_episodes",
+    "searches": "optimise",
+    "search.searched": "search.restarts",
+    "search.content": "search.min_success_rate",
+    "search.swings": "search.linearisation_amplitudes",
+    "search.command_widths": "search.lqr_command_widths",
+    "search.shares": "search.gain_scales",
+    "judge": "validation",
+    "judge.rule": "validation.success",
+    "rule": "success",
+    "rule.limit": "success.tilt_limit",
+    "rule.settle_limit": "success.settled_tilt_limit",
+    "shape": "parametrisation",
+    "shape.past_command_scale": "parametrisation.command_scale",
+    "cost.past_command_width": "cost.command_width",
+    "policy.share": "policy.amplitude",
+    "policy.sine": "policy.multisine",
+    "policy.binary": "policy.prbs",
+    "policy.tilt_limit": "policy.fade_tilt",
+    "shortest": "min_length",
+    "fewest": "min_samples",
+    "fastest_turn": "max_yaw_rate",
+    "widest_tilt": "max_tilt",
+    "diagnosis.usual": "diagnosis.common_effects",
+    "diagnosis.leave_out": "diagnosis.exclude",
+    "diagnosis.most_effects": "diagnosis.max_effects",
+    "diagnosis.best_guess": "diagnosis.apply_if_unknown",
+    "beside": "compare_with",
+    "hidden": "faults",
+    "tilt_limit": "self_stop_tilt",
+}
+"""Settings and groups by their dotted keys; what lies under one that is not named itself has kept its name there."""
+
+CHOICES = {
+    "diagnosis": {"several": "multi_effect", "rough": "loose_tolerance", "measured": "real_logs"},
+    "ensemble": {"late": "latency"},
+    "faults": {"recipe": "random"},
+    "model/fit_g": {"whole": "full"},
+}
+"""Choices by their group, as it is called now."""
+
+_SECTIONS = ("sim_collect", "optimise_policy", "real_rollout", "recordings", "linear_policy")  # of other stages
+
+
+def name_now(key: str) -> str | None:
+    """The name of a setting that had another one, by its dotted key; None where it had not."""
+    first, _, rest = key.partition(".")
+    if first in _SECTIONS and rest and key not in SETTINGS:
+        now = f"{SETTINGS.get(first, first)}.{name_now(rest) or rest}"
+        return now if now != key else None
+    known = next((part for part in reversed([*ancestors(key), key]) if part in SETTINGS), None)
+    return None if known is None else SETTINGS[known] + key.removeprefix(known)
