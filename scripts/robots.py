@@ -13,8 +13,10 @@ ROOT = Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs" / "robots.md"
 HEAD = """# Robots
 
-`robot=<name>` chooses the robot of any command. A sheet is one file of `conf/robot/`; to add a robot, copy one and say
-of each value where it comes from:
+`robot=<name>` chooses the robot of any command. A sheet is one file of `conf/robot/`;
+[CONTRIBUTING.md](../CONTRIBUTING.md#a-new-robot-step-by-step) says how to add one, and
+[your robot](your_robot.md#1-write-down-the-parameters) how to keep one in a folder of yours. Its `provenance` says of
+each value where it comes from:
 
 {meanings}
 
@@ -55,9 +57,9 @@ def section(sheet: Path) -> str:
 
 
 def source(text: str, name: str) -> str:
-    """What the comment beside a value says behind its unit."""
-    comment = re.search(rf"^{name}:[^#]*#(.*)$", text, flags=re.MULTILINE)
-    remark = comment[1].partition(";")[2].strip() if comment else ""
+    """What the comment beside a value says behind its unit, on that line and on lines of comment right below."""
+    comment = re.search(rf"^{name}:[^#\n]*#(.*(?:\n *#.*)*)", text, flags=re.MULTILINE)
+    remark = re.sub(r"\s*\n *#\s*", " ", comment[1]).partition(";")[2].strip() if comment else ""
     return remark.replace("|", "\\|").replace("*", "\\*") or "-"
 
 

@@ -23,9 +23,10 @@ from omegaconf import OmegaConf
 from benchmarks.hidden_robots.robots import dropped_by_the_data_sheet, iterate
 from twbal.algorithm.comparison import METRICS, Run, estimate, paired, run_values
 from twbal.algorithm.summary import read_summary
+from twbal.cli.conf_folder import conf_folder
 
 ROOT = Path("outputs/bench/methods")
-METHODS = OmegaConf.load("conf/groups/method.yaml")
+METHODS = OmegaConf.load(conf_folder() / "groups" / "method.yaml")
 RESULTS = Path("benchmarks/results/methods.json")
 MAIN = "twbal"  # what the others are compared with
 UPDATES = 6

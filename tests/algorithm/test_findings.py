@@ -6,6 +6,7 @@ import pytest
 
 from twbal.algorithm.findings import Findings, _note, summarise
 from twbal.algorithm.summary import Diagnosis, Iteration, PolicyFile, Search
+from twbal.core.evaluation import SuccessCriterion
 
 
 def iteration(index, successes=0, real_cost=5.0, judged_success=1.0, **changes):
@@ -30,9 +31,12 @@ def iteration(index, successes=0, real_cost=5.0, judged_success=1.0, **changes):
     return replace(found, **changes)
 
 
+RULE = SuccessCriterion(tilt_limit=0.5, settled_tilt_limit=0.2, settle_step=50, steps=100)
+
+
 def best(*iterations):
     found = [Findings(each, None, ()) for each in iterations]
-    return summarise(found, (), "paper", 0, 1.0, 0.5).best_iteration
+    return summarise(found, (), "paper", 0, 1.0, RULE).best_iteration
 
 
 def test_the_best_policy_has_most_successes():

@@ -252,6 +252,14 @@ def test_configuration_of_ones_own(stage, tmp_path):
     assert names == ["mine"]
 
 
+def test_a_robot_of_ones_own_without_a_target_is_refused(tmp_path, capsys):
+    (tmp_path / "mine" / "robot").mkdir(parents=True)
+    text = (conf_folder() / "robot" / "paper.yaml").read_text().replace("_target_:", "# _target_:")
+    (tmp_path / "mine" / "robot" / "mine.yaml").write_text(text)
+    assert main(["sim-collect", f"--config-dir={tmp_path / 'mine'}", "robot=mine"]) == 1
+    assert "lacks its first entry. Add `_target_: twbal.core.robot_sheet.robot_sheet`" in only_error(capsys)
+
+
 @pytest.mark.parametrize(
     ("written", "expected"),
     [

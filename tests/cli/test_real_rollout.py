@@ -9,6 +9,7 @@ from hydra.utils import instantiate
 
 from twbal.algorithm.settings import RolloutSettings
 from twbal.cli.composition import composing
+from twbal.cli.conf_folder import conf_folder
 from twbal.cli.main import main
 from twbal.cli.stages.real_rollout import record
 from twbal.core.episode import Outcome, Provenance
@@ -130,6 +131,17 @@ def test_a_robot_may_have_a_name_of_its_own_and_the_episode_bears_it(cfg, tmp_pa
     cfg.link.overrides = [*cfg.link.overrides, "robot.name=bob"]
     files = drive(cfg, Trap(lambda: None), tmp_path, lambda: instantiate(cfg.link))
     assert {read_episode(file).provenance.robot for file in files} == {"bob"}
+
+
+def test_a_virtual_robot_finds_a_sheet_of_ones_own(tmp_path):
+    folder = tmp_path / "mine" / "robot"
+    folder.mkdir(parents=True)
+    text = (conf_folder() / "robot" / "paper.yaml").read_text()
+    (folder / "mine.yaml").write_text(text.replace("name: paper", "name: mine").replace("0.02 ", "0.01 "))
+    words = ["robot=mine", "policy=random", "trials=1", "steps=3", f"hydra.run.dir={tmp_path / 'run'}"]
+    assert main(["real-rollout", f"--config-dir={tmp_path / 'mine'}", *words]) == 0
+    episode = read_episode(tmp_path / "run" / "episodes" / "trial_000.mcap")
+    assert (episode.provenance.robot, episode.control_period) == ("mine", 0.01)
 
 
 def test_a_robot_killed_in_mid_rollout_leaves_an_episode_marked_link_lost(cfg, tmp_path):

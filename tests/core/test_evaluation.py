@@ -51,7 +51,7 @@ def test_each_limit_holds_where_it_should(step: int, tilt: float, expected: bool
 
 
 def test_a_rule_that_cannot_be_met_is_refused() -> None:
-    with pytest.raises(ConfigError, match=r"at most limit; found 0\.6 and 0\.5"):
+    with pytest.raises(ConfigError, match=r"at most tilt_limit; found 0\.6 and 0\.5"):
         replace(RULE, settled_tilt_limit=0.6)
     with pytest.raises(ConfigError, match="step 51 of a trial of 50"):
         replace(RULE, settle_step=51)

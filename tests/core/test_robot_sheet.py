@@ -69,6 +69,21 @@ def test_a_provenance_that_cannot_be_is_told(change, message):
         robot_sheet(**{**values, "provenance": {**values["provenance"], **change}})
 
 
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"name": None}, "has no name. Add `name"),
+        ({"track": None, "wheel_mass": None}, "The sheet of robot 'paper' lacks wheel_mass, track. A sheet has"),
+        ({"colour": 1.0}, "The sheet of robot 'paper' has colour, unknown here. A sheet has"),
+        ({"provenance": None}, "does not say where these values come from: body_mass, .*control_period"),
+    ],
+)
+def test_an_entry_that_is_missing_or_unknown_is_told(change, message):
+    values = {key: value for key, value in {**sheet("paper"), **change}.items() if value is not None}
+    with pytest.raises(ConfigError, match=message):
+        robot_sheet(**values)
+
+
 def test_where_values_come_from_changes_neither_the_robot_nor_its_hash(paper):
     measured = robot_sheet(**{**sheet("paper"), "provenance": {Provenance.MEASURED: VALUES}})
     assert measured == paper == replace(paper, tolerance_factors={})

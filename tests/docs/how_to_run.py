@@ -133,6 +133,7 @@ _IMPORT = "twbal import-log --config-dir=<run folder> import=my_log files=[a.csv
 _IMPORT_REGBOT = "twbal import-log import=regbot robot=regbot files=[test3a.txt,test4.txt]"
 _COLLECT = "twbal sim-collect hydra.run.dir=outputs/sim"
 _FIT = "twbal fit-sim-gp episodes=outputs/sim hydra.run.dir=outputs/f"
+_MY_LQR = "twbal lqr --config-dir=my_conf robot=my_robot hydra.run.dir=outputs/my_lqr"
 _COMPARED = ("twbal iterate experiment=paper",)
 
 TABLE: Mapping[str, How] = {
@@ -169,6 +170,7 @@ TABLE: Mapping[str, How] = {
     ".venv/bin/pre-commit install": Install(),
     "twbal regress update=true": _CHECK,
     "python scripts/effects.py": Elsewhere(("tests/docs/test_effects_page.py", "page()"), "writes a page"),
+    "python scripts/robots.py": Elsewhere(("tests/docs/test_robots_page.py", 'written["page"]()'), "writes a page"),
     "pip freeze": Elsewhere(None, "pip's own"),
     # docs
     "python -m benchmarks.hidden_robots": Benchmark(),
@@ -182,6 +184,14 @@ TABLE: Mapping[str, How] = {
     "twbal sim-collect +effect@sim.effects.dead_zone=dead_zone sim.effects.dead_zone.width=0.5": Stage(),
     "sh commands.sh other_folder": Elsewhere(("tests/cli/test_iterate_again.py", "commands.sh"), "runs all again"),
     "sha256sum --check": Elsewhere(("twbal/cli/script.py", "sha256sum --check"), "the last line of commands.sh"),
+    _MY_LQR: Stage(),
+    (
+        "twbal sim-collect --config-dir=my_conf robot=my_robot policy=saved policy.path=outputs/my_lqr/policy.pt "
+        "rollouts=2"
+    ): Stage(after=(_MY_LQR,)),
+    "twbal real-rollout --config-dir=my_conf robot=my_robot policy.path=outputs/my_lqr/policy.pt steps=500": Stage(
+        after=(_MY_LQR,)
+    ),
     _GUESS: Stage(small=("hydra.run.dir=guessed",)),
     _IMPORT: Stage(
         {"<run folder>": "guessed", "robot=...": "robot=paper"}, small=("hydra.run.dir=imported",), after=(_GUESS,)

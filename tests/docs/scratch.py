@@ -28,6 +28,9 @@ def furnish(folder: Path) -> None:
         (folder / name).write_text(text(_ride()[skipped:]))
     for name, skipped in (("test3a.txt", 0), ("test4.txt", 1)):
         (folder / name).write_text(regbot_log(skipped))
+    sheet = folder / "my_conf" / "robot" / "my_robot.yaml"
+    sheet.parent.mkdir(parents=True)
+    sheet.write_text((ROOT / "conf" / "robot" / "paper.yaml").read_text().replace("name: paper", "name: my_robot"))
     for seed in (1, 2):
         _make("sim-collect", f"run_{seed}", "robot=regbot", "policy=excite", "rollouts=1", "steps=100", f"seed={seed}")
     f, g = Path(MODEL), Path(MODEL.replace("sim", "diff"))

@@ -32,7 +32,7 @@ from twbal.sim.bullet_plant import SimPlant
 HOUSE = Path(__file__).resolve().parents[2]
 EFFECT, TEST = re.findall(
     r"^```py(?:thon)?\n(.*?)^```", (HOUSE / "CONTRIBUTING.md").read_text(), re.DOTALL | re.MULTILINE
-)
+)[:2]  # behind them comes the example of a file format
 REGISTERED = EFFECT.replace("AirDrag", "SomeDrag")  # somebody may have added the example, as they should
 for before, after in {
     "@dataclass": "@register\n@dataclass",

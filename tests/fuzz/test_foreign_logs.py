@@ -43,6 +43,7 @@ ARRAYS = {
     ".npy": array_file(np.save, ROWS),
     ".npz": array_file(np.savez_compressed, time=ROWS[:, 0], tilt=ROWS[:, 1]),
     ".json": json.dumps({"time": ROWS[:, 0].tolist(), "tilt": ROWS[:, 1].tolist()}).encode(),
+    ".jsonl": "\n".join(json.dumps({"time": row[0], "tilt": row[1]}) for row in ROWS.tolist()).encode(),
 }
 
 

@@ -68,7 +68,12 @@ def findings(result: RunResult[R, M, P], steps: Steps[R, M, P, S], measures: Mea
 
 
 def summarise(
-    found: Sequence[Findings], simulated: Sequence[Episode], robot: str, seed: int, wall_s: float, tilt_limit: float
+    found: Sequence[Findings],
+    simulated: Sequence[Episode],
+    robot: str,
+    seed: int,
+    wall_s: float,
+    rule: SuccessCriterion,
 ) -> Summary:
     """The summary of a run.
 
@@ -86,7 +91,7 @@ def summarise(
         sim=SimData(len(simulated), sum(map(len, simulated))),
         iterations=iterations,
         best_iteration=min(having, key=lambda policy: _rank(having[policy])),
-        tilt_limit=tilt_limit,
+        tilt_limit=rule.tilt_limit,
     )
 
 

@@ -88,7 +88,7 @@ def learn(
         setup.simulation.robot.name,
         setup.algorithm.seed,
         round(time.monotonic() - began, 3),
-        setup.rule.tilt_limit,
+        setup.rule,
     )
     return LearningResult(
         policies=tuple(each.policy.policy for each in learned.policies),

@@ -36,6 +36,12 @@ def check_configuration(cfg: DictConfig, stage: str) -> None:
     absent = next((leaf.key for leaf in leaves(tree) if leaf.value == _MISSING), None)
     if absent is not None:
         raise ConfigError(f"{stage} needs {absent}=...; `twbal {stage} --help` says what it is.")
+    robot = own.get("robot")
+    if isinstance(robot, DictConfig) and "_target_" not in robot:
+        raise ConfigError(
+            f"The sheet of robot {robot.get('name')!r} lacks its first entry. "
+            "Add `_target_: twbal.core.robot_sheet.robot_sheet`."
+        )
     for place in _HOLD_RULES:
         node = OmegaConf.select(own, place)
         if isinstance(node, DictConfig):

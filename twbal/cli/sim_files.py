@@ -14,7 +14,6 @@ from twbal.cli.commands import text
 from twbal.cli.settings.robot_settings import PHYSICS_STEP
 from twbal.cli.yaml_data import read_yaml
 from twbal.core.errors import ConfigError
-from twbal.effects.library import all_effects
 
 _KEY, _ENDINGS = "sim=", (".yaml", ".yml")
 _ADDED = re.compile(r"\+?\+?[\w/]+@sim\.effects\.(\w+)=")
@@ -85,6 +84,8 @@ def _step(told: Any) -> str:
 
 def _effect(name: str, told: Any) -> dict[str, Any]:
     """The node that makes an effect, of values that it takes."""
+    from twbal.effects.library import all_effects  # here, as effects need numpy, before which threads are set
+
     known = all_effects()
     if name not in known:
         raise ConfigError(f"there is no effect {name[:40]!r}. The effects are: {', '.join(known)}.")

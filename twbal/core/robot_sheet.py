@@ -41,17 +41,29 @@ TOLERANCE_FACTORS = {
 """Tolerance of a value in that of a published one, which is a setting of a diagnosis."""
 
 
-def robot_sheet(*, name: str, provenance: Mapping[str, Sequence[str]], **values: float) -> RobotParameters:
+def robot_sheet(
+    *, name: str = "", provenance: Mapping[str, Sequence[str]] | None = None, **values: float
+) -> RobotParameters:
     """A robot from its sheet.
 
     Args:
-        name: of the robot.
+        name: of the robot; needed.
         provenance: names of values by where they come from (`Provenance`); each value once.
         values: those of `RobotParameters`, in SI units.
 
     Raises:
-        ConfigError: a value that no robot can have, or one of no or of two provenances.
+        ConfigError: an entry that is missing or that no sheet has, a value that no robot can have, or one of no or of
+            two provenances.
     """
+    if not name:
+        raise ConfigError("A robot sheet has no name. Add `name: <name of its file>`.")
+    absent, odd = [value for value in VALUES if value not in values], sorted(set(values) - set(VALUES))
+    if absent or odd:
+        wrong = [f"lacks {', '.join(absent)}"] * bool(absent) + [f"has {', '.join(odd)}, unknown here"] * bool(odd)
+        raise ConfigError(
+            f"The sheet of robot {name!r} {' and '.join(wrong)}. A sheet has name, provenance, {', '.join(VALUES)}."
+        )
+    provenance = provenance or {}
     factors = {value: TOLERANCE_FACTORS[kind] for value, kind in provenance_of(name, provenance).items()}
     robot = RobotParameters(name=name, **values, tolerance_factors=factors)
     _check_size(robot)

@@ -16,6 +16,7 @@ from twbal.core.episode import Provenance
 from twbal.core.errors import ConfigError, LogError
 from twbal.core.plant import Observation
 from twbal.io.importers.conversion import Wanted, duplicated, import_file
+from twbal.io.importers.formats import formats
 
 RADIUS = 0.1
 CHANNELS = Channels(("tilt", "tilt_rate", "speed", "command_1"), RADIUS)
@@ -99,6 +100,13 @@ def test_a_voltage_becomes_the_torque_of_a_motor_that_stands_still(brought):
     quantities = "import.quantities={command:null,voltage:{from:command,scale:10}}"
     episode = only(brought(ROWS, quantities, f"import.motor={motor}"))
     assert episode.commands == pytest.approx(0.1 * np.clip(10 * ROWS[:-1, 7], -6, 6), abs=1e-7)
+
+
+def test_a_duty_cycle_in_percent_is_that_share_of_the_supply(brought):
+    motor = "{_target_:twbal.core.motor.Motor,resistance:2.0,torque_constant:0.02,gear:10,supply:6}"
+    quantities = "import.quantities={command:null,voltage:{from:command,unit:'%',scale:-50}}"
+    episode = only(brought(ROWS, quantities, f"import.motor={motor}"))
+    assert episode.commands == pytest.approx(-0.1 * 6 * 0.5 * ROWS[:-1, 7], abs=1e-7)
 
 
 def test_a_command_that_is_a_sample_is_the_mean_of_two(brought):
@@ -336,11 +344,11 @@ def test_files_of_arrays_read_like_text(suffix, tmp_path):
     assert seen(episode, "tilt") == pytest.approx(ROWS[:, 1])
 
 
-@pytest.mark.parametrize("suffix", [".npz", ".npy", ".mat", ".json"])
+@pytest.mark.parametrize("suffix", formats())
 def test_a_file_that_only_has_their_name_is_refused(suffix, tmp_path):
     path = tmp_path / f"log{suffix}"
     path.write_text("no such thing")
-    with pytest.raises(LogError, match="cannot be read"):
+    with pytest.raises(LogError, match=r"cannot be read|needs the package pyarrow"):
         import_file(path, mapping(), Wanted(CHANNELS, None, 50), SOURCE)
 
 
@@ -351,6 +359,7 @@ BAD = {
     "needs a source of `tilt`": "{tilt:null}",
     "what the wheels did": "{wheel_angle:null,wheel_rate:null}",
     "either a `command`": "{command:null}",
+    "voltage cannot be in '%'": "{command:null,voltage:{from:1,unit:'%'}}",
     "needs the `motor`": "{command:null,voltage:{from:1}}",
     "a source of `time` or a `rate`": "{time:null}",
     "scale that is not 0": "{tilt:{from:1,scale:0}}",

@@ -8,6 +8,7 @@ from foreign_logs import NAMES, columns, text
 
 from twbal.core.errors import LogError
 from twbal.io.importers.all_columns import all_columns
+from twbal.io.importers.formats import formats
 from twbal.io.importers.text_files import read_text
 
 ROWS = columns(60)
@@ -136,7 +137,7 @@ def test_a_missing_file_is_an_error(tmp_path):
         read_text(tmp_path / "no.csv", WANTED)
 
 
-@pytest.mark.parametrize("ending", [".csv", ".npy", ".npz", ".mat", ".json", ".parquet"])
+@pytest.mark.parametrize("ending", [".csv", *formats()])
 def test_a_pipe_that_nobody_writes_to_is_refused_and_not_waited_for(ending, tmp_path):
     os.mkfifo(tmp_path / f"log{ending}")
     with pytest.raises(LogError, match="cannot be read: it is a pipe or a device"):

@@ -5,7 +5,6 @@ from functools import cache
 from typing import Any, NamedTuple
 
 from twbal.cli.settings.diagnosis_settings import DIAGNOSIS
-from twbal.cli.settings.effect_settings import effect_settings
 from twbal.cli.settings.import_settings import IMPORT
 from twbal.cli.settings.kinds import Kind, holds_settings
 from twbal.cli.settings.link_settings import FAULTS, LINK
@@ -15,7 +14,6 @@ from twbal.cli.settings.robot_settings import CONTROL_PERIOD, POLICY, ROBOT, SIM
 from twbal.cli.settings.search_settings import AGENT, COST, PARAMETRISATION, RULE, SEARCH, VALIDATION
 from twbal.cli.settings.setting import Setting
 from twbal.cli.settings.stage_settings import SECTIONS, STAGES
-from twbal.effects.library import effect_of, library
 
 GROUPS = {
     "Robot": ROBOT,
@@ -136,11 +134,16 @@ def effects_in(tree: Mapping[str, Any]) -> Iterator[tuple[str, Mapping[str, Any]
 
 def is_known(target: str) -> bool:
     """Whether the table knows what the class is that a `_target_` stands for: of twbal, or an effect of its library."""
+    from twbal.effects.library import effect_of  # here, as effects need numpy, before which threads are set
+
     return target.startswith(OURS) or effect_of(target) is not None
 
 
 def _effect_rows(tree: Mapping[str, Any]) -> Iterator[Setting]:
     """Rows of the effects that a configuration has."""
+    from twbal.cli.settings.effect_settings import effect_settings
+    from twbal.effects.library import effect_of, library
+
     robot = _mapping(tree.get("robot"))
     limit = _number(robot.get("torque_limit"), TORQUE_LIMIT, 20.0)
     period = _number(robot.get("control_period"), CONTROL_PERIOD, 0.02)

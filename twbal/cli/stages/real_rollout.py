@@ -6,7 +6,9 @@ from dataclasses import replace
 from functools import partial
 from itertools import count
 from pathlib import Path
+from typing import cast
 
+from hydra.core.hydra_config import HydraConfig
 from hydra.utils import instantiate
 from omegaconf import DictConfig
 
@@ -14,7 +16,7 @@ from twbal.algorithm.collection import explored
 from twbal.algorithm.rollout import rollout
 from twbal.algorithm.settings import RolloutSettings
 from twbal.cli.artefacts import episode_file, policy_files, policy_hash
-from twbal.cli.console import next_command, print_result, run_folder
+from twbal.cli.console import configuration_flags, next_command, print_result, run_folder
 from twbal.cli.manifest import Manifest, Step, perform, read_manifest
 from twbal.cli.signals import stopped_once
 from twbal.cli.typed_config import recorded, typed
@@ -83,7 +85,7 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
         seed=settings.seed,
         config=recorded(cfg, NOT_IN_EPISODES),
     )
-    open_link = partial(instantiate, cfg.link)
+    open_link = partial(_link, cfg.link)
     inputs = {"policy": policy_files(cfg.policy)}
     step = Step("real-rollout", out, recorded(cfg, NOT_RECORDED), inputs, settings.seed)
     channels = instantiate(cfg.state)
@@ -146,8 +148,16 @@ def check_robot_is_there(cfg: DictConfig) -> None:
         ConfigError: it is not the robot of the data sheet.
     """
     if "port" in cfg.link:
-        with stopped_once(), instantiate(cfg.link) as plant:
+        with stopped_once(), _link(cfg.link) as plant:
             _check_robot(plant, instantiate(cfg.robot))
+
+
+def _link(link: DictConfig) -> AbstractContextManager[SerialPlant]:
+    """The link, not opened yet; a virtual robot finds the configuration that this run was given by its flags."""
+    if "overrides" not in link or not HydraConfig.initialized():
+        return cast(AbstractContextManager[SerialPlant], instantiate(link))
+    overrides = [*configuration_flags(), *link.overrides]
+    return cast(AbstractContextManager[SerialPlant], instantiate(link, overrides=overrides))
 
 
 def _check_trials(settings: RolloutSettings) -> None:

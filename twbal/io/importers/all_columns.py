@@ -9,8 +9,9 @@ import numpy as np
 
 from twbal.core.errors import LogError
 from twbal.core.gaussian import Array
-from twbal.io.importers.arrays import ENDINGS, named_arrays
+from twbal.io.importers.arrays import named_arrays
 from twbal.io.importers.column_names import Meaning, meaning_of, names_in_comments
+from twbal.io.importers.formats import formats
 from twbal.io.importers.text_files import fields_of, layout_of, lines_of, read_text
 
 _SHOWN = 5
@@ -38,7 +39,7 @@ def all_columns(path: Path) -> list[Column]:
     Raises:
         LogError: it cannot be read.
     """
-    if path.suffix in ENDINGS:
+    if path.suffix in formats():
         arrays = named_arrays(path)
         return _columns(list(arrays), list(arrays), list(arrays.values()))
     layout = layout_of(path, lines_of(path))

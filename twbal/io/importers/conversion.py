@@ -13,8 +13,9 @@ from twbal.core.episode import Episode, Estimated, Event, Outcome, Provenance
 from twbal.core.errors import LogError
 from twbal.core.gaussian import Array
 from twbal.core.plant import Observation
-from twbal.io.importers.arrays import ENDINGS, read_arrays
+from twbal.io.importers.arrays import read_arrays
 from twbal.io.importers.columns import Columns
+from twbal.io.importers.formats import formats
 from twbal.io.importers.log_checks import doubts
 from twbal.io.importers.mapping import UNITS
 from twbal.io.importers.mapping import Mapping as LogMapping
@@ -58,7 +59,7 @@ def import_file(path: Path, mapping: LogMapping, wanted: Wanted, provenance: Pro
     Raises:
         LogError: it cannot be read; the message says where and why.
     """
-    read = read_arrays if path.suffix in ENDINGS else read_text
+    read = read_arrays if path.suffix in formats() else read_text
     columns = read(path, mapping.wanted, mapping.names)
     columns, notes = _without_nan(path, _with_last_command(columns, mapping))
     signals = mapping.signals(columns)

@@ -212,7 +212,7 @@ def _command(proposal: _Proposal, columns: Sequence[Column]) -> None:
         if volts:
             proposal.take("voltage", volts, why=why)
         else:
-            proposal.take("voltage", duty, _OPEN, f"{why} a duty cycle: fill in the scale, V for one".strip())
+            proposal.take("voltage", duty, _OPEN, f"{why}{'; ' * bool(why)}a duty cycle: fill in the scale, V for one")
             proposal.open.append("scale of voltage")
         proposal.open.append("motor")
         proposal.motor = True

@@ -40,6 +40,9 @@ UNITS = {
 }
 """Units that a column may have, by the SI unit, with their size in it."""
 
+PERCENT = "%"
+"""Unit of a duty cycle in place of a voltage: percent of the motor's supply."""
+
 _KEYS = ("from", "unit", "scale", "offset")
 
 
@@ -139,18 +142,21 @@ def mapping(
     unknown = sorted(set(quantities) - set(QUANTITIES))
     if unknown:
         raise ConfigError(f"A log has no quantity {unknown[0]!r}; a mapping can tell: {', '.join(QUANTITIES)}.")
-    sources = {name: _source(name, told) for name, told in quantities.items() if told is not None}
+    supply = motor.supply if motor else None
+    sources = {name: _source(name, told, supply) for name, told in quantities.items() if told is not None}
     return Mapping(sources, tuple(names), rate, motor, command_is_sample, command_before_sample, skip, fill)
 
 
-def _source(name: str, told: Any) -> Source:
-    """One source, checked."""
+def _source(name: str, told: Any, supply: float | None) -> Source:
+    """One source, checked. A voltage may be a duty cycle: percent of the motor's supply."""
     told = dict(told) if isinstance(told, Mappings) else {"from": told}
     odd = sorted(set(told) - set(_KEYS))
     if odd or "from" not in told:
         raise ConfigError(f"The source of {name} has the keys {', '.join(_KEYS)}; found {', '.join(map(str, told))}.")
     unit = told.get("unit", QUANTITIES[name])
-    known = UNITS[QUANTITIES[name]]
+    known = dict(UNITS[QUANTITIES[name]])
+    if name == "voltage" and supply is not None:
+        known[PERCENT] = supply / 100
     if unit not in known:
         raise ConfigError(f"{name} cannot be in {unit!r}; it can be in: {', '.join(known)}.")
     columns = told["from"] if isinstance(told["from"], list | tuple) else [told["from"]]

@@ -12,6 +12,7 @@ import pandas
 from twbal.core.errors import LogError, printable
 from twbal.core.gaussian import Array
 from twbal.io.importers.columns import Columns, Name, file_data, places
+from twbal.io.importers.formats import readable
 
 BLANKS = "blanks"
 _DELIMITERS = {";": ";", "\t": "\t", ",": ",", BLANKS: r"\s+"}  # what is looked for, in this order
@@ -59,7 +60,7 @@ def layout_of(path: Path, lines: Sequence[str]) -> Layout:
     body = rows[1:] if header and len(rows) > 1 and any(_is_number(f, comma) for f in rows[1]) else rows
     names = tuple(map(printable, header)) if header and body is not rows else ()
     if not any(_is_number(field, comma) and field for row in body for field in row):
-        raise LogError(f"{path} has no columns of numbers; its first line is {first[0][:60]!r}.")
+        raise LogError(f"{path} has no columns of numbers; its first line is {first[0][:60]!r}. {readable()}.")
     return Layout(delimiter, "," if comma else ".", comment, names, len(body[0]), tuple(map(tuple, body)), comments)
 
 
@@ -99,7 +100,7 @@ def lines_of(path: Path) -> list[str]:
     if b"\0" in data[:65536]:
         raise LogError(
             f"{path} is no text file (it has zero bytes in it), whatever its name says. "
-            "Text, .npy, .npz, .mat, .json and .parquet files can be read; an .mcap file of twbal's needs no import."
+            f"{readable()}; an .mcap file of twbal's needs no import."
         )
     text = data.removeprefix(b"\xef\xbb\xbf").decode("latin-1")
     looked_at = text[: 1 << 18]

@@ -1,0 +1,46 @@
+"""JSON lines against the JSON of the same columns."""
+
+import json
+
+import numpy as np
+import pytest
+from foreign_logs import NAMES, columns
+
+from twbal.core.errors import LogError
+from twbal.io.importers.arrays import named_arrays
+
+ROWS = columns(60)
+LINES = [json.dumps({**dict(zip(NAMES, row, strict=True)), "mode": "run"}) for row in ROWS.tolist()]
+
+
+@pytest.mark.parametrize("ending", [".jsonl", ".ndjson"])
+def test_one_object_a_line_is_the_same_table_as_lists(ending, tmp_path):
+    lines, lists = tmp_path / f"log{ending}", tmp_path / "log.json"
+    lines.write_text("\n".join(LINES) + "\n")
+    lists.write_text(json.dumps(dict(zip(NAMES, ROWS.T.tolist(), strict=True))))
+    one, other = named_arrays(lines), named_arrays(lists)
+    assert list(one) == list(other) == list(NAMES)
+    assert all(np.array_equal(one[name], other[name]) for name in NAMES)
+
+
+def test_a_last_line_that_is_cut_off_is_left_out(tmp_path):
+    path = tmp_path / "log.jsonl"
+    path.write_text("\n".join([*LINES[:20], LINES[20][:30]]))
+    assert named_arrays(path)["time"] == pytest.approx(ROWS[:20, 0])
+
+
+@pytest.mark.parametrize(("line", "said"), [("{", "cannot be read as JSON"), ("[1]", "no object"), ("{}", "no object")])
+def test_another_bad_line_is_refused_by_its_number(line, said, tmp_path):
+    path = tmp_path / "log.jsonl"
+    path.write_text("\n".join([*LINES[:3], line, *LINES[3:]]))
+    with pytest.raises(LogError, match=f"Line 4 of .*{said}"):
+        named_arrays(path)
+
+
+@pytest.mark.parametrize("empty", [None, ""])
+def test_an_empty_entry_is_not_a_number_and_its_column_stays(empty, tmp_path):
+    path = tmp_path / "log.jsonl"
+    path.write_text("\n".join([*LINES, json.dumps({**json.loads(LINES[0]), "command": empty})]))
+    command = named_arrays(path)["command"]
+    assert command[:-1] == pytest.approx(ROWS[:, -1])
+    assert np.isnan(command[-1])
