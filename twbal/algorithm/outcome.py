@@ -60,6 +60,11 @@ def driving(summary: Summary) -> str:
     return f"{learned}{judged}."
 
 
+def warnings_on(summary: Summary, iteration: Iteration) -> list[str]:
+    """Warnings on an iteration of a run, as `doubts` has them."""
+    return doubts(iteration, summary.tilt_limit)
+
+
 def doubts(iteration: Iteration, tilt_limit: float | None) -> list[str]:
     """Warnings where the model of an iteration and the robot part, or where the model says nothing.
 
@@ -96,7 +101,7 @@ def summary_table(summary: Summary) -> str:
     lines = ["  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
     best = summary.best
     notes = [f"Iteration {i.index}: {i.note}" for i in summary.iterations if i.note]
-    warnings = [f"Warning: {doubt}" for doubt in doubts(summary.iterations[-1], summary.tilt_limit)]
+    warnings = [f"Warning: {doubt}" for doubt in warnings_on(summary, summary.iterations[-1])]
     lines += [
         *("", headline(summary), f"{driving(summary)} The stages took {summary.wall_s:.0f} s."),
         *notes,

@@ -19,7 +19,6 @@ from omegaconf import DictConfig, OmegaConf
 from twbal.cli.conf_folder import conf_folder
 from twbal.cli.settings.kinds import names_files
 from twbal.cli.settings.stage_settings import SECTIONS, STAGES
-from twbal.effects.library import nodes as effect_nodes
 
 _GLOBAL = "_global_"
 _OF_HYDRA = ("defaults", "hydra")
@@ -36,7 +35,9 @@ def composing() -> Iterator[None]:
 def register_nodes() -> None:
     """Make known to Hydra what stands in no file of its own."""
     _register_files()
-    for name, node in effect_nodes().items():
+    from twbal.effects.library import nodes  # here, as effects need numpy, before which threads are set
+
+    for name, node in nodes().items():
         ConfigStore.instance().store(name, node, "effect", provider="twbal")
 
 

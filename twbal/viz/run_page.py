@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from twbal.algorithm.outcome import counted, doubts, driving, headline, tilt_band
+from twbal.algorithm.outcome import counted, driving, headline, tilt_band, warnings_on
 from twbal.algorithm.summary import Basis, Diagnosis, Iteration, Search, Summary
 from twbal.core.errors import DataError
 from twbal.core.evaluation import SuccessCriterion
@@ -79,14 +79,14 @@ def write_report(path: Path, summary: Summary, setting: Setting, pictures: Pictu
         first_count=summary.count(0),
         corrected=any(iteration.diagnosis is Diagnosis.USED for iteration in summary.iterations),
         steps=what_was_done(summary, setting.ensemble),
-        doubts=doubts(summary.iterations[-1], summary.tilt_limit),
+        doubts=warnings_on(summary, summary.iterations[-1]),
         tilt_bands=[tilt_band(iteration) for iteration in summary.iterations],
         tilt=inline(pictures.tilt, "tilt", "Tilt of the robot in its trials, before and after learning"),
         predictions=[
             (
                 i,
                 inline(svg, f"iteration-{i.index}", f"Predicted and real states, iteration {i.index}"),
-                _caption(i, summary.tilt_limit),
+                _caption(i, warnings_on(summary, i)),
             )
             for i, svg in zip(summary.iterations, pictures.predictions, strict=True)
             if svg is not None
@@ -176,7 +176,7 @@ def _trials(iteration: Iteration) -> str:
     return f" In its trials policy {iteration.first_had} succeeded in {iteration.successes} of {iteration.trials}."
 
 
-def _caption(iteration: Iteration, tilt_limit: float | None) -> str:
+def _caption(iteration: Iteration, warnings: Sequence[str]) -> str:
     """What to see in the prediction picture of one iteration."""
     learned = {
         Basis.SIMULATION: "f alone",
@@ -197,4 +197,4 @@ def _caption(iteration: Iteration, tilt_limit: float | None) -> str:
         )
     if iteration.trials:
         text += f" The robot balanced in {iteration.successes} of {iteration.trials} trials."
-    return " ".join([text, iteration.note, *doubts(iteration, tilt_limit)]).replace("  ", " ").rstrip()
+    return " ".join([text, iteration.note, *warnings]).replace("  ", " ").rstrip()
