@@ -82,7 +82,7 @@ def seconds(episodes) -> float:
 def holds(trial, rule) -> bool:
     """The success rule, written once more."""
     tilt = [abs(value) for value in trial.observations[: rule["steps"] + 1, 1].tolist()]
-    inside = list(takewhile(lambda value: value <= rule["limit"], tilt))
+    inside = list(takewhile(lambda value: value <= rule["tilt_limit"], tilt))
     return len(inside) == rule["steps"] + 1 and all(v < rule["settled_tilt_limit"] for v in tilt[rule["settle_step"] :])
 
 

@@ -144,7 +144,7 @@ def test_a_diagnosis_whose_simulation_is_used_comes_to_the_same_in_memory(tmp_pa
 
 
 def test_the_rule_written_once_more_knows_a_fall_and_an_unsettled_tilt():
-    rule = {"steps": 4, "limit": 0.5, "settled_tilt_limit": 0.2, "settle_step": 2}
+    rule = {"steps": 4, "tilt_limit": 0.5, "settled_tilt_limit": 0.2, "settle_step": 2}
 
     class Trial(NamedTuple):
         observations: np.ndarray
