@@ -8,7 +8,7 @@ from gymnasium.spaces import Box
 from numpy.typing import NDArray
 
 from twbal.core.channels import Channels
-from twbal.core.cost import SaturatingCost
+from twbal.core.cost import Cost
 from twbal.core.errors import DataError
 from twbal.core.evaluation import SuccessCriterion
 from twbal.core.gaussian import Array
@@ -47,7 +47,7 @@ class TwoWheeled(gymnasium.Env[Array, Action]):
         plant: Plant,
         robot: RobotParameters,
         channels: Channels,
-        cost: SaturatingCost,
+        cost: Cost,
         rule: SuccessCriterion,
         render_mode: str | None = None,
     ) -> None:
