@@ -88,10 +88,10 @@ def summary(results: Mapping[str, Any]) -> list[str]:
     inside = sum(c is not None and BAND[0] <= c <= BAND[1] for c in last)
     rows = [
         ("robots", f"{len(found)}"),
-        ("trials that policy 0 balances, before any real data", f"{alone} of {trials} ({alone / trials:.0%})"),
+        ("successful trials of policy 0, before any real data", f"{alone} of {trials} ({alone / trials:.0%})"),
         ("robots at 10 of 10 within 3 updates", f"{sum(f is not None and f <= 3 for f in first)}"),
         *([("robots at 10 of 10 within 6 updates", f"{sum(f is not None and f <= 6 for f in first)}")] * (updates > 4)),
-        ("real seconds driven up to there, median (worst)", f"{median(solved):.1f} s ({solved[-1]:.1f} s)"),
+        ("real seconds driven until 10 of 10, median (worst)", f"{median(solved):.1f} s ({solved[-1]:.1f} s)"),
         (f"robots with {BAND[0]:g}-{BAND[1]:g} of the real states in the last 95 % band", f"{inside}"),
         (
             "share in the first band, before any real data, median",

@@ -43,7 +43,7 @@ def page() -> str:
 
 def _elsewhere(sections: Iterable[str]) -> Iterator[str]:
     """Where other stages have the settings of a stage."""
-    users = {"recordings": "check"}
+    users = {"recordings": "regress"}
     for name in sections:
         yield f"In `twbal {users.get(name, 'iterate')}`: `{name}.<key>`.\n"
 

@@ -31,6 +31,7 @@ def test_parameters_of_ones_own_are_simulated(policy):
     heavy = replace(twbal.robot(), name="heavy", body_mass=20.0)
     (own,), (nominal,) = (twbal.simulate(robot, policy, steps=8) for robot in (heavy, "paper"))
     assert own.provenance.robot == "heavy"
+    assert twbal.setup(heavy).simulation.robot.tolerance_factors == heavy.tolerance_factors
     assert np.abs(own.tilt - nominal.tilt)[1:].min() > 0
 
 

@@ -155,6 +155,10 @@ TABLE: Mapping[str, How] = {
     _DIAGNOSE: Stage(small=(*SMALL["diagnose"], "hydra.run.dir=outputs/diagnose/...")),
     "twbal iterate sim=outputs/diagnose/.../augmented.yaml": Stage(slow=True, after=(_DIAGNOSE,)),
     "twbal iterate method=one_simulation": Stage(slow=True),
+    "twbal real-rollout policy.path=<policy.pt> link=serial link.port=/dev/ttyUSB0 steps=25": Stage(_DRIVES, slow=True),
+    "python scripts/follow_parameter.py torque_limit": Elsewhere(
+        ("tests/docs/test_follow_parameter.py", "follow_parameter"), "reads the code"
+    ),
     "twbal <stage> --help": Stage({"<stage>": "sim-collect"}),
     "pip install -e '.[rl]'": Install(),
     "make test-slow": Make(),

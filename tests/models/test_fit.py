@@ -1,3 +1,5 @@
+import subprocess
+import sys
 import warnings
 
 import gpytorch
@@ -239,3 +241,9 @@ def test_a_covariance_too_badly_conditioned_has_no_evidence_and_is_refused_with_
     assert Evidence(inputs, targets[:, 0])(hyper.theta(0))[0] == -np.inf
     with pytest.raises(FitError, match="Lower the largest signal-to-noise ratio"):
         condition(inputs, targets, *hyper)
+
+
+def test_the_default_kernel_is_fitted_without_importing_gpytorch():
+    code = "import sys, twbal.models.recipe, twbal.models.sparse, twbal.search.task; print('gpytorch' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "False"

@@ -10,13 +10,13 @@ from functools import partial
 
 from twbal.algorithm.rollout import rollout
 from twbal.algorithm.settings import RolloutSettings
+from twbal.algorithm.simulation import Simulation
 from twbal.core.channels import Channels
 from twbal.core.episode import Episode, Outcome, Provenance
 from twbal.core.errors import ConfigError, DataError
 from twbal.core.plant import Plant
 from twbal.policies.exploring import ExploringPolicy
 from twbal.policies.policy import Policy
-from twbal.sim.simulation import Simulation
 
 WORTH_A_PROCESS = 25  # rollouts: a fall takes some 20 ms, a process half a second to start
 

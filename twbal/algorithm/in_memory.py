@@ -11,6 +11,7 @@ from twbal.algorithm.policy_search import recalibrated
 from twbal.algorithm.prediction import Prediction, prediction_of
 from twbal.algorithm.settings import RolloutSettings
 from twbal.algorithm.setup import Setup
+from twbal.algorithm.simulation import Simulation
 from twbal.algorithm.steps import AS_CONFIGURED, Conditions, CorrectedSimulation, SearchInputs, Steps, Timed
 from twbal.algorithm.summary import PolicyFile
 from twbal.core.episode import Episode, Provenance
@@ -27,7 +28,6 @@ from twbal.policies.linear import LinearPolicy
 from twbal.policies.rbf import RbfPolicy
 from twbal.policies.saved import SavedPolicy, load_policy
 from twbal.search.regulator import regulator_for
-from twbal.sim.simulation import Simulation
 
 Episodes = tuple[Episode, ...]
 Progress = Callable[[str], None]

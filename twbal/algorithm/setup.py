@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from twbal.algorithm.findings import Measures
 from twbal.algorithm.policy_search import PolicySearch
 from twbal.algorithm.settings import AlgorithmSettings, RolloutSettings
+from twbal.algorithm.simulation import Simulation
 from twbal.core.evaluation import SuccessCriterion
 from twbal.diagnosis.inputs import DataSettings
 from twbal.diagnosis.settings import Settings
@@ -13,7 +14,6 @@ from twbal.effects.effect import Effect
 from twbal.environment.agent import AgentRecipe
 from twbal.models.recipe import ModelRecipe
 from twbal.policies.policy import Policy
-from twbal.sim.simulation import Simulation
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,8 @@
 Hydra takes one file a choice. Here the choices of most groups are a few lines each, so a group is one file,
 `conf/groups/<group>.yaml`, with a key for each of its choices; it begins with `# @package _global_` where these set
 anything in the whole configuration. And a stage's own settings, `stage/<name>` for the configuration of a stage that
-runs it, are those in the stage's file but for what names files, which is up to who runs it.
+runs it, are those in the stage's file but for what names files, which is up to who runs it. The choices of the group
+`effect` are the effects of the library.
 """
 
 from collections.abc import Iterator
@@ -18,6 +19,7 @@ from omegaconf import DictConfig, OmegaConf
 from twbal.cli.conf_folder import conf_folder
 from twbal.cli.settings.kinds import names_files
 from twbal.cli.settings.stage_settings import SECTIONS, STAGES
+from twbal.effects.library import nodes as effect_nodes
 
 _GLOBAL = "_global_"
 _OF_HYDRA = ("defaults", "hydra")
@@ -31,9 +33,16 @@ def composing() -> Iterator[None]:
         yield
 
 
-@cache
 def register_nodes() -> None:
     """Make known to Hydra what stands in no file of its own."""
+    _register_files()
+    for name, node in effect_nodes().items():
+        ConfigStore.instance().store(name, node, "effect", provider="twbal")
+
+
+@cache
+def _register_files() -> None:
+    """Make known what shares a file."""
     for file in sorted((conf_folder() / "groups").glob("*.yaml")):
         package = _GLOBAL if file.read_text(encoding="utf-8").startswith(f"# @package {_GLOBAL}") else None
         for choice, node in _loaded(file).items():

@@ -5,10 +5,10 @@ from typing import cast
 from hydra.utils import instantiate
 from omegaconf import DictConfig, OmegaConf
 
+from twbal.algorithm.simulation import Engine, Simulation
 from twbal.cli.typed_config import members
 from twbal.core.errors import ConfigError
 from twbal.sim.randomised import Draws
-from twbal.sim.simulation import Engine, Simulation
 
 
 def simulation_of(cfg: DictConfig) -> Simulation:

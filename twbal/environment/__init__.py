@@ -1,10 +1,8 @@
-"""The robot as an environment of Gymnasium; importing this registers `twbal/TwoWheeled-v0`."""
+"""The robot as an environment of Gymnasium; importing this registers `twbal/TwoWheeled-v0`, if Gymnasium is there."""
 
-from twbal.core.errors import ConfigError, install_advice
+from contextlib import suppress
 
-try:
+with suppress(ImportError):  # what an agent is, says `agent.py` without it
     import gymnasium
-except ImportError as error:
-    raise ConfigError(f"An environment of Gymnasium needs gymnasium: {install_advice('rl')}.") from error
 
-gymnasium.register("twbal/TwoWheeled-v0", entry_point="twbal.cli.environment_config:make")
+    gymnasium.register("twbal/TwoWheeled-v0", entry_point="twbal.cli.environment_config:make")

@@ -2,20 +2,24 @@
 
 from typing import Any
 
-import gymnasium
 import numpy as np
-from gymnasium.spaces import Box
 from numpy.typing import NDArray
 
 from twbal.core.channels import Channels
 from twbal.core.cost import Cost
-from twbal.core.errors import DataError
+from twbal.core.errors import ConfigError, DataError, install_advice
 from twbal.core.evaluation import SuccessCriterion
 from twbal.core.gaussian import Array
 from twbal.core.palette import REAL
 from twbal.core.plant import Observation, Plant
 from twbal.core.robot_parameters import RobotParameters
 from twbal.sim.film import Image, Role, film
+
+try:
+    import gymnasium
+    from gymnasium.spaces import Box
+except ImportError as error:
+    raise ConfigError(f"An environment of Gymnasium needs gymnasium: {install_advice('rl')}.") from error
 
 Action = NDArray[np.float32]
 _TRIALS = 2**31  # that a seed draws from

@@ -123,7 +123,8 @@ def test_a_variational_fit_is_near_the_exact_one(kernel, kind):
     exact = fit_gp(inputs, targets, FIT, seed=0, kernel=kernel)
     found, best = (np.sqrt(np.mean((gp.mean(at) - truth(at)) ** 2, 0)) / TARGET_UNITS for gp in (fit.gp, exact.gp))
     assert (found < best + 0.05).all()
-    np.testing.assert_allclose(np.sqrt(fit.gp.noise_variance) / TARGET_UNITS, 0.1, atol=0.03)
+    noise = np.sqrt(fit.gp.noise_variance) / TARGET_UNITS
+    assert ((noise > 0.09) & (noise < 0.15)).all()  # 0.1, and what so few inducing inputs cannot tell from it
 
 
 def test_the_same_seed_gives_the_same_bits():
