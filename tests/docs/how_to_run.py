@@ -134,6 +134,12 @@ _IMPORT_REGBOT = "twbal import-log import=regbot robot=regbot files=[test3a.txt,
 _COLLECT = "twbal sim-collect hydra.run.dir=outputs/sim"
 _FIT = "twbal fit-sim-gp episodes=outputs/sim hydra.run.dir=outputs/f"
 _MY_LQR = "twbal lqr --config-dir=my_conf robot=my_robot hydra.run.dir=outputs/my_lqr"
+_DRAG = (
+    "twbal sim-collect policy=excite policy.command_width=0.1 start.tilt_mean=0 rollouts=3 steps=500 "
+    "hydra.run.dir=drag +effect@sim.effects.sensor_noise=sensor_noise +effect@sim.effects.air_drag=air_drag"
+)
+_SMALL_DATA = "twbal sim-collect rollouts=6 hydra.run.dir=small/data"
+_SMALL_MODEL = "twbal fit-sim-gp episodes=small/data hydra.run.dir=small/model"
 _COMPARED = ("twbal iterate experiment=paper",)
 
 TABLE: Mapping[str, How] = {
@@ -169,6 +175,12 @@ TABLE: Mapping[str, How] = {
     ".venv/bin/twbal regress": _CHECK,
     ".venv/bin/pre-commit install": Install(),
     "twbal regress update=true": _CHECK,
+    _DRAG: Stage({"air_drag": "dead_zone"}, small=("rollouts=1", "steps=120")),  # the example is in no library
+    "twbal diagnose episodes=drag diagnosis.max_effects=1": Stage(slow=True, after=(_DRAG,)),
+    _SMALL_DATA: Stage(),
+    _SMALL_MODEL: Stage(slow=True, after=(_SMALL_DATA,)),
+    "twbal optimise-policy dynamics=small/model/model.pt search.restarts=1 search.iterations=3 "
+    "search.long_iterations=0": Stage(slow=True, after=(_SMALL_DATA, _SMALL_MODEL)),
     "python scripts/effects.py": Elsewhere(("tests/docs/test_effects_page.py", "page()"), "writes a page"),
     "python scripts/robots.py": Elsewhere(("tests/docs/test_robots_page.py", 'written["page"]()'), "writes a page"),
     "pip freeze": Elsewhere(None, "pip's own"),

@@ -30,7 +30,7 @@ from twbal.planar.planar_plant import PlanarPlant
 from twbal.sim.bullet_plant import SimPlant
 
 HOUSE = Path(__file__).resolve().parents[2]
-EFFECT, TEST = re.findall(
+EFFECT, TEST, *_ = re.findall(
     r"^```py(?:thon)?\n(.*?)^```", (HOUSE / "CONTRIBUTING.md").read_text(), re.DOTALL | re.MULTILINE
 )[:2]  # behind them comes the example of a file format
 REGISTERED = EFFECT.replace("AirDrag", "SomeDrag")  # somebody may have added the example, as they should

@@ -63,5 +63,5 @@ def test_engine_and_twin_agree_on_what_an_effect_does(name, robot, commands):
     without = course(PlanarPlant(effects=[], **settings), commands)
     size = np.array([0.01, 0.1, 0.03, 0.3])  # below which an effect counts as no larger, by channel
     does = np.maximum(np.abs(twin - without).max(axis=0), size)
-    assert (np.abs(twin - without).max(axis=0) > 0.1 * size).any()
+    assert (np.abs(twin - without).max(axis=0) > 0.1 * size).any(), f"{effect} shows nothing; choose another `value`"
     assert (np.abs(engine - twin).max(axis=0) < CLOSE.get(name, 0.01) * does).all()

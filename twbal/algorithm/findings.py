@@ -10,7 +10,7 @@ from twbal.algorithm.prediction import Prediction
 from twbal.algorithm.steps import M, P, R, S, Steps
 from twbal.algorithm.summary import Diagnosis, Iteration, PolicyFile, Search, SimData, Summary
 from twbal.core.channels import Channels
-from twbal.core.cost import SaturatingCost
+from twbal.core.cost import Cost
 from twbal.core.episode import Episode
 from twbal.core.evaluation import SuccessCriterion, coverage95, drift, half_widths95, real_cost, succeeded
 from twbal.core.gaussian import Array
@@ -28,7 +28,7 @@ class Measures:
     """
 
     rule: SuccessCriterion
-    cost: SaturatingCost
+    cost: Cost
     horizon: int
     channels: Channels
 

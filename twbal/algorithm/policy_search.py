@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from twbal.core.channels import Channels
-from twbal.core.cost import SaturatingCost
+from twbal.core.cost import Cost
 from twbal.core.episode import Episode
 from twbal.core.errors import ConfigError
 from twbal.core.evaluation import widened
@@ -39,7 +39,7 @@ class PolicySearch:
 
     channels: Channels
     start: StartPose
-    cost: SaturatingCost
+    cost: Cost
     shape: PolicyParametrisation
     search: SearchSettings
     validation: Validation

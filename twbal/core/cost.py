@@ -1,12 +1,19 @@
-"""The saturating cost of eq. 11 and its expectation under a normal state."""
+"""What a state costs: the saturating cost of eq. 11, and what any other cost is derived from."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import NamedTuple
+import hashlib
+import inspect
+import sys
+from abc import ABC, abstractmethod
+from collections import namedtuple
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, fields
+from functools import cache
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from twbal.core.compiled import kernel
+from twbal.core.compiled import kernel, specialised
 from twbal.core.errors import ConfigError
 from twbal.core.gaussian import Array, Gaussian
 
@@ -42,7 +49,103 @@ def expected_cost(target: Array, widths: Array, mean: Array, covariance: Array) 
 
 
 @dataclass(frozen=True, eq=False)
-class SaturatingCost:
+class Cost(ABC):
+    """What a state costs: 0 at the target, at most 1.
+
+    A cost is a frozen dataclass (with `eq=False`) with two methods. The search compiles them by numba, with `self` a
+    named tuple of the fields: they use the fields, numbers, numpy and kernels, and call no other method.
+
+    Attributes:
+        target: (D,).
+        widths: (D,) in the channels' units; infinite where a channel costs nothing. A linear-quadratic regulator takes
+            them for the deviations that cost alike.
+    """
+
+    target: Array
+    widths: Array
+
+    @classmethod
+    def over(
+        cls, channels: Sequence[str], widths: Mapping[str, float], command_width: float | None, torque_limit: float
+    ) -> "Cost":
+        """This cost over named channels; see `cost_over`."""
+        return cost_over(channels, widths, command_width, torque_limit, cls)
+
+    @abstractmethod
+    def at(self, state: Array) -> float:
+        """c(x) of one state (D,), in [0, 1]."""
+
+    @abstractmethod
+    def expected_at(self, mean: Array, covariance: Array) -> ExpectedCost:
+        """E[c(x)] for x ~ N(mean (D,), covariance (D, D)); a covariance of 0 gives c and its slope."""
+
+    def __call__(self, states: Array) -> Array:
+        """c of shape (...) for states (..., D)."""
+        return np.apply_along_axis(self.at, -1, states)
+
+    def expected(self, state: Gaussian) -> ExpectedCost:
+        """E[c(x)] for x ~ N(m, S)."""
+        return self.expected_at(*map(np.ascontiguousarray, state))
+
+    @property
+    def numbers(self) -> "CostNumbers":
+        """The fields, for kernels."""
+        values = (np.ascontiguousarray(getattr(self, f.name), dtype=np.float64) for f in fields(self))
+        numbers: CostNumbers = _numbers_class(type(self))(*values)
+        return numbers
+
+
+CostNumbers = Any
+"""The fields of a cost as a named tuple of arrays. Each cost has a class of its own, for which kernels are compiled."""
+
+_CLASS = "CostNumbers_"
+
+
+@cache
+def _numbers_class(kind: type[Cost]) -> Any:
+    # Machine code is kept by the name of this class, which therefore stands for the code of costs from outside.
+    source = Path(inspect.getfile(kind)).read_bytes() + kind.__qualname__.encode()
+    name = _CLASS + hashlib.sha256(source).hexdigest()[:16]
+    made = type(name, (namedtuple(name, [f.name for f in fields(kind)]),), {"__module__": __name__, "kind": kind})
+    setattr(sys.modules[__name__], name, made)
+    return made
+
+
+def __getattr__(name: str) -> Any:
+    """A class for which machine code was kept, of a cost that there is not in this process: never the class in use.
+
+    Raises:
+        AttributeError: the name is no such class's.
+    """
+    if name.startswith(_CLASS):
+        return namedtuple(name, ())
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def _pricing(numbers: Any) -> Callable[..., Any]:
+    method = kernel(is_kept=False)(numbers.kind.at)
+    return lambda cost, state: method(cost, state)
+
+
+def _expecting(numbers: Any) -> Callable[..., Any]:
+    method = kernel(is_kept=False)(numbers.kind.expected_at)
+    return lambda cost, mean, covariance: method(cost, mean, covariance)
+
+
+@specialised(_pricing)
+def price(cost: CostNumbers, state: Array) -> float:
+    """`Cost.at`, for kernels."""
+    raise NotImplementedError
+
+
+@specialised(_expecting)
+def expected_price(cost: CostNumbers, mean: Array, covariance: Array) -> ExpectedCost:
+    """`Cost.expected_at`, for kernels."""
+    raise NotImplementedError
+
+
+@dataclass(frozen=True, eq=False)
+class SaturatingCost(Cost):
     """c(x) = 1 - exp(-½ Σ_k ((x_k - target_k) / width_k)²) (eq. 11; the paper has one width a for all channels).
 
     Attributes:
@@ -50,22 +153,30 @@ class SaturatingCost:
         widths: (D,) in the channels' units; infinite where a channel costs nothing.
     """
 
-    target: Array
-    widths: Array
+    def at(self, state: Array) -> float:
+        """c of one state."""
+        distance = 0.0
+        for k in range(len(state)):
+            distance += ((state[k] - self.target[k]) * (1.0 / self.widths[k])) ** 2
+        return float(-np.expm1(-0.5 * distance))
+
+    def expected_at(self, mean: Array, covariance: Array) -> ExpectedCost:
+        """E[c(x)], in closed form."""
+        return expected_cost(self.target, self.widths, mean, covariance)
 
     def __call__(self, states: Array) -> Array:
-        """c of shape (...) for states (..., D)."""
+        """c of all states at once."""
         cost: Array = -np.expm1(-0.5 * (((states - self.target) / self.widths) ** 2).sum(axis=-1))
         return cost
 
-    def expected(self, state: Gaussian) -> ExpectedCost:
-        """E[c(x)] for x ~ N(m, S), in closed form."""
-        return expected_cost(self.target, self.widths, *map(np.ascontiguousarray, state))
-
 
 def cost_over(
-    channels: Sequence[str], widths: Mapping[str, float], command_width: float | None, torque_limit: float
-) -> SaturatingCost:
+    channels: Sequence[str],
+    widths: Mapping[str, float],
+    command_width: float | None,
+    torque_limit: float,
+    shape: type[Cost] = SaturatingCost,
+) -> Cost:
     """The cost over named channels, with its target at zero.
 
     Args:
@@ -73,6 +184,7 @@ def cost_over(
         widths: by channel name, in the channel's unit; channels without one cost nothing.
         command_width: of `command_1`, the action's price, as a share of the torque limit; None costs nothing.
         torque_limit: [N·m].
+        shape: class of the cost.
 
     Raises:
         ConfigError: a width is not positive, or nothing has a price.
@@ -85,4 +197,4 @@ def cost_over(
         raise ConfigError(
             f"The cost needs positive widths, at least one of them for the state {', '.join(channels)}; found {priced}."
         )
-    return SaturatingCost(np.zeros(len(found)), found)
+    return shape(np.zeros(len(found)), found)

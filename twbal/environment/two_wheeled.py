@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twbal.core.channels import Channels
-from twbal.core.cost import SaturatingCost
+from twbal.core.cost import Cost
 from twbal.core.errors import ConfigError, DataError, install_advice
 from twbal.core.evaluation import SuccessCriterion
 from twbal.core.gaussian import Array
@@ -51,7 +51,7 @@ class TwoWheeled(gymnasium.Env[Array, Action]):
         plant: Plant,
         robot: RobotParameters,
         channels: Channels,
-        cost: SaturatingCost,
+        cost: Cost,
         rule: SuccessCriterion,
         render_mode: str | None = None,
     ) -> None:

@@ -7,7 +7,7 @@ from typing import Protocol
 import numpy as np
 import scipy.optimize
 
-from twbal.core.cost import SaturatingCost
+from twbal.core.cost import Cost
 from twbal.core.gaussian import Array, Gaussian
 from twbal.models.moments.truncation import Truncation
 from twbal.policies.rbf import RbfPolicy
@@ -28,7 +28,7 @@ class Objective:
     """
 
     model: TransitionModel
-    cost: SaturatingCost
+    cost: Cost
     start: Gaussian
     horizon: int
     truncation: Truncation

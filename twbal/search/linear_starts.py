@@ -3,7 +3,7 @@
 import numpy as np
 import scipy.linalg
 
-from twbal.core.cost import SaturatingCost
+from twbal.core.cost import Cost
 from twbal.core.gaussian import Array
 from twbal.models.dynamics import DynamicsModel
 
@@ -26,7 +26,7 @@ def slopes(model: DynamicsModel, swing: float, steps: Array) -> tuple[Array, Arr
     return A, (ends[-2] - ends[-1]) / (2.0 * swing)
 
 
-def regulator(A: Array, B: Array, cost: SaturatingCost, command_width: float) -> Array | None:
+def regulator(A: Array, B: Array, cost: Cost, command_width: float) -> Array | None:
     """Gain K (D,) of u = -Kx that minimises Σ Σ_k (x_k / width_k)² + (u / command_width)²; None where there is none.
 
     The saturating cost is, to second order, half that sum: the discrete-time linear-quadratic regulator starts where

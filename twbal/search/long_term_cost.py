@@ -5,8 +5,8 @@ from typing import NamedTuple
 import numpy as np
 
 from twbal.core.compiled import kernel
-from twbal.core.cost import SaturatingCost, expected_cost
-from twbal.core.gaussian import Array, Gaussian
+from twbal.core.cost import Cost, CostNumbers, expected_price
+from twbal.core.gaussian import Gaussian
 from twbal.models.moments.truncation import EXACT, Series, Truncation, series
 from twbal.policies.rbf import RbfPolicy
 from twbal.policies.rbf_moments import Network
@@ -44,7 +44,7 @@ def propagate(
 def long_term_cost(
     model: TransitionModel,
     policy: RbfPolicy,
-    cost: SaturatingCost,
+    cost: Cost,
     start: Gaussian,
     horizon: int,
     truncation: Truncation,
@@ -58,8 +58,7 @@ def long_term_cost(
         numpy.linalg.LinAlgError: a state's covariance is no longer finite.
     """
     cut = series(truncation, len(start.mean) + 1)
-    target, widths = np.ascontiguousarray(cost.target), np.ascontiguousarray(cost.widths)
-    return _long_term_cost(model, policy.network, target, widths, _plain(start), horizon, cut, gradient)
+    return _long_term_cost(model, policy.network, cost.numbers, _plain(start), horizon, cut, gradient)
 
 
 def _plain(state: Gaussian) -> Gaussian:
@@ -70,8 +69,7 @@ def _plain(state: Gaussian) -> Gaussian:
 def _long_term_cost(
     model: TransitionModel,
     network: Network,
-    target: Array,
-    widths: Array,
+    cost: CostNumbers,
     start: Gaussian,
     horizon: int,
     cut: Series,
@@ -83,7 +81,7 @@ def _long_term_cost(
     for _ in range(horizon):
         step = step_forward(model, network, state, cut, degree)
         state, degree = step.next_state, step.prediction.enough
-        price = expected_cost(target, widths, state.mean, state.covariance)
+        price = expected_price(cost, state.mean, state.covariance)
         steps.append(step)
         costs.append(price)
         value += price.value

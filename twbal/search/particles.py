@@ -7,12 +7,14 @@ policy's parameters, and PyTorch differentiates it. No distribution is taken to 
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import torch
 
-from twbal.core.cost import SaturatingCost
-from twbal.core.gaussian import Gaussian
+from twbal.core.compiled import kernel
+from twbal.core.cost import Cost, CostNumbers, expected_price
+from twbal.core.gaussian import Array, Gaussian
 from twbal.core.streams import Stream, generator
 from twbal.models.dynamics import DynamicsModel
 from twbal.policies.rbf import RbfPolicy
@@ -39,7 +41,7 @@ class ParticleObjective:
     """
 
     model: DynamicsModel
-    cost: SaturatingCost
+    cost: Cost
     start: Gaussian
     horizon: int
     particles: int
@@ -58,10 +60,10 @@ class ParticleObjective:
         for part in parts:
             part.requires_grad_(gradient)
         with torch.set_grad_enabled(gradient):
-            target, widths = torch.tensor(self.cost.target), torch.tensor(self.cost.widths)
+            numbers = self.cost.numbers
             value = torch.zeros(())
             for states in self._robots.states(_law(parts, policy.max_command)):
-                value = value - torch.expm1(-0.5 * (((states - target) / widths) ** 2).sum(dim=1)).mean()
+                value = value + _Price.apply(states, numbers).mean()  # type: ignore[no-untyped-call]
         if gradient:
             value.backward()  # type: ignore[no-untyped-call]
         slopes = [np.zeros(tuple(p.shape)) if p.grad is None else p.grad.numpy() for p in parts]
@@ -84,6 +86,32 @@ class ParticleObjective:
         sensors[:, :, measured] = np.sqrt(model.observation_noise) * rng.standard_normal((H, n, len(measured)))
         process = np.sqrt(model.process_noise) * rng.standard_normal((H, n, len(measured)))
         return Robots.of(model, g, Draws(self.start.sample(n, rng), sensors, process))
+
+
+class _Price(torch.autograd.Function):
+    """The cost of states (P, D), and its slope."""
+
+    @staticmethod
+    def forward(ctx: Any, states: torch.Tensor, numbers: CostNumbers) -> torch.Tensor:
+        """Costs (P,)."""
+        costs, slopes = _prices(numbers, np.ascontiguousarray(states.detach().numpy()))
+        ctx.save_for_backward(torch.from_numpy(slopes))
+        return torch.from_numpy(costs)
+
+    @staticmethod
+    def backward(ctx: Any, by_costs: torch.Tensor) -> tuple[torch.Tensor, None]:
+        """Chain rule."""
+        return by_costs[:, None] * ctx.saved_tensors[0], None
+
+
+@kernel()
+def _prices(cost: CostNumbers, states: Array) -> tuple[Array, Array]:
+    costs, slopes = np.empty(len(states)), np.empty(states.shape)
+    known = np.zeros((states.shape[1], states.shape[1]))
+    for i in range(len(states)):
+        found = expected_price(cost, states[i], known)
+        costs[i], slopes[i] = found.value, found.by_mean
+    return costs, slopes
 
 
 def _law(policy: list[torch.Tensor], limit: float) -> Function:

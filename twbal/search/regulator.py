@@ -5,7 +5,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from twbal.core.channels import Channels
-from twbal.core.cost import SaturatingCost
+from twbal.core.cost import Cost, SaturatingCost
 from twbal.core.episode import Episode
 from twbal.core.errors import ConfigError, SearchError
 from twbal.core.gaussian import Array
@@ -23,7 +23,7 @@ _PHYSICAL = ("tilt", "tilt_rate", "speed")
 def regulator_for(
     robot: RobotParameters,
     channels: Channels,
-    cost: SaturatingCost,
+    cost: Cost,
     command_width: float,
     episodes: Sequence[Episode],
     progress: Callable[[str], None],
@@ -50,9 +50,7 @@ def regulator_for(
     return data_sheet_regulator(robot, channels, cost, command_width)
 
 
-def data_sheet_regulator(
-    robot: RobotParameters, channels: Channels, cost: SaturatingCost, command_width: float
-) -> LinearPolicy:
+def data_sheet_regulator(robot: RobotParameters, channels: Channels, cost: Cost, command_width: float) -> LinearPolicy:
     """The regulator of the data sheet's linearised equations of motion, sampled at the control period.
 
     Args:
@@ -83,7 +81,7 @@ def data_sheet_regulator(
 
 
 def identified_regulator(
-    episodes: Sequence[Episode], channels: Channels, cost: SaturatingCost, command_width: float, torque_limit: float
+    episodes: Sequence[Episode], channels: Channels, cost: Cost, command_width: float, torque_limit: float
 ) -> LinearPolicy | None:
     """The regulator of x' = A x + B u + c, fitted to episodes by least squares; None where it cannot be stabilised.
 

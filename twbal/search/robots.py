@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 import torch
 
-from twbal.core.cost import SaturatingCost
+from twbal.core.cost import Cost
 from twbal.core.gaussian import Array
 from twbal.models.dynamics import DynamicsModel
 from twbal.search.sampled_rollouts import Balanced, Draws, Limits
@@ -66,7 +66,7 @@ class Robots:
             states = (inputs @ self.carry + change @ self.selection).clamp(-_FAR, _FAR)
             yield states
 
-    def balanced(self, command: Callable[[Array], Array], cost: SaturatingCost, limits: Limits) -> Balanced:
+    def balanced(self, command: Callable[[Array], Array], cost: Cost, limits: Limits) -> Balanced:
         """What `sampled_rollouts` tells, for models of any kernel.
 
         Args:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from twbal.core.compiled import kernel
-from twbal.core.cost import SaturatingCost
+from twbal.core.cost import Cost, CostNumbers, price
 from twbal.core.exponential import expm1_in_place
 from twbal.core.gaussian import Array
 from twbal.models.dynamics import DynamicsModel
@@ -97,7 +97,7 @@ def sampled_rollouts(
     model: DynamicsModel,
     samples: FunctionSamples | None,
     policy: RbfPolicy,
-    cost: SaturatingCost,
+    cost: Cost,
     limits: Limits,
     draws: Draws,
 ) -> Balanced:
@@ -126,9 +126,8 @@ def sampled_rollouts(
             samples.phases,
             np.ascontiguousarray(samples.features.transpose(0, 2, 1)),
         )
-    inverse_widths = 1.0 / cost.widths
     carry, selection = model.transition_matrix, np.ascontiguousarray(model.selection)
-    return _drive(f, g, waves, policy.network, cost.target, inverse_widths, limits, draws, carry, selection)
+    return _drive(f, g, waves, policy.network, cost.numbers, limits, draws, carry, selection)
 
 
 def _kernel_mean(gp: GaussianProcess, weights: Array) -> KernelMean:
@@ -209,8 +208,7 @@ def _drive(
     g: KernelMean,
     waves: Waves,
     network: Network,
-    target: Array,
-    inverse_widths: Array,
+    cost: CostNumbers,
     limits: Limits,
     draws: Draws,
     carry: Array,
@@ -243,11 +241,9 @@ def _drive(
                 break
             if step + 1 >= limits.settle_step and angle > limits.settled_tilt_limit:
                 stayed[robot] = 0.0
-            distance = 0.0
             for k in range(D):
                 state[k] = min(max(state[k], -_FAR), _FAR)
-                distance += ((state[k] - target[k]) * inverse_widths[k]) ** 2
-            costs[robot] -= np.expm1(-0.5 * distance)
+            costs[robot] += price(cost, state)
     return Balanced(stayed, costs / steps)
 
 

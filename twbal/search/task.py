@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from twbal.core.cost import SaturatingCost
+from twbal.core.cost import Cost
 from twbal.core.gaussian import Gaussian, moment_matched_mixture
 from twbal.models.dynamics import DynamicsModel
 from twbal.models.moments.truncation import DEGREES, Truncation
@@ -93,7 +93,7 @@ class Task:
 
     models: Sequence[DynamicsModel]
     start: Gaussian
-    cost: SaturatingCost
+    cost: Cost
     settings: SearchSettings
     validation: Validation
     seed: int

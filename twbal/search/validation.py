@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from twbal.core.cost import SaturatingCost
+from twbal.core.cost import Cost
 from twbal.core.evaluation import SuccessCriterion
 from twbal.core.gaussian import Gaussian
 from twbal.core.streams import Stream, generator
@@ -51,7 +51,7 @@ class ValidationResult(NamedTuple):
 
 
 def validate(
-    model: DynamicsModel, policy: RbfPolicy, cost: SaturatingCost, start: Gaussian, settings: Validation, seed: int
+    model: DynamicsModel, policy: RbfPolicy, cost: Cost, start: Gaussian, settings: Validation, seed: int
 ) -> ValidationResult:
     """Drive sampled robots from `start` by `policy`.
 

@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from twbal.core.cost import SaturatingCost
+from twbal.core.cost import Cost, SaturatingCost
 from twbal.core.palette import INK, MUTED, PREDICTED
 from twbal.viz.canvas import label, panels, shown, styled
 
@@ -18,7 +18,7 @@ _DASHES = ("-", "--", "-.", ":")
 
 
 @styled
-def cost_figure(shapes: Sequence[float], cost: SaturatingCost, channels: Sequence[str], units: Sequence[str]) -> Figure:
+def cost_figure(shapes: Sequence[float], cost: Cost, channels: Sequence[str], units: Sequence[str]) -> Figure:
     """Draw the cost over distance for some shape parameters, and over each channel with the others at their target.
 
     Args:
@@ -48,7 +48,7 @@ def _draw_shapes(axes: Axes, shapes: Sequence[float]) -> None:
     axes.legend(loc="lower right")
 
 
-def _draw_channel(axes: Axes, cost: SaturatingCost, i: int, name: str, unit: str) -> None:
+def _draw_channel(axes: Axes, cost: Cost, i: int, name: str, unit: str) -> None:
     factor, drawn_unit = shown(unit)
     target, width = float(cost.target[i]), float(cost.widths[i])
     states = np.tile(cost.target, (301, 1))

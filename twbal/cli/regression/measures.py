@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from twbal.core.channels import Channels
-from twbal.core.cost import SaturatingCost
+from twbal.core.cost import Cost
 from twbal.core.episode import Episode
 from twbal.core.gaussian import Array, Gaussian
 from twbal.core.plant import Observation
@@ -108,7 +108,7 @@ def policy_measures(policy: RbfPolicy, episodes: Sequence[Episode]) -> Measures:
     return found
 
 
-def search_measures(model: DynamicsModel, policy: RbfPolicy, cost: SaturatingCost, pose: StartPose) -> Measures:
+def search_measures(model: DynamicsModel, policy: RbfPolicy, cost: Cost, pose: StartPose) -> Measures:
     """Expected long-term cost of a policy on a model, and its gradient: moment matching, squash and cost."""
     start = start_state(pose, model.channels)
     found: Measures = {}
@@ -120,7 +120,7 @@ def search_measures(model: DynamicsModel, policy: RbfPolicy, cost: SaturatingCos
     return found
 
 
-def cost_measures(cost: SaturatingCost, episodes: Sequence[Episode]) -> Measures:
+def cost_measures(cost: Cost, episodes: Sequence[Episode]) -> Measures:
     """The cost of logged states, and that expected of their distribution."""
     states = np.concatenate([episode.states for episode in episodes])
     spread = Gaussian(states.mean(axis=0), np.cov(states.T))
