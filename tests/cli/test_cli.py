@@ -157,10 +157,10 @@ def test_an_error_of_ours_within_the_building_of_parts_comes_out_bare(stage, cap
 def test_a_part_that_cannot_be_built_is_named(stage, capsys):
     from hydra.utils import instantiate
 
-    stage.main = lambda cfg: instantiate(cfg.robot)
-    assert main(["sim-collect", "+robot.colour=red"]) == 1
+    stage.main = lambda cfg: instantiate(cfg.state)
+    assert main(["sim-collect", "+state.colour=red"]) == 1
     said = only_error(capsys)
-    assert said.startswith("robot cannot be built")
+    assert said.startswith("state cannot be built")
     assert "colour" in said
 
 
