@@ -9,6 +9,7 @@ from twbal.cli.composition import composing
 from twbal.core.plant import Observation
 from twbal.core.start_pose import StartPose
 from twbal.effects.library import library, nodes
+from twbal.effects.parameter import parameters_of
 from twbal.planar.planar_plant import PlanarPlant
 from twbal.sim.bullet_plant import SimPlant
 
@@ -65,3 +66,12 @@ def test_engine_and_twin_agree_on_what_an_effect_does(name, robot, commands):
     does = np.maximum(np.abs(twin - without).max(axis=0), size)
     assert (np.abs(twin - without).max(axis=0) > 0.1 * size).any(), f"{effect} shows nothing; choose another `value`"
     assert (np.abs(engine - twin).max(axis=0) < CLOSE.get(name, 0.01) * does).all()
+
+
+@pytest.mark.parametrize("name", library())
+def test_an_effect_with_its_neutral_values_does_nothing_in_the_engine(name, robot, commands):
+    kind = library()[name]
+    neutral = kind(**{key: known.neutral for key, known in parameters_of(kind).items()})
+    settings = {"robot": robot, "start": START, "physics_step": 0.001, "seed": 0}
+    there, without = (course(SimPlant(effects=effects, **settings), commands[:5]) for effects in ([neutral], []))
+    np.testing.assert_allclose(there, without, rtol=0, atol=1e-9)

@@ -6,6 +6,8 @@ from scipy.linalg import expm, solve_discrete_are
 from scipy.stats import multivariate_t
 from synthetic_recordings import NOISE, synthetic_recording
 
+from twbal.effects.library import library
+from twbal.effects.parameter import parameters_of
 from twbal.planar.linearised import linearise
 from twbal.planar.parameters import twin_parameters
 from twbal.sysid.model import Data, Model
@@ -116,3 +118,15 @@ def test_the_likelihood_is_that_of_as_many_channels_as_were_measured(paper, reco
         white = whiten(scale * errors, recording.usable, kalman.whiteners, kalman.measured)
         assert np.sum(white**2) + np.sum(kalman.log_determinants[rows]) == pytest.approx(found[-1])
     assert found[1] - found[0] == pytest.approx(exact[1] - exact[0], rel=1e-3)
+
+
+@pytest.mark.parametrize("name", library())
+def test_the_linear_model_has_just_the_effects_that_say_so(paper, name):
+    kind = library()[name]
+    values = {name: {key: known.value for key, known in parameters_of(kind).items()}}
+    nominal, found = (linearise_period(twin_parameters(paper, effects), 0.02) for effects in ({}, values))
+    change = max(np.abs(there - here).max() for here, there in zip(nominal, found, strict=True))
+    if kind.is_linear and name != "com_offset":  # which moves the balance, about which all is as before
+        assert change > 1e-6
+    else:
+        assert change < 1e-7
