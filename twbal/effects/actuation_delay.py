@@ -26,7 +26,7 @@ class ActuationDelay(ActuatorEffect):
         start=0.01,
         value=0.02,
         scale=Scale.PERIOD,
-        possible=(0.0, 10.0),
+        below=10.0,
         changes=adds_to(Quantity.COMMAND_DELAY),
     )
     place = Place.COMMAND

@@ -1,7 +1,6 @@
 """A body harder or easier to turn than its data sheet."""
 
 from dataclasses import dataclass
-from math import inf
 
 from twbal.core.quantities import Quantity
 from twbal.effects.effect import BodyEffect
@@ -22,7 +21,7 @@ class BodyInertia(BodyEffect):
         start=1.2,
         value=1.3,
         neutral=1.0,
-        possible=(1e-3, inf),
+        least=1e-3,
         changes=scales(Quantity.BODY_INERTIA_PITCH, Quantity.BODY_INERTIA_ROLL, Quantity.BODY_INERTIA_YAW),
     )
     reference = (

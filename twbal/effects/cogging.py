@@ -19,7 +19,7 @@ class Cogging(JointTorqueEffect):
         "amplitude of the torque of each wheel", "N·m", (0.0, 2.0), start=0.2, value=0.3, scale=Scale.TORQUE
     )
     count: float = parameter("poles: periods in a turn of the wheel", "", (1.0, 60.0), start=12.0, value=12.0)
-    phase: float = parameter("phase at angle 0", "rad", (-3.2, 3.2), start=0.0, value=0.0, possible=(-100.0, 100.0))
+    phase: float = parameter("phase at angle 0", "rad", (-3.2, 3.2), start=0.0, value=0.0, least=-100.0, below=100.0)
     reference = (
         "T. M. Jahns, W. L. Soong: Pulsating torque minimization techniques for permanent magnet AC motor drives - "
         "a review, IEEE Transactions on Industrial Electronics 43 (2), 1996, 321-330."

@@ -1,7 +1,6 @@
 """A centre of mass higher or lower than the data sheet's."""
 
 from dataclasses import dataclass
-from math import inf
 
 from twbal.core.quantities import Quantity
 from twbal.effects.effect import BodyEffect
@@ -22,7 +21,7 @@ class ComHeight(BodyEffect):
         start=1.1,
         value=1.2,
         neutral=1.0,
-        possible=(1e-3, inf),
+        least=1e-3,
         changes=scales(Quantity.COM_HEIGHT),
     )
     reference = (

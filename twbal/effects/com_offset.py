@@ -21,7 +21,8 @@ class ComOffset(BodyEffect):
         (-0.15, 0.15),
         start=0.02,
         value=0.035,
-        possible=(-1.5, 1.5),
+        least=-1.5,
+        below=1.5,
         changes=adds_to(Quantity.COM_OFFSET),
     )
     reference = (

@@ -21,7 +21,8 @@ class GroundSlope(GroundEffect):
         (-0.2, 0.2),
         start=0.02,
         value=0.03,
-        possible=(-1.0, 1.0),
+        least=-1.0,
+        below=1.0,
         changes=adds_to(Quantity.SLOPE),
     )
     reference = (

@@ -15,7 +15,7 @@ class GyroBias(ReadingEffect):
     """
 
     rate: float = parameter(
-        "rate that is shown at rest", "rad/s", (-0.3, 0.3), start=0.02, value=0.05, possible=(-100.0, 100.0)
+        "rate that is shown at rest", "rad/s", (-0.3, 0.3), start=0.02, value=0.05, least=-100.0, below=100.0
     )
     place = Place.OFFSET
     reference = "D. H. Titterton, J. L. Weston: Strapdown Inertial Navigation Technology, 2nd ed., IET, 2004."

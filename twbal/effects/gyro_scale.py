@@ -1,7 +1,6 @@
 """A gyro that shows too much or too little."""
 
 from dataclasses import dataclass
-from math import inf
 
 from twbal.core.robot_model import Reading
 from twbal.effects.effect import ReadingEffect
@@ -15,9 +14,7 @@ class GyroScale(ReadingEffect):
     It acts on the measured tilt rate, before a bias.
     """
 
-    factor: float = parameter(
-        "shown over true rate", "", (0.5, 2.0), start=1.1, value=1.1, neutral=1.0, possible=(1e-3, inf)
-    )
+    factor: float = parameter("shown over true rate", "", (0.5, 2.0), start=1.1, value=1.1, neutral=1.0, least=1e-3)
     reference = "D. H. Titterton, J. L. Weston: Strapdown Inertial Navigation Technology, 2nd ed., IET, 2004."
     is_linear = True
     separate_by = "Turn the body by a known angle and integrate the gyro."

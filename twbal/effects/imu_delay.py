@@ -26,7 +26,7 @@ class ImuDelay(SensorEffect):
         start=0.005,
         value=0.01,
         scale=Scale.PERIOD,
-        possible=(0.0, 10.0),
+        below=10.0,
         changes=adds_to(Quantity.IMU_DELAY),
     )
     place = Place.LATENCY

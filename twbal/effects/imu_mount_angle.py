@@ -16,7 +16,7 @@ class ImuMountAngle(ReadingEffect):
     """
 
     angle: float = parameter(
-        "measured less true tilt", "rad", (-0.15, 0.15), start=0.02, value=0.035, possible=(-1.5, 1.5)
+        "measured less true tilt", "rad", (-0.15, 0.15), start=0.02, value=0.035, least=-1.5, below=1.5
     )
     place = Place.OFFSET
     reference = (

@@ -68,14 +68,15 @@ def parameter(
     value: float,
     neutral: float = 0.0,
     scale: Scale = Scale.NOTHING,
-    possible: tuple[float, float] = (0.0, inf),
+    least: float = 0.0,
+    below: float = inf,
     changes: Iterable[tuple[Quantity, Change]] = (),
 ) -> Any:  # Any: what dataclasses.field returns stands for a value of the field's own type
     """A field of an effect with what is known of it.
 
-    Args: as of `Parameter`; `prior` is (low, high) and `possible` (least, below).
+    Args: as of `Parameter`; `prior` is (low, high).
     """
-    known = Parameter(meaning, unit, *prior, neutral, start, value, scale, *possible, tuple(changes))
+    known = Parameter(meaning, unit, *prior, neutral, start, value, scale, least, below, tuple(changes))
     return field(metadata={"parameter": known})
 
 

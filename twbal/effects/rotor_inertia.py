@@ -24,7 +24,7 @@ class RotorInertia(JointEffect):
         (0.0, 0.98),
         start=0.5,
         value=0.8,
-        possible=(0.0, 0.99),
+        below=0.99,
         changes=(*adds_to(Quantity.GEARED_SHARE), *reduces(Quantity.WHEEL_INERTIA)),
     )
     reference = (

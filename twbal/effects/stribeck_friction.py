@@ -1,7 +1,6 @@
 """Dry friction that is greater at rest."""
 
 from dataclasses import dataclass
-from math import inf
 
 from twbal.core.quantities import Quantity
 from twbal.effects.effect import DriveEffect
@@ -41,7 +40,7 @@ class StribeckFriction(DriveEffect):
         start=2.0,
         value=2.0,
         neutral=1.0,
-        possible=(1e-6, inf),
+        least=1e-6,
         changes=replaces(Quantity.STRIBECK_RATE),
     )
     reference = (

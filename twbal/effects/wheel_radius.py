@@ -1,7 +1,6 @@
 """Wheels larger or smaller than their data sheet."""
 
 from dataclasses import dataclass
-from math import inf
 
 from twbal.core.quantities import Quantity
 from twbal.effects.effect import BodyEffect
@@ -22,7 +21,7 @@ class WheelRadius(BodyEffect):
         start=1.1,
         value=1.1,
         neutral=1.0,
-        possible=(1e-3, inf),
+        least=1e-3,
         changes=scales(Quantity.WHEEL_RADIUS),
     )
     reference = (

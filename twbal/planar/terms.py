@@ -5,6 +5,7 @@ it. The body of each function here depends on the class of the numbers `p`, and 
 """
 
 from collections.abc import Callable, Iterable
+from operator import attrgetter
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -47,30 +48,15 @@ def _ordered(parameters: type[TwinParameters]) -> list[Own]:
     return sorted(parameters.effects, key=lambda own: (own.kind.place, own.kind.is_last))
 
 
-def _driving(parameters: type[TwinParameters]) -> Term:
-    chain = _chain(_Step(own.kind.drive, own) for own in _ordered(parameters) if issubclass(own.kind, TorqueTerm))
-    return lambda p, torque, time: chain(p, torque, time)
+def _through(kind: type, term: Callable[[Any], Term], is_backward: bool = False) -> Callable[[Any], Term]:
+    """What chooses, for a class of numbers, the chain of those effects that are of a kind."""
 
+    def chosen(parameters: type[TwinParameters]) -> Term:
+        acting = [own for own in _ordered(parameters) if issubclass(own.kind, kind)]
+        chain = _chain(_Step(term(own.kind), own) for own in (acting[::-1] if is_backward else acting))
+        return lambda p, value, at: chain(p, value, at)
 
-def _turning(parameters: type[TwinParameters]) -> Term:
-    chain = _chain(_Step(own.kind.turn, own) for own in _ordered(parameters) if issubclass(own.kind, JointTerm))
-    return lambda p, torque, at: chain(p, torque, at)
-
-
-def _pushing(parameters: type[TwinParameters]) -> Term:
-    chain = _chain(_Step(own.kind.push, own) for own in _ordered(parameters) if issubclass(own.kind, AxleTerm))
-    return lambda p, force, at: chain(p, force, at)
-
-
-def _sensing(parameters: type[TwinParameters]) -> Term:
-    chain = _chain(_Step(own.kind.sense, own) for own in _ordered(parameters) if issubclass(own.kind, SensorTerm))
-    return lambda p, seen, time: chain(p, seen, time)
-
-
-def _correcting(parameters: type[TwinParameters]) -> Term:
-    back = reversed(_ordered(parameters))
-    chain = _chain(_Step(own.kind.correct, own) for own in back if issubclass(own.kind, SensorTerm))
-    return lambda p, seen, time: chain(p, seen, time)
+    return chosen
 
 
 def _changing(parameters: type[TwinParameters]) -> Callable[[Any], Any]:
@@ -101,32 +87,32 @@ def _start(quantity: Quantity) -> tuple[int, float]:
     return -1, float(getattr(Drive(), name, getattr(Ground(), name, 0.0)))
 
 
-@specialised(_driving)
-def drive(p: TwinParameters, torque: float, time: float) -> float:
+@specialised(_through(TorqueTerm, attrgetter("drive")))
+def drive(p: TwinParameters, value: float, at: float) -> float:
     """What drivers, gears and motors make of a summed torque [N·m] at a time since the rollout began [s]."""
     raise NotImplementedError
 
 
-@specialised(_turning)
-def turn(p: TwinParameters, torque: float, at: JointMotion) -> float:
+@specialised(_through(JointTerm, attrgetter("turn")))
+def turn(p: TwinParameters, value: float, at: JointMotion) -> float:
     """The summed torque in the joints [N·m] with what effects add to it."""
     raise NotImplementedError
 
 
-@specialised(_pushing)
-def push(p: TwinParameters, force: float, at: AxleMotion) -> float:
+@specialised(_through(AxleTerm, attrgetter("push")))
+def push(p: TwinParameters, value: float, at: AxleMotion) -> float:
     """The force at the axle [N] with what effects add to it."""
     raise NotImplementedError
 
 
-@specialised(_sensing)
-def sense(p: TwinParameters, seen: Reading, time: float) -> Reading:
+@specialised(_through(SensorTerm, attrgetter("sense")))
+def sense(p: TwinParameters, value: Reading, at: float) -> Reading:
     """What sensors show of the truth at a time since the rollout began [s]."""
     raise NotImplementedError
 
 
-@specialised(_correcting)
-def correct(p: TwinParameters, seen: Reading, time: float) -> Reading:
+@specialised(_through(SensorTerm, attrgetter("correct"), is_backward=True))
+def correct(p: TwinParameters, value: Reading, at: float) -> Reading:
     """The truth, by what sensors show."""
     raise NotImplementedError
 
