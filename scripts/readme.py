@@ -157,8 +157,8 @@ def mending(results: Mapping[str, Any]) -> list[str]:
     sums = (
         f"{sum(a for a, _ in known):.0f} s without and {sum(b for _, b in known):.0f} s with, over {len(known)} robots"
     )
-    told = f"Median fall of the variance that g must explain, where a simulation was mended: {fall}."
-    return [*lines, "", f"{told} Real seconds: {sums}."]
+    median_fall = f"Median fall of the variance that g must explain, where a simulation was corrected: {fall}."
+    return [*lines, "", median_fall, f"Real seconds: {sums}."]
 
 
 def methods(results: Mapping[str, Any]) -> list[str]:
@@ -177,7 +177,7 @@ def methods(results: Mapping[str, Any]) -> list[str]:
         lines.append(f"| {' | '.join(map(str, cells))} |")
     robots = ", ".join(map(str, results["robots"]))
     took = f"The runs took {results['work_s'] / 60:.0f} minutes together, {results['machine']}."
-    return [*lines, "", f"Robots {robots}. {took}"]
+    return [*lines, "", f"Robots {robots}.", took]
 
 
 def times(results: Mapping[str, Any]) -> list[str]:
