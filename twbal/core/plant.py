@@ -30,6 +30,24 @@ class Observation(NamedTuple):
     yaw_rate: float
 
 
+class Pose(NamedTuple):
+    """Where a robot truly is, in the frame in which it was put down at (0, 0) with heading 0.
+
+    A simulation knows it, or cameras that watch the robot. Policies and models never see it.
+
+    Attributes:
+        x: forward, of the middle of the axle [m].
+        y: to the left [m].
+        heading: about the vertical, positive to the left [rad].
+        tilt: of the body [rad].
+    """
+
+    x: float
+    y: float
+    heading: float
+    tilt: float
+
+
 class Plant(ABC):
     """A robot that can be put at its start, driven one control period at a time, and let go.
 
@@ -57,6 +75,10 @@ class Plant(ABC):
         Raises:
             LinkLostError: the robot fell silent.
         """
+
+    def pose(self) -> Pose | None:
+        """The true pose at the last observation; None where nothing but the robot's own sensors tells."""
+        return None
 
     @abstractmethod
     def stop(self) -> None:
