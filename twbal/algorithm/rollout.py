@@ -109,6 +109,7 @@ class _Record:
         self.commands: list[float] = []
         self.outcome = Outcome.COMPLETED
         self._channels = channels
+        self._tracker = channels.tracker()
         self._events: list[Event] = []
         self._ended_by: BaseException | None = None
 
@@ -125,7 +126,7 @@ class _Record:
                 f"The robot's clock does not run forward: it said {self.seen[-1].time} s, and then {seen.time} s."
             )
         self.seen.append(seen)
-        self.states.append(self._channels.state(seen, self.commands))
+        self.states.append(self._tracker.state(seen, self.commands))
 
     def end(self, outcome: Outcome, text: str) -> None:
         """Note how the rollout ends."""

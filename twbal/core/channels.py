@@ -1,6 +1,7 @@
 """Which numbers make up the state x: a choice of configuration, never a constant of the code."""
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,6 +12,10 @@ from twbal.core.gaussian import Array
 from twbal.core.plant import Observation
 
 MEASURED_UNITS = {"tilt": "rad", "tilt_rate": "rad/s", "acceleration": "m/s²", "speed": "m/s", "yaw_rate": "rad/s"}
+KINEMATIC_UNITS = {"position": "m", "position_integral": "m·s"}
+"""Channels that follow from the speed without any model."""
+MAX_POSITION_INTEGRAL = 10.0
+"""The position's integral stays within ± this [wheel radii · s], so that a robot that is held cannot wind it up."""
 _PAST_COMMAND = re.compile(r"command_([1-9])")
 
 
@@ -21,21 +26,29 @@ class Channels:
     `tilt`, `tilt_rate`, `acceleration` and `yaw_rate` are read off the observation. `speed` is the speed of the axle
     over ground [m/s], wheel_radius · (wheel_rate + tilt_rate), as encoders see the wheel relative to the body.
     `command_k` is the command [N·m] given k control periods ago (0 before the rollout began): with past commands in it,
-    the state of a robot that reacts late is Markov again.
+    the state of a robot that reacts late is Markov again. `position` is how far the axle has rolled since the rollout
+    began [m], wheel_radius · (wheel_angle + tilt) less its first value, and `position_integral` its integral over time
+    [m·s]: both follow from the speed by kinematics, so that there is nothing to learn about them.
 
     Attributes:
         names: channel names; the paper's are ("tilt", "tilt_rate", "acceleration").
         wheel_radius: of the data sheet [m].
+        control_period: [s]; needed for `position` and its integral only.
+
+    Raises:
+        ConfigError: a name is unknown or twice there, or a channel lacks one that it follows from.
     """
 
     names: tuple[str, ...]
     wheel_radius: float
+    control_period: float = 0.0
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "names", tuple(self.names))
-        unknown = [n for n in self.names if n not in MEASURED_UNITS and not _PAST_COMMAND.fullmatch(n)]
+        units = {**MEASURED_UNITS, **KINEMATIC_UNITS}
+        unknown = [n for n in self.names if n not in units and not _PAST_COMMAND.fullmatch(n)]
         if unknown:
-            known = ", ".join([*MEASURED_UNITS, "command_1", "command_2", "..."])
+            known = ", ".join([*units, "command_1", "command_2", "..."])
             raise ConfigError(f"Unknown state channel {unknown[0]!r}; the channels are: {known}.")
         if len(set(self.names)) != len(self.names) or not self.names:
             raise ConfigError(f"State channels must be distinct and at least one; found {list(self.names)}.")
@@ -43,6 +56,17 @@ class Channels:
         if lags != list(range(1, len(lags) + 1)):
             raise ConfigError(
                 f"Past commands must be command_1, command_2, ... without a gap; found {list(self.names)}."
+            )
+        self._check_kinematics()
+
+    def _check_kinematics(self) -> None:
+        for name, source in (("position", "speed"), ("position_integral", "position")):
+            if name in self.names and source not in self.names:
+                raise ConfigError(f"The state channel {name} follows from {source}; found {list(self.names)}.")
+        if self.kinematic and not self.control_period > 0:
+            raise ConfigError(
+                f"The state channel {self.names[self.kinematic[0]]} needs the control period; found "
+                f"{self.control_period} s."
             )
 
     @property
@@ -52,13 +76,23 @@ class Channels:
 
     @property
     def measured(self) -> tuple[int, ...]:
-        """Indices of the channels that a sensor measures; the others are past commands, known exactly."""
+        """Indices of the channels whose change is learned; past commands and kinematic channels are known exactly."""
         return tuple(i for i, n in enumerate(self.names) if n in MEASURED_UNITS)
+
+    @property
+    def kinematic(self) -> tuple[int, ...]:
+        """Indices of the channels that follow from the speed."""
+        return tuple(i for i, n in enumerate(self.names) if n in KINEMATIC_UNITS)
+
+    @property
+    def inputs(self) -> tuple[int, ...]:
+        """Indices into (x, u) of what a change depends on: all but the kinematic channels; the command comes last."""
+        return tuple(i for i in range(len(self.names) + 1) if i not in self.kinematic)
 
     @property
     def units(self) -> tuple[str, ...]:
         """Unit of each channel."""
-        return tuple(MEASURED_UNITS.get(n, "N·m") for n in self.names)
+        return tuple({**MEASURED_UNITS, **KINEMATIC_UNITS}.get(n, "N·m") for n in self.names)
 
     def index(self, name: str) -> int:
         """Where a channel is in the state.
@@ -73,17 +107,9 @@ class Channels:
             )
         return self.names.index(name)
 
-    def state(self, seen: Observation, past_commands: list[float]) -> Array:
-        """The state at one instant, (D,).
-
-        Args:
-            seen: the observation at that instant.
-            past_commands: commands given so far, oldest first [N·m].
-        """
-        values = self._values(seen)
-        for name, lag in self.lags.items():
-            values[name] = past_commands[-lag] if lag <= len(past_commands) else 0.0
-        return np.array([values[n] for n in self.names])
+    def tracker(self) -> "StateTracker":
+        """Makes the states of a rollout that is going on."""
+        return StateTracker(self)
 
     def states(self, observations: Array, commands: Array) -> Array:
         """The states of a whole rollout, (T + 1, D).
@@ -92,12 +118,36 @@ class Channels:
             observations: (T + 1, 7) in the order of `Observation`.
             commands: (T,) [N·m].
         """
-        values = self._values(Observation(*observations.T))
+        seen = Observation(*observations.T)
+        values = self.measured_values(seen)
+        path = self.path(seen)
+        values["position"] = path - path[0]
+        values["position_integral"] = self._integrals(values["position"], seen.time)
         for name, lag in self.lags.items():
             values[name] = np.concatenate([np.zeros(lag), commands])[: len(observations)]
         return np.column_stack([values[n] for n in self.names])
 
-    def _values(self, seen: Observation) -> dict[str, Any]:
+    def path(self, seen: Observation) -> Any:
+        """Way that the wheels have rolled over ground, from wherever the encoders count [m]; see `measured_values`."""
+        return self.wheel_radius * (seen.wheel_angle + seen.tilt)
+
+    def integrated(self, integral: float, position: float, duration: float) -> float:
+        """The position's integral [m·s] after it stood at `position` [m] for `duration` [s]."""
+        bound = self.max_position_integral
+        return min(max(integral + duration * position, -bound), bound)
+
+    @property
+    def max_position_integral(self) -> float:
+        """Bound of the position's integral, either way [m·s]."""
+        return MAX_POSITION_INTEGRAL * self.wheel_radius
+
+    def _integrals(self, positions: Array, times: Array) -> Array:
+        found = np.zeros(len(positions))
+        for t in range(1, len(found)):
+            found[t] = self.integrated(found[t - 1], positions[t - 1], times[t] - times[t - 1])
+        return found
+
+    def measured_values(self, seen: Observation) -> dict[str, Any]:
         """The measured channels, as numbers or as columns, as `seen` is."""
         return {
             "tilt": seen.tilt,
@@ -106,3 +156,33 @@ class Channels:
             "speed": self.wheel_radius * (seen.wheel_rate + seen.tilt_rate),
             "yaw_rate": seen.yaw_rate,
         }
+
+
+class StateTracker:
+    """Makes the state of each observation of one rollout, as they come."""
+
+    def __init__(self, channels: Channels) -> None:
+        self._channels = channels
+        self._origin: float | None = None
+        self._before = (0.0, 0.0)  # time and position at the last observation [s], [m]
+        self._integral = 0.0
+
+    def state(self, seen: Observation, past_commands: Sequence[float]) -> Array:
+        """The state at one instant, (D,).
+
+        Args:
+            seen: the observation at that instant, which comes after those of earlier calls.
+            past_commands: commands given so far, oldest first [N·m].
+        """
+        channels = self._channels
+        path = channels.path(seen)
+        if self._origin is None:
+            self._origin, self._before = path, (seen.time, 0.0)
+        time, position = self._before
+        self._integral = channels.integrated(self._integral, position, seen.time - time)
+        self._before = seen.time, path - self._origin
+        values = channels.measured_values(seen)
+        values["position"], values["position_integral"] = self._before[1], self._integral
+        for name, lag in channels.lags.items():
+            values[name] = past_commands[-lag] if lag <= len(past_commands) else 0.0
+        return np.array([values[n] for n in channels.names])

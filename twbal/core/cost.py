@@ -6,7 +6,7 @@ import sys
 from abc import ABC, abstractmethod
 from collections import namedtuple
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -33,15 +33,18 @@ class ExpectedCost(NamedTuple):
 
 
 @kernel()
-def expected_cost(target: Array, widths: Array, mean: Array, covariance: Array) -> ExpectedCost:
+def expected_cost(target: Array, widths: Array, change: Array, mean: Array, covariance: Array) -> ExpectedCost:
     """E[c(x)] for x ~ N(m, S): 1 - |I + SP|^(-1/2) exp(-½ dᵀQd).
 
-    Here P = diag(widths⁻²), Q = P (I + SP)⁻¹ and d = m - target; see `SaturatingCost` for the arguments.
+    Here P = FᵀF with the rows diag(1 / widths) and `change` in F, Q = P (I + SP)⁻¹ = Fᵀ (I + FSFᵀ)⁻¹ F and
+    d = m - target; see `SaturatingCost` for the arguments.
     """
-    root = 1.0 / widths
-    across = root.reshape(-1, 1)
-    inside = np.eye(len(root)) + across * covariance * root  # I + √P S √P, symmetric
-    Q = across * np.linalg.inv(inside) * root
+    D = len(widths)
+    F = np.zeros((D + 1, D))
+    for k in range(D):
+        F[k, k], F[D, k] = 1.0 / widths[k], change[k]
+    inside = np.eye(D + 1) + F @ covariance @ F.T
+    Q = F.T @ np.linalg.inv(inside) @ F
     gap = mean - target
     pull = Q @ gap
     reward = np.exp(-0.5 * (gap @ pull + np.linalg.slogdet(inside)[1]))
@@ -64,12 +67,17 @@ class Cost(ABC):
     target: Array
     widths: Array
 
+    @property
+    def curvature(self) -> Array:
+        """P (D, D), so that near the target c(x) is about ½ (x - target)ᵀP(x - target): what regulators minimise."""
+        return np.diag(self.widths**-2.0)
+
     @classmethod
     def over(
         cls, channels: Sequence[str], widths: Mapping[str, float], command_width: float | None, torque_limit: float
     ) -> "Cost":
         """This cost over named channels; see `cost_over`."""
-        return cost_over(channels, widths, command_width, torque_limit, cls)
+        return cls(*_target_and_widths(channels, widths, command_width, torque_limit))
 
     @abstractmethod
     def at(self, state: Array) -> float:
@@ -146,27 +154,44 @@ def expected_price(cost: CostNumbers, mean: Array, covariance: Array) -> Expecte
 
 @dataclass(frozen=True, eq=False)
 class SaturatingCost(Cost):
-    """c(x) = 1 - exp(-½ Σ_k ((x_k - target_k) / width_k)²) (eq. 11; the paper has one width a for all channels).
+    """c(x) = 1 - exp(-½ dᵀPd) with d = x - target and dᵀPd = Σ_k (d_k / width_k)² + (changeᵀd)².
+
+    Eq. 11, where the paper has one width a for all channels and no price on changes of the command.
 
     Attributes:
         target: (D,).
         widths: (D,) in the channels' units; infinite where a channel costs nothing.
+        change: (D,) weights whose sum with the channels costs, too: those of command_1 - command_2; zero, or
+            none, costs nothing.
     """
+
+    change: Array = field(default_factory=lambda: np.zeros(0))
+
+    def __post_init__(self) -> None:
+        if not len(self.change):
+            object.__setattr__(self, "change", np.zeros(len(self.widths)))
+
+    @property
+    def curvature(self) -> Array:
+        """P (D, D)."""
+        return np.diag(self.widths**-2.0) + np.outer(self.change, self.change)
 
     def at(self, state: Array) -> float:
         """c of one state."""
-        distance = 0.0
+        distance = change = 0.0
         for k in range(len(state)):
             distance += ((state[k] - self.target[k]) * (1.0 / self.widths[k])) ** 2
-        return float(-np.expm1(-0.5 * distance))
+            change += (state[k] - self.target[k]) * self.change[k]
+        return float(-np.expm1(-0.5 * (distance + change**2)))
 
     def expected_at(self, mean: Array, covariance: Array) -> ExpectedCost:
         """E[c(x)], in closed form."""
-        return expected_cost(self.target, self.widths, mean, covariance)
+        return expected_cost(self.target, self.widths, self.change, mean, covariance)
 
     def __call__(self, states: Array) -> Array:
         """c of all states at once."""
-        cost: Array = -np.expm1(-0.5 * (((states - self.target) / self.widths) ** 2).sum(axis=-1))
+        gaps = states - self.target
+        cost: Array = -np.expm1(-0.5 * (((gaps / self.widths) ** 2).sum(axis=-1) + (gaps @ self.change) ** 2))
         return cost
 
 
@@ -175,16 +200,34 @@ def cost_over(
     widths: Mapping[str, float],
     command_width: float | None,
     torque_limit: float,
-    shape: type[Cost] = SaturatingCost,
-) -> Cost:
-    """The cost over named channels, with its target at zero.
+    command_change_width: float | None = None,
+) -> SaturatingCost:
+    """The saturating cost over named channels, with its target at zero.
 
     Args:
         channels: of the state, D names.
         widths: by channel name, in the channel's unit; channels without one cost nothing.
         command_width: of `command_1`, the action's price, as a share of the torque limit; None costs nothing.
         torque_limit: [N·m].
-        shape: class of the cost.
+        command_change_width: of `command_1 - command_2`, likewise; None, or a state without them, costs nothing.
+
+    Raises:
+        ConfigError: a width is not positive, or nothing has a price.
+    """
+    target, found = _target_and_widths(channels, widths, command_width, torque_limit)
+    change = np.zeros(len(found))
+    if command_change_width is not None and "command_2" in channels:
+        if not command_change_width > 0:
+            raise ConfigError(f"command_change_width must be positive; found {command_change_width}.")
+        weight = 1.0 / (command_change_width * torque_limit)
+        change[channels.index("command_1")], change[channels.index("command_2")] = weight, -weight
+    return SaturatingCost(target, found, change)
+
+
+def _target_and_widths(
+    channels: Sequence[str], widths: Mapping[str, float], command_width: float | None, torque_limit: float
+) -> tuple[Array, Array]:
+    """The target (D,), zero, and the widths (D,).
 
     Raises:
         ConfigError: a width is not positive, or nothing has a price.
@@ -197,4 +240,4 @@ def cost_over(
         raise ConfigError(
             f"The cost needs positive widths, at least one of them for the state {', '.join(channels)}; found {priced}."
         )
-    return shape(np.zeros(len(found)), found)
+    return np.zeros(len(found)), found

@@ -65,6 +65,7 @@ class TwoWheeled(gymnasium.Env[Array, Action]):
         self.action_space = Box(-1.0, 1.0, (1,), np.float32)
         self._plant, self._robot, self._cost, self._rule = plant, robot, cost, rule
         self._seen = Observation(*[0.0] * len(Observation._fields))
+        self._tracker = channels.tracker()
         self._commands: list[float] = []
 
     def reset(self, *, seed: int | None = None, options: dict[str, Any] | None = None) -> tuple[Array, dict[str, Any]]:
@@ -78,6 +79,7 @@ class TwoWheeled(gymnasium.Env[Array, Action]):
         drawn = int(self.np_random.integers(_TRIALS))
         trial = int((options or {}).get("trial", drawn))
         self._commands = []
+        self._tracker = self.channels.tracker()
         self._seen = self._plant.reset(trial)
         return self._state(), {"trial": trial}
 
@@ -110,4 +112,4 @@ class TwoWheeled(gymnasium.Env[Array, Action]):
         self._plant.close()
 
     def _state(self) -> Array:
-        return self.channels.state(self._seen, self._commands)
+        return self._tracker.state(self._seen, self._commands)

@@ -16,7 +16,7 @@ class Transitions(NamedTuple):
     """One row for each control period.
 
     Attributes:
-        inputs: (n, D + 1), the state x_{t-1} and the command u_{t-1}.
+        inputs: (n, d), of the state x_{t-1} and the command u_{t-1} what changes depend on (`Channels.inputs`).
         targets: (n, E), the change x_t - x_{t-1} of the E measured channels (of eq. 4), or what a model leaves of it.
     """
 
@@ -45,7 +45,8 @@ def transitions(episodes: Sequence[Episode], channels: Channels) -> Transitions:
         )
     if not sum(len(episode) for episode in episodes):
         raise DataError(f"There is no control period in {len(episodes)} episodes. Collect at least one rollout.")
-    inputs = [np.column_stack([episode.states[:-1], episode.commands]) for episode in episodes]
+    kept = list(channels.inputs)
+    inputs = [np.column_stack([episode.states[:-1], episode.commands])[:, kept] for episode in episodes]
     changes = [np.diff(episode.states, axis=0)[:, list(channels.measured)] for episode in episodes]
     return Transitions(np.concatenate(inputs), np.concatenate(changes))
 

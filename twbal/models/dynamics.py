@@ -31,10 +31,12 @@ class DynamicsModel:
     """x_t = A (x_{t-1}, u_{t-1}) + P Δ, with Δ ~ f + g over the E measured channels (eq. 7 and 8).
 
     A is the identity for the measured channels and copies past commands: command_1' = u, command_k' = command_{k-1}.
+    The position p and its integral q follow from the speed v: p' = p + ½ dt (v + v') and q' = q + dt p. Changes Δ do
+    not depend on them.
 
     Attributes:
         channels: the state, D channels.
-        f: of the change in simulation, E outputs over D + 1 inputs.
+        f: of the change in simulation, E outputs over the d inputs of `Channels.inputs`.
         g: of the difference of the real robot from it, likewise; None before there is real data.
         keep_f_variance: count f's variance in; the paper drops it (below eq. 6).
         process_noise: (E,) variances by which the measured channels' own uncertainty grows at each step.
@@ -52,7 +54,7 @@ class DynamicsModel:
     observation_noise: Array
 
     def __post_init__(self) -> None:
-        expected = (len(self.channels.names) + 1, len(self.channels.measured))
+        expected = (len(self.channels.inputs), len(self.channels.measured))
         for name, gp in (("f", self.f), ("g", self.g)):
             if gp is not None and (gp.inputs, gp.outputs) != expected:
                 raise ConfigError(
@@ -75,12 +77,19 @@ class DynamicsModel:
         for name, lag in self.channels.lags.items():
             source = len(names) if lag == 1 else names.index(f"command_{lag - 1}")
             matrix[names.index(name), source] = 1.0
+        for i in self.channels.kinematic:
+            source = names.index("speed" if names[i] == "position" else "position")
+            matrix[i, i], matrix[i, source] = 1.0, self.channels.control_period
         return matrix
 
     @property
     def selection(self) -> Array:
-        """P, (D, E): which channel each GP output changes."""
-        return np.eye(len(self.channels.names))[:, list(self.channels.measured)]
+        """P, (D, E): what each GP output adds to the channels."""
+        names = self.channels.names
+        matrix = np.eye(len(names))[:, list(self.channels.measured)]
+        if "position" in names:
+            matrix[names.index("position")] = 0.5 * self.channels.control_period * matrix[names.index("speed")]
+        return matrix
 
     @property
     def noise_variance(self) -> Array:
@@ -89,13 +98,18 @@ class DynamicsModel:
 
     def change(self, inputs: Array) -> Array:
         """Mean of Δ at `inputs` (m, D + 1), (m, E)."""
-        mean = self.f.mean(inputs)
-        return mean if self.g is None else mean + self.g.mean(inputs)
+        seen = inputs[:, list(self.channels.inputs)]
+        mean = self.f.mean(seen)
+        return mean if self.g is None else mean + self.g.mean(seen)
 
     def change_slope(self, inputs: Array) -> Array:
         """Gradient of the mean of Δ at `inputs` (m, D + 1), (m, E, D + 1)."""
-        slope = self.f.slope(inputs)
-        return slope if self.g is None else slope + self.g.slope(inputs)
+        kept = list(self.channels.inputs)
+        slope = np.zeros((len(inputs), self.f.outputs, inputs.shape[1]))
+        slope[:, :, kept] = self.f.slope(inputs[:, kept])
+        if self.g is not None:
+            slope[:, :, kept] += self.g.slope(inputs[:, kept])
+        return slope
 
     def step_mean(self, states: Array, commands: Array) -> Array:
         """Mean of the next states, (m, D), from `states` (m, D) and `commands` (m,) [N·m]."""
@@ -107,9 +121,9 @@ class DynamicsModel:
         inputs = np.column_stack([states, commands])
         variance = np.zeros((len(inputs), self.f.outputs))
         if self.keep_f_variance:
-            variance += self.f.predict(inputs).variance
+            variance += self.f.predict(inputs[:, list(self.channels.inputs)]).variance
         if self.g is not None:
-            variance += self.g.predict(inputs).variance
+            variance += self.g.predict(inputs[:, list(self.channels.inputs)]).variance
         return Step(self.step_mean(states, commands), variance)
 
     def to_payload(self) -> dict[str, Any]:
@@ -117,6 +131,7 @@ class DynamicsModel:
         return {
             "channels": list(self.channels.names),
             "wheel_radius": float(self.channels.wheel_radius),
+            "control_period": float(self.channels.control_period),
             "f": self.f.to_payload(),
             "g": None if self.g is None else self.g.to_payload(),
             "keep_f_variance": self.keep_f_variance,
@@ -136,7 +151,11 @@ class DynamicsModel:
         f = posterior_from_payload(found["f"])
         g = found["g"]
         return cls(
-            channels=Channels(found.texts("channels"), found.number("wheel_radius", 1e-9, 1e3)),
+            channels=Channels(
+                found.texts("channels"),
+                found.number("wheel_radius", 1e-9, 1e3),
+                found.number("control_period", 0.0, 1e3) if "control_period" in found.names else 0.0,
+            ),
             f=f,
             g=None if g is None else posterior_from_payload(g),
             keep_f_variance=found.flag("keep_f_variance"),
@@ -160,7 +179,7 @@ def posterior_from_payload(payload: Mapping[str, Any]) -> Posterior:
 
 def without_simulation(channels: Channels) -> DynamicsModel:
     """A model by which nothing changes: f is zero, and all is left to g."""
-    d, E = len(channels.names) + 1, len(channels.measured)
+    d, E = len(channels.inputs), len(channels.measured)
     nothing = GaussianProcess(
         centres=np.zeros((1, d)),
         length_scales=np.ones((E, d)),

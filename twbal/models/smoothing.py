@@ -104,7 +104,8 @@ def smooth(
 def samples(episodes: Sequence[Episode], states: Sequence[Array], model: DynamicsModel) -> Transitions:
     """What f leaves of each smoothed step, as samples for g."""
     measured = list(model.channels.measured)
-    inputs = np.concatenate([np.column_stack([s[:-1], e.commands]) for e, s in zip(episodes, states, strict=True)])
+    rows = [np.column_stack([s[:-1], e.commands]) for e, s in zip(episodes, states, strict=True)]
+    inputs = np.concatenate(rows)[:, list(model.channels.inputs)]
     changes = np.concatenate([np.diff(s[:, measured], axis=0) for s in states])
     return Transitions(inputs, changes - model.f.mean(inputs))
 

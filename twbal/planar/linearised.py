@@ -8,6 +8,12 @@ import scipy.linalg
 from twbal.core.gaussian import Array
 from twbal.core.robot_parameters import RobotParameters
 from twbal.planar.equations import coefficients
+from twbal.planar.motion import STRAIGHT, Constants, TwinState, constants
+from twbal.planar.parameters import TwinParameters, linear_part
+from twbal.planar.planar_plant import hold
+from twbal.planar.sensing import read_sensors
+
+_STEPS = 5  # physics steps of a control period in a linear model
 
 
 class LinearModel(NamedTuple):
@@ -42,3 +48,51 @@ def sampled(robot: RobotParameters) -> LinearModel:
     A, B = linearise(robot)
     both = scipy.linalg.expm(robot.control_period * np.block([[A, B[:, None]], [np.zeros((1, 4))]]))
     return LinearModel(both[:3, :3], both[:3, 3])
+
+
+class DelayedModel(NamedTuple):
+    """x' = A x + Σ_k B_k u_k from one control period to the next, u_k being the command of k periods before.
+
+    Attributes:
+        A: (3, 3), of x = (tilt - balance, tilt rate, speed) as the sensors show it.
+        B: (K + 1, 3), by age: that of the period's own command first.
+        balance: what the sensors show of the tilt where the robot stands still without torque [rad].
+    """
+
+    A: Array
+    B: Array
+    balance: float
+
+
+def sampled_with_delay(model: TwinParameters, period: float, ages: int) -> DelayedModel:
+    """The planar model about its balance, over one control period, without what is not linear about it.
+
+    By differences of the model itself. A delay longer than `ages` control periods is cut to that.
+
+    Args:
+        model: with its effects.
+        period: control period [s].
+        ages: K, how many commands before the period's own may still act.
+    """
+    smooth = linear_part(model)
+    k: Constants = constants(smooth, period / _STEPS)
+    late = min(k.delay, ages * period)
+    k = k._replace(delay=late)
+    e = 1e-5
+
+    def after(x: Array, commands: Array) -> Array:
+        tilt, rate, speed = x.tolist()
+        tilt -= k.offset
+        turning = speed / k.radius
+        state = TwinState(tilt, 0.0, rate, turning, 0.0, 0.0, turning, 0.0, 0.0)
+        imu = np.zeros((2 * _STEPS, 2))
+        s = hold(smooth, k, state, commands, ages, _STEPS, STRAIGHT, imu)
+        return np.array([s.tilt + k.offset, s.tilt_rate, k.radius * s.wheel_speed])
+
+    none = np.zeros(ages + 1)
+    rest = after(np.zeros(3), none)
+    A = np.array([(after(e * direction, none) - rest) / e for direction in np.eye(3)]).T
+    B = np.array([(after(np.zeros(3), e * direction) - rest) / e for direction in np.eye(ages + 1)[::-1]])
+    standing = TwinState(-k.offset, *(0.0,) * (len(TwinState._fields) - 1))
+    shown = read_sensors(smooth, k, standing, np.tile([-k.offset, 0.0], (2, 1)), 0, 0.0)
+    return DelayedModel(A, B, float(shown.tilt))

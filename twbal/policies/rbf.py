@@ -10,19 +10,20 @@ from twbal.core.gaussian import Array
 from twbal.core.payload import Payload
 from twbal.policies.policy import LARGEST, Controller, Policy, channels_in, max_command_in
 from twbal.policies.rbf_moments import Network
-from twbal.policies.squash import squash
+from twbal.policies.squash import compensation_of, squash
 
 _FAR = 1e100
 """States are cut off here, where squares would overflow: the command is to be a number for any state."""
 _SHORTEST = 1e-9
 """Lengths of a basis function below this are refused, in the channels' units."""
+_MOST_COMPENSATION = 0.9
 _MOST = 10_000
 """Basis functions of a saved policy: more are too slow for a control period."""
 
 
 @dataclass(frozen=True, eq=False)
 class RbfPolicy(Policy):
-    """u = u_max σ(kᵀx + Σ_i w_i exp(-½ (x - c_i)ᵀΛ⁻¹(x - c_i))), in [-u_max, u_max] for every x (eq. 10).
+    """u = u_max σ_c(kᵀx + Σ_i w_i exp(-½ (x - c_i)ᵀΛ⁻¹(x - c_i))), in [-u_max, u_max] for every x (eq. 10).
 
     Attributes:
         channels: names of the D state channels that it reads.
@@ -31,6 +32,7 @@ class RbfPolicy(Policy):
         lengths: (D,) in the channels' units, Λ = diag(lengths²).
         gain: k (D,), 1 / unit of each channel; zero is the paper's plain network.
         max_command: u_max [N·m].
+        compensation: share of u_max that is kept for friction compensation (`squash`); 0 is the paper's policy.
     """
 
     channels: tuple[str, ...]
@@ -39,13 +41,14 @@ class RbfPolicy(Policy):
     lengths: Array
     gain: Array
     max_command: float
+    compensation: float = 0.0
 
     @property
     def network(self) -> Network:
         """The parameters alone, as moment matching takes them."""
         parts = (self.centres, self.weights, self.lengths, self.gain)
         centres, weights, lengths, gain = (np.ascontiguousarray(part, dtype=np.float64) for part in parts)
-        return Network(centres, weights, lengths, gain, float(self.max_command))
+        return Network(centres, weights, lengths, gain, float(self.max_command), compensation_of(self.compensation))
 
     def activation(self, states: Array) -> Array:
         """What goes into the squash, (...) for states (..., D)."""
@@ -56,7 +59,7 @@ class RbfPolicy(Policy):
 
     def command(self, states: Array) -> Array:
         """u [N·m] of shape (...) for states (..., D)."""
-        return self.max_command * squash(self.activation(states))
+        return self.max_command * squash(self.activation(states), self.compensation)
 
     def controller(self, rng: np.random.Generator) -> Controller:
         """The law itself; nothing in it is random."""
@@ -85,4 +88,5 @@ class RbfPolicy(Policy):
             lengths=found.numbers("lengths", (len(channels),), _SHORTEST, _FAR),
             gain=found.numbers("gain", (len(channels),), -LARGEST, LARGEST),
             max_command=max_command_in(found),
+            compensation=found.number("compensation", 0.0, _MOST_COMPENSATION) if "compensation" in found.names else 0.0,
         )

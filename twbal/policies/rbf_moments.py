@@ -13,6 +13,7 @@ import numpy as np
 from twbal.core.compiled import kernel
 from twbal.core.exponential import expm1_in_place
 from twbal.core.gaussian import Array
+from twbal.policies.squash import Compensation
 
 
 class Network(NamedTuple):
@@ -24,6 +25,7 @@ class Network(NamedTuple):
         lengths: (D,), Λ = diag(lengths²).
         gain: k (D,).
         max_command: u_max [N·m].
+        compensation: of friction.
     """
 
     centres: Array
@@ -31,6 +33,7 @@ class Network(NamedTuple):
     lengths: Array
     gain: Array
     max_command: float
+    compensation: Compensation
 
 
 class Activation(NamedTuple):

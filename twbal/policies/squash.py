@@ -1,28 +1,90 @@
-"""The squash of eq. 10, u = u_max σ(a) with σ(a) = (9 sin a + sin 3a) / 8, and its moments at a normal a."""
+"""The squash of eq. 10, u = u_max σ(a) with σ(a) = (9 sin a + sin 3a) / 8, and its moments at a normal a.
 
+Beyond the paper, a share c of the torque limit can be kept for friction compensation: a motor with a dead zone or dry
+friction answers nothing to small commands, so the command jumps where a changes its sign,
+
+    σ_c(a) = (1 - c) σ(a) + c s(a),
+
+with s the square wave of period 2π, sign(sin a), smoothed by a normal density of width w:
+s(a) = Σ_{j odd} 4 / (π j) exp(-½ j²w²) sin ja. Near a = 0 that is erf(a / √2 w). Both are sums of sines, whose moments
+have closed forms.
+"""
+
+from math import erf
 from typing import NamedTuple
 
 import numpy as np
+from scipy.special import erf as erf_of_arrays
 
 from twbal.core.compiled import kernel
 from twbal.core.gaussian import Array
 
+COMPENSATION_WIDTH = 0.04
+"""w, in units of the activation: the command changes its sign within about ±2 w of 1.5 u_max."""
 _AMPLITUDES = ((1.0, 9 / 8), (3.0, 1 / 8))  # σ(a) = Σ amplitude · sin(frequency · a)
+_HARMONICS = 51  # of the square wave: what is left out is below 1e-5
 
 
-def squash(activation: Array) -> Array:
-    """σ(a) in [-1, 1], any shape (eq. 10)."""
+def squash(activation: Array, compensation: float = 0.0) -> Array:
+    """σ_c(a) in [-1, 1], any shape (eq. 10, with friction compensation of the share c)."""
     # At its flat top the sum rounds to a little more than 1.
-    return np.clip((9.0 * np.sin(activation) + np.sin(3.0 * activation)) / 8.0, -1.0, 1.0)
+    smooth: Array = np.clip((9.0 * np.sin(activation) + np.sin(3.0 * activation)) / 8.0, -1.0, 1.0)
+    if compensation == 0.0:
+        return smooth
+    folded = np.arcsin(np.sin(activation))  # within ±π/2, where the other flanks of the wave are far away
+    step: Array = erf_of_arrays(folded / (np.sqrt(2.0) * COMPENSATION_WIDTH))
+    return (1.0 - compensation) * smooth + compensation * step
+
+
+class Compensation(NamedTuple):
+    """Friction compensation as compiled code takes it.
+
+    Attributes:
+        share: c in [0, 1).
+        amplitudes: (n,) of sin ja, j = 1, 3, 5, ...; empty without compensation.
+        products: (n_2,) amplitudes of cos ja in σ_c(a)², j = 0, 2, 4, ...; likewise.
+    """
+
+    share: float
+    amplitudes: Array
+    products: Array
+
+
+def compensation_of(share: float) -> Compensation:
+    """The Fourier series of σ_c and of its square."""
+    if share == 0.0:
+        return Compensation(0.0, np.zeros(0), np.zeros(0))
+    j = 2.0 * np.arange(_HARMONICS) + 1.0
+    amplitudes = share * 4.0 / (np.pi * j) * np.exp(-0.5 * (j * COMPENSATION_WIDTH) ** 2)
+    amplitudes[:2] += (1.0 - share) * np.array([9 / 8, 1 / 8])
+    # sin ja sin la = ½ (cos (j - l)a - cos (j + l)a)
+    apart = np.correlate(amplitudes, amplitudes, "full")[_HARMONICS - 1 :]  # Σ b_j b_{j + 2k}, k = 0, 1, ...
+    together = np.convolve(amplitudes, amplitudes)  # Σ b_j b_l with j + l = 2k + 2
+    products = np.zeros(2 * _HARMONICS)
+    products[:_HARMONICS] += apart
+    products[0] *= 0.5
+    products[1:] -= 0.5 * together
+    return Compensation(share, amplitudes, products)
+
+
+@kernel()
+def squashed(activation: float, compensation: Compensation) -> float:
+    """σ_c(a) of one activation."""
+    smooth = min(max((9.0 * np.sin(activation) + np.sin(3.0 * activation)) / 8.0, -1.0), 1.0)
+    if compensation.share == 0.0:
+        return float(smooth)
+    folded = np.arcsin(np.sin(activation))
+    step = erf(folded / (np.sqrt(2.0) * COMPENSATION_WIDTH))
+    return float((1.0 - compensation.share) * smooth + compensation.share * step)
 
 
 class Squashed(NamedTuple):
-    """Moments of σ(a), a ~ N(m, v), and their derivatives.
+    """Moments of σ_c(a), a ~ N(m, v), and their derivatives.
 
     Attributes:
-        mean: E[σ(a)].
-        gain: E[σ'(a)], so that Cov(x, σ(a)) = gain · Cov(x, a).
-        variance: Var[σ(a)].
+        mean: E[σ_c(a)].
+        gain: E[σ_c'(a)], so that Cov(x, σ_c(a)) = gain · Cov(x, a).
+        variance: Var[σ_c(a)].
         mean_by, gain_by, variance_by: derivatives of each by (m, v), (2,).
     """
 
@@ -35,12 +97,39 @@ class Squashed(NamedTuple):
 
 
 @kernel()
-def squash_moments(m: float, v: float) -> Squashed:
-    """Moments of σ(a) for a ~ N(m, v), in closed form.
+def squash_moments(m: float, v: float, compensation: Compensation) -> Squashed:
+    """Moments of σ_c(a) for a ~ N(m, v), in closed form.
 
-    E[sin ja] = exp(-j²v/2) sin jm, and Cov(sin ja, sin la) = ½ (1 - exp(-jlv)) (n cos (j - l)m + f cos (j + l)m) with
-    n = exp(-½(j - l)²v) and f = exp(-½(j² + l²)v). By expm1 a small v loses no digits, and a large one does not
-    overflow.
+    E[sin ja] = exp(-j²v/2) sin jm and E[cos ja] = exp(-j²v/2) cos jm.
+    """
+    if compensation.share == 0.0:
+        return _plain_moments(m, v)
+    mean = gain = square = 0.0
+    mean_by, gain_by, square_by = np.zeros(2), np.zeros(2), np.zeros(2)
+    for i, p in enumerate(compensation.amplitudes):
+        j = 2.0 * i + 1.0
+        fade, s, c = p * np.exp(-0.5 * j * j * v), np.sin(j * m), np.cos(j * m)
+        mean += fade * s
+        mean_by[0] += fade * j * c
+        mean_by[1] -= fade * 0.5 * j * j * s
+        gain += fade * j * c
+        gain_by[0] -= fade * j * j * s
+        gain_by[1] -= fade * 0.5 * j * j * j * c
+    for i, p in enumerate(compensation.products):
+        j = 2.0 * i
+        fade, s, c = p * np.exp(-0.5 * j * j * v), np.sin(j * m), np.cos(j * m)
+        square += fade * c
+        square_by[0] -= fade * j * s
+        square_by[1] -= fade * 0.5 * j * j * c
+    return Squashed(mean, gain, max(square - mean * mean, 0.0), mean_by, gain_by, square_by - 2.0 * mean * mean_by)
+
+
+@kernel()
+def _plain_moments(m: float, v: float) -> Squashed:
+    """Without compensation.
+
+    Cov(sin ja, sin la) = ½ (1 - exp(-jlv)) (n cos (j - l)m + f cos (j + l)m) with n = exp(-½(j - l)²v) and
+    f = exp(-½(j² + l²)v). By expm1 a small v loses no digits, and a large one does not overflow.
     """
     mean = gain = variance = 0.0
     mean_by, gain_by, variance_by = np.zeros(2), np.zeros(2), np.zeros(2)

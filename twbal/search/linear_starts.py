@@ -27,12 +27,12 @@ def slopes(model: DynamicsModel, swing: float, steps: Array) -> tuple[Array, Arr
 
 
 def regulator(A: Array, B: Array, cost: Cost, command_width: float) -> Array | None:
-    """Gain K (D,) of u = -Kx that minimises Σ Σ_k (x_k / width_k)² + (u / command_width)²; None where there is none.
+    """Gain K (D,) of u = -Kx that minimises Σ xᵀPx + (u / command_width)², P the cost's curvature; None where there is none.
 
     The saturating cost is, to second order, half that sum: the discrete-time linear-quadratic regulator starts where
     the search should end, were the model linear.
     """
-    price = np.diag(cost.widths**-2.0 + 1e-9)  # the small share keeps unpriced channels observable
+    price = cost.curvature + 1e-9 * np.eye(len(A))  # the small share keeps unpriced channels observable
     try:
         P = scipy.linalg.solve_discrete_are(A, B[:, None], price, np.array([[command_width**-2.0]]))
     except (np.linalg.LinAlgError, ValueError):

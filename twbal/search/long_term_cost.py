@@ -32,7 +32,7 @@ def propagate(
 ) -> list[Step]:
     """Steps of the closed loop in distribution from N(x_0), `horizon` of them."""
     steps: list[Step] = []
-    network, cut = policy.network, series(truncation, len(start.mean) + 1)
+    network, cut = policy.network, series(truncation, len(model.inputs))
     state, degree = _plain(start), 0
     for _ in range(horizon):
         steps.append(step_forward(model, network, state, cut, degree))
@@ -57,7 +57,7 @@ def long_term_cost(
     Raises:
         numpy.linalg.LinAlgError: a state's covariance is no longer finite.
     """
-    cut = series(truncation, len(start.mean) + 1)
+    cut = series(truncation, len(model.inputs))
     return _long_term_cost(model, policy.network, cost.numbers, _plain(start), horizon, cut, gradient)
 
 

@@ -5,6 +5,7 @@ every policy (common random numbers, as in PEGASUS: Ng and Jordan 2000). The cos
 policy's parameters, and PyTorch differentiates it. No distribution is taken to be normal.
 """
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -18,6 +19,7 @@ from twbal.core.gaussian import Array, Gaussian
 from twbal.core.streams import Stream, generator
 from twbal.models.dynamics import DynamicsModel
 from twbal.policies.rbf import RbfPolicy
+from twbal.policies.squash import COMPENSATION_WIDTH
 from twbal.search.long_term_cost import LongTermCost
 from twbal.search.robots import Robots
 from twbal.search.sampled_rollouts import Draws
@@ -62,7 +64,7 @@ class ParticleObjective:
         with torch.set_grad_enabled(gradient):
             numbers = self.cost.numbers
             value = torch.zeros(())
-            for states in self._robots.states(_law(parts, policy.max_command)):
+            for states in self._robots.states(_law(parts, policy)):
                 value = value + _Price.apply(states, numbers).mean()  # type: ignore[no-untyped-call]
         if gradient:
             value.backward()  # type: ignore[no-untyped-call]
@@ -73,7 +75,7 @@ class ParticleObjective:
         """Mean and covariance of the particles at t = 1..H."""
         parts = [torch.tensor(p) for p in (policy.centres, policy.weights, policy.lengths, policy.gain)]
         with torch.no_grad():
-            reached = [states.numpy() for states in self._robots.states(_law(parts, policy.max_command))]
+            reached = [states.numpy() for states in self._robots.states(_law(parts, policy))]
         return [Gaussian(states.mean(axis=0), np.cov(states.T)) for states in reached]
 
     @cached_property
@@ -114,9 +116,9 @@ def _prices(cost: CostNumbers, states: Array) -> tuple[Array, Array]:
     return costs, slopes
 
 
-def _law(policy: list[torch.Tensor], limit: float) -> Function:
-    """Commands [N·m] of states, by the parts of an `RbfPolicy`."""
-    return lambda states: limit * _squash(_activation(states, *policy))
+def _law(parts: list[torch.Tensor], policy: RbfPolicy) -> Function:
+    """Commands [N·m] of states, by the parts of an `RbfPolicy` and what of it stays as it is."""
+    return lambda states: policy.max_command * _squash(_activation(states, *parts), policy.compensation)
 
 
 def _activation(
@@ -127,5 +129,11 @@ def _activation(
     return states @ gain + torch.exp(-0.5 * (gaps**2).sum(dim=-1)) @ weights
 
 
-def _squash(activation: torch.Tensor) -> torch.Tensor:
-    return (9.0 * torch.sin(activation) + torch.sin(3.0 * activation)) / 8.0
+def _squash(activation: torch.Tensor, compensation: float) -> torch.Tensor:
+    """As `twbal.policies.squash.squash`."""
+    smooth = (9.0 * torch.sin(activation) + torch.sin(3.0 * activation)) / 8.0
+    if compensation == 0.0:
+        return smooth
+    folded = torch.asin(torch.sin(activation).clamp(-1.0 + 1e-12, 1.0 - 1e-12))
+    step = torch.erf(folded / (math.sqrt(2.0) * COMPENSATION_WIDTH))
+    return (1.0 - compensation) * smooth + compensation * step

@@ -11,6 +11,7 @@ from twbal.core.errors import ConfigError, SearchError
 from twbal.core.gaussian import Array
 from twbal.core.robot_parameters import RobotParameters
 from twbal.models.dataset import transitions
+from twbal.models.dynamics import without_simulation
 from twbal.planar.linearised import sampled
 from twbal.policies.linear import LinearPolicy
 from twbal.search.linear_starts import regulator
@@ -101,21 +102,15 @@ def identified_regulator(
     """
     data = transitions(episodes, channels)
     D = len(channels.names)
-    upright = np.abs(data.inputs[:, channels.index("tilt")]) < _UPRIGHT
+    upright = np.abs(data.inputs[:, channels.inputs.index(channels.index("tilt"))]) < _UPRIGHT
     inputs, changes = data.inputs[upright], data.targets[upright]
     if len(inputs) <= D + 2:
         return None
-    fitted, constant = _least_squares(inputs, changes)  # (E, D + 1), (E,)
-    A, B, c = np.zeros((D, D)), np.zeros(D), np.zeros(D)
-    measured = list(channels.measured)
-    A[measured] = np.eye(D)[measured] + fitted[:, :D]
-    B[measured], c[measured] = fitted[:, D], constant
-    for name, lag in channels.lags.items():
-        row = channels.names.index(name)
-        if lag == 1:
-            B[row] = 1.0
-        else:
-            A[row, channels.names.index(f"command_{lag - 1}")] = 1.0
+    fitted, constant = _least_squares(inputs, changes)  # (E, d), (E,)
+    carried = without_simulation(channels)
+    moved = carried.transition_matrix  # (D, D + 1)
+    moved[:, list(channels.inputs)] += carried.selection @ fitted
+    A, B, c = moved[:, :D], moved[:, D], carried.selection @ constant
     gain = regulator(A, B, cost, command_width * torque_limit)
     if gain is None:
         return None

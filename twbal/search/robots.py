@@ -26,6 +26,7 @@ class Robots:
         sensors: (H, P, D), errors of what the policy sees.
         f: mean of the simulation model.
         g: difference model of each robot; None: there is none.
+        inputs: (d,) indices into (x, u) of what f and g depend on.
         carry: Aᵀ (D + 1, D).
         selection: Pᵀ (E, D).
     """
@@ -35,6 +36,7 @@ class Robots:
     sensors: torch.Tensor
     f: Function
     g: Function | None
+    inputs: torch.Tensor
     carry: torch.Tensor
     selection: torch.Tensor
 
@@ -47,6 +49,7 @@ class Robots:
             sensors=torch.tensor(draws.sensors),
             f=mean_function(model.f),
             g=g,
+            inputs=torch.tensor(model.channels.inputs),
             carry=torch.tensor(model.transition_matrix.T.copy()),
             selection=torch.tensor(model.selection.T.copy()),
         )
@@ -60,9 +63,10 @@ class Robots:
         states = self.start
         for noise, seeing in zip(self.process, self.sensors, strict=True):
             inputs = torch.cat([states, policy(states + seeing)[:, None]], dim=1)
-            change = self.f(inputs) + noise
+            seen = inputs[:, self.inputs]
+            change = self.f(seen) + noise
             if self.g is not None:
-                change = change + self.g(inputs)
+                change = change + self.g(seen)
             states = (inputs @ self.carry + change @ self.selection).clamp(-_FAR, _FAR)
             yield states
 

@@ -14,8 +14,10 @@ from twbal.core.gaussian import Array
 from twbal.models.dynamics import DynamicsModel
 from twbal.models.function_samples import FunctionSamples
 from twbal.models.gp import GaussianProcess
+from twbal.models.moments.multi_index import Integers
 from twbal.policies.rbf import RbfPolicy
 from twbal.policies.rbf_moments import Network
+from twbal.policies.squash import squashed
 
 _FAR = 1e3
 """No channel is followed beyond this."""
@@ -31,12 +33,21 @@ class Limits(NamedTuple):
         limit: the tilt must never pass this [rad].
         settled_tilt_limit: from `settle_step` on the tilt must not pass this [rad].
         settle_step: control periods for recovering from the start.
+        position: index of the position in the state; -1 where it is not asked for, or not there.
+        place_radius: from `place_step` on the position must not pass this [m].
+        place_step: control periods for coming back.
+        command_change: the RMS change of the command from step to step, from `settle_step` on, must not pass this
+            [N·m]; infinite where it is not asked for.
     """
 
     tilt: int
     limit: float
     settled_tilt_limit: float
     settle_step: int
+    position: int = -1
+    place_radius: float = np.inf
+    place_step: int = 0
+    command_change: float = np.inf
 
 
 class KernelMean(NamedTuple):
@@ -85,7 +96,7 @@ class Balanced(NamedTuple):
     """What became of n robots.
 
     Attributes:
-        stayed: (n,) 1.0 where the robot kept within the limits, else 0.0.
+        stayed: (n,) 1.0 where the robot kept within all limits, else 0.0.
         costs: (n,) mean cost of a step; a fallen robot costs 1 from its fall on.
     """
 
@@ -127,7 +138,8 @@ def sampled_rollouts(
             np.ascontiguousarray(samples.features.transpose(0, 2, 1)),
         )
     carry, selection = model.transition_matrix, np.ascontiguousarray(model.selection)
-    return _drive(f, g, waves, policy.network, cost.numbers, limits, draws, carry, selection)
+    kept = np.array(model.channels.inputs)
+    return _drive(f, g, waves, policy.network, cost.numbers, limits, draws, carry, selection, kept)
 
 
 def _kernel_mean(gp: GaussianProcess, weights: Array) -> KernelMean:
@@ -188,7 +200,7 @@ def _wave_sum(waves: Waves, output: int, robot: int, inputs: Array, row: Array) 
 
 
 @kernel()
-def _command(network: Network, state: Array) -> float:
+def command_of(network: Network, state: Array) -> float:
     """The policy's command [N·m]; see `RbfPolicy`."""
     activation = 0.0
     for k in range(len(state)):
@@ -198,8 +210,7 @@ def _command(network: Network, state: Array) -> float:
         for k in range(len(state)):
             distance += ((state[k] - network.centres[i, k]) / network.lengths[k]) ** 2
         activation += network.weights[i] * np.exp(-0.5 * distance)
-    squashed = (9.0 * np.sin(activation) + np.sin(3.0 * activation)) / 8.0
-    return float(network.max_command * min(max(squashed, -1.0), 1.0))
+    return float(network.max_command * squashed(activation, network.compensation))
 
 
 @kernel()
@@ -213,26 +224,33 @@ def _drive(
     draws: Draws,
     carry: Array,
     selection: Array,
+    kept: Integers,
 ) -> Balanced:
     steps, robots, D = draws.sensors.shape
     E = draws.process.shape[2]
     stayed, costs = np.ones(robots), np.zeros(robots)
     f_row, g_row, wave_row = np.empty(f.scaled.shape[2]), np.empty(g.scaled.shape[2]), np.empty(waves.phases.shape[1])
-    inputs, change = np.empty(D + 1), np.empty(E)
+    inputs, seen, change = np.empty(D + 1), np.empty(len(kept)), np.empty(E)
     for robot in range(robots):
         state = draws.start[robot].copy()
+        before = restless = 0.0
         for step in range(steps):
             inputs[:D] = state
-            inputs[D] = _command(network, state + draws.sensors[step, robot])
+            inputs[D] = command_of(network, state + draws.sensors[step, robot])
             if not np.isfinite(inputs).all():  # the kernels below take numbers only
                 stayed[robot] = 0.0
                 costs[robot] += steps - step
                 break
+            if step > limits.settle_step:
+                restless += (inputs[D] - before) ** 2
+            before = inputs[D]
+            for i, k in enumerate(kept):
+                seen[i] = inputs[k]
             for a in range(E):
-                change[a] = draws.process[step, robot, a] + _kernel_sum(f, a, 0, inputs, f_row)
+                change[a] = draws.process[step, robot, a] + _kernel_sum(f, a, 0, seen, f_row)
                 if len(wave_row):
-                    change[a] += _wave_sum(waves, a, robot, inputs, wave_row)
-                    change[a] += _kernel_sum(g, a, robot, inputs, g_row)
+                    change[a] += _wave_sum(waves, a, robot, seen, wave_row)
+                    change[a] += _kernel_sum(g, a, robot, seen, g_row)
             state = carry @ inputs + selection @ change
             angle = abs(state[limits.tilt])
             if not angle <= limits.limit:
@@ -241,9 +259,14 @@ def _drive(
                 break
             if step + 1 >= limits.settle_step and angle > limits.settled_tilt_limit:
                 stayed[robot] = 0.0
+            if limits.position >= 0 and step + 1 >= limits.place_step:
+                if abs(state[limits.position]) > limits.place_radius:
+                    stayed[robot] = 0.0
             for k in range(D):
                 state[k] = min(max(state[k], -_FAR), _FAR)
             costs[robot] += price(cost, state)
+        if restless > max(steps - 1 - limits.settle_step, 1) * limits.command_change**2:
+            stayed[robot] = 0.0
     return Balanced(stayed, costs / steps)
 
 

@@ -22,10 +22,12 @@ class TransitionModel(NamedTuple):
     """x' = A (x, u) + P (f(x, u) + g(x, u)) + noise, and what the policy sees of x (eq. 8).
 
     Attributes:
-        f: simulation model, E outputs of D + 1 inputs.
+        f: simulation model, E outputs of d inputs.
         g: difference model, the same; the zero function before there is one.
-        carry: A (D, D + 1): identity for measured channels, copies for past commands.
-        predicted: (E,) indices of the channels that f and g predict (P selects them).
+        carry: A (D, D + 1): identity for measured channels, copies for past commands, kinematics of the position.
+        selection: P (D, E).
+        predicted: (E,) indices of the channels that f and g predict.
+        inputs: (d,) indices into (x, u) of what f and g depend on.
         process_noise: (E,) variances added at each step.
         observation_noise: (D,) variances of what the sensors add; the policy acts on x + ε, the state does not grow by
             it.
@@ -34,7 +36,9 @@ class TransitionModel(NamedTuple):
     f: KernelSum
     g: KernelSum
     carry: Array
+    selection: Array
     predicted: Integers
+    inputs: Integers
     process_noise: Array
     observation_noise: Array
 
@@ -45,14 +49,16 @@ def transition_model(model: DynamicsModel) -> TransitionModel:
     Raises:
         ConfigError: f or g has another kernel than the squared exponential one.
     """
-    D, E = len(model.channels.names), len(model.channels.measured)
-    observation_noise = np.zeros(D)
+    E = len(model.channels.measured)
+    observation_noise = np.zeros(len(model.channels.names))
     observation_noise[list(model.channels.measured)] = model.observation_noise
     return TransitionModel(
         f=_kernels(model.f, model.keep_f_variance),
-        g=_kernels(model.g, True) if model.g else no_kernels(E, D + 1),
+        g=_kernels(model.g, True) if model.g else no_kernels(E, len(model.channels.inputs)),
         carry=model.transition_matrix,
+        selection=np.ascontiguousarray(model.selection),
         predicted=np.array(model.channels.measured),
+        inputs=np.array(model.channels.inputs),
         process_noise=model.process_noise,
         observation_noise=observation_noise,
     )
@@ -106,12 +112,23 @@ class PolicyGradient(NamedTuple):
 
 
 @kernel()
+def marginal(joint: Gaussian, kept: Integers) -> Gaussian:
+    """The distribution of some of the channels, in the order of `kept`."""
+    mean, covariance = np.empty(len(kept)), np.empty((len(kept), len(kept)))
+    for a, k in enumerate(kept):
+        mean[a] = joint.mean[k]
+        for b, l in enumerate(kept):
+            covariance[a, b] = joint.covariance[k, l]
+    return Gaussian(mean, covariance)
+
+
+@kernel()
 def step_forward(model: TransitionModel, network: Network, state: Gaussian, cut: Series, start_degree: int) -> Step:
     """One step. The policy sees x + ε; as x and x + ε are jointly normal, Cov(x, u) = S E[∇π] (Stein's lemma)."""
     mean, S = state
     D, predicted = len(mean), model.predicted
     activation = activation_moments(network, mean, S + np.diag(model.observation_noise))
-    squashed = squash_moments(activation.mean, activation.variance)
+    squashed = squash_moments(activation.mean, activation.variance, network.compensation)
     u_max = network.max_command
     cross = u_max * squashed.gain * (S @ activation.slope)
     joint_mean, joint_covariance = np.empty(D + 1), np.empty((D + 1, D + 1))
@@ -120,18 +137,16 @@ def step_forward(model: TransitionModel, network: Network, state: Gaussian, cut:
     joint_covariance[:D, D], joint_covariance[D, :D] = cross, cross
     joint_covariance[D, D] = u_max**2 * squashed.variance
     joint = Gaussian(joint_mean, joint_covariance)
+    seen_mean, seen_covariance = marginal(joint, model.inputs)
     moved = np.array([S[k, k] for k in predicted])  # the change is added to a state that varies already
-    prediction = predict_by_series(model.f, model.g, joint_mean, joint_covariance, cut, start_degree, moved)
+    prediction = predict_by_series(model.f, model.g, seen_mean, seen_covariance, cut, start_degree, moved)
     jacobian = model.carry.copy()
-    next_mean = model.carry @ joint_mean
-    for a, k in enumerate(predicted):
-        jacobian[k] += prediction.slope[a]
-        next_mean[k] += prediction.mean[a]
-    moved_covariance = jacobian @ joint_covariance @ jacobian.T
-    for a, k in enumerate(predicted):
-        for b, l in enumerate(predicted):
-            moved_covariance[k, l] += prediction.rest[a, b]
-        moved_covariance[k, k] += model.process_noise[a]
+    moving = model.selection @ prediction.slope  # (D, d)
+    for a, k in enumerate(model.inputs):
+        jacobian[:, k] += moving[:, a]
+    next_mean = model.carry @ joint_mean + model.selection @ prediction.mean
+    added = prediction.rest + np.diag(model.process_noise)
+    moved_covariance = jacobian @ joint_covariance @ jacobian.T + model.selection @ added @ model.selection.T
     next_covariance = np.empty((D, D))
     for j in range(D):
         for k in range(D):
@@ -150,18 +165,23 @@ def step_backward(  # type: ignore[no-untyped-def]
         by_mean: (D,).
         by_covariance: (D, D), symmetric.
     """
-    D, E, predicted = len(by_mean), len(model.predicted), model.predicted
-    by_jacobian = 2.0 * (by_covariance @ step.jacobian @ step.joint.covariance)  # (D, D + 1)
-    by_value, by_slope, by_rest = np.empty(E), np.empty((E, D + 1)), np.empty((E, E))
-    for a, k in enumerate(predicted):
-        by_value[a], by_slope[a] = by_mean[k], by_jacobian[k]
-        for b, l in enumerate(predicted):
-            by_rest[a, b] = by_covariance[k, l]
-    mean_by, covariance_by = predict_adjoint(
-        step.prediction, step.joint.covariance, indices, by_value, by_slope, by_rest
+    D, inputs = len(by_mean), model.inputs
+    back_to_outputs = np.ascontiguousarray(model.selection.T)
+    by_jacobian = back_to_outputs @ (2.0 * (by_covariance @ step.jacobian @ step.joint.covariance))  # (E, D + 1)
+    by_value, by_rest = back_to_outputs @ by_mean, back_to_outputs @ by_covariance @ model.selection
+    by_slope = np.empty((len(by_value), len(inputs)))
+    for a, k in enumerate(inputs):
+        by_slope[:, a] = by_jacobian[:, k]
+    seen = marginal(step.joint, inputs)
+    by_seen_mean, by_seen_covariance = predict_adjoint(
+        step.prediction, seen.covariance, indices, by_value, by_slope, by_rest
     )
-    mean_by = mean_by + model.carry.T @ by_mean
-    covariance_by = covariance_by + step.jacobian.T @ by_covariance @ step.jacobian
+    mean_by = model.carry.T @ by_mean
+    covariance_by = step.jacobian.T @ by_covariance @ step.jacobian
+    for a, k in enumerate(inputs):
+        mean_by[k] += by_seen_mean[a]
+        for b, l in enumerate(inputs):
+            covariance_by[k, l] += by_seen_covariance[a, b]
 
     # Through the joint's cross term u_max · gain · S slope and its last entry u_max² · variance.
     S, u_max = step.state.covariance, network.max_command
@@ -174,8 +194,8 @@ def step_backward(  # type: ignore[no-untyped-def]
     )  # by (mean, variance) of the activation
     slope_by = step.squashed.gain * (S @ cross_by)
     half = 0.5 * step.squashed.gain * np.outer(cross_by, step.activation.slope)
-    seen = S + np.diag(model.observation_noise)
-    back = activation_adjoint(network, step.state.mean, seen, activation_by[0], slope_by, activation_by[1])
+    sensed = S + np.diag(model.observation_noise)
+    back = activation_adjoint(network, step.state.mean, sensed, activation_by[0], slope_by, activation_by[1])
     state_covariance_by = covariance_by[:D, :D] + half + half.T + back.covariance
     gradient = PolicyGradient(back.centres, back.weights, back.lengths, back.gain)
     return mean_by[:D] + back.mean, np.ascontiguousarray(state_covariance_by), gradient

@@ -1,0 +1,96 @@
+"""What is known of a robot before and after it was driven: a distribution over planar models."""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from twbal.core.gaussian import Array
+from twbal.core.robot_parameters import RobotParameters
+from twbal.planar.parameters import TwinParameters, twin_parameters
+
+_PUBLISHED = 0.03  # standard deviation of a published mass or length, as a share of it
+_LEAST_CALIBRATED = 0.3  # of torque over command: gears, current sensing and a battery's charge are in it
+
+
+class Known(NamedTuple):
+    """What is known of one number of the planar model before any data.
+
+    Attributes:
+        field: of `TwinParameters`.
+        mean: of a normal distribution.
+        sd: its standard deviation.
+        low: least value.
+        high: greatest value.
+    """
+
+    field: str
+    mean: float
+    sd: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True, eq=False)
+class RobotDistribution:
+    """A normal distribution, cut to bounds, of P numbers of the planar model of a robot.
+
+    Attributes:
+        robot: its sheet.
+        fields: of `TwinParameters`, P names.
+        mean: (P,).
+        covariance: (P, P).
+        low: (P,).
+        high: (P,).
+    """
+
+    robot: RobotParameters
+    fields: tuple[str, ...]
+    mean: Array
+    covariance: Array
+    low: Array
+    high: Array
+
+    def models(self, count: int, rng: np.random.Generator) -> list[TwinParameters]:
+        """The mean, and `count` - 1 draws."""
+        root = np.linalg.cholesky(self.covariance + 1e-15 * np.eye(len(self.mean)))
+        drawn = self.mean + rng.standard_normal((count, len(self.mean))) @ root.T
+        drawn[0] = self.mean
+        nominal = twin_parameters(self.robot, {})
+        cut = np.clip(drawn, self.low, self.high)
+        return [nominal._replace(**dict(zip(self.fields, row, strict=True))) for row in cut.tolist()]
+
+
+def prior_of(robot: RobotParameters) -> RobotDistribution:
+    """What a sheet tells of a robot.
+
+    Masses and lengths are uncertain as their provenance says. What no sheet tells (friction, dead zone, delay) has the
+    size that geared motors and sampled loops have: a dead zone of some per cent of the largest torque, dry friction of
+    some per cent in either wheel, and a delay of about one control period, as the command of one period acts in the
+    next at the latest on a robot that computes as fast as it samples.
+    """
+    limit, period = robot.torque_limit, robot.control_period
+
+    def factor(value: str) -> float:
+        return _PUBLISHED * robot.tolerance_factors.get(value, 1.0)
+
+    inertia = np.hypot(factor("body_inertia_pitch"), 0.1)  # mostly computed from simple shapes
+    known = (
+        Known("torque_gain_gain", 1.0, float(np.hypot(_LEAST_CALIBRATED, factor("torque_limit"))), 0.2, 3.0),
+        Known("dead_zone_width", 0.05 * limit, 0.07 * limit, 0.0, 0.3 * limit),
+        Known("actuation_delay_delay", 0.75 * period, 0.75 * period, 0.0, 3.0 * period),
+        Known("viscous_friction_coefficient", 0.001 * limit, 0.003 * limit, 0.0, 0.03 * limit),
+        Known("coulomb_friction_torque", 0.01 * limit, 0.02 * limit, 0.0, 0.1 * limit),
+        Known("com_offset_angle", 0.0, 0.04, -0.2, 0.2),
+        Known("body_mass_factor", 1.0, float(np.hypot(factor("body_mass"), 0.1)), 0.4, 2.5),
+        Known("com_height_factor", 1.0, float(np.hypot(factor("com_height"), 0.1)), 0.4, 2.5),
+        Known("body_inertia_factor", 1.0, float(inertia), 0.3, 3.0),
+    )
+    return RobotDistribution(
+        robot,
+        tuple(k.field for k in known),
+        np.array([k.mean for k in known]),
+        np.diag([k.sd**2 for k in known]),
+        np.array([k.low for k in known]),
+        np.array([k.high for k in known]),
+    )

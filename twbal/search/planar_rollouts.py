@@ -1,0 +1,161 @@
+"""Rollouts of planar models under one policy, compiled: what a policy is worth on robots that are known by parameters.
+
+A second or so of one core drives hundreds of robots for ten seconds each.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from twbal.core.channels import Channels
+from twbal.core.compiled import kernel
+from twbal.core.cost import Cost, CostNumbers, price
+from twbal.core.gaussian import Array
+from twbal.models.moments.multi_index import Integers
+from twbal.planar.motion import Constants, constants
+from twbal.planar.parameters import TwinParameters
+from twbal.planar.planar_plant import drive_on, standing
+from twbal.policies.rbf import RbfPolicy
+from twbal.policies.rbf_moments import Network
+from twbal.search.sampled_rollouts import Balanced, Limits, command_of
+
+_TILT, _TILT_RATE, _SPEED, _ACCELERATION, _YAW_RATE, _POSITION, _INTEGRAL, _PAST = range(8)
+_CODES = {
+    "tilt": _TILT,
+    "tilt_rate": _TILT_RATE,
+    "speed": _SPEED,
+    "acceleration": _ACCELERATION,
+    "yaw_rate": _YAW_RATE,
+    "position": _POSITION,
+    "position_integral": _INTEGRAL,
+}
+_MAX_STEP = 0.001  # of the physics [s]
+
+
+class PlanarDraws(NamedTuple):
+    """What is random in the rollouts of n robots over T control periods.
+
+    Attributes:
+        start: (n, 3), tilt, tilt rate and speed at their beginning.
+        sensors: (n, T, 4), errors of tilt, tilt rate, wheel angle and wheel rate.
+    """
+
+    start: Array
+    sensors: Array
+
+
+def planar_rollouts(
+    models: Sequence[TwinParameters],
+    channels: Channels,
+    policy: RbfPolicy,
+    cost: Cost,
+    limits: Limits,
+    draws: PlanarDraws,
+    control_period: float,
+) -> Balanced:
+    """Drive one robot of each model by a policy.
+
+    Args:
+        models: n of them.
+        channels: of the state.
+        policy: drives all of them.
+        cost: of a state.
+        limits: when a robot balances.
+        draws: starts and noises.
+        control_period: [s].
+    """
+    codes = np.array([_CODES[name] if name in _CODES else _PAST + channels.lags[name] for name in channels.names])
+    substeps = max(round(control_period / _MAX_STEP), 1)
+    bound = channels.max_position_integral
+    found = [
+        _rollout(
+            model,
+            constants(model, control_period / substeps),
+            substeps,
+            codes,
+            bound,
+            policy.network,
+            cost.numbers,
+            limits,
+            start,
+            sensors,
+        )
+        for model, start, sensors in zip(models, draws.start, draws.sensors, strict=True)
+    ]
+    stayed, costs = zip(*found, strict=True)
+    return Balanced(np.array(stayed), np.array(costs))
+
+
+@kernel()
+def _rollout(  # type: ignore[no-untyped-def]
+    p: TwinParameters,
+    k: Constants,
+    substeps: int,
+    codes: Integers,
+    bound: float,
+    network: Network,
+    cost: CostNumbers,
+    limits: Limits,
+    start: Array,
+    sensors: Array,
+):
+    """One robot: 1.0 where it kept within all limits, and the mean cost of a step."""
+    steps, D = len(sensors), len(codes)
+    period = substeps * k.step
+    commands, state = np.zeros(steps), np.empty(D)
+    imu = np.empty((substeps * (2 + int(k.imu_delay / period)), 2))
+    imu[:, 0], imu[:, 1] = start[0], start[1]
+    s = standing(k, start[0], start[1], start[2], 0.0)
+    stayed, total, restless = 1.0, 0.0, 0.0
+    tilt, rate, wheel, wheel_rate = start[0], start[1], 0.0, start[2] / k.radius - start[1]
+    origin, position, integral, speed = 0.0, 0.0, 0.0, start[2]
+    for step in range(steps + 1):
+        noise = sensors[min(step, steps - 1)]
+        seen_rate, before = rate + noise[1], speed
+        speed = k.radius * (wheel_rate + noise[3] + seen_rate)
+        path = k.radius * (wheel + noise[2] + tilt + noise[0])
+        if step == 0:
+            origin = path
+        else:
+            integral = min(max(integral + period * position, -bound), bound)
+        position = path - origin
+        for i, code in enumerate(codes):
+            if code == _TILT:
+                state[i] = tilt + noise[0]
+            elif code == _TILT_RATE:
+                state[i] = seen_rate
+            elif code == _SPEED:
+                state[i] = speed
+            elif code == _ACCELERATION:
+                state[i] = (speed - before) / period
+            elif code == _YAW_RATE:
+                state[i] = 0.0
+            elif code == _POSITION:
+                state[i] = position
+            elif code == _INTEGRAL:
+                state[i] = integral
+            else:
+                lag = code - _PAST
+                state[i] = commands[step - lag] if step >= lag else 0.0
+        if step > 0:
+            total += price(cost, state)
+        if step == steps:
+            break
+        command = command_of(network, state)
+        commands[step] = command
+        if step > limits.settle_step:
+            restless += (command - commands[step - 1]) ** 2
+        after = drive_on(p, k, s, commands, step, substeps, imu)
+        s = after.state
+        tilt, rate = after.reading.tilt, after.reading.tilt_rate
+        wheel, wheel_rate = after.reading.wheel_angle, after.reading.wheel_rate
+        if not abs(s.tilt) <= limits.limit:
+            return 0.0, (total + steps - step) / steps
+        if step + 1 >= limits.settle_step and abs(s.tilt) > limits.settled_tilt_limit:
+            stayed = 0.0
+        if step + 1 >= limits.place_step and abs(s.position) > limits.place_radius:
+            stayed = 0.0
+    if restless > max(steps - 1 - limits.settle_step, 1) * limits.command_change**2:
+        stayed = 0.0
+    return stayed, total / steps

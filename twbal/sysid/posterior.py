@@ -1,0 +1,92 @@
+"""What rollouts tell of the numbers of a robot: their posterior, by prediction error and a normal approximation.
+
+All numbers are fitted at once from the prior that the robot's sheet gives (`planar.robot_distribution`), through the
+Kalman predictor of `sysid.predictor`; the covariance is the inverse of the curvature there (Laplace). Nothing is named
+or left out, as a diagnosis does: what rollouts do not tell stays as uncertain as it was before.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from twbal.core.episode import Episode
+from twbal.core.errors import DataError
+from twbal.core.gaussian import Array
+from twbal.core.plant import Observation
+from twbal.planar.parameters import twin_parameters
+from twbal.planar.robot_distribution import RobotDistribution
+from twbal.sysid.fit import Fit, refit, slopes_of
+from twbal.sysid.model import Data, Free, Model
+from twbal.sysid.noise import Noise
+from twbal.sysid.recording import MEASURED, Recording
+
+_SUBSTEPS = 10  # physics steps of a control period
+_ROUNDS, _ITERATIONS, _NOISE_ITERATIONS = 2, 12, 20
+_FIRST_SENSORS = (0.005, 0.03, 0.003, 0.1)  # rad, rad/s: where the search for the noise begins
+_FIRST_TORQUE = 0.005  # the same, as a share of the torque limit
+_COLUMNS = [Observation._fields.index(name) for name in MEASURED]
+_YAW = Observation._fields.index("yaw_rate")
+_FALLEN = 0.6  # rad; what comes after is no balancing
+_SHORTEST = 5  # control periods
+
+
+class Posterior(NamedTuple):
+    """What is known of a robot after rollouts.
+
+    Attributes:
+        robots: their distribution.
+        noise: standard deviations of the sensors (4,), in the order of `MEASURED`.
+    """
+
+    robots: RobotDistribution
+    noise: Array
+
+
+def posterior(prior: RobotDistribution, episodes: Sequence[Episode]) -> Posterior:
+    """The distribution of a robot's numbers after episodes of it.
+
+    Raises:
+        DataError: no episode has a few control periods of a robot that stands.
+    """
+    recordings = [r for e in episodes if len(r := _recording(e, prior.robot.torque_limit)) >= _SHORTEST]
+    if not recordings:
+        raise DataError(f"None of {len(episodes)} episodes has {_SHORTEST} control periods of a robot that stands.")
+    data = Data(recordings, _SUBSTEPS)
+    nominal = twin_parameters(prior.robot, {})
+    begin = nominal._replace(**dict(zip(prior.fields, prior.mean.tolist(), strict=True)))
+    noise = Noise(np.array(_FIRST_SENSORS), np.full(2, _FIRST_TORQUE * prior.robot.torque_limit))
+    model = data.with_noise(Model(begin, 0.0, noise), _NOISE_ITERATIONS)
+    fit = refit(data, model, _free(prior), _ROUNDS, _ITERATIONS, _NOISE_ITERATIONS)
+    found = replace(prior, mean=fit.values, covariance=_covariance(data, fit, prior))
+    return Posterior(found, fit.model.noise.sensors)
+
+
+def _recording(episode: Episode, limit: float) -> Recording:
+    seen = episode.observations
+    fallen = np.flatnonzero(np.abs(seen[:, _COLUMNS[0]]) > _FALLEN)
+    end = int(fallen[0]) if len(fallen) else len(seen)
+    return Recording(
+        "",
+        episode.control_period,
+        np.clip(episode.commands[: max(end - 1, 0)], -limit, limit),
+        np.ascontiguousarray(seen[:end, _COLUMNS]),
+        np.zeros(end),
+        np.ones(end, dtype=bool),
+        np.ones(4, dtype=bool),
+    )
+
+
+def _free(prior: RobotDistribution) -> list[Free]:
+    sds = np.sqrt(np.diag(prior.covariance))
+    return [
+        Free(field, float(low), float(high), float(mean), float(sd), float(0.02 * sd))
+        for field, low, high, mean, sd in zip(prior.fields, prior.low, prior.high, prior.mean, sds, strict=True)
+    ]
+
+
+def _covariance(data: Data, fit: Fit, prior: RobotDistribution) -> Array:
+    J = slopes_of(data, fit)
+    found: Array = np.linalg.inv(J.T @ J + np.linalg.inv(prior.covariance))
+    return 0.5 * (found + found.T)
