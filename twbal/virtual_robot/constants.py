@@ -16,7 +16,10 @@ class Constants(NamedTuple):
     Attributes:
         step: physics step [s].
         period: control period [s].
-        shares: part of the way to its input that motor lag, low-pass and fusion go in a physics step: 1 is all of it.
+        slew: most by which a torque changes in a physics step [N·m].
+        lag_share, filter_share: part of the way to its input that a lag goes in a physics step; 1 is all of it.
+        wave_force: greatest push of the ground's waves [N].
+        fusion_rate: inverse of the complementary filter's time constant; 0: the true tilt [1/s].
         rotor: inertia of each rotor that play parts from its wheel; 0: there is no play [kg·m²].
         tick: angle of an encoder's step; 0: none [rad].
         window: physics steps over which ticks are counted.
@@ -72,7 +75,8 @@ class Memory(NamedTuple):
         rotor: angle relative to the body (2,) [rad].
         rotor_rate: (2,) [rad/s].
         counted: encoders' angles at the beginning of the window (2,) [rad].
-        imu: speed of the axle [m/s], tilt behind the fusion [rad], tilt [rad] and tilt rate [rad/s] behind the low-pass.
+        imu: speed of the axle [m/s], tilt behind the fusion [rad], and tilt [rad] and tilt rate [rad/s] behind the
+            low-pass.
     """
 
     commands: Array
@@ -94,13 +98,8 @@ def constants(truth: GroundTruth, physics_step: float, control_period: float) ->
         physics_step: [s].
         control_period: [s].
     """
-    body, drive, friction, around, sensors = (
-        truth.body,
-        truth.drive,
-        truth.friction,
-        truth.surroundings,
-        truth.sensors,
-    )
+    body, drive, friction = truth.body, truth.drive, truth.friction
+    around, sensors = truth.surroundings, truth.sensors
     limit = 0.5 * drive.torque_limit
     return Constants(
         step=physics_step,
@@ -150,4 +149,14 @@ def _share(step: float, time_constant: float) -> float:
 def fresh_memory(c: Constants) -> Memory:
     """That of a robot at rest."""
     ring = int(c.delay / c.period) + 3
-    return Memory(np.zeros(ring), np.zeros(1), *(np.zeros(2) for _ in range(6)), np.zeros(4))
+    return Memory(
+        commands=np.zeros(ring),
+        used=np.zeros(1),
+        lagged=np.zeros(2),
+        torque=np.zeros(2),
+        bristles=np.zeros(2),
+        rotor=np.zeros(2),
+        rotor_rate=np.zeros(2),
+        counted=np.zeros(2),
+        imu=np.zeros(4),
+    )

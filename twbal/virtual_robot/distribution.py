@@ -136,9 +136,10 @@ class FaultDistribution:
 
     def draw(self, rng: np.random.Generator) -> dict[str, float]:
         """A value from each range: within its share `outer` at one of its ends, either as likely."""
-        return {name: _draw(*getattr(self, name), outer=self.outer, rng=rng) for name in self.ranges()}
+        return {name: _draw(getattr(self, name), self.outer, rng) for name in self.ranges()}
 
 
-def _draw(low: float, high: float, outer: float, rng: np.random.Generator) -> float:
+def _draw(pair: Range, outer: float, rng: np.random.Generator) -> float:
+    low, high = pair
     depth = outer * rng.uniform() * (high - low)
     return float(low + depth if rng.uniform() < 0.5 else high - depth)

@@ -26,7 +26,7 @@ def queued(commands: np.ndarray, step: float, period: float, delay: float, numbe
 @kernel(is_kept=False)
 def past_dead_zone(command: float, forward: float, backward: float) -> float:
     """What is left of a command beyond a zone that is as wide as `forward` for positive ones, else as `backward`."""
-    return max(command - forward, 0.0) + min(command + backward, 0.0)
+    return float(max(command - forward, 0.0) + min(command + backward, 0.0))
 
 
 @kernel(is_kept=False)
@@ -34,7 +34,7 @@ def supply(c: Constants, m: Memory) -> float:
     """Share of the full supply that the battery gives, for the motors' torques and what it gave so far."""
     load = (abs(m.torque[0]) + abs(m.torque[1])) / (2.0 * c.limit)
     m.used[0] += load * c.step
-    return max(1.0 - c.sag_load * load - c.sag_use * m.used[0], _LEAST_SUPPLY)
+    return float(max(1.0 - c.sag_load * load - c.sag_use * m.used[0], _LEAST_SUPPLY))
 
 
 @kernel(is_kept=False)
@@ -49,7 +49,7 @@ def drive_motor(c: Constants, m: Memory, wheel: int, command: float, voltage: fl
 @kernel(is_kept=False)
 def stribeck(c: Constants, rate: float) -> float:
     """Dry friction while a bearing slides at a steady rate [N·m]: f_c + (f_s - f_c) exp(-(ω / ω_s)²)."""
-    return c.coulomb + (c.static - c.coulomb) * np.exp(-((rate / c.stribeck_rate) ** 2))
+    return float(c.coulomb + (c.static - c.coulomb) * np.exp(-((rate / c.stribeck_rate) ** 2)))
 
 
 @kernel(is_kept=False)
@@ -84,9 +84,7 @@ def hinge_torque(c: Constants, m: Memory, wheel: int, angle: float, rate: float)
 
 
 @kernel(is_kept=False)
-def gear_torque(
-    c: Constants, m: Memory, wheel: int, motor: float, braking: float, angle: float, rate: float
-) -> float:
+def gear_torque(c: Constants, m: Memory, wheel: int, motor: float, braking: float, angle: float, rate: float) -> float:
     """Torque that the teeth hand on to the wheel [N·m]; moves the rotor by one implicit step.
 
     Args:

@@ -7,7 +7,7 @@ from twbal.core.errors import ConfigError
 from twbal.core.plant import Observation, Plant, Pose
 from twbal.core.start_pose import InitialState, StartPose
 from twbal.core.streams import Stream, generator
-from twbal.virtual_robot.constants import constants, fresh_memory
+from twbal.virtual_robot.constants import Memory, constants, fresh_memory
 from twbal.virtual_robot.ground_truth import GroundTruth
 from twbal.virtual_robot.mjcf import mjcf
 from twbal.virtual_robot.physics import Buffers, Motion, drive_period, encoders, present_motion
@@ -45,6 +45,8 @@ class MujocoRobot(Plant):
         self._buffers = Buffers(
             self._model._address, data._address, data.qpos, data.qvel, data.qfrc_applied, data.xfrc_applied
         )
+        self._memory: Memory
+        self._motion: Motion
 
     def reset(self, trial: int) -> Observation:
         """Begin the rollout that (seed, trial) names."""

@@ -15,7 +15,7 @@ from twbal.virtual_robot.drive import drive_motor, hinge_torque, queued, supply
 
 _FILE = {"darwin": "libmujoco.{}.dylib", "win32": "mujoco.dll"}.get(sys.platform, "libmujoco.so.{}")
 _LIBRARY = Path(mujoco.__file__).parent / _FILE.format(mujoco.mj_versionString())
-_mj_step = foreign_function("mj_step", _LIBRARY, pointers=2)  # a call from Python for each step would cost as much again
+_mj_step = foreign_function("mj_step", _LIBRARY, pointers=2)  # called from Python, each step would cost twice as much
 
 _SCRUB_RATE = 0.5  # yaw rate at which a tyre's scrubbing is about fully there [rad/s]
 
