@@ -2,6 +2,8 @@
 
 import ast
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -12,6 +14,7 @@ FOREIGN = {
     "hydra": ("cli/",),
     "omegaconf": ("cli/",),
     "pybullet": ("sim/",),
+    "mujoco": ("virtual_robot/",),
     "serial": ("link/transport.py",),
     "mcap": ("io/logs/",),
     "mcap_protobuf": ("io/logs/",),
@@ -22,6 +25,7 @@ FOREIGN = {
     "stable_baselines3": ("environment/agent_training.py",),
     "jinja2": ("viz/",),
     "numba": ("core/compiled.py",),
+    "llvmlite": ("core/compiled.py",),
     "pandas": ("io/importers/text_files.py", "cli/stages/export.py"),
     "PIL": ("viz/animation.py",),
     "ray": ("cli/ray_launcher.py",),
@@ -65,3 +69,16 @@ def test_foreign_libraries_are_met_in_one_place(path):
     for name in imports(path):
         places = FOREIGN.get(name.split(".")[0])
         assert places is None or inside.startswith(places), f"{inside} imports {name}"
+
+
+@pytest.mark.parametrize("path", sorted((PACKAGE / "virtual_robot").glob("*.py")), ids=lambda p: p.name)
+def test_the_virtual_robot_shares_nothing_with_what_learns_to_drive_it(path):
+    ours = {name.split(".")[1] for name in imports(path) if name.startswith("twbal.")}
+    assert ours <= {"core", "link", "virtual_robot"}
+
+
+def test_the_virtual_robot_loads_nothing_of_what_learns_to_drive_it():
+    code = "import sys, twbal.virtual_robot.mujoco_robot, twbal.virtual_robot.drawn, twbal.virtual_robot.server\n"
+    code += "print(*(name for name in sys.modules if name.startswith('twbal.')))"
+    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
+    assert {name.split(".")[1] for name in loaded} == {"core", "link", "virtual_robot"}

@@ -104,7 +104,7 @@ def test_every_stage_refuses_a_misspelt_override_and_names_the_near_one(stage, r
         ("fit-sim-gp", "model=dense", "exact, sparse, variational"),
         ("optimise-policy", "cost=cheap", "default, paper"),
         ("real-rollout", "link=radio", "serial, virtual"),
-        ("virtual-robot", "faults=all", "none, random"),
+        ("virtual-robot", "faults=all", "hard, light, moderate, none"),
     ],
 )
 def test_an_unknown_choice_lists_those_that_there_are(stage, word, choices, refused, tmp_path):

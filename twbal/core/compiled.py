@@ -17,7 +17,9 @@ from typing import Any, TypeVar, cast
 # The kernels run as fast as with numba's usual 3, and compile in half of the time. Numba reads it when it is imported.
 os.environ.setdefault("NUMBA_OPT", "2")
 
+import llvmlite.binding
 import numba
+from numba.core import types
 from numba.extending import overload
 
 Kernel = TypeVar("Kernel", bound=Callable[..., Any])
@@ -60,6 +62,28 @@ def specialised(choose: Callable[[Any], Callable[..., Any]]) -> Callable[[Kernel
         return function
 
     return decorate
+
+
+def foreign_function(name: str, library: Path, pointers: int) -> Callable[..., None]:
+    """A C function that kernels, and they alone, may call: it takes addresses as integers and returns nothing.
+
+    The machine code of its callers knows it by its name, so that it is kept for later runs.
+
+    Args:
+        name: of the function.
+        library: file of the shared library that has it.
+        pointers: how many it takes.
+
+    Raises:
+        OSError: the library cannot be loaded or has no such function.
+    """
+    try:
+        llvmlite.binding.load_library_permanently(str(library))
+    except RuntimeError as error:
+        raise OSError(f"{library} cannot be loaded: {error}") from error
+    if llvmlite.binding.address_of_symbol(name) is None:
+        raise OSError(f"{library} has no function {name}. Is it another version?")
+    return cast(Callable[..., None], types.ExternalFunction(name, types.void(*[types.uintp] * pointers)))
 
 
 def cache_folder() -> Path:

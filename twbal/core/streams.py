@@ -24,6 +24,7 @@ class Stream(StrEnum):
     VALIDATION = "validation"
     BOOTSTRAP = "bootstrap"
     VIRTUAL_ROBOT = "virtual robot"
+    GROUND_TRUTH = "ground truth"
 
 
 def generator(stream: Stream, seed: int, *numbers: int) -> np.random.Generator:

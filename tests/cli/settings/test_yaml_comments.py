@@ -13,7 +13,24 @@ from twbal.effects.library import nodes
 CONF = conf_folder()
 FILES = sorted(path.relative_to(CONF) for path in CONF.rglob("*.yaml") if path.stem != "base")
 UNITS = (
-    *("rad", "rad/s", "m", "m/s", "m/s²", "s", "kg", "kg·m²", "N", "N/m", "N·m", "N·m·s/rad", "N·m/A", "Hz", "1/s"),
+    *(
+        "rad",
+        "rad/s",
+        "rad/s/√s",
+        "m",
+        "m/s",
+        "m/s²",
+        "s",
+        "kg",
+        "kg·m²",
+        "N",
+        "N/m",
+        "N·m",
+        "N·m·s/rad",
+        "N·m/A",
+        "Hz",
+        "1/s",
+    ),
     *("1/m", "ohm", "V", "bit/s", "pixels"),
 )
 

@@ -57,7 +57,7 @@ SETTINGS = {
 CHOICES = {
     "diagnosis": {"several": "multi_effect", "rough": "loose_tolerance", "measured": "real_logs"},
     "ensemble": {"late": "latency"},
-    "faults": {"recipe": "random"},
+    "faults": {"recipe": "hard", "random": "hard"},
     "model/fit_g": {"whole": "full"},
 }
 """Choices by their group, as it is called now."""

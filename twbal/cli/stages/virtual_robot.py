@@ -10,9 +10,9 @@ from twbal.cli.typed_config import typed
 from twbal.core.robot_parameters import RobotParameters
 from twbal.core.streams import Stream, child_seed
 from twbal.link.protocol import Clock
-from twbal.sim.bullet_plant import SimPlant
-from twbal.virtual_robot.faults import draw_faults
+from twbal.virtual_robot.drawn import draw_ground_truth
 from twbal.virtual_robot.firmware import Identity
+from twbal.virtual_robot.mujoco_robot import MujocoRobot
 from twbal.virtual_robot.server import serve
 
 
@@ -41,9 +41,9 @@ def main(cfg: DictConfig) -> None:
         watchdog=settings.watchdog,
         clock=Clock[settings.clock.upper()],
     )
-    plant = SimPlant(
-        robot=robot,
-        effects=draw_faults(instantiate(cfg.faults), robot, settings.seed),
+    plant = MujocoRobot(
+        truth=draw_ground_truth(instantiate(cfg.faults), robot, settings.seed),
+        control_period=robot.control_period,
         start=instantiate(cfg.start),
         physics_step=settings.physics_step,
         seed=child_seed(Stream.VIRTUAL_ROBOT, settings.seed),  # no numbers in common with the host's simulation

@@ -1,0 +1,142 @@
+"""The robot behind the port: MuJoCo's physics with a drive and sensors of its own."""
+
+import mujoco
+import numpy as np
+
+from twbal.core.errors import ConfigError
+from twbal.core.plant import Observation, Plant, Pose
+from twbal.core.start_pose import InitialState, StartPose
+from twbal.core.streams import Stream, generator
+from twbal.virtual_robot.constants import Memory, constants, fresh_memory
+from twbal.virtual_robot.ground_truth import GroundTruth
+from twbal.virtual_robot.mjcf import mjcf
+from twbal.virtual_robot.physics import Buffers, Motion, drive_period, encoders, present_motion
+from twbal.virtual_robot.placement import place
+from twbal.virtual_robot.readout import Readout
+
+
+class MujocoRobot(Plant):
+    """A robot that is what its ground truth says. Nothing of it is shared with what learns to drive it.
+
+    Args:
+        truth: what it is.
+        control_period: [s].
+        start: where rollouts begin.
+        physics_step: [s]; divides the control period.
+        seed: of start poses and noise.
+
+    Attributes:
+        push: force at the axle, forward, until it is set to something else [N]; a new rollout begins without.
+
+    Raises:
+        ConfigError: the physics step does not divide the control period.
+    """
+
+    def __init__(
+        self, *, truth: GroundTruth, control_period: float, start: StartPose, physics_step: float, seed: int
+    ) -> None:
+        self.control_period = control_period
+        self.truth = truth
+        self._steps = _steps(control_period, physics_step)
+        self._start, self._seed = start, seed
+        self._constants = constants(truth, physics_step, control_period)
+        self._model = mujoco.MjModel.from_xml_string(mjcf(truth, physics_step))
+        self._data = data = mujoco.MjData(self._model)
+        self._buffers = Buffers(
+            self._model._address, data._address, data.qpos, data.qvel, data.qfrc_applied, data.xfrc_applied
+        )
+        self._memory: Memory
+        self._motion: Motion
+
+    def reset(self, trial: int) -> Observation:
+        """Begin the rollout that (seed, trial) names."""
+        self.push = 0.0
+        self._periods = 0
+        self._readout = Readout(
+            self.truth.sensors, self.control_period, generator(Stream.SENSOR_NOISE, self._seed, trial)
+        )
+        self._put(self._start.draw(generator(Stream.START_POSE, self._seed, trial)))
+        return self._observe(self._motion.speed)
+
+    def step(self, command: float) -> Observation:
+        """Hold the command, cut to the torque limit, for one control period."""
+        limit, ring = self.truth.drive.torque_limit, self._memory.commands
+        ring[self._periods % len(ring)] = min(max(float(command), -limit), limit)
+        before = self._motion.speed
+        self._motion = drive_period(
+            self._constants, self._memory, self._buffers, self._periods, self._steps, self._readout.bias, self.push
+        )
+        self._periods += 1
+        self._readout.let_bias_walk()
+        return self._observe(before)
+
+    def pose(self) -> Pose:
+        """The true one."""
+        x, y = self._data.qpos[:2]
+        return Pose(float(x), float(y), self._motion.heading, self._motion.tilt)
+
+    @property
+    def true_motion(self) -> Motion:
+        """How it moves, whatever its sensors show."""
+        return self._motion
+
+    @property
+    def wheel_angles(self) -> np.ndarray:
+        """(2,) of the wheels, relative to the body [rad]."""
+        return np.array(self._data.qpos[7:9])
+
+    def stop(self) -> None:
+        """Nothing turns between the steps of a simulation."""
+
+    def close(self) -> None:
+        """Nothing is held."""
+
+    def _put(self, initial: InitialState) -> None:
+        """Put the robot down, its wheels rolling, its filters settled."""
+        c, data, sensors = self._constants, self._data, self.truth.sensors
+        mujoco.mj_resetData(self._model, data)
+        place(data.qpos, data.qvel, self.truth.body, c.slope, initial)
+        self._motion = present_motion(self._buffers, c.slope)
+        self._memory = m = fresh_memory(c)
+        m.rotor[:], m.rotor_rate[:] = data.qpos[7:9], data.qvel[6:8]
+        m.counted[:] = encoders(c, m._replace(rotor=m.rotor - c.window * c.step * m.rotor_rate), self._turned_back())
+        settled = initial.tilt + self._readout.bias * sensors.fusion_time
+        m.imu[:] = initial.speed, settled, settled, initial.tilt_rate + self._readout.bias
+
+    def _turned_back(self) -> np.ndarray:
+        """(9,) `qpos` as it was a window of the encoders before, at the present rates."""
+        back = np.array(self._data.qpos)
+        back[7:9] -= self._constants.window * self._constants.step * self._data.qvel[6:8]
+        return back
+
+    def _observe(self, speed_before: float) -> Observation:
+        c, m = self._constants, self._memory
+        shown = encoders(c, m, self._data.qpos)
+        rates = m.rotor_rate if c.is_encoder_on_motor and c.rotor else self._data.qvel[6:8]
+        if c.window:
+            rates = (np.array(shown) - m.counted) / (c.window * c.step)
+        seen = Observation(
+            time=self._periods * self.control_period,
+            tilt=float(m.imu[2]),
+            tilt_rate=float(m.imu[3]),
+            acceleration=(self._motion.speed - speed_before) / self.control_period,
+            wheel_angle=0.5 * (shown[0] + shown[1]),
+            wheel_rate=float(0.5 * (rates[0] + rates[1])),
+            yaw_rate=self._motion.yaw_rate,
+        )
+        return self._readout.show(seen)
+
+
+def _steps(control_period: float, physics_step: float) -> int:
+    """Physics steps in a control period.
+
+    Raises:
+        ConfigError: there is not a whole number of them.
+    """
+    count = round(control_period / physics_step)
+    if count < 1 or abs(count * physics_step - control_period) > 1e-9 * control_period:
+        raise ConfigError(
+            f"A control period of {control_period} s is not a whole number of the virtual robot's physics steps of "
+            f"{physics_step} s; try physics_step={control_period / max(count, 1)!r}."
+        )
+    return count
