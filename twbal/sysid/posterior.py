@@ -23,9 +23,11 @@ from twbal.sysid.noise import Noise
 from twbal.sysid.recording import MEASURED, Recording
 
 _SUBSTEPS = 10  # physics steps of a control period
-_ROUNDS, _ITERATIONS, _NOISE_ITERATIONS = 2, 12, 20
-_FIRST_SENSORS = (0.005, 0.03, 0.003, 0.1)  # rad, rad/s: where the search for the noise begins
+_ROUNDS, _ITERATIONS, _NOISE_ITERATIONS = 4, 30, 20
+_FIRST_SENSORS = (0.003, 0.02, 0.001, 0.05)  # rad, rad/s: where the search for the noise begins
 _FIRST_TORQUE = 0.005  # the same, as a share of the torque limit
+_FIRST_DELAYS = (0.25, 1.0, 2.0)  # control periods: fits with a delay that is far off end in optima of their own
+_DELAY = "actuation_delay_delay"
 _COLUMNS = [Observation._fields.index(name) for name in MEASURED]
 _YAW = Observation._fields.index("yaw_rate")
 _FALLEN = 0.6  # rad; what comes after is no balancing
@@ -56,9 +58,13 @@ def posterior(prior: RobotDistribution, episodes: Sequence[Episode]) -> Posterio
     data = Data(recordings, _SUBSTEPS)
     nominal = twin_parameters(prior.robot, {})
     begin = nominal._replace(**dict(zip(prior.fields, prior.mean.tolist(), strict=True)))
+    # Noise that is fitted to a model far off explains what the model should: it begins small.
     noise = Noise(np.array(_FIRST_SENSORS), np.full(2, _FIRST_TORQUE * prior.robot.torque_limit))
-    model = data.with_noise(Model(begin, 0.0, noise), _NOISE_ITERATIONS)
-    fit = refit(data, model, _free(prior), _ROUNDS, _ITERATIONS, _NOISE_ITERATIONS)
+    starts = [begin._replace(**{_DELAY: late * data.period}) for late in _FIRST_DELAYS]
+    fits = [
+        refit(data, Model(start, 0.0, noise), _free(prior), _ROUNDS, _ITERATIONS, _NOISE_ITERATIONS) for start in starts
+    ]
+    fit = min(fits, key=lambda found: found.cost)
     found = replace(prior, mean=fit.values, covariance=_covariance(data, fit, prior))
     return Posterior(found, fit.model.noise.sensors)
 
