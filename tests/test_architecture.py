@@ -65,3 +65,17 @@ def test_foreign_libraries_are_met_in_one_place(path):
     for name in imports(path):
         places = FOREIGN.get(name.split(".")[0])
         assert places is None or inside.startswith(places), f"{inside} imports {name}"
+
+
+LEARNING = ("models/", "search/", "policies/", "sysid/", "planar/motion.py", "algorithm/policy_search.py")
+
+
+@pytest.mark.parametrize("path", [p for p in MODULES if str(p.relative_to(PACKAGE)).startswith(LEARNING)], ids=str)
+def test_what_learns_never_sees_a_true_pose(path):
+    """These modules import no pose, and read no attribute that is one, by its name or by a text."""
+    for node in ast.walk(ast.parse(path.read_text())):
+        match node:
+            case ast.Attribute(attr=name) | ast.Constant(value=str(name)):
+                assert name not in ("pose", "poses"), f"line {node.lineno}"
+            case ast.alias(name=name):
+                assert name not in ("Pose", "PoseReport"), f"line {node.lineno}"
