@@ -128,7 +128,10 @@ def test_closing_twice_is_safe(paper):
 
 
 def test_the_true_pose_is_where_wheels_that_roll_have_brought_the_axle(paper):
-    """Without slip and noise odometry tells it to 0.2 %, which halves with the physics step; the sensors' noise does not reach the pose."""
+    """Without slip and noise odometry tells it to 0.2 %, which halves with the physics step.
+
+    The sensors' noise does not reach the pose.
+    """
     swing = 3 * np.sin(0.4 * np.arange(15))
     with plant(paper) as quiet, plant(paper, [NOISE]) as noisy:
         for simulated in (quiet, noisy):
