@@ -82,3 +82,17 @@ def test_the_virtual_robot_loads_nothing_of_what_learns_to_drive_it():
     code += "print(*(name for name in sys.modules if name.startswith('twbal.')))"
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.split()
     assert {name.split(".")[1] for name in loaded} == {"core", "link", "virtual_robot"}
+
+
+LEARNING = ("models/", "search/", "policies/", "sysid/", "planar/motion.py", "algorithm/policy_search.py")
+
+
+@pytest.mark.parametrize("path", [p for p in MODULES if str(p.relative_to(PACKAGE)).startswith(LEARNING)], ids=str)
+def test_what_learns_never_sees_a_true_pose(path):
+    """These modules import no pose, and read no attribute that is one, by its name or by a text."""
+    for node in ast.walk(ast.parse(path.read_text())):
+        match node:
+            case ast.Attribute(attr=name) | ast.Constant(value=str(name)):
+                assert name not in ("pose", "poses"), f"line {node.lineno}"
+            case ast.alias(name=name):
+                assert name not in ("Pose", "PoseReport"), f"line {node.lineno}"

@@ -5,7 +5,7 @@ from twbal.algorithm.rollout import rollout
 from twbal.core.channels import Channels
 from twbal.core.episode import Outcome, Provenance
 from twbal.core.errors import ConfigError, LinkError, LinkLostError
-from twbal.core.plant import Observation, Plant
+from twbal.core.plant import Observation, Plant, Pose
 from twbal.policies.policy import Policy
 
 CHANNELS = Channels(("tilt", "command_1"), 0.15)
@@ -236,3 +236,43 @@ def test_leaving_a_plant_closes_it():
     with Toy() as plant:
         pass
     assert plant.closed
+
+
+class Watched(Toy):
+    """A toy of which `told` says the true pose after so many steps."""
+
+    def __init__(self, told):
+        super().__init__()
+        self.told = told
+
+    def pose(self):
+        return self.told(len(self.given))
+
+
+def test_each_observation_has_its_true_pose():
+    episode = drive(Watched(lambda step: Pose(step, -step, 0.5, self_tilt(step))))
+    np.testing.assert_allclose(episode.poses, [(k, -k, 0.5, self_tilt(k)) for k in range(6)])
+    np.testing.assert_allclose(episode.poses[:, 3], episode.tilt, atol=1e-6)
+
+
+def self_tilt(step):
+    """Tilt of the toy after commands of 1, 2, 3 ... thousandths."""
+    return 1e-4 * step * (step + 1) / 2
+
+
+def test_an_instant_without_a_pose_is_a_gap_and_a_rollout_without_any_has_none():
+    gap = drive(Watched(lambda step: None if step == 2 else Pose(1.0, 2.0, 3.0, 4.0))).poses
+    assert np.isnan(gap[2]).all()
+    assert gap[[0, 1, 3, 4, 5]].tolist() == [[1.0, 2.0, 3.0, 4.0]] * 5
+    assert drive(Watched(lambda step: None)).poses is None
+    assert drive(Toy()).poses is None
+
+
+@pytest.mark.parametrize("value", [float("nan"), float("inf")])
+def test_a_pose_that_is_no_number_ends_the_rollout_as_an_observation_does(value):
+    episode = drive(Watched(lambda step: Pose(0.0, value if step == 3 else 0.0, 0.0, 0.0)))
+    assert episode.outcome is Outcome.LINK_LOST
+    assert len(episode) == 2
+    assert "true pose" in episode.events[-1].text
+    with pytest.raises(LinkLostError, match="true pose"):
+        drive(Watched(lambda step: Pose(value, 0.0, 0.0, 0.0)))

@@ -45,7 +45,7 @@ def test_an_effect_changes_the_rollout_and_one_that_does_nothing_does_not(policy
 
 
 def test_trials_on_a_plant_are_those_in_its_simulation(policy):
-    effects, quick = [TorqueGain(0.9)], ["success.steps=60", "success.settle_step=30"]
+    effects, quick = [TorqueGain(0.9)], ["success.duration=1.2", "success.settle_time=0.6", "success.place_time=0"]
     simulated = twbal.evaluate(policy, effects=effects, trials=2, overrides=quick)
     with twbal.setup().simulation.having(effects).plant(seed=0) as plant:
         driven = twbal.evaluate(policy, plant=plant, trials=2, overrides=quick)
@@ -53,5 +53,5 @@ def test_trials_on_a_plant_are_those_in_its_simulation(policy):
 
 
 def test_a_setting_that_there_is_not_is_one_clear_error(policy):
-    with pytest.raises(ConfigError, match=r"no setting 'success\.length'"):
-        twbal.evaluate(policy, overrides=["success.length=3"])
+    with pytest.raises(ConfigError, match=r"no setting 'success\.lasts'"):
+        twbal.evaluate(policy, overrides=["success.lasts=3"])

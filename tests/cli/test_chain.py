@@ -18,7 +18,13 @@ from twbal.io.logs import read_episodes
 SHORT = [
     *("search.horizon=6", "search.short_horizon=4", "search.iterations=1", "search.short_iterations=1"),
     *("search.long_horizon=6", "search.long_iterations=1", "search.restarts=1", "parametrisation.basis=4"),
-    *("validation.robots=3", "validation.features=20", "success.steps=20", "success.settle_step=10"),
+    *(
+        "validation.robots=3",
+        "validation.features=20",
+        "success.duration=0.4",
+        "success.settle_time=0.2",
+        "success.place_time=0.2",
+    ),
 ]
 QUICK = ["model.fit_f.settings.fit.starts=1", "model.fit_g.settings.starts=1"]
 

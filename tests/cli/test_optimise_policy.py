@@ -25,8 +25,9 @@ QUICK = [
     *(
         "validation.robots=3",
         "validation.features=20",
-        "success.steps=20",
-        "success.settle_step=10",
+        "success.duration=0.4",
+        "success.settle_time=0.2",
+        "success.place_time=0.2",
         "parametrisation.basis=4",
     ),
 ]

@@ -25,9 +25,13 @@ from twbal.cli.manifest import read_manifest
 
 ROOT = Path(__file__).resolve().parents[2]
 SMALLEST = [*OVERRIDES, "ensemble=none", "sim_rounds=0", "calibration_rollouts=1", "calibration_steps=20"]
-ALWAYS = ["success.steps=10", "success.tilt_limit=1.5", "success.settled_tilt_limit=1.5", "stop_when_solved=true"]
-NEVER = ["success.settled_tilt_limit=1e-3", "success.settle_step=1"]
-LINEAR = ["method=lqr_identified", "link.seed=7046", "trials=2", "success.steps=150"]
+UPRIGHT = ["success.place_radii=null", "success.command_change=null"]  # nothing else is asked
+ALWAYS = [
+    *("success.duration=0.2", "success.settle_time=0.2", *UPRIGHT),
+    *("success.tilt_limit=1.5", "success.settled_tilt_limit=1.5", "stop_when_solved=true"),
+]
+NEVER = ["success.settled_tilt_limit=1e-3", "success.settle_time=0.02"]
+LINEAR = ["method=lqr_identified", "link.seed=7046", "trials=2", "success.duration=3", *UPRIGHT]
 
 
 def next_commands(printed: str) -> list[list[str]]:

@@ -110,8 +110,9 @@ def test_iterate_does_not_need_the_extra(tmp_path):
         "iterate",
         "method=lqr",
         "trials=1",
-        "success.steps=5",
-        "success.settle_step=5",
+        "success.duration=0.1",
+        "success.settle_time=0.04",
+        "success.place_time=0.1",
         f"hydra.run.dir={tmp_path}/out",
     ]
     assert without(["gymnasium", "stable_baselines3"], words, tmp_path).returncode == 0

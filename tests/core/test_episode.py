@@ -86,3 +86,29 @@ def test_the_control_period_must_be_positive(period):
 def test_a_rollout_that_ended_at_once_is_an_episode_too():
     made = Episode(**parts(observations=np.zeros((1, 7)), states=np.zeros((1, 2)), commands=np.zeros(0)))
     assert (len(made), made.duration) == (0, 0.0)
+
+
+def test_poses_are_kept_with_gaps_where_nothing_told_them():
+    poses = np.arange(4.0 * (STEPS + 1)).reshape(-1, 4)
+    poses[2] = np.nan
+    made = Episode(**parts(poses=poses))
+    np.testing.assert_array_equal(made.poses, poses)
+    poses[0] = 9.0
+    assert made.poses[0, 0] == 0.0
+    with pytest.raises(ValueError, match="read-only"):
+        made.poses[0, 0] = 3.0
+    assert Episode(**parts()).poses is None
+
+
+@pytest.mark.parametrize("shape", [(STEPS, 4), (STEPS + 1, 3), (STEPS + 1,)])
+def test_poses_that_are_not_one_for_each_sample_are_refused(shape):
+    with pytest.raises(DataError, match=r"4 commands needs poses of shape \(5, 4\); found"):
+        Episode(**parts(poses=np.zeros(shape)))
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+def test_a_pose_that_is_known_in_part_is_refused(value):
+    poses = np.zeros((STEPS + 1, 4))
+    poses[3, 1] = value
+    with pytest.raises(DataError, match="Pose 3 of the episode is neither known nor unknown"):
+        Episode(**parts(poses=poses))

@@ -5,9 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from twbal.core.coverage import coverage95, widened
 from twbal.core.episode import Episode, Outcome, Provenance
 from twbal.core.errors import ConfigError, DataError
-from twbal.core.evaluation import SuccessCriterion, coverage95, drift, positions, real_cost, succeeded, widened
+from twbal.core.evaluation import SuccessCriterion, drift, positions, real_cost, succeeded
 from twbal.core.gaussian import Array, Gaussian
 
 RULE = SuccessCriterion(tilt_limit=0.5, settled_tilt_limit=0.2, settle_step=10, steps=50)

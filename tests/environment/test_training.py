@@ -19,7 +19,7 @@ SMALL = {
 
 @pytest.fixture
 def env():
-    with make(["success.steps=30", "success.settle_step=10"]) as env:
+    with make(["success.duration=0.6", "success.settle_time=0.2", "success.place_time=0"]) as env:
         yield env
 
 
@@ -44,7 +44,7 @@ def test_the_policy_commands_what_the_network_does(env, algorithm, activation):
 @pytest.mark.parametrize("algorithm", ["PPO", "SAC"])
 def test_the_same_seed_trains_the_same_agent_and_another_one_another(algorithm):
     def trained(seed):
-        with make(["success.steps=30", "success.settle_step=10"]) as env:
+        with make(["success.duration=0.6", "success.settle_time=0.2", "success.place_time=0"]) as env:
             chosen = recipe(algorithm)
             return policy_of(train(env, chosen, 64, seed, lambda steps, mean_return: None), env, chosen)
 

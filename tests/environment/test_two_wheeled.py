@@ -62,14 +62,14 @@ def test_a_shell_makes_it_by_the_name_of_its_module(tmp_path):
 )
 @pytest.mark.parametrize("periods", [40, 1000])
 def test_an_episode_is_the_rollout_of_the_same_trial(words, periods):
-    cfg = configured("seed=5", "success.steps=120", *words)
+    cfg = configured("seed=5", "success.duration=2.4", "success.place_time=2", *words)
     channels, cost, policy = instantiate(cfg.state), instantiate(cfg.cost), Swaying(periods)
     with simulation_of(cfg).plant(5) as plant:
         driven = rollout(
             plant, policy, channels, 120, cfg.success.tilt_limit, Provenance("paper", "simulation", seed=5, trial=3)
         )
     law = policy.controller(np.random.default_rng(0))
-    with make(["seed=5", "success.steps=120", *words]) as env:
+    with make(["seed=5", "success.duration=2.4", "success.place_time=2", *words]) as env:
         state, info = env.reset(options={"trial": 3})
         states, rewards, ended = [state], [], False
         while not ended:
@@ -119,13 +119,13 @@ def test_a_picture_shows_how_the_robot_stands():
 
 
 def test_its_words_are_those_of_the_command_line():
-    with make(["robot=regbot", "success.steps=7", "success.settle_step=5"]) as env:
+    with make(["robot=regbot", "success.duration=0.105", "success.settle_time=0.075", "success.place_time=0"]) as env:
         env.reset(seed=0)
         assert env.torque_limit == 0.49
         assert [env.step(np.zeros(1))[3] for _ in range(7)] == [False] * 6 + [True]
         assert env.metadata["render_fps"] == 67
-    with pytest.raises(ConfigError, match=r"train-agent has no setting 'success\.stepz'"):
-        make(["success.stepz=7"])
+    with pytest.raises(ConfigError, match=r"train-agent has no setting 'success\.durations'"):
+        make(["success.durations=7"])
     with pytest.raises(ConfigError, match="robot has no choice 'r2d2'"):
         make(["robot=r2d2"])
 

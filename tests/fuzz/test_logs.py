@@ -34,6 +34,7 @@ def an_episode(steps):
         outcome=Outcome.COMPLETED,
         provenance=Provenance("paper", "robot", config="robot: paper\n"),
         events=(Event(0.1, "a"),),
+        poses=rng.standard_normal((steps + 1, 4)),
     )
 
 
@@ -51,6 +52,7 @@ def read_all(path):
         if episode is not None:
             assert np.isfinite(episode.observations).all()
             assert len(episode.states) == len(episode) + 1
+            assert episode.poses is None or episode.poses.shape == (len(episode) + 1, 4)
 
 
 def sound(path, entries, records):
@@ -86,7 +88,9 @@ def test_records_changed_under_checksums_that_fit(path, records):
 
 texts = st.one_of(
     st.text(max_size=12),
-    st.sampled_from(["nan", "inf", "-1", "0", "1e400", "9" * 5000, "tilt:nan", "a_b,a__b", "clear,time", "٣", ","]),
+    st.sampled_from(
+        ["nan", "inf", "-1", "0", "1e400", "9" * 5000, "tilt:nan", "/pose", "a_b,a__b", "clear,time", "٣", ","]
+    ),
     st.integers().map(str),
     st.integers(0, 3000).map(lambda n: ",".join(f"c{k}" for k in range(n))),
 )

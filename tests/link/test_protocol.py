@@ -18,6 +18,7 @@ from twbal.link.protocol import (
     Decoder,
     Fault,
     Hello,
+    PoseReport,
     Status,
     Stop,
     Telemetry,
@@ -37,6 +38,7 @@ MESSAGES = [
     Stop(0),
     TELEMETRY,
     Fault(9, "zu weit geneigt: 75°"),
+    PoseReport(7, 65535, -12.5, 0.25, -3.140625, 1.5),
 ]
 
 
@@ -73,6 +75,11 @@ def test_a_frame_is_what_the_specification_says():
 def test_telemetry_travels_as_float32():
     seen = Decoder().feed(to_wire(Telemetry(1, 2, 3, Status.ARMED, *[0.1] * 8)))[0]
     assert seen.tilt == float(np.float32(0.1)) != 0.1
+
+
+def test_a_pose_is_laid_out_as_the_specification_says():
+    payload = struct.pack("<BHHffff", 0x84, 7, 65535, -12.5, 0.25, -3.140625, 1.5)  # docs/link.md
+    assert Decoder().feed(wrap(payload)) == [MESSAGES[-1]]
 
 
 def test_messages_do_not_depend_on_how_the_stream_is_cut():

@@ -9,7 +9,8 @@ from twbal.algorithm.rollout import rollout
 from twbal.core.channels import Channels
 from twbal.core.episode import Outcome, Provenance
 from twbal.core.errors import DataError, LinkError, LinkLostError, ProtocolError
-from twbal.link.protocol import Clock, Decoder, Status, Stop, Welcome, to_wire
+from twbal.core.plant import Pose
+from twbal.link.protocol import Clock, Decoder, PoseReport, Status, Stop, Telemetry, Welcome, to_wire
 from twbal.link.serial_plant import SerialPlant
 from twbal.policies.policy import Policy
 from twbal.virtual_robot.firmware import Firmware, Identity
@@ -334,3 +335,97 @@ def test_what_both_wheels_say_is_averaged():
     line.to_host = turning
     seen = plant.reset(0)
     assert (seen.wheel_angle, seen.wheel_rate) == (2.0, 0.5)
+
+
+# The true pose
+
+
+class Watched(Pendulum):
+    """A pendulum that cameras see: it goes ahead by a quarter of a metre in each period, and is told as `tell` says."""
+
+    def __init__(self, tell=lambda pose: pose):
+        super().__init__()
+        self.tell = tell
+
+    def pose(self):
+        ahead = 0.25 * sum(torque is not None for torque in self.torques)
+        return self.tell(Pose(ahead, -0.5 * ahead, 0.125, self._tilt))
+
+
+def watched(identity=LOCKSTEP, tell=lambda pose: pose, **line):
+    pendulum = Watched(tell)
+    transport = MemoryTransport(Firmware(pendulum, identity), **line)
+    return SerialPlant(transport, 0.5, 0.5, 0.5), transport
+
+
+def test_poses_come_over_the_line_and_into_the_episode():
+    plant, _ = watched()
+    episode = drive(plant, steps=10)
+    np.testing.assert_array_equal(episode.poses[:, 0], 0.25 * np.arange(11))
+    np.testing.assert_array_equal(episode.poses[:, 1:3], np.column_stack([-0.125 * np.arange(11), np.full(11, 0.125)]))
+    np.testing.assert_allclose(episode.poses[:, 3], episode.tilt, atol=1e-6)
+
+
+def test_a_robot_that_says_no_pose_has_none():
+    plant, _, _ = linked()
+    assert drive(plant).poses is None
+    assert plant.pose() is None
+
+
+def test_in_real_time_the_pose_is_that_of_the_newest_telemetry():
+    plant, line = watched(REAL_TIME, us_per_read=7_000)
+    plant.reset(0)
+    plant.step(1.0)
+    line.pass_time(60_000)
+    plant.step(1.0)
+    assert plant.missed_periods >= 2
+    assert plant.pose().x == 0.25 * (plant.missed_periods + 2)
+
+
+@pytest.mark.parametrize("lost", [PoseReport, None])
+def test_a_pose_that_is_lost_is_unknown_at_that_instant_and_is_not_taken_from_another(lost):
+    """A line that loses the third frame of that kind; where it loses none, all poses are known."""
+    plant, line = watched()
+    count = iter(range(10**9))
+
+    def lossy(data):
+        words = Decoder().feed(data)
+        return b"".join(to_wire(w) for w in words if not (lost and isinstance(w, lost) and next(count) == 2))
+
+    line.to_host = lossy
+    episode = drive(plant, steps=6)
+    unknown = np.isnan(episode.poses).all(axis=1)
+    assert unknown.tolist() == [lost is not None and k == 2 for k in range(7)]
+    np.testing.assert_array_equal(episode.poses[~unknown, 0], 0.25 * np.arange(7)[~unknown])
+
+
+def test_a_pose_of_a_telemetry_that_was_lost_is_not_given_to_the_next():
+    plant, line = watched(REAL_TIME, us_per_read=20_000)
+    plant.reset(0)
+
+    def without(kind, data):
+        return b"".join(to_wire(w) for w in Decoder().feed(data) if not isinstance(w, kind))
+
+    line.to_host = lambda data: without(Telemetry, data)
+    line.pass_time(40_000)
+    line.to_host = lambda data: without(PoseReport, data)
+    plant.step(0.0)
+    assert plant.pose() is None
+
+
+@pytest.mark.parametrize(
+    ("broken", "said"),
+    [
+        ({"x": math.nan}, r"not finite numbers \(x\)"),
+        ({"y": math.inf}, r"not finite numbers \(y\)"),
+        ({"heading": 2e4}, "heading 2e\\+04 rad"),
+        ({"x": -2e5, "tilt": 20.0}, "x -2e\\+05 m.*tilt 20 rad"),
+    ],
+)
+def test_a_pose_that_cannot_be_ends_the_rollout_as_telemetry_does_that_cannot_be(broken, said):
+    plant, _ = watched(tell=lambda pose: pose._replace(**broken) if pose.x == 0.5 else pose)
+    episode = drive(plant, steps=6)
+    assert episode.outcome is Outcome.LINK_LOST
+    assert len(episode) == 1
+    with pytest.raises(LinkLostError, match=f"sends a pose with values.*{said}"):
+        plant.reset(0), plant.step(0.0), plant.step(0.0)

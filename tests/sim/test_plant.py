@@ -5,14 +5,17 @@ import numpy as np
 import pytest
 
 from twbal.core.errors import ConfigError
-from twbal.core.start_pose import StartPose
+from twbal.core.start_pose import InitialState, StartPose
 from twbal.core.streams import Stream, generator
 from twbal.effects.actuation_delay import ActuationDelay
 from twbal.effects.coulomb_friction import CoulombFriction
 from twbal.effects.dead_zone import DeadZone
+from twbal.effects.effect import assemble
 from twbal.effects.motor_lag import MotorLag
 from twbal.effects.sensor_noise import SensorNoise
 from twbal.sim.bullet_plant import SimPlant
+from twbal.sim.restart_state import RestartState
+from twbal.sim.world import World
 
 START = StartPose(-0.17, 0.02, 0.1, 0.1)
 NOISE = SensorNoise(tilt=0.003, tilt_rate=0.02, acceleration=0.3, wheel_angle=0.001, wheel_rate=0.05, yaw_rate=0.02)
@@ -122,3 +125,44 @@ def test_closing_twice_is_safe(paper):
     simulated.stop()
     simulated.close()
     simulated.close()
+
+
+def test_the_true_pose_is_where_wheels_that_roll_have_brought_the_axle(paper):
+    """Without slip and noise odometry tells it to 0.2 %, which halves with the physics step.
+
+    The sensors' noise does not reach the pose.
+    """
+    swing = 3 * np.sin(0.4 * np.arange(15))
+    with plant(paper) as quiet, plant(paper, [NOISE]) as noisy:
+        for simulated in (quiet, noisy):
+            simulated.reset(1)
+            assert simulated.pose()[:3] == pytest.approx((0.0, 0.0, 0.0), abs=1e-9)
+        for u in swing:
+            seen, _ = quiet.step(u), noisy.step(u)
+            assert quiet.pose() == noisy.pose()
+            assert quiet.pose().tilt == pytest.approx(seen.tilt)
+            rolled = paper.wheel_radius * (seen.wheel_angle + seen.tilt - quiet_start(paper))
+            assert quiet.pose().x == pytest.approx(rolled, rel=2e-3, abs=2e-4)
+            assert quiet.pose()[1:3] == pytest.approx((0.0, 0.0), abs=1e-6)
+    assert abs(rolled) > 0.02
+
+
+def quiet_start(paper):
+    """Wheel angle + tilt at the start of trial 1."""
+    with plant(paper) as simulated:
+        seen = simulated.reset(1)
+    return seen.wheel_angle + seen.tilt
+
+
+def test_the_heading_of_a_pose_is_how_far_it_has_turned_to_the_left(paper):
+    machine = assemble(paper, [])
+    world = World(machine, 0.001)
+    world.reset(InitialState(0.0, 0.0, 0.0))
+    world.resume(RestartState(wheel_angle=0.0, yaw_rate=2.0), 0.0)
+    turned = 0.0
+    for _ in range(100):
+        world.advance(0.0, machine.start(0.001, np.random.default_rng(0)), 1)
+        turned += 0.001 * world.motion().yaw_rate
+    assert world.pose().heading == pytest.approx(turned, rel=1e-3)
+    assert turned > 0.1
+    world.close()

@@ -11,6 +11,7 @@ from twbal.link.protocol import (
     Decoder,
     Fault,
     Hello,
+    PoseReport,
     Status,
     Stop,
     Telemetry,
@@ -24,8 +25,13 @@ REAL_TIME = replace(LOCKSTEP, clock=Clock.REAL_TIME)
 PERIOD_US = 20_000
 
 
+def heard(data):
+    """What a robot says beside its true poses."""
+    return [message for message in Decoder().feed(data) if not isinstance(message, PoseReport)]
+
+
 def tell(firmware, *messages, now_us=0):
-    return Decoder().feed(firmware.receive(b"".join(map(to_wire, messages)), now_us))
+    return heard(firmware.receive(b"".join(map(to_wire, messages)), now_us))
 
 
 def armed(plant, identity, now_us=0):
@@ -120,7 +126,7 @@ def test_real_time_streams_once_a_period_with_the_torque_commanded_last(sim_plan
     assert firmware.next_tick_us == start + PERIOD_US
     assert firmware.advance(start + PERIOD_US - 1) == b""
     assert tell(firmware, Command(3, 5.0), now_us=start + 1000) == []
-    seen = Decoder().feed(firmware.advance(start + 2 * PERIOD_US))
+    seen = heard(firmware.advance(start + 2 * PERIOD_US))
     assert [(s.seq, s.period, s.time_us) for s in seen] == [(3, k, start + k * PERIOD_US) for k in (1, 2)]
 
     other = armed(sim_plant, LOCKSTEP)
@@ -130,10 +136,10 @@ def test_real_time_streams_once_a_period_with_the_torque_commanded_last(sim_plan
 def test_without_commands_the_watchdog_stops_it_after_its_time(sim_plant):
     firmware = armed(sim_plant, REAL_TIME)
     tell(firmware, Command(3, 5.0), now_us=30_000)
-    seen = Decoder().feed(firmware.advance(200_000))
+    seen = heard(firmware.advance(200_000))
     assert [s.status for s in seen] == [Status.ARMED] * 6 + [Status.WATCHDOG_STOPPED] * 4  # runs out at 130 ms
     tell(firmware, Command(4, 5.0), now_us=200_000)
-    (late,) = Decoder().feed(firmware.advance(220_000))
+    (late,) = heard(firmware.advance(220_000))
     assert late.status == Status.WATCHDOG_STOPPED
     (fresh,) = tell(firmware, Arm(5, 0), now_us=220_000)
     assert fresh.status == Status.ARMED
@@ -143,7 +149,7 @@ def test_regular_commands_hold_the_watchdog_off(sim_plant):
     firmware = armed(sim_plant, REAL_TIME)
     for k in range(20):
         tell(firmware, Command(3 + k, 0.0), now_us=90_000 * k)
-        seen = Decoder().feed(firmware.advance(90_000 * k))
+        seen = heard(firmware.advance(90_000 * k))
         assert all(not s.status & Status.WATCHDOG_STOPPED for s in seen)
 
 
@@ -151,7 +157,7 @@ def test_a_host_that_only_repeats_itself_does_not_hold_the_watchdog_off(sim_plan
     firmware = armed(sim_plant, REAL_TIME)
     for k in range(10):
         tell(firmware, Command(3, 5.0), now_us=50_000 * k)
-    seen = Decoder().feed(firmware.advance(500_000))
+    seen = heard(firmware.advance(500_000))
     assert [s.status for s in seen[:6]] == [Status.ARMED] * 5 + [Status.WATCHDOG_STOPPED]
 
 
@@ -192,7 +198,7 @@ def test_in_lockstep_a_robot_that_has_stopped_itself_answers_each_command_and_is
 
 def test_in_real_time_a_robot_that_has_stopped_itself_streams_until_it_is_told_to_stop(sim_plant):
     firmware = armed(sim_plant, replace(REAL_TIME, tilt_limit=0.01))
-    assert [s.status for s in Decoder().feed(firmware.advance(3 * PERIOD_US))] == [Status.TILT_STOPPED] * 3
+    assert [s.status for s in heard(firmware.advance(3 * PERIOD_US))] == [Status.TILT_STOPPED] * 3
     (stopped,) = tell(firmware, Stop(3), now_us=3 * PERIOD_US)
     assert stopped.status == Status(0)
     assert firmware.advance(10**12) == b""
@@ -231,7 +237,7 @@ def test_a_command_late_in_a_period_carries_its_number_at_the_end_and_acts_for_a
 ):
     late = armed(sim_plant, REAL_TIME)
     tell(late, Command(3, 5.0), now_us=PERIOD_US - 1)
-    (seen,) = Decoder().feed(late.advance(PERIOD_US))
+    (seen,) = heard(late.advance(PERIOD_US))
     assert (seen.seq, seen.period) == (3, 1)
     (punctual,) = tell(armed(sim_plant, LOCKSTEP), Command(3, 5.0))
     assert seen.tilt == punctual.tilt
@@ -241,5 +247,42 @@ def test_the_count_of_periods_overflows_to_zero(sim_plant):
     seen = sim_plant.reset(0)
     sim_plant.step = lambda torque: seen
     firmware = armed(sim_plant, REAL_TIME)
-    counts = [s.period for s in Decoder().feed(firmware.advance(PERIOD_US * (2**16 + 1)))]
+    counts = [s.period for s in heard(firmware.advance(PERIOD_US * (2**16 + 1)))]
     assert counts[-3:] == [2**16 - 1, 0, 1]
+
+
+# The true pose
+
+
+def said_with(firmware, *messages):
+    """All that a robot says, poses too."""
+    return Decoder().feed(firmware.receive(b"".join(map(to_wire, messages)), 0))
+
+
+def test_each_telemetry_of_a_moving_robot_follows_its_true_pose(sim_plant):
+    firmware, poses = armed(sim_plant, LOCKSTEP), []
+    for k in range(20):
+        pose, seen = said_with(firmware, Command(3 + k, 2.0))
+        assert (type(pose), type(seen)) == (PoseReport, Telemetry)
+        assert (pose.seq, pose.period) == (seen.seq, seen.period) == (3 + k, 1 + k)
+        assert (pose.x, pose.y, pose.heading, pose.tilt) == pytest.approx(sim_plant.pose(), abs=1e-6)
+        poses.append(pose.x)
+    assert poses[-1] > 0.01
+
+
+def test_in_real_time_poses_are_streamed_with_the_telemetry(sim_plant):
+    firmware = armed(sim_plant, REAL_TIME)
+    said = Decoder().feed(firmware.advance(3 * PERIOD_US))
+    assert [type(word) for word in said] == [PoseReport, Telemetry] * 3
+    assert [word.period for word in said] == [1, 1, 2, 2, 3, 3]
+
+
+def test_a_robot_at_rest_or_without_a_pose_says_none(sim_plant):
+    assert [type(word) for word in said_with(armed(sim_plant, LOCKSTEP), Stop(3))] == [Telemetry]
+    sim_plant.pose = lambda: None
+    assert [type(word) for word in said_with(armed(sim_plant, LOCKSTEP), Command(3, 0.0))] == [Telemetry]
+
+
+def test_a_repeated_command_is_answered_with_the_same_pose(sim_plant):
+    firmware = armed(sim_plant, LOCKSTEP)
+    assert said_with(firmware, Command(3, 5.0)) == said_with(firmware, Command(3, 5.0))

@@ -77,7 +77,7 @@ def draw_tilt() -> Figure:
 
 def draw_drift() -> Figure:
     groups = [Trials(f"iteration {i}", [PERIOD * np.cumsum(x[:, 2]) for x in trajectories(3, 60)]) for i in range(5)]
-    return drift_figure(groups, PERIOD, 60)
+    return drift_figure(groups, PERIOD, RULE)
 
 
 DRAWINGS: dict[str, Callable[[], Figure]] = {

@@ -69,7 +69,7 @@ def pictures(about: Summary) -> Pictures:
     decay = np.exp(-np.linspace(0, 3, 20))
     predicted = [Gaussian(np.array([x]), np.array([[0.01]])) for x in decay]
     drawn = [prediction_figure(predicted, [decay[:, None]], ["speed"], ["m/s"], 0.02, "it") for _ in about.iterations]
-    drift = svg(drift_figure([Trials("0", [decay])], 0.02, 500))
+    drift = svg(drift_figure([Trials("0", [decay])], 0.02, RULE))
     return Pictures(None, [svg(f) for f in drawn], svg(learning_curve_figure(about)), drift, drift)
 
 
@@ -142,7 +142,7 @@ def test_the_page_says_what_the_summary_says(tmp_path: Path) -> None:
     for words in ("812 samples", "20 rollouts", "0 of 10", "4 of 10", "10 of 10", about.best.policy.path):
         assert words in page.text
     assert about.best.policy.sha256 in page.text
-    assert "within 30° for 500 control periods and under 10° from period 100 on" in page.text
+    assert "the tilt stays within 30° for 10 s, and under 10° from 2 s on." in page.text
     assert "The 95 % band holds 46 % of the real states; that of the tilt is ±1.7°, ±2.3° wide" in page.text
     assert len([tag for tag, attrs in page.tags if tag == "tr" and attrs.get("class") == "best"]) == 1
 

@@ -8,16 +8,24 @@ from typing import NamedTuple
 import numpy as np
 from scipy.stats import binomtest
 
-from twbal.algorithm.summary import Iteration, Summary
+from twbal.algorithm.summary import PARTS, Iteration, Summary
 from twbal.core.streams import Stream, generator
 
 METRICS = {
-    "success": ("trials that balance, best policy", "", True),
+    "success": ("trials that succeed, best policy", "", True),
+    "upright": ("upright trials, best policy", "", True),
+    "settled": ("settled trials, best policy", "", True),
+    "in_place": ("trials in place, best policy", "", True),
+    "quiet": ("quiet trials, best policy", "", True),
     "seconds": ("real seconds to all trials", "s", False),
     "trial_seconds": ("seconds of trials up to there", "s", False),
     "cost": ("real long-term cost, best policy", "", False),
     "coverage": ("real states in the 95 % band, best policy", "", True),
     "tilt_band": ("widest 95 % band of the tilt, best policy", "rad", False),
+    "farthest": ("late distance from the start, best policy", "m", False),
+    "farthest_worst": ("the same in its worst trial", "m", False),
+    "command_change": ("change of the command a step per torque limit, best policy", "", False),
+    "oscillation": ("late oscillation of the tilt, best policy", "rad", False),
     "drift": ("drift in a trial, best policy", "m", False),
     "search": ("fits and searches", "s", False),
 }
@@ -78,7 +86,7 @@ def run_values(summary: Summary) -> dict[str, float]:
     The best policy is measured by the trials of all iterations that had it, and its band is that of the newest model.
     """
     successes, trials = summary.count(summary.best_iteration)
-    having = summary.having(summary.best_iteration)
+    having, shown = summary.having(summary.best_iteration), summary.parts(summary.best_iteration)
     solved = [i for i in summary.iterations if i.trials and i.successes == i.trials]
     return {
         "success": successes / trials if trials else math.nan,
@@ -87,6 +95,11 @@ def run_values(summary: Summary) -> dict[str, float]:
         "cost": _mean(i.real_cost for i in having),
         "coverage": _or_nan(having[-1].coverage95),
         "tilt_band": _or_nan(having[-1].tilt_band_widest),
+        **{part: shown.get(name, math.nan) / trials if trials else math.nan for part, name in PARTS.items()},
+        "farthest": _mean(i.farthest_median_m for i in having),
+        "farthest_worst": max((i.farthest_worst_m for i in having if i.farthest_worst_m is not None), default=math.nan),
+        "command_change": _mean(i.command_change for i in having),
+        "oscillation": _mean(i.oscillation for i in having),
         "drift": _mean(i.drift_m for i in having),
         "search": sum(_worked(i) for i in summary.iterations),
     }

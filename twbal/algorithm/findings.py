@@ -1,6 +1,6 @@
 """What a run of Algorithm 1 achieved, measured on its trials."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,8 +11,9 @@ from twbal.algorithm.steps import M, P, R, S, Steps
 from twbal.algorithm.summary import Diagnosis, Iteration, PolicyFile, Search, SimData, Summary
 from twbal.core.channels import Channels
 from twbal.core.cost import Cost
+from twbal.core.coverage import coverage95, half_widths95
 from twbal.core.episode import Episode
-from twbal.core.evaluation import SuccessCriterion, coverage95, drift, half_widths95, real_cost, succeeded
+from twbal.core.evaluation import PlaceBy, SuccessCriterion, Verdict, drift, judged, real_cost
 from twbal.core.gaussian import Array
 
 
@@ -117,6 +118,7 @@ def _iteration(
     channels = measures.channels
     costs = [real_cost(trial, measures.cost, measures.horizon) for trial in trials]
     bands = _tilt_bands(prediction, channels)
+    verdicts = [judged(trial, measures.rule) for trial in trials]
     iteration = Iteration(
         index=learned.index,
         real_episodes=len(driven),
@@ -124,7 +126,7 @@ def _iteration(
         real_seconds=_duration(driven),
         predicted_cost=min(prediction.best.cost, float(measures.horizon)) if prediction else None,
         real_cost=float(np.mean(costs)) if costs else None,
-        successes=sum(succeeded(trial, measures.rule) for trial in trials),
+        successes=sum(verdict.succeeded for verdict in verdicts),
         trials=len(trials),
         coverage95=coverage95(prediction.states, trials, channels.measured) if trials and prediction else None,
         fit_s=round(learned.fit_s, 3),
@@ -141,7 +143,36 @@ def _iteration(
         tilt_band_median=float(np.median(bands)) if len(bands) else None,
         tilt_band_widest=float(np.max(bands)) if len(bands) else None,
     )
+    iteration = _with_parts(iteration, verdicts)
     return replace(iteration, note=_note(iteration, before, learned.searches))
+
+
+def _with_parts(iteration: Iteration, verdicts: Sequence[Verdict]) -> Iteration:
+    """The iteration with what its trials show part by part."""
+    away = [verdict.farthest for verdict in verdicts if verdict.farthest is not None]
+    told_by = {verdict.place_by for verdict in verdicts if verdict.farthest is not None}
+    return replace(
+        iteration,
+        upright=_count(verdict.upright for verdict in verdicts),
+        settled=_count(verdict.settled for verdict in verdicts),
+        in_place=_count(verdict.in_place for verdict in verdicts),
+        quiet=_count(verdict.quiet for verdict in verdicts),
+        place_by=PlaceBy.ODOMETRY if PlaceBy.ODOMETRY in told_by else next(iter(told_by), None),
+        farthest_median_m=_median(away),
+        farthest_worst_m=max(away, default=None),
+        command_change=_median([v.command_change for v in verdicts if v.command_change is not None]),
+        oscillation=_median([v.oscillation for v in verdicts if v.oscillation is not None]),
+    )
+
+
+def _count(shown: Iterable[bool | None]) -> int | None:
+    """How many are so; None where it was not asked of all, or of none."""
+    told = list(shown)
+    return None if not told or None in told else sum(map(bool, told))
+
+
+def _median(values: Sequence[float]) -> float | None:
+    return float(np.median(values)) if values else None
 
 
 def _search(learned: LearnedPolicy[R, M, P], prediction: Prediction | None) -> Search:

@@ -6,16 +6,13 @@ Every sentence is made from what `summary.json` notes of each iteration, none fr
 from math import degrees
 
 from twbal.algorithm.summary import Iteration, Summary
+from twbal.algorithm.tables import angle, iterations_table, trials_table
+from twbal.core.evaluation import PlaceBy, SuccessCriterion
 
 COSTS_PART = 3.0
 """By this factor predicted and real cost must differ for a warning; costs below 1, one lost step, count as 1."""
 SHARES_PART = 0.5
 """By this much the shares of successes in long model rollouts and in real trials must differ for a warning."""
-
-_COLUMNS = (
-    *("iteration", "policy", "real data", "cost predicted", "real", "balances", "trials", "in 95 % band"),
-    *("tilt band, widest", "drift", "fit", "search"),
-)
 
 
 def headline(summary: Summary) -> str:
@@ -25,8 +22,9 @@ def headline(summary: Summary) -> str:
     if not trials:
         return f"No trial was driven, so nothing is known of how policy {best.index} balances the robot."
     if not successes:
-        driven = sum(iteration.trials for iteration in summary.iterations)
-        return f"The robot is not balanced: no policy succeeded in any of {counted(driven, 'trial')}."
+        driven, upright = sum(iteration.trials for iteration in summary.iterations), summary.parts(best.index)
+        fails = "stays upright, but not as is asked" if upright.get("upright") == trials else "is not balanced"
+        return f"The robot {fails}: no policy succeeded in any of {counted(driven, 'trial')}.{_parts(summary)}"
     if successes == trials:
         said = "The robot is balanced: policy"
     elif summary.solved:
@@ -34,10 +32,50 @@ def headline(summary: Summary) -> str:
     else:
         return (
             f"The robot is not reliably balanced: the best, policy {best.index}, succeeded in {successes} of {trials} "
-            f"trials. {_learned_from(summary)}"
+            f"trials. {_learned_from(summary)}{_parts(summary)}"
         )
-    rolled = f" In a trial it rolled {best.drift_m:.1f} m away (median)." if best.drift_m is not None else ""
-    return f"{said} {best.index} succeeded in {successes} of {trials} trials. {_learned_from(summary)}{rolled}"
+    return f"{said} {best.index} succeeded in {successes} of {trials} trials. {_learned_from(summary)}{_place(best)}"
+
+
+def rule_in_words(rule: SuccessCriterion, control_period: float) -> str:
+    """When a trial succeeds, as a sentence.
+
+    Args:
+        rule: the criterion.
+        control_period: of the robot [s].
+    """
+    settle, place, end = (f"{control_period * n:.3g} s" for n in (rule.settle_step, rule.place_step, rule.steps))
+    parts = [f"the tilt stays within {_degrees(rule.tilt_limit)} for {end}"]
+    if rule.settled_tilt_limit < rule.tilt_limit or rule.settle_step < rule.steps:
+        parts.append(f"under {_degrees(rule.settled_tilt_limit)} from {settle} on")
+    if rule.place_limit is not None:
+        parts.append(f"the robot is within {rule.place_limit:.3g} m of where it was put from {place} on")
+    if rule.command_change is not None:
+        share = f"{rule.command_change:.3g} of the torque limit"
+        parts.append(f"the command changes by less than {share} from step to step from {settle} on (root mean square)")
+    *firsts, last = parts
+    return f"A trial succeeds when {', '.join(firsts)}{', and ' if firsts else ''}{last}."
+
+
+def _parts(summary: Summary) -> str:
+    """What the trials of the best policy show of each part of a success; empty where that is not noted."""
+    best = summary.best.index
+    shown = [f"{count} are {part}" for part, count in summary.parts(best).items()]
+    if not shown:
+        return ""
+    trials = summary.count(best).trials
+    return f" Of the {counted(trials, 'trial')} of policy {best}, {', '.join(shown)}."
+
+
+def _place(best: Iteration) -> str:
+    """How far from where it was put the best policy lets the robot go."""
+    if best.farthest_median_m is None or best.farthest_worst_m is None:
+        return "" if best.drift_m is None else f" In a trial it rolled {best.drift_m:.1f} m away (median)."
+    told_by = "odometry" if best.place_by is PlaceBy.ODOMETRY else "its true pose"
+    return (
+        f" Late in a trial it was at most {best.farthest_median_m:.2f} m from where it was put (median; "
+        f"{best.farthest_worst_m:.2f} m in the worst), by {told_by}."
+    )
 
 
 def _learned_from(summary: Summary) -> str:
@@ -96,13 +134,12 @@ def doubts(iteration: Iteration, tilt_limit: float | None) -> list[str]:
 
 def summary_table(summary: Summary) -> str:
     """The iterations as lines of plain text, the best one marked, and what to make of them."""
-    rows = [_COLUMNS, *(_cells(iteration, summary.best_iteration) for iteration in summary.iterations)]
-    widths = [max(len(row[column]) for row in rows) for column in range(len(_COLUMNS))]
-    lines = ["  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
-    best = summary.best
+    trials, best = trials_table(summary), summary.best
     notes = [f"Iteration {i.index}: {i.note}" for i in summary.iterations if i.note]
     warnings = [f"Warning: {doubt}" for doubt in warnings_on(summary, summary.iterations[-1])]
-    lines += [
+    lines = [
+        *iterations_table(summary),
+        *(["", *trials] if trials else []),
         *("", headline(summary), f"{driving(summary)} The stages took {summary.wall_s:.0f} s."),
         *notes,
         *warnings,
@@ -116,34 +153,5 @@ def counted(number: int, thing: str) -> str:
     return f"{number} {thing}" if number == 1 else f"{number} {thing}s"
 
 
-def tilt_band(iteration: Iteration) -> str:
-    """Half width of the predicted band of the tilt, its median and its widest, in degrees."""
-    if iteration.tilt_band_median is None or iteration.tilt_band_widest is None:
-        return "-"
-    return f"±{angle(iteration.tilt_band_median)}, ±{angle(iteration.tilt_band_widest)}"
-
-
-def _cells(iteration: Iteration, best: int) -> tuple[str, ...]:
-    return (
-        f"{'*' if iteration.index == best else ' '} {iteration.index}",
-        "new" if iteration.same_policy_as is None else f"that of {iteration.same_policy_as}",
-        f"{iteration.real_samples} samples, {iteration.real_seconds:.1f} s",
-        _number(iteration.predicted_cost, ".1f"),
-        _number(iteration.real_cost, ".1f"),
-        f"{iteration.successes} of {iteration.trials}" if iteration.trials else "-",
-        _number(iteration.trial_seconds, ".1f", " s"),
-        _number(iteration.coverage95, ".2f"),
-        tilt_band(iteration),
-        _number(iteration.drift_m, ".2f", " m"),
-        f"{iteration.fit_s:.1f} s",
-        f"{iteration.search_s:.1f} s",
-    )
-
-
-def angle(radians: float) -> str:
-    """In degrees, with two digits at least."""
-    return f"{degrees(radians):.2g}°" if degrees(radians) < 10 else f"{degrees(radians):.0f}°"
-
-
-def _number(value: float | None, form: str, unit: str = "") -> str:
-    return "-" if value is None else f"{value:{form}}{unit}"
+def _degrees(radians: float) -> str:
+    return f"{degrees(radians):.3g}°"

@@ -6,9 +6,9 @@ from dataclasses import dataclass, replace
 
 from twbal.core.channels import Channels
 from twbal.core.cost import Cost
+from twbal.core.coverage import widened
 from twbal.core.episode import Episode
 from twbal.core.errors import ConfigError
-from twbal.core.evaluation import widened
 from twbal.core.start_pose import StartPose
 from twbal.models.dynamics import DynamicsModel
 from twbal.policies.linear import LinearPolicy

@@ -8,12 +8,14 @@ from twbal.core.channels import Channels
 from twbal.core.episode import Episode, Event, Outcome, Provenance
 from twbal.core.errors import ConfigError, LinkLostError
 from twbal.core.gaussian import Array
-from twbal.core.plant import Observation, Plant
+from twbal.core.plant import Observation, Plant, Pose
 from twbal.core.streams import Stream, generator
 from twbal.policies.policy import Controller, Policy
 
 MAX_TILT_LIMIT = math.pi / 2
 """Largest tilt limit [rad]: beyond it a robot lies on the ground."""
+
+_NO_POSE = Pose(*(math.nan,) * len(Pose._fields))
 
 
 def rollout(
@@ -45,7 +47,7 @@ def rollout(
     try:
         try:
             controller = policy.controller(rng)
-            record.note(plant.reset(provenance.trial))
+            record.note(plant.reset(provenance.trial), plant.pose())
             _drive(plant, controller, record, steps, tilt_limit)
         except (LinkLostError, KeyboardInterrupt) as ended:
             record.end_by(ended)
@@ -92,19 +94,20 @@ def _drive(plant: Plant, controller: Controller, record: "_Record", steps: int, 
             return
         observation = plant.step(command)
         record.commands.append(command)
-        record.note(observation)
+        record.note(observation, plant.pose())
 
 
 class _Record:
     """What a rollout has shown so far, and how it ended; Ctrl-C may come between any two lines.
 
     Attributes:
-        seen, states, commands: as in `Episode`, as lists; of a step that was cut short some may be there.
+        seen, poses, states, commands: as in `Episode`, as lists; of a step that was cut short some may be there.
         outcome: how it ended.
     """
 
     def __init__(self, channels: Channels) -> None:
         self.seen: list[Observation] = []
+        self.poses: list[Pose] = []
         self.states: list[Array] = []
         self.commands: list[float] = []
         self.outcome = Outcome.COMPLETED
@@ -113,8 +116,8 @@ class _Record:
         self._events: list[Event] = []
         self._ended_by: BaseException | None = None
 
-    def note(self, seen: Observation) -> None:
-        """Take down what is seen after the last command.
+    def note(self, seen: Observation, pose: Pose | None) -> None:
+        """Take down what is seen after the last command, and the true pose where something tells it.
 
         Raises:
             LinkLostError: it is not finite, or not later than what was seen before.
@@ -125,7 +128,10 @@ class _Record:
             raise LinkLostError(
                 f"The robot's clock does not run forward: it said {self.seen[-1].time} s, and then {seen.time} s."
             )
+        if pose is not None and not np.isfinite(pose).all():
+            raise LinkLostError(f"The robot's true pose was said to be {pose}; expected finite numbers.")
         self.seen.append(seen)
+        self.poses.append(_NO_POSE if pose is None else pose)
         self.states.append(self._tracker.state(seen, self.commands))
 
     def end(self, outcome: Outcome, text: str) -> None:
@@ -144,6 +150,7 @@ class _Record:
         if self._ended_by is not None and not self.states:
             raise self._ended_by
         complete = len(self.states)
+        poses = np.array(self.poses[:complete])
         return Episode(
             channels=self._channels.names,
             control_period=control_period,
@@ -153,4 +160,5 @@ class _Record:
             outcome=self.outcome,
             provenance=provenance,
             events=tuple(self._events),
+            poses=None if np.isnan(poses).all() else poses,
         )

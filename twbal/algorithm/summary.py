@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from twbal.core.errors import DataError
+from twbal.core.evaluation import PlaceBy
 from twbal.core.json_records import read_record
 
 _AMOUNTS = (
@@ -21,7 +22,13 @@ _AMOUNTS = (
     "trial_seconds",
     "tilt_band_median",
     "tilt_band_widest",
+    "farthest_median_m",
+    "farthest_worst_m",
+    "command_change",
+    "oscillation",
 )
+PARTS = {"upright": "upright", "settled": "settled", "in_place": "in place", "quiet": "quiet"}
+"""Parts of a success, by the field that counts them, in words."""
 
 
 class Basis(StrEnum):
@@ -115,6 +122,15 @@ class Iteration:
         tilt_band_median: half width of the predicted 95 % band of the tilt, median over the horizon [rad], at most π;
             None without a prediction.
         tilt_band_widest: the same where it is widest [rad].
+        upright, settled: trials that show this part of a success, see `Verdict`.
+        in_place, quiet: the same; None also where the rule does not ask for it.
+        place_by: what told where the robot was: `pose`, or `odometry` where that was all there was in some trial.
+        farthest_median_m: median over the trials of the greatest distance from where the robot was put, once it had
+            time to come back [m]; None where no trial lasted until then.
+        farthest_worst_m: greatest of these distances [m].
+        command_change: median over the trials of the root mean square of the command's change from step to step, as a
+            share of the torque limit.
+        oscillation: median over the trials of the late tilt, peak to peak [rad].
 
     The fields from `trial_seconds` on are None where an older `summary.json` does not note them.
     """
@@ -141,10 +157,26 @@ class Iteration:
     diagnosis: Diagnosis | None = None
     tilt_band_median: float | None = None
     tilt_band_widest: float | None = None
+    upright: int | None = None
+    settled: int | None = None
+    in_place: int | None = None
+    quiet: int | None = None
+    place_by: PlaceBy | None = None
+    farthest_median_m: float | None = None
+    farthest_worst_m: float | None = None
+    command_change: float | None = None
+    oscillation: float | None = None
 
     def __post_init__(self) -> None:
         if not 0 <= self.successes <= self.trials:
             raise DataError(f"Iteration {self.index} has {self.successes} successes in {self.trials} trials.")
+        for part in PARTS:
+            count = getattr(self, part)
+            if count is not None and not self.successes <= count <= self.trials:
+                raise DataError(
+                    f"Iteration {self.index} is {PARTS[part]} in {count} of {self.trials} trials, and {self.successes} "
+                    "succeeded."
+                )
         for name in ("coverage95", "judged_success"):
             share = getattr(self, name)
             if share is not None and not 0 <= share <= 1:
@@ -218,6 +250,15 @@ class Summary:
     def updates(self) -> int:
         """How often a new policy was asked for after policy 0."""
         return sum(not iteration.recalibrates for iteration in self.iterations[1:])
+
+    def parts(self, policy: int) -> dict[str, int]:
+        """Trials of a policy that show each part of a success, by the part's name in words; of those that are asked.
+
+        Args:
+            policy: the first iteration that had it.
+        """
+        counted = {name: [getattr(i, part) for i in self.having(policy) if i.trials] for part, name in PARTS.items()}
+        return {name: sum(counts) for name, counts in counted.items() if counts and None not in counts}
 
     @property
     def solved(self) -> bool:

@@ -13,7 +13,7 @@ from twbal.api.configured import setup as configured
 from twbal.api.files import load_policy
 from twbal.core.channels import Channels
 from twbal.core.episode import Episode, Provenance
-from twbal.core.evaluation import drift, real_cost, succeeded
+from twbal.core.evaluation import Verdict, drift, judged, real_cost
 from twbal.core.plant import Plant
 from twbal.core.robot_parameters import RobotParameters
 from twbal.effects.effect import Effect
@@ -25,16 +25,18 @@ class Evaluation:
     """What trials say of a policy.
 
     Attributes:
-        successes: trials in which the robot balanced, by the success rule.
+        successes: trials that show all that the success rule asks.
         cost: mean long-term cost of a trial (eq. 9, without expectation): 0 .. horizon.
         drift: median distance between start and end of a trial [m].
         episodes: the trials.
+        verdicts: what each of them shows, part by part.
     """
 
     successes: int
     cost: float
     drift: float
     episodes: tuple[Episode, ...]
+    verdicts: tuple[Verdict, ...]
 
     @property
     def trials(self) -> int:
@@ -100,7 +102,7 @@ def evaluate(
         effects: of the simulated robot, what the nominal parameters leave out.
         trials: how many.
         seed: of start poses, noise and the policy's randomness.
-        overrides: settings of `twbal iterate`, such as `["success.steps=200"]`.
+        overrides: settings of `twbal iterate`, such as `["success.place_radii=null"]`.
 
     Raises:
         ConfigError: a setting cannot be right.
@@ -108,7 +110,8 @@ def evaluate(
         LinkError: the robot fell silent.
 
     >>> import twbal
-    >>> found = twbal.evaluate("data/regression/policy.pt", trials=2, overrides=["success.steps=200"])
+    >>> shorter = ["success.duration=4", "success.place_radii=null"]
+    >>> found = twbal.evaluate("data/regression/policy.pt", trials=2, overrides=shorter)
     >>> found.successes, found.trials
     (2, 2)
     """
@@ -124,11 +127,13 @@ def evaluate(
         plan = RolloutPlan(lambda: plant, driver, channels, rule.steps, rule.tilt_limit)
         source = Provenance(name, "robot", seed=seed)
         episodes = tuple(plan.drive_on(plant, [replace(source, trial=trial) for trial in settings.numbers]))
+    verdicts = tuple(judged(episode, rule) for episode in episodes)
     return Evaluation(
-        successes=sum(succeeded(episode, rule) for episode in episodes),
+        successes=sum(verdict.succeeded for verdict in verdicts),
         cost=float(np.mean([real_cost(episode, cost, horizon) for episode in episodes])),
         drift=float(np.median([drift(episode, channels.wheel_radius) for episode in episodes])),
         episodes=episodes,
+        verdicts=verdicts,
     )
 
 

@@ -64,3 +64,11 @@ def _loaded(file: Path) -> DictConfig:
     node = OmegaConf.load(file)
     assert isinstance(node, DictConfig)
     return node
+
+
+def seconds_of(periods: int, control_period: float) -> float:
+    """How long so many control periods are [s]; `${seconds_of:100,${robot.control_period}}` in yaml."""
+    return periods * control_period
+
+
+OmegaConf.register_new_resolver("seconds_of", seconds_of, replace=True)

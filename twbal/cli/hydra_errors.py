@@ -13,7 +13,7 @@ from omegaconf.errors import MissingMandatoryValue, OmegaConfBaseException
 
 from twbal.cli.composition import composing
 from twbal.cli.settings.nested import ancestors, flattened
-from twbal.cli.settings.renamed import CHOICES, name_now
+from twbal.cli.settings.renamed import CHOICES, name_now, renamed
 from twbal.core.errors import ConfigError, TwbalError, install_advice
 
 _EFFECTS = "sim.effects."
@@ -116,7 +116,7 @@ def _no_such_key(key: str, stage: str) -> str:
         return f"{stage} cannot set {key} to that: it has no such entries. New ones are added by +{key}.<name>=..."
     now = name_now(key)
     if now in known:
-        return f"{stage} has no setting {key!r} any more: it is called {now!r} now."
+        return f"{stage} {renamed(key, now)}"
     if key.startswith(_EFFECTS) and "sim" in cfg:
         name = key.removeprefix(_EFFECTS).split(".")[0]
         return f"The simulation has no effect {name!r} to set {key} of. Add it by +effect@{_EFFECTS}{name}={name}."

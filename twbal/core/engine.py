@@ -5,7 +5,7 @@ from math import ceil
 from typing import NamedTuple
 
 from twbal.core.errors import ConfigError
-from twbal.core.plant import Observation, Plant
+from twbal.core.plant import Observation, Plant, Pose
 from twbal.core.robot_model import Machine, Running
 from twbal.core.start_pose import InitialState, StartPose
 from twbal.core.streams import Stream, generator
@@ -45,6 +45,10 @@ class Engine(ABC):
     @abstractmethod
     def motion(self) -> Motion:
         """The motion now."""
+
+    @abstractmethod
+    def pose(self) -> Pose:
+        """Where the robot is now, in the frame in which `reset` put it down."""
 
     @abstractmethod
     def close(self) -> None:
@@ -94,6 +98,10 @@ class EnginePlant(Plant):
         self._engine.advance(self._machine.clip(command), self._running, self._substeps)
         self._periods += 1
         return self._observe()
+
+    def pose(self) -> Pose:
+        """The true pose at the last observation, whatever the sensors say."""
+        return self._engine.pose()
 
     def stop(self) -> None:
         """Nothing turns between the steps of a simulation."""

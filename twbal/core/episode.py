@@ -8,7 +8,7 @@ import numpy as np
 
 from twbal.core.errors import DataError
 from twbal.core.gaussian import Array
-from twbal.core.plant import Observation
+from twbal.core.plant import Observation, Pose
 
 
 class Outcome(StrEnum):
@@ -82,6 +82,8 @@ class Episode:
         provenance: where it comes from.
         events: what happened on the way.
         estimated: channels that were worked out from others, in logs of robots that lack a sensor.
+        poses: (T + 1, 4) true poses in the order of `Pose`, where something told them; a row is NaN where nothing did
+            at that instant. They serve to judge what the robot did. Policies and models never see them.
 
     Raises:
         DataError: shapes do not fit together, a value is not finite, or time does not run forward.
@@ -96,8 +98,10 @@ class Episode:
     provenance: Provenance
     events: tuple[Event, ...] = field(default=())
     estimated: tuple[Estimated, ...] = field(default=())
+    poses: Array | None = None
 
     def __post_init__(self) -> None:
+        self._check_poses()
         for name in ("observations", "states", "commands"):
             values = np.array(getattr(self, name), dtype=np.float64)
             values.flags.writeable = False
@@ -128,6 +132,29 @@ class Episode:
         if steps and np.diff(self.observations[:, 0]).min() <= 0:
             row = int(np.argmin(np.diff(self.observations[:, 0])))
             raise DataError(f"Time does not run forward between samples {row} and {row + 1} of the episode.")
+
+    def _check_poses(self) -> None:
+        """Check the poses and make them a constant of their own.
+
+        Raises:
+            DataError: they are not one for each sample, or a row is neither all numbers nor all NaN.
+        """
+        if self.poses is None:
+            return
+        poses = np.array(self.poses, dtype=np.float64)
+        poses.flags.writeable = False
+        object.__setattr__(self, "poses", poses)
+        expected = len(self.commands) + 1, len(Pose._fields)
+        if poses.shape != expected:
+            raise DataError(
+                f"An episode of {expected[0] - 1} commands needs poses of shape {expected}; found {poses.shape}."
+            )
+        broken = np.flatnonzero(~(np.isfinite(poses).all(axis=1) | np.isnan(poses).all(axis=1)))
+        if len(broken):
+            raise DataError(
+                f"Pose {broken[0]} of the episode is neither known nor unknown ({poses[broken[0]]}); expected numbers, "
+                "or NaN in all of its fields."
+            )
 
     def __len__(self) -> int:
         return len(self.commands)

@@ -1,39 +1,54 @@
-"""What real trials say about a policy and about the model that predicted them."""
+"""What real trials say about a policy: whether it did what is asked, and at what cost."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
+from enum import StrEnum
+from math import ceil, inf
+from typing import NamedTuple, Self
 
 import numpy as np
 
 from twbal.core.episode import Episode
-from twbal.core.errors import ConfigError, DataError
-from twbal.core.gaussian import HALF_WIDTH_95, Array, Gaussian
+from twbal.core.errors import ConfigError
+from twbal.core.gaussian import Array
 from twbal.core.plant import Observation
 
 StateCost = Callable[[Array], Array]
 """Cost c(x) of each of T states: from (T, D) to (T,), each in [0, 1]."""
 
 _TILT, _WHEEL_ANGLE = Observation._fields.index("tilt"), Observation._fields.index("wheel_angle")
+_NEARLY = 1e-9  # of a control period: a time that is a whole number of them is not rounded up
 
 
 @dataclass(frozen=True)
 class SuccessCriterion:
-    """When a trial counts as a success.
+    """When a trial counts as a success: upright, settled, in place and quiet; the last two only where asked.
 
     Attributes:
         tilt_limit: the tilt must never pass this [rad].
         settled_tilt_limit: from `settle_step` on the tilt must stay under this [rad].
         settle_step: control periods the policy has for recovering from its start.
         steps: control periods that a trial lasts.
+        place_step: control periods that it has for coming back to where it was put.
+        place_radii: how far from there it may be from then on [wheel radii]; None: not asked.
+        command_change: under which the change of the sent command from step to step must be from `settle_step` on,
+            root mean square, as a share of the torque limit; None: not asked.
+        wheel_radius: of the data sheet [m]; None: place is known from true poses alone.
+        torque_limit: [N·m]; None: commands are not judged.
 
     Raises:
-        ConfigError: no trial could meet it, or every trial would.
+        ConfigError: no trial could meet it, every trial would, or what it asks cannot be told.
     """
 
     tilt_limit: float
     settled_tilt_limit: float
     settle_step: int
     steps: int
+    place_step: int = 0
+    place_radii: float | None = None
+    command_change: float | None = None
+    wheel_radius: float | None = None
+    torque_limit: float | None = None
 
     def __post_init__(self) -> None:
         if not 0 < self.settled_tilt_limit <= self.tilt_limit:
@@ -43,81 +58,161 @@ class SuccessCriterion:
             )
         if not 0 <= self.settle_step <= self.steps or self.steps < 1:
             raise ConfigError(
-                f"settle_step must lie within the trial; found step {self.settle_step} of a trial of {self.steps}."
+                f"settle_time must lie within the trial; found step {self.settle_step} of a trial of {self.steps}."
             )
+        needs = {"place_radii": "wheel_radius", "command_change": "torque_limit"}
+        for name, needed in needs.items():
+            asked = getattr(self, name)
+            if asked is not None and not 0 < asked < inf:
+                raise ConfigError(f"success.{name} must be more than 0, or null where it is not asked; found {asked}.")
+            if asked is not None and getattr(self, needed) is None:
+                raise ConfigError(f"success.{name} needs the {needed} of the robot.")
+        if self.place_radii is not None and not 0 <= self.place_step <= self.steps:
+            raise ConfigError(
+                f"place_time must lie within the trial; found step {self.place_step} of a trial of {self.steps}. "
+                "Give a shorter success.place_time, or success.place_radii=null."
+            )
+        if self.command_change is not None and self.settle_step > self.steps - 2:
+            raise ConfigError(
+                f"No command changes after step {self.settle_step} of a trial of {self.steps}. Give a shorter "
+                "success.settle_time, or success.command_change=null."
+            )
+
+    @classmethod
+    def in_seconds(
+        cls,
+        *,
+        tilt_limit: float,
+        settled_tilt_limit: float,
+        duration: float,
+        settle_time: float,
+        place_time: float,
+        place_radii: float | None,
+        command_change: float | None,
+        control_period: float,
+        wheel_radius: float,
+        torque_limit: float,
+    ) -> Self:
+        """The criterion with its times in seconds, as a user gives them, for a robot.
+
+        A time that is no whole number of control periods ends with the period that it lies in.
+
+        Args:
+            tilt_limit, settled_tilt_limit, place_radii, command_change: see the class.
+            duration: of a trial [s].
+            settle_time: before the tilt must have settled, and the commands be quiet [s].
+            place_time: before it must be back in place [s].
+            control_period: of the robot [s].
+            wheel_radius: of the robot [m].
+            torque_limit: of the robot [N·m].
+        """
+
+        def periods(time: float) -> int:
+            return ceil(time / control_period - _NEARLY)
+
+        return cls(
+            tilt_limit=tilt_limit,
+            settled_tilt_limit=settled_tilt_limit,
+            settle_step=periods(settle_time),
+            steps=periods(duration),
+            place_step=periods(place_time),
+            place_radii=place_radii,
+            command_change=command_change,
+            wheel_radius=wheel_radius,
+            torque_limit=torque_limit,
+        )
+
+    @property
+    def place_limit(self) -> float | None:
+        """How far the robot may be from where it was put [m]; None where that is not asked."""
+        return None if self.place_radii is None or self.wheel_radius is None else self.place_radii * self.wheel_radius
+
+
+class PlaceBy(StrEnum):
+    """What tells where a robot is."""
+
+    POSE = "pose"
+    """True poses: a simulation's, or those of cameras."""
+    ODOMETRY = "odometry"
+    """The robot's own wheels and its tilt, by the wheel radius of the data sheet."""
+
+
+class Verdict(NamedTuple):
+    """What a trial shows, part by part. One that ended early has none of the parts that are asked.
+
+    Attributes:
+        upright: inside the tilt limit throughout, to the end.
+        settled: under the settled tilt limit from the settle step on.
+        in_place: within reach of where it was put from the place step on; None where that is not asked.
+        quiet: the commands' changes were small from the settle step on; None where that is not asked.
+        place_by: what told where it was; None where nothing did.
+        farthest: greatest distance from where it was put, from the place step on [m]; None where it is not known.
+        command_change: root mean square of the sent command's change from step to step, from the settle step on, as a
+            share of the torque limit; None where it is not known.
+        oscillation: of the tilt, from the place step on, peak to peak [rad]; None where the trial ended before.
+        seconds: how long it lasted [s].
+    """
+
+    upright: bool
+    settled: bool
+    in_place: bool | None
+    quiet: bool | None
+    place_by: PlaceBy | None
+    farthest: float | None
+    command_change: float | None
+    oscillation: float | None
+    seconds: float
+
+    @property
+    def succeeded(self) -> bool:
+        """Whether all that is asked is there."""
+        return self.upright and self.settled and self.in_place is not False and self.quiet is not False
+
+
+def judged(episode: Episode, rule: SuccessCriterion) -> Verdict:
+    """What a trial shows of what `rule` asks; what comes after `rule.steps` does not count.
+
+    The distance is that of the true poses where each sample from the place step on has one, else that of odometry.
+    """
+    tilt, lasted = np.abs(episode.tilt[: rule.steps + 1]), len(episode) >= rule.steps
+    late = slice(rule.place_step, rule.steps + 1)
+    away, told_by = _distances(episode, late, rule.wheel_radius)
+    change = _command_change(episode, rule)
+    farthest = float(away.max()) if len(away) else None
+    return Verdict(
+        upright=bool(lasted and tilt.max() <= rule.tilt_limit),
+        settled=bool(lasted and tilt[rule.settle_step :].max() < rule.settled_tilt_limit),
+        in_place=None if rule.place_limit is None else lasted and farthest is not None and farthest <= rule.place_limit,
+        quiet=None if rule.command_change is None else lasted and change is not None and change < rule.command_change,
+        place_by=told_by,
+        farthest=farthest,
+        command_change=change,
+        oscillation=float(np.ptp(episode.tilt[late])) if len(episode.tilt[late]) else None,
+        seconds=min(len(episode), rule.steps) * episode.control_period,
+    )
 
 
 def succeeded(episode: Episode, rule: SuccessCriterion) -> bool:
-    """Whether the robot balanced: `rule.steps` long, inside the limit throughout and settled from `settle_step` on."""
-    tilt = np.abs(episode.tilt[: rule.steps + 1])
-    lasted = len(episode) >= rule.steps
-    return bool(lasted and tilt.max() <= rule.tilt_limit and tilt[rule.settle_step :].max() < rule.settled_tilt_limit)
+    """Whether a trial shows all that `rule` asks."""
+    return judged(episode, rule).succeeded
 
 
-def coverage95(predicted: Sequence[Gaussian], episodes: Sequence[Episode], measured: Sequence[int]) -> float:
-    """Share of the real states that lie inside the predicted mean ± 1.96 standard deviations.
-
-    Counted are all steps t = 1 .. H that the episodes reached; x_0 is given, not predicted.
-
-    Args:
-        predicted: p(x_t) for t = 0 .. H, of D channels as the sensors show them: with their noise.
-        episodes: trials of the policy that was predicted.
-        measured: channels to count; past commands are no prediction.
-
-    Raises:
-        DataError: no episode reached step 1, or the episodes have other channels than the prediction.
-    """
-    error, sd = _errors(predicted, episodes, measured)
-    return float((np.abs(error) <= HALF_WIDTH_95 * sd).mean())
+def _distances(episode: Episode, part: slice, wheel_radius: float | None) -> tuple[Array, PlaceBy | None]:
+    """Distance from where the robot was put at the samples of `part` [m], and what told it."""
+    if episode.poses is not None and np.isfinite(episode.poses[part]).all():
+        return np.hypot(episode.poses[part, 0], episode.poses[part, 1]), PlaceBy.POSE
+    if wheel_radius is None:
+        return np.empty(0), None
+    return np.abs(positions(episode, wheel_radius)[part]), PlaceBy.ODOMETRY
 
 
-def half_widths95(predicted: Sequence[Gaussian], channel: int) -> Array:
-    """Half widths of the 95 % band of one channel, t = 1 .. H, in the channel's unit, (H,)."""
-    return HALF_WIDTH_95 * np.array([p.sd[channel] for p in predicted[1:]])
-
-
-def widened(
-    predicted: Sequence[Gaussian], episodes: Sequence[Episode], measured: Sequence[int]
-) -> tuple[Gaussian, ...]:
-    """The prediction with as much more variance as rollouts of the same policy show to be missing.
-
-    What a model gets wrong again and again (a dead zone smoothed over, a speed that is off) is no noise, and no bands
-    of its noise hold it. So each measured channel gets the smallest variance v, the same at all steps, with which the
-    95 % bands hold 95 % of what these episodes measured: by split conformal prediction the same share of further
-    rollouts, were the steps of a rollout independent. Past commands are left as they are.
-
-    Args:
-        predicted: p(x_t) for t = 0 .. H, of D channels as the sensors show them.
-        episodes: of the predicted policy, driven without exploration; best as long as the prediction.
-        measured: channels to widen.
-
-    Raises:
-        DataError: see `coverage95`.
-    """
-    error, sd = _errors(predicted, episodes, measured)
-    more = np.zeros(len(predicted[0].mean))
-    more[list(measured)] = np.maximum(0.0, np.quantile((error / HALF_WIDTH_95) ** 2 - sd**2, 0.95, axis=0))
-    first, *later = predicted
-    return (first, *(Gaussian(p.mean, p.covariance + np.diag(more)) for p in later))
-
-
-def _errors(predicted: Sequence[Gaussian], episodes: Sequence[Episode], measured: Sequence[int]) -> tuple[Array, Array]:
-    """Real less predicted states of all steps from t = 1 on that were reached, and their predicted sd, (n, E) each."""
-    mean = np.array([p.mean for p in predicted])  # (H + 1, D)
-    sd = np.array([p.sd for p in predicted])  # (H + 1, D)
-    errors, sds = [], []
-    for episode in episodes:
-        if episode.states.shape[1] != mean.shape[1]:
-            raise DataError(
-                f"The prediction has {mean.shape[1]} channels, the episode {episode.states.shape[1]} "
-                f"({', '.join(episode.channels)}). Compare a policy with trials of the same state."
-            )
-        ahead = min(len(episode.states), len(mean))
-        errors.append((episode.states[1:ahead] - mean[1:ahead])[:, list(measured)])
-        sds.append(sd[1:ahead, list(measured)])
-    if not sum(map(len, errors)):
-        raise DataError(f"None of the {len(episodes)} episodes reached the first predicted step; nothing to compare.")
-    return np.concatenate(errors), np.concatenate(sds)
+def _command_change(episode: Episode, rule: SuccessCriterion) -> float | None:
+    """Root mean square of the sent command's changes, as a share of the torque limit; None without two commands."""
+    commands = episode.commands[rule.settle_step : rule.steps]
+    if rule.torque_limit is None or len(commands) < 2:
+        return None
+    sent = np.clip(commands, -rule.torque_limit, rule.torque_limit)
+    return float(np.sqrt(np.mean(np.diff(sent) ** 2))) / rule.torque_limit
 
 
 def real_cost(episode: Episode, cost: StateCost, horizon: int) -> float:

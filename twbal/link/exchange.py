@@ -4,7 +4,7 @@ import time
 from collections.abc import Callable
 
 from twbal.core.errors import LinkError
-from twbal.link.protocol import Decoder, Fault, Message, Telemetry, to_wire
+from twbal.link.protocol import Decoder, Fault, Message, PoseReport, Telemetry, to_wire
 from twbal.link.transport import Transport
 
 _RESEND_AFTER = 0.05  # an unanswered message is sent again: within the robot's watchdog of 0.1 s [s]
@@ -15,10 +15,13 @@ class Exchange:
 
     Attributes:
         transport: the line.
+        pose: what the robot said of its true pose together with its newest telemetry that answered; None where nothing.
     """
 
     def __init__(self, transport: Transport) -> None:
         self.transport = transport
+        self.pose: PoseReport | None = None
+        self._said: PoseReport | None = None
         self._decoder = Decoder()
         self._number = 0
 
@@ -55,13 +58,22 @@ class Exchange:
                 self.transport.write(wire)
                 resend_at = now + _RESEND_AFTER
             for answer in self._decoder.feed(self.transport.read()):
-                if answer.seq == message.seq:
+                if isinstance(answer, PoseReport):
+                    self._said = answer
+                elif answer.seq == message.seq:
                     if isinstance(answer, Fault):
                         raise LinkError(f"The robot on {self.transport.name} cannot follow: {answer.text}.")
-                    newest = answer
+                    newest, self.pose = answer, self._pose_at(answer)
             if newest is not None and until(newest):
                 return newest
         raise LinkError(self._why_none(type(message).__name__, timeout, newest))
+
+    def _pose_at(self, answer: Message) -> PoseReport | None:
+        """The pose that the robot said just before this answer, if it is of the same instant."""
+        said, self._said = self._said, None
+        if said is None or not isinstance(answer, Telemetry):
+            return None
+        return said if (said.seq, said.period) == (answer.seq, answer.period) else None
 
     def _why_none(self, sent: str, timeout: float, newest: Message | None) -> str:
         where = f"from the robot on {self.transport.name} within {timeout:.3g} s"

@@ -203,7 +203,33 @@ class Fault(TextMessage):
     LAYOUT: ClassVar[struct.Struct] = struct.Struct("<BH")
 
 
-KINDS: dict[int, type[Message]] = {kind.TYPE: kind for kind in (Hello, Welcome, Arm, Command, Stop, Telemetry, Fault)}
+@dataclass(frozen=True)
+class PoseReport(Message):
+    """Robot: where it truly is at the instant of the telemetry that follows, as `twbal.core.plant.Pose` says.
+
+    Only of robots that know it beyond their own sensors: simulated ones, or ones that cameras watch. Where the numbers
+    `seq` and `period` are not those of the next telemetry, it belongs to one that was lost.
+
+    Attributes:
+        period: of the telemetry that follows.
+        x, y: [m].
+        heading: [rad].
+        tilt: [rad].
+    """
+
+    period: int
+    x: float
+    y: float
+    heading: float
+    tilt: float
+
+    TYPE: ClassVar[int] = 0x84
+    LAYOUT: ClassVar[struct.Struct] = struct.Struct("<BHH4f")
+
+
+KINDS: dict[int, type[Message]] = {
+    kind.TYPE: kind for kind in (Hello, Welcome, Arm, Command, Stop, Telemetry, Fault, PoseReport)
+}
 
 
 def text_bytes(text: str) -> bytes:

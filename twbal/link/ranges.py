@@ -7,7 +7,7 @@ beyond what their sensors can tell. `docs/link.md` has them as a table.
 import math
 
 from twbal.core.errors import ConfigError
-from twbal.link.protocol import Telemetry, Welcome
+from twbal.link.protocol import PoseReport, Telemetry, Welcome
 
 CONTROL_PERIOD_US = 500, 1_000_000
 """Shortest and longest control period that a robot may announce [µs]."""
@@ -36,6 +36,9 @@ MEASURED = {
 }
 """Largest size of each measured value, and its unit."""
 
+POSE = {"x": (1e5, "m"), "y": (1e5, "m"), "heading": (1e4, "rad"), "tilt": (4 * math.pi, "rad")}
+"""Largest size of each value of a true pose, and its unit; float32 resolves 8 mm at 100 km."""
+
 
 def odd_announcement(welcome: Welcome) -> str:
     """What a robot announces that cannot be, as part of a sentence; empty where all can."""
@@ -47,15 +50,16 @@ def odd_announcement(welcome: Welcome) -> str:
     return ""
 
 
-def odd_values(seen: Telemetry) -> str:
+def odd_values(seen: Telemetry | PoseReport) -> str:
     """Which measured values cannot be, as part of a sentence; empty where all can."""
-    values = {name: getattr(seen, name) for name in MEASURED}
+    ranges = MEASURED if isinstance(seen, Telemetry) else POSE
+    values = {name: getattr(seen, name) for name in ranges}
     broken = [name for name, value in values.items() if not math.isfinite(value)]
     if broken:
         return f"values that are not finite numbers ({', '.join(broken)})"
     beyond = [
         f"{name} {values[name]:.3g} {unit}, at most {most:.4g}"
-        for name, (most, unit) in MEASURED.items()
+        for name, (most, unit) in ranges.items()
         if abs(values[name]) > most
     ]
     return f"values beyond what any robot does ({'; '.join(beyond)})" if beyond else ""

@@ -7,7 +7,7 @@ from typing import Self
 
 from twbal.core.episode import Event
 from twbal.core.errors import ConfigError, DataError, LinkError, LinkLostError, ProtocolError
-from twbal.core.plant import Observation, Plant
+from twbal.core.plant import Observation, Plant, Pose
 from twbal.link.exchange import Exchange
 from twbal.link.protocol import (
     VERSION,
@@ -67,6 +67,7 @@ class SerialPlant(Plant):
         self._confirm_placed = confirm_placed
         self._armed = self._lost = self._counter_stands = False
         self._events: list[Event] = []
+        self._pose: Pose | None = None
         self._elapsed_us = 0  # on the robot's clock, in the current rollout [µs]
         self.missed_periods = 0
         try:
@@ -151,6 +152,10 @@ class SerialPlant(Plant):
             raise LinkLostError(f"The robot {self.robot_name} stopped itself: {_why_stopped(self._last)}.")
         self._follow_clock(before, self._last)
         return self._observation(self._last)
+
+    def pose(self) -> Pose | None:
+        """What the robot said of its true pose with the last observation; None where it said nothing."""
+        return self._pose
 
     def stop(self) -> None:
         """Switch the motors off and wait until the robot says that they are.
@@ -248,6 +253,7 @@ class SerialPlant(Plant):
     def _observation(self, seen: Telemetry) -> Observation:
         if odd := odd_values(seen):
             raise LinkLostError(f"The robot {self.robot_name} sends {odd}. Is that sensor connected?")
+        self._pose = self._true_pose()
         return Observation(
             time=self._elapsed_us * 1e-6,
             tilt=seen.tilt,
@@ -257,6 +263,14 @@ class SerialPlant(Plant):
             wheel_rate=(seen.rate_left + seen.rate_right) / 2,
             yaw_rate=seen.yaw_rate,
         )
+
+    def _true_pose(self) -> Pose | None:
+        said = self._line.pose
+        if said is None:
+            return None
+        if odd := odd_values(said):
+            raise LinkLostError(f"The robot {self.robot_name} sends a pose with {odd}. What does it take it from?")
+        return Pose(said.x, said.y, said.heading, said.tilt)
 
     def _why_not_driven(self) -> str:
         if self._lost:

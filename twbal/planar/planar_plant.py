@@ -10,7 +10,7 @@ from twbal.core.compiled import kernel
 from twbal.core.engine import substeps
 from twbal.core.errors import ConfigError
 from twbal.core.gaussian import Array
-from twbal.core.plant import Observation, Plant
+from twbal.core.plant import Observation, Plant, Pose
 from twbal.core.robot_model import UNBOUNDED, Reading
 from twbal.core.robot_parameters import RobotParameters
 from twbal.core.start_pose import StartPose
@@ -168,6 +168,10 @@ class PlanarPlant(Plant):
             self._twin, self._constants, self._state, commands, past, self._substeps, self._imu
         )
         return self._observe(reading)
+
+    def pose(self) -> Pose:
+        """The true pose; it never leaves its line."""
+        return Pose(self._state.position, 0.0, 0.0, self._state.tilt)
 
     def stop(self) -> None:
         """Nothing turns between the steps of a simulation."""

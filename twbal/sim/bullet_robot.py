@@ -9,6 +9,7 @@ from functools import partial
 from math import atan2, cos, hypot, sin
 
 from twbal.core.engine import Motion
+from twbal.core.plant import Pose
 from twbal.core.robot_model import Machine
 from twbal.core.robot_parameters import RobotParameters
 from twbal.core.start_pose import InitialState
@@ -119,10 +120,8 @@ class BulletRobot:
 
     def push(self, force: float) -> None:
         """Push the axle forward along the ground for the next physics step [N]."""
-        place, r = self._pose()
-        level = hypot(r[1], r[4])
-        lx, lz = self._arm
-        axle = [p - lx * r[3 * i] - lz * r[3 * i + 2] for i, p in enumerate(place)]
+        _, r = self._pose()
+        level, axle = hypot(r[1], r[4]), self._axle()
         ahead = [force * r[4] / level, -force * r[1] / level, 0]
         self._client.applyExternalForce(self._id, _BODY, forceObj=ahead, posObj=axle, flags=pybullet.WORLD_FRAME)
 
@@ -150,6 +149,18 @@ class BulletRobot:
             yaw_rate=spin[2],
         )
 
+    def pose(self, vertical: Vector) -> Pose:
+        """Where the middle of the axle is, from where `place` put it, and how the body stands.
+
+        Args:
+            vertical: unit vector from which the tilt counts.
+        """
+        _, r = self._pose()
+        x, y, _ = self._axle()
+        forward, left, up = r[0::3], r[1::3], r[2::3]
+        tilt = atan2(-_dot(vertical, forward), _dot(vertical, up))
+        return Pose(x, y, atan2(-left[0], left[1]), tilt)
+
     def apart(self) -> float:
         """By which the right wheel is ahead of the mean of both and the left one behind it [rad]."""
         left, right = self._client.getJointStates(self._id, _WHEELS)
@@ -167,6 +178,12 @@ class BulletRobot:
         lx, lz = self._arm
         level = hypot(r[0], r[3])
         return float(lx * level + lz * (r[2] * r[0] + r[5] * r[3]) / level)
+
+    def _axle(self) -> list[float]:
+        """Where the middle of the axle is [m], (3,)."""
+        place, r = self._pose()
+        lx, lz = self._arm
+        return [p - lx * r[3 * i] - lz * r[3 * i + 2] for i, p in enumerate(place)]
 
     def _pose(self) -> tuple[Vector, tuple[float, ...]]:
         """Where the centre of mass is, and the rotation from body to world row by row, (9,)."""

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 
 from twbal.core.errors import ConfigError
-from twbal.core.plant import Observation, Plant
+from twbal.core.plant import Observation, Plant, Pose
 from twbal.core.robot_parameters import RobotParameters
 from twbal.core.start_pose import StartPose
 from twbal.core.streams import Stream, generator
@@ -80,6 +80,10 @@ class RandomisedPlant(Plant):
         if self._plant is None:
             raise ConfigError("A plant must be reset before its first step.")
         return self._plant.step(command)
+
+    def pose(self) -> Pose | None:
+        """The true pose at the last observation."""
+        return None if self._plant is None else self._plant.pose()
 
     def stop(self) -> None:
         """Nothing moves between rollouts."""

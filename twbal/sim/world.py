@@ -7,6 +7,7 @@ from math import atan2, cos, sin
 
 from twbal.core.engine import Engine, Motion
 from twbal.core.errors import ConfigError
+from twbal.core.plant import Pose
 from twbal.core.robot_model import JointMotion, Machine, Running
 from twbal.core.robot_parameters import GRAVITY
 from twbal.core.start_pose import InitialState
@@ -114,6 +115,10 @@ class World(Engine):
     def motion(self) -> Motion:
         """The motion now."""
         return self._robot.motion(self._vertical)
+
+    def pose(self) -> Pose:
+        """Where the robot is now, in the frame in which `reset` put it down."""
+        return self._robot.pose(self._vertical)
 
     def close(self) -> None:
         """Disconnect from PyBullet."""

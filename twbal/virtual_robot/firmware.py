@@ -14,6 +14,7 @@ from twbal.link.protocol import (
     Fault,
     Hello,
     Message,
+    PoseReport,
     Status,
     Stop,
     Telemetry,
@@ -87,13 +88,13 @@ class Firmware:
         return b"".join(map(to_wire, answers))
 
     def advance(self, now_us: int) -> bytes:
-        """Drive through the control periods that are over by `now_us` and return their telemetry."""
-        sent = []
+        """Drive through the control periods that are over by `now_us` and return what is seen at their ends."""
+        sent: list[Message] = []
         while (tick := self.next_tick_us) is not None and tick <= now_us:
             if self._status & Status.ARMED and tick - self._commanded_us > self._identity.watchdog * 1e6:
                 self._trip(Status.WATCHDOG_STOPPED)
-            sent.append(to_wire(self._drive()))
-        return b"".join(sent)
+            sent += self._drive()
+        return b"".join(map(to_wire, sent))
 
     def host_gone(self) -> None:
         """Switch off and wait for the next handshake."""
@@ -117,7 +118,7 @@ class Firmware:
             case Hello():
                 return [self._welcome()]
             case Arm(trial=trial):
-                return [self._arm(trial, now_us)]
+                return self._arm(trial, now_us)
             case Command(torque=torque) if not math.isfinite(torque):
                 return [Fault(message.seq, f"a torque of {torque} N·m is not a finite number")]
             case Command() if self._standing:
@@ -134,7 +135,7 @@ class Firmware:
         me = self._identity
         return Welcome(self._taken, VERSION, self._period_us, me.torque_limit, me.clock, me.name)
 
-    def _arm(self, trial: int, now_us: int) -> Telemetry:
+    def _arm(self, trial: int, now_us: int) -> list[Message]:
         self._disarm()
         self._seen = self._plant.reset(trial)
         self._standing = False
@@ -142,21 +143,21 @@ class Firmware:
         self._time_us = now_us if self._identity.clock is Clock.REAL_TIME else 0
         self._commanded_us = now_us
         self._check_tilt()
-        return self._telemetry()
+        return self._report()
 
     def _command(self, torque: float, now_us: int) -> list[Message]:
         if self._status & Status.ARMED:
             self._torque = max(-self._identity.torque_limit, min(torque, self._identity.torque_limit))
             self._commanded_us = now_us
-        return [self._drive()] if self._identity.clock is Clock.LOCKSTEP else []
+        return self._drive() if self._identity.clock is Clock.LOCKSTEP else []
 
-    def _drive(self) -> Telemetry:
+    def _drive(self) -> list[Message]:
         """One control period."""
         self._seen = self._plant.step(self._torque)
         self._period += 1
         self._time_us += self._period_us
         self._check_tilt()
-        return self._telemetry()
+        return self._report()
 
     def _check_tilt(self) -> None:
         if self._status & Status.ARMED and not abs(self._seen.tilt) <= self._identity.tilt_limit:
@@ -175,6 +176,13 @@ class Firmware:
         self._period = 0
         self._time_us = self._commanded_us = 0
         self._seen = Observation(*(0.0,) * len(Observation._fields))
+
+    def _report(self) -> list[Message]:
+        """The telemetry, and before it the true pose where the plant knows it."""
+        telemetry, pose = self._telemetry(), self._plant.pose()
+        if pose is None:
+            return [telemetry]
+        return [PoseReport(telemetry.seq, telemetry.period, *pose), telemetry]
 
     def _telemetry(self) -> Telemetry:
         seen = self._seen

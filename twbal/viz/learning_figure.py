@@ -6,8 +6,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from twbal.algorithm.outcome import angle
 from twbal.algorithm.summary import Summary
+from twbal.algorithm.tables import angle
 from twbal.core.palette import GOOD, MUTED, PREDICTED, REAL
 from twbal.viz.canvas import panels, styled
 
@@ -36,7 +36,7 @@ def _draw_successes(axes: Axes, summary: Summary) -> None:
     axes.bar_label(bars, [f"{i.successes}/{i.trials}" for i in summary.iterations], padding=2)
     axes.set_ylim(0, 1.15 * most)
     axes.yaxis.set_major_locator(MaxNLocator(integer=True))
-    axes.set_title("trials that balance")
+    axes.set_title("trials that succeed")
     axes.set_ylabel("trials")
 
 

@@ -38,7 +38,7 @@ def pictures(summary: Summary, found: Sequence[Findings], measures: Measures, co
         tilt=svg(tilt_figure(tilted, control_period, rule)) if tilted else None,
         predictions=[_prediction(each, channels, control_period) for each in found],
         learning=svg(learning_curve_figure(summary)),
-        drift=svg(drift_figure(rolled, control_period, rule.steps)) if rolled else None,
+        drift=svg(drift_figure(rolled, control_period, rule)) if rolled else None,
         cost=svg(cost_figure(SHAPES, measures.cost, channels.names, channels.units)),
     )
 
@@ -74,4 +74,4 @@ def _title(iteration: Iteration, between: str) -> str:
     which = f"iteration {iteration.index}"
     if iteration.same_policy_as is not None:
         which += f" (policy {iteration.same_policy_as} again)"
-    return f"{which}{between}{iteration.successes} of {iteration.trials} balance" if iteration.trials else which
+    return f"{which}{between}{iteration.successes} of {iteration.trials} succeed" if iteration.trials else which

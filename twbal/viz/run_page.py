@@ -4,8 +4,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from twbal.algorithm.outcome import counted, driving, headline, tilt_band, warnings_on
+from twbal.algorithm.outcome import counted, driving, headline, rule_in_words, warnings_on
 from twbal.algorithm.summary import Basis, Diagnosis, Iteration, Search, Summary
+from twbal.algorithm.tables import tilt_band, trials_rows
 from twbal.core.errors import DataError
 from twbal.core.evaluation import SuccessCriterion
 from twbal.core.files import write_atomically
@@ -75,6 +76,8 @@ def write_report(path: Path, summary: Summary, setting: Setting, pictures: Pictu
         commands=commands,
         headline=headline(summary),
         driving=driving(summary),
+        rule=rule_in_words(setting.rule, setting.control_period),
+        verdicts=trials_rows(summary),
         count=summary.count(summary.best_iteration),
         first_count=summary.count(0),
         corrected=any(iteration.diagnosis is Diagnosis.USED for iteration in summary.iterations),
@@ -196,5 +199,5 @@ def _caption(iteration: Iteration, warnings: Sequence[str]) -> str:
             f"{tilt_band(iteration)} wide (median, widest)."
         )
     if iteration.trials:
-        text += f" The robot balanced in {iteration.successes} of {iteration.trials} trials."
+        text += f" {iteration.successes} of {iteration.trials} trials succeeded."
     return " ".join([text, iteration.note, *warnings]).replace("  ", " ").rstrip()

@@ -49,19 +49,23 @@ def tilt_figure(groups: Sequence[Trials], control_period: float, rule: SuccessCr
 
 
 @styled
-def drift_figure(groups: Sequence[Trials], control_period: float, steps: int) -> Figure:
-    """Draw how far the robot rolls away in the trials of each policy; all panels have one scale.
+def drift_figure(groups: Sequence[Trials], control_period: float, rule: SuccessCriterion) -> Figure:
+    """Draw how far the robot rolls away in the trials of each policy, and where it must be; all panels have one scale.
 
     Args:
         groups: one for each iteration; their courses are positions since the start [m].
         control_period: [s].
-        steps: control periods that a whole trial lasts; a shorter one ends in a cross.
+        rule: what makes a success; a trial that is shorter ends in a cross.
     """
+    steps = rule.steps
     figure, axes = panels(len(groups), columns=_COLUMNS, width=3.4, height=2.5)
     seen = np.concatenate([[0.0], *(course for group in groups for course in group.courses)])
     margin = 0.08 * float(np.ptp(seen)) or 1.0
     for i, (panel, group) in enumerate(zip(axes, groups, strict=True)):
         panel.axhline(0.0, color=MUTED.light, linewidth=0.8)
+        if rule.place_limit is not None:
+            late = [control_period * rule.place_step, control_period * steps]
+            panel.fill_between(late, -rule.place_limit, rule.place_limit, color=GOOD.light, alpha=0.15, linewidth=0)
         _draw_courses(panel, group.courses, control_period, steps)
         panel.set_title(group.title)
         panel.set_xlim(0.0, steps * control_period)

@@ -167,7 +167,14 @@ def test_no_list_takes_a_member_that_is(value):
 
 @pytest.mark.parametrize("value", ["abc", "", [1.0], ["abc"], None, True], ids=repr)
 def test_no_number_may_be(value):
-    may_be_null = ("cost.command_width", "exploration_steps", "*.exploration_steps", "import.quantities.*")
+    may_be_null = (
+        "cost.command_width",
+        "success.place_radii",
+        "success.command_change",
+        "exploration_steps",
+        "*.exploration_steps",
+        "import.quantities.*",
+    )
     texts = () if value is None else ("import.quantities.*.from",)
     for composed in TREES:
         all_refused(

@@ -76,6 +76,23 @@ def test_an_old_setting_in_a_yaml_of_ones_own_is_refused(tmp_path, capsys):
     (tmp_path / "mine" / "experiment").mkdir(parents=True)
     (tmp_path / "mine" / "experiment" / "mine.yaml").write_text("# @package _global_\nrule:\n  steps: 30\n")
     words = ["real-rollout", "policy.path=p.pt", f"--config-dir={tmp_path / 'mine'}", "experiment=mine"]
-    assert "has no setting 'rule.steps' any more: it is called 'success.steps' now" in refusal(
-        capsys, "iterate", *words[2:]
+    assert (
+        "has no setting 'rule.steps' any more: it is called 'success.duration' now, in seconds instead of"
+        in refusal(capsys, "iterate", *words[2:])
     )
+
+
+@pytest.mark.parametrize(
+    ("old", "now"),
+    [
+        ("success.steps=500", "success.duration"),
+        ("success.settle_step=100", "success.settle_time"),
+        ("rule.steps=500", "success.duration"),
+    ],
+)
+@pytest.mark.parametrize(
+    "stage", [["iterate"], ["optimise-policy", "dynamics=m.pt"], ["train-agent"]], ids=lambda s: s[0]
+)
+def test_times_of_the_rule_that_were_control_periods_say_that_they_are_seconds(stage, old, now, capsys):
+    said = refusal(capsys, *stage, old)
+    assert said.endswith(f"any more: it is called {now!r} now, in seconds instead of control periods.")

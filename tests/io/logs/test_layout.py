@@ -11,14 +11,16 @@ from twbal.io.logs.layout import layout_of
 from twbal.io.logs.rows import columns_of
 
 
-def an_episode(steps: int, channels: tuple[str, ...]) -> Episode:
+def an_episode(steps: int, channels: tuple[str, ...], with_poses: bool = False) -> Episode:
     rng = np.random.default_rng(1)
     observations = rng.standard_normal((steps + 1, 7))
     observations[:, 0] = np.arange(steps + 1)
     states = rng.standard_normal((steps + 1, len(channels)))
     states[90:92] = 0.0
     source = Provenance("paper", "robot")
-    return Episode(channels, 1.0, observations, states, rng.standard_normal(steps), Outcome.COMPLETED, source)
+    commands = rng.standard_normal(steps)
+    poses = rng.standard_normal((steps + 1, 4)) if with_poses else None
+    return Episode(channels, 1.0, observations, states, commands, Outcome.COMPLETED, source, poses=poses)
 
 
 def samples_of(path: Path, episode: Episode) -> bytes:
@@ -29,10 +31,11 @@ def samples_of(path: Path, episode: Episode) -> bytes:
     return get_chunk_data_stream(chunk)[0].read(chunk.uncompressed_size)
 
 
+@pytest.mark.parametrize("with_poses", [False, True])
 @pytest.mark.parametrize("count", [0, 2, 20, 40])  # field numbers of one and of two bytes
-def test_samples_are_unpacked_as_mcap_and_protobuf_wrote_them(tmp_path: Path, count: int) -> None:
-    episode = an_episode(200, tuple(f"channel_{i}" for i in range(count)))
-    layout = layout_of(episode.channels)
+def test_samples_are_unpacked_as_mcap_and_protobuf_wrote_them(tmp_path: Path, count: int, with_poses: bool) -> None:
+    episode = an_episode(200, tuple(f"channel_{i}" for i in range(count)), with_poses)
+    layout = layout_of(episode.channels, with_poses)
     data = samples_of(tmp_path / "e.mcap", episode)
     numbers, values = layout.unpack(b"before" + data + b"after", 6)
     assert len(numbers) == len(data) // layout.size > 5

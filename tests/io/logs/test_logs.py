@@ -123,6 +123,76 @@ def test_a_log_of_the_first_schema_version_stays_readable() -> None:
     assert found.provenance == an_episode(0).provenance
 
 
+# True poses
+
+
+def with_poses(original: Episode) -> Episode:
+    """The same episode, of a robot that is watched; at two instants nothing told its pose."""
+    poses = np.random.default_rng(9).standard_normal((len(original) + 1, 4))
+    poses[[0, 3]] = np.nan
+    return replace(original, poses=poses)
+
+
+@pytest.mark.parametrize("steps", [3, 40, 500])
+def test_poses_come_back_bit_by_bit(tmp_path: Path, steps: int) -> None:
+    original = with_poses(an_episode(steps, events=(Event(0.02, "a"),)))
+    write_episode(tmp_path / "e.mcap", original)
+    found = read_episode(tmp_path / "e.mcap")
+    assert_same(found, original)
+    assert found.poses is not None and original.poses is not None
+    np.testing.assert_array_equal(found.poses, original.poses)
+
+
+def test_a_log_without_poses_has_no_topic_for_them(tmp_path: Path, data: bytes) -> None:
+    (tmp_path / "e.mcap").write_bytes(data)
+    assert read_episode(tmp_path / "e.mcap").poses is None
+    summary = make_reader(BytesIO(data)).get_summary()
+    assert summary is not None and {c.topic for c in summary.channels.values()} == {
+        "/imu",
+        "/wheels",
+        "/state",
+        "/command",
+        "/event",
+    }
+    assert "poses" not in next(make_reader(BytesIO(data)).iter_metadata()).metadata
+
+
+def test_a_generic_reader_finds_the_poses_with_their_units(tmp_path: Path) -> None:
+    original = with_poses(an_episode(40))
+    write_episode(tmp_path / "e.mcap", original)
+    data = (tmp_path / "e.mcap").read_bytes()
+    assert original.poses is not None
+    seen = {n: (m.x, m.y, m.heading, m.tilt) for topic, n, _, m in decoded(data) if topic == "/pose"}  # type: ignore[attr-defined]
+    np.testing.assert_array_equal([seen[n] for n in range(41)], original.poses)
+    summary = make_reader(BytesIO(data)).get_summary()
+    assert summary is not None
+    units = {c.topic: c.metadata for c in summary.channels.values()}["/pose"]
+    assert units == {"x": "m", "y": "m", "heading": "rad", "tilt": "rad"}
+
+
+def test_a_cut_log_gives_back_the_poses_of_its_complete_samples(tmp_path: Path) -> None:
+    original = with_poses(an_episode(500))
+    write_episode(tmp_path / "e.mcap", original)
+    data = (tmp_path / "e.mcap").read_bytes()
+    (tmp_path / "e.mcap").write_bytes(data[: len(data) // 2])
+    recovered = recover_episode(tmp_path / "e.mcap")
+    samples = len(recovered.episode) + 1
+    assert 40 < samples == 501 - recovered.lost_samples
+    assert original.poses is not None and recovered.episode.poses is not None
+    np.testing.assert_array_equal(recovered.episode.poses, original.poses[:samples])
+
+
+def test_poses_that_another_tool_took_out_are_missed(tmp_path: Path) -> None:
+    write_episode(tmp_path / "e.mcap", with_poses(an_episode(40)))
+    data = (tmp_path / "e.mcap").read_bytes()
+    (tmp_path / "e.mcap").write_bytes(rewritten(data, change=lambda topic, _, p: None if topic == "/pose" else p))
+    with pytest.raises(LogError, match=r"has no topic '/pose'; it has: /command, /imu, /state, /wheels"):
+        read_episode(tmp_path / "e.mcap")
+    (tmp_path / "e.mcap").write_bytes(rewritten(data, change=lambda t, n, p: None if (t, n) == ("/pose", 9) else p))
+    with pytest.raises(LogError, match="41 messages on /pose, and 9 follow"):
+        read_episode(tmp_path / "e.mcap")
+
+
 # Other readers
 
 
@@ -396,6 +466,8 @@ def test_a_log_of_another_schema_version_is_refused(tmp_path: Path, data: bytes)
         ({"samples": "152"}, "should have 152 messages on /imu, and 151"),
         ({"events": "4"}, "should have 4 events and has 3"),
         ({"control_period": "-1"}, "control period must be positive"),
+        ({"poses": "/pose"}, "has no topic '/pose'"),
+        ({"poses": "yes"}, "cannot be right.*'yes'"),
         ({"channels": "tilt"}, "another type on topic '/state'"),
     ],
 )

@@ -33,6 +33,10 @@ SETTINGS = {
     "rule": "success",
     "rule.limit": "success.tilt_limit",
     "rule.settle_limit": "success.settled_tilt_limit",
+    "rule.settle_step": "success.settle_time",
+    "rule.steps": "success.duration",
+    "success.settle_step": "success.settle_time",
+    "success.steps": "success.duration",
     "shape": "parametrisation",
     "shape.past_command_scale": "parametrisation.command_scale",
     "cost.past_command_width": "cost.command_width",
@@ -63,6 +67,16 @@ CHOICES = {
 """Choices by their group, as it is called now."""
 
 _SECTIONS = ("sim_collect", "optimise_policy", "real_rollout", "recordings", "linear_policy")  # of other stages
+
+
+IN_SECONDS = ("success.duration", "success.settle_time")
+"""What was in control periods under its earlier name."""
+
+
+def renamed(key: str, now: str) -> str:
+    """What to say of a setting that is called `now`, as the end of a sentence."""
+    unit = ", in seconds instead of control periods" if now in IN_SECONDS else ""
+    return f"has no setting {key!r} any more: it is called {now!r} now{unit}."
 
 
 def name_now(key: str) -> str | None:

@@ -1,12 +1,20 @@
 """Settings of the cost, of policies and their search, of success, and of model-free agents."""
 
 from twbal.cli.settings.kinds import ListOf, Number, OneOf, OrNull, Part, Whole, YesNo
-from twbal.cli.settings.robot_settings import CHANNELS, CONTROL_PERIODS, STATE_NAMES, STEPS, TORQUE_LIMIT, UPRIGHT
+from twbal.cli.settings.robot_settings import (
+    CHANNELS,
+    CONTROL_PERIOD,
+    CONTROL_PERIODS,
+    STATE_NAMES,
+    TORQUE_LIMIT,
+    UPRIGHT,
+)
 from twbal.cli.settings.setting import Setting
 
 _ITERATIONS = Whole(1, 100_000)
 _HORIZON = Whole(1, 100_000, CONTROL_PERIODS)
 _SHARES = ListOf(Number(0.001, 100.0), 1, 100)
+_TIME = Number(0.001, 3600.0, "s")
 _DEVIATION = 1e-6, 1e6  # in a channel's unit: only what must be a slip is refused
 
 COST = (
@@ -52,10 +60,16 @@ SEARCH = (
 
 RULE = (
     Setting("tilt_limit", UPRIGHT, "tilt that ends a rollout or a trial"),
-    Setting("success.tilt_limit", UPRIGHT, "tilt that ends a trial"),
+    Setting("success.tilt_limit", UPRIGHT, "tilt never passed in a trial"),
     Setting("success.settled_tilt_limit", UPRIGHT, "largest tilt once the robot has settled"),
-    Setting("success.settle_step", Whole(0, 1_000_000, CONTROL_PERIODS), "time by which the robot must have settled"),
-    Setting("success.steps", STEPS, "length of a trial", common=True),
+    Setting("success.duration", _TIME, "length of a trial", common=True),
+    Setting("success.settle_time", Number(0.0, 3600.0, "s"), "time by which it must have settled"),
+    Setting("success.place_time", Number(0.0, 3600.0, "s"), "time by which it must be back where it was put"),
+    Setting("success.place_radii", OrNull(Number(0.001, 1e4)), "largest distance from there, per wheel radius"),
+    Setting("success.command_change", OrNull(Number(1e-4, 2.0)), "largest change of the command, per torque limit"),
+    Setting("success.control_period", CONTROL_PERIOD, "time for which each command is held"),
+    Setting("success.wheel_radius", Number(0.001, 10.0, "m"), "radius that turns wheel angles into distances"),
+    Setting("success.torque_limit", TORQUE_LIMIT, "largest command"),
 )
 
 VALIDATION = (

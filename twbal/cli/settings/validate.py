@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 from twbal.cli.settings.help_text import shown
 from twbal.cli.settings.lookup import Leaf, Table, effects_in, leaves
 from twbal.cli.settings.nested import ancestors
-from twbal.cli.settings.renamed import name_now
+from twbal.cli.settings.renamed import name_now, renamed
 from twbal.cli.settings.setting import Setting
 from twbal.core.errors import ConfigError
 
@@ -63,7 +63,7 @@ def _refuse_old_names(stage: str, tree: Mapping[str, Any]) -> None:
     for leaf in leaves(tree):
         now = None if leaf.is_foreign or table.row(leaf.key) is not None else name_now(leaf.key)
         if now is not None and any(table.row(part) or table.has_parts(part) for part in (*ancestors(now), now)):
-            raise ConfigError(f"{stage} has no setting {leaf.key!r} any more: it is called {now!r} now.")
+            raise ConfigError(f"{stage} {renamed(leaf.key, now)}")
 
 
 def faults(stage: str, tree: Mapping[str, Any]) -> Iterator[Fault]:

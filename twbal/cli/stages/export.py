@@ -15,7 +15,7 @@ from twbal.cli.typed_config import recorded, typed
 from twbal.core.episode import Episode
 from twbal.core.errors import ConfigError, install_advice
 from twbal.core.files import replacing
-from twbal.core.plant import Observation
+from twbal.core.plant import Observation, Pose
 from twbal.io.logs import read_episode
 
 NOT_RECORDED = ("episodes",)
@@ -46,7 +46,8 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
 def table(episode: Episode) -> pandas.DataFrame:
     """A row for each control instant: observations, the command that follows (empty in the last), and the state.
 
-    Channels of the observations that no sensor measured end in `_estimated`; those of the state begin with `state_`.
+    Channels of the observations that no sensor measured end in `_estimated`; those of the state begin with `state_`,
+    and those of true poses, where there are some, with `pose_`.
     """
     estimated = {e.channel for e in episode.estimated}
     columns = {
@@ -55,6 +56,8 @@ def table(episode: Episode) -> pandas.DataFrame:
     }
     columns["command"] = np.append(episode.commands, np.nan)
     columns.update({f"state_{name}": episode.states[:, i] for i, name in enumerate(episode.channels)})
+    if episode.poses is not None:
+        columns.update({f"pose_{name}": episode.poses[:, i] for i, name in enumerate(Pose._fields)})
     return pandas.DataFrame(columns)
 
 

@@ -12,7 +12,7 @@ from omegaconf import DictConfig, OmegaConf
 from twbal.algorithm.findings import Measures, findings, summarise
 from twbal.algorithm.learned import RunResult
 from twbal.algorithm.learning import Algorithm
-from twbal.algorithm.outcome import summary_table
+from twbal.algorithm.outcome import rule_in_words, summary_table
 from twbal.algorithm.settings import AlgorithmSettings
 from twbal.algorithm.summary import Diagnosis, Summary, read_summary
 from twbal.cli.artefacts import POLICY, read_logs
@@ -48,6 +48,7 @@ def main(cfg: DictConfig) -> float | None:
     print(f"After an interruption, this goes on where it was: {_again(flags, words, out)}\n", flush=True)
     run(cfg, out, hydra.runtime.choices, flags)
     summary = read_summary(out / SUMMARY)
+    print(f"\n{rule_in_words(instantiate(cfg.success), cfg.robot.control_period)}")
     print(f"\n{summary_table(summary)}\n")
     print(f"policy  {out / BEST_POLICY}")
     print(f"by hand {out / SCRIPT}")

@@ -65,10 +65,11 @@ def _trained(cfg: DictConfig, recipe: AgentRecipe, settings: Settings, path: Pat
     from twbal.environment.agent_training import policy_of, train
 
     progress = Progress("steps", settings.steps)
+    rule: SuccessCriterion = instantiate(cfg.success)
     with environment_of(cfg) as env:
 
         def show(steps: int, mean_return: float | None) -> None:
-            seen = "" if mean_return is None else f", return {mean_return:.0f} of {cfg.success.steps}"
+            seen = "" if mean_return is None else f", return {mean_return:.0f} of {rule.steps}"
             progress.show(min(steps, settings.steps), seen)
 
         agent = train(env, recipe, settings.steps, settings.seed, show)

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from twbal.core.errors import DataError
 from twbal.core.gaussian import Array
+from twbal.core.plant import Pose
 from twbal.io.logs.topics import Topic, unit_of
 
 _MOST_CHANNELS = 256
@@ -43,16 +44,18 @@ class _Form(NamedTuple):
 
 @dataclass(frozen=True)
 class Layout:
-    """The messages of one sample: what the IMU saw, what the wheels did, the state made of it, the command given.
+    """The messages of one sample: what the IMU saw, what the wheels did, the state, the true pose, the command given.
 
     Attributes:
         channels: names of the state channels.
+        poses: whether each sample has a true pose.
 
     Raises:
         DataError: a channel's name cannot be the name of a field.
     """
 
     channels: tuple[str, ...]
+    poses: bool = False
 
     def __post_init__(self) -> None:
         bad = [name for name in self.channels if not _FIELD_NAME.fullmatch(name)]
@@ -69,10 +72,12 @@ class Layout:
     def samples(self) -> tuple[Topic, ...]:
         """The topics with one message a sample, in the order in which they are written."""
         imu = ("time", "tilt", "tilt_rate", "acceleration", "yaw_rate")
+        pose = (Topic(6, "/pose", Pose._fields, ("m", "m", "rad", "rad")),) if self.poses else ()
         return (
             Topic(1, "/imu", imu, ("s", "rad", "rad/s", "m/s²", "rad/s")),
             Topic(2, "/wheels", ("angle", "rate"), ("rad", "rad/s")),
             Topic(3, "/state", self.channels, tuple(unit_of(name) for name in self.channels)),
+            *pose,
             Topic(4, "/command", ("torque",), ("N·m",)),
         )
 
@@ -83,8 +88,8 @@ class Layout:
 
     @property
     def topics(self) -> tuple[Topic, ...]:
-        """All topics."""
-        return (*self.samples, self.events)
+        """All topics, in the order of their ids."""
+        return tuple(sorted((*self.samples, self.events), key=lambda topic: topic.id))
 
     @cached_property
     def parts(self) -> tuple[tuple[Topic, slice], ...]:
@@ -138,6 +143,6 @@ class Layout:
 
 
 @lru_cache(maxsize=32)
-def layout_of(channels: tuple[str, ...]) -> Layout:
-    """The layout for these state channels, made once."""
-    return Layout(channels)
+def layout_of(channels: tuple[str, ...], poses: bool = False) -> Layout:
+    """The layout for these state channels, with or without true poses, made once."""
+    return Layout(channels, poses)

@@ -12,6 +12,7 @@ SCHEMA_VERSION = 2
 """Newest that this twbal reads and writes. A log says the lowest version that tells all of it: 2 added `estimated`."""
 METADATA_NAME = "twbal.episode"
 CONFIG_NAME = "config.yaml"
+_POSES = "/pose"
 
 
 class Description(NamedTuple):
@@ -25,6 +26,7 @@ class Description(NamedTuple):
         samples: T + 1.
         events: how many events were written.
         estimated: channels that no sensor measured.
+        poses: whether the samples have true poses.
     """
 
     channels: tuple[str, ...]
@@ -34,6 +36,7 @@ class Description(NamedTuple):
     samples: int
     events: int
     estimated: tuple[Estimated, ...]
+    poses: bool
 
 
 def metadata_of(episode: Episode) -> dict[str, str]:
@@ -56,6 +59,8 @@ def metadata_of(episode: Episode) -> dict[str, str]:
     }
     if episode.estimated:
         entries["estimated"] = ",".join(f"{channel}:{float(sd)!r}" for channel, sd in episode.estimated)
+    if episode.poses is not None:  # of no other version: who does not know of poses loses nothing else
+        entries["poses"] = _POSES
     # MCAP guards attachments and chunks, but no metadata, where the end of the file is lost.
     return {**entries, "checksum": checksum(entries)}
 
@@ -96,8 +101,15 @@ def _parse(entries: Mapping[str, str]) -> Description:
         ),
         samples=int(entries["samples"]),
         events=int(entries["events"]),
+        poses=_has_poses(entries.get("poses", "")),
         estimated=tuple(_estimated(word) for word in entries.get("estimated", "").split(",") if word),
     )
+
+
+def _has_poses(word: str) -> bool:
+    if word not in ("", _POSES):
+        raise ValueError(f"poses {word!r}")
+    return bool(word)
 
 
 def _estimated(word: str) -> Estimated:

@@ -152,14 +152,15 @@ def _complete_samples(contents: Contents) -> int:
     """How many samples from the first on have all their messages, and a command from each to the next."""
     if contents.description is None:
         return 0
-    seen, wheels, state, command = (len(values) for values in contents.columns.values())
-    return min(seen, wheels, state, command + 1, contents.description.samples)
+    *seen, command = (len(values) for values in contents.columns.values())
+    return min(*seen, command + 1, contents.description.samples)
 
 
 def _check_complete(path: Path, contents: Contents) -> None:
     assert contents.description is not None
     samples, events = contents.description.samples, contents.description.events
-    expected = dict(zip(contents.columns, (samples, samples, samples, samples - 1), strict=True))
+    *seen, command = contents.columns
+    expected = {**dict.fromkeys(seen, samples), command: samples - 1}
     for topic, values in contents.columns.items():
         if expected[topic] and topic not in contents.topics:
             raise LogError(f"Log {path} has no topic {topic!r}; it has: {', '.join(contents.topics) or 'none'}.")
@@ -178,7 +179,7 @@ def _episode(path: Path, contents: Contents, samples: int) -> Episode:
     """The episode of the first `samples` samples."""
     found = contents.description
     assert found is not None
-    imu, wheels, states, commands = contents.columns.values()
+    imu, wheels, states, *poses, commands = contents.columns.values()
     table = table_of(np.hstack([imu[:samples], wheels[:samples]]), states[:samples], commands[: samples - 1])
     try:
         return Episode(
@@ -191,6 +192,7 @@ def _episode(path: Path, contents: Contents, samples: int) -> Episode:
             provenance=replace(found.provenance, config=contents.config),
             events=contents.events,
             estimated=found.estimated,
+            poses=poses[0][:samples] if poses else None,
         )
     except DataError as error:
         raise LogError(f"Log {path} cannot be used. {error}") from error

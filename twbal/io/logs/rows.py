@@ -26,9 +26,13 @@ class Table(NamedTuple):
 
 
 def columns_of(episode: Episode) -> Array:
-    """/imu, /wheels, /state and /command side by side, (T + 1, 7 + D + 1); the last row has no command, so NaN."""
+    """/imu, /wheels, /state, /pose and /command side by side, (T + 1, 7 + D + 4 + 1), or without the 4 of the pose.
+
+    The last row has no command, so NaN.
+    """
     seen = episode.observations[:, [Observation._fields.index(name) for name in _SEEN]]
-    return np.column_stack([seen, episode.states, np.append(episode.commands, np.nan)])
+    poses = [] if episode.poses is None else [episode.poses]
+    return np.column_stack([seen, episode.states, *poses, np.append(episode.commands, np.nan)])
 
 
 def table_of(seen: Array, states: Array, commands: Array) -> Table:

@@ -1,0 +1,93 @@
+"""What a run of Algorithm 1 came to, as tables of plain text."""
+
+from collections.abc import Sequence
+from math import degrees
+
+from twbal.algorithm.summary import PARTS, Iteration, Summary
+
+_ITERATIONS = (
+    *("iteration", "policy", "real data", "cost predicted", "real", "succeeds", "trials", "in 95 % band"),
+    *("tilt band, widest", "drift", "fit", "search"),
+)
+_TRIALS = (
+    *("iteration", "trials", *PARTS.values(), "from where it was put, worst", "told by", "command step"),
+    "tilt, peak to peak",
+)
+
+
+def iterations_table(summary: Summary) -> list[str]:
+    """A line for each iteration, what it learned from and what came of it; the best one is marked."""
+    return _aligned([_ITERATIONS, *(_of_learning(i, _marked(i, summary)) for i in summary.iterations)])
+
+
+def trials_table(summary: Summary) -> list[str]:
+    """A line for each iteration with trials, what they show part by part; empty where no iteration notes it."""
+    return _aligned(trials_rows(summary))
+
+
+def trials_rows(summary: Summary) -> list[tuple[str, ...]]:
+    """The same as cells, the first row being the columns' names."""
+    rows = [_of_trials(i, _marked(i, summary)) for i in summary.iterations if i.upright is not None]
+    return [_TRIALS, *rows] if rows else []
+
+
+def tilt_band(iteration: Iteration) -> str:
+    """Half width of the predicted band of the tilt, its median and its widest, in degrees."""
+    if iteration.tilt_band_median is None or iteration.tilt_band_widest is None:
+        return "-"
+    return f"±{angle(iteration.tilt_band_median)}, ±{angle(iteration.tilt_band_widest)}"
+
+
+def distances(iteration: Iteration) -> str:
+    """Late distance from where the robot was put, its median over the trials and its worst, in metres."""
+    if iteration.farthest_median_m is None or iteration.farthest_worst_m is None:
+        return "-"
+    return f"{iteration.farthest_median_m:.2f} m, {iteration.farthest_worst_m:.2f} m"
+
+
+def angle(radians: float) -> str:
+    """In degrees, with two digits at least."""
+    return f"{degrees(radians):.2g}°" if degrees(radians) < 10 else f"{degrees(radians):.0f}°"
+
+
+def _of_learning(iteration: Iteration, index: str) -> tuple[str, ...]:
+    return (
+        index,
+        "new" if iteration.same_policy_as is None else f"that of {iteration.same_policy_as}",
+        f"{iteration.real_samples} samples, {iteration.real_seconds:.1f} s",
+        _number(iteration.predicted_cost, ".1f"),
+        _number(iteration.real_cost, ".1f"),
+        f"{iteration.successes} of {iteration.trials}" if iteration.trials else "-",
+        _number(iteration.trial_seconds, ".1f", " s"),
+        _number(iteration.coverage95, ".2f"),
+        tilt_band(iteration),
+        _number(iteration.drift_m, ".2f", " m"),
+        f"{iteration.fit_s:.1f} s",
+        f"{iteration.search_s:.1f} s",
+    )
+
+
+def _of_trials(iteration: Iteration, index: str) -> tuple[str, ...]:
+    return (
+        index,
+        str(iteration.trials),
+        *("not asked" if getattr(iteration, part) is None else str(getattr(iteration, part)) for part in PARTS),
+        distances(iteration),
+        iteration.place_by or "-",
+        _number(iteration.command_change, ".3f"),
+        "-" if iteration.oscillation is None else angle(iteration.oscillation),
+    )
+
+
+def _marked(iteration: Iteration, summary: Summary) -> str:
+    return f"{'*' if iteration.index == summary.best_iteration else ' '} {iteration.index}"
+
+
+def _aligned(rows: Sequence[Sequence[str]]) -> list[str]:
+    """Lines with the cells of each column under each other."""
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return ["  ".join(cell.rjust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
+
+
+def _number(value: float | None, form: str, unit: str = "") -> str:
+    return "-" if value is None else f"{value:{form}}{unit}"

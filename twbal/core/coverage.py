@@ -1,0 +1,75 @@
+"""How well predictions of states held, and how much wider they must be to hold."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from twbal.core.episode import Episode
+from twbal.core.errors import DataError
+from twbal.core.gaussian import HALF_WIDTH_95, Array, Gaussian
+
+
+def coverage95(predicted: Sequence[Gaussian], episodes: Sequence[Episode], measured: Sequence[int]) -> float:
+    """Share of the real states that lie inside the predicted mean ± 1.96 standard deviations.
+
+    Counted are all steps t = 1 .. H that the episodes reached; x_0 is given, not predicted.
+
+    Args:
+        predicted: p(x_t) for t = 0 .. H, of D channels as the sensors show them: with their noise.
+        episodes: trials of the policy that was predicted.
+        measured: channels to count; past commands are no prediction.
+
+    Raises:
+        DataError: no episode reached step 1, or the episodes have other channels than the prediction.
+    """
+    error, sd = _errors(predicted, episodes, measured)
+    return float((np.abs(error) <= HALF_WIDTH_95 * sd).mean())
+
+
+def half_widths95(predicted: Sequence[Gaussian], channel: int) -> Array:
+    """Half widths of the 95 % band of one channel, t = 1 .. H, in the channel's unit, (H,)."""
+    return HALF_WIDTH_95 * np.array([p.sd[channel] for p in predicted[1:]])
+
+
+def widened(
+    predicted: Sequence[Gaussian], episodes: Sequence[Episode], measured: Sequence[int]
+) -> tuple[Gaussian, ...]:
+    """The prediction with as much more variance as rollouts of the same policy show to be missing.
+
+    What a model gets wrong again and again (a dead zone smoothed over, a speed that is off) is no noise, and no bands
+    of its noise hold it. So each measured channel gets the smallest variance v, the same at all steps, with which the
+    95 % bands hold 95 % of what these episodes measured: by split conformal prediction the same share of further
+    rollouts, were the steps of a rollout independent. Past commands are left as they are.
+
+    Args:
+        predicted: p(x_t) for t = 0 .. H, of D channels as the sensors show them.
+        episodes: of the predicted policy, driven without exploration; best as long as the prediction.
+        measured: channels to widen.
+
+    Raises:
+        DataError: see `coverage95`.
+    """
+    error, sd = _errors(predicted, episodes, measured)
+    more = np.zeros(len(predicted[0].mean))
+    more[list(measured)] = np.maximum(0.0, np.quantile((error / HALF_WIDTH_95) ** 2 - sd**2, 0.95, axis=0))
+    first, *later = predicted
+    return (first, *(Gaussian(p.mean, p.covariance + np.diag(more)) for p in later))
+
+
+def _errors(predicted: Sequence[Gaussian], episodes: Sequence[Episode], measured: Sequence[int]) -> tuple[Array, Array]:
+    """Real less predicted states of all steps from t = 1 on that were reached, and their predicted sd, (n, E) each."""
+    mean = np.array([p.mean for p in predicted])  # (H + 1, D)
+    sd = np.array([p.sd for p in predicted])  # (H + 1, D)
+    errors, sds = [], []
+    for episode in episodes:
+        if episode.states.shape[1] != mean.shape[1]:
+            raise DataError(
+                f"The prediction has {mean.shape[1]} channels, the episode {episode.states.shape[1]} "
+                f"({', '.join(episode.channels)}). Compare a policy with trials of the same state."
+            )
+        ahead = min(len(episode.states), len(mean))
+        errors.append((episode.states[1:ahead] - mean[1:ahead])[:, list(measured)])
+        sds.append(sd[1:ahead, list(measured)])
+    if not sum(map(len, errors)):
+        raise DataError(f"None of the {len(episodes)} episodes reached the first predicted step; nothing to compare.")
+    return np.concatenate(errors), np.concatenate(sds)
