@@ -116,7 +116,7 @@ class InMemory(Steps[Episodes, DynamicsModel, MadePolicy, Simulation]):
         base = _of_kind(LinearPolicy, inputs.base) if inputs.base else None
 
         def find() -> MadePolicy:
-            result = search.find(inputs.models, earlier, base, self._say)
+            result = search.find(inputs.models, earlier, base, self.episodes(inputs.rollouts), self._say)
             if inputs.recalibration:
                 drivers = [made.sha256 for made in inputs.earlier]
                 result = recalibrated(result, self.episodes(inputs.recalibration), drivers, self._channels)

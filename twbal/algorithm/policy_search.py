@@ -9,16 +9,20 @@ from twbal.core.cost import Cost
 from twbal.core.coverage import widened
 from twbal.core.episode import Episode
 from twbal.core.errors import ConfigError
+from twbal.core.robot_parameters import RobotParameters
 from twbal.core.start_pose import StartPose
 from twbal.models.dynamics import DynamicsModel
+from twbal.planar.robot_distribution import prior_of
 from twbal.policies.linear import LinearPolicy
 from twbal.policies.rbf import RbfPolicy
 from twbal.search.optimise import SearchResult, search_policy
+from twbal.search.robust import RobustSettings, SampledRobots
 from twbal.search.start_state import start_state
 from twbal.search.starts import PolicyParametrisation
 from twbal.search.task import SearchSettings, Task
 from twbal.search.validation import Validation
 from twbal.search.warm import is_compiled
+from twbal.sysid.posterior import posterior
 
 
 @dataclass(frozen=True)
@@ -32,7 +36,8 @@ class PolicySearch:
         shape: of the policies.
         search: how to search.
         validation: of the long rollouts.
-        torque_limit: [N·m].
+        robot: its sheet.
+        robust: how policies are found for robots of known numbers; None: they are searched on models alone.
         seed: of all that is drawn.
         workers: threads; 0: one a core. What is found does not depend on it.
     """
@@ -43,7 +48,8 @@ class PolicySearch:
     shape: PolicyParametrisation
     search: SearchSettings
     validation: Validation
-    torque_limit: float
+    robot: RobotParameters
+    robust: RobustSettings | None
     seed: int
     workers: int = 0
 
@@ -52,6 +58,7 @@ class PolicySearch:
         models: Sequence[DynamicsModel],
         earlier: Sequence[RbfPolicy],
         base: LinearPolicy | None,
+        rollouts: Sequence[Episode],
         progress: Callable[[str], None],
     ) -> SearchResult:
         """Search the policy that is best on the models; see `search_policy`.
@@ -60,6 +67,7 @@ class PolicySearch:
             models: that the policy is to serve.
             earlier: policies of earlier iterations, oldest first.
             base: regulator that stays beneath the network that is searched; None searches the whole policy.
+            rollouts: of the robot, by which its numbers are known; of none, by its sheet.
             progress: is told what is being done, a line at a time.
 
         Raises:
@@ -69,14 +77,33 @@ class PolicySearch:
             progress("compiling the search, once for this version of twbal (about a minute)")
         start = start_state(self.start, self.channels)
         return search_policy(
-            task=Task(models, start, self.cost, self.search, self.validation, self.seed),
+            task=Task(
+                models,
+                start,
+                self.cost,
+                self.search,
+                self.validation,
+                self.seed,
+                None if self.robust is None else self._sampled(self.robust, rollouts, progress),
+            ),
             shape=self.shape,
-            torque_limit=self.torque_limit,
+            torque_limit=self.robot.torque_limit,
             earlier=earlier,
             progress=progress,
             workers=self.workers or os.cpu_count() or 1,
             base=None if base is None else base.gain,
         )
+
+    def _sampled(
+        self, settings: RobustSettings, rollouts: Sequence[Episode], progress: Callable[[str], None]
+    ) -> SampledRobots:
+        """Robots as the sheet and the rollouts say."""
+        known = prior_of(self.robot)
+        if rollouts:
+            known = posterior(known, rollouts)
+            progress(f"the robot by its rollouts: {known}")
+        start = start_state(self.start, self.channels)
+        return SampledRobots(known, self.channels, self.cost, self.validation.success, start, settings, self.seed)
 
     def without_search(self) -> "PolicySearch":
         """Only judges earlier policies."""

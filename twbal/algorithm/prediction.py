@@ -111,5 +111,5 @@ def _earlier(found: Payload) -> int | None:
 
 
 def _assessment(candidate: Candidate) -> Assessment:
-    validation = candidate.validation
+    validation = candidate.judged
     return Assessment(candidate.origin, candidate.cost, validation.success, validation.cost, candidate.earlier)

@@ -52,12 +52,14 @@ class SearchInputs(Generic[R, M, P]):
         base: regulator that stays beneath the network that is searched; None searches the whole policy.
         recalibration: real rollouts of the one policy in `earlier`. Where there are some, nothing is searched: that
             policy is predicted, in bands as wide as these rollouts ask for.
+        rollouts: all real ones, by which the robot's numbers are known; of none, by its sheet.
     """
 
     models: Sequence[M]
     earlier: Sequence[P]
     base: P | None = None
     recalibration: Sequence[R] = ()
+    rollouts: Sequence[R] = ()
 
 
 class CorrectedSimulation(NamedTuple, Generic[S]):

@@ -69,7 +69,9 @@ class Update(Generic[R, M, P, S]):
     def with_g(self, inputs: UpdateInputs[R, M, P], basis: Basis) -> LearnedPolicy[R, M, P]:
         """Learn g on top of the inputs' f, or the whole dynamics without one, and search."""
         fit = self._steps.fit_difference(inputs.place / "model", inputs.f, inputs.rollouts)
-        searching = SearchInputs([fit.value], inputs.earlier, recalibration=inputs.recalibration)
+        searching = SearchInputs(
+            [fit.value], inputs.earlier, recalibration=inputs.recalibration, rollouts=inputs.rollouts
+        )
         found = self.searched(inputs.place / "policy", searching)
         return LearnedPolicy(
             index=inputs.index,

@@ -72,6 +72,8 @@ class StageSteps(Steps[Path, Path, Path, Path]):
             "dynamics": list(inputs.models),
             "initial_policies": [policy / POLICY for policy in inputs.earlier],
         }
+        if inputs.rollouts:
+            overrides["rollouts"] = list(inputs.rollouts)
         if inputs.recalibration:
             overrides |= {"optimise": False, "calibration_episodes": list(inputs.recalibration)}
         if inputs.base:

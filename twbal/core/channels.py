@@ -16,6 +16,7 @@ KINEMATIC_UNITS = {"position": "m", "position_integral": "m·s"}
 """Channels that follow from the speed without any model."""
 MAX_POSITION_INTEGRAL = 10.0
 """The position's integral stays within ± this [wheel radii · s], so that a robot that is held cannot wind it up."""
+_TIME = Observation._fields.index("time")
 _PAST_COMMAND = re.compile(r"command_([1-9])")
 
 
@@ -122,7 +123,7 @@ class Channels:
         values = self.measured_values(seen)
         path = self.path(seen)
         values["position"] = path - path[0]
-        values["position_integral"] = self._integrals(values["position"], seen.time)
+        values["position_integral"] = self._integrals(values["position"], observations[:, _TIME])
         for name, lag in self.lags.items():
             values[name] = np.concatenate([np.zeros(lag), commands])[: len(observations)]
         return np.column_stack([values[n] for n in self.names])

@@ -6,7 +6,7 @@ import sys
 from abc import ABC, abstractmethod
 from collections import namedtuple
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -71,6 +71,10 @@ class Cost(ABC):
     def curvature(self) -> Array:
         """P (D, D), so that near the target c(x) is about ½ (x - target)ᵀP(x - target): what regulators minimise."""
         return np.diag(self.widths**-2.0)
+
+    def with_widths(self, widths: Array, change: float) -> "Cost":
+        """The same cost with other widths; and that of changes of the command, if they cost, times `change`."""
+        return replace(self, widths=widths)
 
     @classmethod
     def over(
@@ -175,6 +179,10 @@ class SaturatingCost(Cost):
     def curvature(self) -> Array:
         """P (D, D)."""
         return np.diag(self.widths**-2.0) + np.outer(self.change, self.change)
+
+    def with_widths(self, widths: Array, change: float) -> "SaturatingCost":
+        """The same cost with other widths; and that of changes of the command times `change`."""
+        return replace(self, widths=widths, change=self.change / change)
 
     def at(self, state: Array) -> float:
         """c of one state."""

@@ -22,6 +22,7 @@ class Stream(StrEnum):
     SEARCH_STARTS = "search starts"
     PARTICLES = "particles"
     VALIDATION = "validation"
+    SAMPLED_ROBOTS = "sampled robots"
     BOOTSTRAP = "bootstrap"
     VIRTUAL_ROBOT = "virtual robot"
     GROUND_TRUTH = "ground truth"

@@ -10,6 +10,7 @@ from twbal.core.robot_parameters import RobotParameters
 from twbal.planar.parameters import TwinParameters, twin_parameters
 
 _PUBLISHED = 0.03  # standard deviation of a published mass or length, as a share of it
+_SENSORS = (0.0035, 0.02, 0.001, 0.05)  # rad, rad/s: of a small IMU, and encoders of about 1000 ticks a turn
 _LEAST_CALIBRATED = 0.3  # of torque over command: gears, current sensing and a battery's charge are in it
 
 
@@ -42,6 +43,8 @@ class RobotDistribution:
         covariance: (P, P).
         low: (P,).
         high: (P,).
+        sensor_sd: (4,) standard deviations of what tilt [rad], tilt rate [rad/s], wheel angle [rad] and wheel rate
+            [rad/s] are measured with.
     """
 
     robot: RobotParameters
@@ -50,6 +53,14 @@ class RobotDistribution:
     covariance: Array
     low: Array
     high: Array
+    sensor_sd: Array
+
+    def __str__(self) -> str:
+        """The numbers and their standard deviations, in one line."""
+        sds = np.sqrt(np.diag(self.covariance))
+        return ", ".join(
+            f"{field} {mean:.3g} ± {sd:.1g}" for field, mean, sd in zip(self.fields, self.mean, sds, strict=True)
+        )
 
     def models(self, count: int, rng: np.random.Generator) -> list[TwinParameters]:
         """The mean, and `count` - 1 draws."""
@@ -93,4 +104,5 @@ def prior_of(robot: RobotParameters) -> RobotDistribution:
         np.diag([k.sd**2 for k in known]),
         np.array([k.low for k in known]),
         np.array([k.high for k in known]),
+        np.array(_SENSORS),
     )

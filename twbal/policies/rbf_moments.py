@@ -122,7 +122,7 @@ def _basis(centres: Array, lengths: Array, m: Array, S: Array) -> _Basis:
 @kernel()
 def activation_moments(network: Network, m: Array, S: Array) -> Activation:
     """Mean, slope and variance of a(y) at y ~ N(m, S)."""
-    centres, weights, lengths, gain, _ = network
+    centres, weights, lengths, gain = network.centres, network.weights, network.lengths, network.gain
     q, nu, B, _, excess = _basis(centres, lengths, m, S)
     smoothed = weights * q
     radial = B @ (nu.T @ smoothed)  # (D,) slope of the radial part
@@ -136,7 +136,7 @@ def activation_adjoint(  # type: ignore[no-untyped-def]
     network: Network, m: Array, S: Array, by_mean: float, by_slope: Array, by_variance: float
 ):
     """From the derivatives by mean, slope and variance to those by all that `activation_moments` was given."""
-    centres, weights, lengths, gain, _ = network
+    centres, weights, lengths, gain = network.centres, network.weights, network.lengths, network.gain
     q, nu, B, W, excess = _basis(centres, lengths, m, S)
     n, d = nu.shape
     smoothed = weights * q

@@ -3,9 +3,11 @@
 import numpy as np
 import scipy.linalg
 
+from twbal.core.channels import Channels
 from twbal.core.cost import Cost
 from twbal.core.gaussian import Array
-from twbal.models.dynamics import DynamicsModel
+from twbal.models.dynamics import DynamicsModel, without_simulation
+from twbal.planar.linearised import DelayedModel
 
 
 def slopes(model: DynamicsModel, swing: float, steps: Array) -> tuple[Array, Array]:
@@ -24,6 +26,32 @@ def slopes(model: DynamicsModel, swing: float, steps: Array) -> tuple[Array, Arr
     ends = model.step_mean(corners, commands)
     A = (ends[:D] - ends[D : 2 * D]).T / (2.0 * steps)
     return A, (ends[-2] - ends[-1]) / (2.0 * swing)
+
+
+def state_space(model: DelayedModel, channels: Channels) -> tuple[Array, Array]:
+    """x' = A x + B u of a planar model about its balance, in the channels of the state.
+
+    Args:
+        model: with as many commands as the state has past ones.
+        channels: of the state; tilt, tilt rate and speed are needed, acceleration and yaw rate stay zero.
+
+    Returns:
+        A (D, D) and B (D,).
+
+    Raises:
+        ConfigError: the state lacks a channel.
+    """
+    carried = without_simulation(channels)
+    moved = carried.transition_matrix  # (D, D + 1)
+    physical = [channels.index(name) for name in ("tilt", "tilt_rate", "speed")]
+    outputs = [channels.measured.index(k) for k in physical]
+    change = np.zeros((len(channels.measured), moved.shape[1]))
+    change[np.ix_(outputs, physical)] = model.A - np.eye(3)
+    change[outputs, -1] = model.B[0]
+    for name, lag in channels.lags.items():
+        change[outputs, channels.index(name)] = model.B[lag]
+    moved += carried.selection @ change
+    return moved[:, :-1], moved[:, -1]
 
 
 def regulator(A: Array, B: Array, cost: Cost, command_width: float) -> Array | None:

@@ -11,7 +11,8 @@ from twbal.core.gaussian import Array, Gaussian
 from twbal.core.streams import Stream, generator
 from twbal.policies.rbf import RbfPolicy
 from twbal.search.descent import Minimised, descend
-from twbal.search.starts import PolicyParametrisation, Start, starting_policies, starts_on
+from twbal.search.robust import RankedPolicy
+from twbal.search.starts import PolicyParametrisation, Start, robust_start, starting_policies, starts_on
 from twbal.search.task import Candidate, Task
 
 
@@ -66,22 +67,27 @@ def search_policy(
         return descend(whole, found, scales, linear, settings.iterations)
 
     starts: list[Start] = []
+    robust: list[RankedPolicy] = []
     if settings.restarts or not earlier:
         starts = _starts(task, shape, torque_limit, earlier, base)
-    chosen = _promising(starts, short, max(settings.restarts, 1), workers)
+        if task.robots is not None and linear:
+            robust = task.robots.regulators()[:1]
+    chosen = [robust_start(shape, found, task.seed) for found in robust]
+    chosen += _promising(starts, short, max(settings.restarts - len(chosen), 1), workers)
 
     def validated(origin: str, policy: RbfPolicy, number: int | None = None) -> Candidate:
         found = task.validated(origin, policy, number)
-        progress(f"{origin}: cost {found.cost:.2f}, {found.validation.success:.0%} of the long rollouts balance")
+        progress(f"{origin}: cost {found.cost:.2f}, {found.judged.success:.0%} of the long rollouts succeed")
         return found
 
     fresh = _not_driven_twice(earlier) if settings.restarts else range(len(earlier))
     candidates = [validated(f"policy {i}", earlier[i], i) for i in fresh]
+    candidates += [validated(found.origin, found.policy) for found in robust]
     with ThreadPoolExecutor(workers) as pool:
         for each, found in zip(chosen, pool.map(searched, chosen), strict=True):
             candidates.append(validated(f"search from {each.origin}", found))
     candidates.sort(key=_rank)
-    if chosen and candidates[0].validation.success < settings.min_success_rate:
+    if chosen and candidates[0].judged.success < settings.min_success_rate:
         patient = task.objective(settings.long_horizon)
         near = next(c for c in candidates if c.earlier is None)
         found = descend(patient, near.policy, scales, linear, settings.long_iterations)
@@ -106,10 +112,15 @@ def _not_driven_twice(earlier: Sequence[RbfPolicy]) -> list[int]:
     return [i for i, key in enumerate(keys) if keys.count(key) == 1]
 
 
-def _rank(candidate: Candidate) -> tuple[float, float]:
-    """Less is better: success in tenths, then the sampled cost; what is not a number comes last."""
-    success, cost = candidate.validation
-    return (-round(success, 1), cost) if np.isfinite([success, cost]).all() else (np.inf, np.inf)
+def _rank(candidate: Candidate) -> tuple[float, ...]:
+    """Less is better: success in tenths, then the sampled cost; what is not a number comes last.
+
+    Where there are robots of known numbers, they decide first, and sampled f + g among those that do as well on them.
+    """
+    (success, cost), modelled = candidate.judged, candidate.validation.success
+    if not np.isfinite([success, cost]).all():
+        return (np.inf,)
+    return (-round(success, 1), *(() if candidate.robots is None else (-round(modelled, 1),)), cost)
 
 
 def _promising(starts: Sequence[Start], objective: Minimised, count: int, workers: int) -> list[Start]:

@@ -7,8 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from twbal.core.channels import Channels
 from twbal.core.compiled import kernel
 from twbal.core.cost import Cost, CostNumbers, price
+from twbal.core.evaluation import SuccessCriterion
 from twbal.core.exponential import expm1_in_place
 from twbal.core.gaussian import Array
 from twbal.models.dynamics import DynamicsModel
@@ -48,6 +50,25 @@ class Limits(NamedTuple):
     place_radius: float = np.inf
     place_step: int = 0
     command_change: float = np.inf
+
+
+def limits_of(rule: SuccessCriterion, channels: Channels) -> Limits:
+    """What `rule` asks of a rollout, as far as the state shows it.
+
+    Raises:
+        ConfigError: the state has no tilt.
+    """
+    place, change = rule.place_limit, rule.command_change
+    return Limits(
+        channels.index("tilt"),
+        rule.tilt_limit,
+        rule.settled_tilt_limit,
+        rule.settle_step,
+        channels.names.index("position") if "position" in channels.names else -1,
+        np.inf if place is None else place,
+        rule.place_step,
+        np.inf if change is None or rule.torque_limit is None else change * rule.torque_limit,
+    )
 
 
 class KernelMean(NamedTuple):
@@ -233,7 +254,7 @@ def _drive(
     inputs, seen, change = np.empty(D + 1), np.empty(len(kept)), np.empty(E)
     for robot in range(robots):
         state = draws.start[robot].copy()
-        before = restless = 0.0
+        before, restless = 0.0, 0.0
         for step in range(steps):
             inputs[:D] = state
             inputs[D] = command_of(network, state + draws.sensors[step, robot])
@@ -242,8 +263,8 @@ def _drive(
                 costs[robot] += steps - step
                 break
             if step > limits.settle_step:
-                restless += (inputs[D] - before) ** 2
-            before = inputs[D]
+                restless += (float(inputs[D]) - before) ** 2
+            before = float(inputs[D])
             for i, k in enumerate(kept):
                 seen[i] = inputs[k]
             for a in range(E):

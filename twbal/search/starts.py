@@ -9,8 +9,10 @@ import numpy as np
 
 from twbal.core.errors import ConfigError
 from twbal.core.gaussian import Array
+from twbal.core.streams import Stream, generator
 from twbal.policies.rbf import RbfPolicy
 from twbal.search.linear_starts import regulator, slopes
+from twbal.search.robust import RankedPolicy
 from twbal.search.task import Task
 
 _SQUASH_SLOPE = 1.5  # σ'(0) of eq. 10
@@ -53,6 +55,7 @@ class StartKind(Enum):
     """Where a start comes from."""
 
     REGULATOR = auto()
+    ROBUST = auto()
     EARLIER = auto()
     RANDOM = auto()
 
@@ -105,6 +108,16 @@ def linear_policy(
     ridge = 1e-3 * np.eye(shape.basis)
     fitted = np.linalg.solve(features.T @ features + ridge, features.T @ (places @ activation_gain))
     return replace(policy, weights=fitted, gain=np.zeros(D))
+
+
+def robust_start(shape: PolicyParametrisation, found: RankedPolicy, seed: int) -> Start:
+    """A regulator for robots of known numbers, with a network beside it whose weights are zero."""
+    policy, rng = found.policy, generator(Stream.SEARCH_STARTS, seed, 1)
+    s = shape.scales(policy.channels, policy.max_command)
+    centres = rng.standard_normal((shape.basis, len(s))) * s
+    lengths = np.sqrt(3.0 * len(s)) / 2.0 * s
+    beside = replace(policy, centres=centres, weights=np.zeros(shape.basis), lengths=lengths)
+    return Start(found.origin, beside, Family(StartKind.ROBUST))
 
 
 def starting_policies(

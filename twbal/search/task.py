@@ -16,6 +16,7 @@ from twbal.policies.rbf import RbfPolicy
 from twbal.search.descent import MeanObjective, Minimised, Objective
 from twbal.search.long_term_cost import propagate
 from twbal.search.particles import ParticleObjective
+from twbal.search.robust import SampledRobots
 from twbal.search.transition import TransitionModel, transition_model
 from twbal.search.validation import Validation, ValidationResult, validate
 
@@ -69,6 +70,7 @@ class Candidate(NamedTuple):
         cost: expected long-term cost over the horizon.
         validation: of its long rollouts.
         earlier: which of the given earlier policies it is; None for what was searched.
+        robots: of its long rollouts on robots of known numbers; None where there are none.
     """
 
     origin: str
@@ -76,6 +78,12 @@ class Candidate(NamedTuple):
     cost: float
     validation: ValidationResult
     earlier: int | None = None
+    robots: ValidationResult | None = None
+
+    @property
+    def judged(self) -> ValidationResult:
+        """What decides first: robots of known numbers, where there are some, else the sampled f + g."""
+        return self.validation if self.robots is None else self.robots
 
 
 @dataclass(frozen=True)
@@ -89,6 +97,7 @@ class Task:
         settings: of the search.
         validation: of the long rollouts.
         seed: of all that is drawn.
+        robots: of known numbers that it is to hold, too; None: there are none.
     """
 
     models: Sequence[DynamicsModel]
@@ -97,6 +106,7 @@ class Task:
     settings: SearchSettings
     validation: Validation
     seed: int
+    robots: SampledRobots | None = None
 
     @cached_property
     def _transitions(self) -> list[TransitionModel]:
@@ -132,7 +142,11 @@ class Task:
         share = replace(self.validation, robots=math.ceil(self.validation.robots / len(self.models)))
         found = [validate(model, policy, self.cost, self.start, share, self.seed) for model in self.models]
         validation = ValidationResult(*(float(np.mean(values)) for values in zip(*found, strict=True)))
-        return Candidate(origin, policy, self.whole.value(policy), validation, earlier)
+        robots = None
+        if self.robots is not None:
+            driven = self.robots.driven(policy)
+            robots = ValidationResult(float(driven.stayed.mean()), float(driven.costs.mean()))
+        return Candidate(origin, policy, self.whole.value(policy), validation, earlier, robots)
 
     def predicted(self, policy: RbfPolicy) -> tuple[Gaussian, ...]:
         """Distributions of what the sensors show under a policy, t = 0..H; by longer series than the search takes.

@@ -19,7 +19,7 @@ from twbal.models.function_samples import FunctionSamples
 from twbal.models.gp import GaussianProcess
 from twbal.policies.rbf import RbfPolicy
 from twbal.search.robots import Robots
-from twbal.search.sampled_rollouts import Draws, Limits, sampled_rollouts
+from twbal.search.sampled_rollouts import Draws, limits_of, sampled_rollouts
 from twbal.search.torch_functions import sampled_functions
 
 
@@ -60,7 +60,7 @@ def validate(
     """
     rng = generator(Stream.VALIDATION, seed)
     n, rule, D = settings.robots, settings.success, len(model.channels.names)
-    limits = Limits(model.channels.index("tilt"), rule.tilt_limit, rule.settled_tilt_limit, rule.settle_step)
+    limits = limits_of(rule, model.channels)
     measured = list(model.channels.measured)
     sensor_sd = np.zeros(D)
     sensor_sd[measured] = np.sqrt(model.observation_noise)

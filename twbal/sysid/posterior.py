@@ -7,7 +7,6 @@ or left out, as a diagnosis does: what rollouts do not tell stays as uncertain a
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 
@@ -34,19 +33,7 @@ _FALLEN = 0.6  # rad; what comes after is no balancing
 _SHORTEST = 5  # control periods
 
 
-class Posterior(NamedTuple):
-    """What is known of a robot after rollouts.
-
-    Attributes:
-        robots: their distribution.
-        noise: standard deviations of the sensors (4,), in the order of `MEASURED`.
-    """
-
-    robots: RobotDistribution
-    noise: Array
-
-
-def posterior(prior: RobotDistribution, episodes: Sequence[Episode]) -> Posterior:
+def posterior(prior: RobotDistribution, episodes: Sequence[Episode]) -> RobotDistribution:
     """The distribution of a robot's numbers after episodes of it.
 
     Raises:
@@ -65,8 +52,8 @@ def posterior(prior: RobotDistribution, episodes: Sequence[Episode]) -> Posterio
         refit(data, Model(start, 0.0, noise), _free(prior), _ROUNDS, _ITERATIONS, _NOISE_ITERATIONS) for start in starts
     ]
     fit = min(fits, key=lambda found: found.cost)
-    found = replace(prior, mean=fit.values, covariance=_covariance(data, fit, prior))
-    return Posterior(found, fit.model.noise.sensors)
+    covariance = _covariance(data, fit, prior)
+    return replace(prior, mean=fit.values, covariance=covariance, sensor_sd=fit.model.noise.sensors)
 
 
 def _recording(episode: Episode, limit: float) -> Recording:

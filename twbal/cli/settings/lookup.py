@@ -11,7 +11,7 @@ from twbal.cli.settings.link_settings import FAULTS, LINK
 from twbal.cli.settings.model_settings import MODEL
 from twbal.cli.settings.nested import ancestors, flattened
 from twbal.cli.settings.robot_settings import CONTROL_PERIOD, POLICY, ROBOT, SIMULATION, START, STATE, TORQUE_LIMIT
-from twbal.cli.settings.search_settings import AGENT, COST, PARAMETRISATION, RULE, SEARCH, VALIDATION
+from twbal.cli.settings.search_settings import AGENT, COST, PARAMETRISATION, ROBUST, RULE, SEARCH, VALIDATION
 from twbal.cli.settings.setting import Setting
 from twbal.cli.settings.stage_settings import SECTIONS, STAGES
 
@@ -25,6 +25,7 @@ GROUPS = {
     "Cost": COST,
     "Parametrisation of policies": PARAMETRISATION,
     "Search": SEARCH,
+    "Robots of known numbers": ROBUST,
     "Success": RULE,
     "Validation": VALIDATION,
     "Agent": AGENT,

@@ -4,8 +4,11 @@ from twbal.cli.settings.kinds import PATH, ListOf, Number, OneOf, Part, Text, Wh
 from twbal.cli.settings.setting import Setting
 from twbal.core.robot_sheet import MEANING
 
-CHANNELS = {"tilt": "rad", "tilt_rate": "rad/s", "speed": "m/s", "acceleration": "m/s²", "yaw_rate": "rad/s"}
-"""Unit of each measured channel of the state."""
+CHANNELS = {
+    **{"tilt": "rad", "tilt_rate": "rad/s", "speed": "m/s", "acceleration": "m/s²", "yaw_rate": "rad/s"},
+    **{"position": "m", "position_integral": "m·s"},
+}
+"""Unit of each channel of the state but past commands."""
 SENSORS = {
     "tilt": "rad",
     "tilt_rate": "rad/s",

@@ -24,6 +24,7 @@ COST = (
         for name, unit in CHANNELS.items()
     ),
     Setting("cost.command_width", OrNull(Number(1e-4, 1e4)), "the same of the last command, per torque limit"),
+    Setting("cost.command_change_width", OrNull(Number(1e-4, 1e4)), "the same of its change, per torque limit"),
     Setting("cost.torque_limit", TORQUE_LIMIT, "largest command"),
 )
 
@@ -70,6 +71,17 @@ RULE = (
     Setting("success.control_period", CONTROL_PERIOD, "time for which each command is held"),
     Setting("success.wheel_radius", Number(0.001, 10.0, "m"), "radius that turns wheel angles into distances"),
     Setting("success.torque_limit", TORQUE_LIMIT, "largest command"),
+)
+
+ROBUST = (
+    Setting("robust.robots", Whole(1, 100_000), "robots of known numbers that a policy must hold"),
+    Setting("robust.designs", Whole(1, 1000), "of them that regulators are designed for"),
+    Setting("robust.screening", Whole(1, 100_000), "of them on which all regulators are driven"),
+    Setting("robust.finalists", Whole(1, 10_000), "regulators that are driven on all of them"),
+    Setting("robust.position_scales", _SHARES, "factors on the widths of position and its integral"),
+    Setting("robust.change_scales", _SHARES, "factors on the width of changes of the command"),
+    Setting("robust.command_widths", _SHARES, "command widths of the regulators, per torque limit"),
+    Setting("robust.compensations", ListOf(Number(0.0, 2.0), 1, 100), "shares of friction compensation"),
 )
 
 VALIDATION = (

@@ -49,6 +49,7 @@ STAGES: Mapping[str, tuple[Setting, ...]] = {
         _common("dynamics", PATHS, "model.pt, or several that one policy is to serve"),
         _common("initial_policies", PATHS_OR_NONE, "policy.pt of earlier iterations, oldest first"),
         Setting("residual_on", OrNull(PATH), "policy.pt of lqr that stays beneath; null: none"),
+        Setting("rollouts", PATHS_OR_NONE, "real rollouts by which the robot's numbers are known"),
         Setting("calibration_episodes", PATHS_OR_NONE, "real rollouts of the one policy in `initial_policies`"),
         Setting("optimise", YesNo(), "false: only judges the policies in `initial_policies`"),
         Setting("workers", _WORKERS, "threads; 0: one a core"),

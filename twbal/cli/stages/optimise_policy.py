@@ -21,7 +21,7 @@ from twbal.io.logs import read_episode
 from twbal.models.dynamics import DynamicsModel
 from twbal.policies.saved import load_regulator, load_searched_policy
 
-NOT_RECORDED = ("dynamics", "initial_policies", "calibration_episodes", "residual_on", "workers")
+NOT_RECORDED = ("dynamics", "initial_policies", "calibration_episodes", "rollouts", "residual_on", "workers")
 
 
 @dataclass(frozen=True)
@@ -49,14 +49,16 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
     settings = typed(Settings, cfg)
     dynamics, earlier = _paths(cfg.dynamics), _paths(cfg.initial_policies)
     calibration_episodes = episode_files(cfg.calibration_episodes) if cfg.calibration_episodes else []
+    rollouts = episode_files(cfg.rollouts) if cfg.rollouts else []
     inputs = {"dynamics": dynamics, "initial_policies": earlier}
     for name, files in (
         ("calibration_episodes", calibration_episodes),
+        ("rollouts", rollouts),
         ("residual_on", [Path(cfg.residual_on)] if cfg.residual_on else []),
     ):
         inputs |= {name: files} if files else {}
     step = Step("optimise-policy", out, recorded(cfg, NOT_RECORDED), inputs, settings.seed)
-    return perform(step, lambda: _search_to_files(cfg, dynamics, earlier, calibration_episodes, settings, out))
+    return perform(step, lambda: _search_to_files(cfg, dynamics, earlier, calibration_episodes, rollouts, settings, out))
 
 
 def _paths(given: str | Sequence[str]) -> list[Path]:
@@ -72,7 +74,8 @@ def policy_search(cfg: DictConfig, settings: Settings) -> PolicySearch:
         shape=instantiate(cfg.parametrisation),
         search=instantiate(cfg.search),
         validation=instantiate(cfg.validation),
-        torque_limit=float(cfg.robot.torque_limit),
+        robot=instantiate(cfg.robot),
+        robust=instantiate(cfg.robust) if cfg.robust else None,
         seed=settings.seed,
         workers=settings.workers,
     )
@@ -83,6 +86,7 @@ def _search_to_files(
     dynamics: Sequence[Path],
     earlier: Sequence[Path],
     calibration_episodes: Sequence[Path],
+    rollouts: Sequence[Path],
     settings: Settings,
     out: Path,
 ) -> list[Path]:
@@ -95,7 +99,7 @@ def _search_to_files(
     base = load_regulator(cfg.residual_on, names) if cfg.residual_on else None
     policies = [load_searched_policy(path, names) for path in earlier]
     search = search if settings.optimise else search.without_search()
-    result = search.find(models, policies, base, say)
+    result = search.find(models, policies, base, [read_episode(file) for file in rollouts], say)
     if calibration_episodes:
         result = recalibrated(result, [read_episode(f) for f in calibration_episodes], hashes(earlier), search.channels)
     save_checkpoint(out / POLICY, "policy", result.best.policy.to_payload())

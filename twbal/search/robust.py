@@ -1,0 +1,161 @@
+"""Policies for robots that are known by the numbers of a planar model, each with its doubt.
+
+Regulators of some of the likely robots are driven on all of them (`planar_rollouts`); those under which most robots
+succeed are candidates of the search. A regulator answers to a motor's dead zone and dry friction by a jump of the
+command (`policies.squash`).
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+
+from twbal.core.channels import Channels
+from twbal.core.cost import Cost
+from twbal.core.evaluation import SuccessCriterion
+from twbal.core.gaussian import Gaussian
+from twbal.core.streams import Stream, generator
+from twbal.planar.linearised import sampled_with_delay
+from twbal.planar.parameters import TwinParameters
+from twbal.planar.robot_distribution import RobotDistribution
+from twbal.policies.rbf import RbfPolicy
+from twbal.search.linear_starts import regulator, state_space
+from twbal.search.planar_rollouts import PlanarDraws, planar_rollouts
+from twbal.search.sampled_rollouts import Balanced, limits_of
+
+_PHYSICAL = ("tilt", "tilt_rate", "speed")
+_MOST_COMPENSATION = 0.6
+
+
+@dataclass(frozen=True)
+class RobustSettings:
+    """How policies are found for robots of a distribution.
+
+    Attributes:
+        robots: how many are drawn; the first has the mean numbers.
+        designs: for how many of them regulators are designed.
+        screening: robots on which all regulators are driven ...
+        finalists: ... and how many of the regulators, the best, are driven on all robots.
+        position_scales: of the cost's widths of position and its integral.
+        change_scales: of the cost's price on changes of the command, as factors on its width.
+        command_widths: that cost as much as the cost's widths, as shares of the torque limit.
+        compensations: of the robot's dead zone and Coulomb friction, as shares.
+    """
+
+    robots: int
+    designs: int
+    screening: int
+    finalists: int
+    position_scales: tuple[float, ...]
+    change_scales: tuple[float, ...]
+    command_widths: tuple[float, ...]
+    compensations: tuple[float, ...]
+
+
+class RankedPolicy(NamedTuple):
+    """A policy and how it did on the sampled robots.
+
+    Attributes:
+        origin: what it was designed for.
+        policy: the policy.
+        success: share of the robots under which it succeeds.
+        cost: mean cost of a step.
+    """
+
+    origin: str
+    policy: RbfPolicy
+    success: float
+    cost: float
+
+    @property
+    def rank(self) -> tuple[float, float]:
+        """Less is better."""
+        return -self.success, self.cost
+
+
+@dataclass(frozen=True, eq=False)
+class SampledRobots:
+    """Robots drawn from a distribution, with their starts and noises: the same for every policy.
+
+    Attributes:
+        distribution: what is known of the robot.
+        channels: of the state.
+        cost: of a state.
+        rule: when a rollout is a success.
+        start: distribution of the first state.
+        settings: how many, and how policies for them are designed.
+        seed: of all that is drawn.
+    """
+
+    distribution: RobotDistribution
+    channels: Channels
+    cost: Cost
+    rule: SuccessCriterion
+    start: Gaussian
+    settings: RobustSettings
+    seed: int
+
+    def driven(self, policy: RbfPolicy, robots: int | None = None) -> Balanced:
+        """What becomes of the first `robots` of them under a policy; None: of all."""
+        draws = PlanarDraws(self._draws.start[:robots], self._draws.sensors[:robots])
+        limits, period = limits_of(self.rule, self.channels), self.distribution.robot.control_period
+        return planar_rollouts(self._models[:robots], self.channels, policy, self.cost, limits, draws, period)
+
+    def ranked(self, origin: str, policy: RbfPolicy, robots: int | None = None) -> RankedPolicy:
+        """A policy with how it does on the first `robots` of them."""
+        found = self.driven(policy, robots)
+        return RankedPolicy(origin, policy, float(found.stayed.mean()), float(found.costs.mean()))
+
+    def regulators(self) -> list[RankedPolicy]:
+        """The regulators under which most robots succeed, best first.
+
+        Raises:
+            ConfigError: the state lacks tilt, tilt rate or speed.
+        """
+        settings = self.settings
+        screened = sorted(
+            (self.ranked(origin, policy, settings.screening) for origin, policy in self._designs()),
+            key=lambda found: found.rank,
+        )
+        finalists = [self.ranked(found.origin, found.policy) for found in screened[: settings.finalists]]
+        return sorted(finalists, key=lambda found: found.rank)
+
+    @cached_property
+    def _models(self) -> Sequence[TwinParameters]:
+        return self.distribution.models(self.settings.robots, generator(Stream.SAMPLED_ROBOTS, self.seed))
+
+    @cached_property
+    def _draws(self) -> PlanarDraws:
+        count, steps = self.settings.robots, self.rule.steps
+        rng = generator(Stream.SAMPLED_ROBOTS, self.seed, 1)
+        physical = [self.channels.index(name) for name in _PHYSICAL]
+        start = self.start.sample(count, rng)[:, physical]
+        noise = rng.standard_normal((count, steps, len(self.distribution.sensor_sd)))
+        return PlanarDraws(np.ascontiguousarray(start), self.distribution.sensor_sd * noise)
+
+    def _designs(self) -> Iterator[tuple[str, RbfPolicy]]:
+        robot, settings = self.distribution.robot, self.settings
+        limit = robot.torque_limit
+        for number, model in enumerate(self._models[: settings.designs]):
+            linear = sampled_with_delay(model, robot.control_period, len(self.channels.lags))
+            A, B = state_space(linear, self.channels)
+            friction = model.dead_zone_width + 2.0 * model.coulomb_friction_torque / model.torque_gain_gain
+            for scales in product(settings.position_scales, settings.change_scales, settings.command_widths):
+                place, change, width = scales
+                gain = regulator(A, B, scaled(self.cost, self.channels, place, change), width * limit)
+                if gain is None:
+                    continue
+                for share in settings.compensations:
+                    compensation = min(share * friction / limit, _MOST_COMPENSATION)
+                    policy = RbfPolicy.linear(self.channels.names, gain, limit, compensation)
+                    yield f"regulator of robot {number} ({', '.join(f'{s:g}' for s in (*scales, share))})", policy
+
+
+def scaled(cost: Cost, channels: Channels, place: float, change: float) -> Cost:
+    """A cost with other widths of the position and its integral, and of changes of the command, by factors."""
+    widths = np.array(cost.widths)
+    widths[list(channels.kinematic)] *= place
+    return cost.with_widths(widths, change)
