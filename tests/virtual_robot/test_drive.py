@@ -124,7 +124,9 @@ def test_an_encoder_on_the_motor_sees_the_play_and_one_on_the_wheel_does_not(mak
     ahead = motor - wheel
     assert np.ptp(ahead) == pytest.approx(play, rel=0.1)
     assert np.median(np.abs(ahead)) == pytest.approx(0.5 * play, rel=0.05)  # resting on its teeth most of the time
-    without = (rocked(make(body=body, drive={"play": 0.0}, sensors={"is_encoder_on_motor": on})) for on in (False, True))
+    without = (
+        rocked(make(body=body, drive={"play": 0.0}, sensors={"is_encoder_on_motor": on})) for on in (False, True)
+    )
     np.testing.assert_array_equal(*without)
 
 

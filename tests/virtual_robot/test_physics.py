@@ -116,7 +116,9 @@ def test_unequal_motors_turn_it_and_scrubbing_tyres_hold_it(make):
     body = robot.truth.body
     across = 0.5 * body.wheel_inertia + body.wheel_mass * body.wheel_width**2 / 12
     half = 0.5 * body.track
-    inertia = body.inertia[2] + 2 * (across + (body.wheel_mass + body.wheel_inertia / body.wheel_radius[0] ** 2) * half**2)
+    inertia = body.inertia[2] + 2 * (
+        across + (body.wheel_mass + body.wheel_inertia / body.wheel_radius[0] ** 2) * half**2
+    )
     difference = 4.0 * 0.1  # N·m, the left motor's torque less the right one's
     assert turned[0.0] == pytest.approx(-0.5 * difference / body.wheel_radius[0] * half / inertia * 0.06**2, rel=0.01)
     assert -0.9 * abs(turned[0.0]) < turned[1.0] < 0.0
