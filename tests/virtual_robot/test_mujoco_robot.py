@@ -87,7 +87,7 @@ def test_commands_are_cut_at_the_torque_limit(make):
 
 @pytest.mark.parametrize("step", [0.0003, 0.03])
 def test_a_step_that_does_not_divide_the_control_period_is_an_error_that_names_one_that_does(step, make):
-    with pytest.raises(ConfigError, match="control period of 0.02 s") as raised:
+    with pytest.raises(ConfigError, match=r"control period of 0\.02 s") as raised:
         make(physics_step=step)
     make(physics_step=float(str(raised.value).split("physics_step=")[1].rstrip(".")))
 
