@@ -13,10 +13,10 @@ from typing import Any
 from hydra import compose
 from hydra.utils import instantiate
 
+from benchmarks.hidden_robots.nearest import nearest_effects
 from twbal.cli.composition import composing
 from twbal.effects.library import library
-from twbal.effects.sensor_noise import SensorNoise
-from twbal.virtual_robot.faults import draw_faults
+from twbal.virtual_robot.drawn import draw_ground_truth
 
 RECORDED = "recorded"
 
@@ -34,6 +34,7 @@ def record(folder: Path, seed: int) -> dict[str, dict[str, float]]:
     with composing():
         cfg = compose("virtual_robot")
     names = {kind: name for name, kind in library().items()}
-    effects: list[Any] = [e for e in draw_faults(instantiate(cfg.faults), instantiate(cfg.robot), seed)]
-    hidden = {names[type(effect)]: asdict(effect) for effect in effects if not isinstance(effect, SensorNoise)}
+    sheet = instantiate(cfg.robot)
+    effects: list[Any] = [e for e in nearest_effects(draw_ground_truth(instantiate(cfg.faults), sheet, seed), sheet)]
+    hidden = {names[type(effect)]: asdict(effect) for effect in effects}
     return {name: values for name, values in hidden.items() if next(iter(values.values())) != 0.0}

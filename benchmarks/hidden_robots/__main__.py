@@ -1,9 +1,9 @@
 """Run the benchmark: `python -m benchmarks.hidden_robots [recipe=default] [robots=20] [first_seed=8000] [updates=6]`.
 
-For each hidden robot: (1) the data sheet's regulator drops it, else it is passed over; (2) a policy searched on its
-true dynamics balances it, else it is drawn anew; (3) Algorithm 1 learns it, from simulation alone to at most `updates`
-updates, by a recipe: the default, `paper` (the paper's own) or `one_simulation`. `workers=2`: how many at a time. What
-is done already in outputs/bench/hidden_robots is not done again. Raw results go to
+For each hidden robot: (1) the data sheet's regulator drops it, else it is passed over; (2) a policy searched on the
+simulation with the nearest effects balances it, else it is drawn anew; (3) Algorithm 1 learns it, from simulation alone
+to at most `updates` updates, by a recipe: the default, `paper` (the paper's own) or `one_simulation`. `workers=2`: how
+many at a time. What is done already in outputs/bench/hidden_robots is not done again. Raw results go to
 benchmarks/results/hidden_robots.json, or hidden_robots_<recipe>.json.
 """
 
@@ -16,8 +16,7 @@ from itertools import islice
 from pathlib import Path
 from typing import Any
 
-from benchmarks.hidden_robots.robots import as_simulation, dropped_by_the_data_sheet, iterate
-from twbal.effects.effect import Effect
+from benchmarks.hidden_robots.robots import Drawn, as_simulation, dropped_by_the_data_sheet, iterate
 
 ROOT = Path("outputs/bench/hidden_robots")
 RESULTS = Path("benchmarks/results/hidden_robots.json")
@@ -25,10 +24,13 @@ ALL = 10  # trials of each policy
 RECIPES = {"default": [], "paper": ["experiment=paper"], "one_simulation": ["method=one_simulation"]}
 
 
-def learn(seed: int, effects: Sequence[Effect], updates: int, recipe: str) -> dict[str, Any] | None:
+def learn(robot: Drawn, updates: int, recipe: str) -> dict[str, Any] | None:
     """All that is to be known about one robot; None where it is drawn anew."""
+    seed = robot.seed
     folder = ROOT / f"robot_{seed}"
-    truth = iterate(folder / "truth", [f"link.seed={seed}", "updates=0", "ensemble=none", *as_simulation(effects)])
+    truth = iterate(
+        folder / "truth", [f"link.seed={seed}", "updates=0", "ensemble=none", *as_simulation(robot.effects)]
+    )
     known: Any = truth["iterations"]
     if known[-1]["successes"] < ALL:
         print(f"robot {seed}: {known[-1]['successes']} of {ALL} with the true dynamics, drawn anew", flush=True)
@@ -37,9 +39,8 @@ def learn(seed: int, effects: Sequence[Effect], updates: int, recipe: str) -> di
     summary = iterate(folder / recipe, words)
     found: Any = summary["iterations"]
     print(f"robot {seed}: {[i['successes'] for i in found]} of {ALL} by update", flush=True)
-    hidden = {type(e).__name__: asdict(e) for e in effects if type(e).__name__ != "SensorNoise"}  # type: ignore[call-overload]
     keep = ("index", "successes", "trials", "coverage95", "real_seconds", "real_cost", "predicted_cost", "drift_m")
-    return {"seed": seed, "hidden": hidden, "iterations": [{k: i[k] for k in keep} for i in found]}
+    return {"seed": seed, "hidden": asdict(robot.truth), "iterations": [{k: i[k] for k in keep} for i in found]}
 
 
 def main(words: Sequence[str]) -> None:
@@ -59,7 +60,7 @@ def main(words: Sequence[str]) -> None:
         while len(done) < robots:
             batch = list(islice(source, robots - len(done)))
             tried += len(batch)
-            found = pool.map(lambda drawn: learn(*drawn, updates, recipe), batch)
+            found = pool.map(lambda drawn: learn(drawn, updates, recipe), batch)
             done += [result for result in found if result is not None]
     results = {
         "recipe": recipe,

@@ -6,44 +6,61 @@ import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict
 from pathlib import Path
+from typing import NamedTuple
 
 from hydra import compose
 from hydra.utils import instantiate
 
+from benchmarks.hidden_robots.nearest import nearest_effects
 from benchmarks.hidden_robots.yardstick import drops
 from twbal.cli.composition import composing
+from twbal.core.streams import Stream, child_seed
 from twbal.effects.effect import Effect
-from twbal.effects.sensor_noise import SensorNoise
-from twbal.sim.bullet_plant import SimPlant
-from twbal.virtual_robot.faults import draw_faults
-
-PHYSICS_STEP = 0.0005  # s, of the virtual robot
+from twbal.virtual_robot.drawn import draw_ground_truth
+from twbal.virtual_robot.ground_truth import GroundTruth
+from twbal.virtual_robot.mujoco_robot import MujocoRobot
 
 
-def dropped_by_the_data_sheet(first_seed: int) -> Iterator[tuple[int, list[Effect]]]:
-    """Seeds from `first_seed` on, with their effects, of the hidden robots that the data sheet's regulator drops."""
+class Drawn(NamedTuple):
+    """A hidden robot.
+
+    Attributes:
+        seed: that draws it.
+        truth: all that it hides.
+        effects: of twbal's, that come nearest to that.
+    """
+
+    seed: int
+    truth: GroundTruth
+    effects: list[Effect]
+
+
+def dropped_by_the_data_sheet(first_seed: int) -> Iterator[Drawn]:
+    """Robots of seeds from `first_seed` on that the data sheet's regulator drops."""
     with composing():
         cfg = compose("iterate")
-        recipe = instantiate(compose("virtual_robot").hidden)
+        served = compose("virtual_robot")
+        faults = instantiate(served.faults)
     robot, rule, start = instantiate(cfg.robot), instantiate(cfg.success), instantiate(cfg.start)
     seed = first_seed
     while True:
-        effects = draw_faults(recipe, robot, seed)
-        with SimPlant(robot=robot, effects=effects, start=start, physics_step=PHYSICS_STEP, seed=seed) as plant:
+        truth = draw_ground_truth(faults, robot, seed)
+        with MujocoRobot(
+            truth=truth,
+            control_period=robot.control_period,
+            start=start,
+            physics_step=served.physics_step,
+            seed=child_seed(Stream.VIRTUAL_ROBOT, seed),
+        ) as plant:
             if drops(plant, robot, rule, trials=1):
-                yield seed, effects
+                yield Drawn(seed, truth, nearest_effects(truth, robot))
         seed += 1
 
 
 def as_simulation(effects: Sequence[Effect]) -> list[str]:
-    """Overrides that put these effects into the simulation: what learns from it then knows the true dynamics.
-
-    The sensors' noise is left out: it is no part of the dynamics.
-    """
+    """Overrides that put these effects into the simulation: what learns from it then nearly knows the dynamics."""
     words = []
     for effect in effects:
-        if isinstance(effect, SensorNoise):
-            continue
         kind, values = type(effect), asdict(effect)  # type: ignore[call-overload]
         node = f"sim.effects.{kind.__name__}"
         words.append(f"++{node}._target_={kind.__module__}.{kind.__name__}")

@@ -107,7 +107,7 @@ def main(words: Sequence[str]) -> None:
     collects = settings.pop("collect", "false") == "true"
     if settings:
         raise SystemExit(f"unknown settings: {', '.join(settings)}")
-    robots = [seed for seed, _ in islice(dropped_by_the_data_sheet(first), count)]
+    robots = [robot.seed for robot in islice(dropped_by_the_data_sheet(first), count)]
     if not collects:
         with ThreadPoolExecutor(workers) as pool:
             list(pool.map(learn, jobs(robots)))

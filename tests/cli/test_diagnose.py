@@ -10,6 +10,7 @@ import pytest
 from hydra import compose
 from hydra.utils import instantiate
 from omegaconf import OmegaConf
+from twbal.virtual_robot.faults import draw_faults
 
 from twbal.algorithm.rollout import rollout
 from twbal.cli.composition import composing
@@ -25,7 +26,6 @@ from twbal.io.logs import read_episode, write_episode
 from twbal.sim.bullet_plant import SimPlant
 from twbal.sysid.held_out import held_out
 from twbal.sysid.recording import Recording
-from twbal.virtual_robot.faults import draw_faults
 
 NOISE = SensorNoise(0.0035, 0.02, 0.3, 0.001, 0.05, 0.02)
 

@@ -1,4 +1,4 @@
-"""The ground truth as the compiled physics reads it, and what it remembers."""
+"""The ground truth as physics that `twbal.core.compiled` compiles reads it, and what that remembers."""
 
 from math import exp, inf, pi
 from typing import NamedTuple

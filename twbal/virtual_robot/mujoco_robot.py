@@ -47,6 +47,8 @@ class MujocoRobot(Plant):
         )
         self._memory: Memory
         self._motion: Motion
+        self.reset(0)  # the first of all compiles, which takes seconds: now, and not while a host waits
+        drive_period(self._constants, self._memory, self._buffers, 0, 0, 0.0, 0.0)
 
     def reset(self, trial: int) -> Observation:
         """Begin the rollout that (seed, trial) names."""
@@ -100,8 +102,8 @@ class MujocoRobot(Plant):
         self._memory = m = fresh_memory(c)
         m.rotor[:], m.rotor_rate[:] = data.qpos[7:9], data.qvel[6:8]
         m.counted[:] = encoders(c, m._replace(rotor=m.rotor - c.window * c.step * m.rotor_rate), self._turned_back())
-        settled = initial.tilt + self._readout.bias * sensors.fusion_time
-        m.imu[:] = initial.speed, settled, settled, initial.tilt_rate + self._readout.bias
+        settled = self._motion.tilt + self._readout.bias * sensors.fusion_time
+        m.imu[:] = self._motion.speed, settled, settled, self._motion.tilt_rate + self._readout.bias
 
     def _turned_back(self) -> np.ndarray:
         """(9,) `qpos` as it was a window of the encoders before, at the present rates."""

@@ -1,0 +1,101 @@
+"""The robot behind the interface `Plant`."""
+
+import time
+
+import numpy as np
+import pytest
+from analytic import linear
+from conftest import CONF
+
+from twbal.core.errors import ConfigError
+from twbal.core.start_pose import StartPose
+
+SHEETS = sorted(path.stem for path in (CONF / "robot").glob("*.yaml"))
+START = StartPose(-0.05, 0.02, 0.05, 0.02)
+
+
+def balanced(robot, seconds, trial=0):
+    """Largest |tilt| [rad] under the LQR of the truth, and the last pose."""
+    model = linear(robot.truth)
+    gain = model.gain(robot.control_period, robot.truth.drive.torque_limit)
+    seen, widest = robot.reset(trial), 0.0
+    for _ in range(round(seconds / robot.control_period)):
+        speed = model.radius * (seen.wheel_rate + seen.tilt_rate)
+        seen = robot.step(float(-gain @ [seen.tilt, seen.tilt_rate, speed]))
+        widest = max(widest, abs(robot.pose().tilt))
+        if widest > 1.0:
+            break
+    return widest, robot.pose()
+
+
+@pytest.mark.parametrize("faults", ["none", "moderate", "hard"])
+def test_one_seed_and_trial_is_the_same_bytes(faults, make):
+    def record(robot, trial):
+        rows = [robot.reset(trial)] + [robot.step(3 * np.sin(k)) for k in range(50)]
+        return np.array(rows).tobytes() + np.array(robot.pose()).tobytes()
+
+    robot = make(faults=faults, seed=5, start=START)
+    first, other, again = record(robot, 0), record(robot, 1), record(robot, 0)
+    assert first == again == record(make(faults=faults, seed=5, start=START), 0)
+    assert first != other != record(make(faults=faults, seed=6, start=START), 1)
+
+
+@pytest.mark.parametrize("sheet", SHEETS)
+def test_every_data_sheet_stands_ten_seconds_under_its_lqr(sheet, make):
+    robot = make(sheet, start=START)
+    widest, pose = balanced(robot, 10.0)
+    assert widest < 0.3
+    assert abs(pose.tilt + robot.truth.body.com_offset) < 0.005
+
+
+def test_most_moderate_robots_stand_ten_seconds_under_the_lqr_of_their_truth(make):
+    """It knows nothing of friction, dead zones and delays; a balboa's are large beside its small weight."""
+    robots = [make(sheet, "moderate", seed, START) for sheet in SHEETS for seed in range(6)]
+    standing = [balanced(robot, 10.0)[0] < 0.6 for robot in robots]
+    assert sum(standing) >= 0.8 * len(standing)
+
+
+def test_the_start_is_that_of_its_distribution(make):
+    robot = make(start=StartPose(-0.17, 0.02, 0.05, 0.3))
+    starts = []
+    for trial in range(200):
+        seen = robot.reset(trial)
+        starts.append([seen.tilt, seen.tilt_rate, robot.true_motion.speed, 0.15 * (seen.wheel_rate + seen.tilt_rate)])
+    mean, sd = np.mean(starts, 0), np.std(starts, 0)
+    np.testing.assert_allclose(mean, [-0.17, 0, 0, 0], atol=0.05)
+    np.testing.assert_allclose(sd, [0.02, 0.05, 0.3, 0.3], rtol=0.2)
+    assert robot.pose()[:3] == (0.0, 0.0, 0.0)
+
+
+def test_the_true_pose_is_where_the_wheels_have_brought_it(make):
+    robot = make(start=-0.1, sensors={"mounting_angle": 0.1})
+    robot.reset(0)
+    for _ in range(20):
+        seen = robot.step(0.0)
+    assert robot.pose().tilt == pytest.approx(seen.tilt - 0.1)
+    assert robot.pose().x == pytest.approx(0.15 * (seen.wheel_angle + robot.pose().tilt + 0.1), rel=1e-3)
+
+
+def test_commands_are_cut_at_the_torque_limit(make):
+    def after(command):
+        robot = make()
+        robot.reset(0)
+        return robot.step(command)
+
+    assert after(20.0) == after(500.0) != after(19.0)
+
+
+@pytest.mark.parametrize("step", [0.0003, 0.03])
+def test_a_step_that_does_not_divide_the_control_period_is_an_error_that_names_one_that_does(step, make):
+    with pytest.raises(ConfigError, match=r"control period of 0\.02 s") as raised:
+        make(physics_step=step)
+    make(physics_step=float(str(raised.value).split("physics_step=")[1].rstrip(".")))
+
+
+@pytest.mark.slow
+def test_ten_seconds_cost_little(make):
+    for faults in ("none", "moderate", "hard"):
+        robot = make(faults=faults, seed=3, start=START)
+        begun = time.process_time()
+        balanced(robot, 10.0)
+        assert time.process_time() - begun < 1.2  # 0.2 to 0.4 on an idle core
