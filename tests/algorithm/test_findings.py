@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import pytest
 
-from twbal.algorithm.findings import Findings, _note, summarise
+from twbal.algorithm.findings import Findings, _note, _with_parts, summarise
 from twbal.algorithm.summary import Diagnosis, Iteration, PolicyFile, Search
-from twbal.core.evaluation import SuccessCriterion
+from twbal.core.evaluation import PlaceBy, SuccessCriterion, Verdict
 
 
 def iteration(index, successes=0, real_cost=5.0, judged_success=1.0, **changes):
@@ -90,3 +90,24 @@ def test_policies_that_fell_in_rehearsal_are_told_of(diagnosis, searches, said):
 def test_a_policy_that_is_driven_for_the_models_sake_is_not_called_a_failed_search():
     note = _note(iteration(1, 10, same_policy_as=0, search=Search.NOT_MADE), [iteration(0, 10)], 1)
     assert note == "The same policy as iteration 0; only the model is new, from 4.0 s more driving."
+
+
+def verdict(farthest, in_place=True, by=PlaceBy.POSE, **changes):
+    return Verdict(True, True, in_place, None, by, farthest, 0.04, 0.1, 10.0)._replace(**changes)
+
+
+def test_parts_are_counted_and_distances_are_the_median_and_the_worst():
+    verdicts = [verdict(0.1), verdict(0.3, False, settled=False), verdict(0.2), verdict(None, False, upright=False)]
+    found = _with_parts(iteration(0, 2), verdicts)
+    assert (found.upright, found.settled, found.in_place, found.quiet) == (3, 3, 2, None)
+    assert (found.farthest_median_m, found.farthest_worst_m, found.place_by) == (0.2, 0.3, PlaceBy.POSE)
+    assert (found.command_change, found.oscillation) == (0.04, 0.1)
+
+
+def test_a_place_that_odometry_told_in_one_trial_is_not_said_to_be_the_true_one():
+    assert _with_parts(iteration(0), [verdict(0.1), verdict(0.1, by=PlaceBy.ODOMETRY)]).place_by is PlaceBy.ODOMETRY
+
+
+def test_without_trials_no_part_is_noted():
+    none = _with_parts(iteration(0, 0, None), [])
+    assert (none.upright, none.place_by, none.farthest_worst_m, none.oscillation) == (None,) * 4

@@ -5,8 +5,10 @@ from math import radians
 
 import pytest
 
-from twbal.algorithm.outcome import doubts, driving, headline, summary_table
+from twbal.algorithm.outcome import doubts, driving, headline, rule_in_words, summary_table
 from twbal.algorithm.summary import Basis, Iteration, PolicyFile, Search, SimData, Summary
+from twbal.core.errors import DataError
+from twbal.core.evaluation import PlaceBy, SuccessCriterion
 
 LIMIT = radians(30)
 
@@ -149,3 +151,95 @@ def test_the_table_shows_a_dash_for_what_was_not_measured() -> None:
     gone = dict.fromkeys(("real_cost", "coverage95", "drift_m", "tilt_band_median", "tilt_band_widest"))
     line = summary_table(summary(iteration(0, 0, trials=0, **gone))).splitlines()[1]
     assert line.split().count("-") == 5
+
+
+# Parts of a success
+
+PARTS = {"upright": 10, "settled": 9, "in_place": 3, "quiet": None}
+SHOWN = {
+    **PARTS,
+    "place_by": PlaceBy.POSE,
+    "farthest_median_m": 0.5,
+    "farthest_worst_m": 4.25,
+    "command_change": 0.035,
+    "oscillation": radians(6),
+}
+
+
+def test_a_robot_that_stays_up_and_not_where_it_was_put_is_called_that_with_each_part() -> None:
+    about = summary(iteration(0, 0, **{**SHOWN, "in_place": 0}))
+    assert headline(about) == (
+        "The robot stays upright, but not as is asked: no policy succeeded in any of 10 trials. "
+        "Of the 10 trials of policy 0, 10 are upright, 9 are settled, 0 are in place."
+    )
+    fallen = summary(iteration(0, 0, upright=9, settled=0, in_place=0, quiet=2))
+    assert headline(fallen).startswith("The robot is not balanced: no policy succeeded in any of 10 trials. Of the 10")
+
+
+@pytest.mark.parametrize(("by", "words"), [(PlaceBy.POSE, "its true pose"), (PlaceBy.ODOMETRY, "odometry")])
+def test_a_headline_says_how_far_the_robot_went_and_what_told_it(by: PlaceBy, words: str) -> None:
+    every = {"upright": 10, "settled": 10, "in_place": 10, "farthest_median_m": 0.042, "farthest_worst_m": 0.118}
+    assert headline(summary(iteration(0, 10, place_by=by, **every))).endswith(
+        f"Late in a trial it was at most 0.04 m from where it was put (median; 0.12 m in the worst), by {words}."
+    )
+
+
+def test_the_table_of_trials_has_each_part_and_says_what_was_not_asked() -> None:
+    about = summary(iteration(0, 3, **SHOWN), iteration(1, 0))
+    text = summary_table(about)
+    (line,) = (line for line in text.splitlines() if "not asked" in line)
+    assert line.split() == [
+        "*",
+        "0",
+        "10",
+        "10",
+        "9",
+        "3",
+        "not",
+        "asked",
+        "0.50",
+        "m,",
+        "4.25",
+        "m",
+        "pose",
+        "0.035",
+        "6°",
+    ]
+    assert "not asked" not in summary_table(summary(iteration(0, 3)))
+
+
+def test_parts_of_all_trials_of_a_policy_count() -> None:
+    again = iteration(1, 2, same_policy_as=0, search=Search.KEPT, **{**PARTS, "in_place": 4})
+    about = summary(iteration(0, 3, **PARTS), again)
+    assert about.parts(0) == {"upright": 20, "settled": 18, "in place": 7}
+    assert summary(iteration(0, 3)).parts(0) == {}
+
+
+@pytest.mark.parametrize("part", ["upright", "settled", "in_place", "quiet"])
+@pytest.mark.parametrize("count", [2, 11, -1])
+def test_fewer_trials_of_a_part_than_successes_or_more_than_trials_are_refused(part: str, count: int) -> None:
+    with pytest.raises(DataError, match=f"in {count} of 10 trials, and 3 succeeded"):
+        iteration(0, 3, **{part: count})
+
+
+@pytest.mark.parametrize("period", [0.02, 0.015])
+def test_the_rule_is_a_sentence_with_its_times_in_seconds(period: float) -> None:
+    rule = SuccessCriterion.in_seconds(
+        tilt_limit=radians(30),
+        settled_tilt_limit=radians(10),
+        duration=9.0,
+        settle_time=3.0,
+        place_time=6.0,
+        place_radii=2.0,
+        command_change=0.1,
+        control_period=period,
+        wheel_radius=0.15,
+        torque_limit=20.0,
+    )
+    assert rule_in_words(rule, period) == (
+        "A trial succeeds when the tilt stays within 30° for 9 s, under 10° from 3 s on, the robot is within 0.3 m of "
+        "where it was put from 6 s on, and the command changes by less than 0.1 of the torque limit from step to step "
+        "from 3 s on (root mean square)."
+    )
+    upright = SuccessCriterion(radians(30), radians(30), 100, 100)
+    assert rule_in_words(upright, 0.02) == "A trial succeeds when the tilt stays within 30° for 2 s."

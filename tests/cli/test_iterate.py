@@ -47,6 +47,16 @@ def test_the_summary_says_what_the_logs_say(folder):
     assert (first.trials, second.trials) == (2, 2)
 
 
+def test_the_place_is_judged_by_the_true_poses_of_the_virtual_robot(folder):
+    for iteration in read_summary(folder / "summary.json").iterations:
+        trials = read_episodes(folder / f"iteration_{iteration.index}/trials/episodes")
+        assert all(np.isfinite(trial.poses).all() for trial in trials)
+        away = [np.hypot(*trial.poses[10:21, :2].T).max() for trial in trials if len(trial) >= 10]  # from 0.2 to 0.4 s
+        assert iteration.farthest_worst_m == pytest.approx(max(away))
+        assert iteration.place_by == "pose"
+        assert iteration.successes <= min(iteration.upright, iteration.settled, iteration.in_place, iteration.quiet)
+
+
 def test_the_measures_follow_from_the_logs(folder):
     for iteration in read_summary(folder / "summary.json").iterations:
         place = folder / ("simulation/1_policy" if iteration.index == 0 else "iteration_1/policy")

@@ -8,7 +8,16 @@ import pytest
 from twbal.core.coverage import coverage95, widened
 from twbal.core.episode import Episode, Outcome, Provenance
 from twbal.core.errors import ConfigError, DataError
-from twbal.core.evaluation import SuccessCriterion, drift, positions, real_cost, succeeded
+from twbal.core.evaluation import (
+    PlaceBy,
+    SuccessCriterion,
+    Verdict,
+    drift,
+    judged,
+    positions,
+    real_cost,
+    succeeded,
+)
 from twbal.core.gaussian import Array, Gaussian
 
 RULE = SuccessCriterion(tilt_limit=0.5, settled_tilt_limit=0.2, settle_step=10, steps=50)
@@ -159,3 +168,225 @@ def test_a_wheel_rolling_under_a_tilting_body_is_followed_over_ground() -> None:
     course = episode(tilt, wheel_angle=rolled / 0.15 - tilt + 3.0)
     np.testing.assert_allclose(positions(course, wheel_radius=0.15), rolled, atol=1e-12)
     assert drift(course, wheel_radius=0.15) == pytest.approx(2.0)
+
+
+# Each part of the rule, at its edge
+
+PERIODS = (0.02, 0.015, 0.007)
+RADIUS, LIMIT = 0.15, 20.0
+
+
+def as_a_user_sees_it(period: float, **changes: float | None) -> SuccessCriterion:
+    asked: dict[str, float | None] = {
+        "tilt_limit": np.radians(30),
+        "settled_tilt_limit": np.radians(10),
+        "duration": 10.0,
+        "settle_time": 2.0,
+        "place_time": 5.0,
+        "place_radii": 1.0,
+        "command_change": 0.1,
+        "control_period": period,
+        "wheel_radius": RADIUS,
+        "torque_limit": LIMIT,
+    }
+    return SuccessCriterion.in_seconds(**{**asked, **changes})  # type: ignore[arg-type]
+
+
+class Course:
+    """A trial of a little over 10 s that is still and upright where it was put, until something is changed in it."""
+
+    def __init__(self, period: float, seconds: float = 10.2) -> None:
+        steps = int(seconds / period)
+        self.period, self.time = period, period * np.arange(steps + 1)
+        self.tilt, self.rolled, self.commands = np.zeros(steps + 1), np.zeros(steps + 1), np.zeros(steps)
+        self.poses: Array | None = None
+
+    def at(self, second: float) -> int:
+        """The first sample at or after this time."""
+        return int(np.flatnonzero(self.time >= second - 1e-9)[0])
+
+    @property
+    def episode(self) -> Episode:
+        seen = np.zeros((len(self.time), 7))
+        seen[:, 0], seen[:, 1], seen[:, 4] = self.time, self.tilt, self.rolled / RADIUS - self.tilt
+        source = Provenance("paper", "robot")
+        return Episode(
+            ("tilt",), self.period, seen, self.tilt[:, None], self.commands, Outcome.COMPLETED, source, poses=self.poses
+        )
+
+    def verdict(self, **changes: float | None) -> Verdict:
+        return judged(self.episode, as_a_user_sees_it(self.period, **changes))
+
+
+@pytest.mark.parametrize("period", PERIODS)
+def test_a_trial_that_is_still_shows_all_parts(period: float) -> None:
+    found = Course(period).verdict()
+    assert found.succeeded
+    assert found[:5] == (True, True, True, True, PlaceBy.ODOMETRY)
+    assert (found.farthest, found.command_change, found.oscillation) == (0.0, 0.0, 0.0)
+    assert found.seconds == pytest.approx(10.0, abs=period)
+
+
+@pytest.mark.parametrize("period", PERIODS)
+def test_ten_seconds_are_ten_seconds_for_any_control_period(period: float) -> None:
+    rule = as_a_user_sees_it(period)
+    for steps, seconds in ((rule.steps, 10.0), (rule.settle_step, 2.0), (rule.place_step, 5.0)):
+        assert seconds - 1e-9 <= steps * period < seconds + period
+    whole = Course(period, 10.0 + 1.5 * period)
+    assert whole.verdict().succeeded
+    short = judged(Course(period, 10.0 - 1.5 * period).episode, rule)
+    assert short[:4] == (False,) * 4
+    assert not short.succeeded
+
+
+@pytest.mark.parametrize("period", PERIODS)
+@pytest.mark.parametrize(
+    ("second", "degrees", "upright", "settled"),
+    [
+        (0.5, 29.9, True, True),
+        (0.5, -30.1, False, True),
+        (1.99, 29.9, True, True),
+        (2.0, 9.99, True, True),
+        (2.0, -10.01, True, False),
+        (10.0, 10.01, True, False),
+        (10.0, 30.1, False, False),
+        (10.1, 80.0, True, True),  # after the end
+    ],
+)
+def test_tilt_limits_hold_from_their_times_on(
+    period: float, second: float, degrees: float, upright: bool, settled: bool
+) -> None:
+    course = Course(period)
+    place = course.at(second) if second != 1.99 else course.at(2.0) - 1
+    course.tilt[place] = np.radians(degrees)
+    found = course.verdict()
+    assert (found.upright, found.settled) == (upright, settled)
+    assert found.succeeded == (upright and settled)
+
+
+@pytest.mark.parametrize("period", PERIODS)
+@pytest.mark.parametrize("by", list(PlaceBy))
+@pytest.mark.parametrize(
+    ("seconds", "away", "in_place"),
+    [
+        ((0.1, 4.95), 9.0, True),
+        ((5.0, 5.1), 0.1499, True),
+        ((5.0, 5.1), -0.1501, False),
+        ((9.9, 10.0), 0.1501, False),
+        ((10.1, 10.2), 9.0, True),
+    ],
+)
+def test_it_must_be_within_a_wheel_radius_of_where_it_was_put_from_five_seconds_on(
+    period: float, by: PlaceBy, seconds: tuple[float, float], away: float, in_place: bool
+) -> None:
+    course = Course(period)
+    during = (course.time >= seconds[0] - 1e-9) & (course.time <= seconds[1])
+    if by is PlaceBy.POSE:
+        course.rolled[:] = 7.0 * course.time  # which odometry takes for a long way
+        course.poses = np.zeros((len(course.time), 4))
+        course.poses[during, :2] = away * np.array([0.6, -0.8])  # as far as `away`, neither in x nor in y alone
+    else:
+        course.rolled[during] = away
+    found = course.verdict()
+    assert (found.in_place, found.place_by, found.succeeded) == (in_place, by, in_place)
+    judged_then = seconds[0] >= 5.0 and seconds[1] <= 10.0
+    assert found.farthest == pytest.approx(abs(away) if judged_then else 0.0)
+    assert course.verdict(place_radii=2.0).in_place
+    assert course.verdict(place_radii=None).in_place is None
+    assert course.verdict(place_radii=None).farthest == found.farthest
+
+
+def test_the_place_is_that_of_the_poses_though_odometry_says_another() -> None:
+    course = Course(0.02)
+    course.poses = np.zeros((len(course.time), 4))
+    course.poses[:, 0] = 0.3
+    found = course.verdict()
+    assert (found.in_place, found.place_by, found.farthest) == (False, PlaceBy.POSE, 0.3)
+    course.poses = None
+    found = course.verdict()
+    assert (found.in_place, found.place_by, found.farthest) == (True, PlaceBy.ODOMETRY, 0.0)
+
+
+@pytest.mark.parametrize(("second", "by"), [(1.0, PlaceBy.POSE), (5.0, PlaceBy.ODOMETRY), (10.0, PlaceBy.ODOMETRY)])
+def test_a_pose_that_is_unknown_while_the_place_counts_leaves_it_to_odometry(second: float, by: PlaceBy) -> None:
+    course = Course(0.02)
+    course.rolled[:] = 0.01
+    course.rolled[0] = 0.0
+    course.poses = np.full((len(course.time), 4), 0.02)
+    course.poses[course.at(second)] = np.nan
+    found = course.verdict()
+    assert (found.in_place, found.place_by) == (True, by)
+    assert found.farthest == pytest.approx(0.01 if by is PlaceBy.ODOMETRY else 0.02 * np.sqrt(2))
+
+
+@pytest.mark.parametrize("period", PERIODS)
+@pytest.mark.parametrize(("share", "quiet"), [(0.0999, True), (0.1001, False)])
+def test_commands_must_change_by_less_than_a_tenth_of_the_limit(period: float, share: float, quiet: bool) -> None:
+    """A command that goes to and fro by `share` of the limit changes by that at each step."""
+    course = Course(period)
+    course.commands[:] = 0.5 * share * LIMIT * (-1.0) ** np.arange(len(course.commands))
+    course.commands[: course.at(2.0)] *= 10.0  # while it recovers
+    found = course.verdict()
+    assert found.command_change == pytest.approx(share)
+    assert (found.quiet, found.succeeded) == (quiet, quiet)
+    assert course.verdict(command_change=0.15).succeeded
+    free = course.verdict(command_change=None)
+    assert (free.quiet, free.succeeded, free.command_change) == (None, True, found.command_change)
+
+
+def test_a_steady_or_slowly_changing_command_is_quiet_however_large() -> None:
+    course = Course(0.02)
+    course.commands[:] = LIMIT * np.sin(course.time[:-1])
+    assert course.verdict().command_change == pytest.approx(
+        0.02 * np.sqrt(np.mean(np.cos(course.time[101:500]) ** 2)), 0.01
+    )
+    course.commands[:] = LIMIT
+    assert course.verdict().command_change == 0.0
+
+
+def test_what_is_beyond_the_torque_limit_is_not_sent() -> None:
+    course = Course(0.02)
+    course.commands[:] = LIMIT * (3.0 + (-1.0) ** np.arange(len(course.commands)))
+    assert course.verdict().command_change == 0.0
+
+
+def test_oscillation_is_from_peak_to_peak_once_it_had_time_to_come_back() -> None:
+    course = Course(0.02)
+    course.tilt[:] = np.where(course.time < 5.0, 0.1, 0.02 * np.sin(10 * course.time) + 0.01)
+    assert course.verdict().oscillation == pytest.approx(0.04, rel=1e-3)
+
+
+def test_a_trial_that_ended_before_says_what_it_can() -> None:
+    short = Course(0.02, 3.0).verdict()
+    assert short[:4] == (False,) * 4
+    assert (short.farthest, short.oscillation, short.seconds) == (None, None, pytest.approx(3.0, abs=0.021))
+    assert short.command_change == 0.0
+    at_once = Course(0.02, 0.0).verdict()
+    assert (at_once.succeeded, at_once.command_change, at_once.seconds) == (False, None, 0.0)
+
+
+def test_without_data_sheet_and_poses_the_place_is_unknown() -> None:
+    found = judged(Course(0.02).episode, SuccessCriterion(0.5, 0.2, 100, 500))
+    assert found.succeeded
+    assert (found.place_by, found.farthest, found.command_change) == (None, None, None)
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"place_radii": 0.0}, "place_radii must be more than 0, or null"),
+        ({"command_change": float("nan")}, "command_change must be more than 0, or null"),
+        ({"duration": 4.0}, "place_time must lie within the trial; found step 250 of a trial of 200"),
+        ({"duration": 1.0}, "settle_time must lie within the trial; found step 100 of a trial of 50"),
+        ({"settle_time": 9.99, "duration": 10.0}, "No command changes after step 500"),
+        ({"wheel_radius": None}, "place_radii needs the wheel_radius of the robot"),
+        ({"torque_limit": None}, "command_change needs the torque_limit of the robot"),
+    ],
+)
+def test_a_rule_that_asks_for_what_cannot_be_told_is_refused(changes: dict[str, float | None], message: str) -> None:
+    with pytest.raises(ConfigError, match=message):
+        as_a_user_sees_it(0.02, **changes)
+
+
+def test_a_short_trial_is_allowed_where_the_place_is_not_asked() -> None:
+    assert as_a_user_sees_it(0.02, duration=4.0, place_radii=None).steps == 200
