@@ -17,8 +17,9 @@ help: ## list what can be made
 run: $(STAMP) ## Algorithm 1 from start to end on the virtual robot (makes the environment first)
 	$(VENV)/bin/twbal iterate
 
-test: $(STAMP) ## the quick tests
-	$(VENV)/bin/python -m pytest -m "not slow"
+# One file's tests stay in one process, as they share what is costly to make.
+test: $(STAMP) ## the quick tests, on two cores
+	$(VENV)/bin/python -m pytest -m "not slow" --numprocesses=2 --dist=loadfile
 
 test-slow: $(STAMP) $(SWEEPS_STAMP) ## the tests that take minutes (needs the launchers of sweeps: extra [sweeps])
 	$(VENV)/bin/python -m pytest -m slow

@@ -2,9 +2,11 @@ import os
 import subprocess
 import sys
 
+import numpy as np
 import pytest
 
-from twbal.core.compiled import cache_folder
+from twbal.core.compiled import cache_folder, method_kernel, type_of
+from twbal.core.errors import ConfigError
 
 
 def folder_seen(**environment):
@@ -93,3 +95,56 @@ def test_code_just_compiled_and_code_from_the_cache_give_the_same_digits(tmp_pat
     words = [sys.executable, "-c", DIGITS]
     runs = [subprocess.run(words, env=environment, capture_output=True, text=True, check=True).stdout for _ in range(2)]
     assert runs[0] == runs[1]
+
+
+class Wrong:
+    """Methods that cannot be parts of kernels."""
+
+    def unknown_name(self, force):
+        return absent(force)  # noqa: F821
+
+    def unknown_function(self, force):
+        return np.absent(force)
+
+    def no_number(self, force):
+        return "a" + force
+
+    def unsupported(self, force):
+        with open("file") as file:
+            return float(file.read()) + force
+
+    def returns_nothing(self, force):
+        force += 1.0
+
+    def returns_a_pair(self, force):
+        return force, force
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("unknown_name", "name 'absent' is not defined"),
+        ("unknown_function", "'numpy' has no attribute 'absent'"),
+        ("no_number", r"add\(Literal\[str\]\(a\), float64\)"),
+        ("unsupported", "construct is not supported"),
+        ("returns_nothing", "it returns none, expected float"),
+        ("returns_a_pair", r"it returns UniTuple\(float64 x 2\), expected float"),
+    ],
+)
+def test_a_method_that_numba_cannot_compile_is_told_in_one_line_that_names_it(name, said):
+    with pytest.raises(ConfigError, match=said) as refused:
+        method_kernel(Wrong, name, (type_of(1.0), type_of(1.0)), float)
+    message = str(refused.value)
+    assert message.startswith(
+        f"Method '{name}' of Wrong ({__file__}, line {getattr(Wrong, name).__code__.co_firstlineno})"
+    )
+    assert "\n" not in message
+    assert len(message) < 500
+
+
+def test_a_method_that_returns_a_whole_number_is_a_part_of_kernels():
+    class Right:
+        def method(self, force):
+            return 1
+
+    assert method_kernel(Right, "method", (type_of(1.0), type_of(1.0)), float)(1.0, 2.0) == 1

@@ -25,8 +25,11 @@ from twbal.effects import library
 from twbal.effects.dead_zone import DeadZone
 from twbal.effects.effect import OutsideEffect
 from twbal.effects.page import page
-from twbal.planar.parameters import parameters_class
+from twbal.planar.constants import Constants
+from twbal.planar.forces import forces
+from twbal.planar.parameters import parameters_class, twin_parameters
 from twbal.planar.planar_plant import PlanarPlant
+from twbal.planar.twin_state import STRAIGHT, TwinState
 from twbal.sim.bullet_plant import SimPlant
 
 HOUSE = Path(__file__).resolve().parents[2]
@@ -98,6 +101,15 @@ def test_the_command_line_knows_its_settings(SomeDrag, as_from_a_shell, capsys):
     Path("drag.yaml").write_text("effects: {some_drag: {coefficient: 1.5}}")
     assert main(["sim-collect", "sim=drag.yaml", "--cfg", "job"]) == 0
     assert "_target_: some_drag.SomeDrag\n      coefficient: 1.5" in capsys.readouterr().out
+
+
+def test_a_term_that_numba_cannot_compile_is_one_clear_error(SomeDrag, paper, monkeypatch):
+    monkeypatch.setattr(SomeDrag, "push", lambda self, force, at: force - self.mistyped * at.speed)
+    monkeypatch.setattr(library, "source_of", lambda kind: "of this test")
+    said = r"Method 'push' of SomeDrag \(.*\) cannot be compiled: Unknown attribute 'mistyped'"
+    k, rest = Constants(*[1.0] * len(Constants._fields)), TwinState(*[0.0] * len(TwinState._fields))
+    with pytest.raises(ConfigError, match=said):
+        forces(twin_parameters(paper, {}), k, rest, 0.0, STRAIGHT)
 
 
 def test_it_is_documented(SomeDrag):

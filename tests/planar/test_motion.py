@@ -5,8 +5,10 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from twbal.core.robot_parameters import GRAVITY
-from twbal.planar.motion import Turning, TwinState, constants, step
+from twbal.planar.constants import constants
+from twbal.planar.motion import step
 from twbal.planar.parameters import twin_parameters
+from twbal.planar.twin_state import Turning, TwinState
 
 REST = TwinState(*(0.0,) * 9)
 

@@ -14,10 +14,11 @@ from twbal.effects.dead_zone import DeadZone
 from twbal.effects.motor_lag import MotorLag
 from twbal.effects.torque_gain import TorqueGain
 from twbal.effects.viscous_friction import ViscousFriction
+from twbal.planar.constants import constants
 from twbal.planar.linearised import linearise
-from twbal.planar.motion import STRAIGHT, constants
 from twbal.planar.parameters import twin_parameters
 from twbal.planar.planar_plant import PlanarPlant, hold, standing
+from twbal.planar.twin_state import STRAIGHT
 from twbal.sim.bullet_plant import SimPlant
 
 START = StartPose(-0.17, 0.02, 0.2, 0.1)

@@ -11,6 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from twbal.core.cost import SaturatingCost
+from twbal.core.errors import ConfigError
 from twbal.core.gaussian import Gaussian
 from twbal.models.moments.truncation import Truncation
 from twbal.search.long_term_cost import long_term_cost
@@ -87,6 +89,16 @@ def test_the_search_follows_its_gradient(way, SeparateCost, model, policy):
     along = 1e-5 * policy.gain
     ends = [found(replace(policy, gain=policy.gain + s * along)).value for s in (1, -1)]
     assert found(policy).gradient.gain @ along == pytest.approx((ends[0] - ends[1]) / 2, rel=1e-4)
+
+
+def test_a_cost_that_numba_cannot_compile_is_one_clear_error(model, policy):
+    class Mistyped(SaturatingCost):
+        def expected_at(self, mean, covariance):
+            return self.mistyped
+
+    cost = Mistyped(np.zeros(4), WIDTHS)
+    with pytest.raises(ConfigError, match=r"Method 'expected_at' of Mistyped \(.*'mistyped'"):
+        ParticleObjective(model, cost, START, 10, 20, 50, 0, 0.0).cost_of(policy, gradient=True)
 
 
 def test_sampled_robots_pay_it(SeparateCost, model, policy):

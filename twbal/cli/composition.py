@@ -11,9 +11,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
+from typing import Any, Self
 
 from hydra import initialize_config_dir
-from hydra.core.config_store import ConfigStore
+from hydra.core.config_store import ConfigNode, ConfigStore
 from omegaconf import DictConfig, OmegaConf
 
 from twbal.cli.conf_folder import conf_folder
@@ -22,6 +23,17 @@ from twbal.cli.settings.stage_settings import SECTIONS, STAGES
 
 _GLOBAL = "_global_"
 _OF_HYDRA = ("defaults", "hydra")
+
+
+class SharedNode(ConfigNode):
+    """A node that copies of Hydra's store share.
+
+    Hydra copies the whole store for each group whose choices a help text lists, which took seconds. It composes with a
+    copy of the node inside (`ConfigStore.load`), so a shared one stays as it is.
+    """
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> Self:
+        return self
 
 
 @contextmanager
@@ -38,7 +50,7 @@ def register_nodes() -> None:
     from twbal.effects.library import nodes  # here, as effects need numpy, before which threads are set
 
     for name, node in nodes().items():
-        ConfigStore.instance().store(name, node, "effect", provider="twbal")
+        _store(name, node, "effect")
 
 
 @cache
@@ -47,10 +59,18 @@ def _register_files() -> None:
     for file in sorted((conf_folder() / "groups").glob("*.yaml")):
         package = _GLOBAL if file.read_text(encoding="utf-8").startswith(f"# @package {_GLOBAL}") else None
         for choice, node in _loaded(file).items():
-            ConfigStore.instance().store(str(choice), node, file.stem, package, provider="twbal")
+            _store(str(choice), node, file.stem, package)
     for stage in set(SECTIONS.values()):
         name = stage.replace("-", "_")
-        ConfigStore.instance().store(name, _own_settings(stage, conf_folder() / f"{name}.yaml"), "stage")
+        _store(name, _own_settings(stage, conf_folder() / f"{name}.yaml"), "stage")
+
+
+def _store(name: str, node: Any, group: str, package: str | None = None) -> None:
+    """Make `node` known to Hydra as the choice `name` of a group."""
+    store = ConfigStore.instance()
+    store.store(name, node, group, package, provider="twbal")
+    choices = store.repo[group]
+    choices[f"{name}.yaml"] = SharedNode(**vars(choices[f"{name}.yaml"]))
 
 
 def _own_settings(stage: str, file: Path) -> DictConfig:

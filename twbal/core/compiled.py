@@ -22,6 +22,8 @@ import numba
 from numba.core import types
 from numba.extending import overload
 
+from twbal.core.errors import ConfigError
+
 Kernel = TypeVar("Kernel", bound=Callable[..., Any])
 
 _PACKAGE = Path(__file__).parents[1]
@@ -42,16 +44,17 @@ def kernel(fastmath: bool | set[str] = False, is_kept: bool = True) -> Callable[
     return cast(Callable[[Kernel], Kernel], compiled)
 
 
-def specialised(choose: Callable[[Any], Callable[..., Any]]) -> Callable[[Kernel], Kernel]:
+def specialised(choose: Callable[..., Callable[..., Any]]) -> Callable[[Kernel], Kernel]:
     """The decorated function, which kernels alone may call, has another body for each class of its first argument.
 
     Args:
-        choose: given that class, of named tuples, returns a function of the same arguments, which is compiled.
+        choose: given numba's types of the arguments, of which the first is one of named tuples, returns a function of
+            the same arguments, which is compiled.
     """
 
     def decorate(function: Kernel) -> Kernel:
         def body(first: Any, *others: Any) -> Callable[..., Any]:
-            chosen = choose(first.instance_class)
+            chosen = choose(first, *others)
             chosen.__annotations__ = {}
             return chosen
 
@@ -84,6 +87,57 @@ def foreign_function(name: str, library: Path, pointers: int) -> Callable[..., N
     if llvmlite.binding.address_of_symbol(name) is None:
         raise OSError(f"{library} has no function {name}. Is it another version?")
     return cast(Callable[..., None], types.ExternalFunction(name, types.void(*[types.uintp] * pointers)))
+
+
+def method_kernel(kind: type, name: str, types: tuple[Any, ...], gives: type) -> Callable[..., Any]:
+    """A method of a class that anybody may write, as a part of kernels.
+
+    It is compiled by itself first, so that what numba says is about the method and not about the kernels around it.
+
+    Args:
+        kind: class of which it is a method.
+        name: of the method.
+        types: numba's types of `self` and of the other arguments.
+        gives: what it must return: float or a class of named tuples.
+
+    Raises:
+        ConfigError: numba cannot compile it, or it returns something else.
+    """
+    part: Any = kernel(is_kept=False)(getattr(kind, name))
+    try:
+        part.compile(types)
+    except Exception as error:  # numba lets errors of many classes through, all of them about this method
+        raise _not_compiled(kind, name, _gist(str(error))) from error
+    found = part.overloads[types].signature.return_type
+    fits = isinstance(found, numba.types.Number) if gives is float else _named_tuple(found) is gives
+    if not fits:
+        raise _not_compiled(kind, name, f"it returns {found}, expected {gives.__name__}")
+    return cast(Callable[..., Any], part)
+
+
+def type_of(value: Any) -> Any:
+    """Numba's type of a value."""
+    return numba.typeof(value)  # type: ignore[no-untyped-call]
+
+
+def _named_tuple(found: Any) -> type | None:
+    return getattr(found, "instance_class", None)
+
+
+def _not_compiled(kind: type, name: str, why: str) -> ConfigError:
+    code = getattr(kind, name).__code__
+    return ConfigError(
+        f"Method {name!r} of {kind.__name__} ({code.co_filename}, line {code.co_firstlineno}) cannot be compiled: "
+        f"{why}. Such a method uses numbers, math, numpy and what it is given."
+    )
+
+
+def _gist(message: str) -> str:
+    """What numba says of a function, without where it met that and what it tried."""
+    lines = (line.strip() for line in message.splitlines())
+    said = [line for line in lines if line and not line.startswith("Failed in nopython mode")]
+    end = next((i for i, line in enumerate(said) if line.startswith(("There are ", "During: ", "File "))), len(said))
+    return " ".join(said[:end]).removesuffix(".")
 
 
 def cache_folder() -> Path:

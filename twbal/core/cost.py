@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from twbal.core.compiled import kernel, specialised
+from twbal.core.compiled import kernel, method_kernel, specialised
 from twbal.core.errors import ConfigError
 from twbal.core.gaussian import Array, Gaussian
 
@@ -134,13 +134,13 @@ def __getattr__(name: str) -> Any:
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
-def _pricing(numbers: Any) -> Callable[..., Any]:
-    method = kernel(is_kept=False)(numbers.kind.at)
+def _pricing(*types: Any) -> Callable[..., Any]:
+    method = method_kernel(types[0].instance_class.kind, "at", types, float)
     return lambda cost, state: method(cost, state)
 
 
-def _expecting(numbers: Any) -> Callable[..., Any]:
-    method = kernel(is_kept=False)(numbers.kind.expected_at)
+def _expecting(*types: Any) -> Callable[..., Any]:
+    method = method_kernel(types[0].instance_class.kind, "expected_at", types, ExpectedCost)
     return lambda cost, mean, covariance: method(cost, mean, covariance)
 
 

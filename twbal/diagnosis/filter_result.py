@@ -7,7 +7,7 @@ import numpy as np
 from twbal.core.gaussian import Array
 from twbal.core.robot_parameters import RobotParameters
 from twbal.diagnosis.findings import Effects, FilterResult, Trajectory
-from twbal.planar.motion import constants
+from twbal.planar.constants import constants
 from twbal.planar.parameters import twin_parameters
 from twbal.sysid.fit import descend
 from twbal.sysid.model import Data, Free, Model

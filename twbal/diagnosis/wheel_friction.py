@@ -24,9 +24,10 @@ from twbal.diagnosis.name import first_noise, sensed_values, whiteness_of
 from twbal.diagnosis.record import Estimate, NamedEffect, Rival, Shift, Verdict
 from twbal.diagnosis.settings import Settings
 from twbal.planar.actuation import driver_torque
-from twbal.planar.motion import STRAIGHT, Constants, TwinState, constants
+from twbal.planar.constants import Constants, constants
 from twbal.planar.parameters import TwinParameters, twin_parameters
 from twbal.planar.planar_plant import hold, standing
+from twbal.planar.twin_state import STRAIGHT, TwinState
 from twbal.sysid.intervals import interval
 from twbal.sysid.model import Data, Model
 from twbal.sysid.recording import MEASURED, Recording

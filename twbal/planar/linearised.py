@@ -7,11 +7,12 @@ import scipy.linalg
 
 from twbal.core.gaussian import Array
 from twbal.core.robot_parameters import RobotParameters
+from twbal.planar.constants import Constants, constants
 from twbal.planar.equations import coefficients
-from twbal.planar.motion import STRAIGHT, Constants, TwinState, constants
 from twbal.planar.parameters import TwinParameters, linear_part
 from twbal.planar.planar_plant import hold
 from twbal.planar.sensing import read_sensors
+from twbal.planar.twin_state import STRAIGHT, TwinState
 
 _STEPS = 5  # physics steps of a control period in a linear model
 

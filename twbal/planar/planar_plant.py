@@ -19,10 +19,13 @@ from twbal.effects.effect import Effect
 from twbal.effects.library import values_of
 from twbal.effects.sensor_noise import SensorNoise
 from twbal.planar.actuation import command_at
-from twbal.planar.motion import STRAIGHT, Constants, Turning, TwinState, constants, step, tipped
+from twbal.planar.constants import Constants, constants
+from twbal.planar.forces import tipped
+from twbal.planar.motion import step
 from twbal.planar.parameters import TwinParameters, twin_parameters
 from twbal.planar.sensing import read_sensors
 from twbal.planar.terms import drive
+from twbal.planar.twin_state import STRAIGHT, Turning, TwinState
 
 
 @kernel()

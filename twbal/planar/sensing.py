@@ -7,9 +7,10 @@ import numpy as np
 from twbal.core.compiled import kernel
 from twbal.core.gaussian import Array
 from twbal.core.robot_model import Reading
-from twbal.planar.motion import Constants, TwinState
+from twbal.planar.constants import Constants
 from twbal.planar.parameters import TwinParameters
 from twbal.planar.terms import sense
+from twbal.planar.twin_state import TwinState
 
 
 @kernel()

@@ -5,12 +5,11 @@ it. The body of each function here depends on the class of the numbers `p`, and 
 """
 
 from collections.abc import Callable, Iterable
-from operator import attrgetter
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from twbal.core.compiled import kernel, specialised
+from twbal.core.compiled import kernel, method_kernel, specialised, type_of
 from twbal.core.gaussian import Array
 from twbal.core.quantities import Quantity
 from twbal.core.quantities import changed as _changed
@@ -25,16 +24,20 @@ Term = Callable[[Any, Any, Any], Any]
 changed = kernel(is_kept=False)(_changed)
 
 
-class _Step(NamedTuple):
-    term: Term
-    own: Own
+def _chain(steps: Iterable[Own], method: str, gives: type, value: Any, at: Any) -> Term:
+    """One function of p, what comes in, and where or when, which lets the terms act one after the other.
 
-
-def _chain(steps: Iterable[_Step]) -> Term:
-    """One function of p, what comes in, and where or when, which lets the terms act one after the other."""
+    Args:
+        steps: effects, in the order in which they act.
+        method: of each of them, its term.
+        gives: class of what the terms return.
+        value: numba's type of what comes in.
+        at: numba's type of where or when.
+    """
     chain: Term = kernel(is_kept=False)(lambda p, x, at: x)
-    for step in steps:
-        chain = _after(chain, kernel(is_kept=False)(step.term), step.own)
+    for own in steps:
+        parameters = type_of(own.values(*[0.0] * (own.end - own.first)))
+        chain = _after(chain, method_kernel(own.kind, method, (parameters, value, at), gives), own)
     return chain
 
 
@@ -48,22 +51,22 @@ def _ordered(parameters: type[TwinParameters]) -> list[Own]:
     return sorted(parameters.effects, key=lambda own: (own.kind.place, own.kind.is_last))
 
 
-def _through(kind: type, term: Callable[[Any], Term], is_backward: bool = False) -> Callable[[Any], Term]:
+def _through(kind: type, method: str, gives: type = float, is_backward: bool = False) -> Callable[..., Term]:
     """What chooses, for a class of numbers, the chain of those effects that are of a kind."""
 
-    def chosen(parameters: type[TwinParameters]) -> Term:
-        acting = [own for own in _ordered(parameters) if issubclass(own.kind, kind)]
-        chain = _chain(_Step(term(own.kind), own) for own in (acting[::-1] if is_backward else acting))
+    def chosen(numbers: Any, value: Any, at: Any) -> Term:
+        acting = [own for own in _ordered(numbers.instance_class) if issubclass(own.kind, kind)]
+        chain = _chain(acting[::-1] if is_backward else acting, method, gives, value, at)
         return lambda p, value, at: chain(p, value, at)
 
     return chosen
 
 
-def _changing(parameters: type[TwinParameters]) -> Callable[[Any], Any]:
+def _changing(numbers: Any) -> Callable[[Any], Any]:
     starts = tuple(_start(quantity) for quantity in Quantity)
     changes = tuple(
         (int(quantity), int(change), own.first + i)
-        for own in _ordered(parameters)
+        for own in _ordered(numbers.instance_class)
         for i, parameter in enumerate(parameters_of(own.kind).values())
         for quantity, change in parameter.changes
     )
@@ -87,31 +90,31 @@ def _start(quantity: Quantity) -> tuple[int, float]:
     return -1, float(getattr(Drive(), name, getattr(Ground(), name, 0.0)))
 
 
-@specialised(_through(TorqueTerm, attrgetter("drive")))
+@specialised(_through(TorqueTerm, "drive"))
 def drive(p: TwinParameters, value: float, at: float) -> float:
     """What drivers, gears and motors make of a summed torque [N·m] at a time since the rollout began [s]."""
     raise NotImplementedError
 
 
-@specialised(_through(JointTerm, attrgetter("turn")))
+@specialised(_through(JointTerm, "turn"))
 def turn(p: TwinParameters, value: float, at: JointMotion) -> float:
     """The summed torque in the joints [N·m] with what effects add to it."""
     raise NotImplementedError
 
 
-@specialised(_through(AxleTerm, attrgetter("push")))
+@specialised(_through(AxleTerm, "push"))
 def push(p: TwinParameters, value: float, at: AxleMotion) -> float:
     """The force at the axle [N] with what effects add to it."""
     raise NotImplementedError
 
 
-@specialised(_through(SensorTerm, attrgetter("sense")))
+@specialised(_through(SensorTerm, "sense", Reading))
 def sense(p: TwinParameters, value: Reading, at: float) -> Reading:
     """What sensors show of the truth at a time since the rollout began [s]."""
     raise NotImplementedError
 
 
-@specialised(_through(SensorTerm, attrgetter("correct"), is_backward=True))
+@specialised(_through(SensorTerm, "correct", Reading, is_backward=True))
 def correct(p: TwinParameters, value: Reading, at: float) -> Reading:
     """The truth, by what sensors show."""
     raise NotImplementedError

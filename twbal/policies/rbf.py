@@ -103,5 +103,7 @@ class RbfPolicy(Policy):
             lengths=found.numbers("lengths", (len(channels),), _SHORTEST, _FAR),
             gain=found.numbers("gain", (len(channels),), -LARGEST, LARGEST),
             max_command=max_command_in(found),
-            compensation=found.number("compensation", 0.0, _MOST_COMPENSATION) if "compensation" in found.names else 0.0,
+            compensation=found.number("compensation", 0.0, _MOST_COMPENSATION)
+            if "compensation" in found.names
+            else 0.0,
         )

@@ -55,7 +55,9 @@ def state_space(model: DelayedModel, channels: Channels) -> tuple[Array, Array]:
 
 
 def regulator(A: Array, B: Array, cost: Cost, command_width: float) -> Array | None:
-    """Gain K (D,) of u = -Kx that minimises Σ xᵀPx + (u / command_width)², P the cost's curvature; None where there is none.
+    """Gain K (D,) of u = -Kx that minimises Σ xᵀPx + (u / command_width)²; None where there is none.
+
+    P is the cost's curvature.
 
     The saturating cost is, to second order, half that sum: the discrete-time linear-quadratic regulator starts where
     the search should end, were the model linear.

@@ -13,7 +13,7 @@ from twbal.core.compiled import kernel
 from twbal.core.cost import Cost, CostNumbers, price
 from twbal.core.gaussian import Array
 from twbal.models.moments.multi_index import Integers
-from twbal.planar.motion import Constants, constants
+from twbal.planar.constants import Constants, constants
 from twbal.planar.parameters import TwinParameters
 from twbal.planar.planar_plant import drive_on, standing
 from twbal.policies.rbf import RbfPolicy

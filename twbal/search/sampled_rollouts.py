@@ -280,9 +280,9 @@ def _drive(
                 break
             if step + 1 >= limits.settle_step and angle > limits.settled_tilt_limit:
                 stayed[robot] = 0.0
-            if limits.position >= 0 and step + 1 >= limits.place_step:
-                if abs(state[limits.position]) > limits.place_radius:
-                    stayed[robot] = 0.0
+            is_late = limits.position >= 0 and step + 1 >= limits.place_step
+            if is_late and abs(state[limits.position]) > limits.place_radius:
+                stayed[robot] = 0.0
             for k in range(D):
                 state[k] = min(max(state[k], -_FAR), _FAR)
             costs[robot] += price(cost, state)

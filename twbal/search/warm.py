@@ -28,7 +28,9 @@ def is_compiled() -> bool:
 def compile_search() -> None:
     """Run the smallest search step there is; the machine code stays in the cache folder."""
     f = KernelSum(np.zeros((1, 2)), np.ones((1, 2)), np.ones(1), np.zeros((1, 1)), np.zeros((1, 1, 1)))
-    model = TransitionModel(f, no_kernels(1, 2), np.eye(1, 2), np.eye(1), np.array([0]), np.arange(2), np.zeros(1), np.zeros(1))
+    model = TransitionModel(
+        f, no_kernels(1, 2), np.eye(1, 2), np.eye(1), np.array([0]), np.arange(2), np.zeros(1), np.zeros(1)
+    )
     policy = RbfPolicy(("tilt",), np.zeros((1, 1)), np.zeros(1), np.ones(1), np.zeros(1), 1.0)
     cost = SaturatingCost(np.zeros(1), np.ones(1))
     start = Gaussian(np.zeros(1), np.eye(1))

@@ -22,10 +22,11 @@ from scipy.optimize import minimize
 
 from twbal.core.compiled import kernel
 from twbal.core.gaussian import Array
-from twbal.planar.motion import STRAIGHT, Constants, TwinState, constants
+from twbal.planar.constants import Constants, constants
 from twbal.planar.parameters import TwinParameters, linear_part
 from twbal.planar.planar_plant import hold
 from twbal.planar.sensing import sensor_slopes
+from twbal.planar.twin_state import STRAIGHT, TwinState
 from twbal.sysid.recording import Mask
 
 _INSTANTS = 50  # after which gains have settled

@@ -12,11 +12,12 @@ import numpy as np
 from twbal.core.compiled import kernel
 from twbal.core.gaussian import Array
 from twbal.core.robot_model import Reading
-from twbal.planar.motion import Constants, Turning, TwinState, constants
+from twbal.planar.constants import Constants, constants
 from twbal.planar.parameters import TwinParameters
 from twbal.planar.planar_plant import hold
 from twbal.planar.sensing import read_sensors
 from twbal.planar.terms import correct
+from twbal.planar.twin_state import Turning, TwinState
 from twbal.sysid.recording import Recording
 
 TRACK = len(TwinState._fields)

@@ -85,7 +85,6 @@ MORE_THAN_IS_PACKAGED = (  # rows that only a user's own yaml or words have
         "validation.success",
     ),
 )
-TREES = all_composed()
 
 
 def known_leaves(composed):
@@ -125,12 +124,12 @@ def all_refused(composed, change, applies=lambda key, value: True):
 
 
 def test_what_is_packaged_is_accepted():
-    for composed in TREES:
+    for composed in all_composed():
         assert list(faults(composed.stage, composed.tree)) == [], composed.words
 
 
 def test_every_packaged_setting_is_in_the_table():
-    for composed in TREES:
+    for composed in all_composed():
         table = Table(composed.stage, composed.tree)
         unknown = [leaf.key for leaf in known_leaves(composed) if table.row(leaf.key) is None]
         assert not unknown, (composed.stage, composed.words)
@@ -138,7 +137,7 @@ def test_every_packaged_setting_is_in_the_table():
 
 def test_every_row_of_the_table_is_of_a_packaged_setting():
     found = set()
-    for composed in TREES:
+    for composed in all_composed():
         table = Table(composed.stage, composed.tree)
         found |= {(composed.stage, row.key) for leaf in leaves(composed.tree) if (row := table.row(leaf.key))}
     keys = {key for _, key in found}
@@ -155,13 +154,13 @@ def test_no_setting_has_two_rows():
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, 1e300, -1e300, [[]]], ids=repr)
 def test_no_setting_takes(value):
-    for composed in TREES:
+    for composed in all_composed():
         all_refused(composed, lambda _, value=value: value)
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, 1e300, -1e300], ids=repr)
 def test_no_list_takes_a_member_that_is(value):
-    for composed in TREES:
+    for composed in all_composed():
         all_refused(composed, lambda now: [*now[:-1], value], lambda _, now: isinstance(now, list) and len(now) > 0)
 
 
@@ -176,7 +175,7 @@ def test_no_number_may_be(value):
         "import.quantities.*",
     )
     texts = () if value is None else ("import.quantities.*.from",)
-    for composed in TREES:
+    for composed in all_composed():
         all_refused(
             composed,
             lambda _: value,
@@ -185,34 +184,34 @@ def test_no_number_may_be(value):
 
 
 def test_no_number_may_be_negative_but_for_those_with_a_sign():
-    for composed in TREES:
+    for composed in all_composed():
         all_refused(composed, lambda _: -0.5, lambda key, now: is_number(now) and not among(key, MAY_BE_NEGATIVE))
         all_refused(composed, lambda _: -1, lambda key, now: is_number(now) and not among(key, MAY_BE_NEGATIVE))
 
 
 def test_no_number_may_be_zero_where_nothing_is_left_of_it():
-    for composed in TREES:
+    for composed in all_composed():
         all_refused(composed, lambda _: 0, lambda key, now: is_number(now) and among(key, NOT_ZERO))
 
 
 def test_no_list_may_be_empty_where_something_is_needed():
-    for composed in TREES:
+    for composed in all_composed():
         all_refused(composed, lambda _: [], lambda key, now: among(key, NOT_EMPTY))
 
 
 def test_no_count_may_be_broken():
-    for composed in TREES:
+    for composed in all_composed():
         all_refused(composed, lambda now: now + 0.5, lambda _, now: isinstance(now, int) and not isinstance(now, bool))
 
 
 @pytest.mark.parametrize("value", [0, 1, "yes", "true", None], ids=repr)
 def test_yes_and_no_are_true_and_false_alone(value):
-    for composed in TREES:
+    for composed in all_composed():
         all_refused(composed, lambda _: value, lambda _, now: isinstance(now, bool))
 
 
 def test_the_table_says_a_meaning_and_a_range_of_everything():
-    for composed in TREES:
+    for composed in all_composed():
         table = Table(composed.stage, composed.tree)
         for leaf in known_leaves(composed):
             row = table.row(leaf.key)

@@ -58,7 +58,9 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
     ):
         inputs |= {name: files} if files else {}
     step = Step("optimise-policy", out, recorded(cfg, NOT_RECORDED), inputs, settings.seed)
-    return perform(step, lambda: _search_to_files(cfg, dynamics, earlier, calibration_episodes, rollouts, settings, out))
+    return perform(
+        step, lambda: _search_to_files(cfg, dynamics, earlier, calibration_episodes, rollouts, settings, out)
+    )
 
 
 def _paths(given: str | Sequence[str]) -> list[Path]:

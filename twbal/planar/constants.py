@@ -1,0 +1,109 @@
+"""The constants of the twin's equations of motion, by its parameters."""
+
+from math import expm1
+from typing import NamedTuple
+
+from twbal.core.compiled import kernel
+from twbal.core.quantities import Quantity
+from twbal.core.robot_model import ROTOR_SHARE
+from twbal.core.robot_parameters import GRAVITY
+from twbal.planar.parameters import TwinParameters
+from twbal.planar.terms import quantities
+
+
+class Constants(NamedTuple):
+    """The constants of the equations of motion, effects on body, drive, ground and delays applied.
+
+    Attributes:
+        a, b, c: [kg·m²].
+        d: [N·m].
+        offset: δ [rad].
+        turn: I_xx - I_zz + m l² [kg·m²].
+        radius: r [m].
+        mass: M, of all [kg].
+        weight: M g [N].
+        arm: m l [kg·m].
+        rotors: J [kg·m²]; 0 without backlash.
+        gap: of the backlash, full width [rad].
+        slope: σ at the start [rad].
+        apart: half the track over the wheels' radius.
+        geared: part of the wheels' inertia that turns relative to the body [kg·m²].
+        coulomb, viscous, breakaway, stribeck_rate: of the joints, as of `Drive`.
+        rolling, rolling_viscous, grip: of the ground, as of `Ground`.
+        pushed: constant force at the axle beside those of effects [N].
+        delay: of commands [s].
+        lag: share of the way to the asked torque that the motors go in a physics step.
+        fade: weight of the torque at a step's start in the mean over it.
+        imu_delay: [s].
+        step: of the physics [s].
+    """
+
+    a: float
+    b: float
+    c: float
+    d: float
+    offset: float
+    turn: float
+    radius: float
+    mass: float
+    weight: float
+    arm: float
+    rotors: float
+    gap: float
+    slope: float
+    apart: float
+    geared: float
+    coulomb: float
+    viscous: float
+    breakaway: float
+    stribeck_rate: float
+    rolling: float
+    rolling_viscous: float
+    grip: float
+    pushed: float
+    delay: float
+    lag: float
+    fade: float
+    imu_delay: float
+    step: float
+
+
+@kernel()
+def constants(p: TwinParameters, step: float) -> Constants:
+    """The constants of a twin, integrated at a physics step [s]."""
+    q = quantities(p)
+    m, height, r = q[Quantity.BODY_MASS], q[Quantity.COM_HEIGHT], q[Quantity.WHEEL_RADIUS]
+    mass = m + 2.0 * p.wheel_mass
+    geared = 2.0 * q[Quantity.GEARED_SHARE] * p.wheel_inertia
+    time_constant = q[Quantity.MOTOR_LAG]
+    lag = -expm1(-step / time_constant) if time_constant > 0.0 else 1.0
+    return Constants(
+        mass * r * r + 2.0 * p.wheel_inertia,
+        m * height * r,
+        q[Quantity.BODY_INERTIA_PITCH] + m * height * height + geared,
+        m * GRAVITY * height,
+        q[Quantity.COM_OFFSET],
+        q[Quantity.TURN_INERTIA] + m * height * height,
+        r,
+        mass,
+        mass * GRAVITY,
+        m * height,
+        2.0 * ROTOR_SHARE * p.wheel_inertia if q[Quantity.GAP] > 0.0 else 0.0,
+        q[Quantity.GAP],
+        q[Quantity.SLOPE],
+        0.5 * p.track / r,
+        geared,
+        q[Quantity.COULOMB_FRICTION],
+        q[Quantity.VISCOUS_FRICTION],
+        q[Quantity.BREAKAWAY],
+        q[Quantity.STRIBECK_RATE],
+        q[Quantity.ROLLING_RESISTANCE],
+        q[Quantity.ROLLING_VISCOUS],
+        q[Quantity.GRIP],
+        0.0,
+        q[Quantity.COMMAND_DELAY],
+        lag,
+        lag * time_constant / step if time_constant > 0.0 else 0.0,
+        q[Quantity.IMU_DELAY],
+        step,
+    )

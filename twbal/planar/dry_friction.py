@@ -1,0 +1,49 @@
+"""Dry friction, as an impulse within bounds that acts after the rest of a physics step."""
+
+from math import exp
+
+from twbal.core.compiled import kernel
+from twbal.planar.constants import Constants
+
+SWEEPS = 50
+"""Rounds over the impulses, where several act at once; as many as a physics engine takes."""
+
+
+@kernel()
+def joint_bound(k: Constants, relative: float, apart: float) -> float:
+    """Largest dry friction of both joints together [N·m].
+
+    Args:
+        k: constants of the twin.
+        relative: mean rate of the wheels relative to the body [rad/s].
+        apart: by which one wheel is faster than that and the other slower [rad/s].
+    """
+    bound = 2.0 * k.coulomb
+    if k.breakaway > 0.0:
+        for rate in (relative + apart, relative - apart):
+            share = rate / k.stribeck_rate
+            bound += k.breakaway * exp(-share * share)
+    return bound
+
+
+@kernel()
+def cut(value: float, bound: float) -> float:
+    """`value` within ±`bound`."""
+    return min(max(value, -bound), bound)
+
+
+@kernel()
+def rub(so_far: float, rate: float, inverse: float, bound: float, apart: float) -> float:
+    """Change of the dry friction's impulse on both wheels.
+
+    Alone, the impulse would bring a rate beyond what the wheels are apart back to that, where one of them stands still.
+
+    Args:
+        so_far: impulse of the rounds before.
+        rate: mean of the wheels, with that impulse.
+        inverse: inverse inertia.
+        bound: of the impulse.
+        apart: as of `joint_bound`.
+    """
+    wanted = cut(rate - inverse * so_far, apart) if apart > 0.0 else 0.0
+    return cut(so_far - (rate - wanted) / inverse, bound) - so_far

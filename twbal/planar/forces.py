@@ -1,0 +1,68 @@
+"""The smooth forces on the twin: gravity, inertia, what is in the joints, and what pushes from outside."""
+
+from math import cos, sin
+from typing import NamedTuple
+
+from twbal.core.compiled import kernel
+from twbal.core.robot_model import AxleMotion, JointMotion
+from twbal.planar.constants import Constants
+from twbal.planar.parameters import TwinParameters
+from twbal.planar.terms import push, turn
+from twbal.planar.twin_state import Turning, TwinState
+
+
+class Forces(NamedTuple):
+    """What acts on the coordinates at a step's start, beside the motors and all that is dry.
+
+    Attributes:
+        on_wheels: generalised force on φ [N·m].
+        on_body: on θ [N·m].
+        outside: force at the axle, contained in `on_wheels` [N].
+    """
+
+    on_wheels: float
+    on_body: float
+    outside: float
+
+
+@kernel()
+def slope_ahead(k: Constants, turning: Turning) -> float:
+    """σ: by how much the ground rises in the direction in which the robot looks [rad]."""
+    return k.slope if k.slope == 0.0 or turning.heading == 0.0 else k.slope * cos(turning.heading)
+
+
+@kernel()
+def tipped(k: Constants, s: TwinState, before: Turning, after: Turning) -> TwinState:
+    """The state in angles from the vertical, once the robot has turned on its slope."""
+    by = slope_ahead(k, before) - slope_ahead(k, after)
+    return TwinState(
+        s.tilt + by, s.wheel + by, s.tilt_rate, s.wheel_speed, s.torque, s.rotor + by, s.rotor_speed, s.slip, s.position
+    )
+
+
+@kernel()
+def joint_torque(p: TwinParameters, k: Constants, s: TwinState, turning: Turning) -> float:
+    """Torque in both joints beside the motors' and all that is dry [N·m]."""
+    relative = s.wheel_speed - s.tilt_rate
+    at = JointMotion(s.wheel - s.tilt, relative, 0.0, k.apart, turning.heading)
+    return turn(p, -2.0 * k.viscous * relative, at)
+
+
+@kernel()
+def forces(p: TwinParameters, k: Constants, s: TwinState, time: float, turning: Turning) -> Forces:
+    """Smooth forces: gravity, inertia, turning, what is in the joints, and what pushes from outside."""
+    alpha = s.tilt + k.offset
+    sine, spin = sin(alpha), turning.rate * turning.rate
+    joint = joint_torque(p, k, s, turning)
+    axle = AxleMotion(s.position, k.radius * s.wheel_speed + s.slip, time, k.weight)
+    outside = push(p, 0.0, axle)
+    if k.pushed != 0.0:
+        outside += k.pushed
+    slope = slope_ahead(k, turning)
+    rising = sine if slope == 0.0 else sin(alpha + slope)
+    wheels = joint + k.b * (rising * s.tilt_rate * s.tilt_rate + sine * spin)
+    if slope != 0.0:
+        wheels -= k.weight * k.radius * sin(slope)
+    wheels += k.radius * outside - 2.0 * k.rolling_viscous * s.wheel_speed
+    body = k.d * sine - joint + k.turn * spin * sine * cos(alpha)
+    return Forces(wheels, body, outside)

@@ -1,0 +1,77 @@
+"""One physics step of the twin whose wheels roll; the equations are those of `twbal.planar.motion`."""
+
+from math import cos
+
+from twbal.core.compiled import kernel
+from twbal.planar.constants import Constants
+from twbal.planar.dry_friction import SWEEPS, cut, joint_bound, rub
+from twbal.planar.forces import forces, slope_ahead
+from twbal.planar.parameters import TwinParameters
+from twbal.planar.twin_state import Turning, TwinState
+
+
+@kernel()
+def roll(p: TwinParameters, k: Constants, s: TwinState, torque: float, time: float, turning: Turning) -> TwinState:
+    """One step of a robot whose wheels roll.
+
+    Args:
+        p: the twin.
+        k: its constants.
+        s: state at the step's start.
+        torque: of the motors in this step, both together [N·m].
+        time: since the rollout began [s].
+        turning: of the robot.
+    """
+    h = k.step
+    f = forces(p, k, s, time, turning)
+    loose = k.rotors > 0.0
+    a = k.a - k.rotors
+    coupling = k.b * cos(s.tilt + k.offset + slope_ahead(k, turning)) - k.geared
+    determinant = a * k.c - coupling * coupling
+    w, v = k.c / determinant, -coupling / determinant  # inverse inertia: wheel by wheel, wheel by body
+    q = a / determinant  # body by body
+    on_wheels = f.on_wheels if loose else f.on_wheels + torque
+    on_body = f.on_body - torque
+    wheel_speed = s.wheel_speed + h * (w * on_wheels + v * on_body)
+    tilt_rate = s.tilt_rate + h * (v * on_wheels + q * on_body)
+    rotor_speed = s.rotor_speed + h * torque / k.rotors if loose else wheel_speed
+
+    apart = k.apart * abs(turning.rate)
+    joint = h * joint_bound(k, s.wheel_speed - s.tilt_rate, apart)
+    ground = 2.0 * h * k.rolling
+    if joint > 0.0 or ground > 0.0 or loose:
+        half = 0.5 * k.gap
+        contact = rubbing = rolling = 0.0
+        alone = (joint > 0.0) + (ground > 0.0) + loose == 1
+        for _ in range(1 if alone else SWEEPS):
+            if loose:
+                inverse = w + 1.0 / k.rotors
+                wanted = cut(s.rotor - s.wheel + h * (rotor_speed - wheel_speed) + h * inverse * contact, half)
+                free = rotor_speed - wheel_speed + inverse * contact
+                change = (free - (wanted - s.rotor + s.wheel) / h) / inverse - contact
+                contact += change
+                rotor_speed -= change / k.rotors
+                wheel_speed += w * change
+                tilt_rate += v * change
+            if ground > 0.0:
+                change = rub(rolling, wheel_speed, w, ground, apart)
+                rolling += change
+                wheel_speed += w * change
+                tilt_rate += v * change
+            if joint > 0.0:
+                change = rub(rubbing, wheel_speed - tilt_rate, w - 2.0 * v + q, joint, apart)
+                rubbing += change
+                wheel_speed += (w - v) * change
+                tilt_rate += (v - q) * change
+    wheel = s.wheel + h * wheel_speed
+    return TwinState(
+        s.tilt + h * tilt_rate,
+        wheel,
+        tilt_rate,
+        wheel_speed,
+        s.torque,
+        s.rotor + h * rotor_speed if loose else wheel,
+        rotor_speed if loose else wheel_speed,
+        0.0,
+        s.position + h * k.radius * wheel_speed,
+    )

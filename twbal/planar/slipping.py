@@ -1,0 +1,63 @@
+"""One physics step of the twin whose tyres may slip; the equations are those of `twbal.planar.motion`."""
+
+from math import cos, sin
+
+from twbal.core.compiled import kernel
+from twbal.planar.constants import Constants
+from twbal.planar.dry_friction import SWEEPS, cut, joint_bound, rub
+from twbal.planar.forces import forces, joint_torque, slope_ahead
+from twbal.planar.parameters import TwinParameters
+from twbal.planar.twin_state import Turning, TwinState
+
+
+@kernel()
+def slide(p: TwinParameters, k: Constants, s: TwinState, torque: float, time: float, turning: Turning) -> TwinState:
+    r"""One step of a robot whose tyres may slip; backlash is left out.
+
+    Axle speed v and wheel rate φ̇ are coordinates of their own, with 2 I_w = a - M r² and b / r in place of a and b;
+    traction is dry friction at the tyres with the bound μ N, N being the weight that the body's motion leaves.
+
+    Args: as of `twbal.planar.rolling.roll`.
+    """
+    h, r = k.step, k.radius
+    f = forces(p, k, s, time, turning)
+    slope = slope_ahead(k, turning)
+    spin = k.a - k.mass * r * r  # of both wheels about the axle
+    alpha = s.tilt + k.offset
+    coupling = k.arm * cos(alpha + slope)
+    c = k.c - k.geared
+    determinant = k.mass * c - coupling * coupling
+    w, v, q = c / determinant, -coupling / determinant, k.mass / determinant  # axle by axle, by body; body by body
+    rubbed = joint_torque(p, k, s, turning)
+    rolled = -2.0 * k.rolling_viscous * s.wheel_speed
+    on_axle = (f.on_wheels - rubbed - rolled) / r
+    on_body = f.on_body - torque
+    bend = v * on_axle + q * on_body  # θ̈ without traction
+    speed = s.slip + r * s.wheel_speed + h * (w * on_axle + v * on_body)
+    tilt_rate = s.tilt_rate + h * bend
+    wheel_speed = s.wheel_speed + h * (torque + rubbed + rolled) / spin
+
+    weight = k.weight * cos(slope) - k.arm * (cos(alpha) * s.tilt_rate**2 + sin(alpha) * bend)
+    grip = h * k.grip * max(weight, 0.0)
+    apart = k.apart * abs(turning.rate)
+    joint = h * joint_bound(k, s.wheel_speed - s.tilt_rate, apart)
+    ground = 2.0 * h * k.rolling
+    traction = rubbing = rolling = 0.0
+    for _ in range(1 if joint == 0.0 and ground == 0.0 else SWEEPS):
+        change = cut(traction - (speed - r * wheel_speed) / (w + r * r / spin), grip) - traction
+        traction += change
+        speed += w * change
+        tilt_rate += v * change
+        wheel_speed -= r * change / spin
+        change = rub(rolling, wheel_speed, 1.0 / spin, ground, apart)
+        rolling += change
+        wheel_speed += change / spin
+        change = rub(rubbing, wheel_speed - tilt_rate, 1.0 / spin + q, joint, apart)
+        rubbing += change
+        wheel_speed += change / spin
+        tilt_rate -= q * change
+        speed -= v * change
+    wheel = s.wheel + h * wheel_speed
+    slip = speed - r * wheel_speed
+    tilt = s.tilt + h * tilt_rate
+    return TwinState(tilt, wheel, tilt_rate, wheel_speed, s.torque, wheel, wheel_speed, slip, s.position + h * speed)

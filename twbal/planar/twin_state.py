@@ -1,0 +1,44 @@
+"""What the twin remembers, and how it turns; kernels are compiled for these classes (`twbal.core.compiled`)."""
+
+from typing import NamedTuple
+
+
+class TwinState(NamedTuple):
+    """All that the twin remembers.
+
+    Attributes:
+        tilt: θ [rad].
+        wheel: φ, in space [rad].
+        tilt_rate: [rad/s].
+        wheel_speed: φ̇ [rad/s].
+        torque: to which the motors have come, both together [N·m].
+        rotor: ρ, in space, in turns of the wheel [rad]; φ without backlash.
+        rotor_speed: [rad/s].
+        slip: speed of the axle beyond r φ̇ [m/s]; 0 where the wheels roll.
+        position: of the axle since the rollout began [m].
+    """
+
+    tilt: float
+    wheel: float
+    tilt_rate: float
+    wheel_speed: float
+    torque: float
+    rotor: float
+    rotor_speed: float
+    slip: float
+    position: float
+
+
+class Turning(NamedTuple):
+    """How the robot turns: a known input.
+
+    Attributes:
+        rate: ψ̇ [rad/s].
+        heading: ψ, since the rollout began [rad].
+    """
+
+    rate: float
+    heading: float
+
+
+STRAIGHT = Turning(0.0, 0.0)
