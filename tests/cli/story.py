@@ -3,10 +3,11 @@
 Everything is read from the manifests and the episodes alone, not from the summary.
 """
 
+import math
 import re
 from dataclasses import replace
 from html.parser import HTMLParser
-from itertools import takewhile
+from itertools import pairwise, takewhile
 from pathlib import Path
 from typing import NamedTuple
 
@@ -80,10 +81,21 @@ def seconds(episodes) -> float:
 
 
 def holds(trial, rule) -> bool:
-    """The success rule, written once more."""
-    tilt = [abs(value) for value in trial.observations[: rule["steps"] + 1, 1].tolist()]
+    """The success rule, written once more; the robot behind the port knows its true pose."""
+    steps, settle, place = (
+        math.ceil(round(rule[name] / rule["control_period"], 6)) for name in ("duration", "settle_time", "place_time")
+    )
+    tilt = [abs(value) for value in trial.observations[: steps + 1, 1].tolist()]
     inside = list(takewhile(lambda value: value <= rule["tilt_limit"], tilt))
-    return len(inside) == rule["steps"] + 1 and all(v < rule["settled_tilt_limit"] for v in tilt[rule["settle_step"] :])
+    if len(inside) != steps + 1 or not all(v < rule["settled_tilt_limit"] for v in tilt[settle:]):
+        return False
+    away = [math.hypot(x, y) for x, y, *_ in trial.poses[place : steps + 1].tolist()]
+    if rule["place_radii"] is not None and max(away) > rule["place_radii"] * rule["wheel_radius"]:
+        return False
+    sent = trial.commands[settle:steps].tolist()
+    changes = [(after - before) ** 2 for before, after in pairwise(sent)]
+    most = rule["command_change"]
+    return most is None or math.sqrt(sum(changes) / len(changes)) < most * rule["torque_limit"]
 
 
 class Text(HTMLParser):

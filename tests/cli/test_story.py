@@ -9,6 +9,7 @@ import os
 import shlex
 import subprocess
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -52,7 +53,10 @@ def test_solved_at_once(tmp_path, capsys):
     first, second = check(tmp_path, printed)
     assert (first.policy, first.searched, second.searched) == (second.policy, True, False)  # what this kind is
     assert second.rollout_seconds > 0
-    assert [line.split()[1] for line in printed.splitlines() if line.lstrip().startswith("* ")] == ["0"]
+    assert [line.split()[1] for line in printed.splitlines() if line.lstrip().startswith("* ")] == [
+        "0",
+        "0",
+    ]  # both tables
     assert [command[1] for command in next_commands(printed)] == ["real-rollout"]
 
 
@@ -147,16 +151,28 @@ def test_a_diagnosis_whose_simulation_is_used_comes_to_the_same_in_memory(tmp_pa
     assert untimed(result.summary) == untimed(summary)
 
 
-def test_the_rule_written_once_more_knows_a_fall_and_an_unsettled_tilt():
-    rule = {"steps": 4, "tilt_limit": 0.5, "settled_tilt_limit": 0.2, "settle_step": 2}
+def test_the_rule_written_once_more_knows_each_part_of_it():
+    rule = {"tilt_limit": 0.5, "settled_tilt_limit": 0.2, "place_radii": 1.0, "command_change": 0.1}
+    rule |= {"duration": 0.08, "settle_time": 0.04, "place_time": 0.06, "control_period": 0.02}
+    rule |= {"wheel_radius": 0.15, "torque_limit": 20.0}
 
     class Trial(NamedTuple):
         observations: np.ndarray
+        poses: np.ndarray
+        commands: np.ndarray
 
-    def trial(*tilts: float) -> Trial:
-        return Trial(np.column_stack([0.02 * np.arange(len(tilts)), tilts]))
+    def trial(*tilts: float, x: Sequence[float] = (0.0, 9.0, 9.0, 0.1, 0.1), last: float = 1.9) -> Trial:
+        count = len(tilts)
+        poses = np.column_stack([x[:count], np.zeros((count, 3))])
+        commands = np.array([20.0, -20.0, 0.0, last])[: count - 1]
+        return Trial(np.column_stack([0.02 * np.arange(count), tilts]), poses, commands)
 
-    assert holds(trial(0.4, 0.3, 0.1, 0.1, -0.1), rule)
+    up = (0.4, 0.3, 0.1, 0.1, -0.1)
+    assert holds(trial(*up), rule)
     assert not holds(trial(0.4, 0.6, 0.1, 0.1, 0.1), rule)
     assert not holds(trial(0.4, 0.3, 0.3, 0.1, 0.1), rule)
     assert not holds(trial(0.4, 0.3, 0.1, 0.1), rule)
+    assert not holds(trial(*up, x=(0.0, 0.0, 0.0, 0.1, 0.16)), rule)
+    assert not holds(trial(*up, last=2.1), rule)
+    lenient = {**rule, "place_radii": None, "command_change": None}
+    assert holds(trial(*up, x=(9.0,) * 5, last=20.0), lenient)
