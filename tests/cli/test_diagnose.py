@@ -10,7 +10,6 @@ import pytest
 from hydra import compose
 from hydra.utils import instantiate
 from omegaconf import OmegaConf
-from twbal.virtual_robot.faults import draw_faults
 
 from twbal.algorithm.rollout import rollout
 from twbal.cli.composition import composing
@@ -20,7 +19,6 @@ from twbal.core.start_pose import StartPose
 from twbal.diagnosis.advice import on_falls
 from twbal.diagnosis.record import Verdict
 from twbal.effects.dead_zone import DeadZone
-from twbal.effects.library import library
 from twbal.effects.sensor_noise import SensorNoise
 from twbal.io.logs import read_episode, write_episode
 from twbal.sim.bullet_plant import SimPlant
@@ -206,19 +204,13 @@ def test_a_robot_that_fell_unexplained_is_to_be_recorded_by_a_gentler_regulator(
 
 
 @pytest.mark.slow
-def test_what_the_default_virtual_robot_hides_is_named_with_its_size(tmp_path):
+def test_a_robot_of_another_engine_is_explained_for_the_most_part_and_nothing_is_named_for_certain(tmp_path):
+    """The default virtual robot hides forty things at once, in forms that no effect has."""
     recorded, out = tmp_path / "recorded", tmp_path / "diagnosis"
     excite = ["experiment=excite", "policy.command_width=0.1"]
     assert main(["real-rollout", *excite, f"hydra.run.dir={recorded}"]) == 0
     assert main(["diagnose", f"episodes={recorded}", "diagnosis=loose_tolerance", f"hydra.run.dir={out}"]) == 0
-    with composing():
-        cfg = compose("virtual_robot")
-    hidden = draw_faults(instantiate(cfg.faults), instantiate(cfg.robot), cfg.seed)
     record = json.loads((out / "diagnosis.json").read_text())
-    found = {effect["name"]: effect["parameters"] for effect in record["effects"]}
-    assert set(found) == {"actuation_delay", "com_offset", "coulomb_friction", "dead_zone", "viscous_friction"}
-    for name, parameters in found.items():
-        (effect,) = (effect for effect in hidden if isinstance(effect, library()[name]))
-        for parameter, estimate in parameters.items():
-            assert estimate["value"] == pytest.approx(getattr(effect, parameter), rel=0.1)
-    assert record["gap"]["closed"] > 0.95
+    assert record["verdict"] == "unknown"
+    assert {"actuation_delay", "com_offset"} <= set(record["gap"]["added"])
+    assert record["gap"]["closed"] > 0.75
