@@ -62,10 +62,10 @@ class RobotDistribution:
             f"{field} {mean:.3g} ± {sd:.1g}" for field, mean, sd in zip(self.fields, self.mean, sds, strict=True)
         )
 
-    def models(self, count: int, rng: np.random.Generator) -> list[TwinParameters]:
-        """The mean, and `count` - 1 draws."""
+    def models(self, count: int, rng: np.random.Generator, doubt: float = 1.0) -> list[TwinParameters]:
+        """The mean, and `count` - 1 draws, their distances from it times `doubt`."""
         root = np.linalg.cholesky(self.covariance + 1e-15 * np.eye(len(self.mean)))
-        drawn = self.mean + rng.standard_normal((count, len(self.mean))) @ root.T
+        drawn = self.mean + doubt * rng.standard_normal((count, len(self.mean))) @ root.T
         drawn[0] = self.mean
         nominal = twin_parameters(self.robot, {})
         cut = np.clip(drawn, self.low, self.high)

@@ -115,12 +115,12 @@ def _not_driven_twice(earlier: Sequence[RbfPolicy]) -> list[int]:
 def _rank(candidate: Candidate) -> tuple[float, ...]:
     """Less is better: success in tenths, then the sampled cost; what is not a number comes last.
 
-    Where there are robots of known numbers, they decide first, and sampled f + g among those that do as well on them.
+    Where there are robots of known numbers, they decide, and among policies that hold as many, how they do.
     """
-    (success, cost), modelled = candidate.judged, candidate.validation.success
-    if not np.isfinite([success, cost]).all():
-        return (np.inf,)
-    return (-round(success, 1), *(() if candidate.robots is None else (-round(modelled, 1),)), cost)
+    if candidate.robots is not None:
+        return candidate.robots.rank
+    success, cost = candidate.validation
+    return (-round(success, 1), cost) if np.isfinite([success, cost]).all() else (np.inf, np.inf)
 
 
 def _promising(starts: Sequence[Start], objective: Minimised, count: int, workers: int) -> list[Start]:

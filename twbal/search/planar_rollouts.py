@@ -18,7 +18,7 @@ from twbal.planar.parameters import TwinParameters
 from twbal.planar.planar_plant import drive_on, standing
 from twbal.policies.rbf import RbfPolicy
 from twbal.policies.rbf_moments import Network
-from twbal.search.sampled_rollouts import Balanced, Limits, command_of
+from twbal.search.sampled_rollouts import Limits, command_of
 
 _TILT, _TILT_RATE, _SPEED, _ACCELERATION, _YAW_RATE, _POSITION, _INTEGRAL, _PAST = range(8)
 _CODES = {
@@ -31,6 +31,31 @@ _CODES = {
     "position_integral": _INTEGRAL,
 }
 _MAX_STEP = 0.001  # of the physics [s]
+_FALLEN = 3.0  # of the limits, by a robot that fell; others are cut to it
+
+
+class Driven(NamedTuple):
+    """What became of n robots.
+
+    Attributes:
+        used: (n,) how much of the limits each used: the greatest of its tilt once settled, its distance once back in
+            place and the change of its command, over their limits; it succeeded where that is at most 1. A robot that
+            fell has 3 and the share of the time that was left.
+        costs: (n,) mean cost of a step; a fallen robot costs 1 from its fall on.
+    """
+
+    used: Array
+    costs: Array
+
+    @property
+    def success(self) -> float:
+        """Share of the robots that succeeded."""
+        return float((self.used <= 1.0).mean())
+
+    @property
+    def mean_use(self) -> float:
+        """Mean of `used`: less is better, also among robots that succeed."""
+        return float(self.used.mean())
 
 
 class PlanarDraws(NamedTuple):
@@ -53,7 +78,7 @@ def planar_rollouts(
     limits: Limits,
     draws: PlanarDraws,
     control_period: float,
-) -> Balanced:
+) -> Driven:
     """Drive one robot of each model by a policy.
 
     Args:
@@ -83,8 +108,8 @@ def planar_rollouts(
         )
         for model, start, sensors in zip(models, draws.start, draws.sensors, strict=True)
     ]
-    stayed, costs = zip(*found, strict=True)
-    return Balanced(np.array(stayed), np.array(costs))
+    used, costs = zip(*found, strict=True)
+    return Driven(np.array(used), np.array(costs))
 
 
 @kernel()
@@ -100,14 +125,14 @@ def _rollout(  # type: ignore[no-untyped-def]
     start: Array,
     sensors: Array,
 ):
-    """One robot: 1.0 where it kept within all limits, and the mean cost of a step."""
+    """One robot: how much of the limits it used, and the mean cost of a step."""
     steps, D = len(sensors), len(codes)
     period = substeps * k.step
     commands, state = np.zeros(steps), np.empty(D)
     imu = np.empty((substeps * (2 + int(k.imu_delay / period)), 2))
     imu[:, 0], imu[:, 1] = start[0], start[1]
     s = standing(k, start[0], start[1], start[2], 0.0)
-    stayed, total, restless = 1.0, 0.0, 0.0
+    used, total, restless = 0.0, 0.0, 0.0
     tilt, rate, wheel, wheel_rate = start[0], start[1], 0.0, start[2] / k.radius - start[1]
     origin, position, integral, speed = 0.0, 0.0, 0.0, start[2]
     for step in range(steps + 1):
@@ -151,11 +176,10 @@ def _rollout(  # type: ignore[no-untyped-def]
         tilt, rate = after.reading.tilt, after.reading.tilt_rate
         wheel, wheel_rate = after.reading.wheel_angle, after.reading.wheel_rate
         if not abs(s.tilt) <= limits.limit:
-            return 0.0, (total + steps - step) / steps
-        if step + 1 >= limits.settle_step and abs(s.tilt) > limits.settled_tilt_limit:
-            stayed = 0.0
-        if step + 1 >= limits.place_step and abs(s.position) > limits.place_radius:
-            stayed = 0.0
-    if restless > max(steps - 1 - limits.settle_step, 1) * limits.command_change**2:
-        stayed = 0.0
-    return stayed, total / steps
+            return _FALLEN + (steps - step) / steps, (total + steps - step) / steps
+        if step + 1 >= limits.settle_step:
+            used = max(used, abs(s.tilt) / limits.settled_tilt_limit)
+        if step + 1 >= limits.place_step:
+            used = max(used, abs(s.position) / limits.place_radius)
+    change = np.sqrt(restless / max(steps - 1 - limits.settle_step, 1))
+    return min(max(used, change / limits.command_change), _FALLEN), total / steps

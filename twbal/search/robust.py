@@ -6,28 +6,31 @@ command (`policies.squash`).
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import product
 from typing import NamedTuple
 
 import numpy as np
+import scipy.optimize
 
 from twbal.core.channels import Channels
 from twbal.core.cost import Cost
 from twbal.core.evaluation import SuccessCriterion
-from twbal.core.gaussian import Gaussian
+from twbal.core.gaussian import Array, Gaussian
 from twbal.core.streams import Stream, generator
 from twbal.planar.linearised import sampled_with_delay
 from twbal.planar.parameters import TwinParameters
 from twbal.planar.robot_distribution import RobotDistribution
 from twbal.policies.rbf import RbfPolicy
 from twbal.search.linear_starts import regulator, state_space
-from twbal.search.planar_rollouts import PlanarDraws, planar_rollouts
-from twbal.search.sampled_rollouts import Balanced, limits_of
+from twbal.search.planar_rollouts import Driven, PlanarDraws, planar_rollouts
+from twbal.search.sampled_rollouts import limits_of
 
 _PHYSICAL = ("tilt", "tilt_rate", "speed")
 _MOST_COMPENSATION = 0.6
+_FIRST_STEP = 0.3  # of the direct search, in logarithms of the gains
+_COMPENSATION_STEP = 0.1  # the same for the compensation, as a share of the torque limit
 
 
 @dataclass(frozen=True)
@@ -43,6 +46,11 @@ class RobustSettings:
         change_scales: of the cost's price on changes of the command, as factors on its width.
         command_widths: that cost as much as the cost's widths, as shares of the torque limit.
         compensations: of the robot's dead zone and Coulomb friction, as shares.
+        improved: how many of the finalists, the best, are improved by direct search ...
+        evaluations: ... with so many evaluations each, at most.
+        enough: share of the robots at which none is improved.
+        doubt: factor on the standard deviations of what is known: where no planar model is quite right, its numbers are
+            known less well than a fit says.
     """
 
     robots: int
@@ -53,6 +61,10 @@ class RobustSettings:
     change_scales: tuple[float, ...]
     command_widths: tuple[float, ...]
     compensations: tuple[float, ...]
+    improved: int
+    evaluations: int
+    enough: float
+    doubt: float
 
 
 class RankedPolicy(NamedTuple):
@@ -62,18 +74,20 @@ class RankedPolicy(NamedTuple):
         origin: what it was designed for.
         policy: the policy.
         success: share of the robots under which it succeeds.
+        use: mean share of the limits that the robots used (`Driven`).
         cost: mean cost of a step.
     """
 
     origin: str
     policy: RbfPolicy
     success: float
+    use: float
     cost: float
 
     @property
     def rank(self) -> tuple[float, float]:
         """Less is better."""
-        return -self.success, self.cost
+        return -round(self.success, 1), self.use
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,7 +112,7 @@ class SampledRobots:
     settings: RobustSettings
     seed: int
 
-    def driven(self, policy: RbfPolicy, robots: int | None = None) -> Balanced:
+    def driven(self, policy: RbfPolicy, robots: int | None = None) -> Driven:
         """What becomes of the first `robots` of them under a policy; None: of all."""
         draws = PlanarDraws(self._draws.start[:robots], self._draws.sensors[:robots])
         limits, period = limits_of(self.rule, self.channels), self.distribution.robot.control_period
@@ -107,7 +121,7 @@ class SampledRobots:
     def ranked(self, origin: str, policy: RbfPolicy, robots: int | None = None) -> RankedPolicy:
         """A policy with how it does on the first `robots` of them."""
         found = self.driven(policy, robots)
-        return RankedPolicy(origin, policy, float(found.stayed.mean()), float(found.costs.mean()))
+        return RankedPolicy(origin, policy, found.success, found.mean_use, float(found.costs.mean()))
 
     def regulators(self) -> list[RankedPolicy]:
         """The regulators under which most robots succeed, best first.
@@ -121,11 +135,34 @@ class SampledRobots:
             key=lambda found: found.rank,
         )
         finalists = [self.ranked(found.origin, found.policy) for found in screened[: settings.finalists]]
-        return sorted(finalists, key=lambda found: found.rank)
+        finalists.sort(key=lambda found: found.rank)
+        if finalists and finalists[0].success < settings.enough:
+            finalists += [self._improved(found) for found in finalists[: settings.improved]]
+            finalists.sort(key=lambda found: found.rank)
+        return finalists
+
+    def _improved(self, begin: RankedPolicy) -> RankedPolicy:
+        """A policy after a direct search over the scales of its gains and its compensation (Nelder and Mead 1965)."""
+        groups, policy = _gain_groups(self.channels), begin.policy
+
+        def varied(x: Array) -> RbfPolicy:
+            compensation = float(np.clip(policy.compensation + _COMPENSATION_STEP * x[-1], 0.0, _MOST_COMPENSATION))
+            return replace(policy, gain=policy.gain * np.exp(x[:-1])[groups], compensation=compensation)
+
+        begun = np.zeros(max(groups) + 2)
+        simplex = begun + _FIRST_STEP * np.eye(len(begun) + 1, len(begun), -1)
+        found = scipy.optimize.minimize(
+            lambda x: self.driven(varied(x)).mean_use,
+            begun,
+            method="Nelder-Mead",
+            options={"maxfev": self.settings.evaluations, "initial_simplex": simplex},
+        )
+        return self.ranked(f"{begin.origin}, improved", varied(found.x))
 
     @cached_property
     def _models(self) -> Sequence[TwinParameters]:
-        return self.distribution.models(self.settings.robots, generator(Stream.SAMPLED_ROBOTS, self.seed))
+        rng = generator(Stream.SAMPLED_ROBOTS, self.seed)
+        return self.distribution.models(self.settings.robots, rng, self.settings.doubt)
 
     @cached_property
     def _draws(self) -> PlanarDraws:
@@ -152,6 +189,12 @@ class SampledRobots:
                     compensation = min(share * friction / limit, _MOST_COMPENSATION)
                     policy = RbfPolicy.linear(self.channels.names, gain, limit, compensation)
                     yield f"regulator of robot {number} ({', '.join(f'{s:g}' for s in (*scales, share))})", policy
+
+
+def _gain_groups(channels: Channels) -> list[int]:
+    """Which of the scales each channel's gain has: one for all past commands, one for each of the others."""
+    others = [name for name in channels.names if name not in channels.lags]
+    return [others.index(name) if name in others else len(others) for name in channels.names]
 
 
 def scaled(cost: Cost, channels: Channels, place: float, change: float) -> Cost:

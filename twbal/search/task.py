@@ -16,7 +16,7 @@ from twbal.policies.rbf import RbfPolicy
 from twbal.search.descent import MeanObjective, Minimised, Objective
 from twbal.search.long_term_cost import propagate
 from twbal.search.particles import ParticleObjective
-from twbal.search.robust import SampledRobots
+from twbal.search.robust import RankedPolicy, SampledRobots
 from twbal.search.transition import TransitionModel, transition_model
 from twbal.search.validation import Validation, ValidationResult, validate
 
@@ -78,12 +78,12 @@ class Candidate(NamedTuple):
     cost: float
     validation: ValidationResult
     earlier: int | None = None
-    robots: ValidationResult | None = None
+    robots: RankedPolicy | None = None
 
     @property
     def judged(self) -> ValidationResult:
         """What decides first: robots of known numbers, where there are some, else the sampled f + g."""
-        return self.validation if self.robots is None else self.robots
+        return self.validation if self.robots is None else ValidationResult(self.robots.success, self.robots.cost)
 
 
 @dataclass(frozen=True)
@@ -142,10 +142,7 @@ class Task:
         share = replace(self.validation, robots=math.ceil(self.validation.robots / len(self.models)))
         found = [validate(model, policy, self.cost, self.start, share, self.seed) for model in self.models]
         validation = ValidationResult(*(float(np.mean(values)) for values in zip(*found, strict=True)))
-        robots = None
-        if self.robots is not None:
-            driven = self.robots.driven(policy)
-            robots = ValidationResult(float(driven.stayed.mean()), float(driven.costs.mean()))
+        robots = self.robots.ranked(origin, policy) if self.robots is not None else None
         return Candidate(origin, policy, self.whole.value(policy), validation, earlier, robots)
 
     def predicted(self, policy: RbfPolicy) -> tuple[Gaussian, ...]:

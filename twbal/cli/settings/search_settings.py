@@ -82,6 +82,10 @@ ROBUST = (
     Setting("robust.change_scales", _SHARES, "factors on the width of changes of the command"),
     Setting("robust.command_widths", _SHARES, "command widths of the regulators, per torque limit"),
     Setting("robust.compensations", ListOf(Number(0.0, 2.0), 1, 100), "shares of friction compensation"),
+    Setting("robust.improved", Whole(0, 1000), "regulators that are improved by direct search"),
+    Setting("robust.evaluations", Whole(1, 100_000), "evaluations of each direct search, at most"),
+    Setting("robust.enough", Number(0.0, 1.0), "share of the robots at which none is improved"),
+    Setting("robust.doubt", Number(0.0, 100.0), "factor on the doubts of what is known"),
 )
 
 VALIDATION = (
