@@ -10,6 +10,7 @@ runs it, are those in the stage's file but for what names files, which is up to 
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
+from math import ceil
 from pathlib import Path
 from typing import Any, Self
 
@@ -91,4 +92,15 @@ def seconds_of(periods: int, control_period: float) -> float:
     return periods * control_period
 
 
+def place_state(control_period: float, memory: float) -> list[str]:
+    """The channels of a state that keeps a place, with as many past commands as `memory` [s] holds, from 2 to 9.
+
+    `${place_state:${robot.control_period},0.04}` in yaml.
+    """
+    past = min(max(ceil(memory / control_period - 1e-9), 2), 9)
+    commands = [f"command_{k + 1}" for k in range(past)]
+    return ["tilt", "tilt_rate", "speed", *commands, "position", "position_integral"]
+
+
+OmegaConf.register_new_resolver("place_state", place_state, replace=True)
 OmegaConf.register_new_resolver("seconds_of", seconds_of, replace=True)

@@ -71,7 +71,7 @@ def search_policy(
     if settings.restarts or not earlier:
         starts = _starts(task, shape, torque_limit, earlier, base)
         if task.robots is not None and linear:
-            robust = task.robots.regulators()[:1]
+            robust = task.robots.regulators(workers)[:1]
     chosen = [robust_start(shape, found, task.seed) for found in robust]
     chosen += _promising(starts, short, max(settings.restarts - len(chosen), 1), workers)
 

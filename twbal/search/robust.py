@@ -6,6 +6,7 @@ command (`policies.squash`).
 """
 
 from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import product
@@ -47,7 +48,8 @@ class RobustSettings:
         command_widths: that cost as much as the cost's widths, as shares of the torque limit.
         compensations: of the robot's dead zone and Coulomb friction, as shares.
         improved: how many of the finalists, the best, are improved by direct search ...
-        evaluations: ... with so many evaluations each, at most.
+        evaluations: ... with so many evaluations each, at most ...
+        improving: ... on so many of the robots.
         enough: share of the robots at which none is improved.
         doubt: factor on the standard deviations of what is known: where no planar model is quite right, its numbers are
             known less well than a fit says.
@@ -63,6 +65,7 @@ class RobustSettings:
     compensations: tuple[float, ...]
     improved: int
     evaluations: int
+    improving: int
     enough: float
     doubt: float
 
@@ -123,23 +126,23 @@ class SampledRobots:
         found = self.driven(policy, robots)
         return RankedPolicy(origin, policy, found.success, found.mean_use, float(found.costs.mean()))
 
-    def regulators(self) -> list[RankedPolicy]:
+    def regulators(self, workers: int = 1) -> list[RankedPolicy]:
         """The regulators under which most robots succeed, best first.
+
+        Args:
+            workers: threads; what is found does not depend on it.
 
         Raises:
             ConfigError: the state lacks tilt, tilt rate or speed.
         """
         settings = self.settings
-        screened = sorted(
-            (self.ranked(origin, policy, settings.screening) for origin, policy in self._designs()),
-            key=lambda found: found.rank,
-        )
-        finalists = [self.ranked(found.origin, found.policy) for found in screened[: settings.finalists]]
-        finalists.sort(key=lambda found: found.rank)
-        if finalists and finalists[0].success < settings.enough:
-            finalists += [self._improved(found) for found in finalists[: settings.improved]]
-            finalists.sort(key=lambda found: found.rank)
-        return finalists
+        with ThreadPoolExecutor(workers) as pool:
+            screened = list(pool.map(lambda design: self.ranked(*design, settings.screening), self._designs()))
+            best = sorted(screened, key=lambda found: found.rank)[: settings.finalists]
+            finalists = sorted(pool.map(lambda found: self.ranked(*found[:2]), best), key=lambda found: found.rank)
+            if finalists and finalists[0].success < settings.enough:
+                finalists += pool.map(self._improved, finalists[: settings.improved])
+        return sorted(finalists, key=lambda found: found.rank)
 
     def _improved(self, begin: RankedPolicy) -> RankedPolicy:
         """A policy after a direct search over the scales of its gains and its compensation (Nelder and Mead 1965)."""
@@ -152,7 +155,7 @@ class SampledRobots:
         begun = np.zeros(max(groups) + 2)
         simplex = begun + _FIRST_STEP * np.eye(len(begun) + 1, len(begun), -1)
         found = scipy.optimize.minimize(
-            lambda x: self.driven(varied(x)).mean_use,
+            lambda x: self.driven(varied(x), self.settings.improving).mean_use,
             begun,
             method="Nelder-Mead",
             options={"maxfev": self.settings.evaluations, "initial_simplex": simplex},

@@ -84,6 +84,7 @@ ROBUST = (
     Setting("robust.compensations", ListOf(Number(0.0, 2.0), 1, 100), "shares of friction compensation"),
     Setting("robust.improved", Whole(0, 1000), "regulators that are improved by direct search"),
     Setting("robust.evaluations", Whole(1, 100_000), "evaluations of each direct search, at most"),
+    Setting("robust.improving", Whole(1, 100_000), "robots on which they are improved"),
     Setting("robust.enough", Number(0.0, 1.0), "share of the robots at which none is improved"),
     Setting("robust.doubt", Number(0.0, 100.0), "factor on the doubts of what is known"),
 )
