@@ -139,7 +139,9 @@ class SampledRobots:
         with ThreadPoolExecutor(workers) as pool:
             screened = list(pool.map(lambda design: self.ranked(*design, settings.screening), self._designs()))
             best = sorted(screened, key=lambda found: found.rank)[: settings.finalists]
-            finalists = sorted(pool.map(lambda found: self.ranked(*found[:2]), best), key=lambda found: found.rank)
+            finalists = sorted(
+                pool.map(lambda found: self.ranked(found.origin, found.policy), best), key=lambda found: found.rank
+            )
             if finalists and finalists[0].success < settings.enough:
                 finalists += pool.map(self._improved, finalists[: settings.improved])
         return sorted(finalists, key=lambda found: found.rank)
