@@ -101,7 +101,7 @@ class Algorithm(Generic[R, M, P, S]):
     def _updated(self, policies: Sequence[LearnedPolicy[R, M, P]]) -> LearnedPolicy[R, M, P]:
         """Drive the robot by the newest policy, learn from all that was driven, and search again."""
         newest = policies[-1]
-        rollouts = self._driven(newest, Conditions(trials=self._driving.trials))
+        rollouts = self._driven_enough(newest)
         return self._update.learned(_inputs(newest, rollouts, [each.policy for each in policies]))
 
     def _recalibrated(self, solving: LearnedPolicy[R, M, P]) -> LearnedPolicy[R, M, P]:
@@ -111,13 +111,24 @@ class Algorithm(Generic[R, M, P, S]):
             trials=settings.calibration_rollouts, steps=settings.calibration_steps, exploration=0.0
         )
         rollouts = self._driven(solving, undisturbed)
-        inputs = replace(_inputs(solving, rollouts, [solving.policy]), recalibration=(rollouts,))
+        inputs = replace(_inputs(solving, (rollouts,), [solving.policy]), recalibration=(rollouts,))
         return replace(self._update.learned(inputs), recalibrates=True)
 
-    def _driven(self, newest: LearnedPolicy[R, M, P], conditions: Conditions) -> R:
-        """Rollouts of a policy to learn from; no two of them have one number."""
-        first = self._driving.first_trial + newest.index * self._driving.trials
-        place = Path(f"iteration_{newest.index}") / "rollout"
+    def _driven_enough(self, newest: LearnedPolicy[R, M, P]) -> tuple[R, ...]:
+        """Rollouts of a policy until they last long enough together: of a robot that falls at once, several."""
+        driven: list[R] = []
+        while len(driven) < self._settings.max_update_rollouts:
+            driven.append(self._driven(newest, Conditions(trials=self._driving.trials), len(driven)))
+            lasted = sum(len(e) * e.control_period for e in self._steps.episodes(driven))
+            if lasted >= self._settings.min_update_time:
+                break
+        return tuple(driven)
+
+    def _driven(self, newest: LearnedPolicy[R, M, P], conditions: Conditions, again: int = 0) -> R:
+        """Rollouts of a policy to learn from, the first or again; no two of them have one number."""
+        before = newest.index * self._settings.max_update_rollouts + again
+        first = self._driving.first_trial + before * self._driving.trials
+        place = Path(f"iteration_{newest.index}") / (f"rollout_{again}" if again else "rollout")
         return self._steps.drive(place, newest.policy, replace(conditions, first_trial=first))
 
     def _tried(self, learned: LearnedPolicy[R, M, P]) -> LearnedPolicy[R, M, P]:
@@ -133,7 +144,7 @@ class Algorithm(Generic[R, M, P, S]):
         return self._settings.stop_when_solved and learned.trials is not None and self._update.solved(learned.trials)
 
 
-def _inputs(newest: LearnedPolicy[R, M, P], rollouts: R, earlier: Sequence[P]) -> UpdateInputs[R, M, P]:
+def _inputs(newest: LearnedPolicy[R, M, P], rollouts: tuple[R, ...], earlier: Sequence[P]) -> UpdateInputs[R, M, P]:
     """What the update after `newest` learns from."""
     index = newest.index + 1
-    return UpdateInputs(index, Path(f"iteration_{index}"), (*newest.rollouts, rollouts), tuple(earlier), newest.f)
+    return UpdateInputs(index, Path(f"iteration_{index}"), (*newest.rollouts, *rollouts), tuple(earlier), newest.f)

@@ -37,6 +37,8 @@ class AlgorithmSettings:
         updates: of model and policy, each by real rollouts.
         trials: of each policy, as long as the success rule says; nothing is learned from them.
         stop_when_solved: no more updates once all trials of a policy succeed.
+        min_update_time: that the rollouts of an update last together; where one falls at once, further ones follow [s].
+        max_update_rollouts: calls of the robot for an update, at most.
         calibration_rollouts: of the policy that solved it, from which the model is recalibrated; 0: none.
         calibration_steps: control periods of each of them.
         sim_rounds: how often f is learned once more from rollouts of its own policy.
@@ -56,6 +58,8 @@ class AlgorithmSettings:
     updates: int
     trials: int
     stop_when_solved: bool
+    min_update_time: float
+    max_update_rollouts: int
     calibration_rollouts: int
     calibration_steps: int
     sim_rounds: int

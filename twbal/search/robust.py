@@ -137,7 +137,7 @@ class SampledRobots:
         """
         settings = self.settings
         with ThreadPoolExecutor(workers) as pool:
-            screened = list(pool.map(lambda design: self.ranked(*design, settings.screening), self._designs()))
+            screened = list(pool.map(lambda each: self.ranked(each[0], each[1], settings.screening), self._designs()))
             best = sorted(screened, key=lambda found: found.rank)[: settings.finalists]
             finalists = sorted(
                 pool.map(lambda found: self.ranked(found.origin, found.policy), best), key=lambda found: found.rank

@@ -93,6 +93,8 @@ STAGES: Mapping[str, tuple[Setting, ...]] = {
         _common("updates", _ROUNDS, "updates of model and policy, each by a real rollout"),
         _common("trials", Whole(0, 100_000), "trials of each policy; nothing is learned from them"),
         _common("stop_when_solved", YesNo(), "no more updates once all trials succeed"),
+        Setting("min_update_time", Number(0.0, 3600.0, "s"), "time that the rollouts of an update last together"),
+        Setting("max_update_rollouts", Whole(1, 1000), "rollouts of an update, at most"),
         Setting("calibration_rollouts", Whole(0, 1000), "more rollouts of the policy that solved it"),
         Setting("calibration_steps", STEPS, "length of each of these"),
         Setting("sim_rounds", _ROUNDS, "rounds in which f learns from its own policy"),
