@@ -5,6 +5,10 @@ import pytest
 from hydra.utils import instantiate
 from omegaconf import OmegaConf
 
+from twbal.core.threads import default_to_one_thread
+
+default_to_one_thread()  # as the commands do; test modules, which load what is numeric, are imported after this
+
 CONF = Path(__file__).parents[1] / "conf"
 
 
