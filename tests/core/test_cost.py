@@ -79,7 +79,7 @@ def test_a_change_of_the_command_costs_as_a_deviation_of_its_width_does():
     cost = cost_over(names, {"tilt": 0.25}, None, 20.0, 0.3)
     assert cost(np.array([0.0, 3.0, 9.0])) == pytest.approx(1 - np.exp(-0.5))  # 6 N·m is 0.3 of 20
     assert cost(np.array([0.0, 9.0, 9.0])) == pytest.approx(0.0)
-    with pytest.raises(ConfigError, match="command_change_width must be positive; found -0.3"):
+    with pytest.raises(ConfigError, match=r"command_change_width must be positive; found -0\.3"):
         cost_over(names, {"tilt": 0.25}, None, 20.0, -0.3)
     for silent in (cost_over(names, {"tilt": 0.25}, None, 20.0), cost_over(names[:2], {"tilt": 0.25}, None, 20.0, 0.3)):
         assert not silent.change.any()
