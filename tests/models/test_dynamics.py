@@ -129,7 +129,7 @@ def test_the_position_follows_the_speed_by_the_trapezoid_rule_and_its_integral_t
 
 def test_what_the_robot_does_is_the_same_at_any_place(placed):
     states, commands = np.random.default_rng(0).standard_normal((6, 5)), np.arange(6.0)
-    elsewhere = states + [30.0, 0.0, 0.0, 0.0, -7.0]
+    elsewhere = states + np.array([30.0, 0.0, 0.0, 0.0, -7.0])
     gap = placed.step_mean(elsewhere, commands) - placed.step_mean(states, commands)
     np.testing.assert_allclose(gap, np.tile([30.0, 0.0, 0.0, 0.0, -7.0 + 0.02 * 30.0], (6, 1)), atol=1e-12)
     inputs = np.column_stack([states, commands])[:, [1, 2, 3, 5]]
