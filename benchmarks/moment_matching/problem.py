@@ -83,7 +83,9 @@ def transition(f: KernelSum, g: KernelSum | None = None) -> TransitionModel:
         f=f,
         g=no_kernels(3, 4) if g is None else g,
         carry=np.hstack([np.eye(3), np.zeros((3, 1))]),
+        selection=np.eye(3),
         predicted=np.arange(3),
+        inputs=np.arange(4),
         process_noise=np.zeros(3),
         observation_noise=np.zeros(3),
     )

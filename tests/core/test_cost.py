@@ -9,6 +9,8 @@ from twbal.core.errors import ConfigError
 from twbal.core.gaussian import Gaussian
 
 COST = SaturatingCost(np.array([0.1, -0.5, 2.0]), np.array([0.25, 2.5, np.inf]))
+CHANGING = SaturatingCost(COST.target, COST.widths, np.array([0.8, 0.0, -0.6]))
+COSTS = pytest.mark.parametrize("cost", [COST, CHANGING], ids=["widths", "widths and changes"])
 UNITS = np.array([0.25, 2.5, 4.0])
 
 
@@ -24,39 +26,44 @@ def test_the_cost_is_zero_on_target_saturates_and_ignores_unpriced_channels():
     assert COST(np.array([[1e3, 0, 0], [0.1, -3.0, 0.0]])) == pytest.approx([1.0, 1 - np.exp(-0.5)])
 
 
+@COSTS
 @pytest.mark.parametrize("width", [0.01, 0.5, 2.0])
-def test_the_expectation_equals_quadrature(width):
+def test_the_expectation_equals_quadrature(width, cost):
     z, w = hermegauss(48)
     z, w = np.array(list(product(z, repeat=3))), np.prod(list(product(w / w.sum(), repeat=3)), axis=1)
     for seed in range(3):
         state = random_state(seed, width)
         x = state.mean + z @ np.linalg.cholesky(state.covariance).T
-        assert COST.expected(state).value == pytest.approx(w @ COST(x), rel=1e-5)
+        assert cost.expected(state).value == pytest.approx(w @ cost(x), rel=1e-5)
 
 
-def test_the_expectation_lies_within_4_standard_errors_of_samples():
+@COSTS
+def test_the_expectation_lies_within_4_standard_errors_of_samples(cost):
     state = random_state(3, 1.0)
-    costs = COST(state.sample(400_000, np.random.default_rng(0)))
-    assert abs(costs.mean() - COST.expected(state).value) < 4 * costs.std() / np.sqrt(len(costs))
+    costs = cost(state.sample(400_000, np.random.default_rng(0)))
+    assert abs(costs.mean() - cost.expected(state).value) < 4 * costs.std() / np.sqrt(len(costs))
 
 
-def test_a_known_state_is_expected_to_cost_what_it_costs():
+@COSTS
+def test_a_known_state_is_expected_to_cost_what_it_costs(cost):
     mean = random_state(0, 1.0).mean
-    assert COST.expected(Gaussian(mean, np.zeros((3, 3)))).value == pytest.approx(float(COST(mean)), rel=1e-12)
+    assert cost.expected(Gaussian(mean, np.zeros((3, 3)))).value == pytest.approx(float(cost(mean)), rel=1e-12)
+    assert cost.at(mean) == pytest.approx(float(cost(mean)), rel=1e-12)
 
 
+@COSTS
 @pytest.mark.parametrize("width", [0.05, 0.5, 3.0])
-def test_derivatives_equal_finite_differences(width):
+def test_derivatives_equal_finite_differences(width, cost):
     state = random_state(4, width)
-    found = COST.expected(state)
+    found = cost.expected(state)
     for e in np.diag(1e-5 * UNITS):
-        ends = [COST.expected(Gaussian(state.mean + s * e, state.covariance)).value for s in (1, -1)]
+        ends = [cost.expected(Gaussian(state.mean + s * e, state.covariance)).value for s in (1, -1)]
         assert found.by_mean @ e == pytest.approx((ends[0] - ends[1]) / 2, rel=1e-6, abs=1e-12)
     for k, l in product(range(3), repeat=2):
         step = np.zeros((3, 3))
-        step[k, l] += 1e-4 * width**2 * UNITS[k] * UNITS[l]
+        step[k, l] += 3e-5 * width**2 * UNITS[k] * UNITS[l]
         step = step + step.T
-        ends = [COST.expected(Gaussian(state.mean, state.covariance + s * step)).value for s in (1, -1)]
+        ends = [cost.expected(Gaussian(state.mean, state.covariance + s * step)).value for s in (1, -1)]
         assert np.sum(found.by_covariance * step) == pytest.approx((ends[0] - ends[1]) / 2, rel=1e-6, abs=1e-12)
 
 
@@ -65,6 +72,36 @@ def test_the_expectation_stays_a_cost_however_wide_the_state():
         found = COST.expected(random_state(exponent + 6, 10.0**exponent))
         assert 0.0 <= found.value <= 1.0
         assert np.isfinite(found.by_covariance).all()
+
+
+def test_a_change_of_the_command_costs_as_a_deviation_of_its_width_does():
+    names = ("tilt", "command_1", "command_2")
+    cost = cost_over(names, {"tilt": 0.25}, None, 20.0, 0.3)
+    assert cost(np.array([0.0, 3.0, 9.0])) == pytest.approx(1 - np.exp(-0.5))  # 6 N·m is 0.3 of 20
+    assert cost(np.array([0.0, 9.0, 9.0])) == pytest.approx(0.0)
+    with pytest.raises(ConfigError, match=r"command_change_width must be positive; found -0\.3"):
+        cost_over(names, {"tilt": 0.25}, None, 20.0, -0.3)
+    for silent in (cost_over(names, {"tilt": 0.25}, None, 20.0), cost_over(names[:2], {"tilt": 0.25}, None, 20.0, 0.3)):
+        assert not silent.change.any()
+
+
+@COSTS
+def test_the_curvature_is_that_of_the_cost_at_its_target(cost):
+    h = 1e-3 * UNITS
+    numeric = np.empty((3, 3))
+    for k, l in product(range(3), repeat=2):
+        moves = [(s * np.eye(3)[k] * h, t * np.eye(3)[l] * h, s * t) for s in (1, -1) for t in (1, -1)]
+        numeric[k, l] = sum(sign * cost(cost.target + a + b) for a, b, sign in moves) / (4 * h[k] * h[l])
+    np.testing.assert_allclose(cost.curvature, numeric, rtol=1e-4, atol=1e-5)
+
+
+def test_other_widths_leave_the_price_on_changes_but_for_its_factor():
+    wider = CHANGING.with_widths(2.0 * CHANGING.widths, 2.0)
+    gap = np.array([0.1, 0.4, 0.7])
+    assert wider(CHANGING.target + 2.0 * gap) == pytest.approx(float(CHANGING(CHANGING.target + gap)), rel=1e-12)
+    assert COST.with_widths(2.0 * COST.widths, 2.0)(COST.target + 2.0 * gap) == pytest.approx(
+        float(COST(COST.target + gap)), rel=1e-12
+    )
 
 
 def test_widths_go_by_name_and_past_commands_by_the_torque_limit():

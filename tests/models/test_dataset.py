@@ -28,6 +28,14 @@ def test_input_plus_change_is_the_next_state_and_no_sample_is_lost():
     assert np.array_equal(data.inputs[:, 3], np.concatenate([e.commands for e in episodes]))
 
 
+def test_samples_do_not_tell_where_the_robot_was():
+    placed = Channels(("position", "tilt", "speed", "position_integral"), 0.15, 0.02)
+    told = episode(5, 0, placed.names)
+    data = transitions([told], placed)
+    np.testing.assert_array_equal(data.inputs, np.column_stack([told.states[:-1, 1:3], told.commands]))
+    np.testing.assert_allclose(data.targets, np.diff(told.states[:, 1:3], axis=0), rtol=1e-12)
+
+
 def test_an_episode_with_other_channels_is_refused_with_both_lists():
     with pytest.raises(DataError, match="Episode 1 has the state channels tilt, speed; expected are tilt, command_1"):
         transitions([episode(5, 0), episode(5, 1, ("tilt", "speed"))], CHANNELS)

@@ -59,7 +59,7 @@ def test_without_g_the_papers_model_is_certain():
 
 
 def test_slope_equals_finite_differences(model):
-    point, h = np.array([0.3, -0.2, 0.5, 0.1, -0.4]), 1e-6
+    point, h = np.array([[0.3, -0.2, 0.5, 0.1, -0.4]]), 1e-6
     numeric = [(model.change(point + h * e) - model.change(point - h * e))[0] / (2 * h) for e in np.eye(5)]
     np.testing.assert_allclose(model.change_slope(point)[0], np.transpose(numeric), atol=1e-8)
 
@@ -108,6 +108,49 @@ def test_a_payload_that_cannot_be_a_model_is_refused(model, change, message):
     changed = {k: {**payload[k], **v} if isinstance(v, dict) and v else v for k, v in change.items()}
     with pytest.raises(CheckpointError, match=message):
         DynamicsModel.from_payload({**payload, **changed})
+
+
+PLACED = Channels(("position", "tilt", "speed", "command_1", "position_integral"), 0.15, 0.02)
+
+
+@pytest.fixture
+def placed():
+    return DynamicsModel(PLACED, random_gp(1, inputs=4), random_gp(2, inputs=4), False, PROCESS, SENSORS)
+
+
+def test_the_position_follows_the_speed_by_the_trapezoid_rule_and_its_integral_the_position_by_eulers(placed):
+    states, commands = np.random.default_rng(0).standard_normal((6, 5)), np.arange(6.0)
+    after = placed.step_mean(states, commands)
+    p, _, v, _, q = states.T
+    np.testing.assert_allclose(after[:, 0], p + 0.02 * (v + after[:, 2]) / 2, rtol=1e-12)
+    np.testing.assert_allclose(after[:, 4], q + 0.02 * p, rtol=1e-12)
+    assert np.array_equal(after[:, 3], commands)
+
+
+def test_what_the_robot_does_is_the_same_at_any_place(placed):
+    states, commands = np.random.default_rng(0).standard_normal((6, 5)), np.arange(6.0)
+    elsewhere = states + np.array([30.0, 0.0, 0.0, 0.0, -7.0])
+    gap = placed.step_mean(elsewhere, commands) - placed.step_mean(states, commands)
+    np.testing.assert_allclose(gap, np.tile([30.0, 0.0, 0.0, 0.0, -7.0 + 0.02 * 30.0], (6, 1)), atol=1e-12)
+    inputs = np.column_stack([states, commands])[:, [1, 2, 3, 5]]
+    change = placed.f.mean(inputs) + placed.g.mean(inputs)
+    np.testing.assert_allclose(placed.step_mean(states, commands)[:, [1, 2]], states[:, [1, 2]] + change, rtol=1e-12)
+
+
+def test_slope_with_place_equals_finite_differences(placed):
+    point, h = np.array([[0.3, -0.2, 0.5, 0.1, -0.4, 0.7]]), 1e-6
+    numeric = [(placed.change(point + h * e) - placed.change(point - h * e))[0] / (2 * h) for e in np.eye(6)]
+    np.testing.assert_allclose(placed.change_slope(point)[0], np.transpose(numeric), atol=1e-8)
+
+
+def test_payload_round_trip_keeps_the_control_period_and_older_ones_lack_it(placed, model):
+    assert DynamicsModel.from_payload(placed.to_payload()).channels == PLACED
+    old = {k: v for k, v in model.to_payload().items() if k != "control_period"}
+    again = DynamicsModel.from_payload(old)
+    states = np.random.default_rng(0).standard_normal((6, 4))
+    assert np.array_equal(again.step_mean(states, np.ones(6)), model.step_mean(states, np.ones(6)))
+    with pytest.raises(ConfigError, match="position needs the control period"):
+        DynamicsModel.from_payload({k: v for k, v in placed.to_payload().items() if k != "control_period"})
 
 
 def test_a_model_of_another_state_is_refused():

@@ -1,7 +1,10 @@
 import numpy as np
 import pytest
 
-from twbal.policies.squash import squash, squash_moments
+from twbal.policies.squash import COMPENSATION_WIDTH, compensation_of, squash, squash_moments, squashed
+
+PLAIN = compensation_of(0.0)
+SHARES = (0.2, 0.6)
 
 
 def by_quadrature(function, m, v):
@@ -25,7 +28,7 @@ def test_the_squash_meets_its_bounds_and_is_steepest_at_zero():
 @pytest.mark.parametrize("m", [-4.0, -0.3, 0.0, 1.1, 30.0])
 @pytest.mark.parametrize("v", [1e-6, 0.01, 0.7, 9.0, 400.0, 1e4])
 def test_moments_equal_quadrature(m, v):
-    found = squash_moments(m, v)
+    found = squash_moments(m, v, PLAIN)
     mean = by_quadrature(squash, m, v)
     assert found.mean == pytest.approx(mean, abs=1e-11)
     assert found.gain == pytest.approx(by_quadrature(slope, m, v), abs=1e-11)
@@ -33,24 +36,27 @@ def test_moments_equal_quadrature(m, v):
     assert found.variance == pytest.approx(variance, rel=1e-8, abs=1e-13)
 
 
-@pytest.mark.parametrize("m", [-2.0, 0.0, 0.9])
+@pytest.mark.parametrize("m", [-2.0, 0.0, 0.02, 0.9])
 @pytest.mark.parametrize("v", [0.02, 1.0, 20.0])
-def test_derivatives_equal_finite_differences(m, v):
-    found, h = squash_moments(m, v), 1e-5
-    pairs = [(squash_moments(m + h, v), squash_moments(m - h, v)), (squash_moments(m, v + h), squash_moments(m, v - h))]
+@pytest.mark.parametrize("share", [0.0, *SHARES])
+def test_derivatives_equal_finite_differences(m, v, share):
+    kept, h = compensation_of(share), 1e-5
+    found = squash_moments(m, v, kept)
+    along_m = squash_moments(m + h, v, kept), squash_moments(m - h, v, kept)
+    along_v = squash_moments(m, v + h, kept), squash_moments(m, v - h, kept)
     for name in ("mean", "gain", "variance"):
-        numeric = [(getattr(above, name) - getattr(below, name)) / (2 * h) for above, below in pairs]
-        np.testing.assert_allclose(getattr(found, f"{name}_by"), numeric, rtol=1e-6, atol=1e-9)
+        numeric = [(getattr(above, name) - getattr(below, name)) / (2 * h) for above, below in (along_m, along_v)]
+        np.testing.assert_allclose(getattr(found, f"{name}_by"), numeric, rtol=1e-5, atol=1e-8)
 
 
 def test_no_variance_gives_the_squash_itself():
-    found = squash_moments(0.4, 0.0)
+    found = squash_moments(0.4, 0.0, PLAIN)
     assert (found.mean, found.gain, found.variance) == pytest.approx((squash(0.4), slope(0.4), 0.0))
 
 
 @pytest.mark.parametrize("v", [1e8, 1e300])
 def test_a_huge_variance_does_not_overflow(v):
-    found = squash_moments(1.0, v)
+    found = squash_moments(1.0, v, PLAIN)
     assert (found.mean, found.gain) == (0.0, 0.0)
     assert found.variance == pytest.approx(by_quadrature(squash_squared, 0.0, 1e4))
     assert not np.concatenate([found.mean_by, found.gain_by, found.variance_by]).any()
@@ -58,3 +64,61 @@ def test_a_huge_variance_does_not_overflow(v):
 
 def squash_squared(a):
     return squash(a) ** 2
+
+
+def compensated(a, share):
+    """σ_c(a) by its definition: the square wave sign(sin a), smoothed by a normal density."""
+    z, step = np.linspace(-8.0, 8.0, 4001, retstep=True)
+    density = np.exp(-0.5 * z**2) / np.sqrt(2 * np.pi)
+    wave = np.sign(np.sin(np.asarray(a)[:, None] + COMPENSATION_WIDTH * z))
+    return (1 - share) * squash(np.asarray(a)) + share * step * (wave @ density)
+
+
+@pytest.mark.parametrize("share", SHARES)
+def test_friction_compensation_is_a_smoothed_square_wave_beside_the_squash(share):
+    a = np.linspace(-7.0, 7.0, 1501)
+    found = squash(a, share)
+    np.testing.assert_allclose(found, compensated(a, share), atol=1e-3)  # of the quadrature of a jump
+    kept = compensation_of(share)
+    np.testing.assert_allclose([squashed(float(each), kept) for each in a], found, atol=1e-14)
+    assert np.abs(found).max() <= 1.0
+    np.testing.assert_allclose(squash(-a, share), -found, atol=1e-12)
+
+
+@pytest.mark.parametrize("share", SHARES)
+def test_the_command_jumps_by_the_share_where_the_activation_changes_its_sign(share):
+    beyond = 4 * COMPENSATION_WIDTH
+    assert squash(beyond, share) - (1 - share) * squash(beyond) == pytest.approx(share, abs=1e-4)
+    assert squash(0.0, share) == 0.0
+    slope_there = (squash(1e-6, share) - squash(-1e-6, share)) / 2e-6
+    density = 2.0 / (np.sqrt(2 * np.pi) * COMPENSATION_WIDTH)
+    assert slope_there == pytest.approx(1.5 * (1 - share) + share * density, rel=1e-6)
+
+
+@pytest.mark.parametrize("m", [-4.0, -0.03, 0.0, 1.1, 30.0])
+@pytest.mark.parametrize("v", [1e-6, 1e-3, 0.01, 0.7, 9.0, 400.0])
+@pytest.mark.parametrize("share", SHARES)
+def test_moments_with_compensation_equal_quadrature(m, v, share):
+    """The series of the square wave ends below 1e-5 of it, at any activation."""
+    found = squash_moments(m, v, compensation_of(share))
+
+    def law(a):
+        return squash(a, share)
+
+    def steepness(a):
+        return (law(a + 1e-6) - law(a - 1e-6)) / 2e-6
+
+    mean = by_quadrature(law, m, v)
+    assert found.mean == pytest.approx(mean, abs=2e-5)
+    assert found.gain == pytest.approx(by_quadrature(steepness, m, v), abs=2e-3)
+    assert found.variance == pytest.approx(by_quadrature(lambda a: (law(a) - mean) ** 2, m, v), rel=1e-3, abs=2e-5)
+    assert np.abs(found.mean) <= 1.0 + 1e-5
+
+
+def test_a_command_moves_with_the_state_as_the_gain_says():
+    """Stein's lemma, by samples: Cov(a, σ_c(a)) = v E[σ_c']."""
+    m, v, share = 0.05, 0.04, 0.4
+    a = m + np.sqrt(v) * np.random.default_rng(0).standard_normal(400_000)
+    products = (a - m) * squash(a, share)
+    found = v * squash_moments(m, v, compensation_of(share)).gain
+    assert abs(products.mean() - found) < 4 * products.std() / np.sqrt(len(a))

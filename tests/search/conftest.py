@@ -37,6 +37,18 @@ def discrete(robot, lags):
     return A_full, B_full
 
 
+def with_place(A, B, dt):
+    """The same with position, by the trapezoid rule of the speed, and its integral, by Euler's."""
+    D = len(B)
+    A_full, B_full = np.zeros((D + 2, D + 2)), np.zeros(D + 2)
+    A_full[:D, :D], B_full[:D] = A, B
+    A_full[D, :D], B_full[D] = dt / 2 * A[2], dt / 2 * B[2]
+    A_full[D, 2] += dt / 2
+    A_full[D, D] = A_full[D + 1, D + 1] = 1.0
+    A_full[D + 1, D] = dt
+    return A_full, B_full
+
+
 @pytest.fixture(scope="session")
 def make_system(paper):
     """A function that makes a model, and A and B of what it has learned.
@@ -45,9 +57,10 @@ def make_system(paper):
         lags: how many past commands act and are in the state.
         g: scale of a random difference model with variance; None for none.
         samples: of f.
+        place: position and its integral are in the state, too.
     """
 
-    def make(lags=0, g=None, samples=150, process=1e-6, sensors=1e-6):
+    def make(lags=0, g=None, samples=150, process=1e-6, sensors=1e-6, place=False):
         rng = np.random.default_rng(lags)
         names = ("tilt", "tilt_rate", "speed", "command_1", "command_2")[: 3 + lags]
         spans = np.array([*(SPANS[n] for n in names), TORQUE_LIMIT])
@@ -62,7 +75,10 @@ def make_system(paper):
             targets = g * sd * np.sin(3.0 * (inputs / spans) @ rng.standard_normal((len(spans), 3)))
             difference = condition(inputs, targets, np.tile(spans, (3, 1)), (g * sd) ** 2, (0.1 * g * sd) ** 2)
         noises = [level * np.array([1.0, 30.0, 10.0]) for level in (process, sensors)]
-        return DynamicsModel(Channels(names, 0.15), f, difference, False, *noises), A, B
+        if place:
+            names, (A, B) = (*names, "position", "position_integral"), with_place(A, B, paper.control_period)
+        channels = Channels(names, 0.15, paper.control_period)
+        return DynamicsModel(channels, f, difference, False, *noises), A, B
 
     return make
 

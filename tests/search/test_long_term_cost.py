@@ -10,7 +10,7 @@ from twbal.policies.rbf import RbfPolicy
 from twbal.search.long_term_cost import long_term_cost, propagate
 from twbal.search.transition import transition_model
 
-SCALES = np.array([0.15, 0.8, 0.5, 8.0, 8.0])
+SCALES = np.array([0.15, 0.8, 0.5, 8.0, 8.0, 0.3, 0.2])
 PAIRS, SERIES = Truncation(degrees=()), Truncation(0.0, (4,), fall_back=False)
 
 
@@ -24,7 +24,8 @@ def random_policy(channels, seed=0, N=6, linear=1.0):
 
 
 def cost_and_start(D):
-    cost = SaturatingCost(0.05 * SCALES[:D], np.array([0.25, 2.5, np.inf, 20.0, np.inf])[:D])
+    change = np.array([0.0, 0.0, 0.0, 1 / 6, -1 / 6, 0.0, 0.0])[:D] if D > 5 else np.zeros(D)
+    cost = SaturatingCost(0.05 * SCALES[:D], np.array([0.25, 2.5, np.inf, 20.0, np.inf, 0.5, 0.5])[:D], change)
     rng = np.random.default_rng(1)
     root = 0.2 * SCALES[:D, None] * (np.eye(D) + 0.3 * rng.standard_normal((D, D)))
     return cost, Gaussian(-0.3 * SCALES[:D], root @ root.T)
@@ -32,26 +33,33 @@ def cost_and_start(D):
 
 @pytest.mark.parametrize("truncation", [PAIRS, SERIES], ids=["pairs", "series"])
 @pytest.mark.parametrize(
-    ("lags", "g", "process", "sensors"),
-    [(0, None, 0.0, 0.0), (0, 0.5, 0.0, 0.0), (0, None, 1e-3, 1e-3), (2, 0.5, 1e-3, 2e-3)],
-    ids=["f", "f+g", "f, noises", "f+g, noises, past commands"],
+    ("lags", "g", "process", "sensors", "place", "compensation"),
+    [
+        (0, None, 0.0, 0.0, False, 0.0),
+        (0, 0.5, 0.0, 0.0, False, 0.0),
+        (0, None, 1e-3, 1e-3, False, 0.0),
+        (2, 0.5, 1e-3, 2e-3, False, 0.0),
+        (2, 0.5, 1e-3, 2e-3, True, 0.0),
+        (2, 0.5, 1e-3, 2e-3, True, 0.4),
+    ],
+    ids=["f", "f+g", "f, noises", "f+g, noises, past commands", "and place", "and place, compensation"],
 )
-def test_the_gradient_equals_finite_differences_for_every_parameter(make_system, lags, g, process, sensors, truncation):
-    model, _, _ = make_system(lags, g, 25, process, sensors)
-    policy, (cost, start) = random_policy(model.channels.names), cost_and_start(3 + lags)
+def test_the_gradient_equals_finite_differences_for_every_parameter(
+    make_system, lags, g, process, sensors, truncation, place, compensation
+):
+    model, _, _ = make_system(lags, g, 25, process, sensors, place)
+    D = 3 + lags + 2 * place
+    policy = replace(random_policy(model.channels.names), compensation=compensation)
+    cost, start = cost_and_start(D)
     dynamics = transition_model(model)
     found = long_term_cost(dynamics, policy, cost, start, 6, truncation)
     assert 0.5 < found.value < 5.5  # neither on target nor fallen
     assert (found.exact_steps == 6) == (truncation is PAIRS)
-    sizes = {
-        "centres": SCALES[: 3 + lags],
-        "weights": 0.3,
-        "lengths": SCALES[: 3 + lags],
-        "gain": 1 / SCALES[: 3 + lags],
-    }
+    step = 1e-3 if compensation else 3e-3  # a jump of the command is steep
+    sizes = {"centres": SCALES[:D], "weights": 0.3, "lengths": SCALES[:D], "gain": 1 / SCALES[:D]}
     for name, size in sizes.items():
         values, ours = getattr(policy, name), getattr(found.gradient, name)
-        steps = 3e-3 * np.broadcast_to(size, values.shape)
+        steps = step * np.broadcast_to(size, values.shape)
         numeric = np.empty_like(values)
         for place in np.ndindex(values.shape):
             ends = []
@@ -65,44 +73,55 @@ def test_the_gradient_equals_finite_differences_for_every_parameter(make_system,
         np.testing.assert_allclose(ours * steps, numeric, rtol=1e-6, atol=1e-6 * np.abs(numeric).max(), err_msg=name)
 
 
-@pytest.mark.parametrize("lags", [0, 2])
-def test_a_linear_loop_is_followed_exactly_with_all_its_noises(make_system, lags):
-    model, A, B = make_system(lags, None, 150, 1e-5, 1e-4)
-    _, start = cost_and_start(3 + lags)
+@pytest.mark.parametrize(("lags", "place"), [(0, False), (2, False), (2, True)])
+def test_a_linear_loop_is_followed_exactly_with_all_its_noises(make_system, lags, place):
+    model, A, B = make_system(lags, None, 150, 1e-5, 1e-4, place)
+    D = 3 + lags + 2 * place
+    _, start = cost_and_start(D)
     start = Gaussian(0.05 * start.mean, 0.01 * start.covariance)  # where the squash is straight: σ(a) = 1.5 a + O(a⁵)
-    K = np.array([-60.0, -12.0, -6.0, 0.05, 0.02])[: 3 + lags]
+    K = np.array([-60.0, -12.0, -6.0, 0.05, 0.02, -1.0, -0.2])[:D]
     gain = -K / (20.0 * 1.5)
     policy = replace(random_policy(model.channels.names), weights=np.zeros(6), gain=gain)
     steps = propagate(transition_model(model), policy, start, 15, Truncation())
     mean, S = start
-    noise, seen = np.zeros(3 + lags), np.zeros(3 + lags)
-    noise[:3], seen[:3] = model.process_noise, model.observation_noise
+    disturbed = np.zeros((D, 3))  # a disturbance of the speed within a period moves the robot, too
+    disturbed[:3] = np.eye(3)
+    if place:
+        disturbed[5, 2] = 0.5 * model.channels.control_period
+    noise, seen = disturbed @ np.diag(model.process_noise) @ disturbed.T, np.zeros(D)
+    seen[:3] = model.observation_noise
     loop = A - np.outer(B, K)
     for step in steps:
         mean = loop @ mean
-        S = loop @ S @ loop.T + np.outer(B, B) * (K @ np.diag(seen) @ K) + np.diag(noise)
+        S = loop @ S @ loop.T + np.outer(B, B) * (K @ np.diag(seen) @ K) + noise
         sd = np.sqrt(np.diag(S))
         np.testing.assert_allclose(step.next_state.mean, mean, atol=0.02 * np.abs(sd).max())
         np.testing.assert_allclose(step.next_state.covariance / np.outer(sd, sd), S / np.outer(sd, sd), atol=0.02)
     assert np.abs(mean[0]) < 0.5 * np.abs(start.mean[0])
 
 
-def test_one_step_lies_within_4_standard_errors_of_samples(make_system):
-    model, _, _ = make_system(1, 0.3, 40, 1e-4, 3e-4)
-    _, start = cost_and_start(4)
-    policy = replace(random_policy(model.channels.names), weights=np.zeros(6))  # its activation is normal exactly
+@pytest.mark.parametrize(("lags", "place", "compensation"), [(1, False, 0.0), (2, True, 0.0), (2, True, 0.4)])
+def test_one_step_lies_within_4_standard_errors_of_samples(make_system, lags, place, compensation):
+    model, _, _ = make_system(lags, 0.3, 40, 1e-4, 3e-4, place)
+    D = 3 + lags + 2 * place
+    _, start = cost_and_start(D)
+    policy = random_policy(model.channels.names)
+    policy = replace(policy, weights=np.zeros(6), compensation=compensation)  # its activation is normal exactly
     step = propagate(transition_model(model), policy, start, 1, Truncation())[0]
     rng, count = np.random.default_rng(0), 100_000
     states = start.sample(count, rng)
-    noise = np.zeros(4)
+    noise = np.zeros(D)
     noise[:3] = model.observation_noise
     commands = policy.command(states + np.sqrt(noise) * rng.standard_normal(states.shape))
     joint = np.column_stack([states, commands])
     within_4_standard_errors(joint, step.joint)
     drawn = step.joint.sample(count, rng)  # moment matching means a normal (x, u) from here on
-    after = model.step_distribution(drawn[:, :4], drawn[:, 4])
+    after = model.step_distribution(drawn[:, :D], drawn[:, D])
     ends = after.mean.copy()
-    ends[:, :3] += np.sqrt(after.variance + model.process_noise) * rng.standard_normal((count, 3))
+    moved = np.sqrt(after.variance + model.process_noise) * rng.standard_normal((count, 3))
+    ends[:, :3] += moved
+    if place:
+        ends[:, 5] += 0.5 * model.channels.control_period * moved[:, 2]
     within_4_standard_errors(ends, step.next_state)
 
 

@@ -14,6 +14,7 @@ from twbal.planar.planar_plant import hold
 from twbal.planar.sensing import read_sensors
 from twbal.planar.twin_state import STRAIGHT, TwinState
 
+_DRIVER = ("torque_gain_gain", "actuation_delay_delay")
 _STEPS = 5  # physics steps of a control period in a linear model
 
 
@@ -68,14 +69,16 @@ class DelayedModel(NamedTuple):
 def sampled_with_delay(model: TwinParameters, period: float, ages: int) -> DelayedModel:
     """The planar model about its balance, over one control period, without what is not linear about it.
 
-    By differences of the model itself. A delay longer than `ages` control periods is cut to that.
+    By differences of the model itself, with its torque gain and its delay of commands, but without a motor lag. A delay
+    longer than `ages` control periods is cut to that.
 
     Args:
         model: with its effects.
         period: control period [s].
         ages: K, how many commands before the period's own may still act.
     """
-    smooth = linear_part(model)
+    # What acts between command and motors is no part of `linear_part`, as the diagnosis' filter does without it.
+    smooth = linear_part(model)._replace(**{field: getattr(model, field) for field in _DRIVER})
     k: Constants = constants(smooth, period / _STEPS)
     late = min(k.delay, ages * period)
     k = k._replace(delay=late)

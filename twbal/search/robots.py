@@ -79,14 +79,24 @@ class Robots:
             limits: when a robot balances.
         """
         (steps, robots, _), costs = self.sensors.shape, np.zeros(len(self.start))
-        standing, settled = np.ones(robots, dtype=bool), np.ones(robots, dtype=bool)
+        standing, stayed = np.ones(robots, dtype=bool), np.ones(robots, dtype=bool)
+        commands: list[Array] = []
+
+        def law(seen: torch.Tensor) -> torch.Tensor:
+            commands.append(command(seen.numpy()))
+            return torch.from_numpy(commands[-1])
+
         with torch.no_grad():
-            for step, states in enumerate(self.states(lambda seen: torch.from_numpy(command(seen.numpy())))):
+            for step, states in enumerate(self.states(law)):
                 tilt = np.abs(states[:, limits.tilt].numpy())
                 standing &= tilt <= limits.limit
-                settled &= (step + 1 < limits.settle_step) | (tilt <= limits.settled_tilt_limit)
+                stayed &= (step + 1 < limits.settle_step) | (tilt <= limits.settled_tilt_limit)
+                if limits.position >= 0 and step + 1 >= limits.place_step:
+                    stayed &= np.abs(states[:, limits.position].numpy()) <= limits.place_radius
                 costs += np.where(standing, cost(states.numpy()), 1.0)
                 if not standing.any():
                     costs += steps - step - 1
                     break
-        return Balanced((standing & settled).astype(float), costs / steps)
+        changes = np.diff(commands[limits.settle_step :], axis=0)
+        quiet = (changes**2).sum(axis=0) <= max(len(changes), 1) * limits.command_change**2
+        return Balanced((standing & stayed & quiet).astype(float), costs / steps)

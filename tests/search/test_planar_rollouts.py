@@ -1,0 +1,163 @@
+"""Compiled rollouts of planar models, beside the one loop that drives every robot and the rule that judges it."""
+
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+from twbal.algorithm.rollout import rollout
+from twbal.core.channels import Channels
+from twbal.core.cost import cost_over
+from twbal.core.episode import Provenance
+from twbal.core.evaluation import SuccessCriterion, judged, real_cost
+from twbal.core.start_pose import StartPose
+from twbal.core.streams import Stream, generator
+from twbal.effects.library import effects_from
+from twbal.planar.linearised import sampled_with_delay
+from twbal.planar.parameters import twin_parameters
+from twbal.planar.planar_plant import PlanarPlant
+from twbal.policies.rbf import RbfPolicy
+from twbal.search.linear_starts import regulator, state_space
+from twbal.search.planar_rollouts import PlanarDraws, planar_rollouts
+from twbal.search.sampled_rollouts import limits_of
+
+NAMES = ("tilt", "tilt_rate", "speed", "command_1", "command_2", "position", "position_integral")
+WIDTHS = {"tilt": 0.25, "tilt_rate": 2.5, "speed": 1.0, "position": 0.5, "position_integral": 0.5}
+NOISE = (0.0035, 0.02, 0.001, 0.05)  # tilt, tilt rate, wheel angle, wheel rate
+START = StartPose(-0.1, 0.03, 0.05, 0.02)
+LATE = {"actuation_delay": {"delay": 0.015}}
+RULE = {"settled_tilt_limit": 0.17453, "duration": 6.0, "settle_time": 2.0, "place_time": 3.0}
+
+
+class Case(NamedTuple):
+    """A robot, a policy, and the parts of the rule that a trial shows.
+
+    Attributes:
+        effects: of the robot.
+        widths: of the cost by which its regulator is designed.
+        scale: of the regulator's gain.
+        compensation: of the policy.
+        shows: upright, settled, in place, quiet.
+    """
+
+    effects: dict
+    widths: dict
+    scale: float
+    compensation: float
+    shows: tuple[bool, bool, bool, bool]
+
+
+ROLLING = {name: WIDTHS[name] for name in ("tilt", "tilt_rate", "speed")}
+CASES = {
+    "it stays": Case(LATE, WIDTHS, 1.0, 0.0, (True, True, True, True)),
+    "a dead zone, compensated": Case(
+        {"dead_zone": {"width": 1.0}, "imu_delay": {"delay": 0.007}, "coulomb_friction": {"torque": 0.1}},
+        WIDTHS,
+        0.7,
+        0.03,
+        (True, True, True, True),
+    ),
+    "it rolls away": Case({"com_offset": {"angle": 0.06}, **LATE}, ROLLING, 1.0, 0.0, (True, True, False, True)),
+    "it shakes": Case(LATE, WIDTHS, 1.0, 0.5, (True, True, True, False)),
+    "it falls": Case(LATE, WIDTHS, 0.1, 0.0, (False, False, False, False)),
+}
+
+
+def policy_for(robot, channels, case):
+    linear = sampled_with_delay(twin_parameters(robot, LATE), robot.control_period, 2)
+    cost = cost_over(channels.names, case.widths, 1.0, robot.torque_limit)
+    gain = regulator(*state_space(linear, channels), cost, robot.torque_limit)
+    return RbfPolicy.linear(channels.names, case.scale * gain, robot.torque_limit, case.compensation)
+
+
+def rule_for(robot):
+    return SuccessCriterion.in_seconds(
+        tilt_limit=0.5236,
+        place_radii=1.0,
+        command_change=0.1,
+        control_period=robot.control_period,
+        wheel_radius=robot.wheel_radius,
+        torque_limit=robot.torque_limit,
+        **RULE,
+    )
+
+
+def driven(robot, case, policy, channels, rule, cost, noise, trial):
+    """Episode of the plant, and the same robot by compiled code with the same start and noises."""
+    shown = dict(zip(("tilt", "tilt_rate", "wheel_angle", "wheel_rate"), noise, strict=True))
+    sensors = {"sensor_noise": {**shown, "acceleration": 0.0, "yaw_rate": 0.0}}
+    plant = PlanarPlant(
+        robot=robot, effects=effects_from({**case.effects, **sensors}), start=START, physics_step=0.001, seed=3
+    )
+    episode = rollout(plant, policy, channels, rule.steps, rule.tilt_limit, Provenance("paper", "robot", trial=trial))
+    draws = generator(Stream.SENSOR_NOISE, 3, trial).standard_normal((rule.steps + 1, 6))
+    stance = START.draw(generator(Stream.START_POSE, 3, trial))
+    found = planar_rollouts(
+        [twin_parameters(robot, case.effects)],
+        channels,
+        policy,
+        cost,
+        limits_of(rule, channels),
+        PlanarDraws(np.array([stance]), (np.array(noise) * draws[:-1, [0, 1, 3, 4]])[None]),
+        robot.control_period,
+    )
+    return episode, found
+
+
+@pytest.mark.parametrize("noise", [(0.0,) * 4, NOISE], ids=["no noise", "noise"])
+@pytest.mark.parametrize("name", CASES)
+def test_a_robot_does_what_it_does_behind_the_seam_and_is_judged_alike(paper, name, noise):
+    case, channels = CASES[name], Channels(NAMES, paper.wheel_radius, paper.control_period)
+    policy, rule = policy_for(paper, channels, case), rule_for(paper)
+    cost = cost_over(NAMES, WIDTHS, 1.0, paper.torque_limit, 0.3)
+    for trial in range(3):
+        episode, found = driven(paper, case, policy, channels, rule, cost, noise, trial)
+        verdict = judged(episode, rule)
+        assert (verdict.upright, verdict.settled, verdict.in_place, verdict.quiet) == case.shows
+        assert bool(found.stayed[0]) == verdict.succeeded
+        expected = real_cost(episode, cost, rule.steps)
+        if not verdict.upright:
+            expected += 1.0 - float(cost(episode.states[-1]))  # a rollout ends after its fall, which counts here
+        # all but the noise on the very last state are the same draws
+        assert found.costs[0] * rule.steps == pytest.approx(expected, rel=1e-9, abs=1e-9 if not any(noise) else 0.2)
+
+
+@pytest.mark.parametrize("names", [("yaw_rate", "tilt_rate", "acceleration", "tilt"), NAMES[::-1]], ids=str)
+def test_every_channel_is_where_the_state_has_it(paper, names):
+    channels = Channels(names, paper.wheel_radius, paper.control_period)
+    gains = {"tilt": -60.0, "tilt_rate": -9.0, "speed": -4.0, "acceleration": 0.2, "position": -3.0}
+    gain = np.array([gains.get(name, 0.05) for name in names])
+    policy = RbfPolicy.linear(names, gain, paper.torque_limit, 0.0)
+    rule = rule_for(paper)
+    cost = cost_over(names, {**WIDTHS, "acceleration": 15.0, "yaw_rate": 1.0}, 1.0, paper.torque_limit)
+    case = CASES["it stays"]
+    episode, found = driven(paper, case, policy, channels, rule, cost, (0.0,) * 4, 0)
+    assert len(episode) == rule.steps
+    assert found.costs[0] * rule.steps == pytest.approx(real_cost(episode, cost, rule.steps), rel=1e-9)
+
+
+def test_robots_do_not_see_each_other(paper):
+    channels, rule = Channels(NAMES, paper.wheel_radius, paper.control_period), rule_for(paper)
+    cost, rng = cost_over(NAMES, WIDTHS, 1.0, paper.torque_limit), np.random.default_rng(0)
+    models = [twin_parameters(paper, case.effects) for case in CASES.values()]
+    draws = PlanarDraws(
+        0.05 * rng.standard_normal((len(models), 3)),
+        np.array(NOISE) * rng.standard_normal((len(models), rule.steps, 4)),
+    )
+    policy = policy_for(paper, channels, CASES["it stays"])
+
+    def drive(which):
+        return planar_rollouts(
+            [models[i] for i in which],
+            channels,
+            policy,
+            cost,
+            limits_of(rule, channels),
+            PlanarDraws(draws.start[which], draws.sensors[which]),
+            paper.control_period,
+        )
+
+    together, alone = drive(list(range(len(models)))), [drive([i]) for i in range(len(models))]
+    np.testing.assert_array_equal(together.costs, [each.costs[0] for each in alone])
+    np.testing.assert_array_equal(together.stayed, [each.stayed[0] for each in alone])
+    assert len(set(together.costs)) == len(models)

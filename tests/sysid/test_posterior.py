@@ -1,0 +1,148 @@
+"""What rollouts tell of a robot, beside robots that are known."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from twbal.algorithm.rollout import rollout
+from twbal.core.channels import Channels
+from twbal.core.cost import cost_over
+from twbal.core.episode import Provenance
+from twbal.core.errors import DataError
+from twbal.core.start_pose import StartPose
+from twbal.effects.library import effects_from
+from twbal.planar.linearised import sampled_with_delay
+from twbal.planar.parameters import twin_parameters
+from twbal.planar.planar_plant import PlanarPlant
+from twbal.planar.robot_distribution import prior_of
+from twbal.policies.exploring import ExploringPolicy
+from twbal.policies.rbf import RbfPolicy
+from twbal.search.linear_starts import regulator, state_space
+from twbal.sysid.posterior import posterior
+
+NAMES = ("tilt", "tilt_rate", "speed", "command_1", "command_2", "position")
+NOISE = {"tilt": 0.0035, "tilt_rate": 0.02, "wheel_angle": 0.001, "wheel_rate": 0.05}
+UNSEEN = {"acceleration": 0.0, "yaw_rate": 0.0}
+SEEN = ("actuation_delay_delay", "dead_zone_width", "com_offset_angle", "torque_gain_gain")
+
+
+def episodes_of(robot, effects, seed, steps=200, count=1, scale=1.0, exploration=0.075):
+    """Rollouts of the planar robot with effects, at finer steps than the estimator's, under a regulator with noise."""
+    channels = Channels(NAMES, robot.wheel_radius, robot.control_period)
+    linear = sampled_with_delay(twin_parameters(robot, {}), robot.control_period, 2)
+    cost = cost_over(NAMES, {"tilt": 0.25, "tilt_rate": 2.5, "speed": 1.0, "position": 0.5}, 1.0, robot.torque_limit)
+    gain = scale * regulator(*state_space(linear, channels), cost, robot.torque_limit)
+    law = RbfPolicy.linear(NAMES, gain, robot.torque_limit, 0.0)
+    policy = ExploringPolicy(law, exploration * robot.torque_limit, robot.torque_limit)
+    plant = PlanarPlant(
+        robot=robot,
+        effects=effects_from({**effects, "sensor_noise": {**NOISE, **UNSEEN}}),
+        start=StartPose(-0.1, 0.02, 0.05, 0.02),
+        physics_step=robot.control_period / 40,
+        seed=seed,
+    )
+    told = [Provenance("paper", "robot", seed=seed, trial=trial) for trial in range(count)]
+    return [rollout(plant, policy, channels, steps, 0.5236, each) for each in told]
+
+
+def drawn(prior, seed):
+    """Effects of a robot that the prior holds likely, and its numbers (P,)."""
+    model = prior.models(2, np.random.default_rng(seed))[1]
+    values = {field: getattr(model, field) for field in prior.fields}
+    effects = {}
+    for field, value in values.items():
+        effect, parameter = field.rsplit("_", 1)
+        effects[effect] = {parameter: value}
+    return effects, np.array(list(values.values()))
+
+
+def sds_off(found, truth):
+    """Distance from the truth in standard deviations, (P,)."""
+    return (found.mean - truth) / np.sqrt(np.diag(found.covariance))
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_the_truth_lies_within_4_standard_deviations_and_these_are_small(paper, seed):
+    effects = {
+        "actuation_delay": {"delay": (0.012, 0.025, 0.034)[seed - 1]},
+        "dead_zone": {"width": (1.8, 1.0, 2.6)[seed - 1]},
+        "com_offset": {"angle": (0.05, -0.04, 0.02)[seed - 1]},
+        "torque_gain": {"gain": (0.8, 1.3, 1.0)[seed - 1]},
+    }
+    prior = prior_of(paper)
+    found = posterior(prior, episodes_of(paper, effects, seed))
+    for field, (effect, parameter) in zip(
+        SEEN,
+        [("actuation_delay", "delay"), ("dead_zone", "width"), ("com_offset", "angle"), ("torque_gain", "gain")],
+        strict=True,
+    ):
+        k = prior.fields.index(field)
+        sd = np.sqrt(found.covariance[k, k])
+        assert abs(found.mean[k] - effects[effect][parameter]) < 4 * sd, field
+        assert sd < 0.5 * np.sqrt(prior.covariance[k, k]), field
+    np.testing.assert_allclose(found.sensor_sd, list(NOISE.values()), rtol=0.5)
+
+
+@pytest.mark.slow
+def test_ten_likely_robots_lie_where_their_posteriors_say(paper):
+    """With calibrated ones, of 90 distances 4 or 5 are beyond two standard deviations and none beyond four."""
+    prior = prior_of(paper)
+    off = []
+    for seed in range(10):
+        effects, truth = drawn(prior, 100 + seed)
+        off.append(sds_off(posterior(prior, episodes_of(paper, effects, seed)), truth))
+    off = np.array(off)
+    assert np.mean(np.abs(off) < 2) > 0.85
+    assert np.abs(off).max() < 5
+    assert 0.5 < np.sqrt(np.mean(off**2)) < 1.5
+
+
+def test_more_rollouts_tell_more(paper):
+    prior, effects = prior_of(paper), {"dead_zone": {"width": 1.5}, "actuation_delay": {"delay": 0.02}}
+    both = episodes_of(paper, effects, 4, count=2)
+    one, two = (posterior(prior, both[:n]) for n in (1, 2))
+    assert (
+        np.linalg.slogdet(two.covariance)[1]
+        < np.linalg.slogdet(one.covariance)[1]
+        < np.linalg.slogdet(prior.covariance)[1]
+    )
+
+
+def test_what_rollouts_do_not_tell_stays_as_it_was(paper):
+    """Masses of a robot that hardly moves: a falling one for a fifth of a second under no command."""
+    prior = prior_of(paper)
+    found = posterior(prior, episodes_of(paper, {}, 5, steps=10, scale=0.0, exploration=0.0))
+    for field in ("dead_zone_width", "torque_gain_gain", "actuation_delay_delay"):
+        k = prior.fields.index(field)
+        sd = np.sqrt(prior.covariance[k, k])
+        assert abs(found.mean[k] - prior.mean[k]) < 0.1 * sd, field
+        assert np.sqrt(found.covariance[k, k]) == pytest.approx(sd, rel=0.05), field
+
+
+def test_a_covariance_is_one_and_values_stay_within_their_bounds(paper):
+    prior = prior_of(paper)
+    found = posterior(prior, episodes_of(paper, {"actuation_delay": {"delay": 0.0}}, 6))
+    np.testing.assert_array_equal(found.covariance, found.covariance.T)
+    assert np.linalg.eigvalsh(found.covariance / np.outer(*[np.sqrt(np.diag(found.covariance))] * 2)).min() > 0
+    assert (found.mean >= prior.low).all() and (found.mean <= prior.high).all()
+    assert found.fields == prior.fields and found.robot == prior.robot
+
+
+def test_a_robot_that_lies_on_the_ground_tells_nothing(paper):
+    episode = episodes_of(paper, {}, 7)[0]
+    lying = np.array(episode.observations)
+    lying[:, 1] = 1.2
+    with pytest.raises(DataError, match="None of 2 episodes has 5 control periods of a robot that stands"):
+        posterior(prior_of(paper), [replace(episode, observations=lying)] * 2)
+
+
+def test_what_comes_after_a_fall_is_not_used(paper):
+    prior, episode = prior_of(paper), episodes_of(paper, {}, 8, steps=100)[0]
+    fallen, wild = np.array(episode.observations), np.array(episode.observations)
+    for each, tilt in ((fallen, 0.9), (wild, -1.4)):
+        each[80:, 1] = tilt
+    wild[80:, 2:] *= -3.0
+    one, other = (posterior(prior, [replace(episode, observations=seen)]) for seen in (fallen, wild))
+    np.testing.assert_array_equal(one.mean, other.mean)
+    np.testing.assert_array_equal(one.covariance, other.covariance)
