@@ -1,78 +1,87 @@
-"""Which hidden robots the benchmark is run on."""
+"""The hidden robots of the benchmarks, and what drives them."""
 
 import json
 import subprocess
 import sys
-from collections.abc import Iterator, Sequence
-from dataclasses import asdict
+from collections.abc import Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from hydra import compose
 from hydra.utils import instantiate
 
-from benchmarks.hidden_robots.nearest import nearest_effects
-from benchmarks.hidden_robots.yardstick import drops
+from benchmarks.hidden_robots.reference import Rules
 from twbal.cli.composition import composing
+from twbal.core.robot_parameters import RobotParameters
 from twbal.core.streams import Stream, child_seed
-from twbal.effects.effect import Effect
 from twbal.virtual_robot.drawn import draw_ground_truth
 from twbal.virtual_robot.ground_truth import GroundTruth
 from twbal.virtual_robot.mujoco_robot import MujocoRobot
 
 
-class Drawn(NamedTuple):
-    """A hidden robot.
+class Family(NamedTuple):
+    """Robots of one data sheet that hide about as much.
 
     Attributes:
-        seed: that draws it.
-        truth: all that it hides.
-        effects: of twbal's, that come nearest to that.
+        sheet: of conf/robot.
+        faults: of conf/groups/faults.yaml.
     """
 
-    seed: int
-    truth: GroundTruth
-    effects: list[Effect]
+    sheet: str
+    faults: str
 
 
-def dropped_by_the_data_sheet(first_seed: int) -> Iterator[Drawn]:
-    """Robots of seeds from `first_seed` on that the data sheet's regulator drops."""
-    with composing():
-        cfg = compose("iterate")
-        served = compose("virtual_robot")
-        faults = instantiate(served.faults)
-    robot, rule, start = instantiate(cfg.robot), instantiate(cfg.success), instantiate(cfg.start)
-    seed = first_seed
-    while True:
-        truth = draw_ground_truth(faults, robot, seed)
-        with MujocoRobot(
-            truth=truth,
-            control_period=robot.control_period,
-            start=start,
-            physics_step=served.physics_step,
+FAMILIES = {
+    "hard": Family("paper", "hard"),
+    "moderate": Family("paper", "moderate"),
+    "regbot": Family("regbot", "moderate"),
+    "balboa": Family("balboa", "moderate"),
+    "esp32": Family("esp32", "moderate"),
+}
+
+
+class Workshop:
+    """Makes the robots of a family, and knows the rules that they are judged by.
+
+    Attributes:
+        sheet: their data sheet.
+        rules: the default one and that for robots that stick.
+    """
+
+    def __init__(self, family: Family) -> None:
+        with composing():
+            served = compose("virtual_robot", [f"robot={family.sheet}", f"faults={family.faults}"])
+            asked = [compose("iterate", [f"robot={family.sheet}", f"success={rule}"]) for rule in Rules._fields]
+            self.rules = Rules(*(instantiate(cfg.success) for cfg in asked))
+        self.sheet: RobotParameters = instantiate(served.robot)
+        self._faults, self._start = instantiate(served.faults), instantiate(served.start)
+        self._physics_step = served.physics_step
+
+    def truth(self, seed: int) -> GroundTruth:
+        """What the robot `seed` is."""
+        return draw_ground_truth(self._faults, self.sheet, seed)
+
+    def robot(self, seed: int, truth: GroundTruth | None = None) -> MujocoRobot:
+        """The robot `seed` as `twbal virtual-robot` serves it, or with its start poses and noise another truth."""
+        return MujocoRobot(
+            truth=truth or self.truth(seed),
+            control_period=self.sheet.control_period,
+            start=self._start,
+            physics_step=self._physics_step,
             seed=child_seed(Stream.VIRTUAL_ROBOT, seed),
-        ) as plant:
-            if drops(plant, robot, rule, trials=1):
-                yield Drawn(seed, truth, nearest_effects(truth, robot))
-        seed += 1
+        )
 
 
-def as_simulation(effects: Sequence[Effect]) -> list[str]:
-    """Overrides that put these effects into the simulation: what learns from it then nearly knows the dynamics."""
-    words = []
-    for effect in effects:
-        kind, values = type(effect), asdict(effect)  # type: ignore[call-overload]
-        node = f"sim.effects.{kind.__name__}"
-        words.append(f"++{node}._target_={kind.__module__}.{kind.__name__}")
-        words += [f"++{node}.{name}={value!r}" for name, value in values.items()]
-    return words
-
-
-def iterate(folder: Path, words: Sequence[str]) -> dict[str, object]:
+def iterate(folder: Path, words: Sequence[str]) -> dict[str, Any]:
     """Run `twbal iterate` into `folder` (or go on there) and return its summary."""
-    command = [sys.executable, "-m", "twbal", "iterate", *words, f"hydra.run.dir={folder}"]
-    folder.mkdir(parents=True, exist_ok=True)
-    with (folder / "output.txt").open("a") as output:
-        subprocess.run(command, stdout=output, stderr=subprocess.STDOUT, check=True)
-    summary: dict[str, object] = json.loads((folder / "summary.json").read_text())
+    run("iterate", folder, words)
+    summary: dict[str, Any] = json.loads((folder / "summary.json").read_text())
     return summary
+
+
+def run(command: str, folder: Path, words: Sequence[str]) -> None:
+    """Run a stage of twbal into `folder`, or go on there; what it says goes to output.txt."""
+    folder.mkdir(parents=True, exist_ok=True)
+    line = [sys.executable, "-m", "twbal", command, *words, f"hydra.run.dir={folder}"]
+    with (folder / "output.txt").open("a") as output:
+        subprocess.run(line, stdout=output, stderr=subprocess.STDOUT, check=True)

@@ -1,12 +1,16 @@
 """A controller that has nothing to do with twbal's learning: the textbook regulator of the data sheet.
 
-A robot that it already holds needs no learning, and tells nothing about it. The hidden robots of the benchmark are
-those that it drops.
+A robot that it already holds needs no learning, and tells nothing about it. Methods are compared on robots that it
+drops.
 """
+
+from collections.abc import Iterator
+from itertools import count
 
 import numpy as np
 import scipy.linalg
 
+from benchmarks.hidden_robots.robots import FAMILIES, Workshop
 from twbal.algorithm.rollout import rollout
 from twbal.core.channels import Channels
 from twbal.core.episode import Provenance
@@ -50,3 +54,11 @@ def drops(plant: Plant, robot: RobotParameters, rule: SuccessCriterion, trials: 
         if succeeded(episode, rule):
             return False
     return True
+
+
+def dropped_by_the_data_sheet(first_seed: int) -> Iterator[int]:
+    """Seeds from `first_seed` on of `hard` robots that the data sheet's regulator drops."""
+    workshop = Workshop(FAMILIES["hard"])
+    for seed in count(first_seed):
+        if drops(workshop.robot(seed), workshop.sheet, workshop.rules.default, trials=1):
+            yield seed

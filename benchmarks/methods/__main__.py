@@ -20,7 +20,8 @@ from typing import Any
 
 from omegaconf import OmegaConf
 
-from benchmarks.hidden_robots.robots import dropped_by_the_data_sheet, iterate
+from benchmarks.hidden_robots.robots import iterate
+from benchmarks.hidden_robots.yardstick import dropped_by_the_data_sheet
 from twbal.algorithm.comparison import METRICS, Run, estimate, paired, run_values
 from twbal.algorithm.summary import read_summary
 from twbal.cli.conf_folder import conf_folder
@@ -107,7 +108,7 @@ def main(words: Sequence[str]) -> None:
     collects = settings.pop("collect", "false") == "true"
     if settings:
         raise SystemExit(f"unknown settings: {', '.join(settings)}")
-    robots = [robot.seed for robot in islice(dropped_by_the_data_sheet(first), count)]
+    robots = list(islice(dropped_by_the_data_sheet(first), count))
     if not collects:
         with ThreadPoolExecutor(workers) as pool:
             list(pool.map(learn, jobs(robots)))
