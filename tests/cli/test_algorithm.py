@@ -68,6 +68,7 @@ def learn(solved=(), words=(), diagnosable=1, useless=(), **changed):
         cfg = compose("iterate", ["seed=5", "ensemble=none", *words])
     usual = {"updates": 2, "trials": 10, "stop_when_solved": False, "sim_rounds": 1, "calibration_rollouts": 0}
     usual |= {"diagnose": False, "search_retries": 0, "on_lqr": False}
+    usual |= {"min_update_time": 0.0, "max_update_rollouts": 4}
     usual |= {"initial_policy": InitialPolicy.SIMULATION, "model_update": ModelUpdate.RESIDUAL}
     simulated = {"sim_round_rollouts": 3, "sim_round_exploration": 0.1}
     settings = AlgorithmSettings(
@@ -169,6 +170,16 @@ def test_no_two_rollouts_of_the_robot_have_one_number(each):
         for number in range(call.overrides["first_trial"], call.overrides["first_trial"] + call.overrides["trials"])
     ]
     assert len(set(numbers)) == len(numbers) == 7 * 10 + 6 * each
+
+
+def test_a_robot_that_falls_at_once_is_driven_again_until_the_rollouts_last_long_enough():
+    length = FEW_DATA.min_samples * 0.02
+    for wanted, count in ((0.5 * length, 1), (1.5 * length, 2), (2.5 * length, 3), (9.0 * length, 4)):
+        calls, learning = learn(updates=1, min_update_time=wanted)
+        driven = [call for call in only(calls, "real-rollout") if call.folder.name != "trials"]
+        assert [call.folder.name for call in driven] == ["rollout", "rollout_1", "rollout_2", "rollout_3"][:count]
+        assert learning.policies[-1].rollouts == tuple(call.folder for call in driven)
+        assert len({call.overrides["first_trial"] for call in driven}) == count
 
 
 def test_each_rollout_is_driven_by_the_newest_policy():

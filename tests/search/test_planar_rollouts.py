@@ -114,7 +114,11 @@ def test_a_robot_does_what_it_does_behind_the_seam_and_is_judged_alike(paper, na
         episode, found = driven(paper, case, policy, channels, rule, cost, noise, trial)
         verdict = judged(episode, rule)
         assert (verdict.upright, verdict.settled, verdict.in_place, verdict.quiet) == case.shows
-        assert bool(found.stayed[0]) == verdict.succeeded
+        assert bool(found.used[0] <= 1.0) == verdict.succeeded
+        if verdict.upright and not any(noise):
+            settled = np.abs(episode.tilt[rule.settle_step :]).max() / rule.settled_tilt_limit
+            shares = settled, verdict.farthest / rule.place_limit, verdict.command_change / rule.command_change
+            assert found.used[0] == pytest.approx(min(max(shares), 3.0), rel=1e-6)
         expected = real_cost(episode, cost, rule.steps)
         if not verdict.upright:
             expected += 1.0 - float(cost(episode.states[-1]))  # a rollout ends after its fall, which counts here
@@ -159,5 +163,5 @@ def test_robots_do_not_see_each_other(paper):
 
     together, alone = drive(list(range(len(models)))), [drive([i]) for i in range(len(models))]
     np.testing.assert_array_equal(together.costs, [each.costs[0] for each in alone])
-    np.testing.assert_array_equal(together.stayed, [each.stayed[0] for each in alone])
+    np.testing.assert_array_equal(together.used, [each.used[0] for each in alone])
     assert len(set(together.costs)) == len(models)

@@ -1,4 +1,4 @@
-"""Compile what the search runs, once: `python -m twbal.search.warm`, as a part of setting up."""
+"""Compile what the search runs, once, as a part of setting up (`twbal.algorithm.warm`)."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -12,7 +12,6 @@ from twbal.core.gaussian import Gaussian
 from twbal.models.dynamics import without_simulation
 from twbal.models.moments.kernel_sum import KernelSum, no_kernels
 from twbal.models.moments.truncation import Truncation
-from twbal.models.smoothing import compile_filter
 from twbal.policies.rbf import RbfPolicy
 from twbal.search.long_term_cost import long_term_cost, machine_code_folder
 from twbal.search.sampled_rollouts import machine_code_folder as rollouts_folder
@@ -38,10 +37,3 @@ def compile_search() -> None:
     nothing = without_simulation(Channels(("tilt",), 1.0))
     rule = SuccessCriterion(tilt_limit=1.0, settled_tilt_limit=1.0, settle_step=1, steps=1)
     validate(replace(nothing, g=nothing.f), policy, cost, start, Validation(robots=1, features=1, success=rule), seed=0)
-
-
-if __name__ == "__main__":
-    if not is_compiled():
-        print("compiling the policy search, once for this version (about a minute) ...", flush=True)
-        compile_search()
-    compile_filter()

@@ -1,0 +1,71 @@
+"""Compile what learning runs, once: `python -m twbal.algorithm.warm`, as a part of setting up."""
+
+from twbal.algorithm.rollout import rollout
+from twbal.core.channels import Channels
+from twbal.core.cost import cost_over
+from twbal.core.episode import Provenance
+from twbal.core.evaluation import SuccessCriterion
+from twbal.core.robot_parameters import RobotParameters
+from twbal.core.start_pose import StartPose
+from twbal.models.smoothing import compile_filter
+from twbal.planar.planar_plant import PlanarPlant
+from twbal.planar.robot_distribution import prior_of
+from twbal.policies.random import RandomPolicy
+from twbal.search.robust import RobustSettings, SampledRobots
+from twbal.search.start_state import start_state
+from twbal.search.warm import compile_search, is_compiled
+from twbal.sysid.posterior import posterior
+
+_ROBOT = RobotParameters(
+    name="any",
+    body_mass=10.0,
+    com_height=0.3,
+    com_offset=0.0,
+    body_inertia_pitch=0.3,
+    body_inertia_roll=0.4,
+    body_inertia_yaw=0.2,
+    wheel_mass=1.0,
+    wheel_radius=0.15,
+    wheel_inertia=0.01,
+    wheel_width=0.04,
+    track=0.4,
+    torque_limit=20.0,
+    control_period=0.02,
+)
+_STEPS = 12
+
+
+def compile_robots() -> None:
+    """Find regulators for robots that are known by a rollout; the machine code stays in the cache folder."""
+    channels = Channels(("tilt", "tilt_rate", "speed", "command_1"), _ROBOT.wheel_radius, _ROBOT.control_period)
+    cost = cost_over(channels.names, {"tilt": 0.25, "tilt_rate": 2.5, "speed": 1.0}, None, _ROBOT.torque_limit)
+    start = StartPose(0.05, 0.01, 0.01, 0.01)
+    plant = PlanarPlant(robot=_ROBOT, effects=[], start=start, physics_step=0.001, seed=0)
+    driver = RandomPolicy(0.2, _ROBOT.torque_limit, 1)
+    episode = rollout(plant, driver, channels, _STEPS, 1.0, Provenance(_ROBOT.name, "simulation"))
+    rule = SuccessCriterion(tilt_limit=1.0, settled_tilt_limit=1.0, settle_step=1, steps=_STEPS)
+    settings = RobustSettings(
+        robots=1,
+        designs=1,
+        screening=1,
+        finalists=1,
+        position_scales=(1.0,),
+        change_scales=(1.0,),
+        command_widths=(1.0,),
+        compensations=(0.1,),
+        improved=1,
+        evaluations=2,
+        improving=1,
+        enough=1.0,
+        doubt=1.0,
+    )
+    known = posterior(prior_of(_ROBOT), [episode])
+    SampledRobots(known, channels, cost, rule, start_state(start, channels), settings, 0).regulators()
+
+
+if __name__ == "__main__":
+    if not is_compiled():
+        print("compiling the policy search, once for this version (about a minute) ...", flush=True)
+        compile_search()
+    compile_filter()
+    compile_robots()
