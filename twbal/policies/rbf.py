@@ -24,7 +24,7 @@ _MOST = 10_000
 
 @dataclass(frozen=True, eq=False)
 class RbfPolicy(Policy):
-    """u = u_max σ_c(kᵀx + Σ_i w_i exp(-½ (x - c_i)ᵀΛ⁻¹(x - c_i))), in [-u_max, u_max] for every x (eq. 10).
+    """u = u_max σ_c(b + kᵀx + Σ_i w_i exp(-½ (x - c_i)ᵀΛ⁻¹(x - c_i))), in [-u_max, u_max] for every x (eq. 10).
 
     Attributes:
         channels: names of the D state channels that it reads.
@@ -33,6 +33,7 @@ class RbfPolicy(Policy):
         lengths: (D,) in the channels' units, Λ = diag(lengths²).
         gain: k (D,), 1 / unit of each channel; zero is the paper's plain network.
         max_command: u_max [N·m].
+        bias: b; holds a robot that balances at another tilt than 0.
         compensation: share of u_max that is kept for friction compensation (`squash`); 0 is the paper's policy.
     """
 
@@ -43,9 +44,12 @@ class RbfPolicy(Policy):
     gain: Array
     max_command: float
     compensation: float = 0.0
+    bias: float = 0.0
 
     @classmethod
-    def linear(cls, channels: tuple[str, ...], gain: Array, max_command: float, compensation: float) -> Self:
+    def linear(
+        cls, channels: tuple[str, ...], gain: Array, max_command: float, compensation: float, balance: float = 0.0
+    ) -> Self:
         """A policy that is u = -gain·x near the origin, with friction compensation and no basis function at work.
 
         Args:
@@ -53,23 +57,35 @@ class RbfPolicy(Policy):
             gain: (D,) [N·m / unit of each channel].
             max_command: u_max [N·m].
             compensation: share of u_max.
+            balance: tilt at which the command is zero where all else is zero [rad].
         """
         slope = _SQUASH_SLOPE * (1.0 - compensation) * max_command
         D = len(gain)
-        return cls(channels, np.zeros((1, D)), np.zeros(1), np.ones(D), -gain / slope, max_command, compensation)
+        bias = balance * gain[channels.index("tilt")] / slope if balance else 0.0
+        return cls(
+            channels, np.zeros((1, D)), np.zeros(1), np.ones(D), -gain / slope, max_command, compensation, float(bias)
+        )
 
     @property
     def network(self) -> Network:
         """The parameters alone, as moment matching takes them."""
         parts = (self.centres, self.weights, self.lengths, self.gain)
         centres, weights, lengths, gain = (np.ascontiguousarray(part, dtype=np.float64) for part in parts)
-        return Network(centres, weights, lengths, gain, float(self.max_command), compensation_of(self.compensation))
+        return Network(
+            centres,
+            weights,
+            lengths,
+            gain,
+            float(self.max_command),
+            compensation_of(self.compensation),
+            float(self.bias),
+        )
 
     def activation(self, states: Array) -> Array:
         """What goes into the squash, (...) for states (..., D)."""
         states = np.clip(states, -_FAR, _FAR)
         gaps = (states[..., None, :] - self.centres) / self.lengths  # (..., N, D)
-        activation: Array = states @ self.gain + np.exp(-0.5 * (gaps**2).sum(axis=-1)) @ self.weights
+        activation: Array = self.bias + states @ self.gain + np.exp(-0.5 * (gaps**2).sum(axis=-1)) @ self.weights
         return activation
 
     def command(self, states: Array) -> Array:
@@ -103,7 +119,11 @@ class RbfPolicy(Policy):
             lengths=found.numbers("lengths", (len(channels),), _SHORTEST, _FAR),
             gain=found.numbers("gain", (len(channels),), -LARGEST, LARGEST),
             max_command=max_command_in(found),
-            compensation=found.number("compensation", 0.0, _MOST_COMPENSATION)
-            if "compensation" in found.names
-            else 0.0,
+            **_later_numbers(found),
         )
+
+
+def _later_numbers(payload: Payload) -> dict[str, float]:
+    """What files of earlier versions do not have."""
+    limits = {"compensation": (0.0, _MOST_COMPENSATION), "bias": (-LARGEST, LARGEST)}
+    return {name: payload.number(name, *limit) for name, limit in limits.items() if name in payload.names}

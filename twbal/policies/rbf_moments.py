@@ -26,6 +26,7 @@ class Network(NamedTuple):
         gain: k (D,).
         max_command: u_max [N·m].
         compensation: of friction.
+        bias: of the activation.
     """
 
     centres: Array
@@ -34,6 +35,7 @@ class Network(NamedTuple):
     gain: Array
     max_command: float
     compensation: Compensation
+    bias: float
 
 
 class Activation(NamedTuple):
@@ -128,7 +130,7 @@ def activation_moments(network: Network, m: Array, S: Array) -> Activation:
     radial = B @ (nu.T @ smoothed)  # (D,) slope of the radial part
     variance = 2.0 * (smoothed @ (excess @ smoothed))
     variance += gain @ (S @ gain) + 2.0 * (gain @ (S @ radial))
-    return Activation(smoothed.sum() + gain @ m, radial + gain, max(variance, 0.0))  # type: ignore[arg-type]
+    return Activation(smoothed.sum() + gain @ m + network.bias, radial + gain, max(variance, 0.0))  # type: ignore[arg-type]
 
 
 @kernel()

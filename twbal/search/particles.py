@@ -118,7 +118,7 @@ def _prices(cost: CostNumbers, states: Array) -> tuple[Array, Array]:
 
 def _law(parts: list[torch.Tensor], policy: RbfPolicy) -> Function:
     """Commands [N·m] of states, by the parts of an `RbfPolicy` and what of it stays as it is."""
-    return lambda states: policy.max_command * _squash(_activation(states, *parts), policy.compensation)
+    return lambda states: policy.max_command * _squash(policy.bias + _activation(states, *parts), policy.compensation)
 
 
 def _activation(

@@ -30,7 +30,10 @@ from twbal.search.sampled_rollouts import limits_of
 
 _PHYSICAL = ("tilt", "tilt_rate", "speed")
 _MOST_COMPENSATION = 0.6
+_RESTARTS = 2
 _FIRST_STEP = 0.3  # of the direct search, in logarithms of the gains
+_PAST_STEP = 0.5  # of the gains of past commands, which may change their sign, per torque limit
+_BALANCE_STEP = 0.02  # of the tilt that the bias stands for [rad]
 _COMPENSATION_STEP = 0.1  # the same for the compensation, as a share of the torque limit
 
 
@@ -147,22 +150,28 @@ class SampledRobots:
         return sorted(finalists, key=lambda found: found.rank)
 
     def _improved(self, begin: RankedPolicy) -> RankedPolicy:
-        """A policy after a direct search over the scales of its gains and its compensation (Nelder and Mead 1965)."""
-        groups, policy = _gain_groups(self.channels), begin.policy
+        """A policy after a direct search (Nelder and Mead 1965) over its gains, compensation and bias."""
+        policy, tilt = begin.policy, self.channels.index("tilt")
+        past = np.array([name in self.channels.lags for name in self.channels.names])
 
         def varied(x: Array) -> RbfPolicy:
-            compensation = float(np.clip(policy.compensation + _COMPENSATION_STEP * x[-1], 0.0, _MOST_COMPENSATION))
-            return replace(policy, gain=policy.gain * np.exp(x[:-1])[groups], compensation=compensation)
+            jump, shift = x[-2:]
+            gain = np.where(past, policy.gain + _PAST_STEP / policy.max_command * x[:-2], policy.gain * np.exp(x[:-2]))
+            compensation = float(np.clip(policy.compensation + _COMPENSATION_STEP * jump, 0.0, _MOST_COMPENSATION))
+            bias = policy.bias - _BALANCE_STEP * shift * float(gain[tilt])
+            return replace(policy, gain=gain, compensation=compensation, bias=bias)
 
-        begun = np.zeros(max(groups) + 2)
-        simplex = begun + _FIRST_STEP * np.eye(len(begun) + 1, len(begun), -1)
-        found = scipy.optimize.minimize(
-            lambda x: self.driven(varied(x), self.settings.improving).mean_use,
-            begun,
-            method="Nelder-Mead",
-            options={"maxfev": self.settings.evaluations, "initial_simplex": simplex},
-        )
-        return self.ranked(f"{begin.origin}, improved", varied(found.x))
+        found = np.zeros(len(past) + 2)
+        for _ in range(_RESTARTS):  # a simplex that has shrunk to a point on a slope goes on from there anew
+            simplex = found + _FIRST_STEP * np.eye(len(found) + 1, len(found), -1)
+            options = {"maxfev": self.settings.evaluations // _RESTARTS, "initial_simplex": simplex}
+            found = scipy.optimize.minimize(
+                lambda x: self.driven(varied(x), self.settings.improving).mean_use,
+                found,
+                method="Nelder-Mead",
+                options=options,
+            ).x
+        return self.ranked(f"{begin.origin}, improved", varied(found))
 
     @cached_property
     def _models(self) -> Sequence[TwinParameters]:
@@ -192,14 +201,8 @@ class SampledRobots:
                     continue
                 for share in settings.compensations:
                     compensation = min(share * friction / limit, _MOST_COMPENSATION)
-                    policy = RbfPolicy.linear(self.channels.names, gain, limit, compensation)
+                    policy = RbfPolicy.linear(self.channels.names, gain, limit, compensation, linear.balance)
                     yield f"regulator of robot {number} ({', '.join(f'{s:g}' for s in (*scales, share))})", policy
-
-
-def _gain_groups(channels: Channels) -> list[int]:
-    """Which of the scales each channel's gain has: one for all past commands, one for each of the others."""
-    others = [name for name in channels.names if name not in channels.lags]
-    return [others.index(name) if name in others else len(others) for name in channels.names]
 
 
 def scaled(cost: Cost, channels: Channels, place: float, change: float) -> Cost:

@@ -223,7 +223,7 @@ def _wave_sum(waves: Waves, output: int, robot: int, inputs: Array, row: Array) 
 @kernel()
 def command_of(network: Network, state: Array) -> float:
     """The policy's command [N·m]; see `RbfPolicy`."""
-    activation = 0.0
+    activation = network.bias
     for k in range(len(state)):
         activation += network.gain[k] * state[k]
     for i in range(len(network.weights)):
