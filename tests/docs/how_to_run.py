@@ -225,6 +225,9 @@ TABLE: Mapping[str, How] = {
     "rerun mcap convert ride.mcap -o ride.rrd": Elsewhere(
         ("tests/cli/test_logs_in_and_out.py", '"mcap", "convert"'), "Rerun's"
     ),
+    "rerun mcap convert 0.mcap -o 0.rrd": Elsewhere(
+        ("tests/cli/test_logs_in_and_out.py", '"mcap", "convert"'), "Rerun's"
+    ),
     "rerun ride.rrd": Elsewhere(None, "opens a window"),
     "twbal repair logs=<log or folder>": Stage({"<log or folder>": f"{RECORDED}/episodes"}),
     "twbal virtual-robot seed=3 clock=real_time": Stage(),

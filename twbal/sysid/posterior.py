@@ -83,4 +83,7 @@ def _free(prior: RobotDistribution) -> list[Free]:
 def _covariance(data: Data, fit: Fit, prior: RobotDistribution) -> Array:
     J = slopes_of(data, fit)
     found: Array = np.linalg.inv(J.T @ J + np.linalg.inv(prior.covariance))
+    # Within a physics step of the model the delay is not smooth, so that its curvature there tells nothing.
+    late = prior.fields.index(_DELAY)
+    found[late, late] += (data.period / data.substeps) ** 2 / 12.0
     return 0.5 * (found + found.T)
