@@ -16,7 +16,7 @@ def with_integral_action(shop: Workshop, seed: int) -> dict[str, Any]:
     """Trials of it on the robot `seed`, as the one iteration of a method that learns nothing."""
     law = Law(shop.ideal(), _DESIGN, shop.sheet.control_period)
     with shop.robot(seed) as robot:
-        episodes = [drive(robot, law, trial, shop.rules.default) for trial in range(TRIALS)]
+        episodes = [drive(robot, law, trial, shop.rules.sticky) for trial in range(TRIALS)]
     trials = [trial_record(episode, shop.rules) for episode in episodes]
     seconds = sum(episode.duration for episode in episodes)
     return {"best": 0, "iterations": [{"index": 0, "real_seconds": 0.0, "trial_seconds": seconds, "trials": trials}]}
