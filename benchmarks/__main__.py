@@ -7,12 +7,14 @@ hidden robots go on in outputs/bench where they were. Hidden effects are apart: 
 import subprocess
 import sys
 
+BESIDE = ("pilco", "lqr", "lqr_integral", "lqr_identified")
 COMMANDS = (
     ("benchmarks.running",),
     ("benchmarks.moment_matching",),
     ("benchmarks.fitting",),
-    ("benchmarks.hidden_robots",),
-    ("benchmarks.hidden_robots", "recipe=paper", "updates=3", "first_seed=5000"),
+    *(("benchmarks.hidden_robots", f"family={family}") for family in ("hard", "moderate")),
+    *(("benchmarks.hidden_robots", f"family={family}", "robots=10") for family in ("regbot", "balboa", "esp32")),
+    *(("benchmarks.hidden_robots", "family=moderate", f"recipe={recipe}") for recipe in BESIDE),
 )
 
 if __name__ == "__main__":

@@ -80,13 +80,16 @@ def designs() -> list[Design]:
     """The grid, the likely ones first: by how far down the lists their parts stand, together."""
     lists = (_TORQUES, _POSITIONS, _INTEGRALS, _FRICTION, _DISTURBANCES)
     places = sorted(product(*(range(len(each)) for each in lists)), key=sum)
-    return [Design(*(each[place] for each, place in zip(lists, at, strict=True))) for at in places]
+    return [
+        Design(_TORQUES[t], _POSITIONS[p], _INTEGRALS[i], _FRICTION[f], _DISTURBANCES[d]) for t, p, i, f, d in places
+    ]
 
 
 def drive(robot: MujocoRobot, law: Law, trial: int, rule: SuccessCriterion) -> Episode:
     """One trial, which ends where it cannot succeed any more."""
     law.begin()
-    seen, poses, commands = [robot.reset(trial)], [robot.pose()], []
+    seen, poses = [robot.reset(trial)], [robot.pose()]
+    commands: list[float] = []
     lost = _Lost(rule)
     while len(commands) < rule.steps and not lost.by(len(commands), seen[-1].tilt, poses[-1], commands):
         commands.append(law.command(seen[-1]))

@@ -51,15 +51,21 @@ class Workshop:
     def __init__(self, family: Family) -> None:
         with composing():
             served = compose("virtual_robot", [f"robot={family.sheet}", f"faults={family.faults}"])
+            ideal = compose("virtual_robot", [f"robot={family.sheet}", "faults=none"])
             asked = [compose("iterate", [f"robot={family.sheet}", f"success={rule}"]) for rule in Rules._fields]
             self.rules = Rules(*(instantiate(cfg.success) for cfg in asked))
         self.sheet: RobotParameters = instantiate(served.robot)
+        self._ideal = instantiate(ideal.faults)
         self._faults, self._start = instantiate(served.faults), instantiate(served.start)
         self._physics_step = served.physics_step
 
     def truth(self, seed: int) -> GroundTruth:
         """What the robot `seed` is."""
         return draw_ground_truth(self._faults, self.sheet, seed)
+
+    def ideal(self) -> GroundTruth:
+        """The robot that the data sheet describes."""
+        return draw_ground_truth(self._ideal, self.sheet, 0)
 
     def robot(self, seed: int, truth: GroundTruth | None = None) -> MujocoRobot:
         """The robot `seed` as `twbal virtual-robot` serves it, or with its start poses and noise another truth."""
