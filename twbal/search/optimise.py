@@ -41,6 +41,8 @@ def search_policy(
 ) -> SearchResult:
     """Search from the most promising starts, judge what was found on long rollouts, and return the best.
 
+    Where robots of known numbers are given, the start is the regulator that holds most of them; it is judged, too.
+
     Earlier policies are judged beside the new ones, so that a search that only made things worse shows. One that was
     chosen twice already is none of them: what it does the model has been told, and a third time would teach nothing.
 
@@ -66,14 +68,14 @@ def search_policy(
         found = descend(short, chosen.policy, scales, linear, settings.short_iterations)
         return descend(whole, found, scales, linear, settings.iterations)
 
-    starts: list[Start] = []
+    is_searched = bool(settings.restarts or not earlier)
     robust: list[RankedPolicy] = []
-    if settings.restarts or not earlier:
-        starts = _starts(task, shape, torque_limit, earlier, base)
-        if task.robots is not None and linear:
-            robust = task.robots.regulators(workers)[:1]
+    if is_searched and linear and task.robots is not None:
+        robust = task.robots.regulators(workers)[:1]
     chosen = [robust_start(shape, found, task.seed) for found in robust]
-    chosen += _promising(starts, short, max(settings.restarts - len(chosen), 1), workers)
+    if is_searched and not chosen:
+        starts = _starts(task, shape, torque_limit, earlier, base)
+        chosen = _promising(starts, short, max(settings.restarts, 1), workers)
 
     def validated(origin: str, policy: RbfPolicy, number: int | None = None) -> Candidate:
         found = task.validated(origin, policy, number)
@@ -87,7 +89,7 @@ def search_policy(
         for each, found in zip(chosen, pool.map(searched, chosen), strict=True):
             candidates.append(validated(f"search from {each.origin}", found))
     candidates.sort(key=_rank)
-    if chosen and candidates[0].judged.success < settings.min_success_rate:
+    if chosen and task.robots is None and candidates[0].validation.success < settings.min_success_rate:
         patient = task.objective(settings.long_horizon)
         near = next(c for c in candidates if c.earlier is None)
         found = descend(patient, near.policy, scales, linear, settings.long_iterations)
