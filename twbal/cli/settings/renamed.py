@@ -54,6 +54,7 @@ SETTINGS = {
     "diagnosis.best_guess": "diagnosis.apply_if_unknown",
     "beside": "compare_with",
     "hidden": "faults",
+    "hidden.lag_periods": "faults.motor_lag",
     "tilt_limit": "self_stop_tilt",
 }
 """Settings and groups by their dotted keys; what lies under one that is not named itself has kept its name there."""
