@@ -167,7 +167,7 @@ def test_the_same_command_gives_the_same_bytes(folder):
 def test_it_tells_what_it_does_and_what_comes_next(folder, capsys):
     search(folder, "told")
     *progress, policy, prediction, following = capsys.readouterr().out.splitlines()
-    assert all("of the long rollouts balance" in line for line in progress)
+    assert all("of the long rollouts succeed" in line for line in progress)
     assert progress
     assert (policy, prediction) == tuple(f"made  {folder / 'told' / name}.pt" for name in ("policy", "prediction"))
     assert following == f"next  twbal real-rollout policy.path={folder / 'told' / 'policy.pt'}"
