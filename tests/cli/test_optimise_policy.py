@@ -12,7 +12,7 @@ from twbal.core.errors import CheckpointError
 from twbal.io.checkpoint import save_checkpoint
 from twbal.policies.saved import load_policy
 
-CHANNELS = ("tilt", "tilt_rate", "speed", "command_1", "command_2")
+CHANNELS = ("tilt", "tilt_rate", "speed", "command_1", "command_2", "position", "position_integral")
 HORIZON = 8
 QUICK = [
     *("search.horizon=8", "search.short_horizon=4", "search.iterations=2", "search.short_iterations=2"),
@@ -21,6 +21,7 @@ QUICK = [
         "search.lqr_command_widths=[0.3]",
         "search.gain_scales=[1.0]",
         "search.restarts=1",
+        "robust=none",
     ),
     *(
         "validation.robots=3",
@@ -112,8 +113,8 @@ def test_the_prediction_begins_at_the_start_and_reaches_the_horizon(folder):
     prediction = load_prediction(folder / "p" / "prediction.pt")
     assert prediction.channels == CHANNELS
     assert len(prediction.states) == HORIZON + 1
-    assert prediction.states[0].mean == pytest.approx([-0.17453, 0, 0, 0, 0])
-    assert prediction.states[0].sd == pytest.approx([0.02, 0.05, 0.02, 0, 0])
+    assert prediction.states[0].mean == pytest.approx([-0.17453, 0, 0, 0, 0, 0, 0])
+    assert prediction.states[0].sd == pytest.approx([0.02, 0.05, 0.02, 0, 0, 0, 0])
     assert min(np.linalg.eigvalsh(state.covariance).min() for state in prediction.states) > -1e-12
     assert 0 < prediction.best.cost < HORIZON
     assert prediction.best == prediction.candidates[0]
@@ -166,7 +167,7 @@ def test_the_same_command_gives_the_same_bytes(folder):
 def test_it_tells_what_it_does_and_what_comes_next(folder, capsys):
     search(folder, "told")
     *progress, policy, prediction, following = capsys.readouterr().out.splitlines()
-    assert all("of the long rollouts balance" in line for line in progress)
+    assert all("of the long rollouts succeed" in line for line in progress)
     assert progress
     assert (policy, prediction) == tuple(f"made  {folder / 'told' / name}.pt" for name in ("policy", "prediction"))
     assert following == f"next  twbal real-rollout policy.path={folder / 'told' / 'policy.pt'}"

@@ -168,6 +168,7 @@ def test_no_list_takes_a_member_that_is(value):
 def test_no_number_may_be(value):
     may_be_null = (
         "cost.command_width",
+        "cost.command_change_width",
         "success.place_radii",
         "success.command_change",
         "exploration_steps",

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 
 from twbal.cli.settings.kinds import Number, OrNull, Part, Text, Whole, YesNo
-from twbal.cli.settings.robot_settings import CHANNELS
+from twbal.cli.settings.robot_settings import MEASURED
 from twbal.cli.settings.setting import Setting
 
 _POINTS = Whole(1, 1_000_000, "samples")
@@ -45,6 +45,6 @@ MODEL = (
     Setting("model.smoothing.process_prior_sd", Number(1e-4, 100.0), "prior sd of the logarithm of process noise"),
     *(
         Setting(f"model.smoothing.sensor_sd.{name}", Number(1e-9, 1e4, unit), "noise of the data sheet's sensor")
-        for name, unit in CHANNELS.items()
+        for name, unit in MEASURED.items()
     ),
 )

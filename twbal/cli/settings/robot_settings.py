@@ -4,10 +4,9 @@ from twbal.cli.settings.kinds import PATH, ListOf, Number, OneOf, Part, Text, Wh
 from twbal.cli.settings.setting import Setting
 from twbal.core.robot_sheet import MEANING
 
-CHANNELS = {
-    **{"tilt": "rad", "tilt_rate": "rad/s", "speed": "m/s", "acceleration": "m/s²", "yaw_rate": "rad/s"},
-    **{"position": "m", "position_integral": "m·s"},
-}
+MEASURED = {"tilt": "rad", "tilt_rate": "rad/s", "speed": "m/s", "acceleration": "m/s²", "yaw_rate": "rad/s"}
+"""Unit of each channel that a sensor measures."""
+CHANNELS = {**MEASURED, "position": "m", "position_integral": "m·s"}
 """Unit of each channel of the state but past commands."""
 SENSORS = {
     "tilt": "rad",
@@ -60,6 +59,7 @@ START = (
 STATE = (
     Setting("state.names", STATE_NAMES, "channels that make up the state"),
     Setting("state.wheel_radius", Number(0.001, 10.0, "m"), "radius that turns wheel rates into speeds"),
+    Setting("state.control_period", CONTROL_PERIOD, "time over which speeds become positions"),
 )
 
 SIMULATION = (

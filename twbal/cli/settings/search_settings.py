@@ -5,6 +5,7 @@ from twbal.cli.settings.robot_settings import (
     CHANNELS,
     CONTROL_PERIOD,
     CONTROL_PERIODS,
+    MEASURED,
     STATE_NAMES,
     TORQUE_LIMIT,
     UPRIGHT,
@@ -74,6 +75,7 @@ RULE = (
 )
 
 ROBUST = (
+    Setting("robust", Part(), "policies for robots of known numbers; none: policies are searched on models alone"),
     Setting("robust.robots", Whole(1, 100_000), "robots of known numbers that a policy must hold"),
     Setting("robust.designs", Whole(1, 1000), "of them that regulators are designed for"),
     Setting("robust.screening", Whole(1, 100_000), "of them on which all regulators are driven"),
@@ -101,7 +103,7 @@ AGENT = (
     Setting("agent.activation", OneOf(("tanh", "relu")), "activation of the networks"),
     *(
         Setting(f"agent.scales.{name}", Number(*_DEVIATION, unit), "what the networks see as 1")
-        for name, unit in CHANNELS.items()
+        for name, unit in MEASURED.items()
     ),
     Setting("agent.options", Part(), "options of the algorithm, under its own names"),
     Setting("agent.options.learning_rate", Number(1e-10, 10.0), "learning rate of the networks"),
