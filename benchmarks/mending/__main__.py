@@ -1,9 +1,9 @@
 """Run the benchmark: `python -m benchmarks.mending [robots=10] [workers=2]`.
 
 The first robots of benchmarks/results/hidden_robots_hard_one_simulation.json once more, with `iterate diagnose=true`.
-For each: the variance of what f leaves of the real transitions at the time (which g must explain) with the f of the data
-sheet and with that of the mended simulation, channel by channel; how often a policy was searched until it balanced in
-that simulation (`search_retries`); and the real seconds up to 10 of 10 beside those without. What is done already in
+For each: the variance of what f leaves of the real transitions at the time (which g must explain) with the f of the
+data sheet and with that of the mended simulation, channel by channel; how often a policy was searched until it balanced
+in that simulation (`search_retries`); and the real seconds up to 10 of 10 beside those without. What is done already in
 outputs/bench/mending is not done again. Results go to benchmarks/results/mending.json.
 """
 

@@ -16,8 +16,7 @@ from twbal.effects.library import effects_from
 from twbal.planar.linearised import sampled_with_delay
 from twbal.planar.parameters import twin_parameters
 from twbal.planar.planar_plant import PlanarPlant
-from twbal.policies.rbf import RbfPolicy
-from twbal.search.linear_starts import regulator, state_space
+from twbal.search.linear_starts import linear_law, regulator, state_space
 from twbal.search.planar_rollouts import PlanarDraws, planar_rollouts
 from twbal.search.sampled_rollouts import limits_of
 
@@ -67,7 +66,7 @@ def policy_for(robot, channels, case):
     linear = sampled_with_delay(twin_parameters(robot, LATE), robot.control_period, 2)
     cost = cost_over(channels.names, case.widths, 1.0, robot.torque_limit)
     gain = regulator(*state_space(linear, channels), cost, robot.torque_limit)
-    return RbfPolicy.linear(channels.names, case.scale * gain, robot.torque_limit, case.compensation)
+    return linear_law(channels.names, case.scale * gain, robot.torque_limit, case.compensation)
 
 
 def rule_for(robot):
@@ -131,7 +130,7 @@ def test_every_channel_is_where_the_state_has_it(paper, names):
     channels = Channels(names, paper.wheel_radius, paper.control_period)
     gains = {"tilt": -60.0, "tilt_rate": -9.0, "speed": -4.0, "acceleration": 0.2, "position": -3.0}
     gain = np.array([gains.get(name, 0.05) for name in names])
-    policy = RbfPolicy.linear(names, gain, paper.torque_limit, 0.0)
+    policy = linear_law(names, gain, paper.torque_limit, 0.0)
     rule = rule_for(paper)
     cost = cost_over(names, {**WIDTHS, "acceleration": 15.0, "yaw_rate": 1.0}, 1.0, paper.torque_limit)
     case = CASES["it stays"]

@@ -17,8 +17,7 @@ from twbal.planar.parameters import twin_parameters
 from twbal.planar.planar_plant import PlanarPlant
 from twbal.planar.robot_distribution import prior_of
 from twbal.policies.exploring import ExploringPolicy
-from twbal.policies.rbf import RbfPolicy
-from twbal.search.linear_starts import regulator, state_space
+from twbal.search.linear_starts import linear_law, regulator, state_space
 from twbal.sysid.posterior import posterior
 
 NAMES = ("tilt", "tilt_rate", "speed", "command_1", "command_2", "position")
@@ -33,7 +32,7 @@ def episodes_of(robot, effects, seed, steps=200, count=1, scale=1.0, exploration
     linear = sampled_with_delay(twin_parameters(robot, {}), robot.control_period, 2)
     cost = cost_over(NAMES, {"tilt": 0.25, "tilt_rate": 2.5, "speed": 1.0, "position": 0.5}, 1.0, robot.torque_limit)
     gain = scale * regulator(*state_space(linear, channels), cost, robot.torque_limit)
-    law = RbfPolicy.linear(NAMES, gain, robot.torque_limit, 0.0)
+    law = linear_law(NAMES, gain, robot.torque_limit, 0.0)
     policy = ExploringPolicy(law, exploration * robot.torque_limit, robot.torque_limit)
     plant = PlanarPlant(
         robot=robot,

@@ -9,6 +9,7 @@ from twbal.core.gaussian import Array
 from twbal.core.robot_parameters import RobotParameters
 from twbal.planar.parameters import TwinParameters, twin_parameters
 
+_SMALL = 0.005  # of the torque limit
 _PUBLISHED = 0.03  # standard deviation of a published mass or length, as a share of it
 _SENSORS = (0.0035, 0.02, 0.001, 0.05)  # rad, rad/s: of a small IMU, and encoders of about 1000 ticks a turn
 _LEAST_CALIBRATED = 0.3  # of torque over command: gears, current sensing and a battery's charge are in it
@@ -61,6 +62,15 @@ class RobotDistribution:
         return ", ".join(
             f"{field} {mean:.3g} ± {sd:.1g}" for field, mean, sd in zip(self.fields, self.mean, sds, strict=True)
         )
+
+    @property
+    def small_torque(self) -> float:
+        """Of which a robot like this would hardly notice that it is missing [N·m]."""
+        return _SMALL * self.robot.torque_limit
+
+    def possible(self, commands: Array) -> Array:
+        """Commands [N·m] as the robot takes them: cut at its torque limit."""
+        return np.clip(commands, -self.robot.torque_limit, self.robot.torque_limit)
 
     def models(self, count: int, rng: np.random.Generator, doubt: float = 1.0) -> list[TwinParameters]:
         """The mean, and `count` - 1 draws, their distances from it times `doubt`."""

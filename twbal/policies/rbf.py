@@ -17,7 +17,6 @@ _FAR = 1e100
 _SHORTEST = 1e-9
 """Lengths of a basis function below this are refused, in the channels' units."""
 _MOST_COMPENSATION = 0.9
-_SQUASH_SLOPE = 1.5  # σ'(0) of eq. 10
 _MOST = 10_000
 """Basis functions of a saved policy: more are too slow for a control period."""
 
@@ -45,26 +44,6 @@ class RbfPolicy(Policy):
     max_command: float
     compensation: float = 0.0
     bias: float = 0.0
-
-    @classmethod
-    def linear(
-        cls, channels: tuple[str, ...], gain: Array, max_command: float, compensation: float, balance: float = 0.0
-    ) -> Self:
-        """A policy that is u = -gain·x near the origin, with friction compensation and no basis function at work.
-
-        Args:
-            channels: names of the D state channels.
-            gain: (D,) [N·m / unit of each channel].
-            max_command: u_max [N·m].
-            compensation: share of u_max.
-            balance: tilt at which the command is zero where all else is zero [rad].
-        """
-        slope = _SQUASH_SLOPE * (1.0 - compensation) * max_command
-        D = len(gain)
-        bias = balance * gain[channels.index("tilt")] / slope if balance else 0.0
-        return cls(
-            channels, np.zeros((1, D)), np.zeros(1), np.ones(D), -gain / slope, max_command, compensation, float(bias)
-        )
 
     @property
     def network(self) -> Network:

@@ -8,6 +8,9 @@ from twbal.core.cost import Cost
 from twbal.core.gaussian import Array
 from twbal.models.dynamics import DynamicsModel, without_simulation
 from twbal.planar.linearised import DelayedModel
+from twbal.policies.rbf import RbfPolicy
+
+_SQUASH_SLOPE = 1.5  # σ'(0) of eq. 10
 
 
 def slopes(model: DynamicsModel, swing: float, steps: Array) -> tuple[Array, Array]:
@@ -72,3 +75,21 @@ def regulator(A: Array, B: Array, cost: Cost, command_width: float) -> Array | N
     # Where no command can hold the system, the solver may return without a explained.
     stable = np.isfinite(gain).all() and np.abs(np.linalg.eigvals(A - np.outer(B, gain))).max() < 1.0
     return gain if stable else None
+
+
+def linear_law(
+    channels: tuple[str, ...], gain: Array, torque_limit: float, compensation: float, balance: float = 0.0
+) -> RbfPolicy:
+    """A policy that is u = -gain·x near the origin, with friction compensation and no basis function at work.
+
+    Args:
+        channels: names of the D state channels.
+        gain: (D,) [N·m / unit of each channel].
+        torque_limit: u_max [N·m].
+        compensation: share of u_max.
+        balance: tilt at which the command is zero where all else is zero [rad].
+    """
+    slope = _SQUASH_SLOPE * (1.0 - compensation) * torque_limit
+    bias = float(balance * gain[channels.index("tilt")] / slope) if balance else 0.0
+    nothing = np.zeros((1, len(gain))), np.zeros(1), np.ones(len(gain))
+    return RbfPolicy(channels, *nothing, -gain / slope, torque_limit, compensation, bias)

@@ -24,7 +24,7 @@ from twbal.planar.linearised import sampled_with_delay
 from twbal.planar.parameters import TwinParameters
 from twbal.planar.robot_distribution import RobotDistribution
 from twbal.policies.rbf import RbfPolicy
-from twbal.search.linear_starts import regulator, state_space
+from twbal.search.linear_starts import linear_law, regulator, state_space
 from twbal.search.planar_rollouts import Driven, PlanarDraws, planar_rollouts
 from twbal.search.sampled_rollouts import limits_of
 
@@ -201,7 +201,7 @@ class SampledRobots:
                     continue
                 for share in settings.compensations:
                     compensation = min(share * friction / limit, _MOST_COMPENSATION)
-                    policy = RbfPolicy.linear(self.channels.names, gain, limit, compensation, linear.balance)
+                    policy = linear_law(self.channels.names, gain, limit, compensation, linear.balance)
                     yield f"regulator of robot {number} ({', '.join(f'{s:g}' for s in (*scales, share))})", policy
 
 

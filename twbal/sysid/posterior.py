@@ -24,7 +24,6 @@ from twbal.sysid.recording import MEASURED, Recording
 _SUBSTEPS = 10  # physics steps of a control period
 _ROUNDS, _ITERATIONS, _NOISE_ITERATIONS = 4, 30, 20
 _FIRST_SENSORS = (0.003, 0.02, 0.001, 0.05)  # rad, rad/s: where the search for the noise begins
-_FIRST_TORQUE = 0.005  # the same, as a share of the torque limit
 _FIRST_DELAYS = (0.25, 1.0, 2.0, 2.75)  # control periods: fits with a delay that is far off end in optima of their own
 _DELAY = "actuation_delay_delay"
 _COLUMNS = [Observation._fields.index(name) for name in MEASURED]
@@ -40,14 +39,14 @@ def posterior(prior: RobotDistribution, episodes: Sequence[Episode]) -> RobotDis
     Raises:
         DataError: no episode has a few control periods of a robot that stands.
     """
-    recordings = [r for e in episodes if len(r := _recording(e, prior.robot.torque_limit)) >= _SHORTEST]
+    recordings = [r for e in episodes if len(r := _recording(e, prior)) >= _SHORTEST]
     if not recordings:
         raise DataError(f"None of {len(episodes)} episodes has {_SHORTEST} control periods of a robot that stands.")
     data = Data(recordings, _SUBSTEPS)
     nominal = twin_parameters(prior.robot, {})
     begin = nominal._replace(**dict(zip(prior.fields, prior.mean.tolist(), strict=True)))
     # Noise that is fitted to a model far off explains what the model should: it begins small.
-    noise = Noise(np.array(_FIRST_SENSORS), np.full(2, _FIRST_TORQUE * prior.robot.torque_limit))
+    noise = Noise(np.array(_FIRST_SENSORS), np.full(2, prior.small_torque))
     starts = [begin._replace(**{_DELAY: late * data.period}) for late in _FIRST_DELAYS]
     fits = [
         refit(data, Model(start, 0.0, noise), _free(prior), _ROUNDS, _ITERATIONS, _NOISE_ITERATIONS) for start in starts
@@ -57,14 +56,14 @@ def posterior(prior: RobotDistribution, episodes: Sequence[Episode]) -> RobotDis
     return replace(prior, mean=fit.values, covariance=covariance, sensor_sd=fit.model.noise.sensors)
 
 
-def _recording(episode: Episode, limit: float) -> Recording:
+def _recording(episode: Episode, robots: RobotDistribution) -> Recording:
     seen = episode.observations
     fallen = np.flatnonzero(np.abs(seen[:, _COLUMNS[0]]) > _FALLEN)
     end = int(fallen[0]) if len(fallen) else len(seen)
     return Recording(
         "",
         episode.control_period,
-        np.clip(episode.commands[: max(end - 1, 0)], -limit, limit),
+        robots.possible(episode.commands[: max(end - 1, 0)]),
         np.ascontiguousarray(seen[:end, _COLUMNS]),
         np.zeros(end),
         np.ones(end, dtype=bool),
