@@ -9,6 +9,7 @@ from twbal.core.cost import Cost
 from twbal.core.coverage import widened
 from twbal.core.episode import Episode
 from twbal.core.errors import ConfigError
+from twbal.core.gaussian import Gaussian
 from twbal.core.robot_parameters import RobotParameters
 from twbal.core.start_pose import StartPose
 from twbal.models.dynamics import DynamicsModel
@@ -75,7 +76,7 @@ class PolicySearch:
         """
         if not is_compiled():
             progress("compiling the search, once for this version of twbal (about a minute)")
-        start = start_state(self.start, self.channels)
+        start = start_state(self.start, self.channels.names)
         return search_policy(
             task=Task(
                 models,
@@ -84,7 +85,7 @@ class PolicySearch:
                 self.search,
                 self.validation,
                 self.seed,
-                None if self.robust is None else self._sampled(self.robust, rollouts, progress),
+                None if self.robust is None else self._sampled(self.robust, start, rollouts, progress),
             ),
             shape=self.shape,
             torque_limit=self.robot.torque_limit,
@@ -95,14 +96,13 @@ class PolicySearch:
         )
 
     def _sampled(
-        self, settings: RobustSettings, rollouts: Sequence[Episode], progress: Callable[[str], None]
+        self, settings: RobustSettings, start: Gaussian, rollouts: Sequence[Episode], progress: Callable[[str], None]
     ) -> SampledRobots:
-        """Robots as the sheet and the rollouts say."""
+        """Robots as the sheet and the rollouts say, which begin as `start` says."""
         known = prior_of(self.robot)
         if rollouts:
             known = posterior(known, rollouts)
             progress(f"the robot by its rollouts: {known}")
-        start = start_state(self.start, self.channels)
         return SampledRobots(known, self.channels, self.cost, self.validation.success, start, settings, self.seed)
 
     def without_search(self) -> "PolicySearch":

@@ -113,7 +113,7 @@ def policy_measures(policy: RbfPolicy, episodes: Sequence[Episode]) -> Measures:
 
 def search_measures(model: DynamicsModel, policy: RbfPolicy, cost: Cost, pose: StartPose) -> Measures:
     """Expected long-term cost of a policy on a model, and its gradient: moment matching, squash and cost."""
-    start = start_state(pose, model.channels)
+    start = start_state(pose, model.names)
     found: Measures = {}
     for horizon in _HORIZONS:
         expected = long_term_cost(transition_model(model), policy, cost, start, horizon, Truncation())
