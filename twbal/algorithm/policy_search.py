@@ -8,7 +8,7 @@ from twbal.core.channels import Channels
 from twbal.core.cost import Cost
 from twbal.core.coverage import widened
 from twbal.core.episode import Episode
-from twbal.core.errors import ConfigError
+from twbal.core.errors import ConfigError, DataError
 from twbal.core.robot_parameters import RobotParameters
 from twbal.core.start_pose import StartPose
 from twbal.models.dynamics import DynamicsModel
@@ -97,11 +97,14 @@ class PolicySearch:
     def _sampled(
         self, settings: RobustSettings, rollouts: Sequence[Episode], progress: Callable[[str], None]
     ) -> SampledRobots:
-        """Robots as the sheet and the rollouts say."""
+        """Robots as the sheet and the rollouts say; rollouts in which the robot falls at once say nothing."""
         known = prior_of(self.robot)
         if rollouts:
-            known = posterior(known, rollouts)
-            progress(f"the robot by its rollouts: {known}")
+            try:
+                known = posterior(known, rollouts)
+                progress(f"the robot by its rollouts: {known}")
+            except DataError as error:
+                progress(f"the robot by its sheet alone: {error}")
         start = start_state(self.start, self.channels)
         return SampledRobots(known, self.channels, self.cost, self.validation.success, start, settings, self.seed)
 
