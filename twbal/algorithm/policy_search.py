@@ -8,7 +8,7 @@ from twbal.core.channels import Channels
 from twbal.core.cost import Cost
 from twbal.core.coverage import widened
 from twbal.core.episode import Episode
-from twbal.core.errors import ConfigError
+from twbal.core.errors import ConfigError, DataError
 from twbal.core.gaussian import Gaussian
 from twbal.core.robot_parameters import RobotParameters
 from twbal.core.start_pose import StartPose
@@ -98,11 +98,17 @@ class PolicySearch:
     def _sampled(
         self, settings: RobustSettings, start: Gaussian, rollouts: Sequence[Episode], progress: Callable[[str], None]
     ) -> SampledRobots:
-        """Robots as the sheet and the rollouts say, which begin as `start` says."""
+        """Robots as the sheet and the rollouts say, which begin as `start` says.
+
+        Rollouts in which the robot falls at once say nothing.
+        """
         known = prior_of(self.robot)
         if rollouts:
-            known = posterior(known, rollouts)
-            progress(f"the robot by its rollouts: {known}")
+            try:
+                known = posterior(known, rollouts)
+                progress(f"the robot by its rollouts: {known}")
+            except DataError as error:
+                progress(f"the robot by its sheet alone: {error}")
         return SampledRobots(known, self.channels, self.cost, self.validation.success, start, settings, self.seed)
 
     def without_search(self) -> "PolicySearch":
