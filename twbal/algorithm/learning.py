@@ -4,8 +4,9 @@
     repeat: drive the robot by policy i; g from all real rollouts; policy i + 1 from f + g
 
 Beyond the paper, f is learned once more from rollouts of its own policy in simulation before the robot is touched;
-policy 0 serves not only that f but those of other simulated robots too, the ensemble; and every policy is driven in
-trials that nothing is learned from. Once a policy succeeds in all of them, it is driven a few times more, as it is, to
+policy 0 must hold robots as the sheet says with its doubts, and later policies robots as the rollouts tell
+(`search.robust`), or the further simulated robots of an ensemble; and every policy is driven in trials that nothing is
+learned from. Once a policy succeeds in all of them, it is driven a few times more, as it is, to
 recalibrate the model: what that then predicts is what the robot does, in bands as wide as these rollouts ask for.
 
 Other methods begin elsewhere (`InitialPolicy`) or learn something else from the robot's rollouts (`ModelUpdate`).
