@@ -37,6 +37,8 @@ SMALL: Mapping[str, tuple[str, ...]] = {
             "success.settle_time=0.2",
             "success.place_time=0.2",
         ),
+        *("robust.robots=4", "robust.designs=1", "robust.screening=2", "robust.finalists=1"),
+        *("robust.improved=1", "robust.evaluations=4", "robust.improving=2"),
     ),
     "train-agent": (
         *(

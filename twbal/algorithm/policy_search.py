@@ -12,11 +12,11 @@ from twbal.core.errors import ConfigError, DataError
 from twbal.core.robot_parameters import RobotParameters
 from twbal.core.start_pose import StartPose
 from twbal.models.dynamics import DynamicsModel
-from twbal.planar.robot_distribution import prior_of
+from twbal.planar.robot_distribution import RobotDistribution, prior_of
 from twbal.policies.linear import LinearPolicy
 from twbal.policies.rbf import RbfPolicy
 from twbal.search.optimise import SearchResult, search_policy
-from twbal.search.robust import RobustSettings, SampledRobots
+from twbal.search.robust import PHYSICAL, RobustSettings, SampledRobots
 from twbal.search.start_state import start_state
 from twbal.search.starts import PolicyParametrisation
 from twbal.search.task import SearchSettings, Task
@@ -84,7 +84,7 @@ class PolicySearch:
                 self.search,
                 self.validation,
                 self.seed,
-                None if self.robust is None else self._sampled(self.robust, rollouts, progress),
+                self._sampled(rollouts, progress),
             ),
             shape=self.shape,
             torque_limit=self.robot.torque_limit,
@@ -94,19 +94,29 @@ class PolicySearch:
             base=None if base is None else base.gain,
         )
 
-    def _sampled(
-        self, settings: RobustSettings, rollouts: Sequence[Episode], progress: Callable[[str], None]
-    ) -> SampledRobots:
-        """Robots as the sheet and the rollouts say; rollouts in which the robot falls at once say nothing."""
+    def _sampled(self, rollouts: Sequence[Episode], progress: Callable[[str], None]) -> SampledRobots | None:
+        """Robots as the sheet and the rollouts say; None where they are not asked for, or the state cannot hold them."""
+        if self.robust is None:
+            return None
+        missing = [name for name in PHYSICAL if name not in self.channels.names]
+        if missing:
+            progress(f"no robots of known numbers (robust): the state has no {', '.join(missing)}")
+            return None
+        known, start = self._known(rollouts, progress), start_state(self.start, self.channels)
+        return SampledRobots(known, self.channels, self.cost, self.validation.success, start, self.robust, self.seed)
+
+    def _known(self, rollouts: Sequence[Episode], progress: Callable[[str], None]) -> RobotDistribution:
+        """What is known of the robot; rollouts in which it falls at once tell nothing."""
         known = prior_of(self.robot)
-        if rollouts:
-            try:
-                known = posterior(known, rollouts)
-                progress(f"the robot by its rollouts: {known}")
-            except DataError as error:
-                progress(f"the robot by its sheet alone: {error}")
-        start = start_state(self.start, self.channels)
-        return SampledRobots(known, self.channels, self.cost, self.validation.success, start, settings, self.seed)
+        if not rollouts:
+            return known
+        try:
+            known = posterior(known, rollouts)
+        except DataError as error:
+            progress(f"the robot by its sheet alone: {error}")
+        else:
+            progress(f"the robot by its rollouts: {known}")
+        return known
 
     def without_search(self) -> "PolicySearch":
         """Only judges earlier policies."""
