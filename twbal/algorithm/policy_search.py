@@ -95,7 +95,7 @@ class PolicySearch:
         )
 
     def _sampled(self, rollouts: Sequence[Episode], progress: Callable[[str], None]) -> SampledRobots | None:
-        """Robots as the sheet and the rollouts say; None where they are not asked for, or the state cannot hold them."""
+        """Robots as the sheet and the rollouts say; None where none are asked for, or the state lacks a channel."""
         if self.robust is None:
             return None
         missing = [name for name in PHYSICAL if name not in self.channels.names]
