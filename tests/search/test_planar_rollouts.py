@@ -96,7 +96,7 @@ def driven(robot, case, policy, channels, rule, cost, noise, trial):
         channels,
         policy,
         cost,
-        limits_of(rule, channels),
+        limits_of(rule, channels.names),
         PlanarDraws(np.array([stance]), (np.array(noise) * draws[:-1, [0, 1, 3, 4]])[None]),
         robot.control_period,
     )
@@ -155,7 +155,7 @@ def test_robots_do_not_see_each_other(paper):
             channels,
             policy,
             cost,
-            limits_of(rule, channels),
+            limits_of(rule, channels.names),
             PlanarDraws(draws.start[which], draws.sensors[which]),
             paper.control_period,
         )

@@ -55,7 +55,7 @@ def sampled_robots(robot, known=None, names=NAMES, **told):
         channels,
         cost_over(names, WIDTHS, 1.0, robot.torque_limit, 0.3),
         rule_for(robot),
-        start_state(START, channels),
+        start_state(START, names),
         replace(SETTINGS, **told),
         0,
     )

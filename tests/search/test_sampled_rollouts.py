@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 import torch
 
-from twbal.core.channels import Channels
 from twbal.core.cost import SaturatingCost
 from twbal.core.evaluation import SuccessCriterion
 from twbal.models.function_samples import FunctionSamples
@@ -147,9 +146,9 @@ def test_limits_are_those_of_the_rule_where_the_state_shows_them():
         wheel_radius=0.15,
         torque_limit=20.0,
     )
-    placed = Channels(("speed", "position", "tilt"), 0.15, 0.02)
+    placed = ("speed", "position", "tilt")
     assert limits_of(rule, placed) == Limits(2, 0.5, 0.2, 60, 1, 0.3, 90, 2.0)
-    assert limits_of(rule, Channels(("tilt",), 0.15)).position == -1
+    assert limits_of(rule, ("tilt",)).position == -1
     bare = SuccessCriterion(tilt_limit=0.5, settled_tilt_limit=0.2, settle_step=60, steps=150)
     assert limits_of(bare, placed)[5:] == (np.inf, 0, np.inf)
 

@@ -14,7 +14,7 @@ def test_it_is_the_distribution_of_where_the_simulated_robot_begins(paper):
     channels = Channels(NAMES, paper.wheel_radius)
     with SimPlant(robot=paper, effects=(), start=pose, physics_step=0.001, seed=0) as plant:
         states = np.array([channels.state(plant.reset(trial), []) for trial in range(DRAWS)])
-    expected = start_state(pose, channels)
+    expected = start_state(pose, NAMES)
     assert np.all(np.abs(states.mean(axis=0) - expected.mean) <= 4 * expected.sd / np.sqrt(DRAWS) + 1e-9)
     assert np.allclose(states.std(axis=0), expected.sd, rtol=0.12, atol=1e-9)
     correlation_bound = 4 / np.sqrt(DRAWS) * np.outer(expected.sd, expected.sd) + 1e-9

@@ -9,6 +9,7 @@ from twbal.core.cost import Cost
 from twbal.core.coverage import widened
 from twbal.core.episode import Episode
 from twbal.core.errors import ConfigError, DataError
+from twbal.core.gaussian import Gaussian
 from twbal.core.robot_parameters import RobotParameters
 from twbal.core.start_pose import StartPose
 from twbal.models.dynamics import DynamicsModel
@@ -75,7 +76,7 @@ class PolicySearch:
         """
         if not is_compiled():
             progress("compiling the search, once for this version of twbal (about a minute)")
-        start = start_state(self.start, self.channels)
+        start = start_state(self.start, self.channels.names)
         return search_policy(
             task=Task(
                 models,
@@ -84,7 +85,7 @@ class PolicySearch:
                 self.search,
                 self.validation,
                 self.seed,
-                self._sampled(rollouts, progress),
+                self._sampled(start, rollouts, progress),
             ),
             shape=self.shape,
             torque_limit=self.robot.torque_limit,
@@ -94,15 +95,20 @@ class PolicySearch:
             base=None if base is None else base.gain,
         )
 
-    def _sampled(self, rollouts: Sequence[Episode], progress: Callable[[str], None]) -> SampledRobots | None:
-        """Robots as the sheet and the rollouts say; None where none are asked for, or the state lacks a channel."""
+    def _sampled(
+        self, start: Gaussian, rollouts: Sequence[Episode], progress: Callable[[str], None]
+    ) -> SampledRobots | None:
+        """Robots as the sheet and the rollouts say, which begin as `start` says.
+
+        None where none are asked for, or the state lacks a channel that their regulators need.
+        """
         if self.robust is None:
             return None
         missing = [name for name in PHYSICAL if name not in self.channels.names]
         if missing:
             progress(f"no robots of known numbers (robust): the state has no {', '.join(missing)}")
             return None
-        known, start = self._known(rollouts, progress), start_state(self.start, self.channels)
+        known = self._known(rollouts, progress)
         return SampledRobots(known, self.channels, self.cost, self.validation.success, start, self.robust, self.seed)
 
     def _known(self, rollouts: Sequence[Episode], progress: Callable[[str], None]) -> RobotDistribution:

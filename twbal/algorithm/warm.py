@@ -60,7 +60,7 @@ def compile_robots() -> None:
         doubt=1.0,
     )
     known = posterior(prior_of(_ROBOT), [episode])
-    SampledRobots(known, channels, cost, rule, start_state(start, channels), settings, 0).regulators()
+    SampledRobots(known, channels, cost, rule, start_state(start, channels.names), settings, 0).regulators()
 
 
 if __name__ == "__main__":

@@ -101,12 +101,33 @@ class Channels:
         Raises:
             ConfigError: the state does not have it.
         """
-        if name not in self.names:
-            raise ConfigError(
-                f"The state {', '.join(self.names)} has no {name}, which is needed here. Choose one that has it by "
-                "state=..."
-            )
-        return self.names.index(name)
+        return index_of(name, self.names)
+
+    @property
+    def transition_matrix(self) -> Array:
+        """A (D, D + 1), what is known of x' without any model: x' = A (x, u) + P Δ, Δ being the measured changes.
+
+        The identity for the measured channels; past commands are copied: command_1' = u, command_k' = command_{k-1}.
+        The position p and its integral q follow from the speed v: p' = p + ½ dt (v + v') and q' = q + dt p.
+        """
+        matrix = np.zeros((len(self.names), len(self.names) + 1))
+        for i in self.measured:
+            matrix[i, i] = 1.0
+        for name, lag in self.lags.items():
+            source = len(self.names) if lag == 1 else self.names.index(f"command_{lag - 1}")
+            matrix[self.names.index(name), source] = 1.0
+        for i in self.kinematic:
+            source = self.names.index("speed" if self.names[i] == "position" else "position")
+            matrix[i, i], matrix[i, source] = 1.0, self.control_period
+        return matrix
+
+    @property
+    def selection(self) -> Array:
+        """P (D, E): what the change of each of the E measured channels adds to the state."""
+        matrix = np.eye(len(self.names))[:, list(self.measured)]
+        if "position" in self.names:
+            matrix[self.names.index("position")] = 0.5 * self.control_period * matrix[self.names.index("speed")]
+        return matrix
 
     def tracker(self) -> "StateTracker":
         """Makes the states of a rollout that is going on."""
@@ -157,6 +178,23 @@ class Channels:
             "speed": self.wheel_radius * (seen.wheel_rate + seen.tilt_rate),
             "yaw_rate": seen.yaw_rate,
         }
+
+
+def index_of(name: str, names: Sequence[str]) -> int:
+    """Where a channel is in a state.
+
+    Args:
+        name: of the channel.
+        names: of the channels of the state.
+
+    Raises:
+        ConfigError: the state does not have it.
+    """
+    if name not in names:
+        raise ConfigError(
+            f"The state {', '.join(names)} has no {name}, which is needed here. Choose one that has it by state=..."
+        )
+    return names.index(name)
 
 
 class StateTracker:

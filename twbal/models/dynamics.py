@@ -30,9 +30,7 @@ class Step(NamedTuple):
 class DynamicsModel:
     """x_t = A (x_{t-1}, u_{t-1}) + P Δ, with Δ ~ f + g over the E measured channels (eq. 7 and 8).
 
-    A is the identity for the measured channels and copies past commands: command_1' = u, command_k' = command_{k-1}.
-    The position p and its integral q follow from the speed v: p' = p + ½ dt (v + v') and q' = q + dt p. Changes Δ do
-    not depend on them.
+    A and P are those of the channels; changes Δ do not depend on the kinematic ones.
 
     Attributes:
         channels: the state, D channels.
@@ -54,11 +52,11 @@ class DynamicsModel:
     observation_noise: Array
 
     def __post_init__(self) -> None:
-        expected = (len(self.channels.inputs), len(self.channels.measured))
+        expected = (len(self.inputs), len(self.measured))
         for name, gp in (("f", self.f), ("g", self.g)):
             if gp is not None and (gp.inputs, gp.outputs) != expected:
                 raise ConfigError(
-                    f"The state {', '.join(self.channels.names)} needs a model {name} with {expected[0]} inputs and "
+                    f"The state {', '.join(self.names)} needs a model {name} with {expected[0]} inputs and "
                     f"{expected[1]} outputs; found {gp.inputs} and {gp.outputs}. Fit it anew with this state."
                 )
 
@@ -68,28 +66,36 @@ class DynamicsModel:
         return bool(self.f.weights.any())
 
     @property
+    def names(self) -> tuple[str, ...]:
+        """Of the channels of the state, D."""
+        return self.channels.names
+
+    @property
+    def measured(self) -> tuple[int, ...]:
+        """Indices of the E channels whose change f and g predict."""
+        return self.channels.measured
+
+    @property
+    def inputs(self) -> tuple[int, ...]:
+        """Indices into (x, u) of the d numbers that f and g depend on."""
+        return self.channels.inputs
+
+    @property
     def transition_matrix(self) -> Array:
         """A, (D, D + 1)."""
-        names = self.channels.names
-        matrix = np.zeros((len(names), len(names) + 1))
-        for i in self.channels.measured:
-            matrix[i, i] = 1.0
-        for name, lag in self.channels.lags.items():
-            source = len(names) if lag == 1 else names.index(f"command_{lag - 1}")
-            matrix[names.index(name), source] = 1.0
-        for i in self.channels.kinematic:
-            source = names.index("speed" if names[i] == "position" else "position")
-            matrix[i, i], matrix[i, source] = 1.0, self.channels.control_period
-        return matrix
+        return self.channels.transition_matrix
 
     @property
     def selection(self) -> Array:
         """P, (D, E): what each GP output adds to the channels."""
-        names = self.channels.names
-        matrix = np.eye(len(names))[:, list(self.channels.measured)]
-        if "position" in names:
-            matrix[names.index("position")] = 0.5 * self.channels.control_period * matrix[names.index("speed")]
-        return matrix
+        return self.channels.selection
+
+    @property
+    def sensor_variance(self) -> Array:
+        """Variances that the sensors add to what is seen of each channel, (D,); zero for those that no sensor shows."""
+        variance = np.zeros(len(self.names))
+        variance[list(self.measured)] = self.observation_noise
+        return variance
 
     @property
     def noise_variance(self) -> Array:
@@ -98,13 +104,13 @@ class DynamicsModel:
 
     def change(self, inputs: Array) -> Array:
         """Mean of Δ at `inputs` (m, D + 1), (m, E)."""
-        seen = inputs[:, list(self.channels.inputs)]
+        seen = inputs[:, list(self.inputs)]
         mean = self.f.mean(seen)
         return mean if self.g is None else mean + self.g.mean(seen)
 
     def change_slope(self, inputs: Array) -> Array:
         """Gradient of the mean of Δ at `inputs` (m, D + 1), (m, E, D + 1)."""
-        kept = list(self.channels.inputs)
+        kept = list(self.inputs)
         slope = np.zeros((len(inputs), self.f.outputs, inputs.shape[1]))
         slope[:, :, kept] = self.f.slope(inputs[:, kept])
         if self.g is not None:
@@ -121,15 +127,15 @@ class DynamicsModel:
         inputs = np.column_stack([states, commands])
         variance = np.zeros((len(inputs), self.f.outputs))
         if self.keep_f_variance:
-            variance += self.f.predict(inputs[:, list(self.channels.inputs)]).variance
+            variance += self.f.predict(inputs[:, list(self.inputs)]).variance
         if self.g is not None:
-            variance += self.g.predict(inputs[:, list(self.channels.inputs)]).variance
+            variance += self.g.predict(inputs[:, list(self.inputs)]).variance
         return Step(self.step_mean(states, commands), variance)
 
     def to_payload(self) -> dict[str, Any]:
         """Plain values and arrays from which `from_payload` makes the same model."""
         return {
-            "channels": list(self.channels.names),
+            "channels": list(self.names),
             "wheel_radius": float(self.channels.wheel_radius),
             "control_period": float(self.channels.control_period),
             "f": self.f.to_payload(),

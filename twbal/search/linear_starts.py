@@ -6,7 +6,7 @@ import scipy.linalg
 from twbal.core.channels import Channels
 from twbal.core.cost import Cost
 from twbal.core.gaussian import Array
-from twbal.models.dynamics import DynamicsModel, without_simulation
+from twbal.models.dynamics import DynamicsModel
 from twbal.planar.linearised import DelayedModel
 from twbal.policies.rbf import RbfPolicy
 
@@ -44,8 +44,7 @@ def state_space(model: DelayedModel, channels: Channels) -> tuple[Array, Array]:
     Raises:
         ConfigError: the state lacks a channel.
     """
-    carried = without_simulation(channels)
-    moved = carried.transition_matrix  # (D, D + 1)
+    moved = channels.transition_matrix  # (D, D + 1)
     physical = [channels.index(name) for name in ("tilt", "tilt_rate", "speed")]
     outputs = [channels.measured.index(k) for k in physical]
     change = np.zeros((len(channels.measured), moved.shape[1]))
@@ -53,7 +52,7 @@ def state_space(model: DelayedModel, channels: Channels) -> tuple[Array, Array]:
     change[outputs, -1] = model.B[0]
     for name, lag in channels.lags.items():
         change[outputs, channels.index(name)] = model.B[lag]
-    moved += carried.selection @ change
+    moved += channels.selection @ change
     return moved[:, :-1], moved[:, -1]
 
 
@@ -91,5 +90,13 @@ def linear_law(
     """
     slope = _SQUASH_SLOPE * (1.0 - compensation) * torque_limit
     bias = float(balance * gain[channels.index("tilt")] / slope) if balance else 0.0
-    nothing = np.zeros((1, len(gain))), np.zeros(1), np.ones(len(gain))
-    return RbfPolicy(channels, *nothing, -gain / slope, torque_limit, compensation, bias)
+    return RbfPolicy(
+        channels=channels,
+        centres=np.zeros((1, len(gain))),
+        weights=np.zeros(1),
+        lengths=np.ones(len(gain)),
+        gain=-gain / slope,
+        max_command=torque_limit,
+        compensation=compensation,
+        bias=bias,
+    )

@@ -60,7 +60,7 @@ def search_policy(
         SearchError: no start has a finite cost on this model.
     """
     settings = task.settings
-    scales = shape.scales(task.models[0].channels.names, torque_limit)
+    scales = shape.scales(task.models[0].names, torque_limit)
     short, whole = task.objective(settings.short_horizon), task.whole
     linear = shape.linear and base is None
 
@@ -105,12 +105,15 @@ def _starts(
     rng = generator(Stream.SEARCH_STARTS, task.seed)
     if base is None:
         return starting_policies(task, shape, torque_limit, earlier, rng)
-    return starts_on(base, task.models[0].channels.names, shape, torque_limit, earlier, rng)
+    return starts_on(base, task.models[0].names, shape, torque_limit, earlier, rng)
 
 
 def _not_driven_twice(earlier: Sequence[RbfPolicy]) -> list[int]:
     """Indices of the first of each policy that is among `earlier` but once."""
-    keys = [tuple(np.asarray(part).tobytes() for part in p.network) for p in earlier]
+    keys = [
+        tuple(np.asarray(part).tobytes() for part in (p.centres, p.weights, p.lengths, p.gain, p.compensation, p.bias))
+        for p in earlier
+    ]
     return [i for i, key in enumerate(keys) if keys.count(key) == 1]
 
 

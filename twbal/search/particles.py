@@ -82,7 +82,7 @@ class ParticleObjective:
     def _robots(self) -> Robots:
         rng = generator(Stream.PARTICLES, self.seed, self.particles)
         model, n, H = self.model, self.particles, self.horizon
-        D, measured = len(model.channels.names), list(model.channels.measured)
+        D, measured = len(model.names), list(model.measured)
         g = sampled_functions(model.g, n, self.features, rng) if model.g else None
         sensors = np.zeros((H, n, D))
         sensors[:, :, measured] = np.sqrt(model.observation_noise) * rng.standard_normal((H, n, len(measured)))

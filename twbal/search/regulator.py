@@ -11,7 +11,6 @@ from twbal.core.errors import ConfigError, SearchError
 from twbal.core.gaussian import Array
 from twbal.core.robot_parameters import RobotParameters
 from twbal.models.dataset import transitions
-from twbal.models.dynamics import without_simulation
 from twbal.planar.linearised import sampled
 from twbal.policies.linear import LinearPolicy
 from twbal.search.linear_starts import regulator
@@ -107,10 +106,9 @@ def identified_regulator(
     if len(inputs) <= D + 2:
         return None
     fitted, constant = _least_squares(inputs, changes)  # (E, d), (E,)
-    carried = without_simulation(channels)
-    moved = carried.transition_matrix  # (D, D + 1)
-    moved[:, list(channels.inputs)] += carried.selection @ fitted
-    A, B, c = moved[:, :D], moved[:, D], carried.selection @ constant
+    moved, selection = channels.transition_matrix, channels.selection  # (D, D + 1), (D, E)
+    moved[:, list(channels.inputs)] += selection @ fitted
+    A, B, c = moved[:, :D], moved[:, D], selection @ constant
     gain = regulator(A, B, cost, command_width * torque_limit)
     if gain is None:
         return None

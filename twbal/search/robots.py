@@ -49,7 +49,7 @@ class Robots:
             sensors=torch.tensor(draws.sensors),
             f=mean_function(model.f),
             g=g,
-            inputs=torch.tensor(model.channels.inputs),
+            inputs=torch.tensor(model.inputs),
             carry=torch.tensor(model.transition_matrix.T.copy()),
             selection=torch.tensor(model.selection.T.copy()),
         )

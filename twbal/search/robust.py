@@ -26,7 +26,7 @@ from twbal.planar.robot_distribution import RobotDistribution
 from twbal.policies.rbf import RbfPolicy
 from twbal.search.linear_starts import linear_law, regulator, state_space
 from twbal.search.planar_rollouts import Driven, PlanarDraws, planar_rollouts
-from twbal.search.sampled_rollouts import limits_of
+from twbal.search.sampled_rollouts import Limits, limits_of
 
 PHYSICAL = ("tilt", "tilt_rate", "speed")
 """Channels that a state needs for regulators of planar robots."""
@@ -122,8 +122,8 @@ class SampledRobots:
     def driven(self, policy: RbfPolicy, robots: int | None = None) -> Driven:
         """What becomes of the first `robots` of them under a policy; None: of all."""
         draws = PlanarDraws(self._draws.start[:robots], self._draws.sensors[:robots])
-        limits, period = limits_of(self.rule, self.channels), self.distribution.robot.control_period
-        return planar_rollouts(self._models[:robots], self.channels, policy, self.cost, limits, draws, period)
+        period = self.distribution.robot.control_period
+        return planar_rollouts(self._models[:robots], self.channels, policy, self.cost, self._limits, draws, period)
 
     def ranked(self, origin: str, policy: RbfPolicy, robots: int | None = None) -> RankedPolicy:
         """A policy with how it does on the first `robots` of them."""
@@ -173,6 +173,10 @@ class SampledRobots:
                 options=options,
             ).x
         return self.ranked(f"{begin.origin}, improved", varied(found))
+
+    @cached_property
+    def _limits(self) -> Limits:
+        return limits_of(self.rule, self.channels.names)
 
     @cached_property
     def _models(self) -> Sequence[TwinParameters]:

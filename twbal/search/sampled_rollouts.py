@@ -3,11 +3,12 @@
 Each robot is followed until its tilt passes the limit: what comes after is of no interest.
 """
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from twbal.core.channels import Channels
+from twbal.core.channels import index_of
 from twbal.core.compiled import kernel
 from twbal.core.cost import Cost, CostNumbers, price
 from twbal.core.evaluation import SuccessCriterion
@@ -52,19 +53,19 @@ class Limits(NamedTuple):
     command_change: float = np.inf
 
 
-def limits_of(rule: SuccessCriterion, channels: Channels) -> Limits:
-    """What `rule` asks of a rollout, as far as the state shows it.
+def limits_of(rule: SuccessCriterion, names: Sequence[str]) -> Limits:
+    """What `rule` asks of a rollout, as far as a state of channels with these names shows it.
 
     Raises:
         ConfigError: the state has no tilt.
     """
     place, change = rule.place_limit, rule.command_change
     return Limits(
-        channels.index("tilt"),
+        index_of("tilt", names),
         rule.tilt_limit,
         rule.settled_tilt_limit,
         rule.settle_step,
-        channels.names.index("position") if "position" in channels.names else -1,
+        names.index("position") if "position" in names else -1,
         np.inf if place is None else place,
         rule.place_step,
         np.inf if change is None or rule.torque_limit is None else change * rule.torque_limit,
@@ -159,7 +160,7 @@ def sampled_rollouts(
             np.ascontiguousarray(samples.features.transpose(0, 2, 1)),
         )
     carry, selection = model.transition_matrix, np.ascontiguousarray(model.selection)
-    kept = np.array(model.channels.inputs)
+    kept = np.array(model.inputs)
     return _drive(f, g, waves, policy.network, cost.numbers, limits, draws, carry, selection, kept)
 
 

@@ -11,11 +11,10 @@ from twbal.core.errors import ConfigError
 from twbal.core.gaussian import Array
 from twbal.core.streams import Stream, generator
 from twbal.policies.rbf import RbfPolicy
-from twbal.search.linear_starts import regulator, slopes
+from twbal.search.linear_starts import linear_law, regulator, slopes
 from twbal.search.robust import RankedPolicy
 from twbal.search.task import Task
 
-_SQUASH_SLOPE = 1.5  # σ'(0) of eq. 10
 _NETWORKS = 4  # random ones on top of a regulator
 
 
@@ -93,30 +92,33 @@ def linear_policy(
 
     Without a linear part, the basis functions imitate it: their weights are fitted to it over their own support.
     """
-    s = shape.scales(channels, torque_limit)
-    D = len(s)
-    activation_gain = -gain / (torque_limit * _SQUASH_SLOPE)
-    centres = rng.standard_normal((shape.basis, D)) * s
-    lengths = np.sqrt(3.0 * D) / 2.0 * s
-    weights = shape.weight_sd * rng.standard_normal(shape.basis)
-    policy = RbfPolicy(tuple(channels), centres, weights, lengths, activation_gain, torque_limit)
-    if shape.linear:
-        return policy
-    places = rng.standard_normal((20 * shape.basis, D)) * s
-    gaps = (places[:, None, :] - centres) / lengths
+    policy = _with_network(shape, linear_law(tuple(channels), gain, torque_limit, 0.0), rng)
+    policy = replace(policy, weights=shape.weight_sd * rng.standard_normal(shape.basis))
+    return policy if shape.linear else _imitated(shape, policy, rng)
+
+
+def _with_network(shape: PolicyParametrisation, law: RbfPolicy, rng: np.random.Generator) -> RbfPolicy:
+    """A linear law with basis functions beside it, whose weights are zero."""
+    s = shape.scales(law.channels, law.max_command)
+    centres = rng.standard_normal((shape.basis, len(s))) * s
+    return replace(law, centres=centres, weights=np.zeros(shape.basis), lengths=np.sqrt(3.0 * len(s)) / 2.0 * s)
+
+
+def _imitated(shape: PolicyParametrisation, policy: RbfPolicy, rng: np.random.Generator) -> RbfPolicy:
+    """A policy whose basis functions do what its linear part did, as far as they can."""
+    places = rng.standard_normal((20 * shape.basis, len(policy.gain))) * shape.scales(
+        policy.channels, policy.max_command
+    )
+    gaps = (places[:, None, :] - policy.centres) / policy.lengths
     features = np.exp(-0.5 * (gaps**2).sum(axis=-1))  # (20 N, N)
     ridge = 1e-3 * np.eye(shape.basis)
-    fitted = np.linalg.solve(features.T @ features + ridge, features.T @ (places @ activation_gain))
-    return replace(policy, weights=fitted, gain=np.zeros(D))
+    fitted = np.linalg.solve(features.T @ features + ridge, features.T @ (places @ policy.gain))
+    return replace(policy, weights=fitted, gain=np.zeros_like(policy.gain))
 
 
 def robust_start(shape: PolicyParametrisation, found: RankedPolicy, seed: int) -> Start:
     """A regulator for robots of known numbers, with a network beside it whose weights are zero."""
-    policy, rng = found.policy, generator(Stream.SEARCH_STARTS, seed, 1)
-    s = shape.scales(policy.channels, policy.max_command)
-    centres = rng.standard_normal((shape.basis, len(s))) * s
-    lengths = np.sqrt(3.0 * len(s)) / 2.0 * s
-    beside = replace(policy, centres=centres, weights=np.zeros(shape.basis), lengths=lengths)
+    beside = _with_network(shape, found.policy, generator(Stream.SEARCH_STARTS, seed, 1))
     return Start(found.origin, beside, Family(StartKind.ROBUST))
 
 
@@ -140,7 +142,7 @@ def starting_policies(
         earlier: policies of earlier iterations, oldest first.
         rng: draws the networks.
     """
-    settings, names = task.settings, task.models[0].channels.names
+    settings, names = task.settings, task.models[0].names
     s = shape.scales(names, torque_limit)
     starts: list[Start] = []
     for number, model in enumerate(task.models):

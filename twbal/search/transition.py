@@ -49,18 +49,15 @@ def transition_model(model: DynamicsModel) -> TransitionModel:
     Raises:
         ConfigError: f or g has another kernel than the squared exponential one.
     """
-    E = len(model.channels.measured)
-    observation_noise = np.zeros(len(model.channels.names))
-    observation_noise[list(model.channels.measured)] = model.observation_noise
     return TransitionModel(
         f=_kernels(model.f, model.keep_f_variance),
-        g=_kernels(model.g, True) if model.g else no_kernels(E, len(model.channels.inputs)),
+        g=_kernels(model.g, True) if model.g else no_kernels(len(model.measured), len(model.inputs)),
         carry=model.transition_matrix,
         selection=np.ascontiguousarray(model.selection),
-        predicted=np.array(model.channels.measured),
-        inputs=np.array(model.channels.inputs),
+        predicted=np.array(model.measured),
+        inputs=np.array(model.inputs),
         process_noise=model.process_noise,
-        observation_noise=observation_noise,
+        observation_noise=model.sensor_variance,
     )
 
 

@@ -59,16 +59,13 @@ def validate(
         ConfigError: the state has no tilt.
     """
     rng = generator(Stream.VALIDATION, seed)
-    n, rule, D = settings.robots, settings.success, len(model.channels.names)
-    limits = limits_of(rule, model.channels)
-    measured = list(model.channels.measured)
-    sensor_sd = np.zeros(D)
-    sensor_sd[measured] = np.sqrt(model.observation_noise)
+    n, rule, sensor_sd = settings.robots, settings.success, np.sqrt(model.sensor_variance)
+    limits = limits_of(rule, model.names)
     samples = FunctionSamples.draw(model.g, n, settings.features, rng) if isinstance(model.g, GaussianProcess) else None
     draws = Draws(
         start=start.sample(n, rng),
-        sensors=sensor_sd * rng.standard_normal((rule.steps, n, D)),
-        process=np.sqrt(model.process_noise) * rng.standard_normal((rule.steps, n, len(measured))),
+        sensors=sensor_sd * rng.standard_normal((rule.steps, n, len(sensor_sd))),
+        process=np.sqrt(model.process_noise) * rng.standard_normal((rule.steps, n, len(model.measured))),
     )
     if isinstance(model.f, GaussianProcess) and (model.g is None or samples):
         stayed, costs = sampled_rollouts(model, samples, policy, cost, limits, draws)

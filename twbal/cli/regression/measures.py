@@ -7,6 +7,7 @@ import numpy as np
 from twbal.core.channels import Channels
 from twbal.core.cost import Cost
 from twbal.core.episode import Episode
+from twbal.core.evaluation import SuccessCriterion, judged
 from twbal.core.gaussian import Array, Gaussian
 from twbal.core.plant import Observation
 from twbal.core.robot_parameters import RobotParameters
@@ -18,11 +19,13 @@ from twbal.effects.effect import Effect
 from twbal.models.dynamics import DynamicsModel
 from twbal.models.moments.truncation import Truncation
 from twbal.models.recipe import ModelRecipe
+from twbal.planar.robot_distribution import prior_of
 from twbal.policies.rbf import RbfPolicy
 from twbal.search.long_term_cost import long_term_cost
 from twbal.search.start_state import start_state
 from twbal.search.transition import transition_model
 from twbal.sim.bullet_plant import SimPlant
+from twbal.sysid.posterior import posterior
 from twbal.sysid.recording import Recording
 
 Measures = dict[str, float | str]
@@ -110,7 +113,7 @@ def policy_measures(policy: RbfPolicy, episodes: Sequence[Episode]) -> Measures:
 
 def search_measures(model: DynamicsModel, policy: RbfPolicy, cost: Cost, pose: StartPose) -> Measures:
     """Expected long-term cost of a policy on a model, and its gradient: moment matching, squash and cost."""
-    start = start_state(pose, model.channels)
+    start = start_state(pose, model.names)
     found: Measures = {}
     for horizon in _HORIZONS:
         expected = long_term_cost(transition_model(model), policy, cost, start, horizon, Truncation())
@@ -162,6 +165,22 @@ def diagnosis_measures(
     for whiteness in found.whiteness:
         measures[f"diagnosis/whiteness/{whiteness.channel}"] = whiteness.after
     return measures
+
+
+def place_measures(
+    policy: RbfPolicy, episodes: Sequence[Episode], robot: RobotParameters, rule: SuccessCriterion
+) -> Measures:
+    """What is made of rollouts that keep a place: commands, numbers of the robot that they tell, parts of success."""
+    states = np.concatenate([episode.states for episode in episodes])
+    found: Measures = {"place/commands/rms": _rms(policy.command(states))}
+    known = posterior(prior_of(robot), episodes)
+    for field, mean, variance in zip(known.fields, known.mean, np.diag(known.covariance), strict=True):
+        found[f"place/robot/{field}"] = float(mean)
+        found[f"place/robot/sd of {field}"] = float(np.sqrt(variance))
+    verdict = judged(max(episodes, key=len), rule)
+    for name in ("farthest", "command_change", "oscillation"):
+        found[f"place/success/{name}"] = float(getattr(verdict, name))
+    return found
 
 
 def _rms(values: Array) -> float:

@@ -21,6 +21,7 @@ from twbal.cli.regression.measures import (
     fit_measures,
     log_measures,
     model_measures,
+    place_measures,
     policy_measures,
     search_measures,
 )
@@ -38,6 +39,8 @@ from twbal.sysid.recording import Usability, read_recordings
 
 LOGS = ("simulated", "real", "held_out", "excited")
 MODEL, POLICY = "model.pt", "policy.pt"
+PLACED, PLACED_POLICY = "placed", "placed.pt"
+"""Rollouts of a policy that keeps a place, and that policy; a data set may be without."""
 REPORT, NOW = "junit.xml", "measures.json"
 
 
@@ -111,6 +114,14 @@ def measure(cfg: DictConfig, folder: Path) -> Measures:
         partial(effect_measures, robot, effects, float(cfg.sim.physics_step)),
         partial(diagnosis_measures, recordings, robot, candidates, instantiate(cfg.diagnosis)),
     )
+    if (folder / PLACED).is_dir():
+        placed = read_episodes(folder / PLACED)
+        keeper = load_searched_policy(folder / PLACED_POLICY, placed[0].channels)
+        parts = (
+            *parts,
+            partial(log_measures, PLACED, placed),
+            partial(place_measures, keeper, placed, robot, instantiate(cfg.success)),
+        )
     found: Measures = {}
     for part in counted(parts, "parts", len(parts)):
         found |= part()
@@ -122,8 +133,8 @@ def measure(cfg: DictConfig, folder: Path) -> Measures:
 
 def _hashes(folder: Path) -> dict[str, str]:
     """sha256 of the data: logs, model and policy."""
-    files = [path for name in LOGS for path in sorted((folder / name).glob("*.mcap"))]
-    files += [folder / MODEL, folder / POLICY]
+    files = [path for name in (*LOGS, PLACED) for path in sorted((folder / name).glob("*.mcap"))]
+    files += [folder / MODEL, folder / POLICY, *folder.glob(PLACED_POLICY)]
     return {path.relative_to(folder).as_posix(): file_hash(path) for path in files}
 
 
