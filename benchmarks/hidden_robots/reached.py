@@ -46,7 +46,10 @@ class References:
 def main(words: Sequence[str]) -> None:
     """Run with settings of the form key=value."""
     settings = {"robots": "20", "first_seed": "100", **dict(word.split("=", 1) for word in words)}
-    if set(settings) != {"family", "robots", "first_seed"} or settings["family"] not in FAMILIES:
+    unknown = sorted(set(settings) - {"family", "robots", "first_seed"})
+    if unknown:
+        raise SystemExit(f"unknown settings: {', '.join(unknown)}\n{__doc__}")
+    if settings.get("family") not in FAMILIES:
         raise SystemExit(__doc__)
     references, first = References(settings["family"]), int(settings["first_seed"])
     for seed in range(first, first + int(settings["robots"])):

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 from foreign_logs import columns, text
-from how_to_run import MODEL, POLICY, RECORDED
+from how_to_run import MODEL, POLICY, RECORDED, SMALL
 from shown import ROOT
 
 from twbal.cli.main import main
@@ -18,12 +18,15 @@ def furnish(folder: Path) -> None:
     """Put it there; `folder` is the working directory."""
     for place in (folder / "data" / "regression", folder / "my_robot"):
         shutil.copytree(DATA, place)
-    _copy("real", range(2), folder / RECORDED)
-    _copy("simulated", range(6), folder / "outputs/sim-collect/2026-11-20_10-00-00-000000")
-    _copy("simulated", range(3), folder / "run1")
-    _copy("simulated", range(3, 6), folder / "run2")
-    for name in ("before.mcap", "after.mcap"):
-        shutil.copy(DATA / "real" / "trial_000.mcap", folder / name)
+    _make("lqr", "lqr")
+    recording = ("policy.path=lqr/policy.pt", 'link.overrides=["faults=none"]', "trials=2", "steps=120")
+    _make("real-rollout", RECORDED, *recording)
+    simulated = "outputs/sim-collect/2026-11-20_10-00-00-000000"
+    _make("sim-collect", simulated, "rollouts=6", "steps=20")
+    for run, trials in (("run1", range(3)), ("run2", range(3, 6))):
+        _copy(Path(simulated), trials, folder / run)
+    for trial, name in enumerate(("before.mcap", "after.mcap")):
+        shutil.copy(Path(RECORDED, "episodes", f"trial_{trial:03d}.mcap"), folder / name)
     for name, skipped in (("ride.csv", 0), ("log.csv", 0), ("a.csv", 0), ("b.csv", 1)):
         (folder / name).write_text(text(_ride()[skipped:]))
     for name, skipped in (("test3a.txt", 0), ("test4.txt", 1)):
@@ -36,20 +39,19 @@ def furnish(folder: Path) -> None:
     f, g = Path(MODEL), Path(MODEL.replace("sim", "diff"))
     _make("fit-sim-gp", f.parent, "episodes=run1", *SMALL_FIT)
     _make("fit-diff-gp", g.parent, f"dynamics={f}", "episodes=before.mcap", *SMALL_FIT)
-    (folder / POLICY).parent.mkdir(parents=True)
-    shutil.copy(DATA / "policy.pt", folder / POLICY)
+    _make("optimise-policy", Path(POLICY).parent, f"dynamics={f}", *SMALL["optimise-policy"])
 
 
 def _make(stage: str, out: Path | str, *words: str) -> None:
     assert main([stage, *words, f"hydra.run.dir={out}"]) == 0
 
 
-def _copy(kind: str, trials: range, run: Path) -> None:
-    """Logs of the data set as those of a run."""
-    (run / "episodes").mkdir(parents=True)
+def _copy(run: Path, trials: range, other: Path) -> None:
+    """Some logs of a run as those of another."""
+    (other / "episodes").mkdir(parents=True)
     for trial in trials:
         name = f"trial_{trial:03d}.mcap"
-        shutil.copy(DATA / kind / name, run / "episodes" / name)
+        shutil.copy(run / "episodes" / name, other / "episodes" / name)
 
 
 def _ride() -> np.ndarray:

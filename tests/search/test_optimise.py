@@ -7,7 +7,7 @@ from twbal.core.errors import SearchError
 from twbal.core.gaussian import Gaussian
 from twbal.models.moments.truncation import Truncation
 from twbal.search.long_term_cost import long_term_cost
-from twbal.search.optimise import _rank, search_policy
+from twbal.search.optimise import _not_driven_twice, _rank, search_policy
 from twbal.search.starts import PolicyParametrisation, linear_policy
 from twbal.search.transition import transition_model
 from twbal.search.validation import ValidationResult
@@ -194,3 +194,11 @@ def test_candidates_whose_judgement_is_no_number_come_last(result):
     broken = [result.best._replace(validation=ValidationResult(*values)) for values in ((1.0, np.nan), (np.nan, 0.1))]
     for order in ([*broken, result.best], [result.best, *broken], [broken[0], result.best, broken[1]]):
         assert sorted(order, key=_rank)[0] is result.best
+
+
+def test_policies_that_differ_in_friction_compensation_or_bias_are_not_the_same():
+    names, gain = ("tilt", "tilt_rate"), np.array([1.0, 0.2])
+    plain = linear_policy(SHAPE, names, 20.0, gain, np.random.default_rng(0))
+    jumping, leaning = replace(plain, compensation=0.1), replace(plain, bias=0.01)
+    assert _not_driven_twice([plain, jumping, leaning]) == [0, 1, 2]
+    assert _not_driven_twice([plain, jumping, replace(plain), leaning, replace(leaning)]) == [1]

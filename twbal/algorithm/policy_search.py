@@ -13,11 +13,11 @@ from twbal.core.gaussian import Gaussian
 from twbal.core.robot_parameters import RobotParameters
 from twbal.core.start_pose import StartPose
 from twbal.models.dynamics import DynamicsModel
-from twbal.planar.robot_distribution import prior_of
+from twbal.planar.robot_distribution import RobotDistribution, prior_of
 from twbal.policies.linear import LinearPolicy
 from twbal.policies.rbf import RbfPolicy
 from twbal.search.optimise import SearchResult, search_policy
-from twbal.search.robust import RobustSettings, SampledRobots
+from twbal.search.robust import PHYSICAL, RobustSettings, SampledRobots
 from twbal.search.start_state import start_state
 from twbal.search.starts import PolicyParametrisation
 from twbal.search.task import SearchSettings, Task
@@ -85,7 +85,7 @@ class PolicySearch:
                 self.search,
                 self.validation,
                 self.seed,
-                None if self.robust is None else self._sampled(self.robust, start, rollouts, progress),
+                self._sampled(start, rollouts, progress),
             ),
             shape=self.shape,
             torque_limit=self.robot.torque_limit,
@@ -96,20 +96,33 @@ class PolicySearch:
         )
 
     def _sampled(
-        self, settings: RobustSettings, start: Gaussian, rollouts: Sequence[Episode], progress: Callable[[str], None]
-    ) -> SampledRobots:
+        self, start: Gaussian, rollouts: Sequence[Episode], progress: Callable[[str], None]
+    ) -> SampledRobots | None:
         """Robots as the sheet and the rollouts say, which begin as `start` says.
 
-        Rollouts in which the robot falls at once say nothing.
+        None where none are asked for, or the state lacks a channel that their regulators need.
         """
+        if self.robust is None:
+            return None
+        missing = [name for name in PHYSICAL if name not in self.channels.names]
+        if missing:
+            progress(f"no robots of known numbers (robust): the state has no {', '.join(missing)}")
+            return None
+        known = self._known(rollouts, progress)
+        return SampledRobots(known, self.channels, self.cost, self.validation.success, start, self.robust, self.seed)
+
+    def _known(self, rollouts: Sequence[Episode], progress: Callable[[str], None]) -> RobotDistribution:
+        """What is known of the robot; rollouts in which it falls at once tell nothing."""
         known = prior_of(self.robot)
-        if rollouts:
-            try:
-                known = posterior(known, rollouts)
-                progress(f"the robot by its rollouts: {known}")
-            except DataError as error:
-                progress(f"the robot by its sheet alone: {error}")
-        return SampledRobots(known, self.channels, self.cost, self.validation.success, start, settings, self.seed)
+        if not rollouts:
+            return known
+        try:
+            known = posterior(known, rollouts)
+        except DataError as error:
+            progress(f"the robot by its sheet alone: {error}")
+        else:
+            progress(f"the robot by its rollouts: {known}")
+        return known
 
     def without_search(self) -> "PolicySearch":
         """Only judges earlier policies."""

@@ -28,7 +28,8 @@ from twbal.search.linear_starts import linear_law, regulator, state_space
 from twbal.search.planar_rollouts import Driven, PlanarDraws, planar_rollouts
 from twbal.search.sampled_rollouts import Limits, limits_of
 
-_PHYSICAL = ("tilt", "tilt_rate", "speed")
+PHYSICAL = ("tilt", "tilt_rate", "speed")
+"""Channels that a state needs for regulators of planar robots."""
 _MOST_COMPENSATION = 0.6
 _RESTARTS = 2
 _FIRST_STEP = 0.3  # of the direct search, in logarithms of the gains
@@ -186,7 +187,7 @@ class SampledRobots:
     def _draws(self) -> PlanarDraws:
         count, steps = self.settings.robots, self.rule.steps
         rng = generator(Stream.SAMPLED_ROBOTS, self.seed, 1)
-        physical = [self.channels.index(name) for name in _PHYSICAL]
+        physical = [self.channels.index(name) for name in PHYSICAL]
         start = self.start.sample(count, rng)[:, physical]
         noise = rng.standard_normal((count, steps, len(self.distribution.sensor_sd)))
         return PlanarDraws(np.ascontiguousarray(start), self.distribution.sensor_sd * noise)
