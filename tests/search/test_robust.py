@@ -30,6 +30,11 @@ SETTINGS = RobustSettings(
     change_scales=(1.0,),
     command_widths=(1.0, 0.3),
     compensations=(0.0, 0.5, 1.0),
+    improved=0,
+    evaluations=60,
+    improving=10,
+    enough=1.1,
+    doubt=1.0,
 )
 
 
@@ -123,8 +128,28 @@ def test_the_best_comes_first_and_all_are_judged_on_all_robots(found, sticky):
     assert [each.rank for each in found] == sorted(each.rank for each in found)
     for each in found:
         driven = sticky.driven(each.policy)
-        assert len(driven.stayed) == SETTINGS.robots
-        assert (each.success, each.cost) == (driven.stayed.mean(), driven.costs.mean())
+        assert len(driven.used) == SETTINGS.robots
+        assert each.success == (driven.used <= 1.0).mean()
+        assert (each.use, each.cost) == (driven.used.mean(), driven.costs.mean())
+
+
+def test_a_direct_search_makes_robots_use_less_of_the_limits(sticky, found):
+    improving = replace(sticky, settings=replace(SETTINGS, improved=1))
+    (better,) = (each for each in improving.regulators() if each.origin.endswith("improved"))
+    begun, ended = (improving.driven(each.policy, SETTINGS.improving).mean_use for each in (found[0], better))
+    assert ended < 0.95 * begun
+
+
+def test_regulators_that_hold_enough_robots_are_left_as_they_are(sticky, found):
+    settled = replace(sticky, settings=replace(SETTINGS, improved=1, enough=found[0].success))
+    assert [each.origin for each in settled.regulators()] == [each.origin for each in found]
+
+
+def test_doubt_spreads_the_drawn_robots(paper):
+    prior = prior_of(paper)
+    near, far = (prior.models(500, np.random.default_rng(0), doubt) for doubt in (1.0, 2.0))
+    angles = np.array([[model.com_offset_angle for model in models] for models in (near, far)])
+    np.testing.assert_allclose(angles[1], np.clip(2.0 * angles[0], -0.2, 0.2))
 
 
 def test_the_same_seed_finds_the_same_to_the_last_bit(paper, sticky, found):
