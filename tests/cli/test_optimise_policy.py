@@ -98,6 +98,37 @@ def test_rollouts_of_another_policy_do_not_confirm(folder, capsys):
     assert not (folder / "unconfirmed" / "prediction.pt").exists()
 
 
+ROBUST = [
+    *("robust=default", "robust.robots=4", "robust.designs=1", "robust.screening=2", "robust.finalists=1"),
+    *("robust.improved=1", "robust.evaluations=4", "robust.improving=2"),
+]
+
+
+def test_rollouts_of_the_robot_are_inputs_and_a_search_with_them_is_repeatable(folder, capsys):
+    """With robots of known numbers, as by default: the second time nothing is done, elsewhere the same is made."""
+    run("lqr", folder / "lqr")
+    driver = (f"policy.path={folder / 'lqr' / 'policy.pt'}", 'link.overrides=["faults=none"]')
+    run("real-rollout", folder / "driven", *driver, "trials=1", "steps=40")
+    rollouts = f"rollouts=[{folder / 'driven'}]"
+    capsys.readouterr()
+    search(folder, "known", *ROBUST, rollouts)
+    assert "the robot by its rollouts: " in capsys.readouterr().out
+    (record,) = read_manifest(folder / "known").inputs["rollouts"]
+    assert record.path == str(folder / "driven" / "episodes" / "trial_000.mcap")
+    origins = [c.origin for c in load_prediction(folder / "known" / "prediction.pt").candidates]
+    assert any(origin.startswith("regulator of robot 0") for origin in origins)
+    made = {path: path.stat().st_mtime_ns for path in (folder / "known").glob("*.pt")}
+    capsys.readouterr()
+    search(folder, "known", *ROBUST, rollouts)
+    assert {path: path.stat().st_mtime_ns for path in made} == made
+    assert "of the long rollouts succeed" not in capsys.readouterr().out
+    search(folder, "known_again", *ROBUST, rollouts)
+    assert output_hashes(folder / "known_again") == output_hashes(folder / "known")
+    search(folder, "sheet", *ROBUST)
+    assert "rollouts" not in read_manifest(folder / "sheet").inputs
+    assert output_hashes(folder / "sheet") != output_hashes(folder / "known")
+
+
 def output_hashes(folder):
     return {made.path: made.sha256 for made in read_manifest(folder).outputs}
 

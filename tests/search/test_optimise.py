@@ -3,6 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from twbal.core.cost import SaturatingCost
 from twbal.core.errors import SearchError
 from twbal.core.gaussian import Gaussian
 from twbal.models.moments.truncation import Truncation
@@ -78,6 +79,18 @@ def test_the_prediction_is_of_the_best_policy_as_the_sensors_show_it(make_task, 
         gradient=False,
     )
     assert sum(task.cost.expected(state).value for state in states) == pytest.approx(expected.value, rel=1e-4)
+
+
+def test_sensors_add_nothing_to_a_position_that_follows_from_the_speed(make_system, make_task):
+    """Before the first step there is the start's spread and the sensors' noise; position has neither of its own."""
+    model, _, _ = make_system(1, place=True)
+    D = len(model.channels.names)
+    task = replace(make_task(model), start=Gaussian(np.zeros(D), np.zeros((D, D))))
+    task = replace(task, cost=SaturatingCost(np.zeros(D), np.full(D, 0.5)))
+    shape = replace(SHAPE, scale={**SCALE, "position": 0.5, "position_integral": 0.5})
+    still = linear_policy(shape, model.channels.names, 20.0, np.zeros(D), np.random.default_rng(0))
+    expected = np.diag([*model.observation_noise, 0.0, 0.0, 0.0])
+    np.testing.assert_allclose(task.predicted(still)[0].covariance, expected, atol=1e-18)
 
 
 def test_the_same_seed_finds_the_same_policy(search, model, result):
