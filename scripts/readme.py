@@ -88,7 +88,7 @@ def summary(results: Mapping[str, Any]) -> list[str]:
         ("robots", [f"{len(found)}"] * 2),
         ("that stick, so that the second column is theirs", [f"{sticky}"] * 2),
         *((f"all trials succeed within {n} updates", _by_rule(found, _solved_within, n)) for n in _WITHIN),
-        ("place of the successes, median / worst", _by_rule(found, _spread, "farthest", "m", ".2f")),
+        ("place of the successes, median / worst", _by_rule(found, _spread, "farthest", " m", ".2f")),
         ("tilt oscillation of the successes, median / worst", _by_rule(found, _spread, "oscillation_deg", "°", ".1f")),
         ("the reference search's, median / worst", [_reference(found)] * 2),
         ("driven to learn, median / worst", _by_rule(found, _seconds, "real_seconds")),
