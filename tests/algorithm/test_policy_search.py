@@ -112,6 +112,6 @@ def test_one_rollout_that_tells_something_is_enough(paper):
 def test_a_state_that_no_regulator_can_take_is_searched_on_the_model_alone(paper, names, lacking):
     found, lines = find(paper, names=names)
     assert found.best.robots is None
-    assert lines[0] == f"no robots of known numbers (robust): the state has no {lacking}"
+    assert lines[0] == f"no robots of the parameter distribution (robust): the state has no {lacking}"
     _, quiet = find(paper, names=names, robust=None)
     assert lines[1:] == quiet

@@ -105,7 +105,7 @@ ROBUST = [
 
 
 def test_rollouts_of_the_robot_are_inputs_and_a_search_with_them_is_repeatable(folder, capsys):
-    """With robots of known numbers, as by default: the second time nothing is done, elsewhere the same is made."""
+    """As by default, with `robust`: the second time nothing is done, elsewhere the same is made."""
     run("lqr", folder / "lqr")
     driver = (f"policy.path={folder / 'lqr' / 'policy.pt'}", 'link.overrides=["faults=none"]')
     run("real-rollout", folder / "driven", *driver, "trials=1", "steps=40")

@@ -38,7 +38,7 @@ class PolicySearch:
         search: how to search.
         validation: of the long rollouts.
         robot: its sheet.
-        robust: how policies are found for robots of known numbers; None: they are searched on models alone.
+        robust: how policies are found for robots of the parameter distribution; None: on models alone.
         seed: of all that is drawn.
         workers: threads; 0: one a core. What is found does not depend on it.
     """
@@ -106,7 +106,7 @@ class PolicySearch:
             return None
         missing = [name for name in PHYSICAL if name not in self.channels.names]
         if missing:
-            progress(f"no robots of known numbers (robust): the state has no {', '.join(missing)}")
+            progress(f"no robots of the parameter distribution (robust): the state has no {', '.join(missing)}")
             return None
         known = self._known(rollouts, progress)
         return SampledRobots(known, self.channels, self.cost, self.validation.success, start, self.robust, self.seed)

@@ -41,7 +41,8 @@ def search_policy(
 ) -> SearchResult:
     """Search from the most promising starts, judge what was found on long rollouts, and return the best.
 
-    Where robots of known numbers are given, the start is the regulator that holds most of them; it is judged, too.
+    Where robots of the parameter distribution are given, the start is the regulator that holds most of them; it is
+    judged, too.
 
     Earlier policies are judged beside the new ones, so that a search that only made things worse shows. One that was
     chosen twice already is none of them: what it does the model has been told, and a third time would teach nothing.
@@ -120,7 +121,8 @@ def _not_driven_twice(earlier: Sequence[RbfPolicy]) -> list[int]:
 def _rank(candidate: Candidate) -> tuple[float, ...]:
     """Less is better: success in tenths, then the sampled cost; what is not a number comes last.
 
-    Where there are robots of known numbers, they decide, and among policies that hold as many, how they do.
+    Where there are robots of the parameter distribution, they decide, and among policies that hold as many, how they
+    do.
     """
     if candidate.robots is not None:
         return candidate.robots.rank

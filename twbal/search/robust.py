@@ -1,4 +1,4 @@
-"""Policies for robots that are known by the numbers of a planar model, each with its doubt.
+"""Policies for robots of a parameter distribution: planar models whose parameters are known with an uncertainty.
 
 Regulators of some of the likely robots are driven on all of them (`planar_rollouts`); those under which most robots
 succeed are candidates of the search. A regulator answers to a motor's dead zone and dry friction by a jump of the

@@ -117,7 +117,7 @@ def _imitated(shape: PolicyParametrisation, policy: RbfPolicy, rng: np.random.Ge
 
 
 def robust_start(shape: PolicyParametrisation, found: RankedPolicy, seed: int) -> Start:
-    """A regulator for robots of known numbers, with a network beside it whose weights are zero."""
+    """A regulator for robots of the parameter distribution, with a network beside it whose weights are zero."""
     beside = _with_network(shape, found.policy, generator(Stream.SEARCH_STARTS, seed, 1))
     return Start(found.origin, beside, Family(StartKind.ROBUST))
 

@@ -70,7 +70,7 @@ class Candidate(NamedTuple):
         cost: expected long-term cost over the horizon.
         validation: of its long rollouts.
         earlier: which of the given earlier policies it is; None for what was searched.
-        robots: of its long rollouts on robots of known numbers; None where there are none.
+        robots: of its long rollouts on robots of the parameter distribution; None where there are none.
     """
 
     origin: str
@@ -82,7 +82,7 @@ class Candidate(NamedTuple):
 
     @property
     def judged(self) -> ValidationResult:
-        """What decides first: robots of known numbers, where there are some, else the sampled f + g."""
+        """What decides first: robots of the parameter distribution, where there are some, else the sampled f + g."""
         return self.validation if self.robots is None else ValidationResult(self.robots.success, self.robots.cost)
 
 

@@ -25,7 +25,7 @@ GROUPS = {
     "Cost": COST,
     "Parametrisation of policies": PARAMETRISATION,
     "Search": SEARCH,
-    "Robots of known numbers": ROBUST,
+    "Robots of the parameter distribution": ROBUST,
     "Success": RULE,
     "Validation": VALIDATION,
     "Agent": AGENT,

@@ -75,8 +75,8 @@ RULE = (
 )
 
 ROBUST = (
-    Setting("robust", Part(), "policies for robots of known numbers; none: policies are searched on models alone"),
-    Setting("robust.robots", Whole(1, 100_000), "robots of known numbers that a policy must hold"),
+    Setting("robust", Part(), "policies for robots of the parameter distribution; none: on models alone"),
+    Setting("robust.robots", Whole(1, 100_000), "robots of the parameter distribution that a policy must hold"),
     Setting("robust.designs", Whole(1, 1000), "of them that regulators are designed for"),
     Setting("robust.screening", Whole(1, 100_000), "of them on which all regulators are driven"),
     Setting("robust.finalists", Whole(1, 10_000), "regulators that are driven on all of them"),
