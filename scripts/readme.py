@@ -86,14 +86,14 @@ def summary(results: Mapping[str, Any]) -> list[str]:
     sticky = sum(robot["reference"]["is_sticky"] for robot in found)
     rows = [
         ("robots", [f"{len(found)}"] * 2),
-        ("that stick, so that the second column is theirs", [f"{sticky}"] * 2),
+        ("sticky ones, which the second column is meant for", [f"{sticky}"] * 2),
         *((f"all trials succeed within {n} updates", _by_rule(found, _solved_within, n)) for n in _WITHIN),
         ("place of the successes, median / worst", _by_rule(found, _spread, "farthest", " m", ".2f")),
-        ("tilt oscillation of the successes, median / worst", _by_rule(found, _spread, "oscillation_deg", "°", ".1f")),
-        ("the reference search's, median / worst", [_reference(found)] * 2),
+        ("tilt from peak to peak, median / worst", _by_rule(found, _spread, "oscillation_deg", "°", ".1f")),
+        ("the same under the reference search", [_reference(found)] * 2),
         ("driven to learn, median / worst", _by_rule(found, _seconds, "real_seconds")),
         ("driven to decide, median / worst", _by_rule(found, _seconds, "trial_seconds")),
-        ("robots whose last policy stands a minute, 5 of 5", _by_rule(found, _minutes)),
+        ("robots that stand a minute, in five of five trials", _by_rule(found, _minutes)),
     ]
     pushes = [push for robot in found for push in robot.get("pushes", ())]
     if pushes:
