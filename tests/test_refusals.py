@@ -413,7 +413,7 @@ def test_a_policy_made_for_a_stronger_robot_is_refused_before_the_robot_is_reach
     channels = ("tilt", "tilt_rate", "speed", "command_1", "command_2")
     policy = RbfPolicy(channels, np.zeros((1, 5)), np.zeros(1), np.ones(5), np.zeros(5), max_command=20.0)
     save_checkpoint(tmp_path / "policy.pt", "policy", policy.to_payload())
-    said = refused(*drive("nowhere", "robot=regbot", "policy.path=policy.pt"))
+    said = refused(*drive("nowhere", "robot=regbot", "state=rolling", "policy.path=policy.pt"))
     assert "commands up to 20 N·m; the robot 'regbot' takes 0.49 N·m" in said
 
 

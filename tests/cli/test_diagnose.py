@@ -138,7 +138,8 @@ def spoilt(measured, folder, change):
         episode = read_episode(file)
         seen, commands = np.array(episode.observations), np.array(episode.commands)
         seen, commands = change(seen, commands)
-        kept = {"observations": seen, "commands": commands, "states": episode.states[: len(seen)]}
+        poses = None if episode.poses is None else episode.poses[: len(seen)]
+        kept = {"observations": seen, "commands": commands, "states": episode.states[: len(seen)], "poses": poses}
         write_episode(folder / file.name, type(episode)(**{**vars(episode), **kept}))
 
 

@@ -16,7 +16,7 @@ from twbal.io.logs import read_episode
 from twbal.policies.mlp import MlpPolicy
 from twbal.policies.saved import load_policy
 
-CHANNELS = ("tilt", "tilt_rate", "speed", "command_1", "command_2")
+CHANNELS = ("tilt", "tilt_rate", "speed", "command_1", "command_2", "position", "position_integral")
 QUICK = ["steps=64", "trials=2", "agent.options.n_steps=32", "agent.options.batch_size=16", "agent.hidden=[8]"]
 
 
@@ -65,7 +65,8 @@ def test_simulation_and_robot_take_its_policy(folder, run, tmp_path):
 
 
 def test_a_weaker_robot_does_not_take_it(folder, run):
-    code, _, said = run("real-rollout", "robot=regbot", f"policy.path={folder / 'agent' / 'policy.pt'}")
+    words = ("robot=regbot", f"state.names=[{','.join(CHANNELS)}]", f"policy.path={folder / 'agent' / 'policy.pt'}")
+    code, _, said = run("real-rollout", *words)
     assert code == 1
     assert "commands up to 20 N·m; the robot 'regbot' takes 0.49 N·m" in said
 

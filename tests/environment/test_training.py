@@ -10,7 +10,7 @@ from twbal.core.errors import ConfigError
 from twbal.environment.agent import AgentRecipe
 from twbal.environment.agent_training import policy_of, train
 
-SCALES = {"tilt": 0.25, "tilt_rate": 2.5, "speed": 1.0}
+SCALES = {"tilt": 0.25, "tilt_rate": 2.5, "speed": 1.0, "position": 0.5, "position_integral": 0.5}
 SMALL = {
     "PPO": {"n_steps": 32, "batch_size": 16, "n_epochs": 2, "learning_rate": 0.01},
     "SAC": {"learning_starts": 20, "batch_size": 16, "buffer_size": 1000, "learning_rate": 0.01},
@@ -33,9 +33,9 @@ def test_the_policy_commands_what_the_network_does(env, algorithm, activation):
     chosen = recipe(algorithm, activation)
     agent = train(env, chosen, 64, 0, lambda steps, mean_return: None)
     policy = policy_of(agent, env, chosen)
-    spread = np.array([0.3, 3.0, 2.0, 20.0, 20.0])
-    states = np.vstack([w * np.random.default_rng(0).normal(size=(200, 5)) * spread for w in (0.1, 1.0, 10.0)])
-    seen = (states / [0.25, 2.5, 1.0, 20.0, 20.0]).astype(np.float32)
+    spread = np.array([0.3, 3.0, 2.0, 20.0, 20.0, 0.5, 0.5])
+    states = np.vstack([w * np.random.default_rng(0).normal(size=(200, 7)) * spread for w in (0.1, 1.0, 10.0)])
+    seen = (states / [0.25, 2.5, 1.0, 20.0, 20.0, 0.5, 0.5]).astype(np.float32)
     actions = agent.predict(seen, deterministic=True)[0][:, 0]
     assert np.abs(policy.command(states) / 20.0 - actions).max() < 1e-6
     assert np.ptp(actions) > 0.05  # else nothing was compared

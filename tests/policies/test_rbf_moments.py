@@ -30,7 +30,7 @@ def random_input(seed, D, width):
 
 def activation(parts, x):
     centres, weights, lengths, gain = parts
-    return RbfPolicy(("tilt",) * len(gain), centres, weights, lengths, gain, 1.0, PLAIN).activation(x)
+    return RbfPolicy(("tilt",) * len(gain), centres, weights, lengths, gain, 1.0).activation(x)
 
 
 @pytest.mark.parametrize(("D", "nodes"), [(1, 150), (2, 60)])
@@ -42,7 +42,7 @@ def test_moments_equal_quadrature(D, nodes, width):
     z, w = np.array(list(product(z, repeat=D))), np.prod(list(product(w / w.sum(), repeat=D)), axis=1)
     root = np.linalg.cholesky(S)
     a = activation(parts, m + z @ root.T)
-    found = activation_moments(Network(*parts, 1.0, PLAIN), m, S)
+    found = activation_moments(Network(*parts, 1.0, PLAIN, 0.0), m, S)
     assert found.mean == pytest.approx(w @ a, rel=1e-9)
     assert found.variance == pytest.approx(w @ (a - w @ a) ** 2, rel=1e-8)
     np.testing.assert_allclose(S @ found.slope, w @ ((z @ root.T) * (a - w @ a)[:, None]), rtol=1e-8)
@@ -54,7 +54,7 @@ def test_moments_lie_within_4_standard_errors_of_samples(seed, D, width):
     m, S = random_input(seed, D, width)
     count, rng = 200_000, np.random.default_rng(seed)
     x = m + rng.standard_normal((count, D)) @ np.linalg.cholesky(S).T
-    a, found = activation(parts, x), activation_moments(Network(*parts, 1.0, PLAIN), m, S)
+    a, found = activation(parts, x), activation_moments(Network(*parts, 1.0, PLAIN, 0.0), m, S)
     for values, expected in [
         (a, found.mean),
         ((a - found.mean) ** 2, found.variance),
@@ -66,7 +66,7 @@ def test_moments_lie_within_4_standard_errors_of_samples(seed, D, width):
 def test_no_covariance_gives_the_activation_and_its_slope():
     parts = network(0, 3)
     m = random_input(0, 3, 1.0)[0]
-    found = activation_moments(Network(*parts, 1.0, PLAIN), m, np.zeros((3, 3)))
+    found = activation_moments(Network(*parts, 1.0, PLAIN, 0.0), m, np.zeros((3, 3)))
     steps = 1e-6 * np.diag(UNITS[:3])
     numeric = [(activation(parts, m + e) - activation(parts, m - e)) / (2 * e.sum()) for e in steps]
     assert found.mean == pytest.approx(activation(parts, m), rel=1e-12)
@@ -83,11 +83,11 @@ def test_the_way_back_equals_finite_differences(seed, D, width):
     by_slope = rng.standard_normal(D) * UNITS[:D]
 
     def scalar(centres, weights, lengths, gain, mean, covariance):
-        found = activation_moments(Network(centres, weights, lengths, gain, 1.0, PLAIN), mean, covariance)
+        found = activation_moments(Network(centres, weights, lengths, gain, 1.0, PLAIN, 0.0), mean, covariance)
         return by_mean * found.mean + by_slope @ found.slope + by_variance * found.variance
 
     arguments = (*parts, m, S)
-    back = activation_adjoint(Network(*parts, 1.0, PLAIN), m, S, by_mean, by_slope, by_variance)
+    back = activation_adjoint(Network(*parts, 1.0, PLAIN, 0.0), m, S, by_mean, by_slope, by_variance)
     by_argument = (back.centres, back.weights, back.lengths, back.gain, back.mean, back.covariance)
     sizes = (UNITS[:D], 1.0, UNITS[:D], 1.0 / UNITS[:D], UNITS[:D], np.sqrt(np.outer(np.diag(S), np.diag(S))))
     for place, (ours, size) in enumerate(zip(by_argument, sizes, strict=True)):
@@ -109,4 +109,4 @@ def test_variances_are_never_negative():
         D = int(rng.integers(1, 6))
         centres, weights, lengths, gain = network(seed, D)
         m, S = random_input(seed, D, 10.0 ** rng.uniform(-6, 2))
-        assert activation_moments(Network(centres, 100 * weights, lengths, gain, 1.0, PLAIN), m, S).variance >= 0
+        assert activation_moments(Network(centres, 100 * weights, lengths, gain, 1.0, PLAIN, 0.0), m, S).variance >= 0

@@ -23,7 +23,7 @@ def setup(robot: str | RobotParameters = "paper", overrides: Sequence[str] = ())
 
     >>> import twbal
     >>> setup = twbal.setup("regbot", ["sim=regbot", "updates=2"])
-    >>> setup.algorithm.updates, setup.search.torque_limit
+    >>> setup.algorithm.updates, setup.search.robot.torque_limit
     (2, 0.49)
     """
     words = words_for(robot, overrides)

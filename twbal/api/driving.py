@@ -115,8 +115,9 @@ def evaluate(
     >>> found.successes, found.trials
     (2, 2)
     """
-    setup, driver = configured(robot, overrides), _policy(policy)
+    driver = _policy(policy)
     assert driver is not None
+    setup = configured(robot, [*overrides, *_state_of(driver)])
     rule, cost, horizon = setup.rule, setup.search.cost, setup.search.search.horizon
     channels, name = _channels(driver, setup.search.channels), setup.simulation.robot.name
     settings = RolloutSettings(seed, trials, 0, rule.steps, rule.tilt_limit, exploration=0.0)
@@ -140,6 +141,12 @@ def evaluate(
 def _policy(policy: Policy | str | Path | None) -> Policy | None:
     """The policy itself, or that of a file."""
     return load_policy(policy) if isinstance(policy, str | Path) else policy
+
+
+def _state_of(policy: Policy) -> list[str]:
+    """The setting by which the state, and with it the cost, is that which a policy reads; none where it says none."""
+    names = getattr(policy, "channels", None)
+    return [] if names is None else [f"state.names=[{','.join(names)}]"]
 
 
 def _channels(policy: Policy | None, configured: Channels) -> Channels:

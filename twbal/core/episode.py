@@ -124,7 +124,8 @@ class Episode:
             if not np.isfinite(values).all():
                 row = int(np.argwhere(~np.isfinite(values))[0][0])
                 raise DataError(
-                    f"Sample {row} of the episode's {name} is not a finite number ({values[row]}). "
+                    f"Sample {row} of the episode's {name} is not a finite number "
+                    f"({np.asarray(values[row]).tolist()}). "
                     "Leave that episode out, or mend what recorded it."
                 )
         if not 0 < self.control_period < np.inf:

@@ -5,7 +5,6 @@ from twbal.cli.settings.robot_settings import (
     CHANNELS,
     CONTROL_PERIOD,
     CONTROL_PERIODS,
-    MEASURED,
     STATE_NAMES,
     TORQUE_LIMIT,
     UPRIGHT,
@@ -103,7 +102,7 @@ AGENT = (
     Setting("agent.activation", OneOf(("tanh", "relu")), "activation of the networks"),
     *(
         Setting(f"agent.scales.{name}", Number(*_DEVIATION, unit), "what the networks see as 1")
-        for name, unit in MEASURED.items()
+        for name, unit in CHANNELS.items()
     ),
     Setting("agent.options", Part(), "options of the algorithm, under its own names"),
     Setting("agent.options.learning_rate", Number(1e-10, 10.0), "learning rate of the networks"),
