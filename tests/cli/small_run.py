@@ -12,6 +12,7 @@ OVERRIDES = [
         "success.settle_time=0.2",
         "success.place_time=0.2",
         "real_rollout.steps=30",
+        "min_update_time=0",
     ),
     *("sim_collect.rollouts=6", "sim_collect.steps=20", "sim_round_rollouts=1"),
     *("model.fit_f.settings.fit.starts=1", "model.fit_g.settings.starts=1"),
@@ -25,7 +26,7 @@ OVERRIDES = [
     ),
     *("validation.robots=3", "validation.features=20", "parametrisation.basis=4"),
 ]
-STEPS = 13  # stages that it runs
+STEPS = 11  # stages that it runs
 
 
 def command(folder: Path) -> list[str]:
