@@ -144,8 +144,10 @@ def reachable(references: References, first_seed: int, robots: int) -> tuple[dic
 def main(words: Sequence[str]) -> None:
     """Run with settings of the form key=value."""
     settings = {**DEFAULTS, **dict(word.split("=", 1) for word in words)}
-    if set(settings) != {"family", *DEFAULTS}:
-        raise SystemExit(f"Settings are family and {', '.join(DEFAULTS)}; found {shlex.join(words)}.")
+    unknown = sorted(set(settings) - {"family", *DEFAULTS})
+    if unknown or "family" not in settings:
+        wrong = f"unknown settings: {', '.join(unknown)}. " if unknown else ""
+        raise SystemExit(f"{wrong}Settings are family and {', '.join(DEFAULTS)}; found {shlex.join(words)}.")
     family, recipe = settings["family"], settings["recipe"]
     if family not in FAMILIES or recipe not in RECIPES:
         raise SystemExit(f"family is one of {', '.join(FAMILIES)}, recipe one of {', '.join(RECIPES)}.")

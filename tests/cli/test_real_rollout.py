@@ -161,5 +161,5 @@ def test_a_policy_beside_another_programs_manifest_is_driven_to_the_end(tmp_path
     save_checkpoint(tmp_path / "policy.pt", "policy", policy.to_payload())
     (tmp_path / "manifest.json").write_text('{"name": "of another program"}')
     words = [f"policy.path={tmp_path / 'policy.pt'}", f"hydra.run.dir={tmp_path / 'run'}", "trials=1", "steps=3"]
-    assert main(["real-rollout", *words]) == 0
+    assert main(["real-rollout", "state=rolling", *words]) == 0
     assert "next  twbal diagnose" in capsys.readouterr().out

@@ -153,6 +153,8 @@ def test_a_benchmark_starts(text, how, monkeypatch, tmp_path):
         return
     monkeypatch.chdir(tmp_path)
     monkeypatch.delitem(sys.modules, f"{module}.__main__", raising=False)  # another test may have imported it
+    if importlib.util.find_spec(module).submodule_search_locations is None:
+        monkeypatch.delitem(sys.modules, module, raising=False)
     monkeypatch.setattr(sys, "argv", [module, *words, "nonsense=1"])
     with pytest.raises(SystemExit, match=r"unknown settings: nonsense|Strata: "):
         runpy.run_module(module, run_name="__main__", alter_sys=False)

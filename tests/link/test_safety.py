@@ -4,14 +4,15 @@ import math
 import struct
 import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
-from omegaconf import OmegaConf
+from hydra import compose
+from hydra.utils import instantiate
 from pendulum import MemoryTransport, Pendulum
 
 from twbal.algorithm.rollout import rollout
+from twbal.cli.composition import composing
 from twbal.core.channels import Channels
 from twbal.core.episode import Outcome, Provenance
 from twbal.core.errors import ConfigError, LinkError, LinkLostError, ProtocolError
@@ -211,8 +212,8 @@ def test_a_robot_without_accelerometer_and_yaw_gyro_is_driven_by_the_default_sta
     def turning(seen):
         return replace(seen, acceleration=0.7, yaw_rate=0.3)
 
-    default = OmegaConf.load(Path(__file__).parents[2] / "conf" / "groups" / "state.yaml").default
-    channels = Channels(tuple(default.names), wheel_radius=0.15)
+    with composing():
+        channels = instantiate(compose("real_rollout", ["policy.path=none"]).state)
     bare, full = (drive(plant_on(Line(change=change)), channels=channels) for change in (without, turning))
     np.testing.assert_array_equal(bare.states, full.states)
     np.testing.assert_array_equal(bare.commands, full.commands)

@@ -85,7 +85,7 @@ def _to_diagnose(summary: Summary, out: Path) -> list[str]:
     if any(iteration.diagnosis not in (None, Diagnosis.NOT_MADE) for iteration in summary.iterations):
         return []
     places = [out / f"iteration_{iteration.index}" for iteration in summary.iterations]
-    rollouts = [place / "rollout" for place in places if (place / "rollout").is_dir()]
+    rollouts = [rollout for place in places for rollout in sorted(place.glob("rollout*"))]
     trials = [place / "trials" for place in places]
     for folders in (rollouts, [*rollouts, *trials]):
         if enough_for_diagnosis(read_logs(folders)):
