@@ -1,1 +1,1 @@
-"""Algorithm 1 on 20 virtual robots that hide what the data sheet does not say."""
+"""Algorithm 1 on virtual robots of several families that hide what the data sheet does not say."""

@@ -1,6 +1,6 @@
-"""What rollouts tell of the numbers of a robot: their posterior, by prediction error and a normal approximation.
+"""What rollouts tell of the parameters of a robot: their posterior, by prediction error and a normal approximation.
 
-All numbers are fitted at once from the prior that the robot's sheet gives (`planar.robot_distribution`), through the
+All parameters are fitted at once from the prior that the robot's sheet gives (`planar.robot_distribution`), through the
 Kalman predictor of `sysid.predictor`; the covariance is the inverse of the curvature there (Laplace). Nothing is named
 or left out, as a diagnosis does: what rollouts do not tell stays as uncertain as it was before.
 """
@@ -27,14 +27,13 @@ _FIRST_SENSORS = (0.003, 0.02, 0.001, 0.05)  # rad, rad/s: where the search for 
 _FIRST_DELAYS = (0.25, 1.0, 2.0, 2.75)  # control periods: fits with a delay that is far off end in optima of their own
 _DELAY = "actuation_delay_delay"
 _COLUMNS = [Observation._fields.index(name) for name in MEASURED]
-_YAW = Observation._fields.index("yaw_rate")
-_NUDGE = 2e-5  # of finite differences, in prior standard deviations: rollouts know some numbers a hundred times better
+_NUDGE = 2e-5  # of finite differences, in prior standard deviations: posterior ones can be a hundredth of these
 _FALLEN = 0.6  # rad; what comes after is no balancing
 _SHORTEST = 5  # control periods
 
 
 def posterior(prior: RobotDistribution, episodes: Sequence[Episode]) -> RobotDistribution:
-    """The distribution of a robot's numbers after episodes of it.
+    """The distribution of a robot's parameters after episodes of it, in which it must not turn much: yaw is left out.
 
     Raises:
         DataError: no episode has a few control periods of a robot that stands.
