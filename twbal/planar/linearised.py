@@ -100,3 +100,22 @@ def sampled_with_delay(model: TwinParameters, period: float, ages: int) -> Delay
     standing = TwinState(-k.offset, *(0.0,) * (len(TwinState._fields) - 1))
     shown = read_sensors(smooth, k, standing, np.tile([-k.offset, 0.0], (2, 1)), 0, 0.0)
     return DelayedModel(A, B, float(shown.tilt))
+
+
+def torque_response(model: TwinParameters, period: float) -> Array:
+    """(2, 2), what torques [N·m] do within a control period to the rates of body and wheels about the balance [rad/s].
+
+    The columns are a torque in the joints, between wheels and body, and one on the wheels from outside.
+    """
+    smooth = linear_part(model)
+    k: Constants = constants(smooth, period / _STEPS)
+    state = TwinState(-k.offset, *(0.0,) * (len(TwinState._fields) - 1))
+    e = 1e-5
+
+    def after(torque: float, outside: float) -> Array:
+        pushed, imu = k._replace(pushed=outside / smooth.wheel_radius), np.zeros((2 * _STEPS, 2))
+        s = hold(smooth, pushed, state, np.array([torque]), 0, _STEPS, STRAIGHT, imu)
+        return np.array([s.tilt_rate, s.wheel_speed])
+
+    rest = after(0.0, 0.0)
+    return np.column_stack([(after(e, 0.0) - rest) / e, (after(0.0, e) - rest) / e])

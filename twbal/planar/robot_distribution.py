@@ -10,6 +10,8 @@ from twbal.core.robot_parameters import RobotParameters
 from twbal.planar.parameters import TwinParameters, twin_parameters
 
 _SMALL = 0.005  # of the torque limit
+_DISTURBANCE = 0.01  # of the torque limit; a floor that leans by a degree asks for as much of a robot of 10 kg
+_FILTER_RATE = 0.3  # 1/s; time constants of complementary filters are some seconds
 _PUBLISHED = 0.03  # standard deviation of a published mass or length, as a share of it
 _SENSORS = (0.0035, 0.02, 0.001, 0.05)  # rad, rad/s: of a small IMU, and encoders of about 1000 ticks a turn
 _LEAST_CALIBRATED = 0.3  # of torque over command: gears, current sensing and a battery's charge are in it
@@ -46,6 +48,10 @@ class RobotDistribution:
         high: (P,).
         sensor_sd: (4,) standard deviations of what tilt [rad], tilt rate [rad/s], wheel angle [rad] and wheel rate
             [rad/s] are measured with.
+        torque_sd: (2,) standard deviations of slow torques that no parameter explains, in the joints and on the wheels
+            from outside [N·m].
+        filter_rate: mean and standard deviation of 1 / time constant of the complementary filter that the tilt comes
+            from [1/s]; such a filter takes speeding up for leaning, a little. 0: the tilt is what it says.
     """
 
     robot: RobotParameters
@@ -55,6 +61,8 @@ class RobotDistribution:
     low: Array
     high: Array
     sensor_sd: Array
+    torque_sd: Array
+    filter_rate: tuple[float, float]
 
     def __str__(self) -> str:
         """The numbers and their standard deviations, in one line."""
@@ -115,4 +123,6 @@ def prior_of(robot: RobotParameters) -> RobotDistribution:
         np.array([k.low for k in known]),
         np.array([k.high for k in known]),
         np.array(_SENSORS),
+        np.full(2, _DISTURBANCE * limit),
+        (0.0, _FILTER_RATE),
     )

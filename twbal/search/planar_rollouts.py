@@ -12,10 +12,12 @@ from twbal.core.channels import Channels
 from twbal.core.compiled import kernel
 from twbal.core.cost import Cost, CostNumbers, price
 from twbal.core.gaussian import Array
+from twbal.core.robot_parameters import GRAVITY
 from twbal.models.moments.multi_index import Integers
 from twbal.planar.constants import Constants, constants
 from twbal.planar.parameters import TwinParameters
 from twbal.planar.planar_plant import drive_on, standing
+from twbal.planar.twin_state import TwinState
 from twbal.policies.rbf import RbfPolicy
 from twbal.policies.rbf_moments import Network
 from twbal.search.sampled_rollouts import Limits, command_of
@@ -64,10 +66,18 @@ class PlanarDraws(NamedTuple):
     Attributes:
         start: (n, 3), tilt, tilt rate and speed at their beginning.
         sensors: (n, T, 4), errors of tilt, tilt rate, wheel angle and wheel rate.
+        jolts: (n, T, 2), what disturbing torques add to the rates of body and wheels within a control period [rad/s].
+        filter_rates: (n,), of the complementary filters that tilts come from [1/s]; see `RobotDistribution`.
     """
 
     start: Array
     sensors: Array
+    jolts: Array
+    filter_rates: Array
+
+    def first(self, robots: int | None) -> "PlanarDraws":
+        """Those of the first robots; None: of all."""
+        return PlanarDraws(*(part[:robots] for part in self))
 
 
 def planar_rollouts(
@@ -103,13 +113,19 @@ def planar_rollouts(
             policy.network,
             cost.numbers,
             limits,
-            start,
-            sensors,
+            *drawn,
         )
-        for model, start, sensors in zip(models, draws.start, draws.sensors, strict=True)
+        for model, *drawn in zip(models, *draws, strict=True)
     ]
     used, costs = zip(*found, strict=True)
     return Driven(np.array(used), np.array(costs))
+
+
+@kernel()
+def jolted(s: TwinState, by: Array) -> TwinState:
+    """The state after torques have changed the rates of body and wheels."""
+    rate, wheel, rotor = s.tilt_rate + by[0], s.wheel_speed + by[1], s.rotor_speed + by[1]
+    return TwinState(s.tilt, s.wheel, rate, wheel, s.torque, s.rotor, rotor, s.slip, s.position)
 
 
 @kernel()
@@ -124,6 +140,8 @@ def _rollout(  # type: ignore[no-untyped-def]
     limits: Limits,
     start: Array,
     sensors: Array,
+    jolts: Array,
+    filter_rate: float,
 ):
     """One robot: how much of the limits it used, and the mean cost of a step."""
     steps, D = len(sensors), len(codes)
@@ -135,6 +153,7 @@ def _rollout(  # type: ignore[no-untyped-def]
     used, total, restless = 0.0, 0.0, 0.0
     tilt, rate, wheel, wheel_rate = start[0], start[1], 0.0, start[2] / k.radius - start[1]
     origin, position, integral, speed = 0.0, 0.0, 0.0, start[2]
+    astray, axle = 0.0, start[2]  # error of a tilt that takes speeding up for leaning [rad]; true speed of the axle
     for step in range(steps + 1):
         noise = sensors[min(step, steps - 1)]
         seen_rate, before = rate + noise[1], speed
@@ -172,8 +191,10 @@ def _rollout(  # type: ignore[no-untyped-def]
         if step > limits.settle_step:
             restless += (command - commands[step - 1]) ** 2
         after = drive_on(p, k, s, commands, step, substeps, imu)
-        s = after.state
-        tilt, rate = after.reading.tilt, after.reading.tilt_rate
+        s = jolted(after.state, jolts[step])
+        astray -= filter_rate * ((k.radius * s.wheel_speed - axle) / GRAVITY + period * astray)
+        axle = k.radius * s.wheel_speed
+        tilt, rate = after.reading.tilt + astray, after.reading.tilt_rate
         wheel, wheel_rate = after.reading.wheel_angle, after.reading.wheel_rate
         if not abs(s.tilt) <= limits.limit:
             return _FALLEN + (steps - step) / steps, (total + steps - step) / steps

@@ -20,7 +20,7 @@ from twbal.core.cost import Cost
 from twbal.core.evaluation import SuccessCriterion
 from twbal.core.gaussian import Array, Gaussian
 from twbal.core.streams import Stream, generator
-from twbal.planar.linearised import sampled_with_delay
+from twbal.planar.linearised import sampled_with_delay, torque_response
 from twbal.planar.parameters import TwinParameters
 from twbal.planar.robot_distribution import RobotDistribution
 from twbal.policies.rbf import RbfPolicy
@@ -30,6 +30,7 @@ from twbal.search.sampled_rollouts import Limits, limits_of
 
 PHYSICAL = ("tilt", "tilt_rate", "speed")
 """Channels that a state needs for regulators of planar robots."""
+_DISTURBED = 1.0  # s over which a disturbing torque is forgotten: a robot crosses a wave of the floor in about that
 _MOST_COMPENSATION = 0.6
 _RESTARTS = 2
 _FIRST_STEP = 0.3  # of the direct search, in logarithms of the gains
@@ -121,8 +122,7 @@ class SampledRobots:
 
     def driven(self, policy: RbfPolicy, robots: int | None = None) -> Driven:
         """What becomes of the first `robots` of them under a policy; None: of all."""
-        draws = PlanarDraws(self._draws.start[:robots], self._draws.sensors[:robots])
-        period = self.distribution.robot.control_period
+        period, draws = self.distribution.robot.control_period, self._draws.first(robots)
         return planar_rollouts(self._models[:robots], self.channels, policy, self.cost, self._limits, draws, period)
 
     def ranked(self, origin: str, policy: RbfPolicy, robots: int | None = None) -> RankedPolicy:
@@ -190,7 +190,12 @@ class SampledRobots:
         physical = [self.channels.index(name) for name in PHYSICAL]
         start = self.start.sample(count, rng)[:, physical]
         noise = rng.standard_normal((count, steps, len(self.distribution.sensor_sd)))
-        return PlanarDraws(np.ascontiguousarray(start), self.distribution.sensor_sd * noise)
+        period = self.distribution.robot.control_period
+        torques = self.distribution.torque_sd * slow_noise((count, steps, 2), period / _DISTURBED, rng)
+        jolts = np.stack([drawn @ torque_response(m, period).T for m, drawn in zip(self._models, torques, strict=True)])
+        mean, sd = self.distribution.filter_rate
+        filter_rates = np.abs(mean + sd * rng.standard_normal(count))
+        return PlanarDraws(np.ascontiguousarray(start), self.distribution.sensor_sd * noise, jolts, filter_rates)
 
     def _designs(self) -> Iterator[tuple[str, RbfPolicy]]:
         robot, settings = self.distribution.robot, self.settings
@@ -215,3 +220,12 @@ def scaled(cost: Cost, channels: Channels, place: float, change: float) -> Cost:
     widths = np.array(cost.widths)
     widths[list(channels.kinematic)] *= place
     return cost.with_widths(widths, change)
+
+
+def slow_noise(shape: tuple[int, int, int], forgotten: float, rng: np.random.Generator) -> Array:
+    """Standard normal numbers (n, T, k) whose correlation over time fades by exp(-`forgotten`) a step."""
+    kept = np.exp(-forgotten)
+    found = rng.standard_normal(shape)
+    for t in range(1, shape[1]):
+        found[:, t] = kept * found[:, t - 1] + np.sqrt(1.0 - kept**2) * found[:, t]
+    return found

@@ -111,10 +111,12 @@ class Data:
     Attributes:
         recordings: at least one.
         substeps: physics steps of a control period.
+        loudest: greatest levels of noise that a fit may come to; None: any.
     """
 
     recordings: Sequence[Recording]
     substeps: int
+    loudest: Noise | None = None
 
     @property
     def period(self) -> float:
@@ -189,6 +191,9 @@ class Data:
         """The model with its noise refitted."""
         errors = self.errors(model, self.filter(model))
         linear = linearise_period(model.twin, self.period)
-        lowest = np.where(self.sensed, self.resolution, UNSENSED)
-        highest = np.where(self.sensed, np.inf, UNSENSED)
-        return model._replace(noise=fit_noise(linear, model.noise, errors, self.usable, (lowest, highest), iterations))
+        loudest = self.loudest or Noise(np.full(4, np.inf), np.full(2, np.inf))
+        limits = (
+            Noise(np.where(self.sensed, self.resolution, UNSENSED), np.zeros(2)),
+            loudest._replace(sensors=np.where(self.sensed, loudest.sensors, UNSENSED)),
+        )
+        return model._replace(noise=fit_noise(linear, model.noise, errors, self.usable, limits, iterations))

@@ -245,7 +245,7 @@ def fit_noise(
     noise: Noise,
     errors: list[Array],
     usable: list[Mask],
-    limits: tuple[Array, Array],
+    limits: tuple[Noise, Noise],
     iterations: int,
 ) -> Noise:
     """The noise of the highest likelihood, from prediction errors made with the filter of `noise`.
@@ -255,11 +255,11 @@ def fit_noise(
         noise: with whose filter the errors were made; where the search begins.
         errors: (T + 1, 4) of each recording.
         usable: (T + 1,) of each recording.
-        limits: (4,) each, least and largest standard deviations of the sensors.
+        limits: least and largest levels.
         iterations: of L-BFGS, at most.
     """
     old = kalman_filter(linear, noise)
-    low, high = np.log(np.maximum(limits[0], 1e-12)), np.log(limits[1])
+    low, high = (np.log(np.maximum(np.concatenate(limit), 1e-12)) for limit in limits)
     begin = np.log(np.concatenate([noise.sensors, noise.torques]))
 
     def objective(x: Array) -> float:
@@ -271,10 +271,7 @@ def fit_noise(
         value = cost(moved, usable, kalman)
         return value if np.isfinite(value) else _IMPOSSIBLE
 
-    bounds = [
-        (max(x - 4.0, low[i]), max(min(x + 4.0, high[i]), low[i])) if i < 4 else (x - 4.0, x + 4.0)
-        for i, x in enumerate(begin)
-    ]
+    bounds = [(max(x - 4.0, low[i]), max(min(x + 4.0, high[i]), low[i])) for i, x in enumerate(begin)]
     options = {"maxiter": iterations, "ftol": 1e-7}
     found = minimize(objective, begin, method="L-BFGS-B", bounds=bounds, options=options)
     return _levels(found.x if found.fun <= objective(begin) else begin)

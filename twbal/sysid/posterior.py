@@ -5,7 +5,7 @@ Kalman predictor of `sysid.predictor`; the covariance is the inverse of the curv
 or left out, as a diagnosis does: what rollouts do not tell stays as uncertain as it was before.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -14,6 +14,7 @@ from twbal.core.episode import Episode
 from twbal.core.errors import DataError
 from twbal.core.gaussian import Array
 from twbal.core.plant import Observation
+from twbal.core.robot_parameters import GRAVITY
 from twbal.planar.parameters import twin_parameters
 from twbal.planar.robot_distribution import RobotDistribution
 from twbal.sysid.fit import Fit, refit, slopes_of
@@ -24,6 +25,8 @@ from twbal.sysid.recording import MEASURED, Recording
 _SUBSTEPS = 10  # physics steps of a control period
 _ROUNDS, _ITERATIONS, _NOISE_ITERATIONS = 4, 30, 20
 _FIRST_SENSORS = (0.003, 0.02, 0.001, 0.05)  # rad, rad/s: where the search for the noise begins
+_LOUDEST_SENSORS = (0.01, 0.1, 0.02, 3.0)  # rad, rad/s: noise must not explain what the model should
+_FILTER_RATES = (0.2, 0.0, 0.1, 0.35, 0.5)  # 1/s; the first is where the search begins
 _FIRST_DELAYS = (0.25, 1.0, 2.0, 2.75)  # control periods: fits with a delay that is far off end in optima of their own
 _DELAY = "actuation_delay_delay"
 _COLUMNS = [Observation._fields.index(name) for name in MEASURED]
@@ -38,25 +41,61 @@ def posterior(prior: RobotDistribution, episodes: Sequence[Episode]) -> RobotDis
     Raises:
         DataError: no episode has a few control periods of a robot that stands.
     """
-    recordings = [r for e in episodes if len(r := _recording(e, prior)) >= _SHORTEST]
-    if not recordings:
+    if not any(len(_recording(e, prior, 0.0)) >= _SHORTEST for e in episodes):
         raise DataError(f"None of {len(episodes)} episodes has {_SHORTEST} control periods of a robot that stands.")
-    data = Data(recordings, _SUBSTEPS)
-    nominal = twin_parameters(prior.robot, {})
-    begin = nominal._replace(**dict(zip(prior.fields, prior.mean.tolist(), strict=True)))
+    begin = twin_parameters(prior.robot, {})._replace(**dict(zip(prior.fields, prior.mean.tolist(), strict=True)))
+    first = _data(prior, episodes, _FILTER_RATES[0])
     # Noise that is fitted to a model far off explains what the model should: it begins small.
     noise = Noise(np.array(_FIRST_SENSORS), np.full(2, prior.small_torque))
-    starts = [begin._replace(**{_DELAY: late * data.period}) for late in _FIRST_DELAYS]
-    fits = [
-        refit(data, Model(start, 0.0, noise), _free(prior), _ROUNDS, _ITERATIONS, _NOISE_ITERATIONS) for start in starts
-    ]
-    fit = min(fits, key=lambda found: found.cost)
-    covariance = _covariance(data, fit, prior)
-    return replace(prior, mean=fit.values, covariance=covariance, sensor_sd=fit.model.noise.sensors)
+    starts = [begin._replace(**{_DELAY: late * first.period}) for late in _FIRST_DELAYS]
+    best = min((_fitted(first, Model(start, 0.0, noise), prior) for start in starts), key=lambda found: found.cost)
+    fits = {_FILTER_RATES[0]: (first, best)}
+    for rate in _FILTER_RATES[1:]:
+        data = _data(prior, episodes, rate)
+        fits[rate] = data, _fitted(data, best.model, prior)
+    costs = {rate: fit.cost + _penalty(prior, rate) for rate, (_, fit) in fits.items()}
+    data, fit = fits[min(costs, key=costs.__getitem__)]
+    return replace(
+        prior,
+        mean=fit.values,
+        covariance=_covariance(data, fit, prior),
+        sensor_sd=fit.model.noise.sensors,
+        torque_sd=fit.model.noise.torques,
+        filter_rate=_vertex(costs, prior.filter_rate[1]),
+    )
 
 
-def _recording(episode: Episode, robots: RobotDistribution) -> Recording:
-    seen = episode.observations
+def _data(prior: RobotDistribution, episodes: Sequence[Episode], filter_rate: float) -> Data:
+    recordings = [r for e in episodes if len(r := _recording(e, prior, filter_rate)) >= _SHORTEST]
+    return Data(recordings, _SUBSTEPS, Noise(np.array(_LOUDEST_SENSORS), np.full(2, 10.0 * prior.small_torque)))
+
+
+def _fitted(data: Data, model: Model, prior: RobotDistribution) -> Fit:
+    return refit(data, model, _free(prior), _ROUNDS, _ITERATIONS, _NOISE_ITERATIONS)
+
+
+def _penalty(prior: RobotDistribution, filter_rate: float) -> float:
+    mean, sd = prior.filter_rate
+    return ((filter_rate - mean) / sd) ** 2
+
+
+def _vertex(costs: Mapping[float, float], most: float) -> tuple[float, float]:
+    """Mean and standard deviation of the normal distribution whose -2 log density runs through the least of `costs`.
+
+    Through it and its neighbours, as a parabola; the deviation is at most `most`.
+    """
+    rates = sorted(costs)
+    middle = min(max(rates.index(min(costs, key=costs.__getitem__)), 1), len(rates) - 2)
+    near = rates[middle - 1 : middle + 2]
+    curvature, slope, _ = np.polyfit(near, [costs[rate] for rate in near], 2)
+    if curvature <= 0.0:
+        return min(costs, key=costs.__getitem__), most
+    return float(np.clip(-0.5 * slope / curvature, rates[0], rates[-1])), float(min(curvature**-0.5, most))
+
+
+def _recording(episode: Episode, robots: RobotDistribution, filter_rate: float) -> Recording:
+    seen = episode.observations.copy()
+    seen[:, _COLUMNS[0]] -= tilt_error(seen, robots.robot.wheel_radius, episode.control_period, filter_rate)
     fallen = np.flatnonzero(np.abs(seen[:, _COLUMNS[0]]) > _FALLEN)
     end = int(fallen[0]) if len(fallen) else len(seen)
     return Recording(
@@ -68,6 +107,25 @@ def _recording(episode: Episode, robots: RobotDistribution) -> Recording:
         np.ones(end, dtype=bool),
         np.ones(4, dtype=bool),
     )
+
+
+def tilt_error(observations: Array, wheel_radius: float, period: float, filter_rate: float) -> Array:
+    """(T + 1,) what a complementary filter adds to the tilt, as it takes speeding up for leaning [rad].
+
+    Its accelerometer sees θ - v̇ / g, of which the filter passes what is slower than its time constant.
+
+    Args:
+        observations: (T + 1, 7) in the order of `Observation`.
+        wheel_radius: [m].
+        period: control period [s].
+        filter_rate: 1 / time constant [1/s].
+    """
+    seen = Observation(*observations.T)
+    gained = np.diff(wheel_radius * (seen.wheel_rate + seen.tilt_rate)) / GRAVITY
+    error = np.zeros(len(observations))
+    for t, gain in enumerate(gained):
+        error[t + 1] = error[t] - filter_rate * (gain + period * error[t])
+    return error
 
 
 def _free(prior: RobotDistribution) -> list[Free]:
