@@ -31,7 +31,7 @@ _FIRST_DELAYS = (0.25, 1.0, 2.0, 2.75)  # control periods: fits with a delay tha
 _DELAY = "actuation_delay_delay"
 _COLUMNS = [Observation._fields.index(name) for name in MEASURED]
 _NUDGE = 2e-5  # of finite differences, in prior standard deviations: posterior ones can be a hundredth of these
-_FALLEN = 0.6  # rad; what comes after is no balancing
+_FALLEN = 0.3  # rad; what comes after is no balancing, but saturation and wheels that slip
 _SHORTEST = 5  # control periods
 
 
