@@ -60,7 +60,7 @@ def posterior(prior: RobotDistribution, episodes: Sequence[Episode]) -> RobotDis
         mean=fit.values,
         covariance=_covariance(data, fit, prior),
         sensor_sd=fit.model.noise.sensors,
-        torque_sd=fit.model.noise.torques,
+        torque_sd=np.hypot(fit.model.noise.torques, prior.torque_sd),
         filter_rate=_vertex(costs, prior.filter_rate[1]),
     )
 
