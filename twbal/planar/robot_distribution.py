@@ -6,11 +6,11 @@ from typing import NamedTuple
 import numpy as np
 
 from twbal.core.gaussian import Array
-from twbal.core.robot_parameters import RobotParameters
+from twbal.core.robot_parameters import GRAVITY, RobotParameters
 from twbal.planar.parameters import TwinParameters, twin_parameters
 
 _SMALL = 0.005  # of the torque limit
-_DISTURBANCE = 0.01  # of the torque limit; a floor that leans by a degree asks for as much of a robot of 10 kg
+_LEANING = 0.0087  # rad; half a degree, by which floors lean here and there
 _FILTER_RATE = 0.3  # 1/s; time constants of complementary filters are some seconds
 _PUBLISHED = 0.03  # standard deviation of a published mass or length, as a share of it
 _SENSORS = (0.0035, 0.02, 0.001, 0.05)  # rad, rad/s: of a small IMU, and encoders of about 1000 ticks a turn
@@ -123,6 +123,6 @@ def prior_of(robot: RobotParameters) -> RobotDistribution:
         np.array([k.low for k in known]),
         np.array([k.high for k in known]),
         np.array(_SENSORS),
-        np.full(2, _DISTURBANCE * limit),
+        np.full(2, _LEANING * (robot.body_mass + 2.0 * robot.wheel_mass) * GRAVITY * robot.wheel_radius),
         (0.0, _FILTER_RATE),
     )

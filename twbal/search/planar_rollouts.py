@@ -43,10 +43,12 @@ class Driven(NamedTuple):
         used: (n,) how much of the limits each used: the greatest of its tilt once settled, its distance once back in
             place and the change of its command, over their limits; it succeeded where that is at most 1. A robot that
             fell has 3 and the share of the time that was left.
+        swings: (n,) its tilt's oscillation in place, peak to peak, over the limit of the settled tilt.
         costs: (n,) mean cost of a step; a fallen robot costs 1 from its fall on.
     """
 
     used: Array
+    swings: Array
     costs: Array
 
     @property
@@ -56,8 +58,8 @@ class Driven(NamedTuple):
 
     @property
     def mean_use(self) -> float:
-        """Mean of `used`: less is better, also among robots that succeed."""
-        return float(self.used.mean())
+        """Mean of the greater of `used` and `swings`: less is better, also among robots that succeed."""
+        return float(np.maximum(self.used, self.swings).mean())
 
 
 class PlanarDraws(NamedTuple):
@@ -117,8 +119,7 @@ def planar_rollouts(
         )
         for model, *drawn in zip(models, *draws, strict=True)
     ]
-    used, costs = zip(*found, strict=True)
-    return Driven(np.array(used), np.array(costs))
+    return Driven(*(np.array(part) for part in zip(*found, strict=True)))
 
 
 @kernel()
@@ -143,14 +144,14 @@ def _rollout(  # type: ignore[no-untyped-def]
     jolts: Array,
     filter_rate: float,
 ):
-    """One robot: how much of the limits it used, and the mean cost of a step."""
+    """One robot: how much of the limits it used, its oscillation, and the mean cost of a step."""
     steps, D = len(sensors), len(codes)
     period = substeps * k.step
     commands, state = np.zeros(steps), np.empty(D)
     imu = np.empty((substeps * (2 + int(k.imu_delay / period)), 2))
     imu[:, 0], imu[:, 1] = start[0], start[1]
     s = standing(k, start[0], start[1], start[2], 0.0)
-    used, total, restless = 0.0, 0.0, 0.0
+    used, total, restless, lowest, highest = 0.0, 0.0, 0.0, np.inf, -np.inf
     tilt, rate, wheel, wheel_rate = start[0], start[1], 0.0, start[2] / k.radius - start[1]
     origin, position, integral, speed = 0.0, 0.0, 0.0, start[2]
     astray, axle = 0.0, start[2]  # error of a tilt that takes speeding up for leaning [rad]; true speed of the axle
@@ -197,10 +198,12 @@ def _rollout(  # type: ignore[no-untyped-def]
         tilt, rate = after.reading.tilt + astray, after.reading.tilt_rate
         wheel, wheel_rate = after.reading.wheel_angle, after.reading.wheel_rate
         if not abs(s.tilt) <= limits.limit:
-            return _FALLEN + (steps - step) / steps, (total + steps - step) / steps
+            return _FALLEN + (steps - step) / steps, _FALLEN, (total + steps - step) / steps
         if step + 1 >= limits.settle_step:
             used = max(used, abs(s.tilt) / limits.settled_tilt_limit)
         if step + 1 >= limits.place_step:
             used = max(used, abs(s.position) / limits.place_radius)
+            lowest, highest = min(lowest, s.tilt), max(highest, s.tilt)
     change = np.sqrt(restless / max(steps - 1 - limits.settle_step, 1))
-    return min(max(used, change / limits.command_change), _FALLEN), total / steps
+    swing = max(highest - lowest, 0.0) / limits.settled_tilt_limit
+    return min(max(used, change / limits.command_change), _FALLEN), swing, total / steps
