@@ -6,8 +6,8 @@ from math import degrees
 from twbal.algorithm.summary import PARTS, Iteration, Summary
 
 _ITERATIONS = (
-    *("iteration", "policy", "real data", "cost predicted", "real", "succeeds", "trials", "in 95 % band"),
-    *("tilt band, widest", "drift", "fit", "search"),
+    *("iteration", "policy", "real data", "cost predicted", "real", "succeeds predicted", "real", "trials"),
+    *("in 95 % band", "CRPS / of trials", "tilt band, widest", "drift", "fit", "search"),
 )
 _TRIALS = (
     *("iteration", "trials", *PARTS.values(), "from where it was put, worst", "told by", "command step"),
@@ -38,6 +38,19 @@ def tilt_band(iteration: Iteration) -> str:
     return f"±{angle(iteration.tilt_band_median)}, ±{angle(iteration.tilt_band_widest)}"
 
 
+def crps(iteration: Iteration) -> str:
+    """CRPS of the predicted bands and of the trials' own spread, in units of the cost's widths."""
+    if iteration.crps is None:
+        return "-"
+    return " / ".join(_number(value, ".2g") for value in (iteration.crps, iteration.crps_of_trials))
+
+
+def policy_and_reason(iteration: Iteration) -> str:
+    """Whether the policy is new, and why it is driven."""
+    which = "new" if iteration.same_policy_as is None else f"that of {iteration.same_policy_as}"
+    return which if iteration.reason is None else f"{which}, {iteration.reason}"
+
+
 def distances(iteration: Iteration) -> str:
     """Late distance from where the robot was put, its median over the trials and its worst, in metres."""
     if iteration.farthest_median_m is None or iteration.farthest_worst_m is None:
@@ -53,13 +66,15 @@ def angle(radians: float) -> str:
 def _of_learning(iteration: Iteration, index: str) -> tuple[str, ...]:
     return (
         index,
-        "new" if iteration.same_policy_as is None else f"that of {iteration.same_policy_as}",
+        policy_and_reason(iteration),
         f"{iteration.real_samples} samples, {iteration.real_seconds:.1f} s",
         _number(iteration.predicted_cost, ".1f"),
         _number(iteration.real_cost, ".1f"),
+        _number(iteration.success_probability, ".2f"),
         f"{iteration.successes} of {iteration.trials}" if iteration.trials else "-",
         _number(iteration.trial_seconds, ".1f", " s"),
         _number(iteration.coverage95, ".2f"),
+        crps(iteration),
         tilt_band(iteration),
         _number(iteration.drift_m, ".2f", " m"),
         f"{iteration.fit_s:.1f} s",
