@@ -148,7 +148,7 @@ def _iteration(
         reason=reason_for(learned.index, learned.recalibrates, prediction),
     )
     iteration = _with_scores(_with_parts(iteration, verdicts), prediction, trials, measures)
-    notes = (reason_in_words(iteration.reason, prediction, before), _note(iteration, before, learned.searches))
+    notes = (_note(iteration, before, learned.searches), reason_in_words(iteration.reason, prediction, before))
     return replace(iteration, note=" ".join(filter(None, notes)))
 
 
