@@ -126,7 +126,7 @@ def test_the_table_has_a_line_per_iteration_marks_the_best_and_tells_a_repeated_
     lines = summary_table(
         dataclasses.replace(SOLVED_LATER, iterations=(*SOLVED_LATER.iterations, again()))
     ).splitlines()
-    body = lines[1:5]
+    body = lines[2:6]
     assert [line.split()[:2] for line in body if "*" in line] == [["*", "2"]]
     assert "that of 2" in body[3]
     assert not any("that of" in line for line in body[:3])
@@ -142,8 +142,9 @@ SCORED = {"log_density": 1.5, "crps": 0.0123, "crps_of_trials": 0.01, "crps_rati
 def test_the_table_has_expected_successes_beside_real_ones_scores_and_why_a_policy_was_driven() -> None:
     first = iteration(0, 3, **SCORED, success_probability=0.83, reason=Reason.FIRST)
     kept = iteration(1, 4, crps=0.5, same_policy_as=0, search=Search.KEPT, reason=Reason.KEPT)
-    header, line, other = summary_table(summary(first, kept)).splitlines()[:3]
-    assert "succeeds predicted     real" in header and "CRPS / of trials" in header
+    above, header, line, other = summary_table(summary(first, kept)).splitlines()[:4]
+    assert header.index("predicted", above.index("succeeds")) < header.index("trials")
+    assert above.rindex("CRPS") + 4 == header.index("/ of trials") + 11  # one above the other
     assert "new, first" in line and "0.83  3 of 10" in line and "0.012 / 0.01" in line
     assert "that of 0, kept" in other and "-  4 of 10" in other and "0.5 / -" in other
 
@@ -171,8 +172,8 @@ def test_the_last_model_is_doubted_in_print() -> None:
 
 def test_the_table_shows_a_dash_for_what_was_not_measured() -> None:
     gone = dict.fromkeys(("real_cost", "coverage95", "drift_m", "tilt_band_median", "tilt_band_widest"))
-    line = summary_table(summary(iteration(0, 0, trials=0, **gone))).splitlines()[1]
-    assert line.split().count("-") == 7
+    line = summary_table(summary(iteration(0, 0, trials=0, **gone))).splitlines()[2]
+    assert line.split().count("-") == 6
 
 
 # Parts of a success

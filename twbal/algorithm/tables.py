@@ -5,9 +5,10 @@ from math import degrees
 
 from twbal.algorithm.summary import PARTS, Iteration, Summary
 
+_ABOVE = ("", "", "", "cost", "", "succeeds", "", "", "in 95 %", "CRPS", "tilt band,", "", "")
 _ITERATIONS = (
-    *("iteration", "policy", "real data", "cost predicted", "real", "succeeds predicted", "real", "trials"),
-    *("in 95 % band", "CRPS / of trials", "tilt band, widest", "drift", "fit", "search"),
+    *("iteration", "policy", "real data", "predicted", "real", "predicted", "real", "trials"),
+    *("band", "/ of trials", "widest", "fit", "search"),
 )
 _TRIALS = (
     *("iteration", "trials", *PARTS.values(), "from where it was put, worst", "told by", "command step"),
@@ -17,7 +18,7 @@ _TRIALS = (
 
 def iterations_table(summary: Summary) -> list[str]:
     """A line for each iteration, what it learned from and what came of it; the best one is marked."""
-    return _aligned([_ITERATIONS, *(_of_learning(i, _marked(i, summary)) for i in summary.iterations)])
+    return _aligned([_ABOVE, _ITERATIONS, *(_of_learning(i, _marked(i, summary)) for i in summary.iterations)])
 
 
 def trials_table(summary: Summary) -> list[str]:
@@ -76,7 +77,6 @@ def _of_learning(iteration: Iteration, index: str) -> tuple[str, ...]:
         _number(iteration.coverage95, ".2f"),
         crps(iteration),
         tilt_band(iteration),
-        _number(iteration.drift_m, ".2f", " m"),
         f"{iteration.fit_s:.1f} s",
         f"{iteration.search_s:.1f} s",
     )
