@@ -143,8 +143,9 @@ def test_the_table_has_expected_successes_beside_real_ones_scores_and_why_a_poli
     first = iteration(0, 3, **SCORED, success_probability=0.83, reason=Reason.FIRST)
     kept = iteration(1, 4, crps=0.5, same_policy_as=0, search=Search.KEPT, reason=Reason.KEPT)
     above, header, line, other = summary_table(summary(first, kept)).splitlines()[:4]
-    assert header.index("predicted", above.index("succeeds")) < header.index("trials")
-    assert above.rindex("CRPS") + 4 == header.index("/ of trials") + 11  # one above the other
+    for upper, lower in (("cost", "predicted"), ("CRPS", "/ of trials")):  # one above the other
+        assert above.index(upper) + len(upper) == header.index(lower) + len(lower)
+    assert above.index("succeeds") + len("succeeds") == header.rindex("predicted") + len("predicted")
     assert "new, first" in line and "0.83  3 of 10" in line and "0.012 / 0.01" in line
     assert "that of 0, kept" in other and "-  4 of 10" in other and "0.5 / -" in other
 
