@@ -21,6 +21,10 @@ from statistics import median
 from typing import Any
 
 HOUSE = Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(HOUSE))  # `benchmarks` is not installed
+
+from benchmarks.hidden_robots.prediction import prediction_table, reliability_table  # noqa: E402
+
 RESULTS = HOUSE / "benchmarks" / "results"
 PICTURES = HOUSE / "docs" / "pictures"
 PAGES = (HOUSE / "README.md", *(HOUSE / "docs" / name for name in ("methods.md", "benchmarks.md", "speed.md")))
@@ -63,13 +67,14 @@ def draw_film(run: Path) -> None:
 
 
 def filled(page: str) -> str:
-    """`page` with each `<!-- table NAME -->...<!-- end -->` filled anew."""
+    """`page` with each `<!-- table PART of FILES -->...<!-- end -->` filled anew, from those files that are there."""
 
     def table(found: re.Match[str]) -> str:
         name = found.group(1)
-        part, _, file = name.partition(" of ")
-        measured = RESULTS / f"{file}.json"
-        lines = PARTS[part](json.loads(measured.read_text())) if measured.exists() else ["Not measured yet."]
+        part, _, files = name.partition(" of ")
+        paths = [RESULTS / f"{file}.json" for file in files.split()]
+        measured = [json.loads(path.read_text()) for path in paths if path.exists()]
+        lines = PARTS[part](*measured) if measured else ["Not measured yet."]
         return "\n".join([f"<!-- table {name} -->", *lines, "<!-- end -->"])
 
     return re.sub(r"<!-- table ([\w ]+) -->.*?<!-- end -->", table, page, flags=re.DOTALL)
@@ -348,7 +353,7 @@ def where(results: Mapping[str, Any]) -> str:
 
 
 _OPTIONAL = {"steps_by_pairs": "d", "pairs_cpu_s": ".3f", "cost_error": ".0e", "gradient_error": ".0e"}
-PARTS: Mapping[str, Callable[[Mapping[str, Any]], list[str]]] = {
+PARTS: Mapping[str, Callable[..., list[str]]] = {
     "summary": summary,
     "robots": robots,
     "beside": beside,
@@ -362,6 +367,8 @@ PARTS: Mapping[str, Callable[[Mapping[str, Any]], list[str]]] = {
     "steps": steps,
     "fits": fits,
     "running": running,
+    "prediction": lambda *families: prediction_table(families),
+    "reliability": lambda *families: reliability_table(families),
 }
 
 

@@ -6,7 +6,7 @@ from math import radians
 import pytest
 
 from twbal.algorithm.outcome import doubts, driving, headline, rule_in_words, summary_table
-from twbal.algorithm.summary import Basis, Iteration, PolicyFile, Search, SimData, Summary
+from twbal.algorithm.summary import Basis, Iteration, PolicyFile, Reason, Search, SimData, Summary
 from twbal.core.errors import DataError
 from twbal.core.evaluation import PlaceBy, SuccessCriterion
 
@@ -126,7 +126,7 @@ def test_the_table_has_a_line_per_iteration_marks_the_best_and_tells_a_repeated_
     lines = summary_table(
         dataclasses.replace(SOLVED_LATER, iterations=(*SOLVED_LATER.iterations, again()))
     ).splitlines()
-    body = lines[1:5]
+    body = lines[2:6]
     assert [line.split()[:2] for line in body if "*" in line] == [["*", "2"]]
     assert "that of 2" in body[3]
     assert not any("that of" in line for line in body[:3])
@@ -134,6 +134,30 @@ def test_the_table_has_a_line_per_iteration_marks_the_best_and_tells_a_repeated_
     assert " 0.90 " in body[0] and "±2°, ±3°" in body[0]
     assert "(sha256 000000000000)" in lines[-1]
     assert "iteration_2/policy.pt" in lines[-1]
+
+
+SCORED = {"log_density": 1.5, "crps": 0.0123, "crps_of_trials": 0.01, "crps_ratio": 1.23}
+
+
+def test_the_table_has_expected_successes_beside_real_ones_scores_and_why_a_policy_was_driven() -> None:
+    first = iteration(0, 3, **SCORED, success_probability=0.83, reason=Reason.FIRST)
+    kept = iteration(1, 4, crps=0.5, same_policy_as=0, search=Search.KEPT, reason=Reason.KEPT)
+    above, header, line, other = summary_table(summary(first, kept)).splitlines()[:4]
+    for upper, lower in (("cost", "predicted"), ("CRPS", "/ of trials")):  # one above the other
+        assert above.index(upper) + len(upper) == header.index(lower) + len(lower)
+    assert above.index("succeeds") + len("succeeds") == header.rindex("predicted") + len("predicted")
+    assert "new, first" in line and "0.83  3 of 10" in line and "0.012 / 0.01" in line
+    assert "that of 0, kept" in other and "-  4 of 10" in other and "0.5 / -" in other
+
+
+@pytest.mark.parametrize(("ratio", "warned"), [(None, False), (0.9, False), (1.9, False), (2.1, True)])
+def test_bands_that_score_much_worse_than_the_trials_own_spread_are_warned_of(
+    ratio: float | None, warned: bool
+) -> None:
+    found = doubts(iteration(0, 10, crps_ratio=ratio), LIMIT)
+    assert len(found) == warned
+    if warned:
+        assert "2.1 times the CRPS of the trials' own spread" in found[0]
 
 
 def again() -> Iteration:
@@ -149,8 +173,8 @@ def test_the_last_model_is_doubted_in_print() -> None:
 
 def test_the_table_shows_a_dash_for_what_was_not_measured() -> None:
     gone = dict.fromkeys(("real_cost", "coverage95", "drift_m", "tilt_band_median", "tilt_band_widest"))
-    line = summary_table(summary(iteration(0, 0, trials=0, **gone))).splitlines()[1]
-    assert line.split().count("-") == 5
+    line = summary_table(summary(iteration(0, 0, trials=0, **gone))).splitlines()[2]
+    assert line.split().count("-") == 6
 
 
 # Parts of a success

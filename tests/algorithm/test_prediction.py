@@ -1,5 +1,7 @@
 """What a prediction says of each candidate survives being saved, and older files are read."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,13 +9,14 @@ from twbal.algorithm.prediction import KIND, Assessment, Prediction, load_predic
 from twbal.core.gaussian import Gaussian
 from twbal.io.checkpoint import load_checkpoint, save_checkpoint
 
-FOUND, KEPT = Assessment("search from policy 1 x 1", 3.0, 1.0, 0.1, None), Assessment("policy 1", 4.0, 0.5, 0.2, 1)
+FOUND = Assessment("search from policy 1 x 1", 3.0, 1.0, 0.1, None, 60.5 / 61)
+KEPT = Assessment("policy 1", 4.0, 0.5, 0.2, 1, 30.5 / 61)
+STATES = (Gaussian(np.zeros(1), np.eye(1)), Gaussian(np.ones(1), np.eye(1)))
 
 
 @pytest.mark.parametrize("written", ["now", "before candidates said which earlier policy they are"])
 def test_which_earlier_policy_a_candidate_is_is_read_back(tmp_path, written):
-    states = (Gaussian(np.zeros(1), np.eye(1)), Gaussian(np.ones(1), np.eye(1)))
-    save_prediction(tmp_path / "p.pt", Prediction(("tilt",), states, KEPT, (KEPT, FOUND)))
+    save_prediction(tmp_path / "p.pt", Prediction(("tilt",), STATES, KEPT, (KEPT, FOUND)))
     if written != "now":
         payload = load_checkpoint(tmp_path / "p.pt", KIND)
         for verdict in (payload["best"], *payload["candidates"]):
@@ -21,3 +24,19 @@ def test_which_earlier_policy_a_candidate_is_is_read_back(tmp_path, written):
         save_checkpoint(tmp_path / "p.pt", KIND, payload)
     read = load_prediction(tmp_path / "p.pt")
     assert (read.best, read.candidates) == (KEPT, (KEPT, FOUND))
+
+
+def test_which_earlier_policy_it_is_does_not_depend_on_how_it_is_called(tmp_path):
+    renamed = replace(KEPT, origin="the one before")
+    save_prediction(tmp_path / "p.pt", Prediction(("tilt",), STATES, renamed, (renamed, FOUND)))
+    assert load_prediction(tmp_path / "p.pt").best.earlier == 1
+
+
+def test_a_file_without_probabilities_of_success_is_read(tmp_path):
+    save_prediction(tmp_path / "p.pt", Prediction(("tilt",), STATES, KEPT, (KEPT,)))
+    payload = load_checkpoint(tmp_path / "p.pt", KIND)
+    del payload["best"]["success_probability"]
+    save_checkpoint(tmp_path / "p.pt", KIND, payload)
+    read = load_prediction(tmp_path / "p.pt")
+    assert read.best.success_probability is None
+    assert read.candidates == (KEPT,)

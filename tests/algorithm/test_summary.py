@@ -105,6 +105,9 @@ def test_whole_numbers_are_read_where_fractions_are_expected(tmp_path: Path) -> 
         ({"coverage95": 1.2}, "share between 0 and 1; found 1.2"),
         ({"real_seconds": -1.0}, "real_seconds of iteration 1"),
         ({"real_cost": float("nan")}, "found nan"),
+        ({"success_probability": -0.1}, "share between 0 and 1; found -0.1"),
+        ({"crps_ratio": float("inf")}, "crps_ratio of iteration 1"),
+        ({"log_density": float("-inf")}, "log_density of iteration 1 must be finite"),
     ],
 )
 def test_impossible_iterations_are_refused(changes: dict[str, object], message: str) -> None:

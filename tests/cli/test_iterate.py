@@ -5,6 +5,7 @@ import sys
 
 import numpy as np
 import pytest
+from scipy.stats import norm
 from small_run import OVERRIDES, STEPS, listed_hashes
 from story import check, untimed
 
@@ -62,11 +63,18 @@ def test_the_measures_follow_from_the_logs(folder):
         place = folder / ("simulation/1_policy" if iteration.index == 0 else "iteration_1/policy")
         prediction = load_prediction(place / "prediction.pt")
         trials = read_episodes(folder / f"iteration_{iteration.index}/trials/episodes")
-        inside = []
+        inside, scored = [], []
         for t, state in enumerate(prediction.states[1:], start=1):
             reached = np.array([trial.states[t, :3] for trial in trials if t < len(trial.states)]).reshape(-1, 3)
             inside.append(np.abs(reached - state.mean[:3]) <= 1.96 * state.sd[:3])
+            z = (reached - state.mean[:3]) / state.sd[:3]
+            of_unit = z * (2.0 * norm.cdf(z) - 1.0) + 2.0 * norm.pdf(z) - 1.0 / np.sqrt(np.pi)
+            scored.append(of_unit * state.sd[:3] / [0.25, 2.5, 1.0])
         assert iteration.coverage95 == pytest.approx(np.concatenate(inside).mean())
+        assert iteration.crps == pytest.approx(np.concatenate(scored).mean())
+        assert iteration.crps_of_trials is None  # two trials have no spread beside one left out
+        assert iteration.success_probability == prediction.best.success_probability
+        assert 0.0 < iteration.success_probability < 1.0
         assert iteration.predicted_cost == prediction.best.cost
         assert iteration.judged_success == prediction.best.judged_success
         held = [len(t) == 20 and np.abs(t.tilt).max() <= 0.5236 and np.abs(t.tilt[10:]).max() < 0.17453 for t in trials]

@@ -198,6 +198,9 @@ TABLE: Mapping[str, How] = {
     # docs
     "python -m benchmarks.hidden_robots family=hard": Benchmark(),
     "python -m benchmarks.hidden_robots.reached": Benchmark(),
+    "python -m benchmarks.hidden_robots.prediction": Elsewhere(
+        ("tests/benchmarks/test_prediction.py", "main("), "reads results"
+    ),
     "twbal iterate seed=<robot> link.seed=<robot> updates=6": Stage({"<robot>": "6012"}, slow=True),
     "python -m benchmarks.hidden_effects all": Benchmark(),
     "real-rollout experiment=excite": Stage(),

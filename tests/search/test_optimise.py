@@ -9,6 +9,7 @@ from twbal.core.gaussian import Gaussian
 from twbal.models.moments.truncation import Truncation
 from twbal.search.long_term_cost import long_term_cost
 from twbal.search.optimise import _not_driven_twice, _rank, search_policy
+from twbal.search.robust import RankedPolicy
 from twbal.search.starts import PolicyParametrisation, linear_policy
 from twbal.search.transition import transition_model
 from twbal.search.validation import ValidationResult
@@ -43,6 +44,14 @@ def test_a_policy_that_balances_the_model_and_the_true_system_is_found(make_syst
     for _ in range(300):
         x = A @ x + B * float(result.best.policy.command(x))
     assert np.abs(x[0]) < 0.02
+
+
+def test_the_probability_of_success_counts_the_robots_that_decide(result):
+    best = result.best
+    assert best.success_probability == pytest.approx(20.5 / 21)  # of the 20 of the validation all succeed
+    known = RankedPolicy(best.origin, best.policy, success=0.3, use=0.5, cost=0.1)
+    assert best._replace(robots=known, sampled=60).success_probability == pytest.approx(18.5 / 61)
+    assert best._replace(sampled=0).success_probability is None
 
 
 def test_starts_of_different_families_are_searched(result):

@@ -9,7 +9,7 @@ from twbal.core.errors import ConfigError
 from twbal.core.evaluation import SuccessCriterion
 from twbal.core.gaussian import Gaussian
 from twbal.policies.rbf import RbfPolicy
-from twbal.search.validation import Validation, validate
+from twbal.search.validation import Validation, success_probability, validate
 
 RULE = SuccessCriterion(tilt_limit=0.5, settled_tilt_limit=0.17, settle_step=60, steps=150)
 VALIDATION = Validation(robots=20, features=100, success=RULE)
@@ -112,3 +112,13 @@ def test_a_state_without_tilt_is_refused_by_name(make_system):
     blind = replace(model, channels=Channels(("yaw_rate", "tilt_rate", "speed"), 0.15))
     with pytest.raises(ConfigError, match="has no tilt"):
         validate(blind, policy_of(HOLDING, blind.channels.names), COST, START, VALIDATION, seed=0)
+
+
+@pytest.mark.parametrize(("k", "n"), [(0, 60), (1, 1), (60, 60), (17, 30)])
+def test_the_probability_is_the_mean_of_jeffreys_posterior_and_never_certain(k, n):
+    grid = (np.arange(200_000) + 0.5) / 200_000  # of the density p^(k - ½) (1 - p)^(n - k - ½), by the midpoint rule
+    log_density = (k - 0.5) * np.log(grid) + (n - k - 0.5) * np.log1p(-grid)
+    weights = np.exp(log_density - log_density.max())
+    found = success_probability(k / n, n)
+    assert found == pytest.approx((grid * weights).sum() / weights.sum(), rel=0.01)
+    assert 0.0 < found < 1.0

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from twbal.algorithm.summary import Basis, Diagnosis, Iteration, PolicyFile, Search, SimData, Summary
+from twbal.algorithm.summary import Basis, Diagnosis, Iteration, PolicyFile, Reason, Search, SimData, Summary
 from twbal.core.errors import DataError
 from twbal.core.evaluation import SuccessCriterion
 from twbal.core.gaussian import Gaussian
@@ -255,6 +255,18 @@ def test_a_band_that_says_nothing_is_shown_with_its_width_and_a_warning(tmp_path
     text = Page(written(tmp_path, about)).text
     assert "100 % (±52°, ±100°)" in text
     assert "reaches ±100°, more than the tilt limit of ±30°" in text
+
+
+def test_scores_expected_successes_and_the_reason_stand_in_the_table_and_under_the_picture(tmp_path: Path) -> None:
+    about = summary((0, 10), best=1)
+    scored = {"log_density": -1.25, "crps": 0.0312, "crps_of_trials": 0.02, "crps_ratio": 1.56}
+    last = replace(about.iterations[1], success_probability=0.836, reason=Reason.BETTER, **scored)
+    text = Page(written(tmp_path, replace(about, iterations=(about.iterations[0], last)))).text
+    assert "new, expected better" in text
+    assert "0.031 / 0.02" in text and "84 %" in text
+    assert "97 %" in text  # of the first iteration, whose file notes no probability, the share
+    assert "Its CRPS is 0.031, that of the trials' own spread 0.02; its mean log predictive density is -1.25" in text
+    assert "10 of 10 trials succeeded; each was expected to with probability 0.84." in text
 
 
 def test_a_missing_picture_is_an_error(tmp_path: Path) -> None:

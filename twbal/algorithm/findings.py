@@ -7,6 +7,7 @@ import numpy as np
 
 from twbal.algorithm.learned import LearnedPolicy, RunResult
 from twbal.algorithm.prediction import Prediction
+from twbal.algorithm.reasons import reason_for, reason_in_words
 from twbal.algorithm.steps import M, P, R, S, Steps
 from twbal.algorithm.summary import Diagnosis, Iteration, PolicyFile, Search, SimData, Summary
 from twbal.core.channels import Channels
@@ -15,6 +16,7 @@ from twbal.core.coverage import coverage95, half_widths95
 from twbal.core.episode import Episode
 from twbal.core.evaluation import PlaceBy, SuccessCriterion, Verdict, drift, judged, real_cost
 from twbal.core.gaussian import Array
+from twbal.core.scores import scores
 
 
 @dataclass(frozen=True)
@@ -142,9 +144,22 @@ def _iteration(
         diagnosis=learned.diagnosis,
         tilt_band_median=float(np.median(bands)) if len(bands) else None,
         tilt_band_widest=float(np.max(bands)) if len(bands) else None,
+        success_probability=prediction.best.success_probability if prediction else None,
+        reason=reason_for(learned.index, learned.recalibrates, prediction),
     )
-    iteration = _with_parts(iteration, verdicts)
-    return replace(iteration, note=_note(iteration, before, learned.searches))
+    iteration = _with_scores(_with_parts(iteration, verdicts), prediction, trials, measures)
+    notes = (_note(iteration, before, learned.searches), reason_in_words(iteration.reason, prediction, before))
+    return replace(iteration, note=" ".join(filter(None, notes)))
+
+
+def _with_scores(
+    iteration: Iteration, prediction: Prediction | None, trials: Sequence[Episode], measures: Measures
+) -> Iteration:
+    """The iteration with the scores of its predicted bands; as it is without trials or a prediction."""
+    if not trials or prediction is None:
+        return iteration
+    found = scores(prediction.states, trials, measures.channels.measured, np.asarray(measures.cost.widths))
+    return iteration if found is None else replace(iteration, **found._asdict())
 
 
 def _with_parts(iteration: Iteration, verdicts: Sequence[Verdict]) -> Iteration:

@@ -14,6 +14,9 @@ COSTS_PART = 3.0
 SHARES_PART = 0.5
 """By this much the shares of successes in long model rollouts and in real trials must differ for a warning."""
 
+SCORES_PART = 2.0
+"""By this factor the CRPS of the predicted bands must exceed that of the trials' own spread for a warning."""
+
 
 def headline(summary: Summary) -> str:
     """Whether the robot is balanced, by which policy, and what that policy was learned from."""
@@ -123,6 +126,11 @@ def doubts(iteration: Iteration, tilt_limit: float | None) -> list[str]:
             f"The 95 % bands of iteration {i.index} say little: that of the tilt reaches "
             f"±{angle(i.tilt_band_widest)}, more than the tilt limit of ±{angle(tilt_limit)}. "
             "That real states lie in it is no merit."
+        )
+    if i.crps_ratio is not None and i.crps_ratio > SCORES_PART:
+        found.append(
+            f"The predicted bands of iteration {i.index} have {i.crps_ratio:.1f} times the CRPS of the trials' own "
+            "spread: they lie beside what the robot does, or are wider."
         )
     if i.judged_success is not None and i.trials and abs(i.judged_success - i.successes / i.trials) > SHARES_PART:
         found.append(

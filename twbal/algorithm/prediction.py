@@ -28,6 +28,8 @@ class Assessment:
         judged_success: share of the long model rollouts that balanced.
         judged_cost: mean cost of a step in them.
         earlier: which of the earlier policies that the search was given it is; None for what the search found.
+        success_probability: that a trial succeeds, by the robots that `judged_success` counts, never 0 or 1; None in
+            older files.
     """
 
     origin: str
@@ -35,6 +37,7 @@ class Assessment:
     judged_success: float
     judged_cost: float
     earlier: int | None
+    success_probability: float | None = None
 
 
 @dataclass(frozen=True)
@@ -99,17 +102,26 @@ def _prediction(found: Payload) -> Prediction:
 
 def _saved_assessment(found: Payload) -> Assessment:
     cost, success, mean = (found.number(name) for name in ("cost", "judged_success", "judged_cost"))
-    return Assessment(found.text("origin"), cost, success, mean, _earlier(found))
+    is_told = "success_probability" in found.names and found["success_probability"] is not None
+    probability = found.number("success_probability", 0.0, 1.0) if is_told else None
+    return Assessment(found.text("origin"), cost, success, mean, _earlier(found), probability)
 
 
 def _earlier(found: Payload) -> int | None:
     """Which earlier policy an assessment is of; an older file says `policy 1` in its origin alone."""
-    if "initial_policies" not in found.names:
+    if "earlier" not in found.names:
         written = _EARLIER.fullmatch(found.text("origin"))
         return int(written[1]) if written else None
-    return None if found["initial_policies"] is None else int(found.number("initial_policies", 0, 1e9))
+    return None if found["earlier"] is None else int(found.number("earlier", 0, 1e9))
 
 
 def _assessment(candidate: Candidate) -> Assessment:
     validation = candidate.judged
-    return Assessment(candidate.origin, candidate.cost, validation.success, validation.cost, candidate.earlier)
+    return Assessment(
+        origin=candidate.origin,
+        cost=candidate.cost,
+        judged_success=validation.success,
+        judged_cost=validation.cost,
+        earlier=candidate.earlier,
+        success_probability=candidate.success_probability,
+    )

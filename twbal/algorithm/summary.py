@@ -26,6 +26,9 @@ _AMOUNTS = (
     "farthest_worst_m",
     "command_change",
     "oscillation",
+    "crps",
+    "crps_of_trials",
+    "crps_ratio",
 )
 PARTS = {"upright": "upright", "settled": "settled", "in_place": "in place", "quiet": "quiet"}
 """Parts of a success, by the field that counts them, in words."""
@@ -55,6 +58,23 @@ class Search(StrEnum):
     """Nothing better than an earlier policy."""
     NOT_MADE = "not made"
     """The policy is no result of a search, or that of the iteration before, for which only the model is new."""
+
+
+class Reason(StrEnum):
+    """Why the policy of an iteration is driven."""
+
+    FIRST = "first"
+    """There was none before."""
+    BETTER = "expected better"
+    """New, and more of the sampled robots succeed, in tenths, than under any earlier policy that was a candidate."""
+    AS_LIKELY = "as likely"
+    """New; as many succeed as under the best earlier one, and it ranks first by how they balance."""
+    ALONE = "no other left"
+    """New, and no earlier policy was a candidate: each was driven twice."""
+    KEPT = "kept"
+    """An earlier policy, which ranks before all that the search found."""
+    MODEL = "new model"
+    """The policy before, which stays: only its prediction is new."""
 
 
 class Diagnosis(StrEnum):
@@ -131,6 +151,13 @@ class Iteration:
         command_change: median over the trials of the root mean square of the command's change from step to step, as a
             share of the torque limit.
         oscillation: median over the trials of the late tilt, peak to peak [rad].
+        log_density: mean log predictive density of the real states, in units of the cost's widths (`Scores`).
+        crps: mean CRPS of the predicted band, in the same units.
+        crps_of_trials: CRPS of the trials' own spread: of each under the mean and sd of all others.
+        crps_ratio: of the prediction's to that, at the same steps.
+        success_probability: that a trial succeeds, as the search expected when it decided for this policy; None where
+            nothing was sampled.
+        reason: why the policy is driven; None where an update makes its policy without a choice.
 
     The fields from `trial_seconds` on are None where an older `summary.json` does not note them.
     """
@@ -166,6 +193,12 @@ class Iteration:
     farthest_worst_m: float | None = None
     command_change: float | None = None
     oscillation: float | None = None
+    log_density: float | None = None
+    crps: float | None = None
+    crps_of_trials: float | None = None
+    crps_ratio: float | None = None
+    success_probability: float | None = None
+    reason: Reason | None = None
 
     def __post_init__(self) -> None:
         if not 0 <= self.successes <= self.trials:
@@ -177,7 +210,7 @@ class Iteration:
                     f"Iteration {self.index} is {PARTS[part]} in {count} of {self.trials} trials, and {self.successes} "
                     "succeeded."
                 )
-        for name in ("coverage95", "judged_success"):
+        for name in ("coverage95", "judged_success", "success_probability"):
             share = getattr(self, name)
             if share is not None and not 0 <= share <= 1:
                 raise DataError(f"{name} of iteration {self.index} must be a share between 0 and 1; found {share}.")
@@ -185,6 +218,8 @@ class Iteration:
             amount = getattr(self, name)
             if amount is not None and not 0 <= amount < math.inf:
                 raise DataError(f"{name} of iteration {self.index} must be a number from 0 up; found {amount}.")
+        if self.log_density is not None and not math.isfinite(self.log_density):
+            raise DataError(f"log_density of iteration {self.index} must be finite; found {self.log_density}.")
         if self.same_policy_as is not None and not 0 <= self.same_policy_as < self.index:
             raise DataError(
                 f"same_policy_as of iteration {self.index} must be an earlier iteration; found {self.same_policy_as}."

@@ -5,9 +5,10 @@ from math import degrees
 
 from twbal.algorithm.summary import PARTS, Iteration, Summary
 
+_ABOVE = ("", "", "", "cost", "", "succeeds", "", "", "in 95 %", "CRPS", "tilt band,", "", "")
 _ITERATIONS = (
-    *("iteration", "policy", "real data", "cost predicted", "real", "succeeds", "trials", "in 95 % band"),
-    *("tilt band, widest", "drift", "fit", "search"),
+    *("iteration", "policy", "real data", "predicted", "real", "predicted", "real", "trials"),
+    *("band", "/ of trials", "widest", "fit", "search"),
 )
 _TRIALS = (
     *("iteration", "trials", *PARTS.values(), "from where it was put, worst", "told by", "command step"),
@@ -17,7 +18,7 @@ _TRIALS = (
 
 def iterations_table(summary: Summary) -> list[str]:
     """A line for each iteration, what it learned from and what came of it; the best one is marked."""
-    return _aligned([_ITERATIONS, *(_of_learning(i, _marked(i, summary)) for i in summary.iterations)])
+    return _aligned([_ABOVE, _ITERATIONS, *(_of_learning(i, _marked(i, summary)) for i in summary.iterations)])
 
 
 def trials_table(summary: Summary) -> list[str]:
@@ -38,6 +39,19 @@ def tilt_band(iteration: Iteration) -> str:
     return f"±{angle(iteration.tilt_band_median)}, ±{angle(iteration.tilt_band_widest)}"
 
 
+def crps(iteration: Iteration) -> str:
+    """CRPS of the predicted bands and of the trials' own spread, in units of the cost's widths."""
+    if iteration.crps is None:
+        return "-"
+    return " / ".join(_number(value, ".2g") for value in (iteration.crps, iteration.crps_of_trials))
+
+
+def policy_and_reason(iteration: Iteration) -> str:
+    """Whether the policy is new, and why it is driven."""
+    which = "new" if iteration.same_policy_as is None else f"that of {iteration.same_policy_as}"
+    return which if iteration.reason is None else f"{which}, {iteration.reason}"
+
+
 def distances(iteration: Iteration) -> str:
     """Late distance from where the robot was put, its median over the trials and its worst, in metres."""
     if iteration.farthest_median_m is None or iteration.farthest_worst_m is None:
@@ -53,15 +67,16 @@ def angle(radians: float) -> str:
 def _of_learning(iteration: Iteration, index: str) -> tuple[str, ...]:
     return (
         index,
-        "new" if iteration.same_policy_as is None else f"that of {iteration.same_policy_as}",
+        policy_and_reason(iteration),
         f"{iteration.real_samples} samples, {iteration.real_seconds:.1f} s",
         _number(iteration.predicted_cost, ".1f"),
         _number(iteration.real_cost, ".1f"),
+        _number(iteration.success_probability, ".2f"),
         f"{iteration.successes} of {iteration.trials}" if iteration.trials else "-",
         _number(iteration.trial_seconds, ".1f", " s"),
         _number(iteration.coverage95, ".2f"),
+        crps(iteration),
         tilt_band(iteration),
-        _number(iteration.drift_m, ".2f", " m"),
         f"{iteration.fit_s:.1f} s",
         f"{iteration.search_s:.1f} s",
     )

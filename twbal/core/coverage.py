@@ -56,20 +56,31 @@ def widened(
     return (first, *(Gaussian(p.mean, p.covariance + np.diag(more)) for p in later))
 
 
-def _errors(predicted: Sequence[Gaussian], episodes: Sequence[Episode], measured: Sequence[int]) -> tuple[Array, Array]:
-    """Real less predicted states of all steps from t = 1 on that were reached, and their predicted sd, (n, E) each."""
-    mean = np.array([p.mean for p in predicted])  # (H + 1, D)
-    sd = np.array([p.sd for p in predicted])  # (H + 1, D)
-    errors, sds = [], []
-    for episode in episodes:
-        if episode.states.shape[1] != mean.shape[1]:
+def reached_states(predicted: Sequence[Gaussian], episodes: Sequence[Episode]) -> Array:
+    """Real states at the predicted steps t = 1 .. H, (N, H, D); NaN where an episode had ended before.
+
+    Raises:
+        DataError: see `coverage95`.
+    """
+    horizon, width = len(predicted) - 1, len(predicted[0].mean)
+    real = np.full((len(episodes), horizon, width), np.nan)
+    for place, episode in zip(real, episodes, strict=True):
+        if episode.states.shape[1] != width:
             raise DataError(
-                f"The prediction has {mean.shape[1]} channels, the episode {episode.states.shape[1]} "
+                f"The prediction has {width} channels, the episode {episode.states.shape[1]} "
                 f"({', '.join(episode.channels)}). Compare a policy with trials of the same state."
             )
-        ahead = min(len(episode.states), len(mean))
-        errors.append((episode.states[1:ahead] - mean[1:ahead])[:, list(measured)])
-        sds.append(sd[1:ahead, list(measured)])
-    if not sum(map(len, errors)):
+        ahead = episode.states[1 : horizon + 1]
+        place[: len(ahead)] = ahead
+    if np.isnan(real).all():
         raise DataError(f"None of the {len(episodes)} episodes reached the first predicted step; nothing to compare.")
-    return np.concatenate(errors), np.concatenate(sds)
+    return real
+
+
+def _errors(predicted: Sequence[Gaussian], episodes: Sequence[Episode], measured: Sequence[int]) -> tuple[Array, Array]:
+    """Real less predicted states of all steps from t = 1 on that were reached, and their predicted sd, (n, E) each."""
+    real = reached_states(predicted, episodes)
+    there = ~np.isnan(real[..., 0])  # (N, H)
+    mean = np.array([p.mean for p in predicted[1:]])  # (H, D)
+    sd = np.broadcast_to([p.sd for p in predicted[1:]], real.shape)
+    return (real - mean)[there][:, list(measured)], sd[there][:, list(measured)]

@@ -18,7 +18,7 @@ from twbal.search.long_term_cost import propagate
 from twbal.search.particles import ParticleObjective
 from twbal.search.robust import RankedPolicy, SampledRobots
 from twbal.search.transition import TransitionModel, transition_model
-from twbal.search.validation import Validation, ValidationResult, validate
+from twbal.search.validation import Validation, ValidationResult, success_probability, validate
 
 
 @dataclass(frozen=True)
@@ -71,6 +71,7 @@ class Candidate(NamedTuple):
         validation: of its long rollouts.
         earlier: which of the given earlier policies it is; None for what was searched.
         robots: of its long rollouts on robots of the parameter distribution; None where there are none.
+        sampled: how many robots `judged` counts; 0: not told.
     """
 
     origin: str
@@ -79,6 +80,12 @@ class Candidate(NamedTuple):
     validation: ValidationResult
     earlier: int | None = None
     robots: RankedPolicy | None = None
+    sampled: int = 0
+
+    @property
+    def success_probability(self) -> float | None:
+        """That a trial of it succeeds, by the robots that `judged` counts; None where it is not told how many."""
+        return success_probability(self.judged.success, self.sampled) if self.sampled else None
 
     @property
     def judged(self) -> ValidationResult:
@@ -143,7 +150,8 @@ class Task:
         found = [validate(model, policy, self.cost, self.start, share, self.seed) for model in self.models]
         validation = ValidationResult(*(float(np.mean(values)) for values in zip(*found, strict=True)))
         robots = self.robots.ranked(origin, policy) if self.robots is not None else None
-        return Candidate(origin, policy, self.whole.value(policy), validation, earlier, robots)
+        sampled = share.robots * len(self.models) if self.robots is None else self.robots.settings.robots
+        return Candidate(origin, policy, self.whole.value(policy), validation, earlier, robots, sampled)
 
     def predicted(self, policy: RbfPolicy) -> tuple[Gaussian, ...]:
         """Distributions of what the sensors show under a policy, t = 0..H; by longer series than the search takes.

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from twbal.algorithm.outcome import counted, driving, headline, rule_in_words, warnings_on
 from twbal.algorithm.summary import Basis, Diagnosis, Iteration, Search, Summary
-from twbal.algorithm.tables import tilt_band, trials_rows
+from twbal.algorithm.tables import crps, policy_and_reason, tilt_band, trials_rows
 from twbal.core.errors import DataError
 from twbal.core.evaluation import SuccessCriterion
 from twbal.core.files import write_atomically
@@ -83,6 +83,8 @@ def write_report(path: Path, summary: Summary, setting: Setting, pictures: Pictu
         corrected=any(iteration.diagnosis is Diagnosis.USED for iteration in summary.iterations),
         steps=what_was_done(summary, setting.ensemble),
         doubts=warnings_on(summary, summary.iterations[-1]),
+        policies=[policy_and_reason(iteration) for iteration in summary.iterations],
+        crps=[crps(iteration) for iteration in summary.iterations],
         tilt_bands=[tilt_band(iteration) for iteration in summary.iterations],
         tilt=inline(pictures.tilt, "tilt", "Tilt of the robot in its trials, before and after learning"),
         predictions=[
@@ -179,6 +181,18 @@ def _trials(iteration: Iteration) -> str:
     return f" In its trials policy {iteration.first_had} succeeded in {iteration.successes} of {iteration.trials}."
 
 
+def _scored(iteration: Iteration) -> str:
+    """The scores of the predicted bands, as a sentence; empty without them."""
+    if iteration.crps is None:
+        return ""
+    text = f" Its CRPS is {iteration.crps:.2g}"
+    if iteration.crps_of_trials is not None:
+        text += f", that of the trials' own spread {iteration.crps_of_trials:.2g}"
+    if iteration.log_density is not None:
+        text += f"; its mean log predictive density is {iteration.log_density:.2f}"
+    return f"{text} (in units of the cost's widths)."
+
+
 def _caption(iteration: Iteration, warnings: Sequence[str]) -> str:
     """What to see in the prediction picture of one iteration."""
     learned = {
@@ -198,6 +212,9 @@ def _caption(iteration: Iteration, warnings: Sequence[str]) -> str:
             f" The 95 % band holds {percent(iteration.coverage95)} of the real states; that of the tilt is "
             f"{tilt_band(iteration)} wide (median, widest)."
         )
+    text += _scored(iteration)
     if iteration.trials:
-        text += f" {iteration.successes} of {iteration.trials} trials succeeded."
+        text += f" {iteration.successes} of {iteration.trials} trials succeeded"
+        expected = iteration.success_probability
+        text += "." if expected is None else f"; each was expected to with probability {expected:.2f}."
     return " ".join([text, iteration.note, *warnings]).replace("  ", " ").rstrip()

@@ -1,0 +1,80 @@
+"""Why a policy is driven follows from what its search said of the candidates."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from twbal.algorithm.prediction import Assessment, Prediction
+from twbal.algorithm.reasons import reason_for, reason_in_words
+from twbal.algorithm.summary import Iteration, PolicyFile, Reason
+from twbal.core.gaussian import Gaussian
+
+
+def iteration(index: int, same_policy_as: int | None = None) -> Iteration:
+    policy = PolicyFile("policy.pt", f"{index:064x}")
+    found = Iteration(index, index, 200, 4.0, 3.0, 5.0, 0, 10, None, 1.0, 1.0, None, 1.0, policy, "")
+    return replace(found, same_policy_as=same_policy_as)
+
+
+def assessment(share: float, earlier: int | None) -> Assessment:
+    origin = "search" if earlier is None else f"policy {earlier}"
+    return Assessment(origin, 3.0, share, 0.1, earlier, (60 * share + 0.5) / 61)
+
+
+def prediction(*candidates: Assessment) -> Prediction:
+    """With the candidates in their order."""
+    states = (Gaussian(np.zeros(1), np.eye(1)),) * 2
+    return Prediction(("tilt",), states, candidates[0], candidates)
+
+
+BETTER = prediction(assessment(0.9, None), assessment(0.25, 1), assessment(0.0, 0))
+AS_LIKELY = prediction(assessment(0.88, None), assessment(0.92, 1))
+KEPT = prediction(assessment(0.9, 1), assessment(0.8, None))
+ALONE = prediction(assessment(0.9, None), assessment(0.8, None))
+
+
+@pytest.mark.parametrize(
+    ("found", "reason"),
+    [
+        (BETTER, Reason.BETTER),
+        (AS_LIKELY, Reason.AS_LIKELY),
+        (KEPT, Reason.KEPT),
+        (ALONE, Reason.ALONE),
+        (None, None),
+    ],
+)
+def test_an_update_drives_what_its_search_ranked_first(found, reason):
+    assert reason_for(2, False, found) is reason
+
+
+def test_the_first_policy_and_one_that_stays_for_its_model_are_no_choice():
+    assert reason_for(0, False, KEPT) is Reason.FIRST
+    assert reason_for(2, True, KEPT) is Reason.MODEL
+
+
+def test_the_sentence_tells_both_probabilities_and_names_the_policy_by_its_first_iteration():
+    before = [iteration(0), iteration(1, same_policy_as=0)]
+    assert reason_in_words(Reason.BETTER, BETTER, before) == (
+        "Expected to be better: to succeed with probability 0.89, policy 0 with 0.25."
+    )
+    assert reason_in_words(Reason.AS_LIKELY, AS_LIKELY, before) == (
+        "Expected to succeed about as often as policy 0 (probability 0.87 and 0.91); driven as it ranks first by how "
+        "the sampled robots balance."
+    )
+
+
+def test_where_no_earlier_policy_was_a_candidate_that_is_said():
+    assert "each was driven twice" in reason_in_words(Reason.ALONE, ALONE, [iteration(0)])
+
+
+@pytest.mark.parametrize("reason", [Reason.FIRST, Reason.KEPT, Reason.MODEL, None])
+def test_without_a_choice_of_a_new_policy_nothing_is_said(reason):
+    assert reason_in_words(reason, KEPT, [iteration(0), iteration(1)]) == ""
+    assert reason_in_words(reason, None, []) == ""
+
+
+def test_an_older_prediction_without_probabilities_gives_a_reason_but_no_numbers():
+    old = prediction(Assessment("search", 3.0, 0.9, 0.1, None), Assessment("policy 0", 3.0, 0.2, 0.1, 0))
+    assert reason_for(1, False, old) is Reason.BETTER
+    assert reason_in_words(Reason.BETTER, old, [iteration(0)]) == ""

@@ -1,0 +1,67 @@
+"""Why a policy is driven, as far as its search told: what was expected of it, and what of the policies before it."""
+
+from collections.abc import Sequence
+
+from twbal.algorithm.prediction import Assessment, Prediction
+from twbal.algorithm.summary import Iteration, Reason
+
+
+def reason_for(index: int, recalibrates: bool, prediction: Prediction | None) -> Reason | None:
+    """Why the policy of an iteration is driven.
+
+    Args:
+        index: of the iteration.
+        recalibrates: the policy stays for its model to be learned again.
+        prediction: what its search said; None where nothing was searched.
+
+    Returns:
+        None where an update makes its policy without a choice, as a regulator of what was identified.
+    """
+    if index == 0:
+        return Reason.FIRST
+    if recalibrates:
+        return Reason.MODEL
+    if prediction is None:
+        return None
+    if prediction.best.earlier is not None:
+        return Reason.KEPT
+    rival = best_earlier(prediction)
+    if rival is None:
+        return Reason.ALONE
+    is_better = _in_tenths(prediction.best) > _in_tenths(rival)
+    return Reason.BETTER if is_better else Reason.AS_LIKELY
+
+
+def best_earlier(prediction: Prediction) -> Assessment | None:
+    """The earlier policy that the search ranked first; None where none was among its candidates."""
+    return next((each for each in prediction.candidates if each.earlier is not None), None)
+
+
+def reason_in_words(reason: Reason | None, prediction: Prediction | None, before: Sequence[Iteration]) -> str:
+    """The numbers behind a choice between a new policy and an earlier one, as a sentence; empty where there was none.
+
+    Args:
+        reason: see `reason_for`.
+        prediction: likewise.
+        before: the iterations before this one.
+    """
+    if reason is Reason.ALONE:
+        return "No earlier policy was a candidate: each was driven twice."
+    rival = best_earlier(prediction) if prediction is not None else None
+    if prediction is None or rival is None or rival.earlier is None or reason not in (Reason.BETTER, Reason.AS_LIKELY):
+        return ""
+    ours, theirs = prediction.best.success_probability, rival.success_probability
+    if ours is None or theirs is None:
+        return ""
+    than = f"policy {before[rival.earlier].first_had}"
+    if reason is Reason.BETTER:
+        return f"Expected to be better: to succeed with probability {ours:.2f}, {than} with {theirs:.2f}."
+    return (
+        f"Expected to succeed about as often as {than} (probability {ours:.2f} and {theirs:.2f}); driven as it ranks "
+        "first by how the sampled robots balance."
+    )
+
+
+def _in_tenths(found: Assessment) -> float:
+    """The share of successes as candidates are ranked by it."""
+    return round(found.judged_success, 1)
