@@ -26,6 +26,7 @@ _AMOUNTS = (
     "farthest_worst_m",
     "command_change",
     "oscillation",
+    "evidence_gain",
 )
 PARTS = {"upright": "upright", "settled": "settled", "in_place": "in place", "quiet": "quiet"}
 """Parts of a success, by the field that counts them, in words."""
@@ -65,6 +66,15 @@ class Diagnosis(StrEnum):
     """What it found entered the simulation, and f was learned again."""
     NOT_USED = "not used"
     """It left the better part of the error."""
+
+
+class Base(StrEnum):
+    """What g was learned on top of."""
+
+    GIVEN = "given"
+    """The f of the simulation that the run began with, or of the one that a diagnosis corrected; or none."""
+    IDENTIFIED = "identified"
+    """The f of the simulation with the parameters that the real rollouts tell."""
 
 
 @dataclass(frozen=True)
@@ -131,6 +141,9 @@ class Iteration:
         command_change: median over the trials of the root mean square of the command's change from step to step, as a
             share of the torque limit.
         oscillation: median over the trials of the late tilt, peak to peak [rad].
+        base: which f the model has that g was learned on.
+        evidence_gain: by how much likelier the real transitions are under that f than under the next best candidate
+            (difference of log evidence) [nats]; None also where there was one candidate.
 
     The fields from `trial_seconds` on are None where an older `summary.json` does not note them.
     """
@@ -166,6 +179,8 @@ class Iteration:
     farthest_worst_m: float | None = None
     command_change: float | None = None
     oscillation: float | None = None
+    base: Base | None = None
+    evidence_gain: float | None = None
 
     def __post_init__(self) -> None:
         if not 0 <= self.successes <= self.trials:
