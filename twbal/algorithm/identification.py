@@ -9,6 +9,7 @@ from twbal.core.episode import Episode
 from twbal.core.errors import DataError
 from twbal.core.robot_parameters import RobotParameters
 from twbal.effects.library import effect_name
+from twbal.effects.parameter import parameters_of
 from twbal.planar.parameters import field_of, twin_parameters
 from twbal.planar.robot_distribution import RobotDistribution, prior_of
 from twbal.sysid.posterior import posterior
@@ -78,14 +79,12 @@ def identify(robot: RobotParameters, episodes: Sequence[Episode], progress: Call
 
 def _names_and_units(known: RobotDistribution) -> tuple[list[str], list[str]]:
     """Of the parameters, in the order of the fields."""
-    from twbal.effects.parameter import parameters_of
-
-    units = {
-        field_of(effect_name(own.kind), name): parameter.unit
+    found = {
+        field_of(effect_name(own.kind), name): (f"{effect_name(own.kind)}.{name}", parameter.unit or "1")
         for own in twin_parameters(known.robot, {}).effects
         for name, parameter in parameters_of(own.kind).items()
     }
-    return list(known.fields), [units[field] or "1" for field in known.fields]
+    return [found[field][0] for field in known.fields], [found[field][1] for field in known.fields]
 
 
 def _spreads(known: RobotDistribution) -> list[tuple[float, float]]:

@@ -72,10 +72,10 @@ class Update(Generic[R, M, P, S, K]):
         """Learn g on top of the likeliest f there is, or the whole dynamics without one, and search."""
         known: K | None = None
         bases, fit_s = [] if inputs.f is None else [inputs.f], 0.0
-        if inputs.f is not None and self._steps.identifies:
+        if self._steps.identifies:
             identified = self._steps.identify(inputs.place / "identify", inputs.rollouts)
             known, fit_s = identified.value.known, identified.seconds
-            if self._settings.identified_base:
+            if bases and self._settings.identified_base:
                 f = self._f_of(identified.value.simulation, inputs)
                 bases, fit_s = [*bases, f.value], fit_s + f.seconds
         fit = self._steps.fit_difference(inputs.place / "model", bases, inputs.rollouts)
