@@ -78,6 +78,7 @@ def content(folder: Path) -> dict[Path, str]:
 # Words that are not known
 
 DRAWS_NOTHING = {  # a setting of stages without a seed
+    "identify": "episodes",
     "diagnose": "bins",
     "import-log": "period",
     "plot": "resync",

@@ -1,22 +1,23 @@
-"""Of which robots a search knows: those of the sheet, and of rollouts as far as these tell anything."""
+"""Of which robots a search knows: those of the sheet, or of a distribution that rollouts made."""
 
 import numpy as np
 import pytest
+from falling import PLACED, falls_at_once
 
+from twbal.algorithm.identification import identify
 from twbal.algorithm.policy_search import PolicySearch
 from twbal.core.channels import Channels
 from twbal.core.cost import cost_over
-from twbal.core.episode import Episode, Outcome, Provenance
 from twbal.core.evaluation import SuccessCriterion
 from twbal.core.start_pose import StartPose
 from twbal.models.dynamics import without_simulation
+from twbal.planar.robot_distribution import prior_of
 from twbal.policies.rbf import RbfPolicy
 from twbal.search.robust import RobustSettings
 from twbal.search.starts import PolicyParametrisation
 from twbal.search.task import SearchSettings
 from twbal.search.validation import Validation
 
-PLACED = ("tilt", "tilt_rate", "speed", "command_1", "command_2", "position", "position_integral")
 SUCCESS = SuccessCriterion(tilt_limit=0.5236, settled_tilt_limit=0.1745, settle_step=10, steps=20)
 ROBUST = RobustSettings(
     robots=5,
@@ -52,7 +53,7 @@ SEARCH = SearchSettings(
 )
 
 
-def find(robot, rollouts=(), names=PLACED, robust=ROBUST):
+def find(robot, known=None, names=PLACED, robust=ROBUST):
     """The result of a search on a model by which nothing changes, and what it said."""
     channels = Channels(names, robot.wheel_radius, robot.control_period)
     widths = {name: 1.0 for name in names if not name.startswith("command")}
@@ -69,17 +70,7 @@ def find(robot, rollouts=(), names=PLACED, robust=ROBUST):
         workers=1,
     )
     lines = []
-    return search.find([without_simulation(channels)], (), None, rollouts, lines.append), lines
-
-
-def falls_at_once(robot, steps):
-    """A rollout that ended after so few steps."""
-    seen = np.zeros((steps + 1, 7))
-    seen[:, 0] = robot.control_period * np.arange(steps + 1)
-    seen[:, 1] = np.linspace(-0.5, -0.6, steps + 1)
-    states, commands = np.zeros((steps + 1, len(PLACED))), np.full(steps, 3.0)
-    told = Provenance("paper", "robot")
-    return Episode(PLACED, robot.control_period, seen, states, commands, Outcome.TILT_LIMIT, told)
+    return search.find([without_simulation(channels)], (), None, known, lines.append), lines
 
 
 def same(one: RbfPolicy, other: RbfPolicy) -> bool:
@@ -87,21 +78,16 @@ def same(one: RbfPolicy, other: RbfPolicy) -> bool:
     return all(np.array_equal(getattr(one, name), getattr(other, name)) for name in names)
 
 
-def test_rollouts_that_tell_nothing_leave_what_the_sheet_says(paper):
-    """A robot that falls at once, again and again, does not end a run."""
+def test_without_anything_known_the_sheet_tells_of_the_robots(paper):
     alone, _ = find(paper)
-    found, lines = find(paper, [falls_at_once(paper, 3), falls_at_once(paper, 2)])
+    found, _ = find(paper, prior_of(paper))
     assert same(found.best.policy, alone.best.policy)
     assert found.best.robots.rank == alone.best.robots.rank
-    (line,) = [line for line in lines if line.startswith("the robot by")]
-    assert line == ("the robot by its sheet alone: None of 2 episodes has 5 control periods of a robot that stands.")
 
 
-def test_one_rollout_that_tells_something_is_enough(paper):
+def test_what_is_known_decides_for_which_robots_is_searched(paper):
     alone, _ = find(paper)
-    found, lines = find(paper, [falls_at_once(paper, 3), falls_at_once(paper, 12)])
-    assert any(line.startswith("the robot by its rollouts: ") for line in lines)
-    assert not any("by its sheet alone" in line for line in lines)
+    found, _ = find(paper, identify(paper, [falls_at_once(paper, 12)], lambda line: None).known)
     assert found.best.robots.rank != alone.best.robots.rank
 
 

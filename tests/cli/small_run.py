@@ -26,7 +26,7 @@ OVERRIDES = [
     ),
     *("validation.robots=3", "validation.features=20", "parametrisation.basis=4"),
 ]
-STEPS = 11  # stages that it runs
+STEPS = 15  # stages that it runs
 
 
 def command(folder: Path) -> list[str]:

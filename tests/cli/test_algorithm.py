@@ -8,7 +8,9 @@ from hydra import compose
 
 from twbal.algorithm.learning import Algorithm
 from twbal.algorithm.settings import AlgorithmSettings, InitialPolicy, ModelUpdate
-from twbal.cli.artefacts import POLICY
+from twbal.algorithm.steps import Difference
+from twbal.algorithm.summary import Base
+from twbal.cli.artefacts import MODEL, POLICY
 from twbal.cli.composition import composing
 from twbal.cli.manifest import Manifest
 from twbal.cli.stage_steps import StageSteps
@@ -36,12 +38,15 @@ class NotingChain:
 class NotedSteps(StageSteps):
     """Stages that are not run, with episodes and gaps as they are asked for."""
 
-    def __init__(self, chain, cfg, solved, samples, useless):
+    def __init__(self, chain, cfg, solved, samples, useless, likeliest):
         super().__init__(chain, cfg)
-        self._solved, self._samples, self._useless = solved, samples, useless
+        self._solved, self._samples, self._useless, self._likeliest = solved, samples, useless, likeliest
 
     def episodes(self, rollouts):
         return tuple(upright(500) if str(r) in self._solved else upright(self._samples) for r in rollouts)
+
+    def chosen(self, place):
+        return Difference(place / MODEL, self._likeliest, (-70.0, -90.0) if self._likeliest == 0 else (-70.0, -40.0))
 
     def closed(self, diagnosis):
         return 0.0 if str(diagnosis) in self._useless else 0.9
@@ -54,7 +59,7 @@ def upright(periods):
     return Episode(("tilt",), 0.02, observations, states, np.zeros(periods), Outcome.COMPLETED, source)
 
 
-def learn(solved=(), words=(), diagnosable=1, useless=(), **changed):
+def learn(solved=(), words=(), diagnosable=1, useless=(), robust="none", likeliest=0, **changed):
     """The calls of a run and what it learned.
 
     Args:
@@ -62,12 +67,14 @@ def learn(solved=(), words=(), diagnosable=1, useless=(), **changed):
         words: overrides of the configuration.
         diagnosable: rollouts that are enough for a diagnosis.
         useless: diagnoses that leave the gap as it is.
+        robust: choice of the robots that a policy must hold.
+        likeliest: index of the base under which real rollouts are likeliest.
         changed: settings.
     """
     with composing():
-        cfg = compose("iterate", ["seed=5", "ensemble=none", *words])
+        cfg = compose("iterate", ["seed=5", "ensemble=none", f"robust={robust}", *words])
     usual = {"updates": 2, "trials": 10, "stop_when_solved": False, "sim_rounds": 1, "calibration_rollouts": 0}
-    usual |= {"diagnose": False, "search_retries": 0, "on_lqr": False}
+    usual |= {"identified_base": True, "diagnose": False, "search_retries": 0, "on_lqr": False}
     usual |= {"min_update_time": 0.0, "max_update_rollouts": 4}
     usual |= {"initial_policy": InitialPolicy.SIMULATION, "model_update": ModelUpdate.RESIDUAL}
     simulated = {"sim_round_rollouts": 3, "sim_round_exploration": 0.1}
@@ -83,7 +90,7 @@ def learn(solved=(), words=(), diagnosable=1, useless=(), **changed):
         }
     )
     chain = NotingChain()
-    steps = NotedSteps(chain, cfg, solved, FEW_DATA.min_samples // diagnosable, useless)
+    steps = NotedSteps(chain, cfg, solved, FEW_DATA.min_samples // diagnosable, useless, likeliest)
     result = Algorithm(steps, settings, rollout_settings(section(cfg, "real_rollout")), RULE).run()
     return chain.calls, result
 
@@ -349,3 +356,73 @@ def test_an_agent_is_trained_once_or_was_before(tmp_path):
     calls, learning = learn(initial_policy=InitialPolicy.AGENT, updates=0, trained_agent=str(tmp_path))
     assert [call.stage for call in calls] == ["real-rollout"]
     assert learning.policies[0].policy / POLICY == tmp_path / "policy.pt"
+
+
+def test_with_robots_of_the_parameter_distribution_the_identified_simulation_is_one_more_base_of_g():
+    calls, learning = learn(robust="default")
+    update = ["real-rollout", "identify", "sim-collect", "sim-collect", "fit-sim-gp", "fit-diff-gp", "optimise-policy"]
+    assert [call.stage for call in calls[7:14]] == update
+    second = ["real-rollout", "identify", *["sim-collect"] * 3, "fit-sim-gp", "fit-diff-gp", "optimise-policy"]
+    assert [call.stage for call in calls[15:23]] == second
+    for number, (identify, fit, search) in enumerate(
+        zip(only(calls, "identify"), only(calls, "fit-diff-gp"), only(calls, "optimise-policy")[2:], strict=True), 1
+    ):
+        place = Path(f"iteration_{number}")
+        assert identify.folder == place / "identify"
+        assert identify.overrides["episodes"] == fit.overrides["episodes"] == list(learning.policies[number].rollouts)
+        bases = [Path("simulation/1_model/model.pt"), place / "identified_model" / "model.pt"]
+        assert fit.overrides["dynamics"] == bases
+        assert search.overrides["known"] == place / "identify" / "robot_distribution.pt"
+        assert search.overrides["dynamics"] == [place / "model" / "model.pt"]
+
+
+def test_the_identified_simulation_is_driven_at_random_and_by_every_policy_that_drove_the_robot():
+    calls, learning = learn(
+        robust="default", solved=("iteration_2/trials",), stop_when_solved=True, calibration_rollouts=4
+    )
+    fits = only(calls, "fit-sim-gp")[2:]
+    assert [learned.recalibrates for learned in learning.policies] == [False, False, False, True]
+    for number, fit in enumerate(fits, start=1):
+        simulated = [call for call in calls if call.folder in fit.overrides["episodes"]]
+        file = Path(f"iteration_{number}/identify/identified.yaml")
+        assert {call.overrides["sim"] for call in simulated} == {file}
+        drivers = [call.overrides.get("policy.path") for call in simulated]
+        assert drivers == [None, *(p.policy / POLICY for p in learning.policies[:number])]
+        assert len({call.overrides["first_trial"] for call in simulated[1:]}) == number
+    *_, last = only(calls, "optimise-policy")
+    assert last.overrides["known"] == Path("iteration_3/identify/robot_distribution.pt")
+    assert last.overrides["initial_policies"] == [learning.policies[2].policy / POLICY]
+
+
+@pytest.mark.parametrize(("likeliest", "base", "gain"), [(0, Base.GIVEN, 20.0), (1, Base.IDENTIFIED, 30.0)])
+def test_what_was_learned_says_which_base_it_has_and_by_how_much(likeliest, base, gain):
+    _, learning = learn(robust="default", likeliest=likeliest, updates=1)
+    first, second = learning.policies
+    assert (first.base, first.evidence_gain) == (Base.GIVEN, None)
+    assert (second.base, second.evidence_gain) == (base, gain)
+    assert second.f == first.f == Path("simulation/1_model/model.pt")
+
+
+def test_without_the_identified_base_the_robots_are_known_all_the_same():
+    calls, learning = learn(robust="default", identified_base=False)
+    assert {call.overrides["dynamics"] for call in only(calls, "fit-diff-gp")} == {Path("simulation/1_model/model.pt")}
+    assert all("known" in call.overrides for call in only(calls, "optimise-policy")[2:])
+    assert len(only(calls, "sim-collect")) == 2
+    assert learning.policies[-1].evidence_gain is None
+
+
+def test_without_these_robots_nothing_is_identified():
+    assert not only(learn()[0], "identify")
+
+
+def test_where_all_is_learned_from_the_robot_nothing_is_simulated_and_the_robots_are_known_all_the_same():
+    calls, _ = learn(robust="default", initial_policy=InitialPolicy.RANDOM, model_update=ModelUpdate.FULL)
+    assert len(only(calls, "identify")) == 3
+    assert not only(calls, "sim-collect")
+    assert {call.overrides["dynamics"] for call in only(calls, "fit-diff-gp")} == {None}
+
+
+def test_no_two_calls_share_a_folder_with_identified_simulations_either():
+    folders = [call.folder for call in learn(robust="default", diagnose=True, search_retries=3, updates=4)[0]]
+    assert len(set(folders)) == len(folders)
+    assert not any(a in b.parents for a in folders for b in folders)

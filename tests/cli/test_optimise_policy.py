@@ -5,11 +5,17 @@ import sys
 import numpy as np
 import pytest
 
+import twbal
+from twbal.algorithm.distribution_file import load_distribution
 from twbal.algorithm.prediction import load_prediction
+from twbal.cli.composed import composed
 from twbal.cli.main import main
 from twbal.cli.manifest import read_manifest
+from twbal.cli.simulation_config import simulation_of
 from twbal.core.errors import CheckpointError
+from twbal.effects.library import values_of
 from twbal.io.checkpoint import save_checkpoint
+from twbal.planar.parameters import twin_parameters
 from twbal.policies.saved import load_policy
 
 CHANNELS = ("tilt", "tilt_rate", "speed", "command_1", "command_2", "position", "position_integral")
@@ -104,28 +110,33 @@ ROBUST = [
 ]
 
 
-def test_rollouts_of_the_robot_are_inputs_and_a_search_with_them_is_repeatable(folder, capsys):
+def test_what_is_known_of_the_robot_is_an_input_and_a_search_with_it_is_repeatable(folder, capsys):
     """As by default, with `robust`: the second time nothing is done, elsewhere the same is made."""
     run("lqr", folder / "lqr")
     driver = (f"policy.path={folder / 'lqr' / 'policy.pt'}", 'link.overrides=["faults=none"]')
     run("real-rollout", folder / "driven", *driver, "trials=1", "steps=40")
-    rollouts = f"rollouts=[{folder / 'driven'}]"
     capsys.readouterr()
-    search(folder, "known", *ROBUST, rollouts)
-    assert "the robot by its rollouts: " in capsys.readouterr().out
-    (record,) = read_manifest(folder / "known").inputs["rollouts"]
+    run("identify", folder / "identified", f"episodes=[{folder / 'driven'}]")
+    said = capsys.readouterr().out
+    assert "the robot by its rollouts: " in said
+    assert "coulomb_friction.torque       N·m" in said
+    (record,) = read_manifest(folder / "identified").inputs["episodes"]
     assert record.path == str(folder / "driven" / "episodes" / "trial_000.mcap")
+    known = f"known={folder / 'identified'}"
+    search(folder, "known", *ROBUST, known)
+    (record,) = read_manifest(folder / "known").inputs["known"]
+    assert record.path == str(folder / "identified" / "robot_distribution.pt")
     origins = [c.origin for c in load_prediction(folder / "known" / "prediction.pt").candidates]
     assert any(origin.startswith("regulator of robot 0") for origin in origins)
     made = {path: path.stat().st_mtime_ns for path in (folder / "known").glob("*.pt")}
     capsys.readouterr()
-    search(folder, "known", *ROBUST, rollouts)
+    search(folder, "known", *ROBUST, known)
     assert {path: path.stat().st_mtime_ns for path in made} == made
     assert "of the long rollouts succeed" not in capsys.readouterr().out
-    search(folder, "known_again", *ROBUST, rollouts)
+    search(folder, "known_again", *ROBUST, known)
     assert output_hashes(folder / "known_again") == output_hashes(folder / "known")
     search(folder, "sheet", *ROBUST)
-    assert "rollouts" not in read_manifest(folder / "sheet").inputs
+    assert "known" not in read_manifest(folder / "sheet").inputs
     assert output_hashes(folder / "sheet") != output_hashes(folder / "known")
 
 
@@ -277,3 +288,14 @@ def test_a_list_of_models_with_something_else_in_it_is_refused(folder, capsys, m
     assert main(["optimise-policy", f"hydra.run.dir={folder / 'refused'}", f"dynamics={told}", *QUICK]) == 1
     assert complaint in capsys.readouterr().err
     assert not (folder / "refused" / "policy.pt").exists()
+
+
+def test_the_identified_robot_is_a_simulation_that_stages_take(folder):
+    run("identify", folder / "identified_again", f"episodes=[{folder / 'driven'}]")
+    assert output_hashes(folder / "identified_again") == output_hashes(folder / "identified")
+    known = load_distribution(folder / "identified" / "robot_distribution.pt", twbal.robot("paper"))
+    words = [f"sim={folder / 'identified' / 'identified.yaml'}"]
+    effects = values_of(simulation_of(composed("sim-collect", words)).effects)
+    assert twin_parameters(known.robot, effects) == twin_parameters(known.robot, {})._replace(
+        **dict(zip(known.fields, known.mean.tolist(), strict=True))
+    )

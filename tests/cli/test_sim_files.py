@@ -10,8 +10,7 @@ from omegaconf import OmegaConf
 from twbal.cli.commands import text
 from twbal.cli.composition import composing
 from twbal.cli.main import main
-from twbal.cli.sim_files import with_files
-from twbal.cli.stages.diagnose import augmented
+from twbal.cli.sim_files import simulation_text, with_files
 from twbal.core.errors import ConfigError
 from twbal.diagnosis.inputs import Simulated
 from twbal.effects.library import nodes
@@ -100,7 +99,7 @@ def test_what_diagnose_writes_comes_back_whatever_the_effect(tmp_path, paper):
     present = {"sensor_noise": dict.fromkeys(["tilt", "tilt_rate", "acceleration", "wheel_angle", "wheel_rate"], 1e-5)}
     present["sensor_noise"]["yaw_rate"] = 0.0
     found = Simulated(paper, {**present, "dead_zone": {"width": 1.2}}, 0.001)
-    (tmp_path / "a.yaml").write_text(augmented(found, "named"))
+    (tmp_path / "a.yaml").write_text(simulation_text(found.effects, found.physics_step, "named"))
     assert "_target_" not in (tmp_path / "a.yaml").read_text()
     effects = simulation(f"sim={tmp_path / 'a.yaml'}")["effects"]
     assert effects["dead_zone"] == {"_target_": "twbal.effects.dead_zone.DeadZone", "width": 1.2}

@@ -142,6 +142,7 @@ _DIAGNOSE = "twbal diagnose episodes=outputs/real-rollout/... diagnosis=loose_to
 _GUESS = "twbal import-log guess=true files=ride.csv"
 _IMPORT = "twbal import-log --config-dir=<run folder> import=my_log files=[a.csv,b.csv] robot=..."
 _IMPORT_REGBOT = "twbal import-log import=regbot robot=regbot files=[test3a.txt,test4.txt]"
+_IDENTIFY = "twbal identify episodes=outputs/real-rollout/..."
 _COLLECT = "twbal sim-collect hydra.run.dir=outputs/sim"
 _FIT = "twbal fit-sim-gp episodes=outputs/sim hydra.run.dir=outputs/f"
 _MY_LQR = "twbal lqr --config-dir=my_conf robot=my_robot hydra.run.dir=outputs/my_lqr"
@@ -293,6 +294,16 @@ TABLE: Mapping[str, How] = {
     "twbal export episodes=outputs/real-rollout/... format=csv": Stage(),
     "twbal optimise-policy dynamics=<run folder>/model.pt": Stage({"<run folder>/model.pt": MODEL}),
     "twbal fit-diff-gp dynamics=outputs/fit-sim-gp/.../model.pt episodes=outputs/real-rollout/...": Stage(),
+    "twbal fit-diff-gp dynamics=[runs/f/model.pt,runs/identified_f/model.pt] episodes=outputs/real-rollout/...": Stage(
+        {"runs/f/model.pt": MODEL, "runs/identified_f/model.pt": MODEL}
+    ),
+    "fit-diff-gp dynamics=[a/model.pt,b/model.pt,null]": Stage(
+        {"a/model.pt": MODEL, "b/model.pt,null]": f"{MODEL},null] episodes={RECORDED}"}
+    ),
+    _IDENTIFY: Stage(),
+    "twbal sim-collect sim=<run folder>/identified.yaml": Stage(
+        {"<run folder>": "outputs/identify/..."}, after=(_IDENTIFY,)
+    ),
     "twbal fit-sim-gp episodes=outputs/sim-collect/2026-11-20_10-00-00-000000": Stage(),
     "twbal fit-sim-gp episodes=[run1,run2] model=exact": Stage(small=("model.fit_f.settings.starts=1",)),
     "twbal diagnose episodes=<run folder> diagnosis=real_logs robot=... sim=...": Stage(_IMPORTED, after=(_IMPORT,)),

@@ -8,7 +8,7 @@ import numpy as np
 from twbal.algorithm.learned import LearnedPolicy, RunResult
 from twbal.algorithm.prediction import Prediction
 from twbal.algorithm.reasons import reason_for, reason_in_words
-from twbal.algorithm.steps import M, P, R, S, Steps
+from twbal.algorithm.steps import K, M, P, R, S, Steps
 from twbal.algorithm.summary import Diagnosis, Iteration, PolicyFile, Search, SimData, Summary
 from twbal.core.channels import Channels
 from twbal.core.cost import Cost
@@ -51,7 +51,7 @@ class Findings:
     trials: tuple[Episode, ...]
 
 
-def findings(result: RunResult[R, M, P], steps: Steps[R, M, P, S], measures: Measures) -> list[Findings]:
+def findings(result: RunResult[R, M, P], steps: Steps[R, M, P, S, K], measures: Measures) -> list[Findings]:
     """What is known of each policy.
 
     Args:
@@ -146,6 +146,8 @@ def _iteration(
         tilt_band_widest=float(np.max(bands)) if len(bands) else None,
         success_probability=prediction.best.success_probability if prediction else None,
         reason=reason_for(learned.index, learned.recalibrates, prediction),
+        base=learned.base if prediction else None,
+        evidence_gain=learned.evidence_gain,
     )
     iteration = _with_scores(_with_parts(iteration, verdicts), prediction, trials, measures)
     notes = (_note(iteration, before, learned.searches), reason_in_words(iteration.reason, prediction, before))
@@ -221,6 +223,11 @@ def _note(iteration: Iteration, before: Sequence[Iteration], searches: int) -> s
         notes.append(f"The same policy as iteration {same}: the search found nothing better.")
     elif same is not None:
         notes.append(f"The same policy as iteration {same}.")
+    if iteration.base is not None and iteration.evidence_gain is not None:
+        notes.append(
+            f"g was learned on the {iteration.base} simulation's f, under which the rollouts are likelier by "
+            f"{iteration.evidence_gain:.0f} nats than under the next best."
+        )
     if iteration.diagnosis is Diagnosis.USED and searches > 1:
         notes.append(f"Searched {searches} times: what came before did not balance in the corrected simulation.")
     better = [other for other in before if other.successes > iteration.successes]

@@ -7,12 +7,22 @@ from pathlib import Path
 from typing import TypeVar
 
 from twbal.algorithm.collection import RolloutPlan, explored, simulate
+from twbal.algorithm.identification import identify
 from twbal.algorithm.policy_search import recalibrated
 from twbal.algorithm.prediction import Prediction, prediction_of
 from twbal.algorithm.settings import RolloutSettings
 from twbal.algorithm.setup import Setup
 from twbal.algorithm.simulation import Simulation
-from twbal.algorithm.steps import AS_CONFIGURED, Conditions, CorrectedSimulation, SearchInputs, Steps, Timed
+from twbal.algorithm.steps import (
+    AS_CONFIGURED,
+    Conditions,
+    CorrectedSimulation,
+    Difference,
+    Identified,
+    SearchInputs,
+    Steps,
+    Timed,
+)
 from twbal.algorithm.summary import PolicyFile
 from twbal.core.episode import Episode, Provenance
 from twbal.core.errors import ConfigError
@@ -23,7 +33,9 @@ from twbal.diagnosis.pipeline import diagnose_episodes
 from twbal.diagnosis.usability import FEW_DATA
 from twbal.effects.library import values_of
 from twbal.io.checkpoint import checkpoint_hash
+from twbal.models.bases import learn_on_likeliest
 from twbal.models.dynamics import DynamicsModel
+from twbal.planar.robot_distribution import RobotDistribution
 from twbal.policies.linear import LinearPolicy
 from twbal.policies.rbf import RbfPolicy
 from twbal.policies.saved import SavedPolicy, load_policy
@@ -52,7 +64,7 @@ class MadePolicy:
     predicted: Prediction | None = None
 
 
-class InMemory(Steps[Episodes, DynamicsModel, MadePolicy, Simulation]):
+class InMemory(Steps[Episodes, DynamicsModel, MadePolicy, Simulation, RobotDistribution]):
     """Does the steps at once.
 
     Args:
@@ -65,6 +77,7 @@ class InMemory(Steps[Episodes, DynamicsModel, MadePolicy, Simulation]):
         self._plant, self._setup, self._say = plant, setup, progress
         self._channels, self._robot = setup.search.channels, setup.simulation.robot
         self.ensemble = list(setup.ensemble)
+        self.identifies = setup.search.robust is not None
 
     def simulate(
         self,
@@ -101,22 +114,40 @@ class InMemory(Steps[Episodes, DynamicsModel, MadePolicy, Simulation]):
         )
 
     def fit_difference(
-        self, place: Path, f: DynamicsModel | None, rollouts: Sequence[Episodes]
-    ) -> Timed[DynamicsModel]:
+        self, place: Path, bases: Sequence[DynamicsModel], rollouts: Sequence[Episodes]
+    ) -> Timed[Difference[DynamicsModel]]:
         """f + g."""
         recipe, seed, episodes = self._setup.models.recipe, self._setup.models.g_seed, self.episodes(rollouts)
-        if f is None:
-            return self._timed(place, lambda: recipe.learn_all(episodes, self._channels, seed).model)
-        return self._timed(place, lambda: recipe.learn_difference(f, episodes, seed).model)
 
-    def search(self, place: Path, inputs: SearchInputs[Episodes, DynamicsModel, MadePolicy]) -> Timed[MadePolicy]:
+        def learn() -> Difference[DynamicsModel]:
+            if not bases:
+                return Difference(recipe.learn_all(episodes, self._channels, seed).model)
+            if len(bases) == 1:
+                return Difference(recipe.learn_difference(bases[0], episodes, seed).model)
+            learned = learn_on_likeliest(recipe, bases, episodes, seed)
+            return Difference(learned.learned.model, learned.chosen, learned.totals)
+
+        return self._timed(place, learn)
+
+    def identify(self, place: Path, rollouts: Sequence[Episodes]) -> Timed[Identified[RobotDistribution, Simulation]]:
+        """The robot's parameters."""
+
+        def work() -> Identified[RobotDistribution, Simulation]:
+            found, simulation = identify(self._robot, self.episodes(rollouts), self._say), self._setup.simulation
+            return Identified(found.known, simulation.with_values(found.effects, simulation.physics_step))
+
+        return self._timed(place, work)
+
+    def search(
+        self, place: Path, inputs: SearchInputs[Episodes, DynamicsModel, MadePolicy, RobotDistribution]
+    ) -> Timed[MadePolicy]:
         """A policy search, or a recalibration."""
         search = self._setup.search.without_search() if inputs.recalibration else self._setup.search
         earlier = [_of_kind(RbfPolicy, made) for made in inputs.earlier]
         base = _of_kind(LinearPolicy, inputs.base) if inputs.base else None
 
         def find() -> MadePolicy:
-            result = search.find(inputs.models, earlier, base, self.episodes(inputs.rollouts), self._say)
+            result = search.find(inputs.models, earlier, base, inputs.known, self._say)
             if inputs.recalibration:
                 drivers = [made.sha256 for made in inputs.earlier]
                 result = recalibrated(result, self.episodes(inputs.recalibration), drivers, self._channels)

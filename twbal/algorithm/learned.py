@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Generic, NamedTuple
 
 from twbal.algorithm.steps import M, P, R
-from twbal.algorithm.summary import Basis, Diagnosis
+from twbal.algorithm.summary import Base, Basis, Diagnosis
 
 
 @dataclass(frozen=True)
@@ -16,7 +16,10 @@ class LearnedPolicy(Generic[R, M, P]):
         policy: with what was predicted of it.
         basis: what it was made from.
         model: that it was searched on and predicted with; None where there is none.
-        f: the part of that model that is from simulation; None where there is none.
+        f: from simulation, of which that model has another one where `base` says so; None where there is none.
+        base: which f that model has.
+        evidence_gain: by how much likelier the real transitions are under that f than under the next best [nats]; None
+            where there was no choice.
         fit_s: time of the model fits that it took [s].
         search_s: time of the policy searches that it took [s].
         searches: how often it was searched until it balanced in simulation.
@@ -38,6 +41,8 @@ class LearnedPolicy(Generic[R, M, P]):
     trials: R | None = None
     diagnosis: Diagnosis = Diagnosis.NOT_MADE
     recalibrates: bool = False
+    base: Base = Base.GIVEN
+    evidence_gain: float | None = None
 
     @property
     def predicted(self) -> bool:

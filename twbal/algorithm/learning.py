@@ -19,7 +19,7 @@ from typing import Generic
 
 from twbal.algorithm.learned import LearnedPolicy, RunResult
 from twbal.algorithm.settings import AlgorithmSettings, InitialPolicy, RolloutSettings
-from twbal.algorithm.steps import Conditions, M, P, R, S, SearchInputs, Steps
+from twbal.algorithm.steps import Conditions, K, M, P, R, S, SearchInputs, Steps
 from twbal.algorithm.summary import Basis
 from twbal.algorithm.update import FIRST_TRIAL, REGULATOR, Update, UpdateInputs
 from twbal.core.errors import ConfigError
@@ -28,7 +28,7 @@ from twbal.core.evaluation import SuccessCriterion
 _SIMULATION = Path("simulation")
 
 
-class Algorithm(Generic[R, M, P, S]):
+class Algorithm(Generic[R, M, P, S, K]):
     """Runs Algorithm 1.
 
     Args:
@@ -42,7 +42,7 @@ class Algorithm(Generic[R, M, P, S]):
     """
 
     def __init__(
-        self, steps: Steps[R, M, P, S], settings: AlgorithmSettings, driving: RolloutSettings, rule: SuccessCriterion
+        self, steps: Steps[R, M, P, S, K], settings: AlgorithmSettings, driving: RolloutSettings, rule: SuccessCriterion
     ) -> None:
         self._steps, self._settings, self._driving = steps, settings, driving
         self._update = Update(steps, settings, rule)
@@ -57,7 +57,7 @@ class Algorithm(Generic[R, M, P, S]):
         while len(policies) <= self._settings.updates and not self._is_enough(policies[-1]):
             policies.append(self._tried(self._updated(policies)))
         if self._settings.calibration_rollouts and policies[-1].predicted and self._is_enough(policies[-1]):
-            policies.append(self._tried(self._recalibrated(policies[-1])))
+            policies.append(self._tried(self._recalibrated(policies)))
         return RunResult(simulated, tuple(policies))
 
     def _first(self) -> tuple[tuple[R, ...], LearnedPolicy[R, M, P]]:
@@ -91,7 +91,7 @@ class Algorithm(Generic[R, M, P, S]):
             for name in steps.ensemble if i == last else ():
                 varied.append(steps.simulate_variant(_SIMULATION / f"{name}_collect", name))
                 fits.append(steps.fit_simulation(_SIMULATION / f"{name}_model", varied[-1:]))
-            inputs = SearchInputs[R, M, P]([fit.value for fit in fits], policies[-1:])
+            inputs = SearchInputs[R, M, P, K]([fit.value for fit in fits], policies[-1:])
             found = self._update.searched(_SIMULATION / f"{i}_policy", inputs)
             policies.append(found.value)
             fit_s, search_s = fit_s + sum(fit.seconds for fit in fits), search_s + found.seconds
@@ -105,14 +105,16 @@ class Algorithm(Generic[R, M, P, S]):
         rollouts = self._driven_enough(newest)
         return self._update.learned(_inputs(newest, rollouts, [each.policy for each in policies]))
 
-    def _recalibrated(self, solving: LearnedPolicy[R, M, P]) -> LearnedPolicy[R, M, P]:
+    def _recalibrated(self, policies: Sequence[LearnedPolicy[R, M, P]]) -> LearnedPolicy[R, M, P]:
         """Drive the policy that solved it again and learn again; the policy stays."""
-        settings = self._settings
+        settings, solving = self._settings, policies[-1]
         undisturbed = Conditions(
             trials=settings.calibration_rollouts, steps=settings.calibration_steps, exploration=0.0
         )
         rollouts = self._driven(solving, undisturbed)
-        inputs = replace(_inputs(solving, (rollouts,), [solving.policy]), recalibration=(rollouts,))
+        inputs = _inputs(solving, (rollouts,), [solving.policy])
+        drivers = tuple(each.policy for each in policies)
+        inputs = replace(inputs, recalibration=(rollouts,), drivers=drivers)
         return replace(self._update.learned(inputs), recalibrates=True)
 
     def _driven_enough(self, newest: LearnedPolicy[R, M, P]) -> tuple[R, ...]:

@@ -8,7 +8,7 @@ from twbal.core.channels import Channels
 from twbal.core.cost import Cost
 from twbal.core.coverage import widened
 from twbal.core.episode import Episode
-from twbal.core.errors import ConfigError, DataError
+from twbal.core.errors import ConfigError
 from twbal.core.gaussian import Gaussian
 from twbal.core.robot_parameters import RobotParameters
 from twbal.core.start_pose import StartPose
@@ -23,7 +23,6 @@ from twbal.search.starts import PolicyParametrisation
 from twbal.search.task import SearchSettings, Task
 from twbal.search.validation import Validation
 from twbal.search.warm import is_compiled
-from twbal.sysid.posterior import posterior
 
 
 @dataclass(frozen=True)
@@ -59,7 +58,7 @@ class PolicySearch:
         models: Sequence[DynamicsModel],
         earlier: Sequence[RbfPolicy],
         base: LinearPolicy | None,
-        rollouts: Sequence[Episode],
+        known: RobotDistribution | None,
         progress: Callable[[str], None],
     ) -> SearchResult:
         """Search the policy that is best on the models; see `search_policy`.
@@ -68,7 +67,7 @@ class PolicySearch:
             models: that the policy is to serve.
             earlier: policies of earlier iterations, oldest first.
             base: regulator that stays beneath the network that is searched; None searches the whole policy.
-            rollouts: of the robot, by which its numbers are known; of none, by its sheet.
+            known: of the robot's parameters by its rollouts; None: by its sheet.
             progress: is told what is being done, a line at a time.
 
         Raises:
@@ -85,7 +84,7 @@ class PolicySearch:
                 self.search,
                 self.validation,
                 self.seed,
-                self._sampled(start, rollouts, progress),
+                self._sampled(start, known, progress),
             ),
             shape=self.shape,
             torque_limit=self.robot.torque_limit,
@@ -96,9 +95,9 @@ class PolicySearch:
         )
 
     def _sampled(
-        self, start: Gaussian, rollouts: Sequence[Episode], progress: Callable[[str], None]
+        self, start: Gaussian, known: RobotDistribution | None, progress: Callable[[str], None]
     ) -> SampledRobots | None:
-        """Robots as the sheet and the rollouts say, which begin as `start` says.
+        """Robots as the sheet, or what is known beyond it, says; they begin as `start` says.
 
         None where none are asked for, or the state lacks a channel that their regulators need.
         """
@@ -108,21 +107,8 @@ class PolicySearch:
         if missing:
             progress(f"no robots of the parameter distribution (robust): the state has no {', '.join(missing)}")
             return None
-        known = self._known(rollouts, progress)
+        known = known or prior_of(self.robot)
         return SampledRobots(known, self.channels, self.cost, self.validation.success, start, self.robust, self.seed)
-
-    def _known(self, rollouts: Sequence[Episode], progress: Callable[[str], None]) -> RobotDistribution:
-        """What is known of the robot; rollouts in which it falls at once tell nothing."""
-        known = prior_of(self.robot)
-        if not rollouts:
-            return known
-        try:
-            known = posterior(known, rollouts)
-        except DataError as error:
-            progress(f"the robot by its sheet alone: {error}")
-        else:
-            progress(f"the robot by its rollouts: {known}")
-        return known
 
     def without_search(self) -> "PolicySearch":
         """Only judges earlier policies."""

@@ -44,6 +44,8 @@ class AlgorithmSettings:
         sim_rounds: how often f is learned once more from rollouts of its own policy.
         sim_round_rollouts: in each of these rounds.
         sim_round_exploration: standard deviation of the noise on their command, as a share of the torque limit.
+        identified_base: whether the simulation with the parameters that real rollouts tell is one more base of g,
+            where searches ask for these parameters.
         diagnose: whether what the real rollouts show to be missing enters the simulation.
         search_retries: validation rounds in the corrected simulation, at most, after each of which a policy that fails
             there is searched anew.
@@ -65,6 +67,7 @@ class AlgorithmSettings:
     sim_rounds: int
     sim_round_rollouts: int
     sim_round_exploration: float
+    identified_base: bool
     diagnose: bool
     search_retries: int
     initial_policy: InitialPolicy

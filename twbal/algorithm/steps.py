@@ -17,7 +17,9 @@ M = TypeVar("M")
 P = TypeVar("P")
 """A policy with what was predicted of it, or their checkpoints."""
 S = TypeVar("S")
-"""A simulation with what a diagnosis added, or its file."""
+"""A simulation with what a diagnosis or an identification found, or its file."""
+K = TypeVar("K")
+"""What is known of the robot's parameters, or its file."""
 T = TypeVar("T")
 
 
@@ -43,7 +45,7 @@ AS_CONFIGURED = Conditions()
 
 
 @dataclass(frozen=True)
-class SearchInputs(Generic[R, M, P]):
+class SearchInputs(Generic[R, M, P, K]):
     """What a policy search is given.
 
     Attributes:
@@ -52,14 +54,14 @@ class SearchInputs(Generic[R, M, P]):
         base: regulator that stays beneath the network that is searched; None searches the whole policy.
         recalibration: real rollouts of the one policy in `earlier`. Where there are some, nothing is searched: that
             policy is predicted, in bands as wide as these rollouts ask for.
-        rollouts: all real ones, by which the robot's numbers are known; of none, by its sheet.
+        known: of the robot's parameters by its rollouts; None: by its sheet.
     """
 
     models: Sequence[M]
     earlier: Sequence[P]
     base: P | None = None
     recalibration: Sequence[R] = ()
-    rollouts: Sequence[R] = ()
+    known: K | None = None
 
 
 class CorrectedSimulation(NamedTuple, Generic[S]):
@@ -74,16 +76,44 @@ class CorrectedSimulation(NamedTuple, Generic[S]):
     closed: float
 
 
-class Steps(ABC, Generic[R, M, P, S]):
+class Identified(NamedTuple, Generic[K, S]):
+    """What came of an identification.
+
+    Attributes:
+        known: of the robot's parameters.
+        simulation: with the mean of these.
+    """
+
+    known: K
+    simulation: S
+
+
+class Difference(NamedTuple, Generic[M]):
+    """f + g, and what f was chosen by.
+
+    Attributes:
+        model: f + g.
+        base: index of the base that it has.
+        log_evidences: of the real transitions under each base [nats]; empty where there was one base only.
+    """
+
+    model: M
+    base: int = 0
+    log_evidences: tuple[float, ...] = ()
+
+
+class Steps(ABC, Generic[R, M, P, S, K]):
     """Does what Algorithm 1 asks for: as stages with files, or in memory.
 
     Each step has a place, a relative path that no other step of the run has: a folder for its results, or just a name.
 
     Attributes:
         ensemble: names of further simulated robots that policy 0 must serve.
+        identifies: whether searches ask what is known of the robot's parameters.
     """
 
     ensemble: Sequence[str]
+    identifies: bool
 
     @abstractmethod
     def simulate(
@@ -108,11 +138,15 @@ class Steps(ABC, Generic[R, M, P, S]):
         """Learn f from simulated rollouts."""
 
     @abstractmethod
-    def fit_difference(self, place: Path, f: M | None, rollouts: Sequence[R]) -> Timed[M]:
-        """Learn g on top of `f` from real rollouts; without f the whole dynamics."""
+    def fit_difference(self, place: Path, bases: Sequence[M], rollouts: Sequence[R]) -> Timed[Difference[M]]:
+        """Learn g from real rollouts, on top of the base that they are likeliest under; of none the whole dynamics."""
 
     @abstractmethod
-    def search(self, place: Path, inputs: SearchInputs[R, M, P]) -> Timed[P]:
+    def identify(self, place: Path, rollouts: Sequence[R]) -> Timed[Identified[K, S]]:
+        """Tell the robot's parameters by real rollouts."""
+
+    @abstractmethod
+    def search(self, place: Path, inputs: SearchInputs[R, M, P, K]) -> Timed[P]:
         """Search a policy, and predict what it does."""
 
     @abstractmethod

@@ -29,6 +29,7 @@ _AMOUNTS = (
     "crps",
     "crps_of_trials",
     "crps_ratio",
+    "evidence_gain",
 )
 PARTS = {"upright": "upright", "settled": "settled", "in_place": "in place", "quiet": "quiet"}
 """Parts of a success, by the field that counts them, in words."""
@@ -85,6 +86,15 @@ class Diagnosis(StrEnum):
     """What it found entered the simulation, and f was learned again."""
     NOT_USED = "not used"
     """It left the better part of the error."""
+
+
+class Base(StrEnum):
+    """What g was learned on top of."""
+
+    GIVEN = "given"
+    """The f of the simulation that the run began with, or of the one that a diagnosis corrected; or none."""
+    IDENTIFIED = "identified"
+    """The f of the simulation with the parameters that the real rollouts tell."""
 
 
 @dataclass(frozen=True)
@@ -158,6 +168,9 @@ class Iteration:
         success_probability: that a trial succeeds, as the search expected when it decided for this policy; None where
             nothing was sampled.
         reason: why the policy is driven; None where an update makes its policy without a choice.
+        base: which f the model has that g was learned on.
+        evidence_gain: by how much likelier the real transitions are under that f than under the next best candidate
+            (difference of log evidence) [nats]; None also where there was one candidate.
 
     The fields from `trial_seconds` on are None where an older `summary.json` does not note them.
     """
@@ -199,6 +212,8 @@ class Iteration:
     crps_ratio: float | None = None
     success_probability: float | None = None
     reason: Reason | None = None
+    base: Base | None = None
+    evidence_gain: float | None = None
 
     def __post_init__(self) -> None:
         if not 0 <= self.successes <= self.trials:

@@ -7,8 +7,8 @@ from typing import Generic
 
 from twbal.algorithm.learned import LearnedPolicy
 from twbal.algorithm.settings import AlgorithmSettings, ModelUpdate
-from twbal.algorithm.steps import Conditions, M, P, R, S, SearchInputs, Steps, Timed
-from twbal.algorithm.summary import Basis, Diagnosis
+from twbal.algorithm.steps import Conditions, Difference, K, M, P, R, S, SearchInputs, Steps, Timed
+from twbal.algorithm.summary import Base, Basis, Diagnosis
 from twbal.core.evaluation import SuccessCriterion, succeeded
 from twbal.diagnosis.record import CLOSED
 from twbal.diagnosis.usability import enough_for_diagnosis
@@ -30,6 +30,7 @@ class UpdateInputs(Generic[R, M, P]):
         earlier: policies so far, oldest first.
         f: of the newest policy; None where there is none.
         recalibration: rollouts of the newest policy, which stays; empty where a new one is searched.
+        drivers: policies that drove the robot in `rollouts`, if not those in `earlier`.
     """
 
     index: int
@@ -38,9 +39,10 @@ class UpdateInputs(Generic[R, M, P]):
     earlier: tuple[P, ...]
     f: M | None
     recalibration: tuple[R, ...] = ()
+    drivers: tuple[P, ...] | None = None
 
 
-class Update(Generic[R, M, P, S]):
+class Update(Generic[R, M, P, S, K]):
     """Makes policies of rollouts.
 
     Args:
@@ -49,7 +51,7 @@ class Update(Generic[R, M, P, S]):
         rule: what makes a success.
     """
 
-    def __init__(self, steps: Steps[R, M, P, S], settings: AlgorithmSettings, rule: SuccessCriterion) -> None:
+    def __init__(self, steps: Steps[R, M, P, S, K], settings: AlgorithmSettings, rule: SuccessCriterion) -> None:
         self._steps, self._settings, self._rule = steps, settings, rule
         self.as_judged = Conditions(steps=rule.steps, tilt_limit=rule.tilt_limit, exploration=0.0)
 
@@ -67,24 +69,41 @@ class Update(Generic[R, M, P, S]):
                 )
 
     def with_g(self, inputs: UpdateInputs[R, M, P], basis: Basis) -> LearnedPolicy[R, M, P]:
-        """Learn g on top of the inputs' f, or the whole dynamics without one, and search."""
-        fit = self._steps.fit_difference(inputs.place / "model", inputs.f, inputs.rollouts)
-        searching = SearchInputs(
-            [fit.value], inputs.earlier, recalibration=inputs.recalibration, rollouts=inputs.rollouts
-        )
+        """Learn g on top of the likeliest f there is, or the whole dynamics without one, and search."""
+        known: K | None = None
+        bases, fit_s = [] if inputs.f is None else [inputs.f], 0.0
+        if self._steps.identifies:
+            identified = self._steps.identify(inputs.place / "identify", inputs.rollouts)
+            known, fit_s = identified.value.known, identified.seconds
+            if bases and self._settings.identified_base:
+                f = self._f_of(identified.value.simulation, inputs)
+                bases, fit_s = [*bases, f.value], fit_s + f.seconds
+        fit = self._steps.fit_difference(inputs.place / "model", bases, inputs.rollouts)
+        searching = SearchInputs([fit.value.model], inputs.earlier, recalibration=inputs.recalibration, known=known)
         found = self.searched(inputs.place / "policy", searching)
         return LearnedPolicy(
             index=inputs.index,
             policy=found.value,
             basis=basis,
-            model=fit.value,
+            model=fit.value.model,
             f=inputs.f,
-            fit_s=fit.seconds,
+            fit_s=fit_s + fit.seconds,
             search_s=found.seconds,
             rollouts=inputs.rollouts,
+            base=Base.IDENTIFIED if fit.value.base else Base.GIVEN,
+            evidence_gain=_gain(fit.value),
         )
 
-    def searched(self, place: Path, inputs: SearchInputs[R, M, P]) -> Timed[P]:
+    def _f_of(self, simulation: S, inputs: UpdateInputs[R, M, P]) -> Timed[M]:
+        """f of the identified simulation: of random rollouts there, and of some by each policy that drove the robot."""
+        drivers = inputs.earlier if inputs.drivers is None else inputs.drivers
+        simulated = [self.simulated(inputs.place / "identified_collect", 0, None, simulation)]
+        for number, driver in enumerate(drivers, start=1):
+            driven = inputs.place / f"identified_driven_{number - 1}"
+            simulated.append(self.simulated(driven, number, driver, simulation))
+        return self._steps.fit_simulation(inputs.place / "identified_model", simulated)
+
+    def searched(self, place: Path, inputs: SearchInputs[R, M, P, K]) -> Timed[P]:
         """Search a policy: the whole of it, or a network on top of the regulator of the nominal parameters."""
         if self._settings.on_lqr:
             inputs = replace(inputs, base=self._steps.regulator(REGULATOR, ()).value)
@@ -156,3 +175,9 @@ def _joined(found: Sequence[LearnedPolicy[R, M, P]]) -> LearnedPolicy[R, M, P]:
         searches=len(found),
         diagnosis=Diagnosis.USED,
     )
+
+
+def _gain(fit: Difference[M]) -> float | None:
+    """By how much likelier the data are under the base that was kept than under the next best [nats]."""
+    others = [value for number, value in enumerate(fit.log_evidences) if number != fit.base]
+    return fit.log_evidences[fit.base] - max(others) if others else None

@@ -15,6 +15,8 @@ from twbal.io.logs import read_episode
 
 MODEL, POLICY, PREDICTION = "model.pt", "policy.pt", "prediction.pt"
 DIAGNOSIS, AUGMENTED = "diagnosis.json", "augmented.yaml"
+DISTRIBUTION, IDENTIFIED = "robot_distribution.pt", "identified.yaml"
+EVIDENCE = "evidence.json"
 
 
 def episode_file(folder: Path, trial: int) -> Path:

@@ -18,6 +18,7 @@ from twbal.cli.stages import (
     diagnose,
     fit_diff_gp,
     fit_sim_gp,
+    identify,
     lqr,
     optimise_policy,
     real_rollout,
@@ -34,6 +35,7 @@ RUN: Mapping[str, Callable[[DictConfig, Path], Manifest]] = {
     "real-rollout": real_rollout.run,
     "train-agent": train_agent.run,
     "fit-diff-gp": fit_diff_gp.run,
+    "identify": identify.run,
     "diagnose": diagnose.run,
 }
 

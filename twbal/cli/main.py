@@ -24,6 +24,7 @@ STAGES = {
     "train-agent": "train a model-free agent in simulation, as a baseline",
     "real-rollout": "drive the robot on the other end of a link by a policy and log what it does",
     "fit-diff-gp": "learn the correction g from logged episodes of the robot",
+    "identify": "tell a robot's parameters, with standard deviations, by rollouts of it",
     "import-log": "bring logs that twbal did not make into episode logs, by a mapping",
     "diagnose": "name what the simulation lacks to explain measured episodes, and add it",
     "plot": "draw an episode as plots and as a film of the robot",

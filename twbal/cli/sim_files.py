@@ -5,10 +5,13 @@ looked up or called. It replaces the simulation that would have been chosen; it 
 """
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import fields
 from pathlib import Path
+from textwrap import wrap
 from typing import Any
+
+from omegaconf import OmegaConf
 
 from twbal.cli.commands import text
 from twbal.cli.settings.robot_settings import PHYSICS_STEP
@@ -45,6 +48,19 @@ def with_files(words: Sequence[str]) -> list[str]:
     return ["sim=nominal", *step, *(f"++sim.effects.{name}={text(node)}" for name, node in effects.items()), *others]
 
 
+def simulation_text(effects: Mapping[str, Mapping[str, float]], physics_step: float, title: str) -> str:
+    """The text of such a file.
+
+    Args:
+        effects: values by names of effects and parameters.
+        physics_step: of the integrator [s].
+        title: stands above, as a comment.
+    """
+    values = {name: {key: float(value) for key, value in own.items()} for name, own in effects.items()}
+    written: str = OmegaConf.to_yaml(OmegaConf.create({"physics_step": physics_step, "effects": values}))
+    return "".join(f"# {line}\n" for line in wrap(title, 100)) + written
+
+
 def _is_file(word: str) -> bool:
     return str(_path(word)).endswith(_ENDINGS)
 
@@ -64,7 +80,9 @@ def _read(path: Path) -> tuple[list[str], dict[str, dict[str, Any]]]:
     try:
         sim = read_yaml(path)
     except FileNotFoundError as error:
-        raise ConfigError(f"There is no simulation {path}. `twbal diagnose` writes such files.") from error
+        raise ConfigError(
+            f"There is no simulation {path}. `twbal diagnose` and `twbal identify` write such files."
+        ) from error
     if not isinstance(sim, dict) or not set(sim) <= set(_PARTS):
         found = f"has {_listed(sim)}" if isinstance(sim, dict) else f"is a {type(sim).__name__}"
         raise ConfigError(f"{path} is no simulation: it {found}; expected {' and '.join(_PARTS)}.")

@@ -7,10 +7,30 @@ from typing import Any
 
 from omegaconf import DictConfig, OmegaConf
 
+from twbal.algorithm.base_evidence import read_base_evidence
 from twbal.algorithm.prediction import Prediction, load_prediction
-from twbal.algorithm.steps import AS_CONFIGURED, Conditions, CorrectedSimulation, SearchInputs, Steps, Timed
+from twbal.algorithm.steps import (
+    AS_CONFIGURED,
+    Conditions,
+    CorrectedSimulation,
+    Difference,
+    Identified,
+    SearchInputs,
+    Steps,
+    Timed,
+)
 from twbal.algorithm.summary import PolicyFile
-from twbal.cli.artefacts import AUGMENTED, DIAGNOSIS, MODEL, POLICY, PREDICTION, read_logs
+from twbal.cli.artefacts import (
+    AUGMENTED,
+    DIAGNOSIS,
+    DISTRIBUTION,
+    EVIDENCE,
+    IDENTIFIED,
+    MODEL,
+    POLICY,
+    PREDICTION,
+    read_logs,
+)
 from twbal.cli.chain import Chain, StageCall
 from twbal.cli.manifest import Manifest
 from twbal.core.episode import Episode
@@ -21,7 +41,7 @@ from twbal.diagnosis.usability import FEW_DATA
 _SAVED, _RANDOM = {"policy": "saved"}, {"policy": "random"}
 
 
-class StageSteps(Steps[Path, Path, Path, Path]):
+class StageSteps(Steps[Path, Path, Path, Path, Path]):
     """Runs stages on a chain. All paths lie within its run folder; a policy is the folder of its checkpoint.
 
     Args:
@@ -32,6 +52,7 @@ class StageSteps(Steps[Path, Path, Path, Path]):
     def __init__(self, chain: Chain, cfg: DictConfig) -> None:
         self._chain, self._cfg = chain, cfg
         self.ensemble = [str(name) for name in cfg.ensemble]
+        self.identifies = bool(cfg.robust)
 
     def simulate(
         self, place: Path, policy: Path | None, conditions: Conditions = AS_CONFIGURED, simulation: Path | None = None
@@ -61,19 +82,32 @@ class StageSteps(Steps[Path, Path, Path, Path]):
         """A call of fit-sim-gp."""
         return self._fitted("fit-sim-gp", place, {"episodes": list(rollouts)})
 
-    def fit_difference(self, place: Path, f: Path | None, rollouts: Sequence[Path]) -> Timed[Path]:
+    def fit_difference(self, place: Path, bases: Sequence[Path], rollouts: Sequence[Path]) -> Timed[Difference[Path]]:
         """A call of fit-diff-gp."""
-        return self._fitted("fit-diff-gp", place, {"dynamics": f, "episodes": list(rollouts)})
+        several = len(bases) > 1
+        dynamics = list(bases) if several else next(iter(bases), None)
+        fitted = self._fitted("fit-diff-gp", place, {"dynamics": dynamics, "episodes": list(rollouts)})
+        return Timed(self.chosen(place) if several else Difference(fitted.value), fitted.seconds)
 
-    def search(self, place: Path, inputs: SearchInputs[Path, Path, Path]) -> Timed[Path]:
+    def chosen(self, place: Path) -> Difference[Path]:
+        """The model in a folder, and which of several bases it has."""
+        found = read_base_evidence(self._chain.root / place / EVIDENCE)
+        return Difference(place / MODEL, found.chosen, found.totals)
+
+    def identify(self, place: Path, rollouts: Sequence[Path]) -> Timed[Identified[Path, Path]]:
+        """A call of identify."""
+        made = self._chain.run(StageCall("identify", place, {"episodes": list(rollouts)}))
+        return Timed(Identified(place / DISTRIBUTION, place / IDENTIFIED), made.wall_s)
+
+    def search(self, place: Path, inputs: SearchInputs[Path, Path, Path, Path]) -> Timed[Path]:
         """A call of optimise-policy."""
         overrides: dict[str, Any] = {
             **self._seed("optimise-policy"),
             "dynamics": list(inputs.models),
             "initial_policies": [policy / POLICY for policy in inputs.earlier],
         }
-        if inputs.rollouts:
-            overrides["rollouts"] = list(inputs.rollouts)
+        if inputs.known:
+            overrides["known"] = inputs.known
         if inputs.recalibration:
             overrides |= {"optimise": False, "calibration_episodes": list(inputs.recalibration)}
         if inputs.base:

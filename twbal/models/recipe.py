@@ -87,15 +87,28 @@ class ModelRecipe:
             DataError: the episodes have other channels than the model, or cannot be used together.
             FitError: a model cannot be learned from them.
         """
-        data = residuals(transitions(episodes, model.channels), model.f)
-        learned = self._fit_difference(model, data, seed)
+        return self.learn_smoothed(self.learn_measured(model, episodes, seed), episodes, seed)
+
+    def learn_measured(self, model: DynamicsModel, episodes: Sequence[Episode], seed: int) -> LearnedModel:
+        """`model` with a new g, from all real episodes as they were measured.
+
+        Raises: as `learn_difference`.
+        """
+        return self._fit_difference(model, residuals(transitions(episodes, model.channels), model.f), seed)
+
+    def learn_smoothed(self, learned: LearnedModel, episodes: Sequence[Episode], seed: int) -> LearnedModel:
+        """What was learned from episodes as measured, learned again from smoothed states, where that is asked for.
+
+        Raises: as `learn_difference`.
+        """
         if self.smoothing is None:
             return learned
-        names = [model.channels.names[i] for i in model.channels.measured]
+        base = replace(learned.model, g=None)
+        names = [base.channels.names[i] for i in base.channels.measured]
         levels = NoiseLevels(self.smoothing.sensor_variances(names), learned.model.process_noise)
         for _ in range(self.smoothing.rounds):
             levels, states = smooth(learned.model, episodes, levels, self.smoothing)
-            learned = self._fit_difference(model, samples(episodes, states, model), seed)
+            learned = self._fit_difference(base, samples(episodes, states, base), seed)
             levels = NoiseLevels(self.smoothing.sensor_variances(names), levels.process)
         levels, _ = smooth(learned.model, episodes, levels, self.smoothing)
         model = replace(learned.model, process_noise=levels.process, observation_noise=levels.sensors)

@@ -237,12 +237,13 @@ class Part(Kind):
 
 PATH = Text("path")
 PATHS = Either(PATH, ListOf(PATH, least=1), "path or [path,...]")
+BASES = OrNull(Either(PATH, ListOf(OrNull(PATH), least=1), "path or [path,...]"))
 PATHS_OR_NONE = Either(PATH, ListOf(PATH), "path, [path,...] or []")
 
 
 def names_files(kind: Kind) -> bool:
     """Whether what a setting says are paths."""
-    return kind in (PATH, OrNull(PATH), PATHS, PATHS_OR_NONE)
+    return kind in (PATH, OrNull(PATH), PATHS, PATHS_OR_NONE, BASES)
 
 
 def holds_settings(kind: Kind) -> bool:

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 
 from twbal.cli.settings.kinds import (
+    BASES,
     PATH,
     PATHS,
     PATHS_OR_NONE,
@@ -49,7 +50,7 @@ STAGES: Mapping[str, tuple[Setting, ...]] = {
         _common("dynamics", PATHS, "model.pt, or several that one policy is to serve"),
         _common("initial_policies", PATHS_OR_NONE, "policy.pt of earlier iterations, oldest first"),
         Setting("residual_on", OrNull(PATH), "policy.pt of lqr that stays beneath; null: none"),
-        Setting("rollouts", PATHS_OR_NONE, "real rollouts by which the robot's numbers are known"),
+        Setting("known", OrNull(PATH), "run folder of identify; null: the robot by its sheet"),
         Setting("calibration_episodes", PATHS_OR_NONE, "real rollouts of the one policy in `initial_policies`"),
         Setting("optimise", YesNo(), "false: only judges the policies in `initial_policies`"),
         Setting("workers", _WORKERS, "threads; 0: one a core"),
@@ -73,9 +74,10 @@ STAGES: Mapping[str, tuple[Setting, ...]] = {
     ),
     "fit-diff-gp": (
         _SEED,
-        _common("dynamics", OrNull(PATH), "model.pt with f; null: g learns the whole dynamics"),
+        _common("dynamics", BASES, "model.pt with f, or candidates; null: no f, g learns all"),
         _common("episodes", PATHS, "the robot's run folders, folders of logs, or logs"),
     ),
+    "identify": (_common("episodes", PATHS, "the robot's run folders, folders of logs, or logs"),),
     "diagnose": (
         _common("episodes", PATHS, "the robot's run folders, folders of logs, or logs"),
         _common("test_episodes", PATHS_OR_NONE, "episodes that only measure the gap"),
@@ -100,6 +102,7 @@ STAGES: Mapping[str, tuple[Setting, ...]] = {
         Setting("sim_rounds", _ROUNDS, "rounds in which f learns from its own policy"),
         Setting("sim_round_rollouts", _TRIALS, "rollouts in each of these rounds"),
         Setting("sim_round_exploration", _SHARE, "sd of noise on their command, per torque limit"),
+        Setting("identified_base", YesNo(), "the identified simulation is one more base of g, with robust"),
         _common("diagnose", YesNo(), "what rollouts show to be missing enters the simulation"),
         Setting("search_retries", _ROUNDS, "searches anew where a policy falls in simulation"),
         Setting("initial_policy", OneOf(("simulation", "random", "lqr", "agent")), "where policy 0 comes from"),

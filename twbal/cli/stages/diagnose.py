@@ -3,15 +3,15 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from textwrap import wrap
 
 import numpy as np
-from omegaconf import DictConfig, OmegaConf
+from omegaconf import DictConfig
 
 from twbal.cli.artefacts import AUGMENTED, DIAGNOSIS, episode_files
 from twbal.cli.console import next_command, print_result, run_folder, say
 from twbal.cli.diagnosis_config import diagnosis_of
 from twbal.cli.manifest import Manifest, Step, perform
+from twbal.cli.sim_files import simulation_text
 from twbal.cli.typed_config import recorded
 from twbal.core.files import write_atomically
 from twbal.diagnosis.findings import FilterResult
@@ -52,15 +52,6 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
     return perform(step, lambda: _diagnose_to_files(files, tests, simulation, settings, data, out))
 
 
-def augmented(simulation: Simulated, title: str) -> str:
-    """A simulation as yaml with a title."""
-    effects = {
-        name: {key: float(value) for key, value in values.items()} for name, values in simulation.effects.items()
-    }
-    text = OmegaConf.to_yaml(OmegaConf.create({"physics_step": simulation.physics_step, "effects": effects}))
-    return "".join(f"# {line}\n" for line in wrap(title, 100)) + text
-
-
 def _diagnose_to_files(
     files: Sequence[Path],
     tests: Sequence[Path],
@@ -78,7 +69,7 @@ def _diagnose_to_files(
         diagnosis = replace(diagnosis, advice=(*diagnosis.advice, f"{AUGMENTED}: {title}"))
     print("\n  ".join([headline_text(diagnosis), *diagnosis.advice]))
     write_diagnosis(out / DIAGNOSIS, diagnosis)
-    write_atomically(out / AUGMENTED, augmented(result.simulation, title))
+    write_atomically(out / AUGMENTED, simulation_text(result.simulation.effects, result.simulation.physics_step, title))
     pictures, drawn = _draw(diagnosis, out / FIGURES)
     split, robot = result.split, simulation.robot
     recordings = split.fitted if tests else (*split.fitted, *split.kept_back)

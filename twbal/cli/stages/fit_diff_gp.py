@@ -1,18 +1,24 @@
 """Learn the correction g, what real episodes differ from the model f."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from hydra.utils import instantiate
 from omegaconf import DictConfig
 
+from twbal.algorithm.base_evidence import BaseEvidence
 from twbal.algorithm.model_file import SavedModel, load_model, save_model
-from twbal.cli.artefacts import MODEL, episode_files, hashes
-from twbal.cli.console import next_command, print_result, run_folder
+from twbal.cli.artefacts import EVIDENCE, MODEL, episode_files, hashes
+from twbal.cli.console import next_command, print_result, run_folder, say
 from twbal.cli.manifest import Manifest, Step, perform
 from twbal.cli.typed_config import recorded, typed
 from twbal.core.channels import Channels
+from twbal.core.files import file_hash
+from twbal.core.json_records import write_record
 from twbal.io.logs import read_episode
+from twbal.models.bases import learn_on_likeliest
+from twbal.models.dynamics import without_simulation
 from twbal.models.recipe import ModelRecipe
 
 NOT_RECORDED = ("episodes", "dynamics", "model.fit_f", "model.keep_f_variance")
@@ -32,19 +38,56 @@ def main(cfg: DictConfig) -> None:
 
 
 def run(cfg: DictConfig, out: Path) -> Manifest:
-    """Learn g from the model and the episodes that `cfg` names into `out`/model.pt, unless it is there already."""
+    """Learn g from the models and the episodes that `cfg` names into `out`/model.pt, unless it is there already."""
     settings = typed(Settings, cfg)
-    dynamics, files = Path(cfg.dynamics) if cfg.dynamics else None, episode_files(cfg.episodes)
+    bases, files = _bases(cfg.dynamics), episode_files(cfg.episodes)
     recipe, channels = instantiate(cfg.model), instantiate(cfg.state)
-    inputs = {"dynamics": [dynamics] if dynamics else [], "episodes": files}
+    inputs = {"dynamics": [base for base in bases if base is not None], "episodes": files}
+    if len(bases) > 1 and None in bases:
+        inputs["no dynamics"] = []
     step = Step("fit-diff-gp", out, recorded(cfg, NOT_RECORDED), inputs, settings.seed)
 
     def learn() -> list[Path]:
-        if dynamics is None:
+        if len(bases) > 1:
+            return fit_likeliest_to_files(bases, files, channels, recipe, settings.seed, out)
+        if bases[0] is None:
             return [fit_all_to_file(files, channels, recipe, settings.seed, out / MODEL)]
-        return [fit_to_file(dynamics, files, recipe, settings.seed, out / MODEL)]
+        return [fit_to_file(bases[0], files, recipe, settings.seed, out / MODEL)]
 
     return perform(step, learn)
+
+
+def _bases(given: str | Sequence[str | None] | None) -> list[Path | None]:
+    """Candidates for f, that without a simulation last."""
+    several = [given] if given is None or isinstance(given, str) else list(given)
+    paths: list[Path | None] = [Path(path) for path in several if path is not None]
+    return [*paths, None] if len(paths) < len(several) else paths
+
+
+def fit_likeliest_to_files(
+    bases: Sequence[Path | None], files: list[Path], channels: Channels, recipe: ModelRecipe, seed: int, out: Path
+) -> list[Path]:
+    """Learn g from logs on the likeliest of several bases; see `learn_on_likeliest`.
+
+    Writes the model and the evidence to `out`; returns the files.
+    """
+    before = [SavedModel(without_simulation(channels), {}) if base is None else load_model(base) for base in bases]
+    learned = learn_on_likeliest(
+        recipe, [saved.model for saved in before], [read_episode(file) for file in files], seed
+    )
+    evidence = BaseEvidence(
+        channels=tuple(channels.names[i] for i in channels.measured),
+        dynamics=tuple(None if base is None else file_hash(base) for base in bases),
+        log_evidences=tuple(tuple(row) for row in learned.log_evidences.tolist()),
+        chosen=learned.chosen,
+    )
+    for number, (base, total) in enumerate(zip(bases, evidence.totals, strict=True)):
+        kept = " (kept)" if number == learned.chosen else ""
+        say(f"log evidence {total:.1f} on {'no simulation' if base is None else base}{kept}")
+    episodes = {**before[learned.chosen].episodes, "robot": hashes(files)}
+    save_model(out / MODEL, SavedModel(learned.learned.model, episodes))
+    write_record(out / EVIDENCE, evidence)
+    return [out / MODEL, out / EVIDENCE]
 
 
 def fit_to_file(dynamics: Path, files: list[Path], recipe: ModelRecipe, seed: int, path: Path) -> Path:

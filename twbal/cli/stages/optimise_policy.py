@@ -7,10 +7,11 @@ from pathlib import Path
 from hydra.utils import instantiate
 from omegaconf import DictConfig
 
+from twbal.algorithm.distribution_file import load_distribution
 from twbal.algorithm.model_file import load_model
 from twbal.algorithm.policy_search import PolicySearch, recalibrated
 from twbal.algorithm.prediction import load_prediction, prediction_of, save_prediction
-from twbal.cli.artefacts import POLICY, PREDICTION, episode_files, hashes
+from twbal.cli.artefacts import DISTRIBUTION, POLICY, PREDICTION, episode_files, hashes
 from twbal.cli.console import next_command, print_result, run_folder, say
 from twbal.cli.manifest import Manifest, Step, perform
 from twbal.cli.typed_config import recorded, typed
@@ -21,7 +22,7 @@ from twbal.io.logs import read_episode
 from twbal.models.dynamics import DynamicsModel
 from twbal.policies.saved import load_regulator, load_searched_policy
 
-NOT_RECORDED = ("dynamics", "initial_policies", "calibration_episodes", "rollouts", "residual_on", "workers")
+NOT_RECORDED = ("dynamics", "initial_policies", "calibration_episodes", "known", "residual_on", "workers")
 
 
 @dataclass(frozen=True)
@@ -49,22 +50,25 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
     settings = typed(Settings, cfg)
     dynamics, earlier = _paths(cfg.dynamics), _paths(cfg.initial_policies)
     calibration_episodes = episode_files(cfg.calibration_episodes) if cfg.calibration_episodes else []
-    rollouts = episode_files(cfg.rollouts) if cfg.rollouts else []
+    known = _distribution_file(Path(cfg.known)) if cfg.known else None
     inputs = {"dynamics": dynamics, "initial_policies": earlier}
     for name, files in (
         ("calibration_episodes", calibration_episodes),
-        ("rollouts", rollouts),
+        ("known", [known] if known else []),
         ("residual_on", [Path(cfg.residual_on)] if cfg.residual_on else []),
     ):
         inputs |= {name: files} if files else {}
     step = Step("optimise-policy", out, recorded(cfg, NOT_RECORDED), inputs, settings.seed)
-    return perform(
-        step, lambda: _search_to_files(cfg, dynamics, earlier, calibration_episodes, rollouts, settings, out)
-    )
+    return perform(step, lambda: _search_to_files(cfg, dynamics, earlier, calibration_episodes, known, settings, out))
 
 
 def _paths(given: str | Sequence[str]) -> list[Path]:
     return [Path(path) for path in ([given] if isinstance(given, str) else given)]
+
+
+def _distribution_file(given: Path) -> Path:
+    """The file itself, or that of a run folder of identify."""
+    return given / DISTRIBUTION if given.is_dir() else given
 
 
 def policy_search(cfg: DictConfig, settings: Settings) -> PolicySearch:
@@ -88,7 +92,7 @@ def _search_to_files(
     dynamics: Sequence[Path],
     earlier: Sequence[Path],
     calibration_episodes: Sequence[Path],
-    rollouts: Sequence[Path],
+    known: Path | None,
     settings: Settings,
     out: Path,
 ) -> list[Path]:
@@ -101,7 +105,8 @@ def _search_to_files(
     base = load_regulator(cfg.residual_on, names) if cfg.residual_on else None
     policies = [load_searched_policy(path, names) for path in earlier]
     search = search if settings.optimise else search.without_search()
-    result = search.find(models, policies, base, [read_episode(file) for file in rollouts], say)
+    told = load_distribution(known, search.robot) if known else None
+    result = search.find(models, policies, base, told, say)
     if calibration_episodes:
         result = recalibrated(result, [read_episode(f) for f in calibration_episodes], hashes(earlier), search.channels)
     save_checkpoint(out / POLICY, "policy", result.best.policy.to_payload())

@@ -1,0 +1,104 @@
+"""What rollouts tell of a robot's parameters, as a simulation, a table and a file."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from falling import falls_at_once
+
+from twbal.algorithm.distribution_file import KIND, from_payload, load_distribution, save_distribution, to_payload
+from twbal.algorithm.identification import Identification, identify
+from twbal.core.errors import CheckpointError, ConfigError
+from twbal.io.checkpoint import save_checkpoint
+from twbal.planar.parameters import twin_parameters
+from twbal.planar.robot_distribution import prior_of
+
+NUMBERS = ("mean", "covariance", "low", "high", "sensor_sd")
+
+
+def drawn(robot):
+    """A distribution about another mean, in which all parameters depend on each other."""
+    prior = prior_of(robot)
+    root = np.diag(np.sqrt(prior.covariance.diagonal())) @ (np.eye(9) + 0.1 * np.tri(9))
+    mean = np.clip(prior.mean + 0.3 * np.sqrt(prior.covariance.diagonal()), prior.low, prior.high)
+    return replace(prior, mean=mean, covariance=root @ root.T)
+
+
+def test_the_simulation_is_the_robot_of_the_mean(paper):
+    known = drawn(paper)
+    effects = Identification(prior_of(paper), known).effects
+    assert set(effects) == {field.rsplit("_", 1)[0] for field in known.fields}
+    twin = twin_parameters(paper, effects)
+    assert [getattr(twin, field) for field in known.fields] == known.mean.tolist()
+
+
+def test_rollouts_that_tell_nothing_leave_the_prior_and_say_so(paper):
+    lines = []
+    found = identify(paper, [falls_at_once(paper, 3), falls_at_once(paper, 2)], lines.append)
+    for name in NUMBERS:
+        np.testing.assert_array_equal(getattr(found.known, name), getattr(prior_of(paper), name))
+    said = "None of 2 episodes has 5 control periods of a robot that stands."
+    assert found.nothing_told == said
+    assert lines == [f"the robot by its sheet alone: {said}"]
+
+
+def test_one_rollout_that_tells_something_is_enough(paper):
+    lines = []
+    found = identify(paper, [falls_at_once(paper, 3), falls_at_once(paper, 12)], lines.append)
+    assert not found.nothing_told
+    assert not np.array_equal(found.known.mean, found.prior.mean)
+    (line,) = lines
+    assert line.startswith("the robot by its rollouts: torque_gain_gain ")
+
+
+def test_the_table_has_parameters_with_units_before_and_after(paper):
+    known = drawn(paper)
+    head, *rows = Identification(prior_of(paper), known).table()
+    assert head.split("  ")[0] == "parameter"
+    assert len(rows) == len(known.fields)
+    (row,) = (row for row in rows if row.startswith("dead_zone.width"))
+    before, sd = prior_of(paper).mean[1], np.sqrt(prior_of(paper).covariance[1, 1])
+    assert row.split()[1:5] == ["N·m", f"{before:.4g}", "±", f"{sd:.2g}"]
+    assert row.split()[5] == f"{known.mean[1]:.4g}"
+
+
+def test_a_distribution_comes_back_from_its_file_bit_for_bit(paper, tmp_path):
+    known = drawn(paper)
+    first, second = (save_distribution(tmp_path / name, known) for name in ("a.pt", "b.pt"))
+    assert first == second
+    found = load_distribution(tmp_path / "a.pt", paper)
+    assert (found.fields, found.robot) == (known.fields, paper)
+    for name in NUMBERS:
+        np.testing.assert_array_equal(getattr(found, name), getattr(known, name))
+
+
+def test_another_robot_is_refused(paper, tmp_path):
+    save_distribution(tmp_path / "a.pt", drawn(paper))
+    heavier = replace(paper, body_mass=paper.body_mass + 1.0)
+    with pytest.raises(ConfigError, match=r"other nominal parameters .* Run `twbal identify` with this robot"):
+        load_distribution(tmp_path / "a.pt", heavier)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "said"),
+    [
+        ("mean", np.full(9, 1e5), "mean must lie within its bounds"),
+        ("mean", np.zeros(8), r"mean must be numbers of shape \(9\)"),
+        ("covariance", -np.eye(9), "covariance must be symmetric and positive definite"),
+        ("covariance", np.tri(9), "covariance must be symmetric and positive definite"),
+        ("covariance", np.ones((9, 9)), "covariance must be symmetric and positive definite"),
+        ("sensor_sd", np.full(4, -1.0), r"sensor_sd must be within \[0"),
+        ("fields", ["body_mass"] * 9, "different parameters of the planar model"),
+    ],
+)
+def test_what_is_no_distribution_is_refused(paper, tmp_path, name, value, said):
+    save_checkpoint(tmp_path / "a.pt", KIND, {**to_payload(drawn(paper)), name: value})
+    with pytest.raises(CheckpointError, match=said):
+        load_distribution(tmp_path / "a.pt", paper)
+
+
+def test_an_entry_that_is_missing_is_named(paper):
+    payload = to_payload(drawn(paper))
+    del payload["low"]
+    with pytest.raises(CheckpointError, match="has no 'low'"):
+        from_payload(payload, paper)

@@ -1,0 +1,71 @@
+"""Which base g is learned on, beside data whose robot is known and a density from scipy."""
+
+import numpy as np
+import pytest
+import scipy.stats
+from toy_robot import CHANNELS, RAW, SMOOTHED, episode
+
+from twbal.models.bases import learn_on_likeliest
+from twbal.models.dataset import transitions
+from twbal.models.dynamics import without_simulation
+
+FAR_OFF, TRUE = 1.0, 0.4  # gains of the commands in two simulations
+
+
+def simulation(gain):
+    """f of a simulated robot."""
+    return RAW.learn_simulation([episode(20, k, gain, "simulation") for k in range(6)], CHANNELS, seed=0).model
+
+
+@pytest.fixture(scope="module")
+def bases():
+    return [simulation(FAR_OFF), simulation(TRUE), without_simulation(CHANNELS)]
+
+
+def real(gain, first=50, steps=18):
+    return [episode(steps, first + k, gain, "robot") for k in range(2)]
+
+
+def test_log_evidence_is_the_normal_density_of_the_changes_about_f(bases):
+    found = learn_on_likeliest(RAW, bases, real(0.6), seed=0)
+    data = transitions(real(0.6), CHANNELS)
+    for base, told in zip(bases, found.log_evidences, strict=True):
+        g = RAW.learn_measured(base, real(0.6), seed=0).model.g
+        for a, said in enumerate(told):
+            apart = (data.inputs[:, None] - data.inputs[None]) / g.length_scales[a]
+            covariance = g.signal_variance[a] * np.exp(-0.5 * np.sum(apart**2, axis=2))
+            covariance += g.noise_variance[a] * np.eye(len(data.inputs))
+            density = scipy.stats.multivariate_normal(base.f.mean(data.inputs)[:, a], covariance)
+            assert said == pytest.approx(density.logpdf(data.targets[:, a]), abs=1e-5)
+
+
+@pytest.mark.parametrize(("gain", "chosen"), [(FAR_OFF, 0), (TRUE, 1)])
+@pytest.mark.parametrize("recipe", [RAW, SMOOTHED], ids=["raw", "smoothed"])
+def test_the_simulation_of_the_true_robot_is_the_likeliest(bases, recipe, gain, chosen):
+    found = learn_on_likeliest(recipe, bases, real(gain), seed=0)
+    assert found.chosen == chosen
+    assert found.learned.model.f is bases[chosen].f
+    others = [total for k, total in enumerate(found.totals) if k != chosen]
+    assert found.totals[chosen] > max(others) + 5.0
+
+
+def test_a_robot_that_no_simulation_is_like_needs_none(bases):
+    """Commands act the other way round and more strongly, which each f would have to be corrected for first."""
+    found = learn_on_likeliest(RAW, bases, real(-2.0, steps=60), seed=0)
+    assert found.chosen == 2
+    assert not found.learned.model.has_simulation
+
+
+def test_of_equal_bases_the_first_is_kept(bases):
+    found = learn_on_likeliest(RAW, [bases[1], bases[1]], real(TRUE), seed=0)
+    assert found.chosen == 0
+    assert found.totals[0] == found.totals[1]
+
+
+def test_g_on_the_base_that_is_kept_is_that_which_is_learned_on_it_alone(bases):
+    chosen = learn_on_likeliest(SMOOTHED, bases, real(TRUE), seed=3)
+    alone = SMOOTHED.learn_difference(bases[1], real(TRUE), seed=3)
+    for one, other in ((chosen.learned.model.g, alone.model.g),):
+        for name in ("centres", "length_scales", "signal_variance", "noise_variance", "weights"):
+            np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
+    np.testing.assert_array_equal(chosen.learned.model.process_noise, alone.model.process_noise)

@@ -1,0 +1,95 @@
+"""What real rollouts tell of the parameters of a robot, and the simulation that has these parameters."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from twbal.core.episode import Episode
+from twbal.core.errors import DataError
+from twbal.core.robot_parameters import RobotParameters
+from twbal.effects.library import effect_name
+from twbal.effects.parameter import parameters_of
+from twbal.planar.parameters import field_of, twin_parameters
+from twbal.planar.robot_distribution import RobotDistribution, prior_of
+from twbal.sysid.posterior import posterior
+
+EffectValues = dict[str, dict[str, float]]
+"""By the names of effects and of their parameters."""
+
+
+@dataclass(frozen=True)
+class Identification:
+    """What is known of a robot after rollouts.
+
+    Attributes:
+        prior: by its sheet.
+        known: by the rollouts too; the prior where they tell nothing.
+        nothing_told: why they tell nothing; "" where they do.
+    """
+
+    prior: RobotDistribution
+    known: RobotDistribution
+    nothing_told: str = ""
+
+    @property
+    def effects(self) -> EffectValues:
+        """The effects of the simulated robot that has the mean of the parameters, and its sheet's other ones."""
+        known = self.known
+        mean = dict(zip(known.fields, known.mean.tolist(), strict=True))
+        twin = twin_parameters(known.robot, {})._replace(**mean)
+        found: EffectValues = {}
+        for own in twin.effects:
+            name = effect_name(own.kind)
+            values = dict(zip(own.values._fields, twin[own.first : own.end], strict=True))  # type: ignore[attr-defined]
+            if any(field_of(name, parameter) in mean for parameter in values):
+                found[name] = {parameter: float(value) for parameter, value in values.items()}
+        return found
+
+    def table(self) -> list[str]:
+        """Lines that say each parameter's name, unit, and mean ± standard deviation before and after the rollouts."""
+        rows = [("parameter", "unit", "by the sheet", "by the rollouts")]
+        rows += [
+            (name, unit, _spread(*before), _spread(*after))
+            for name, unit, before, after in zip(
+                *_names_and_units(self.known), _spreads(self.prior), _spreads(self.known), strict=True
+            )
+        ]
+        widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+        return ["  ".join(f"{cell:{width}}" for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
+
+
+def identify(robot: RobotParameters, episodes: Sequence[Episode], progress: Callable[[str], None]) -> Identification:
+    """The posterior of a robot's parameters after rollouts; the prior of its sheet where they tell nothing.
+
+    Args:
+        robot: its sheet.
+        episodes: real rollouts of it, in which it must not turn much.
+        progress: is told what came of it, a line at a time.
+    """
+    prior = prior_of(robot)
+    try:
+        known = posterior(prior, episodes)
+    except DataError as error:
+        progress(f"the robot by its sheet alone: {error}")
+        return Identification(prior, prior, str(error))
+    progress(f"the robot by its rollouts: {known}")
+    return Identification(prior, known)
+
+
+def _names_and_units(known: RobotDistribution) -> tuple[list[str], list[str]]:
+    """Of the parameters, in the order of the fields."""
+    found = {
+        field_of(effect_name(own.kind), name): (f"{effect_name(own.kind)}.{name}", parameter.unit or "1")
+        for own in twin_parameters(known.robot, {}).effects
+        for name, parameter in parameters_of(own.kind).items()
+    }
+    return [found[field][0] for field in known.fields], [found[field][1] for field in known.fields]
+
+
+def _spreads(known: RobotDistribution) -> list[tuple[float, float]]:
+    return list(zip(known.mean.tolist(), np.sqrt(known.covariance.diagonal()).tolist(), strict=True))
+
+
+def _spread(mean: float, sd: float) -> str:
+    return f"{mean:.4g} ± {sd:.2g}"
