@@ -13,7 +13,7 @@ from twbal.io.checkpoint import save_checkpoint
 from twbal.planar.parameters import twin_parameters
 from twbal.planar.robot_distribution import prior_of
 
-NUMBERS = ("mean", "covariance", "low", "high", "sensor_sd")
+NUMBERS = ("mean", "covariance", "low", "high", "sensor_sd", "torque_sd", "filter_rate")
 
 
 def drawn(robot):
@@ -55,7 +55,7 @@ def test_the_table_has_parameters_with_units_before_and_after(paper):
     known = drawn(paper)
     head, *rows = Identification(prior_of(paper), known).table()
     assert head.split("  ")[0] == "parameter"
-    assert len(rows) == len(known.fields)
+    assert len(rows) == len(known.fields) + 1  # the filter of the tilt
     (row,) = (row for row in rows if row.startswith("dead_zone.width"))
     before, sd = prior_of(paper).mean[1], np.sqrt(prior_of(paper).covariance[1, 1])
     assert row.split()[1:5] == ["N·m", f"{before:.4g}", "±", f"{sd:.2g}"]

@@ -15,7 +15,7 @@ from twbal.planar.parameters import parameters_class
 from twbal.planar.robot_distribution import RobotDistribution
 
 KIND = "robot distribution"
-_SENSORS = 4
+_SENSORS, _TORQUES = 4, 2
 _LARGEST = 1e6  # of any number of a robot, in SI units
 
 
@@ -54,6 +54,8 @@ def to_payload(known: RobotDistribution) -> dict[str, Any]:
         "low": known.low,
         "high": known.high,
         "sensor_sd": known.sensor_sd,
+        "torque_sd": known.torque_sd,
+        "filter_rate": np.array(known.filter_rate),
     }
 
 
@@ -77,6 +79,7 @@ def from_payload(payload: Mapping[str, Any], robot: RobotParameters) -> RobotDis
             f"The {KIND} must be of different parameters of the planar model; found {', '.join(fields)[:200]}."
         )
     P = len(fields)
+    rate, rate_sd = found.numbers("filter_rate", (2,), 0.0, _LARGEST).tolist()
     known = RobotDistribution(
         robot,
         fields,
@@ -85,6 +88,8 @@ def from_payload(payload: Mapping[str, Any], robot: RobotParameters) -> RobotDis
         low=found.numbers("low", (P,), -_LARGEST, _LARGEST),
         high=found.numbers("high", (P,), -_LARGEST, _LARGEST),
         sensor_sd=found.numbers("sensor_sd", (_SENSORS,), 0.0, _LARGEST),
+        torque_sd=found.numbers("torque_sd", (_TORQUES,), 0.0, _LARGEST),
+        filter_rate=(rate, rate_sd),
     )
     _check(known)
     return known

@@ -55,6 +55,8 @@ class Identification:
                 *_names_and_units(self.known), _spreads(self.prior), _spreads(self.known), strict=True
             )
         ]
+        before, after = _spread(*self.prior.filter_rate), _spread(*self.known.filter_rate)
+        rows.append(("1 / time constant of the tilt's filter", "1/s", before, after))
         widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
         return ["  ".join(f"{cell:{width}}" for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
 
