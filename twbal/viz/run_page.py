@@ -189,7 +189,7 @@ def _scored(iteration: Iteration) -> str:
     if iteration.crps_of_trials is not None:
         text += f", that of the trials' own spread {iteration.crps_of_trials:.2g}"
     if iteration.log_density is not None:
-        text += f"; its mean log predictive density is {iteration.log_density:.2f}"
+        text += f"; its mean log predictive density is {iteration.log_density:.3g}"
     return f"{text} (in units of the cost's widths)."
 
 
