@@ -93,6 +93,7 @@ class PolicySearch:
             progress=progress,
             workers=self.workers or os.cpu_count() or 1,
             base=None if base is None else base.gain,
+            are_robots_new=bool(rollouts),  # without any they are the sheet's, as they were for the earlier policies
         )
 
     def _sampled(
