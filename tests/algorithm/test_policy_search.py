@@ -52,7 +52,7 @@ SEARCH = SearchSettings(
 )
 
 
-def find(robot, rollouts=(), names=PLACED, robust=ROBUST):
+def find(robot, rollouts=(), names=PLACED, robust=ROBUST, earlier=()):
     """The result of a search on a model by which nothing changes, and what it said."""
     channels = Channels(names, robot.wheel_radius, robot.control_period)
     widths = {name: 1.0 for name in names if not name.startswith("command")}
@@ -69,7 +69,7 @@ def find(robot, rollouts=(), names=PLACED, robust=ROBUST):
         workers=1,
     )
     lines = []
-    return search.find([without_simulation(channels)], (), None, rollouts, lines.append), lines
+    return search.find([without_simulation(channels)], earlier, None, rollouts, lines.append), lines
 
 
 def falls_at_once(robot, steps):
@@ -103,6 +103,15 @@ def test_one_rollout_that_tells_something_is_enough(paper):
     assert any(line.startswith("the robot by its rollouts: ") for line in lines)
     assert not any("by its sheet alone" in line for line in lines)
     assert found.best.robots.rank != alone.best.robots.rank
+
+
+def test_regulators_are_sought_anew_only_where_rollouts_tell_of_other_robots(paper):
+    first, _ = find(paper)
+    (regulator,) = [c.origin for c in first.candidates if c.origin.startswith("regulator of robot")]
+    by_sheet, _ = find(paper, earlier=[first.best.policy])
+    assert {c.origin for c in by_sheet.candidates} == {"policy 0", "search from policy 0"}
+    by_rollouts, _ = find(paper, [falls_at_once(paper, 12)], earlier=[first.best.policy])
+    assert {c.origin for c in by_rollouts.candidates} == {"policy 0", regulator, f"search from {regulator}"}
 
 
 @pytest.mark.parametrize(
