@@ -112,7 +112,7 @@ class Bench:
     def _words(self, seed: int) -> list[str]:
         """Settings that choose the robot."""
         sheet, faults = FAMILIES[self._family]
-        return [f"robot={sheet}", f'link.overrides=["idle_timeout=30","faults={faults}"]', f"link.seed={seed}"]
+        return [f"robot={sheet}", f'link.overrides=["idle_timeout=300","faults={faults}"]', f"link.seed={seed}"]
 
     def _afterwards(self, folder: Path, seed: int) -> dict[str, Any]:
         """The best policy for a minute, and pushed where robots are moderate."""

@@ -53,7 +53,7 @@ SEARCH = SearchSettings(
 )
 
 
-def find(robot, known=None, names=PLACED, robust=ROBUST):
+def find(robot, known=None, names=PLACED, robust=ROBUST, earlier=()):
     """The result of a search on a model by which nothing changes, and what it said."""
     channels = Channels(names, robot.wheel_radius, robot.control_period)
     widths = {name: 1.0 for name in names if not name.startswith("command")}
@@ -70,7 +70,7 @@ def find(robot, known=None, names=PLACED, robust=ROBUST):
         workers=1,
     )
     lines = []
-    return search.find([without_simulation(channels)], (), None, known, lines.append), lines
+    return search.find([without_simulation(channels)], earlier, None, known, lines.append), lines
 
 
 def same(one: RbfPolicy, other: RbfPolicy) -> bool:
@@ -89,6 +89,16 @@ def test_what_is_known_decides_for_which_robots_is_searched(paper):
     alone, _ = find(paper)
     found, _ = find(paper, identify(paper, [falls_at_once(paper, 12)], lambda line: None).known)
     assert found.best.robots.rank != alone.best.robots.rank
+
+
+def test_regulators_are_sought_anew_only_where_rollouts_tell_of_other_robots(paper):
+    first, _ = find(paper)
+    (regulator,) = [c.origin for c in first.candidates if c.origin.startswith("regulator of robot")]
+    by_sheet, _ = find(paper, earlier=[first.best.policy])
+    assert {c.origin for c in by_sheet.candidates} == {"policy 0", "search from policy 0"}
+    known = identify(paper, [falls_at_once(paper, 12)], lambda line: None).known
+    by_rollouts, _ = find(paper, known, earlier=[first.best.policy])
+    assert {c.origin for c in by_rollouts.candidates} == {"policy 0", regulator, f"search from {regulator}"}
 
 
 @pytest.mark.parametrize(

@@ -17,15 +17,29 @@ from twbal.cli.main import main
 from twbal.cli.manifest import read_manifest
 from twbal.core.files import file_hash
 from twbal.io.logs import read_episodes
+from twbal.virtual_robot.process import VirtualRobotProcess
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory):
+def started():
+    """Commands of the virtual robots that the small run started."""
+    return []
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory, started):
     """Run folder of the small run."""
     folder = tmp_path_factory.mktemp("iterate") / "run"
-    arguments = sys.argv
+    arguments, start = sys.argv, VirtualRobotProcess.__init__
+
+    def noted(process, command, start_timeout):
+        started.append(command)
+        start(process, command, start_timeout)
+
     try:
-        assert iterate(folder) == 0
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(VirtualRobotProcess, "__init__", noted)
+            assert iterate(folder) == 0
     finally:
         sys.argv = arguments
     return folder
@@ -46,6 +60,11 @@ def test_the_summary_says_what_the_logs_say(folder):
     assert (second.real_episodes, second.real_samples) == (1, len(driven))
     assert second.real_seconds == pytest.approx(0.02 * len(driven))
     assert (first.trials, second.trials) == (2, 2)
+
+
+def test_one_virtual_robot_serves_all_stages(folder, started):
+    assert len(read_manifest(folder).outputs) and len(list(folder.glob("iteration_*/*/episodes"))) == 3
+    assert len(started) == 1
 
 
 def test_the_place_is_judged_by_the_true_poses_of_the_virtual_robot(folder):

@@ -18,7 +18,7 @@ from twbal.core.errors import LinkError
 from twbal.link.protocol import Clock
 from twbal.link.serial_plant import SerialPlant
 from twbal.policies.policy import Policy
-from twbal.virtual_robot.process import VirtualRobotProcess, launch, virtual_robot_command
+from twbal.virtual_robot.process import KeptRobot, VirtualRobotProcess, launch, virtual_robot_command
 
 CONF = Path(__file__).parents[2] / "conf"
 START = 60.0
@@ -190,3 +190,57 @@ def test_an_unknown_clock_is_an_error_that_lists_them():
         launch(virtual_robot_command(["clock=sundial"]), START),
     ):
         pass
+
+
+def test_a_kept_robot_starts_once_and_does_what_a_fresh_one_does():
+    command = virtual_robot_command(["robot=paper", "seed=3"])
+    episodes, ports = [], []
+    with KeptRobot() as kept:
+        for _ in range(2):
+            with kept.launch(command, START) as port, connect(port) as plant:
+                ports.append(port)
+                episodes.append([drive(plant, trial) for trial in (0, 1)])
+        assert ports[0] == ports[1]
+    with launch(command, START) as port, connect(port) as plant:
+        episodes.append([drive(plant, trial) for trial in (0, 1)])
+    for first, second, fresh in zip(*episodes, strict=True):
+        np.testing.assert_array_equal(first.observations, fresh.observations)
+        np.testing.assert_array_equal(second.observations, fresh.observations)
+    assert not os.path.exists(ports[0])
+
+
+def test_a_kept_robot_is_another_for_another_command():
+    with KeptRobot() as kept:
+        pids = [pid_of(kept, ["seed=3"]), pid_of(kept, ["seed=3"]), pid_of(kept, ["seed=4"])]
+        assert pids[0] == pids[1] != pids[2]
+        assert ends(pids[0])
+    assert ends(pids[2])
+
+
+@pytest.mark.parametrize("error", [LinkError("no answer."), ZeroDivisionError("any")], ids=["link", "other"])
+def test_a_kept_robot_with_which_something_failed_is_not_used_again(error):
+    with KeptRobot() as kept:
+        pid = pid_of(kept, [])
+        with pytest.raises(type(error), match=str(error)), kept.launch(talking([]), START):
+            raise error
+        assert ends(pid)
+        assert pid_of(kept, []) != pid
+
+
+def test_a_kept_robot_that_has_ended_is_started_anew():
+    with KeptRobot() as kept:
+        pid = pid_of(kept, [])
+        os.kill(pid, signal.SIGKILL)
+        assert ends(pid)
+        assert pid_of(kept, []) != pid
+
+
+def talking(words):
+    """The command line of a process that says its number for its port, as no test here opens that."""
+    program = "import os, time; print('port', os.getpid(), flush=True); time.sleep(600)"
+    return [sys.executable, "-c", program, *words]
+
+
+def pid_of(kept, words):
+    with kept.launch(talking(words), START) as port:
+        return int(port)

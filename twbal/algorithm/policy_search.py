@@ -92,6 +92,7 @@ class PolicySearch:
             progress=progress,
             workers=self.workers or os.cpu_count() or 1,
             base=None if base is None else base.gain,
+            are_robots_new=known is not None,  # else they are the sheet's, as they were for the earlier policies
         )
 
     def _sampled(

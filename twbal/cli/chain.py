@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -26,6 +27,7 @@ from twbal.cli.stages import (
     train_agent,
 )
 from twbal.core.errors import TwbalError
+from twbal.virtual_robot.process import Launch, launch
 
 RUN: Mapping[str, Callable[[DictConfig, Path], Manifest]] = {
     "sim-collect": sim_collect.run,
@@ -71,7 +73,14 @@ class Chain:
         wall_s: how long the calls took; of those that were there already, how long they took then [s].
     """
 
-    def __init__(self, cfg: DictConfig, choices: Mapping[str, str], root: Path, flags: Sequence[str]) -> None:
+    def __init__(
+        self,
+        cfg: DictConfig,
+        choices: Mapping[str, str],
+        root: Path,
+        flags: Sequence[str],
+        launch: Launch = launch,
+    ) -> None:
         """Run nothing yet.
 
         Args:
@@ -79,12 +88,14 @@ class Chain:
             choices: which choice `cfg` has of each group.
             root: the run folder.
             flags: of Hydra's that each command must have besides.
+            launch: starts the virtual robot for a stage that drives it.
         """
         self.root = root
         self.commands: list[str] = []
         self.outputs: dict[str, str] = {}
         self.wall_s = 0.0
         self._cfg, self._choices, self._flags = cfg, choices, list(flags)
+        self._run = {**RUN, "real-rollout": partial(real_rollout.run, launch=launch)}
 
     def run(self, call: StageCall) -> Manifest:
         """Run one stage, unless its folder says that it is done.
@@ -101,7 +112,7 @@ class Chain:
             words = stage_overrides(call.stage, self._cfg, self._choices, overrides)
             cfg = compose_stage(call.stage, with_files(words))
             check_configuration(cfg, call.stage)
-            manifest = RUN[call.stage](cfg, out)
+            manifest = self._run[call.stage](cfg, out)
         except (HydraException, OmegaConfBaseException) as error:
             raise _named(explained(error, call.stage), call, out) from error
         except TwbalError as error:

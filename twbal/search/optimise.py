@@ -12,7 +12,14 @@ from twbal.core.streams import Stream, generator
 from twbal.policies.rbf import RbfPolicy
 from twbal.search.descent import Minimised, descend
 from twbal.search.robust import RankedPolicy
-from twbal.search.starts import PolicyParametrisation, Start, robust_start, starting_policies, starts_on
+from twbal.search.starts import (
+    PolicyParametrisation,
+    Start,
+    earlier_start,
+    robust_start,
+    starting_policies,
+    starts_on,
+)
 from twbal.search.task import Candidate, Task
 
 
@@ -38,11 +45,12 @@ def search_policy(
     progress: Callable[[str], None],
     workers: int = 1,
     base: Array | None = None,
+    are_robots_new: bool = True,
 ) -> SearchResult:
     """Search from the most promising starts, judge what was found on long rollouts, and return the best.
 
     Where robots of the parameter distribution are given, the start is the regulator that holds most of them; it is
-    judged, too.
+    judged, too. Where the newest earlier policy was searched for the same robots, that is the start.
 
     Earlier policies are judged beside the new ones, so that a search that only made things worse shows. One that was
     chosen twice already is none of them: what it does the model has been told, and a third time would teach nothing.
@@ -56,6 +64,7 @@ def search_policy(
         workers: threads that search beside each other; what is found does not depend on it.
         base: (D,) gain K of a regulator u = -Kx that stays as it is, while the network on top of it is searched; None
             searches all.
+        are_robots_new: whether the robots of the parameter distribution are others than those of the earlier policies.
 
     Raises:
         SearchError: no start has a finite cost on this model.
@@ -71,9 +80,13 @@ def search_policy(
 
     is_searched = bool(settings.restarts or not earlier)
     robust: list[RankedPolicy] = []
+    chosen: list[Start] = []
     if is_searched and linear and task.robots is not None:
-        robust = task.robots.regulators(workers)[:1]
-    chosen = [robust_start(shape, found, task.seed) for found in robust]
+        if earlier and not are_robots_new:
+            chosen = [earlier_start(earlier)]
+        else:
+            robust = task.robots.regulators(workers)[:1]
+            chosen = [robust_start(shape, found, task.seed) for found in robust]
     if is_searched and not chosen:
         starts = _starts(task, shape, torque_limit, earlier, base)
         chosen = _promising(starts, short, max(settings.restarts, 1), workers)

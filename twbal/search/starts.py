@@ -122,6 +122,12 @@ def robust_start(shape: PolicyParametrisation, found: RankedPolicy, seed: int) -
     return Start(found.origin, beside, Family(StartKind.ROBUST))
 
 
+def earlier_start(earlier: Sequence[RbfPolicy]) -> Start:
+    """The newest of the earlier policies, as it is."""
+    newest = len(earlier) - 1
+    return Start(f"policy {newest}", earlier[newest], Family(StartKind.EARLIER, newest))
+
+
 def starting_policies(
     task: Task,
     shape: PolicyParametrisation,

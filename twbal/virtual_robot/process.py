@@ -6,8 +6,9 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager
+from typing import Self
 
 from twbal.core.errors import LinkError
 from twbal.link.serial_plant import SerialPlant
@@ -17,6 +18,9 @@ _GRACE = 2.0  # between asking it to end and ending it [s]
 _DYING = 1.0  # a process that dies closes its port some time before it is gone [s]
 _OPENING = b"port "
 
+Launch = Callable[[Sequence[str], float], AbstractContextManager[str]]
+"""Has a virtual robot for the length of a body, as `launch` does."""
+
 
 class VirtualRobotProcess:
     """A running virtual robot.
@@ -24,6 +28,7 @@ class VirtualRobotProcess:
     Attributes:
         port: path of its port.
         pid: of the process.
+        command: that started it.
     """
 
     def __init__(self, command: Sequence[str], start_timeout: float) -> None:
@@ -46,11 +51,17 @@ class VirtualRobotProcess:
             start_new_session=True,  # Ctrl-C is for the host, which then stops the robot in good order
         )
         self.pid = self._process.pid
+        self.command = tuple(command)
         try:
             self.port = self._wait_for_port(start_timeout)
         except BaseException:
             self.close()
             raise
+
+    @property
+    def is_running(self) -> bool:
+        """Whether it has not ended."""
+        return self._process.poll() is None
 
     def close(self) -> None:
         """End it. Safe to call twice."""
@@ -93,6 +104,54 @@ class VirtualRobotProcess:
         )
 
 
+class KeptRobot:
+    """A virtual robot that one body after the other has for itself, so that its process starts once.
+
+    Seed and trial decide all of a rollout, so that a body sees what it would see of a robot that was just started.
+    """
+
+    def __init__(self) -> None:
+        self._process: VirtualRobotProcess | None = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *exception: object) -> None:
+        self.close()
+
+    @contextmanager
+    def launch(self, command: Sequence[str], start_timeout: float) -> Iterator[str]:
+        """The robot for the length of the body, which gets the path of its port; see the function `launch`.
+
+        Where another command is asked for, the last body failed or the robot has ended, one is started.
+        """
+        process = self._running(command, start_timeout)
+        try:
+            yield process.port
+        except LinkError as error:
+            words = process.last_words()
+            self.close()
+            if words is None:
+                raise
+            raise type(error)(f"{error} The virtual robot is gone. {words}") from error
+        except BaseException:
+            self.close()
+            raise
+
+    def close(self) -> None:
+        """End it. Safe to call twice."""
+        if self._process is not None:
+            self._process.close()
+            self._process = None
+
+    def _running(self, command: Sequence[str], start_timeout: float) -> VirtualRobotProcess:
+        kept = self._process
+        if kept is None or kept.command != tuple(command) or not kept.is_running:
+            self.close()
+            kept = self._process = VirtualRobotProcess(command, start_timeout)
+        return kept
+
+
 def virtual_robot_command(overrides: Sequence[str]) -> list[str]:
     """The command line of `twbal virtual-robot`, with this interpreter and to end with this process at the latest.
 
@@ -113,16 +172,8 @@ def launch(command: Sequence[str], start_timeout: float) -> Iterator[str]:
     Raises:
         LinkError: it did not start; or the body met a LinkError because it had ended, and then with its last words.
     """
-    process = VirtualRobotProcess(command, start_timeout)
-    try:
-        yield process.port
-    except LinkError as error:
-        words = process.last_words()
-        if words is None:
-            raise
-        raise type(error)(f"{error} The virtual robot is gone. {words}") from error
-    finally:
-        process.close()
+    with KeptRobot() as robot, robot.launch(command, start_timeout) as port:
+        yield port
 
 
 @contextmanager
@@ -136,6 +187,7 @@ def virtual_plant(
     connect_timeout: float,
     arm_timeout: float,
     timeout: float,
+    launch: Launch = launch,
 ) -> Iterator[SerialPlant]:
     """The plant behind the port of a virtual robot that lives as long as the body.
 
@@ -149,6 +201,7 @@ def virtual_plant(
         connect_timeout: see `SerialPlant` for this and the next two [s].
         arm_timeout: [s].
         timeout: [s].
+        launch: starts it, or has one that runs already.
 
     Raises:
         LinkError: see `launch` and `SerialPlant`.

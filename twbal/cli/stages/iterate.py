@@ -28,6 +28,7 @@ from twbal.core.files import write_atomically
 from twbal.core.json_records import write_record
 from twbal.diagnosis.usability import FEW_DATA, enough_for_diagnosis
 from twbal.search.transition import check_kernel
+from twbal.virtual_robot.process import KeptRobot
 from twbal.viz.run_figures import pictures, save
 from twbal.viz.run_page import Setting, write_report
 
@@ -108,8 +109,9 @@ def run(cfg: DictConfig, out: Path, choices: Mapping[str, str], flags: Sequence[
     settings = typed(AlgorithmSettings, cfg)
     _allow_more_updates(cfg, out, settings.updates)
     step = Step("iterate", out, recorded(cfg, NOT_RECORDED), {}, settings.seed)
-    chain = Chain(cfg, choices, out, flags)
-    return perform(step, lambda: _learn_and_write(cfg, chain, choices, settings))
+    with KeptRobot() as robot:
+        chain = Chain(cfg, choices, out, flags, robot.launch)
+        return perform(step, lambda: _learn_and_write(cfg, chain, choices, settings))
 
 
 def _allow_more_updates(cfg: DictConfig, out: Path, updates: int) -> None:

@@ -28,6 +28,7 @@ from twbal.io.logs import read_episode, write_episode
 from twbal.link.ranges import MAX_TRIAL
 from twbal.link.serial_plant import SerialPlant
 from twbal.policies.policy import Policy
+from twbal.virtual_robot.process import Launch, launch
 
 NOT_RECORDED = ("policy.path", "link.port")
 NOT_IN_EPISODES = ("policy.path", "link")  # the same robot may be reached by other ways
@@ -69,8 +70,14 @@ def rollout_settings(cfg: DictConfig) -> RolloutSettings:
     return typed(RolloutSettings, cfg)
 
 
-def run(cfg: DictConfig, out: Path) -> Manifest:
-    """Drive the trials that `cfg` asks for and log them to `out`/episodes, unless they are there already."""
+def run(cfg: DictConfig, out: Path, launch: Launch = launch) -> Manifest:
+    """Drive the trials that `cfg` asks for and log them to `out`/episodes, unless they are there already.
+
+    Args:
+        cfg: of this stage.
+        out: the run folder.
+        launch: starts the virtual robot, where `cfg` asks for one.
+    """
     settings = rollout_settings(cfg)
     _check_trials(settings)
     robot: RobotParameters = instantiate(cfg.robot)
@@ -85,7 +92,7 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
         seed=settings.seed,
         config=recorded(cfg, NOT_IN_EPISODES),
     )
-    open_link = partial(_link, cfg.link)
+    open_link = partial(_link, cfg.link, launch)
     inputs = {"policy": policy_files(cfg.policy)}
     step = Step("real-rollout", out, recorded(cfg, NOT_RECORDED), inputs, settings.seed)
     channels = instantiate(cfg.state)
@@ -148,16 +155,17 @@ def check_robot_is_there(cfg: DictConfig) -> None:
         ConfigError: it is not the robot of the data sheet.
     """
     if "port" in cfg.link:
-        with stopped_once(), _link(cfg.link) as plant:
+        with stopped_once(), _link(cfg.link, launch) as plant:
             _check_robot(plant, instantiate(cfg.robot))
 
 
-def _link(link: DictConfig) -> AbstractContextManager[SerialPlant]:
+def _link(link: DictConfig, launch: Launch) -> AbstractContextManager[SerialPlant]:
     """The link, not opened yet; a virtual robot finds the configuration that this run was given by its flags."""
-    if "overrides" not in link or not HydraConfig.initialized():
+    if "overrides" not in link:
         return cast(AbstractContextManager[SerialPlant], instantiate(link))
-    overrides = [*configuration_flags(), *link.overrides]
-    return cast(AbstractContextManager[SerialPlant], instantiate(link, overrides=overrides))
+    flags = configuration_flags() if HydraConfig.initialized() else []
+    virtual = instantiate(link, overrides=[*flags, *link.overrides], _partial_=True)
+    return cast(AbstractContextManager[SerialPlant], virtual(launch=launch))
 
 
 def _check_trials(settings: RolloutSettings) -> None:
