@@ -95,7 +95,10 @@ class Chain:
         self.outputs: dict[str, str] = {}
         self.wall_s = 0.0
         self._cfg, self._choices, self._flags = cfg, choices, list(flags)
-        self._run = {**RUN, "real-rollout": partial(real_rollout.run, launch=launch)}
+        self._run: Mapping[str, Callable[[DictConfig, Path], Manifest]] = {
+            **RUN,
+            "real-rollout": partial(real_rollout.run, launch=launch),
+        }
 
     def run(self, call: StageCall) -> Manifest:
         """Run one stage, unless its folder says that it is done.
