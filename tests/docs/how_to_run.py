@@ -239,6 +239,9 @@ TABLE: Mapping[str, How] = {
     ),
     "twbal iterate method=...": Stage({"...": "f_alone"}, slow=True),
     "fit-diff-gp dynamics=null": Stage({"dynamics=null": f"dynamics=null episodes={RECORDED}"}),
+    "optimise-policy known=<run folder>": Stage(
+        {"<run folder>": f"outputs/identify/... dynamics={MODEL}"}, after=(_IDENTIFY,)
+    ),
     "optimise-policy residual_on=<policy.pt>": Stage(
         {"residual_on=<policy.pt>": f"residual_on=outputs/lqr/.../policy.pt dynamics={MODEL}"},
         after=("twbal lqr",),
