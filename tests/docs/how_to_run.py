@@ -300,7 +300,7 @@ TABLE: Mapping[str, How] = {
     "fit-diff-gp dynamics=[a/model.pt,b/model.pt,null]": Stage(
         {"a/model.pt": MODEL, "b/model.pt,null]": f"{MODEL},null] episodes={RECORDED}"}
     ),
-    _IDENTIFY: Stage(),
+    _IDENTIFY: Stage(small=("hydra.run.dir=outputs/identify/...",)),
     "twbal sim-collect sim=<run folder>/identified.yaml": Stage(
         {"<run folder>": "outputs/identify/..."}, after=(_IDENTIFY,)
     ),
