@@ -126,7 +126,8 @@ def test_the_best_policy_lies_on_top(folder):
 
 def test_every_artefact_is_listed_with_its_hash(folder):
     listed = listed_hashes(folder)
-    made = {path.relative_to(folder).as_posix() for kind in ("pt", "mcap") for path in folder.rglob(f"*.{kind}")}
+    kinds = ("*.pt", "*.mcap", "identified.yaml", "evidence.json")
+    made = {path.relative_to(folder).as_posix() for kind in kinds for path in folder.rglob(kind)}
     assert set(listed) == made
     assert listed == {path: file_hash(folder / path) for path in made}
 

@@ -242,6 +242,9 @@ TABLE: Mapping[str, How] = {
     ),
     "twbal iterate method=...": Stage({"...": "f_alone"}, slow=True),
     "fit-diff-gp dynamics=null": Stage({"dynamics=null": f"dynamics=null episodes={RECORDED}"}),
+    "optimise-policy known=<run folder>": Stage(
+        {"<run folder>": f"outputs/identify/... dynamics={MODEL}"}, after=(_IDENTIFY,)
+    ),
     "optimise-policy residual_on=<policy.pt>": Stage(
         {"residual_on=<policy.pt>": f"residual_on=outputs/lqr/.../policy.pt dynamics={MODEL}"},
         after=("twbal lqr",),
@@ -300,7 +303,7 @@ TABLE: Mapping[str, How] = {
     "fit-diff-gp dynamics=[a/model.pt,b/model.pt,null]": Stage(
         {"a/model.pt": MODEL, "b/model.pt,null]": f"{MODEL},null] episodes={RECORDED}"}
     ),
-    _IDENTIFY: Stage(),
+    _IDENTIFY: Stage(small=("hydra.run.dir=outputs/identify/...",)),
     "twbal sim-collect sim=<run folder>/identified.yaml": Stage(
         {"<run folder>": "outputs/identify/..."}, after=(_IDENTIFY,)
     ),

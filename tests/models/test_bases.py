@@ -1,5 +1,7 @@
 """Which base g is learned on, beside data whose robot is known and a density from scipy."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import scipy.stats
@@ -49,9 +51,17 @@ def test_the_simulation_of_the_true_robot_is_the_likeliest(bases, recipe, gain, 
     assert found.totals[chosen] > max(others) + 5.0
 
 
-def test_a_robot_that_no_simulation_is_like_needs_none(bases):
-    """Commands act the other way round and more strongly, which each f would have to be corrected for first."""
-    found = learn_on_likeliest(RAW, bases, real(-2.0, steps=60), seed=0)
+def test_what_simulations_say_wrongly_of_a_channel_is_likelier_without_them(bases):
+    """Commands act the other way round and more strongly; the tilt still follows from its rate as in each f."""
+    tilt, rate = learn_on_likeliest(RAW, bases, real(-2.0, steps=60), seed=0).log_evidences.T
+    assert rate.argmax() == 2
+    assert tilt.argmin() == 2
+
+
+def test_no_simulation_is_kept_where_it_is_likelier_over_all_channels(bases):
+    """The tilt, which f knows well, moves against its rate."""
+    turned = [replace(e, states=e.states * np.array([-1.0, 1.0, 1.0])) for e in real(-2.0, steps=60)]
+    found = learn_on_likeliest(RAW, bases, turned, seed=0)
     assert found.chosen == 2
     assert not found.learned.model.has_simulation
 
@@ -65,7 +75,6 @@ def test_of_equal_bases_the_first_is_kept(bases):
 def test_g_on_the_base_that_is_kept_is_that_which_is_learned_on_it_alone(bases):
     chosen = learn_on_likeliest(SMOOTHED, bases, real(TRUE), seed=3)
     alone = SMOOTHED.learn_difference(bases[1], real(TRUE), seed=3)
-    for one, other in ((chosen.learned.model.g, alone.model.g),):
-        for name in ("centres", "length_scales", "signal_variance", "noise_variance", "weights"):
-            np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
+    for name in ("centres", "length_scales", "signal_variance", "noise_variance", "weights"):
+        np.testing.assert_array_equal(getattr(chosen.learned.model.g, name), getattr(alone.model.g, name))
     np.testing.assert_array_equal(chosen.learned.model.process_noise, alone.model.process_noise)

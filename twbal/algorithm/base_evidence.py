@@ -45,4 +45,6 @@ def read_base_evidence(path: Path) -> BaseEvidence:
     try:
         return read_record(BaseEvidence, path)
     except FileNotFoundError as error:
-        raise DataError(f"There is no {path}. `twbal fit-diff-gp dynamics=[<model.pt>,...]` writes it.") from error
+        raise DataError(
+            f"There is no {path}. `fit-diff-gp` writes it where `dynamics` lists several models."
+        ) from error
