@@ -28,7 +28,9 @@ from twbal.cli.stages import (
 from twbal.core.errors import TwbalError
 from twbal.virtual_robot.process import Launch, launch
 
-RUN: Mapping[str, Callable[[DictConfig, Path], Manifest]] = {
+RunStage = Callable[[DictConfig, Path], Manifest]
+
+RUN: Mapping[str, RunStage] = {
     "sim-collect": sim_collect.run,
     "fit-sim-gp": fit_sim_gp.run,
     "optimise-policy": optimise_policy.run,
@@ -93,7 +95,7 @@ class Chain:
         self.outputs: dict[str, str] = {}
         self.wall_s = 0.0
         self._cfg, self._choices, self._flags = cfg, choices, list(flags)
-        self._run = {**RUN, "real-rollout": partial(real_rollout.run, launch=launch)}
+        self._run: Mapping[str, RunStage] = {**RUN, "real-rollout": partial(real_rollout.run, launch=launch)}
 
     def run(self, call: StageCall) -> Manifest:
         """Run one stage, unless its folder says that it is done.
