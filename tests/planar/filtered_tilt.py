@@ -9,7 +9,7 @@ class FilteredTilt(Plant):
 
     R. Mahony, T. Hamel, J.-M. Pflimlin: Nonlinear complementary filters on the special orthogonal group, IEEE
     Transactions on Automatic Control 53 (5), 2008, 1203-1218; here about one axis. The accelerometer takes speeding up
-    for leaning back: it shows θ - v̇ / g.
+    for leaning back: it shows θ - v̇ / g. The gyro is read so often that its noise does not count.
 
     Args:
         plant: a planar robot; it knows its true tilt. The noise of its tilt is added to the filter's.
@@ -23,7 +23,7 @@ class FilteredTilt(Plant):
     def reset(self, trial):
         """The plant's, whose filter has had the time to settle."""
         seen = self._plant.reset(trial)
-        self._angle, self._gyro = self._plant.pose().tilt, seen.tilt_rate
+        self._angle = self._true = self._plant.pose().tilt
         return seen
 
     def step(self, command):
@@ -31,7 +31,7 @@ class FilteredTilt(Plant):
         seen = self._plant.step(command)
         true, dt = self._plant.pose().tilt, self.control_period
         passed = dt * self._rate
-        gyro, self._gyro = 0.5 * (self._gyro + seen.tilt_rate), seen.tilt_rate
+        gyro, self._true = (true - self._true) / dt, true
         accelerometer = true - seen.acceleration / GRAVITY
         self._angle = (1.0 - passed) * (self._angle + gyro * dt) + passed * accelerometer
         return seen._replace(tilt=self._angle + seen.tilt - true)
