@@ -1,9 +1,9 @@
 """Policies for robots of a parameter distribution: planar models whose parameters are known with an uncertainty.
 
 Regulators of some of the likely robots are driven on all of them (`planar_rollouts`), with noise of the sensors, slow
-torques and the error of a tilt filter; those under which most robots succeed, and among these those that use less of
-the limits and oscillate less, are candidates of the search. A regulator answers to a motor's dead zone and dry friction by a jump of the
-command (`policies.squash`).
+torques and the error of a tilt filter. Those under which most robots succeed, and among these those under which robots
+use less of the limits and oscillate less, are candidates of the search. A regulator answers to a motor's dead zone and
+dry friction by a jump of the command (`policies.squash`).
 """
 
 from collections.abc import Iterator, Sequence
