@@ -4,20 +4,22 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+from filtered_tilt import FilteredTilt
 
 from twbal.algorithm.rollout import rollout
 from twbal.core.channels import Channels
 from twbal.core.cost import cost_over
 from twbal.core.episode import Provenance
 from twbal.core.evaluation import SuccessCriterion, judged, real_cost
+from twbal.core.plant import Pose
 from twbal.core.start_pose import StartPose
 from twbal.core.streams import Stream, generator
 from twbal.effects.library import effects_from
-from twbal.planar.linearised import sampled_with_delay
+from twbal.planar.linearised import sampled_with_delay, torque_response
 from twbal.planar.parameters import twin_parameters
 from twbal.planar.planar_plant import PlanarPlant
 from twbal.search.linear_starts import linear_law, regulator, state_space
-from twbal.search.planar_rollouts import PlanarDraws, planar_rollouts
+from twbal.search.planar_rollouts import Driven, PlanarDraws, planar_rollouts
 from twbal.search.sampled_rollouts import limits_of
 
 NAMES = ("tilt", "tilt_rate", "speed", "command_1", "command_2", "position", "position_integral")
@@ -81,6 +83,25 @@ def rule_for(robot):
     )
 
 
+def undisturbed(start, sensors):
+    """Draws of robots on which nothing pushes and whose tilts are what they say."""
+    return PlanarDraws(start, sensors, np.zeros((*sensors.shape[:2], 2)), np.zeros(len(start)))
+
+
+def told_by_plant(robot, effects, policy, channels, rule, filter_rate=0.0):
+    """Episode of a plant without noise, its tilt from a complementary filter, and the stance at its beginning."""
+    plant = PlanarPlant(robot=robot, effects=effects_from(effects), start=START, physics_step=0.001, seed=3)
+    shown = FilteredTilt(plant, filter_rate) if filter_rate else plant
+    episode = rollout(shown, policy, channels, rule.steps, rule.tilt_limit, Provenance("paper", "robot", trial=0))
+    return episode, START.draw(generator(Stream.START_POSE, 3, 0))
+
+
+def told_by_kernel(robot, effects, policy, channels, rule, cost, drawn):
+    """The same robot by compiled code."""
+    limits, model = limits_of(rule, channels.names), twin_parameters(robot, effects)
+    return planar_rollouts([model], channels, policy, cost, limits, drawn, robot.control_period)
+
+
 def driven(robot, case, policy, channels, rule, cost, noise, trial):
     """Episode of the plant, and the same robot by compiled code with the same start and noises."""
     shown = dict(zip(("tilt", "tilt_rate", "wheel_angle", "wheel_rate"), noise, strict=True))
@@ -97,7 +118,7 @@ def driven(robot, case, policy, channels, rule, cost, noise, trial):
         policy,
         cost,
         limits_of(rule, channels.names),
-        PlanarDraws(np.array([stance]), (np.array(noise) * draws[:-1, [0, 1, 3, 4]])[None]),
+        undisturbed(np.array([stance]), (np.array(noise) * draws[:-1, [0, 1, 3, 4]])[None]),
         robot.control_period,
     )
     return episode, found
@@ -118,6 +139,10 @@ def test_a_robot_does_what_it_does_behind_the_seam_and_is_judged_alike(paper, na
             settled = np.abs(episode.tilt[rule.settle_step :]).max() / rule.settled_tilt_limit
             shares = settled, verdict.farthest / rule.place_limit, verdict.command_change / rule.command_change
             assert found.used[0] == pytest.approx(min(max(shares), 3.0), rel=1e-6)
+            swing = np.ptp(episode.poses[rule.place_step :, Pose._fields.index("tilt")])
+            assert found.swings[0] == pytest.approx(swing / rule.settled_tilt_limit, rel=1e-6)
+            if "imu_delay" not in case.effects:
+                assert found.swings[0] == pytest.approx(verdict.oscillation / rule.settled_tilt_limit, rel=1e-6)
         expected = real_cost(episode, cost, rule.steps)
         if not verdict.upright:
             expected += 1.0 - float(cost(episode.states[-1]))  # a rollout ends after its fall, which counts here
@@ -146,6 +171,8 @@ def test_robots_do_not_see_each_other(paper):
     draws = PlanarDraws(
         0.05 * rng.standard_normal((len(models), 3)),
         np.array(NOISE) * rng.standard_normal((len(models), rule.steps, 4)),
+        0.01 * rng.standard_normal((len(models), rule.steps, 2)),
+        rng.uniform(0.0, 0.3, len(models)),
     )
     policy = policy_for(paper, channels, CASES["it stays"])
 
@@ -156,11 +183,53 @@ def test_robots_do_not_see_each_other(paper):
             policy,
             cost,
             limits_of(rule, channels.names),
-            PlanarDraws(draws.start[which], draws.sensors[which]),
+            PlanarDraws(*(part[which] for part in draws)),
             paper.control_period,
         )
 
     together, alone = drive(list(range(len(models)))), [drive([i]) for i in range(len(models))]
     np.testing.assert_array_equal(together.costs, [each.costs[0] for each in alone])
     np.testing.assert_array_equal(together.used, [each.used[0] for each in alone])
+    np.testing.assert_array_equal(together.swings, [each.swings[0] for each in alone])
     assert len(set(together.costs)) == len(models)
+
+
+def test_constant_jolts_cost_what_a_constant_force_costs(paper):
+    """Jolts come at the end of a control period, a force acts throughout: rates are seen half a jolt off."""
+    case, channels, rule = CASES["it stays"], Channels(NAMES, paper.wheel_radius, paper.control_period), rule_for(paper)
+    policy, cost = policy_for(paper, channels, case), cost_over(NAMES, WIDTHS, 1.0, paper.torque_limit, 0.3)
+    force, outside = 4.0, torque_response(twin_parameters(paper, case.effects), paper.control_period)[:, 1]
+    pushing = {"periodic_disturbance": {"force": force, "frequency": 0.0, "phase": np.pi / 2}}
+    episode, stance = told_by_plant(paper, {**case.effects, **pushing}, policy, channels, rule)
+    calm = undisturbed(np.array([stance]), np.zeros((1, rule.steps, 4)))
+    drawn = calm._replace(jolts=np.tile(force * paper.wheel_radius * outside, (1, rule.steps, 1)))
+    pushed, alone = (
+        told_by_kernel(paper, case.effects, policy, channels, rule, cost, each).costs[0] * rule.steps
+        for each in (drawn, calm)
+    )
+    truth = real_cost(episode, cost, rule.steps)
+    assert alone < 0.6 * truth
+    assert pushed == pytest.approx(truth, rel=0.1)
+
+
+@pytest.mark.parametrize("rate", [0.4, 1.0])
+def test_a_tilt_from_a_complementary_filter_drives_as_one_does(paper, rate):
+    case, channels, rule = CASES["it stays"], Channels(NAMES, paper.wheel_radius, paper.control_period), rule_for(paper)
+    policy, cost = policy_for(paper, channels, case), cost_over(NAMES, WIDTHS, 1.0, paper.torque_limit, 0.3)
+    episode, stance = told_by_plant(paper, case.effects, policy, channels, rule, rate)
+    calm = undisturbed(np.array([stance]), np.zeros((1, rule.steps, 4)))
+    drawn = calm._replace(filter_rates=np.array([rate]))
+    filtered, alone = (
+        told_by_kernel(paper, case.effects, policy, channels, rule, cost, each) for each in (drawn, calm)
+    )
+    truth = real_cost(episode, cost, rule.steps)
+    gap = abs(truth - alone.costs[0] * rule.steps)
+    assert gap > 0.02 * truth
+    assert abs(filtered.costs[0] * rule.steps - truth) < 0.1 * gap
+    swing = np.ptp(episode.poses[rule.place_step :, Pose._fields.index("tilt")]) / rule.settled_tilt_limit
+    assert filtered.swings[0] == pytest.approx(swing, rel=0.1)
+
+
+def test_the_greater_of_limits_used_and_oscillation_counts():
+    found = Driven(used=np.array([0.5, 2.0]), swings=np.array([1.0, 0.1]), costs=np.zeros(2))
+    assert found.mean_use == 1.5

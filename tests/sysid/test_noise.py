@@ -72,6 +72,22 @@ def test_the_noise_of_the_sensors_is_found(paper, recording):
     assert (model.noise.torques < 0.01).all()
 
 
+def test_noise_is_no_louder_than_it_may_be_and_else_as_without_a_bound(paper):
+    """A force of 6 N, of which the model does not know, and a tilt of 0.004 rad of noise that may have 0.002."""
+    effects = {"periodic_disturbance": {"force": 6.0, "frequency": 1.0, "phase": 0.0}}
+    shaken = synthetic_recording(paper, effects, seed=3, periods=600, tolerance=0.0)
+    model = Model(twin_parameters(paper, {}), 0.0, LEVELS)
+    free = Data([shaken], 10).with_noise(model, 30).noise
+    loudest = Noise(np.array([0.5 * free.sensors[0], 1.0, 1.0, 1.0]), np.array([np.inf, 0.5 * free.torques[1]]))
+    bounded = Data([shaken], 10, loudest).with_noise(model, 30).noise
+    for found, most in zip(bounded, loudest, strict=True):
+        assert (found <= most * (1 + 1e-9)).all()
+    assert bounded.torques[1] == pytest.approx(loudest.torques[1])
+    assert bounded.sensors[0] == pytest.approx(loudest.sensors[0])
+    wide = Data([shaken], 10, Noise(np.full(4, 9.0), np.full(2, 99.0))).with_noise(model, 30).noise
+    np.testing.assert_allclose(np.concatenate(wide), np.concatenate(free), rtol=1e-9)
+
+
 def test_a_few_wild_samples_leave_the_noise_as_it_is(paper, recording):
     data = Data([recording], 10)
     model = Model(twin_parameters(paper, {}), 0.0, LEVELS)
@@ -79,9 +95,8 @@ def test_a_few_wild_samples_leave_the_noise_as_it_is(paper, recording):
     errors = data.errors(model, data.filter(model))[0]
     wild = errors.copy()
     wild[100:105] += 30 * LEVELS.sensors
-    clean, shoved = [
-        fit_noise(linear, LEVELS, [e], data.usable, (np.zeros(4), np.full(4, np.inf)), 30) for e in (errors, wild)
-    ]
+    anything = Noise(np.zeros(4), np.zeros(2)), Noise(np.full(4, np.inf), np.full(2, np.inf))
+    clean, shoved = [fit_noise(linear, LEVELS, [e], data.usable, anything, 30) for e in (errors, wild)]
     np.testing.assert_allclose(shoved.sensors, clean.sensors, rtol=0.15)
 
 

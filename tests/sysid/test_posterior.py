@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from filtered_tilt import FilteredTilt
 
 from twbal.algorithm.rollout import rollout
 from twbal.core.channels import Channels
@@ -18,7 +19,7 @@ from twbal.planar.planar_plant import PlanarPlant
 from twbal.planar.robot_distribution import prior_of
 from twbal.policies.exploring import ExploringPolicy
 from twbal.search.linear_starts import linear_law, regulator, state_space
-from twbal.sysid.posterior import posterior
+from twbal.sysid.posterior import posterior, tilt_error
 
 NAMES = ("tilt", "tilt_rate", "speed", "command_1", "command_2", "position")
 NOISE = {"tilt": 0.0035, "tilt_rate": 0.02, "wheel_angle": 0.001, "wheel_rate": 0.05}
@@ -26,8 +27,11 @@ UNSEEN = {"acceleration": 0.0, "yaw_rate": 0.0}
 SEEN = ("actuation_delay_delay", "dead_zone_width", "com_offset_angle", "torque_gain_gain")
 
 
-def episodes_of(robot, effects, seed, steps=200, count=1, scale=1.0, exploration=0.075):
-    """Rollouts of the planar robot with effects, at finer steps than the estimator's, under a regulator with noise."""
+def episodes_of(robot, effects, seed, steps=200, count=1, scale=1.0, exploration=0.075, filter_rate=0.0):
+    """Rollouts of the planar robot with effects, at finer steps than the estimator's, under a regulator with noise.
+
+    With a filter rate its tilt comes from a complementary filter.
+    """
     channels = Channels(NAMES, robot.wheel_radius, robot.control_period)
     linear = sampled_with_delay(twin_parameters(robot, {}), robot.control_period, 2)
     cost = cost_over(NAMES, {"tilt": 0.25, "tilt_rate": 2.5, "speed": 1.0, "position": 0.5}, 1.0, robot.torque_limit)
@@ -41,6 +45,8 @@ def episodes_of(robot, effects, seed, steps=200, count=1, scale=1.0, exploration
         physics_step=robot.control_period / 40,
         seed=seed,
     )
+    if filter_rate:
+        plant = FilteredTilt(plant, filter_rate)
     told = [Provenance("paper", "robot", seed=seed, trial=trial) for trial in range(count)]
     return [rollout(plant, policy, channels, steps, 0.5236, each) for each in told]
 
@@ -150,3 +156,35 @@ def test_what_comes_after_a_fall_is_not_used(paper):
     one, other = (posterior(prior, [replace(episode, observations=seen)]) for seen in (fallen, wild))
     np.testing.assert_array_equal(one.mean, other.mean)
     np.testing.assert_array_equal(one.covariance, other.covariance)
+
+
+HIDDEN = {"com_offset": {"angle": 0.04}, "actuation_delay": {"delay": 0.012}, "dead_zone": {"width": 1.0}}
+
+
+@pytest.mark.parametrize("rate", [0.0, 0.3])
+def test_the_rate_of_a_tilt_filter_is_found_and_the_robot_beside_it(paper, rate):
+    prior = prior_of(paper)
+    found = posterior(prior, episodes_of(paper, HIDDEN, 11, count=2, filter_rate=rate))
+    mean, sd = found.filter_rate
+    assert sd < 0.3 * prior.filter_rate[1]
+    assert abs(mean - rate) < 3 * sd
+    for effect, parameter in (("com_offset", "angle"), ("actuation_delay", "delay")):
+        k = prior.fields.index(f"{effect}_{parameter}")
+        off = found.mean[k] - HIDDEN[effect][parameter]
+        assert abs(off) < 4 * np.sqrt(found.covariance[k, k]), effect
+
+
+def test_what_a_filter_adds_to_the_tilt_is_what_a_real_one_adds(paper):
+    """A filter's tilt less the true one, beside what the readings of wheels and gyro tell of it, without noise."""
+    plant = PlanarPlant(
+        robot=paper, effects=[], start=StartPose(-0.02, 0.0, 0.0, 0.0), physics_step=paper.control_period / 40, seed=0
+    )
+    filtered, commands = FilteredTilt(plant, 0.4), np.random.default_rng(0).normal(0.0, 4.0, 25)
+    seen, true = [filtered.reset(0)], [plant.pose().tilt]
+    for command in commands:
+        seen.append(filtered.step(command))
+        true.append(plant.pose().tilt)
+    added = np.array([each.tilt for each in seen]) - true
+    told = tilt_error(np.array(seen), paper.wheel_radius, paper.control_period, 0.4)
+    assert np.abs(added).max() > 0.005
+    np.testing.assert_allclose(told, added, atol=0.05 * np.abs(added).max())

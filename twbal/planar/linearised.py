@@ -105,7 +105,12 @@ def sampled_with_delay(model: TwinParameters, period: float, ages: int) -> Delay
 def torque_response(model: TwinParameters, period: float) -> Array:
     """(2, 2), what torques [N·m] do within a control period to the rates of body and wheels about the balance [rad/s].
 
-    The columns are a torque in the joints, between wheels and body, and one on the wheels from outside.
+    The columns are a torque in the joints, between wheels and body, and one on the wheels from outside. By
+    differences of the model itself; both act throughout the period, and what is not linear about it is left out.
+
+    Args:
+        model: with its effects.
+        period: control period [s].
     """
     smooth = linear_part(model)
     k: Constants = constants(smooth, period / _STEPS)

@@ -1,6 +1,8 @@
 """Rollouts of planar models under one policy, compiled: what a policy is worth on robots that are known by parameters.
 
-A second or so of one core drives hundreds of robots for ten seconds each.
+A second or so of one core drives hundreds of robots for ten seconds each. Beside noise of the sensors, robots may meet
+slow torques that no parameter explains; these act by jolts at the end of each control period, after its readings. Their
+tilt may come from a complementary filter (as of `sysid.posterior.tilt_error`), which takes speeding up for leaning.
 """
 
 from collections.abc import Sequence
@@ -43,7 +45,8 @@ class Driven(NamedTuple):
         used: (n,) how much of the limits each used: the greatest of its tilt once settled, its distance once back in
             place and the change of its command, over their limits; it succeeded where that is at most 1. A robot that
             fell has 3 and the share of the time that was left.
-        swings: (n,) its tilt's oscillation in place, peak to peak, over the limit of the settled tilt.
+        swings: (n,) its tilt's oscillation in place, peak to peak, over the limit of the settled tilt; 3 for a robot
+            that fell.
         costs: (n,) mean cost of a step; a fallen robot costs 1 from its fall on.
     """
 

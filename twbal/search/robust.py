@@ -1,8 +1,9 @@
 """Policies for robots of a parameter distribution: planar models whose parameters are known with an uncertainty.
 
-Regulators of some of the likely robots are driven on all of them (`planar_rollouts`); those under which most robots
-succeed are candidates of the search. A regulator answers to a motor's dead zone and dry friction by a jump of the
-command (`policies.squash`).
+Regulators of some of the likely robots are driven on all of them (`planar_rollouts`), with noise of the sensors, slow
+torques and the error of a tilt filter. Those under which most robots succeed, and among these those under which robots
+use less of the limits and oscillate less, are candidates of the search. A regulator answers to a motor's dead zone and
+dry friction by a jump of the command (`policies.squash`).
 """
 
 from collections.abc import Iterator, Sequence
@@ -223,7 +224,16 @@ def scaled(cost: Cost, channels: Channels, place: float, change: float) -> Cost:
 
 
 def slow_noise(shape: tuple[int, int, int], forgotten: float, rng: np.random.Generator) -> Array:
-    """Standard normal numbers (n, T, k) whose correlation over time fades by exp(-`forgotten`) a step."""
+    """Standard normal numbers (n, T, k) whose correlation over time fades by exp(-`forgotten`) a step.
+
+    A first-order autoregressive process, AR(1), in its stationary state: G. E. P. Box, G. M. Jenkins, G. C. Reinsel,
+    G. M. Ljung: Time Series Analysis, 5th ed., Wiley 2015, section 3.2.
+
+    Args:
+        shape: n independent series of T steps for each of k quantities.
+        forgotten: time of a step over the correlation time.
+        rng: of all draws.
+    """
     kept = np.exp(-forgotten)
     found = rng.standard_normal(shape)
     for t in range(1, shape[1]):

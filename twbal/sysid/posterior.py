@@ -3,10 +3,15 @@
 All parameters are fitted at once from the prior that the robot's sheet gives (`planar.robot_distribution`), through the
 Kalman predictor of `sysid.predictor`; the covariance is the inverse of the curvature there (Laplace). Nothing is named
 or left out, as a diagnosis does: what rollouts do not tell stays as uncertain as it was before.
+
+A tilt may come from a complementary filter, which takes speeding up for leaning. Its time constant is found over a
+grid: what such a filter adds is taken off the tilt, all is fitted, and a parabola through the costs gives the rate and
+its standard deviation. The other parameters are those of the best rate of the grid.
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -35,26 +40,34 @@ _FALLEN = 0.3  # rad; what comes after is no balancing, but saturation and wheel
 _SHORTEST = 5  # control periods
 
 
+class _Attempt(NamedTuple):
+    """A fit to rollouts whose tilt was freed of the error of a filter of some rate.
+
+    Attributes:
+        data: the rollouts.
+        fit: to them.
+        cost: -2 log posterior density of the robot and the rate, but for a constant.
+    """
+
+    data: Data
+    fit: Fit
+    cost: float
+
+
 def posterior(prior: RobotDistribution, episodes: Sequence[Episode]) -> RobotDistribution:
     """The distribution of a robot's parameters after episodes of it, in which it must not turn much: yaw is left out.
+
+    Slow torques get the size of the prior and of what the fit leaves together, as rollouts too short to show them do
+    not tell that there are none.
 
     Raises:
         DataError: no episode has a few control periods of a robot that stands.
     """
     if not any(len(_recording(e, prior, 0.0)) >= _SHORTEST for e in episodes):
         raise DataError(f"None of {len(episodes)} episodes has {_SHORTEST} control periods of a robot that stands.")
-    begin = twin_parameters(prior.robot, {})._replace(**dict(zip(prior.fields, prior.mean.tolist(), strict=True)))
-    first = _data(prior, episodes, _FILTER_RATES[0])
-    # Noise that is fitted to a model far off explains what the model should: it begins small.
-    noise = Noise(np.array(_FIRST_SENSORS), np.full(2, prior.small_torque))
-    starts = [begin._replace(**{_DELAY: late * first.period}) for late in _FIRST_DELAYS]
-    best = min((_fitted(first, Model(start, 0.0, noise), prior) for start in starts), key=lambda found: found.cost)
-    fits = {_FILTER_RATES[0]: (first, best)}
-    for rate in _FILTER_RATES[1:]:
-        data = _data(prior, episodes, rate)
-        fits[rate] = data, _fitted(data, best.model, prior)
-    costs = {rate: fit.cost + _penalty(prior, rate) for rate, (_, fit) in fits.items()}
-    data, fit = fits[min(costs, key=costs.__getitem__)]
+    attempts = _attempts(prior, episodes)
+    costs = {rate: attempt.cost for rate, attempt in attempts.items()}
+    data, fit, _ = attempts[min(costs, key=costs.__getitem__)]
     return replace(
         prior,
         mean=fit.values,
@@ -65,16 +78,44 @@ def posterior(prior: RobotDistribution, episodes: Sequence[Episode]) -> RobotDis
     )
 
 
+def _attempts(prior: RobotDistribution, episodes: Sequence[Episode]) -> dict[float, _Attempt]:
+    """A fit for each of `_FILTER_RATES`; all but the first begin where that ends."""
+    begin = None
+    found = {}
+    for rate in _FILTER_RATES:
+        data = _data(prior, episodes, rate)
+        fit = _first_fit(data, prior) if begin is None else _fitted(data, begin, prior)
+        begin = begin or fit.model
+        found[rate] = _Attempt(data, fit, fit.cost + _penalty(prior, rate))
+    return found
+
+
+def _first_fit(data: Data, prior: RobotDistribution) -> Fit:
+    """The best of the fits that begin at the prior's mean, with several delays."""
+    mean = dict(zip(prior.fields, prior.mean.tolist(), strict=True))
+    begin = twin_parameters(prior.robot, {})._replace(**mean)
+    # Noise that is fitted to a model far off explains what the model should: it begins small.
+    noise = Noise(np.array(_FIRST_SENSORS), np.full(2, prior.small_torque))
+    starts = [begin._replace(**{_DELAY: late * data.period}) for late in _FIRST_DELAYS]
+    return min((_fitted(data, Model(start, 0.0, noise), prior) for start in starts), key=lambda found: found.cost)
+
+
 def _data(prior: RobotDistribution, episodes: Sequence[Episode], filter_rate: float) -> Data:
+    """Episodes that are long enough, without the error of a tilt filter [1/s], and the loudest noise that is allowed.
+
+    Bounds on noise keep a fit from calling noise what the model should explain.
+    """
     recordings = [r for e in episodes if len(r := _recording(e, prior, filter_rate)) >= _SHORTEST]
     return Data(recordings, _SUBSTEPS, Noise(np.array(_LOUDEST_SENSORS), np.full(2, 10.0 * prior.small_torque)))
 
 
 def _fitted(data: Data, model: Model, prior: RobotDistribution) -> Fit:
+    """The fit of all parameters that begins at a model."""
     return refit(data, model, _free(prior), _ROUNDS, _ITERATIONS, _NOISE_ITERATIONS)
 
 
 def _penalty(prior: RobotDistribution, filter_rate: float) -> float:
+    """-2 log prior density of a filter rate [1/s], but for a constant."""
     mean, sd = prior.filter_rate
     return ((filter_rate - mean) / sd) ** 2
 
@@ -94,6 +135,7 @@ def _vertex(costs: Mapping[float, float], most: float) -> tuple[float, float]:
 
 
 def _recording(episode: Episode, robots: RobotDistribution, filter_rate: float) -> Recording:
+    """An episode up to `_FALLEN`, its tilt without the error of a filter of a rate [1/s]."""
     seen = episode.observations.copy()
     seen[:, _COLUMNS[0]] -= tilt_error(seen, robots.robot.wheel_radius, episode.control_period, filter_rate)
     fallen = np.flatnonzero(np.abs(seen[:, _COLUMNS[0]]) > _FALLEN)
@@ -112,7 +154,11 @@ def _recording(episode: Episode, robots: RobotDistribution, filter_rate: float) 
 def tilt_error(observations: Array, wheel_radius: float, period: float, filter_rate: float) -> Array:
     """(T + 1,) what a complementary filter adds to the tilt, as it takes speeding up for leaning [rad].
 
-    Its accelerometer sees θ - v̇ / g, of which the filter passes what is slower than its time constant.
+    Its accelerometer sees θ - v̇ / g, of which the filter passes what is slower than its time constant. The filter
+    begins at the true tilt; the speed v of the axle comes from encoders and gyro.
+
+    R. Mahony, T. Hamel, J.-M. Pflimlin: Nonlinear complementary filters on the special orthogonal group, IEEE
+    Transactions on Automatic Control 53 (5), 2008, 1203-1218; here about one axis.
 
     Args:
         observations: (T + 1, 7) in the order of `Observation`.
