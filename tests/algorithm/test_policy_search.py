@@ -73,10 +73,10 @@ def find(robot, rollouts=(), names=PLACED, robust=ROBUST):
 
 
 def falls_at_once(robot, steps):
-    """A rollout that ended after so few steps."""
+    """A rollout that ended after so few steps, still within the tilts that tell something."""
     seen = np.zeros((steps + 1, 7))
     seen[:, 0] = robot.control_period * np.arange(steps + 1)
-    seen[:, 1] = np.linspace(-0.5, -0.6, steps + 1)
+    seen[:, 1] = np.linspace(-0.2, -0.28, steps + 1)
     states, commands = np.zeros((steps + 1, len(PLACED))), np.full(steps, 3.0)
     told = Provenance("paper", "robot")
     return Episode(PLACED, robot.control_period, seen, states, commands, Outcome.TILT_LIMIT, told)
