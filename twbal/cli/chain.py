@@ -19,6 +19,7 @@ from twbal.cli.stages import (
     diagnose,
     fit_diff_gp,
     fit_sim_gp,
+    identify,
     lqr,
     optimise_policy,
     real_rollout,
@@ -28,9 +29,7 @@ from twbal.cli.stages import (
 from twbal.core.errors import TwbalError
 from twbal.virtual_robot.process import Launch, launch
 
-RunStage = Callable[[DictConfig, Path], Manifest]
-
-RUN: Mapping[str, RunStage] = {
+RUN: Mapping[str, Callable[[DictConfig, Path], Manifest]] = {
     "sim-collect": sim_collect.run,
     "fit-sim-gp": fit_sim_gp.run,
     "optimise-policy": optimise_policy.run,
@@ -38,6 +37,7 @@ RUN: Mapping[str, RunStage] = {
     "real-rollout": real_rollout.run,
     "train-agent": train_agent.run,
     "fit-diff-gp": fit_diff_gp.run,
+    "identify": identify.run,
     "diagnose": diagnose.run,
 }
 
@@ -95,7 +95,10 @@ class Chain:
         self.outputs: dict[str, str] = {}
         self.wall_s = 0.0
         self._cfg, self._choices, self._flags = cfg, choices, list(flags)
-        self._run: Mapping[str, RunStage] = {**RUN, "real-rollout": partial(real_rollout.run, launch=launch)}
+        self._run: Mapping[str, Callable[[DictConfig, Path], Manifest]] = {
+            **RUN,
+            "real-rollout": partial(real_rollout.run, launch=launch),
+        }
 
     def run(self, call: StageCall) -> Manifest:
         """Run one stage, unless its folder says that it is done.

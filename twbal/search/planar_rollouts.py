@@ -198,8 +198,10 @@ def _rollout(  # type: ignore[no-untyped-def]
         s = jolted(after.state, jolts[step])
         astray -= filter_rate * ((k.radius * s.wheel_speed - axle) / GRAVITY + period * astray)
         axle = k.radius * s.wheel_speed
-        tilt, rate = after.reading.tilt + astray, after.reading.tilt_rate
-        wheel, wheel_rate = after.reading.wheel_angle, after.reading.wheel_rate
+        # The torques act all through the period, of which the readings know nothing: half of it is there on average.
+        tilt, rate = after.reading.tilt + astray, after.reading.tilt_rate + 0.5 * jolts[step, 0]
+        wheel = after.reading.wheel_angle
+        wheel_rate = after.reading.wheel_rate + 0.5 * (jolts[step, 1] - jolts[step, 0])
         if not abs(s.tilt) <= limits.limit:
             return _FALLEN + (steps - step) / steps, _FALLEN, (total + steps - step) / steps
         if step + 1 >= limits.settle_step:
@@ -208,5 +210,5 @@ def _rollout(  # type: ignore[no-untyped-def]
             used = max(used, abs(s.position) / limits.place_radius)
             lowest, highest = min(lowest, s.tilt), max(highest, s.tilt)
     change = np.sqrt(restless / max(steps - 1 - limits.settle_step, 1))
-    swing = max(highest - lowest, 0.0) / limits.settled_tilt_limit
+    swing = min(max(highest - lowest, 0.0) / limits.settled_tilt_limit, _FALLEN)
     return min(max(used, change / limits.command_change), _FALLEN), swing, total / steps

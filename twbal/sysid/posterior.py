@@ -33,7 +33,8 @@ _FIRST_SENSORS = (0.003, 0.02, 0.001, 0.05)  # rad, rad/s: where the search for 
 _LOUDEST_SENSORS = (0.01, 0.1, 0.02, 3.0)  # rad, rad/s: noise must not explain what the model should
 _FILTER_RATES = (0.2, 0.0, 0.1, 0.35, 0.5)  # 1/s; the first is where the search begins
 _FIRST_DELAYS = (0.25, 1.0, 2.0, 2.75)  # control periods: fits with a delay that is far off end in optima of their own
-_DELAY = "actuation_delay_delay"
+_DELAY, _BALANCE = "actuation_delay_delay", "com_offset_angle"
+_BALANCE_SD = 0.003  # rad; a filter of the tilt drifts by as much with the noise of its gyro, from rollout to rollout
 _COLUMNS = [Observation._fields.index(name) for name in MEASURED]
 _NUDGE = 2e-5  # of finite differences, in prior standard deviations: posterior ones can be a hundredth of these
 _FALLEN = 0.3  # rad; what comes after is no balancing, but saturation and wheels that slip
@@ -188,4 +189,6 @@ def _covariance(data: Data, fit: Fit, prior: RobotDistribution) -> Array:
     # Within a physics step of the model the delay is not smooth, so that its curvature there tells nothing.
     late = prior.fields.index(_DELAY)
     found[late, late] += (data.period / data.substeps) ** 2 / 12.0
+    balance = prior.fields.index(_BALANCE)
+    found[balance, balance] += _BALANCE_SD**2
     return 0.5 * (found + found.T)
