@@ -15,10 +15,14 @@ TEXT = PAGE.read_text()
 TERMS, _, ON_THE_COMMAND_LINE = TEXT.partition("## Names on the command line")
 NAMES = set(re.findall(r"`([^`]+)`", TEXT))
 CONF = conf_folder()
-TOGETHER = {file.stem: set(map(str, OmegaConf.load(file))) for file in (CONF / "groups").glob("*.yaml")}
+GROUPS = CONF / "groups"
+TOGETHER = {
+    file.relative_to(GROUPS).with_suffix("").as_posix(): set(map(str, OmegaConf.load(file)))
+    for file in GROUPS.rglob("*.yaml")
+}
 FOLDERS = {file.parent.relative_to(CONF).as_posix(): set() for file in CONF.rglob("*.yaml")} | TOGETHER
 OWN_PAGE = ("robot", "effect", "model/search")  # choices that are named after what they describe
-NOT_CHOSEN = (".", "groups", "task", "model/search")
+NOT_CHOSEN = (".", "groups", "groups/model", "task", "model/search")
 
 
 def terms():

@@ -1,7 +1,7 @@
 """What configurations are composed of: the yaml files of conf/, and nodes that share a file.
 
 Hydra takes one file a choice. Here the choices of most groups are a few lines each, so a group is one file,
-`conf/groups/<group>.yaml`, with a key for each of its choices; it begins with `# @package _global_` where these set
+`conf/groups/<group>.yaml` (the group `model/fit_f`: `conf/groups/model/fit_f.yaml`), with a key for each of its choices; it begins with `# @package _global_` where these set
 anything in the whole configuration. And a stage's own settings, `stage/<name>` for the configuration of a stage that
 runs it, are those in the stage's file but for what names files, which is up to who runs it. The choices of the group
 `effect` are the effects of the library.
@@ -9,8 +9,9 @@ runs it, are those in the stage's file but for what names files, which is up to 
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from functools import cache
+from functools import cache, reduce
 from math import ceil
+from operator import getitem
 from pathlib import Path
 from typing import Any, Self
 
@@ -57,10 +58,11 @@ def register_nodes() -> None:
 @cache
 def _register_files() -> None:
     """Make known what shares a file."""
-    for file in sorted((conf_folder() / "groups").glob("*.yaml")):
+    folder = conf_folder() / "groups"
+    for file in sorted(folder.rglob("*.yaml")):
         package = _GLOBAL if file.read_text(encoding="utf-8").startswith(f"# @package {_GLOBAL}") else None
         for choice, node in _loaded(file).items():
-            _store(str(choice), node, file.stem, package)
+            _store(str(choice), node, file.relative_to(folder).with_suffix("").as_posix(), package)
     for stage in set(SECTIONS.values()):
         name = stage.replace("-", "_")
         _store(name, _own_settings(stage, conf_folder() / f"{name}.yaml"), "stage")
@@ -70,7 +72,7 @@ def _store(name: str, node: Any, group: str, package: str | None = None) -> None
     """Make `node` known to Hydra as the choice `name` of a group."""
     store = ConfigStore.instance()
     store.store(name, node, group, package, provider="twbal")
-    choices = store.repo[group]
+    choices = reduce(getitem, group.split("/"), store.repo)
     choices[f"{name}.yaml"] = SharedNode(**vars(choices[f"{name}.yaml"]))
 
 

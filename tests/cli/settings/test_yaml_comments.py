@@ -48,12 +48,13 @@ def parts():
     """Each configuration that a file has: the file, what it is of, and its node."""
     for file in FILES:
         node = yaml.compose((CONF / file).read_text())
-        if file.parent.name != "groups":
+        if file.parts[0] != "groups":
             yield file, "" if file.parent == Path() else file.parent.as_posix(), node
             continue
         is_global = (CONF / file).read_text().startswith("# @package _global_")
         for choice, inner in node.value:
-            group = choice.value if file.stem == "task" else file.stem
+            own = file.relative_to("groups").with_suffix("").as_posix()
+            group = choice.value if own == "task" else own
             yield file, "_global_" if is_global else group, inner
 
 
