@@ -2,6 +2,7 @@
 
     python scripts/readme.py tables                the tables, from benchmarks/results/*.json
     python scripts/readme.py pictures <run folder> the pictures and the film, from a run of `twbal iterate`
+    python scripts/readme.py paper <run folder>    those of the paper's own recipe, from a run with experiment=paper
     python scripts/readme.py diagnosis <run folder> the picture of a gap, from a run of `twbal diagnose`
 
 Nothing in these tables is typed by hand.
@@ -37,21 +38,23 @@ def main(words: Sequence[str]) -> None:
             for page in PAGES:
                 page.write_text(filled(page.read_text()))
         case ["pictures", folder]:
-            copy_pictures(Path(folder) / "figures")
+            copy_pictures(Path(folder) / "figures", PICTURES)
             draw_film(Path(folder))
+        case ["paper", folder]:
+            copy_pictures(Path(folder) / "figures", PICTURES / "paper", ("cost",))
         case ["diagnosis", folder]:
             shutil.copy(Path(folder) / "figures" / "gap.svg", PICTURES / "gap.svg")
         case _:
             raise SystemExit(__doc__)
 
 
-def copy_pictures(figures: Path) -> None:
-    """The pictures of a run that the pages show; its last prediction as `prediction_last`."""
-    PICTURES.mkdir(parents=True, exist_ok=True)
+def copy_pictures(figures: Path, target: Path, names: Sequence[str] = ("tilt", "learning", "drift", "cost")) -> None:
+    """The pictures of a run that the pages show, with its first prediction, and its last as `prediction_last`."""
+    target.mkdir(parents=True, exist_ok=True)
     predictions = sorted(figures.glob("prediction_*.svg"), key=lambda path: int(path.stem.split("_")[1]))
-    shown = {name: figures / f"{name}.svg" for name in ("tilt", "learning", "drift", "cost", "prediction_0")}
+    shown = {name: figures / f"{name}.svg" for name in (*names, "prediction_0")}
     for name, picture in {**shown, "prediction_last": predictions[-1]}.items():
-        shutil.copy(picture, PICTURES / f"{name}.svg")
+        shutil.copy(picture, target / f"{name}.svg")
 
 
 def draw_film(run: Path) -> None:
@@ -161,6 +164,23 @@ def beside(results: Mapping[str, Any]) -> list[str]:
             solved = sum(solved_at(robot, "default") is not None for robot in found)
             seconds = [_seconds(found, "default", name) for name in ("real_seconds", "trial_seconds")]
             lines.append(f"| {recipe or 'default'} | {len(found)} | {solved} | {' | '.join(seconds)} |")
+    return lines
+
+
+def paper(results: Mapping[str, Any]) -> list[str]:
+    """One line a robot that the paper's own recipe learned, by the paper's own rule; and whether it stands a minute."""
+    lines = [
+        "| robot | successes by update, of ten | driven to learn | cost predicted / real, last | stands a minute |",
+        "|---|---|---|---|---|",
+    ]
+    for robot in results["robots"]:
+        steps, minute = robot["iterations"], robot["minute"]
+        last, count = steps[-1], sum(trial["default"]["succeeded"] for trial in minute)
+        cost = f"{last['predicted_cost']:.1f} / {last['real_cost']:.1f}"
+        by_update = ", ".join(str(step["successes"]) for step in steps)
+        lines.append(
+            f"| {robot['seed']} | {by_update} | {last['real_seconds']:.1f} s | {cost} | {count} of {len(minute)} |"
+        )
     return lines
 
 
@@ -384,6 +404,7 @@ PARTS: Mapping[str, Callable[..., list[str]]] = {
     "summary": summary,
     "robots": robots,
     "beside": beside,
+    "paper": paper,
     "reachable": reachable,
     "reproduced": reproduced,
     "figures": figures,

@@ -14,8 +14,17 @@ from twbal.core.robot_parameters import RobotParameters
 from twbal.virtual_robot.ground_truth import GroundTruth
 
 _KEPT = ("index", "real_seconds", "trial_seconds", "predicted_cost", "real_cost", "coverage95", "fit_s", "search_s")
-_PREDICTED = ("log_density", "crps", "crps_of_trials", "crps_ratio", "success_probability", "reason", "same_policy_as")
-"""What runs of earlier versions do not note."""
+_LATER = (
+    "successes",
+    "log_density",
+    "crps",
+    "crps_of_trials",
+    "crps_ratio",
+    "success_probability",
+    "reason",
+    "same_policy_as",
+)
+"""What earlier results lack; `successes` are by the run's own rule."""
 _PARTS = ("upright", "settled", "in_place", "quiet", "succeeded")
 
 
@@ -55,7 +64,7 @@ def iteration_records(folder: Path, summary: Mapping[str, Any], rules: Rules) ->
     for iteration in summary["iterations"]:
         trials = folder / f"iteration_{iteration['index']}" / "trials"
         episodes = read_logs([trials]) if trials.is_dir() else ()
-        kept = {name: iteration[name] for name in _KEPT} | {name: iteration.get(name) for name in _PREDICTED}
+        kept = {name: iteration[name] for name in _KEPT} | {name: iteration.get(name) for name in _LATER}
         found.append({**kept, "trials": [trial_record(episode, rules) for episode in episodes]})
     return found
 
