@@ -284,25 +284,6 @@ def mending(results: Mapping[str, Any]) -> list[str]:
     return [*lines, "", median_fall, f"Real seconds: {sums}."]
 
 
-def methods(results: Mapping[str, Any]) -> list[str]:
-    """One line a method, beside the main one."""
-    shown = {"seconds": "real seconds", "cost": "real cost", "coverage": "in the band", "drift": "drift [m]"}
-    names = ["method", "balanced", *shown.values(), "fits, searches [s]", "better, worse, p"]
-    lines = [f"| {' | '.join(names)} |", "|" + "---|" * len(names)]
-    for row in results["methods"]:
-        beside = row["seconds_p"]
-        if not row["runs"]:
-            continue
-        cells = [row["method"], f"{row['solved']} of {row['runs']}"]
-        cells += [(row[metric] or "-").replace(" to ", "-") for metric in shown]
-        cells.append((row["search"] or "-").split(" ")[0])
-        cells.append(f"{beside['better']}, {beside['worse']}, {beside['p']:.2g}" if beside["pairs"] else "-")
-        lines.append(f"| {' | '.join(map(str, cells))} |")
-    robots = ", ".join(map(str, results["robots"]))
-    took = f"The runs took {results['work_s'] / 60:.0f} minutes together, {results['machine']}."
-    return [*lines, "", f"Robots {robots}.", took]
-
-
 def times(results: Mapping[str, Any]) -> list[str]:
     """One line a case of the moment matching."""
     names = "engine, policy, samples, f's variance, CPU s, steps by pairs, all by pairs, cost off, gradient off, memory"
@@ -410,7 +391,6 @@ PARTS: Mapping[str, Callable[..., list[str]]] = {
     "figures": figures,
     "missed": missed,
     "mending": mending,
-    "methods": methods,
     "times": times,
     "ratios": ratios,
     "steps": steps,

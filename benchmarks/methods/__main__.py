@@ -3,7 +3,7 @@
 Every method of conf/groups/method.yaml learns the same hidden robots, which the textbook regulator of the data sheet
 drops, with at most 6 updates; those that search nothing with three seeds each. What is done already in
 outputs/bench/methods is not done again; with collect=true nothing is, and what is there is put together. `twbal
-compare` reads that folder, too; what the docs show goes to benchmarks/results/methods.json.
+compare` reads that folder, too; raw results go to benchmarks/results/methods.json.
 """
 
 import json
