@@ -45,7 +45,8 @@ def test_every_link_leads_to_a_tracked_file_and_a_heading_of_it(page, tracked):
 
 def test_every_picture_is_shown():
     shown = {(page.parent / target).resolve() for page in PAGES for target in links(page)}
-    assert {path for path in (ROOT / "docs" / "pictures").iterdir() if path not in shown} == set()
+    pictures = (path for path in (ROOT / "docs" / "pictures").rglob("*") if path.is_file())
+    assert {path for path in pictures if path not in shown} == set()
 
 
 def test_the_tables_are_what_the_results_say():
