@@ -161,7 +161,7 @@ def check_table(disk: list[Iteration], printed: str) -> None:
     for index, (line, iteration) in enumerate(zip(lines[header + 1 :], disk, strict=False)):
         driven += iteration.rollout_seconds
         again = f"that of {iteration.first_had}" if iteration.first_had != index else "new"
-        said = rf"[* ] {index} +{again}, [a-z ]+ +\d+ samples, {driven:.1f} s .* {iteration.successes} of "
+        said = rf"[* ] {index} +{again}(, [a-z ]+)? +\d+ samples, {driven:.1f} s .* {iteration.successes} of "
         assert re.search(rf"{said}{iteration.trials}  +{iteration.trial_seconds:.1f} s ", line), (said, line)
 
 

@@ -15,8 +15,15 @@ from twbal.cli.typed_config import recorded
 CONF = conf_folder()
 ENTRIES = sorted(path.stem for path in CONF.glob("*.yaml") if path.stem != "base")
 PLACES = [path.relative_to(CONF) for path in CONF.rglob("*.yaml")]
-OPTIONS = [(place.parent.as_posix(), place.stem) for place in PLACES if place.parent.as_posix() not in (".", "groups")]
-OPTIONS += [(file.stem, str(option)) for file in (CONF / "groups").glob("*.yaml") for option in OmegaConf.load(file)]
+OPTIONS = [
+    (place.parent.as_posix(), place.stem) for place in PLACES if place.parts[0] != "groups" and place.parent.name
+]
+OPTIONS += [
+    (place.relative_to("groups").with_suffix("").as_posix(), str(option))
+    for place in PLACES
+    if place.parts[0] == "groups"
+    for option in OmegaConf.load(CONF / place)
+]
 OPTIONS.sort()
 NEEDED = {
     "policy.path": "p.pt",
