@@ -59,6 +59,10 @@ def upright(periods):
     return Episode(("tilt",), 0.02, observations, states, np.zeros(periods), Outcome.COMPLETED, source)
 
 
+SOLVED_TWICE = ("iteration_1/trials", "iteration_2/trials")
+"""By policy 1, before and after its model is recalibrated."""
+
+
 def learn(solved=(), words=(), diagnosable=1, useless=(), robust="none", likeliest=0, **changed):
     """The calls of a run and what it learned.
 
@@ -215,7 +219,7 @@ def test_a_solved_robot_ends_the_run_where_that_is_asked_for(asked, policies):
 
 
 def test_a_policy_that_solves_it_is_driven_as_it_is_for_the_model_and_kept():
-    calls, learning = learn(solved=("iteration_1/trials",), stop_when_solved=True, calibration_rollouts=4)
+    calls, learning = learn(solved=SOLVED_TWICE, stop_when_solved=True, calibration_rollouts=4)
     last = learning.policies[-1]
     assert [learned.recalibrates for learned in learning.policies] == [False, False, True]
     rollout = next(call for call in calls if call.folder == last.rollouts[-1])
@@ -224,6 +228,21 @@ def test_a_policy_that_solves_it_is_driven_as_it_is_for_the_model_and_kept():
     assert not search.overrides["optimise"]
     assert search.overrides["initial_policies"] == [learning.policies[1].policy / POLICY]
     assert search.overrides["calibration_episodes"] == [last.rollouts[-1]]
+
+
+@pytest.mark.parametrize(("updates", "recalibrates"), [(1, [0, 0, 1]), (2, [0, 0, 1, 0]), (3, [0, 0, 1, 0, 0])])
+def test_a_policy_that_fails_when_it_is_tried_again_was_no_solution(updates, recalibrates):
+    calls, learning = learn(
+        solved=("iteration_1/trials",), stop_when_solved=True, calibration_rollouts=4, updates=updates
+    )
+    assert [learned.recalibrates for learned in learning.policies] == recalibrates
+    driven = [
+        call.overrides["first_trial"] + i
+        for call in only(calls, "real-rollout")
+        if call.folder.name != "trials"
+        for i in range(call.overrides["trials"])
+    ]
+    assert len(set(driven)) == len(driven)
 
 
 def test_a_policy_that_solves_nothing_is_not_confirmed():
@@ -321,7 +340,7 @@ def test_a_diagnosis_that_leaves_the_gap_changes_nothing():
 
 
 def test_a_policy_that_is_only_confirmed_needs_no_diagnosis():
-    calls, _ = learn(solved=("iteration_1/trials",), stop_when_solved=True, calibration_rollouts=4, diagnose=True)
+    calls, _ = learn(solved=SOLVED_TWICE, stop_when_solved=True, calibration_rollouts=4, diagnose=True)
     assert [call.folder for call in only(calls, "diagnose")] == [Path("iteration_1/diagnosis")]
 
 
@@ -378,7 +397,10 @@ def test_with_robots_of_the_parameter_distribution_the_identified_simulation_is_
 
 def test_the_identified_simulation_is_driven_at_random_and_by_every_policy_that_drove_the_robot():
     calls, learning = learn(
-        robust="default", solved=("iteration_2/trials",), stop_when_solved=True, calibration_rollouts=4
+        robust="default",
+        solved=("iteration_2/trials", "iteration_3/trials"),
+        stop_when_solved=True,
+        calibration_rollouts=4,
     )
     fits = only(calls, "fit-sim-gp")[2:]
     assert [learned.recalibrates for learned in learning.policies] == [False, False, False, True]

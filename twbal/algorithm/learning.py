@@ -53,11 +53,16 @@ class Algorithm(Generic[R, M, P, S, K]):
     def run(self) -> RunResult[R, M, P]:
         """From nothing to the last policy."""
         simulated, first = self._first()
-        policies = [self._tried(first)]
-        while len(policies) <= self._settings.updates and not self._is_enough(policies[-1]):
-            policies.append(self._tried(self._updated(policies)))
-        if self._settings.calibration_rollouts and policies[-1].predicted and self._is_enough(policies[-1]):
-            policies.append(self._tried(self._recalibrated(policies)))
+        policies, updates = [self._tried(first)], 0
+        while True:
+            newest = policies[-1]
+            if self._is_enough(newest) and self._is_to_recalibrate(newest):
+                policies.append(self._tried(self._recalibrated(policies)))
+            elif not self._is_enough(newest) and updates < self._settings.updates:
+                policies.append(self._tried(self._updated(policies)))
+                updates += 1
+            else:
+                break
         return RunResult(simulated, tuple(policies))
 
     def _first(self) -> tuple[tuple[R, ...], LearnedPolicy[R, M, P]]:
@@ -129,8 +134,9 @@ class Algorithm(Generic[R, M, P, S, K]):
 
     def _driven(self, newest: LearnedPolicy[R, M, P], conditions: Conditions, again: int = 0) -> R:
         """Rollouts of a policy to learn from, the first or again; no two of them have one number."""
-        before = newest.index * self._settings.max_update_rollouts + again
-        first = self._driving.first_trial + before * self._driving.trials
+        trials = self._driving.trials
+        most = max(self._settings.max_update_rollouts * trials, self._settings.calibration_rollouts)
+        first = self._driving.first_trial + newest.index * most + again * trials
         place = Path(f"iteration_{newest.index}") / (f"rollout_{again}" if again else "rollout")
         return self._steps.drive(place, newest.policy, replace(conditions, first_trial=first))
 
@@ -142,6 +148,10 @@ class Algorithm(Generic[R, M, P, S, K]):
         conditions = replace(self._update.as_judged, trials=self._settings.trials, first_trial=first)
         place = Path(f"iteration_{learned.index}") / "trials"
         return replace(learned, trials=self._steps.drive(place, learned.policy, conditions))
+
+    def _is_to_recalibrate(self, solving: LearnedPolicy[R, M, P]) -> bool:
+        """Whether a policy that solved it has a prediction that no rollouts have recalibrated yet."""
+        return bool(self._settings.calibration_rollouts) and solving.predicted and not solving.recalibrates
 
     def _is_enough(self, learned: LearnedPolicy[R, M, P]) -> bool:
         return self._settings.stop_when_solved and learned.trials is not None and self._update.solved(learned.trials)

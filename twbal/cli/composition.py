@@ -1,10 +1,10 @@
 """What configurations are composed of: the yaml files of conf/, and nodes that share a file.
 
 Hydra takes one file a choice. Here the choices of most groups are a few lines each, so a group is one file,
-`conf/groups/<group>.yaml` (the group `model/fit_f`: `conf/groups/model/fit_f.yaml`), with a key for each of its choices; it begins with `# @package _global_` where these set
-anything in the whole configuration. And a stage's own settings, `stage/<name>` for the configuration of a stage that
-runs it, are those in the stage's file but for what names files, which is up to who runs it. The choices of the group
-`effect` are the effects of the library.
+`conf/groups/<group>.yaml` (the group `model/fit_f`: `conf/groups/model/fit_f.yaml`), with a key for each of its
+choices; it begins with `# @package _global_` where these set anything in the whole configuration. And a stage's own
+settings, `stage/<name>` for the configuration of a stage that runs it, are those in the stage's file but for what names
+files, which is up to who runs it. The choices of the group `effect` are the effects of the library.
 """
 
 from collections.abc import Iterator
