@@ -61,8 +61,10 @@ def distinct_names(paths: Sequence[Path]) -> list[str]:
     return next((names for names in choices if len(set(names)) == len(paths)), choices[-1])
 
 
-def _words(given: ListConfig | DictConfig | str) -> dict[str, str]:
+def _words(given: ListConfig | DictConfig | str | None) -> dict[str, str]:
     """Files and choices by name."""
+    if given is None:
+        return {}
     if isinstance(given, DictConfig):
         return {str(name): str(word) for name, word in given.items()}
     words = [given] if isinstance(given, str) else [str(word) for word in given]

@@ -15,7 +15,7 @@ from scipy.linalg import solve_discrete_lyapunov
 from twbal.core.gaussian import Array
 from twbal.planar.parameters import TwinParameters
 from twbal.sysid.model import Data, Model
-from twbal.sysid.noise import Filter, LinearTwin, Noise, linearise_period
+from twbal.sysid.noise import Filter, LinearTwin, linearise_period
 from twbal.sysid.open_loop import OpenLoop, predict_open_loop
 from twbal.sysid.recording import Mask
 
@@ -66,8 +66,9 @@ def prediction_errors(data: Data, model: Model, plan: Prediction, rng: np.random
     shape = (len(plan.starts), len(plan.horizons), 4)
     try:
         kalman, linear = data.filter(model), linearise_period(model.twin, data.period)
-        states = data.predictions(model, kalman)[0].states
-        sds = _spread(linear, kalman, model.noise)
+        errors, states = data.predictions(model, kalman)[0]
+        sensors = _bounded(model.noise.sensors, errors[recording.usable])
+        sds = _spread(linear, kalman, sensors)
     except (np.linalg.LinAlgError, ValueError):  # a simulation without a filter: its numbers are beyond floats
         return PredictionErrors(np.full(shape, np.nan), np.full(shape[1:], np.nan), np.zeros(shape[:2], bool))
     right = _predicted(data, model.twin_for(0), states, plan, np.zeros((shape[0], 8)))
@@ -81,7 +82,7 @@ def prediction_errors(data: Data, model: Model, plan: Prediction, rng: np.random
         shift = (moved.readings - right.readings)[:, plan.horizons - 1]
         shift[np.abs(shift) > _FARTHEST] = np.nan
         variance += np.mean(shift**2, axis=0) / _DRAWS
-    floor = np.sqrt(variance + model.noise.sensors**2)
+    floor = np.sqrt(variance + sensors**2)
     return PredictionErrors(errors, np.asarray(floor), right.fell[:, None] <= plan.horizons)
 
 
@@ -90,7 +91,16 @@ def _predicted(data: Data, twin: TwinParameters, states: Array, plan: Prediction
     return predict_open_loop(twin, recording, data.substeps, states, plan.starts, off, steps, plan.limit)
 
 
-def _spread(linear: LinearTwin, kalman: Filter, noise: Noise) -> Array:
+def _bounded(sensors: Array, errors: Array) -> Array:
+    """The sensors' noise (4,), which is no more than the errors (T, 4) of predictions of the next instant.
+
+    The log alone tells it from above. Were the simulation right, these errors would be that noise and little else.
+    """
+    rms = np.sqrt(np.mean(errors**2, axis=0))
+    return np.where((rms > 0.0) & (rms < sensors), rms, sensors)
+
+
+def _spread(linear: LinearTwin, kalman: Filter, sensors: Array) -> Array:
     """A root (8, 8) of the covariance of what the settled filter's state is off by, where only sensors have noise.
 
     The filter reckons with torques that there are not; with its gain K and R of the sensors the error is that of
@@ -98,6 +108,6 @@ def _spread(linear: LinearTwin, kalman: Filter, noise: Noise) -> Array:
     """
     K = kalman.gains[-1]
     A = (np.eye(8) - K @ linear.C) @ linear.F
-    P = solve_discrete_lyapunov(A, (K * noise.sensors**2) @ K.T)
+    P = solve_discrete_lyapunov(A, (K * sensors**2) @ K.T)
     values, vectors = np.linalg.eigh(0.5 * (P + P.T))
     return np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))

@@ -28,7 +28,7 @@ def _run(
     period: float,
     substeps: int,
     states: Array,
-    starts: Array,
+    starts: NDArray[np.int_],
     off: Array,
     limit: float,
     predicted: Array,

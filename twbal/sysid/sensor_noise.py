@@ -12,6 +12,7 @@ noise; so the smaller one counts, and it errs upwards if at all:
 """
 
 import numpy as np
+from numpy.typing import NDArray
 
 from twbal.core.gaussian import Array
 from twbal.io.importers.smoother import smooth
@@ -33,14 +34,14 @@ def sensor_noise(recording: Recording) -> Array:
     found[sensed] = _innovations(part, sensed)
     for i in sensed:
         rate = _RATE_OF.get(int(i))
-        if rate in sensed:
+        if rate is not None and rate in sensed:
             found[i] = _beside_its_rate(part.measured[:, i], part.measured[:, rate], part.period)
         else:
             found[i] = min(found[i], smooth(part.measured[:, i], part.period).noise_sd)
-    return np.maximum(found, Data([recording], 1).resolution)
+    return np.asarray(np.maximum(found, Data([recording], 1).resolution))
 
 
-def _innovations(recording: Recording, sensed: Array) -> Array:
+def _innovations(recording: Recording, sensed: NDArray[np.intp]) -> Array:
     """Standard deviations of the errors of a linear autoregression, (E,); infinite where the data are too few."""
     seen, commands = recording.measured[:, sensed], recording.commands[:, None]
     count = len(seen) - _MEMORY
@@ -57,5 +58,5 @@ def _beside_its_rate(angle: Array, rate: Array, period: float) -> float:
     """Standard deviation of an angle's noise, by the rate that was measured beside it."""
     z = np.diff(angle) - 0.5 * period * (rate[1:] + rate[:-1])
     z -= z.mean()
-    variance = (np.mean(z**2) - 2.0 * np.mean(z[1:] * z[:-1])) / 4.0
+    variance = float(np.mean(z**2) - 2.0 * np.mean(z[1:] * z[:-1])) / 4.0
     return float(np.sqrt(max(variance, 0.0)))

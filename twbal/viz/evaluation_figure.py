@@ -3,6 +3,7 @@
 import numpy as np
 from matplotlib.figure import Figure
 
+from twbal.core.gaussian import Array
 from twbal.core.palette import GOOD, INK, MUTED, PREDICTED, REAL
 from twbal.diagnosis.evaluation_record import CHANNEL_UNITS, PredictionScore, SimulationEvaluation
 from twbal.viz.canvas import label, legend, panels, shown, styled
@@ -28,7 +29,8 @@ def evaluation_figure(evaluation: SimulationEvaluation, log: str) -> Figure:
             rows = [s for s in evaluation.scores if (s.simulation, s.log, s.channel) == (simulation.name, log, channel)]
             times = [1e3 * score.horizon for score in rows]
             panel.plot(times, [factor * _known(s.error) for s in rows], form, color=colour, label=simulation.name)
-            panel.fill_between(times, *(factor * end for end in _band(rows)), color=colour, alpha=0.18, linewidth=0)
+            low, high = _band(rows)
+            panel.fill_between(times, factor * low, factor * high, color=colour, alpha=0.18, linewidth=0)
             floor = [factor * _known(score.noise_floor) for score in rows]
             panel.plot(times, floor, ":", color=colour, linewidth=1.1)
         panel.plot([], [], ":", color=INK.light, linewidth=1.1, label="sensor noise alone")
@@ -46,7 +48,7 @@ def _known(value: float | None) -> float:
     return np.nan if value is None else value
 
 
-def _band(rows: list[PredictionScore]) -> tuple[np.ndarray, np.ndarray]:
+def _band(rows: list[PredictionScore]) -> tuple[Array, Array]:
     """Lower and upper ends of the intervals."""
     low = np.array([np.nan if score.error95 is None else score.error95.low95 for score in rows])
     high = np.array([np.nan if score.error95 is None else score.error95.high95 for score in rows])
