@@ -6,14 +6,18 @@ from pathlib import Path
 
 from hydra import compose
 from hydra.core.global_hydra import GlobalHydra
+from hydra.utils import instantiate
 from omegaconf import DictConfig, ListConfig
 
+from twbal.cli.composed import composed
+from twbal.cli.composition import composing
 from twbal.cli.manifest import read_manifest
 from twbal.cli.sim_files import effects_in, is_simulation_file
-from twbal.cli.typed_config import members
+from twbal.cli.typed_config import members, typed
 from twbal.core.errors import ConfigError
 from twbal.core.files import file_hash
-from twbal.diagnosis.evaluation_inputs import GivenSimulation
+from twbal.core.robot_parameters import RobotParameters
+from twbal.diagnosis.evaluation_inputs import EvaluationSettings, GivenSimulation
 from twbal.effects.library import values_of
 
 NOMINAL = "nominal"
@@ -43,6 +47,19 @@ def simulations_of(cfg: DictConfig) -> list[GivenSimulation]:
             f"{NOMINAL!r} is the one that sim=... chooses."
         )
     return kept
+
+
+def composed_evaluation(
+    overrides: Sequence[str],
+) -> tuple[list[GivenSimulation], RobotParameters, EvaluationSettings]:
+    """What `twbal evaluate-sim` compares with these words, how, and of which robot, for episodes that are no files.
+
+    Raises:
+        ConfigError: an override that the stage does not take, or a value or simulation that cannot be right.
+    """
+    cfg = composed("evaluate-sim", ["episodes=in_memory", *overrides])
+    with composing():
+        return simulations_of(cfg), instantiate(cfg.robot), typed(EvaluationSettings, cfg)
 
 
 def simulation_files(simulations: Sequence[GivenSimulation]) -> list[Path]:
