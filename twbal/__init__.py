@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from twbal.api.driving import Evaluation as Evaluation
     from twbal.api.driving import evaluate as evaluate
     from twbal.api.driving import simulate as simulate
+    from twbal.api.evaluating import evaluate_simulation as evaluate_simulation
     from twbal.api.files import (
         load_model as load_model,
     )
@@ -38,6 +39,7 @@ _PLACES = {
     "Evaluation": "driving",
     "evaluate": "driving",
     "simulate": "driving",
+    "evaluate_simulation": "evaluating",
     "load_model": "files",
     "load_policy": "files",
     "read_episodes": "files",

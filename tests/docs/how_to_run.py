@@ -303,6 +303,12 @@ TABLE: Mapping[str, How] = {
     "fit-diff-gp dynamics=[a/model.pt,b/model.pt,null]": Stage(
         {"a/model.pt": MODEL, "b/model.pt,null]": f"{MODEL},null] episodes={RECORDED}"}
     ),
+    "twbal evaluate-sim sims=[outputs/diagnose/.../augmented.yaml] episodes=outputs/real-rollout/...": Stage(
+        small=("horizons=[0.04]", "settling=0.1"), after=(_DIAGNOSE,)
+    ),
+    "twbal evaluate-sim 'sims={first:a.yaml,second:b.yaml}' episodes=[run_1,run_2]": Stage(
+        {"a.yaml": "nominal", "b.yaml": "regbot"}, small=("horizons=[0.04]", "settling=0.1")
+    ),
     _IDENTIFY: Stage(small=("hydra.run.dir=outputs/identify/...",)),
     "twbal sim-collect sim=<run folder>/identified.yaml": Stage(
         {"<run folder>": "outputs/identify/..."}, after=(_IDENTIFY,)

@@ -13,8 +13,8 @@ from twbal.core.errors import ConfigError
 _MISSING = "???"
 _HOLD_RULES = ("robot", "start", "state", "success", "validation", "faults", "agent", "sim.effects", "ensemble")
 """Parts that are built at once, for the rules between their values; they are plain values, and read no files."""
-_FIND_THEIR_STEP = ("diagnose",)
-"""Stages that shorten the physics step until it divides the control period of the logs."""
+_FIND_THEIR_STEP = ("diagnose", "evaluate-sim")
+"""Stages that find a physics step which divides the control period of the logs."""
 
 
 def check_configuration(cfg: DictConfig, stage: str) -> None:

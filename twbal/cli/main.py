@@ -27,6 +27,7 @@ STAGES = {
     "identify": "tell a robot's parameters, with standard deviations, by rollouts of it",
     "import-log": "bring logs that twbal did not make into episode logs, by a mapping",
     "diagnose": "name what the simulation lacks to explain measured episodes, and add it",
+    "evaluate-sim": "compare how well simulations predict logs, nothing refitted",
     "plot": "draw an episode as plots and as a film of the robot",
     "compare": "put runs and sweeps of iterate beside each other",
     "regress": "compare what every part makes of logged data with a baseline",

@@ -48,6 +48,21 @@ def with_files(words: Sequence[str]) -> list[str]:
     return ["sim=nominal", *step, *(f"++sim.effects.{name}={text(node)}" for name, node in effects.items()), *others]
 
 
+def is_simulation_file(word: str) -> bool:
+    """Whether a word names a simulation by its file."""
+    return word.endswith(_ENDINGS)
+
+
+def effects_in(path: Path) -> dict[str, dict[str, float]]:
+    """The effects of a simulation in a file, with their values.
+
+    Raises:
+        ConfigError: the file is not there, or holds no simulation.
+    """
+    _, effects = _read(path)
+    return {name: {key: value for key, value in node.items() if key != "_target_"} for name, node in effects.items()}
+
+
 def simulation_text(effects: Mapping[str, Mapping[str, float]], physics_step: float, title: str) -> str:
     """The text of such a file.
 
@@ -62,7 +77,7 @@ def simulation_text(effects: Mapping[str, Mapping[str, float]], physics_step: fl
 
 
 def _is_file(word: str) -> bool:
-    return str(_path(word)).endswith(_ENDINGS)
+    return is_simulation_file(str(_path(word)))
 
 
 def _path(word: str) -> Path:

@@ -75,7 +75,8 @@ NOT_EMPTY = (
     "policy.widths",
 )
 MORE_THAN_IS_PACKAGED = (  # rows that only a user's own yaml or words have
-    *("*.yaw_rate", "*.noise_prior.*", "import.quantities.*", "sim.effects.*", "sim.draws.*", "ensemble.*", "runs.*"),
+    *("runs.*", "sims.*"),
+    *("*.yaw_rate", "*.noise_prior.*", "import.quantities.*", "sim.effects.*", "sim.draws.*", "ensemble.*"),
     *("sim.draws", "sim.effects", "agent.options", "model.fit_f.settings.length_scale_prior.*"),
     *(
         "model.fit_f.settings.fit.length_scale_prior.*",

@@ -1,0 +1,118 @@
+"""The simulations that a configuration names to be evaluated."""
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from hydra import compose
+from hydra.core.global_hydra import GlobalHydra
+from hydra.utils import instantiate
+from omegaconf import DictConfig, ListConfig
+
+from twbal.cli.composed import composed
+from twbal.cli.composition import composing
+from twbal.cli.manifest import read_manifest
+from twbal.cli.sim_files import effects_in, is_simulation_file
+from twbal.cli.typed_config import members, typed
+from twbal.core.errors import ConfigError
+from twbal.core.files import file_hash
+from twbal.core.robot_parameters import RobotParameters
+from twbal.diagnosis.evaluation_inputs import EvaluationSettings, GivenSimulation
+from twbal.effects.library import values_of
+
+NOMINAL = "nominal"
+"""Name of the simulation that the group `sim` chooses, with which the others are compared."""
+
+
+def simulations_of(cfg: DictConfig) -> list[GivenSimulation]:
+    """The simulation that `sim` chooses and those that `sims` names. To be called within a stage, or while composing.
+
+    Raises:
+        ConfigError: one is not there, is no single simulation, or two have the same name.
+    """
+    words = _words(cfg.sims)
+    found = [GivenSimulation(NOMINAL, "sim", _effects(cfg.sim, "sim"), {})]
+    for name, word in words.items():
+        path = Path(word)
+        if is_simulation_file(word):
+            found.append(GivenSimulation(name, word, effects_in(path), _found_on(path)))
+        else:
+            found.append(GivenSimulation(name, f"sim={word}", _chosen(word), {}))
+    same = [each for each in found[1:] if each.source == f"sim={NOMINAL}" and each.effects == found[0].effects]
+    kept = [each for each in found if each not in same]  # the one that is always there may be named, too
+    twice = [name for name, count in Counter(each.name for each in kept).items() if count > 1]
+    if twice:
+        raise ConfigError(
+            f"Two simulations have the name {twice[0]!r}. Give names by sims={{first:<file>,second:<file>}}; "
+            f"{NOMINAL!r} is the one that sim=... chooses."
+        )
+    return kept
+
+
+def composed_evaluation(
+    overrides: Sequence[str],
+) -> tuple[list[GivenSimulation], RobotParameters, EvaluationSettings]:
+    """What `twbal evaluate-sim` compares with these words, how, and of which robot, for episodes that are no files.
+
+    Raises:
+        ConfigError: an override that the stage does not take, or a value or simulation that cannot be right.
+    """
+    cfg = composed("evaluate-sim", ["episodes=in_memory", *overrides])
+    with composing():
+        return simulations_of(cfg), instantiate(cfg.robot), typed(EvaluationSettings, cfg)
+
+
+def simulation_files(simulations: Sequence[GivenSimulation]) -> list[Path]:
+    """Files of those that came from files."""
+    return [Path(each.source) for each in simulations if is_simulation_file(each.source)]
+
+
+def distinct_names(paths: Sequence[Path]) -> list[str]:
+    """A name for each file, as short as tells them apart: the file's, with the folder's, or the path."""
+    folders = [path.parent.parent if path.parent.name == "episodes" else path.parent for path in paths]
+    choices = (
+        [path.stem for path in paths],
+        [f"{folder.name}/{path.stem}" for folder, path in zip(folders, paths, strict=True)],
+        [str(path) for path in paths],
+    )
+    return next((names for names in choices if len(set(names)) == len(paths)), choices[-1])
+
+
+def _words(given: ListConfig | DictConfig | str | None) -> dict[str, str]:
+    """Files and choices by name."""
+    if given is None:
+        return {}
+    if isinstance(given, DictConfig):
+        return {str(name): str(word) for name, word in given.items()}
+    words = [given] if isinstance(given, str) else [str(word) for word in given]
+    if len(set(words)) < len(words):
+        raise ConfigError(f"sims names {Counter(words).most_common(1)[0][0]} twice; name each simulation once.")
+    names = distinct_names([Path(word) for word in words])
+    return {f"sim={name}" if name == word == NOMINAL else name: word for name, word in zip(names, words, strict=True)}
+
+
+def _chosen(choice: str) -> Mapping[str, Mapping[str, float]]:
+    """The effects of a choice of the group `sim`."""
+    choices = GlobalHydra.instance().config_loader().get_group_options("sim")
+    if choice not in choices:
+        raise ConfigError(
+            f"There is no simulation {choice!r}. sims takes files, such as augmented.yaml of `twbal diagnose`, and "
+            f"choices of the group sim: {', '.join(choices)}."
+        )
+    return _effects(compose("evaluate_sim", [f"sim={choice}"]).sim, f"sim={choice}")
+
+
+def _effects(sim: DictConfig, what: str) -> Mapping[str, Mapping[str, float]]:
+    if sim.get("draws"):
+        raise ConfigError(f"{what} draws another robot for each rollout; evaluate-sim needs one simulation.")
+    return values_of(members(sim.effects))
+
+
+def _found_on(path: Path) -> dict[str, str]:
+    """Names of the logs by their sha256 that a simulation was found on, by the manifest beside it; else none."""
+    made_by = read_manifest(path.parent)
+    if made_by is None or not any(
+        made.path == path.name and made.sha256 == file_hash(path) for made in made_by.outputs
+    ):
+        return {}
+    return {log.sha256: Path(log.path).stem for log in made_by.inputs.get("episodes", ())}

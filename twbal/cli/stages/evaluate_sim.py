@@ -1,0 +1,85 @@
+"""Compare how well simulations predict logs."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from hydra.utils import instantiate
+from omegaconf import DictConfig, OmegaConf
+
+from twbal.cli.artefacts import EVALUATION, episode_files
+from twbal.cli.console import next_command, print_result, run_folder, say
+from twbal.cli.evaluation_config import distinct_names, simulation_files, simulations_of
+from twbal.cli.manifest import Manifest, Step, perform
+from twbal.cli.typed_config import recorded, typed
+from twbal.core.files import file_hash, write_atomically
+from twbal.core.json_records import read_record, write_record
+from twbal.core.robot_parameters import RobotParameters
+from twbal.diagnosis.evaluation import evaluate_simulations
+from twbal.diagnosis.evaluation_inputs import EvaluationSettings, GivenLog, GivenSimulation
+from twbal.diagnosis.evaluation_record import SimulationEvaluation
+from twbal.io.logs import read_episode
+from twbal.viz.canvas import svg
+from twbal.viz.evaluation_figure import evaluation_figure
+from twbal.viz.evaluation_page import write_evaluation_report
+from twbal.viz.evaluation_text import (
+    OWN,
+    angle_channels,
+    best_simulation,
+    found_on_tested_on,
+    in_columns,
+    judgements,
+    pool,
+    title,
+)
+
+NOT_RECORDED = ("episodes", "sims")
+REPORT, FIGURE = "report.html", "figures/evaluation.svg"
+
+
+def main(cfg: DictConfig) -> None:
+    """Run the stage in Hydra's run folder."""
+    out = run_folder()
+    made = run(cfg, out)
+    best = best_simulation(read_record(SimulationEvaluation, out / EVALUATION))
+    chosen = {} if best is None else {"sim": best.source.removeprefix("sim=")}
+    print_result(made, out, next_command("sim-collect", chosen, "robot", *([] if chosen else ["sim"])))
+
+
+def run(cfg: DictConfig, out: Path) -> Manifest:
+    """Evaluate the simulations on the episodes that `cfg` names into `out`, unless that is done there already."""
+    files, simulations, robot = episode_files(cfg.episodes), simulations_of(cfg), instantiate(cfg.robot)
+    settings = typed(EvaluationSettings, cfg)
+    names = OmegaConf.to_yaml(OmegaConf.create({each.name: dict(each.effects) for each in simulations}))
+    inputs = {"episodes": files, "simulations": simulation_files(simulations)}
+    step = Step("evaluate-sim", out, f"{recorded(cfg, NOT_RECORDED)}# simulations\n{names}", inputs, settings.seed)
+    return perform(step, lambda: _evaluate_to_files(files, simulations, robot, settings, out))
+
+
+def _evaluate_to_files(
+    files: Sequence[Path],
+    simulations: Sequence[GivenSimulation],
+    robot: RobotParameters,
+    settings: EvaluationSettings,
+    out: Path,
+) -> list[Path]:
+    logs = [
+        GivenLog(name, str(file), file_hash(file), read_episode(file))
+        for name, file in zip(distinct_names(files), files, strict=True)
+    ]
+    evaluation = evaluate_simulations(simulations, logs, robot, settings, say)
+    _print(evaluation)
+    write_record(out / EVALUATION, evaluation)
+    picture = svg(evaluation_figure(evaluation, pool(evaluation)))
+    write_atomically(out / FIGURE, picture)
+    write_evaluation_report(out / REPORT, evaluation, picture)
+    return [out / EVALUATION, out / REPORT, out / FIGURE]
+
+
+def _print(evaluation: SimulationEvaluation) -> None:
+    horizon = evaluation.headline_horizon
+    for channel in angle_channels(evaluation):
+        print(f"{title(channel, horizon)}, 95 % interval, and times that of {evaluation.reference}")
+        print(in_columns(found_on_tested_on(evaluation, channel, horizon)))
+    if any(score.is_own_data for score in evaluation.scores):
+        print(f"{OWN} the simulation was found on this log")
+    print(*judgements(evaluation), sep="\n", flush=True)

@@ -1,0 +1,110 @@
+"""Open-loop predictions of the planar model, from states that its own filter made of the measurements so far."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from twbal.core.compiled import kernel
+from twbal.core.gaussian import Array
+from twbal.planar.constants import constants
+from twbal.planar.parameters import TwinParameters
+from twbal.planar.planar_plant import hold
+from twbal.planar.sensing import read_sensors
+from twbal.planar.twin_state import Turning, TwinState
+from twbal.sysid.recording import Recording
+
+_RING = 4  # control periods of the IMU's past that are kept, as in the predictor
+EARLIEST = _RING
+"""Instant from which on there is a past to start with."""
+
+
+@kernel()
+def _run(
+    p: TwinParameters,
+    commands: Array,
+    yaw_rate: Array,
+    heading: Array,
+    period: float,
+    substeps: int,
+    states: Array,
+    starts: NDArray[np.int_],
+    off: Array,
+    limit: float,
+    predicted: Array,
+    fell: Array,
+) -> None:
+    """Write the readings after 1 .. S periods of each start to `predicted` (n, S, 4); see `predict_open_loop`.
+
+    A body that comes to the tilt `limit` lies there: its readings stay. `fell` (n,) is the number of periods after
+    which it does; S + 1 where it does not.
+    """
+    h = period / substeps
+    k = constants(p, h)
+    imu = np.empty((_RING * substeps, 2))
+    steps = predicted.shape[1]
+    for j in range(len(starts)):
+        n, d = int(starts[j]), off[j]
+        for i in range((_RING - 1) * substeps):  # the filter's tilt and tilt rate, between its instants interpolated
+            age = i // substeps
+            share = i / substeps - age
+            row = (n * substeps - i) % len(imu)
+            near, far = 2 * min(age, 2), 2 * min(age + 1, 2)
+            for c in range(2):
+                now = states[n - age, 2 * c] + (d[2 * c] if age == 0 else d[2 + near + c])
+                before = states[n - age - 1, 2 * c] + d[2 + far + c]
+                imu[row, c] = (1.0 - share) * now + share * before
+        x = states[n]
+        s = TwinState(
+            x[0] + d[0], x[1] + d[1], x[2] + d[2], x[3] + d[3], x[4], x[5] + d[1], x[6] + d[3], x[7],
+            x[8] + k.radius * d[1],
+        )  # fmt: skip
+        fell[j] = steps + 1
+        for m in range(steps):
+            turning = Turning(0.5 * (yaw_rate[n + m] + yaw_rate[n + m + 1]), heading[n + m])
+            s = hold(p, k, s, commands, n + m, substeps, turning, imu)
+            seen = read_sensors(p, k, s, imu, (n + m + 1) * substeps, 0.5 * h)
+            predicted[j, m, 0], predicted[j, m, 1] = seen.tilt, seen.tilt_rate
+            predicted[j, m, 2], predicted[j, m, 3] = seen.wheel_angle, seen.wheel_rate
+            if not abs(s.tilt) < limit:
+                fell[j] = m + 1
+                for rest in range(m + 1, steps):
+                    predicted[j, rest] = predicted[j, m]
+                break
+
+
+class OpenLoop(NamedTuple):
+    """Predictions from n starts.
+
+    Attributes:
+        readings: (n, S, 4) of the sensors after 1 .. S control periods, without noise, in the order of `MEASURED`.
+        fell: (n,) number of periods after which the body comes to the tilt limit; S + 1 where it does not.
+    """
+
+    readings: Array
+    fell: Array
+
+
+def predict_open_loop(
+    twin: TwinParameters, recording: Recording, substeps: int, states: Array, starts: NDArray[np.int_], off: Array,
+    steps: int, limit: float,
+) -> OpenLoop:  # fmt: skip
+    """What the planar model says of the next periods, under the commands and the yaw rate that were measured.
+
+    Args:
+        twin: the model.
+        recording: with the commands.
+        substeps: physics steps of a control period.
+        states: (T + 1, 9), of `predict`: by the measurements up to each instant.
+        starts: (n,) instants, from `EARLIEST` to T - steps.
+        off: (n, 8) by which the starts are off: tilt, wheel, tilt rate, wheel speed; then tilt and tilt rate of one
+            control period before, and of two.
+        steps: S, control periods ahead.
+        limit: tilt at which the body lies, and stays as it is [rad].
+    """
+    readings, fell = np.empty((len(starts), steps, 4)), np.empty(len(starts))
+    _run(
+        twin, recording.commands, recording.yaw_rate, recording.heading, recording.period, substeps, states, starts,
+        off, limit, readings, fell,
+    )  # fmt: skip
+    return OpenLoop(readings, fell)
