@@ -1,0 +1,142 @@
+"""Where a robot is told to go: speeds and places, one after the other."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import ceil, inf
+from typing import NamedTuple, Self
+
+from twbal.core.errors import ConfigError
+from twbal.core.motion_limits import MotionLimits
+from twbal.core.motion_profile import Motion, MotionProfile, profile_to_position, profile_to_speed
+from twbal.core.robot_parameters import RobotParameters
+
+GIVE_WAY_RADII = 6.0
+"""How far the robot may be from its reference before that gives way, by default [wheel radii]."""
+_NEARLY = 1e-9  # of a control period: a time that is a whole number of them is not rounded up
+
+
+class Target(NamedTuple):
+    """What is asked for: a speed, or a place.
+
+    Attributes:
+        speed: [m/s]; None where a place is asked for.
+        position: of that place, from where the robot was put [m].
+    """
+
+    speed: float | None
+    position: float = 0.0
+
+    def profile(self, start: Motion, limits: MotionLimits) -> MotionProfile:
+        """The way there."""
+        if self.speed is None:
+            return profile_to_position(start, self.position, limits)
+        return profile_to_speed(start, self.speed, limits)
+
+
+AT_REST = Target(speed=0.0)
+
+
+class Segment(NamedTuple):
+    """A part of a course.
+
+    Attributes:
+        target: what is asked for.
+        begin: since the rollout began [s].
+        end: [s].
+    """
+
+    target: Target
+    begin: float
+    end: float
+
+
+@dataclass(frozen=True)
+class Course:
+    """Targets over time, and how a reference moves between them.
+
+    Attributes:
+        segments: one after the other, from time 0 on.
+        limits: of the reference's motion.
+        give_way: how far the robot may be from the reference before that gives way [m].
+    """
+
+    segments: tuple[Segment, ...]
+    limits: MotionLimits
+    give_way: float
+
+    @classmethod
+    def from_settings(
+        cls,
+        robot: RobotParameters,
+        segments: Sequence[Mapping[str, float]],
+        speed_limit: float | None = None,
+        acceleration_limit: float | None = None,
+        jerk_limit: float | None = None,
+        give_way: float = GIVE_WAY_RADII,
+    ) -> Self:
+        """The course that a user gives.
+
+        Args:
+            robot: its sheet.
+            segments: each `{seconds, speed}` or `{position}` or `{seconds, position}`, in s, m/s and m. A place without
+                a time takes as long as the reference needs.
+            speed_limit: [m/s]; None: from the sheet, as the next two.
+            acceleration_limit: [m/s²].
+            jerk_limit: [m/s³].
+            give_way: [wheel radii].
+
+        Raises:
+            ConfigError: a segment or a limit cannot be right.
+        """
+        limits = MotionLimits.of_robot(robot, speed_limit, acceleration_limit, jerk_limit)
+        if not segments or not 0 < give_way < inf:
+            raise ConfigError(
+                f"A course needs at least one segment and a positive, finite give_way; found {list(segments)} and "
+                f"{give_way}."
+            )
+        return cls(_planned(segments, limits), limits, give_way * robot.wheel_radius)
+
+    @property
+    def duration(self) -> float:
+        """[s]"""
+        return self.segments[-1].end
+
+    def steps(self, control_period: float) -> int:
+        """Control periods that the course takes, of `control_period` [s] each."""
+        return ceil(self.duration / control_period - _NEARLY)
+
+    def target(self, time: float) -> Target:
+        """What is asked for at a time [s]; after the end, what was asked for last."""
+        return next((segment for segment in self.segments if time < segment.end), self.segments[-1]).target
+
+
+def _planned(segments: Sequence[Mapping[str, float]], limits: MotionLimits) -> tuple[Segment, ...]:
+    """The segments with their times, where the reference never gives way."""
+    planned: list[Segment] = []
+    motion, time = Motion(), 0.0
+    for number, segment in enumerate(segments):
+        target = _target(number, segment, limits)
+        profile = target.profile(motion, limits)
+        seconds = float(segment.get("seconds", profile.duration))
+        motion = profile.at(seconds)
+        planned.append(Segment(target, time, time + seconds))
+        time += seconds
+    return tuple(planned)
+
+
+def _target(number: int, segment: Mapping[str, float], limits: MotionLimits) -> Target:
+    """What a segment asks for; raises ConfigError where that cannot be told."""
+    keys = set(segment)
+    if keys not in ({"seconds", "speed"}, {"position"}, {"seconds", "position"}) or not segment.get("seconds", 1.0) > 0:
+        raise ConfigError(
+            f"Segment {number} of the course is {dict(segment)}; expected {{seconds, speed}}, {{position}} or {{seconds, "
+            "position}, with seconds above 0."
+        )
+    if "position" in keys:
+        return Target(None, float(segment["position"]))
+    if abs(segment["speed"]) > limits.speed:
+        raise ConfigError(
+            f"Segment {number} of the course asks for {segment['speed']:g} m/s; the limit is {limits.speed:.3g} m/s. Give "
+            "a higher course.speed_limit if the robot can drive so fast."
+        )
+    return Target(float(segment["speed"]))
