@@ -17,6 +17,7 @@ MODEL, POLICY, PREDICTION = "model.pt", "policy.pt", "prediction.pt"
 DIAGNOSIS, AUGMENTED = "diagnosis.json", "augmented.yaml"
 DISTRIBUTION, IDENTIFIED = "robot_distribution.pt", "identified.yaml"
 EVIDENCE = "evidence.json"
+COURSE = "course.json"
 
 
 def episode_file(folder: Path, trial: int) -> Path:

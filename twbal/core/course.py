@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from math import ceil, inf
+from math import ceil, inf, isfinite
 from typing import NamedTuple, Self
 
 from twbal.core.errors import ConfigError
@@ -10,8 +10,9 @@ from twbal.core.motion_limits import MotionLimits
 from twbal.core.motion_profile import Motion, MotionProfile, profile_to_position, profile_to_speed
 from twbal.core.robot_parameters import RobotParameters
 
-GIVE_WAY_RADII = 6.0
+GIVE_WAY_RADII = 4.0
 """How far the robot may be from its reference before that gives way, by default [wheel radii]."""
+_SEGMENTS = ({"seconds", "speed"}, {"seconds", "share"}, {"seconds", "position"}, {"position"})
 _NEARLY = 1e-9  # of a control period: a time that is a whole number of them is not rounded up
 
 
@@ -78,8 +79,8 @@ class Course:
 
         Args:
             robot: its sheet.
-            segments: each `{seconds, speed}` or `{position}` or `{seconds, position}`, in s, m/s and m. A place without
-                a time takes as long as the reference needs.
+            segments: each `{seconds, speed}`, `{seconds, share}`, `{seconds, position}` or `{position}`, in s, m/s,
+                shares of the speed limit, and m. A place without a time takes as long as the reference needs.
             speed_limit: [m/s]; None: from the sheet, as the next two.
             acceleration_limit: [m/s²].
             jerk_limit: [m/s³].
@@ -98,7 +99,7 @@ class Course:
 
     @property
     def duration(self) -> float:
-        """[s]"""
+        """Of all segments [s]."""
         return self.segments[-1].end
 
     def steps(self, control_period: float) -> int:
@@ -126,17 +127,21 @@ def _planned(segments: Sequence[Mapping[str, float]], limits: MotionLimits) -> t
 
 def _target(number: int, segment: Mapping[str, float], limits: MotionLimits) -> Target:
     """What a segment asks for; raises ConfigError where that cannot be told."""
-    keys = set(segment)
-    if keys not in ({"seconds", "speed"}, {"position"}, {"seconds", "position"}) or not segment.get("seconds", 1.0) > 0:
+    if set(segment) not in _SEGMENTS or not all(map(_is_number, segment.values())) or segment.get("seconds", 1) <= 0:
         raise ConfigError(
-            f"Segment {number} of the course is {dict(segment)}; expected {{seconds, speed}}, {{position}} or {{seconds, "
-            "position}, with seconds above 0."
+            f"Segment {number} of the course is {dict(segment)}; expected numbers for {{seconds, speed}}, {{seconds, "
+            "share}, {seconds, position} or {position}, with seconds above 0."
         )
-    if "position" in keys:
+    if "position" in segment:
         return Target(None, float(segment["position"]))
-    if abs(segment["speed"]) > limits.speed:
+    speed = float(segment["speed"] if "speed" in segment else segment["share"] * limits.speed)
+    if abs(speed) > limits.speed:
         raise ConfigError(
-            f"Segment {number} of the course asks for {segment['speed']:g} m/s; the limit is {limits.speed:.3g} m/s. Give "
-            "a higher course.speed_limit if the robot can drive so fast."
+            f"Segment {number} of the course asks for {speed:g} m/s; the limit is {limits.speed:.3g} m/s. Give a higher "
+            "course.speed_limit if the robot can drive so fast."
         )
-    return Target(float(segment["speed"]))
+    return Target(speed)
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, int | float) and isfinite(value)

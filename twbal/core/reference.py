@@ -11,18 +11,15 @@ _RETURNED = 0.5  # of the greatest distance: the robot has come back, and the re
 
 
 class Targets(Protocol):
-    """Where a reference is to go: a course, or what else says so while the robot drives.
-
-    Attributes:
-        limits: of the reference's motion.
-        give_way: how far the robot may be from the reference before that gives way [m].
-    """
+    """Where a reference is to go: a course, or what else says so while the robot drives."""
 
     @property
-    def limits(self) -> MotionLimits: ...  # noqa: D102
+    def limits(self) -> MotionLimits:
+        """Of the reference's motion."""
 
     @property
-    def give_way(self) -> float: ...  # noqa: D102
+    def give_way(self) -> float:
+        """How far the robot may be from the reference before that gives way [m]."""
 
     def target(self, time: float) -> Target:
         """What is asked for at a time since the rollout began [s]."""
