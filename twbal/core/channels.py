@@ -206,7 +206,8 @@ class StateTracker:
     """Makes the state of each observation of one rollout, as they come.
 
     Where the robot follows a reference, position and speed are less those of the reference: they are errors, and a
-    policy that holds a place follows a moving one. The position's integral is held while the reference gives way.
+    policy that holds a place follows a moving one. While the reference gives way, the position's integral may shrink,
+    but does not grow (conditional integration; Åström and Hägglund, Advanced PID Control, 2006, §3.5).
     """
 
     def __init__(self, channels: Channels, reference: Reference | None = None) -> None:
@@ -230,7 +231,7 @@ class StateTracker:
         values = channels.measured_values(seen)
         values["position"] = path - self._origin
         time, position = self._before
-        if reference is None or not reference.gives_way:
+        if reference is None or not reference.gives_way or position * self._integral < 0:
             self._integral = channels.integrated(self._integral, position, seen.time - time)
         if reference is not None:
             motion = reference.follow(seen.time, values["position"])
