@@ -67,7 +67,7 @@ class Pushed(PlanarPlant):
         return super().step(command)
 
 
-def drive(plant: Plant, segments: Sequence[dict[str, float]], give_way: float = 4.0) -> tuple[Episode, Course]:
+def drive(plant: Plant, segments: Sequence[dict[str, float]], give_way: float = 0.3) -> tuple[Episode, Course]:
     robot, channels, policy, _ = parts()
     course = Course.from_settings(robot, segments, give_way=give_way)
     steps, source = course.steps(robot.control_period), Provenance("paper", "simulation")
@@ -87,33 +87,34 @@ def test_a_policy_that_holds_a_place_follows_ramps_in_the_plane(speed: float) ->
     assert abs(found.segments[1].off_at_end) < 0.05
 
 
-def test_a_step_of_the_speed_throws_it_over_where_the_ramp_does_not() -> None:
+def test_a_step_of_the_speed_asks_for_far_more_than_the_ramp_does() -> None:
     robot, channels, policy, _ = parts()
-    settings = {"acceleration_limit": 1e3, "jerk_limit": 1e5, "give_way": 1e4}
+    settings = {"acceleration_limit": 1e3, "jerk_limit": 1e5, "give_way": 100.0}
     course = Course.from_settings(robot, ({"seconds": 5.0, "speed": 1.0},), **settings)
     thrown = rollout(Pushed(), policy, channels, 250, 0.5236, Provenance("paper", "simulation"), course)
-    assert thrown.outcome is Outcome.TILT_LIMIT
+    ramped, _ = drive(Pushed(), ({"seconds": 5.0, "speed": 1.0},))
+    assert np.abs(thrown.tilt).max() > 3.0 * np.abs(ramped.tilt).max()
 
 
 def test_the_reference_waits_at_a_wall_and_goes_on_when_it_is_gone() -> None:
     def wall(time: float, place: float, speed: float) -> float:
-        return -300.0 * (place - 0.6) - 30.0 * speed if place > 0.6 and time < 8.0 else 0.0
+        return -300.0 * (place - 1.2) - 30.0 * speed if place > 1.2 and time < 10.0 else 0.0
 
-    episode, _ = drive(Pushed(wall), ({"seconds": 20.0, "speed": 0.5}, {"seconds": 5.0, "speed": 0.0}), give_way=2.0)
+    episode, course = drive(Pushed(wall), ({"seconds": 20.0, "speed": 0.3}, {"seconds": 5.0, "speed": 0.0}))
     assert episode.references is not None and episode.poses is not None
     assert texts(episode)[:2] == ["the reference gives way", "the reference goes on"]
-    assert episode.outcome is Outcome.COMPLETED and np.abs(episode.tilt).max() < 0.3
+    assert episode.outcome is Outcome.COMPLETED and np.abs(episode.tilt).max() < 0.45
     away = np.abs(episode.poses[:, 0] - episode.references[:, 0])
-    assert away.max() < 2.0 * 0.15 + 0.02  # what the axle's place differs from that by the wheels
-    late = episode.observations[:, 0] > 17.0
-    assert episode.poses[-1, 0] > 2.0 and away[late].max() < 0.15
+    assert away.max() < course.give_way + 1e-6
+    late = episode.observations[:, 0] > 15.0
+    assert episode.poses[-1, 0] > 3.0 and away[late].max() < 0.15
 
 
 def test_a_push_while_driving_is_survived_and_the_robot_goes_on() -> None:
     def push(time: float, place: float, speed: float) -> float:
         return -50.0 if 5.0 <= time < 5.2 else 0.0  # 10 N·s on 12 kg
 
-    episode, course = drive(Pushed(push), FORTH, give_way=1.0)
+    episode, course = drive(Pushed(push), FORTH, give_way=0.15)
     found = followed(episode, course, parts().robot.wheel_radius)
     assert found.outcome is Outcome.COMPLETED and found.gave_way >= 1
     assert abs(found.segments[2].off_at_end) < 0.1

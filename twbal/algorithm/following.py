@@ -98,7 +98,7 @@ def floor_needed(course: Course) -> FloorNeeded:
     """How far the course goes where its reference never gives way."""
     reference, places = Reference(course), [0.0]
     for time in np.arange(0.0, course.duration + _EVERY, _EVERY).tolist():
-        motion = reference.follow(time, reference.motion.position)  # a robot that is a step behind is near enough
+        motion = reference.follow(time, *reference.motion[:2])  # a robot that is a step behind is near enough
         places.append(motion.position)
     return FloorNeeded(ahead=max(places), behind=-min(places))
 

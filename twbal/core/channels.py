@@ -234,7 +234,7 @@ class StateTracker:
         if reference is None or not reference.gives_way or position * self._integral < 0:
             self._integral = channels.integrated(self._integral, position, seen.time - time)
         if reference is not None:
-            motion = reference.follow(seen.time, values["position"])
+            motion = reference.follow(seen.time, values["position"], values["speed"])
             values["position"] -= motion.position
             values["speed"] -= motion.speed
         self._before, values["position_integral"] = (seen.time, values["position"]), self._integral

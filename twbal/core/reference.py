@@ -7,6 +7,7 @@ from twbal.core.episode import Event
 from twbal.core.motion_limits import MotionLimits
 from twbal.core.motion_profile import Motion, profile_to_speed
 
+_AHEAD = 0.3  # s; how far ahead the robot's distance is foreseen
 _RETURNED = 0.5  # of the greatest distance: the robot has come back, and the reference goes on
 
 
@@ -28,9 +29,10 @@ class Targets(Protocol):
 class Reference:
     """Moves to the targets within the limits, and gives way to a robot that cannot follow.
 
-    Where the robot is farther off than `give_way`, the place is dragged along at that distance, and the reference goes
-    to rest within its limits. Once the robot has come back to half of it, the reference goes on to its target from
-    where it is. So a robot that is held meets no growing error, and is not thrown over when it is let go.
+    Where the robot is farther off than `give_way`, or soon will be, the reference goes to rest within its limits, and its
+    place is dragged along so that the robot is no farther off. Once the robot has come back to half of that, the
+    reference goes on to its target from where it is. So a robot that is held meets no growing error, and is not thrown
+    over when it is let go.
 
     Attributes:
         motion: at the last observation.
@@ -47,30 +49,32 @@ class Reference:
         self._profile = profile_to_speed(self.motion, 0.0, targets.limits)
         self._begun = 0.0  # time at which the profile begins [s]
 
-    def follow(self, time: float, position: float) -> Motion:
+    def follow(self, time: float, position: float, speed: float) -> Motion:
         """The reference at a time.
 
         Args:
             time: since the rollout began, no earlier than that of the call before [s].
             position: of the robot, from where it was put [m].
+            speed: of the robot [m/s].
         """
         self.motion = self._profile.at(time - self._begun)
         target = self._targets.target(time)
-        self._drag(time, position)
+        self._give_way(time, position - self.motion.position, speed - self.motion.speed)
         if target != self._target and not self.gives_way:
             self._go(time, target)
         self._target = target
         return self.motion
 
-    def _drag(self, time: float, position: float) -> None:
-        off, most = position - self.motion.position, self._targets.give_way
-        if abs(off) > most:
-            dragged = position - most if off > 0 else position + most
-            self.motion = self.motion._replace(position=dragged)
+    def _give_way(self, time: float, off: float, slip: float) -> None:
+        """Begin, go on with, or end giving way to a robot that is `off` [m] and moves away at `slip` [m/s]."""
+        most, soon = self._targets.give_way, abs(off + _AHEAD * slip)
+        if max(soon, abs(off)) > most:
             if not self.gives_way:
                 self._tell(time, True)
+            dragged = self.motion.position + off - min(max(off, -most), most)
+            self.motion = self.motion._replace(position=dragged)
             self._go(time, AT_REST)
-        elif self.gives_way and abs(off) < _RETURNED * most:
+        elif self.gives_way and max(soon, abs(off)) < _RETURNED * most:
             self._tell(time, False)
             self._target = None  # so that the target is gone to anew
 

@@ -81,7 +81,7 @@ COURSE = (
     Setting("course.speed_limit", OrNull(Number(1e-3, 100.0, "m/s")), "of the reference; null: from the sheet"),
     Setting("course.acceleration_limit", OrNull(Number(1e-3, 1e3, "m/s²")), "of the reference; null: from the sheet"),
     Setting("course.jerk_limit", OrNull(Number(1e-3, 1e5, "m/s³")), "of the reference; null: from the sheet"),
-    Setting("course.give_way", Number(0.01, 1e4), "wheel radii off, from which on the reference gives way"),
+    Setting("course.give_way", Number(0.01, 1e4, "s"), "lag at the speed limit from which on the reference gives way"),
 )
 
 POLICY = (
