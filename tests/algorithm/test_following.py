@@ -146,9 +146,7 @@ def made_up(places: np.ndarray, references: np.ndarray, heading: float = 0.0) ->
     states, commands = np.zeros((count, 2)), np.zeros(count - 1)
     rows = np.column_stack([references, np.gradient(references, 0.02), np.zeros(count)])
     names = ("tilt", "speed")
-    return Episode(
-        names, 0.02, observations, states, commands, Outcome.COMPLETED, source, poses=poses, references=rows
-    )
+    return Episode(names, 0.02, observations, states, commands, Outcome.COMPLETED, source, poses=poses, references=rows)
 
 
 @pytest.mark.parametrize("heading", [0.0, 0.5])
@@ -166,7 +164,7 @@ def test_segments_that_were_not_reached_are_not_told_of_and_the_table_has_a_line
     found = followed(made_up(np.zeros(76), np.zeros(76)), course, 0.15)
     assert [segment.asked_position for segment in found.segments] == [None, 1.0]
     assert found.segments[0].speed == pytest.approx(0.0) and found.segments[0].speed_error is None
-    head, *lines = course_table([found])
+    _, *lines = course_table([found])
     assert len(lines) == 2 and "to 1.00 m" in lines[1] and lines[0].split()[0] == "7"
 
 

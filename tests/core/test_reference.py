@@ -112,7 +112,7 @@ def test_a_reference_at_rest_changes_no_state() -> None:
     rng = np.random.default_rng(3)
     with_one, without = PLACE.tracker(Reference(Asked(0.0))), PLACE.tracker()
     for time in np.arange(0.0, 4.0, PERIOD).tolist():
-        seen = seen_at(time, *rng.uniform(-0.2, 0.2, 2), 0.1)
+        seen = seen_at(time, *rng.uniform(-0.1, 0.1, 2), 0.1)
         assert with_one.state(seen, []).tolist() == without.state(seen, []).tolist()
 
 

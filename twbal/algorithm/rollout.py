@@ -105,7 +105,8 @@ class _Record:
     """What a rollout has shown so far, and how it ended; Ctrl-C may come between any two lines.
 
     Attributes:
-        seen, poses, states, references, commands: as in `Episode`, as lists; of a step that was cut short some may be there.
+        seen, poses, states, references, commands: as in `Episode`, as lists; of a step that was cut short some may be
+            there.
         outcome: how it ended.
     """
 

@@ -138,8 +138,8 @@ def _target(number: int, segment: Mapping[str, float], limits: MotionLimits) -> 
     speed = float(segment["speed"] if "speed" in segment else segment["share"] * limits.speed)
     if abs(speed) > limits.speed:
         raise ConfigError(
-            f"Segment {number} of the course asks for {speed:g} m/s; the limit is {limits.speed:.3g} m/s. Give a higher "
-            "course.speed_limit if the robot can drive so fast."
+            f"Segment {number} of the course asks for {speed:g} m/s; the limit is {limits.speed:.3g} m/s. Give a "
+            "higher course.speed_limit if the robot can drive so fast."
         )
     return Target(speed)
 

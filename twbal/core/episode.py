@@ -83,8 +83,8 @@ class Episode:
         provenance: where it comes from.
         events: what happened on the way.
         estimated: channels that were worked out from others, in logs of robots that lack a sensor.
-        references: (T + 1, 3) the reference that the robot followed, in the order of `Motion`; None where it was to stay
-            where it was put. Position and speed among the states are less those of the reference.
+        references: (T + 1, 3) the reference that the robot followed, in the order of `Motion`; None where it was to
+            stay where it was put. Position and speed among the states are less those of the reference.
         poses: (T + 1, 4) true poses in the order of `Pose`, where something told them; a row is NaN where nothing did
             at that instant. They serve to judge what the robot did. Policies and models never see them.
 

@@ -29,8 +29,8 @@ class Targets(Protocol):
 class Reference:
     """Moves to the targets within the limits, and gives way to a robot that cannot follow.
 
-    Where the robot is farther off than `give_way`, or soon will be, the reference goes to rest within its limits, and its
-    place is dragged along so that the robot is no farther off. Once the robot has come back to half of that, the
+    Where the robot is farther off than `give_way`, or soon will be, the reference goes to rest within its limits, and
+    its place is dragged along so that the robot is no farther off. Once the robot has come back to half of that, the
     reference goes on to its target from where it is. So a robot that is held meets no growing error, and is not thrown
     over when it is let go.
 

@@ -118,6 +118,8 @@ def run(cfg: DictConfig, out: Path, launch: Launch = launch) -> Manifest:
     inputs = {"policy": policy_files(cfg.policy)}
     step = Step("real-rollout", out, recorded(cfg, NOT_RECORDED), inputs, settings.seed)
     channels, course = instantiate(cfg.state), instantiate(cfg.course) if cfg.course else None
+    if course is not None:
+        channels.index("position")  # raises where the policy cannot see how far it is off
 
     def drive() -> list[Path]:
         logs = record(open_link, robot, policy, channels, settings, provenance, out, course)

@@ -76,7 +76,8 @@ class Layout:
         """The topics with one message a sample, in the order in which they are written."""
         imu = ("time", "tilt", "tilt_rate", "acceleration", "yaw_rate")
         pose = (Topic(6, "/pose", Pose._fields, ("m", "m", "rad", "rad")),) if self.poses else ()
-        reference = (Topic(7, "/reference", Motion._fields, ("m", "m/s", "m/s²")),) if self.references else ()
+        # Ids count from 1 without a gap, as the writer gives them.
+        reference = (Topic(6 + self.poses, "/reference", Motion._fields, ("m", "m/s", "m/s²")),) * self.references
         return (
             Topic(1, "/imu", imu, ("s", "rad", "rad/s", "m/s²", "rad/s")),
             Topic(2, "/wheels", ("angle", "rate"), ("rad", "rad/s")),
