@@ -100,7 +100,7 @@ def floor_needed(course: Course) -> FloorNeeded:
     for time in np.arange(0.0, course.duration + _EVERY, _EVERY).tolist():
         motion = reference.follow(time, *reference.motion[:2])  # a robot that is a step behind is near enough
         places.append(motion.position)
-    return FloorNeeded(ahead=max(places), behind=-min(places))
+    return FloorNeeded(ahead=max(places), behind=0.0 - min(places))
 
 
 def followed(episode: Episode, course: Course, wheel_radius: float) -> FollowedCourse:
