@@ -112,3 +112,27 @@ def test_a_pose_that_is_known_in_part_is_refused(value):
     poses[3, 1] = value
     with pytest.raises(DataError, match="Pose 3 of the episode is neither known nor unknown"):
         Episode(**parts(poses=poses))
+
+
+def test_over_ground_the_reference_is_added_back_to_position_and_speed_alone():
+    rng = np.random.default_rng(2)
+    states, references = rng.standard_normal((STEPS + 1, 3)), rng.standard_normal((STEPS + 1, 3))
+    made = Episode(**parts(channels=("speed", "tilt", "position"), states=states, references=references))
+    ground = made.over_ground()
+    added = np.column_stack([references[:, 1], np.zeros(STEPS + 1), references[:, 0]])
+    np.testing.assert_allclose(ground.states, states + added)
+    assert ground.references is None and ground.over_ground() is ground
+    np.testing.assert_array_equal(made.states, states)
+
+
+@pytest.mark.parametrize("shape", [(4, 3), (5, 2)])
+def test_references_that_are_not_one_for_each_sample_are_refused(shape):
+    with pytest.raises(DataError, match=r"4 commands needs references of shape \(5, 3\); found"):
+        Episode(**parts(references=np.zeros(shape)))
+
+
+def test_a_reference_that_is_no_number_is_refused():
+    references = np.zeros((STEPS + 1, 3))
+    references[2, 1] = np.nan
+    with pytest.raises(DataError, match="Sample 2 of the episode's references is not a finite number"):
+        Episode(**parts(references=references))

@@ -8,7 +8,9 @@ from twbal.core.channels import Channels
 from twbal.core.episode import Episode, Event, Outcome, Provenance
 from twbal.core.errors import ConfigError, LinkLostError
 from twbal.core.gaussian import Array
+from twbal.core.motion_profile import Motion
 from twbal.core.plant import Observation, Plant, Pose
+from twbal.core.reference import Reference, Targets
 from twbal.core.streams import Stream, generator
 from twbal.policies.policy import Controller, Policy
 
@@ -25,6 +27,7 @@ def rollout(
     steps: int,
     tilt_limit: float,
     provenance: Provenance,
+    targets: Targets | None = None,
 ) -> Episode:
     """Drive `plant` by `policy` for at most `steps` control periods.
 
@@ -36,6 +39,7 @@ def rollout(
     Args:
         tilt_limit: measured |tilt| at which the rollout ends, at most `MAX_TILT_LIMIT` [rad].
         provenance: its seed and trial seed the policy's randomness too.
+        targets: where the reference goes that the robot is to follow; None: it is to stay where it was put.
 
     Raises:
         ConfigError: the tilt limit would never end a fall.
@@ -43,7 +47,7 @@ def rollout(
     """
     _check_tilt_limit(tilt_limit)
     rng = generator(Stream.EXPLORATION, provenance.seed, provenance.trial)
-    record = _Record(channels)
+    record = _Record(channels, None if targets is None else Reference(targets))
     try:
         try:
             controller = policy.controller(rng)
@@ -101,18 +105,21 @@ class _Record:
     """What a rollout has shown so far, and how it ended; Ctrl-C may come between any two lines.
 
     Attributes:
-        seen, poses, states, commands: as in `Episode`, as lists; of a step that was cut short some may be there.
+        seen, poses, states, references, commands: as in `Episode`, as lists; of a step that was cut short some may be
+            there.
         outcome: how it ended.
     """
 
-    def __init__(self, channels: Channels) -> None:
+    def __init__(self, channels: Channels, reference: Reference | None) -> None:
         self.seen: list[Observation] = []
         self.poses: list[Pose] = []
+        self.references: list[Motion] = []
         self.states: list[Array] = []
         self.commands: list[float] = []
         self.outcome = Outcome.COMPLETED
         self._channels = channels
-        self._tracker = channels.tracker()
+        self._reference = reference
+        self._tracker = channels.tracker(reference)
         self._events: list[Event] = []
         self._ended_by: BaseException | None = None
 
@@ -132,7 +139,10 @@ class _Record:
             raise LinkLostError(f"The robot's true pose was said to be {pose}; expected finite numbers.")
         self.seen.append(seen)
         self.poses.append(_NO_POSE if pose is None else pose)
-        self.states.append(self._tracker.state(seen, self.commands))
+        state = self._tracker.state(seen, self.commands)
+        if self._reference is not None:
+            self.references.append(self._reference.motion)
+        self.states.append(state)
 
     def end(self, outcome: Outcome, text: str) -> None:
         """Note how the rollout ends."""
@@ -159,6 +169,7 @@ class _Record:
             commands=np.array(self.commands[: complete - 1]),
             outcome=self.outcome,
             provenance=provenance,
-            events=tuple(self._events),
+            events=(*(self._reference.events if self._reference else ()), *self._events),
             poses=None if np.isnan(poses).all() else poses,
+            references=np.array(self.references[:complete]) if self._reference else None,
         )

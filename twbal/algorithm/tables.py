@@ -1,8 +1,9 @@
-"""What a run of Algorithm 1 came to, as tables of plain text."""
+"""What a run of Algorithm 1 or a course came to, as tables of plain text."""
 
 from collections.abc import Sequence
 from math import degrees
 
+from twbal.algorithm.following import FollowedCourse, FollowedSegment
 from twbal.algorithm.summary import PARTS, Iteration, Summary
 
 _ABOVE = ("", "", "", "cost", "", "succeeds", "", "", "in 95 %", "CRPS", "tilt band,", "", "")
@@ -14,6 +15,7 @@ _TRIALS = (
     *("iteration", "trials", *PARTS.values(), "from where it was put, worst", "told by", "command step"),
     "tilt, peak to peak",
 )
+_COURSE = ("trial", "from", "to", "asked", "driven", "off by", "from the reference, farthest", "at the end")
 
 
 def iterations_table(summary: Summary) -> list[str]:
@@ -62,6 +64,25 @@ def distances(iteration: Iteration) -> str:
 def angle(radians: float) -> str:
     """In degrees, with two digits at least."""
     return f"{degrees(radians):.2g}°" if degrees(radians) < 10 else f"{degrees(radians):.0f}°"
+
+
+def course_table(trials: Sequence[FollowedCourse]) -> list[str]:
+    """A line for each segment that a trial reached."""
+    return _aligned([_COURSE, *(_of_segment(trial, segment) for trial in trials for segment in trial.segments)])
+
+
+def _of_segment(trial: FollowedCourse, segment: FollowedSegment) -> tuple[str, ...]:
+    place = segment.asked_position
+    return (
+        str(trial.trial),
+        f"{segment.begin:.1f} s",
+        f"{segment.end:.1f} s",
+        f"{segment.asked_speed:.2f} m/s" if place is None else f"to {place:.2f} m",
+        _number(segment.speed, ".3f", " m/s"),
+        _number(segment.speed_error, "+.1f", " %"),
+        f"{segment.farthest:.2f} m",
+        f"{segment.off_at_end:+.2f} m",
+    )
 
 
 def _of_learning(iteration: Iteration, index: str) -> tuple[str, ...]:

@@ -16,7 +16,7 @@ from twbal.io.logs import read_episode
 MODEL, POLICY, PREDICTION = "model.pt", "policy.pt", "prediction.pt"
 DIAGNOSIS, AUGMENTED = "diagnosis.json", "augmented.yaml"
 DISTRIBUTION, IDENTIFIED = "robot_distribution.pt", "identified.yaml"
-EVIDENCE, EVALUATION = "evidence.json", "evaluation.json"
+EVIDENCE, EVALUATION, COURSE = "evidence.json", "evaluation.json", "course.json"
 
 
 def episode_file(folder: Path, trial: int) -> Path:

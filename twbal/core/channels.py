@@ -10,6 +10,7 @@ import numpy as np
 from twbal.core.errors import ConfigError
 from twbal.core.gaussian import Array
 from twbal.core.plant import Observation
+from twbal.core.reference import Reference
 
 MEASURED_UNITS = {"tilt": "rad", "tilt_rate": "rad/s", "acceleration": "m/s²", "speed": "m/s", "yaw_rate": "rad/s"}
 KINEMATIC_UNITS = {"position": "m", "position_integral": "m·s"}
@@ -129,9 +130,13 @@ class Channels:
             matrix[self.names.index("position")] = 0.5 * self.control_period * matrix[self.names.index("speed")]
         return matrix
 
-    def tracker(self) -> "StateTracker":
-        """Makes the states of a rollout that is going on."""
-        return StateTracker(self)
+    def tracker(self, reference: Reference | None = None) -> "StateTracker":
+        """Makes the states of a rollout that is going on.
+
+        Args:
+            reference: that the robot follows; None: it stands where it was put.
+        """
+        return StateTracker(self, reference)
 
     def states(self, observations: Array, commands: Array) -> Array:
         """The states of a whole rollout, (T + 1, D).
@@ -198,10 +203,16 @@ def index_of(name: str, names: Sequence[str]) -> int:
 
 
 class StateTracker:
-    """Makes the state of each observation of one rollout, as they come."""
+    """Makes the state of each observation of one rollout, as they come.
 
-    def __init__(self, channels: Channels) -> None:
+    Where the robot follows a reference, position and speed are less those of the reference: they are errors, and a
+    policy that holds a place follows a moving one. While the reference gives way, the position's integral may shrink,
+    but does not grow (conditional integration; Åström and Hägglund, Advanced PID Control, 2006, §3.5).
+    """
+
+    def __init__(self, channels: Channels, reference: Reference | None = None) -> None:
         self._channels = channels
+        self._reference = reference
         self._origin: float | None = None
         self._before = (0.0, 0.0)  # time and position at the last observation [s], [m]
         self._integral = 0.0
@@ -213,15 +224,20 @@ class StateTracker:
             seen: the observation at that instant, which comes after those of earlier calls.
             past_commands: commands given so far, oldest first [N·m].
         """
-        channels = self._channels
+        channels, reference = self._channels, self._reference
         path = channels.path(seen)
         if self._origin is None:
             self._origin, self._before = path, (seen.time, 0.0)
-        time, position = self._before
-        self._integral = channels.integrated(self._integral, position, seen.time - time)
-        self._before = seen.time, path - self._origin
         values = channels.measured_values(seen)
-        values["position"], values["position_integral"] = self._before[1], self._integral
+        values["position"] = path - self._origin
+        time, position = self._before
+        if reference is None or not reference.gives_way or position * self._integral < 0:
+            self._integral = channels.integrated(self._integral, position, seen.time - time)
+        if reference is not None:
+            motion = reference.follow(seen.time, values["position"], values["speed"])
+            values["position"] -= motion.position
+            values["speed"] -= motion.speed
+        self._before, values["position_integral"] = (seen.time, values["position"]), self._integral
         for name, lag in channels.lags.items():
             values[name] = past_commands[-lag] if lag <= len(past_commands) else 0.0
         return np.array([values[n] for n in channels.names])

@@ -1,6 +1,6 @@
 """The record of one rollout, checked when it is made and never changed after."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from typing import NamedTuple
 
@@ -8,6 +8,7 @@ import numpy as np
 
 from twbal.core.errors import DataError
 from twbal.core.gaussian import Array
+from twbal.core.motion_profile import Motion
 from twbal.core.plant import Observation, Pose
 
 
@@ -82,6 +83,8 @@ class Episode:
         provenance: where it comes from.
         events: what happened on the way.
         estimated: channels that were worked out from others, in logs of robots that lack a sensor.
+        references: (T + 1, 3) the reference that the robot followed, in the order of `Motion`; None where it was to
+            stay where it was put. Position and speed among the states are less those of the reference.
         poses: (T + 1, 4) true poses in the order of `Pose`, where something told them; a row is NaN where nothing did
             at that instant. They serve to judge what the robot did. Policies and models never see them.
 
@@ -99,10 +102,12 @@ class Episode:
     events: tuple[Event, ...] = field(default=())
     estimated: tuple[Estimated, ...] = field(default=())
     poses: Array | None = None
+    references: Array | None = None
 
     def __post_init__(self) -> None:
         self._check_poses()
-        for name in ("observations", "states", "commands"):
+        given = ("observations", "states", "commands") + ("references",) * (self.references is not None)
+        for name in given:
             values = np.array(getattr(self, name), dtype=np.float64)
             values.flags.writeable = False
             object.__setattr__(self, name, values)
@@ -116,9 +121,10 @@ class Episode:
             "observations": (steps + 1, len(Observation._fields)),
             "states": (steps + 1, len(self.channels)),
             "commands": (steps,),
+            "references": (steps + 1, len(Motion._fields)),
         }
-        for name, shape in expected.items():
-            values = getattr(self, name)
+        for name in given:
+            values, shape = getattr(self, name), expected[name]
             if values.shape != shape:
                 raise DataError(f"An episode of {steps} commands needs {name} of shape {shape}; found {values.shape}.")
             if not np.isfinite(values).all():
@@ -169,3 +175,15 @@ class Episode:
     def tilt(self) -> Array:
         """Measured tilt at each control instant, (T + 1,) [rad]."""
         return self.observations[:, Observation._fields.index("tilt")]
+
+    def over_ground(self) -> "Episode":
+        """The episode with states that are not relative to a reference: what the robot does depends on these.
+
+        The position's integral stays that of what the policy saw.
+        """
+        if self.references is None:
+            return self
+        states = self.states.copy()
+        for name in {"position", "speed"} & set(self.channels):
+            states[:, self.channels.index(name)] += self.references[:, Motion._fields.index(name)]
+        return replace(self, states=states, references=None)

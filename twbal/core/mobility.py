@@ -1,8 +1,9 @@
-"""How readily the wheels turn."""
+"""How readily the wheels turn and the body falls."""
 
+from math import cos, sin, sqrt
 from typing import NamedTuple
 
-from twbal.core.robot_parameters import RobotParameters
+from twbal.core.robot_parameters import GRAVITY, RobotParameters
 
 
 def wheel_mobility(robot: RobotParameters) -> float:
@@ -21,6 +22,32 @@ def joint_mobility(robot: RobotParameters) -> float:
     """
     a, b, c = _inertias(robot)
     return (a + 2 * b + c) / (a * c - b**2)
+
+
+def leaning_acceleration(robot: RobotParameters, lean: float) -> float:
+    """Forward acceleration at which the body keeps a lean [rad], without friction [m/s²].
+
+    Both equations of motion with θ̈ = θ̇ = 0, added up: φ̈ = m g l sinθ / (a + b cosθ), in the symbols of
+    docs/notation.md; the axle moves by r φ̈.
+    """
+    a, b, _ = _inertias(robot)
+    weight = robot.body_mass * GRAVITY * robot.com_height
+    return robot.wheel_radius * weight * sin(lean) / (a + b * cos(lean))
+
+
+def acceleration_of_torque(robot: RobotParameters, torque: float) -> float:
+    """Forward acceleration for which the wheels need a torque while the body keeps its lean, r u / a [m/s²].
+
+    Args:
+        robot: its sheet.
+        torque: of both wheels [N·m].
+    """
+    return robot.wheel_radius * torque / _inertias(robot).a
+
+
+def falling_time(robot: RobotParameters) -> float:
+    """Time in which the lean of the uncontrolled body grows e-fold while the wheels stand, √(c / (m g l)) [s]."""
+    return sqrt(_inertias(robot).c / (robot.body_mass * GRAVITY * robot.com_height))
 
 
 class _Inertias(NamedTuple):

@@ -28,6 +28,7 @@ def transitions(episodes: Sequence[Episode], channels: Channels) -> Transitions:
     """Every control period of every episode, in order; none is left out.
 
     Past commands among the channels are inputs only: they are copied from step to step, so there is nothing to learn.
+    Of an episode with a reference the states are those over ground.
 
     Raises:
         DataError: an episode has other channels than `channels`, the control periods differ, or there is no sample.
@@ -38,6 +39,7 @@ def transitions(episodes: Sequence[Episode], channels: Channels) -> Transitions:
                 f"Episode {number} has the state channels {', '.join(episode.channels)}; expected are "
                 f"{', '.join(channels.names)}. Collect it anew with this state, or choose the state it was made with."
             )
+    episodes = [episode.over_ground() for episode in episodes]
     periods = sorted({episode.control_period for episode in episodes})
     if len(periods) > 1:
         raise DataError(

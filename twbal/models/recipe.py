@@ -103,7 +103,7 @@ class ModelRecipe:
         """
         if self.smoothing is None:
             return learned
-        base = replace(learned.model, g=None)
+        base, episodes = replace(learned.model, g=None), [episode.over_ground() for episode in episodes]
         names = [base.channels.names[i] for i in base.channels.measured]
         levels = NoiseLevels(self.smoothing.sensor_variances(names), learned.model.process_noise)
         for _ in range(self.smoothing.rounds):

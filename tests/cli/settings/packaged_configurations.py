@@ -26,7 +26,7 @@ GIVEN = {
 """What a user must give."""
 
 
-ONLY_IN = {"experiment=excite": "real_rollout"}
+ONLY_IN = {"experiment=excite": "real_rollout", "experiment=drive": "real_rollout"}
 """Choices that are made for one of the stages that have the group."""
 
 

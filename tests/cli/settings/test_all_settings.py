@@ -83,6 +83,7 @@ MORE_THAN_IS_PACKAGED = (  # rows that only a user's own yaml or words have
         "link.confirm_placed",
         "import.motor",
         "policy.robot",
+        "course.robot",
         "validation.success",
     ),
 )

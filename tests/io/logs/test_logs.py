@@ -182,6 +182,44 @@ def test_a_cut_log_gives_back_the_poses_of_its_complete_samples(tmp_path: Path) 
     np.testing.assert_array_equal(recovered.episode.poses, original.poses[:samples])
 
 
+# References
+
+
+def with_references(original: Episode) -> Episode:
+    return replace(original, references=np.random.default_rng(8).standard_normal((len(original) + 1, 3)))
+
+
+@pytest.mark.parametrize("watched", [False, True])
+def test_references_come_back_bit_by_bit_beside_poses_and_without(tmp_path: Path, watched: bool) -> None:
+    original = with_references(with_poses(an_episode(500)) if watched else an_episode(500))
+    write_episode(tmp_path / "e.mcap", original)
+    found = read_episode(tmp_path / "e.mcap")
+    assert found.references is not None and original.references is not None
+    np.testing.assert_array_equal(found.references, original.references)
+    np.testing.assert_array_equal(found.states, original.states)
+    assert (found.poses is None) is not watched
+    (metadata,) = make_reader(BytesIO((tmp_path / "e.mcap").read_bytes())).iter_metadata()
+    assert (metadata.metadata["schema_version"], metadata.metadata["references"]) == ("3", "/reference")
+
+
+def test_a_log_without_references_is_as_earlier_versions_wrote_it(tmp_path: Path, data: bytes) -> None:
+    (tmp_path / "e.mcap").write_bytes(data)
+    assert read_episode(tmp_path / "e.mcap").references is None
+    (metadata,) = make_reader(BytesIO(data)).iter_metadata()
+    assert metadata.metadata["schema_version"] == "1" and "references" not in metadata.metadata
+
+
+def test_a_cut_log_gives_back_the_references_of_its_complete_samples(tmp_path: Path) -> None:
+    original = with_references(an_episode(500))
+    write_episode(tmp_path / "e.mcap", original)
+    data = (tmp_path / "e.mcap").read_bytes()
+    (tmp_path / "cut.mcap").write_bytes(data[: len(data) * 2 // 3])
+    recovered = recover_episode(tmp_path / "cut.mcap")
+    samples = len(recovered.episode) + 1
+    assert 0 < samples < 501 and original.references is not None and recovered.episode.references is not None
+    np.testing.assert_array_equal(recovered.episode.references, original.references[:samples])
+
+
 def test_poses_that_another_tool_took_out_are_missed(tmp_path: Path) -> None:
     write_episode(tmp_path / "e.mcap", with_poses(an_episode(40)))
     data = (tmp_path / "e.mcap").read_bytes()
@@ -451,9 +489,9 @@ def test_a_foreign_mcap_is_refused_with_the_topics_it_has(tmp_path: Path) -> Non
 
 
 def test_a_log_of_another_schema_version_is_refused(tmp_path: Path, data: bytes) -> None:
-    (tmp_path / "e.mcap").write_bytes(rewritten(data, {"schema_version": "3"}))
+    (tmp_path / "e.mcap").write_bytes(rewritten(data, {"schema_version": "4"}))
     with pytest.raises(
-        LogError, match=r"e.mcap is an episode log of schema version 3; this twbal reads versions up to 2"
+        LogError, match=r"e.mcap is an episode log of schema version 4; this twbal reads versions up to 3"
     ):
         read_episode(tmp_path / "e.mcap")
 

@@ -10,7 +10,16 @@ from twbal.cli.settings.kinds import Kind, holds_settings
 from twbal.cli.settings.link_settings import FAULTS, LINK
 from twbal.cli.settings.model_settings import MODEL
 from twbal.cli.settings.nested import ancestors, flattened
-from twbal.cli.settings.robot_settings import CONTROL_PERIOD, POLICY, ROBOT, SIMULATION, START, STATE, TORQUE_LIMIT
+from twbal.cli.settings.robot_settings import (
+    CONTROL_PERIOD,
+    COURSE,
+    POLICY,
+    ROBOT,
+    SIMULATION,
+    START,
+    STATE,
+    TORQUE_LIMIT,
+)
 from twbal.cli.settings.search_settings import AGENT, COST, PARAMETRISATION, ROBUST, RULE, SEARCH, VALIDATION
 from twbal.cli.settings.setting import Setting
 from twbal.cli.settings.stage_settings import SECTIONS, STAGES
@@ -21,6 +30,7 @@ GROUPS = {
     "State": STATE,
     "Simulation": SIMULATION,
     "Policy that drives": POLICY,
+    "Course": COURSE,
     "Model": MODEL,
     "Cost": COST,
     "Parametrisation of policies": PARAMETRISATION,

@@ -1,6 +1,6 @@
 """Settings of the robot, its start, its state, and the simulation."""
 
-from twbal.cli.settings.kinds import PATH, ListOf, Number, OneOf, Part, Text, Whole
+from twbal.cli.settings.kinds import PATH, ListOf, Number, OneOf, OrNull, Part, Text, Whole
 from twbal.cli.settings.setting import Setting
 from twbal.core.robot_sheet import MEANING
 
@@ -72,6 +72,16 @@ SIMULATION = (
     Setting("ensemble", Part(), "more simulated robots that policy 0 must serve"),
     Setting("ensemble.*", Part(), "the effects of one of them"),
     Setting("ensemble.*.*", Part(), "an effect"),
+)
+
+COURSE = (
+    Setting("course", Part(), "where the robot is to go; none: it is to stay where it was put"),
+    Setting("course.robot", Part(), "data sheet that the limits are taken from"),
+    Setting("course.segments", ListOf(Part(), 1, 1000), "speeds and places in order, see conf/groups/course.yaml"),
+    Setting("course.speed_limit", OrNull(Number(1e-3, 100.0, "m/s")), "of the reference; null: from the sheet"),
+    Setting("course.acceleration_limit", OrNull(Number(1e-3, 1e3, "m/s²")), "of the reference; null: from the sheet"),
+    Setting("course.jerk_limit", OrNull(Number(1e-3, 1e5, "m/s³")), "of the reference; null: from the sheet"),
+    Setting("course.give_way", Number(0.01, 1e4, "s"), "lag at the speed limit from which on the reference gives way"),
 )
 
 POLICY = (

@@ -15,6 +15,7 @@ from twbal.cli.typed_config import recorded, typed
 from twbal.core.episode import Episode
 from twbal.core.errors import ConfigError, install_advice
 from twbal.core.files import replacing
+from twbal.core.motion_profile import Motion
 from twbal.core.plant import Observation, Pose
 from twbal.io.logs import read_episode
 
@@ -47,7 +48,7 @@ def table(episode: Episode) -> pandas.DataFrame:
     """A row for each control instant: observations, the command that follows (empty in the last), and the state.
 
     Channels of the observations that no sensor measured end in `_estimated`; those of the state begin with `state_`,
-    and those of true poses, where there are some, with `pose_`.
+    and those of true poses and of a reference, where there are some, with `pose_` and `reference_`.
     """
     estimated = {e.channel for e in episode.estimated}
     columns = {
@@ -58,6 +59,8 @@ def table(episode: Episode) -> pandas.DataFrame:
     columns.update({f"state_{name}": episode.states[:, i] for i, name in enumerate(episode.channels)})
     if episode.poses is not None:
         columns.update({f"pose_{name}": episode.poses[:, i] for i, name in enumerate(Pose._fields)})
+    if episode.references is not None:
+        columns.update({f"reference_{name}": episode.references[:, i] for i, name in enumerate(Motion._fields)})
     return pandas.DataFrame(columns)
 
 

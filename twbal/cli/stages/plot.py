@@ -27,6 +27,7 @@ from twbal.sim.restart_state import RestartState
 from twbal.viz.animation import write_film
 from twbal.viz.canvas import save
 from twbal.viz.episode_figures import Stretch, courses_figure
+from twbal.viz.following_figure import following_figure
 
 NOT_RECORDED = ("episode", "compare_with")
 _FRAMES_A_LINE = 25  # lines of progress: a film of 10 s takes a minute or more
@@ -87,6 +88,9 @@ def _draw(
         pieces = _simulated(first, robot, effects, physics_step, settings.resync)
     made = [out / "figures" / "courses.svg"]
     save(courses_figure(first, files[0].stem, pieces), made[0])
+    if first.references is not None:
+        made.append(out / "figures" / "following.svg")
+        save(following_figure(first, files[0].stem, robot.wheel_radius), made[-1])
     if settings.film:
         names = [caption or file.stem for caption, file in zip_longest(settings.captions[: len(files)], files)]
         tracks = [(episode.observations[:, 0], _poses(episode.observations, robot)) for episode in episodes]

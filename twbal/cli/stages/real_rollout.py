@@ -1,10 +1,11 @@
 """Drive the robot on the other end of a link by a policy and log what it does."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import replace
 from functools import partial
 from itertools import count
+from math import degrees
 from pathlib import Path
 from typing import cast
 
@@ -13,22 +14,28 @@ from hydra.utils import instantiate
 from omegaconf import DictConfig
 
 from twbal.algorithm.collection import explored
+from twbal.algorithm.following import CourseRecord, FollowedCourse, floor_needed, followed
 from twbal.algorithm.rollout import rollout
 from twbal.algorithm.settings import RolloutSettings
-from twbal.cli.artefacts import episode_file, policy_files, policy_hash
-from twbal.cli.console import configuration_flags, next_command, print_result, run_folder
+from twbal.algorithm.tables import course_table
+from twbal.cli.artefacts import COURSE, episode_file, policy_files, policy_hash
+from twbal.cli.console import configuration_flags, next_command, print_result, run_folder, say
 from twbal.cli.manifest import Manifest, Step, perform, read_manifest
 from twbal.cli.signals import stopped_once
 from twbal.cli.typed_config import recorded, typed
 from twbal.core.channels import Channels
+from twbal.core.course import Course
 from twbal.core.episode import Episode, Outcome, Provenance
 from twbal.core.errors import ConfigError, DataError, LinkLostError
+from twbal.core.json_records import read_record, write_record
 from twbal.core.robot_parameters import RobotParameters, parameter_hash
 from twbal.io.logs import read_episode, write_episode
 from twbal.link.ranges import MAX_TRIAL
 from twbal.link.serial_plant import SerialPlant
 from twbal.policies.policy import Policy
 from twbal.virtual_robot.process import Launch, launch
+from twbal.viz.canvas import save
+from twbal.viz.following_figure import following_figure
 
 NOT_RECORDED = ("policy.path", "link.port")
 NOT_IN_EPISODES = ("policy.path", "link")  # the same robot may be reached by other ways
@@ -39,12 +46,27 @@ INTERRUPTED = (Outcome.STOPPED, Outcome.LINK_LOST, Outcome.POLICY_FAULT)
 def main(cfg: DictConfig) -> None:
     """Run the stage in Hydra's run folder."""
     out = run_folder()
+    if cfg.course:
+        need = floor_needed(instantiate(cfg.course))
+        say(f"the course needs {need.ahead:.1f} m of free floor ahead of the robot and {need.behind:.1f} m behind it")
     manifest = run(cfg, out)
     for made in manifest.outputs:
+        if not made.path.endswith(".mcap"):
+            continue
         episode = read_episode(out / made.path)
         trial, outcome = episode.provenance.trial, episode.outcome.replace("_", " ")
         print(f"trial {trial}: {outcome} after {episode.duration:.2f} s, {len(episode)} samples")
+    if (out / COURSE).is_file():
+        _print_course(read_record(CourseRecord, out / COURSE).trials)
     print_result(manifest, out, _following(cfg, out))
+
+
+def _print_course(trials: Sequence[FollowedCourse]) -> None:
+    """Print how the robot followed the course."""
+    print(*course_table(trials), sep="\n")
+    for trial in trials:
+        turned = "" if trial.turned is None else f", turned by {degrees(trial.turned):.0f}°, which nothing controls"
+        print(f"trial {trial.trial}: {'fell' if trial.fell else 'upright'}; places by {trial.place_by}{turned}")
 
 
 def _following(cfg: DictConfig, out: Path) -> str:
@@ -95,8 +117,26 @@ def run(cfg: DictConfig, out: Path, launch: Launch = launch) -> Manifest:
     open_link = partial(_link, cfg.link, launch)
     inputs = {"policy": policy_files(cfg.policy)}
     step = Step("real-rollout", out, recorded(cfg, NOT_RECORDED), inputs, settings.seed)
-    channels = instantiate(cfg.state)
-    return perform(step, lambda: record(open_link, robot, policy, channels, settings, provenance, out))
+    channels, course = instantiate(cfg.state), instantiate(cfg.course) if cfg.course else None
+    if course is not None:
+        channels.index("position")  # raises where the policy cannot see how far it is off
+
+    def drive() -> list[Path]:
+        logs = record(open_link, robot, policy, channels, settings, provenance, out, course)
+        return logs if course is None else [*logs, *_judge(logs, course, robot, out)]
+
+    return perform(step, drive)
+
+
+def _judge(logs: Sequence[Path], course: Course, robot: RobotParameters, out: Path) -> list[Path]:
+    """Write and draw how the trials followed the course; returns the files."""
+    episodes = [read_episode(log) for log in logs]
+    trials = tuple(followed(episode, course, robot.wheel_radius) for episode in episodes)
+    write_record(out / COURSE, CourseRecord(trials))
+    figures = [out / "figures" / f"{log.stem}.svg" for log in logs]
+    for episode, figure in zip(episodes, figures, strict=True):
+        save(following_figure(episode, figure.stem, robot.wheel_radius), figure)
+    return [out / COURSE, *figures]
 
 
 def record(
@@ -107,6 +147,7 @@ def record(
     settings: RolloutSettings,
     provenance: Provenance,
     out: Path,
+    course: Course | None = None,
 ) -> list[Path]:
     """Drive the trials whose logs are not there yet; returns the logs of all.
 
@@ -120,6 +161,7 @@ def record(
         settings: which trials, and how long.
         provenance: of all trials but for their number.
         out: for the logs.
+        course: that the robot is to follow, to whose end each trial lasts; None: it is to stay where it was put.
 
     Raises:
         LinkError: the robot cannot be reached, fell silent, or does not confirm that it has stopped.
@@ -129,12 +171,13 @@ def record(
     """
     with stopped_once(), open_link() as plant:
         _check_robot(plant, robot)
+        steps = settings.steps if course is None else course.steps(plant.control_period)
         for trial in settings.numbers:
             file = episode_file(out / "episodes", trial)
             if file.exists():
                 continue
             its_own = replace(provenance, robot=plant.robot_name, trial=trial)
-            episode = rollout(plant, policy, channels, settings.steps, settings.tilt_limit, its_own)
+            episode = rollout(plant, policy, channels, steps, settings.tilt_limit, its_own, course)
             with_line = replace(episode, events=tuple(sorted((*episode.events, *plant.events))))
             if episode.outcome in INTERRUPTED:
                 _keep_interrupted(with_line, out / "interrupted", why=" ".join(end.text for end in episode.events))

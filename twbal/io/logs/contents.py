@@ -53,7 +53,8 @@ class Contents:
         try:
             self.description = _find_description(data)
             if self.description is not None:
-                self._layout = layout_of(self.description.channels, self.description.poses)
+                found = self.description
+                self._layout = layout_of(found.channels, found.poses, found.references)
             self._walk(data, len(MAGIC))
         except DamageError as damage:
             self.damage = str(damage)

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from twbal.core.errors import DataError
 from twbal.core.gaussian import Array
+from twbal.core.motion_profile import Motion
 from twbal.core.plant import Pose
 from twbal.io.logs.topics import Topic, unit_of
 
@@ -44,11 +45,12 @@ class _Form(NamedTuple):
 
 @dataclass(frozen=True)
 class Layout:
-    """The messages of one sample: what the IMU saw, what the wheels did, the state, the true pose, the command given.
+    """The messages of one sample: IMU, wheels, state, true pose, the reference that was followed, the command given.
 
     Attributes:
         channels: names of the state channels.
         poses: whether each sample has a true pose.
+        references: whether the robot followed a reference.
 
     Raises:
         DataError: a channel's name cannot be the name of a field.
@@ -56,6 +58,7 @@ class Layout:
 
     channels: tuple[str, ...]
     poses: bool = False
+    references: bool = False
 
     def __post_init__(self) -> None:
         bad = [name for name in self.channels if not _FIELD_NAME.fullmatch(name)]
@@ -73,11 +76,14 @@ class Layout:
         """The topics with one message a sample, in the order in which they are written."""
         imu = ("time", "tilt", "tilt_rate", "acceleration", "yaw_rate")
         pose = (Topic(6, "/pose", Pose._fields, ("m", "m", "rad", "rad")),) if self.poses else ()
+        # Ids count from 1 without a gap, as the writer gives them.
+        reference = (Topic(6 + self.poses, "/reference", Motion._fields, ("m", "m/s", "m/s²")),) * self.references
         return (
             Topic(1, "/imu", imu, ("s", "rad", "rad/s", "m/s²", "rad/s")),
             Topic(2, "/wheels", ("angle", "rate"), ("rad", "rad/s")),
             Topic(3, "/state", self.channels, tuple(unit_of(name) for name in self.channels)),
             *pose,
+            *reference,
             Topic(4, "/command", ("torque",), ("N·m",)),
         )
 
@@ -143,6 +149,6 @@ class Layout:
 
 
 @lru_cache(maxsize=32)
-def layout_of(channels: tuple[str, ...], poses: bool = False) -> Layout:
-    """The layout for these state channels, with or without true poses, made once."""
-    return Layout(channels, poses)
+def layout_of(channels: tuple[str, ...], poses: bool = False, references: bool = False) -> Layout:
+    """The layout for these state channels, with or without true poses and references, made once."""
+    return Layout(channels, poses, references)

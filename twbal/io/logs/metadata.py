@@ -8,11 +8,12 @@ from twbal.core.episode import Episode, Estimated, Outcome, Provenance
 from twbal.core.errors import LogError
 from twbal.io.logs.topics import unit_of
 
-SCHEMA_VERSION = 2
-"""Newest that this twbal reads and writes. A log says the lowest version that tells all of it: 2 added `estimated`."""
+SCHEMA_VERSION = 3
+"""Newest that this twbal reads and writes. A log says the lowest version that tells all of it: 2 added `estimated`, and
+3 `references`, to which the states of such a log are relative."""
 METADATA_NAME = "twbal.episode"
 CONFIG_NAME = "config.yaml"
-_POSES = "/pose"
+_POSES, _REFERENCES = "/pose", "/reference"
 
 
 class Description(NamedTuple):
@@ -27,6 +28,7 @@ class Description(NamedTuple):
         events: how many events were written.
         estimated: channels that no sensor measured.
         poses: whether the samples have true poses.
+        references: whether they have the reference that was followed.
     """
 
     channels: tuple[str, ...]
@@ -37,13 +39,14 @@ class Description(NamedTuple):
     events: int
     estimated: tuple[Estimated, ...]
     poses: bool
+    references: bool
 
 
 def metadata_of(episode: Episode) -> dict[str, str]:
     """The entries of the metadata record of `episode`."""
     source = episode.provenance
     entries = {
-        "schema_version": str(2 if episode.estimated else 1),
+        "schema_version": str(3 if episode.references is not None else 2 if episode.estimated else 1),
         "robot": source.robot,
         "source": source.source,
         "parameter_hash": source.parameter_hash,
@@ -61,6 +64,8 @@ def metadata_of(episode: Episode) -> dict[str, str]:
         entries["estimated"] = ",".join(f"{channel}:{float(sd)!r}" for channel, sd in episode.estimated)
     if episode.poses is not None:  # of no other version: who does not know of poses loses nothing else
         entries["poses"] = _POSES
+    if episode.references is not None:
+        entries["references"] = _REFERENCES
     # MCAP guards attachments and chunks, but no metadata, where the end of the file is lost.
     return {**entries, "checksum": checksum(entries)}
 
@@ -101,14 +106,15 @@ def _parse(entries: Mapping[str, str]) -> Description:
         ),
         samples=int(entries["samples"]),
         events=int(entries["events"]),
-        poses=_has_poses(entries.get("poses", "")),
+        poses=_has(_POSES, entries.get("poses", "")),
+        references=_has(_REFERENCES, entries.get("references", "")),
         estimated=tuple(_estimated(word) for word in entries.get("estimated", "").split(",") if word),
     )
 
 
-def _has_poses(word: str) -> bool:
-    if word not in ("", _POSES):
-        raise ValueError(f"poses {word!r}")
+def _has(topic: str, word: str) -> bool:
+    if word not in ("", topic):
+        raise ValueError(f"{word!r} where {topic!r} belongs")
     return bool(word)
 
 

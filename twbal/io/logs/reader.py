@@ -179,8 +179,10 @@ def _episode(path: Path, contents: Contents, samples: int) -> Episode:
     """The episode of the first `samples` samples."""
     found = contents.description
     assert found is not None
-    imu, wheels, states, *poses, commands = contents.columns.values()
-    table = table_of(np.hstack([imu[:samples], wheels[:samples]]), states[:samples], commands[: samples - 1])
+    columns = contents.columns
+    seen = np.hstack([columns["/imu"][:samples], columns["/wheels"][:samples]])
+    table = table_of(seen, columns["/state"][:samples], columns["/command"][: samples - 1])
+    poses, references = columns.get("/pose"), columns.get("/reference")
     try:
         return Episode(
             channels=found.channels,
@@ -192,7 +194,8 @@ def _episode(path: Path, contents: Contents, samples: int) -> Episode:
             provenance=replace(found.provenance, config=contents.config),
             events=contents.events,
             estimated=found.estimated,
-            poses=poses[0][:samples] if poses else None,
+            poses=None if poses is None else poses[:samples],
+            references=None if references is None else references[:samples],
         )
     except DataError as error:
         raise LogError(f"Log {path} cannot be used. {error}") from error

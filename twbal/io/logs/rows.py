@@ -26,13 +26,14 @@ class Table(NamedTuple):
 
 
 def columns_of(episode: Episode) -> Array:
-    """/imu, /wheels, /state, /pose and /command side by side, (T + 1, 7 + D + 4 + 1), or without the 4 of the pose.
+    """/imu, /wheels, /state, /pose, /reference and /command side by side, (T + 1, 7 + D + 4 + 3 + 1).
 
-    The last row has no command, so NaN.
+    An episode without poses lacks those 4 columns, one without a reference those 3. The last row has no
+    command, so NaN.
     """
     seen = episode.observations[:, [Observation._fields.index(name) for name in _SEEN]]
-    poses = [] if episode.poses is None else [episode.poses]
-    return np.column_stack([seen, episode.states, *poses, np.append(episode.commands, np.nan)])
+    optional = [values for values in (episode.poses, episode.references) if values is not None]
+    return np.column_stack([seen, episode.states, *optional, np.append(episode.commands, np.nan)])
 
 
 def table_of(seen: Array, states: Array, commands: Array) -> Table:

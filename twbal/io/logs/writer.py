@@ -35,7 +35,7 @@ def write_episode(
     Raises:
         DataError: the file cannot be written, a channel's name cannot be a field's, or a time cannot be a log time.
     """
-    layout = layout_of(episode.channels, episode.poses is not None)
+    layout = layout_of(episode.channels, episode.poses is not None, episode.references is not None)
     values = columns_of(episode)
     times = _log_times(episode.observations[:, 0], "sample")
     event_times = _log_times(np.array([event.time for event in episode.events]), "event")

@@ -1,0 +1,56 @@
+"""`twbal real-rollout` with a course, from its settings to its files."""
+
+import json
+
+import numpy as np
+import pytest
+
+from twbal.cli.main import main
+from twbal.cli.stages.real_rollout import COURSE
+from twbal.io.checkpoint import save_checkpoint
+from twbal.io.logs import read_episode
+from twbal.policies.linear import LinearPolicy
+
+CHANNELS = ("tilt", "tilt_rate", "speed", "command_1", "command_2", "position", "position_integral")
+GAIN = [-71.6, -11.7, -11.2, 0.0, 0.0, -14.5, -4.0]  # of a linear-quadratic regulator of the sheet, with a place
+
+
+@pytest.fixture
+def policy(tmp_path):
+    made = LinearPolicy(CHANNELS, np.array(GAIN), 0.0, 20.0)
+    save_checkpoint(tmp_path / "policy.pt", "policy", made.to_payload())
+    return f"policy.path={tmp_path / 'policy.pt'}"
+
+
+def test_a_course_is_driven_to_its_end_told_of_and_drawn(policy, tmp_path, capsys):
+    course = "course.segments=[{seconds:3,speed:0},{position:0.2},{seconds:1.0,speed:0}]"
+    words = [policy, "experiment=drive", course, 'link.overrides=["faults=none"]', f"hydra.run.dir={tmp_path / 'out'}"]
+    assert main(["real-rollout", *words]) == 0
+    said = capsys.readouterr().out
+    assert "needs 0.2 m of free floor ahead of the robot and 0.0 m behind it" in said and "to 0.20 m" in said
+    episode = read_episode(tmp_path / "out" / "episodes" / "trial_000.mcap")
+    assert episode.references is not None and episode.references[-1, 0] == pytest.approx(0.2, abs=1e-6)
+    (trial,) = json.loads((tmp_path / "out" / COURSE).read_text())["trials"]
+    assert not trial["fell"] and trial["place_by"] == "pose" and len(trial["segments"]) == 3
+    assert trial["seconds"] == pytest.approx(trial["segments"][-1]["end"], abs=0.02)
+    assert "reference" in (tmp_path / "out" / "figures" / "trial_000.svg").read_text()
+
+
+@pytest.mark.parametrize(
+    ("word", "message"),
+    [
+        ("course.segments=[{seconds:3,speed:9}]", r"asks for 9 m/s; the limit is 1.05 m/s"),
+        ("course.segments=[{seconds:3}]", r"Segment 0 of the course is"),
+        ("course.give_way=0", r"cannot have course.give_way=0"),
+    ],
+)
+def test_a_course_that_cannot_be_driven_is_refused_before_the_robot_is_reached(policy, tmp_path, capsys, word, message):
+    words = [policy, "experiment=drive", word, "link=serial", "link.port=/dev/null", f"hydra.run.dir={tmp_path / 'o'}"]
+    assert main(["real-rollout", *words]) != 0
+    assert message in capsys.readouterr().err
+
+
+def test_a_state_without_a_place_is_refused(tmp_path, capsys):
+    words = ["policy=random", "state=rolling", "experiment=drive", "link=serial", "link.port=/dev/null"]
+    assert main(["real-rollout", *words, f"hydra.run.dir={tmp_path / 'o'}"]) != 0
+    assert "has no position, which is needed here" in capsys.readouterr().err

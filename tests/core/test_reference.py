@@ -1,0 +1,202 @@
+from collections.abc import Callable, Iterator
+
+import numpy as np
+import pytest
+
+from twbal.core.channels import Channels
+from twbal.core.course import AT_REST, Course, Target
+from twbal.core.errors import ConfigError
+from twbal.core.gaussian import Array
+from twbal.core.motion_limits import MotionLimits
+from twbal.core.plant import Observation
+from twbal.core.reference import Reference
+from twbal.core.robot_parameters import GRAVITY, RobotParameters
+
+LIMITS = MotionLimits(speed=1.0, acceleration=0.5, jerk=2.0)
+RADIUS, PERIOD, GIVE_WAY = 0.15, 0.02, 0.4
+PLACE = Channels(("tilt", "speed", "position", "position_integral"), RADIUS, PERIOD)
+
+
+class Asked:
+    """A speed from some time on, and rest before."""
+
+    limits, give_way = LIMITS, GIVE_WAY
+
+    def __init__(self, speed: float | None, position: float = 0.0, since: float = 0.0) -> None:
+        self._target, self._since = Target(speed, position), since
+
+    def target(self, time: float) -> Target:
+        return self._target if time >= self._since else AT_REST
+
+
+def followed(reference: Reference, robot: Callable[[float], float], until: float) -> Iterator[Array]:
+    """Time, the robot's place and the reference, at each instant of a robot that goes its own way."""
+    for time in np.arange(0.0, until, PERIOD).tolist():
+        yield np.array([time, robot(time), *reference.follow(time, robot(time), 0.0)])
+
+
+def paper(**other: float) -> RobotParameters:
+    values = {"body_mass": 10.0, "com_height": 0.3, "com_offset": 0.0, "body_inertia_pitch": 0.319}
+    values |= {"body_inertia_roll": 0.433, "body_inertia_yaw": 0.152, "wheel_mass": 1.0, "wheel_radius": 0.15}
+    values |= {"wheel_inertia": 0.0125, "wheel_width": 0.04, "track": 0.45, "torque_limit": 20.0}
+    return RobotParameters(name="paper", **values | {"control_period": 0.02} | other)
+
+
+def test_a_robot_that_follows_never_makes_the_reference_give_way() -> None:
+    reference = Reference(Asked(0.8))
+    rows = np.array(list(followed(reference, lambda t: 0.8 * max(t - 0.9, 0.0), 6.0)))
+    assert not reference.events
+    np.testing.assert_allclose(rows[-1, 3:], [0.8, 0.0], atol=1e-9)
+    assert rows[-1, 2] == pytest.approx(0.8 * (rows[-1, 0] - 0.5 * (0.8 / 0.5 + 0.5 / 2.0)))  # of the trapezoid
+
+
+def test_before_a_held_robot_the_reference_stops_at_the_greatest_distance_and_comes_to_rest() -> None:
+    reference = Reference(Asked(0.8))
+    rows = np.array(list(followed(reference, lambda t: 0.0, 12.0)))
+    assert rows[:, 2].max() == pytest.approx(GIVE_WAY)
+    assert rows[-1, 2:] == pytest.approx([GIVE_WAY, 0.0, 0.0], abs=1e-9)
+    assert reference.gives_way and [event.text for event in reference.events] == ["the reference gives way"]
+    assert (np.abs(np.diff(rows[:, 3])) <= 0.5 * PERIOD + 1e-9).all()  # also in giving way
+
+
+def test_a_robot_that_is_let_go_is_led_on_from_where_it_is_within_the_limits() -> None:
+    def robot(time: float) -> float:
+        return 0.0 if time < 6.0 else min(0.3 * (time - 6.0), GIVE_WAY) if time < 8.0 else 0.4 + 0.7 * (time - 8.0)
+
+    reference = Reference(Asked(0.8))
+    rows = np.array(list(followed(reference, robot, 16.0)))
+    assert [event.text for event in reference.events[:2]] == ["the reference gives way", "the reference goes on"]
+    on = rows[:, 0] >= reference.events[1].time
+    assert rows[on][0, 2] == pytest.approx(GIVE_WAY)  # what was lost is not made up for
+    assert (np.abs(np.diff(rows[:, 3])) <= 0.5 * PERIOD + 1e-9).all()
+    assert rows[:, 3].max() == pytest.approx(0.8)
+
+
+def test_a_pushed_robot_drags_the_place_along_and_a_place_that_was_asked_for_is_gone_back_to() -> None:
+    def robot(time: float) -> float:
+        return 1.0 if 2.0 <= time < 4.0 else (0.7 if 4.0 <= time < 5.0 else 0.0)
+
+    reference = Reference(Asked(None, 0.0))
+    rows = np.array(list(followed(reference, robot, 4.0)))
+    assert rows[-1, 2] == pytest.approx(1.0 - GIVE_WAY)
+    more = np.array([[t, *reference.follow(t, 0.65 if t < 6.0 else 0.1, 0.0)] for t in np.arange(4.0, 12.0, PERIOD)])
+    assert more[-1, 1:] == pytest.approx([0.0, 0.0, 0.0], abs=1e-9)
+
+
+def seen_at(time: float, path: float, speed: float, tilt: float) -> Observation:
+    return Observation(time, tilt, 0.0, 0.0, path / RADIUS - tilt, speed / RADIUS, 0.0)
+
+
+def test_errors_are_what_a_frame_that_moves_with_the_reference_shows() -> None:
+    """The same wiggle about a standing and about a moving place gives the same states."""
+    moving, still = PLACE.tracker(reference := Reference(Asked(0.6))), PLACE.tracker()
+    planned = Reference(Asked(0.6))
+    for time in np.arange(0.0, 8.0, PERIOD).tolist():
+        place, speed = 0.05 * np.sin(3.0 * time), 0.15 * np.cos(3.0 * time)
+        motion = planned.follow(time, *planned.motion[:2])
+        seen = seen_at(time, motion.position + place, motion.speed + speed, 0.02)
+        expected = still.state(seen_at(time, place, speed, 0.02), [])
+        np.testing.assert_allclose(moving.state(seen, []), expected, atol=1e-9)
+    assert reference.motion.speed == pytest.approx(0.6)
+
+
+def test_where_the_encoders_began_to_count_does_not_matter() -> None:
+    at_zero, elsewhere = (PLACE.tracker(Reference(Asked(0.6))) for _ in range(2))
+    for time in np.arange(0.0, 4.0, PERIOD).tolist():
+        seen = seen_at(time, 0.5 * time, 0.5, 0.1)
+        shifted = seen._replace(wheel_angle=seen.wheel_angle + 100.0)
+        np.testing.assert_allclose(elsewhere.state(shifted, []), at_zero.state(seen, []), atol=1e-9)
+
+
+def test_a_reference_at_rest_changes_no_state() -> None:
+    rng = np.random.default_rng(3)
+    with_one, without = PLACE.tracker(Reference(Asked(0.0))), PLACE.tracker()
+    for time in np.arange(0.0, 4.0, PERIOD).tolist():
+        seen = seen_at(time, *rng.uniform(-0.1, 0.1, 2), 0.1)
+        assert with_one.state(seen, []).tolist() == without.state(seen, []).tolist()
+
+
+def test_the_integral_is_held_while_the_reference_gives_way() -> None:
+    tracker = PLACE.tracker(reference := Reference(Asked(0.8)))
+    integrals, giving = [], []
+    for time in np.arange(0.0, 20.0, PERIOD).tolist():
+        integrals.append(tracker.state(seen_at(time, 0.0, 0.0, 0.0), [])[3])
+        giving.append(reference.gives_way)
+    first = giving.index(True)
+    assert 0 < first < 200 and all(giving[first:])
+    assert len({*integrals[first + 1 :]}) == 1
+    assert abs(integrals[-1]) < 0.5 < PLACE.max_position_integral
+
+
+# Limits of the sheet, and courses
+
+
+def test_the_acceleration_of_the_sheet_needs_a_lean_of_five_degrees_in_the_equations_of_motion() -> None:
+    robot = paper()
+    limits = MotionLimits.of_robot(robot)
+    turning = limits.acceleration / robot.wheel_radius  # both equations with a constant lean
+    a = (10.0 + 2.0) * 0.15**2 + 2 * 0.0125
+    b, d, lean = 10.0 * 0.3 * 0.15, 10.0 * GRAVITY * 0.3, np.radians(5.0)
+    torque = a * turning  # of the wheels' equation; the body's:
+    assert b * np.cos(lean) * turning - d * np.sin(lean) == pytest.approx(-torque)
+    assert 0.45 < limits.acceleration < 0.55 and 1.0 < limits.speed < 1.1
+
+
+def test_weak_motors_limit_the_acceleration_by_their_torque() -> None:
+    weak = MotionLimits.of_robot(paper(torque_limit=1.0))
+    a = (10.0 + 2.0) * 0.15**2 + 2 * 0.0125
+    assert weak.acceleration == pytest.approx(0.25 * 1.0 / a * 0.15)
+    assert weak.jerk < MotionLimits.of_robot(paper()).jerk
+
+
+def test_robots_of_one_shape_have_limits_of_one_shape() -> None:
+    """Froude's scaling: lengths times 4 make speeds twice as large, and accelerations the same."""
+    scale = {"wheel_radius": 0.6, "com_height": 1.2}
+    scale |= {"body_inertia_pitch": 0.319 * 16, "body_inertia_roll": 0.433 * 16, "body_inertia_yaw": 0.152 * 16}
+    small, large = MotionLimits.of_robot(paper()), MotionLimits.of_robot(paper(**scale, wheel_inertia=0.2))
+    assert large.speed == pytest.approx(2 * small.speed)
+    assert large.acceleration == pytest.approx(small.acceleration)
+    assert large.jerk == pytest.approx(small.jerk / 2)
+
+
+def test_given_limits_take_the_place_of_those_of_the_sheet() -> None:
+    assert MotionLimits.of_robot(paper(), 2.0, 3.0, 4.0) == MotionLimits(2.0, 3.0, 4.0)
+
+
+def course(*segments: dict[str, float], **settings: float) -> Course:
+    return Course.from_settings(paper(), segments, **settings)
+
+
+def test_a_course_asks_for_each_segment_in_its_time_and_a_place_takes_as_long_as_the_way() -> None:
+    found = course({"seconds": 2.0, "speed": 0.5}, {"position": 0.0}, {"seconds": 1.0, "share": -0.5}, speed_limit=0.8)
+    assert [found.target(t) for t in (0.0, 1.99, 2.0)] == [Target(0.5), Target(0.5), Target(None, 0.0)]
+    assert found.target(99.0) == Target(-0.4)
+    reference = Reference(found)
+    for time in np.arange(0.0, found.segments[1].end, PERIOD).tolist():
+        motion = reference.follow(time, *reference.motion[:2])
+    assert motion.position == pytest.approx(0.0, abs=1e-3)
+    assert found.steps(PERIOD) == pytest.approx(found.duration / PERIOD, abs=1.0)
+    assert found.give_way == pytest.approx(0.3 * 0.8)
+
+
+@pytest.mark.parametrize(
+    "segment",
+    [
+        {"speed": 0.1},
+        {"seconds": 1.0},
+        {"seconds": 0.0, "speed": 0.1},
+        {"seconds": 1.0, "speed": 0.1, "position": 1.0},
+        {"seconds": 1.0, "speed": "fast"},
+        {"seconds": 1.0, "speed": float("nan")},
+    ],
+)
+def test_a_segment_that_says_too_little_or_too_much_is_refused(segment: dict[str, float]) -> None:
+    with pytest.raises(ConfigError, match=r"Segment 0 of the course is .*; expected numbers for \{seconds, speed\}"):
+        course(segment)
+
+
+def test_a_speed_beyond_the_limit_is_refused_with_the_limit() -> None:
+    with pytest.raises(ConfigError, match=r"asks for 3 m/s; the limit is 1.05 m/s"):
+        course({"seconds": 1.0, "speed": 3.0})
+    with pytest.raises(ConfigError, match="at least one segment"):
+        course()

@@ -1,0 +1,160 @@
+"""How well a robot followed a course."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from twbal.core.course import Course, Segment
+from twbal.core.episode import Episode, Outcome
+from twbal.core.evaluation import PlaceBy, positions
+from twbal.core.gaussian import Array
+from twbal.core.motion_profile import Motion
+from twbal.core.plant import Observation, Pose
+from twbal.core.reference import Reference
+
+_TIME, _POSITION = Observation._fields.index("time"), Motion._fields.index("position")
+_SPEED = Motion._fields.index("speed")
+_HEADING = Pose._fields.index("heading")
+_STEADY = 1e-9  # of a speed [m/s]
+_EVERY = 0.05  # s, at which a course's way is looked at
+
+
+@dataclass(frozen=True)
+class FollowedSegment:
+    """What the robot did in a segment of a course.
+
+    Attributes:
+        begin: [s].
+        end: [s].
+        asked_speed: [m/s]; None where a place was asked for.
+        asked_position: [m]; None where a speed was asked for.
+        speed: of the robot, mean over the second half of the time in which the reference had the asked speed [m/s];
+            None where it never had, or where a place was asked for.
+        speed_error: of that speed, in per cent of the asked one; None where that is none or 0.
+        farthest: greatest distance from the reference [m].
+        off_at_end: distance from the reference at the end, forward being positive [m].
+    """
+
+    begin: float
+    end: float
+    asked_speed: float | None
+    asked_position: float | None
+    speed: float | None
+    speed_error: float | None
+    farthest: float
+    off_at_end: float
+
+
+@dataclass(frozen=True)
+class FollowedCourse:
+    """What the robot did in a trial.
+
+    Attributes:
+        trial: its number.
+        outcome: how it ended.
+        fell: whether that was by the tilt limit.
+        seconds: how long it lasted [s].
+        place_by: what told where the robot was.
+        turned: heading at the end, which nothing controls [rad]; None where no poses tell it.
+        gave_way: how often the reference gave way.
+        segments: as far as they were driven.
+    """
+
+    trial: int
+    outcome: Outcome
+    fell: bool
+    seconds: float
+    place_by: PlaceBy
+    turned: float | None
+    gave_way: int
+    segments: tuple[FollowedSegment, ...]
+
+
+@dataclass(frozen=True)
+class CourseRecord:
+    """What `real-rollout` writes of a course.
+
+    Attributes:
+        trials: what the robot did in each.
+    """
+
+    trials: tuple[FollowedCourse, ...]
+
+
+@dataclass(frozen=True)
+class FloorNeeded:
+    """How far a reference goes from where the robot was put.
+
+    Attributes:
+        ahead: [m].
+        behind: [m].
+    """
+
+    ahead: float
+    behind: float
+
+
+def floor_needed(course: Course) -> FloorNeeded:
+    """How far the course goes where its reference never gives way."""
+    reference, places = Reference(course), [0.0]
+    for time in np.arange(0.0, course.duration + _EVERY, _EVERY).tolist():
+        motion = reference.follow(time, *reference.motion[:2])  # a robot that is a step behind is near enough
+        places.append(motion.position)
+    return FloorNeeded(ahead=max(places), behind=0.0 - min(places))
+
+
+def followed(episode: Episode, course: Course, wheel_radius: float) -> FollowedCourse:
+    """What the robot did on a course, by true poses where each sample has one, else by odometry.
+
+    Places are those along the robot's own way: nothing controls its heading, so it may drive a bend.
+
+    Args:
+        episode: a trial that followed the course's reference.
+        course: that was asked for.
+        wheel_radius: of the data sheet [m].
+    """
+    assert episode.references is not None
+    poses = episode.poses if episode.poses is not None and np.isfinite(episode.poses).all() else None
+    places = positions(episode, wheel_radius) if poses is None else _way(poses)
+    times = episode.observations[:, _TIME]
+    driven = [segment for segment in course.segments if segment.begin <= times[-1]]
+    return FollowedCourse(
+        trial=episode.provenance.trial,
+        outcome=episode.outcome,
+        fell=episode.outcome is Outcome.TILT_LIMIT,
+        seconds=episode.duration,
+        place_by=PlaceBy.ODOMETRY if poses is None else PlaceBy.POSE,
+        turned=None if poses is None else float(poses[-1, _HEADING]),
+        gave_way=sum("gives way" in event.text for event in episode.events),
+        segments=tuple(_segment(segment, times, places, episode.references) for segment in driven),
+    )
+
+
+def _way(poses: Array) -> Array:
+    """Distance along the way, forward being positive, (T + 1,) [m]."""
+    x, y, heading, _ = poses.T
+    middle = 0.5 * (heading[1:] + heading[:-1])
+    return np.concatenate([[0.0], np.cumsum(np.diff(x) * np.cos(middle) + np.diff(y) * np.sin(middle))])
+
+
+def _segment(segment: Segment, times: Array, places: Array, references: Array) -> FollowedSegment:
+    part = (times >= segment.begin) & (times <= segment.end)
+    away = places[part] - references[part, _POSITION]
+    asked = segment.target.speed
+    speed = None if asked is None else _steady_speed(asked, times[part], places[part], references[part, _SPEED])
+    return FollowedSegment(
+        begin=segment.begin,
+        end=segment.end,
+        asked_speed=asked,
+        asked_position=segment.target.position if asked is None else None,
+        speed=speed,
+        speed_error=100.0 * (speed / asked - 1.0) if asked and speed is not None else None,
+        farthest=float(np.abs(away).max()),
+        off_at_end=float(away[-1]),
+    )
+
+
+def _steady_speed(asked: float, times: Array, places: Array, speeds: Array) -> float | None:
+    steady = np.flatnonzero(np.abs(speeds - asked) < _STEADY)
+    late = steady[len(steady) // 2 :]
+    return float((places[late[-1]] - places[late[0]]) / (times[late[-1]] - times[late[0]])) if len(late) > 1 else None

@@ -1,0 +1,86 @@
+"""The moving place that a robot follows in a rollout."""
+
+from typing import Protocol
+
+from twbal.core.course import AT_REST, Target
+from twbal.core.episode import Event
+from twbal.core.motion_limits import MotionLimits
+from twbal.core.motion_profile import Motion, profile_to_speed
+
+_AHEAD = 0.3  # s; how far ahead the robot's distance is foreseen
+_RETURNED = 0.5  # of the greatest distance: the robot has come back, and the reference goes on
+
+
+class Targets(Protocol):
+    """Where a reference is to go: a course, or what else says so while the robot drives."""
+
+    @property
+    def limits(self) -> MotionLimits:
+        """Of the reference's motion."""
+
+    @property
+    def give_way(self) -> float:
+        """How far the robot may be from the reference before that gives way [m]."""
+
+    def target(self, time: float) -> Target:
+        """What is asked for at a time since the rollout began [s]."""
+
+
+class Reference:
+    """Moves to the targets within the limits, and gives way to a robot that cannot follow.
+
+    Where the robot is farther off than `give_way`, or soon will be, the reference goes to rest within its limits, and
+    its place is dragged along so that the robot is no farther off. Once the robot has come back to half of that, the
+    reference goes on to its target from where it is. So a robot that is held meets no growing error, and is not thrown
+    over when it is let go.
+
+    Attributes:
+        motion: at the last observation.
+        gives_way: whether it gives way.
+        events: when it began to, and when it went on.
+    """
+
+    def __init__(self, targets: Targets) -> None:
+        self.motion = Motion()
+        self.gives_way = False
+        self.events: list[Event] = []
+        self._targets = targets
+        self._target: Target | None = None
+        self._profile = profile_to_speed(self.motion, 0.0, targets.limits)
+        self._begun = 0.0  # time at which the profile begins [s]
+
+    def follow(self, time: float, position: float, speed: float) -> Motion:
+        """The reference at a time.
+
+        Args:
+            time: since the rollout began, no earlier than that of the call before [s].
+            position: of the robot, from where it was put [m].
+            speed: of the robot [m/s].
+        """
+        self.motion = self._profile.at(time - self._begun)
+        target = self._targets.target(time)
+        self._give_way(time, position - self.motion.position, speed - self.motion.speed)
+        if target != self._target and not self.gives_way:
+            self._go(time, target)
+        self._target = target
+        return self.motion
+
+    def _give_way(self, time: float, off: float, slip: float) -> None:
+        """Begin, go on with, or end giving way to a robot that is `off` [m] and moves away at `slip` [m/s]."""
+        most, soon = self._targets.give_way, abs(off + _AHEAD * slip)
+        if max(soon, abs(off)) > most:
+            if not self.gives_way:
+                self._tell(time, True)
+            dragged = self.motion.position + off - min(max(off, -most), most)
+            self.motion = self.motion._replace(position=dragged)
+            self._go(time, AT_REST)
+        elif self.gives_way and max(soon, abs(off)) < _RETURNED * most:
+            self._tell(time, False)
+            self._target = None  # so that the target is gone to anew
+
+    def _go(self, time: float, target: Target) -> None:
+        self._profile, self._begun = target.profile(self.motion, self._targets.limits), time
+
+    def _tell(self, time: float, gives_way: bool) -> None:
+        self.gives_way = gives_way
+        self.events.append(Event(time, "the reference gives way" if gives_way else "the reference goes on"))
