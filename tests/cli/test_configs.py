@@ -4,6 +4,7 @@ from functools import cache
 
 import pytest
 from hydra import compose
+from hydra.errors import ConfigCompositionException
 from hydra.utils import instantiate
 from omegaconf import OmegaConf
 
@@ -63,6 +64,14 @@ def choices(name):
     return dict(compose(name, return_hydra_config=True).hydra.runtime.choices)
 
 
+def composes(name, word):
+    try:
+        compose(name, [word])
+    except ConfigCompositionException:
+        return False
+    return True
+
+
 @pytest.mark.parametrize("name", ENTRIES)
 def test_an_entry_belongs_to_a_stage_and_resolves_once_told_what_it_needs(name):
     assert name.replace("_", "-") in STAGES
@@ -77,7 +86,8 @@ def test_an_option_can_be_chosen_and_built(group, option):
     if group == "task":  # not chosen: every user of it has it
         entry, word, node = "optimise_policy", "seed=1", option
     elif users:
-        entry, word, node = users[0], f"{group}={option}", group.replace("/", ".")
+        word, node = f"{group}={option}", group.replace("/", ".")
+        entry = next(name for name in users if composes(name, word))  # an experiment is of one stage
     else:
         entry, word, node = "sim_collect", f"+{group}@probe={option}", "probe"
     cfg = compose(entry, [word])
