@@ -90,13 +90,13 @@ def test_table_sentences_and_report_say_which_is_better_and_which_worse(logs, fo
     words = f"sims={{good:{found / 'augmented.yaml'},bad:{found / 'wrong.yaml'}}}"
     assert evaluate(logs, tmp_path, words) == 0
     said = capsys.readouterr().out
-    assert "error of tilt after 0.15 s [rad]" in said
+    assert "error of tilt after 0.16 s [rad]" in said
     row = next(line for line in said.splitlines() if line.startswith("good "))
     assert row.count("*") == 2  # the log that it was found on, and the pool
     assert (
-        "good beside nominal, error of tilt after 0.15 s [rad]: of 1 log that it was not found on better on 1" in said
+        "good beside nominal, error of tilt after 0.16 s [rad]: of 1 log that it was not found on better on 1" in said
     )
-    assert "bad beside nominal, error of tilt after 0.15 s [rad]: of 2 logs better on 0, worse on 2" in said
+    assert "bad beside nominal, error of tilt after 0.16 s [rad]: of 2 logs better on 0, worse on 2" in said
     warning = next(line for line in said.splitlines() if line.startswith("bad beside"))
     assert "closes -" in warning
     assert f"next  twbal sim-collect sim={found / 'augmented.yaml'}" in said
