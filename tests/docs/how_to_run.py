@@ -121,6 +121,7 @@ How = Stage | Make | Install | Benchmark | Elsewhere
 _RECORDS = {"<run folder>": RECORDED, "<policy.pt>": POLICY, "<model.pt>": MODEL}
 _SERIAL = {f"link.port={shown}": "link.port={port}" for shown in ("/dev/ttyUSB0", "/dev/pts/5", "<path>", "...")}
 _DRIVES = {**_RECORDS, **_SERIAL}
+_SHORT_COURSE = ("trials=1", "course.segments=[{seconds:0.2,speed:0}]")
 _SWEEP = {"<folder of a sweep>": "outputs/iterate/sweep_1", "sweep_2": "sweep_1"}
 _IMPORTED = {"<run folder>": "imported", "robot=...": "robot=paper", "sim=...": "sim=nominal"}
 _PAPER = (
@@ -168,6 +169,7 @@ TABLE: Mapping[str, How] = {
     "twbal real-rollout experiment=excite policy.command_width=0.1 link.seed=7": Stage(),
     _DIAGNOSE: Stage(small=(*SMALL["diagnose"], "hydra.run.dir=outputs/diagnose/...")),
     "twbal iterate sim=outputs/diagnose/.../augmented.yaml": Stage(slow=True, after=(_DIAGNOSE,)),
+    "twbal iterate sim=outputs/diagnose/.../augmented.yaml link.seed=7": Stage(slow=True, after=(_DIAGNOSE,)),
     "twbal real-rollout policy.path=<policy.pt> link=serial link.port=/dev/ttyUSB0 steps=25": Stage(_DRIVES, slow=True),
     "python scripts/follow_parameter.py torque_limit": Elsewhere(
         ("tests/docs/test_follow_parameter.py", "follow_parameter"), "reads the code"
@@ -199,6 +201,10 @@ TABLE: Mapping[str, How] = {
     # docs
     "python -m benchmarks.hidden_robots family=hard": Benchmark(),
     "python -m benchmarks.hidden_robots.reached": Benchmark(),
+    "python -m benchmarks.hidden_robots family=moderate recipe=pilco": Benchmark(),
+    "python -m benchmarks.hidden_robots.reproduced family=hard": Elsewhere(
+        ("tests/benchmarks/test_reproduced.py", "reproduced(run)"), "runs all commands of finished runs"
+    ),
     "python -m benchmarks.hidden_robots.prediction": Elsewhere(
         ("tests/benchmarks/test_prediction.py", "main("), "reads results"
     ),
@@ -307,8 +313,22 @@ TABLE: Mapping[str, How] = {
         small=("horizons=[0.04]", "settling=0.1"), after=(_DIAGNOSE,)
     ),
     "twbal evaluate-sim 'sims={first:a.yaml,second:b.yaml}' episodes=[run_1,run_2]": Stage(
-        {"a.yaml": "nominal", "b.yaml": "regbot"}, small=("horizons=[0.04]", "settling=0.1")
+        {"a.yaml": "nominal", "b.yaml": "regbot"}, small=("horizons=[0.04]", "settling=0.1", "robot=regbot")
     ),
+    "twbal evaluate-sim sims=[...] episodes=[...]": Stage(
+        {"sims=[...]": "sims=[nominal]", "episodes=[...]": "episodes=[run_1]"},
+        small=("horizons=[0.04]", "settling=0.1", "robot=regbot"),
+    ),
+    "twbal sim-collect sim=<the best of them>": Stage({"<the best of them>": "nominal"}),
+    "twbal real-rollout experiment=drive policy.path=<policy.pt>": Stage(_DRIVES, small=_SHORT_COURSE),
+    "twbal real-rollout experiment=drive policy.path=<best_policy.pt>": Stage(
+        {"<best_policy.pt>": POLICY}, small=_SHORT_COURSE
+    ),
+    "twbal real-rollout experiment=drive policy.path=...": Stage({"...": POLICY}, small=_SHORT_COURSE),
+    (
+        "twbal real-rollout course=forth_and_back policy.path=<policy.pt> "
+        "'course.segments=[{seconds:3,speed:0},{seconds:8,speed:0.3},{position:0}]'"
+    ): Stage(_DRIVES),
     _IDENTIFY: Stage(small=("hydra.run.dir=outputs/identify/...",)),
     "twbal sim-collect sim=<run folder>/identified.yaml": Stage(
         {"<run folder>": "outputs/identify/..."}, after=(_IDENTIFY,)

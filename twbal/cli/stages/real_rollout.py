@@ -131,11 +131,11 @@ def run(cfg: DictConfig, out: Path, launch: Launch = launch) -> Manifest:
 def _judge(logs: Sequence[Path], course: Course, robot: RobotParameters, out: Path) -> list[Path]:
     """Write and draw how the trials followed the course; returns the files."""
     episodes = [read_episode(log) for log in logs]
-    trials = tuple(followed(episode, course, robot.wheel_radius) for episode in episodes)
-    write_record(out / COURSE, CourseRecord(trials))
     figures = [out / "figures" / f"{log.stem}.svg" for log in logs]
     for episode, figure in zip(episodes, figures, strict=True):
         save(following_figure(episode, figure.stem, robot.wheel_radius), figure)
+    trials = tuple(followed(episode, course, robot.wheel_radius) for episode in episodes)
+    write_record(out / COURSE, CourseRecord(trials))
     return [out / COURSE, *figures]
 
 
