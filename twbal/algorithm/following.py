@@ -4,9 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from twbal.core.channels import Channels
 from twbal.core.course import Course, Segment
 from twbal.core.episode import Episode, Outcome
-from twbal.core.evaluation import PlaceBy, positions
+from twbal.core.evaluation import PlaceBy
 from twbal.core.gaussian import Array
 from twbal.core.motion_profile import Motion
 from twbal.core.plant import Observation, Pose
@@ -115,7 +116,7 @@ def followed(episode: Episode, course: Course, wheel_radius: float) -> FollowedC
     """
     assert episode.references is not None
     poses = episode.poses if episode.poses is not None and np.isfinite(episode.poses).all() else None
-    places = positions(episode, wheel_radius) if poses is None else _way(poses)
+    places = _rolled(episode.observations, wheel_radius) if poses is None else _way(poses)
     times = episode.observations[:, _TIME]
     driven = [segment for segment in course.segments if segment.begin <= times[-1]]
     return FollowedCourse(
@@ -128,6 +129,12 @@ def followed(episode: Episode, course: Course, wheel_radius: float) -> FollowedC
         gave_way=sum("gives way" in event.text for event in episode.events),
         segments=tuple(_segment(segment, times, places, episode.references) for segment in driven),
     )
+
+
+def _rolled(observations: Array, wheel_radius: float) -> Array:
+    """Distance by odometry, (T + 1,) [m]."""
+    path: Array = Channels(("speed",), wheel_radius).path(Observation(*observations.T))
+    return path - path[0]
 
 
 def _way(poses: Array) -> Array:
