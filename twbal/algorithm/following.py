@@ -133,8 +133,8 @@ def followed(episode: Episode, course: Course, wheel_radius: float) -> FollowedC
 
 def _rolled(observations: Array, wheel_radius: float) -> Array:
     """Distance by odometry, (T + 1,) [m]."""
-    path: Array = Channels(("speed",), wheel_radius).path(Observation(*observations.T))
-    return path - path[0]
+    path = Channels(("speed",), wheel_radius).path(Observation(*observations.T))
+    return np.asarray(path - path[0])
 
 
 def _way(poses: Array) -> Array:
