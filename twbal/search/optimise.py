@@ -11,7 +11,7 @@ from twbal.core.gaussian import Array, Gaussian
 from twbal.core.streams import Stream, generator
 from twbal.policies.rbf import RbfPolicy
 from twbal.search.descent import Minimised, descend
-from twbal.search.robust import RankedPolicy
+from twbal.search.robust import RankedPolicy, SampledRobots
 from twbal.search.starts import (
     PolicyParametrisation,
     Start,
@@ -82,11 +82,7 @@ def search_policy(
     robust: list[RankedPolicy] = []
     chosen: list[Start] = []
     if is_searched and linear and task.robots is not None:
-        if earlier and not are_robots_new:
-            chosen = [earlier_start(earlier)]
-        else:
-            robust = task.robots.regulators(workers)[:1]
-            chosen = [robust_start(shape, found, task.seed) for found in robust]
+        robust, chosen = _robust_starts(task.robots, task.seed, shape, () if are_robots_new else earlier, workers)
     if is_searched and not chosen:
         starts = _starts(task, shape, torque_limit, earlier, base)
         chosen = _promising(starts, short, max(settings.restarts, 1), workers)
@@ -111,6 +107,16 @@ def search_policy(
         candidates.sort(key=_rank)
     best = candidates[0]
     return SearchResult(best, tuple(candidates), task.predicted(best.policy))
+
+
+def _robust_starts(
+    robots: SampledRobots, seed: int, shape: PolicyParametrisation, same: Sequence[RbfPolicy], workers: int
+) -> tuple[list[RankedPolicy], list[Start]]:
+    """The regulator that holds most robots, and the start that it is; of `same` robots' policies the newest instead."""
+    if same:
+        return [], [earlier_start(same)]
+    found = robots.regulators(workers)[:1]
+    return found, [robust_start(shape, each, seed) for each in found]
 
 
 def _starts(
