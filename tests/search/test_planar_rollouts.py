@@ -209,7 +209,7 @@ def test_constant_jolts_cost_what_a_constant_force_costs(paper):
     )
     truth = real_cost(episode, cost, rule.steps)
     assert alone < 0.6 * truth
-    assert pushed == pytest.approx(truth, rel=0.1)
+    assert pushed == pytest.approx(truth, rel=0.02)
 
 
 @pytest.mark.parametrize("rate", [0.4, 1.0])
