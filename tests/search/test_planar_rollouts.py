@@ -85,7 +85,7 @@ def rule_for(robot):
 
 def undisturbed(start, sensors):
     """Draws of robots on which nothing pushes and whose tilts are what they say."""
-    return PlanarDraws(start, sensors, np.zeros((*sensors.shape[:2], 2)), np.zeros(len(start)))
+    return PlanarDraws(start, sensors, np.zeros((*sensors.shape[:2], 2)), np.zeros(len(start)), np.zeros(len(start)))
 
 
 def told_by_plant(robot, effects, policy, channels, rule, filter_rate=0.0):
@@ -173,6 +173,7 @@ def test_robots_do_not_see_each_other(paper):
         np.array(NOISE) * rng.standard_normal((len(models), rule.steps, 4)),
         0.01 * rng.standard_normal((len(models), rule.steps, 2)),
         rng.uniform(0.0, 0.3, len(models)),
+        rng.uniform(0.0, 0.5, len(models)),
     )
     policy = policy_for(paper, channels, CASES["it stays"])
 
