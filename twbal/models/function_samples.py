@@ -11,6 +11,7 @@ from typing import Self
 import numpy as np
 
 from twbal.core.compiled import fused, kernel
+from twbal.core.cosine import cosine_of_turns
 from twbal.core.gaussian import Array
 from twbal.models.gp import GaussianProcess
 
@@ -47,7 +48,7 @@ class FunctionSamples:
         corrections = np.empty_like(deviations)
         for a in range(E):
             angles = _product(gp.centres, np.ascontiguousarray(frequencies[a].T)) + phases[a]
-            prior = _product(np.cos(angles), weights[a])  # (centres, n)
+            prior = _product(_cosines(angles / (2.0 * np.pi)), weights[a])  # (centres, n)
             corrections[a] = gp.weights[a][:, None] + _strayed(gp, a, prior, deviations[a])
         return cls(gp, frequencies, phases, weights, corrections)
 
@@ -67,6 +68,16 @@ def _strayed(gp: GaussianProcess, output: int, prior: Array, deviations: Array) 
         return _product(gp.root(output), deviations) - _product(gp.variance_matrix[output], prior)
     spread = np.sqrt(gp.noise_variance[output])
     return _product(gp.variance_matrix[output], spread * deviations - prior)
+
+
+@kernel()
+def _cosines(turns: Array) -> Array:
+    """cos 2πz of all numbers (n, m)."""
+    found = np.empty(turns.shape)
+    for i in range(len(turns)):
+        for j in range(turns.shape[1]):
+            found[i, j] = cosine_of_turns(turns[i, j])
+    return found
 
 
 def _product(left: Array, right: Array) -> Array:

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from twbal.core.compiled import ROUNDING, fused, kernel, times_power
+from twbal.core.cosine import cosine_of_turns
 from twbal.core.gaussian import Array
 from twbal.models.function_samples import FunctionSamples
 from twbal.models.gp import GaussianProcess
@@ -25,9 +26,6 @@ _LOWEST = -1000.0  # powers of two below it are 0 next to 1
 
 _POWER = tuple(math.log(2.0) ** k / math.factorial(k) for k in range(13))
 """2^r by Taylor: beyond r^12 there is less than 2e-16 of it for |r| <= ½."""
-
-_SINE = tuple((-1) ** k * (2.0 * math.pi) ** (2 * k + 1) / math.factorial(2 * k + 1) for k in range(10))
-"""sin 2πs = s Σ_k _SINE_k s^2k by Taylor: beyond s^19 there is less than 3e-16 for |s| <= ¼."""
 
 
 class BasisSum(NamedTuple):
@@ -166,24 +164,14 @@ def _bells(directions: Array, start: Array, constant: float, place: Array, row: 
 
 @kernel(fastmath=_NUMBERS)
 def _cosines(directions: Array, start: Array, place: Array, row: Array) -> None:
-    """cos 2πz of z = start + directions · place by the last inputs, as sin 2πs with s = ¼ - |z modulo 1|."""
+    """cos 2πz of z = start + directions · place by the last inputs."""
     k = len(place) - _AT_ONCE
     a, b, c, d, e, f = place[k], place[k + 1], place[k + 2], place[k + 3], place[k + 4], place[k + 5]
     for j in range(len(row)):
         z = fused(directions[k, j], a, fused(directions[k + 1, j], b, start[j]))
         z = fused(directions[k + 2, j], c, fused(directions[k + 3, j], d, z))
         z = fused(directions[k + 4, j], e, fused(directions[k + 5, j], f, z))
-        s = 0.25 - abs(z - ((z + ROUNDING) - ROUNDING))
-        y = s * s
-        p = fused(_SINE[9], y, _SINE[8])
-        p = fused(p, y, _SINE[7])
-        p = fused(p, y, _SINE[6])
-        p = fused(p, y, _SINE[5])
-        p = fused(p, y, _SINE[4])
-        p = fused(p, y, _SINE[3])
-        p = fused(p, y, _SINE[2])
-        p = fused(p, y, _SINE[1])
-        row[j] = s * fused(p, y, _SINE[0])
+        row[j] = cosine_of_turns(z)
 
 
 @kernel(fastmath=_NUMBERS)
