@@ -103,7 +103,8 @@ def scaled(value: float, unit: str, robot: Mapping[str, Any]) -> float:
     """
     length = robot["wheel_radius"] / _PAPER_RADIUS
     time = _falling_time(robot["body_mass"], robot["com_height"], robot["body_inertia_pitch"]) / _PAPER_FALLING_TIME
-    return value * {"m": length, "m.s": length * time, "m/s": length / time, "rad/s": 1.0 / time}[unit]
+    factors = {"m": length, "m.s": length * time, "m/s": length / time, "rad/s": 1.0 / time}
+    return value * float(factors[unit])
 
 
 def _falling_time(mass: float, height: float, inertia: float) -> float:
