@@ -110,7 +110,8 @@ def _data(prior: RobotDistribution, episodes: Sequence[Episode], filter_rate: fl
     """
     recordings = [r for e in episodes if len(r := _recording(e, prior, filter_rate)) >= _SHORTEST]
     data = Data(recordings, _SUBSTEPS)
-    sensors = np.minimum(_LOUDEST_SENSORS, np.maximum(_ROOM * roughness(recordings), 2.0 * data.resolution))
+    seen = np.maximum(_ROOM * roughness(recordings), 2.0 * data.resolution)
+    sensors = np.clip(seen, _FIRST_SENSORS, _LOUDEST_SENSORS)
     return replace(data, loudest=Noise(sensors, np.full(2, _LOUDEST_TORQUES * prior.robot.torque_limit)))
 
 
