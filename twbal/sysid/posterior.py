@@ -32,6 +32,7 @@ _ROUNDS, _ITERATIONS, _NOISE_ITERATIONS = 4, 30, 20
 _FIRST_SENSORS = (0.003, 0.02, 0.001, 0.05)  # rad, rad/s: where the search for the noise begins
 _LOUDEST_SENSORS = (0.01, 0.1, 0.02, 3.0)  # rad, rad/s: noise must not explain what the model should
 _FIRST_TORQUES, _LOUDEST_TORQUES = 0.005, 0.05  # of the torque limit; likewise
+_BENT = 0.026  # rad; 1.5 degrees, by which a torque moves the tilt at which the body balances
 _ROOM = 1.5  # factor on what second differences tell of the noise, as some are few
 _NORMAL_MEDIAN = 0.6745  # of the size of a standard normal number
 _FILTER_RATES = (0.2, 0.0, 0.1, 0.35, 0.5)  # 1/s; the first is where the search begins
@@ -61,8 +62,9 @@ class _Attempt(NamedTuple):
 def posterior(prior: RobotDistribution, episodes: Sequence[Episode]) -> RobotDistribution:
     """The distribution of a robot's parameters after episodes of it, in which it must not turn much: yaw is left out.
 
-    Slow torques keep the size of the prior: rollouts are too short to show them, and the noise of the torques that a
-    fit needs is that of falls and of friction that is not quite Coulomb's.
+    Slow torques get the size of the prior and of what the fit leaves together, as rollouts too short to show them do
+    not tell that there are none; but no more than bends the body by `_BENT`: beyond, it is friction that is not quite
+    Coulomb's.
 
     Raises:
         DataError: no episode has a few control periods of a robot that stands.
@@ -77,8 +79,16 @@ def posterior(prior: RobotDistribution, episodes: Sequence[Episode]) -> RobotDis
         mean=fit.values,
         covariance=_covariance(data, fit, prior),
         sensor_sd=fit.model.noise.sensors,
+        torque_sd=_slow_torques(fit.model.noise.torques, prior),
         filter_rate=_vertex(costs, prior.filter_rate[1]),
     )
+
+
+def _slow_torques(left: Array, prior: RobotDistribution) -> Array:
+    """(2,) standard deviations of slow torques, where a fit leaves torques of the size `left` [N·m]."""
+    robot = prior.robot
+    most = np.maximum(prior.torque_sd, _BENT * robot.body_mass * GRAVITY * robot.com_height)
+    return np.asarray(np.minimum(np.hypot(left, prior.torque_sd), most))
 
 
 def _attempts(prior: RobotDistribution, episodes: Sequence[Episode]) -> dict[float, _Attempt]:
