@@ -25,7 +25,9 @@ from mcap.writer import Writer
 from twbal.cli.main import STAGES, main
 from twbal.core.episode import Outcome
 from twbal.io.logs import read_episode, write_episode
-from twbal.link.protocol import Clock, Decoder, Message, Status, Telemetry, Welcome, to_wire
+from twbal.link.decoder import Decoder, to_wire
+from twbal.link.message import Message
+from twbal.link.protocol import Clock, Status, Telemetry, Welcome
 from twbal.policies.policy import Policy
 from twbal.virtual_robot.firmware import Firmware, Identity
 from twbal.virtual_robot.process import VirtualRobotProcess, virtual_robot_command

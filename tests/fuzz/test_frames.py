@@ -5,21 +5,9 @@ from itertools import pairwise
 from fuzzing import fuzzed, mutated
 from hypothesis import strategies as st
 
+from twbal.link.decoder import Decoder, to_wire
 from twbal.link.frame import MAX_FRAME, wrap
-from twbal.link.protocol import (
-    Arm,
-    Clock,
-    Command,
-    Decoder,
-    Fault,
-    Hello,
-    PoseReport,
-    Status,
-    Stop,
-    Telemetry,
-    Welcome,
-    to_wire,
-)
+from twbal.link.protocol import Arm, Clock, Command, Fault, Hello, PoseReport, Status, Stop, Telemetry, Welcome
 
 SAID = [
     Hello(1),
