@@ -7,7 +7,7 @@ from enum import IntEnum, IntFlag
 from pathlib import Path
 
 from twbal.link.frame import MAX_FRAME
-from twbal.link.message import MAX_TEXT, TEXT, Message, layout, packing
+from twbal.link.message import MAX_TEXT, TEXT, Message
 from twbal.link.protocol import (
     ON_BOARD_WATCHDOG,
     OWN,
@@ -55,7 +55,7 @@ def header() -> str:
     """The header."""
     types = "".join(f"#define {constant(kind)} 0x{kind.TYPE:02x}u\n" for kind in MESSAGES)
     structs = "\n".join(struct(kind) for kind in MESSAGES)
-    sizes = "".join(f"TWBAL_ASSERT_SIZE(twbal_{snake(kind)}, {packing(kind).size});\n" for kind in MESSAGES)
+    sizes = "".join(f"TWBAL_ASSERT_SIZE(twbal_{snake(kind)}, {kind.PACKING.size});\n" for kind in MESSAGES)
     packed = f"#pragma pack(push, 1)\n\n{structs}\n#pragma pack(pop)\n"
     top = TOP.format(version=VERSION, max_text=MAX_TEXT)
     return "\n".join([top + numbers(), types, *map(enum, ENUMS), packed, f"{CHECKS}{sizes}\n#endif\n"])
@@ -82,8 +82,8 @@ def enum(kind: type[IntEnum | IntFlag]) -> str:
 def struct(kind: type[Message]) -> str:
     """The structure of a message."""
     rows = [("uint8_t", "type", f"0x{kind.TYPE:02x}")]
-    rows += [(field.wire.c_type, field.name, field.meaning) for field in layout(kind) if field.wire is not TEXT]
-    text = [f"    /* char {field.name}[]: {field.meaning} */" for field in layout(kind) if field.wire is TEXT]
+    rows += [(field.wire.c_type, field.name, field.meaning) for field in kind.LAYOUT if field.wire is not TEXT]
+    text = [f"    /* char {field.name}[]: {field.meaning} */" for field in kind.LAYOUT if field.wire is TEXT]
     fields = [f"    {of} {name};".ljust(36) + f" /* {meaning} */" for of, name, meaning in rows]
     return "\n".join([f"/* {doc(kind)} */", "typedef struct {", *fields, *text, f"}} twbal_{snake(kind)};", ""])
 
@@ -111,13 +111,13 @@ def tables() -> str:
 def message_table(kind: type[Message]) -> str:
     """One message: its fields with offset and type."""
     rows, at = ["| 0 | `type` | uint8_t | " + f"0x{kind.TYPE:02x} |"], 1
-    for field in layout(kind):
+    for field in kind.LAYOUT:
         length = len(field.wire.code) and {"B": 1, "H": 2, "I": 4, "f": 4}[field.wire.code]
         of = field.wire.c_type if length else "UTF-8"
         rows.append(f"| {at} | `{field.name}` | {of} | {field.meaning} |")
         at += length
     first_fields = " Type, `seq` and `version` never change." if kind is Welcome else ""
-    size = f"{packing(kind).size} bytes" + (" and a text" if layout(kind)[-1].wire is TEXT else "")
+    size = f"{kind.PACKING.size} bytes" + (" and a text" if kind.LAYOUT[-1].wire is TEXT else "")
     said = textwrap.fill(f"{doc(kind)} {size}.{first_fields}", 118, break_on_hyphens=False)
     head = [f"### {kind.__name__}", "", said, "", "| at | field | type | meaning |"]
     return "\n".join([*head, "|---|---|---|---|", *rows, ""])

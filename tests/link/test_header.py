@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from twbal.link.message import TEXT, layout, packing
+from twbal.link.message import TEXT
 from twbal.link.protocol import OWN, SHARED, Clock, Drive, Sensors, Status
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -27,7 +27,7 @@ def program():
     for kind in (*SHARED, *OWN):
         name = f"twbal_{SCRIPT['snake'](kind)}"
         lines.append(f'printf("{kind.__name__} %zu\\n", sizeof({name}));')
-        fixed = [field.name for field in layout(kind) if field.wire is not TEXT]
+        fixed = [field.name for field in kind.LAYOUT if field.wire is not TEXT]
         lines += [f'printf("{kind.__name__}.{f} %zu\\n", offsetof({name}, {f}));' for f in ("type", *fixed)]
         lines.append(f'printf("type {kind.__name__} %u\\n", (unsigned){SCRIPT["constant"](kind)});')
     for enum in (Clock, Drive, Status, Sensors):
@@ -44,10 +44,10 @@ def program():
 def expected():
     """The same, by Python's own `struct`."""
     for kind in (*SHARED, *OWN):
-        codes = "".join(field.wire.code for field in layout(kind))
+        codes = "".join(field.wire.code for field in kind.LAYOUT)
         yield f"{kind.__name__} {struct.calcsize('<B' + codes)}"
         yield f"{kind.__name__}.type 0"
-        for k, field in enumerate(field for field in layout(kind) if field.wire is not TEXT):
+        for k, field in enumerate(field for field in kind.LAYOUT if field.wire is not TEXT):
             yield f"{kind.__name__}.{field.name} {struct.calcsize('<B' + codes[:k])}"
         yield f"type {kind.__name__} {kind.TYPE}"
     for enum in (Clock, Drive, Status, Sensors):
@@ -68,5 +68,5 @@ def test_a_compiler_lays_the_messages_out_as_python_does(language, standard, tmp
 
 
 def test_every_message_fits_into_a_frame_with_its_longest_text():
-    longest = max(packing(kind).size for kind in (*SHARED, *OWN) if layout(kind)[-1].wire is TEXT)
+    longest = max(kind.PACKING.size for kind in (*SHARED, *OWN) if kind.LAYOUT[-1].wire is TEXT)
     assert longest + SCRIPT["MAX_TEXT"] + 2 + 2 <= SCRIPT["MAX_FRAME"]  # CRC, and what COBS adds up to 254 bytes

@@ -3,7 +3,7 @@
 import struct
 
 from twbal.link.frame import Splitter, unwrap, wrap
-from twbal.link.message import Message, packing
+from twbal.link.message import Message
 from twbal.link.protocol import OWN, SHARED, VERSION, Hello, Welcome
 from twbal.link.version_1 import OWN_1, VERSION_1, Welcome1
 
@@ -61,7 +61,7 @@ class Decoder:
 
 def _welcome(payload: bytes) -> Message:
     """A Welcome of the version that it says; of an unknown one no more than that."""
-    _, seq, version = packing(Hello).unpack_from(payload)  # laid out as its first fields, in every version
+    _, seq, version = Hello.PACKING.unpack_from(payload)  # laid out as its first fields, in every version
     if version == VERSION_1:
         return Welcome1.decode(payload)
     return Welcome.decode(payload) if version == VERSION else Welcome(seq, version)

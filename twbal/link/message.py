@@ -7,9 +7,8 @@ resolution (1e-8 rad at a tilt of 10°, 1e-5 rad at 100 rad of wheel angle) is f
 
 import struct
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from enum import Enum
-from functools import cache
 from math import isnan, nan
 from typing import Annotated, Any, ClassVar, NamedTuple, Self, get_args, get_type_hints
 
@@ -53,17 +52,37 @@ class FieldLayout(NamedTuple):
 
 @dataclass(frozen=True)
 class Message:
-    """A message."""
+    """A message.
+
+    Attributes:
+        TYPE: its first byte.
+        LAYOUT: its fields after that.
+        PACKING: of all that has a fixed length.
+    """
 
     seq: Annotated[int, U16, "number of the message"]
 
     TYPE: ClassVar[int]
+    LAYOUT: ClassVar[tuple[FieldLayout, ...]]
+    PACKING: ClassVar[struct.Struct]
+
+    def __init_subclass__(cls) -> None:
+        super().__init_subclass__()
+        hints = get_type_hints(cls, include_extras=True)
+        annotated = {name: get_args(hint) for name, hint in hints.items() if hasattr(hint, "__metadata__")}
+        cls.LAYOUT = tuple(FieldLayout(name, *parts) for name, parts in annotated.items())
+        cls.PACKING = struct.Struct("<B" + "".join(field.wire.code for field in cls.LAYOUT))
+
+    @classmethod
+    def ends_with_text(cls) -> bool:
+        """Whether the last field is a text, which ends with the payload."""
+        return cls.LAYOUT[-1].wire is TEXT
 
     def encode(self) -> bytes:
         """The payload of a frame."""
-        values = [self.TYPE, *(getattr(self, field.name) for field in layout(type(self)))]
-        text = text_bytes(values.pop()) if ends_with_text(type(self)) else b""
-        return packing(type(self)).pack(*values) + text
+        values = [self.TYPE, *(getattr(self, field.name) for field in self.LAYOUT)]
+        text = text_bytes(values.pop()) if self.ends_with_text() else b""
+        return self.PACKING.pack(*values) + text
 
     @classmethod
     def decode(cls, payload: bytes) -> Self:
@@ -73,29 +92,11 @@ class Message:
             struct.error: the length is wrong.
             ValueError: a field cannot be read.
         """
-        size = packing(cls).size if ends_with_text(cls) else len(payload)
-        values: Sequence[Any] = packing(cls).unpack(payload[:size])[1:]
-        if ends_with_text(cls):
+        size = cls.PACKING.size if cls.ends_with_text() else len(payload)
+        values: Sequence[Any] = cls.PACKING.unpack(payload[:size])[1:]
+        if cls.ends_with_text():
             values = (*values, printable(payload[size:].decode()))
-        return cls(*(_typed(field, value) for field, value in zip(layout(cls), values, strict=True)))
-
-
-@cache
-def layout(kind: type[Any]) -> tuple[FieldLayout, ...]:
-    """The fields of a message after its type."""
-    hints = get_type_hints(kind, include_extras=True)
-    return tuple(FieldLayout(field.name, *get_args(hints[field.name])) for field in fields(kind))
-
-
-@cache
-def packing(kind: type[Any]) -> struct.Struct:
-    """Of all that has a fixed length."""
-    return struct.Struct("<B" + "".join(field.wire.code for field in layout(kind)))
-
-
-def ends_with_text(kind: type[Any]) -> bool:
-    """Whether the last field is a text, which ends with the payload."""
-    return layout(kind)[-1].wire is TEXT
+        return cls(*(_typed(field, value) for field, value in zip(cls.LAYOUT, values, strict=True)))
 
 
 def text_bytes(text: str) -> bytes:
