@@ -99,7 +99,10 @@ def test_a_difference_that_is_no_number_is_refused(value):
 
 @pytest.mark.parametrize(
     ("robot", "version", "why"),
-    [(Turning(), VERSION_1, "it speaks version 1 of the link protocol, which knows one command"), (Pendulum(), 2, "it has one command")],
+    [
+        (Turning(), VERSION_1, "it speaks version 1 of the link protocol, which knows one command"),
+        (Pendulum(), 2, "it has one command"),
+    ],
 )
 def test_a_robot_that_does_not_turn_says_so_and_is_driven_straight(robot, version, why):
     plant, _ = plant_of(robot, replace(LOCKSTEP, version=version))
