@@ -7,7 +7,7 @@ import numpy as np
 from twbal.core.channels import Channels
 from twbal.core.course import Course, Segment
 from twbal.core.episode import Episode, Outcome
-from twbal.core.evaluation import PlaceBy, heading_errors, heading_off
+from twbal.core.evaluation import PlaceBy
 from twbal.core.gaussian import Array
 from twbal.core.motion_profile import Motion
 from twbal.core.plant import Observation, Pose
@@ -139,8 +139,8 @@ def followed(episode: Episode, course: Course, wheel_radius: float) -> FollowedC
     poses = episode.poses if episode.poses is not None and np.isfinite(episode.poses).all() else None
     places = _rolled(episode.observations, wheel_radius) if poses is None else _way(poses)
     times = episode.observations[:, _TIME]
-    off = None if episode.headings is None else heading_errors(episode)
-    late = slice(int(np.searchsorted(times, HEADING_TIME)), None)
+    off = None if episode.headings is None else episode.heading_errors
+    late = [] if off is None else np.abs(off[times >= HEADING_TIME])
     driven = [segment for segment in course.segments if segment.begin <= times[-1]]
     return FollowedCourse(
         trial=episode.provenance.trial,
@@ -151,7 +151,7 @@ def followed(episode: Episode, course: Course, wheel_radius: float) -> FollowedC
         turned=None if poses is None else float(poses[-1, _HEADING]),
         gave_way=sum("gives way" in event.text for event in episode.events),
         segments=tuple(_segment(segment, times, places, episode.references, off) for segment in driven),
-        heading_error=None if off is None else heading_off(episode, late),
+        heading_error=float(max(late)) if len(late) else None,
         from_start=None if poses is None else float(np.hypot(*poses[-1, :2])),
     )
 

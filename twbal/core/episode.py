@@ -182,6 +182,19 @@ class Episode:
         """Measured tilt at each control instant, (T + 1,) [rad]."""
         return self.observations[:, Observation._fields.index("tilt")]
 
+    @property
+    def heading_errors(self) -> Array | None:
+        """Heading less that of its reference, (T + 1,) [rad], by true poses where all are known, else by the estimate.
+
+        Where nothing controlled it the reference is the heading with which the robot was put. None where neither is
+        known.
+        """
+        told = None if self.headings is None else HeadingSample(*self.headings.T)
+        asked = 0.0 if told is None else told.reference
+        if self.poses is not None and np.isfinite(self.poses).all():
+            return np.asarray(np.unwrap(self.poses[:, Pose._fields.index("heading")]) - asked)
+        return None if told is None else np.asarray(told.estimate - asked)
+
     def over_ground(self) -> "Episode":
         """The episode with states that are not relative to a reference: what the robot does depends on these.
 

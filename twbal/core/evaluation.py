@@ -11,14 +11,12 @@ import numpy as np
 from twbal.core.episode import Episode
 from twbal.core.errors import ConfigError
 from twbal.core.gaussian import Array
-from twbal.core.heading import HeadingSample
-from twbal.core.plant import Observation, Pose
+from twbal.core.plant import Observation
 
 StateCost = Callable[[Array], Array]
 """Cost c(x) of each of T states: from (T, D) to (T,), each in [0, 1]."""
 
 _TILT, _WHEEL_ANGLE = Observation._fields.index("tilt"), Observation._fields.index("wheel_angle")
-_HEADING = Pose._fields.index("heading")
 _NEARLY = 1e-9  # of a control period: a time that is a whole number of them is not rounded up
 
 
@@ -198,7 +196,7 @@ def judged(episode: Episode, rule: SuccessCriterion) -> Verdict:
     away, told_by = _distances(episode, late, rule.wheel_radius)
     change = _command_change(episode, rule)
     farthest = float(away.max()) if len(away) else None
-    off = heading_off(episode, late)
+    off = _heading_off(episode.heading_errors, late)
     limit = None if episode.headings is None else rule.heading_limit
     return Verdict(
         upright=bool(lasted and tilt.max() <= rule.tilt_limit),
@@ -229,22 +227,9 @@ def _distances(episode: Episode, part: slice, wheel_radius: float | None) -> tup
     return np.abs(positions(episode, wheel_radius)[part]), PlaceBy.ODOMETRY
 
 
-def heading_off(episode: Episode, part: slice) -> float | None:
-    """Most by which the heading was off that of its reference at the samples of `part` [rad]; see `Verdict`."""
-    off = heading_errors(episode)
-    return None if off is None or not len(off[part]) else float(np.abs(off[part]).max())
-
-
-def heading_errors(episode: Episode) -> Array | None:
-    """Heading less that of its reference, (T + 1,) [rad], by true poses where all are known, else by the estimate.
-
-    Where nothing controlled it the reference is the heading with which the robot was put. None where neither is known.
-    """
-    told = None if episode.headings is None else HeadingSample(*episode.headings.T)
-    asked = 0.0 if told is None else told.reference
-    if episode.poses is not None and np.isfinite(episode.poses).all():
-        return np.asarray(np.unwrap(episode.poses[:, _HEADING]) - asked)
-    return None if told is None else np.asarray(told.estimate - asked)
+def _heading_off(errors: Array | None, part: slice) -> float | None:
+    """Most by which the heading was off at the samples of `part` [rad]; see `Verdict`."""
+    return None if errors is None or not len(errors[part]) else float(np.abs(errors[part]).max())
 
 
 def _command_change(episode: Episode, rule: SuccessCriterion) -> float | None:
