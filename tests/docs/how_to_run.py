@@ -238,6 +238,8 @@ TABLE: Mapping[str, How] = {
         ("tests/cli/test_logs_in_and_out.py", '"mcap", "convert"'), "Rerun's"
     ),
     "rerun ride.rrd": Elsewhere(None, "opens a window"),
+    "twbal export-policy policy.path=<policy.pt> target=header": Stage(_RECORDS, small=("states=100",)),
+    "twbal export-policy policy.path=<policy.pt> distil=8": Stage(_RECORDS, small=("distil=2", "states=100")),
     "twbal repair logs=<log or folder>": Stage({"<log or folder>": f"{RECORDED}/episodes"}),
     "twbal virtual-robot seed=3 clock=real_time": Stage(),
     "twbal real-rollout policy.path=<policy.pt> link=serial link.port=/dev/pts/5 link.confirm_placed=null": Stage(

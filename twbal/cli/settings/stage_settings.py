@@ -162,6 +162,12 @@ STAGES: Mapping[str, tuple[Setting, ...]] = {
         _common("episodes", PATHS, "run folders, folders of logs, or logs"),
         _common("format", OneOf(("csv", "parquet")), "format of the tables"),
     ),
+    "export-policy": (
+        _SEED,
+        _common("target", OneOf(("header",)), "what is written: a C99 or C++ header"),
+        _common("distil", OrNull(Whole(0, 10_000)), "basis functions that are left; null: all"),
+        Setting("states", Whole(0, 10_000_000), "at which the compiled header is checked; 0: none"),
+    ),
     "repair": (_common("logs", PATHS, "damaged logs, or folders that have some"),),
     "virtual-robot": (
         _common("seed", SEED, "which robot: what it hides, its starts and noise"),
