@@ -1,42 +1,61 @@
+import math
 import re
 import struct
+from dataclasses import replace
 from itertools import pairwise
+from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+from twbal.link.decoder import KINDS, Decoder, to_wire
 from twbal.link.frame import MAX_FRAME, Splitter, wrap
+from twbal.link.message import MAX_TEXT
 from twbal.link.protocol import (
-    KINDS,
-    MAX_TEXT,
+    NEEDED,
+    OWN,
+    SHARED,
     VERSION,
     Arm,
     Clock,
     Command,
-    Decoder,
+    Drive,
     Fault,
+    Follow,
     Hello,
     PoseReport,
+    Sensors,
     Status,
     Stop,
     Telemetry,
     Welcome,
-    to_wire,
 )
+from twbal.link.version_1 import VERSION_1, Arm1, Command1, Telemetry1, Welcome1, downgraded, upgraded
 
-TELEMETRY = Telemetry(7, 65535, 2**32 - 1, Status.TILT_STOPPED, -0.5, 1.25, -9.75, 0.0, 1e6, -2.0, 2.5, 0.125)
+ROOT = Path(__file__).resolve().parents[2]
+
+MEASURED = -0.5, 1.25, -9.75, 0.0, 1e6, -2.0, 2.5, 0.125
+REST = {"heading": 0.5, "battery": 7.5, "applied": 3.0, "applied_difference": -0.25, "command_us": 9, "late": 8}
+TELEMETRY = Telemetry(7, 65535, 2**32 - 1, Status.TILT_STOPPED, *MEASURED, **REST, dropped=7)
+TELEMETRY_1 = Telemetry1(7, 65535, 2**32 - 1, Status.TILT_STOPPED, *MEASURED)
+SENSORS = NEEDED | Sensors.BATTERY
 MESSAGES = [
     Hello(0),
     Hello(65535, 3),
-    Welcome(1, VERSION, 20_000, 20.0, Clock.REAL_TIME, "paper"),
-    Welcome(1, VERSION, 15_000, 0.5, Clock.LOCKSTEP, ""),
-    Arm(256, 2**32 - 1),
-    Command(3, -1.5),
+    Welcome(1, VERSION, 20_000, 20.0, Clock.REAL_TIME, 5.0, 7.5, SENSORS, 2**32 - 1, 2, "paper"),
+    Welcome(1, VERSION, 15_000, 0.5, Clock.LOCKSTEP, 0.0, 12.0, NEEDED, 0, 0, ""),
+    Welcome1(1, VERSION_1, 20_000, 20.0, Clock.REAL_TIME, "paper"),
+    Arm(256, 2**32 - 1, Drive.ON_BOARD),
+    Arm1(256, 2**32 - 1),
+    Command(3, -1.5, 0.25),
     Command(0, 0.0),
+    Command1(3, -1.5),
+    Follow(4, 1.5, -0.25, 3.125, 0.5),
     Stop(0),
     TELEMETRY,
+    TELEMETRY_1,
     Fault(9, "zu weit geneigt: 75°"),
     PoseReport(7, 65535, -12.5, 0.25, -3.140625, 1.5),
 ]
@@ -58,7 +77,7 @@ def test_decoding_an_encoded_message_gives_it_back(message):
 
 
 def test_every_kind_of_message_is_among_the_round_trips():
-    assert {type(m) for m in MESSAGES} == set(KINDS.values())
+    assert {type(m) for m in MESSAGES} == set(KINDS)
 
 
 def test_a_frame_is_what_the_specification_says():
@@ -69,16 +88,33 @@ def test_a_frame_is_what_the_specification_says():
     expected = (
         b"\x00" + b"\x03" + plain[:2] + b"\x03" + plain[3:] + b"\x00"
     )  # COBS: distance to each zero instead of it
-    assert to_wire(Stop(1)) == expected == bytes.fromhex("00 03 04 01 03 6D 23 00")  # the example in docs/link.md
+    assert to_wire(Stop(1)) == expected == bytes.fromhex("00 03 04 01 03 6D 23 00")  # the example in docs/protocol.md
 
 
 def test_telemetry_travels_as_float32():
-    seen = Decoder().feed(to_wire(Telemetry(1, 2, 3, Status.ARMED, *[0.1] * 8)))[0]
+    seen = Decoder().feed(to_wire(Telemetry(1, 2, 3, Status.ARMED, *[0.1] * 2)))[0]
     assert seen.tilt == float(np.float32(0.1)) != 0.1
+    assert math.isnan(seen.yaw_rate)
+
+
+def test_messages_are_laid_out_as_the_specification_lists_them():
+    page = (ROOT / "docs" / "protocol.md").read_text()
+    codes = {"uint8_t": "B", "uint16_t": "H", "uint32_t": "I", "float": "f"}
+    for message in (m for m in MESSAGES if type(m) in (*SHARED, *OWN)):
+        listed = page.partition(f"### {type(message).__name__}\n")[2].partition("\n###")[0]
+        rows = re.findall(r"^\| (\d+) \| `(\w+)` \| (\S+) \|", listed, flags=re.MULTILINE)
+        payload = message.encode()
+        assert [name for _, name, _ in rows] == ["type", *vars(message)]
+        for at, name, kind in rows[1:]:
+            value = getattr(message, name)
+            if kind == "UTF-8":
+                assert payload[int(at) :] == value.encode()
+            else:
+                assert struct.unpack_from("<" + codes[kind], payload, int(at)) == (value,)
 
 
 def test_a_pose_is_laid_out_as_the_specification_says():
-    payload = struct.pack("<BHHffff", 0x84, 7, 65535, -12.5, 0.25, -3.140625, 1.5)  # docs/link.md
+    payload = struct.pack("<BHHffff", 0x84, 7, 65535, -12.5, 0.25, -3.140625, 1.5)  # docs/protocol.md
     assert Decoder().feed(wrap(payload)) == [MESSAGES[-1]]
 
 
@@ -160,7 +196,7 @@ def test_no_bytes_between_two_zeros_are_an_error(noise):
 @pytest.mark.parametrize("character", ["\x1b", "\r", "\n", "\x07", "\x9b", "\u202e", "\x00"])
 def test_control_characters_of_a_robot_do_not_reach_a_terminal(character):
     text = f"low{character}[2Jbattery"
-    for message in (Fault(1, text), Welcome(1, VERSION, 20_000, 20.0, Clock.LOCKSTEP, text)):
+    for message in (Fault(1, text), Welcome(1, VERSION, name=text)):
         (seen,) = Decoder().feed(to_wire(message))
         assert (seen.text if isinstance(seen, Fault) else seen.name) == "low\N{REPLACEMENT CHARACTER}[2Jbattery"
 
@@ -169,9 +205,12 @@ def test_control_characters_of_a_robot_do_not_reach_a_terminal(character):
     ("payload", "complaint"),
     [
         (b"\x7f\x01\x00", "unknown type 0x7f"),
-        (b"\x82\x01\x00", "a Telemetry of 3 bytes .*requires a buffer of 42 bytes"),
-        (struct.pack("<BHHIfB", 0x81, 1, VERSION, 20_000, 20.0, 7), "a Welcome of 14 bytes .*7 is not a valid Clock"),
-        (struct.pack("<BHHIfB", 0x81, 1, VERSION, 20_000, 20.0, 1) + b"\xff", "a Welcome of 15 bytes .*utf-8"),
+        (b"\x82\x01\x00", "a Telemetry1 of 3 bytes .*requires a buffer of 42 bytes"),
+        (b"\x85\x01\x00", "a Telemetry of 3 bytes .*requires a buffer of 66 bytes"),
+        (b"\x81\x01\x00", "a Welcome of 3 bytes .*at least 5 bytes"),
+        (struct.pack("<BHHIfB", 0x81, 1, VERSION_1, 20_000, 20.0, 7), "a Welcome of 14 bytes .*7 is not a valid Clock"),
+        (struct.pack("<BHHIfB", 0x81, 1, VERSION_1, 20_000, 20.0, 1) + b"\xff", "a Welcome of 15 bytes .*utf-8"),
+        (struct.pack("<BHIB", 0x05, 1, 0, 3), "an? Arm of 8 bytes .*3 is not a valid Drive"),
     ],
 )
 def test_a_sound_frame_that_is_no_message_leaves_a_complaint_that_says_why(payload, complaint):
@@ -199,3 +238,37 @@ def test_long_texts_are_cut_between_characters_and_fit_into_a_frame():
     wire = to_wire(Fault(1, "x" + "°" * 500))
     assert len(wire) <= MAX_FRAME
     assert Decoder().feed(wire) == [Fault(1, "x" + "°" * ((MAX_TEXT - 1) // 2))]
+
+
+# Version 1
+
+
+@pytest.mark.parametrize("message", [m for m in MESSAGES if isinstance(m, Arm1 | Command1 | Welcome1)])
+def test_a_message_of_version_1_is_the_same_after_being_one_of_version_2(message):
+    assert downgraded(upgraded(message)) == message
+
+
+def test_telemetry_of_version_1_is_that_of_both_wheels_in_version_2():
+    seen = upgraded(TELEMETRY_1)
+    assert (seen.wheel_angle, seen.wheel_difference) == (5e5, 1e6)
+    assert (seen.wheel_rate, seen.difference_rate) == (0.25, 4.5)
+    assert (seen.seq, seen.period, seen.time_us, seen.status, seen.tilt) == (7, 65535, 2**32 - 1, 2, -0.5)
+    assert math.isnan(seen.heading) and math.isnan(seen.battery) and math.isnan(seen.applied)
+
+
+def test_version_1_keeps_every_bit_of_the_wheels_mean():
+    angle = float(np.float32(0.1))
+    mean = replace(TELEMETRY, wheel_angle=angle, wheel_rate=-angle)
+    seen = upgraded(downgraded(mean))
+    assert (seen.wheel_angle, seen.wheel_rate) == (angle, -angle)
+
+
+@pytest.mark.parametrize("version", [VERSION_1, VERSION])
+def test_a_robot_of_one_version_does_not_take_the_others_messages(version):
+    own, others = ([Arm1(2, 0), Command1(3, 1.0)], [Arm(2, 0), Command(3, 1.0), Follow(4, *[0.0] * 4)])
+    if version == VERSION:
+        own, others = others, own
+    decoder = Decoder(version)
+    assert decoder.feed(b"".join(map(to_wire, own))) == own
+    assert decoder.feed(b"".join(map(to_wire, others))) == []
+    assert decoder.bad_frames == len(others)

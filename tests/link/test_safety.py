@@ -16,9 +16,11 @@ from twbal.cli.composition import composing
 from twbal.core.channels import Channels
 from twbal.core.episode import Outcome, Provenance
 from twbal.core.errors import ConfigError, LinkError, LinkLostError, ProtocolError
+from twbal.link.decoder import Decoder, to_wire
 from twbal.link.frame import wrap
-from twbal.link.protocol import Arm, Clock, Decoder, Hello, Status, Stop, Telemetry, Welcome, to_wire
+from twbal.link.protocol import Arm, Clock, Hello, Status, Stop, Telemetry, Welcome
 from twbal.link.serial_plant import SerialPlant
+from twbal.link.version_1 import VERSION_1
 from twbal.policies.policy import Policy
 from twbal.virtual_robot.firmware import Firmware, Identity
 
@@ -169,7 +171,7 @@ def test_a_welcome_that_cannot_be_is_refused_before_anything_else_is_said(field,
 @pytest.mark.parametrize("value", [3e38, -3e38, 1e7, math.inf, math.nan])
 @pytest.mark.parametrize(
     "name",
-    ["tilt", "tilt_rate", "acceleration", "wheel_left", "wheel_right", "rate_left", "rate_right", "yaw_rate"],
+    ["tilt", "tilt_rate", "acceleration", "wheel_angle", "wheel_rate", "yaw_rate"],
 )
 def test_a_measurement_that_cannot_be_ends_the_rollout_and_the_episode_so_far_is_kept(name, value):
     line = Line(change=lambda seen: replace(seen, **{name: value}) if seen.period == 2 else seen)
@@ -181,7 +183,7 @@ def test_a_measurement_that_cannot_be_ends_the_rollout_and_the_episode_so_far_is
 
 def test_what_robots_measure_is_let_through():
     violent = {"tilt": 3.1, "tilt_rate": 35.0, "acceleration": 160.0, "yaw_rate": 35.0}
-    wheels = {"wheel_left": 1e5, "wheel_right": -1e5, "rate_left": 700.0, "rate_right": -700.0}
+    wheels = {"wheel_angle": -1e5, "wheel_difference": 2e5, "wheel_rate": 700.0, "difference_rate": -1400.0}
     line = Line(change=lambda seen: replace(seen, **violent, **wheels) if seen.period == STEPS else seen)
     assert drive(plant_on(line)).outcome is Outcome.COMPLETED
 
@@ -272,9 +274,9 @@ def answer_to_hello(payload):
 
 @pytest.mark.parametrize(("clock", "name", "reason"), [(7, b"bob", "7 is not a valid Clock"), (1, b"bob\xff", "utf-8")])
 def test_a_welcome_that_cannot_be_read_is_not_blamed_on_the_baud_rate(clock, name, reason):
-    said = answer_to_hello(struct.pack("<BHHIfB", 0x81, 1, 1, 20_000, 20.0, clock) + name)
+    said = answer_to_hello(struct.pack("<BHHIfB", 0x81, 1, VERSION_1, 20_000, 20.0, clock) + name)
     assert reason in said
-    assert "docs/link.md" in said
+    assert "docs/protocol.md" in said
     assert "baud rate" not in said
 
 
@@ -288,7 +290,7 @@ def test_a_fault_is_heard_although_telemetry_streams_on():
     line = Line(REAL_TIME, us_per_read=20_000)  # the fault and the telemetry after it lie in one read
     plant = plant_on(line)
     plant.reset(0)
-    line.to_robot = lambda data: to_wire(replace(Decoder().feed(data)[0], torque=math.nan))
+    line.to_robot = lambda data: to_wire(replace(Decoder().feed(data)[0], total=math.nan))
     with pytest.raises(LinkLostError, match="a torque of nan"):
         plant.step(0.0)
 

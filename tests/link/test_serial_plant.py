@@ -10,8 +10,10 @@ from twbal.core.channels import Channels
 from twbal.core.episode import Outcome, Provenance
 from twbal.core.errors import DataError, LinkError, LinkLostError, ProtocolError
 from twbal.core.plant import Pose
-from twbal.link.protocol import Clock, Decoder, PoseReport, Status, Stop, Telemetry, Welcome, to_wire
+from twbal.link.decoder import Decoder, to_wire
+from twbal.link.protocol import VERSION, Clock, PoseReport, Sensors, Status, Stop, Telemetry, Welcome
 from twbal.link.serial_plant import SerialPlant
+from twbal.link.version_1 import VERSION_1, downgraded, upgraded
 from twbal.policies.policy import Policy
 from twbal.virtual_robot.firmware import Firmware, Identity
 
@@ -19,6 +21,14 @@ CHANNELS = Channels(("tilt", "tilt_rate"), wheel_radius=0.15)
 LOCKSTEP = Identity("pendulum", torque_limit=20.0, tilt_limit=1.0, watchdog=0.1, clock=Clock.LOCKSTEP)
 REAL_TIME = replace(LOCKSTEP, clock=Clock.REAL_TIME)
 CATCH = 30.0, 8.0
+
+
+@pytest.fixture(params=[VERSION_1, VERSION], autouse=True, ids=lambda version: f"version {version}")
+def version(request, monkeypatch):
+    """What the robots speak: all tests here are for both versions."""
+    for name in ("LOCKSTEP", "REAL_TIME"):
+        monkeypatch.setattr(request.module, name, replace(getattr(request.module, name), version=request.param))
+    return request.param
 
 
 class Linear(Policy):
@@ -37,9 +47,9 @@ class Linear(Policy):
         return law
 
 
-def linked(identity=LOCKSTEP, timeout=0.5, **line):
+def linked(identity=None, timeout=0.5, **line):
     pendulum = Pendulum()
-    transport = MemoryTransport(Firmware(pendulum, identity), **line)
+    transport = MemoryTransport(Firmware(pendulum, identity or LOCKSTEP), **line)
     return SerialPlant(transport, timeout, timeout, timeout), transport, pendulum
 
 
@@ -47,6 +57,11 @@ def drive(plant, steps=40, policy=None, trial=0):
     return rollout(
         plant, policy or Linear(), CHANNELS, steps, math.radians(30), Provenance("pendulum", "robot", trial=trial)
     )
+
+
+def heard(data):
+    """What a robot says, in the words of version 2, which a host of that version takes in any session."""
+    return map(upgraded, Decoder().feed(data))
 
 
 def silent(data):
@@ -77,18 +92,17 @@ def test_another_protocol_version_is_an_error_that_names_both():
             self._waiting += to_wire(Welcome(1, 7))
 
     line = FutureRobot(Firmware(Pendulum(), LOCKSTEP))
-    with pytest.raises(ProtocolError, match=r"version 7 .* this twbal version 1"):
+    with pytest.raises(ProtocolError, match=r"version 7 .* this twbal versions 1 and 2"):
         SerialPlant(line, 0.5, 0.5, 0.5)
     assert line.closed
 
 
-@pytest.mark.parametrize(
-    "broken", [Welcome(1, 1, 0, 20.0), Welcome(1, 1, 20_000, 0.0), Welcome(1, 1, 20_000, math.nan)]
-)
+@pytest.mark.parametrize("broken", [{"control_period_us": 0}, {"torque_limit": 0.0}, {"torque_limit": math.nan}])
 def test_a_robot_that_announces_nonsense_is_refused(broken):
     class OddRobot(MemoryTransport):
         def write(self, data):
-            self._waiting += to_wire(broken)
+            (said,) = Decoder().feed(self.firmware.receive(data, 0))
+            self._waiting += to_wire(replace(said, **broken))
 
     with pytest.raises(ProtocolError, match="announces what cannot be"):
         SerialPlant(OddRobot(Firmware(Pendulum(), LOCKSTEP)), 0.5, 0.5, 0.5)
@@ -180,12 +194,12 @@ def test_a_stop_that_is_cut_short_by_ctrl_c_is_sent_again_on_closing():
     assert pendulum.torques == [1.0, None]
 
 
-@pytest.mark.parametrize("name", ["tilt", "wheel_left", "yaw_rate"])
+@pytest.mark.parametrize("name", ["tilt", "wheel_angle", "yaw_rate"])
 def test_a_value_that_is_no_number_ends_the_rollout_and_keeps_the_episode_so_far(name):
     plant, line, pendulum = linked()
 
     def spoil(data):
-        return b"".join(to_wire(replace(seen, **{name: math.nan})) for seen in Decoder().feed(data))
+        return b"".join(to_wire(replace(seen, **{name: math.nan})) for seen in heard(data))
 
     def break_sensor(step):
         if step == 7:
@@ -202,7 +216,7 @@ def test_a_robot_that_was_switched_off_at_its_own_side_in_mid_period_ends_the_ro
     plant.reset(0)
 
     def off(data):
-        return b"".join(to_wire(replace(seen, status=Status(0))) for seen in Decoder().feed(data))
+        return b"".join(to_wire(replace(seen, status=Status(0))) for seen in heard(data))
 
     line.to_host = off
     with pytest.raises(LinkLostError, match="stopped at its own side"):
@@ -325,16 +339,18 @@ def test_a_stop_without_an_answer_is_a_lost_link_and_does_not_cost_the_episode()
     assert "No answer to Stop" in episode.events[-1].text
 
 
-def test_what_both_wheels_say_is_averaged():
+def test_what_both_wheels_say_is_averaged_and_their_difference_is_kept():
     plant, line, _ = linked()
 
     def turning(data):
         wheels = {"wheel_left": 1.0, "wheel_right": 3.0, "rate_left": -1.0, "rate_right": 2.0}
-        return b"".join(to_wire(replace(seen, **wheels)) for seen in Decoder().feed(data))
+        return b"".join(to_wire(replace(downgraded(seen), **wheels)) for seen in heard(data))
 
     line.to_host = turning
+    plant.sensors |= Sensors.WHEEL_DIFFERENCE
     seen = plant.reset(0)
     assert (seen.wheel_angle, seen.wheel_rate) == (2.0, 0.5)
+    assert plant.wheel_difference() == (2.0, 3.0)
 
 
 # The true pose
@@ -352,9 +368,9 @@ class Watched(Pendulum):
         return self.tell(Pose(ahead, -0.5 * ahead, 0.125, self._tilt))
 
 
-def watched(identity=LOCKSTEP, tell=lambda pose: pose, **line):
+def watched(identity=None, tell=lambda pose: pose, **line):
     pendulum = Watched(tell)
-    transport = MemoryTransport(Firmware(pendulum, identity), **line)
+    transport = MemoryTransport(Firmware(pendulum, identity or LOCKSTEP), **line)
     return SerialPlant(transport, 0.5, 0.5, 0.5), transport
 
 
@@ -389,7 +405,7 @@ def test_a_pose_that_is_lost_is_unknown_at_that_instant_and_is_not_taken_from_an
     count = iter(range(10**9))
 
     def lossy(data):
-        words = Decoder().feed(data)
+        words = heard(data)
         return b"".join(to_wire(w) for w in words if not (lost and isinstance(w, lost) and next(count) == 2))
 
     line.to_host = lossy
@@ -404,7 +420,7 @@ def test_a_pose_of_a_telemetry_that_was_lost_is_not_given_to_the_next():
     plant.reset(0)
 
     def without(kind, data):
-        return b"".join(to_wire(w) for w in Decoder().feed(data) if not isinstance(w, kind))
+        return b"".join(to_wire(w) for w in heard(data) if not isinstance(w, kind))
 
     line.to_host = lambda data: without(Telemetry, data)
     line.pass_time(40_000)

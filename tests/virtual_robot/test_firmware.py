@@ -3,21 +3,9 @@ from dataclasses import replace
 import pytest
 
 from twbal.core.errors import ConfigError
-from twbal.link.protocol import (
-    VERSION,
-    Arm,
-    Clock,
-    Command,
-    Decoder,
-    Fault,
-    Hello,
-    PoseReport,
-    Status,
-    Stop,
-    Telemetry,
-    Welcome,
-    to_wire,
-)
+from twbal.link.decoder import Decoder, to_wire
+from twbal.link.protocol import VERSION, Arm, Clock, Command, Fault, Hello, PoseReport, Status, Stop, Telemetry, Welcome
+from twbal.link.version_1 import VERSION_1, downgraded, upgraded
 from twbal.virtual_robot.firmware import Firmware, Identity
 
 LOCKSTEP = Identity("paper", torque_limit=20.0, tilt_limit=1.0, watchdog=0.1, clock=Clock.LOCKSTEP)
@@ -25,40 +13,63 @@ REAL_TIME = replace(LOCKSTEP, clock=Clock.REAL_TIME)
 PERIOD_US = 20_000
 
 
+SPOKEN = [VERSION]  # by host and robot in these tests
+
+
+@pytest.fixture(params=[VERSION_1, VERSION], autouse=True, ids=lambda version: f"version {version}")
+def version(request, monkeypatch):
+    """What the robots speak: all tests here are for both versions."""
+    for name in ("LOCKSTEP", "REAL_TIME"):
+        monkeypatch.setattr(request.module, name, replace(getattr(request.module, name), version=request.param))
+    monkeypatch.setattr(request.module, "SPOKEN", [request.param])
+    return request.param
+
+
+def hello(seq):
+    return Hello(seq, SPOKEN[0])
+
+
 def heard(data):
-    """What a robot says beside its true poses."""
-    return [message for message in Decoder().feed(data) if not isinstance(message, PoseReport)]
+    """What a robot says beside its true poses, in the words of version 2."""
+    return [upgraded(message) for message in Decoder().feed(data) if not isinstance(message, PoseReport)]
+
+
+def spoken(*messages):
+    """What a host says that speaks the robot's version."""
+    old = SPOKEN == [VERSION_1]
+    return b"".join(to_wire(downgraded(message) if old else message) for message in messages)
 
 
 def tell(firmware, *messages, now_us=0):
-    return heard(firmware.receive(b"".join(map(to_wire, messages)), now_us))
+    return heard(firmware.receive(spoken(*messages), now_us))
 
 
 def armed(plant, identity, now_us=0):
     firmware = Firmware(plant, identity)
-    tell(firmware, Hello(1), Arm(2, 0), now_us=now_us)
+    tell(firmware, hello(1), Arm(2, 0), now_us=now_us)
     return firmware
 
 
 def session(plant, trial):
     """The bytes of one rollout in lockstep."""
     firmware = Firmware(plant, LOCKSTEP)
-    words = [Hello(1), Arm(2, trial), *(Command(3 + k, (-1.0) ** k) for k in range(30)), Stop(40)]
-    return b"".join(firmware.receive(to_wire(word), 0) for word in words)
+    words = [hello(1), Arm(2, trial), *(Command(3 + k, (-1.0) ** k) for k in range(30)), Stop(40)]
+    return b"".join(firmware.receive(spoken(word), 0) for word in words)
 
 
-def test_the_handshake_says_who_it_is(sim_plant):
-    limits = (20_000, 20.0, Clock.LOCKSTEP, "paper")
-    assert tell(Firmware(sim_plant, LOCKSTEP), Hello(4)) == [Welcome(4, VERSION, *limits)]
+def test_the_handshake_says_who_it_is(sim_plant, version):
+    (said,) = tell(Firmware(sim_plant, LOCKSTEP), hello(4))
+    assert (said.seq, said.version, said.control_period_us, said.torque_limit) == (4, version, 20_000, 20.0)
+    assert (said.clock, said.name, said.difference_limit) == (Clock.LOCKSTEP, "paper", 0.0)
 
 
 @pytest.mark.parametrize("word", [Arm(2, 0), Command(2, 1.0), Stop(2)])
-@pytest.mark.parametrize("hello", [None, Hello(1, VERSION + 1)])
-def test_nothing_is_obeyed_before_a_handshake_of_this_version(sim_plant, word, hello):
+@pytest.mark.parametrize("first", [None, Hello(1, VERSION + 1)])
+def test_nothing_is_obeyed_before_a_handshake_of_this_version(sim_plant, word, first, version):
     firmware = Firmware(sim_plant, LOCKSTEP)
-    if hello is not None:
-        (welcome,) = tell(firmware, hello)
-        assert welcome.version == VERSION
+    if first is not None:
+        (welcome,) = tell(firmware, first)
+        assert welcome.version == version
     assert tell(firmware, word) == [Fault(2, "no handshake of this version yet; begin with Hello")]
 
 
@@ -85,7 +96,7 @@ def test_a_repeated_command_acts_once_and_is_answered_again(sim_plant):
 def test_the_motors_are_off_before_arming_and_after_a_stop(sim_plant):
     firmware = Firmware(sim_plant, LOCKSTEP)
     off = "the motors are off; begin with Arm"
-    assert tell(firmware, Hello(1), Command(2, 1.0))[-1] == Fault(2, off)
+    assert tell(firmware, hello(1), Command(2, 1.0))[-1] == Fault(2, off)
     *_, stopped, refused = tell(firmware, Arm(3, 0), Command(4, 1.0), Stop(5), Command(6, 1.0))
     assert isinstance(stopped, Telemetry)
     assert stopped.status == Status(0)
@@ -94,7 +105,7 @@ def test_the_motors_are_off_before_arming_and_after_a_stop(sim_plant):
 
 def test_a_hello_in_the_middle_disarms(sim_plant):
     firmware = armed(sim_plant, LOCKSTEP)
-    assert isinstance(tell(firmware, Hello(3), Command(4, 1.0))[-1], Fault)
+    assert isinstance(tell(firmware, hello(3), Command(4, 1.0))[-1], Fault)
 
 
 def test_a_torque_that_is_no_number_is_refused_and_the_one_before_stays(sim_plant):
@@ -106,7 +117,7 @@ def test_a_torque_that_is_no_number_is_refused_and_the_one_before_stays(sim_plan
 
 
 def test_a_robots_word_from_a_host_is_refused(sim_plant):
-    (refused,) = tell(armed(sim_plant, LOCKSTEP), Welcome(9, VERSION))
+    (refused,) = tell(armed(sim_plant, LOCKSTEP), PoseReport(9, 1, *[0.0] * 4))
     assert "robot's word" in refused.text
 
 
@@ -117,7 +128,7 @@ def test_beyond_its_tilt_limit_it_stops_itself_and_goes_on_measuring(sim_plant):
     assert [s.status for s in seen[:trip]] == [Status.ARMED] * trip
     assert {s.status for s in seen[trip:]} == {Status.TILT_STOPPED}
     assert seen[-1].period == 30
-    assert seen[-1].wheel_left != seen[trip].wheel_left
+    assert seen[-1].wheel_angle != seen[trip].wheel_angle
 
 
 def test_real_time_streams_once_a_period_with_the_torque_commanded_last(sim_plant):
@@ -170,7 +181,7 @@ def test_a_host_that_has_gone_leaves_a_robot_without_torque(sim_plant):
     assert isinstance(tell(firmware, Command(4, 1.0))[0], Fault)
 
 
-# What docs/link.md says of the robot's side
+# What docs/protocol.md says of the robot's side
 
 
 @pytest.mark.parametrize("name", ["torque_limit", "tilt_limit", "watchdog"])
@@ -214,21 +225,21 @@ def test_the_number_alone_makes_a_repetition(sim_plant, word):
 
 def test_a_repeated_arming_does_not_begin_anew(sim_plant):
     firmware = Firmware(sim_plant, LOCKSTEP)
-    _, first = tell(firmware, Hello(1), Arm(2, 0))
+    _, first = tell(firmware, hello(1), Arm(2, 0))
     assert tell(firmware, Arm(2, 0)) == [first]
 
 
 def test_a_repeated_refusal_is_refused_again(sim_plant):
     firmware = Firmware(sim_plant, LOCKSTEP)
-    _, refused = tell(firmware, Hello(1), Command(2, 1.0))
+    _, refused = tell(firmware, hello(1), Command(2, 1.0))
     assert tell(firmware, Command(2, 1.0)) == [refused]
 
 
 def test_a_repeated_hello_is_obeyed_each_time(sim_plant):
     firmware = armed(sim_plant, LOCKSTEP)
     tell(firmware, Command(3, 5.0))
-    hello, refused = tell(firmware, Hello(3), Command(4, 5.0))
-    assert isinstance(hello, Welcome)
+    welcome, refused = tell(firmware, hello(3), Command(4, 5.0))
+    assert isinstance(welcome, Welcome)
     assert isinstance(refused, Fault)
 
 
@@ -247,8 +258,9 @@ def test_the_count_of_periods_overflows_to_zero(sim_plant):
     seen = sim_plant.reset(0)
     sim_plant.step = lambda torque: seen
     firmware = armed(sim_plant, REAL_TIME)
-    counts = [s.period for s in heard(firmware.advance(PERIOD_US * (2**16 + 1)))]
-    assert counts[-3:] == [2**16 - 1, 0, 1]
+    firmware._period = 2**16 - 3
+    counts = [s.period for s in heard(firmware.advance(PERIOD_US * 4))]
+    assert counts == [2**16 - 2, 2**16 - 1, 0, 1]
 
 
 # The true pose
@@ -256,7 +268,7 @@ def test_the_count_of_periods_overflows_to_zero(sim_plant):
 
 def said_with(firmware, *messages):
     """All that a robot says, poses too."""
-    return Decoder().feed(firmware.receive(b"".join(map(to_wire, messages)), 0))
+    return [upgraded(word) for word in Decoder().feed(firmware.receive(spoken(*messages), 0))]
 
 
 def test_each_telemetry_of_a_moving_robot_follows_its_true_pose(sim_plant):
@@ -272,7 +284,7 @@ def test_each_telemetry_of_a_moving_robot_follows_its_true_pose(sim_plant):
 
 def test_in_real_time_poses_are_streamed_with_the_telemetry(sim_plant):
     firmware = armed(sim_plant, REAL_TIME)
-    said = Decoder().feed(firmware.advance(3 * PERIOD_US))
+    said = [upgraded(word) for word in Decoder().feed(firmware.advance(3 * PERIOD_US))]
     assert [type(word) for word in said] == [PoseReport, Telemetry] * 3
     assert [word.period for word in said] == [1, 1, 2, 2, 3, 3]
 

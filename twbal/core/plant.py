@@ -7,6 +7,8 @@ body back. The command u is the sum of the two wheel torques [N·m].
 from abc import ABC, abstractmethod
 from typing import NamedTuple, Self
 
+from twbal.core.errors import ConfigError
+
 
 class Observation(NamedTuple):
     """What the robot's sensors say at one control instant.
@@ -48,6 +50,18 @@ class Pose(NamedTuple):
     tilt: float
 
 
+class WheelDifference(NamedTuple):
+    """How far the right wheel is ahead of the left one.
+
+    Attributes:
+        angle: right minus left, relative to the body [rad].
+        rate: of that [rad/s].
+    """
+
+    angle: float
+    rate: float
+
+
 class Plant(ABC):
     """A robot that can be put at its start, driven one control period at a time, and let go.
 
@@ -55,6 +69,7 @@ class Plant(ABC):
     """
 
     control_period: float  # [s]
+    turns: bool = False  # whether its wheels can be driven apart
 
     @abstractmethod
     def reset(self, trial: int) -> Observation:
@@ -78,6 +93,21 @@ class Plant(ABC):
 
     def pose(self) -> Pose | None:
         """The true pose at the last observation; None where nothing but the robot's own sensors tells."""
+        return None
+
+    def steer(self, difference: float) -> None:
+        """Set the difference of the wheel torques, right minus left, from the next step on; a reset sets it to 0.
+
+        Args:
+            difference: positive turns to the left [N·m].
+
+        Raises:
+            ConfigError: this robot does not turn.
+        """
+        raise ConfigError(f"The robot cannot be turned: its wheels get one torque; found a difference of {difference}.")
+
+    def wheel_difference(self) -> WheelDifference | None:
+        """How far the wheels are apart at the last observation; None where nothing measures it."""
         return None
 
     @abstractmethod

@@ -4,8 +4,11 @@ import time
 from collections.abc import Callable
 
 from twbal.core.errors import LinkError
-from twbal.link.protocol import Decoder, Fault, Message, PoseReport, Telemetry, to_wire
+from twbal.link.decoder import Decoder, to_wire
+from twbal.link.message import Message
+from twbal.link.protocol import VERSION, Fault, PoseReport, Telemetry
 from twbal.link.transport import Transport
+from twbal.link.version_1 import VERSION_1, downgraded, upgraded
 
 _RESEND_AFTER = 0.05  # an unanswered message is sent again: within the robot's watchdog of 0.1 s [s]
 
@@ -15,11 +18,13 @@ class Exchange:
 
     Attributes:
         transport: the line.
+        version: of the protocol that the robot speaks.
         pose: what the robot said of its true pose together with its newest telemetry that answered; None where nothing.
     """
 
     def __init__(self, transport: Transport) -> None:
         self.transport = transport
+        self.version = VERSION
         self.pose: PoseReport | None = None
         self._said: PoseReport | None = None
         self._decoder = Decoder()
@@ -38,6 +43,8 @@ class Exchange:
     def ask(self, message: Message, timeout: float, until: Callable[[Message], bool] = lambda answer: True) -> Message:
         """Send `message`, again where no answer comes, and return the newest answer to it once that is as `until` says.
 
+        Messages are those of the newest version; to a robot of an older one they are translated.
+
         Args:
             message: to send.
             timeout: how long to wait [s].
@@ -47,7 +54,7 @@ class Exchange:
             LinkError: it is answered by a fault, not at all, or not so.
             LinkLostError: the port is gone.
         """
-        wire = to_wire(message)
+        wire = to_wire(downgraded(message) if self.version == VERSION_1 else message)
         deadline = time.monotonic() + timeout
         resend_at = now = 0.0
         self._decoder.unreadable = ""
@@ -57,7 +64,7 @@ class Exchange:
             if now >= resend_at:
                 self.transport.write(wire)
                 resend_at = now + _RESEND_AFTER
-            for answer in self._decoder.feed(self.transport.read()):
+            for answer in map(upgraded, self._decoder.feed(self.transport.read())):
                 if isinstance(answer, PoseReport):
                     self._said = answer
                 elif answer.seq == message.seq:
@@ -84,7 +91,7 @@ class Exchange:
         if self._decoder.unreadable:
             return (
                 f"No answer to {sent} {where} can be read; the last was {self._decoder.unreadable}. Does its firmware "
-                "keep to docs/link.md?"
+                "keep to docs/protocol.md?"
             )
         return (
             f"No answer to {sent} {where} ({self.bad_frames} damaged frames so far). Is it switched on, and is the "

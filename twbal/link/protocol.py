@@ -1,25 +1,26 @@
-"""What host and robot say to each other; bytes in, messages out, no port in sight. `docs/link.md` is the specification.
+"""What host and robot say to each other in version 2; bytes in, messages out, no port in sight.
 
-Every message begins with its type and a number. The host counts its messages; the robot's messages carry the number of
-the host's message that it took last, so an answer names what it answers. A message that comes twice acts once.
-
-Measured values travel as float32: it is what a microcontroller computes with, and its resolution (1e-8 rad at a tilt of
-10°, 1e-5 rad at 100 rad of wheel angle) is far below any sensor's noise.
+`docs/protocol.md` is the specification. Every message begins with its type and a number. The host counts its messages;
+the robot's messages carry the number of the host's message that it took last, so an answer names what it answers. A
+message that comes twice acts once. The firmware's header and the specification's listing are generated from the classes
+here (`scripts/protocol.py`). Signs are those of `twbal.core.plant`.
 """
 
-import struct
 from dataclasses import dataclass
 from enum import IntEnum, IntFlag
-from typing import ClassVar, Self
+from math import nan
+from typing import Annotated, ClassVar
 
-from twbal.core.errors import printable
-from twbal.link.frame import Splitter, unwrap, wrap
+from twbal.link.message import F32, TEXT, U8, U16, U32, Message
 
-VERSION = 1
-"""Of the protocol; both sides must speak the same."""
+VERSION = 2
+"""Of the protocol."""
 
-MAX_TEXT = 200
-"""Longest text in a message [bytes of UTF-8]."""
+WATCHDOG = 0.1
+"""Time after the last valid command at which a robot in real time switches its motors off [s]."""
+
+ON_BOARD_WATCHDOG = 10.0
+"""The same where the policy on board drives: so long it stands by itself [s]."""
 
 
 class Clock(IntEnum):
@@ -29,125 +30,52 @@ class Clock(IntEnum):
     REAL_TIME = 1  # nature; the robot streams telemetry once a control period
 
 
+class Drive(IntEnum):
+    """What drives the motors of an armed robot."""
+
+    TORQUE = 0  # the host, by torques [N·m]
+    VOLTAGE = 1  # the host, by voltages [V]
+    ON_BOARD = 2  # the policy on board, which follows the host's reference
+
+
 class Status(IntFlag):
     """State of the motors; without ARMED they are off."""
 
     ARMED = 1
-    TILT_STOPPED = 2
-    WATCHDOG_STOPPED = 4
+    TILT_STOPPED = 2  # beyond its own tilt limit
+    WATCHDOG_STOPPED = 4  # no valid command for too long
+    SENSOR_STOPPED = 8  # a sensor that it balances by fell silent, or said what is no number
+    ON_BOARD = 16  # the policy on board drives
+    HOST_SILENT = 32  # no valid message of the host for 100 ms; the policy on board drives on, its reference at rest
+    LIMITED = 64  # the last command was cut to the robot's limits
 
 
-@dataclass(frozen=True)
-class Message:
-    """A message: its type, then its fields in order.
+class Sensors(IntFlag):
+    """What a robot measures; a value without its bit is absent, and NaN in the telemetry."""
 
-    Attributes:
-        seq: number of the message.
-    """
-
-    seq: int
-
-    TYPE: ClassVar[int]
-    LAYOUT: ClassVar[struct.Struct]
-
-    def encode(self) -> bytes:
-        """The payload of a frame."""
-        return self.LAYOUT.pack(self.TYPE, *vars(self).values())
-
-    @classmethod
-    def decode(cls, payload: bytes) -> Self:
-        """The message in a payload.
-
-        Raises:
-            struct.error: the length is wrong.
-            ValueError: a field cannot be read.
-        """
-        return cls(*cls.LAYOUT.unpack(payload)[1:])
+    TILT = 1
+    TILT_RATE = 2
+    ACCELERATION = 4
+    WHEEL_ANGLE = 8
+    WHEEL_RATE = 16
+    WHEEL_DIFFERENCE = 32
+    DIFFERENCE_RATE = 64
+    YAW_RATE = 128
+    HEADING = 256
+    BATTERY = 512
 
 
-class TextMessage(Message):
-    """A message whose last field is a text, which ends with the payload."""
-
-    def encode(self) -> bytes:
-        """The payload of a frame."""
-        *fixed, text = vars(self).values()
-        return self.LAYOUT.pack(self.TYPE, *fixed) + text_bytes(text)
-
-    @classmethod
-    def decode(cls, payload: bytes) -> Self:
-        """The message in a payload; see `Message.decode`."""
-        text = printable(payload[cls.LAYOUT.size :].decode())
-        fields = (*cls.LAYOUT.unpack_from(payload)[1:], text)
-        return cls(*fields)
+NEEDED = Sensors.TILT | Sensors.TILT_RATE | Sensors.WHEEL_ANGLE | Sensors.WHEEL_RATE
+"""What a robot must measure to be driven."""
 
 
 @dataclass(frozen=True)
 class Hello(Message):
-    """Host: are you there, and do we speak the same version? Disarms."""
+    """Host: are you there, and do we speak the same version? Switches the motors off."""
 
-    version: int = VERSION
+    version: Annotated[int, U16, "of the protocol that the host speaks"] = VERSION
 
     TYPE: ClassVar[int] = 0x01
-    LAYOUT: ClassVar[struct.Struct] = struct.Struct("<BHH")
-
-
-@dataclass(frozen=True)
-class Welcome(TextMessage):
-    """Robot: who I am. Of another version than ours only the version is read, the rest stays empty.
-
-    Attributes:
-        control_period_us: [µs].
-        torque_limit: greatest sum of the two wheel torques [N·m].
-        clock: what makes its time advance.
-        name: of the robot.
-    """
-
-    version: int
-    control_period_us: int = 0
-    torque_limit: float = 0.0
-    clock: Clock = Clock.LOCKSTEP
-    name: str = ""
-
-    TYPE: ClassVar[int] = 0x81
-    LAYOUT: ClassVar[struct.Struct] = struct.Struct("<BHHIfB")
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "clock", Clock(self.clock))
-
-    @classmethod
-    def decode(cls, payload: bytes) -> Self:
-        """The message in a payload; see `Message.decode`."""
-        _, seq, version = Hello.LAYOUT.unpack_from(payload)
-        return super().decode(payload) if version == VERSION else cls(seq, version)
-
-
-@dataclass(frozen=True)
-class Arm(Message):
-    """Host: the robot stands at its start; switch the motors on, at zero torque.
-
-    Attributes:
-        trial: number of the rollout. A virtual robot draws its start pose and its noise from it and its own seed; to a
-            real one it is a label.
-    """
-
-    trial: int
-
-    TYPE: ClassVar[int] = 0x02
-    LAYOUT: ClassVar[struct.Struct] = struct.Struct("<BHI")
-
-
-@dataclass(frozen=True)
-class Command(Message):
-    """Host: the torque from now on.
-
-    Attributes:
-        torque: sum of the two wheels' [N·m], positive drives them forward.
-    """
-
-    torque: float
-
-    TYPE: ClassVar[int] = 0x03
-    LAYOUT: ClassVar[struct.Struct] = struct.Struct("<BHf")
 
 
 @dataclass(frozen=True)
@@ -155,52 +83,65 @@ class Stop(Message):
     """Host: switch the motors off."""
 
     TYPE: ClassVar[int] = 0x04
-    LAYOUT: ClassVar[struct.Struct] = struct.Struct("<BH")
 
 
 @dataclass(frozen=True)
-class Telemetry(Message):
-    """Robot: what the sensors say at the beginning of a control period; signs as in `twbal.core.plant`.
+class Arm(Message):
+    """Host: the robot stands at its start; switch the motors on, at zero torque."""
 
-    Attributes:
-        period: control periods since arming, modulo 2¹⁶.
-        time_us: robot's own clock, modulo 2³² [µs].
-        status: state of the motors.
-        tilt: [rad].
-        tilt_rate: [rad/s].
-        acceleration: platform's, forward, mean over the last control period [m/s²].
-        wheel_left, wheel_right: relative to the body [rad].
-        rate_left, rate_right: of the wheel angles [rad/s].
-        yaw_rate: [rad/s].
-    """
+    trial: Annotated[int, U32, "number of the rollout; a simulated robot draws its start pose and noise from it"]
+    drive: Annotated[Drive, U8, "what drives: 0 torques, 1 voltages, 2 the policy on board"] = Drive.TORQUE
 
-    period: int
-    time_us: int
-    status: Status
-    tilt: float
-    tilt_rate: float
-    acceleration: float
-    wheel_left: float
-    wheel_right: float
-    rate_left: float
-    rate_right: float
-    yaw_rate: float
-
-    TYPE: ClassVar[int] = 0x82
-    LAYOUT: ClassVar[struct.Struct] = struct.Struct("<BHHIB8f")
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "status", Status(self.status))
+    TYPE: ClassVar[int] = 0x05
 
 
 @dataclass(frozen=True)
-class Fault(TextMessage):
+class Command(Message):
+    """Host: what the wheels get from now on."""
+
+    total: Annotated[float, F32, "N·m or V; right plus left, positive drives forward"]
+    difference: Annotated[float, F32, "N·m or V; right minus left, positive turns to the left"] = 0.0
+
+    TYPE: ClassVar[int] = 0x06
+
+
+@dataclass(frozen=True)
+class Follow(Message):
+    """Host: the reference from now on, for the policy on board."""
+
+    position: Annotated[float, F32, "m; along the robot's own way, from where it was armed"]
+    speed: Annotated[float, F32, "m/s"]
+    heading: Annotated[float, F32, "rad; from that at arming, positive to the left; NaN: do not control it"]
+    yaw_rate: Annotated[float, F32, "rad/s"]
+
+    TYPE: ClassVar[int] = 0x07
+
+
+@dataclass(frozen=True)
+class Welcome(Message):
+    """Robot: who I am. Of an unknown version only the version is read, the rest stays empty."""
+
+    version: Annotated[int, U16, "of the protocol that the robot speaks"]
+    control_period_us: Annotated[int, U32, "µs"] = 0
+    torque_limit: Annotated[float, F32, "N·m; greatest sum of both wheels"] = 0.0
+    clock: Annotated[Clock, U8, "0 lockstep, 1 real time"] = Clock.LOCKSTEP
+    difference_limit: Annotated[float, F32, "N·m; greatest difference of the wheels; 0: it does not turn"] = 0.0
+    voltage_limit: Annotated[float, F32, "V; greatest of a motor; NaN: it takes no voltages"] = nan
+    sensors: Annotated[Sensors, U16, "what it measures, as bits"] = NEEDED
+    policy: Annotated[int, U32, "first 4 bytes of the SHA-256 of the policy on board; 0: there is none"] = 0
+    firmware: Annotated[int, U32, "changes with every build of the firmware; 0: unknown"] = 0
+    name: Annotated[str, TEXT, "of the robot"] = ""
+
+    TYPE: ClassVar[int] = 0x81
+
+
+@dataclass(frozen=True)
+class Fault(Message):
     """Robot: your message cannot be followed, and why."""
 
-    text: str
+    text: Annotated[str, TEXT, "why"]
 
     TYPE: ClassVar[int] = 0x83
-    LAYOUT: ClassVar[struct.Struct] = struct.Struct("<BH")
 
 
 @dataclass(frozen=True)
@@ -209,72 +150,45 @@ class PoseReport(Message):
 
     Only of robots that know it beyond their own sensors: simulated ones, or ones that cameras watch. Where the numbers
     `seq` and `period` are not those of the next telemetry, it belongs to one that was lost.
-
-    Attributes:
-        period: of the telemetry that follows.
-        x, y: [m].
-        heading: [rad].
-        tilt: [rad].
     """
 
-    period: int
-    x: float
-    y: float
-    heading: float
-    tilt: float
+    period: Annotated[int, U16, "of the telemetry that follows"]
+    x: Annotated[float, F32, "m; forward, of the middle of the axle, from where it was armed"]
+    y: Annotated[float, F32, "m; to the left"]
+    heading: Annotated[float, F32, "rad; positive to the left"]
+    tilt: Annotated[float, F32, "rad; of the body"]
 
     TYPE: ClassVar[int] = 0x84
-    LAYOUT: ClassVar[struct.Struct] = struct.Struct("<BHH4f")
 
 
-KINDS: dict[int, type[Message]] = {
-    kind.TYPE: kind for kind in (Hello, Welcome, Arm, Command, Stop, Telemetry, Fault, PoseReport)
-}
+@dataclass(frozen=True)
+class Telemetry(Message):
+    """Robot: what the sensors say at the beginning of a control period, and what was done in the one before."""
+
+    period: Annotated[int, U16, "control periods since arming, modulo 2¹⁶"]
+    time_us: Annotated[int, U32, "µs; robot's own clock, modulo 2³²"]
+    status: Annotated[Status, U8, "state of the motors, as bits"]
+    tilt: Annotated[float, F32, "rad"]
+    tilt_rate: Annotated[float, F32, "rad/s"]
+    acceleration: Annotated[float, F32, "m/s²; of the axle, forward, mean over the last control period"] = nan
+    wheel_angle: Annotated[float, F32, "rad; mean of both wheels, relative to the body"] = nan
+    wheel_rate: Annotated[float, F32, "rad/s; of that"] = nan
+    wheel_difference: Annotated[float, F32, "rad; right wheel minus left wheel"] = nan
+    difference_rate: Annotated[float, F32, "rad/s; of that"] = nan
+    yaw_rate: Annotated[float, F32, "rad/s; about the vertical, positive to the left"] = nan
+    heading: Annotated[float, F32, "rad; the robot's own estimate, from that at arming"] = nan
+    battery: Annotated[float, F32, "V"] = nan
+    applied: Annotated[float, F32, "unit of the commands; sum applied in the last period, after all limits"] = nan
+    applied_difference: Annotated[float, F32, "the same of the difference"] = nan
+    command_us: Annotated[int, U32, "µs; robot's clock when it took the last command, modulo 2³²"] = 0
+    late: Annotated[int, U16, "control periods since arming without a new command, modulo 2¹⁶"] = 0
+    dropped: Annotated[int, U16, "frames that the robot dropped since power-on, modulo 2¹⁶"] = 0
+
+    TYPE: ClassVar[int] = 0x85
 
 
-def text_bytes(text: str) -> bytes:
-    """`text` in UTF-8, cut between characters where it is too long."""
-    return text.encode()[:MAX_TEXT].decode(errors="ignore").encode()
+SHARED: tuple[type[Message], ...] = (Hello, Welcome, Stop, Fault, PoseReport)
+"""Messages whose type and meaning are those of version 1 too; of Welcome only the first three fields are the same."""
 
-
-def to_wire(message: Message) -> bytes:
-    """The frame of a message."""
-    return wrap(message.encode())
-
-
-class Decoder:
-    """Turns bytes into messages; what is not a message is counted and dropped, never an error.
-
-    Attributes:
-        bad_frames: frames dropped so far: a wrong CRC, an unknown type, a wrong length.
-        unreadable: what was wrong with the last frame whose CRC is right and which is no message all the same; empty
-            where there was none. Noise makes no such frame; other firmware does.
-    """
-
-    def __init__(self) -> None:
-        self.unreadable = ""
-        self._splitter = Splitter()
-        self._undecodable = 0
-
-    @property
-    def bad_frames(self) -> int:
-        """Frames dropped so far."""
-        return self._undecodable + self._splitter.overlong
-
-    def feed(self, data: bytes) -> list[Message]:
-        """The messages that `data` completes, in order; `data` may end anywhere."""
-        messages = [self._decode(run) for run in self._splitter.feed(data)]
-        return [m for m in messages if m is not None]
-
-    def _decode(self, run: bytes) -> Message | None:
-        payload = unwrap(run)
-        kind = KINDS.get(payload[0]) if payload else None
-        if payload and kind is None:
-            self.unreadable = f"a message of the unknown type 0x{payload[0]:02x}"
-        if payload and kind is not None:
-            try:
-                return kind.decode(payload)
-            except (struct.error, ValueError) as error:  # wrong length; unknown clock, or text that is not UTF-8
-                self.unreadable = f"a {kind.__name__} of {len(payload)} bytes ({error})"
-        self._undecodable += 1
-        return None
+OWN: tuple[type[Message], ...] = (Arm, Command, Follow, Telemetry)
+"""Messages of this version alone."""

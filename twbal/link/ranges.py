@@ -1,19 +1,22 @@
 """What a robot can announce and measure; beyond it something is broken, and no motor is driven by it.
 
 The ranges are generous on purpose: each lies several times beyond what two-wheeled robots do, from 30 g to 100 kg, and
-beyond what their sensors can tell. `docs/link.md` has them as a table.
+beyond what their sensors can tell. `docs/protocol.md` has them as a table.
 """
 
 import math
 
 from twbal.core.errors import ConfigError
-from twbal.link.protocol import PoseReport, Telemetry, Welcome
+from twbal.link.protocol import NEEDED, PoseReport, Sensors, Telemetry, Welcome
 
 CONTROL_PERIOD_US = 500, 1_000_000
 """Shortest and longest control period that a robot may announce [µs]."""
 
 MAX_TORQUE = 1000.0
 """Largest torque limit that a robot may announce [N·m]."""
+
+MAX_VOLTAGE = 1000.0
+"""Largest voltage of a motor that a robot may announce [V]."""
 
 MAX_CLOCK_STEP_US = 10_000_000
 """How far a robot's clock may go from one telemetry that is used to the next [µs]."""
@@ -28,11 +31,13 @@ MEASURED = {
     "tilt": (4 * math.pi, "rad"),
     "tilt_rate": (200.0, "rad/s"),  # gyros of hobby robots end at 35 rad/s
     "acceleration": (1000.0, "m/s²"),
-    "wheel_left": (1e6, "rad"),  # float32 resolves 0.06 rad there
-    "wheel_right": (1e6, "rad"),
-    "rate_left": (5000.0, "rad/s"),
-    "rate_right": (5000.0, "rad/s"),
+    "wheel_angle": (1e6, "rad"),  # float32 resolves 0.06 rad there
+    "wheel_rate": (5000.0, "rad/s"),
+    "wheel_difference": (2e6, "rad"),
+    "difference_rate": (10_000.0, "rad/s"),
     "yaw_rate": (200.0, "rad/s"),
+    "heading": (1e4, "rad"),
+    "battery": (MAX_VOLTAGE, "V"),
 }
 """Largest size of each measured value, and its unit."""
 
@@ -47,12 +52,25 @@ def odd_announcement(welcome: Welcome) -> str:
         return f"a control period of {welcome.control_period_us} µs (expected {shortest} to {longest})"
     if not 0 < welcome.torque_limit <= MAX_TORQUE:
         return f"a torque limit of {welcome.torque_limit:g} N·m (expected more than 0, at most {MAX_TORQUE:g})"
+    if not 0 <= welcome.difference_limit <= 2 * MAX_TORQUE:
+        return f"a limit of {welcome.difference_limit:g} N·m for the difference (expected 0 to {2 * MAX_TORQUE:g})"
+    if not (math.isnan(welcome.voltage_limit) or 0 < welcome.voltage_limit <= MAX_VOLTAGE):
+        return f"a voltage limit of {welcome.voltage_limit:g} V (expected NaN, or more than 0, at most {MAX_VOLTAGE:g})"
+    if lacking := NEEDED & ~welcome.sensors:
+        names = ", ".join(str(sensor.name).lower().replace("_", " ") for sensor in lacking)
+        return f"no {names}, without which it cannot be balanced"
     return ""
 
 
-def odd_values(seen: Telemetry | PoseReport) -> str:
-    """Which measured values cannot be, as part of a sentence; empty where all can."""
-    ranges = MEASURED if isinstance(seen, Telemetry) else POSE
+def odd_values(seen: Telemetry | PoseReport, sensors: Sensors) -> str:
+    """Which measured values cannot be, as part of a sentence; empty where all can.
+
+    Args:
+        seen: what the robot says.
+        sensors: that it has; others are not looked at.
+    """
+    measured = {name: most for name, most in MEASURED.items() if Sensors[name.upper()] & sensors}
+    ranges = measured if isinstance(seen, Telemetry) else POSE
     values = {name: getattr(seen, name) for name in ranges}
     broken = [name for name, value in values.items() if not math.isfinite(value)]
     if broken:

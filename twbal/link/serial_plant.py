@@ -7,15 +7,17 @@ from typing import Self
 
 from twbal.core.episode import Event
 from twbal.core.errors import ConfigError, DataError, LinkError, LinkLostError, ProtocolError
-from twbal.core.plant import Observation, Plant, Pose
+from twbal.core.motor import Motor
+from twbal.core.plant import Observation, Plant, Pose, WheelDifference
 from twbal.link.exchange import Exchange
+from twbal.link.message import Message
 from twbal.link.protocol import (
     VERSION,
     Arm,
-    Clock,
     Command,
+    Drive,
     Hello,
-    Message,
+    Sensors,
     Status,
     Stop,
     Telemetry,
@@ -23,9 +25,10 @@ from twbal.link.protocol import (
 )
 from twbal.link.ranges import MAX_CLOCK_STEP_US, MAX_TRIAL, check_timeouts, odd_announcement, odd_values
 from twbal.link.transport import SerialTransport, Transport
+from twbal.link.version_1 import VERSION_1
+from twbal.link.wheel_commands import WheelCommands, WheelLimits, torque_per_voltage
 
 _STOPS = 3  # how often Stop is sent to a robot that does not say that its motors are off
-_FLOAT32_SLACK = 1 + 1e-6  # the announced limit went through float32
 
 
 class SerialPlant(Plant):
@@ -36,6 +39,9 @@ class SerialPlant(Plant):
         robot_name: as announced.
         torque_limit: as announced; commands are clipped to it [N·m].
         clock: lockstep, or real time.
+        version: of the protocol that it speaks.
+        turns: whether it takes a difference of the wheel torques.
+        sensors: what it measures.
         missed_periods: control periods of the current rollout that passed without a command in time.
     """
 
@@ -46,6 +52,7 @@ class SerialPlant(Plant):
         arm_timeout: float,
         timeout: float,
         confirm_placed: Callable[[int], None] | None = None,
+        motor: Motor | None = None,
     ) -> None:
         """Shake hands with the robot; the transport is closed where that fails.
 
@@ -56,6 +63,8 @@ class SerialPlant(Plant):
             timeout: silence in a rollout after which the link is lost [s].
             confirm_placed: called with the trial's number before each arming; returns when the robot stands at its
                 start. None: the robot places itself.
+            motor: that turns torques into the voltages which the robot is then sent; None: it is sent torques. The
+                back-EMF acts as viscous friction of the robot, as in `twbal.core.motor`.
 
         Raises:
             ProtocolError: it speaks another version, or announces what cannot be.
@@ -64,10 +73,11 @@ class SerialPlant(Plant):
         """
         self._line, self._port = Exchange(transport), transport.name
         self._connect_timeout, self._arm_timeout, self._timeout = connect_timeout, arm_timeout, timeout
-        self._confirm_placed = confirm_placed
+        self._confirm_placed, self._motor = confirm_placed, motor
         self._armed = self._lost = self._counter_stands = False
         self._events: list[Event] = []
         self._pose: Pose | None = None
+        self._difference = 0.0  # of the wheel torques [N·m]
         self._elapsed_us = 0  # on the robot's clock, in the current rollout [µs]
         self.missed_periods = 0
         try:
@@ -86,9 +96,10 @@ class SerialPlant(Plant):
         arm_timeout: float,
         timeout: float,
         confirm_placed: Callable[[int], None] | None = None,
+        motor: Motor | None = None,
     ) -> Self:
         """The plant behind a serial port or URL; see `SerialTransport` and the constructor."""
-        return cls(SerialTransport(port, baud_rate), connect_timeout, arm_timeout, timeout, confirm_placed)
+        return cls(SerialTransport(port, baud_rate), connect_timeout, arm_timeout, timeout, confirm_placed, motor)
 
     @property
     def events(self) -> tuple[Event, ...]:
@@ -116,9 +127,10 @@ class SerialPlant(Plant):
         if self._confirm_placed is not None:
             self._confirm_placed(trial)
         self._events.clear()
-        self._elapsed_us, self.missed_periods, self._counter_stands = 0, 0, False
+        self._elapsed_us, self.missed_periods, self._counter_stands, self._difference = 0, 0, False, 0.0
         self._armed = True  # as far as can be known: from here on the way out must disarm
-        self._last = self._telemetry(Arm(self._line.next_number(), trial), self._arm_timeout)
+        drive = Drive.TORQUE if self._motor is None else Drive.VOLTAGE
+        self._last = self._telemetry(Arm(self._line.next_number(), trial, drive), self._arm_timeout)
         if not self._last.status & Status.ARMED:
             raise LinkError(
                 f"The robot {self.robot_name} does not arm: {_why_stopped(self._last)}. Place it at its start."
@@ -143,15 +155,38 @@ class SerialPlant(Plant):
             raise LinkLostError(f"The robot {self.robot_name} is not armed: {self._why_not_driven()}. Reset it first.")
         before = self._last
         try:
-            self._last = self._telemetry(Command(self._line.next_number(), self._clip(command)), self._timeout)
+            self._last = self._telemetry(Command(self._line.next_number(), *self._clip(command)), self._timeout)
         except LinkError as error:
             self._lost = True
             raise LinkLostError(str(error)) from error
         self._count_missed((self._last.period - before.period) % 2**16 - 1)
+        self._count_dropped((self._last.dropped - before.dropped) % 2**16)
         if not self._last.status & (Status.ARMED | Status.TILT_STOPPED):  # the command may not have acted
             raise LinkLostError(f"The robot {self.robot_name} stopped itself: {_why_stopped(self._last)}.")
         self._follow_clock(before, self._last)
         return self._observation(self._last)
+
+    def steer(self, difference: float) -> None:
+        """Set the difference of the wheel torques; see `Plant.steer`.
+
+        Raises:
+            ConfigError: the robot does not take one.
+            DataError: the difference is not a finite number.
+        """
+        if not math.isfinite(difference):
+            raise DataError(f"The difference {difference} N·m is not a finite number; it was not sent.")
+        if not self.turns:
+            older = (
+                f"speaks version {self.version} of the link protocol, which knows" if self.version < VERSION else "has"
+            )
+            raise ConfigError(f"The robot {self.robot_name} cannot be turned: it {older} one command for both wheels.")
+        self._difference = difference
+
+    def wheel_difference(self) -> WheelDifference | None:
+        """How far the wheels are apart, as the last telemetry says; None where the robot does not measure it."""
+        if not self._lost and self._armed and self.sensors & Sensors.WHEEL_DIFFERENCE:
+            return WheelDifference(self._last.wheel_difference, self._last.difference_rate)
+        return None
 
     def pose(self) -> Pose | None:
         """What the robot said of its true pose with the last observation; None where it said nothing."""
@@ -200,21 +235,37 @@ class SerialPlant(Plant):
                 if not left:
                     raise
             with suppress(LinkError):
-                self._line.ask(Hello(self._line.next_number()), patience)
+                self._greet(patience)
+
+    def _greet(self, timeout: float) -> Welcome:
+        hello = Hello(self._line.next_number(), self._line.version)
+        welcome = self._line.ask(hello, timeout, until=lambda answer: isinstance(answer, Welcome))
+        assert isinstance(welcome, Welcome)
+        return welcome
 
     def _shake_hands(self) -> None:
-        welcome = self._line.ask(Hello(self._line.next_number()), self._connect_timeout)
-        if not isinstance(welcome, Welcome):
-            raise ProtocolError(f"The robot on {self._port} answers Hello with {welcome}; expected Welcome.")
-        if welcome.version != VERSION:
+        self._line.version = VERSION
+        welcome = self._greet(self._connect_timeout)
+        if welcome.version == VERSION_1:
+            self._line.version = VERSION_1  # a robot obeys after a Hello of its own version only
+            welcome = self._greet(self._connect_timeout)
+        if welcome.version != self._line.version:
             raise ProtocolError(
                 f"The robot on {self._port} speaks version {welcome.version} of the link protocol, this "
-                f"twbal version {VERSION}. Update the older of the two."
+                f"twbal versions {VERSION_1} and {VERSION}. Update the older of the two."
             )
         if odd := odd_announcement(welcome):
             raise ProtocolError(f"The robot on {self._port} announces what cannot be: {odd}.")
+        if self._motor is not None and not welcome.voltage_limit > 0:
+            raise ConfigError(
+                f"The robot {welcome.name} on {self._port} takes no voltages, and link.motor asks for them. Set "
+                "link.motor=null to send torques."
+            )
         self.control_period = welcome.control_period_us * 1e-6
-        self.robot_name, self.torque_limit, self.clock = welcome.name, welcome.torque_limit, Clock(welcome.clock)
+        self.robot_name, self.torque_limit, self.clock = welcome.name, welcome.torque_limit, welcome.clock
+        self.version, self.sensors, self._voltage_limit = welcome.version, welcome.sensors, welcome.voltage_limit
+        self._limits = WheelLimits(welcome.torque_limit, welcome.difference_limit)
+        self.turns = welcome.difference_limit > 0
         self._lost = False
 
     def _telemetry(self, message: Message, timeout: float) -> Telemetry:
@@ -224,10 +275,15 @@ class SerialPlant(Plant):
             raise ProtocolError(f"The robot on {self._port} answers {message} with {answer}; expected Telemetry.")
         return answer
 
-    def _clip(self, command: float) -> float:
-        if abs(command) > self.torque_limit * _FLOAT32_SLACK:
+    def _clip(self, command: float) -> WheelCommands:
+        """What is sent for a torque, in the unit of the arming, within the robot's limits."""
+        if not self._limits.allow(WheelCommands(command)):
             self._note(f"command of {command:.3g} N·m clipped to the robot's limit of {self.torque_limit:.3g} N·m")
-        return min(max(command, -self.torque_limit), self.torque_limit)
+        done = self._limits.cut(WheelCommands(command, self._difference))
+        if self._motor is None:
+            return done
+        most = 2.0 * min(self._motor.supply, self._voltage_limit)
+        return WheelLimits(most, most).cut(done.times(1.0 / torque_per_voltage(self._motor)))
 
     def _follow_clock(self, before: Telemetry, now: Telemetry) -> None:
         advance = (now.time_us - before.time_us) % 2**32
@@ -247,28 +303,32 @@ class SerialPlant(Plant):
             self._counter_stands = True
             self._note("the robot's count of its control periods does not run forward, so missed ones are not noticed")
 
+    def _count_dropped(self, frames: int) -> None:
+        if 0 < frames < 2**15:
+            self._note(f"the robot dropped {frames} damaged or outdated frames")
+
     def _note(self, text: str) -> None:
         self._events.append(Event(self._elapsed_us * 1e-6, text))
 
     def _observation(self, seen: Telemetry) -> Observation:
-        if odd := odd_values(seen):
+        if odd := odd_values(seen, self.sensors):
             raise LinkLostError(f"The robot {self.robot_name} sends {odd}. Is that sensor connected?")
         self._pose = self._true_pose()
         return Observation(
             time=self._elapsed_us * 1e-6,
             tilt=seen.tilt,
             tilt_rate=seen.tilt_rate,
-            acceleration=seen.acceleration,
-            wheel_angle=(seen.wheel_left + seen.wheel_right) / 2,
-            wheel_rate=(seen.rate_left + seen.rate_right) / 2,
-            yaw_rate=seen.yaw_rate,
+            acceleration=seen.acceleration if self.sensors & Sensors.ACCELERATION else 0.0,
+            wheel_angle=seen.wheel_angle,
+            wheel_rate=seen.wheel_rate,
+            yaw_rate=seen.yaw_rate if self.sensors & Sensors.YAW_RATE else 0.0,
         )
 
     def _true_pose(self) -> Pose | None:
         said = self._line.pose
         if said is None:
             return None
-        if odd := odd_values(said):
+        if odd := odd_values(said, self.sensors):
             raise LinkLostError(f"The robot {self.robot_name} sends a pose with {odd}. What does it take it from?")
         return Pose(said.x, said.y, said.heading, said.tilt)
 
@@ -285,6 +345,8 @@ def _says_off(answer: Message) -> bool:
 def _why_stopped(seen: Telemetry) -> str:
     if seen.status & Status.TILT_STOPPED:
         return f"its tilt of {math.degrees(seen.tilt):.0f}° is beyond its own limit"
+    if seen.status & Status.SENSOR_STOPPED:
+        return "a sensor that it is balanced by fell silent"
     if seen.status & Status.WATCHDOG_STOPPED:
         return "it had no command for too long (its watchdog)"
     return "it was stopped at its own side"

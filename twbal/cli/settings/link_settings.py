@@ -19,6 +19,7 @@ LINK = (
     Setting("link.connect_timeout", _PATIENCE, "time for the robot to answer"),
     Setting("link.arm_timeout", _PATIENCE, "time for the robot to be armed"),
     Setting("link.timeout", _PATIENCE, "silence that ends a rollout"),
+    Setting("link.motor", OrNull(Part()), "motor that makes voltages of torques; null: the robot takes torques"),
     Setting("link.confirm_placed", OrNull(Part()), "question before each rollout; null: none"),
 )
 

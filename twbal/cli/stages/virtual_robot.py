@@ -25,6 +25,7 @@ class Settings:
     physics_step: float
     self_stop_tilt: float
     watchdog: float
+    protocol: int
     idle_timeout: float
     parent: int | None
 
@@ -40,6 +41,7 @@ def main(cfg: DictConfig) -> None:
         tilt_limit=settings.self_stop_tilt,
         watchdog=settings.watchdog,
         clock=Clock[settings.clock.upper()],
+        version=settings.protocol,
     )
     plant = MujocoRobot(
         truth=draw_ground_truth(instantiate(cfg.faults), robot, settings.seed),
