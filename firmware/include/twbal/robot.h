@@ -218,7 +218,7 @@ private:
     Event command(const twbal_command& order, uint32_t now_us)
     {
         const WheelCommands asked = {order.total, order.difference};
-        if (!isfinite(asked.total + asked.difference)) {
+        if (!isfinite(asked.total) || !isfinite(asked.difference)) {
             fault_ = "the command is not a finite number";
         } else if (standing()) {
             fault_ = "the motors are off; begin with Arm";
@@ -237,9 +237,8 @@ private:
 
     Event follow(const twbal_follow& order, uint32_t now_us)
     {
-        const float sum = order.position + order.speed + order.yaw_rate;
-        const bool has_odd_heading = !isfinite(order.heading) && !isnan(order.heading);
-        if (!isfinite(sum) || has_odd_heading) {
+        const bool is_finite = isfinite(order.position) && isfinite(order.speed) && isfinite(order.yaw_rate);
+        if (!is_finite || isinf(order.heading)) {
             fault_ = "the reference is not a finite number";
         } else if (standing()) {
             fault_ = "the motors are off; begin with Arm";
@@ -309,7 +308,7 @@ private:
         }
         is_decided_ = true;
         const WheelCommands asked = policy_.step(seen_, since_, follow_);
-        if (!isfinite(asked.total + asked.difference)) {
+        if (!isfinite(asked.total) || !isfinite(asked.difference)) {
             safety_.trip(TWBAL_STATUS_SENSOR_STOPPED);
             return;
         }
