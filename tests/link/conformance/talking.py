@@ -6,14 +6,14 @@ from contextlib import contextmanager
 from pendulum import Pendulum
 
 from twbal.link.decoder import Decoder, to_wire
-from twbal.link.protocol import Arm, Clock, Command, Hello, PoseReport, Stop, Telemetry
+from twbal.link.protocol import Arm, Command, Hello, PoseReport, Stop, Telemetry
 from twbal.link.transport import SerialTransport
 from twbal.virtual_robot.firmware import Firmware, Identity
 from twbal.virtual_robot.process import VirtualRobotProcess, virtual_robot_command
 
 _PATIENCE = 20.0  # for an answer that must come [s]
 _SILENCE = 0.3  # in which nothing must come [s]
-_START = 60.0
+_START = 240.0  # a first start compiles, which takes a minute on a busy machine [s]
 
 
 class Host:
@@ -113,8 +113,6 @@ class PortHost(Host):
 class MemoryHost(Host):
     """To the firmware in Python, in this process; time passes as it is asked to."""
 
-    port = None
-
     def __init__(self, clock):
         super().__init__()
         me = Identity("pendulum", torque_limit=20.0, tilt_limit=1.0, watchdog=0.1, clock=clock)
@@ -157,6 +155,3 @@ def robot_of(kind, clock, program):
         yield lambda: PortHost(process.port)
     finally:
         process.close()
-
-
-__all__ = ["Clock", "robot_of"]
