@@ -5,6 +5,7 @@
 #include "twbal/attitude_filter.h"
 #include "twbal/heading_loop.h"
 #include "twbal/motor_model.h"
+#include "twbal/two_wheels.h"
 #include "twbal/wheel_encoder.h"
 
 static int failed = 0;
@@ -16,6 +17,8 @@ static void check(bool holds, const char* what)
         ++failed;
     }
 }
+
+static float within_one(float value) { return twbal::within(value, 1.0f); }
 
 static bool near(float a, float b, float tolerance) { return fabsf(a - b) <= tolerance; }
 
@@ -124,6 +127,73 @@ static void heading()
     check(loop.difference(NAN, 0.0f) == 0.0f, "no turn without a heading");
 }
 
+// A robot on a bench: what its sensors say is set, what its bridges put out is kept.
+struct Bench {
+    twbal::ImuSample imu = {0.0f, 1.0f, 0.0f, 0.0f};
+    bool answers = true;
+    int32_t left = 0, right = 0;
+    float volts = 12.0f, left_duty = 9.0f, right_duty = 9.0f;
+    bool read_imu(twbal::ImuSample& seen)
+    {
+        imu.yaw_rate += 1e-6f; // noise
+        seen = imu;
+        return answers;
+    }
+    int32_t left_count() const { return left; }
+    int32_t right_count() const { return right; }
+    float battery() const { return volts; }
+    void set_duty(float l, float r)
+    {
+        left_duty = l;
+        right_duty = r;
+    }
+    void write(const uint8_t*, size_t) {}
+};
+
+static void body()
+{
+    const twbal::Build build = {{6.0f, 0.01f, 30.0f}, 0.0f, 660.0f, -660.0f, 0.5f, 0.01f, true};
+    const twbal::WheelCommands none = {0.0f, 0.0f};
+    Bench bench;
+    twbal::TwoWheels<Bench> wheels(bench, build);
+    check(!wheels.arm(0), "a robot whose IMU was never read does not arm");
+    bench.imu.forward = -sinf(0.2f);
+    bench.imu.up = cosf(0.2f);
+    for (int k = 0; k < 100; ++k) {
+        wheels.sample(0.002f, false);
+    }
+    check(wheels.arm(0) && near(wheels.sense(none, 0).tilt, 0.2f, 0.001f), "tilt at arming");
+    bench.left = 66;
+    bench.right = -132; // counts backward, and rolls forward
+    const twbal::Sensed seen = wheels.sense(none, 0);
+    const float turn = 6.2831853f;
+    check(near(seen.wheel_angle, 0.15f * turn, 1e-4f) && near(seen.wheel_difference, 0.1f * turn, 1e-4f), "wheels");
+    check(near(seen.wheel_rate, 15.0f * turn, 1e-2f) && seen.battery == 12.0f && isnan(seen.acceleration), "the rest");
+    wheels.drive(twbal::WheelCommands{0.4f, 0.0f}, TWBAL_DRIVE_TORQUE, true);
+    const float left = (0.2f * 6.0f / 0.3f + 0.3f * 10.0f * turn) / 12.0f;
+    check(near(bench.left_duty, within_one(left), 1e-4f), "torque and back-EMF make the duty");
+    wheels.drive(twbal::WheelCommands{12.0f, 0.0f}, TWBAL_DRIVE_VOLTAGE, true);
+    check(near(bench.left_duty, 0.5f, 1e-6f) && near(bench.right_duty, 0.5f, 1e-6f), "voltage makes it alone");
+    wheels.drive(twbal::WheelCommands{NAN, 0.0f}, TWBAL_DRIVE_TORQUE, true);
+    check(bench.left_duty == 0.0f && bench.right_duty == 0.0f, "no number, no duty");
+    bench.left_duty = 1.0f;
+    wheels.drive(twbal::WheelCommands{12.0f, 0.0f}, TWBAL_DRIVE_VOLTAGE, false);
+    check(bench.left_duty == 0.0f, "off is off");
+    bench.answers = false;
+    for (int k = 0; k < 10; ++k) {
+        wheels.sample(0.002f, true);
+    }
+    check(isnan(wheels.sense(none, 0).tilt) && !wheels.arm(0), "an IMU that does not answer has no tilt");
+    bench.answers = true;
+    wheels.sample(0.002f, true);
+    check(!isnan(wheels.sense(none, 0).tilt), "and has one again");
+    for (int k = 0; k < 20; ++k) {
+        bench.imu.yaw_rate -= 1e-6f;
+        wheels.sample(0.002f, true);
+    }
+    check(isnan(wheels.sense(none, 0).tilt), "an IMU that repeats itself is frozen");
+}
+
 template <class Message>
 static void tell(FakeRobot& robot, const Message& message, uint32_t now_us)
 {
@@ -188,6 +258,7 @@ int main()
     attitude();
     encoders();
     heading();
+    body();
     watchdog();
     on_board();
     printf(failed ? "%d checks failed\n" : "units: all checks hold\n", failed);
