@@ -1,6 +1,6 @@
-"""When a robot's motors may be on, and what they get: docs/protocol.md as a table and a few rules, apart from any firmware.
+"""When a robot's motors may be on, and what they get: the rules of docs/protocol.md, apart from any firmware.
 
-The commands are those of `firmware/tests/fake_board.h`: limits of 20 and 10 N·m, 20 ms, and a policy that gives twice the
+The robot is that of `firmware/tests/fake_board.h`: limits of 20 and 10 N·m, 20 ms, and a policy that gives twice the
 tilt and the reference's place, and the reference's speed as difference.
 """
 

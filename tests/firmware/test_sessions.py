@@ -1,4 +1,4 @@
-"""Mutated sessions: the firmware is in the state that docs/protocol.md says, and its motors get nothing in any other."""
+"""Mutated sessions: the firmware is in the state that docs/protocol.md says, and its motors are on in one only."""
 
 import math
 import random

@@ -99,8 +99,8 @@ class Plant(ABC):
         """What the motors were given in the last control period, where the robot decides that; None: the command."""
         return None
 
-    def follow(self, position: float, speed: float) -> None:
-        """Tell a policy that drives on board of the robot the reference, from the next step on; others need it not.
+    def follow(self, position: float, speed: float) -> None:  # noqa: B027, most robots need it not
+        """Tell a policy that drives on board of the robot the reference, from the next step on.
 
         Args:
             position: along the robot's way, from where it was put [m].

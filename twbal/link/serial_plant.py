@@ -281,8 +281,8 @@ class SerialPlant(Plant):
             raise ProtocolError(f"The robot on {self._port} announces what cannot be: {odd}.")
         if self._on_board and not welcome.policy:
             raise ConfigError(
-                f"The robot {welcome.name} on {self._port} has no policy on board. Export one by `twbal export-policy`, "
-                "and build its firmware with it; or set link.on_board=false."
+                f"The robot {welcome.name} on {self._port} has no policy on board. Export one by `twbal "
+                "export-policy`, and build its firmware with it; or set link.on_board=false."
             )
         if self._motor is not None and not welcome.voltage_limit > 0:
             raise ConfigError(
