@@ -11,6 +11,7 @@ BESIDE = ("pilco", "lqr", "lqr_integral", "lqr_identified")
 COMMANDS = (
     ("benchmarks.running",),
     ("benchmarks.moment_matching",),
+    ("benchmarks.validation",),
     ("benchmarks.fitting",),
     *(("benchmarks.hidden_robots", f"family={family}") for family in ("hard", "moderate")),
     *(("benchmarks.hidden_robots", f"family={family}", "robots=10") for family in ("regbot", "balboa", "esp32")),

@@ -375,6 +375,16 @@ def running(results: Mapping[str, Any]) -> list[str]:
     return ["| figure | value |", "|---|---|", *(f"| {name} | {value} |" for name, value in rows), "", where(results)]
 
 
+def validation(results: Mapping[str, Any]) -> list[str]:
+    """One line a size of the validation of a policy."""
+    lines = ["| samples of f | of g | CPU s | by PyTorch, CPU s | costs apart |", "|---|---|---|---|---|"]
+    for case in results["cases"]:
+        n, found = case["settings"], case["result"]
+        times = f"{found['cpu_s']:.3f} | {found['torch_cpu_s']:.2f}"
+        lines.append(f"| {n['f']} | {n['g']} | {times} | {found['gap']:.0e} |")
+    return [*lines, "", where(results)]
+
+
 def where(results: Mapping[str, Any]) -> str:
     """On what machine and when."""
     return f"{results['machine']}, {results['date']}."
@@ -396,6 +406,7 @@ PARTS: Mapping[str, Callable[..., list[str]]] = {
     "steps": steps,
     "fits": fits,
     "running": running,
+    "validation": validation,
     "prediction": lambda *families: prediction_table(families),
     "reliability": lambda *families: reliability_table(families),
 }

@@ -19,7 +19,7 @@ NUMBERS = ("mean", "covariance", "low", "high", "sensor_sd", "torque_sd", "filte
 def drawn(robot):
     """A distribution about another mean, in which all parameters depend on each other."""
     prior = prior_of(robot)
-    root = np.diag(np.sqrt(prior.covariance.diagonal())) @ (np.eye(9) + 0.1 * np.tri(9))
+    root = np.diag(np.sqrt(prior.covariance.diagonal())) @ (np.eye(len(prior.mean)) + 0.1 * np.tri(len(prior.mean)))
     mean = np.clip(prior.mean + 0.3 * np.sqrt(prior.covariance.diagonal()), prior.low, prior.high)
     return replace(prior, mean=mean, covariance=root @ root.T)
 
@@ -82,13 +82,13 @@ def test_another_robot_is_refused(paper, tmp_path):
 @pytest.mark.parametrize(
     ("name", "value", "said"),
     [
-        ("mean", np.full(9, 1e5), "mean must lie within its bounds"),
-        ("mean", np.zeros(8), r"mean must be numbers of shape \(9\)"),
-        ("covariance", -np.eye(9), "covariance must be symmetric and positive definite"),
-        ("covariance", np.tri(9), "covariance must be symmetric and positive definite"),
-        ("covariance", np.ones((9, 9)), "covariance must be symmetric and positive definite"),
+        ("mean", np.full(10, 1e5), "mean must lie within its bounds"),
+        ("mean", np.zeros(8), r"mean must be numbers of shape \(10\)"),
+        ("covariance", -np.eye(10), "covariance must be symmetric and positive definite"),
+        ("covariance", np.tri(10), "covariance must be symmetric and positive definite"),
+        ("covariance", np.ones((10, 10)), "covariance must be symmetric and positive definite"),
         ("sensor_sd", np.full(4, -1.0), r"sensor_sd must be within \[0"),
-        ("fields", ["body_mass"] * 9, "different parameters of the planar model"),
+        ("fields", ["body_mass"] * 10, "different parameters of the planar model"),
     ],
 )
 def test_what_is_no_distribution_is_refused(paper, tmp_path, name, value, said):

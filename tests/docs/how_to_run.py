@@ -276,6 +276,7 @@ TABLE: Mapping[str, How] = {
     "python -m benchmarks.moment_matching": Benchmark(measures=True),
     "python -m benchmarks.fitting": Benchmark(measures=True),
     "python -m benchmarks.running": Benchmark(measures=True),
+    "python -m benchmarks.validation": Benchmark(measures=True),
     "twbal --help": Stage(),
     "ray start --head --port=6399 --num-cpus=1 --block": Elsewhere(
         ("tests/cli/test_launchers.py", "ray.scripts.scripts"), "Ray's"

@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+from differenced_rates import DifferencedRates
 from filtered_tilt import FilteredTilt
 
 from twbal.algorithm.rollout import rollout
@@ -85,7 +86,7 @@ def rule_for(robot):
 
 def undisturbed(start, sensors):
     """Draws of robots on which nothing pushes and whose tilts are what they say."""
-    return PlanarDraws(start, sensors, np.zeros((*sensors.shape[:2], 2)), np.zeros(len(start)))
+    return PlanarDraws(start, sensors, np.zeros((*sensors.shape[:2], 2)), np.zeros(len(start)), np.zeros(len(start)))
 
 
 def told_by_plant(robot, effects, policy, channels, rule, filter_rate=0.0):
@@ -173,6 +174,7 @@ def test_robots_do_not_see_each_other(paper):
         np.array(NOISE) * rng.standard_normal((len(models), rule.steps, 4)),
         0.01 * rng.standard_normal((len(models), rule.steps, 2)),
         rng.uniform(0.0, 0.3, len(models)),
+        rng.uniform(0.0, 0.5, len(models)),
     )
     policy = policy_for(paper, channels, CASES["it stays"])
 
@@ -233,3 +235,23 @@ def test_a_tilt_from_a_complementary_filter_drives_as_one_does(paper, rate):
 def test_the_greater_of_limits_used_and_oscillation_counts():
     found = Driven(used=np.array([0.5, 2.0]), swings=np.array([1.0, 0.1]), costs=np.zeros(2))
     assert found.mean_use == 1.5
+
+
+def test_rates_that_are_differences_of_angles_drive_as_such_do(paper):
+    """A mean rate is as old as half the time between the angles; which between them it was, the kernel does not see."""
+    case, channels, rule = CASES["it stays"], Channels(NAMES, paper.wheel_radius, paper.control_period), rule_for(paper)
+    policy, cost = policy_for(paper, channels, case), cost_over(NAMES, WIDTHS, 1.0, paper.torque_limit, 0.3)
+    plant = PlanarPlant(robot=paper, effects=effects_from(case.effects), start=START, physics_step=0.001, seed=3)
+    told = Provenance("paper", "robot", trial=0)
+    episode = rollout(DifferencedRates(plant), policy, channels, rule.steps, rule.tilt_limit, told)
+    stance = START.draw(generator(Stream.START_POSE, 3, 0))
+    new = undisturbed(np.array([stance]), np.zeros((1, rule.steps, 4)))
+    old = new._replace(rate_ages=np.array([0.5]))
+    lagging, alone = (
+        told_by_kernel(paper, case.effects, policy, channels, rule, cost, each).costs[0] * rule.steps
+        for each in (old, new)
+    )
+    truth = real_cost(episode, cost, rule.steps)
+    gap = abs(truth - alone)
+    assert gap > 0.005 * truth
+    assert abs(lagging - truth) < 0.2 * gap

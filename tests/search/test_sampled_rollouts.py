@@ -9,7 +9,7 @@ from twbal.core.evaluation import SuccessCriterion
 from twbal.models.function_samples import FunctionSamples
 from twbal.policies.rbf import RbfPolicy
 from twbal.search.robots import Robots
-from twbal.search.sampled_rollouts import Draws, Limits, cosine_in_place, limits_of, sampled_rollouts
+from twbal.search.sampled_rollouts import Draws, Limits, limits_of, sampled_rollouts
 
 COST = SaturatingCost(np.zeros(4), np.array([0.25, 2.5, 1.0, 20.0]))
 PLACED = SaturatingCost(np.zeros(6), np.array([0.25, 2.5, 1.0, 20.0, 0.5, 0.5]))
@@ -151,10 +151,3 @@ def test_limits_are_those_of_the_rule_where_the_state_shows_them():
     assert limits_of(rule, ("tilt",)).position == -1
     bare = SuccessCriterion(tilt_limit=0.5, settled_tilt_limit=0.2, settle_step=60, steps=150)
     assert limits_of(bare, placed)[5:] == (np.inf, 0, np.inf)
-
-
-def test_cosines_are_cosines():
-    angles = np.concatenate([np.linspace(-20, 20, 4001), [1e3, -777.7, 0.0, np.pi, -np.pi / 2]])
-    found = angles.copy()
-    cosine_in_place(found)
-    np.testing.assert_allclose(found, np.cos(angles), atol=1e-13)

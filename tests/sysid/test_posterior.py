@@ -19,7 +19,8 @@ from twbal.planar.planar_plant import PlanarPlant
 from twbal.planar.robot_distribution import prior_of
 from twbal.policies.exploring import ExploringPolicy
 from twbal.search.linear_starts import linear_law, regulator, state_space
-from twbal.sysid.posterior import posterior, tilt_error
+from twbal.sysid.posterior import posterior, roughness, tilt_error
+from twbal.sysid.recording import Recording
 
 NAMES = ("tilt", "tilt_rate", "speed", "command_1", "command_2", "position")
 NOISE = {"tilt": 0.0035, "tilt_rate": 0.02, "wheel_angle": 0.001, "wheel_rate": 0.05}
@@ -188,3 +189,23 @@ def test_what_a_filter_adds_to_the_tilt_is_what_a_real_one_adds(paper):
     told = tilt_error(np.array(seen), paper.wheel_radius, paper.control_period, 0.4)
     assert np.abs(added).max() > 0.005
     np.testing.assert_allclose(told, added, atol=0.05 * np.abs(added).max())
+
+
+def moving(noise, seed, shake=0.0):
+    """A recording of slow waves with noise of four standard deviations, and jolts here and there."""
+    rng, times = np.random.default_rng(seed), 0.02 * np.arange(400)
+    waves = np.column_stack(
+        [a * np.sin(2.0 * np.pi * f * times) for a, f in ((0.05, 1.0), (0.3, 1.0), (2, 0.5), (6, 0.5))]
+    )
+    jolts = shake * (rng.random((400, 1)) < 0.05)
+    seen = waves + (np.array(noise) + jolts) * rng.standard_normal((400, 4))
+    return Recording("", 0.02, np.zeros(399), seen, np.zeros(400), np.ones(400, dtype=bool), np.ones(4, dtype=bool))
+
+
+@pytest.mark.parametrize("shake", [0.0, 5.0])
+def test_second_differences_tell_the_noise_of_sensors_and_little_else(shake):
+    noise = (0.0035, 0.02, 0.05, 0.05)
+    found = roughness([moving(noise, 1, shake), moving(noise, 2, shake)])
+    assert (0.9 * np.array(noise) < found).all()
+    assert (found < 1.4 * np.array(noise)).all()
+    assert (roughness([moving((0.0,) * 4, 3)]) < [0.001, 0.005, 0.01, 0.03]).all()

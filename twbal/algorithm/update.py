@@ -95,12 +95,16 @@ class Update(Generic[R, M, P, S, K]):
         )
 
     def _f_of(self, simulation: S, inputs: UpdateInputs[R, M, P]) -> Timed[M]:
-        """f of the identified simulation: of random rollouts there, and of some by each policy that drove the robot."""
+        """f of the identified simulation: of random rollouts there, and of some by each policy that drove the robot.
+
+        They explore where the robot did: what calibrates a model to undisturbed driving is not shaken, either.
+        """
+        exploration = 0.0 if inputs.recalibration else self._settings.sim_round_exploration
         drivers = inputs.earlier if inputs.drivers is None else inputs.drivers
         simulated = [self.simulated(inputs.place / "identified_collect", 0, None, simulation)]
         for number, driver in enumerate(drivers, start=1):
             driven = inputs.place / f"identified_driven_{number - 1}"
-            simulated.append(self.simulated(driven, number, driver, simulation))
+            simulated.append(self.simulated(driven, number, driver, simulation, exploration))
         return self._steps.fit_simulation(inputs.place / "identified_model", simulated)
 
     def searched(self, place: Path, inputs: SearchInputs[R, M, P, K]) -> Timed[P]:
@@ -109,14 +113,24 @@ class Update(Generic[R, M, P, S, K]):
             inputs = replace(inputs, base=self._steps.regulator(REGULATOR, ()).value)
         return self._steps.search(place, inputs)
 
-    def simulated(self, place: Path, round_number: int, policy: P | None, simulation: S | None = None) -> R:
-        """Rollouts in simulation: at random, or by the policy of a round, with numbers of their own."""
+    def simulated(
+        self,
+        place: Path,
+        round_number: int,
+        policy: P | None,
+        simulation: S | None = None,
+        exploration: float | None = None,
+    ) -> R:
+        """Rollouts in simulation: at random, or by the policy of a round, with numbers of their own.
+
+        `exploration` is that of a policy's command, as a share of the torque limit; None: that of the settings.
+        """
         if policy is None:
             return self._steps.simulate(place, None, simulation=simulation)
         conditions = Conditions(
             trials=self._settings.sim_round_rollouts,
             first_trial=FIRST_TRIAL * round_number,
-            exploration=self._settings.sim_round_exploration,
+            exploration=self._settings.sim_round_exploration if exploration is None else exploration,
         )
         return self._steps.simulate(place, policy, conditions, simulation)
 

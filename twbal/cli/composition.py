@@ -7,10 +7,10 @@ settings, `stage/<name>` for the configuration of a stage that runs it, are thos
 files, which is up to who runs it. The choices of the group `effect` are the effects of the library.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from functools import cache, reduce
-from math import ceil
+from math import ceil, sqrt
 from operator import getitem
 from pathlib import Path
 from typing import Any, Self
@@ -22,6 +22,7 @@ from omegaconf import DictConfig, OmegaConf
 from twbal.cli.conf_folder import conf_folder
 from twbal.cli.settings.kinds import names_files
 from twbal.cli.settings.stage_settings import SECTIONS, STAGES
+from twbal.core.robot_parameters import GRAVITY
 
 _GLOBAL = "_global_"
 _OF_HYDRA = ("defaults", "hydra")
@@ -94,6 +95,25 @@ def seconds_of(periods: int, control_period: float) -> float:
     return periods * control_period
 
 
+def scaled(value: float, unit: str, robot: Mapping[str, Any]) -> float:
+    """A quantity of the robot `paper` for a robot of another size; `${scaled:0.5,m,${robot}}` in yaml.
+
+    Lengths are in proportion to the wheel's radius, and times to that in which the body falls about the axle,
+    √((I + m l²) / (m g l)).
+    """
+    length = robot["wheel_radius"] / _PAPER_RADIUS
+    time = _falling_time(robot["body_mass"], robot["com_height"], robot["body_inertia_pitch"]) / _PAPER_FALLING_TIME
+    factors = {"m": length, "m.s": length * time, "m/s": length / time, "rad/s": 1.0 / time}
+    return value * float(factors[unit])
+
+
+def _falling_time(mass: float, height: float, inertia: float) -> float:
+    return sqrt((inertia + mass * height**2) / (mass * GRAVITY * height))
+
+
+_PAPER_RADIUS, _PAPER_FALLING_TIME = 0.15, _falling_time(10.0, 0.3, 0.319)
+
+
 def place_state(control_period: float, memory: float) -> list[str]:
     """The channels of a state that keeps a place, with as many past commands as `memory` [s] holds, from 2 to 9.
 
@@ -105,4 +125,5 @@ def place_state(control_period: float, memory: float) -> list[str]:
 
 
 OmegaConf.register_new_resolver("place_state", place_state, replace=True)
+OmegaConf.register_new_resolver("scaled", scaled, replace=True)
 OmegaConf.register_new_resolver("seconds_of", seconds_of, replace=True)

@@ -18,14 +18,16 @@ from typing import Any, TypeVar, cast
 os.environ.setdefault("NUMBA_OPT", "2")
 
 import llvmlite.binding
+import llvmlite.ir
 import numba
 from numba.core import types
-from numba.extending import overload
+from numba.extending import intrinsic, overload
 
 from twbal.core.errors import ConfigError
 
 Kernel = TypeVar("Kernel", bound=Callable[..., Any])
 
+_NUMBER = types.float64
 _PACKAGE = Path(__file__).parents[1]
 _MARK = b"twbal.core.compiled"  # in the source of all that is compiled, but for effects, of which any part may be
 _EFFECTS = _PACKAGE / "effects"
@@ -42,6 +44,36 @@ def kernel(fastmath: bool | set[str] = False, is_kept: bool = True) -> Callable[
     """
     compiled = numba.njit(cache=is_kept, nogil=True, error_model="numpy", fastmath=fastmath)
     return cast(Callable[[Kernel], Kernel], compiled)
+
+
+def _fused(typing: Any, left: Any, right: Any, addend: Any) -> Any:
+    return _NUMBER(_NUMBER, _NUMBER, _NUMBER), lambda context, builder, signature, values: builder.fma(*values)
+
+
+fused = cast(Callable[[Any, Any, Any], Any], intrinsic(_fused))
+"""left · right + addend of numbers, rounded once; for kernels.
+
+Twice as fast as the two operations, and the same digits whatever the compiler makes of the code around it.
+"""
+
+ROUNDING = 6755399441055744.0
+"""1.5 · 2^52: (z + ROUNDING) - ROUNDING is z, rounded to a whole number, for |z| < 2^51."""
+
+
+def _times_power(typing: Any, value: Any, shifted: Any) -> Any:
+    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        bits, power = (builder.bitcast(each, llvmlite.ir.IntType(64)) for each in values)
+        moved = builder.shl(power, llvmlite.ir.Constant(llvmlite.ir.IntType(64), 52))
+        return builder.bitcast(builder.add(bits, moved), llvmlite.ir.DoubleType())
+
+    return _NUMBER(_NUMBER, _NUMBER), generate
+
+
+times_power = cast(Callable[[Any, Any], Any], intrinsic(_times_power))
+"""value · 2^k of a value and k + `ROUNDING`, where neither value nor result is 0 or subnormal; for kernels.
+
+The last bits of k + `ROUNDING` are those of k, and are added to the exponent of the value.
+"""
 
 
 def specialised(choose: Callable[..., Callable[..., Any]]) -> Callable[[Kernel], Kernel]:

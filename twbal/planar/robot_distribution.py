@@ -9,11 +9,11 @@ from twbal.core.gaussian import Array
 from twbal.core.robot_parameters import GRAVITY, RobotParameters
 from twbal.planar.parameters import TwinParameters, twin_parameters
 
-_SMALL = 0.005  # of the torque limit
 _LEANING = 0.0087  # rad; half a degree, by which floors lean here and there
 _FILTER_RATE = 0.3  # 1/s; time constants of complementary filters are some seconds
 _PUBLISHED = 0.03  # standard deviation of a published mass or length, as a share of it
 _SENSORS = (0.0035, 0.02, 0.001, 0.05)  # rad, rad/s: of a small IMU, and encoders of about 1000 ticks a turn
+_DRIVE_AND_FILTERS = 0.005  # s; motors answer and sensors filter within some milliseconds
 _LEAST_CALIBRATED = 0.3  # of torque over command: gears, current sensing and a battery's charge are in it
 
 
@@ -71,11 +71,6 @@ class RobotDistribution:
             f"{field} {mean:.3g} ± {sd:.1g}" for field, mean, sd in zip(self.fields, self.mean, sds, strict=True)
         )
 
-    @property
-    def small_torque(self) -> float:
-        """Of which a robot like this would hardly notice that it is missing [N·m]."""
-        return _SMALL * self.robot.torque_limit
-
     def possible(self, commands: Array) -> Array:
         """Commands [N·m] as the robot takes them: cut at its torque limit."""
         return np.clip(commands, -self.robot.torque_limit, self.robot.torque_limit)
@@ -95,21 +90,24 @@ def prior_of(robot: RobotParameters) -> RobotDistribution:
 
     Masses and lengths are uncertain as their provenance says. What no sheet tells (friction, dead zone, delay) has the
     size that geared motors and sampled loops have: a dead zone of some per cent of the largest torque, dry friction of
-    some per cent in either wheel, and a delay of about one control period, as the command of one period acts in the
-    next at the latest on a robot that computes as fast as it samples.
+    some per cent in either wheel, and a delay of about half a control period, as a command waits for the next one, and
+    of the drive and the filters. Nor does a sheet tell how much of a wheel's inertia is that of a geared rotor, which
+    turns relative to the body.
     """
     limit, period = robot.torque_limit, robot.control_period
 
     def factor(value: str) -> float:
         return _PUBLISHED * robot.tolerance_factors.get(value, 1.0)
 
+    late = 0.5 * period + _DRIVE_AND_FILTERS
     inertia = np.hypot(factor("body_inertia_pitch"), 0.1)  # mostly computed from simple shapes
     known = (
         Known("torque_gain_gain", 1.0, float(np.hypot(_LEAST_CALIBRATED, factor("torque_limit"))), 0.2, 3.0),
         Known("dead_zone_width", 0.05 * limit, 0.07 * limit, 0.0, 0.3 * limit),
-        Known("actuation_delay_delay", 0.75 * period, 0.75 * period, 0.0, 3.0 * period),
+        Known("actuation_delay_delay", late, late, 0.0, 4.0 * late),
         Known("viscous_friction_coefficient", 0.001 * limit, 0.003 * limit, 0.0, 0.03 * limit),
         Known("coulomb_friction_torque", 0.01 * limit, 0.02 * limit, 0.0, 0.1 * limit),
+        Known("rotor_inertia_share", 0.4, 0.25, 0.0, 0.9),
         Known("com_offset_angle", 0.0, 0.04, -0.2, 0.2),
         Known("body_mass_factor", 1.0, float(np.hypot(factor("body_mass"), 0.1)), 0.4, 2.5),
         Known("com_height_factor", 1.0, float(np.hypot(factor("com_height"), 0.1)), 0.4, 2.5),

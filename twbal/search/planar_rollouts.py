@@ -73,12 +73,15 @@ class PlanarDraws(NamedTuple):
         sensors: (n, T, 4), errors of tilt, tilt rate, wheel angle and wheel rate.
         jolts: (n, T, 2), what disturbing torques add to the rates of body and wheels within a control period [rad/s].
         filter_rates: (n,), of the complementary filters that tilts come from [1/s]; see `RobotDistribution`.
+        rate_ages: (n,), how old measured wheel rates are [control periods, from 0 to 1]: a difference of two angles is
+            half as old as the time between them.
     """
 
     start: Array
     sensors: Array
     jolts: Array
     filter_rates: Array
+    rate_ages: Array
 
     def first(self, robots: int | None) -> "PlanarDraws":
         """Those of the first robots; None: of all."""
@@ -146,6 +149,7 @@ def _rollout(  # type: ignore[no-untyped-def]
     sensors: Array,
     jolts: Array,
     filter_rate: float,
+    rate_age: float,
 ):
     """One robot: how much of the limits it used, its oscillation, and the mean cost of a step."""
     steps, D = len(sensors), len(codes)
@@ -156,6 +160,7 @@ def _rollout(  # type: ignore[no-untyped-def]
     s = standing(k, start[0], start[1], start[2], 0.0)
     used, total, restless, lowest, highest = 0.0, 0.0, 0.0, np.inf, -np.inf
     tilt, rate, wheel, wheel_rate = start[0], start[1], 0.0, start[2] / k.radius - start[1]
+    turning = wheel_rate  # as it is; `wheel_rate` is what is measured
     origin, position, integral, speed = 0.0, 0.0, 0.0, start[2]
     astray, axle = 0.0, start[2]  # error of a tilt that takes speeding up for leaning [rad]; true speed of the axle
     for step in range(steps + 1):
@@ -201,7 +206,9 @@ def _rollout(  # type: ignore[no-untyped-def]
         # The torques act all through the period, of which the readings know nothing: half of it is there on average.
         tilt, rate = after.reading.tilt + astray, after.reading.tilt_rate + 0.5 * jolts[step, 0]
         wheel = after.reading.wheel_angle
-        wheel_rate = after.reading.wheel_rate + 0.5 * (jolts[step, 1] - jolts[step, 0])
+        turned = turning
+        turning = after.reading.wheel_rate + 0.5 * (jolts[step, 1] - jolts[step, 0])
+        wheel_rate = turning - rate_age * (turning - turned)
         if not abs(s.tilt) <= limits.limit:
             return _FALLEN + (steps - step) / steps, _FALLEN, (total + steps - step) / steps
         if step + 1 >= limits.settle_step:

@@ -32,6 +32,7 @@ from twbal.search.sampled_rollouts import Limits, limits_of
 PHYSICAL = ("tilt", "tilt_rate", "speed")
 """Channels that a state needs for regulators of planar robots."""
 _DISTURBED = 1.0  # s over which a disturbing torque is forgotten: a robot crosses a wave of the floor in about that
+_OLDEST_RATE = 0.5  # control periods: of a wheel rate that is the difference of angles over a control period
 _MOST_COMPENSATION = 0.6
 _RESTARTS = 2
 _FIRST_STEP = 0.3  # of the direct search, in logarithms of the gains
@@ -196,7 +197,8 @@ class SampledRobots:
         jolts = np.stack([drawn @ torque_response(m, period).T for m, drawn in zip(self._models, torques, strict=True)])
         mean, sd = self.distribution.filter_rate
         filter_rates = np.abs(mean + sd * rng.standard_normal(count))
-        return PlanarDraws(np.ascontiguousarray(start), self.distribution.sensor_sd * noise, jolts, filter_rates)
+        ages = rng.uniform(0.0, _OLDEST_RATE, count)
+        return PlanarDraws(np.ascontiguousarray(start), self.distribution.sensor_sd * noise, jolts, filter_rates, ages)
 
     def _designs(self) -> Iterator[tuple[str, RbfPolicy]]:
         robot, settings = self.distribution.robot, self.settings

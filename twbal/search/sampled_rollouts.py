@@ -1,18 +1,19 @@
 """Rollouts of many sampled robots under one policy, compiled.
 
-Each robot is followed until its tilt passes the limit: what comes after is of no interest.
+The robots take each step together, output by output, as a row of basis functions then serves all of them from the
+fastest memory. Each robot is followed until its tilt passes the limit: what comes after is of no interest.
 """
 
 from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from twbal.core.channels import index_of
 from twbal.core.compiled import kernel
 from twbal.core.cost import Cost, CostNumbers, price
 from twbal.core.evaluation import SuccessCriterion
-from twbal.core.exponential import expm1_in_place
 from twbal.core.gaussian import Array
 from twbal.models.dynamics import DynamicsModel
 from twbal.models.function_samples import FunctionSamples
@@ -21,11 +22,10 @@ from twbal.models.moments.multi_index import Integers
 from twbal.policies.rbf import RbfPolicy
 from twbal.policies.rbf_moments import Network
 from twbal.policies.squash import squashed
+from twbal.search.basis_sums import BasisSum, add_sums, bells, nothing, waves
 
 _FAR = 1e3
 """No channel is followed beyond this."""
-
-_NUMBERS = {"nnan", "ninf"}
 
 
 class Limits(NamedTuple):
@@ -70,34 +70,6 @@ def limits_of(rule: SuccessCriterion, names: Sequence[str]) -> Limits:
         rule.place_step,
         np.inf if change is None or rule.torque_limit is None else change * rule.torque_limit,
     )
-
-
-class KernelMean(NamedTuple):
-    """Σ_c w_c exp(-½ |(x - c) / ℓ|²) of E outputs, laid out for loops over the centres.
-
-    Attributes:
-        scaled: (E, d, n) centres over length-scales.
-        inverse_lengths: (E, d).
-        weights: (E, robots, n); of one robot where all robots share them.
-    """
-
-    scaled: Array
-    inverse_lengths: Array
-    weights: Array
-
-
-class Waves(NamedTuple):
-    """Σ_m a_m cos(ω_m · x + φ_m) of E outputs: the prior part of sampled functions.
-
-    Attributes:
-        frequencies: (E, d, M).
-        phases: (E, M).
-        amplitudes: (E, robots, M).
-    """
-
-    frequencies: Array
-    phases: Array
-    amplitudes: Array
 
 
 class Draws(NamedTuple):
@@ -146,79 +118,58 @@ def sampled_rollouts(
     """
     if not isinstance(model.f, GaussianProcess):
         raise TypeError(f"These rollouts are compiled for the squared exponential kernel; found {model.f.kernel}.")
-    f = _kernel_mean(model.f, (model.f.weights * model.f.signal_variance[:, None])[:, None, :])
-    d, E = model.f.inputs, model.f.outputs
-    if samples is None:
-        g = KernelMean(np.zeros((E, d, 0)), np.zeros((E, d)), np.zeros((E, 1, 0)))
-        waves = Waves(np.zeros((E, d, 0)), np.zeros((E, 0)), np.zeros((E, 1, 0)))
-    else:
-        scale = samples.gp.signal_variance[:, None, None]
-        g = _kernel_mean(samples.gp, scale * samples.corrections.transpose(0, 2, 1))
-        waves = Waves(
-            np.ascontiguousarray(samples.frequencies.transpose(0, 2, 1)),
-            samples.phases,
-            np.ascontiguousarray(samples.features.transpose(0, 2, 1)),
-        )
-    carry, selection = model.transition_matrix, np.ascontiguousarray(model.selection)
+    functions = _functions(model.f, samples)
+    carry, selection = np.ascontiguousarray(model.transition_matrix), np.ascontiguousarray(model.selection)
     kept = np.array(model.inputs)
-    return _drive(f, g, waves, policy.network, cost.numbers, limits, draws, carry, selection, kept)
+    return _drive(functions, policy.network, cost.numbers, limits, draws, carry, selection, kept)
 
 
-def _kernel_mean(gp: GaussianProcess, weights: Array) -> KernelMean:
-    scaled = (gp.centres[None] / gp.length_scales[:, None, :]).transpose(0, 2, 1)
-    return KernelMean(np.ascontiguousarray(scaled), 1.0 / gp.length_scales, np.ascontiguousarray(weights))
+class _Functions(NamedTuple):
+    """f, and the g of each robot.
+
+    Attributes:
+        f: the mean, of all robots.
+        prior: part of g.
+        data: part of g.
+    """
+
+    f: BasisSum
+    prior: BasisSum
+    data: BasisSum
 
 
-@kernel(fastmath=_NUMBERS)
-def cosine_in_place(values: Array) -> None:
-    """Replace each z of `values` (n,) by cos z; absolute error about 1e-15 (1 + |z|)."""
-    for j in range(len(values)):
-        turns = values[j] * 0.15915494309189535  # 1 / 2π
-        x = 3.141592653589793 * (turns - np.floor(turns + 0.5))  # z / 2 modulo π, within ±π/2
-        y = x * x
-        # sin x by Taylor to x^21, and cos z = 1 - 2 sin² (z / 2)
-        s = 1.0 + y * (-1.0 / 420.0)
-        s = 1.0 - y / 342.0 * s
-        s = 1.0 - y / 272.0 * s
-        s = 1.0 - y / 210.0 * s
-        s = 1.0 - y / 156.0 * s
-        s = 1.0 - y / 110.0 * s
-        s = 1.0 - y / 72.0 * s
-        s = 1.0 - y / 42.0 * s
-        s = 1.0 - y / 20.0 * s
-        s = x * (1.0 - y / 6.0 * s)
-        values[j] = 1.0 - 2.0 * s * s
+def _functions(f: GaussianProcess, samples: FunctionSamples | None) -> _Functions:
+    mean = bells(f, f.weights[:, :, None])
+    if samples is not None:
+        return _Functions(mean, waves(samples), bells(samples.gp, samples.corrections))
+    zero = nothing(f.outputs, f.inputs)
+    return _Functions(mean, zero, zero)
 
 
-@kernel()
-def _kernel_sum(mean: KernelMean, output: int, robot: int, inputs: Array, row: Array) -> float:
-    """One output for one robot's inputs (d,); `row` (n,) is scratch."""
-    row[:] = 0.0
-    for k in range(len(inputs)):
-        place, centres = inputs[k] * mean.inverse_lengths[output, k], mean.scaled[output, k]
-        for c in range(len(row)):
-            gap = centres[c] - place
-            row[c] -= 0.5 * gap * gap
-    expm1_in_place(row)
-    weights, total = mean.weights[output, robot], 0.0
-    for c in range(len(row)):
-        total += weights[c] * (row[c] + 1.0)
-    return total
+class _Fleet(NamedTuple):
+    """How n robots do.
 
+    Attributes:
+        states: (n, D).
+        inputs: (n, D + 1) states and commands.
+        seen: (n, d) what of them f and g depend on.
+        change: (n, E) of the measured channels in a step.
+        standing: (n,) whether the robot is still followed.
+        restless: (n,) sum of the squared changes of the command.
+        stayed: as of `Balanced`.
+        followed: (n,) steps that it took without falling.
+        costs: (n,) sums over these.
+    """
 
-@kernel()
-def _wave_sum(waves: Waves, output: int, robot: int, inputs: Array, row: Array) -> float:
-    """One output for one robot's inputs (d,); `row` (M,) is scratch."""
-    row[:] = waves.phases[output]
-    for k in range(len(inputs)):
-        frequencies = waves.frequencies[output, k]
-        for m in range(len(row)):
-            row[m] += inputs[k] * frequencies[m]
-    cosine_in_place(row)
-    amplitudes, total = waves.amplitudes[output, robot], 0.0
-    for m in range(len(row)):
-        total += amplitudes[m] * row[m]
-    return total
+    states: Array
+    inputs: Array
+    seen: Array
+    change: Array
+    standing: NDArray[np.bool_]
+    restless: Array
+    stayed: Array
+    followed: Array
+    costs: Array
 
 
 @kernel()
@@ -237,9 +188,7 @@ def command_of(network: Network, state: Array) -> float:
 
 @kernel()
 def _drive(
-    f: KernelMean,
-    g: KernelMean,
-    waves: Waves,
+    functions: _Functions,
     network: Network,
     cost: CostNumbers,
     limits: Limits,
@@ -250,46 +199,90 @@ def _drive(
 ) -> Balanced:
     steps, robots, D = draws.sensors.shape
     E = draws.process.shape[2]
-    stayed, costs = np.ones(robots), np.zeros(robots)
-    f_row, g_row, wave_row = np.empty(f.scaled.shape[2]), np.empty(g.scaled.shape[2]), np.empty(waves.phases.shape[1])
-    inputs, seen, change = np.empty(D + 1), np.empty(len(kept)), np.empty(E)
+    fleet = _Fleet(
+        draws.start.copy(),
+        np.zeros((robots, D + 1)),
+        np.empty((robots, len(kept))),
+        np.empty((robots, E)),
+        np.ones(robots, dtype=np.bool_),
+        np.zeros(robots),
+        np.ones(robots),
+        np.zeros(robots),
+        np.zeros(robots),
+    )
+    for step in range(steps):
+        _command(fleet, network, draws.sensors[step], kept, step, limits.settle_step)
+        followed = np.flatnonzero(fleet.standing)
+        fleet.change[:] = draws.process[step]
+        for part in (functions.f, functions.prior, functions.data):
+            add_sums(part, fleet.seen, followed, fleet.change)
+        _move(fleet, followed, carry, selection)
+        _judge(fleet, followed, cost, limits, step)
+        if not len(followed):
+            break
     for robot in range(robots):
-        state = draws.start[robot].copy()
-        before, restless = 0.0, 0.0
-        for step in range(steps):
-            inputs[:D] = state
-            inputs[D] = command_of(network, state + draws.sensors[step, robot])
-            if not np.isfinite(inputs).all():  # the kernels below take numbers only
-                stayed[robot] = 0.0
-                costs[robot] += steps - step
-                break
-            if step > limits.settle_step:
-                restless += (float(inputs[D]) - before) ** 2
-            before = float(inputs[D])
-            for i, k in enumerate(kept):
-                seen[i] = inputs[k]
-            for a in range(E):
-                change[a] = draws.process[step, robot, a] + _kernel_sum(f, a, 0, seen, f_row)
-                if len(wave_row):
-                    change[a] += _wave_sum(waves, a, robot, seen, wave_row)
-                    change[a] += _kernel_sum(g, a, robot, seen, g_row)
-            state = carry @ inputs + selection @ change
-            angle = abs(state[limits.tilt])
-            if not angle <= limits.limit:
-                stayed[robot] = 0.0
-                costs[robot] += steps - step
-                break
-            if step + 1 >= limits.settle_step and angle > limits.settled_tilt_limit:
-                stayed[robot] = 0.0
-            is_late = limits.position >= 0 and step + 1 >= limits.place_step
-            if is_late and abs(state[limits.position]) > limits.place_radius:
-                stayed[robot] = 0.0
-            for k in range(D):
-                state[k] = min(max(state[k], -_FAR), _FAR)
-            costs[robot] += price(cost, state)
-        if restless > max(steps - 1 - limits.settle_step, 1) * limits.command_change**2:
-            stayed[robot] = 0.0
-    return Balanced(stayed, costs / steps)
+        if fleet.restless[robot] > max(steps - 1 - limits.settle_step, 1) * limits.command_change**2:
+            fleet.stayed[robot] = 0.0
+    return Balanced(fleet.stayed, (fleet.costs + (steps - fleet.followed)) / steps)
+
+
+@kernel()
+def _command(fleet: _Fleet, network: Network, errors: Array, kept: Integers, step: int, settle_step: int) -> None:
+    """The policy's commands, by what it sees of the states; who commands no number is followed no more."""
+    states, inputs, D = fleet.states, fleet.inputs, fleet.states.shape[1]
+    noisy = np.empty(D)
+    for i in range(len(states)):
+        if not fleet.standing[i]:
+            continue
+        for k in range(D):
+            inputs[i, k] = states[i, k]
+            noisy[k] = states[i, k] + errors[i, k]
+        before = inputs[i, D]
+        inputs[i, D] = command_of(network, noisy)
+        are_numbers = True
+        for k in range(D + 1):
+            are_numbers &= np.isfinite(inputs[i, k])
+        if not are_numbers:  # the sums take numbers only
+            fleet.standing[i], fleet.stayed[i] = False, 0.0
+            continue
+        if step > settle_step:
+            fleet.restless[i] += (inputs[i, D] - before) ** 2
+        for j, k in enumerate(kept):
+            fleet.seen[i, j] = inputs[i, k]
+
+
+@kernel()
+def _move(fleet: _Fleet, robots: Integers, carry: Array, selection: Array) -> None:
+    """The next states."""
+    states, inputs, change = fleet.states, fleet.inputs, fleet.change
+    for i in robots:
+        for k in range(len(carry)):
+            total = 0.0
+            for j in range(inputs.shape[1]):
+                total += carry[k, j] * inputs[i, j]
+            for a in range(change.shape[1]):
+                total += selection[k, a] * change[i, a]
+            states[i, k] = total
+
+
+@kernel()
+def _judge(fleet: _Fleet, robots: Integers, cost: CostNumbers, limits: Limits, step: int) -> None:
+    """Which states are within the limits, and what they cost; who has fallen is followed no more."""
+    states = fleet.states
+    for i in robots:
+        angle = abs(states[i, limits.tilt])
+        if not angle <= limits.limit:
+            fleet.standing[i], fleet.stayed[i] = False, 0.0
+            continue
+        if step + 1 >= limits.settle_step and angle > limits.settled_tilt_limit:
+            fleet.stayed[i] = 0.0
+        is_late = limits.position >= 0 and step + 1 >= limits.place_step
+        if is_late and abs(states[i, limits.position]) > limits.place_radius:
+            fleet.stayed[i] = 0.0
+        for k in range(states.shape[1]):
+            states[i, k] = min(max(states[i, k], -_FAR), _FAR)
+        fleet.costs[i] += price(cost, states[i])
+        fleet.followed[i] += 1.0
 
 
 def machine_code_folder() -> str:

@@ -31,6 +31,9 @@ _SUBSTEPS = 10  # physics steps of a control period
 _ROUNDS, _ITERATIONS, _NOISE_ITERATIONS = 4, 30, 20
 _FIRST_SENSORS = (0.003, 0.02, 0.001, 0.05)  # rad, rad/s: where the search for the noise begins
 _LOUDEST_SENSORS = (0.01, 0.1, 0.02, 3.0)  # rad, rad/s: noise must not explain what the model should
+_FIRST_TORQUES, _LOUDEST_TORQUES = 0.005, 0.05  # of the torque limit; likewise
+_ROOM = 1.5  # factor on what second differences tell of the noise, as some are few
+_NORMAL_MEDIAN = 0.6745  # of the size of a standard normal number
 _FILTER_RATES = (0.2, 0.0, 0.1, 0.35, 0.5)  # 1/s; the first is where the search begins
 _FIRST_DELAYS = (0.25, 1.0, 2.0, 2.75)  # control periods: fits with a delay that is far off end in optima of their own
 _DELAY, _BALANCE = "actuation_delay_delay", "com_offset_angle"
@@ -58,8 +61,8 @@ class _Attempt(NamedTuple):
 def posterior(prior: RobotDistribution, episodes: Sequence[Episode]) -> RobotDistribution:
     """The distribution of a robot's parameters after episodes of it, in which it must not turn much: yaw is left out.
 
-    Slow torques get the size of the prior and of what the fit leaves together, as rollouts too short to show them do
-    not tell that there are none.
+    Slow torques keep the size of the prior: rollouts are too short to show them, and the noise of the torques that a
+    fit needs is that of falls and of friction that is not quite Coulomb's.
 
     Raises:
         DataError: no episode has a few control periods of a robot that stands.
@@ -74,7 +77,6 @@ def posterior(prior: RobotDistribution, episodes: Sequence[Episode]) -> RobotDis
         mean=fit.values,
         covariance=_covariance(data, fit, prior),
         sensor_sd=fit.model.noise.sensors,
-        torque_sd=np.hypot(fit.model.noise.torques, prior.torque_sd),
         filter_rate=_vertex(costs, prior.filter_rate[1]),
     )
 
@@ -96,7 +98,7 @@ def _first_fit(data: Data, prior: RobotDistribution) -> Fit:
     mean = dict(zip(prior.fields, prior.mean.tolist(), strict=True))
     begin = twin_parameters(prior.robot, {})._replace(**mean)
     # Noise that is fitted to a model far off explains what the model should: it begins small.
-    noise = Noise(np.array(_FIRST_SENSORS), np.full(2, prior.small_torque))
+    noise = Noise(np.array(_FIRST_SENSORS), np.full(2, _FIRST_TORQUES * prior.robot.torque_limit))
     starts = [begin._replace(**{_DELAY: late * data.period}) for late in _FIRST_DELAYS]
     return min((_fitted(data, Model(start, 0.0, noise), prior) for start in starts), key=lambda found: found.cost)
 
@@ -107,7 +109,20 @@ def _data(prior: RobotDistribution, episodes: Sequence[Episode], filter_rate: fl
     Bounds on noise keep a fit from calling noise what the model should explain.
     """
     recordings = [r for e in episodes if len(r := _recording(e, prior, filter_rate)) >= _SHORTEST]
-    return Data(recordings, _SUBSTEPS, Noise(np.array(_LOUDEST_SENSORS), np.full(2, 10.0 * prior.small_torque)))
+    data = Data(recordings, _SUBSTEPS)
+    seen = np.maximum(_ROOM * roughness(recordings), 2.0 * data.resolution)
+    sensors = np.clip(seen, _FIRST_SENSORS, _LOUDEST_SENSORS)
+    return replace(data, loudest=Noise(sensors, np.full(2, _LOUDEST_TORQUES * prior.robot.torque_limit)))
+
+
+def roughness(recordings: Sequence[Recording]) -> Array:
+    """(4,) standard deviations of white noise whose second differences are as large as those of `MEASURED`.
+
+    The motion's own second differences are in it, so that it errs upwards. By the median of their sizes, which falls
+    and bumps do not move much (P. J. Huber, E. M. Ronchetti: Robust Statistics, 2nd ed., Wiley 2009, section 5.1).
+    """
+    bends = np.concatenate([np.diff(recording.measured, n=2, axis=0) for recording in recordings])
+    return np.asarray(np.median(np.abs(bends), axis=0) / (_NORMAL_MEDIAN * np.sqrt(6.0)))
 
 
 def _fitted(data: Data, model: Model, prior: RobotDistribution) -> Fit:
