@@ -54,3 +54,35 @@ def test_a_state_without_a_place_is_refused(tmp_path, capsys):
     words = ["policy=random", "state=rolling", "experiment=drive", "link=serial", "link.port=/dev/null"]
     assert main(["real-rollout", *words, f"hydra.run.dir={tmp_path / 'o'}"]) != 0
     assert "has no position, which is needed here" in capsys.readouterr().err
+
+
+TURN = "course.segments=[{seconds:3,speed:0},{turn:90},{seconds:3,speed:0}]"
+
+
+def drive(policy, out, *words):
+    words = (policy, "experiment=drive", TURN, f"hydra.run.dir={out}", *words)
+    assert main(["real-rollout", *words]) == 0
+    (trial,) = json.loads((out / COURSE).read_text())["trials"]
+    return read_episode(out / "episodes" / "trial_000.mcap"), trial
+
+
+def test_a_robot_turns_over_the_link_and_that_is_kept_told_and_drawn(policy, tmp_path, capsys):
+    episode, trial = drive(policy, tmp_path / "out", 'link.overrides=["faults=light"]')
+    said = capsys.readouterr().out
+    assert "heading off by at most" in said and "from its start at the end" in said
+    assert np.degrees(episode.poses[-1, 2]) == pytest.approx(90.0, abs=3.0)
+    assert np.degrees(episode.headings[-1, [0, 2]]) == pytest.approx(90.0, abs=3.0)
+    assert np.degrees(trial["turned"]) == pytest.approx(90.0, abs=3.0)
+    assert trial["segments"][1]["asked_heading"] == pytest.approx(np.pi / 2)
+    assert abs(np.degrees(trial["segments"][2]["heading_off_at_end"])) < 3.0
+    assert "heading" in (tmp_path / "out" / "figures" / "trial_000.svg").read_text()
+
+
+def test_a_robot_of_version_1_is_driven_without_turning_and_that_is_said_once(policy, tmp_path, capsys):
+    episode, trial = drive(policy, tmp_path / "out", 'link.overrides=["faults=none","protocol=1"]')
+    said = capsys.readouterr().out
+    why = "it speaks version 1 of the link protocol, which knows one command for both wheels"
+    assert said.count(f"the robot paper cannot be turned: {why}; the turns of the course are left out") == 1
+    assert episode.headings is None and not trial["fell"]
+    assert trial["turned"] == pytest.approx(0.0, abs=0.01)
+    assert trial["segments"][1]["asked_heading"] is None and trial["heading_error"] is None

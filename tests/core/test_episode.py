@@ -136,3 +136,9 @@ def test_a_reference_that_is_no_number_is_refused():
     references[2, 1] = np.nan
     with pytest.raises(DataError, match="Sample 2 of the episode's references is not a finite number"):
         Episode(**parts(references=references))
+
+
+@pytest.mark.parametrize("shape", [(4, 5), (5, 3)])
+def test_headings_that_are_not_one_for_each_sample_are_refused(shape):
+    with pytest.raises(DataError, match=r"4 commands needs headings of shape \(5, 5\); found"):
+        Episode(**parts(headings=np.zeros(shape)))

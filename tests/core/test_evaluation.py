@@ -188,6 +188,7 @@ def as_a_user_sees_it(period: float, **changes: float | None) -> SuccessCriterio
         "control_period": period,
         "wheel_radius": RADIUS,
         "torque_limit": LIMIT,
+        "heading_limit": float(np.radians(10)),
     }
     return SuccessCriterion.in_seconds(**{**asked, **changes})  # type: ignore[arg-type]
 
@@ -200,6 +201,7 @@ class Course:
         self.period, self.time = period, period * np.arange(steps + 1)
         self.tilt, self.rolled, self.commands = np.zeros(steps + 1), np.zeros(steps + 1), np.zeros(steps)
         self.poses: Array | None = None
+        self.headings: Array | None = None
 
     def at(self, second: float) -> int:
         """The first sample at or after this time."""
@@ -211,7 +213,15 @@ class Course:
         seen[:, 0], seen[:, 1], seen[:, 4] = self.time, self.tilt, self.rolled / RADIUS - self.tilt
         source = Provenance("paper", "robot")
         return Episode(
-            ("tilt",), self.period, seen, self.tilt[:, None], self.commands, Outcome.COMPLETED, source, poses=self.poses
+            ("tilt",),
+            self.period,
+            seen,
+            self.tilt[:, None],
+            self.commands,
+            Outcome.COMPLETED,
+            source,
+            poses=self.poses,
+            headings=self.headings,
         )
 
     def verdict(self, **changes: float | None) -> Verdict:
@@ -356,6 +366,45 @@ def test_oscillation_is_from_peak_to_peak_once_it_had_time_to_come_back() -> Non
     assert course.verdict().oscillation == pytest.approx(0.04, rel=1e-3)
 
 
+@pytest.mark.parametrize(("second", "degrees", "kept"), [(4.9, 99.0, True), (5.0, 10.1, False), (9.9, 9.9, True)])
+@pytest.mark.parametrize("watched", [False, True])
+def test_a_controlled_heading_keeps_within_ten_degrees_of_its_reference_from_five_seconds_on(
+    second: float, degrees: float, kept: bool, watched: bool
+) -> None:
+    course = Course(0.02)
+    course.headings = np.zeros((len(course.time), 5))
+    course.headings[:, [0, 2]] = 1.5  # asked for, and estimated
+    if watched:
+        course.poses = np.zeros((len(course.time), 4))
+        course.poses[:, 2] = 1.5
+    told = course.headings[:, 2] if course.poses is None else course.poses[:, 2]
+    told[course.at(second)] += np.radians(degrees)
+    found = course.verdict()
+    assert (found.on_heading, found.succeeded) == (kept, kept)
+    assert found.heading_off == pytest.approx(np.radians(degrees) if second >= 5.0 else 0.0)
+    assert course.verdict(heading_limit=None).succeeded
+
+
+def test_a_heading_that_nothing_controls_is_reported_and_not_judged() -> None:
+    course = Course(0.02)
+    course.poses = np.zeros((len(course.time), 4))
+    course.poses[:, 2] = np.linspace(0.0, 1.0, len(course.time))
+    found = course.verdict()
+    assert (found.on_heading, found.succeeded) == (None, True)
+    assert found.heading_off == pytest.approx(course.poses[course.at(10.0), 2])
+    course.poses = None
+    assert course.verdict().heading_off is None
+
+
+def test_a_heading_that_turns_round_more_than_once_is_told_without_a_leap() -> None:
+    course = Course(0.02)
+    course.headings = np.zeros((len(course.time), 5))
+    course.headings[:, 0] = course.time
+    course.poses = np.zeros((len(course.time), 4))
+    course.poses[:, 2] = np.angle(np.exp(1j * course.time))
+    assert course.verdict().heading_off == pytest.approx(0.0, abs=1e-9)
+
+
 def test_a_trial_that_ended_before_says_what_it_can() -> None:
     short = Course(0.02, 3.0).verdict()
     assert short[:4] == (False,) * 4
@@ -379,6 +428,7 @@ def test_without_data_sheet_and_poses_the_place_is_unknown() -> None:
         ({"duration": 4.0}, "place_time must lie within the trial; found step 250 of a trial of 200"),
         ({"duration": 1.0}, "settle_time must lie within the trial; found step 100 of a trial of 50"),
         ({"settle_time": 9.99, "duration": 10.0}, "No command changes after step 500"),
+        ({"heading_limit": 0.0}, "heading_limit must be more than 0, or null"),
         ({"wheel_radius": None}, "place_radii needs the wheel_radius of the robot"),
         ({"torque_limit": None}, "command_change needs the torque_limit of the robot"),
     ],

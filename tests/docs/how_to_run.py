@@ -340,6 +340,8 @@ TABLE: Mapping[str, How] = {
     ),
     "twbal sim-collect sim=<the best of them>": Stage({"<the best of them>": "nominal"}),
     "twbal real-rollout experiment=drive policy.path=<policy.pt>": Stage(_DRIVES, small=_SHORT_COURSE),
+    "twbal real-rollout experiment=drive course=turns policy.path=<policy.pt>": Stage(_DRIVES, small=_SHORT_COURSE),
+    "twbal real-rollout experiment=drive course=square policy.path=<policy.pt>": Stage(_DRIVES, small=_SHORT_COURSE),
     "twbal real-rollout experiment=drive policy.path=<best_policy.pt>": Stage(
         {"<best_policy.pt>": POLICY}, small=_SHORT_COURSE
     ),

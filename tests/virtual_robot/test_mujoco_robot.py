@@ -1,6 +1,7 @@
 """The robot behind the interface `Plant`."""
 
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -99,3 +100,64 @@ def test_ten_seconds_cost_little(make):
         begun = time.process_time()
         balanced(robot, 10.0)
         assert time.process_time() - begun < 1.2  # 0.2 to 0.4 on an idle core
+
+
+# Turning
+
+
+@pytest.mark.parametrize("sheet", SHEETS)
+def test_a_difference_of_the_torques_turns_it_as_rigid_bodies_on_rolling_wheels_do(sheet, make):
+    """Work of both torques is the kinetic energy of body and wheels about the vertical; a positive one turns left."""
+    robot = make(sheet)
+    body = robot.truth.body
+    robot.reset(0)
+    difference = 0.02 * robot.truth.drive.torque_limit
+    robot.steer(difference)
+    for _ in range(3):
+        robot.step(0.0)
+    radius, lever = sum(body.wheel_radius) / 2.0, 0.5 * body.track
+    across = 0.5 * body.wheel_inertia + body.wheel_mass * body.wheel_width**2 / 12.0
+    inertia = body.inertia[2] + 2.0 * (across + body.wheel_mass * lever**2)
+    inertia += 2.0 * (body.wheel_inertia + body.rotor_inertia) * (lever / radius) ** 2
+    expected = difference * lever / radius / inertia * 3.0 * robot.control_period
+    assert robot.true_motion.yaw_rate == pytest.approx(expected, rel=0.05)
+    assert robot.pose().heading > 0.0
+
+
+def test_both_encoders_tell_the_turn(make):
+    robot = make(sensors={"ticks": 4096.0, "rate_window": 0.01})
+    body = robot.truth.body
+    robot.reset(0)
+    robot.steer(1.0)
+    for _ in range(20):
+        robot.step(0.0)
+    apart, truly = robot.wheel_difference(), np.diff(robot.wheel_angles)[0]
+    assert apart.angle == pytest.approx(truly, abs=2 * 2 * np.pi / 4096)
+    assert body.wheel_radius[0] / body.track * apart.angle == pytest.approx(robot.pose().heading, rel=0.02)
+    assert apart.rate == pytest.approx(body.track / body.wheel_radius[0] * robot.true_motion.yaw_rate, rel=0.2)
+
+
+def test_noise_of_the_encoders_is_twice_as_large_in_their_difference_as_in_their_mean(make):
+    robot = make()
+    noise = replace(robot.truth.sensors.noise, wheel_angle=0.01, wheel_rate=0.1)
+    robot = make(sensors={"noise": noise})
+    robot.reset(0)
+    seen = []
+    for _ in range(2000):
+        robot.step(0.0)
+        apart = robot.wheel_difference()
+        seen.append((apart.angle - np.diff(robot.wheel_angles)[0], apart.rate))
+        if abs(robot.true_motion.tilt) > 0.3:
+            robot.reset(len(seen))
+    assert np.std(seen, axis=0) == pytest.approx([0.02, 0.2], rel=0.1)
+
+
+def test_a_new_rollout_begins_without_a_difference(make):
+    robot = make()
+    robot.reset(0)
+    robot.steer(5.0)
+    robot.step(0.0)
+    robot.reset(1)
+    for _ in range(5):
+        robot.step(0.0)
+    assert robot.pose().heading == pytest.approx(0.0, abs=1e-9)

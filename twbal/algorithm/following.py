@@ -16,6 +16,8 @@ from twbal.core.reference import Reference
 _TIME, _POSITION = Observation._fields.index("time"), Motion._fields.index("position")
 _SPEED = Motion._fields.index("speed")
 _HEADING = Pose._fields.index("heading")
+HEADING_TIME = 5.0
+"""From which on the heading is judged; it is that of the rule of success [s]."""
 _STEADY = 1e-9  # of a speed [m/s]
 _EVERY = 0.05  # s, at which a course's way is looked at
 
@@ -34,6 +36,8 @@ class FollowedSegment:
         speed_error: of that speed, in per cent of the asked one; None where that is none or 0.
         farthest: greatest distance from the reference [m].
         off_at_end: distance from the reference at the end, forward being positive [m].
+        asked_heading: [rad]; None where nothing controlled it.
+        heading_off_at_end: heading less that of the reference at the end [rad]; None where nothing controlled it.
     """
 
     begin: float
@@ -44,6 +48,8 @@ class FollowedSegment:
     speed_error: float | None
     farthest: float
     off_at_end: float
+    asked_heading: float | None = None
+    heading_off_at_end: float | None = None
 
 
 @dataclass(frozen=True)
@@ -56,8 +62,11 @@ class FollowedCourse:
         fell: whether that was by the tilt limit.
         seconds: how long it lasted [s].
         place_by: what told where the robot was.
-        turned: heading at the end, which nothing controls [rad]; None where no poses tell it.
+        turned: heading at the end [rad]; None where no poses tell it.
         gave_way: how often the reference gave way.
+        heading_error: most by which the heading was off that of its reference from 5 s on [rad], by true poses where
+            there are any, else by the robot's own estimate; None where nothing controlled it, or the trial was shorter.
+        from_start: distance in the plane from where the robot was put, at the end [m]; None where no poses tell it.
         segments: as far as they were driven.
     """
 
@@ -69,6 +78,8 @@ class FollowedCourse:
     turned: float | None
     gave_way: int
     segments: tuple[FollowedSegment, ...]
+    heading_error: float | None = None
+    from_start: float | None = None
 
 
 @dataclass(frozen=True)
@@ -89,25 +100,35 @@ class FloorNeeded:
     Attributes:
         ahead: [m].
         behind: [m].
+        left: [m].
+        right: [m].
     """
 
     ahead: float
     behind: float
+    left: float = 0.0
+    right: float = 0.0
 
 
 def floor_needed(course: Course) -> FloorNeeded:
     """How far the course goes where its reference never gives way."""
-    reference, places = Reference(course), [0.0]
-    for time in np.arange(0.0, course.duration + _EVERY, _EVERY).tolist():
-        motion = reference.follow(time, *reference.motion[:2])  # a robot that is a step behind is near enough
-        places.append(motion.position)
-    return FloorNeeded(ahead=max(places), behind=0.0 - min(places))
+    times = np.arange(0.0, course.duration + _EVERY, _EVERY)
+    way = _path(Reference(course), times)
+    headings = _path(Reference(course.heading), times) if course.heading else np.zeros_like(way)
+    steps, middle = np.diff(way, prepend=0.0), 0.5 * (headings + np.append(0.0, headings[:-1]))
+    x, y = np.cumsum(steps * np.cos(middle)), np.cumsum(steps * np.sin(middle))
+    return FloorNeeded(*(0.0 + max(float(side.max()), 0.0) for side in (x, -x, y, -y)))
+
+
+def _path(reference: Reference, times: Array) -> Array:
+    """Where a reference goes that a robot follows a step behind, which is near enough."""
+    return np.array([reference.follow(time, *reference.motion[:2]).position for time in times.tolist()])
 
 
 def followed(episode: Episode, course: Course, wheel_radius: float) -> FollowedCourse:
     """What the robot did on a course, by true poses where each sample has one, else by odometry.
 
-    Places are those along the robot's own way: nothing controls its heading, so it may drive a bend.
+    Places are those along the robot's own way, whichever way it looks.
 
     Args:
         episode: a trial that followed the course's reference.
@@ -118,6 +139,8 @@ def followed(episode: Episode, course: Course, wheel_radius: float) -> FollowedC
     poses = episode.poses if episode.poses is not None and np.isfinite(episode.poses).all() else None
     places = _rolled(episode.observations, wheel_radius) if poses is None else _way(poses)
     times = episode.observations[:, _TIME]
+    off = None if episode.headings is None else episode.heading_errors
+    late = [] if off is None else np.abs(off[times >= HEADING_TIME])
     driven = [segment for segment in course.segments if segment.begin <= times[-1]]
     return FollowedCourse(
         trial=episode.provenance.trial,
@@ -127,7 +150,9 @@ def followed(episode: Episode, course: Course, wheel_radius: float) -> FollowedC
         place_by=PlaceBy.ODOMETRY if poses is None else PlaceBy.POSE,
         turned=None if poses is None else float(poses[-1, _HEADING]),
         gave_way=sum("gives way" in event.text for event in episode.events),
-        segments=tuple(_segment(segment, times, places, episode.references) for segment in driven),
+        segments=tuple(_segment(segment, times, places, episode.references, off) for segment in driven),
+        heading_error=float(max(late)) if len(late) else None,
+        from_start=None if poses is None else float(np.hypot(*poses[-1, :2])),
     )
 
 
@@ -144,7 +169,7 @@ def _way(poses: Array) -> Array:
     return np.concatenate([[0.0], np.cumsum(np.diff(x) * np.cos(middle) + np.diff(y) * np.sin(middle))])
 
 
-def _segment(segment: Segment, times: Array, places: Array, references: Array) -> FollowedSegment:
+def _segment(segment: Segment, times: Array, places: Array, references: Array, off: Array | None) -> FollowedSegment:
     part = (times >= segment.begin) & (times <= segment.end)
     away = places[part] - references[part, _POSITION]
     asked = segment.target.speed
@@ -158,6 +183,8 @@ def _segment(segment: Segment, times: Array, places: Array, references: Array) -
         speed_error=100.0 * (speed / asked - 1.0) if asked and speed is not None else None,
         farthest=float(np.abs(away).max()),
         off_at_end=float(away[-1]),
+        asked_heading=None if off is None else segment.target.heading,
+        heading_off_at_end=None if off is None else float(off[part][-1]),
     )
 
 

@@ -8,8 +8,9 @@ from twbal.core.channels import Channels
 from twbal.core.episode import Episode, Event, Outcome, Provenance
 from twbal.core.errors import ConfigError, LinkLostError
 from twbal.core.gaussian import Array
+from twbal.core.heading_control import HeadingControl
 from twbal.core.motion_profile import Motion
-from twbal.core.plant import Observation, Plant, Pose
+from twbal.core.plant import Observation, Plant, Pose, WheelDifference
 from twbal.core.reference import Reference, Targets
 from twbal.core.streams import Stream, generator
 from twbal.policies.policy import Controller, Policy
@@ -28,6 +29,7 @@ def rollout(
     tilt_limit: float,
     provenance: Provenance,
     targets: Targets | None = None,
+    heading: HeadingControl | None = None,
 ) -> Episode:
     """Drive `plant` by `policy` for at most `steps` control periods.
 
@@ -40,6 +42,7 @@ def rollout(
         tilt_limit: measured |tilt| at which the rollout ends, at most `MAX_TILT_LIMIT` [rad].
         provenance: its seed and trial seed the policy's randomness too.
         targets: where the reference goes that the robot is to follow; None: it is to stay where it was put.
+        heading: controls the heading, for this rollout; None: nothing does.
 
     Raises:
         ConfigError: the tilt limit would never end a fall.
@@ -47,11 +50,11 @@ def rollout(
     """
     _check_tilt_limit(tilt_limit)
     rng = generator(Stream.EXPLORATION, provenance.seed, provenance.trial)
-    record = _Record(channels, None if targets is None else Reference(targets))
+    record = _Record(channels, None if targets is None else Reference(targets), heading)
     try:
         try:
             controller = policy.controller(rng)
-            record.note(plant.reset(provenance.trial), plant.pose())
+            record.note(plant.reset(provenance.trial), plant.pose(), plant.wheel_difference())
             _drive(plant, controller, record, steps, tilt_limit)
         except (LinkLostError, KeyboardInterrupt) as ended:
             record.end_by(ended)
@@ -97,10 +100,12 @@ def _drive(plant: Plant, controller: Controller, record: "_Record", steps: int, 
             )
             return
         record.tell(plant)
+        if record.heading is not None:
+            plant.steer(record.heading.difference(command))
         observation = plant.step(command)
         applied = plant.applied()
         record.commands.append(command if applied is None else applied)
-        record.note(observation, plant.pose())
+        record.note(observation, plant.pose(), plant.wheel_difference())
 
 
 class _Record:
@@ -110,23 +115,30 @@ class _Record:
         seen, poses, states, references, commands: as in `Episode`, as lists; of a step that was cut short some may be
             there.
         outcome: how it ended.
+        heading: what controls it, with samples of its own.
     """
 
-    def __init__(self, channels: Channels, reference: Reference | None) -> None:
+    def __init__(self, channels: Channels, reference: Reference | None, heading: HeadingControl | None) -> None:
         self.seen: list[Observation] = []
         self.poses: list[Pose] = []
         self.references: list[Motion] = []
         self.states: list[Array] = []
         self.commands: list[float] = []
         self.outcome = Outcome.COMPLETED
+        self.heading = heading
         self._channels = channels
         self._reference = reference
         self._tracker = channels.tracker(reference)
         self._events: list[Event] = []
         self._ended_by: BaseException | None = None
 
-    def note(self, seen: Observation, pose: Pose | None) -> None:
+    def note(self, seen: Observation, pose: Pose | None, apart: WheelDifference | None) -> None:
         """Take down what is seen after the last command, and the true pose where something tells it.
+
+        Args:
+            seen: by the sensors.
+            pose: true one; None where nothing tells it.
+            apart: how far the wheels are apart; None where they are not told apart.
 
         Raises:
             LinkLostError: it is not finite, or not later than what was seen before.
@@ -144,6 +156,8 @@ class _Record:
         state = self._tracker.state(seen, self.commands)
         if self._reference is not None:
             self.references.append(self._reference.motion)
+        if self.heading is not None:
+            self.heading.follow(seen, apart, self._reference.motion if self._reference else Motion())
         self.states.append(state)
 
     def tell(self, plant: Plant) -> None:
@@ -176,7 +190,13 @@ class _Record:
             commands=np.array(self.commands[: complete - 1]),
             outcome=self.outcome,
             provenance=provenance,
-            events=(*(self._reference.events if self._reference else ()), *self._events),
+            events=self._all_events(),
             poses=None if np.isnan(poses).all() else poses,
             references=np.array(self.references[:complete]) if self._reference else None,
+            headings=np.array(self.heading.samples[:complete]) if self.heading else None,
         )
+
+    def _all_events(self) -> tuple[Event, ...]:
+        followed = [self._reference, self.heading.reference if self.heading else None]
+        told = sorted(event for reference in followed if reference for event in reference.events)
+        return (*told, *self._events)

@@ -15,7 +15,7 @@ _TRIALS = (
     *("iteration", "trials", *PARTS.values(), "from where it was put, worst", "told by", "command step"),
     "tilt, peak to peak",
 )
-_COURSE = ("trial", "from", "to", "asked", "driven", "off by", "from the reference, farthest", "at the end")
+_COURSE = ("trial", "from", "to", "asked", "driven", "off by", "from the reference, farthest", "at the end", "heading")
 
 
 def iterations_table(summary: Summary) -> list[str]:
@@ -82,6 +82,7 @@ def _of_segment(trial: FollowedCourse, segment: FollowedSegment) -> tuple[str, .
         _number(segment.speed_error, "+.1f", " %"),
         f"{segment.farthest:.2f} m",
         f"{segment.off_at_end:+.2f} m",
+        "-" if segment.heading_off_at_end is None else f"{degrees(segment.heading_off_at_end):+.1f}°",
     )
 
 

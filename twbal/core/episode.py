@@ -8,6 +8,7 @@ import numpy as np
 
 from twbal.core.errors import DataError
 from twbal.core.gaussian import Array
+from twbal.core.heading import HeadingSample
 from twbal.core.motion_profile import Motion
 from twbal.core.plant import Observation, Pose
 
@@ -85,6 +86,8 @@ class Episode:
         estimated: channels that were worked out from others, in logs of robots that lack a sensor.
         references: (T + 1, 3) the reference that the robot followed, in the order of `Motion`; None where it was to
             stay where it was put. Position and speed among the states are less those of the reference.
+        headings: (T + 1, 5) what the control of the heading knew and did, in the order of `HeadingSample`; None where
+            nothing controlled it.
         poses: (T + 1, 4) true poses in the order of `Pose`, where something told them; a row is NaN where nothing did
             at that instant. They serve to judge what the robot did. Policies and models never see them.
 
@@ -103,10 +106,12 @@ class Episode:
     estimated: tuple[Estimated, ...] = field(default=())
     poses: Array | None = None
     references: Array | None = None
+    headings: Array | None = None
 
     def __post_init__(self) -> None:
         self._check_poses()
-        given = ("observations", "states", "commands") + ("references",) * (self.references is not None)
+        optional = tuple(name for name in ("references", "headings") if getattr(self, name) is not None)
+        given = ("observations", "states", "commands", *optional)
         for name in given:
             values = np.array(getattr(self, name), dtype=np.float64)
             values.flags.writeable = False
@@ -122,6 +127,7 @@ class Episode:
             "states": (steps + 1, len(self.channels)),
             "commands": (steps,),
             "references": (steps + 1, len(Motion._fields)),
+            "headings": (steps + 1, len(HeadingSample._fields)),
         }
         for name in given:
             values, shape = getattr(self, name), expected[name]
@@ -175,6 +181,19 @@ class Episode:
     def tilt(self) -> Array:
         """Measured tilt at each control instant, (T + 1,) [rad]."""
         return self.observations[:, Observation._fields.index("tilt")]
+
+    @property
+    def heading_errors(self) -> Array | None:
+        """Heading less that of its reference, (T + 1,) [rad], by true poses where all are known, else by the estimate.
+
+        Where nothing controlled it the reference is the heading with which the robot was put. None where neither is
+        known.
+        """
+        told = None if self.headings is None else HeadingSample(*self.headings.T)
+        asked = 0.0 if told is None else told.reference
+        if self.poses is not None and np.isfinite(self.poses).all():
+            return np.asarray(np.unwrap(self.poses[:, Pose._fields.index("heading")]) - asked)
+        return None if told is None else np.asarray(told.estimate - asked)
 
     def over_ground(self) -> "Episode":
         """The episode with states that are not relative to a reference: what the robot does depends on these.

@@ -24,6 +24,8 @@ _NEARLY = 1e-9  # of a control period: a time that is a whole number of them is 
 class SuccessCriterion:
     """When a trial counts as a success: upright, settled, in place and quiet; the last two only where asked.
 
+    Where something controlled the heading, that counts, too.
+
     Attributes:
         tilt_limit: the tilt must never pass this [rad].
         settled_tilt_limit: from `settle_step` on the tilt must stay under this [rad].
@@ -33,6 +35,7 @@ class SuccessCriterion:
         place_radii: how far from there it may be from then on [wheel radii]; None: not asked.
         command_change: under which the change of the sent command from step to step must be from `settle_step` on,
             root mean square, as a share of the torque limit; None: not asked.
+        heading_limit: how far the heading may be off that of its reference from `place_step` on [rad]; None: not asked.
         wheel_radius: of the data sheet [m]; None: place is known from true poses alone.
         torque_limit: [N·m]; None: commands are not judged.
 
@@ -49,6 +52,7 @@ class SuccessCriterion:
     command_change: float | None = None
     wheel_radius: float | None = None
     torque_limit: float | None = None
+    heading_limit: float | None = None
 
     def __post_init__(self) -> None:
         if not 0 < self.settled_tilt_limit <= self.tilt_limit:
@@ -59,6 +63,10 @@ class SuccessCriterion:
         if not 0 <= self.settle_step <= self.steps or self.steps < 1:
             raise ConfigError(
                 f"settle_time must lie within the trial; found step {self.settle_step} of a trial of {self.steps}."
+            )
+        if self.heading_limit is not None and not 0 < self.heading_limit < inf:
+            raise ConfigError(
+                f"success.heading_limit must be more than 0, or null where it is not asked; found {self.heading_limit}."
             )
         needs = {"place_radii": "wheel_radius", "command_change": "torque_limit"}
         for name, needed in needs.items():
@@ -92,13 +100,14 @@ class SuccessCriterion:
         control_period: float,
         wheel_radius: float,
         torque_limit: float,
+        heading_limit: float | None = None,
     ) -> Self:
         """The criterion with its times in seconds, as a user gives them, for a robot.
 
         A time that is no whole number of control periods ends with the period that it lies in.
 
         Args:
-            tilt_limit, settled_tilt_limit, place_radii, command_change: see the class.
+            tilt_limit, settled_tilt_limit, place_radii, command_change, heading_limit: see the class.
             duration: of a trial [s].
             settle_time: before the tilt must have settled, and the commands be quiet [s].
             place_time: before it must be back in place [s].
@@ -120,6 +129,7 @@ class SuccessCriterion:
             command_change=command_change,
             wheel_radius=wheel_radius,
             torque_limit=torque_limit,
+            heading_limit=heading_limit,
         )
 
     @property
@@ -151,6 +161,10 @@ class Verdict(NamedTuple):
             share of the torque limit; None where it is not known.
         oscillation: of the tilt, from the place step on, peak to peak [rad]; None where the trial ended before.
         seconds: how long it lasted [s].
+        on_heading: within the heading's limit from the place step on; None where that is not asked, or nothing
+            controlled the heading.
+        heading_off: most by which the heading was off that of its reference, from the place step on [rad]; where
+            nothing controlled it, off that with which it was put. None where it is not known.
     """
 
     upright: bool
@@ -162,11 +176,14 @@ class Verdict(NamedTuple):
     command_change: float | None
     oscillation: float | None
     seconds: float
+    on_heading: bool | None = None
+    heading_off: float | None = None
 
     @property
     def succeeded(self) -> bool:
         """Whether all that is asked is there."""
-        return self.upright and self.settled and self.in_place is not False and self.quiet is not False
+        parts = self.upright, self.settled, self.in_place, self.quiet, self.on_heading
+        return all(part is not False for part in parts)
 
 
 def judged(episode: Episode, rule: SuccessCriterion) -> Verdict:
@@ -179,6 +196,8 @@ def judged(episode: Episode, rule: SuccessCriterion) -> Verdict:
     away, told_by = _distances(episode, late, rule.wheel_radius)
     change = _command_change(episode, rule)
     farthest = float(away.max()) if len(away) else None
+    off = _heading_off(episode.heading_errors, late)
+    limit = None if episode.headings is None else rule.heading_limit
     return Verdict(
         upright=bool(lasted and tilt.max() <= rule.tilt_limit),
         settled=bool(lasted and tilt[rule.settle_step :].max() < rule.settled_tilt_limit),
@@ -189,6 +208,8 @@ def judged(episode: Episode, rule: SuccessCriterion) -> Verdict:
         command_change=change,
         oscillation=float(np.ptp(episode.tilt[late])) if len(episode.tilt[late]) else None,
         seconds=min(len(episode), rule.steps) * episode.control_period,
+        on_heading=None if limit is None else lasted and off is not None and off <= limit,
+        heading_off=off,
     )
 
 
@@ -204,6 +225,11 @@ def _distances(episode: Episode, part: slice, wheel_radius: float | None) -> tup
     if wheel_radius is None:
         return np.empty(0), None
     return np.abs(positions(episode, wheel_radius)[part]), PlaceBy.ODOMETRY
+
+
+def _heading_off(errors: Array | None, part: slice) -> float | None:
+    """Most by which the heading was off at the samples of `part` [rad]; see `Verdict`."""
+    return None if errors is None or not len(errors[part]) else float(np.abs(errors[part]).max())
 
 
 def _command_change(episode: Episode, rule: SuccessCriterion) -> float | None:

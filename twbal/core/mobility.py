@@ -50,6 +50,22 @@ def falling_time(robot: RobotParameters) -> float:
     return sqrt(_inertias(robot).c / (robot.body_mass * GRAVITY * robot.com_height))
 
 
+def yaw_inertia(robot: RobotParameters) -> float:
+    """Moment of inertia about the vertical of the upright robot whose wheels roll [kg·m²].
+
+    J = I_yaw + 2 (I_across + m_w (b/2)²) + 2 I_w (b / 2r)² with the track b: body, wheels about the vertical, and their
+    turning about the axle, at rates of ± (b / 2r) of the yaw rate. I_across = m_w (3 r² + w²) / 12, as of a disk.
+    """
+    r, mass, half = robot.wheel_radius, robot.wheel_mass, 0.5 * robot.track
+    across = mass * (3.0 * r**2 + robot.wheel_width**2) / 12.0
+    return robot.body_inertia_yaw + 2.0 * (across + mass * half**2) + 2.0 * robot.wheel_inertia * (half / r) ** 2
+
+
+def yaw_mobility(robot: RobotParameters) -> float:
+    """Yaw acceleration per N·m of the wheel torques' difference, b / (2 r J) with the track b [1/(kg·m²)]."""
+    return robot.track / (2.0 * robot.wheel_radius * yaw_inertia(robot))
+
+
 class _Inertias(NamedTuple):
     a: float
     b: float

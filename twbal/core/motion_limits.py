@@ -5,7 +5,7 @@ from math import inf, radians, sqrt
 from typing import Self
 
 from twbal.core.errors import ConfigError
-from twbal.core.mobility import acceleration_of_torque, falling_time, leaning_acceleration
+from twbal.core.mobility import acceleration_of_torque, falling_time, leaning_acceleration, yaw_mobility
 from twbal.core.robot_parameters import GRAVITY, RobotParameters
 
 FROUDE_NUMBER = 0.25
@@ -17,16 +17,20 @@ TORQUE_SHARE = 0.25
 """Of the torque limit, which that acceleration may take; the rest is left for balancing."""
 RAMP_TIME = 2.0
 """Shortest time from no acceleration to the greatest, in times in which the robot falls."""
+SIDEWAYS = 0.25
+"""Part of the sideways acceleration at which the robot would tip over that a bend at the speed limit may take."""
+TURNING_SHARE = 0.25
+"""Of the torque limit: largest difference of the wheel torques. Half of it accelerates the reference at most."""
 
 
 @dataclass(frozen=True)
 class MotionLimits:
-    """What a motion keeps to, either way.
+    """What a motion keeps to, either way; along a line in m, or about the vertical in rad.
 
     Attributes:
-        speed: [m/s].
-        acceleration: [m/s²].
-        jerk: rate of the acceleration [m/s³].
+        speed: [m/s] or [rad/s].
+        acceleration: [m/s²] or [rad/s²].
+        jerk: rate of the acceleration [m/s³] or [rad/s³].
 
     Raises:
         ConfigError: one is not a positive number.
@@ -69,3 +73,33 @@ class MotionLimits:
         if jerk is None:
             jerk = acceleration / (RAMP_TIME * falling_time(robot))
         return cls(speed, acceleration, jerk)
+
+    @classmethod
+    def of_turning(
+        cls,
+        robot: RobotParameters,
+        speed: float,
+        yaw_rate: float | None = None,
+        yaw_acceleration: float | None = None,
+    ) -> Self:
+        """Limits of the heading: those that are given, and from the sheet those that are None.
+
+        The yaw rate is that at which a bend at `speed` takes a quarter of the sideways acceleration that tips the robot
+        over, g (b/2) / (l + r), and at most that at which a wheel alone runs at half that speed. It is reached within
+        2 √(c / (m g l)) at most, or as slowly as an eighth of the torque limit accelerates; the jerk reaches the
+        acceleration in half that time.
+
+        Args:
+            robot: its sheet.
+            speed: limit of its motion straight ahead [m/s].
+            yaw_rate: [rad/s].
+            yaw_acceleration: [rad/s²].
+        """
+        ramp, half = RAMP_TIME * falling_time(robot), 0.5 * robot.track
+        if yaw_rate is None:
+            sideways = SIDEWAYS * GRAVITY * half / (robot.com_height + robot.wheel_radius)
+            yaw_rate = min(sideways / speed, 0.5 * speed / half)
+        if yaw_acceleration is None:
+            strongest = 0.5 * TURNING_SHARE * robot.torque_limit * yaw_mobility(robot)
+            yaw_acceleration = min(yaw_rate / ramp, strongest)
+        return cls(yaw_rate, yaw_acceleration, yaw_acceleration / (0.5 * ramp))

@@ -70,6 +70,7 @@ class Plant(ABC):
 
     control_period: float  # [s]
     turns: bool = False  # whether its wheels can be driven apart
+    has_yaw_gyro: bool = True  # whether `Observation.yaw_rate` is measured
 
     @abstractmethod
     def reset(self, trial: int) -> Observation:

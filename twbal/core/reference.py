@@ -34,14 +34,19 @@ class Reference:
     reference goes on to its target from where it is. So a robot that is held meets no growing error, and is not thrown
     over when it is let go.
 
+    Args:
+        targets: where it goes.
+        name: by which events speak of it.
+
     Attributes:
         motion: at the last observation.
         gives_way: whether it gives way.
         events: when it began to, and when it went on.
     """
 
-    def __init__(self, targets: Targets) -> None:
+    def __init__(self, targets: Targets, name: str = "reference") -> None:
         self.motion = Motion()
+        self._name = name
         self.gives_way = False
         self.events: list[Event] = []
         self._targets = targets
@@ -83,4 +88,4 @@ class Reference:
 
     def _tell(self, time: float, gives_way: bool) -> None:
         self.gives_way = gives_way
-        self.events.append(Event(time, "the reference gives way" if gives_way else "the reference goes on"))
+        self.events.append(Event(time, f"the {self._name} {'gives way' if gives_way else 'goes on'}"))

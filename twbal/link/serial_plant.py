@@ -199,11 +199,22 @@ class SerialPlant(Plant):
         if not math.isfinite(difference):
             raise DataError(f"The difference {difference} N·m is not a finite number; it was not sent.")
         if not self.turns:
-            older = (
-                f"speaks version {self.version} of the link protocol, which knows" if self.version < VERSION else "has"
-            )
-            raise ConfigError(f"The robot {self.robot_name} cannot be turned: it {older} one command for both wheels.")
+            raise ConfigError(f"The robot {self.robot_name} cannot be turned: {self.why_straight}.")
         self._difference = difference
+
+    @property
+    def why_straight(self) -> str:
+        """Why the robot cannot be turned, as part of a sentence."""
+        if self._on_board:
+            return "the policy on board drives straight ahead"
+        if self.version == VERSION_1:
+            return f"it speaks version {VERSION_1} of the link protocol, which knows one command for both wheels"
+        return "it has one command for both wheels"
+
+    @property
+    def tells_heading(self) -> bool:
+        """Whether something tells its heading: a gyro's yaw rate, or the difference of its wheels."""
+        return bool(self.sensors & (Sensors.YAW_RATE | Sensors.WHEEL_DIFFERENCE))
 
     def wheel_difference(self) -> WheelDifference | None:
         """How far the wheels are apart, as the last telemetry says; None where the robot does not measure it."""
@@ -293,7 +304,8 @@ class SerialPlant(Plant):
         self.robot_name, self.torque_limit, self.clock = welcome.name, welcome.torque_limit, welcome.clock
         self.version, self.sensors, self._voltage_limit = welcome.version, welcome.sensors, welcome.voltage_limit
         self._limits = WheelLimits(welcome.torque_limit, welcome.difference_limit)
-        self.turns = welcome.difference_limit > 0
+        self.turns = welcome.difference_limit > 0 and not self._on_board
+        self.has_yaw_gyro = Sensors.YAW_RATE in welcome.sensors
         self._lost = False
 
     def _telemetry(self, message: Message, timeout: float) -> Telemetry:

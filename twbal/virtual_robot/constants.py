@@ -68,6 +68,7 @@ class Memory(NamedTuple):
 
     Attributes:
         commands: ring of the last commands, by number of the control period [N·m].
+        differences: ring of the last differences, the right wheel's torque minus the left one's [N·m].
         used: of the battery, in seconds at the limit of both motors (1,) [s].
         lagged: torque behind the lag (2,) [N·m].
         torque: of each motor (2,) [N·m].
@@ -80,6 +81,7 @@ class Memory(NamedTuple):
     """
 
     commands: Array
+    differences: Array
     used: Array
     lagged: Array
     torque: Array
@@ -151,6 +153,7 @@ def fresh_memory(c: Constants) -> Memory:
     ring = int(c.delay / c.period) + 3
     return Memory(
         commands=np.zeros(ring),
+        differences=np.zeros(ring),
         used=np.zeros(1),
         lagged=np.zeros(2),
         torque=np.zeros(2),

@@ -4,7 +4,7 @@ import mujoco
 import numpy as np
 
 from twbal.core.errors import ConfigError
-from twbal.core.plant import Observation, Plant, Pose
+from twbal.core.plant import Observation, Plant, Pose, WheelDifference
 from twbal.core.start_pose import InitialState, StartPose
 from twbal.core.streams import Stream, generator
 from twbal.virtual_robot.constants import Memory, constants, fresh_memory
@@ -32,6 +32,8 @@ class MujocoRobot(Plant):
         ConfigError: the physics step does not divide the control period.
     """
 
+    turns = True
+
     def __init__(
         self, *, truth: GroundTruth, control_period: float, start: StartPose, physics_step: float, seed: int
     ) -> None:
@@ -52,18 +54,22 @@ class MujocoRobot(Plant):
 
     def reset(self, trial: int) -> Observation:
         """Begin the rollout that (seed, trial) names."""
-        self.push = 0.0
+        self.push = self._difference = 0.0
         self._periods = 0
         self._readout = Readout(
-            self.truth.sensors, self.control_period, generator(Stream.SENSOR_NOISE, self._seed, trial)
+            self.truth.sensors,
+            self.control_period,
+            generator(Stream.SENSOR_NOISE, self._seed, trial),
+            generator(Stream.SENSOR_NOISE, self._seed, trial, 1),
         )
         self._put(self._start.draw(generator(Stream.START_POSE, self._seed, trial)))
         return self._observe(self._motion.speed)
 
     def step(self, command: float) -> Observation:
-        """Hold the command, cut to the torque limit, for one control period."""
-        limit, ring = self.truth.drive.torque_limit, self._memory.commands
-        ring[self._periods % len(ring)] = min(max(float(command), -limit), limit)
+        """Hold the command and the difference, each cut to the torque limit, for one control period."""
+        limit, place = self.truth.drive.torque_limit, self._periods % len(self._memory.commands)
+        self._memory.commands[place] = min(max(float(command), -limit), limit)
+        self._memory.differences[place] = min(max(self._difference, -limit), limit)
         before = self._motion.speed
         self._motion = drive_period(
             self._constants, self._memory, self._buffers, self._periods, self._steps, self._readout.bias, self.push
@@ -71,6 +77,16 @@ class MujocoRobot(Plant):
         self._periods += 1
         self._readout.let_bias_walk()
         return self._observe(before)
+
+    def steer(self, difference: float) -> None:
+        """Set the difference of the wheel torques [N·m]; see `Plant.steer`."""
+        self._difference = float(difference)
+
+    def wheel_difference(self) -> WheelDifference:
+        """What both encoders show, and their noise."""
+        shown, rates = self._encoders()
+        noise = self._readout.difference_noise
+        return WheelDifference(float(shown[1] - shown[0]) + noise[0], float(rates[1] - rates[0]) + noise[1])
 
     def pose(self) -> Pose:
         """The true one."""
@@ -112,11 +128,7 @@ class MujocoRobot(Plant):
         return back
 
     def _observe(self, speed_before: float) -> Observation:
-        c, m = self._constants, self._memory
-        shown = encoders(c, m, self._data.qpos)
-        rates = m.rotor_rate if c.is_encoder_on_motor and c.rotor else self._data.qvel[6:8]
-        if c.window:
-            rates = (np.array(shown) - m.counted) / (c.window * c.step)
+        m, (shown, rates) = self._memory, self._encoders()
         seen = Observation(
             time=self._periods * self.control_period,
             tilt=float(m.imu[2]),
@@ -127,6 +139,13 @@ class MujocoRobot(Plant):
             yaw_rate=self._motion.yaw_rate,
         )
         return self._readout.show(seen)
+
+    def _encoders(self) -> tuple[tuple[float, float], np.ndarray]:
+        """Angles and rates that both encoders show [rad], [rad/s]."""
+        c, m = self._constants, self._memory
+        shown = encoders(c, m, self._data.qpos)
+        rates = m.rotor_rate if c.is_encoder_on_motor and c.rotor else self._data.qvel[6:8]
+        return shown, (np.array(shown) - m.counted) / (c.window * c.step) if c.window else rates
 
 
 def _steps(control_period: float, physics_step: float) -> int:

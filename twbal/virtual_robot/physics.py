@@ -118,10 +118,11 @@ def drive_period(c: Constants, m: Memory, b: Buffers, number: int, steps: int, b
     for step in range(steps):
         if step == steps - c.window:
             m.counted[0], m.counted[1] = encoder(c, m, b.qpos, 0), encoder(c, m, b.qpos, 1)
-        command = 0.5 * queued(m.commands, c.step, c.period, c.delay, number * steps + step)
+        half_sum = 0.5 * queued(m.commands, c.step, c.period, c.delay, number * steps + step)
+        half_difference = 0.5 * queued(m.differences, c.step, c.period, c.delay, number * steps + step)
         voltage = supply(c, m)
         for wheel in range(2):
-            drive_motor(c, m, wheel, command, voltage)
+            drive_motor(c, m, wheel, half_sum + (2 * wheel - 1) * half_difference, voltage)
             b.qfrc_applied[6 + wheel] = hinge_torque(c, m, wheel, b.qpos[7 + wheel], b.qvel[6 + wheel])
         surround(c, b, motion(b.qpos, b.qvel, c.slope), push)
         _mj_step(b.model, b.data)

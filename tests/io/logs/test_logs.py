@@ -220,6 +220,22 @@ def test_a_cut_log_gives_back_the_references_of_its_complete_samples(tmp_path: P
     np.testing.assert_array_equal(recovered.episode.references, original.references[:samples])
 
 
+@pytest.mark.parametrize("watched", [False, True])
+@pytest.mark.parametrize("referred", [False, True])
+def test_headings_come_back_bit_by_bit_beside_what_else_there_is(tmp_path: Path, watched: bool, referred: bool) -> None:
+    original = with_poses(an_episode(500)) if watched else an_episode(500)
+    original = with_references(original) if referred else original
+    original = replace(original, headings=np.random.default_rng(9).standard_normal((len(original) + 1, 5)))
+    write_episode(tmp_path / "e.mcap", original)
+    found = read_episode(tmp_path / "e.mcap")
+    assert found.headings is not None and original.headings is not None
+    np.testing.assert_array_equal(found.headings, original.headings)
+    np.testing.assert_array_equal(found.commands, original.commands)
+    assert (found.poses is None, found.references is None) == (not watched, not referred)
+    (metadata,) = make_reader(BytesIO((tmp_path / "e.mcap").read_bytes())).iter_metadata()
+    assert (metadata.metadata["schema_version"], metadata.metadata["headings"]) == ("4", "/heading")
+
+
 def test_poses_that_another_tool_took_out_are_missed(tmp_path: Path) -> None:
     write_episode(tmp_path / "e.mcap", with_poses(an_episode(40)))
     data = (tmp_path / "e.mcap").read_bytes()
@@ -489,9 +505,9 @@ def test_a_foreign_mcap_is_refused_with_the_topics_it_has(tmp_path: Path) -> Non
 
 
 def test_a_log_of_another_schema_version_is_refused(tmp_path: Path, data: bytes) -> None:
-    (tmp_path / "e.mcap").write_bytes(rewritten(data, {"schema_version": "4"}))
+    (tmp_path / "e.mcap").write_bytes(rewritten(data, {"schema_version": "5"}))
     with pytest.raises(
-        LogError, match=r"e.mcap is an episode log of schema version 4; this twbal reads versions up to 3"
+        LogError, match=r"e.mcap is an episode log of schema version 5; this twbal reads versions up to 4"
     ):
         read_episode(tmp_path / "e.mcap")
 

@@ -1,6 +1,6 @@
 """Settings of the robot, its start, its state, and the simulation."""
 
-from twbal.cli.settings.kinds import PATH, ListOf, Number, OneOf, OrNull, Part, Text, Whole
+from twbal.cli.settings.kinds import PATH, ListOf, Number, OneOf, OrNull, Part, Text, Whole, YesNo
 from twbal.cli.settings.setting import Setting
 from twbal.core.robot_sheet import MEANING
 
@@ -81,6 +81,11 @@ COURSE = (
     Setting("course.speed_limit", OrNull(Number(1e-3, 100.0, "m/s")), "of the reference; null: from the sheet"),
     Setting("course.acceleration_limit", OrNull(Number(1e-3, 1e3, "m/s²")), "of the reference; null: from the sheet"),
     Setting("course.jerk_limit", OrNull(Number(1e-3, 1e5, "m/s³")), "of the reference; null: from the sheet"),
+    Setting("course.control_heading", YesNo(), "keep the heading, and turn, where the robot can be turned"),
+    Setting("course.yaw_rate_limit", OrNull(Number(1e-3, 100.0, "rad/s")), "of the reference; null: from the sheet"),
+    Setting(
+        "course.yaw_acceleration_limit", OrNull(Number(1e-3, 1e4, "rad/s²")), "of the reference; null: from the sheet"
+    ),
     Setting("course.give_way", Number(0.01, 1e4, "s"), "lag at the speed limit from which on the reference gives way"),
 )
 

@@ -68,6 +68,7 @@ RULE = (
     Setting("success.place_time", Number(0.0, 3600.0, "s"), "time by which it must be back where it was put"),
     Setting("success.place_radii", OrNull(Number(0.001, 1e4)), "largest distance from there, per wheel radius"),
     Setting("success.command_change", OrNull(Number(1e-4, 2.0)), "largest change of the command, per torque limit"),
+    Setting("success.heading_limit", OrNull(Number(1e-4, 7.0, "rad")), "largest error of a controlled heading"),
     Setting("success.control_period", CONTROL_PERIOD, "time for which each command is held"),
     Setting("success.wheel_radius", Number(0.001, 10.0, "m"), "radius that turns wheel angles into distances"),
     Setting("success.torque_limit", TORQUE_LIMIT, "largest command"),

@@ -15,6 +15,7 @@ from twbal.cli.typed_config import recorded, typed
 from twbal.core.episode import Episode
 from twbal.core.errors import ConfigError, install_advice
 from twbal.core.files import replacing
+from twbal.core.heading import HeadingSample
 from twbal.core.motion_profile import Motion
 from twbal.core.plant import Observation, Pose
 from twbal.io.logs import read_episode
@@ -61,6 +62,8 @@ def table(episode: Episode) -> pandas.DataFrame:
         columns.update({f"pose_{name}": episode.poses[:, i] for i, name in enumerate(Pose._fields)})
     if episode.references is not None:
         columns.update({f"reference_{name}": episode.references[:, i] for i, name in enumerate(Motion._fields)})
+    if episode.headings is not None:
+        columns.update({f"heading_{name}": episode.headings[:, i] for i, name in enumerate(HeadingSample._fields)})
     return pandas.DataFrame(columns)
 
 

@@ -14,7 +14,7 @@ from hydra.utils import instantiate
 from omegaconf import DictConfig
 
 from twbal.algorithm.collection import explored
-from twbal.algorithm.following import CourseRecord, FollowedCourse, floor_needed, followed
+from twbal.algorithm.following import CourseRecord, FloorNeeded, FollowedCourse, floor_needed, followed
 from twbal.algorithm.rollout import rollout
 from twbal.algorithm.settings import RolloutSettings
 from twbal.algorithm.tables import course_table
@@ -24,12 +24,14 @@ from twbal.cli.manifest import Manifest, Step, perform, read_manifest
 from twbal.cli.signals import stopped_once
 from twbal.cli.typed_config import recorded, typed
 from twbal.core.channels import Channels
-from twbal.core.course import Course
+from twbal.core.course import Course, HeadingCourse
 from twbal.core.episode import Episode, Outcome, Provenance
 from twbal.core.errors import ConfigError, DataError, LinkLostError
+from twbal.core.heading_control import HeadingControl
 from twbal.core.json_records import read_record, write_record
 from twbal.core.robot_parameters import RobotParameters, parameter_hash
 from twbal.io.logs import read_episode, write_episode
+from twbal.link.protocol import Sensors
 from twbal.link.ranges import MAX_TRIAL
 from twbal.link.serial_plant import SerialPlant
 from twbal.policies.policy import Policy
@@ -47,8 +49,7 @@ def main(cfg: DictConfig) -> None:
     """Run the stage in Hydra's run folder."""
     out = run_folder()
     if cfg.course:
-        need = floor_needed(instantiate(cfg.course))
-        say(f"the course needs {need.ahead:.1f} m of free floor ahead of the robot and {need.behind:.1f} m behind it")
+        say(_floor(floor_needed(instantiate(cfg.course))))
     manifest = run(cfg, out)
     for made in manifest.outputs:
         if not made.path.endswith(".mcap"):
@@ -61,12 +62,27 @@ def main(cfg: DictConfig) -> None:
     print_result(manifest, out, _following(cfg, out))
 
 
+def _floor(need: FloorNeeded) -> str:
+    """What the course needs, as a sentence."""
+    sides = f", {need.left:.1f} m to its left and {need.right:.1f} m to its right" if need.left or need.right else ""
+    behind = f"{need.behind:.1f} m behind it"
+    ahead = f"the course needs {need.ahead:.1f} m of free floor ahead of the robot"
+    return f"{ahead}, {behind}{sides}" if sides else f"{ahead} and {behind}"
+
+
 def _print_course(trials: Sequence[FollowedCourse]) -> None:
     """Print how the robot followed the course."""
     print(*course_table(trials), sep="\n")
     for trial in trials:
-        turned = "" if trial.turned is None else f", turned by {degrees(trial.turned):.0f}°, which nothing controls"
-        print(f"trial {trial.trial}: {'fell' if trial.fell else 'upright'}; places by {trial.place_by}{turned}")
+        print(f"trial {trial.trial}: {'fell' if trial.fell else 'upright'}; places by {trial.place_by}{_turned(trial)}")
+
+
+def _turned(trial: FollowedCourse) -> str:
+    """What became of the heading, as the end of a line."""
+    if trial.heading_error is not None:
+        returned = "" if trial.from_start is None else f", {trial.from_start:.2f} m from its start at the end"
+        return f"; heading off by at most {degrees(trial.heading_error):.1f}° from 5 s on{returned}"
+    return "" if trial.turned is None else f", turned by {degrees(trial.turned):.0f}°, which nothing controls"
 
 
 def _following(cfg: DictConfig, out: Path) -> str:
@@ -171,18 +187,31 @@ def record(
     """
     with stopped_once(), open_link() as plant:
         _check_robot(plant, robot)
+        _check_sensors(plant, channels)
         steps = settings.steps if course is None else course.steps(plant.control_period)
+        headings = None if course is None else _heading_course(course, plant)
         for trial in settings.numbers:
             file = episode_file(out / "episodes", trial)
             if file.exists():
                 continue
             its_own = replace(provenance, robot=plant.robot_name, trial=trial)
-            episode = rollout(plant, policy, channels, steps, settings.tilt_limit, its_own, course)
+            heading = HeadingControl(robot, headings, plant.has_yaw_gyro) if headings else None
+            episode = rollout(plant, policy, channels, steps, settings.tilt_limit, its_own, course, heading)
             with_line = replace(episode, events=tuple(sorted((*episode.events, *plant.events))))
             if episode.outcome in INTERRUPTED:
                 _keep_interrupted(with_line, out / "interrupted", why=" ".join(end.text for end in episode.events))
             _keep(file, with_line)
     return [episode_file(out / "episodes", trial) for trial in settings.numbers]
+
+
+def _heading_course(course: Course, plant: SerialPlant) -> HeadingCourse | None:
+    """Where the heading is to go; None where nothing can control it, which is said."""
+    if course.heading is None or (plant.turns and plant.tells_heading):
+        return course.heading
+    why = plant.why_straight if not plant.turns else "it measures neither a yaw rate nor a difference of its wheels"
+    left_out = "the turns of the course are left out" if course.turns else "nothing controls its heading"
+    say(f"the robot {plant.robot_name} cannot be turned: {why}; {left_out}")
+    return None
 
 
 def check_robot_is_there(cfg: DictConfig) -> None:
@@ -240,6 +269,15 @@ def _check_robot(plant: SerialPlant, robot: RobotParameters) -> None:
             f"{robot.name!r} says {robot.torque_limit:g} N·m. Commands beyond would be recorded but not act. Is it the "
             f"right one (robot=...)? Or set robot.torque_limit={plant.torque_limit:g} throughout."
         )
+
+
+def _check_sensors(plant: SerialPlant, channels: Channels) -> None:
+    for name in ("acceleration", "yaw_rate"):
+        if name in channels.names and Sensors[name.upper()] not in plant.sensors:
+            raise ConfigError(
+                f"The robot {plant.robot_name!r} on the link does not measure its {name.replace('_', ' ')}, which is a "
+                "channel of the state. Choose a state without it, such as state=default."
+            )
 
 
 def _keep(file: Path, episode: Episode) -> None:

@@ -54,7 +54,7 @@ class Contents:
             self.description = _find_description(data)
             if self.description is not None:
                 found = self.description
-                self._layout = layout_of(found.channels, found.poses, found.references)
+                self._layout = layout_of(found.channels, found.poses, found.references, found.headings)
             self._walk(data, len(MAGIC))
         except DamageError as damage:
             self.damage = str(damage)

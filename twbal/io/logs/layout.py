@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 
 from twbal.core.errors import DataError
 from twbal.core.gaussian import Array
+from twbal.core.heading import HeadingSample
 from twbal.core.motion_profile import Motion
 from twbal.core.plant import Pose
 from twbal.io.logs.topics import Topic, unit_of
@@ -51,6 +52,7 @@ class Layout:
         channels: names of the state channels.
         poses: whether each sample has a true pose.
         references: whether the robot followed a reference.
+        headings: whether its heading was controlled.
 
     Raises:
         DataError: a channel's name cannot be the name of a field.
@@ -59,6 +61,7 @@ class Layout:
     channels: tuple[str, ...]
     poses: bool = False
     references: bool = False
+    headings: bool = False
 
     def __post_init__(self) -> None:
         bad = [name for name in self.channels if not _FIELD_NAME.fullmatch(name)]
@@ -78,12 +81,16 @@ class Layout:
         pose = (Topic(6, "/pose", Pose._fields, ("m", "m", "rad", "rad")),) if self.poses else ()
         # Ids count from 1 without a gap, as the writer gives them.
         reference = (Topic(6 + self.poses, "/reference", Motion._fields, ("m", "m/s", "m/s²")),) * self.references
+        units = ("rad", "rad/s", "rad", "rad/s", "N·m")
+        place = 6 + self.poses + self.references
+        heading = (Topic(place, "/heading", HeadingSample._fields, units),) * self.headings
         return (
             Topic(1, "/imu", imu, ("s", "rad", "rad/s", "m/s²", "rad/s")),
             Topic(2, "/wheels", ("angle", "rate"), ("rad", "rad/s")),
             Topic(3, "/state", self.channels, tuple(unit_of(name) for name in self.channels)),
             *pose,
             *reference,
+            *heading,
             Topic(4, "/command", ("torque",), ("N·m",)),
         )
 
@@ -149,6 +156,8 @@ class Layout:
 
 
 @lru_cache(maxsize=32)
-def layout_of(channels: tuple[str, ...], poses: bool = False, references: bool = False) -> Layout:
-    """The layout for these state channels, with or without true poses and references, made once."""
-    return Layout(channels, poses, references)
+def layout_of(
+    channels: tuple[str, ...], poses: bool = False, references: bool = False, headings: bool = False
+) -> Layout:
+    """The layout for these state channels, with or without true poses, references and headings, made once."""
+    return Layout(channels, poses, references, headings)

@@ -8,12 +8,12 @@ from twbal.core.episode import Episode, Estimated, Outcome, Provenance
 from twbal.core.errors import LogError
 from twbal.io.logs.topics import unit_of
 
-SCHEMA_VERSION = 3
-"""Newest that this twbal reads and writes. A log says the lowest version that tells all of it: 2 added `estimated`, and
-3 `references`, to which the states of such a log are relative."""
+SCHEMA_VERSION = 4
+"""Newest that this twbal reads and writes. A log says the lowest version that tells all of it: 2 added `estimated`, 3
+`references`, to which the states of such a log are relative, and 4 `headings`: the wheels were driven apart."""
 METADATA_NAME = "twbal.episode"
 CONFIG_NAME = "config.yaml"
-_POSES, _REFERENCES = "/pose", "/reference"
+_POSES, _REFERENCES, _HEADINGS = "/pose", "/reference", "/heading"
 
 
 class Description(NamedTuple):
@@ -29,6 +29,7 @@ class Description(NamedTuple):
         estimated: channels that no sensor measured.
         poses: whether the samples have true poses.
         references: whether they have the reference that was followed.
+        headings: whether they have what the control of the heading knew and did.
     """
 
     channels: tuple[str, ...]
@@ -40,13 +41,14 @@ class Description(NamedTuple):
     estimated: tuple[Estimated, ...]
     poses: bool
     references: bool
+    headings: bool
 
 
 def metadata_of(episode: Episode) -> dict[str, str]:
     """The entries of the metadata record of `episode`."""
     source = episode.provenance
     entries = {
-        "schema_version": str(3 if episode.references is not None else 2 if episode.estimated else 1),
+        "schema_version": str(_version(episode)),
         "robot": source.robot,
         "source": source.source,
         "parameter_hash": source.parameter_hash,
@@ -66,8 +68,16 @@ def metadata_of(episode: Episode) -> dict[str, str]:
         entries["poses"] = _POSES
     if episode.references is not None:
         entries["references"] = _REFERENCES
+    if episode.headings is not None:
+        entries["headings"] = _HEADINGS
     # MCAP guards attachments and chunks, but no metadata, where the end of the file is lost.
     return {**entries, "checksum": checksum(entries)}
+
+
+def _version(episode: Episode) -> int:
+    if episode.headings is not None:
+        return 4
+    return 3 if episode.references is not None else 2 if episode.estimated else 1
 
 
 def description_of(entries: Mapping[str, str]) -> Description:
@@ -108,6 +118,7 @@ def _parse(entries: Mapping[str, str]) -> Description:
         events=int(entries["events"]),
         poses=_has(_POSES, entries.get("poses", "")),
         references=_has(_REFERENCES, entries.get("references", "")),
+        headings=_has(_HEADINGS, entries.get("headings", "")),
         estimated=tuple(_estimated(word) for word in entries.get("estimated", "").split(",") if word),
     )
 

@@ -182,7 +182,7 @@ def _episode(path: Path, contents: Contents, samples: int) -> Episode:
     columns = contents.columns
     seen = np.hstack([columns["/imu"][:samples], columns["/wheels"][:samples]])
     table = table_of(seen, columns["/state"][:samples], columns["/command"][: samples - 1])
-    poses, references = columns.get("/pose"), columns.get("/reference")
+    poses, references, headings = (columns.get(topic) for topic in ("/pose", "/reference", "/heading"))
     try:
         return Episode(
             channels=found.channels,
@@ -196,6 +196,7 @@ def _episode(path: Path, contents: Contents, samples: int) -> Episode:
             estimated=found.estimated,
             poses=None if poses is None else poses[:samples],
             references=None if references is None else references[:samples],
+            headings=None if headings is None else headings[:samples],
         )
     except DataError as error:
         raise LogError(f"Log {path} cannot be used. {error}") from error

@@ -26,13 +26,13 @@ class Table(NamedTuple):
 
 
 def columns_of(episode: Episode) -> Array:
-    """/imu, /wheels, /state, /pose, /reference and /command side by side, (T + 1, 7 + D + 4 + 3 + 1).
+    """/imu, /wheels, /state, /pose, /reference, /heading and /command side by side, (T + 1, 7 + D + 4 + 3 + 5 + 1).
 
-    An episode without poses lacks those 4 columns, one without a reference those 3. The last row has no
-    command, so NaN.
+    An episode without poses lacks those 4 columns, one without a reference those 3, one whose heading nothing
+    controlled those 5. The last row has no command, so NaN.
     """
     seen = episode.observations[:, [Observation._fields.index(name) for name in _SEEN]]
-    optional = [values for values in (episode.poses, episode.references) if values is not None]
+    optional = [values for values in (episode.poses, episode.references, episode.headings) if values is not None]
     return np.column_stack([seen, episode.states, *optional, np.append(episode.commands, np.nan)])
 
 

@@ -35,7 +35,8 @@ def write_episode(
     Raises:
         DataError: the file cannot be written, a channel's name cannot be a field's, or a time cannot be a log time.
     """
-    layout = layout_of(episode.channels, episode.poses is not None, episode.references is not None)
+    optional = (episode.poses, episode.references, episode.headings)
+    layout = layout_of(episode.channels, *(values is not None for values in optional))
     values = columns_of(episode)
     times = _log_times(episode.observations[:, 0], "sample")
     event_times = _log_times(np.array([event.time for event in episode.events]), "event")

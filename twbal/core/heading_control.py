@@ -1,0 +1,80 @@
+"""Keeps a robot's heading at that of a reference, by the difference of its wheel torques."""
+
+from twbal.core.course import HeadingCourse
+from twbal.core.heading import HeadingEstimate, HeadingSample
+from twbal.core.mobility import falling_time, yaw_mobility
+from twbal.core.motion_limits import TURNING_SHARE
+from twbal.core.motion_profile import Motion
+from twbal.core.plant import Observation, WheelDifference
+from twbal.core.reference import Reference
+from twbal.core.robot_parameters import RobotParameters
+
+PACE = 0.9
+"""Triple pole of the loop, as a share of the rate at which the robot falls: turning is slower than balancing."""
+_STILL = 1e-9  # of a speed of a reference [m/s], [rad/s]
+NAME = "heading's reference"
+"""As events speak of it."""
+
+
+class HeadingControl:
+    """The loop of one rollout: estimate, reference and a PID law with the reference's acceleration fed forward.
+
+    d = (2 r J / b) (ψ̈_r + 3 p ė + 3 p² e + p³ ∫e), e = ψ_r - ψ: the robot's yaw is an integrator of an integrator,
+    ψ̈ = b d / (2 r J) (`yaw_mobility`), so all three poles of the loop lie at -p. The difference keeps within a quarter
+    of the torque limit, and within what balancing leaves of it. While it is cut, or the reference gives way, the
+    integral may shrink, but does not grow.
+
+    Args:
+        robot: its sheet.
+        course: of headings.
+        has_gyro: whether the robot measures its yaw rate.
+
+    Attributes:
+        reference: that the heading follows.
+        samples: of all observations so far; the last has no difference yet.
+    """
+
+    def __init__(self, robot: RobotParameters, course: HeadingCourse, has_gyro: bool) -> None:
+        self.reference = Reference(course, NAME)
+        self.samples: list[HeadingSample] = []
+        self._estimate = HeadingEstimate(robot, has_gyro)
+        self._pole, self._mobility = PACE / falling_time(robot), yaw_mobility(robot)
+        self._torque_limit = robot.torque_limit
+        self._integral = 0.0  # of the error [rad·s]
+        self._time: float | None = None
+        self._step = 0.0  # since the observation before [s]
+
+    def follow(self, seen: Observation, apart: WheelDifference | None, driven: Motion) -> None:
+        """Take the next observation.
+
+        Args:
+            seen: by the sensors.
+            apart: how far the wheels are apart; None where they are not told apart.
+            driven: the reference straight ahead.
+        """
+        moving = driven.speed, driven.acceleration, self.reference.motion.speed, self.reference.motion.acceleration
+        stands = max(map(abs, moving)) < _STILL
+        self._estimate.follow(seen.time, seen.yaw_rate, apart, stands)
+        self._step = 0.0 if self._time is None else seen.time - self._time
+        self._time = seen.time
+        heading, rate = self._estimate.heading, self._estimate.rate
+        asked = self.reference.follow(seen.time, heading, rate)
+        self.samples.append(HeadingSample(asked.position, asked.speed, heading, rate, 0.0))
+
+    def difference(self, command: float) -> float:
+        """The difference of the wheel torques from now on [N·m].
+
+        Args:
+            command: their sum, which goes first [N·m].
+        """
+        now, pole = self.samples[-1], self._pole
+        error, slip = now.reference - now.estimate, now.reference_rate - now.rate
+        grown = self._integral + self._step * error
+        proportional = self.reference.motion.acceleration + 3.0 * pole * slip + 3.0 * pole**2 * error
+        asked = (proportional + pole**3 * grown) / self._mobility
+        most = min(TURNING_SHARE * self._torque_limit, max(self._torque_limit - abs(command), 0.0))
+        done = min(max(asked, -most), most)
+        if (done == asked and not self.reference.gives_way) or abs(grown) < abs(self._integral):
+            self._integral = grown
+        self.samples[-1] = now._replace(difference=done)
+        return done
