@@ -85,6 +85,7 @@ def test_the_policy_on_board_drives_as_the_one_here_within_single_precision(in_p
     assert np.any(found.commands != in_python.commands)  # what was applied, not what this computer would have
 
 
+@pytest.mark.slow
 def test_the_policy_on_board_follows_the_hosts_reference(with_policy):
     """A speed is an error for a policy without place; what it commands differs from standing as the host's own does."""
     with robot(f"firmware={with_policy}", on_board=True) as plant:
@@ -96,12 +97,14 @@ def test_the_policy_on_board_follows_the_hosts_reference(with_policy):
     assert np.abs(on_board.commands - standing.commands[: len(on_board.commands)]).max() > 0.1
 
 
+@pytest.mark.slow
 def test_a_robot_without_a_policy_on_board_is_told_how_to_get_one():
     message = r"has no policy on board\. Export one by `twbal export-policy`"
     with pytest.raises(ConfigError, match=message), robot(f"firmware={program()}", on_board=True):
         pass
 
 
+@pytest.mark.slow
 def test_a_host_that_pauses_loses_the_robot_but_not_one_with_its_policy_on_board(with_policy):
     with robot(f"firmware={program()}", "clock=real_time") as plant:
         plant.reset(1)
@@ -118,6 +121,7 @@ def test_a_host_that_pauses_loses_the_robot_but_not_one_with_its_policy_on_board
         assert plant.missed_periods > 30
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("words", [["firmware=nowhere/robot"], ["firmware=/bin/true"], ["protocol=1"]])
 def test_a_program_that_cannot_run_is_one_clear_error(words):
     if words == ["protocol=1"]:

@@ -1,5 +1,6 @@
 """The header: a policy and the state that it reads, for a C99 or C++ compiler."""
 
+import hashlib
 from typing import NamedTuple
 
 from twbal.core.channels import Channels
@@ -34,6 +35,7 @@ _HEADER = """\
 #define TWBAL_POLICY_MAX_COMMAND {max_command}
 #define TWBAL_POLICY_CONTROL_PERIOD {period}
 #define TWBAL_POLICY_ROBOT {robot}
+#define TWBAL_POLICY_ID {identity} /* of this very policy; the robot announces it */
 
 #define TWBAL_ASSERT(condition, name) typedef char name[(condition) ? 1 : -1]
 #ifdef __AVR__ /* constants stay in flash */
@@ -111,7 +113,7 @@ def header(exported: Exported) -> str:
         )
     law = law_of(policy)
     body = "\n".join(f"    {line}" if line else line for line in law.body.splitlines())
-    return _HEADER.format(
+    parts = dict(
         origin=_in_a_comment(exported.origin),
         formula=law.formula,
         channels=", ".join(f"{name} [{unit}]" for name, unit in zip(channels.names, _ascii(channels), strict=True)),
@@ -126,6 +128,8 @@ def header(exported: Exported) -> str:
         body=body,
         assembly=state_assembly(channels),
     )
+    digest = hashlib.sha256(_HEADER.format(identity="", **parts).encode()).digest()
+    return _HEADER.format(identity=f"0x{max(int.from_bytes(digest[:4], 'little'), 1):08x}u", **parts)
 
 
 def _ascii(channels: Channels) -> list[str]:

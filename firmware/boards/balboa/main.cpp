@@ -18,6 +18,9 @@ namespace {
 // conf/robot/balboa.yaml: 80 mm wheels, gears of 110.1.
 const char ROBOT_NAME[] = "balboa";
 const uint32_t CONTROL_PERIOD_US = 10000;
+#ifdef TWBAL_WITH_POLICY
+static_assert(twbal::policy_is_of_period(CONTROL_PERIOD_US), "the policy on board is of another control period");
+#endif
 const float TORQUE_LIMIT = 1.99f, DIFFERENCE_LIMIT = 0.5f, TILT_LIMIT = 1.0f;
 const float MOTOR_VOLTAGE_LIMIT = 7.2f;
 const float COUNTS = 12.0f * 110.1f; // of a turn of the wheel

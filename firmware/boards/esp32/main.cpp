@@ -7,9 +7,7 @@
 
 #ifdef TWBAL_WITH_POLICY
 #include "twbal/policy_on_board.h"
-static_assert(TWBAL_POLICY_CONTROL_PERIOD * 1e6f - CONTROL_PERIOD_US < 1.0f
-        && CONTROL_PERIOD_US - TWBAL_POLICY_CONTROL_PERIOD * 1e6f < 1.0f,
-    "the policy on board is of another control period");
+static_assert(twbal::policy_is_of_period(CONTROL_PERIOD_US), "the policy on board is of another control period");
 #else
 #define TWBAL_POLICY_ID 0u
 #endif

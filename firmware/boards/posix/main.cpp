@@ -16,9 +16,6 @@
 
 #ifdef TWBAL_WITH_POLICY
 #include "twbal/policy_on_board.h"
-#ifndef TWBAL_POLICY_ID
-#define TWBAL_POLICY_ID 1u
-#endif
 #else
 #define TWBAL_POLICY_ID 0u
 #endif
@@ -132,6 +129,12 @@ int main(int count, char** words)
         fprintf(stderr, "robot_posix is started by `twbal virtual-robot firmware=...`; its arguments are wrong\n");
         return 2;
     }
+#ifdef TWBAL_WITH_POLICY
+    if (!twbal::policy_is_of_period(static_cast<float>(made.identity.control_period_us))) {
+        fprintf(stderr, "the policy on board is of another control period than %u us\n", made.identity.control_period_us);
+        return 1;
+    }
+#endif
     const int port = open_port();
     if (port < 0) {
         fprintf(stderr, "robot_posix cannot make a pseudo-terminal\n");

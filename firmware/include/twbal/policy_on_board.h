@@ -11,6 +11,13 @@ namespace twbal {
 
 static_assert(TWBAL_POLICY_VERSION == 1, "policy.h is of another version of twbal: export the policy again");
 
+// Whether the policy is of a control period; for static_assert in board files.
+constexpr bool policy_is_of_period(float microseconds)
+{
+    return TWBAL_POLICY_CONTROL_PERIOD * 1e6f - microseconds < 1.0f
+        && microseconds - TWBAL_POLICY_CONTROL_PERIOD * 1e6f < 1.0f;
+}
+
 class PolicyOnBoard {
 public:
     explicit PolicyOnBoard(const HeadingLoop& heading) : heading_(heading) { reset(); }

@@ -40,7 +40,10 @@ def lockstep(request):
         yield hosts
 
 
-@pytest.fixture(scope="module", params=KINDS)
+IN_TIME = ["memory", pytest.param("mujoco", marks=pytest.mark.slow), *KINDS[2:]]
+
+
+@pytest.fixture(scope="module", params=IN_TIME)
 def real_time(request):
     with robot_of(request.param, Clock.REAL_TIME, program) as hosts:
         yield hosts
