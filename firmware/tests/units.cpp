@@ -94,9 +94,12 @@ static void attitude()
         filter.update(-sinf(tilt) + 0.1f * (k % 2 ? 1.0f : -1.0f), cosf(tilt), 1.0f + bias, period);
     }
     check(near(filter.tilt(), tilt, 0.02f) && near(filter.rate(), 1.0f, 0.01f), "tilt in motion");
-    twbal::AttitudeFilter turned(0.5f);
-    turned.rest(3.0f, 10.0f);
-    check(turned.bias() == 0.0f, "a gyro that turns has no bias to learn");
+    twbal::RestingBias turned, held;
+    for (int k = 0; k < 5000; ++k) {
+        turned.update(0.5f, period);
+        held.update(bias + 0.1f * sinf(6.2831853f * period * static_cast<float>(k)), period);
+    }
+    check(turned.bias() == 0.0f && held.bias() == 0.0f, "a gyro that is turned by hand has no bias to learn");
 }
 
 static void encoders()
@@ -180,7 +183,7 @@ static void body()
     wheels.drive(twbal::WheelCommands{12.0f, 0.0f}, TWBAL_DRIVE_VOLTAGE, false);
     check(bench.left_duty == 0.0f, "off is off");
     bench.answers = false;
-    for (int k = 0; k < 10; ++k) {
+    for (int k = 0; k < 300; ++k) {
         wheels.sample(0.002f, true);
     }
     check(isnan(wheels.sense(none, 0).tilt) && !wheels.arm(0), "an IMU that does not answer has no tilt");

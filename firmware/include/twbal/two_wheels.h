@@ -60,7 +60,7 @@ public:
     {
         ImuSample seen = before_;
         if (!hardware_.read_imu(seen)) {
-            ++odd_samples_;
+            odd_samples_ = static_cast<uint8_t>(odd_samples_ + (odd_samples_ < 255));
             return;
         }
         // The noise of a living sensor changes its last digit: one that repeats itself has frozen.
@@ -70,10 +70,10 @@ public:
         before_ = seen;
         if (!motors_are_on) {
             filter_.rest(seen.pitch_rate, period);
-            yaw_bias_ += fabsf(seen.yaw_rate) < 0.2f ? 2.0f * period * (seen.yaw_rate - yaw_bias_) : 0.0f;
+            yaw_bias_.update(seen.yaw_rate, period);
         }
         filter_.update(seen.forward, seen.up, seen.pitch_rate, period);
-        yaw_rate_ = seen.yaw_rate - yaw_bias_;
+        yaw_rate_ = seen.yaw_rate - yaw_bias_.bias();
         heading_ += period * yaw_rate_;
     }
 
@@ -143,7 +143,8 @@ private:
     AttitudeFilter filter_;
     WheelEncoder left_, right_;
     ImuSample before_ = {0.0f, 1.0f, 0.0f, 0.0f};
-    float heading_ = 0.0f, yaw_rate_ = 0.0f, yaw_bias_ = 0.0f;
+    float heading_ = 0.0f, yaw_rate_ = 0.0f;
+    RestingBias yaw_bias_;
     uint8_t odd_samples_ = FROZEN; // until the first good one
     bool is_fresh_ = true;
 };
