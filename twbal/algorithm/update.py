@@ -97,14 +97,17 @@ class Update(Generic[R, M, P, S, K]):
     def _f_of(self, simulation: S, inputs: UpdateInputs[R, M, P]) -> Timed[M]:
         """f of the identified simulation: of random rollouts there, and of some by each policy that drove the robot.
 
-        They explore where the robot did: what calibrates a model to undisturbed driving is not shaken, either.
+        These explore. What calibrates a model to undisturbed driving adds as many that do not: where noise makes a
+        robot fall at once, f would say nothing of how it stands.
         """
-        exploration = 0.0 if inputs.recalibration else self._settings.sim_round_exploration
         drivers = inputs.earlier if inputs.drivers is None else inputs.drivers
         simulated = [self.simulated(inputs.place / "identified_collect", 0, None, simulation)]
         for number, driver in enumerate(drivers, start=1):
             driven = inputs.place / f"identified_driven_{number - 1}"
-            simulated.append(self.simulated(driven, number, driver, simulation, exploration))
+            simulated.append(self.simulated(driven, number, driver, simulation))
+            if inputs.recalibration:
+                calm = inputs.place / f"identified_undisturbed_{number - 1}"
+                simulated.append(self.simulated(calm, len(drivers) + number, driver, simulation, exploration=0.0))
         return self._steps.fit_simulation(inputs.place / "identified_model", simulated)
 
     def searched(self, place: Path, inputs: SearchInputs[R, M, P, K]) -> Timed[P]:
