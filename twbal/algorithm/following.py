@@ -140,7 +140,7 @@ def followed(episode: Episode, course: Course, wheel_radius: float) -> FollowedC
     places = _rolled(episode.observations, wheel_radius) if poses is None else _way(poses)
     times = episode.observations[:, _TIME]
     off = None if episode.headings is None else episode.heading_errors
-    late = [] if off is None else np.abs(off[times >= HEADING_TIME])
+    late = np.empty(0) if off is None else np.abs(off[times >= HEADING_TIME])
     driven = [segment for segment in course.segments if segment.begin <= times[-1]]
     return FollowedCourse(
         trial=episode.provenance.trial,
@@ -151,7 +151,7 @@ def followed(episode: Episode, course: Course, wheel_radius: float) -> FollowedC
         turned=None if poses is None else float(poses[-1, _HEADING]),
         gave_way=sum("gives way" in event.text for event in episode.events),
         segments=tuple(_segment(segment, times, places, episode.references, off) for segment in driven),
-        heading_error=float(max(late)) if len(late) else None,
+        heading_error=float(late.max()) if len(late) else None,
         from_start=None if poses is None else float(np.hypot(*poses[-1, :2])),
     )
 
