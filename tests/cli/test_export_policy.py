@@ -47,7 +47,7 @@ def test_a_smaller_policy_says_what_it_costs_and_is_one_as_any_other(export):
 
 @pytest.mark.parametrize(
     ("word", "said"),
-    [("distil=30", "must be less than the 30"), ("state=default", "Choose the state"), ("target=rust", "header")],
+    [("state=default", "Choose the state"), ("target=rust", "header")],
 )
 def test_what_cannot_be_done_is_refused_in_one_line(export, word, said):
     code, _, complaint = export(word, "states=0")
@@ -55,6 +55,13 @@ def test_what_cannot_be_done_is_refused_in_one_line(export, word, said):
     assert said in complaint
     assert complaint.count("\n") == 1
     assert not Path("out/policy.h").exists()
+
+
+def test_a_policy_without_as_many_functions_is_left_as_it_is(export):
+    code, said, _ = export("states=0", "distil=30")
+    assert code == 0
+    assert "has no more than 30 basis functions with a weight: all are left" in said
+    assert len(load_policy("out/policy.pt").weights) == 30
 
 
 @needs_compiler

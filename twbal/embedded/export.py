@@ -80,7 +80,7 @@ def export_to(
         tilt_limit: of its working range [rad].
         origin: what the header says of where the policy comes from.
         rng: that test vectors and states are drawn from.
-        basis: functions that are to be left; None: all.
+        basis: functions that are to be left, where there are more; None: all.
         checked: states at which the compiled header is compared; 0: it is not compiled.
 
     Raises:
@@ -88,7 +88,7 @@ def export_to(
     """
     widths = half_widths(channels, robot, tilt_limit)
     cost = None
-    if basis is not None:
+    if basis is not None and not _has_no_more(policy, basis):
         policy, cost = _smaller(policy, basis, widths, rng)
     exported = Exported(policy, channels, robot.control_period, robot.name, origin)
     text = header(exported)
@@ -99,6 +99,11 @@ def export_to(
     needs = tuple(need_on(board, policy, channels, robot.control_period) for board in BOARDS)
     on_board = OnBoard(channels.names, robot.control_period, needs, equal, cost)
     return Export(policy, on_board, tuple(folder / name for name in texts), seconds)
+
+
+def _has_no_more(policy: SavedPolicy, basis: int) -> bool:
+    """Whether there is nothing to leave out: those without a weight are left out in any case."""
+    return isinstance(policy, RbfPolicy) and int(np.count_nonzero(policy.weights)) <= basis
 
 
 def _smaller(

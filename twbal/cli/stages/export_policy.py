@@ -37,7 +37,10 @@ def main(cfg: DictConfig) -> None:
     """Run the stage in Hydra's run folder."""
     out = run_folder()
     manifest = run(cfg, out)
-    print(*_lines(read_record(OnBoard, out / ON_BOARD)), sep="\n")
+    on_board = read_record(OnBoard, out / ON_BOARD)
+    if cfg.distil is not None and on_board.distillation is None:
+        print(f"the policy has no more than {cfg.distil} basis functions with a weight: all are left")
+    print(*_lines(on_board), sep="\n")
     made = out / POLICY if cfg.distil is not None else policy_files(cfg.policy)[0]
     print_result(manifest, out, next_command("real-rollout", {"policy.path": made}, "robot", "state"))
 
