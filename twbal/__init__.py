@@ -15,6 +15,9 @@ if TYPE_CHECKING:
     from twbal.api.driving import simulate as simulate
     from twbal.api.evaluating import evaluate_simulation as evaluate_simulation
     from twbal.api.files import (
+        export_policy as export_policy,
+    )
+    from twbal.api.files import (
         load_model as load_model,
     )
     from twbal.api.files import (
@@ -40,6 +43,7 @@ _PLACES = {
     "evaluate": "driving",
     "simulate": "driving",
     "evaluate_simulation": "evaluating",
+    "export_policy": "files",
     "load_model": "files",
     "load_policy": "files",
     "read_episodes": "files",

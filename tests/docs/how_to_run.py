@@ -239,6 +239,23 @@ TABLE: Mapping[str, How] = {
         ("tests/cli/test_logs_in_and_out.py", '"mcap", "convert"'), "Rerun's"
     ),
     "rerun ride.rrd": Elsewhere(None, "opens a window"),
+    "twbal lqr robot=esp32": Stage(small=("hydra.run.dir=outputs/esp32_lqr",)),
+    "twbal real-rollout robot=esp32 policy.path=<policy.pt> link=serial link.port=/dev/ttyUSB0 steps=50": Elsewhere(
+        ("tests/firmware/test_driven_by_the_host.py", "SerialPlant.open"), "it drives a robot on a port"
+    ),
+    "twbal real-rollout policy.path=<policy.pt> link=serial link.port=/dev/ttyUSB0 link.on_board=true": Elsewhere(
+        ("tests/firmware/test_driven_by_the_host.py", "on_board=True"), "it needs the firmware with a policy in it"
+    ),
+    "make -C firmware": Elsewhere(("tests/firmware/building.py", 'make("all")'), "it compiles"),
+    "make -C firmware test": Elsewhere(("tests/firmware/test_build.py", 'make("test")'), "it compiles for seconds"),
+    "make -C firmware POLICY=<run folder> BUILD=build/on_board": Elsewhere(
+        ("tests/firmware/test_driven_by_the_host.py", "POLICY={folder}"), "it compiles"
+    ),
+    "twbal real-rollout policy.path=<policy.pt> 'link.overrides=[\"firmware=firmware/build/robot_posix\"]'": Elsewhere(
+        ("tests/firmware/test_driven_by_the_host.py", "firmware={program()}"), "it needs the firmware built"
+    ),
+    "twbal export-policy policy.path=<policy.pt> target=header": Stage(_RECORDS, small=("states=100",)),
+    "twbal export-policy policy.path=<policy.pt> distil=8": Stage(_RECORDS, small=("distil=2", "states=100")),
     "twbal repair logs=<log or folder>": Stage({"<log or folder>": f"{RECORDED}/episodes"}),
     "twbal virtual-robot seed=3 clock=real_time": Stage(),
     "twbal real-rollout policy.path=<policy.pt> link=serial link.port=/dev/pts/5 link.confirm_placed=null": Stage(

@@ -88,7 +88,7 @@ def _in_help(entry: Path) -> Iterator[Shown]:
     header = str(OmegaConf.select(OmegaConf.load(entry), "hydra.help.header") or "")
     for line in header.splitlines():
         text = re.sub(r"^next  +", "", line.strip())
-        if re.match(rf"twbal (?:{_STAGE})\b(?!:)", text):
+        if re.match(rf"twbal (?:{_STAGE})\b(?![:-])", text):
             yield Shown(re.split(r"  +", text)[0], f"conf/{entry.name} (help)")
 
 

@@ -99,10 +99,12 @@ def _drive(plant: Plant, controller: Controller, record: "_Record", steps: int, 
                 Outcome.POLICY_FAULT, f"The policy commands {command} N·m, which is no number, in state {state}."
             )
             return
+        record.tell(plant)
         if record.heading is not None:
             plant.steer(record.heading.difference(command))
         observation = plant.step(command)
-        record.commands.append(command)
+        applied = plant.applied()
+        record.commands.append(command if applied is None else applied)
         record.note(observation, plant.pose(), plant.wheel_difference())
 
 
@@ -157,6 +159,11 @@ class _Record:
         if self.heading is not None:
             self.heading.follow(seen, apart, self._reference.motion if self._reference else Motion())
         self.states.append(state)
+
+    def tell(self, plant: Plant) -> None:
+        """Tell the robot the reference at the last observation, where there is one."""
+        if self._reference is not None:
+            plant.follow(self._reference.motion.position, self._reference.motion.speed)
 
     def end(self, outcome: Outcome, text: str) -> None:
         """Note how the rollout ends."""

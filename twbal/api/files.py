@@ -3,9 +3,15 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+from twbal import __version__
 from twbal.algorithm import model_file
+from twbal.api.robots import robot as packaged
 from twbal.cli.artefacts import episode_files
+from twbal.core.channels import Channels
 from twbal.core.episode import Episode
+from twbal.core.robot_parameters import RobotParameters
+from twbal.core.streams import Stream, generator
+from twbal.embedded.export import Export, export_to
 from twbal.io.checkpoint import save_checkpoint
 from twbal.io.logs import read_episode
 from twbal.models.dynamics import DynamicsModel
@@ -13,6 +19,7 @@ from twbal.policies import saved
 from twbal.policies.saved import SavedPolicy
 
 PathLike = str | Path
+_TILT_LIMIT, _CHECKED = 0.5236, 20_000  # of the working range [rad], and states of it at which the header is checked
 
 
 def load_policy(path: PathLike, channels: Sequence[str] | None = None) -> SavedPolicy:
@@ -48,6 +55,36 @@ def save_policy(path: PathLike, policy: SavedPolicy) -> str:
     64
     """
     return save_checkpoint(Path(path), "policy", policy.to_payload())
+
+
+def export_policy(
+    policy: SavedPolicy | PathLike, folder: PathLike, robot: str | RobotParameters = "paper", distil: int | None = None
+) -> Export:
+    """Write a policy as a C header for the robot's own processor, with test vectors and a self-test beside it.
+
+    Args:
+        policy: the policy, or the path of a `policy.pt`.
+        folder: for `policy.h`, `policy_vectors.h` and `policy_selftest.c`.
+        robot: name of a packaged robot, or its nominal parameters: wheel radius and control period are theirs.
+        distil: basis functions that are left; None: all.
+
+    Raises:
+        CheckpointError: the policy cannot be read.
+        ConfigError: it cannot be exported, or not be made smaller so.
+
+    >>> import tempfile, twbal
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     made = twbal.export_policy("data/regression/policy.pt", folder, distil=6)
+    >>> [(need.board, need.fits) for need in made.on_board.needs]
+    [('ESP32', True), ('ATmega32U4', True)]
+    """
+    read = load_policy(policy) if isinstance(policy, str | Path) else policy
+    sheet = packaged(robot) if isinstance(robot, str) else robot
+    channels = Channels(tuple(read.channels), sheet.wheel_radius, sheet.control_period)
+    origin = f"Made by twbal {__version__} for {sheet.name}."
+    return export_to(
+        Path(folder), read, channels, sheet, _TILT_LIMIT, origin, generator(Stream.ON_BOARD, 0), distil, _CHECKED
+    )
 
 
 def load_model(path: PathLike) -> DynamicsModel:

@@ -32,6 +32,7 @@ STAGES = {
     "compare": "put runs and sweeps of iterate beside each other",
     "regress": "compare what every part makes of logged data with a baseline",
     "export": "write episodes as CSV or Parquet",
+    "export-policy": "write a policy as a C header for the robot's own processor, and check it",
     "repair": "save what is left of damaged episode logs",
     "virtual-robot": "a robot with hidden faults behind a port, to try all of this without hardware",
 }

@@ -96,6 +96,18 @@ class Plant(ABC):
         """The true pose at the last observation; None where nothing but the robot's own sensors tells."""
         return None
 
+    def applied(self) -> float | None:
+        """What the motors were given in the last control period, where the robot decides that; None: the command."""
+        return None
+
+    def follow(self, position: float, speed: float) -> None:  # noqa: B027, most robots need it not
+        """Tell a policy that drives on board of the robot the reference, from the next step on.
+
+        Args:
+            position: along the robot's way, from where it was put [m].
+            speed: [m/s].
+        """
+
     def steer(self, difference: float) -> None:
         """Set the difference of the wheel torques, right minus left, from the next step on; a reset sets it to 0.
 

@@ -26,6 +26,7 @@ class Stream(StrEnum):
     BOOTSTRAP = "bootstrap"
     VIRTUAL_ROBOT = "virtual robot"
     GROUND_TRUTH = "ground truth"
+    ON_BOARD = "policy on board"
 
 
 def generator(stream: Stream, seed: int, *numbers: int) -> np.random.Generator:

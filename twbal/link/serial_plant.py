@@ -16,6 +16,7 @@ from twbal.link.protocol import (
     Arm,
     Command,
     Drive,
+    Follow,
     Hello,
     Sensors,
     Status,
@@ -53,6 +54,7 @@ class SerialPlant(Plant):
         timeout: float,
         confirm_placed: Callable[[int], None] | None = None,
         motor: Motor | None = None,
+        on_board: bool = False,
     ) -> None:
         """Shake hands with the robot; the transport is closed where that fails.
 
@@ -65,6 +67,8 @@ class SerialPlant(Plant):
                 start. None: the robot places itself.
             motor: that turns torques into the voltages which the robot is then sent; None: it is sent torques. The
                 back-EMF acts as viscous friction of the robot, as in `twbal.core.motor`.
+            on_board: the policy on board of the robot drives: commands are not sent, but the reference is, and what
+                the motors were given is read.
 
         Raises:
             ProtocolError: it speaks another version, or announces what cannot be.
@@ -73,7 +77,8 @@ class SerialPlant(Plant):
         """
         self._line, self._port = Exchange(transport), transport.name
         self._connect_timeout, self._arm_timeout, self._timeout = connect_timeout, arm_timeout, timeout
-        self._confirm_placed, self._motor = confirm_placed, motor
+        self._confirm_placed, self._motor, self._on_board = confirm_placed, motor, on_board
+        self._reference = (0.0, 0.0)  # position and speed, for the policy on board [m], [m/s]
         self._armed = self._lost = self._counter_stands = False
         self._events: list[Event] = []
         self._pose: Pose | None = None
@@ -97,9 +102,11 @@ class SerialPlant(Plant):
         timeout: float,
         confirm_placed: Callable[[int], None] | None = None,
         motor: Motor | None = None,
+        on_board: bool = False,
     ) -> Self:
         """The plant behind a serial port or URL; see `SerialTransport` and the constructor."""
-        return cls(SerialTransport(port, baud_rate), connect_timeout, arm_timeout, timeout, confirm_placed, motor)
+        line = SerialTransport(port, baud_rate)
+        return cls(line, connect_timeout, arm_timeout, timeout, confirm_placed, motor, on_board)
 
     @property
     def events(self) -> tuple[Event, ...]:
@@ -130,6 +137,8 @@ class SerialPlant(Plant):
         self._elapsed_us, self.missed_periods, self._counter_stands, self._difference = 0, 0, False, 0.0
         self._armed = True  # as far as can be known: from here on the way out must disarm
         drive = Drive.TORQUE if self._motor is None else Drive.VOLTAGE
+        drive = Drive.ON_BOARD if self._on_board else drive
+        self._reference = (0.0, 0.0)
         self._last = self._telemetry(Arm(self._line.next_number(), trial, drive), self._arm_timeout)
         if not self._last.status & Status.ARMED:
             raise LinkError(
@@ -155,7 +164,7 @@ class SerialPlant(Plant):
             raise LinkLostError(f"The robot {self.robot_name} is not armed: {self._why_not_driven()}. Reset it first.")
         before = self._last
         try:
-            self._last = self._telemetry(Command(self._line.next_number(), *self._clip(command)), self._timeout)
+            self._last = self._telemetry(self._order(command), self._timeout)
         except LinkError as error:
             self._lost = True
             raise LinkLostError(str(error)) from error
@@ -165,6 +174,20 @@ class SerialPlant(Plant):
             raise LinkLostError(f"The robot {self.robot_name} stopped itself: {_why_stopped(self._last)}.")
         self._follow_clock(before, self._last)
         return self._observation(self._last)
+
+    def _order(self, command: float) -> Message:
+        number = self._line.next_number()
+        if self._on_board:
+            return Follow(number, *self._reference, heading=math.nan, yaw_rate=0.0)
+        return Command(number, *self._clip(command))
+
+    def applied(self) -> float | None:
+        """What the policy on board gave the motors in the last control period; None where the host drives."""
+        return self._last.applied if self._on_board else None
+
+    def follow(self, position: float, speed: float) -> None:
+        """Set the reference of the policy on board; see `Plant.follow`."""
+        self._reference = (position, speed)
 
     def steer(self, difference: float) -> None:
         """Set the difference of the wheel torques; see `Plant.steer`.
@@ -182,6 +205,8 @@ class SerialPlant(Plant):
     @property
     def why_straight(self) -> str:
         """Why the robot cannot be turned, as part of a sentence."""
+        if self._on_board:
+            return "the policy on board drives straight ahead"
         if self.version == VERSION_1:
             return f"it speaks version {VERSION_1} of the link protocol, which knows one command for both wheels"
         return "it has one command for both wheels"
@@ -265,6 +290,11 @@ class SerialPlant(Plant):
             )
         if odd := odd_announcement(welcome):
             raise ProtocolError(f"The robot on {self._port} announces what cannot be: {odd}.")
+        if self._on_board and not welcome.policy:
+            raise ConfigError(
+                f"The robot {welcome.name} on {self._port} has no policy on board. Export one by `twbal "
+                "export-policy`, and build its firmware with it; or set link.on_board=false."
+            )
         if self._motor is not None and not welcome.voltage_limit > 0:
             raise ConfigError(
                 f"The robot {welcome.name} on {self._port} takes no voltages, and link.motor asks for them. Set "
@@ -274,7 +304,8 @@ class SerialPlant(Plant):
         self.robot_name, self.torque_limit, self.clock = welcome.name, welcome.torque_limit, welcome.clock
         self.version, self.sensors, self._voltage_limit = welcome.version, welcome.sensors, welcome.voltage_limit
         self._limits = WheelLimits(welcome.torque_limit, welcome.difference_limit)
-        self.turns, self.has_yaw_gyro = welcome.difference_limit > 0, Sensors.YAW_RATE in welcome.sensors
+        self.turns = welcome.difference_limit > 0 and not self._on_board
+        self.has_yaw_gyro = Sensors.YAW_RATE in welcome.sensors
         self._lost = False
 
     def _telemetry(self, message: Message, timeout: float) -> Telemetry:

@@ -32,6 +32,12 @@ _MEASURED |= Sensors.ACCELERATION | Sensors.YAW_RATE
 _AT_REST = WheelCommands(0.0)
 
 
+def measured_by(plant: Plant) -> Sensors:
+    """What the sensors of a plant tell."""
+    apart = Sensors.WHEEL_DIFFERENCE | Sensors.DIFFERENCE_RATE
+    return _MEASURED | apart if plant.wheel_difference() else _MEASURED
+
+
 @dataclass(frozen=True)
 class Identity:
     """What a robot says of itself, and the rules by which it stops its own motors.
@@ -164,7 +170,7 @@ class Firmware:
                 return [Fault(message.seq, f"{type(message).__name__} is a robot's word, not a host's")]
 
     def _welcome(self) -> Welcome:
-        me, apart = self._identity, Sensors.WHEEL_DIFFERENCE | Sensors.DIFFERENCE_RATE
+        me = self._identity
         return Welcome(
             seq=self._taken,
             version=me.version,
@@ -173,7 +179,7 @@ class Firmware:
             clock=me.clock,
             difference_limit=self._limits.difference,
             voltage_limit=me.motor.supply if me.motor else math.nan,
-            sensors=_MEASURED | apart if self._plant.wheel_difference() else _MEASURED,
+            sensors=measured_by(self._plant),
             name=me.name,
         )
 

@@ -26,7 +26,7 @@ def serve(plant: Plant, identity: Identity, idle_timeout: float, parent: int) ->
         idle_timeout: how long it waits for a host, the first or the next [s].
         parent: process that started this one.
     """
-    with plant, closing(PseudoTerminal()) as line, _ended_by_signals():
+    with plant, closing(PseudoTerminal()) as line, ended_by_signals():
         print(f"port {line.path}", flush=True)
         attend(line, Firmware(plant, identity), idle_timeout, parent)
 
@@ -63,7 +63,7 @@ class _EndedError(BaseException):
 
 
 @contextmanager
-def _ended_by_signals() -> Iterator[None]:
+def ended_by_signals() -> Iterator[None]:
     """Leave the body quietly on SIGTERM or SIGHUP."""
 
     def end(number: int, frame: FrameType | None) -> None:

@@ -1,6 +1,6 @@
 """Settings of the link to a robot, and of what a virtual robot hides."""
 
-from twbal.cli.settings.kinds import ListOf, Number, OneOf, OrNull, Part, Span, Text, Whole
+from twbal.cli.settings.kinds import ListOf, Number, OneOf, OrNull, Part, Span, Text, Whole, YesNo
 from twbal.cli.settings.robot_settings import CONTROL_PERIODS, SENSORS
 from twbal.cli.settings.setting import Setting
 
@@ -19,6 +19,7 @@ LINK = (
     Setting("link.connect_timeout", _PATIENCE, "time for the robot to answer"),
     Setting("link.arm_timeout", _PATIENCE, "time for the robot to be armed"),
     Setting("link.timeout", _PATIENCE, "silence that ends a rollout"),
+    Setting("link.on_board", YesNo(), "the policy on board of the robot drives; the host watches"),
     Setting("link.motor", OrNull(Part()), "motor that makes voltages of torques; null: the robot takes torques"),
     Setting("link.confirm_placed", OrNull(Part()), "question before each rollout; null: none"),
 )

@@ -162,6 +162,12 @@ STAGES: Mapping[str, tuple[Setting, ...]] = {
         _common("episodes", PATHS, "run folders, folders of logs, or logs"),
         _common("format", OneOf(("csv", "parquet")), "format of the tables"),
     ),
+    "export-policy": (
+        _SEED,
+        _common("target", OneOf(("header",)), "what is written: a C99 or C++ header"),
+        _common("distil", OrNull(Whole(0, 10_000)), "basis functions that are left; null: all"),
+        Setting("states", Whole(0, 10_000_000), "at which the compiled header is checked; 0: none"),
+    ),
     "repair": (_common("logs", PATHS, "damaged logs, or folders that have some"),),
     "virtual-robot": (
         _common("seed", SEED, "which robot: what it hides, its starts and noise"),
@@ -170,6 +176,7 @@ STAGES: Mapping[str, tuple[Setting, ...]] = {
         Setting("self_stop_tilt", TILT_LIMIT, "tilt at which it stops itself"),
         Setting("watchdog", Number(0.001, 3600.0, "s"), "silence of the host at which it stops itself"),
         Setting("protocol", Whole(1, 2), "version of the link's protocol that it speaks"),
+        Setting("firmware", OrNull(PATH), "program of firmware/ that runs in it; null: Python"),
         Setting("idle_timeout", Number(0.01, 1e7, "s"), "time without a host at which it ends"),
         Setting("parent", OrNull(Whole(1, 2**31)), "process it does not outlive; null: which started it"),
     ),

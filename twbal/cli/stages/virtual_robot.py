@@ -2,18 +2,21 @@
 
 import os
 from dataclasses import dataclass
+from pathlib import Path
 
 from hydra.utils import instantiate
 from omegaconf import DictConfig
 
 from twbal.cli.typed_config import typed
+from twbal.core.errors import ConfigError
 from twbal.core.robot_parameters import RobotParameters
 from twbal.core.streams import Stream, child_seed
-from twbal.link.protocol import Clock
+from twbal.link.protocol import VERSION, Clock
 from twbal.virtual_robot.drawn import draw_ground_truth
 from twbal.virtual_robot.firmware import Identity
 from twbal.virtual_robot.mujoco_robot import MujocoRobot
-from twbal.virtual_robot.server import serve
+from twbal.virtual_robot.posix_firmware import serve_firmware
+from twbal.virtual_robot.server import ended_by_signals, serve
 
 
 @dataclass(frozen=True)
@@ -28,6 +31,7 @@ class Settings:
     protocol: int
     idle_timeout: float
     parent: int | None
+    firmware: str | None
 
 
 def main(cfg: DictConfig) -> None:
@@ -50,4 +54,10 @@ def main(cfg: DictConfig) -> None:
         physics_step=settings.physics_step,
         seed=child_seed(Stream.VIRTUAL_ROBOT, settings.seed),  # no numbers in common with the host's simulation
     )
-    serve(plant, identity, settings.idle_timeout, parent)
+    if settings.firmware is None:
+        serve(plant, identity, settings.idle_timeout, parent)
+        return
+    if settings.protocol != VERSION:
+        raise ConfigError(f"The firmware speaks version {VERSION} of the protocol; found protocol={settings.protocol}.")
+    with ended_by_signals():
+        serve_firmware(Path(settings.firmware), plant, identity, settings.idle_timeout, parent)

@@ -1,0 +1,52 @@
+// The loop that all boards of Arduino share: bytes, samples, control periods, motors.
+#ifndef TWBAL_ARDUINO_LOOP_H
+#define TWBAL_ARDUINO_LOOP_H
+
+#include <Arduino.h>
+
+#include "twbal/robot.h"
+#include "twbal/two_wheels.h"
+
+namespace twbal {
+
+#ifdef __AVR__
+const uint32_t SAMPLE_US = 5000; // reading the IMU takes a millisecond, and single precision is software
+#else
+const uint32_t SAMPLE_US = 2000;
+#endif
+
+template <class Body, class Robot, class Line>
+class ArduinoLoop {
+public:
+    ArduinoLoop(Body& body, Robot& robot, Line& line) : body_(body), robot_(robot), line_(line) {}
+
+    void turn()
+    {
+        const uint32_t now = static_cast<uint32_t>(micros());
+        const uint32_t since = now - sampled_us_;
+        if (since >= SAMPLE_US) {
+            sampled_us_ = now;
+            body_.sample(1e-6f * static_cast<float>(since), robot_.motors_may_be_on());
+            body_.drive(robot_.output(), robot_.drive(), robot_.motors_may_be_on());
+        }
+        while (line_.available() > 0) {
+            const uint8_t byte = static_cast<uint8_t>(line_.read());
+            robot_.receive(&byte, 1, now);
+        }
+        robot_.skip_missed(now);
+        robot_.run(now);
+        if (!robot_.motors_may_be_on()) {
+            body_.drive(WheelCommands{0.0f, 0.0f}, TWBAL_DRIVE_TORQUE, false); // at once, not at the next sample
+        }
+    }
+
+private:
+    Body& body_;
+    Robot& robot_;
+    Line& line_;
+    uint32_t sampled_us_ = 0;
+};
+
+} // namespace twbal
+
+#endif

@@ -1,0 +1,125 @@
+// Balboa 32U4 of Pololu with its own IMU (LSM6DS33), encoders and motors, by Pololu's library Balboa32U4. Its USB port is
+// the line. What differs from robot to robot is at the top.
+#include <Arduino.h>
+#include <Balboa32U4.h>
+#include <Wire.h>
+#include <avr/wdt.h>
+
+#include "../arduino_loop.h"
+
+#ifdef TWBAL_WITH_POLICY
+#include "twbal/policy_on_board.h"
+#else
+#define TWBAL_POLICY_ID 0u
+#endif
+
+namespace {
+
+// conf/robot/balboa.yaml: 80 mm wheels, gears of 110.1.
+const char ROBOT_NAME[] = "balboa";
+const uint32_t CONTROL_PERIOD_US = 10000;
+#ifdef TWBAL_WITH_POLICY
+static_assert(twbal::policy_is_of_period(CONTROL_PERIOD_US), "the policy on board is of another control period");
+#endif
+const float TORQUE_LIMIT = 1.99f, DIFFERENCE_LIMIT = 0.5f, TILT_LIMIT = 1.0f;
+const float MOTOR_VOLTAGE_LIMIT = 7.2f;
+const float COUNTS = 12.0f * 110.1f; // of a turn of the wheel
+const twbal::Build BUILD = {{2.70f, 3.2e-3f, 110.1f}, 0.0f, COUNTS, COUNTS, 0.5f, 0.01f, true};
+
+const uint8_t IMU = 0x6B;
+const float GYRO_UNIT = 17.5e-3f * 0.01745329f; // at 500 degrees/s [rad/s]
+
+class Hardware {
+public:
+    void begin()
+    {
+        Wire.begin();
+        Wire.setClock(400000);
+        Wire.setWireTimeout(3000, true); // us; a bus that hangs must not hold the loop
+        set_register(0x10, 0x58);        // acceleration: 208 Hz, 4 g
+        set_register(0x11, 0x54);        // gyro: 208 Hz, 500 degrees/s
+        set_register(0x12, 0x04);        // addresses go on by themselves
+    }
+
+    bool read_imu(twbal::ImuSample& seen)
+    {
+        Wire.beginTransmission(IMU);
+        Wire.write(0x22);
+        if (Wire.endTransmission(false) != 0 || Wire.requestFrom(IMU, static_cast<uint8_t>(12)) != 12) {
+            return false;
+        }
+        int16_t raw[6]; // rates, accelerations
+        for (int16_t& value : raw) {
+            const int low = Wire.read();
+            value = static_cast<int16_t>((Wire.read() << 8) | low);
+        }
+        // On the upright Balboa x is vertical and z points along its way. The signs were not seen on a robot: see the
+        // first check of docs/firmware.md.
+        seen.forward = static_cast<float>(raw[5]);
+        seen.up = static_cast<float>(raw[3]);
+        seen.pitch_rate = -GYRO_UNIT * static_cast<float>(raw[1]);
+        seen.yaw_rate = GYRO_UNIT * static_cast<float>(raw[0]);
+        return true;
+    }
+
+    // The library counts in 16 bits, which overflow; read often, they add up.
+    int32_t left_count() { return left_ += encoders_.getCountsAndResetLeft(); }
+    int32_t right_count() { return right_ += encoders_.getCountsAndResetRight(); }
+    float battery() const { return 1e-3f * static_cast<float>(readBatteryMillivolts()); }
+
+    void set_duty(float left, float right)
+    {
+        motors_.setSpeeds(static_cast<int16_t>(400.0f * left), static_cast<int16_t>(400.0f * right));
+    }
+
+    void write(const uint8_t* bytes, size_t size)
+    {
+        if (Serial.availableForWrite() >= static_cast<int>(size)) { // a host that does not read must not hold the loop
+            Serial.write(bytes, size);
+        }
+    }
+
+private:
+    static void set_register(uint8_t place, uint8_t value)
+    {
+        Wire.beginTransmission(IMU);
+        Wire.write(place);
+        Wire.write(value);
+        Wire.endTransmission();
+    }
+
+    Balboa32U4Motors motors_;
+    Balboa32U4Encoders encoders_;
+    int32_t left_ = 0, right_ = 0;
+};
+
+Hardware hardware;
+twbal::TwoWheels<Hardware> body(hardware, BUILD);
+const twbal::Identity ME = {ROBOT_NAME, CONTROL_PERIOD_US, TORQUE_LIMIT, DIFFERENCE_LIMIT, MOTOR_VOLTAGE_LIMIT,
+    TILT_LIMIT, TWBAL_CLOCK_REAL_TIME, body.sensors(), TWBAL_POLICY_ID, 0,
+    {TWBAL_WATCHDOG_US, TWBAL_ON_BOARD_WATCHDOG_US}};
+#ifdef TWBAL_WITH_POLICY
+twbal::PolicyOnBoard policy(twbal::HeadingLoop{4.3e-4f, 0.107f, 0.04f, 3.0f});
+#else
+twbal::NoPolicy policy;
+#endif
+twbal::Robot<decltype(body), decltype(policy)> robot(ME, body, policy);
+twbal::ArduinoLoop<decltype(body), decltype(robot), decltype(Serial)> cycle(body, robot, Serial);
+
+} // namespace
+
+void setup()
+{
+    Serial.begin(921600);
+    hardware.begin();
+    wdt_enable(WDTO_120MS); // a loop that hangs resets the board, whose motors are then off
+}
+
+void loop()
+{
+    wdt_reset();
+    if (!Serial.dtr()) { // no host has the port open
+        robot.port_closed();
+    }
+    cycle.turn();
+}

@@ -1,0 +1,15 @@
+#ifndef BALBOA_STUB_H
+#define BALBOA_STUB_H
+
+#include <stdint.h>
+
+struct Balboa32U4Motors {
+    void setSpeeds(int16_t left, int16_t right);
+};
+struct Balboa32U4Encoders {
+    int16_t getCountsAndResetLeft();
+    int16_t getCountsAndResetRight();
+};
+uint16_t readBatteryMillivolts();
+
+#endif

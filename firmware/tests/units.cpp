@@ -1,0 +1,269 @@
+// Parts that need no host: known answers, limits and models. Exit code 0: all hold.
+#include <stdio.h>
+
+#include "fake_board.h"
+#include "twbal/attitude_filter.h"
+#include "twbal/heading_loop.h"
+#include "twbal/motor_model.h"
+#include "twbal/two_wheels.h"
+#include "twbal/wheel_encoder.h"
+
+static int failed = 0;
+
+static void check(bool holds, const char* what)
+{
+    if (!holds) {
+        printf("FAILED: %s\n", what);
+        ++failed;
+    }
+}
+
+static float within_one(float value) { return twbal::within(value, 1.0f); }
+
+static bool near(float a, float b, float tolerance) { return fabsf(a - b) <= tolerance; }
+
+struct Kept {
+    uint8_t bytes[512];
+    size_t size = 0;
+    void write(const uint8_t* from, size_t count)
+    {
+        memcpy(bytes, from, count);
+        size = count;
+    }
+};
+
+static void frames()
+{
+    const uint8_t digits[] = {'1', '2', '3', '4', '5', '6', '7', '8', '9'};
+    check(twbal::crc16(digits, 9) == 0x29B1, "CRC of 123456789");
+    Kept line;
+    const uint8_t stop[] = {0x04, 0x01, 0x00}, wire[] = {0x00, 0x03, 0x04, 0x01, 0x03, 0x6D, 0x23, 0x00};
+    twbal::write_frame(line, stop, 3);
+    check(line.size == 8 && memcmp(line.bytes, wire, 8) == 0, "Stop as docs/protocol.md shows it");
+    for (size_t size = 1; size <= 250; ++size) { // what COBS adds, and all lengths
+        uint8_t payload[250];
+        for (size_t k = 0; k < size; ++k) {
+            payload[k] = static_cast<uint8_t>((k * size) % 7 == 3 ? 0 : k + 1);
+        }
+        twbal::write_frame(line, payload, size);
+        twbal::FrameReader reader;
+        int found = 0;
+        for (size_t k = 0; k < line.size; ++k) {
+            found += reader.feed(line.bytes[k]);
+        }
+        check(found == 1 && reader.size() == size && memcmp(reader.payload(), payload, size) == 0, "round trip");
+    }
+}
+
+static void limits()
+{
+    const twbal::WheelLimits most = {20.0f, 20.0f};
+    check(most.cut({5.0f, -14.0f}).difference == -14.0f, "a turn within what is left");
+    check(most.cut({-18.0f, 3.0f}).difference == 2.0f, "balancing goes first");
+    check(most.cut({25.0f, 3.0f}).total == 20.0f && most.cut({25.0f, 3.0f}).difference == 0.0f, "the sum is cut");
+    check(!most.allow({25.0f, 0.0f}) && most.allow({5.0f, 3.0f}), "what is cut is known");
+    const twbal::WheelCommands both = {6.0f, 2.0f};
+    check(both.left() == 2.0f && both.right() == 4.0f, "left and right");
+}
+
+static void motors()
+{
+    const twbal::Motor motor = {2.7f, 3.2e-3f, 110.1f};
+    const float stall = motor.voltage(0.5f, 0.0f), driven = motor.voltage(0.5f, 10.0f);
+    check(near(stall, 0.5f * 2.7f / (110.1f * 3.2e-3f), 1e-4f), "voltage at a standstill");
+    check(near(driven - stall, 110.1f * 3.2e-3f * 10.0f, 1e-3f), "back-EMF");
+    check(near(110.1f * 3.2e-3f * (driven - 110.1f * 3.2e-3f * 10.0f) / 2.7f, 0.5f, 1e-4f), "and back to the torque");
+    check(twbal::duty(3.0f, 6.0f) == 0.5f && twbal::duty(-30.0f, 6.0f) == -1.0f, "duty");
+    check(twbal::duty(3.0f, NAN) == 0.0f && twbal::duty(NAN, 6.0f) == 0.0f && twbal::duty(3.0f, 0.0f) == 0.0f,
+        "no duty without numbers");
+}
+
+static void attitude()
+{
+    const float period = 0.002f, lean = 0.3f, bias = 0.05f;
+    twbal::AttitudeFilter filter(0.5f);
+    for (int k = 0; k < 2000; ++k) { // held still: the bias is learned
+        filter.update(-sinf(lean), cosf(lean), bias, period);
+        filter.rest(bias, period);
+    }
+    check(near(filter.tilt(), lean, 0.002f), "tilt at rest, forward is positive");
+    check(near(filter.bias(), bias, 0.001f) && near(filter.rate(), 0.0f, 0.001f), "bias of the gyro");
+    float tilt = lean;
+    for (int k = 0; k < 200; ++k) { // falls forward at 1 rad/s; what the accelerometer feels is disturbed
+        tilt += period;
+        filter.update(-sinf(tilt) + 0.1f * (k % 2 ? 1.0f : -1.0f), cosf(tilt), 1.0f + bias, period);
+    }
+    check(near(filter.tilt(), tilt, 0.02f) && near(filter.rate(), 1.0f, 0.01f), "tilt in motion");
+    twbal::RestingBias turned, held;
+    for (int k = 0; k < 5000; ++k) {
+        turned.update(0.5f, period);
+        held.update(bias + 0.1f * sinf(6.2831853f * period * static_cast<float>(k)), period);
+    }
+    check(turned.bias() == 0.0f && held.bias() == 0.0f, "a gyro that is turned by hand has no bias to learn");
+}
+
+static void encoders()
+{
+    twbal::WheelEncoder wheel(1320.0f);
+    wheel.zero(2147483640);
+    wheel.update(-2147483646, 0.01f); // 10 counts on, over the end of 32 bits
+    check(near(wheel.angle(), 10.0f * 6.2831853f / 1320.0f, 1e-6f), "angle over an overflow");
+    check(near(wheel.rate(), wheel.angle() / 0.01f, 1e-3f), "rate");
+    twbal::WheelEncoder mirrored(-1320.0f);
+    mirrored.zero(0);
+    mirrored.update(132, 0.01f);
+    check(near(mirrored.angle(), -0.62831853f, 1e-5f), "an encoder that counts backward");
+}
+
+// A body with this inertia turns to its heading and stays there.
+static void heading()
+{
+    const twbal::HeadingLoop loop = {0.02f, 0.2f, 0.04f, 4.0f};
+    float angle = 0.0f, rate = 0.0f;
+    for (int k = 0; k < 400; ++k) {
+        const float difference = loop.difference(1.0f - angle, 0.0f - rate);
+        rate += 0.01f * difference / loop.wheel_radius * loop.track / 2.0f / loop.inertia;
+        angle += 0.01f * rate;
+        check(angle < 1.01f, "no overshoot");
+    }
+    check(near(angle, 1.0f, 0.01f), "it reaches its heading");
+    check(loop.difference(NAN, 0.0f) == 0.0f, "no turn without a heading");
+}
+
+// A robot on a bench: what its sensors say is set, what its bridges put out is kept.
+struct Bench {
+    twbal::ImuSample imu = {0.0f, 1.0f, 0.0f, 0.0f};
+    bool answers = true;
+    int32_t left = 0, right = 0;
+    float volts = 12.0f, left_duty = 9.0f, right_duty = 9.0f;
+    bool read_imu(twbal::ImuSample& seen)
+    {
+        imu.yaw_rate += 1e-6f; // noise
+        seen = imu;
+        return answers;
+    }
+    int32_t left_count() const { return left; }
+    int32_t right_count() const { return right; }
+    float battery() const { return volts; }
+    void set_duty(float l, float r)
+    {
+        left_duty = l;
+        right_duty = r;
+    }
+    void write(const uint8_t*, size_t) {}
+};
+
+static void body()
+{
+    const twbal::Build build = {{6.0f, 0.01f, 30.0f}, 0.0f, 660.0f, -660.0f, 0.5f, 0.01f, true};
+    const twbal::WheelCommands none = {0.0f, 0.0f};
+    Bench bench;
+    twbal::TwoWheels<Bench> wheels(bench, build);
+    check(!wheels.arm(0), "a robot whose IMU was never read does not arm");
+    bench.imu.forward = -sinf(0.2f);
+    bench.imu.up = cosf(0.2f);
+    for (int k = 0; k < 100; ++k) {
+        wheels.sample(0.002f, false);
+    }
+    check(wheels.arm(0) && near(wheels.sense(none, 0).tilt, 0.2f, 0.001f), "tilt at arming");
+    bench.left = 66;
+    bench.right = -132; // counts backward, and rolls forward
+    const twbal::Sensed seen = wheels.sense(none, 0);
+    const float turn = 6.2831853f;
+    check(near(seen.wheel_angle, 0.15f * turn, 1e-4f) && near(seen.wheel_difference, 0.1f * turn, 1e-4f), "wheels");
+    check(near(seen.wheel_rate, 15.0f * turn, 1e-2f) && seen.battery == 12.0f && isnan(seen.acceleration), "the rest");
+    wheels.drive(twbal::WheelCommands{0.4f, 0.0f}, TWBAL_DRIVE_TORQUE, true);
+    const float left = (0.2f * 6.0f / 0.3f + 0.3f * 10.0f * turn) / 12.0f;
+    check(near(bench.left_duty, within_one(left), 1e-4f), "torque and back-EMF make the duty");
+    wheels.drive(twbal::WheelCommands{12.0f, 0.0f}, TWBAL_DRIVE_VOLTAGE, true);
+    check(near(bench.left_duty, 0.5f, 1e-6f) && near(bench.right_duty, 0.5f, 1e-6f), "voltage makes it alone");
+    wheels.drive(twbal::WheelCommands{NAN, 0.0f}, TWBAL_DRIVE_TORQUE, true);
+    check(bench.left_duty == 0.0f && bench.right_duty == 0.0f, "no number, no duty");
+    bench.left_duty = 1.0f;
+    wheels.drive(twbal::WheelCommands{12.0f, 0.0f}, TWBAL_DRIVE_VOLTAGE, false);
+    check(bench.left_duty == 0.0f, "off is off");
+    bench.answers = false;
+    for (int k = 0; k < 300; ++k) {
+        wheels.sample(0.002f, true);
+    }
+    check(isnan(wheels.sense(none, 0).tilt) && !wheels.arm(0), "an IMU that does not answer has no tilt");
+    bench.answers = true;
+    wheels.sample(0.002f, true);
+    check(!isnan(wheels.sense(none, 0).tilt), "and has one again");
+    for (int k = 0; k < 20; ++k) {
+        bench.imu.yaw_rate -= 1e-6f;
+        wheels.sample(0.002f, true);
+    }
+    check(isnan(wheels.sense(none, 0).tilt), "an IMU that repeats itself is frozen");
+}
+
+template <class Message>
+static void tell(FakeRobot& robot, const Message& message, uint32_t now_us)
+{
+    Kept line;
+    twbal::write_frame(line, reinterpret_cast<const uint8_t*>(&message), sizeof message);
+    robot.receive(line.bytes, line.size, now_us);
+}
+
+// The clock of 32 bits overflows in mid-rollout, and the watchdog is as patient as ever.
+static void watchdog()
+{
+    const twbal::Identity me = fake_identity(TWBAL_CLOCK_REAL_TIME);
+    const uint32_t starts[] = {1000u, 0xFFFFFFFFu - 50000u};
+    for (uint32_t start : starts) {
+        FakeBoard board;
+        FakePolicy policy;
+        FakeRobot robot(me, board, policy);
+        tell(robot, twbal_hello{TWBAL_TYPE_HELLO, 1, 2}, start);
+        tell(robot, twbal_arm{TWBAL_TYPE_ARM, 2, 0, TWBAL_DRIVE_TORQUE}, start);
+        tell(robot, twbal_command{TWBAL_TYPE_COMMAND, 3, 5.0f, 0.0f}, start);
+        uint32_t on_until = 0;
+        for (uint32_t now = 0; now < 300000; now += 1000) {
+            robot.run(start + now);
+            on_until = robot.motors_may_be_on() ? now : on_until;
+        }
+        check(on_until == 100000, "the watchdog stops at 100 ms, neither before nor after");
+        check(robot.state() == twbal::State::TRIPPED && robot.output().total == 0.0f, "and stays so");
+    }
+}
+
+static void on_board()
+{
+    const twbal::Identity me = fake_identity(TWBAL_CLOCK_REAL_TIME);
+    FakeBoard board;
+    FakePolicy policy;
+    FakeRobot robot(me, board, policy);
+    board.seen.tilt = 0.25f;
+    tell(robot, twbal_hello{TWBAL_TYPE_HELLO, 1, 2}, 0);
+    tell(robot, twbal_arm{TWBAL_TYPE_ARM, 2, 0, TWBAL_DRIVE_ON_BOARD}, 0);
+    check(robot.output().total == 0.5f, "the policy drives from the first observation on");
+    tell(robot, twbal_command{TWBAL_TYPE_COMMAND, 3, 9.0f, 0.0f}, 0);
+    check(robot.output().total == 0.5f, "a Command is refused");
+    tell(robot, twbal_follow{TWBAL_TYPE_FOLLOW, 4, 1.0f, 0.0f, NAN, 0.0f}, 0);
+    uint32_t on_until = 0;
+    for (uint32_t now = 0; now < 12000000; now += 5000) {
+        robot.run(now);
+        check(now != 1000000 || robot.output().total == 1.5f, "it balances on where the host is silent");
+        on_until = robot.motors_may_be_on() ? now : on_until;
+    }
+    check(on_until == 10000000, "and stops after 10 s");
+    check(policy.calls == 501, "one call a control period");
+    board.seen.tilt = NAN;
+    tell(robot, twbal_arm{TWBAL_TYPE_ARM, 5, 0, TWBAL_DRIVE_ON_BOARD}, 20000000);
+    check(!robot.motors_may_be_on(), "no number, no motors");
+}
+
+int main()
+{
+    frames();
+    limits();
+    motors();
+    attitude();
+    encoders();
+    heading();
+    body();
+    watchdog();
+    on_board();
+    printf(failed ? "%d checks failed\n" : "units: all checks hold\n", failed);
+    return failed != 0;
+}

@@ -1,0 +1,90 @@
+"""The portable part compiles without a warning, and its own tests pass under sanitizers."""
+
+import re
+import subprocess
+
+import pytest
+from building import FIRMWARE, build_folder, library, make, needs_compiler
+
+from twbal.link.protocol import VERSION
+
+pytestmark = needs_compiler
+PAGE = (FIRMWARE.parent / "docs" / "protocol.md").read_text()
+STATES = ("strange", "off", "armed", "tripped")
+EVENTS = {
+    "Hello, its version": 0,
+    "Hello, another version": 1,
+    "Arm that it can follow": 2,
+    "Arm that it cannot": 3,
+    "Command (drive `TORQUE`, `VOLTAGE`)": 4,
+    "Follow (drive `ON_BOARD`)": 4,
+    "Command, Follow not of this drive": 5,
+    "Command or Follow that is not finite": 5,
+    "Stop": 6,
+    "a robot's message": 7,
+    "nothing: the port is closed (where the robot can tell)": 8,
+}
+NONE, WELCOME, FAULT, TELEMETRY, STREAM = range(5)
+
+
+def test_units_and_fuzz_pass_under_sanitizers():
+    said = make("test")
+    assert "units: all checks hold" in said
+    assert re.search(r"fuzz: 100\d{3} bytes, \d+ good frames after noise, 0 lost", said)
+
+
+@pytest.mark.slow
+def test_ten_million_bytes_of_noise_neither_crash_nor_stop_it():
+    make(str(build_folder() / "fuzz"))
+    for seed in (2, 3):
+        done = subprocess.run([build_folder() / "fuzz", "10000000", str(seed)], capture_output=True, text=True)
+        assert done.returncode == 0, done.stdout + done.stderr
+        assert " 0 lost; " in done.stdout
+
+
+def rows():
+    """Of the page's table of states and messages: message, and what it does in each state."""
+    table = PAGE[PAGE.index("| message | strange |") :].split("\n\n")[0].splitlines()[2:]
+    return {cells[0]: cells[1:] for cells in ([cell.strip() for cell in row.strip("|").split("|")] for row in table)}
+
+
+def meant(state, words):
+    """Next state and reply that a cell of the table says."""
+    last = words.split("; ")[-1]
+    next_state = next((name for name in STATES if name in last.split(",")[0].split()), STATES[state])
+    if "begins anew" in words or last.startswith("armed"):
+        return "armed", TELEMETRY
+    if "Fault" in words:
+        return next_state, FAULT
+    if "Welcome" in words:
+        return next_state, WELCOME
+    if "Telemetry" in words:
+        return "off", TELEMETRY
+    return next_state, STREAM if "sets" in words or "accepted" in words else NONE
+
+
+def test_the_table_of_states_is_that_of_the_specification():
+    robot, found = library(), rows()
+    assert set(found) == set(EVENTS)
+    for message, cells in found.items():
+        for state, words in enumerate(cells):
+            made = STATES[robot.transition_next(state, EVENTS[message])], robot.transition_reply(state, EVENTS[message])
+            assert made == meant(state, words), (message, STATES[state])
+
+
+def test_only_arming_leads_to_motors_that_are_on():
+    robot = library()
+    ways = {(s, e) for s in range(4) for e in range(10) if robot.transition_next(s, e) == 2 and s != 2}
+    assert ways == {(1, 2), (3, 2)}
+
+
+def test_the_portable_part_asks_for_no_library_of_cpp():
+    """Boards with AVR have none; and nothing allocates or throws."""
+    for header in (FIRMWARE / "include" / "twbal").glob("*.h"):
+        text = header.read_text()
+        included = set(re.findall(r"#include <(\w+(?:\.h)?)>", text))
+        assert included <= {"stdint.h", "stddef.h", "math.h", "string.h"}, header.name
+        assert not re.search(r"\b(new|delete|malloc|throw|std::)\b", re.sub(r"//.*|/\*.*?\*/|\"[^\"]*\"", "", text)), (
+            header
+        )
+    assert VERSION == 2

@@ -1,0 +1,106 @@
+"""From observations to the state, as C: what `core.channels.StateTracker` does."""
+
+from twbal.core.channels import Channels
+from twbal.embedded.c_source import real
+
+_MEASURED = {
+    "tilt": "seen->tilt",
+    "tilt_rate": "seen->tilt_rate",
+    "acceleration": "seen->acceleration",
+    "speed": "speed - asked->speed",
+    "yaw_rate": "seen->yaw_rate",
+    "position": "memory->position",
+    "position_integral": "memory->integral",
+}
+
+TYPES = """\
+/* What the sensors say at one control instant; signs as in twbal: forward is positive, a lean forward too. */
+typedef struct {
+    float duration;     /* since the observation before [s]; 0 in the first */
+    float tilt;         /* of the body from the vertical [rad] */
+    float tilt_rate;    /* [rad/s] */
+    float acceleration; /* of the axle, mean over the last control period [m/s^2]; 0 where no channel needs it */
+    float wheel_angle;  /* mean of both encoders, wheel relative to body [rad] */
+    float wheel_rate;   /* [rad/s] */
+    float yaw_rate;     /* to the left [rad/s]; 0 where no channel needs it */
+} twbal_observation;
+
+/* The moving place that the robot follows; all zero: it stays where it was put. */
+typedef struct {
+    float position; /* [m] */
+    float speed;    /* [m/s] */
+    int gives_way;  /* not 0: it waits for a robot that cannot follow, and the position's integral does not grow */
+} twbal_reference;
+
+/* What a rollout remembers. */
+typedef struct {
+    int started;
+    int gave_way;
+    float origin;   /* path at the first observation [m] */
+    float position; /* less that of the reference, at the last observation [m] */
+    float integral; /* of the position [m s] */
+    float commands[TWBAL_POLICY_LAGS > 0 ? TWBAL_POLICY_LAGS : 1]; /* newest first [N m] */
+} twbal_policy_memory;
+"""
+
+_RESET = """\
+/* Begin a rollout. */
+static inline void twbal_policy_reset(twbal_policy_memory* memory)
+{
+    int k;
+    memory->started = memory->gave_way = 0;
+    memory->origin = memory->position = memory->integral = 0.0f;
+    for (k = 0; k < TWBAL_POLICY_LAGS; ++k) {
+        memory->commands[k] = 0.0f;
+    }
+}
+"""
+
+_STATE = """\
+/* The state at one instant; observations come in order. */
+static inline void twbal_policy_state(
+    twbal_policy_memory* memory, const twbal_observation* seen, const twbal_reference* asked,
+    float state[TWBAL_POLICY_CHANNELS])
+{{
+    const float path = {radius} * (seen->wheel_angle + seen->tilt);
+    const float speed = {radius} * (seen->wheel_rate + seen->tilt_rate);
+    if (!memory->started) {{
+        memory->started = 1;
+        memory->origin = path;
+    }}
+    if (!memory->gave_way || memory->position * memory->integral < 0.0f) {{
+        memory->integral += seen->duration * memory->position;
+        if (memory->integral > {bound}) {{
+            memory->integral = {bound};
+        }}
+        if (memory->integral < -{bound}) {{
+            memory->integral = -{bound};
+        }}
+    }}
+    memory->position = path - memory->origin - asked->position;
+    memory->gave_way = asked->gives_way;
+    (void)speed;
+{channels}
+}}
+"""
+
+_REMEMBER = """\
+/* Tell the command that the motors were given, which the state has as past command. */
+static inline void twbal_policy_remember(twbal_policy_memory* memory, float command)
+{
+    int k;
+    for (k = TWBAL_POLICY_LAGS - 1; k > 0; --k) {
+        memory->commands[k] = memory->commands[k - 1];
+    }
+    memory->commands[0] = command;
+}
+"""
+
+
+def state_assembly(channels: Channels) -> str:
+    """Functions that begin a rollout, make its states and remember its commands."""
+    lags = channels.lags
+    sources = {**_MEASURED, **{name: f"memory->commands[{lag - 1}]" for name, lag in lags.items()}}
+    lines = [f"    state[{number}] = {sources[name]}; /* {name} */" for number, name in enumerate(channels.names)]
+    texts = {"radius": real(channels.wheel_radius), "bound": real(channels.max_position_integral)}
+    return "\n".join([_RESET, _STATE.format(**texts, channels="\n".join(lines)), _REMEMBER])
