@@ -409,8 +409,12 @@ def test_the_identified_simulation_is_driven_at_random_and_by_every_policy_that_
         file = Path(f"iteration_{number}/identify/identified.yaml")
         assert {call.overrides["sim"] for call in simulated} == {file}
         drivers = [call.overrides.get("policy.path") for call in simulated]
-        assert drivers == [None, *(p.policy / POLICY for p in learning.policies[:number])]
-        assert len({call.overrides["first_trial"] for call in simulated[1:]}) == number
+        explores = [call.overrides["exploration"] > 0.0 for call in simulated[1:]]
+        kinds = [True, False] if number == 3 else [True]  # what calibrates a model adds undisturbed rollouts
+        expected = [(p.policy / POLICY, kind) for p in learning.policies[:number] for kind in kinds]
+        assert drivers[0] is None
+        assert list(zip(drivers[1:], explores, strict=True)) == expected
+        assert len({call.overrides["first_trial"] for call in simulated[1:]}) == len(expected)
     *_, last = only(calls, "optimise-policy")
     assert last.overrides["known"] == Path("iteration_3/identify/robot_distribution.pt")
     assert last.overrides["initial_policies"] == [learning.policies[2].policy / POLICY]

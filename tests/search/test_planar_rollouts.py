@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
-from differenced_rates import DifferencedRates
 from filtered_tilt import FilteredTilt
+from old_rates import OldRates
 
 from twbal.algorithm.rollout import rollout
 from twbal.core.channels import Channels
@@ -237,21 +237,19 @@ def test_the_greater_of_limits_used_and_oscillation_counts():
     assert found.mean_use == 1.5
 
 
-def test_rates_that_are_differences_of_angles_drive_as_such_do(paper):
-    """A mean rate is as old as half the time between the angles; which between them it was, the kernel does not see."""
+@pytest.mark.parametrize("age", [0.25, 0.5])
+def test_old_wheel_rates_drive_as_those_of_a_plant_do(paper, age):
     case, channels, rule = CASES["it stays"], Channels(NAMES, paper.wheel_radius, paper.control_period), rule_for(paper)
     policy, cost = policy_for(paper, channels, case), cost_over(NAMES, WIDTHS, 1.0, paper.torque_limit, 0.3)
     plant = PlanarPlant(robot=paper, effects=effects_from(case.effects), start=START, physics_step=0.001, seed=3)
     told = Provenance("paper", "robot", trial=0)
-    episode = rollout(DifferencedRates(plant), policy, channels, rule.steps, rule.tilt_limit, told)
+    episode = rollout(OldRates(plant, age), policy, channels, rule.steps, rule.tilt_limit, told)
     stance = START.draw(generator(Stream.START_POSE, 3, 0))
     new = undisturbed(np.array([stance]), np.zeros((1, rule.steps, 4)))
-    old = new._replace(rate_ages=np.array([0.5]))
-    lagging, alone = (
+    old, alone = (
         told_by_kernel(paper, case.effects, policy, channels, rule, cost, each).costs[0] * rule.steps
-        for each in (old, new)
+        for each in (new._replace(rate_ages=np.array([age])), new)
     )
     truth = real_cost(episode, cost, rule.steps)
-    gap = abs(truth - alone)
-    assert gap > 0.005 * truth
-    assert abs(lagging - truth) < 0.2 * gap
+    assert truth > 1.05 * alone
+    assert old == pytest.approx(truth, rel=1e-9)

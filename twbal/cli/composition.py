@@ -99,8 +99,10 @@ def scaled(value: float, unit: str, robot: Mapping[str, Any]) -> float:
     """A quantity of the robot `paper` for a robot of another size; `${scaled:0.5,m,${robot}}` in yaml.
 
     Lengths are in proportion to the wheel's radius, and times to that in which the body falls about the axle,
-    √((I + m l²) / (m g l)).
+    √((I + m l²) / (m g l)). A sheet that is no robot's leaves the value as it is; it is refused when the robot is made.
     """
+    if min(robot[key] for key in ("wheel_radius", "body_mass", "com_height", "body_inertia_pitch")) <= 0.0:
+        return value
     length = robot["wheel_radius"] / _PAPER_RADIUS
     time = _falling_time(robot["body_mass"], robot["com_height"], robot["body_inertia_pitch"]) / _PAPER_FALLING_TIME
     factors = {"m": length, "m.s": length * time, "m/s": length / time, "rad/s": 1.0 / time}

@@ -173,6 +173,7 @@ def test_no_number_may_be(value):
         "cost.command_change_width",
         "success.place_radii",
         "success.command_change",
+        "success.heading_limit",
         "exploration_steps",
         "*.exploration_steps",
         "import.quantities.*",
