@@ -24,6 +24,7 @@ ROBUST = RobustSettings(
     designs=1,
     screening=2,
     finalists=1,
+    width_scales={},
     position_scales=(1.0,),
     change_scales=(1.0,),
     command_widths=(1.0,),

@@ -26,6 +26,7 @@ SETTINGS = RobustSettings(
     designs=2,
     screening=8,
     finalists=4,
+    width_scales={"speed": 4.0, "position_integral": 4.0},
     position_scales=(1.0, 0.5),
     change_scales=(1.0,),
     command_widths=(1.0, 0.3),
@@ -33,7 +34,7 @@ SETTINGS = RobustSettings(
     improved=0,
     evaluations=60,
     improving=10,
-    enough=1.1,
+    enough=0.0,
     doubt=1.0,
 )
 
@@ -141,7 +142,7 @@ def test_a_direct_search_makes_robots_use_less_of_the_limits(sticky, found):
 
 
 def test_regulators_that_hold_enough_robots_are_left_as_they_are(sticky, found):
-    settled = replace(sticky, settings=replace(SETTINGS, improved=1, enough=found[0].success))
+    settled = replace(sticky, settings=replace(SETTINGS, improved=1, enough=found[0].use))
     assert [each.origin for each in settled.regulators()] == [each.origin for each in found]
 
 
@@ -184,13 +185,13 @@ def test_drawn_robots_have_the_spread_that_is_known_and_none_is_beyond_its_bound
     assert np.corrcoef(pairs.T)[0, 1] == pytest.approx(-0.8, abs=0.05)
 
 
-def test_other_widths_are_of_place_and_of_changes_alone(paper):
+def test_other_widths_are_of_named_channels_of_place_and_of_changes(paper):
     channels = Channels(NAMES, 0.15, 0.02)
     cost = cost_over(NAMES, WIDTHS, 1.0, 20.0, 0.3)
-    other = scaled(cost, channels, 0.5, 2.0)
+    other = scaled(cost, channels, {"speed": 4.0, "position_integral": 3.0, "yaw_rate": 7.0}, 0.5, 2.0)
     assert isinstance(other, SaturatingCost)
-    np.testing.assert_array_equal(other.widths[:5], cost.widths[:5])
-    np.testing.assert_array_equal(other.widths[5:], 0.5 * cost.widths[5:])
+    factors = [1.0, 1.0, 4.0, 1.0, 1.0, 0.5, 1.5]
+    np.testing.assert_array_equal(other.widths, factors * cost.widths)
     np.testing.assert_array_equal(other.change, 0.5 * cost.change)
 
 

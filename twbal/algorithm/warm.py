@@ -49,6 +49,7 @@ def compile_robots() -> None:
         designs=1,
         screening=1,
         finalists=1,
+        width_scales={},
         position_scales=(1.0,),
         change_scales=(1.0,),
         command_widths=(1.0,),

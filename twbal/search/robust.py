@@ -6,7 +6,7 @@ use less of the limits and oscillate less, are candidates of the search. A regul
 dry friction by a jump of the command (`policies.squash`).
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -50,14 +50,15 @@ class RobustSettings:
         designs: for how many of them regulators are designed.
         screening: robots on which all regulators are driven ...
         finalists: ... and how many of the regulators, the best, are driven on all robots.
-        position_scales: of the cost's widths of position and its integral.
+        width_scales: factors on the cost's widths of channels by name, in all regulators; 1 where there is none.
+        position_scales: more factors on those of position and its integral.
         change_scales: of the cost's price on changes of the command, as factors on its width.
         command_widths: that cost as much as the cost's widths, as shares of the torque limit.
         compensations: of the robot's dead zone and Coulomb friction, as shares.
         improved: how many of the finalists, the best, are improved by direct search ...
         evaluations: ... with so many evaluations each, at most ...
         improving: ... on so many of the robots.
-        enough: share of the robots at which none is improved.
+        enough: mean share of the limits that the robots use under the best, at which none is improved.
         doubt: factor on the standard deviations of what is known: where no planar model is quite right, its numbers are
             known less well than a fit says.
     """
@@ -66,6 +67,7 @@ class RobustSettings:
     designs: int
     screening: int
     finalists: int
+    width_scales: dict[str, float]
     position_scales: tuple[float, ...]
     change_scales: tuple[float, ...]
     command_widths: tuple[float, ...]
@@ -148,7 +150,7 @@ class SampledRobots:
             finalists = sorted(
                 pool.map(lambda found: self.ranked(found.origin, found.policy), best), key=lambda found: found.rank
             )
-            if finalists and finalists[0].success < settings.enough:
+            if finalists and finalists[0].use > settings.enough:
                 finalists += pool.map(self._improved, finalists[: settings.improved])
         return sorted(finalists, key=lambda found: found.rank)
 
@@ -209,7 +211,8 @@ class SampledRobots:
             friction = model.dead_zone_width + 2.0 * model.coulomb_friction_torque / model.torque_gain_gain
             for scales in product(settings.position_scales, settings.change_scales, settings.command_widths):
                 place, change, width = scales
-                gain = regulator(A, B, scaled(self.cost, self.channels, place, change), width * limit)
+                cost = scaled(self.cost, self.channels, settings.width_scales, place, change)
+                gain = regulator(A, B, cost, width * limit)
                 if gain is None:
                     continue
                 for share in settings.compensations:
@@ -218,9 +221,17 @@ class SampledRobots:
                     yield f"regulator of robot {number} ({', '.join(f'{s:g}' for s in (*scales, share))})", policy
 
 
-def scaled(cost: Cost, channels: Channels, place: float, change: float) -> Cost:
-    """A cost with other widths of the position and its integral, and of changes of the command, by factors."""
-    widths = np.array(cost.widths)
+def scaled(cost: Cost, channels: Channels, by_name: Mapping[str, float], place: float, change: float) -> Cost:
+    """A cost with other widths of named channels, of the position and its integral, and of changes of the command.
+
+    Args:
+        cost: it.
+        channels: of the state.
+        by_name: factors on widths, by channel; what is not in the state is left out.
+        place: another factor on those of position and its integral.
+        change: factor on the width of changes of the command.
+    """
+    widths = np.array(cost.widths) * [by_name.get(name, 1.0) for name in channels.names]
     widths[list(channels.kinematic)] *= place
     return cost.with_widths(widths, change)
 

@@ -13,7 +13,8 @@ from twbal.cli.settings.setting import Setting
 
 _ITERATIONS = Whole(1, 100_000)
 _HORIZON = Whole(1, 100_000, CONTROL_PERIODS)
-_SHARES = ListOf(Number(0.001, 100.0), 1, 100)
+_FACTOR = Number(0.001, 100.0)
+_SHARES = ListOf(_FACTOR, 1, 100)
 _TIME = Number(0.001, 3600.0, "s")
 _DEVIATION = 1e-6, 1e6  # in a channel's unit: only what must be a slip is refused
 
@@ -80,14 +81,15 @@ ROBUST = (
     Setting("robust.designs", Whole(1, 1000), "of them that regulators are designed for"),
     Setting("robust.screening", Whole(1, 100_000), "of them on which all regulators are driven"),
     Setting("robust.finalists", Whole(1, 10_000), "regulators that are driven on all of them"),
-    Setting("robust.position_scales", _SHARES, "factors on the widths of position and its integral"),
+    *(Setting(f"robust.width_scales.{name}", _FACTOR, "factor on its width in regulators") for name in CHANNELS),
+    Setting("robust.position_scales", _SHARES, "more factors on the widths of position and its integral"),
     Setting("robust.change_scales", _SHARES, "factors on the width of changes of the command"),
     Setting("robust.command_widths", _SHARES, "command widths of the regulators, per torque limit"),
     Setting("robust.compensations", ListOf(Number(0.0, 2.0), 1, 100), "shares of friction compensation"),
     Setting("robust.improved", Whole(0, 1000), "regulators that are improved by direct search"),
     Setting("robust.evaluations", Whole(1, 100_000), "evaluations of each direct search, at most"),
     Setting("robust.improving", Whole(1, 100_000), "robots on which they are improved"),
-    Setting("robust.enough", Number(0.0, 1.0), "share of the robots at which none is improved"),
+    Setting("robust.enough", Number(0.0, 4.0), "mean share of the limits that robots use at which none is improved"),
     Setting("robust.doubt", Number(0.0, 100.0), "factor on the doubts of what is known"),
 )
 
