@@ -38,12 +38,17 @@ class NotingChain:
 class NotedSteps(StageSteps):
     """Stages that are not run, with episodes and gaps as they are asked for."""
 
-    def __init__(self, chain, cfg, solved, samples, useless, likeliest):
+    def __init__(self, chain, cfg, solved, samples, useless, likeliest, rocking):
         super().__init__(chain, cfg)
+        self._rocking = rocking
         self._solved, self._samples, self._useless, self._likeliest = solved, samples, useless, likeliest
 
     def episodes(self, rollouts):
-        return tuple(upright(500) if str(r) in self._solved else upright(self._samples) for r in rollouts)
+        return tuple(self._episode(str(r)) for r in rollouts)
+
+    def _episode(self, rollout):
+        rocked = 0.1 if rollout in self._rocking else 0.0
+        return upright(500, rocked) if rollout in self._solved else upright(self._samples)
 
     def chosen(self, place):
         return Difference(place / MODEL, self._likeliest, (-70.0, -90.0) if self._likeliest == 0 else (-70.0, -40.0))
@@ -52,8 +57,9 @@ class NotedSteps(StageSteps):
         return 0.0 if str(diagnosis) in self._useless else 0.9
 
 
-def upright(periods):
+def upright(periods, rocked=0.0):
     observations = np.zeros((periods + 1, 7))
+    observations[:, 1] = 0.5 * rocked * np.sin(np.arange(periods + 1))
     observations[:, 0] = 0.02 * np.arange(periods + 1)
     states, source = np.zeros((periods + 1, 1)), Provenance("paper", "robot")
     return Episode(("tilt",), 0.02, observations, states, np.zeros(periods), Outcome.COMPLETED, source)
@@ -63,7 +69,7 @@ SOLVED_TWICE = ("iteration_1/trials", "iteration_2/trials")
 """By policy 1, before and after its model is recalibrated."""
 
 
-def learn(solved=(), words=(), diagnosable=1, useless=(), robust="none", likeliest=0, **changed):
+def learn(solved=(), words=(), diagnosable=1, useless=(), robust="none", likeliest=0, rocking=(), **changed):
     """The calls of a run and what it learned.
 
     Args:
@@ -72,6 +78,7 @@ def learn(solved=(), words=(), diagnosable=1, useless=(), robust="none", likelie
         diagnosable: rollouts that are enough for a diagnosis.
         useless: diagnoses that leave the gap as it is.
         robust: choice of the robots that a policy must hold.
+        rocking: the trials in which the tilt oscillates by 0.1 rad.
         likeliest: index of the base under which real rollouts are likeliest.
         changed: settings.
     """
@@ -79,7 +86,7 @@ def learn(solved=(), words=(), diagnosable=1, useless=(), robust="none", likelie
         cfg = compose("iterate", ["seed=5", "ensemble=none", f"robust={robust}", *words])
     usual = {"updates": 2, "trials": 10, "stop_when_solved": False, "sim_rounds": 1, "calibration_rollouts": 0}
     usual |= {"identified_base": True, "diagnose": False, "search_retries": 0, "on_lqr": False}
-    usual |= {"min_update_time": 0.0, "max_update_rollouts": 4}
+    usual |= {"improve_oscillation": None, "min_update_time": 0.0, "max_update_rollouts": 4}
     usual |= {"initial_policy": InitialPolicy.SIMULATION, "model_update": ModelUpdate.RESIDUAL}
     simulated = {"sim_round_rollouts": 3, "sim_round_exploration": 0.1}
     settings = AlgorithmSettings(
@@ -94,7 +101,7 @@ def learn(solved=(), words=(), diagnosable=1, useless=(), robust="none", likelie
         }
     )
     chain = NotingChain()
-    steps = NotedSteps(chain, cfg, solved, FEW_DATA.min_samples // diagnosable, useless, likeliest)
+    steps = NotedSteps(chain, cfg, solved, FEW_DATA.min_samples // diagnosable, useless, likeliest, rocking)
     result = Algorithm(steps, settings, rollout_settings(section(cfg, "real_rollout")), RULE).run()
     return chain.calls, result
 
@@ -228,6 +235,23 @@ def test_a_policy_that_solves_it_is_driven_as_it_is_for_the_model_and_kept():
     assert not search.overrides["optimise"]
     assert search.overrides["initial_policies"] == [learning.policies[1].policy / POLICY]
     assert search.overrides["calibration_episodes"] == [last.rollouts[-1]]
+
+
+@pytest.mark.parametrize(
+    ("limit", "rocking", "robust", "policies"),
+    [
+        (0.08, SOLVED_TWICE, "default", 3),
+        (0.08, SOLVED_TWICE, "none", 2),
+        (0.11, SOLVED_TWICE, "default", 2),
+        (None, SOLVED_TWICE, "default", 2),
+        (0.08, (), "default", 2),
+    ],
+)
+def test_the_first_policy_that_solves_it_but_rocks_is_followed_by_one_more_update(limit, rocking, robust, policies):
+    solved = (*SOLVED_TWICE, "iteration_3/trials")
+    asked = {"stop_when_solved": True, "improve_oscillation": limit, "updates": 5}
+    _, learning = learn(solved=solved, rocking=rocking, robust=robust, **asked)
+    assert len(learning.policies) == policies
 
 
 @pytest.mark.parametrize(("updates", "recalibrates"), [(1, [0, 0, 1]), (2, [0, 0, 1, 0]), (3, [0, 0, 1, 0, 0])])

@@ -126,7 +126,7 @@ def test_a_robot_that_is_known_to_stick_gets_friction_compensation(paper, found,
 
 def test_the_best_comes_first_and_all_are_judged_on_all_robots(found, sticky):
     assert len(found) == SETTINGS.finalists
-    assert [each.rank for each in found] == sorted(each.rank for each in found)
+    assert [each.shortfall for each in found] == sorted(each.shortfall for each in found)
     for each in found:
         driven = sticky.driven(each.policy)
         assert len(driven.used) == SETTINGS.robots

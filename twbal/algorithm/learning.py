@@ -56,11 +56,12 @@ class Algorithm(Generic[R, M, P, S, K]):
         policies, updates = [self._tried(first)], 0
         while True:
             newest = policies[-1]
-            if self._is_enough(newest) and self._is_to_recalibrate(newest):
-                policies.append(self._tried(self._recalibrated(policies)))
-            elif not self._is_enough(newest) and updates < self._settings.updates:
+            solved = self._is_enough(newest)
+            if updates < self._settings.updates and (not solved or self._is_to_improve(policies)):
                 policies.append(self._tried(self._updated(policies)))
                 updates += 1
+            elif solved and self._is_to_recalibrate(newest):
+                policies.append(self._tried(self._recalibrated(policies)))
             else:
                 break
         return RunResult(simulated, tuple(policies))
@@ -152,6 +153,13 @@ class Algorithm(Generic[R, M, P, S, K]):
     def _is_to_recalibrate(self, solving: LearnedPolicy[R, M, P]) -> bool:
         """Whether a policy that solved it has a prediction that no rollouts have recalibrated yet."""
         return bool(self._settings.calibration_rollouts) and solving.predicted and not solving.recalibrates
+
+    def _is_to_improve(self, policies: Sequence[LearnedPolicy[R, M, P]]) -> bool:
+        """Whether the newest policy is the first that solved it, but lets the tilt oscillate too much."""
+        limit, (*earlier, newest) = self._settings.improve_oscillation, policies
+        if limit is None or newest.trials is None or not self._steps.identifies:
+            return False
+        return self._update.oscillation(newest.trials) > limit and not any(map(self._is_enough, earlier))
 
     def _is_enough(self, learned: LearnedPolicy[R, M, P]) -> bool:
         return self._settings.stop_when_solved and learned.trials is not None and self._update.solved(learned.trials)

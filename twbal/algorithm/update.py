@@ -2,14 +2,16 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from math import inf
 from pathlib import Path
+from statistics import median
 from typing import Generic
 
 from twbal.algorithm.learned import LearnedPolicy
 from twbal.algorithm.settings import AlgorithmSettings, ModelUpdate
 from twbal.algorithm.steps import Conditions, Difference, K, M, P, R, S, SearchInputs, Steps, Timed
 from twbal.algorithm.summary import Base, Basis, Diagnosis
-from twbal.core.evaluation import SuccessCriterion, succeeded
+from twbal.core.evaluation import SuccessCriterion, judged, succeeded
 from twbal.diagnosis.record import CLOSED
 from twbal.diagnosis.usability import enough_for_diagnosis
 
@@ -140,6 +142,11 @@ class Update(Generic[R, M, P, S, K]):
     def solved(self, rollouts: R) -> bool:
         """Whether all of them succeeded."""
         return all(succeeded(episode, self._rule) for episode in self._steps.episodes([rollouts]))
+
+    def oscillation(self, rollouts: R) -> float:
+        """Of the tilt, peak to peak, once in place: the median of them [rad]; infinite for one that ended before."""
+        found = [judged(episode, self._rule).oscillation for episode in self._steps.episodes([rollouts])]
+        return median(inf if each is None else each for each in found)
 
     def _with_diagnosis(self, inputs: UpdateInputs[R, M, P]) -> LearnedPolicy[R, M, P]:
         """Learn g, with a diagnosis before where that is asked for and there are rollouts enough.

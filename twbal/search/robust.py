@@ -34,6 +34,7 @@ PHYSICAL = ("tilt", "tilt_rate", "speed")
 _DISTURBED = 1.0  # s over which a disturbing torque is forgotten: a robot crosses a wave of the floor in about that
 _OLDEST_RATE = 0.5  # control periods: of a wheel rate that is the difference of angles over a control period
 _MOST_COMPENSATION = 0.6
+_MORE_RESTLESS = 1.2  # gears with play and encoders with ticks let commands change more than those of planar robots
 _RESTARTS = 2
 _FIRST_STEP = 0.3  # of the direct search, in logarithms of the gains
 _PAST_STEP = 0.5  # of the gains of past commands, which may change their sign, per torque limit
@@ -98,8 +99,13 @@ class RankedPolicy(NamedTuple):
 
     @property
     def rank(self) -> tuple[float, float]:
-        """Less is better."""
+        """Less is better: success in tenths first."""
         return -round(self.success, 1), self.use
+
+    @property
+    def shortfall(self) -> float:
+        """Less is better: the use of the limits, and what is missing to full success, in one number."""
+        return self.use - self.success
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,13 +152,13 @@ class SampledRobots:
         settings = self.settings
         with ThreadPoolExecutor(workers) as pool:
             screened = list(pool.map(lambda each: self.ranked(each[0], each[1], settings.screening), self._designs()))
-            best = sorted(screened, key=lambda found: found.rank)[: settings.finalists]
+            best = sorted(screened, key=lambda found: found.shortfall)[: settings.finalists]
             finalists = sorted(
-                pool.map(lambda found: self.ranked(found.origin, found.policy), best), key=lambda found: found.rank
+                pool.map(lambda found: self.ranked(found.origin, found.policy), best), key=lambda found: found.shortfall
             )
             if finalists and finalists[0].use > settings.enough:
                 finalists += pool.map(self._improved, finalists[: settings.improved])
-        return sorted(finalists, key=lambda found: found.rank)
+        return sorted(finalists, key=lambda found: found.shortfall)
 
     def _improved(self, begin: RankedPolicy) -> RankedPolicy:
         """A policy after a direct search (Nelder and Mead 1965) over its gains, compensation and bias."""
@@ -180,7 +186,8 @@ class SampledRobots:
 
     @cached_property
     def _limits(self) -> Limits:
-        return limits_of(self.rule, self.channels.names)
+        limits = limits_of(self.rule, self.channels.names)
+        return limits._replace(command_change=limits.command_change / _MORE_RESTLESS)
 
     @cached_property
     def _models(self) -> Sequence[TwinParameters]:

@@ -112,6 +112,11 @@ STAGES: Mapping[str, tuple[Setting, ...]] = {
         _common("updates", _ROUNDS, "updates of model and policy, each by a real rollout"),
         _common("trials", Whole(0, 100_000), "trials of each policy; nothing is learned from them"),
         _common("stop_when_solved", YesNo(), "no more updates once all trials succeed"),
+        Setting(
+            "improve_oscillation",
+            OrNull(Number(0.001, 3.0, "rad")),
+            "of the tilt, beyond which a policy that solved it is improved",
+        ),
         Setting("min_update_time", Number(0.0, 3600.0, "s"), "time that the rollouts of an update last together"),
         Setting("max_update_rollouts", Whole(1, 1000), "rollouts of an update, at most"),
         Setting("calibration_rollouts", Whole(0, 1000), "more rollouts of the policy that solved it"),
