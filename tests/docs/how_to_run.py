@@ -390,5 +390,7 @@ TABLE: Mapping[str, How] = {
     "twbal real-rollout policy.path=<policy.pt> link=serial link.port=<path> link.confirm_placed=null": Stage(_DRIVES),
     "twbal virtual-robot robot=regbot faults=none": Stage(),
     # messages
+    "twbal doctor": Stage(small=("timing=0.05",)),
+    "twbal doctor link=serial link.port=/dev/ttyUSB0": Stage(_SERIAL, small=("timing=0.05",)),
     "twbal import-log guess=true": Stage({"guess=true": "guess=true files=log.csv"}),
 }

@@ -22,6 +22,7 @@ STAGES = {
     "optimise-policy": "search the policy that the model expects to do best",
     "lqr": "make a linear-quadratic regulator, of the nominal parameters or of a linear model of real episodes",
     "train-agent": "train a model-free agent in simulation, as a baseline",
+    "doctor": "look at what must be right on this computer before a robot is driven",
     "real-rollout": "drive the robot on the other end of a link by a policy and log what it does",
     "fit-diff-gp": "learn the correction g from logged episodes of the robot",
     "identify": "tell a robot's parameters, with standard deviations, by rollouts of it",

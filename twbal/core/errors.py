@@ -9,6 +9,7 @@
     ├── SearchError         a policy search that found nothing finite
     ├── SweepError          jobs of a sweep that failed, or that cannot be started
     ├── RegressionError     logged data of which twbal makes something else than before
+    ├── CheckError          something on the computer or the robot that is not fit to drive
     └── LinkError           the robot cannot be reached, or does not answer
         ├── ProtocolError   it answers in another language
         └── LinkLostError   it fell silent in the middle of a rollout
@@ -51,6 +52,10 @@ class SweepError(TwbalError):
 
 class RegressionError(TwbalError):
     """Logged data of which twbal makes something else than before."""
+
+
+class CheckError(TwbalError):
+    """Something on the computer or the robot that is not fit to drive."""
 
 
 class LinkError(TwbalError):

@@ -97,8 +97,13 @@ class SerialTransport(Transport):
         self._port.close()
 
 
+def serial_ports() -> list[str]:
+    """The serial ports that are there."""
+    return [port.device for port in list_ports.comports()]
+
+
 def _cannot_open(port: str, error: Exception) -> str:
-    ports = ", ".join(p.device for p in list_ports.comports()) or "none"
+    ports = ", ".join(serial_ports()) or "none"
     return (
         f"Cannot open the port {port}: {error}. Serial ports that are there: {ports}. Is the robot plugged in, its "
         "port free, and may you use it (on Linux: the group dialout)?"

@@ -173,6 +173,10 @@ STAGES: Mapping[str, tuple[Setting, ...]] = {
         _common("distil", OrNull(Whole(0, 10_000)), "basis functions that are left; null: all"),
         Setting("states", Whole(0, 10_000_000), "at which the compiled header is checked; 0: none"),
     ),
+    "doctor": (
+        Setting("sysfs", PATH, "where the kernel tells of USB adapters"),
+        _common("timing", Number(0.05, 3600.0, "s"), "time for which wake-ups at 100 Hz are timed"),
+    ),
     "repair": (_common("logs", PATHS, "damaged logs, or folders that have some"),),
     "virtual-robot": (
         _common("seed", SEED, "which robot: what it hides, its starts and noise"),

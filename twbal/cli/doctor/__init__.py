@@ -1,0 +1,1 @@
+"""What must be right on a computer before it drives a robot."""

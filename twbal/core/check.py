@@ -1,0 +1,50 @@
+"""What a check of a computer or of a robot came to, and how a list of them is told."""
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from enum import StrEnum
+
+
+class Verdict(StrEnum):
+    """What a check says."""
+
+    OK = "ok"
+    WARNING = "warning"  # it may work, and less well
+    PROBLEM = "problem"  # it will not work, or not safely
+    SKIPPED = "skipped"  # not looked at: nothing is known
+
+
+@dataclass(frozen=True)
+class Check:
+    """One thing that was looked at.
+
+    Attributes:
+        name: of the thing.
+        verdict: what it comes to.
+        found: as a phrase, with units.
+        expected: as a phrase; empty where `found` says it.
+        advice: what to do, as a sentence; empty where nothing is to be done.
+    """
+
+    name: str
+    verdict: Verdict
+    found: str
+    expected: str = ""
+    advice: str = ""
+
+    def line(self, width: int) -> str:
+        """All of it in one line, with the name in a column of `width` characters."""
+        expected = f" (expected {self.expected})" if self.expected and self.verdict is not Verdict.OK else ""
+        advice = f". {self.advice}" if self.advice else ""
+        return f"{self.verdict:8} {self.name:{width}}  {self.found}{expected}{advice}"
+
+
+def check_lines(checks: Sequence[Check]) -> Iterator[str]:
+    """A line of each."""
+    width = max((len(check.name) for check in checks), default=0)
+    yield from (check.line(width) for check in checks)
+
+
+def problems(checks: Iterable[Check]) -> list[str]:
+    """Names of those that are a problem."""
+    return [check.name for check in checks if check.verdict is Verdict.PROBLEM]
