@@ -89,6 +89,7 @@ DRAWS_NOTHING = {  # a setting of stages without a seed
     "repair": "logs",
     "lqr": "episodes",
     "doctor": "timing",
+    "check-link": "exchanges",
 }
 
 

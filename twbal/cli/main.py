@@ -23,6 +23,7 @@ STAGES = {
     "lqr": "make a linear-quadratic regulator, of the nominal parameters or of a linear model of real episodes",
     "train-agent": "train a model-free agent in simulation, as a baseline",
     "doctor": "look at what must be right on this computer before a robot is driven",
+    "check-link": "try a robot with its wheels off the ground, before its first rollout",
     "real-rollout": "drive the robot on the other end of a link by a policy and log what it does",
     "fit-diff-gp": "learn the correction g from logged episodes of the robot",
     "identify": "tell a robot's parameters, with standard deviations, by rollouts of it",

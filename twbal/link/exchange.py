@@ -40,7 +40,13 @@ class Exchange:
         self._number = (self._number + 1) % 2**16
         return self._number
 
-    def ask(self, message: Message, timeout: float, until: Callable[[Message], bool] = lambda answer: True) -> Message:
+    def ask(
+        self,
+        message: Message,
+        timeout: float,
+        until: Callable[[Message], bool] = lambda answer: True,
+        resend_after: float = _RESEND_AFTER,
+    ) -> Message:
         """Send `message`, again where no answer comes, and return the newest answer to it once that is as `until` says.
 
         Messages are those of the newest version; to a robot of an older one they are translated.
@@ -49,6 +55,7 @@ class Exchange:
             message: to send.
             timeout: how long to wait [s].
             until: which answers will do.
+            resend_after: when it is sent again [s]; infinite: never.
 
         Raises:
             LinkError: it is answered by a fault, not at all, or not so.
@@ -63,7 +70,7 @@ class Exchange:
             now = time.monotonic()
             if now >= resend_at:
                 self.transport.write(wire)
-                resend_at = now + _RESEND_AFTER
+                resend_at = now + resend_after
             for answer in map(upgraded, self._decoder.feed(self.transport.read())):
                 if isinstance(answer, PoseReport):
                     self._said = answer
@@ -74,6 +81,20 @@ class Exchange:
             if newest is not None and until(newest):
                 return newest
         raise LinkError(self._why_none(type(message).__name__, timeout, newest))
+
+    def listen(self, seconds: float) -> list[Message]:
+        """What the robot says by itself within a time, in which it hears nothing.
+
+        Args:
+            seconds: how long [s].
+
+        Raises:
+            LinkLostError: the port is gone.
+        """
+        deadline, heard = time.monotonic() + seconds, list[Message]()
+        while time.monotonic() < deadline:
+            heard += map(upgraded, self._decoder.feed(self.transport.read()))
+        return heard
 
     def _pose_at(self, answer: Message) -> PoseReport | None:
         """The pose that the robot said just before this answer, if it is of the same instant."""

@@ -14,13 +14,28 @@ def confirm_placed(trial: int) -> None:
     Raises:
         LinkError: nobody is at the terminal.
     """
+    _ask(f"Trial {trial}: place the robot at its start, step back, and press Enter (Ctrl-C ends the run). ", "placed")
+
+
+def confirm_lifted() -> None:
+    """Ask the person at the terminal to hold the robot with its wheels in the air, and wait for Enter.
+
+    Raises:
+        LinkError: nobody is at the terminal.
+    """
+    question = "Hold or clamp the robot still, upright, with its wheels OFF THE GROUND: they will turn. Press Enter "
+    _ask(f"{question}(Ctrl-C ends it). ", "lifted")
+
+
+def _ask(question: str, what: str) -> None:
+    """Ask, and wait for Enter; `what` has to be done to the robot."""
     try:
         if not sys.stdin.isatty():
             raise EOFError  # a pipe may say Enter before anyone stands beside the robot
-        input(f"Trial {trial}: place the robot at its start, step back, and press Enter (Ctrl-C ends the run). ")
+        input(question)
     except EOFError as error:
         print()  # the error begins a line of its own
         raise LinkError(
-            "The robot has to be placed by a person, but this program has no terminal to ask at. Run it in a terminal, "
-            "or set link.confirm_placed=null for a robot that places itself."
+            f"The robot has to be {what} by a person, but this program has no terminal to ask at. Run it in a "
+            "terminal, or set link.confirm_placed=null for a robot that places itself."
         ) from error

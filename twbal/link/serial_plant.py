@@ -114,6 +114,16 @@ class SerialPlant(Plant):
         return tuple(self._events)
 
     @property
+    def line(self) -> Exchange:
+        """The messages under it, for who looks at the line itself; arming goes through `reset`, which also disarms."""
+        return self._line
+
+    @property
+    def telemetry(self) -> Telemetry:
+        """The newest telemetry that was used; there is one after a `reset`."""
+        return self._last
+
+    @property
     def bad_frames(self) -> int:
         """Frames that arrived damaged since the plant was opened."""
         return self._line.bad_frames

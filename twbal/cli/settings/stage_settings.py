@@ -177,6 +177,12 @@ STAGES: Mapping[str, tuple[Setting, ...]] = {
         Setting("sysfs", PATH, "where the kernel tells of USB adapters"),
         _common("timing", Number(0.05, 3600.0, "s"), "time for which wake-ups at 100 Hz are timed"),
     ),
+    "check-link": (
+        _common("exchanges", Whole(10, 100_000), "messages whose answers are timed"),
+        _common("rest", Number(0.1, 3600.0, "s"), "time without torque, in which sensors and clock are watched"),
+        _common("pulse", Number(0.001, 1.0), "torque of a pulse, per torque limit"),
+        _common("pulse_time", Number(0.001, 0.3, "s"), "length of a pulse"),
+    ),
     "repair": (_common("logs", PATHS, "damaged logs, or folders that have some"),),
     "virtual-robot": (
         _common("seed", SEED, "which robot: what it hides, its starts and noise"),

@@ -130,7 +130,7 @@ def run(cfg: DictConfig, out: Path, launch: Launch = launch) -> Manifest:
         seed=settings.seed,
         config=recorded(cfg, NOT_IN_EPISODES),
     )
-    open_link = partial(_link, cfg.link, launch)
+    open_link = partial(link_of, cfg.link, launch)
     inputs = {"policy": policy_files(cfg.policy)}
     step = Step("real-rollout", out, recorded(cfg, NOT_RECORDED), inputs, settings.seed)
     channels, course = instantiate(cfg.state), instantiate(cfg.course) if cfg.course else None
@@ -227,11 +227,11 @@ def check_robot_is_there(cfg: DictConfig) -> None:
         ConfigError: it is not the robot of the data sheet.
     """
     if "port" in cfg.link:
-        with stopped_once(), _link(cfg.link, launch) as plant:
+        with stopped_once(), link_of(cfg.link, launch) as plant:
             _check_robot(plant, instantiate(cfg.robot))
 
 
-def _link(link: DictConfig, launch: Launch) -> AbstractContextManager[SerialPlant]:
+def link_of(link: DictConfig, launch: Launch) -> AbstractContextManager[SerialPlant]:
     """The link, not opened yet; a virtual robot finds the configuration that this run was given by its flags."""
     if "overrides" not in link:
         return cast(AbstractContextManager[SerialPlant], instantiate(link))

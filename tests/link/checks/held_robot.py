@@ -1,0 +1,113 @@
+"""A robot that is held with its wheels in the air, as a plant, and ways in which firmware and lines fail it."""
+
+import numpy as np
+
+from twbal.core.plant import Observation, Plant, WheelDifference
+from twbal.link.protocol import Status
+from twbal.virtual_robot.firmware import Firmware
+
+PERIOD = 0.02
+
+
+class HeldRobot(Plant):
+    """Two wheels of inertia I on bearings with viscous friction; the body is clamped. Euler steps.
+
+    Args:
+        signs: of left and right motor.
+        delay: control periods by which torques act late.
+        bias: of the gyro [rad/s].
+        swapped: the left wheel gets what is meant for the right one.
+        dead_zone: torque of a wheel that does not move it [N·m].
+        noise: standard deviation of the gyro's noise [rad/s].
+    """
+
+    control_period = PERIOD
+    turns = True
+
+    def __init__(self, signs=(1.0, 1.0), delay=0, bias=0.01, swapped=False, dead_zone=0.0, noise=0.003):
+        self._signs, self._delay, self._bias, self._swapped = np.array(signs), delay, bias, swapped
+        self._dead_zone, self._noise = dead_zone, noise
+        self._rng = np.random.default_rng(5)
+        self.reset(0)
+
+    def reset(self, trial):
+        self._angle, self._rate = np.zeros(2), np.zeros(2)
+        self._queue, self._periods, self._difference = [np.zeros(2)] * self._delay, 0, 0.0
+        return self._observe()
+
+    def steer(self, difference):
+        self._difference = difference
+
+    def step(self, command):
+        wheels = np.array([command - self._difference, command + self._difference]) / 2
+        wheels = wheels[::-1] if self._swapped else wheels
+        self._queue.append(self._signs * np.where(np.abs(wheels) > self._dead_zone, wheels, 0.0))
+        self._rate = self._rate + PERIOD * (self._queue.pop(0) - 0.02 * self._rate) / 0.05
+        self._angle = self._angle + PERIOD * self._rate
+        self._periods += 1
+        return self._observe()
+
+    def wheel_difference(self):
+        return WheelDifference(float(self._angle[1] - self._angle[0]), float(self._rate[1] - self._rate[0]))
+
+    def stop(self):
+        pass
+
+    def close(self):
+        pass
+
+    def _observe(self):
+        tilt = 0.02 + self._rng.normal(0.0, 5e-4)
+        rate = self._bias + self._rng.normal(0.0, self._noise)
+        return Observation(
+            self._periods * PERIOD, tilt, rate, 0.0, float(self._angle.mean()), float(self._rate.mean()), 0.0
+        )
+
+
+class SilentWatchdog(Firmware):
+    """Never stops its motors for want of a command."""
+
+    def _trip(self, reason):
+        if reason is not Status.WATCHDOG_STOPPED:
+            super()._trip(reason)
+
+
+class DeafToStop(Firmware):
+    """Answers Stop as if it had been a command: its motors stay on."""
+
+    def _disarm(self):
+        if getattr(self, "_greeted", False) and getattr(self, "_status", Status(0)) & Status.ARMED:
+            return
+        super()._disarm()
+
+
+class WakesUp(Firmware):
+    """Confirms Stop, and lets the next command arm it again."""
+
+    def _command(self, asked, now_us):
+        self._status |= Status.ARMED
+        return super()._command(asked, now_us)
+
+    def _disarm(self):
+        super()._disarm()
+        self._standing = not getattr(self, "_greeted", False)
+
+
+def lossy(share, seed=3):
+    """What a line does that loses a share of all frames."""
+    rng = np.random.default_rng(seed)
+    return lambda data: b"" if rng.random() < share else data
+
+
+def damaging(share, seed=3):
+    """What a line does that changes a bit of a share of all frames."""
+    rng = np.random.default_rng(seed)
+
+    def spoil(data):
+        if not data or rng.random() >= share:
+            return data
+        spoilt = bytearray(data)
+        spoilt[int(rng.integers(1, len(spoilt) - 1))] ^= 1 << int(rng.integers(8))
+        return bytes(spoilt)
+
+    return spoil

@@ -1,0 +1,195 @@
+"""Each thing that can be wrong with a robot is found by its own check, and a good robot passes them all."""
+
+import pytest
+from held_robot import PERIOD, DeafToStop, HeldRobot, SilentWatchdog, WakesUp, damaging, lossy
+from pendulum import MemoryTransport, Pendulum
+
+from twbal.core.check import Verdict
+from twbal.core.errors import LinkLostError
+from twbal.link.checks.procedure import LinkTrial, check_link
+from twbal.link.protocol import Clock
+from twbal.link.serial_plant import SerialPlant
+from twbal.virtual_robot.firmware import Firmware, Identity
+
+TRIAL = LinkTrial(exchanges=60, rest=1.0, pulse=0.1, pulse_time=0.3, is_held=True)
+US_PER_READ = 1000
+
+
+class Bench:
+    """A robot on a line in memory, whose clock the host's is a multiple of."""
+
+    def __init__(self, plant, firmware=Firmware, clock=Clock.LOCKSTEP, version=2, fast=1.0, watchdog=0.1):
+        me = Identity("held", torque_limit=4.0, tilt_limit=1.0, watchdog=watchdog, clock=clock, version=version)
+        self.line = MemoryTransport(firmware(plant, me), US_PER_READ if clock is Clock.REAL_TIME else 0)
+        self.plant = SerialPlant(self.line, 1.0, 1.0, 0.6)
+        self._fast = fast
+
+    def time(self):
+        return self.line.now_us * 1e-6 / self._fast
+
+    def verdicts(self, trial=TRIAL):
+        self.report = check_link(self.plant, trial, lambda _: None, self.time)
+        self.found = {check.name: check for check in self.report.checks}
+        return {name: check.verdict.value for name, check in self.found.items()}
+
+    def problems(self, trial=TRIAL):
+        return {name for name, verdict in self.verdicts(trial).items() if verdict == "problem"}
+
+
+GOOD = {
+    **{"handshake": "ok", "round trip": "ok", "losses": "ok", "clock": "ok", "sensors at rest": "ok", "stop": "ok"},
+    **{"watchdog": "ok", "torque sign": "ok", "dead time": "ok", "difference sign": "ok", "signs by hand": "skipped"},
+}
+
+
+def test_a_good_robot_passes_and_signs_by_hand_are_not_called_ok():
+    bench = Bench(HeldRobot(), clock=Clock.REAL_TIME)
+    assert bench.verdicts() == GOOD
+    assert "does not measure: heading, battery" in bench.found["handshake"].found
+    assert len(bench.report.round_trips) == TRIAL.exchanges
+
+
+def test_a_robot_of_version_1_passes_what_it_can_tell():
+    verdicts = Bench(HeldRobot(), version=1, clock=Clock.REAL_TIME).verdicts()
+    assert verdicts == {**GOOD, "difference sign": "skipped"}
+
+
+def test_a_robot_in_lockstep_has_no_watchdog_and_no_clock_of_its_own():
+    assert Bench(HeldRobot(), clock=Clock.LOCKSTEP).verdicts() == {**GOOD, "clock": "skipped", "watchdog": "skipped"}
+
+
+def test_swapped_torque_signs_are_found():
+    bench = Bench(HeldRobot(signs=(-1.0, -1.0)))
+    assert bench.problems() == {"torque sign", "difference sign"}
+    assert "backward" in bench.found["torque sign"].found
+
+
+@pytest.mark.parametrize(
+    ("signs", "wheel"), [((-1.0, 1.0), "the left wheel by -"), ((1.0, 0.0), "the right wheel by +0")]
+)
+def test_one_wheel_that_does_not_follow_is_found(signs, wheel):
+    bench = Bench(HeldRobot(signs=signs))
+    assert "torque sign" in bench.problems()
+    assert wheel in bench.found["torque sign"].found
+
+
+def test_swapped_wheels_are_found_by_the_difference_alone():
+    assert Bench(HeldRobot(swapped=True)).problems() == {"difference sign"}
+
+
+def test_motors_that_do_not_move_are_a_problem_and_a_larger_pulse_moves_them():
+    stuck = HeldRobot(dead_zone=0.3)  # a wheel gets half of 0.1 · 4 N·m
+    assert Bench(stuck).problems() == {"torque sign", "difference sign"}
+    assert not Bench(stuck).problems(LinkTrial(60, 1.0, 0.3, 0.3, is_held=True))
+
+
+@pytest.mark.parametrize("delay", [0, 1, 3])
+def test_dead_time_is_that_of_the_robot(delay):
+    bench = Bench(HeldRobot(delay=delay))
+    bench.verdicts()
+    milliseconds = int(bench.found["dead time"].found.split()[0])
+    assert abs(milliseconds * 1e-3 - delay * PERIOD) <= 0.6 * PERIOD
+
+
+def test_a_watchdog_that_does_not_bite_is_found_and_the_motors_are_not_driven_after_it():
+    bench = Bench(HeldRobot(), SilentWatchdog, clock=Clock.REAL_TIME)
+    assert bench.problems() == {"watchdog"}
+    assert "the motors were still on" in bench.found["watchdog"].found
+    assert bench.found["motors"].verdict is Verdict.SKIPPED
+
+
+def test_a_watchdog_that_bites_late_is_found():
+    bench = Bench(HeldRobot(), watchdog=0.2, clock=Clock.REAL_TIME)
+    assert bench.problems() == {"watchdog"}
+    milliseconds = int(bench.found["watchdog"].found.split()[2])
+    assert 200 < milliseconds <= 220
+
+
+def test_a_robot_that_does_not_obey_stop_is_found_and_the_motors_are_not_driven_after_it():
+    bench = Bench(HeldRobot(), DeafToStop, clock=Clock.REAL_TIME)
+    assert bench.problems() == {"stop"}
+    assert bench.found["stop"].found == "it answers Stop, and its motors stay on"
+    assert bench.found["motors"].verdict is Verdict.SKIPPED
+
+
+def test_a_robot_that_never_switches_off_is_said_to_be_still_on():
+    bench = Bench(HeldRobot(), DeafToStop)
+    bench.verdicts()
+    said = " ".join(check.found for check in bench.report.checks if check.verdict is Verdict.PROBLEM)
+    assert "MAY STILL BE ON" in said
+
+
+def test_a_robot_that_a_command_wakes_after_stop_is_found():
+    bench = Bench(HeldRobot(), WakesUp)
+    assert "stop" in bench.problems()
+    assert "switched it on again" in bench.found["stop"].found
+
+
+@pytest.mark.parametrize("fault", [lossy(0.05), damaging(0.05)])
+@pytest.mark.parametrize("way", ["to_robot", "to_host"])
+def test_a_bad_line_is_found(fault, way):
+    bench = Bench(HeldRobot())
+    setattr(bench.line, way, fault)
+    assert bench.verdicts()["losses"] == "problem"
+
+
+@pytest.mark.parametrize(("fast", "percent", "sense"), [(1.05, 5.0, "fast"), (0.9, 10.0, "slow")])
+def test_a_clock_that_runs_at_another_rate_is_found(fast, percent, sense):
+    bench = Bench(HeldRobot(), fast=fast, clock=Clock.REAL_TIME)
+    assert bench.problems() == {"clock"}
+    found = bench.found["clock"].found.split()
+    assert float(found[3].rstrip("%")) == pytest.approx(percent, abs=0.2)
+    assert found[4].rstrip(",") == sense
+
+
+@pytest.mark.parametrize(("bias", "noise"), [(0.2, 0.003), (-0.2, 0.003), (0.0, 0.5)])
+def test_a_gyro_with_bias_or_much_noise_is_found(bias, noise):
+    bench = Bench(HeldRobot(bias=bias, noise=noise))
+    assert bench.problems() == {"sensors at rest"}
+
+
+def test_bias_and_noise_are_those_of_the_robot():
+    bench = Bench(HeldRobot(bias=0.0123, noise=0.004))
+    bench.verdicts(LinkTrial(10, 20.0, 0.1, 0.1, is_held=True))
+    words = bench.found["sensors at rest"].found.split()
+    assert float(words[2]) == pytest.approx(0.0123, abs=4 * 0.004 / 1000**0.5)
+    assert float(words[5]) == pytest.approx(0.004, rel=0.1)
+
+
+@pytest.mark.parametrize(("is_held", "verdict"), [(True, "problem"), (False, "skipped")])
+def test_a_robot_that_falls_was_not_at_rest_and_only_one_that_nobody_holds_may(is_held, verdict):
+    bench = Bench(Pendulum())
+    assert bench.verdicts(LinkTrial(20, 0.4, 0.1, 0.1, is_held))["sensors at rest"] == verdict
+
+
+def test_a_line_that_breaks_is_a_problem_and_what_follows_is_skipped():
+    bench = Bench(HeldRobot())
+    begun = []
+
+    def breaks(data):
+        begun.append(data)
+        if len(begun) > 80:
+            raise LinkLostError("The port memory is gone.")
+        return data
+
+    bench.line.to_robot = breaks
+    verdicts = bench.verdicts()
+    assert verdicts["rest"] == "problem"
+    assert [verdicts[part] for part in ("stop", "watchdog", "motors")] == ["skipped"] * 3
+
+
+def test_ctrl_c_in_a_pulse_leaves_the_motors_off():
+    bench = Bench(HeldRobot())
+
+    def pressed(part):
+        if part == "motors":
+            bench.line.to_robot = interrupt
+
+    def interrupt(data):
+        bench.line.to_robot = lambda data: data
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        check_link(bench.plant, TRIAL, pressed, bench.time)
+    bench.plant.close()
+    assert bench.line.firmware._standing

@@ -1,0 +1,134 @@
+"""All checks of a link, in the order in which they are safe: first without motors, then with little torque."""
+
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+from twbal.core.check import Check, Verdict, problems
+from twbal.core.errors import LinkError
+from twbal.link.checks.line import clock_check, handshake_check, loss_check, round_trip_check
+from twbal.link.checks.motors import Pulse, dead_time_check, pulse_commands, torque_check, turning_check
+from twbal.link.checks.recording import HostClock, Pings, ping, record
+from twbal.link.checks.rest import rest_check
+from twbal.link.checks.safety import stop_check, watchdog_check
+from twbal.link.protocol import Sensors
+from twbal.link.serial_plant import SerialPlant
+from twbal.link.wheel_commands import WheelCommands
+
+_MUST_HOLD = ("stop", "watchdog")  # before a torque is held for longer than a control period
+_BY_HAND = "not checked by twbal: lean the body, and turn each wheel, by hand"
+_SECTION = "Do it as docs/your_robot.md says under Check each sign."
+
+
+@dataclass(frozen=True)
+class LinkTrial:
+    """How a link is tried.
+
+    Attributes:
+        exchanges: messages whose answers are timed.
+        rest: how long the robot is armed without torque [s].
+        pulse: torque of a pulse, as a share of the robot's limit.
+        pulse_time: how long it lasts, at most 0.3 s [s].
+        is_held: somebody holds the robot, with its wheels off the ground.
+    """
+
+    exchanges: int
+    rest: float
+    pulse: float
+    pulse_time: float
+    is_held: bool
+
+
+@dataclass(frozen=True)
+class LinkReport:
+    """What came of it.
+
+    Attributes:
+        robot: name.
+        version: of the protocol that it speaks.
+        control_period: [s].
+        torque_limit: [N·m].
+        checks: in order.
+        round_trips: [s].
+    """
+
+    robot: str
+    version: int
+    control_period: float
+    torque_limit: float
+    checks: tuple[Check, ...]
+    round_trips: tuple[float, ...]
+
+
+def check_link(
+    plant: SerialPlant, trial: LinkTrial, say: Callable[[str], None], clock: HostClock = time.monotonic
+) -> LinkReport:
+    """Try the robot; whatever happens, its motors are off at the end of each part.
+
+    A part in which the link fails is a problem, and the parts after it are skipped; so is what drives the motors where
+    Stop or the watchdog does not switch them off.
+
+    Args:
+        plant: the robot, which nobody needs to place: its wheels are off the ground.
+        trial: how.
+        say: is told what comes next.
+        clock: of the host.
+
+    Raises:
+        KeyboardInterrupt: the person pressed Ctrl-C.
+    """
+    pings: list[Pings] = []
+    parts: dict[str, Callable[[], Iterator[Check]]] = {
+        "line": lambda: _line(plant, trial, pings, clock),
+        "rest": lambda: _rest(plant, trial, clock),
+        "stop": lambda: iter([stop_check(plant, trial.pulse * plant.torque_limit)]),
+        "watchdog": lambda: iter([watchdog_check(plant, trial.pulse * plant.torque_limit)]),
+        "motors": lambda: _motors(plant, trial),
+    }
+    checks: list[Check] = [handshake_check(plant)]
+    failed = ""
+    for name, part in parts.items():
+        if failed:
+            checks.append(Check(name, Verdict.SKIPPED, f"not tried after the problem of the part {failed!r}"))
+            continue
+        say(name)
+        try:
+            found = list(part())
+        except LinkError as error:
+            found = [Check(name, Verdict.PROBLEM, str(error))]
+            failed = name
+        checks += found
+        failed = name if name in _MUST_HOLD and problems(found) else failed
+    checks.append(Check("signs by hand", Verdict.SKIPPED, _BY_HAND, "", _SECTION))
+    trips = pings[0].round_trips if pings else ()
+    return LinkReport(plant.robot_name, plant.version, plant.control_period, plant.torque_limit, tuple(checks), trips)
+
+
+def _line(plant: SerialPlant, trial: LinkTrial, pings: list[Pings], clock: HostClock) -> Iterator[Check]:
+    damaged = plant.bad_frames
+    found = ping(plant, trial.exchanges, clock)
+    pings.append(found)
+    yield round_trip_check(found, plant.control_period)
+    yield loss_check(found, plant.bad_frames - damaged)
+
+
+def _rest(plant: SerialPlant, trial: LinkTrial, clock: HostClock) -> Iterator[Check]:
+    rest = record(plant, [WheelCommands(0.0)] * round(trial.rest / plant.control_period), clock)
+    yield clock_check(plant, rest)
+    yield rest_check(rest, trial.is_held)
+
+
+def _motors(plant: SerialPlant, trial: LinkTrial) -> Iterator[Check]:
+    torque = trial.pulse * plant.torque_limit
+    ahead = _pulse(plant, WheelCommands(torque), trial.pulse_time)
+    yield torque_check(plant, ahead)
+    yield dead_time_check(plant, ahead)
+    if plant.turns and plant.sensors & Sensors.WHEEL_DIFFERENCE:
+        yield turning_check(_pulse(plant, WheelCommands(0.0, torque), trial.pulse_time))
+    else:
+        yield Check("difference sign", Verdict.SKIPPED, "it does not turn, or does not tell its wheels apart")
+
+
+def _pulse(plant: SerialPlant, command: WheelCommands, seconds: float) -> Pulse:
+    commands = pulse_commands(command, seconds, plant.control_period)
+    return Pulse(command, record(plant, [WheelCommands(0.0)] * len(commands)), record(plant, commands))
