@@ -392,5 +392,9 @@ TABLE: Mapping[str, How] = {
     # messages
     "twbal doctor": Stage(small=("timing=0.05",)),
     "twbal doctor link=serial link.port=/dev/ttyUSB0": Stage(_SERIAL, small=("timing=0.05",)),
+    "twbal check-link link=serial link.port=/dev/ttyUSB0": Stage(
+        _SERIAL, small=("exchanges=10", "rest=0.2", "pulse=0.5")
+    ),
+    "twbal check-link link.clock=real_time pulse=0.4": Stage(slow=True),
     "twbal import-log guess=true": Stage({"guess=true": "guess=true files=log.csv"}),
 }

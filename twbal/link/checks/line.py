@@ -41,7 +41,9 @@ def round_trip_check(pings: Pings, control_period: float) -> Check:
     advice = "See `twbal doctor` for latency timer and priority; try a higher baud rate."
     if median(trips) > control_period:
         return Check(name, Verdict.PROBLEM, found, expected, advice)
-    return Check(name, Verdict.WARNING if most > control_period / 2 else Verdict.OK, found, expected, advice)
+    if most > control_period / 2:
+        return Check(name, Verdict.WARNING, found, expected, advice)
+    return Check(name, Verdict.OK, found)
 
 
 def loss_check(pings: Pings, bad_frames: int) -> Check:

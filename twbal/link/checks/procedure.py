@@ -17,6 +17,7 @@ from twbal.link.wheel_commands import WheelCommands
 
 _MUST_HOLD = ("stop", "watchdog")  # before a torque is held for longer than a control period
 _BY_HAND = "not checked by twbal: lean the body, and turn each wheel, by hand"
+_BROKEN = "Is this computer busy, or a plug loose? `twbal doctor` looks at the computer."
 _SECTION = "Do it as docs/your_robot.md says under Check each sign."
 
 
@@ -95,7 +96,7 @@ def check_link(
         try:
             found = list(part())
         except LinkError as error:
-            found = [Check(name, Verdict.PROBLEM, str(error))]
+            found = [Check(name, Verdict.PROBLEM, str(error).rstrip("."), "", _BROKEN)]
             failed = name
         checks += found
         failed = name if name in _MUST_HOLD and problems(found) else failed
