@@ -27,6 +27,18 @@ def confirm_lifted() -> None:
     _ask(f"{question}(Ctrl-C ends it). ", "lifted")
 
 
+def ask_for_motion(what: str) -> None:
+    """Ask the person at the terminal to move the robot by hand once Enter is pressed, and wait for that.
+
+    Args:
+        what: is to be done, as a sentence.
+
+    Raises:
+        LinkError: nobody is at the terminal.
+    """
+    _ask(f"{what}. Press Enter. ", "moved")
+
+
 def _ask(question: str, what: str) -> None:
     """Ask, and wait for Enter; `what` has to be done to the robot."""
     try:

@@ -28,6 +28,7 @@ class HeldRobot(Plant):
         self._signs, self._delay, self._bias, self._swapped = np.array(signs), delay, bias, swapped
         self._dead_zone, self._noise = dead_zone, noise
         self._rng = np.random.default_rng(5)
+        self.motion = lambda seconds: (0.0, 0.0, 0.0, 0.0)  # tilt, its rate, angles of left and right wheel by hand
         self.reset(0)
 
     def reset(self, trial):
@@ -48,7 +49,8 @@ class HeldRobot(Plant):
         return self._observe()
 
     def wheel_difference(self):
-        return WheelDifference(float(self._angle[1] - self._angle[0]), float(self._rate[1] - self._rate[0]))
+        left, right = self._angle + self.motion(self._periods * PERIOD)[2:]
+        return WheelDifference(float(right - left), float(self._rate[1] - self._rate[0]))
 
     def stop(self):
         pass
@@ -57,11 +59,14 @@ class HeldRobot(Plant):
         pass
 
     def _observe(self):
-        tilt = 0.02 + self._rng.normal(0.0, 5e-4)
-        rate = self._bias + self._rng.normal(0.0, self._noise)
-        return Observation(
-            self._periods * PERIOD, tilt, rate, 0.0, float(self._angle.mean()), float(self._rate.mean()), 0.0
-        )
+        now = self._periods * PERIOD
+        lean, lean_rate, *wheels = self.motion(now)
+        before = self.motion(max(0.0, now - PERIOD))[2:]
+        tilt = 0.02 + lean + self._rng.normal(0.0, 5e-4)
+        rate = self._bias + lean_rate + self._rng.normal(0.0, self._noise)
+        angle = float((self._angle + wheels).mean())
+        wheel_rate = float(self._rate.mean() + np.mean(np.subtract(wheels, before)) / PERIOD)
+        return Observation(now, tilt, rate, 0.0, angle, wheel_rate, 0.0)
 
 
 class SilentWatchdog(Firmware):

@@ -1,5 +1,7 @@
 """Each thing that can be wrong with a robot is found by its own check, and a good robot passes them all."""
 
+from dataclasses import replace
+
 import pytest
 from held_robot import PERIOD, DeafToStop, HeldRobot, SilentWatchdog, WakesUp, damaging, lossy
 from pendulum import MemoryTransport, Pendulum
@@ -11,7 +13,7 @@ from twbal.link.protocol import Clock
 from twbal.link.serial_plant import SerialPlant
 from twbal.virtual_robot.firmware import Firmware, Identity
 
-TRIAL = LinkTrial(exchanges=60, rest=1.0, pulse=0.1, pulse_time=0.3, is_held=True)
+TRIAL = LinkTrial(exchanges=60, rest=1.0, pulse=0.1, pulse_time=0.3, is_held=True, by_hand=False, hand_time=1.0)
 US_PER_READ = 1000
 
 
@@ -28,7 +30,7 @@ class Bench:
         return self.line.now_us * 1e-6 / self._fast
 
     def verdicts(self, trial=TRIAL):
-        self.report = check_link(self.plant, trial, lambda _: None, self.time)
+        self.report = check_link(self.plant, trial, lambda _: None, clock=self.time)
         self.found = {check.name: check for check in self.report.checks}
         return {name: check.verdict.value for name, check in self.found.items()}
 
@@ -80,7 +82,7 @@ def test_swapped_wheels_are_found_by_the_difference_alone():
 def test_motors_that_do_not_move_are_a_problem_and_a_larger_pulse_moves_them():
     stuck = HeldRobot(dead_zone=0.3)  # a wheel gets half of 0.1 · 4 N·m
     assert Bench(stuck).problems() == {"torque sign", "difference sign"}
-    assert not Bench(stuck).problems(LinkTrial(60, 1.0, 0.3, 0.3, is_held=True))
+    assert not Bench(stuck).problems(replace(TRIAL, pulse=0.3))
 
 
 @pytest.mark.parametrize("delay", [0, 1, 3])
@@ -150,7 +152,7 @@ def test_a_gyro_with_bias_or_much_noise_is_found(bias, noise):
 
 def test_bias_and_noise_are_those_of_the_robot():
     bench = Bench(HeldRobot(bias=0.0123, noise=0.004))
-    bench.verdicts(LinkTrial(10, 20.0, 0.1, 0.1, is_held=True))
+    bench.verdicts(replace(TRIAL, exchanges=10, rest=20.0))
     words = bench.found["sensors at rest"].found.split()
     assert float(words[2]) == pytest.approx(0.0123, abs=4 * 0.004 / 1000**0.5)
     assert float(words[5]) == pytest.approx(0.004, rel=0.1)
@@ -159,7 +161,7 @@ def test_bias_and_noise_are_those_of_the_robot():
 @pytest.mark.parametrize(("is_held", "verdict"), [(True, "problem"), (False, "skipped")])
 def test_a_robot_that_falls_was_not_at_rest_and_only_one_that_nobody_holds_may(is_held, verdict):
     bench = Bench(Pendulum())
-    assert bench.verdicts(LinkTrial(20, 0.4, 0.1, 0.1, is_held))["sensors at rest"] == verdict
+    assert bench.verdicts(replace(TRIAL, exchanges=20, rest=0.4, is_held=is_held))["sensors at rest"] == verdict
 
 
 def test_a_line_that_breaks_is_a_problem_and_what_follows_is_skipped():
@@ -175,7 +177,7 @@ def test_a_line_that_breaks_is_a_problem_and_what_follows_is_skipped():
     bench.line.to_robot = breaks
     verdicts = bench.verdicts()
     assert verdicts["rest"] == "problem"
-    assert [verdicts[part] for part in ("stop", "watchdog", "motors")] == ["skipped"] * 3
+    assert [verdicts[part] for part in ("stop", "watchdog", "by hand", "motors")] == ["skipped"] * 4
 
 
 def test_ctrl_c_in_a_pulse_leaves_the_motors_off():
@@ -190,6 +192,6 @@ def test_ctrl_c_in_a_pulse_leaves_the_motors_off():
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        check_link(bench.plant, TRIAL, pressed, bench.time)
+        check_link(bench.plant, TRIAL, pressed, clock=bench.time)
     bench.plant.close()
     assert bench.line.firmware._standing

@@ -1,6 +1,6 @@
 """Try a robot with its wheels off the ground, before its first rollout."""
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from omegaconf import DictConfig, OmegaConf
@@ -14,7 +14,7 @@ from twbal.core.errors import CheckError
 from twbal.core.files import write_atomically
 from twbal.core.json_records import write_record
 from twbal.link.checks.procedure import LinkReport, LinkTrial, check_link
-from twbal.link.person import confirm_lifted
+from twbal.link.person import ask_for_motion, confirm_lifted
 from twbal.virtual_robot.process import Launch, launch
 from twbal.viz.canvas import save
 from twbal.viz.round_trip_figure import round_trip_figure
@@ -31,6 +31,8 @@ class Settings:
     rest: float
     pulse: float
     pulse_time: float
+    by_hand: bool
+    hand_time: float
 
 
 def main(cfg: DictConfig) -> None:
@@ -63,14 +65,14 @@ def run(cfg: DictConfig, out: Path, launch: Launch = launch) -> LinkReport:
     """
     settings = typed(Settings, cfg)
     is_held = cfg.link.get("confirm_placed") is not None
-    trial = LinkTrial(settings.exchanges, settings.rest, settings.pulse, settings.pulse_time, is_held)
+    trial = LinkTrial(**asdict(settings), is_held=is_held)
     known = {key: value for key, value in _TRIED_AS.items() if key in cfg.link}
     link = OmegaConf.merge(cfg.link, known)
     assert isinstance(link, DictConfig)
     with stopped_once(), link_of(link, launch) as plant:
         if is_held:
             confirm_lifted()
-        report = check_link(plant, trial, say)
+        report = check_link(plant, trial, say, ask_for_motion)
     write_atomically(out / PAGE, page(report))
     write_record(out / RECORD, report)
     if report.round_trips:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from twbal.core.check import Check, Verdict, problems
 from twbal.core.errors import LinkError
+from twbal.link.checks.by_hand import Ask, by_hand_checks
 from twbal.link.checks.line import clock_check, handshake_check, loss_check, round_trip_check
 from twbal.link.checks.motors import Pulse, dead_time_check, pulse_commands, torque_check, turning_check
 from twbal.link.checks.recording import HostClock, Pings, ping, record
@@ -16,9 +17,7 @@ from twbal.link.serial_plant import SerialPlant
 from twbal.link.wheel_commands import WheelCommands
 
 _MUST_HOLD = ("stop", "watchdog")  # before a torque is held for longer than a control period
-_BY_HAND = "not checked by twbal: lean the body, and turn each wheel, by hand"
 _BROKEN = "Is this computer busy, or a plug loose? `twbal doctor` looks at the computer."
-_SECTION = "Do it as docs/your_robot.md says under Check each sign."
 
 
 @dataclass(frozen=True)
@@ -31,6 +30,8 @@ class LinkTrial:
         pulse: torque of a pulse, as a share of the robot's limit.
         pulse_time: how long it lasts, at most 0.3 s [s].
         is_held: somebody holds the robot, with its wheels off the ground.
+        by_hand: that person moves body and wheels, too.
+        hand_time: how long each such motion may take [s].
     """
 
     exchanges: int
@@ -38,6 +39,8 @@ class LinkTrial:
     pulse: float
     pulse_time: float
     is_held: bool
+    by_hand: bool
+    hand_time: float
 
 
 @dataclass(frozen=True)
@@ -62,7 +65,11 @@ class LinkReport:
 
 
 def check_link(
-    plant: SerialPlant, trial: LinkTrial, say: Callable[[str], None], clock: HostClock = time.monotonic
+    plant: SerialPlant,
+    trial: LinkTrial,
+    say: Callable[[str], None],
+    ask: Ask = lambda what: None,
+    clock: HostClock = time.monotonic,
 ) -> LinkReport:
     """Try the robot; whatever happens, its motors are off at the end of each part.
 
@@ -73,6 +80,7 @@ def check_link(
         plant: the robot, which nobody needs to place: its wheels are off the ground.
         trial: how.
         say: is told what comes next.
+        ask: asks the person for a motion by hand, and waits for Enter.
         clock: of the host.
 
     Raises:
@@ -84,6 +92,7 @@ def check_link(
         "rest": lambda: _rest(plant, trial, clock),
         "stop": lambda: iter([stop_check(plant, trial.pulse * plant.torque_limit)]),
         "watchdog": lambda: iter([watchdog_check(plant, trial.pulse * plant.torque_limit)]),
+        "by hand": lambda: iter(_by_hand(plant, trial, ask)),
         "motors": lambda: _motors(plant, trial),
     }
     checks: list[Check] = [handshake_check(plant)]
@@ -100,7 +109,6 @@ def check_link(
             failed = name
         checks += found
         failed = name if name in _MUST_HOLD and problems(found) else failed
-    checks.append(Check("signs by hand", Verdict.SKIPPED, _BY_HAND, "", _SECTION))
     trips = pings[0].round_trips if pings else ()
     return LinkReport(plant.robot_name, plant.version, plant.control_period, plant.torque_limit, tuple(checks), trips)
 
@@ -117,6 +125,14 @@ def _rest(plant: SerialPlant, trial: LinkTrial, clock: HostClock) -> Iterator[Ch
     rest = record(plant, [WheelCommands(0.0)] * round(trial.rest / plant.control_period), clock)
     yield clock_check(plant, rest)
     yield rest_check(rest, trial.is_held)
+
+
+def _by_hand(plant: SerialPlant, trial: LinkTrial, ask: Ask) -> list[Check]:
+    if trial.is_held and trial.by_hand:
+        return by_hand_checks(plant, trial.hand_time, ask)
+    why = "by_hand=false" if trial.is_held else "nobody can move a virtual robot, or one that places itself, by hand"
+    advice = "Signs of tilt and encoders are not known: docs/your_robot.md has a table of them."
+    return [Check("signs by hand", Verdict.SKIPPED, why, "", advice)]
 
 
 def _motors(plant: SerialPlant, trial: LinkTrial) -> Iterator[Check]:

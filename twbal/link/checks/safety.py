@@ -79,8 +79,8 @@ def stop_check(plant: SerialPlant, torque: float) -> Check:
         return Check(name, Verdict.PROBLEM, "it answers Stop, and its motors stay on", expected, advice)
     if answer.status & Status.WATCHDOG_STOPPED:
         return Check(name, Verdict.PROBLEM, "not Stop switched it off, but its watchdog", expected, advice)
-    answer = _answer_after_stop(plant)
-    if isinstance(answer, Telemetry) and answer.status & Status.ARMED:
+    later = _answer_after_stop(plant)
+    if isinstance(later, Telemetry) and later.status & Status.ARMED:
         return Check(name, Verdict.PROBLEM, "a command after Stop switched it on again", expected, advice)
     return Check(name, Verdict.OK, "confirmed, and a command after it was not followed")
 

@@ -1,0 +1,113 @@
+"""Signs and scales of tilt and wheels, by a person who moves the robot while its motors have no torque."""
+
+from collections.abc import Callable, Sequence
+from math import degrees, inf, tau
+
+from twbal.core.check import Check, Verdict
+from twbal.link.checks.recording import Recording, record
+from twbal.link.protocol import Sensors
+from twbal.link.serial_plant import SerialPlant
+from twbal.link.version_1 import VERSION_1
+from twbal.link.wheel_commands import WheelCommands
+
+Ask = Callable[[str], None]
+"""Tells the person what to do once the key is pressed, and returns when it is."""
+
+_LEAST_LEAN, _LEAST_TURN = 0.09, 0.5  # motion by which a sign is told [rad]
+_RATIO = 0.7, 1.4  # of an angle's change to the integral of its rate
+_TURN_RATIO = 0.75, 1.25  # of the angle of a turn by hand to a whole turn
+
+
+def by_hand_checks(plant: SerialPlant, seconds: float, ask: Ask) -> list[Check]:
+    """Have the body leaned and each wheel turned, and compare the signs.
+
+    Args:
+        plant: the robot, held.
+        seconds: that each motion may take [s].
+        ask: asks for it.
+
+    Raises:
+        LinkError: it does not arm, falls silent, or does not confirm that it has stopped.
+    """
+    count = round(seconds / plant.control_period)
+
+    def watched(what: str) -> Recording:
+        ask(f"Within {seconds:g} s after Enter: {what}")
+        return record(plant, [WheelCommands(0.0)] * count)
+
+    lean = lean_check(watched("lean the body FORWARD by about 20°, and keep it there"))
+    left = turn_check(plant, watched("turn the LEFT wheel FORWARD by one whole turn, the body still"), "left")
+    right = turn_check(plant, watched("turn the RIGHT wheel FORWARD by one whole turn, the body still"), "right")
+    return [lean, left, right]
+
+
+def lean_check(lean: Recording) -> Check:
+    """Whether tilt and tilt rate are positive forward, and agree.
+
+    Args:
+        lean: recorded while the body was leaned forward.
+    """
+    name, expected = "tilt sign", "forward is positive, and the tilt is the integral of its rate"
+    tilt, bias = lean.values("tilt"), lean.values("tilt_rate")[0]
+    at = _farthest(tilt)
+    change, integral = tilt[at] - tilt[0], _integral(lean, "tilt_rate", at)
+    found = f"the tilt changed by {degrees(change):+.1f}°, its rate adds up to {degrees(integral):+.1f}°"
+    if abs(change) < _LEAST_LEAN and abs(integral) < _LEAST_LEAN:
+        return Check(name, Verdict.PROBLEM, found, expected, "Did you lean it? Once more; else check the IMU's axes.")
+    if change < 0 and integral < 0:
+        return Check(name, Verdict.PROBLEM, found, expected, "Turn the sign of both, or the IMU, around.")
+    if not _RATIO[0] <= (change / integral if integral else inf) <= _RATIO[1]:
+        advice = f"Check sign, axis, unit and range of gyro and accelerometer (rate at the start: {bias:+.3f} rad/s)."
+        return Check(name, Verdict.PROBLEM, found, expected, advice)
+    return Check(name, Verdict.OK, found)
+
+
+def turn_check(plant: SerialPlant, turn: Recording, side: str) -> Check:
+    """Whether the angle of one wheel is positive forward, of the right size, and that of this wheel.
+
+    Args:
+        plant: the robot.
+        turn: recorded while that wheel was turned forward by a whole turn.
+        side: `left` or `right`.
+    """
+    name, expected = f"{side} wheel sign", f"forward is positive, and the {side} wheel turns by 360°"
+    mean = turn.values("wheel_angle")
+    at = _farthest(mean)
+    change, integral = mean[at] - mean[0], _integral(turn, "wheel_rate", at)
+    wheels = _sides(plant, turn, at, change)
+    found = ", ".join(f"the {which} wheel turned by {degrees(angle):+.0f}°" for which, angle in wheels.items())
+    own = wheels.get(side, 2.0 * change)
+    if max(map(abs, wheels.values())) < _LEAST_TURN:
+        return Check(name, Verdict.PROBLEM, found, expected, "Did you turn it? Once more; else check the encoder.")
+    if abs(own) < max(map(abs, wheels.values())) / 2:
+        return Check(name, Verdict.PROBLEM, found, expected, "Left and right encoders are swapped.")
+    if own < 0:
+        return Check(name, Verdict.PROBLEM, found, expected, "Swap the encoder's channels, or its sign.")
+    if not _RATIO[0] <= (change / integral if integral else inf) <= _RATIO[1]:
+        off = f"{found}; its rate adds up to {degrees(2.0 * integral):+.0f}°"
+        return Check(name, Verdict.PROBLEM, off, expected, "Check sign, unit and filter of the wheel rates.")
+    if not _TURN_RATIO[0] <= own / tau <= _TURN_RATIO[1]:
+        advice = "If you turned it once: check ticks a turn, and the gear's ratio."
+        return Check(name, Verdict.WARNING, found, expected, advice)
+    return Check(name, Verdict.OK, found)
+
+
+def _farthest(values: Sequence[float]) -> int:
+    """Where a value is farthest from its first."""
+    return max(range(len(values)), key=lambda k: abs(values[k] - values[0]))
+
+
+def _integral(recording: Recording, rate: str, to: int) -> float:
+    """Of a rate, by trapezoids, from the arming to an instant."""
+    times, rates = recording.elapsed(), recording.values(rate)
+    return sum((times[k] - times[k - 1]) * (rates[k] + rates[k - 1]) / 2 for k in range(1, to + 1))
+
+
+def _sides(plant: SerialPlant, turn: Recording, at: int, mean: float) -> dict[str, float]:
+    """By which angle each wheel turned [rad]; where the robot does not tell them apart, as if one alone had."""
+    apart = turn.values("wheel_difference")
+    half = (apart[at] - apart[0]) / 2
+    sends_mean = plant.version == VERSION_1 and half == 0.0  # which cannot say that it does not know the difference
+    if sends_mean or not plant.sensors & Sensors.WHEEL_DIFFERENCE:
+        return {"turned": 2.0 * mean}
+    return {"left": mean - half, "right": mean + half}
