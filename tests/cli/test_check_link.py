@@ -1,5 +1,6 @@
 """`twbal check-link` over a port: a page, a record, a histogram, and an exit code that says what is wrong."""
 
+import io
 import sys
 import threading
 from contextlib import closing, contextmanager
@@ -71,3 +72,26 @@ def test_the_motors_do_not_turn_before_a_person_has_said_so(monkeypatch, capsys)
     assert tried(robot) == 1
     sys.stdin.close()
     assert "has to be lifted by a person" in capsys.readouterr().err
+
+
+class Terminal(io.StringIO):
+    """Keys pressed at a terminal."""
+
+    def isatty(self):
+        return True
+
+
+def test_a_person_is_asked_for_each_motion_and_one_who_does_nothing_passes_nothing(monkeypatch, capsys):
+    monkeypatch.setattr(sys, "stdin", Terminal("\n\n\n\n"))
+    assert tried(HeldRobot(), "hand_time=0.5") == 1
+    said = capsys.readouterr()
+    asked = ("wheels OFF THE GROUND", "lean the body FORWARD", "LEFT wheel FORWARD", "RIGHT wheel FORWARD")
+    places = [said.out.index(words) for words in asked]
+    assert places == sorted(places)
+    assert "not fit to be driven: tilt sign, left wheel sign, right wheel sign." in said.err
+
+
+def test_motions_by_hand_that_are_left_out_are_skipped_and_not_ok(monkeypatch, capsys):
+    monkeypatch.setattr(sys, "stdin", Terminal("\n"))
+    assert tried(HeldRobot(), "by_hand=false") == 0
+    assert "skipped  signs by hand" in capsys.readouterr().out
