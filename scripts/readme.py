@@ -108,13 +108,23 @@ def summary(results: Mapping[str, Any]) -> list[str]:
         ("robots that stand a minute, in five of five trials", _by_rule(found, _minutes)),
     ]
     pushes = [push for robot in found for push in robot.get("pushes", ())]
-    if pushes:
+    reference = _reference_pushes(results["family"], [robot["seed"] for robot in found])
+    for driven, by in ((pushes, ""), (reference, " under the reference search")) if pushes else ():
         for name, words in (("survived", "pushes survived"), ("back", "and back in place within 5 s")):
-            rows.append((words, [f"{sum(push[name] for push in pushes)} of {len(pushes)}"] * len(COLUMNS)))
+            cell = f"{sum(push[name] for push in driven)} of {len(driven)}" if driven else "not measured"
+            rows.append((f"{words}{by}", [cell] * len(COLUMNS)))
     lines = [f"| figure | {' | '.join(COLUMNS.values())} |", "|---|---|---|---|"]
     lines += [f"| {name} | {' | '.join(cells)} |" for name, cells in rows]
     listed = ", ".join(map(str, missing)) or "none"
     return [*lines, "", f"Left out, as the reference search finds nothing that passes: {listed}."]
+
+
+def _reference_pushes(family: str, seeds: Sequence[int]) -> list[Mapping[str, bool]]:
+    """Those of these robots under the reference search; none, unless all are known."""
+    file = RESULTS / f"reference_{family}.json"
+    known = json.loads(file.read_text()).get("pushes", {}) if file.exists() else {}
+    every = [known.get(str(seed)) for seed in seeds]
+    return [push for pushes in every for push in pushes] if all(every) else []
 
 
 def _with_due(robot: Mapping[str, Any]) -> Mapping[str, Any]:
