@@ -23,6 +23,7 @@ STAGES = {
     "lqr": "make a linear-quadratic regulator, of the nominal parameters or of a linear model of real episodes",
     "train-agent": "train a model-free agent in simulation, as a baseline",
     "real-rollout": "drive the robot on the other end of a link by a policy and log what it does",
+    "drive": "steer the robot on the other end of a link in real time, by keys or a gamepad",
     "fit-diff-gp": "learn the correction g from logged episodes of the robot",
     "identify": "tell a robot's parameters, with standard deviations, by rollouts of it",
     "import-log": "bring logs that twbal did not make into episode logs, by a mapping",
