@@ -2,11 +2,11 @@
 
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import NamedTuple
+from typing import NamedTuple, TextIO
 
 from hydra.utils import instantiate
 from omegaconf import DictConfig
@@ -131,17 +131,17 @@ def _source(asked: str, layout: Layout) -> Iterator[Source]:
             return
         keyboard = stack.enter_context(Keyboard())
         stack.enter_context(on_hang_up(keyboard.lose))
-        stack.callback(_let_go_of_lost_terminal, keyboard)
+        shown = [stream for stream in (sys.stdout, sys.stderr) if stream.isatty()]
+        stack.callback(_let_go_of_lost_terminal, keyboard, shown)
         yield keyboard
 
 
-def _let_go_of_lost_terminal(keyboard: Keyboard) -> None:
-    """What is printed later goes nowhere, instead of being an error."""
-    if not keyboard.lost:
-        return
-    for stream in (sys.stdout, sys.stderr):
-        if stream.isatty():
-            os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+def _let_go_of_lost_terminal(keyboard: Keyboard, shown: Sequence[TextIO]) -> None:
+    """What is printed later on streams that showed it there goes nowhere, instead of being an error."""
+    if keyboard.lost:
+        with open(os.devnull, "w") as nowhere:
+            for stream in shown:
+                os.dup2(nowhere.fileno(), stream.fileno())
 
 
 def _record(
