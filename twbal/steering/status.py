@@ -50,12 +50,12 @@ class StatusLine:
         """The text: speeds in m/s, the turn in °/s, the robot's place [m], heading and tilt."""
         asked, heading = moment.asked, moment.heading
         speed = float(self._channels.measured_values(moment.seen)["speed"])
-        turn = "" if heading is None else f" turn {degrees(asked.turn * self._limits.turning.speed):+4.0f}°/s"
-        looks = "" if heading is None else f" | heading {degrees(heading.estimate):+5.0f}°"
+        turn = "" if heading is None else f" turn {degrees(asked.turn * self._limits.turning.speed):+z4.0f}°/s"
+        looks = "" if heading is None else f" | heading {degrees(heading.estimate):+z5.0f}°"
         return (
-            f"{moment.seen.time:6.1f} s | asked {asked.speed * self._limits.driving.speed:+.2f} m/s{turn} | "
-            f"reference {moment.reference.speed:+.2f} | robot {speed:+.2f} | place {place:+.2f} m{looks} | "
-            f"tilt {degrees(moment.seen.tilt):+.1f}°"
+            f"{moment.seen.time:6.1f} s | asked {asked.speed * self._limits.driving.speed:+z.2f} m/s{turn} | "
+            f"reference {moment.reference.speed:+z.2f} | robot {speed:+z.2f} | place {place:+z.2f} m{looks} | "
+            f"tilt {degrees(moment.seen.tilt):+z.1f}°"
         )
 
 

@@ -13,7 +13,7 @@ from twbal.steering.asked import Asked, Key, Steering
 from twbal.steering.limits import SteeringLimits
 from twbal.steering.source import Source
 
-SETTLING = 1.0
+SETTLING = 2.0
 """How long the reference has been at rest before a drive ends [s]: the robot comes to rest a little later."""
 _STILL = 1e-9  # of a speed of a reference [m/s], [rad/s]
 
