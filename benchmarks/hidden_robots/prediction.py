@@ -45,13 +45,13 @@ class Forecast(NamedTuple):
 class Share(NamedTuple):
     """How many of those of whom it is known."""
 
-    count: int
+    number: int
     of: int
 
     @property
     def words(self) -> str:
         """As in a table."""
-        return f"{self.count} of {self.of} ({self.count / self.of:.0%})" if self.of else "-"
+        return f"{self.number} of {self.of} ({self.number / self.of:.0%})" if self.of else "-"
 
 
 class Reliability(NamedTuple):

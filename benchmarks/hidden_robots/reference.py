@@ -13,10 +13,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from benchmarks.hidden_robots.pushes import FIRST_PUSH, PUSHES, Pushed, PushVerdict
 from benchmarks.hidden_robots.reference_law import Compensation, Design, Law
 from twbal.core.episode import Episode, Outcome, Provenance
 from twbal.core.evaluation import SuccessCriterion, judged
 from twbal.core.plant import Pose
+from twbal.core.robot_parameters import RobotParameters
 from twbal.virtual_robot.ground_truth import GroundTruth
 from twbal.virtual_robot.mujoco_robot import MujocoRobot
 
@@ -106,6 +108,20 @@ def drive(robot: MujocoRobot, law: Law, trial: int, rule: SuccessCriterion) -> E
         provenance=Provenance("reference", "robot", trial=trial),
         poses=np.array(poses),
     )
+
+
+def pushed(robot: MujocoRobot, design: Design, sheet: RobotParameters, rule: SuccessCriterion) -> list[PushVerdict]:
+    """What becomes of ten pushes under a controller."""
+    plant, found = Pushed(robot, sheet), []
+    for trial in range(FIRST_PUSH, FIRST_PUSH + PUSHES):
+        law = Law(robot.truth, design, robot.control_period)
+        seen, poses, tilts = plant.reset(trial), [robot.pose()], [robot.pose().tilt]
+        while len(tilts) <= plant.steps and abs(tilts[-1]) <= rule.tilt_limit:
+            seen = plant.step(law.command(seen))
+            poses.append(plant.pose())
+            tilts.append(poses[-1].tilt)
+        found.append(plant.verdict(tilts, poses, rule))
+    return found
 
 
 class _Lost:

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.hidden_robots import reference
+from benchmarks.hidden_robots import pushes, reference
 from benchmarks.hidden_robots.linear_truth import POSITION, SPEED, TILT, linear_truth, sample
 from benchmarks.hidden_robots.reached import References
 from benchmarks.hidden_robots.reference import TRIALS, Reached, designs, drive, is_sticky, search
@@ -107,3 +107,23 @@ def test_what_is_known_is_not_searched_again(tmp_path, monkeypatch):
 
 def _plain(design):
     return {**vars(design), "friction": vars(design.friction)}
+
+
+def test_a_push_that_throws_the_reference_over_is_told_from_one_that_it_survives(moderate, monkeypatch):
+    """By the poses of the robot itself: 1 N·s for each kg is survived, twelve times as much is not."""
+    sheet, rule = moderate.sheet, moderate.rules.default
+    with moderate.robot(3) as robot:
+        monkeypatch.setattr(reference, "PUSHES", 2)
+        design = next(d for d in designs() if reference.tried_out(robot, d, moderate.rules, False, np.inf))
+        assert reference.pushed(robot, design, sheet, rule) == [(True, True)] * 2
+        monkeypatch.setattr(pushes, "_IMPULSE", 12.0)
+        assert reference.pushed(robot, design, sheet, rule) == [(False, False)] * 2
+
+
+def test_pushes_of_a_robot_are_kept_beside_what_was_reached(tmp_path, monkeypatch):
+    monkeypatch.setattr(reference, "PUSHES", 1)
+    monkeypatch.setattr(reference, "FURTHER", 1)
+    first = References("moderate", tmp_path).pushes(3)
+    assert [each.survived for each in first] == [True]
+    monkeypatch.setattr("benchmarks.hidden_robots.reached.pushed", None)  # is not driven again
+    assert References("moderate", tmp_path).pushes(3) == first
