@@ -46,6 +46,7 @@ def drive(robot, policy, out, *words):
     told = [
         f"policy.path={policy}",
         "pace=5",
+        "link.start_timeout=600",  # s; on a busy machine
         "steering.hold=true",
         f"seconds={LONGEST}",
         f"steering.speed_limit={SPEED_LIMIT}",
