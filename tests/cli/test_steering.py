@@ -99,7 +99,7 @@ def at_terminal(monkeypatch):
 
 
 def test_keys_steer_over_a_terminal_and_the_drive_is_an_episode(robot, policy, at_terminal, tmp_path):
-    person = at_terminal(("tilt", b"w\x1b[Aw"), (r"reference \+0\.30 ", b"a"), (r"turn +\+[1-9]", b" q"))
+    person = at_terminal(("tilt", b"w\x1b[Aw"), (r"reference \+0\.30 ", b"a"), (r"heading +\+([3-9]|\d\d)", b" q"))
     drive(robot, policy, tmp_path)
     assert termios.tcgetattr(person.program) == person.before
     episode = read_episode(tmp_path / "episodes" / "trial_000.mcap")
