@@ -90,7 +90,7 @@ def test_ctrl_c_while_a_trial_is_logged_loses_nothing_of_it(cfg, tmp_path, monke
             raise KeyboardInterrupt
         write_episode(path, episode)
 
-    monkeypatch.setattr("twbal.cli.stages.real_rollout.write_episode", press_once)
+    monkeypatch.setattr("twbal.cli.kept_episodes.write_episode", press_once)
     with pytest.raises(KeyboardInterrupt):
         drive(cfg, Trap(lambda: None), tmp_path, lambda: instantiate(cfg.link))
     assert list(tmp_path.rglob("*.mcap")) == pressed == [tmp_path / "episodes" / "trial_000.mcap"]

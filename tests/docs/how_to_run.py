@@ -122,6 +122,7 @@ _RECORDS = {"<run folder>": RECORDED, "<policy.pt>": POLICY, "<model.pt>": MODEL
 _SERIAL = {f"link.port={shown}": "link.port={port}" for shown in ("/dev/ttyUSB0", "/dev/pts/5", "<path>", "...")}
 _DRIVES = {**_RECORDS, **_SERIAL}
 _SHORT_COURSE = ("trials=1", "course.segments=[{seconds:0.2,speed:0}]")
+_STEERED = Elsewhere(("tests/cli/test_steering.py", "def drive("), "a person steers")
 _SWEEP = {"<folder of a sweep>": "outputs/iterate/sweep_1", "sweep_2": "sweep_1"}
 _IMPORTED = {"<run folder>": "imported", "robot=...": "robot=paper", "sim=...": "sim=nominal"}
 _PAPER = (
@@ -350,6 +351,9 @@ TABLE: Mapping[str, How] = {
         "twbal real-rollout course=forth_and_back policy.path=<policy.pt> "
         "'course.segments=[{seconds:3,speed:0},{seconds:8,speed:0.3},{position:0}]'"
     ): Stage(_DRIVES),
+    "twbal drive policy.path=<policy.pt>": _STEERED,
+    "twbal drive policy.path=<policy.pt> link=serial link.port=/dev/ttyUSB0": _STEERED,
+    "twbal drive policy.path=<policy.pt> input=/dev/input/js0": _STEERED,
     _IDENTIFY: Stage(small=("hydra.run.dir=outputs/identify/...",)),
     "twbal sim-collect sim=<run folder>/identified.yaml": Stage(
         {"<run folder>": "outputs/identify/..."}, after=(_IDENTIFY,)

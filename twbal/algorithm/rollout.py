@@ -1,13 +1,15 @@
 """One loop that drives a robot, simulated or real, and records what it did."""
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 
 from twbal.core.channels import Channels
-from twbal.core.episode import Episode, Event, Outcome, Provenance
+from twbal.core.episode import Ending, Episode, Event, Outcome, Provenance
 from twbal.core.errors import ConfigError, LinkLostError
 from twbal.core.gaussian import Array
+from twbal.core.heading import HeadingSample
 from twbal.core.heading_control import HeadingControl
 from twbal.core.motion_profile import Motion
 from twbal.core.plant import Observation, Plant, Pose, WheelDifference
@@ -18,6 +20,8 @@ from twbal.policies.policy import Controller, Policy
 MAX_TILT_LIMIT = math.pi / 2
 """Largest tilt limit [rad]: beyond it a robot lies on the ground."""
 
+Watch = Callable[[Observation, Motion, HeadingSample | None], Ending | None]
+"""Looks at an observation, the reference and what the heading's control knows; tells an end of the rollout."""
 _NO_POSE = Pose(*(math.nan,) * len(Pose._fields))
 
 
@@ -30,6 +34,7 @@ def rollout(
     provenance: Provenance,
     targets: Targets | None = None,
     heading: HeadingControl | None = None,
+    watch: Watch | None = None,
 ) -> Episode:
     """Drive `plant` by `policy` for at most `steps` control periods.
 
@@ -43,6 +48,7 @@ def rollout(
         provenance: its seed and trial seed the policy's randomness too.
         targets: where the reference goes that the robot is to follow; None: it is to stay where it was put.
         heading: controls the heading, for this rollout; None: nothing does.
+        watch: called after each observation, before the command; None: nobody ends the rollout.
 
     Raises:
         ConfigError: the tilt limit would never end a fall.
@@ -55,7 +61,7 @@ def rollout(
         try:
             controller = policy.controller(rng)
             record.note(plant.reset(provenance.trial), plant.pose(), plant.wheel_difference())
-            _drive(plant, controller, record, steps, tilt_limit)
+            _drive(plant, controller, record, steps, tilt_limit, watch)
         except (LinkLostError, KeyboardInterrupt) as ended:
             record.end_by(ended)
         finally:
@@ -86,11 +92,16 @@ def _check_tilt_limit(tilt_limit: float) -> None:
         )
 
 
-def _drive(plant: Plant, controller: Controller, record: "_Record", steps: int, tilt_limit: float) -> None:
-    """From the first observation to the last, or to the tilt limit."""
+def _drive(
+    plant: Plant, controller: Controller, record: "_Record", steps: int, tilt_limit: float, watch: Watch | None
+) -> None:
+    """From the first observation to the last, to the tilt limit, or to where `watch` ends it."""
     while len(record.commands) < steps:
         if abs(record.seen[-1].tilt) > tilt_limit:
             record.outcome = Outcome.TILT_LIMIT
+            return
+        if ending := record.shown_to(watch):
+            record.end(*ending)
             return
         command = controller(record.states[-1])
         if not math.isfinite(command):
@@ -164,6 +175,12 @@ class _Record:
         """Tell the robot the reference at the last observation, where there is one."""
         if self._reference is not None:
             plant.follow(self._reference.motion.position, self._reference.motion.speed)
+
+    def shown_to(self, watch: Watch | None) -> Ending | None:
+        """What `watch` says to the last observation."""
+        reference = self._reference.motion if self._reference else Motion()
+        heading = self.heading.samples[-1] if self.heading else None
+        return None if watch is None else watch(self.seen[-1], reference, heading)
 
     def end(self, outcome: Outcome, text: str) -> None:
         """Note how the rollout ends."""

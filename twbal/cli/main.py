@@ -25,6 +25,7 @@ STAGES = {
     "doctor": "look at what must be right on this computer before a robot is driven",
     "check-link": "try a robot with its wheels off the ground, before its first rollout",
     "real-rollout": "drive the robot on the other end of a link by a policy and log what it does",
+    "drive": "steer the robot on the other end of a link in real time, by keys or a gamepad",
     "fit-diff-gp": "learn the correction g from logged episodes of the robot",
     "identify": "tell a robot's parameters, with standard deviations, by rollouts of it",
     "import-log": "bring logs that twbal did not make into episode logs, by a mapping",

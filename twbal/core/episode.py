@@ -35,6 +35,18 @@ class Event(NamedTuple):
     text: str
 
 
+class Ending(NamedTuple):
+    """How somebody ends a rollout.
+
+    Attributes:
+        outcome: as which it ends.
+        text: why.
+    """
+
+    outcome: Outcome
+    text: str
+
+
 @dataclass(frozen=True)
 class Provenance:
     """Where an episode comes from, as far as it bears on what is in it (no wall-clock times).

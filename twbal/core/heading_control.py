@@ -1,12 +1,11 @@
 """Keeps a robot's heading at that of a reference, by the difference of its wheel torques."""
 
-from twbal.core.course import HeadingCourse
 from twbal.core.heading import HeadingEstimate, HeadingSample
 from twbal.core.mobility import falling_time, yaw_mobility
 from twbal.core.motion_limits import TURNING_SHARE
 from twbal.core.motion_profile import Motion
 from twbal.core.plant import Observation, WheelDifference
-from twbal.core.reference import Reference
+from twbal.core.reference import Reference, Targets
 from twbal.core.robot_parameters import RobotParameters
 
 PACE = 0.9
@@ -26,7 +25,7 @@ class HeadingControl:
 
     Args:
         robot: its sheet.
-        course: of headings.
+        targets: headings or yaw rates, in rad.
         has_gyro: whether the robot measures its yaw rate.
 
     Attributes:
@@ -34,8 +33,8 @@ class HeadingControl:
         samples: of all observations so far; the last has no difference yet.
     """
 
-    def __init__(self, robot: RobotParameters, course: HeadingCourse, has_gyro: bool) -> None:
-        self.reference = Reference(course, NAME)
+    def __init__(self, robot: RobotParameters, targets: Targets, has_gyro: bool) -> None:
+        self.reference = Reference(targets, NAME)
         self.samples: list[HeadingSample] = []
         self._estimate = HeadingEstimate(robot, has_gyro)
         self._pole, self._mobility = PACE / falling_time(robot), yaw_mobility(robot)

@@ -19,6 +19,7 @@ from twbal.cli.settings.kinds import (
 from twbal.cli.settings.link_settings import CLOCK, SEED
 from twbal.cli.settings.robot_settings import CONTROL_PERIODS, PHYSICS_STEP, STEPS, TILT_LIMIT
 from twbal.cli.settings.setting import Setting
+from twbal.cli.settings.steering_settings import STEERING
 
 _SHARE = Number(0.0, 1.0)
 _ROUNDS = Whole(0, 1000)
@@ -71,6 +72,14 @@ STAGES: Mapping[str, tuple[Setting, ...]] = {
         _common("steps", STEPS, "length of a trial, at most"),
         _EXPLORATION,
         Setting("exploration_steps", OrNull(Whole(0, 1_000_000, CONTROL_PERIODS)), "time that has noise; null: all"),
+    ),
+    "drive": (
+        _SEED,
+        Setting("trial", Whole(0, 1_000_000_000), "number of the drive, which draws start and noise"),
+        _common("seconds", OrNull(Number(0.01, 1e6, "s")), "length; then to rest, and the drive ends; null: no limit"),
+        _common("input", Text("keyboard, or path"), "keyboard, or a gamepad: /dev/input/js0, or its recorded events"),
+        Setting("pace", Number(0.01, 100.0), "seconds of a virtual robot in lockstep in one of the person"),
+        *STEERING,
     ),
     "fit-diff-gp": (
         _SEED,

@@ -6,8 +6,8 @@ from pathlib import Path
 from omegaconf import DictConfig, OmegaConf
 
 from twbal.cli.console import next_command, run_folder, say
+from twbal.cli.robot_link import robot_link
 from twbal.cli.signals import stopped_once
-from twbal.cli.stages.real_rollout import link_of
 from twbal.cli.typed_config import typed
 from twbal.core.check import check_lines, problems
 from twbal.core.errors import CheckError
@@ -69,7 +69,7 @@ def run(cfg: DictConfig, out: Path, launch: Launch = launch) -> LinkReport:
     known = {key: value for key, value in _TRIED_AS.items() if key in cfg.link}
     link = OmegaConf.merge(cfg.link, known)
     assert isinstance(link, DictConfig)
-    with stopped_once(), link_of(link, launch) as plant:
+    with stopped_once(), robot_link(link, launch) as plant:
         if is_held:
             confirm_lifted()
         report = check_link(plant, trial, say, ask_for_motion)

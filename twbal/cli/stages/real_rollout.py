@@ -4,12 +4,9 @@ from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import replace
 from functools import partial
-from itertools import count
 from math import degrees
 from pathlib import Path
-from typing import cast
 
-from hydra.core.hydra_config import HydraConfig
 from hydra.utils import instantiate
 from omegaconf import DictConfig
 
@@ -19,19 +16,20 @@ from twbal.algorithm.rollout import rollout
 from twbal.algorithm.settings import RolloutSettings
 from twbal.algorithm.tables import course_table
 from twbal.cli.artefacts import COURSE, episode_file, policy_files, policy_hash
-from twbal.cli.console import configuration_flags, next_command, print_result, run_folder, say
+from twbal.cli.console import next_command, print_result, run_folder, say
+from twbal.cli.kept_episodes import INTERRUPTED, keep, keep_interrupted
 from twbal.cli.manifest import Manifest, Step, perform, read_manifest
+from twbal.cli.robot_link import check_robot, check_sensors, check_torque, robot_link, why_not_turned
 from twbal.cli.signals import stopped_once
 from twbal.cli.typed_config import recorded, typed
 from twbal.core.channels import Channels
 from twbal.core.course import Course, HeadingCourse
-from twbal.core.episode import Episode, Outcome, Provenance
-from twbal.core.errors import ConfigError, DataError, LinkLostError
+from twbal.core.episode import Provenance
+from twbal.core.errors import ConfigError, DataError
 from twbal.core.heading_control import HeadingControl
 from twbal.core.json_records import read_record, write_record
 from twbal.core.robot_parameters import RobotParameters, parameter_hash
-from twbal.io.logs import read_episode, write_episode
-from twbal.link.protocol import Sensors
+from twbal.io.logs import read_episode
 from twbal.link.ranges import MAX_TRIAL
 from twbal.link.serial_plant import SerialPlant
 from twbal.policies.policy import Policy
@@ -41,8 +39,6 @@ from twbal.viz.following_figure import following_figure
 
 NOT_RECORDED = ("policy.path", "link.port")
 NOT_IN_EPISODES = ("policy.path", "link")  # the same robot may be reached by other ways
-INTERRUPTED = (Outcome.STOPPED, Outcome.LINK_LOST, Outcome.POLICY_FAULT)
-"""Outcomes of trials that end the stage, and that the same command drives again."""
 
 
 def main(cfg: DictConfig) -> None:
@@ -120,7 +116,7 @@ def run(cfg: DictConfig, out: Path, launch: Launch = launch) -> Manifest:
     _check_trials(settings)
     robot: RobotParameters = instantiate(cfg.robot)
     policy: Policy = instantiate(cfg.policy)
-    _check_torque(policy, robot)
+    check_torque(policy, robot)
     policy = explored(policy, settings, robot.torque_limit)
     provenance = Provenance(
         robot=robot.name,
@@ -130,7 +126,7 @@ def run(cfg: DictConfig, out: Path, launch: Launch = launch) -> Manifest:
         seed=settings.seed,
         config=recorded(cfg, NOT_IN_EPISODES),
     )
-    open_link = partial(link_of, cfg.link, launch)
+    open_link = partial(robot_link, cfg.link, launch)
     inputs = {"policy": policy_files(cfg.policy)}
     step = Step("real-rollout", out, recorded(cfg, NOT_RECORDED), inputs, settings.seed)
     channels, course = instantiate(cfg.state), instantiate(cfg.course) if cfg.course else None
@@ -186,8 +182,8 @@ def record(
         KeyboardInterrupt: the person pressed Ctrl-C, or the process was asked to end.
     """
     with stopped_once(), open_link() as plant:
-        _check_robot(plant, robot)
-        _check_sensors(plant, channels)
+        check_robot(plant, robot)
+        check_sensors(plant, channels)
         steps = settings.steps if course is None else course.steps(plant.control_period)
         headings = None if course is None else _heading_course(course, plant)
         for trial in settings.numbers:
@@ -199,16 +195,15 @@ def record(
             episode = rollout(plant, policy, channels, steps, settings.tilt_limit, its_own, course, heading)
             with_line = replace(episode, events=tuple(sorted((*episode.events, *plant.events))))
             if episode.outcome in INTERRUPTED:
-                _keep_interrupted(with_line, out / "interrupted", why=" ".join(end.text for end in episode.events))
-            _keep(file, with_line)
+                keep_interrupted(with_line, out / "interrupted", why=" ".join(end.text for end in episode.events))
+            keep(file, with_line)
     return [episode_file(out / "episodes", trial) for trial in settings.numbers]
 
 
 def _heading_course(course: Course, plant: SerialPlant) -> HeadingCourse | None:
     """Where the heading is to go; None where nothing can control it, which is said."""
-    if course.heading is None or (plant.turns and plant.tells_heading):
+    if course.heading is None or not (why := why_not_turned(plant)):
         return course.heading
-    why = plant.why_straight if not plant.turns else "it measures neither a yaw rate nor a difference of its wheels"
     left_out = "the turns of the course are left out" if course.turns else "nothing controls its heading"
     say(f"the robot {plant.robot_name} cannot be turned: {why}; {left_out}")
     return None
@@ -227,17 +222,8 @@ def check_robot_is_there(cfg: DictConfig) -> None:
         ConfigError: it is not the robot of the data sheet.
     """
     if "port" in cfg.link:
-        with stopped_once(), link_of(cfg.link, launch) as plant:
-            _check_robot(plant, instantiate(cfg.robot))
-
-
-def link_of(link: DictConfig, launch: Launch) -> AbstractContextManager[SerialPlant]:
-    """The link, not opened yet; a virtual robot finds the configuration that this run was given by its flags."""
-    if "overrides" not in link:
-        return cast(AbstractContextManager[SerialPlant], instantiate(link))
-    flags = configuration_flags() if HydraConfig.initialized() else []
-    virtual = instantiate(link, overrides=[*flags, *link.overrides], _partial_=True)
-    return cast(AbstractContextManager[SerialPlant], virtual(launch=launch))
+        with stopped_once(), robot_link(cfg.link, launch) as plant:
+            check_robot(plant, instantiate(cfg.robot))
 
 
 def _check_trials(settings: RolloutSettings) -> None:
@@ -246,62 +232,3 @@ def _check_trials(settings: RolloutSettings) -> None:
             f"The last of {settings.trials} trials from number {settings.first_trial} on is beyond {MAX_TRIAL}, the "
             "largest number that a robot can be told. Choose a smaller first_trial, or fewer trials."
         )
-
-
-def _check_torque(policy: Policy, robot: RobotParameters) -> None:
-    most = float(getattr(policy, "max_command", 0.0))
-    if not most <= robot.torque_limit * (1 + 1e-9):
-        raise ConfigError(
-            f"The policy commands up to {most:g} N·m; the robot {robot.name!r} takes "
-            f"{robot.torque_limit:g} N·m. Choose the robot that it was made for by robot=..., or make one for it."
-        )
-
-
-def _check_robot(plant: SerialPlant, robot: RobotParameters) -> None:
-    if not abs(plant.control_period - robot.control_period) <= 1e-6:
-        raise ConfigError(
-            f"The robot {plant.robot_name!r} on the link has a control period of {plant.control_period} s; the data "
-            f"sheet {robot.name!r} says {robot.control_period} s. Is it the right one (robot=...)?"
-        )
-    if not plant.torque_limit >= robot.torque_limit * (1 - 1e-6):
-        raise ConfigError(
-            f"The robot {plant.robot_name!r} on the link takes at most {plant.torque_limit:g} N·m; the data sheet "
-            f"{robot.name!r} says {robot.torque_limit:g} N·m. Commands beyond would be recorded but not act. Is it the "
-            f"right one (robot=...)? Or set robot.torque_limit={plant.torque_limit:g} throughout."
-        )
-
-
-def _check_sensors(plant: SerialPlant, channels: Channels) -> None:
-    for name in ("acceleration", "yaw_rate"):
-        if name in channels.names and Sensors[name.upper()] not in plant.sensors:
-            raise ConfigError(
-                f"The robot {plant.robot_name!r} on the link does not measure its {name.replace('_', ' ')}, which is a "
-                "channel of the state. Choose a state without it, such as state=default."
-            )
-
-
-def _keep(file: Path, episode: Episode) -> None:
-    """Log the episode, also where Ctrl-C comes while it is written."""
-    try:
-        write_episode(file, episode)
-    except KeyboardInterrupt:
-        write_episode(file, episode)
-        raise
-
-
-def _keep_interrupted(episode: Episode, folder: Path, why: str) -> None:
-    """Log what there is of the episode under a free name, and raise what ended it."""
-    name = f"trial_{episode.provenance.trial:03d}_{episode.outcome.value}"
-    file = next(path for i in count() if not (path := folder / f"{name}_{i}.mcap").exists())
-    samples = f"{len(episode)} samples of trial {episode.provenance.trial}"
-    try:
-        _keep(file, episode)
-        kept = f"{samples} are kept in {file}, marked {episode.outcome.replace('_', ' ')}"
-    except DataError as error:  # must not hide what ended the episode
-        kept = f"{samples} are lost. {error}"
-    if episode.outcome is Outcome.LINK_LOST:
-        raise LinkLostError(f"{why} {kept}; the same command again goes on from there.")
-    if episode.outcome is Outcome.POLICY_FAULT:
-        raise DataError(f"{why} {kept}. Make that policy anew, or choose another.")
-    print(kept)
-    raise KeyboardInterrupt

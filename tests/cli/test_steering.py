@@ -1,0 +1,182 @@
+"""`twbal drive`, from keys on a terminal or events of a gamepad to its files, on the virtual robot."""
+
+import os
+import pty
+import re
+import signal
+import termios
+import threading
+from contextlib import suppress
+
+import numpy as np
+import pytest
+from hydra import compose
+
+from twbal.cli.composition import composing
+from twbal.cli.main import main
+from twbal.cli.stages import drive as stage
+from twbal.core.episode import Outcome
+from twbal.io.checkpoint import save_checkpoint
+from twbal.io.logs import read_episode
+from twbal.policies.linear import LinearPolicy
+from twbal.steering.joystick import EVENT
+from twbal.virtual_robot.process import KeptRobot
+
+CHANNELS = ("tilt", "tilt_rate", "speed", "command_1", "command_2", "position", "position_integral")
+GAIN = [-71.6, -11.7, -11.2, 0.0, 0.0, -14.5, -4.0]  # of a linear-quadratic regulator of the sheet, with a place
+SPEED_LIMIT = 1.0
+LONGEST = 60.0  # s of the robot's time, after which a drive ends whatever the person does
+
+
+@pytest.fixture(scope="module")
+def robot():
+    with KeptRobot() as kept:
+        yield kept
+
+
+@pytest.fixture(scope="module")
+def policy(tmp_path_factory):
+    path = tmp_path_factory.mktemp("policy") / "policy.pt"
+    save_checkpoint(path, "policy", LinearPolicy(CHANNELS, np.array(GAIN), 0.0, 20.0).to_payload())
+    return path
+
+
+def drive(robot, policy, out, *words):
+    """The stage, on a virtual robot that is started once; its time goes five times as fast as ours."""
+    told = [
+        f"policy.path={policy}",
+        "pace=5",
+        "link.start_timeout=600",  # s; on a busy machine
+        "steering.hold=true",
+        f"seconds={LONGEST}",
+        f"steering.speed_limit={SPEED_LIMIT}",
+    ]
+    with composing():
+        cfg = compose("drive", [*told, *words, 'link.overrides=["faults=none","idle_timeout=300"]'])
+        stage.run(cfg, out, robot.launch)
+
+
+class Person(threading.Thread):
+    """At the other end of a pseudo-terminal: does each act once what is shown has matched its pattern."""
+
+    def __init__(self, *acts):
+        super().__init__(daemon=True)
+        self._end, self.program = pty.openpty()
+        self.shown, self._acts = "", list(acts)  # lately
+
+    def run(self):
+        with suppress(OSError):  # the terminal is closed
+            while data := os.read(self._end, 4096):
+                self.shown = (self.shown + data.decode())[-400:]
+                if self._acts and re.search(self._acts[0][0], self.shown):
+                    _, act = self._acts.pop(0)
+                    self.shown = ""
+                    act() if callable(act) else os.write(self._end, act)
+
+    def leave(self):
+        os.close(self._end)
+
+
+@pytest.fixture
+def at_terminal(monkeypatch):
+    """Puts a person at the terminal of this process."""
+    ends = []
+
+    def sit(*acts):
+        person = Person(*acts)
+        streams = [os.fdopen(os.dup(person.program), mode) for mode in ("r", "w")]
+        ends.extend([*streams, os.fdopen(person.program)])
+        monkeypatch.setattr("sys.stdin", streams[0])
+        monkeypatch.setattr("sys.stdout", streams[1])
+        person.before = termios.tcgetattr(person.program)
+        person.start()
+        return person
+
+    yield sit
+    monkeypatch.undo()
+    for end in ends:
+        end.close()
+
+
+def test_keys_steer_over_a_terminal_and_the_drive_is_an_episode(robot, policy, at_terminal, tmp_path):
+    person = at_terminal(("tilt", b"w\x1b[Aw"), (r"reference \+0\.30 ", b"a"), (r"heading +\+([3-9]|\d\d)", b" q"))
+    drive(robot, policy, tmp_path)
+    assert termios.tcgetattr(person.program) == person.before
+    episode = read_episode(tmp_path / "episodes" / "trial_000.mcap")
+    assert episode.outcome is Outcome.COMPLETED
+    assert episode.references[:, 1].max() == pytest.approx(0.3 * SPEED_LIMIT)
+    assert episode.references[-1, 1:] == pytest.approx([0.0, 0.0], abs=1e-9)
+    assert episode.headings[-1, 2] == pytest.approx(episode.headings[-1, 0], abs=np.radians(3.0))
+    assert episode.headings[-1, 0] > np.radians(2.0)
+    texts = [event.text for event in episode.events]
+    assert "ended by a key: the reference goes to rest" in texts and "ended by a key, and came to rest" in texts
+    assert "heading" in (tmp_path / "figures" / "trial_000.svg").read_text()
+
+
+def test_the_stop_key_switches_off_and_the_drive_is_kept(robot, policy, at_terminal, tmp_path):
+    at_terminal(("tilt", b"w"), (r"asked \+0\.10", b"x"))
+    drive(robot, policy, tmp_path)
+    episode = read_episode(tmp_path / "episodes" / "trial_000.mcap")
+    assert episode.outcome is Outcome.STOPPED and episode.events[-1].text == "stopped by a key"
+
+
+def test_a_terminal_that_is_closed_ends_the_drive_at_rest_with_its_episode(robot, policy, at_terminal, tmp_path):
+    person = at_terminal(("tilt", b"w"), (r"asked \+0\.10", lambda: person.leave()))
+    drive(robot, policy, tmp_path)
+    episode = read_episode(tmp_path / "episodes" / "trial_000.mcap")
+    assert episode.outcome is Outcome.COMPLETED
+    assert episode.references[-1, 1:] == pytest.approx([0.0, 0.0], abs=1e-9)
+    assert "the terminal was lost, and came to rest" in [event.text for event in episode.events]
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_ctrl_c_ends_it_as_a_rollout_and_the_terminal_is_as_before(robot, policy, at_terminal, tmp_path, number):
+    person = at_terminal(("tilt", lambda: os.kill(os.getpid(), number)))
+    with pytest.raises(KeyboardInterrupt):
+        drive(robot, policy, tmp_path)
+    assert termios.tcgetattr(person.program) == person.before
+    episode = read_episode(tmp_path / "interrupted" / "trial_000_stopped_0.mcap")
+    assert episode.outcome is Outcome.STOPPED and episode.references is not None
+
+
+def test_a_hang_up_signal_ends_the_drive_at_rest(robot, policy, at_terminal, tmp_path):
+    at_terminal(("tilt", lambda: os.kill(os.getpid(), signal.SIGHUP)))
+    drive(robot, policy, tmp_path)
+    assert read_episode(tmp_path / "episodes" / "trial_000.mcap").outcome is Outcome.COMPLETED
+
+
+def test_recorded_events_of_a_gamepad_drive_the_same_way_each_time(robot, policy, tmp_path):
+    forward, left, middle, start = (-16384, 2, 1), (-32767, 2, 0), (0, 2, 1), (1, 1, 7)
+    events = [(0, 0, 2, 5), (1000, *forward), (2500, *left), (3200, 0, 2, 0), (3500, *middle), (4500, *start)]
+    (tmp_path / "pad.bin").write_bytes(b"".join(EVENT.pack(*event) for event in events))
+    for name in "ab":
+        drive(robot, policy, tmp_path / name, f"input={tmp_path / 'pad.bin'}", "pace=100")
+    first, second = (read_episode(tmp_path / name / "episodes" / "trial_000.mcap") for name in "ab")
+    np.testing.assert_array_equal(first.references, second.references)
+    np.testing.assert_array_equal(first.commands, second.commands)
+    assert first.references[:, 1].max() == pytest.approx((0.5 - 0.1) / 0.9 * SPEED_LIMIT, abs=1e-4)
+    assert not first.references[first.observations[:, 0] <= 1.0].any()
+    assert first.headings[-1, 0] > 0.1 and first.outcome is Outcome.COMPLETED
+
+
+def test_without_a_terminal_there_is_one_error_and_no_robot(policy, tmp_path, capfd, monkeypatch):
+    with open(os.devnull) as nothing:
+        monkeypatch.setattr("sys.stdin", nothing)
+        words = [f"policy.path={policy}", "link=serial", "link.port=/dev/null", f"hydra.run.dir={tmp_path / 'out'}"]
+        assert main(["drive", *words]) == 1
+    said = capfd.readouterr().err
+    assert said.count("twbal: error:") == 1 and "standard input is no terminal" in said
+
+
+@pytest.mark.parametrize(
+    ("word", "message"),
+    [
+        ("state=rolling", "has no position, which is needed here"),
+        ("input=/dev/input/js99", "Cannot open the gamepad /dev/input/js99"),
+        ("steering.speed_step=2", "a number from 0.01 to 1"),
+        ("experiment=drive", "experiment"),
+    ],
+)
+def test_what_cannot_be_driven_is_refused(policy, tmp_path, capsys, word, message):
+    assert main(["drive", f"policy.path={policy}", word, f"hydra.run.dir={tmp_path / 'out'}"]) != 0
+    assert message in capsys.readouterr().err

@@ -1,0 +1,86 @@
+import pytest
+
+from twbal.steering.asked import Asked, Key, Response, Steering, Sticks
+
+STEP, TURN, TIMEOUT = 0.1, 0.5, 0.5
+
+
+def steering(hold=False):
+    return Steering(Response(STEP, TURN, TIMEOUT, hold))
+
+
+def after(*keys, hold=False, every=0.03):
+    """What is asked for after keys that follow fast, and when the last came."""
+    steered = steering(hold)
+    for number, key in enumerate(keys):
+        steered.take(every * number, key)
+        steered.wait(every * number)
+    return steered, every * (len(keys) - 1)
+
+
+@pytest.mark.parametrize(
+    ("keys", "asked"),
+    [
+        ([Key.FASTER] * 3, Asked(0.3, 0.0)),
+        ([Key.FASTER] * 3 + [Key.SLOWER] * 3, Asked()),
+        ([Key.SLOWER] * 2, Asked(-0.2, 0.0)),
+        ([Key.FASTER] * 40, Asked(1.0, 0.0)),
+        ([Key.SLOWER] * 40, Asked(-1.0, 0.0)),
+        ([Key.FASTER, Key.LEFT], Asked(0.1, TURN)),
+        ([Key.LEFT, Key.RIGHT], Asked(0.0, -TURN)),
+        ([Key.FASTER, Key.LEFT, Key.KEEP], Asked(0.1, TURN)),
+        ([Key.FASTER, Key.LEFT, Key.REST], Asked()),
+        ([Sticks(0.4, -0.2)], Asked(0.4, -0.2)),
+        ([Sticks(0.4, 0.0), Key.FASTER], Asked(0.5, 0.0)),
+    ],
+)
+def test_keys_come_to_a_speed_and_a_turn(keys, asked):
+    steered, _ = after(*keys)
+    assert steered.asked == pytest.approx(asked, abs=1e-12)
+
+
+def test_silence_of_half_a_second_ends_what_keys_asked_for_and_not_before():
+    steered, last = after(Key.FASTER, Key.LEFT)
+    steered.wait(last + TIMEOUT - 1e-6)
+    assert steered.asked == Asked(STEP, TURN)
+    steered.wait(last + TIMEOUT + 1e-6)
+    assert steered.asked == Asked()
+    (event,) = steered.events
+    assert event.text == "no key for 0.5 s: the reference goes to rest"
+    steered.wait(last + 10.0)
+    assert steered.events == [event]  # said once
+
+
+def test_a_key_that_is_held_down_goes_on_as_long_as_it_repeats():
+    steered, last = after(*[Key.FASTER] * 2, *[Key.KEEP] * 200, every=0.04)
+    assert last > 5 * TIMEOUT
+    assert steered.asked == Asked(2 * STEP, 0.0)
+
+
+def test_a_turn_ends_also_while_other_keys_keep_the_speed():
+    steered = steering()
+    steered.take(0.0, Key.LEFT)
+    for time in (0.1, 0.3, 0.5, 0.7):
+        steered.take(time, Key.FASTER)
+        steered.wait(time)
+        assert bool(steered.asked.turn) is (time <= 0.5)
+    assert steered.asked.speed == pytest.approx(0.4)
+
+
+def test_a_speed_that_is_held_stays_without_keys_and_a_turn_does_not():
+    steered, last = after(Key.FASTER, Key.LEFT, hold=True)
+    steered.wait(last + 100.0)
+    assert steered.asked == Asked(STEP, 0.0) and not steered.events
+
+
+def test_sticks_count_until_they_are_moved():
+    steered, last = after(Sticks(0.5, 0.5))
+    steered.wait(last + 100.0)
+    assert steered.asked == Asked(0.5, 0.5)
+
+
+def test_from_the_end_on_nothing_but_a_stop_is_taken():
+    steered, last = after(Key.FASTER, Key.END, Key.FASTER, Sticks(1.0, 0.0))
+    assert steered.asked == Asked() and steered.ending and not steered.stopped
+    steered.take(last, Key.STOP)
+    assert steered.stopped == "stopped by a key"

@@ -1,0 +1,78 @@
+import os
+
+import pytest
+
+from twbal.core.errors import ConfigError
+from twbal.steering.asked import Key, Sticks
+from twbal.steering.gamepad import Gamepad, RecordedGamepad, gamepad
+from twbal.steering.joystick import DEAD_ZONE, EVENT, JoystickDecoder, Layout
+
+LAYOUT = Layout(speed_axis=1, turn_axis=0, rest_button=0, stop_button=1, end_button=7)
+BUTTON, AXIS, AT_OPENING = 1, 2, 0x80
+
+
+def packed(*events):
+    return b"".join(EVENT.pack(*event) for event in events)
+
+
+def test_an_event_is_that_of_the_kernels_header():
+    (event,) = JoystickDecoder().feed(bytes.fromhex("78563412 0180 02 01".replace(" ", "")))
+    assert event == (0x12345678, -32767, AXIS, 1)
+
+
+def test_events_may_come_in_pieces():
+    data, decoder = packed((1, 5, AXIS, 0), (2, 6, AXIS, 1)), JoystickDecoder()
+    found = [event for byte in data for event in decoder.feed(bytes([byte]))]
+    assert [event.value for event in found] == [5, 6]
+
+
+@pytest.fixture
+def pipe(tmp_path):
+    """A pad's device, in the form of a named pipe, and the end that is written to."""
+    os.mkfifo(tmp_path / "js0")
+    with Gamepad(tmp_path / "js0", LAYOUT) as pad, open(tmp_path / "js0", "wb", buffering=0) as end:
+        yield pad, end
+
+
+def test_forward_and_left_are_the_negative_ends_of_axes_and_the_middle_asks_for_nothing(pipe):
+    pad, end = pipe
+    small = int(0.9 * DEAD_ZONE * 32767)
+    end.write(packed((0, -32767, AXIS, 1), (1, 32767, AXIS, 0), (2, small, AXIS, 1), (3, -32768, AXIS, 0)))
+    assert pad.read(0.0) == [Sticks(1.0, 0.0), Sticks(1.0, -1.0), Sticks(0.0, -1.0), Sticks(0.0, 1.0)]
+
+
+def test_what_stood_so_at_the_opening_and_other_axes_count_not(pipe):
+    pad, end = pipe
+    end.write(packed((0, -32767, AXIS | AT_OPENING, 1), (0, 1, BUTTON | AT_OPENING, 1), (1, 32767, AXIS, 5)))
+    assert pad.read(0.0) == [] and not pad.lost
+
+
+def test_buttons_count_when_they_are_pressed(pipe):
+    pad, end = pipe
+    end.write(packed((0, 1, BUTTON, 0), (1, 0, BUTTON, 0), (2, 1, BUTTON, 7), (3, 1, BUTTON, 1), (4, 1, BUTTON, 3)))
+    assert pad.read(0.0) == [Key.REST, Key.END, Key.STOP]
+
+
+def test_a_pad_without_news_is_not_lost_and_one_that_is_unplugged_is(pipe):
+    pad, end = pipe
+    assert pad.read(0.0) == [] and not pad.lost
+    end.close()
+    assert pad.read(0.1) == [] and pad.lost
+    assert pad.read(0.2) == []
+
+
+def test_a_recording_comes_as_it_was_recorded_and_is_lost_after_its_last_event(tmp_path):
+    (tmp_path / "pad.bin").write_bytes(packed((5000, -32767, AXIS, 1), (5250, 0, AXIS, 1), (6000, 1, BUTTON, 0)))
+    pad = gamepad(tmp_path / "pad.bin", LAYOUT)
+    assert pad.read(0.0) == [Sticks(1.0, 0.0)]
+    assert pad.read(0.24) == [] and pad.read(0.25) == [Sticks(0.0, 0.0)]
+    assert not pad.lost
+    assert pad.read(1.0) == [Key.REST] and pad.lost
+
+
+def test_a_pad_that_is_not_there_and_a_file_without_events_are_errors_that_say_what_to_do(tmp_path):
+    with pytest.raises(ConfigError, match=r"Cannot open the gamepad .*js9: No such file.* the group input"):
+        gamepad(tmp_path / "js9", LAYOUT)
+    (tmp_path / "empty").write_bytes(b"1234567")
+    with pytest.raises(ConfigError, match=r"no event of a joystick"):
+        RecordedGamepad(tmp_path / "empty", LAYOUT)

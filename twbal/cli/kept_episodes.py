@@ -1,0 +1,38 @@
+"""Episodes of a robot, kept also where they were cut short."""
+
+from itertools import count
+from pathlib import Path
+
+from twbal.core.episode import Episode, Outcome
+from twbal.core.errors import DataError, LinkLostError
+from twbal.io.logs import write_episode
+
+INTERRUPTED = (Outcome.STOPPED, Outcome.LINK_LOST, Outcome.POLICY_FAULT)
+"""Outcomes of trials that end the stage, and that the same command drives again."""
+
+
+def keep(file: Path, episode: Episode) -> None:
+    """Log the episode, also where Ctrl-C comes while it is written."""
+    try:
+        write_episode(file, episode)
+    except KeyboardInterrupt:
+        write_episode(file, episode)
+        raise
+
+
+def keep_interrupted(episode: Episode, folder: Path, why: str) -> None:
+    """Log what there is of the episode under a free name, and raise what ended it."""
+    name = f"trial_{episode.provenance.trial:03d}_{episode.outcome.value}"
+    file = next(path for i in count() if not (path := folder / f"{name}_{i}.mcap").exists())
+    samples = f"{len(episode)} samples of trial {episode.provenance.trial}"
+    try:
+        keep(file, episode)
+        kept = f"{samples} are kept in {file}, marked {episode.outcome.replace('_', ' ')}"
+    except DataError as error:  # must not hide what ended the episode
+        kept = f"{samples} are lost. {error}"
+    if episode.outcome is Outcome.LINK_LOST:
+        raise LinkLostError(f"{why} {kept}; the same command again goes on from there.")
+    if episode.outcome is Outcome.POLICY_FAULT:
+        raise DataError(f"{why} {kept}. Make that policy anew, or choose another.")
+    print(kept)
+    raise KeyboardInterrupt

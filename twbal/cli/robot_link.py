@@ -1,0 +1,68 @@
+"""The robot on the other end of a link: reached, and held against what is to drive it."""
+
+from contextlib import AbstractContextManager
+from typing import cast
+
+from hydra.core.hydra_config import HydraConfig
+from hydra.utils import instantiate
+from omegaconf import DictConfig
+
+from twbal.cli.console import configuration_flags
+from twbal.core.channels import Channels
+from twbal.core.errors import ConfigError
+from twbal.core.robot_parameters import RobotParameters
+from twbal.link.protocol import Sensors
+from twbal.link.serial_plant import SerialPlant
+from twbal.policies.policy import Policy
+from twbal.virtual_robot.process import Launch
+
+
+def robot_link(link: DictConfig, launch: Launch) -> AbstractContextManager[SerialPlant]:
+    """The link, not opened yet; a virtual robot finds the configuration that this run was given by its flags."""
+    if "overrides" not in link:
+        return cast(AbstractContextManager[SerialPlant], instantiate(link))
+    flags = configuration_flags() if HydraConfig.initialized() else []
+    virtual = instantiate(link, overrides=[*flags, *link.overrides], _partial_=True)
+    return cast(AbstractContextManager[SerialPlant], virtual(launch=launch))
+
+
+def check_torque(policy: Policy, robot: RobotParameters) -> None:
+    """Raise ConfigError where a policy commands more than the robot of a sheet takes."""
+    most = float(getattr(policy, "max_command", 0.0))
+    if not most <= robot.torque_limit * (1 + 1e-9):
+        raise ConfigError(
+            f"The policy commands up to {most:g} N·m; the robot {robot.name!r} takes "
+            f"{robot.torque_limit:g} N·m. Choose the robot that it was made for by robot=..., or make one for it."
+        )
+
+
+def check_robot(plant: SerialPlant, robot: RobotParameters) -> None:
+    """Raise ConfigError where a robot is not that of the sheet."""
+    if not abs(plant.control_period - robot.control_period) <= 1e-6:
+        raise ConfigError(
+            f"The robot {plant.robot_name!r} on the link has a control period of {plant.control_period} s; the data "
+            f"sheet {robot.name!r} says {robot.control_period} s. Is it the right one (robot=...)?"
+        )
+    if not plant.torque_limit >= robot.torque_limit * (1 - 1e-6):
+        raise ConfigError(
+            f"The robot {plant.robot_name!r} on the link takes at most {plant.torque_limit:g} N·m; the data sheet "
+            f"{robot.name!r} says {robot.torque_limit:g} N·m. Commands beyond would be recorded but not act. Is it the "
+            f"right one (robot=...)? Or set robot.torque_limit={plant.torque_limit:g} throughout."
+        )
+
+
+def check_sensors(plant: SerialPlant, channels: Channels) -> None:
+    """Raise ConfigError where a robot does not measure what the state needs."""
+    for name in ("acceleration", "yaw_rate"):
+        if name in channels.names and Sensors[name.upper()] not in plant.sensors:
+            raise ConfigError(
+                f"The robot {plant.robot_name!r} on the link does not measure its {name.replace('_', ' ')}, which is a "
+                "channel of the state. Choose a state without it, such as state=default."
+            )
+
+
+def why_not_turned(plant: SerialPlant) -> str:
+    """Why nothing can control the heading of a robot; empty where something can."""
+    if not plant.turns:
+        return plant.why_straight
+    return "" if plant.tells_heading else "it measures neither a yaw rate nor a difference of its wheels"

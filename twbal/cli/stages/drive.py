@@ -1,0 +1,201 @@
+"""Steer the robot on the other end of a link in real time, by keys or a gamepad."""
+
+import os
+import sys
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, closing, contextmanager
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import NamedTuple, TextIO
+
+from hydra.utils import instantiate
+from omegaconf import DictConfig
+
+from twbal.algorithm.rollout import rollout
+from twbal.cli.artefacts import episode_file, policy_files, policy_hash
+from twbal.cli.console import next_command, print_result, run_folder, say
+from twbal.cli.kept_episodes import INTERRUPTED, keep, keep_interrupted
+from twbal.cli.manifest import Manifest, Step, perform
+from twbal.cli.robot_link import check_robot, check_sensors, check_torque, robot_link, why_not_turned
+from twbal.cli.signals import on_hang_up, stopped_once
+from twbal.cli.typed_config import recorded, typed
+from twbal.core.channels import Channels
+from twbal.core.episode import Episode, Provenance
+from twbal.core.heading_control import HeadingControl
+from twbal.core.robot_parameters import RobotParameters, parameter_hash
+from twbal.io.logs import read_episode
+from twbal.link.protocol import Clock
+from twbal.link.serial_plant import SerialPlant
+from twbal.policies.policy import Policy
+from twbal.steering.gamepad import gamepad
+from twbal.steering.joystick import Layout
+from twbal.steering.keyboard import Keyboard
+from twbal.steering.limits import SteeringLimits
+from twbal.steering.pace import Pace
+from twbal.steering.source import Source
+from twbal.steering.status import Display, StatusLine
+from twbal.steering.steered import Moment, SteeredCourse
+from twbal.virtual_robot.process import Launch, launch
+from twbal.viz.canvas import save
+from twbal.viz.following_figure import following_figure
+
+NOT_RECORDED = ("policy.path", "link.port", "input")
+NOT_IN_EPISODES = ("policy.path", "link")
+KEYBOARD = "keyboard"
+KEY_HELP = "w s faster slower | a d left right | Enter as it is | space rest | q rest and end | x motors off"
+
+
+@dataclass(frozen=True)
+class DriveSettings:
+    """How long is driven, and from where; see conf/drive.yaml."""
+
+    seed: int
+    trial: int
+    seconds: float | None
+    tilt_limit: float
+    input: str
+    pace: float
+
+
+class Steered(NamedTuple):
+    """What is driven, and by what.
+
+    Attributes:
+        robot: its data sheet.
+        policy: that drives it.
+        channels: the state.
+        limits: of the references.
+    """
+
+    robot: RobotParameters
+    policy: Policy
+    channels: Channels
+    limits: SteeringLimits
+
+
+def main(cfg: DictConfig) -> None:
+    """Run the stage in Hydra's run folder."""
+    out = run_folder()
+    manifest = run(cfg, out)
+    log = next(out / made.path for made in manifest.outputs if made.path.endswith(".mcap"))
+    episode = read_episode(log)
+    print(f"{episode.outcome.replace('_', ' ')} after {episode.duration:.2f} s, {len(episode)} samples")
+    for event in episode.events:
+        print(f"  {event.time:7.2f} s  {event.text}")
+    print_result(manifest, out, next_command("plot", {"episode": log}, "robot", "sim"))
+
+
+def run(cfg: DictConfig, out: Path, launch: Launch = launch) -> Manifest:
+    """Have a person drive, and log it to `out`/episodes, unless that is done there already.
+
+    Args:
+        cfg: of this stage.
+        out: the run folder.
+        launch: starts the virtual robot, where `cfg` asks for one.
+    """
+    settings = typed(DriveSettings, cfg)
+    driven = Steered(*(instantiate(cfg[part]) for part in ("robot", "policy", "state", "steering")))
+    check_torque(driven.policy, driven.robot)
+    driven.channels.index("position")  # raises where the policy cannot see how far it is off
+    provenance = Provenance(
+        robot=driven.robot.name,
+        source="robot",
+        parameter_hash=parameter_hash(driven.robot),
+        policy_hash=policy_hash(cfg.policy),
+        seed=settings.seed,
+        trial=settings.trial,
+        config=recorded(cfg, NOT_IN_EPISODES),
+    )
+    layout: Layout = instantiate(cfg.gamepad)
+    inputs = {"policy": policy_files(cfg.policy)}
+    step = Step("drive", out, recorded(cfg, NOT_RECORDED), inputs, settings.seed)
+
+    def drive() -> list[Path]:
+        with stopped_once(), _source(settings.input, layout) as source, robot_link(cfg.link, launch) as plant:
+            check_robot(plant, driven.robot)
+            check_sensors(plant, driven.channels)
+            log = _record(plant, source, driven, settings, replace(provenance, robot=plant.robot_name), out)
+        figure = out / "figures" / f"{log.stem}.svg"
+        save(following_figure(read_episode(log), figure.stem, driven.robot.wheel_radius), figure)
+        return [log, figure]
+
+    return perform(step, drive)
+
+
+@contextmanager
+def _source(asked: str, layout: Layout) -> Iterator[Source]:
+    """Where keys or sticks come from; a terminal that is closed in it ends the drive in good order."""
+    with ExitStack() as stack:
+        if asked != KEYBOARD:
+            yield stack.enter_context(gamepad(Path(asked), layout))
+            return
+        keyboard = stack.enter_context(Keyboard())
+        stack.enter_context(on_hang_up(keyboard.lose))
+        shown = [stream for stream in (sys.stdout, sys.stderr) if stream.isatty()]
+        stack.callback(_let_go_of_lost_terminal, keyboard, shown)
+        yield keyboard
+
+
+def _let_go_of_lost_terminal(keyboard: Keyboard, shown: Sequence[TextIO]) -> None:
+    """What is printed later on streams that showed it there goes nowhere, instead of being an error."""
+    if keyboard.lost:
+        with open(os.devnull, "w") as nowhere:
+            for stream in shown:
+                os.dup2(nowhere.fileno(), stream.fileno())
+
+
+def _record(
+    plant: SerialPlant,
+    source: Source,
+    driven: Steered,
+    settings: DriveSettings,
+    provenance: Provenance,
+    out: Path,
+) -> Path:
+    """Drive, and log it; returns the log.
+
+    Raises:
+        LinkLostError: the robot fell silent.
+        DataError: the policy commanded what is no number, or the episode cannot be written.
+        KeyboardInterrupt: the person pressed Ctrl-C.
+    """
+    log = episode_file(out / "episodes", settings.trial)
+    with closing(Display()) as display:
+        course = _course(plant, source, driven, settings, display)
+        heading = None
+        if driven.limits.control_heading and not (why := why_not_turned(plant)):
+            heading = HeadingControl(driven.robot, course.headings, plant.has_yaw_gyro)
+        elif driven.limits.control_heading:
+            say(f"the robot {plant.robot_name} cannot be turned: {why}; keys for turns do nothing")
+        if settings.input == KEYBOARD:
+            say(KEY_HELP)
+        episode = rollout(
+            *(plant, driven.policy, driven.channels, sys.maxsize, settings.tilt_limit, provenance, course, heading),
+            watch=course.watch,
+        )
+    episode = replace(episode, events=tuple(sorted((*episode.events, *plant.events, *course.events))))
+    if episode.outcome in INTERRUPTED and not course.steering.stopped:
+        keep_interrupted(episode, out / "interrupted", why=_last_words(episode))
+    keep(log, episode)
+    return log
+
+
+def _course(
+    plant: SerialPlant, source: Source, driven: Steered, settings: DriveSettings, display: Display
+) -> SteeredCourse:
+    """A robot that waits for its host is driven as fast as the clock of the person goes."""
+    status = StatusLine(driven.limits, driven.robot.wheel_radius, display.write)
+    pace = Pace(settings.pace)
+
+    def wait(time: float) -> None:
+        if plant.clock is Clock.LOCKSTEP:
+            pace.wait(time)
+
+    def show(moment: Moment) -> None:
+        status.show(moment)
+
+    return SteeredCourse(driven.limits, source, settings.seconds, wait, show)
+
+
+def _last_words(episode: Episode) -> str:
+    return episode.events[-1].text if episode.events else ""

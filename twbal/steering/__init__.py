@@ -1,0 +1,1 @@
+"""A person who steers a robot: keys and sticks, and what they ask for."""

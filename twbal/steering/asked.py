@@ -1,0 +1,137 @@
+"""What a person asks a robot for by keys or sticks, over time."""
+
+from dataclasses import dataclass
+from enum import Enum
+from typing import NamedTuple
+
+from twbal.core.episode import Event
+
+TURN_TIME = 0.5
+"""A turn ends this long after the last key for it [s]: a terminal does not tell when a key is let go."""
+_NONE = 1e-9  # of a share
+
+
+class Key(Enum):
+    """What a key or a button asks for."""
+
+    FASTER = "faster"
+    SLOWER = "slower"
+    LEFT = "left"
+    RIGHT = "right"
+    KEEP = "keep"
+    REST = "rest"
+    END = "end"
+    STOP = "stop"
+
+
+class Sticks(NamedTuple):
+    """Where the sticks of a gamepad stand.
+
+    Attributes:
+        speed: share of the speed limit, -1 to 1, forward being positive.
+        turn: share of the yaw rate's limit, -1 to 1, left being positive.
+    """
+
+    speed: float
+    turn: float
+
+
+class Asked(NamedTuple):
+    """What is asked for.
+
+    Attributes:
+        speed: share of the speed limit, forward being positive.
+        turn: share of the yaw rate's limit, left being positive.
+    """
+
+    speed: float = 0.0
+    turn: float = 0.0
+
+
+@dataclass(frozen=True)
+class Response:
+    """How keys are answered.
+
+    Attributes:
+        speed_step: by which a key changes the asked speed, as a share of its limit.
+        turn: yaw rate that a key asks for, as a share of its limit.
+        input_timeout: time without a key after which nothing is asked for any more [s].
+        hold: the asked speed stays where no key comes.
+    """
+
+    speed_step: float
+    turn: float
+    input_timeout: float
+    hold: bool
+
+
+class Steering:
+    """Follows the keys and sticks of one drive.
+
+    Sticks say all the time where they stand, keys only that they were pressed; so silence ends what keys asked for, and
+    leaves what sticks ask for.
+
+    Args:
+        response: how keys are answered.
+
+    Attributes:
+        asked: now.
+        ending: why the drive comes to rest and ends; empty while it does not.
+        stopped: why the motors are to be switched off at once; empty while they are not.
+        events: what was more than a key, with times.
+    """
+
+    def __init__(self, response: Response) -> None:
+        self.asked = Asked()
+        self.ending = self.stopped = ""
+        self.events: list[Event] = []
+        self._response = response
+        self._by_sticks = False
+        self._heard = self._turned = 0.0  # times of the last input, and of the last for a turn [s]
+
+    def take(self, time: float, what: Key | Sticks) -> None:
+        """Take a key, or where the sticks stand, at a time [s] since the drive began."""
+        if what is Key.STOP:
+            self.stopped = self.stopped or "stopped by a key"
+        if self.stopped or self.ending:
+            return
+        self._heard, self._by_sticks = time, isinstance(what, Sticks)
+        if what is Key.END:
+            self.end(time, "ended by a key")
+        elif isinstance(what, Sticks):
+            self.asked = Asked(_within_one(what.speed), _within_one(what.turn))
+        elif what is Key.KEEP:
+            self._turned = time
+        else:
+            self._press(time, what)
+
+    def end(self, time: float, why: str) -> None:
+        """Ask for nothing any more, and have the drive end once the reference is at rest."""
+        if not self.ending:
+            self.asked, self.ending = Asked(), why
+            self.events.append(Event(time, f"{why}: the reference goes to rest"))
+
+    def wait(self, time: float) -> None:
+        """Notice at a time [s] what has not come."""
+        if self._by_sticks:
+            return
+        if time - self._turned > TURN_TIME:
+            self.asked = self.asked._replace(turn=0.0)
+        silence = self._response.input_timeout
+        if self.asked != Asked() and not self._response.hold and time - self._heard > silence:
+            self.asked = Asked()
+            self.events.append(Event(time, f"no key for {silence:g} s: the reference goes to rest"))
+
+    def _press(self, time: float, key: Key) -> None:
+        speed, turn = self.asked
+        if key in (Key.FASTER, Key.SLOWER):
+            speed += self._response.speed_step * (1 if key is Key.FASTER else -1)
+        elif key in (Key.LEFT, Key.RIGHT):
+            turn, self._turned = self._response.turn * (1 if key is Key.LEFT else -1), time
+        else:
+            speed = turn = 0.0
+        self.asked = Asked(0.0 if abs(speed) < _NONE else _within_one(speed), turn)
+
+
+def _within_one(share: float) -> float:
+    return min(max(share, -1.0), 1.0)
