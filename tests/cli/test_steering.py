@@ -171,7 +171,7 @@ def test_without_a_terminal_there_is_one_error_and_no_robot(policy, tmp_path, ca
 @pytest.mark.parametrize(
     ("word", "message"),
     [
-        ("state=rolling", "has no position, which is needed here"),
+        ("state=rolling", "Choose the state that it was made with"),
         ("input=/dev/input/js99", "Cannot open the gamepad /dev/input/js99"),
         ("steering.speed_step=2", "a number from 0.01 to 1"),
         ("experiment=drive", "experiment"),

@@ -81,7 +81,10 @@ ROBUST = (
     Setting("robust.designs", Whole(1, 1000), "of them that regulators are designed for"),
     Setting("robust.screening", Whole(1, 100_000), "of them on which all regulators are driven"),
     Setting("robust.finalists", Whole(1, 10_000), "regulators that are driven on all of them"),
-    *(Setting(f"robust.width_scales.{name}", _FACTOR, "factor on its width in regulators") for name in CHANNELS),
+    *(
+        Setting(f"robust.width_scales.{name}", _FACTOR, "factor on its width in regulators")
+        for name in ("speed", "position_integral")
+    ),
     Setting("robust.position_scales", _SHARES, "more factors on the widths of position and its integral"),
     Setting("robust.change_scales", _SHARES, "factors on the width of changes of the command"),
     Setting("robust.command_widths", _SHARES, "command widths of the regulators, per torque limit"),
