@@ -382,6 +382,9 @@ TABLE: Mapping[str, How] = {
     "twbal real-rollout policy.path=... link=virtual trials=10 steps=500": Stage({"...": POLICY}),
     "twbal real-rollout experiment=excite": Stage(),
     "twbal plot episode=<run folder>/episodes/...": Stage({"<run folder>/episodes/...": "before.mcap"}),
+    "twbal plot episode=<run folder>/episodes/trial_000.mcap": Stage(
+        {"<run folder>/episodes/trial_000.mcap": "before.mcap"}
+    ),
     "twbal repair logs=outputs/real-rollout/.../episodes": Stage(),
     "twbal plot episode=outputs/real-rollout/.../episodes/trial_000.mcap": Stage(),
     "twbal plot episode=before.mcap compare_with=[after.mcap] simulate=false": Stage(),

@@ -42,6 +42,7 @@ NOT_ZERO = (
         "policy.amplitude",
         "policy.hold",
         "policy.command_width",
+        "improve_oscillation",
     ),
     *(
         "state.wheel_radius",
@@ -84,6 +85,7 @@ MORE_THAN_IS_PACKAGED = (  # rows that only a user's own yaml or words have
         "import.motor",
         "policy.robot",
         "course.robot",
+        "steering.robot",
         "validation.success",
     ),
 )
@@ -171,6 +173,7 @@ def test_no_number_may_be(value):
     may_be_null = (
         "cost.command_width",
         "cost.command_change_width",
+        "improve_oscillation",
         "success.place_radii",
         "success.command_change",
         "success.heading_limit",

@@ -1,6 +1,6 @@
 """Settings of a person's steering."""
 
-from twbal.cli.settings.kinds import Number, Part, Whole, YesNo
+from twbal.cli.settings.kinds import Number, Whole, YesNo
 from twbal.cli.settings.robot_settings import COURSE
 from twbal.cli.settings.setting import Setting
 
@@ -9,7 +9,6 @@ _BUTTON = Whole(0, 255)
 _NOT_STEERED = ("course", "course.segments")
 
 STEERING = (
-    Setting("steering", Part(), "how keys are answered, and what the references keep to"),
     Setting("steering.speed_step", _SHARE, "of a key for the speed, per speed limit", common=True),
     Setting("steering.turn", _SHARE, "of a key for a turn, per limit of the yaw rate", common=True),
     Setting("steering.input_timeout", Number(0.05, 60.0, "s"), "time without a key before the reference ramps to rest"),
