@@ -138,7 +138,7 @@ class _Parameters:
     def commands(self, vector: Array, states: Array) -> Array:
         """As shares of the largest command, (n,)."""
         policy = self.policy(vector)
-        return squash(policy.activation(states), policy.compensation)
+        return squash(policy.activation(states), policy.compensation, policy.compensation_width)
 
     def jacobian(self, vector: Array, states: Array) -> Array:
         """Of `commands`, (n, P)."""
@@ -149,7 +149,8 @@ class _Parameters:
         by_centres = (features * policy.weights)[:, :, None] * gaps
         by_activation = np.column_stack([np.ones(len(z)), z, features, by_centres.reshape(len(z), -1)])
         a, h = policy.activation(states), 1e-6
-        slope = (squash(a + h, policy.compensation) - squash(a - h, policy.compensation)) / (2 * h)
+        above, below = (squash(a + d, policy.compensation, policy.compensation_width) for d in (h, -h))
+        slope = (above - below) / (2 * h)
         jacobian: Array = slope[:, None] * by_activation
         return jacobian
 

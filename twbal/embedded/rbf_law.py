@@ -6,7 +6,7 @@ from twbal.core.gaussian import Array
 from twbal.embedded.c_source import constant_array, real
 from twbal.embedded.law import UNIT, Law, Operations, Rounding
 from twbal.policies.rbf import RbfPolicy
-from twbal.policies.squash import COMPENSATION_WIDTH, squash
+from twbal.policies.squash import squash
 
 _FUNCTION_ULPS = 4.0  # of expf, sinf and erff together with what they are given; libraries stay below 2 each
 
@@ -81,7 +81,9 @@ def rbf_rounding(policy: RbfPolicy, states: Array) -> Rounding:
     summands = len(policy.channels) + np.count_nonzero(policy.weights) + 2
     off = UNIT * (summands * (linear + terms.sum(axis=-1)) + (terms * (exponent + _FUNCTION_ULPS)).sum(axis=-1))
     off += UNIT * np.abs(activation)
-    around = np.stack([squash(activation + shift * off, policy.compensation) for shift in (-1.0, 0.0, 1.0)])
+    around = np.stack(
+        [squash(activation + shift * off, policy.compensation, policy.compensation_width) for shift in (-1.0, 0.0, 1.0)]
+    )
     moved = np.abs(around - around[1]).max(axis=0)
     return Rounding(policy.max_command * around[1], policy.max_command * (1.5 * moved + 4 * _FUNCTION_ULPS * UNIT))
 
@@ -111,7 +113,7 @@ def _body(policy: RbfPolicy, has_basis: bool) -> str:
     lines += ["    s = sinf(a); /* (9 sin a + sin 3a) / 8 = s (3 - s^2) / 2 */"]
     if not policy.compensation:
         return "\n".join([*lines, "    return TWBAL_POLICY_MAX_COMMAND * (0.5f * s * (3.0f - s * s));"])
-    share, scale = policy.compensation, 1.0 / (np.sqrt(2.0) * COMPENSATION_WIDTH)
+    share, scale = policy.compensation, 1.0 / (np.sqrt(2.0) * policy.compensation_width)
     lines += [
         f"    return TWBAL_POLICY_MAX_COMMAND * ({real(1.0 - share)} * (0.5f * s * (3.0f - s * s))",
         f"        + {real(share)} * twbal_policy_erf(asinf(s) * {real(scale)}));",

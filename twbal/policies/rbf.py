@@ -10,7 +10,7 @@ from twbal.core.gaussian import Array
 from twbal.core.payload import Payload
 from twbal.policies.policy import LARGEST, Controller, Policy, channels_in, max_command_in
 from twbal.policies.rbf_moments import Network
-from twbal.policies.squash import compensation_of, squash
+from twbal.policies.squash import COMPENSATION_WIDTH, NARROWEST, WIDEST, compensation_of, squash
 
 _FAR = 1e100
 """States are cut off here, where squares would overflow: the command is to be a number for any state."""
@@ -34,6 +34,7 @@ class RbfPolicy(Policy):
         max_command: u_max [N·m].
         bias: b; holds a robot that balances at another tilt than 0.
         compensation: share of u_max that is kept for friction compensation (`squash`); 0 is the paper's policy.
+        compensation_width: of the activation, within about ±2 of which the compensation changes its sign.
     """
 
     channels: tuple[str, ...]
@@ -44,6 +45,7 @@ class RbfPolicy(Policy):
     max_command: float
     compensation: float = 0.0
     bias: float = 0.0
+    compensation_width: float = COMPENSATION_WIDTH
 
     @property
     def network(self) -> Network:
@@ -56,7 +58,7 @@ class RbfPolicy(Policy):
             lengths,
             gain,
             float(self.max_command),
-            compensation_of(self.compensation),
+            compensation_of(float(self.compensation), float(self.compensation_width)),
             float(self.bias),
         )
 
@@ -69,7 +71,7 @@ class RbfPolicy(Policy):
 
     def command(self, states: Array) -> Array:
         """u [N·m] of shape (...) for states (..., D)."""
-        return self.max_command * squash(self.activation(states), self.compensation)
+        return self.max_command * squash(self.activation(states), self.compensation, self.compensation_width)
 
     def controller(self, rng: np.random.Generator) -> Controller:
         """The law itself; nothing in it is random."""
@@ -104,5 +106,9 @@ class RbfPolicy(Policy):
 
 def _later_numbers(payload: Payload) -> dict[str, float]:
     """What files of earlier versions do not have."""
-    limits = {"compensation": (0.0, _MOST_COMPENSATION), "bias": (-LARGEST, LARGEST)}
+    limits = {
+        "compensation": (0.0, _MOST_COMPENSATION),
+        "bias": (-LARGEST, LARGEST),
+        "compensation_width": (NARROWEST, WIDEST),
+    }
     return {name: payload.number(name, *limit) for name, limit in limits.items() if name in payload.names}

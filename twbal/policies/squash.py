@@ -6,10 +6,11 @@ friction answers nothing to small commands, so the command jumps where a changes
     σ_c(a) = (1 - c) σ(a) + c s(a),
 
 with s the square wave of period 2π, sign(sin a), smoothed by a normal density of width w:
-s(a) = Σ_{j odd} 4 / (π j) exp(-½ j²w²) sin ja. Near a = 0 that is erf(a / √2 w). Both are sums of sines, whose moments
-have closed forms.
+s(a) = Σ_{j odd} 4 / (π j) exp(-½ j²w²) sin ja. Near a = 0 that is erf(a / √2 w): the command changes its sign within
+about ±2w. Both are sums of sines, whose moments have closed forms.
 """
 
+from functools import lru_cache
 from math import erf
 from typing import NamedTuple
 
@@ -20,19 +21,22 @@ from twbal.core.compiled import kernel
 from twbal.core.gaussian import Array
 
 COMPENSATION_WIDTH = 0.04
-"""w, in units of the activation: the command changes its sign within about ±2 w of 1.5 u_max."""
+"""w of policies that do not tell theirs, in units of the activation."""
+NARROWEST, WIDEST = 0.003, 0.3
+"""Of w: the narrower the jump, the longer the series; beyond the widest it is no jump."""
 _AMPLITUDES = ((1.0, 9 / 8), (3.0, 1 / 8))  # σ(a) = Σ amplitude · sin(frequency · a)
-_HARMONICS = 51  # of the square wave: what is left out is below 1e-5
+_REACH = 4.1  # j w of the last harmonic of the square wave: what is left out is below 1e-5
+_NEGLIGIBLE = 1e-13  # of a harmonic that the variance of a fades
 
 
-def squash(activation: Array, compensation: float = 0.0) -> Array:
-    """σ_c(a) in [-1, 1], any shape (eq. 10, with friction compensation of the share c)."""
+def squash(activation: Array, compensation: float = 0.0, width: float = COMPENSATION_WIDTH) -> Array:
+    """σ_c(a) in [-1, 1], any shape (eq. 10, with friction compensation of the share c and the width w)."""
     # At its flat top the sum rounds to a little more than 1.
     smooth: Array = np.clip((9.0 * np.sin(activation) + np.sin(3.0 * activation)) / 8.0, -1.0, 1.0)
     if compensation == 0.0:
         return smooth
     folded = np.arcsin(np.sin(activation))  # within ±π/2, where the other flanks of the wave are far away
-    step: Array = erf_of_arrays(folded / (np.sqrt(2.0) * COMPENSATION_WIDTH))
+    step: Array = erf_of_arrays(folded / (np.sqrt(2.0) * width))
     return (1.0 - compensation) * smooth + compensation * step
 
 
@@ -41,30 +45,34 @@ class Compensation(NamedTuple):
 
     Attributes:
         share: c in [0, 1).
+        width: w.
         amplitudes: (n,) of sin ja, j = 1, 3, 5, ...; empty without compensation.
         products: (n_2,) amplitudes of cos ja in σ_c(a)², j = 0, 2, 4, ...; likewise.
     """
 
     share: float
+    width: float
     amplitudes: Array
     products: Array
 
 
-def compensation_of(share: float) -> Compensation:
-    """The Fourier series of σ_c and of its square."""
+@lru_cache(maxsize=64)
+def compensation_of(share: float, width: float = COMPENSATION_WIDTH) -> Compensation:
+    """The Fourier series of σ_c and of its square; w is at least `NARROWEST`."""
     if share == 0.0:
-        return Compensation(0.0, np.zeros(0), np.zeros(0))
-    j = 2.0 * np.arange(_HARMONICS) + 1.0
-    amplitudes = share * 4.0 / (np.pi * j) * np.exp(-0.5 * (j * COMPENSATION_WIDTH) ** 2)
+        return Compensation(0.0, width, np.zeros(0), np.zeros(0))
+    harmonics = int(0.5 * _REACH / width) + 1
+    j = 2.0 * np.arange(harmonics) + 1.0
+    amplitudes = share * 4.0 / (np.pi * j) * np.exp(-0.5 * (j * width) ** 2)
     amplitudes[:2] += (1.0 - share) * np.array([9 / 8, 1 / 8])
     # sin ja sin la = ½ (cos (j - l)a - cos (j + l)a)
-    apart = np.correlate(amplitudes, amplitudes, "full")[_HARMONICS - 1 :]  # Σ b_j b_{j + 2k}, k = 0, 1, ...
+    apart = np.correlate(amplitudes, amplitudes, "full")[harmonics - 1 :]  # Σ b_j b_{j + 2k}, k = 0, 1, ...
     together = np.convolve(amplitudes, amplitudes)  # Σ b_j b_l with j + l = 2k + 2
-    products = np.zeros(2 * _HARMONICS)
-    products[:_HARMONICS] += apart
+    products = np.zeros(2 * harmonics)
+    products[:harmonics] += apart
     products[0] *= 0.5
     products[1:] -= 0.5 * together
-    return Compensation(share, amplitudes, products)
+    return Compensation(share, width, amplitudes, products)
 
 
 @kernel()
@@ -74,7 +82,7 @@ def squashed(activation: float, compensation: Compensation) -> float:
     if compensation.share == 0.0:
         return float(smooth)
     folded = np.arcsin(np.sin(activation))
-    step = erf(folded / (np.sqrt(2.0) * COMPENSATION_WIDTH))
+    step = erf(folded / (np.sqrt(2.0) * compensation.width))
     return float((1.0 - compensation.share) * smooth + compensation.share * step)
 
 
@@ -108,7 +116,10 @@ def squash_moments(m: float, v: float, compensation: Compensation) -> Squashed:
     mean_by, gain_by, square_by = np.zeros(2), np.zeros(2), np.zeros(2)
     for i, p in enumerate(compensation.amplitudes):
         j = 2.0 * i + 1.0
-        fade, s, c = p * np.exp(-0.5 * j * j * v), np.sin(j * m), np.cos(j * m)
+        faded = np.exp(-0.5 * j * j * v)
+        if faded < _NEGLIGIBLE:
+            break
+        fade, s, c = p * faded, np.sin(j * m), np.cos(j * m)
         mean += fade * s
         mean_by[0] += fade * j * c
         mean_by[1] -= fade * 0.5 * j * j * s
@@ -117,7 +128,10 @@ def squash_moments(m: float, v: float, compensation: Compensation) -> Squashed:
         gain_by[1] -= fade * 0.5 * j * j * j * c
     for i, p in enumerate(compensation.products):
         j = 2.0 * i
-        fade, s, c = p * np.exp(-0.5 * j * j * v), np.sin(j * m), np.cos(j * m)
+        faded = np.exp(-0.5 * j * j * v)
+        if faded < _NEGLIGIBLE:
+            break
+        fade, s, c = p * faded, np.sin(j * m), np.cos(j * m)
         square += fade * c
         square_by[0] -= fade * j * s
         square_by[1] -= fade * 0.5 * j * j * c

@@ -9,6 +9,7 @@ from twbal.core.gaussian import Array
 from twbal.models.dynamics import DynamicsModel
 from twbal.planar.linearised import DelayedModel
 from twbal.policies.rbf import RbfPolicy
+from twbal.policies.squash import COMPENSATION_WIDTH, NARROWEST, WIDEST
 
 _SQUASH_SLOPE = 1.5  # σ'(0) of eq. 10
 
@@ -77,7 +78,12 @@ def regulator(A: Array, B: Array, cost: Cost, command_width: float) -> Array | N
 
 
 def linear_law(
-    channels: tuple[str, ...], gain: Array, torque_limit: float, compensation: float, balance: float = 0.0
+    channels: tuple[str, ...],
+    gain: Array,
+    torque_limit: float,
+    compensation: float,
+    balance: float = 0.0,
+    compensation_tilt: float | None = None,
 ) -> RbfPolicy:
     """A policy that is u = -gain·x near the origin, with friction compensation and no basis function at work.
 
@@ -87,9 +93,12 @@ def linear_law(
         torque_limit: u_max [N·m].
         compensation: share of u_max.
         balance: tilt at which the command is zero where all else is zero [rad].
+        compensation_tilt: that moves the activation by the compensation's width (`squash`) [rad]; None: the width of
+            policies that do not tell theirs.
     """
     slope = _SQUASH_SLOPE * (1.0 - compensation) * torque_limit
-    bias = float(balance * gain[channels.index("tilt")] / slope) if balance else 0.0
+    by_tilt = float(gain[channels.index("tilt")] / slope) if "tilt" in channels else 0.0
+    width = COMPENSATION_WIDTH if compensation_tilt is None else abs(by_tilt) * compensation_tilt
     return RbfPolicy(
         channels=channels,
         centres=np.zeros((1, len(gain))),
@@ -98,5 +107,6 @@ def linear_law(
         gain=-gain / slope,
         max_command=torque_limit,
         compensation=compensation,
-        bias=bias,
+        bias=balance * by_tilt,
+        compensation_width=float(np.clip(width, NARROWEST, WIDEST)),
     )

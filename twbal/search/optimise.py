@@ -131,8 +131,8 @@ def _starts(
 def _not_driven_twice(earlier: Sequence[RbfPolicy]) -> list[int]:
     """Indices of the first of each policy that is among `earlier` but once."""
     keys = [
-        tuple(np.asarray(part).tobytes() for part in (p.centres, p.weights, p.lengths, p.gain, p.compensation, p.bias))
-        for p in earlier
+        tuple(np.asarray(part).tobytes() for name, part in vars(policy).items() if name != "channels")
+        for policy in earlier
     ]
     return [i for i, key in enumerate(keys) if keys.count(key) == 1]
 

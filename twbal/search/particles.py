@@ -19,7 +19,6 @@ from twbal.core.gaussian import Array, Gaussian
 from twbal.core.streams import Stream, generator
 from twbal.models.dynamics import DynamicsModel
 from twbal.policies.rbf import RbfPolicy
-from twbal.policies.squash import COMPENSATION_WIDTH
 from twbal.search.long_term_cost import LongTermCost
 from twbal.search.robots import Robots
 from twbal.search.sampled_rollouts import Draws
@@ -118,7 +117,8 @@ def _prices(cost: CostNumbers, states: Array) -> tuple[Array, Array]:
 
 def _law(parts: list[torch.Tensor], policy: RbfPolicy) -> Function:
     """Commands [N·m] of states, by the parts of an `RbfPolicy` and what of it stays as it is."""
-    return lambda states: policy.max_command * _squash(policy.bias + _activation(states, *parts), policy.compensation)
+    compensation, width = policy.compensation, policy.compensation_width
+    return lambda states: policy.max_command * _squash(policy.bias + _activation(states, *parts), compensation, width)
 
 
 def _activation(
@@ -129,11 +129,11 @@ def _activation(
     return states @ gain + torch.exp(-0.5 * (gaps**2).sum(dim=-1)) @ weights
 
 
-def _squash(activation: torch.Tensor, compensation: float) -> torch.Tensor:
+def _squash(activation: torch.Tensor, compensation: float, width: float) -> torch.Tensor:
     """As `twbal.policies.squash.squash`."""
     smooth = (9.0 * torch.sin(activation) + torch.sin(3.0 * activation)) / 8.0
     if compensation == 0.0:
         return smooth
     folded = torch.asin(torch.sin(activation).clamp(-1.0 + 1e-12, 1.0 - 1e-12))
-    step = torch.erf(folded / (math.sqrt(2.0) * COMPENSATION_WIDTH))
+    step = torch.erf(folded / (math.sqrt(2.0) * width))
     return (1.0 - compensation) * smooth + compensation * step

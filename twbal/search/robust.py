@@ -25,6 +25,7 @@ from twbal.planar.linearised import sampled_with_delay, torque_response
 from twbal.planar.parameters import TwinParameters
 from twbal.planar.robot_distribution import RobotDistribution
 from twbal.policies.rbf import RbfPolicy
+from twbal.policies.squash import NARROWEST, WIDEST
 from twbal.search.linear_starts import linear_law, regulator, state_space
 from twbal.search.planar_rollouts import Driven, PlanarDraws, planar_rollouts
 from twbal.search.sampled_rollouts import Limits, limits_of
@@ -38,6 +39,7 @@ _MORE_RESTLESS = 1.2  # gears with play and encoders with ticks let commands cha
 _RESTARTS = 2
 _FIRST_STEP = 0.3  # of the direct search, in logarithms of the gains
 _PAST_STEP = 0.5  # of the gains of past commands, which may change their sign, per torque limit
+_WIDTH_STEP = 2.0  # of the compensation's width, in its logarithm
 _BALANCE_STEP = 0.02  # of the tilt that the bias stands for [rad]
 _COMPENSATION_STEP = 0.1  # the same for the compensation, as a share of the torque limit
 
@@ -56,6 +58,7 @@ class RobustSettings:
         change_scales: of the cost's price on changes of the command, as factors on its width.
         command_widths: that cost as much as the cost's widths, as shares of the torque limit.
         compensations: of the robot's dead zone and Coulomb friction, as shares.
+        compensation_tilt: the compensation's width, as the tilt that moves the activation so far [rad].
         improved: how many of the finalists, the best, are improved by direct search ...
         evaluations: ... with so many evaluations each, at most ...
         improving: ... on so many of the robots.
@@ -73,6 +76,7 @@ class RobustSettings:
     change_scales: tuple[float, ...]
     command_widths: tuple[float, ...]
     compensations: tuple[float, ...]
+    compensation_tilt: float
     improved: int
     evaluations: int
     improving: int
@@ -166,13 +170,14 @@ class SampledRobots:
         past = np.array([name in self.channels.lags for name in self.channels.names])
 
         def varied(x: Array) -> RbfPolicy:
-            jump, shift = x[-2:]
-            gain = np.where(past, policy.gain + _PAST_STEP / policy.max_command * x[:-2], policy.gain * np.exp(x[:-2]))
+            gains, (jump, widening, shift) = x[:-3], x[-3:]
+            gain = np.where(past, policy.gain + _PAST_STEP / policy.max_command * gains, policy.gain * np.exp(gains))
             compensation = float(np.clip(policy.compensation + _COMPENSATION_STEP * jump, 0.0, _MOST_COMPENSATION))
             bias = policy.bias - _BALANCE_STEP * shift * float(gain[tilt])
-            return replace(policy, gain=gain, compensation=compensation, bias=bias)
+            width = float(np.clip(policy.compensation_width * np.exp(_WIDTH_STEP * widening), NARROWEST, WIDEST))
+            return replace(policy, gain=gain, compensation=compensation, bias=bias, compensation_width=width)
 
-        found = np.zeros(len(past) + 2)
+        found = np.zeros(len(past) + 3)
         for _ in range(_RESTARTS):  # a simplex that has shrunk to a point on a slope goes on from there anew
             simplex = found + _FIRST_STEP * np.eye(len(found) + 1, len(found), -1)
             options = {"maxfev": self.settings.evaluations // _RESTARTS, "initial_simplex": simplex}
@@ -224,7 +229,8 @@ class SampledRobots:
                     continue
                 for share in settings.compensations:
                     compensation = min(share * friction / limit, _MOST_COMPENSATION)
-                    policy = linear_law(self.channels.names, gain, limit, compensation, linear.balance)
+                    jump = (compensation, linear.balance, settings.compensation_tilt)
+                    policy = linear_law(self.channels.names, gain, limit, *jump)
                     yield f"regulator of robot {number} ({', '.join(f'{s:g}' for s in (*scales, share))})", policy
 
 

@@ -38,6 +38,7 @@ _NORMAL_MEDIAN = 0.6745  # of the size of a standard normal number
 _FILTER_RATES = (0.2, 0.0, 0.1, 0.35, 0.5)  # 1/s; the first is where the search begins
 _FIRST_DELAYS = (0.25, 1.0, 2.0, 2.75)  # control periods: fits with a delay that is far off end in optima of their own
 _DELAY, _BALANCE = "actuation_delay_delay", "com_offset_angle"
+_DELAY_SD = 0.25  # control periods; a delay stands for the lags of drive and filters, which turn the phase otherwise
 _BALANCE_SD = 0.003  # rad; a filter of the tilt drifts by as much with the noise of its gyro, from rollout to rollout
 _COLUMNS = [Observation._fields.index(name) for name in MEASURED]
 _NUDGE = 2e-5  # of finite differences, in prior standard deviations: posterior ones can be a hundredth of these
@@ -211,9 +212,8 @@ def _free(prior: RobotDistribution) -> list[Free]:
 def _covariance(data: Data, fit: Fit, prior: RobotDistribution) -> Array:
     J = slopes_of(data, fit)
     found: Array = np.linalg.inv(J.T @ J + np.linalg.inv(prior.covariance))
-    # Within a physics step of the model the delay is not smooth, so that its curvature there tells nothing.
     late = prior.fields.index(_DELAY)
-    found[late, late] += (data.period / data.substeps) ** 2 / 12.0
+    found[late, late] += (_DELAY_SD * data.period) ** 2
     balance = prior.fields.index(_BALANCE)
     found[balance, balance] += _BALANCE_SD**2
     return 0.5 * (found + found.T)
