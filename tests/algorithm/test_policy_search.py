@@ -29,6 +29,7 @@ ROBUST = RobustSettings(
     change_scales=(1.0,),
     command_widths=(1.0,),
     compensations=(0.0,),
+    compensation_tilt=0.015,
     improved=0,
     evaluations=4,
     improving=2,
