@@ -366,7 +366,6 @@ TABLE: Mapping[str, How] = {
     "twbal real-rollout policy.path=<run folder>/best_policy.pt": Stage({"<run folder>/best_policy.pt": POLICY}),
     "twbal iterate": Stage(slow=True),
     "twbal iterate link.seed=3 updates=6": Stage(slow=True),
-    "twbal iterate ensemble=none": Stage(slow=True),
     "twbal real-rollout policy.path=<run folder>/policy.pt": Stage({"<run folder>/policy.pt": POLICY}),
     "twbal lqr": Stage(small=("hydra.run.dir=outputs/lqr/...",)),
     "twbal lqr episodes=outputs/real-rollout/... command_width=0.3": Stage(),
