@@ -197,6 +197,7 @@ TABLE: Mapping[str, How] = {
     "twbal optimise-policy dynamics=small/model/model.pt search.restarts=1 search.iterations=3 "
     "search.long_iterations=0": Stage(slow=True, after=(_SMALL_DATA, _SMALL_MODEL)),
     "python scripts/effects.py": Elsewhere(("tests/docs/test_effects_page.py", "page()"), "writes a page"),
+    "python scripts/settings.py": Elsewhere(("tests/docs/test_settings_page.py", 'written["page"]()'), "writes a page"),
     "python scripts/protocol.py": Elsewhere(("tests/link/test_header.py", 'SCRIPT["header"]()'), "writes files"),
     "python scripts/robots.py": Elsewhere(("tests/docs/test_robots_page.py", 'written["page"]()'), "writes a page"),
     "pip freeze": Elsewhere(None, "pip's own"),
