@@ -1,0 +1,80 @@
+"""Smoothed derivatives of any order of sampled signals, by one kernel for all of them.
+
+Each signal x is replaced by ∫ k(s) x(t - s) ds and its derivatives by ∫ k⁽ᵐ⁾(s) x(t - s) ds, with a bump k of finite
+length. Linear differential equations hold between smoothed signals as they do between the signals themselves, so that
+nothing is differenced and no state is estimated (modulating functions, Shinbrot 1957).
+"""
+
+import numpy as np
+from numpy.polynomial import Polynomial
+
+from twbal.core.gaussian import Array
+
+_BUMP = Polynomial([1.0, 0.0, -1.0]) ** 5  # (1 - x²)⁵ on [-1, 1]: four derivatives vanish at the ends
+_SUM = float(_BUMP.integ()(1.0) - _BUMP.integ()(-1.0))
+_LENGTHS = (0.12, 0.2, 0.3, 0.45, 0.65)  # s
+_FEWEST = 8  # samples in a kernel
+_CLEAR = 0.95  # share of the variance of a second derivative that is no noise, with which a kernel is long enough
+_DIFFERENCE = np.array([1.0, -4.0, 6.0, -4.0, 1.0])
+
+
+def smoothed(values: Array, period: float, length: float, order: int = 0, offset: float = 0.0) -> Array:
+    """A smoothed derivative, (n - taps + 1,).
+
+    Args:
+        values: (n,).
+        period: between samples [s].
+        length: of the kernel [s].
+        order: of the derivative, 0 to 3.
+        offset: by which the values were taken later than their samples [s].
+    """
+    return np.convolve(values, kernel(period, length, order, offset), mode="valid")
+
+
+def kernel(period: float, length: float, order: int = 0, offset: float = 0.0) -> Array:
+    """The kernel's samples, (taps,)."""
+    half = 0.5 * length
+    count = int(half / period)
+    at = (period * np.arange(-count, count + 1) - offset) / half
+    weights = (_BUMP.deriv(order) if order else _BUMP)(at) * (np.abs(at) < 1.0) / _SUM / half ** (order + 1) * period
+    return np.asarray(weights)
+
+
+def noise_sd(values: Array) -> float:
+    """Standard deviation of what changes from sample to sample without any order: white noise, rounding steps.
+
+    By fourth differences, which leave little of a motion that is slower than some samples.
+    """
+    rest = np.convolve(values, _DIFFERENCE, mode="valid")
+    return float(np.sqrt(np.mean(rest**2) / (_DIFFERENCE @ _DIFFERENCE))) if len(rest) else 0.0
+
+
+def clarity(values: Array, period: float, length: float, order: int) -> float:
+    """Share of the variance of a smoothed derivative that is no noise, from 0 to 1."""
+    spread = float(np.var(smoothed(values, period, length, order)))
+    weights = kernel(period, length, order)
+    noise = noise_sd(values) ** 2 * float(weights @ weights)
+    return max(1.0 - noise / spread, 0.0) if spread else 0.0
+
+
+def kernel_length(signals: list[tuple[Array, int]], period: float) -> float | None:
+    """The shortest kernel through which all signals are clear, or else that through which they are clearest [s].
+
+    Args:
+        signals: values (n,), and the order of the derivative that is wanted of each.
+        period: between samples [s].
+
+    Returns:
+        None where the recording is too short for any.
+    """
+    count = min(len(values) for values, _ in signals)
+    lengths = [max(length, _FEWEST * period) for length in _LENGTHS]
+    lengths = [length for length in lengths if 4 * length / period < count]
+    best, chosen = -1.0, None
+    for length in lengths:
+        share = min(clarity(values, period, length, order) for values, order in signals)
+        if share > best + 0.02:
+            best, chosen = share, length
+        if share > _CLEAR:
+            break
+    return chosen
