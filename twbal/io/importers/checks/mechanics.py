@@ -22,9 +22,8 @@ from twbal.core.gaussian import Array
 from twbal.core.robot_parameters import GRAVITY, RobotParameters
 from twbal.io.importers.checks.block_regression import Regression, regression
 from twbal.io.importers.checks.doubt import LogPart
-from twbal.io.importers.checks.smoothing import clarity, kernel_length, smoothed
+from twbal.io.importers.checks.smoothing import lengths, smoothed
 
-_LEAST_CLEAR = 0.7  # share of the second derivatives' variance that is no noise, from which they say something
 _CREEP = 0.3  # rad/s below which dry friction has not its full size
 
 
@@ -56,7 +55,6 @@ class Mechanics(NamedTuple):
         tilt_acceleration: θ'', (n,).
         wheel_acceleration: φ'', (n,).
         lag: rows by which the tilt comes after the wheels, with its half-width.
-        clear: whether the accelerations are more than noise.
     """
 
     length: float
@@ -67,7 +65,6 @@ class Mechanics(NamedTuple):
     tilt_acceleration: Array
     wheel_acceleration: Array
     lag: tuple[float, float]
-    clear: bool
 
 
 def expected(robot: RobotParameters) -> Expected:
@@ -82,37 +79,53 @@ def expected(robot: RobotParameters) -> Expected:
     return Expected(arm * GRAVITY / wheels, (about_axle + rolling + 2 * cross) / wheels, float(-turned), float(driven))
 
 
-def mechanics(part: LogPart, tilt: Array | None = None, wheels: Array | None = None) -> Mechanics | None:
-    """Regress the laws of motion on a log.
+def mechanics(part: LogPart, by_gyro: bool = True, wheels: Array | None = None) -> Mechanics | None:
+    """Regress the laws of motion on a log, through the kernel that tells Q best.
 
     Args:
         part: of the log.
-        tilt: in place of the log's, (n,) [rad].
+        by_gyro: takes the integral of the tilt rate, where there is one, for the tilt: a complementary filter's tilt
+            has the robot's acceleration in it. What its offset adds is taken off with a cubic in time.
         wheels: in place of the log's angle of the wheels, (n,) [rad].
 
     Returns:
         None where the log is too short, or where nothing moves.
     """
-    theta = part.signals["tilt"] if tilt is None else tilt
+    is_integral = by_gyro and "tilt_rate" in part.signals
+    theta = integral(part.signals["tilt_rate"], part.period) if is_integral else part.signals["tilt"]
     has_angle = wheels is not None or "wheel_angle" in part.signals
     phi = wheels if wheels is not None else part.signals["wheel_angle" if has_angle else "wheel_rate"]
-    first = 1 if has_angle else 0  # derivative of what was measured that is φ'
-    dt = part.period
     if np.ptp(theta) == 0.0 or np.ptp(phi) == 0.0:
         return None
-    length = kernel_length([(theta, 2), (phi, first + 1)], dt)
-    if length is None:
-        return None
+    first = 1 if has_angle else 0  # derivative of what was measured that is φ'
+    found = [_through(part, theta, phi, first, is_integral, length) for length in lengths(len(theta), part.period)]
+    return max(found, key=_certainty, default=None)
+
+
+def integral(rates: Array, period: float) -> Array:
+    """Angle that a rate turns through since the first sample, (n,)."""
+    return np.concatenate([[0.0], np.cumsum(0.5 * period * (rates[1:] + rates[:-1]))])
+
+
+def _certainty(found: Mechanics) -> float:
+    half = float(found.motion.half_widths[1])
+    return abs(float(found.motion.coefficients[1])) / half if half else 0.0
+
+
+def _through(part: LogPart, theta: Array, phi: Array, first: int, is_integral: bool, length: float) -> Mechanics:
+    """Regress the laws of motion through one kernel."""
+    dt = part.period
     angle, tilting, turning, third = (smoothed(theta, dt, length, order) for order in range(4))
     rate, rolling = (smoothed(phi, dt, length, first + order) for order in (0, 1))
+    at = np.linspace(-1.0, 1.0, len(angle))
+    trend = [at, at**2, at**3] if is_integral else []
     commands = np.append(part.commands, part.commands[-1:])
     torque, steeper = (smoothed(commands, dt, length, order, 0.5 * dt) for order in (0, 1))
-    acting = [torque, steeper, angle, rate, np.tanh(rate / _CREEP)]
-    clear = min(clarity(theta, dt, length, 2), clarity(phi, dt, length, first + 1)) > _LEAST_CLEAR
-    motion = regression(rolling, [angle, turning], dt)
-    gravity, coupling = motion.coefficients
-    late = regression(rolling, [angle, turning, third + gravity / (coupling or 1.0) * tilting], dt)
-    coupling = float(late.coefficients[1]) or 1.0
-    lag = float(late.coefficients[2]) / coupling / dt, abs(float(late.half_widths[2]) / coupling / dt)
+    acting = [torque, steeper, angle, rate, np.tanh(rate / _CREEP), *trend]
+    motion = regression(rolling, [angle, turning, *trend], dt)
+    gravity, coupling = motion.coefficients[:2]
+    late = regression(rolling, [angle, turning, third + gravity / (coupling or 1.0) * tilting, *trend], dt)
+    scale = float(late.coefficients[1]) * dt or 1.0
+    lag = float(late.coefficients[2]) / scale, abs(float(late.half_widths[2]) / scale)
     body, wheel = regression(turning, acting, dt), regression(rolling, acting, dt)
-    return Mechanics(length, motion, body, wheel, torque, turning, rolling, lag, clear)
+    return Mechanics(length, motion, body, wheel, torque, turning, rolling, lag)

@@ -14,6 +14,7 @@ from twbal.io.importers.checks.rates import Agreement
 _SHEET = 3.0  # factor by which what a data sheet makes of Q and d may well be off: loads, rotors, gears
 _GRAVITY = 1.5  # factor by which time may seem off, as its square goes with G / Q
 _NOTHING = 0.2  # of the effect that a command must have by the data sheet, below which it is none
+_RUBBED = 15.0  # factor by which stiction may seem to take from a command's effect, as the regulator works against it
 _EXPLAINED = 0.25  # share of the wheels' acceleration from which another unit is more likely than another column
 _SAME = 1.3  # factor within which two tell the same
 
@@ -43,7 +44,7 @@ def motion_doubts(part: LogPart, found: Mechanics, pairs: Sequence[Agreement]) -
 
 def _sign_doubts(part: LogPart, found: Mechanics) -> Iterator[Doubt]:
     coupling, body, wheels = signs(found)
-    if coupling < 0 and found.clear:
+    if coupling < 0:
         evidence = _wheels_and_tilt(part, found, -float(found.motion.coefficients[1]))
         if body < 0 or (body == 0 and wheels > 0):
             sentence = "the tilt seems to have the wrong sign: the body must turn back while the wheels speed up"
@@ -63,12 +64,9 @@ def _coupling_doubts(
     part: LogPart, found: Mechanics, sheet: Expected, pairs: Sequence[Agreement]
 ) -> Iterator[Doubt]:
     """Tilt and wheels in units of their own, or one of them from another column, or time."""
-    if not found.clear:
-        return
     name = part.robot.name if part.robot else ""
-    (gravity, minus), (wide, half) = found.motion.coefficients, found.motion.half_widths
-    coupling = -float(minus)
-    evidence = _wheels_and_tilt(part, found, sheet.coupling, sheet.gravity)
+    coupling, half = -float(found.motion.coefficients[1]), float(found.motion.half_widths[1])
+    evidence = _wheels_and_tilt(part, found, sheet.coupling)
     ratio = coupling / sheet.coupling
     low, high = (coupling - half) / sheet.coupling, (coupling + half) / sheet.coupling
     if high < 1.0 / _SHEET and found.motion.explained < _EXPLAINED:
@@ -83,17 +81,25 @@ def _coupling_doubts(
             f"{guessed_reason(ratio, log(_SHEET))}: is the unit of tilt or wheels wrong, or the data sheet?"
         )
         yield Doubt(Kind.UNIT, _blamed(pairs), sentence, evidence)
-    elif gravity > wide:
-        share = gravity / coupling * sheet.coupling / sheet.gravity
-        relative = sqrt((wide / gravity) ** 2 + (half / coupling) ** 2)
-        factor = 1.0 / sqrt(share)  # of the stated period to the true one
-        within = factor * 0.5 * relative
-        if factor - within > _GRAVITY or factor + within < 1.0 / _GRAVITY:
+    else:
+        factor, within = time_factor(found, sheet)
+        if factor / within > _GRAVITY or factor * within < 1.0 / _GRAVITY:
             sentence = (
-                f"the robot falls as if time ran {1.0 / factor:.2g} times as fast as the log says: is the rate or the "
-                f"unit of time wrong, or the data sheet of {name}?"
+                f"the robot falls as if time ran {factor:.2g} times too slow in this log: is the rate or the unit of time "
+                f"wrong, or the data sheet of {name}?"
             )
             yield Doubt(Kind.TIME, "time", sentence, evidence)
+
+
+def time_factor(found: Mechanics, sheet: Expected) -> tuple[float, float]:
+    """How many times too long the stated period is, as G / Q goes with its square; and the factor of its interval."""
+    (gravity, minus), (wide, half) = found.motion.coefficients[:2], found.motion.half_widths[:2]
+    coupling = -float(minus)
+    if gravity <= wide or coupling <= half:
+        return 1.0, np.inf
+    share = float(gravity) / coupling * sheet.coupling / sheet.gravity
+    relative = sqrt(float(wide / gravity) ** 2 + (float(half) / coupling) ** 2)
+    return 1.0 / sqrt(share), float(np.exp(0.5 * relative))
 
 
 def _blamed(pairs: Sequence[Agreement]) -> str:
@@ -111,16 +117,19 @@ def _command_doubts(part: LogPart, found: Mechanics, sheet: Expected) -> Iterato
     ]
     value, half, fit = min(effects, key=lambda each: each[1] / max(abs(each[0]), _NOTHING))
     evidence = _command_and_wheels(part, found)
-    if value + half < _NOTHING and fit.explained < _EXPLAINED:
+    if value + half < 1.0 / _RUBBED and fit.explained < _EXPLAINED:
         sentence = "the robot does not answer the command: is the command from another column?"
         yield Doubt(Kind.COLUMN, "command", sentence, evidence)
-    elif value + half < 1.0 / _SHEET or value - half > _SHEET:
+    elif value < -_NOTHING and value + half < _NOTHING:
+        sentence = "the command seems to have the wrong sign, or is another column: a positive one must drive the wheels forward"
+        yield Doubt(Kind.SIGN, "command", sentence, evidence)
+    elif value + half < 1.0 / _RUBBED or value - half > _SHEET:
         sentence = (
             f"the robot answers the command {value:.3g} times as strongly as the data sheet of {name} says"
             f"{guessed_reason(max(value, 1e-12), log(_SHEET)) if value > 0 else ''}: is its unit or scale wrong, or is "
             "it another column?"
         )
-        yield Doubt(Kind.UNIT if value > half else Kind.COLUMN, "command", sentence, evidence)
+        yield Doubt(Kind.UNIT, "command", sentence, evidence)
     elif half > max(value, 1.0):
         sentence = (
             "this log does not tell what the command does: it hardly varies but as tilt and wheels do. Drive with more "
@@ -129,18 +138,18 @@ def _command_doubts(part: LogPart, found: Mechanics, sheet: Expected) -> Iterato
         yield Doubt(Kind.UNINFORMATIVE, "command", sentence, evidence)
 
 
-def time_doubts(pairs: Sequence[Agreement], motion: Sequence[Doubt]) -> Iterator[Doubt]:
-    """Where two rates are off by one factor, it is time that is wrong and not both of them.
+def time_doubts(pairs: Sequence[Agreement], found: Mechanics, sheet: Expected | None) -> Iterator[Doubt]:
+    """Where two rates are off by one factor, or one and the fall of the robot, it is time that is wrong.
 
     Args:
         pairs: of rates and angles.
-        motion: what mechanics makes doubtful.
+        found: by mechanics.
+        sheet: of the robot; None where there is none to compare with.
     """
-    off = [pair for pair in pairs if pair.has_wrong_scale]
-    by_gravity = any(doubt.kind is Kind.TIME for doubt in motion)
+    off = [pair for pair in pairs if pair.has_wrong_scale and pair.angle != "heading"]
     if len(off) > 1 and max(abs(log(a.factor / b.factor)) for a in off for b in off) < log(_SAME):
         middle = float(np.exp(np.mean([log(pair.factor) for pair in off])))
-    elif len(off) == 1 and by_gravity:
+    elif len(off) == 1 and sheet is not None and _falls_so(found, sheet, off[0].factor):
         middle = off[0].factor
     else:
         return
@@ -151,7 +160,13 @@ def time_doubts(pairs: Sequence[Agreement], motion: Sequence[Doubt]) -> Iterator
     yield Doubt(Kind.TIME, "time", sentence, off[0].evidence)
 
 
-def _wheels_and_tilt(part: LogPart, found: Mechanics, coupling: float, gravity: float = 0.0) -> Evidence:
+def _falls_so(found: Mechanics, sheet: Expected, factor: float) -> bool:
+    """Whether the robot falls as with a period that is `factor` times too long, rather than as with the stated one."""
+    fall, within = time_factor(found, sheet)
+    return abs(log(fall / factor)) < abs(log(fall)) and log(within) < abs(log(factor))
+
+
+def _wheels_and_tilt(part: LogPart, found: Mechanics, coupling: float) -> Evidence:
     """The wheels' acceleration, and what the tilt says that it must be."""
     told = -coupling * found.tilt_acceleration
     return Evidence(

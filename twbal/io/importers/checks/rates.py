@@ -1,12 +1,12 @@
 """Measured rates against the angles that they belong to: sign, unit, column, row."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
 from twbal.core.gaussian import Array
-from twbal.io.importers.checks.block_regression import jackknife, regression
+from twbal.io.importers.checks.block_regression import regression
 from twbal.io.importers.checks.doubt import Doubt, Evidence, Kind, LogPart
 from twbal.io.importers.checks.factors import guessed_reason
 from twbal.io.importers.checks.smoothing import noise_sd
@@ -18,9 +18,10 @@ _SPANS = (0.05, 0.1, 0.2, 0.4)  # s over which changes are taken; that of the hi
 _SCALE = 1.15  # factor by which gyros (3 %) and nominal loop times (5 %) may well be off
 _FOLLOWS = 0.5  # of the change that a rate must tell at least, if it is of that angle
 _CLEAR = 0.8  # share of an angle's changes that is no noise, from which they say something
+_CLOSE = 0.9  # correlation of tilt and rate from which a lag between them can be told
 _RELATED = 0.5  # correlation from which a rate that is off by a factor is of that angle at all
-_LATE_ROWS, _LATE = 0.75, 0.006  # rows and s by which one may come after the other: filters of IMUs take 5 ms
-_FARTHEST = 4  # rows that are tried
+LATE_ROWS, LATE = 0.75, 0.005
+"""Rows and s by which a tilt may well be late or early: filters that sum rates take half a row, those of IMUs 5 ms."""
 
 
 class Agreement(NamedTuple):
@@ -82,7 +83,8 @@ def _agreement(part: LogPart, angle: str, rate: str) -> Agreement:
     values = np.unwrap(values) if angle == "heading" else values
     spans = sorted({max(1, round(span / dt)) for span in _SPANS if span / dt < len(values) / 8} or {1})
     pairs = {span: (changes(values, span), turned(rates, span, dt)) for span in spans}
-    span = max(pairs, key=lambda s: abs(float(np.corrcoef(*pairs[s])[0, 1])))
+    span = max(pairs, key=lambda s: abs(_correlation(*pairs[s])))
+    span = span if abs(_correlation(*pairs[span])) > _RELATED else spans[-1]  # where noise matters least
     x, y = pairs[span]
     forward, backward = regression(y, [x], dt), regression(x, [y], dt)
     slope, inverse = float(forward.coefficients[0]), float(backward.coefficients[0])
@@ -102,6 +104,10 @@ def _agreement(part: LogPart, angle: str, rate: str) -> Agreement:
     )
 
 
+def _correlation(x: Array, y: Array) -> float:
+    return float(np.corrcoef(x, y)[0, 1]) if np.ptp(x) and np.ptp(y) else 0.0
+
+
 def changes(values: Array, span: int) -> Array:
     """Changes over `span` samples, (n - span,)."""
     return values[span:] - values[:-span]
@@ -113,12 +119,11 @@ def turned(rates: Array, span: int, period: float) -> Array:
     return changes(sums, span)
 
 
-def rate_doubts(part: LogPart, found: list[Agreement], to_blame: dict[str, str]) -> Iterator[Doubt]:
+def rate_doubts(found: Sequence[Agreement], to_blame: Mapping[str, str]) -> Iterator[Doubt]:
     """Sentences on rates that their angles contradict.
 
     Args:
-        part: of the log.
-        found: `agreements` of it.
+        found: `agreements` of a log.
         to_blame: which of a pair mechanics contradicts, by angle; "" or absent where that is not clear.
     """
     for pair in found:
@@ -140,33 +145,26 @@ def rate_doubts(part: LogPart, found: list[Agreement], to_blame: dict[str, str])
                 "from another column?"
             )
             yield Doubt(Kind.COLUMN, wrong or pair.rate, sentence, pair.evidence)
-        elif pair.angle == "tilt" and (late := _lateness(part)) is not None:
-            first, last = ("tilt_rate", "tilt") if late > 0 else ("tilt", "tilt_rate")
+
+
+def lateness_doubts(part: LogPart, found: Sequence[Agreement]) -> Iterator[Doubt]:
+    """A sentence on a tilt that comes after its rate: Δθ = x - late x', with the angle x that the rate turns through.
+
+    One that comes before it is none: a complementary filter's tilt, which has the robot's acceleration in it, does.
+    """
+    for pair in found:
+        if pair.angle != "tilt" or pair.correlation < _CLOSE:
+            continue
+        dt = part.period
+        span = max(1, round(_SPANS[1] / dt))
+        rates = part.signals["tilt_rate"]
+        faster = np.gradient(turned(rates, span, dt))  # for a row
+        fit = regression(changes(part.signals["tilt"], span), [turned(rates, span, dt), faster], dt)
+        scale = float(fit.coefficients[0]) or 1.0
+        late, half = -float(fit.coefficients[1]) / scale, abs(float(fit.half_widths[1]) / scale)
+        if late - half > LATE_ROWS + LATE / dt:
             sentence = (
-                f"{last} comes {abs(late):.2g} rows ({1e3 * abs(late) * part.period:.2g} ms) after {first}: is one of "
-                "them from another row, or filtered?"
+                f"tilt comes {late:.2g} rows ({1e3 * late * dt:.2g} ms) after tilt_rate: is one of them from another row, "
+                "or filtered?"
             )
             yield Doubt(Kind.ROW, "tilt", sentence, pair.evidence)
-
-
-def _lateness(part: LogPart) -> float | None:
-    """Rows by which the tilt comes after its rate; None where that is little or not certain."""
-    dt = part.period
-    span = max(1, round(_SPANS[1] / dt))
-    tilt = changes(part.signals["tilt"], span)
-    rate = turned(part.signals["tilt_rate"], span, dt)[_FARTHEST:-_FARTHEST]
-    rests = []
-    for lag in range(-_FARTHEST, _FARTHEST + 1):
-        moved = tilt[_FARTHEST + lag : len(tilt) - _FARTHEST + lag]
-        rests.append(rate - regression(rate, [moved], dt).fitted)
-    powers = [float(np.var(rest)) for rest in rests]
-    best = int(np.argmin(powers))
-    if not 0 < best < 2 * _FARTHEST:
-        return None
-    before, least, after = powers[best - 1 : best + 2]
-    late = best - _FARTHEST + 0.5 * (before - after) / (before - 2.0 * least + after)
-    if abs(late) < _LATE_ROWS or abs(late) * dt < _LATE:
-        return None
-    gain = rests[_FARTHEST] ** 2 - rests[best] ** 2
-    less = jackknife(np.ones((len(gain), 1)), gain, dt, 1)
-    return late if less.coefficients[0] > less.half_widths[0] else None

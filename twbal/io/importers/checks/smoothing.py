@@ -14,7 +14,6 @@ _BUMP = Polynomial([1.0, 0.0, -1.0]) ** 5  # (1 - x²)⁵ on [-1, 1]: four deriv
 _SUM = float(_BUMP.integ()(1.0) - _BUMP.integ()(-1.0))
 _LENGTHS = (0.12, 0.2, 0.3, 0.45, 0.65)  # s
 _FEWEST = 8  # samples in a kernel
-_CLEAR = 0.95  # share of the variance of a second derivative that is no noise, with which a kernel is long enough
 _DIFFERENCE = np.array([1.0, -4.0, 6.0, -4.0, 1.0])
 
 
@@ -49,32 +48,7 @@ def noise_sd(values: Array) -> float:
     return float(np.sqrt(np.mean(rest**2) / (_DIFFERENCE @ _DIFFERENCE))) if len(rest) else 0.0
 
 
-def clarity(values: Array, period: float, length: float, order: int) -> float:
-    """Share of the variance of a smoothed derivative that is no noise, from 0 to 1."""
-    spread = float(np.var(smoothed(values, period, length, order)))
-    weights = kernel(period, length, order)
-    noise = noise_sd(values) ** 2 * float(weights @ weights)
-    return max(1.0 - noise / spread, 0.0) if spread else 0.0
-
-
-def kernel_length(signals: list[tuple[Array, int]], period: float) -> float | None:
-    """The shortest kernel through which all signals are clear, or else that through which they are clearest [s].
-
-    Args:
-        signals: values (n,), and the order of the derivative that is wanted of each.
-        period: between samples [s].
-
-    Returns:
-        None where the recording is too short for any.
-    """
-    count = min(len(values) for values, _ in signals)
-    lengths = [max(length, _FEWEST * period) for length in _LENGTHS]
-    lengths = [length for length in lengths if 4 * length / period < count]
-    best, chosen = -1.0, None
-    for length in lengths:
-        share = min(clarity(values, period, length, order) for values, order in signals)
-        if share > best + 0.02:
-            best, chosen = share, length
-        if share > _CLEAR:
-            break
-    return chosen
+def lengths(count: int, period: float) -> list[float]:
+    """Lengths of kernels that fit a recording of so many samples, from the shortest on [s]."""
+    fitting = sorted({max(length, _FEWEST * period) for length in _LENGTHS})
+    return [length for length in fitting if 4 * length / period < count]

@@ -9,10 +9,11 @@ from twbal.io.importers.checks.block_regression import regression
 from twbal.io.importers.checks.doubt import Doubt, Evidence, Kind, LogPart
 from twbal.io.importers.checks.mechanics import mechanics
 from twbal.io.importers.checks.rates import changes, turned
-from twbal.io.importers.checks.smoothing import kernel_length, smoothed
+from twbal.io.importers.checks.smoothing import lengths, smoothed
 
 _SPAN = 0.3  # s over which turns are taken
 _TURNS = 0.5  # correlation of wheels and yaw from which its sign counts
+_CREEP = 0.3  # rad/s below which dry friction has not its full size
 _MORE = 0.2  # of the wheels' acceleration by which their difference must tell more than their mean
 
 
@@ -83,15 +84,15 @@ def _against_motors(part: LogPart, apart: Array, is_angle: bool) -> Iterator[Dou
     if motors is None:
         return
     more = motors[1] - motors[0]
-    first = 1 if is_angle else 0
-    length = kernel_length([(apart, first + 1)], part.period)
-    if length is None or np.ptp(more) == 0.0 or np.ptp(apart) == 0.0:
+    if part.comes_before:
+        more = np.append(more[1:], more[-1:])
+    if np.ptp(more) == 0.0 or np.ptp(apart) == 0.0:
         return
-    drive, rate, rolling = (
-        smoothed(values, part.period, length, order)
-        for values, order in ((more, 0), (apart, first), (apart, first + 1))
-    )
-    fit = regression(rolling, [drive, rate], part.period)
+    first = 1 if is_angle else 0
+    dt, length = part.period, lengths(len(more), part.period)[-1]
+    drive, steeper = (smoothed(more, dt, length, order, 0.5 * dt) for order in (0, 1))
+    rate, rolling = (smoothed(apart, dt, length, first + order) for order in (0, 1))
+    fit = regression(rolling, [drive, steeper, rate, np.tanh(rate / _CREEP)], dt)
     if fit.coefficients[0] + fit.half_widths[0] < 0.0 and fit.explained > _TURNS**2:
         sentence = (
             "the right wheel slows down where the right motor drives more than the left one: are the wheels swapped, or "
