@@ -14,7 +14,7 @@ from twbal.io.importers.checks.rates import Agreement
 _SHEET = 3.0  # factor by which what a data sheet makes of Q and d may well be off: loads, rotors, gears
 _GRAVITY = 1.5  # factor by which time may seem off, as its square goes with G / Q
 _NOTHING = 0.2  # of the effect that a command must have by the data sheet, below which it is none
-_RUBBED = 15.0  # factor by which stiction may seem to take from a command's effect, as the regulator works against it
+_RUBBED = 50.0  # factor by which stiction may seem to take from a command's effect, as the regulator works against it
 _EXPLAINED = 0.25  # share of the wheels' acceleration from which another unit is more likely than another column
 _SAME = 1.3  # factor within which two tell the same
 
