@@ -11,6 +11,9 @@ from twbal.core.gaussian import Array
 from twbal.io.importers.checks.doubt import Kind
 
 
+_TURN = 1.0  # rad by which the wheels must differ
+
+
 class Planted(NamedTuple):
     """A log with a fault.
 
@@ -66,9 +69,12 @@ def _row(log: Written, rng: np.random.Generator) -> Planted:
 
 
 def _swap(log: Written, rng: np.random.Generator) -> Planted | None:
-    """Where a second source tells left from right."""
+    """Where a second source tells left from right, and the robot turns: else no column says which is which."""
     source = log.quantities["wheel_angle"]["from"]
     if isinstance(source, str) or not ("yaw_rate" in log.quantities or len(log.quantities[_drive(log)]["from"]) == 2):
+        return None
+    left, right = (log.columns[column] for column in source)
+    if np.ptp(right - left) * (np.pi / 180 if log.quantities["wheel_angle"]["unit"] == "deg" else 1.0) < _TURN:
         return None
     return Planted(log.changed("wheel_angle", **{"from": source[::-1]}), "wheels swapped")
 

@@ -14,7 +14,7 @@ from twbal.io.importers.checks.block_regression import Regression, regression
 from twbal.io.importers.checks.doubt import Doubt, Evidence, Kind, LogPart
 
 _PAST = 4  # rows of measurements from which the next one is predicted
-_ANSWERED = 0.4  # partial correlation from which a command answers a measurement: estimators of regulators reach 0.2
+_ANSWERED = 0.25  # partial correlation from which it is the measurement: regulators may know the state better than the log
 
 
 def command_row_doubts(part: LogPart) -> Iterator[Doubt]:

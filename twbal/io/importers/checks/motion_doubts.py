@@ -15,6 +15,7 @@ _SHEET = 3.0  # factor by which what a data sheet makes of Q and d may well be o
 _GRAVITY = 1.5  # factor by which time may seem off, as its square goes with G / Q
 _NOTHING = 0.2  # of the effect that a command must have by the data sheet, below which it is none
 _RUBBED = 50.0  # factor by which stiction may seem to take from a command's effect, as the regulator works against it
+_UNKNOWN = 2.0  # of a command's effect: where its interval is wider, the log tells nothing of it
 _EXPLAINED = 0.25  # share of the wheels' acceleration from which another unit is more likely than another column
 _SAME = 1.3  # factor within which two tell the same
 
@@ -81,7 +82,7 @@ def _coupling_doubts(
             f"{guessed_reason(ratio, log(_SHEET))}: is the unit of tilt or wheels wrong, or the data sheet?"
         )
         yield Doubt(Kind.UNIT, _blamed(pairs), sentence, evidence)
-    else:
+    elif not any(pair.agrees for pair in pairs):
         factor, within = time_factor(found, sheet)
         if factor / within > _GRAVITY or factor * within < 1.0 / _GRAVITY:
             sentence = (
@@ -130,7 +131,7 @@ def _command_doubts(part: LogPart, found: Mechanics, sheet: Expected) -> Iterato
             "it another column?"
         )
         yield Doubt(Kind.UNIT, "command", sentence, evidence)
-    elif half > max(value, 1.0):
+    elif half > _UNKNOWN * max(abs(value), 1.0):
         sentence = (
             "this log does not tell what the command does: it hardly varies but as tilt and wheels do. Drive with more "
             "excitation, such as a reference that moves or noise on the command"

@@ -62,6 +62,11 @@ class Agreement(NamedTuple):
         return self.correlation > _RELATED and (self.low > _SCALE or self.high < 1.0 / _SCALE)
 
     @property
+    def agrees(self) -> bool:
+        """Whether the two are the same motion in the same time."""
+        return self.correlation > _RELATED and not self.has_wrong_scale
+
+    @property
     def is_unrelated(self) -> bool:
         """Whether the rate does not tell what the angle does."""
         follows = self.slope + self.half_width > _FOLLOWS * self.clarity

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from twbal.core.gaussian import Array
-from twbal.io.importers.checks.block_regression import regression
+from twbal.io.importers.checks.block_regression import Regression, regression
 from twbal.io.importers.checks.doubt import Doubt, Evidence, Kind, LogPart
 from twbal.io.importers.checks.mechanics import mechanics
 from twbal.io.importers.checks.rates import changes, turned
@@ -28,7 +28,7 @@ def side_doubts(part: LogPart) -> Iterator[Doubt]:
     if not against:
         apart = sides[1] - sides[0]
         yield from _against_yaw(part, apart, is_angle)
-        yield from _against_motors(part, apart, is_angle)
+        yield from _against_motors(part, sides, is_angle)
 
 
 def _against_each_other(part: LogPart, sides: tuple[Array, Array]) -> Iterator[Doubt]:
@@ -78,7 +78,7 @@ def _against_yaw(part: LogPart, apart: Array, is_angle: bool) -> Iterator[Doubt]
         yield Doubt(Kind.SIDES, "wheel_angle", sentence, evidence)
 
 
-def _against_motors(part: LogPart, apart: Array, is_angle: bool) -> Iterator[Doubt]:
+def _against_motors(part: LogPart, sides: tuple[Array, Array], is_angle: bool) -> Iterator[Doubt]:
     """Whether the right wheel speeds up where the right motor drives more."""
     motors = next((part.sides[name] for name in ("command", "voltage") if name in part.sides), None)
     if motors is None:
@@ -86,13 +86,13 @@ def _against_motors(part: LogPart, apart: Array, is_angle: bool) -> Iterator[Dou
     more = motors[1] - motors[0]
     if part.comes_before:
         more = np.append(more[1:], more[-1:])
-    if np.ptp(more) == 0.0 or np.ptp(apart) == 0.0:
+    if np.ptp(more) == 0.0 or np.ptp(sides[1] - sides[0]) == 0.0:
         return
     first = 1 if is_angle else 0
-    dt, length = part.period, lengths(len(more), part.period)[-1]
-    drive, steeper = (smoothed(more, dt, length, order, 0.5 * dt) for order in (0, 1))
-    rate, rolling = (smoothed(apart, dt, length, first + order) for order in (0, 1))
-    fit = regression(rolling, [drive, steeper, rate, np.tanh(rate / _CREEP)], dt)
+    fit, rolling, drive = max(
+        (_driven(more, sides, first, part.period, length) for length in lengths(len(more), part.period)),
+        key=lambda each: abs(float(each[0].coefficients[0] / each[0].half_widths[0])),
+    )
     if fit.coefficients[0] + fit.half_widths[0] < 0.0 and fit.explained > _TURNS**2:
         sentence = (
             "the right wheel slows down where the right motor drives more than the left one: are the wheels swapped, or "
@@ -106,3 +106,17 @@ def _against_motors(part: LogPart, apart: Array, is_angle: bool) -> Iterator[Dou
             "right less left motor, scaled to it [rad/s²]",
         )
         yield Doubt(Kind.SIDES, "wheel_angle", sentence, evidence)
+
+
+def _driven(
+    more: Array, sides: tuple[Array, Array], first: int, dt: float, length: float
+) -> tuple[Regression, Array, Array]:
+    """How the wheels' difference speeds up with that of the motors, through one kernel; and the two of them.
+
+    Dry friction is taken off at each wheel: it does not oppose a turn while both roll forward.
+    """
+    drive, steeper = (smoothed(more, dt, length, order, 0.5 * dt) for order in (0, 1))
+    left, right = (smoothed(values, dt, length, first) for values in sides)
+    rolling = smoothed(sides[1] - sides[0], dt, length, first + 1)
+    rubbed = np.tanh(right / _CREEP) - np.tanh(left / _CREEP)
+    return regression(rolling, [drive, steeper, right - left, rubbed], dt), rolling, drive
