@@ -28,7 +28,10 @@ from benchmarks.speed_tables import fits, ratios, running, steps, times, validat
 
 RESULTS = HOUSE / "benchmarks" / "results"
 PICTURES = HOUSE / "docs" / "pictures"
-PAGES = (HOUSE / "README.md", *(HOUSE / "docs" / name for name in ("methods.md", "benchmarks.md", "speed.md", "import.md")))
+PAGES = (
+    HOUSE / "README.md",
+    *(HOUSE / "docs" / name for name in ("methods.md", "benchmarks.md", "speed.md", "import.md")),
+)
 
 
 def main(words: Sequence[str]) -> None:

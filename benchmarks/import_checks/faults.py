@@ -10,7 +10,6 @@ from benchmarks.import_checks.conventions import Written
 from twbal.core.gaussian import Array
 from twbal.io.importers.checks.doubt import Kind
 
-
 _TURN = 1.0  # rad by which the wheels must differ
 
 

@@ -1,6 +1,7 @@
-"""Robots of all sizes in MuJoCo that balance and write down what their sensors say. Nothing of the checks is in here."""
+"""Robots of all sizes in MuJoCo that balance and write down what their sensors say, apart from all checks."""
 
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import NamedTuple
 
 import mujoco
@@ -162,7 +163,7 @@ def _speeds(build: Build, rng: np.random.Generator, count: int, dt: float) -> Ar
     if build.driving == "remote":
         pace = 0.35 * np.sqrt(GRAVITY * build.true.com_height)
         ends = np.sort(rng.choice(count, 8, replace=False))
-        for begin, end in zip(ends[:-1], ends[1:], strict=True):
+        for begin, end in pairwise(ends):
             asked[begin:end] = rng.uniform(-pace, pace), rng.uniform(-1.5, 1.5)
     share = min(1.0, dt / 0.3)
     for k in range(1, count):
@@ -188,7 +189,9 @@ def _ride(build: Build, rng: np.random.Generator) -> Ride | None:
     tap = 0.0
     for k in range(count):
         tilt, roll = _angles(data.qpos[3:7])
-        speed = float(np.hypot(*data.qvel[:2]) * np.sign(data.qvel[0] * np.cos(heading) + data.qvel[1] * np.sin(heading)))
+        speed = float(
+            np.hypot(*data.qvel[:2]) * np.sign(data.qvel[0] * np.cos(heading) + data.qvel[1] * np.sin(heading))
+        )
         heading = _heading(data.qpos[3:7])
         felt = tilt - np.arctan((speed - last_speed) / dt / GRAVITY) + 0.02 * rng.standard_normal()
         last_speed = speed

@@ -121,7 +121,9 @@ def _readable(files: Sequence[Path]) -> tuple[list[Path], list[str]]:
     for file in files:
         try:
             if file.suffix == ".mcap":
-                raise LogError(f"{file} is an MCAP file. Logs of twbal's need no import; other ones: export them as CSV.")
+                raise LogError(
+                    f"{file} is an MCAP file. Logs of twbal's need no import; other ones: export them as CSV."
+                )
             file_hash(file)
         except DataError as error:
             refused.append(_naming(file, error))
@@ -137,8 +139,13 @@ def _naming(file: Path, error: DataError) -> str:
 def _names(files: Sequence[Path]) -> list[str]:
     """A name for each file's recordings: its own, with that of its folder or a number where others have the same."""
     stems = [file.stem for file in files]
-    parents = [stem if stems.count(stem) == 1 else f"{file.parent.name}_{stem}" for file, stem in zip(files, stems, strict=True)]
-    return [name if parents.count(name) == 1 else f"{name}_{parents[:k].count(name) + 1}" for k, name in enumerate(parents)]
+    parents = [
+        stem if stems.count(stem) == 1 else f"{file.parent.name}_{stem}"
+        for file, stem in zip(files, stems, strict=True)
+    ]
+    return [
+        name if parents.count(name) == 1 else f"{name}_{parents[:k].count(name) + 1}" for k, name in enumerate(parents)
+    ]
 
 
 def _none_of(refused: Sequence[str], count: int) -> str:

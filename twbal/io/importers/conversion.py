@@ -105,7 +105,9 @@ def import_file(path: Path, mapping: LogMapping, wanted: Wanted, provenance: Pro
 
 def _part(signals: Mapping[str, Array], period: float, mapping: LogMapping, wanted: Wanted) -> LogPart:
     """What the checks look at: signals as measured, at the log's own period."""
-    begin = min(int(np.searchsorted(signals["time"], signals["time"][0] + mapping.skip - 1e-9)), len(signals["time"]) - 8)
+    begin = min(
+        int(np.searchsorted(signals["time"], signals["time"][0] + mapping.skip - 1e-9)), len(signals["time"]) - 8
+    )
     rest = {name: values[max(begin, 0) :][:_LOOKED_AT] for name, values in signals.items()}
     commands = _commands(rest, 1, mapping)
     rest = {name: values[: len(commands) + 1] for name, values in rest.items()}

@@ -1,1 +1,1 @@
-"""What a log looks like before anything is fitted to it: each check yields doubts, each with a sentence and a picture."""
+"""What is wrong with a log, before anything is fitted to it: checks yield doubts with a sentence and a picture each."""

@@ -14,7 +14,9 @@ from twbal.io.importers.checks.block_regression import Regression, regression
 from twbal.io.importers.checks.doubt import Doubt, Evidence, Kind, LogPart
 
 _PAST = 4  # rows of measurements from which the next one is predicted
-_ANSWERED = 0.25  # partial correlation from which it is the measurement: regulators may know the state better than the log
+_ANSWERED = (
+    0.25  # partial correlation from which it is the measurement: regulators may know the state better than the log
+)
 
 
 def command_row_doubts(part: LogPart) -> Iterator[Doubt]:
@@ -43,8 +45,7 @@ def command_row_doubts(part: LogPart) -> Iterator[Doubt]:
     late, _ = _partial(new, later, [*past, *earlier], part.period)
     if late.coefficients[0] < -late.half_widths[0]:
         sentence = (
-            "the body answers the command a row before it is given: commands stand a row too late"
-            f"{_advice(part, True)}"
+            f"the body answers the command a row before it is given: commands stand a row too late{_advice(part, True)}"
         )
         yield Doubt(Kind.ROW, "command", sentence, _evidence(part, later, new))
 
@@ -75,6 +76,4 @@ def _evidence(part: LogPart, commands: Array, rate: Array) -> Evidence:
     n = min(len(commands), len(rate))
     scale = float(np.std(rate)) / (float(np.std(commands)) or 1.0)
     centred = (commands[:n] - commands.mean()) * scale
-    return Evidence(
-        part.period, rate[:n] - rate.mean(), "tilt rate [rad/s]", centred, "command, scaled to it [rad/s]"
-    )
+    return Evidence(part.period, rate[:n] - rate.mean(), "tilt rate [rad/s]", centred, "command, scaled to it [rad/s]")

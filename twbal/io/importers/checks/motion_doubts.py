@@ -46,7 +46,7 @@ def motion_doubts(part: LogPart, found: Mechanics, pairs: Sequence[Agreement]) -
 def _sign_doubts(part: LogPart, found: Mechanics) -> Iterator[Doubt]:
     coupling, body, wheels = signs(found)
     if coupling < 0:
-        evidence = _wheels_and_tilt(part, found, -float(found.motion.coefficients[1]))
+        evidence = _wheels_and_tilt(part, found, abs(float(found.motion.coefficients[1])))
         if body < 0 or (body == 0 and wheels > 0):
             sentence = "the tilt seems to have the wrong sign: the body must turn back while the wheels speed up"
             yield Doubt(Kind.SIGN, "tilt", sentence, evidence)
@@ -61,9 +61,7 @@ def _sign_doubts(part: LogPart, found: Mechanics) -> Iterator[Doubt]:
         yield Doubt(Kind.SIGN, "command", sentence, _command_and_wheels(part, found))
 
 
-def _coupling_doubts(
-    part: LogPart, found: Mechanics, sheet: Expected, pairs: Sequence[Agreement]
-) -> Iterator[Doubt]:
+def _coupling_doubts(part: LogPart, found: Mechanics, sheet: Expected, pairs: Sequence[Agreement]) -> Iterator[Doubt]:
     """Tilt and wheels in units of their own, or one of them from another column, or time."""
     name = part.robot.name if part.robot else ""
     coupling, half = -float(found.motion.coefficients[1]), float(found.motion.half_widths[1])
@@ -86,8 +84,8 @@ def _coupling_doubts(
         factor, within = time_factor(found, sheet)
         if factor / within > _GRAVITY or factor * within < 1.0 / _GRAVITY:
             sentence = (
-                f"the robot falls as if time ran {factor:.2g} times too slow in this log: is the rate or the unit of time "
-                f"wrong, or the data sheet of {name}?"
+                f"the robot falls as if time ran {factor:.2g} times too slow in this log: is the rate or the unit of "
+                f"time wrong, or the data sheet of {name}?"
             )
             yield Doubt(Kind.TIME, "time", sentence, evidence)
 
@@ -122,7 +120,10 @@ def _command_doubts(part: LogPart, found: Mechanics, sheet: Expected) -> Iterato
         sentence = "the robot does not answer the command: is the command from another column?"
         yield Doubt(Kind.COLUMN, "command", sentence, evidence)
     elif value < -_NOTHING and value + half < _NOTHING:
-        sentence = "the command seems to have the wrong sign, or is another column: a positive one must drive the wheels forward"
+        sentence = (
+            "the command seems to have the wrong sign, or is another column: a positive one must drive the wheels "
+            "forward"
+        )
         yield Doubt(Kind.SIGN, "command", sentence, evidence)
     elif value + half < 1.0 / _RUBBED or value - half > _SHEET:
         sentence = (
@@ -155,8 +156,8 @@ def time_doubts(pairs: Sequence[Agreement], found: Mechanics, sheet: Expected | 
     else:
         return
     sentence = (
-        f"time runs {middle:.3g} times too slow in this log: every rate is that much faster than its angle changes"
-        f"{guessed_reason(middle)}. Is the rate or the unit of time wrong?"
+        f"time runs {middle:.3g} times too slow in this log: every rate is that much faster than its angle changes. Is "
+        "the rate or the unit of time wrong?"
     )
     yield Doubt(Kind.TIME, "time", sentence, off[0].evidence)
 
@@ -180,6 +181,4 @@ def _command_and_wheels(part: LogPart, found: Mechanics) -> Evidence:
     torque = found.torque - found.torque.mean()
     spread = float(np.std(torque)) or 1.0
     scaled: Array = torque * float(np.std(wheels)) / spread
-    return Evidence(
-        part.period, wheels, "wheels' acceleration [rad/s²]", scaled, "command, scaled to it [rad/s²]"
-    )
+    return Evidence(part.period, wheels, "wheels' acceleration [rad/s²]", scaled, "command, scaled to it [rad/s²]")

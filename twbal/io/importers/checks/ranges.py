@@ -48,8 +48,8 @@ def tilt_doubts(part: LogPart) -> Iterator[Doubt]:
         yield Doubt(Kind.UNIT, "tilt", sentence, evidence)
     else:
         sentence = (
-            f"the robot lies: its tilt is {np.degrees(middle):.0f}° (0 is upright). Is that so, or is tilt counted from "
-            "elsewhere (mend `offset`)?"
+            f"the robot lies: its tilt is {np.degrees(middle):.0f}° (0 is upright). Is that so, or is tilt counted "
+            "from elsewhere (mend `offset`)?"
         )
         yield Doubt(Kind.LYING, "tilt", sentence, evidence)
 
@@ -60,5 +60,7 @@ def one_way_doubts(part: LogPart) -> Iterator[Doubt]:
     spread = float(np.std(commands))
     one_way = max(float(np.mean(commands >= 0.0)), float(np.mean(commands <= 0.0)))
     if spread and one_way > _ONE_WAY and abs(float(commands.mean())) > _SPREAD * spread:
-        sentence = "the command never changes its sign: is it a battery's voltage, or a duty cycle without its direction?"
+        sentence = (
+            "the command never changes its sign: is it a battery's voltage, or a duty cycle without its direction?"
+        )
         yield Doubt(Kind.COLUMN, "command", sentence, Evidence(part.period, commands, "command [N·m]"))

@@ -78,7 +78,12 @@ def agreements(part: LogPart) -> list[Agreement]:
     """All pairs of which both were measured, and the angle moved."""
     found = []
     for angle, rate in PAIRS.items():
-        if angle in part.signals and rate in part.signals and np.ptp(part.signals[angle]) and np.ptp(part.signals[rate]):
+        if (
+            angle in part.signals
+            and rate in part.signals
+            and np.ptp(part.signals[angle])
+            and np.ptp(part.signals[rate])
+        ):
             found.append(_agreement(part, angle, rate))
     return found
 
@@ -169,7 +174,7 @@ def lateness_doubts(part: LogPart, found: Sequence[Agreement]) -> Iterator[Doubt
         late, half = -float(fit.coefficients[1]) / scale, abs(float(fit.half_widths[1]) / scale)
         if late - half > LATE_ROWS + LATE / dt:
             sentence = (
-                f"tilt comes {late:.2g} rows ({1e3 * late * dt:.2g} ms) after tilt_rate: is one of them from another row, "
-                "or filtered?"
+                f"tilt comes {late:.2g} rows ({1e3 * late * dt:.2g} ms) after tilt_rate: is one of them from another "
+                "row, or filtered?"
             )
             yield Doubt(Kind.ROW, "tilt", sentence, pair.evidence)

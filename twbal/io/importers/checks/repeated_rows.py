@@ -3,7 +3,6 @@
 from collections.abc import Iterator, Mapping
 
 import numpy as np
-
 from numpy.typing import NDArray
 
 from twbal.core.gaussian import Array
@@ -19,8 +18,8 @@ def repeat_doubts(part: LogPart) -> Iterator[Doubt]:
         return
     first, second, count = found
     sentence = (
-        f"{count} rows from {first * part.period:.3g} s on come again from {second * part.period:.3g} s on, to the last "
-        "digit: was a part written twice? Cut one of them out"
+        f"{count} rows from {first * part.period:.3g} s on come again from {second * part.period:.3g} s on, to the "
+        "last digit: was a part written twice? Cut one of them out"
     )
     again = np.full(len(part.signals["tilt"]), np.nan)
     again[first : first + count] = again[second : second + count] = part.signals["tilt"][first : first + count]

@@ -33,7 +33,10 @@ def side_doubts(part: LogPart) -> Iterator[Doubt]:
 
 def _against_each_other(part: LogPart, sides: tuple[Array, Array]) -> Iterator[Doubt]:
     """Whether the body answers the wheels' difference where it should answer their mean: one counts backward."""
-    together, apart = mechanics(part, wheels=0.5 * (sides[0] + sides[1])), mechanics(part, wheels=0.5 * (sides[1] - sides[0]))
+    together, apart = (
+        mechanics(part, wheels=0.5 * (sides[0] + sides[1])),
+        mechanics(part, wheels=0.5 * (sides[1] - sides[0])),
+    )
     if apart is None:
         return
     of_mean = together.motion.explained if together is not None else 0.0
@@ -95,8 +98,8 @@ def _against_motors(part: LogPart, sides: tuple[Array, Array], is_angle: bool) -
     )
     if fit.coefficients[0] + fit.half_widths[0] < 0.0 and fit.explained > _TURNS**2:
         sentence = (
-            "the right wheel slows down where the right motor drives more than the left one: are the wheels swapped, or "
-            "the motors (the left one comes first)?"
+            "the right wheel slows down where the right motor drives more than the left one: are the wheels swapped, "
+            "or the motors (the left one comes first)?"
         )
         evidence = Evidence(
             part.period,
