@@ -37,6 +37,13 @@ def doubts(signals: Mapping[str, Array], part: LogPart) -> Iterator[Doubt]:
     if by_gyro is None or by_tilt is None:
         yield from rate_doubts(pairs, {})
         return
+    if "tilt_rate" in part.signals:  # what the wheels confirm of it is no noise
+        pairs = [
+            pair._replace(rate_clarity=max(pair.rate_clarity, by_gyro.motion.explained))
+            if pair.angle == "tilt"
+            else pair
+            for pair in pairs
+        ]
     differ = any(pair.angle == "tilt" and (pair.has_wrong_sign or pair.is_unrelated) for pair in pairs)
     blamed = _to_blame(by_gyro, by_tilt) if differ and "tilt_rate" in part.signals else ""
     found = by_tilt if blamed == "tilt_rate" else by_gyro

@@ -13,6 +13,7 @@ from twbal.core.gaussian import Array
 from twbal.io.importers.checks.block_regression import Regression, regression
 from twbal.io.importers.checks.doubt import Doubt, Evidence, Kind, LogPart
 
+_CREEP = 0.3  # rad/s below which dry friction has not its full size
 _PAST = 4  # rows of measurements from which the next one is predicted
 _ANSWERED = (
     0.25  # partial correlation from which it is the measurement: regulators may know the state better than the log
@@ -29,7 +30,7 @@ def command_row_doubts(part: LogPart) -> Iterator[Doubt]:
     new = rate[_PAST:-1]  # at k + 1, from _PAST on
     past = [
         values[_PAST - 1 - lag : len(values) - 2 - lag]
-        for values in (rate, wheels, part.signals["tilt"])
+        for values in (rate, wheels, np.tanh(wheels / _CREEP), part.signals["tilt"])
         for lag in range(_PAST - 1)
     ]
     earlier = [commands[_PAST - 1 - lag : len(commands) - 1 - lag] for lag in range(_PAST)]  # first: of this time

@@ -37,6 +37,9 @@ class Agreement(NamedTuple):
         half_width: of the slope's interval.
         correlation: from -1 to 1.
         clarity: share of the variance of the changes that is no noise.
+        inverse: slope of the changes over the rate.
+        inverse_half_width: of its interval.
+        rate_clarity: share of the variance of what the rate turns through that is no noise.
         evidence: both, for a picture.
     """
 
@@ -49,6 +52,9 @@ class Agreement(NamedTuple):
     half_width: float
     correlation: float
     clarity: float
+    inverse: float
+    inverse_half_width: float
+    rate_clarity: float
     evidence: Evidence
 
     @property
@@ -68,10 +74,12 @@ class Agreement(NamedTuple):
 
     @property
     def is_unrelated(self) -> bool:
-        """Whether the rate does not tell what the angle does."""
-        follows = self.slope + self.half_width > _FOLLOWS * self.clarity
-        against = self.has_wrong_sign or self.has_wrong_scale
-        return self.clarity > _CLEAR and not follows and not against
+        """Whether one of them moves and the other does not tell it."""
+        if self.has_wrong_sign or self.has_wrong_scale:
+            return False
+        told = self.slope + self.half_width > _FOLLOWS * self.clarity
+        followed = self.inverse + self.inverse_half_width > _FOLLOWS * self.rate_clarity
+        return (self.clarity > _CLEAR and not told) or (self.rate_clarity > _CLEAR and not followed)
 
 
 def agreements(part: LogPart) -> list[Agreement]:
@@ -110,6 +118,9 @@ def _agreement(part: LogPart, angle: str, rate: str) -> Agreement:
         float(forward.half_widths[0]),
         float(np.sign(slope) * np.sqrt(forward.explained)),
         max(1.0 - 2.0 * noise_sd(values) ** 2 / float(np.var(x)), 0.0),
+        inverse,
+        float(backward.half_widths[0]),
+        max(1.0 - span * (noise_sd(rates) * dt) ** 2 / float(np.var(y)), 0.0),
         Evidence(dt, y - y.mean(), f"{rate} over {span * dt:.2g} s [rad]", x - x.mean(), f"change of {angle} [rad]"),
     )
 
