@@ -5,6 +5,8 @@ length. Linear differential equations hold between smoothed signals as they do b
 nothing is differenced and no state is estimated (modulating functions, Shinbrot 1957).
 """
 
+from math import factorial
+
 import numpy as np
 from numpy.polynomial import Polynomial
 
@@ -31,12 +33,21 @@ def smoothed(values: Array, period: float, length: float, order: int = 0, offset
 
 
 def kernel(period: float, length: float, order: int = 0, offset: float = 0.0) -> Array:
-    """The kernel's samples, (taps,)."""
+    """The kernel's samples, (taps,), corrected so that they take the derivative of polynomials of that degree exactly.
+
+    Without the correction a large angle would leak into its acceleration, as samples of a kernel do not quite sum to 0.
+    """
     half = 0.5 * length
     count = int(half / period)
     at = (period * np.arange(-count, count + 1) - offset) / half
-    weights = (_BUMP.deriv(order) if order else _BUMP)(at) * (np.abs(at) < 1.0) / _SUM / half ** (order + 1) * period
-    return np.asarray(weights)
+    inside = np.abs(at) < 1.0
+    bump = _BUMP(at) * inside
+    weights = (_BUMP.deriv(order) if order else _BUMP)(at) * inside / _SUM / half ** (order + 1) * period
+    powers = at ** np.arange(order + 1)[:, None]  # (order + 1, taps)
+    wanted = np.zeros(order + 1)
+    wanted[order] = factorial(order) / (-half) ** order
+    wrong = wanted - powers @ weights
+    return np.asarray(weights + np.linalg.solve((powers * bump) @ powers.T, wrong) @ (powers * bump))
 
 
 def noise_sd(values: Array) -> float:
