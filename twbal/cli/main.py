@@ -22,6 +22,7 @@ STAGES = {
     "optimise-policy": "search the policy that the model expects to do best",
     "lqr": "make a linear-quadratic regulator, of the nominal parameters or of a linear model of real episodes",
     "train-agent": "train a model-free agent in simulation, as a baseline",
+    "new-robot": "ask for the values of a robot of your own, and write its sheet",
     "doctor": "look at what must be right on this computer before a robot is driven",
     "check-link": "try a robot with its wheels off the ground, before its first rollout",
     "real-rollout": "drive the robot on the other end of a link by a policy and log what it does",

@@ -7,6 +7,7 @@ from twbal.cli.settings.kinds import (
     PATH,
     PATHS,
     PATHS_OR_NONE,
+    Answer,
     Kind,
     ListOf,
     Number,
@@ -20,6 +21,7 @@ from twbal.cli.settings.link_settings import CLOCK, SEED
 from twbal.cli.settings.robot_settings import CONTROL_PERIODS, PHYSICS_STEP, STEPS, TILT_LIMIT
 from twbal.cli.settings.setting import Setting
 from twbal.cli.settings.steering_settings import STEERING
+from twbal.sheets.questions import QUESTIONS
 
 _SHARE = Number(0.0, 1.0)
 _ROUNDS = Whole(0, 1000)
@@ -181,6 +183,13 @@ STAGES: Mapping[str, tuple[Setting, ...]] = {
         _common("target", OneOf(("header",)), "what is written: a C99 or C++ header"),
         _common("distil", OrNull(Whole(0, 10_000)), "basis functions that are left; null: all"),
         Setting("states", Whole(0, 10_000_000), "at which the compiled header is checked; 0: none"),
+    ),
+    "new-robot": (
+        _common("name", Text("name"), "name of the robot, and of its file"),
+        _common("folder", PATH, "folder of your own configuration, for --config-dir"),
+        _common("answers", OrNull(PATH), "yaml file of answers; null: none"),
+        Setting("replace", YesNo(), "a sheet that is there is written anew"),
+        *(Setting(f"given.{key}", Answer(question.unit), question.what) for key, question in QUESTIONS.items()),
     ),
     "doctor": (
         Setting("sysfs", PATH, "where the kernel tells of USB adapters"),
