@@ -202,6 +202,7 @@ STAGES: Mapping[str, tuple[Setting, ...]] = {
         _common("pulse_time", Number(0.001, 0.3, "s"), "length of a pulse"),
         _common("by_hand", YesNo(), "a person leans the body and turns the wheels, too"),
         Setting("hand_time", Number(0.5, 3600.0, "s"), "time for each of these motions"),
+        Setting("write_sheet", YesNo(), "what was measured enters the sheet, or your copy of it"),
     ),
     "repair": (_common("logs", PATHS, "damaged logs, or folders that have some"),),
     "virtual-robot": (

@@ -3,9 +3,11 @@
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from hydra.utils import instantiate
 from omegaconf import DictConfig, OmegaConf
 
 from twbal.cli.console import next_command, run_folder, say
+from twbal.cli.own_sheet import sheet_file, write_measured
 from twbal.cli.robot_link import robot_link
 from twbal.cli.signals import stopped_once
 from twbal.cli.typed_config import typed
@@ -41,6 +43,7 @@ def main(cfg: DictConfig) -> None:
     Raises:
         CheckError: something is a problem.
         LinkError: the robot cannot be reached at all.
+        ConfigError: the sheet cannot be changed here.
     """
     out = run_folder()
     report = run(cfg, out)
@@ -48,6 +51,7 @@ def main(cfg: DictConfig) -> None:
     for name in (PAGE, RECORD, FIGURE):
         if (out / name).is_file():
             print(f"made  {out / name}")
+    _write_sheet(cfg, report)
     if wrong := problems(report.checks):
         raise CheckError(
             f"The robot {report.robot} is not fit to be driven: {', '.join(wrong)}. {out / PAGE} says why."
@@ -78,6 +82,12 @@ def run(cfg: DictConfig, out: Path, launch: Launch = launch) -> LinkReport:
     if report.round_trips:
         save(round_trip_figure(report.round_trips, report.control_period, report.robot), out / FIGURE)
     return report
+
+
+def _write_sheet(cfg: DictConfig, report: LinkReport) -> None:
+    """Write what was measured into the sheet of a robot on a port, where nothing is wrong."""
+    if "port" in cfg.link and cfg.write_sheet and not problems(report.checks):
+        write_measured(report, instantiate(cfg.robot), sheet_file())
 
 
 def page(report: LinkReport) -> str:
