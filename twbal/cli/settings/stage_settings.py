@@ -37,6 +37,7 @@ _SEED = _common("seed", SEED, "seed of all that is drawn at random")
 _FIRST_TRIAL = Setting("first_trial", Whole(0, 1_000_000_000), "number of the first, which draws start and noise")
 _EXPLORATION = _common("exploration", _SHARE, "sd of noise on the command, per torque limit")
 _WORKERS = Whole(0, 1024)
+_HEED = Setting("heed_check", OrNull(YesNo()), "the last check-link counts; null: for a robot on a port")
 
 STAGES: Mapping[str, tuple[Setting, ...]] = {
     "sim-collect": (
@@ -74,12 +75,14 @@ STAGES: Mapping[str, tuple[Setting, ...]] = {
         _common("steps", STEPS, "length of a trial, at most"),
         _EXPLORATION,
         Setting("exploration_steps", OrNull(Whole(0, 1_000_000, CONTROL_PERIODS)), "time that has noise; null: all"),
+        _HEED,
     ),
     "drive": (
         _SEED,
         Setting("trial", Whole(0, 1_000_000_000), "number of the drive, which draws start and noise"),
         _common("seconds", OrNull(Number(0.01, 1e6, "s")), "length; then to rest, and the drive ends; null: no limit"),
         _common("input", Text("keyboard, or path"), "keyboard, or a gamepad: /dev/input/js0, or its recorded events"),
+        _HEED,
         Setting("pace", Number(0.01, 100.0), "seconds of a virtual robot in lockstep in one of the person"),
         *STEERING,
     ),
@@ -202,6 +205,7 @@ STAGES: Mapping[str, tuple[Setting, ...]] = {
         _common("pulse_time", Number(0.001, 0.3, "s"), "length of a pulse"),
         _common("by_hand", YesNo(), "a person leans the body and turns the wheels, too"),
         Setting("hand_time", Number(0.5, 3600.0, "s"), "time for each of these motions"),
+        _HEED,
         Setting("write_sheet", YesNo(), "what was measured enters the sheet, or your copy of it"),
     ),
     "repair": (_common("logs", PATHS, "damaged logs, or folders that have some"),),

@@ -7,6 +7,7 @@ from hydra.utils import instantiate
 from omegaconf import DictConfig, OmegaConf
 
 from twbal.cli.console import next_command, run_folder, say
+from twbal.cli.link_gate import heeds, record_check
 from twbal.cli.own_sheet import sheet_file, write_measured
 from twbal.cli.robot_link import robot_link
 from twbal.cli.signals import stopped_once
@@ -15,6 +16,7 @@ from twbal.core.check import check_lines, problems
 from twbal.core.errors import CheckError
 from twbal.core.files import write_atomically
 from twbal.core.json_records import write_record
+from twbal.core.robot_parameters import RobotParameters
 from twbal.link.checks.procedure import LinkReport, LinkTrial, check_link
 from twbal.link.person import ask_for_motion, confirm_lifted
 from twbal.virtual_robot.process import Launch, launch
@@ -51,7 +53,7 @@ def main(cfg: DictConfig) -> None:
     for name in (PAGE, RECORD, FIGURE):
         if (out / name).is_file():
             print(f"made  {out / name}")
-    _write_sheet(cfg, report)
+    _record(cfg, report)
     if wrong := problems(report.checks):
         raise CheckError(
             f"The robot {report.robot} is not fit to be driven: {', '.join(wrong)}. {out / PAGE} says why."
@@ -84,10 +86,15 @@ def run(cfg: DictConfig, out: Path, launch: Launch = launch) -> LinkReport:
     return report
 
 
-def _write_sheet(cfg: DictConfig, report: LinkReport) -> None:
-    """Write what was measured into the sheet of a robot on a port, where nothing is wrong."""
-    if "port" in cfg.link and cfg.write_sheet and not problems(report.checks):
-        write_measured(report, instantiate(cfg.robot), sheet_file())
+def _record(cfg: DictConfig, report: LinkReport) -> None:
+    """Write what was measured into the sheet, where nothing is wrong, and keep what the check came to."""
+    robots: tuple[RobotParameters, ...] = (instantiate(cfg.robot),)
+    try:
+        if heeds(cfg, cfg.link) and cfg.write_sheet and not problems(report.checks):
+            robots = write_measured(report, robots[0], sheet_file())
+    finally:
+        if heeds(cfg, cfg.link):
+            record_check(report, robots)
 
 
 def page(report: LinkReport) -> str:
