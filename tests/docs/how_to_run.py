@@ -398,6 +398,7 @@ TABLE: Mapping[str, How] = {
     "twbal real-rollout policy.path=<policy.pt> link=serial link.port=<path> link.confirm_placed=null": Stage(_DRIVES),
     "twbal virtual-robot robot=regbot faults=none": Stage(),
     "twbal new-robot name=my_robot": _ASKS,
+    "twbal lqr --config-dir=<folder> robot=<name>": Stage({"<folder>": "my_conf", "<name>": "my_robot"}),
     "twbal new-robot name=my_robot 'given.body_mass=1090 g' given.body_inertia_pitch=swing given.swing_period=0.62": (
         _ASKS
     ),
