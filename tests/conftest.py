@@ -26,6 +26,13 @@ def regbot():
     return from_yaml("robot/regbot.yaml")
 
 
+@pytest.fixture(autouse=True)
+def state_of_its_own(monkeypatch, tmp_path_factory, request):
+    """Records of checked robots neither outlive a test nor come from who runs it."""
+    folder = tmp_path_factory.getbasetemp() / "state" / str(abs(hash(request.node.nodeid)))
+    monkeypatch.setenv("XDG_STATE_HOME", str(folder))
+
+
 @pytest.fixture
 def as_from_a_shell(monkeypatch, tmp_path):
     """A stage sets sys.argv; what it writes goes to an empty folder."""

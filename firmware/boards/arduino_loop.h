@@ -9,6 +9,13 @@
 
 namespace twbal {
 
+// FNV-1a of a text: of the time of compilation, a number that each build has for itself.
+constexpr uint32_t build_number(const char* text, uint32_t hash = 2166136261u)
+{
+    return *text == 0 ? hash : build_number(text + 1, (hash ^ static_cast<uint8_t>(*text)) * 16777619u);
+}
+static_assert(build_number("foobar") == 0xbf9cf968u, "a test vector of FNV-1a");
+
 #ifdef __AVR__
 const uint32_t SAMPLE_US = 5000; // reading the IMU takes a millisecond, and single precision is software
 #else

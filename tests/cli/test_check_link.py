@@ -1,13 +1,20 @@
 """`twbal check-link` over a port: a page, a record, a histogram, and an exit code that says what is wrong."""
 
 import io
+import os
+import re
+import struct
 import sys
+import tempfile
 import threading
 from contextlib import closing, contextmanager
+from pathlib import Path
 
 import pytest
+import yaml
 from held_robot import HeldRobot
 
+from twbal.cli.conf_folder import conf_folder
 from twbal.cli.main import main
 from twbal.core.json_records import read_record
 from twbal.link.checks.procedure import LinkReport
@@ -16,18 +23,18 @@ from twbal.virtual_robot.firmware import Firmware, Identity
 from twbal.virtual_robot.pseudo_terminal import PseudoTerminal
 
 pytestmark = pytest.mark.usefixtures("as_from_a_shell")
-QUICK = ("exchanges=20", "rest=0.6", "hydra.run.dir=out")
+QUICK = ("exchanges=20", "rest=0.6", "write_sheet=false", "hydra.run.dir=out")
 
 
 @contextmanager
-def served(plant):
+def served(plant, firmware=0):
     """The port of a robot in this process."""
-    me, ended = Identity("held", 4.0, 1.0, 0.1, Clock.LOCKSTEP), threading.Event()
+    me, ended = Identity("held", 4.0, 1.0, 0.1, Clock.LOCKSTEP, firmware=firmware), threading.Event()
 
     def live(line):
-        firmware = Firmware(plant, me)
+        robot = Firmware(plant, me)
         while not ended.is_set():
-            line.write(firmware.receive(line.read(0.05) or b"", 0))
+            line.write(robot.receive(line.read(0.05) or b"", 0))
 
     with closing(PseudoTerminal()) as line:
         thread = threading.Thread(target=live, args=(line,))
@@ -95,3 +102,137 @@ def test_motions_by_hand_that_are_left_out_are_skipped_and_not_ok(monkeypatch, c
     monkeypatch.setattr(sys, "stdin", Terminal("\n"))
     assert tried(HeldRobot(), "by_hand=false") == 0
     assert "skipped  signs by hand" in capsys.readouterr().out
+
+
+def own_sheet(tmp_path, **changed):
+    """A sheet of one's own, of the held robot."""
+    text = (conf_folder() / "robot" / "paper.yaml").read_text().replace("name: paper", "name: mine")
+    text = text.replace("torque_limit: 20.0 ", "torque_limit: 4.5 ")
+    for key, value in changed.items():
+        text = re.sub(rf"^{key}: [\d.]+", f"{key}: {value}", text, flags=re.MULTILINE)
+    path = tmp_path / "mine" / "robot" / "mine.yaml"
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(text)
+    return path
+
+
+MINE = ("--config-dir=mine", "robot=mine", "link.confirm_placed=null", "write_sheet=true")
+DRIVEN = ("--config-dir=mine", "robot=mine", "policy=random", "trials=1", "steps=3", "link.confirm_placed=null")
+
+
+def driven(port, *words):
+    return main(["real-rollout", "link=serial", f"link.port={port}", *DRIVEN, *words])
+
+
+def test_what_was_measured_enters_ones_own_sheet_and_comments_stay(tmp_path, capsys):
+    path = own_sheet(tmp_path, control_period="0.01")
+    comments = [line.partition("#")[2].strip() for line in path.read_text().splitlines()]
+    assert tried(HeldRobot(bias=0.0125), *MINE) == 0
+    said, text = capsys.readouterr().out, path.read_text()
+    assert "control_period: 0.01 -> 0.02, data_sheet" in said
+    assert "torque_limit: 4.5 -> 4, data_sheet" in said
+    assert all(comment.rpartition("; ")[2] in text for comment in comments)
+    sheet = yaml.safe_load(text)
+    assert (sheet["control_period"], sheet["torque_limit"]) == (0.02, 4.0)
+    assert {"control_period", "torque_limit"} <= set(sheet["provenance"]["data_sheet"])
+    gyro = float(re.search(r"^#   gyro bias (\S+) rad/s$", text, re.MULTILINE)[1])
+    assert gyro == pytest.approx(0.0125, abs=3 * 0.003 / 31**0.5)
+    assert tried(HeldRobot(), *MINE) == 0
+    assert "its values are the robot's" in capsys.readouterr().out
+    assert path.read_text().count("# twbal check-link") == 1
+
+
+def test_a_packaged_sheet_stays_and_a_copy_of_ones_own_is_written(tmp_path, capsys):
+    packaged = (conf_folder() / "robot" / "upkie.yaml").read_text()
+    words = ("robot=upkie", "link.confirm_placed=null", "write_sheet=true")
+    assert tried(HeldRobot(), *words) == 0
+    assert (conf_folder() / "robot" / "upkie.yaml").read_text() == packaged
+    sheet = yaml.safe_load((tmp_path / "my_conf" / "robot" / "my_upkie.yaml").read_text())
+    assert (sheet["name"], sheet["control_period"], sheet["torque_limit"]) == ("my_upkie", 0.02, 3.4)
+    assert "choose it by --config-dir=my_conf robot=my_upkie" in capsys.readouterr().out
+
+
+def test_the_sheet_of_another_robot_is_not_written_into(tmp_path, capsys):
+    path = own_sheet(tmp_path, torque_limit="20.0")
+    before = path.read_text()
+    assert tried(HeldRobot(), *MINE) == 1
+    assert "takes at most 4 N·m, and the sheet 'mine' says 20 N·m: nothing was written" in capsys.readouterr().err
+    assert path.read_text() == before
+
+
+def test_a_robot_that_was_found_wrong_writes_no_sheet_and_is_not_armed_until_that_is_said(tmp_path, capsys):
+    path = own_sheet(tmp_path, torque_limit="4.0")
+    before = path.read_text()
+    assert tried(HeldRobot(signs=(-1.0, -1.0)), *MINE) == 1
+    assert path.read_text() == before
+    robot = HeldRobot()
+    with served(robot) as port:
+        robot.reset = lambda trial: pytest.fail("armed")
+        assert driven(port) == 1
+        said = capsys.readouterr().err
+        assert "is not armed: the last twbal check-link of " in said
+        assert re.search(r"found something wrong: .*torque sign, difference sign\.", said)  # and losses, under load
+        del robot.reset
+        assert driven(port, "heed_check=false") == 0
+
+
+def test_a_good_robot_is_armed_until_its_sheet_or_its_firmware_changes(tmp_path, capsys):
+    own_sheet(tmp_path)
+    assert tried(HeldRobot(), *MINE) == 0
+    with served(HeldRobot()) as port:
+        assert driven(port) == 0
+        assert "never tried" not in capsys.readouterr().out
+        assert driven(port, "robot.body_mass=10.5") == 1
+        assert "values of the sheet 'mine' have changed" in capsys.readouterr().err
+    with served(HeldRobot(), firmware=77) as port:
+        assert driven(port) == 1
+        assert "its firmware was 0 and is 77" in capsys.readouterr().err
+
+
+def test_a_robot_that_was_never_checked_is_driven_with_a_sentence_of_advice(tmp_path, capsys):
+    own_sheet(tmp_path, torque_limit="4.0")
+    with served(HeldRobot()) as port:
+        assert driven(port) == 0
+        assert "was never tried by `twbal check-link`" in capsys.readouterr().out
+        assert driven(port, "heed_check=false") == 0
+        assert "never tried" not in capsys.readouterr().out
+
+
+def test_iterate_and_drive_refuse_it_too_and_before_anything_is_learned(tmp_path, capsys):
+    own_sheet(tmp_path, torque_limit="4.0")
+    assert tried(HeldRobot(signs=(-1.0, -1.0)), *MINE) == 1
+    words = ("--config-dir=mine", "robot=mine", "link=serial", "link.confirm_placed=null", "hydra.run.dir=run")
+    with served(HeldRobot()) as port:
+        assert main(["iterate", f"link.port={port}", *words]) == 1
+        said = capsys.readouterr()
+        assert re.search(r"found something wrong: .*torque sign", said.err)
+        assert "real_rollout.heed_check=false" in said.err
+        assert "sim-collect" not in said.out
+    with served(HeldRobot()) as port, pseudo_keys() as keys:
+        assert main(["drive", f"link.port={port}", "policy=random", f"input={keys}", "seconds=0.1", *words]) == 1
+        assert re.search(r"found something wrong: .*torque sign", capsys.readouterr().err)
+
+
+@contextmanager
+def pseudo_keys():
+    """Events of a gamepad that nobody touches."""
+    with tempfile.NamedTemporaryFile() as events:
+        events.write(struct.pack("<IhBB", 0, 0, 2, 0))  # as Linux writes them: an axis in its middle
+        events.flush()
+        yield events.name
+
+
+@pytest.mark.slow
+def test_a_virtual_robot_counts_only_where_that_is_asked_for(tmp_path, capsys):
+    quick = ("exchanges=10", "rest=0.1", "pulse=0.4", "write_sheet=false", "hydra.run.dir=out")
+    records = Path(os.environ["XDG_STATE_HOME"]) / "twbal" / "links"
+    main(["check-link", *quick])
+    assert not records.exists()
+    main(["check-link", "heed_check=true", *quick])
+    (record,) = records.iterdir()
+    record.write_text(re.sub(r'"problems": \[[^]]*\]', '"problems": ["stop"]', record.read_text()))
+    words = ("policy=random", "trials=1", "steps=3")
+    capsys.readouterr()
+    assert main(["real-rollout", "heed_check=true", "hydra.run.dir=a", *words]) == 1
+    assert "found something wrong: stop." in capsys.readouterr().err
+    assert main(["real-rollout", "hydra.run.dir=b", *words]) == 0

@@ -35,6 +35,7 @@ NEEDED = {
     "episode": "e.mcap",
     "logs": "l.mcap",
     "runs": "[r]",
+    "name": "my_robot",
 }
 OPENS = {"link": "opens a port", "policy/saved": "reads a file"}  # built up to that
 

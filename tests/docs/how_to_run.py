@@ -123,6 +123,7 @@ _SERIAL = {f"link.port={shown}": "link.port={port}" for shown in ("/dev/ttyUSB0"
 _DRIVES = {**_RECORDS, **_SERIAL}
 _SHORT_COURSE = ("trials=1", "course.segments=[{seconds:0.2,speed:0}]")
 _STEERED = Elsewhere(("tests/cli/test_steering.py", "def drive("), "a person steers")
+_ASKS = Elsewhere(("tests/cli/test_new_robot.py", '"new-robot", "name=my_robot"'), "a person answers")
 _SWEEP = {"<folder of a sweep>": "outputs/iterate/sweep_1", "sweep_2": "sweep_1"}
 _IMPORTED = {"<run folder>": "imported", "robot=...": "robot=paper", "sim=...": "sim=nominal"}
 _PAPER = (
@@ -396,6 +397,12 @@ TABLE: Mapping[str, How] = {
     "twbal train-agent robot=regbot sim=regbot": Stage(extra="stable_baselines3"),
     "twbal real-rollout policy.path=<policy.pt> link=serial link.port=<path> link.confirm_placed=null": Stage(_DRIVES),
     "twbal virtual-robot robot=regbot faults=none": Stage(),
+    "twbal new-robot name=my_robot": _ASKS,
+    "twbal lqr --config-dir=<folder> robot=<name>": Stage({"<folder>": "my_conf", "<name>": "my_robot"}),
+    "twbal new-robot name=my_robot 'given.body_mass=1090 g' given.body_inertia_pitch=swing given.swing_period=0.62": (
+        _ASKS
+    ),
+    "twbal new-robot name=my_robot answers=answers.yaml": _ASKS,
     # messages
     "twbal doctor": Stage(small=("timing=0.05",)),
     "twbal doctor link=serial link.port=/dev/ttyUSB0": Stage(_SERIAL, small=("timing=0.05",)),

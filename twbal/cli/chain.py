@@ -97,7 +97,7 @@ class Chain:
         self._cfg, self._choices, self._flags = cfg, choices, list(flags)
         self._run: Mapping[str, Callable[[DictConfig, Path], Manifest]] = {
             **RUN,
-            "real-rollout": partial(real_rollout.run, launch=launch),
+            "real-rollout": partial(real_rollout.run, launch=launch, advise=False),
         }
 
     def run(self, call: StageCall) -> Manifest:

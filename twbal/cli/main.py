@@ -26,6 +26,7 @@ STAGES = {
     "drive": "steer the robot on a link in real time, by keys or a gamepad",
     "diagnose": "name the effect that the simulation lacks, from episodes of the robot, and add it",
     "evaluate-sim": "compare how well simulations predict logs of a robot",
+    "new-robot": "ask for the values of a robot of your own, and write its sheet",
     "doctor": "check this computer before a robot is driven",
     "check-link": "check a robot on its link, wheels off the ground, before its first rollout",
     "virtual-robot": "start a simulated robot behind a virtual serial port, to need no hardware",

@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import NamedTuple
 
 
 class Verdict(StrEnum):
@@ -12,6 +13,20 @@ class Verdict(StrEnum):
     WARNING = "warning"  # it may work, and less well
     PROBLEM = "problem"  # it will not work, or not safely
     SKIPPED = "skipped"  # not looked at: nothing is known
+
+
+class Measurement(NamedTuple):
+    """A number that a check came by.
+
+    Attributes:
+        name: of the quantity.
+        value: in the unit.
+        unit: of SI.
+    """
+
+    name: str
+    value: float
+    unit: str
 
 
 @dataclass(frozen=True)
@@ -24,6 +39,7 @@ class Check:
         found: as a phrase, with units.
         expected: as a phrase; empty where `found` says it.
         advice: what to do, as a sentence; empty where nothing is to be done.
+        measured: the numbers in `found` that others may want.
     """
 
     name: str
@@ -31,6 +47,7 @@ class Check:
     found: str
     expected: str = ""
     advice: str = ""
+    measured: tuple[Measurement, ...] = ()
 
     def line(self, width: int) -> str:
         """All of it in one line, with the name in a column of `width` characters."""

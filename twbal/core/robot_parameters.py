@@ -76,19 +76,30 @@ class RobotParameters:
                 f"com_offset of robot {self.name!r} is an angle in rad, 0 where the centre of mass stands over the "
                 f"axle; found {self.com_offset}. Was it given in degrees?"
             )
-        self._check_inertias()
+        check_inertias(self.name, self.body_inertia_roll, self.body_inertia_pitch, self.body_inertia_yaw)
 
-    def _check_inertias(self) -> None:
-        """Raise ConfigError where the inertias break the triangle inequality, which all mass distributions obey."""
-        names = ("body_inertia_roll", "body_inertia_pitch", "body_inertia_yaw")
-        *others, largest = sorted(names, key=lambda name: float(getattr(self, name)))
-        most = sum(float(getattr(self, name)) for name in others)
-        if getattr(self, largest) > most * (1.0 + _ROUNDING):
-            raise ConfigError(
-                f"{largest} of robot {self.name!r} is {getattr(self, largest):.6g} kg·m², more than {others[0]} and "
-                f"{others[1]} together ({most:.6g}), which no body has. Are axes mixed up, or are some about the axle "
-                "and not about the centre of mass?"
-            )
+
+def check_inertias(name: str, roll: float, pitch: float, yaw: float) -> None:
+    """Hold a body's inertias against the triangle inequality, which all mass distributions obey.
+
+    Args:
+        name: of the robot.
+        roll: [kg·m²].
+        pitch: [kg·m²].
+        yaw: [kg·m²].
+
+    Raises:
+        ConfigError: they break it.
+    """
+    inertias = {"body_inertia_roll": roll, "body_inertia_pitch": pitch, "body_inertia_yaw": yaw}
+    *others, largest = sorted(inertias, key=lambda axis: inertias[axis])
+    most = sum(inertias[axis] for axis in others)
+    if inertias[largest] > most * (1.0 + _ROUNDING):
+        raise ConfigError(
+            f"{largest} of robot {name!r} is {inertias[largest]:.6g} kg·m², more than {others[0]} and "
+            f"{others[1]} together ({most:.6g}), which no body has. Are axes mixed up, or are some about the axle "
+            "and not about the centre of mass?"
+        )
 
 
 def parameter_hash(robot: RobotParameters, effects: Sequence[Any] = (), physics_step: float = 0.0) -> str:

@@ -6,7 +6,7 @@ from enum import StrEnum
 from math import hypot
 
 from twbal.core.errors import ConfigError
-from twbal.core.robot_parameters import RobotParameters
+from twbal.core.robot_parameters import RobotParameters, check_inertias
 
 
 class Provenance(StrEnum):
@@ -21,6 +21,9 @@ class Provenance(StrEnum):
 
 VALUES = tuple(field.name for field in fields(RobotParameters) if field.name not in ("name", "tolerance_factors"))
 """Names of a sheet's values."""
+
+_SIZE = ("body_mass", "com_height", "wheel_radius", "track")
+_INERTIAS = ("body_inertia_roll", "body_inertia_pitch", "body_inertia_yaw")
 
 MEANING = {
     Provenance.MEASURED: "weighed, timed or otherwise measured on such a robot",
@@ -66,7 +69,7 @@ def robot_sheet(
     provenance = provenance or {}
     factors = {value: TOLERANCE_FACTORS[kind] for value, kind in provenance_of(name, provenance).items()}
     robot = RobotParameters(name=name, **values, tolerance_factors=factors)
-    _check_size(robot)
+    check_body(name, values)
     return robot
 
 
@@ -109,20 +112,34 @@ def provenance_by_factor(factors: Mapping[str, float]) -> dict[Provenance, list[
     return found
 
 
-def _check_size(robot: RobotParameters) -> None:
-    """Raise ConfigError where a body of this height and width cannot have its inertias.
+def check_body(name: str, values: Mapping[str, float]) -> None:
+    """Hold the inertias among some values of a sheet against each other and against the body's size.
 
     A body reaches down to the ground at most, h + r under its centre of mass. With masses at a above it and at b below
     its squared radius of gyration is a b; up to a = 4 b is allowed, so 2 (h + r) for pitch. Across, one track is.
+
+    Args:
+        name: of the robot.
+        values: of the sheet; what is not among them is not looked at.
+
+    Raises:
+        ConfigError: a body of this height and width cannot have these inertias, or no body can.
     """
-    height = 2.0 * (robot.com_height + robot.wheel_radius)
-    limits = {"pitch": height, "roll": hypot(height, robot.track), "yaw": hypot(height, robot.track)}
-    for axis, limit in limits.items():
-        inertia = float(getattr(robot, f"body_inertia_{axis}"))
-        if inertia > robot.body_mass * limit**2:
-            raise ConfigError(
-                f"body_inertia_{axis} of robot {robot.name!r} is {inertia:.6g} kg·m²; expected at most "
-                f"{robot.body_mass * limit**2:.3g} kg·m², as a body of {robot.body_mass:g} kg has whose com_height is "
-                f"{robot.com_height:g} m, on wheels of {robot.wheel_radius:g} m with a track of {robot.track:g} m. Was "
-                "it given in other units?"
-            )
+    if all(value in values for value in _SIZE):
+        for axis in ("pitch", "roll", "yaw"):
+            _check_size(name, axis, values)
+    if all(value in values for value in _INERTIAS):
+        check_inertias(name, *(values[value] for value in _INERTIAS))
+
+
+def _check_size(name: str, axis: str, values: Mapping[str, float]) -> None:
+    mass, com_height, radius, track = (values[value] for value in _SIZE)
+    height = 2.0 * (com_height + radius)
+    limit = height if axis == "pitch" else hypot(height, track)
+    inertia = values.get(f"body_inertia_{axis}", 0.0)
+    if inertia > mass * limit**2:
+        raise ConfigError(
+            f"body_inertia_{axis} of robot {name!r} is {inertia:.6g} kg·m²; expected at most {mass * limit**2:.3g} "
+            f"kg·m², as a body of {mass:g} kg has whose com_height is {com_height:g} m, on wheels of {radius:g} m with "
+            f"a track of {track:g} m. Was it given in other units?"
+        )

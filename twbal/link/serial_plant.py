@@ -41,6 +41,7 @@ class SerialPlant(Plant):
         torque_limit: as announced; commands are clipped to it [N·m].
         clock: lockstep, or real time.
         version: of the protocol that it speaks.
+        firmware: number of its build, as announced; 0: unknown.
         turns: whether it takes a difference of the wheel torques.
         sensors: what it measures.
         missed_periods: control periods of the current rollout that passed without a command in time.
@@ -312,6 +313,7 @@ class SerialPlant(Plant):
             )
         self.control_period = welcome.control_period_us * 1e-6
         self.robot_name, self.torque_limit, self.clock = welcome.name, welcome.torque_limit, welcome.clock
+        self.firmware = welcome.firmware
         self.version, self.sensors, self._voltage_limit = welcome.version, welcome.sensors, welcome.voltage_limit
         self._limits = WheelLimits(welcome.torque_limit, welcome.difference_limit)
         self.turns = welcome.difference_limit > 0 and not self._on_board

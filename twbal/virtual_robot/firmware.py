@@ -50,6 +50,7 @@ class Identity:
         clock: lockstep, or real time.
         version: of the protocol that it speaks.
         motor: by which it turns voltages into torques; None: it takes no voltages.
+        firmware: number of its build; 0: unknown.
 
     Raises:
         ConfigError: a limit is not positive and finite, so that nothing would ever stop the robot.
@@ -62,6 +63,7 @@ class Identity:
     clock: Clock
     version: int = VERSION
     motor: Motor | None = None
+    firmware: int = 0
 
     def __post_init__(self) -> None:
         if self.version not in (VERSION_1, VERSION):
@@ -180,6 +182,7 @@ class Firmware:
             difference_limit=self._limits.difference,
             voltage_limit=me.motor.supply if me.motor else math.nan,
             sensors=measured_by(self._plant),
+            firmware=me.firmware,
             name=me.name,
         )
 

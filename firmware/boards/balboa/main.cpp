@@ -96,7 +96,7 @@ private:
 Hardware hardware;
 twbal::TwoWheels<Hardware> body(hardware, BUILD);
 const twbal::Identity ME = {ROBOT_NAME, CONTROL_PERIOD_US, TORQUE_LIMIT, DIFFERENCE_LIMIT, MOTOR_VOLTAGE_LIMIT,
-    TILT_LIMIT, TWBAL_CLOCK_REAL_TIME, body.sensors(), TWBAL_POLICY_ID, 0,
+    TILT_LIMIT, TWBAL_CLOCK_REAL_TIME, body.sensors(), TWBAL_POLICY_ID, twbal::build_number(__DATE__ __TIME__),
     {TWBAL_WATCHDOG_US, TWBAL_ON_BOARD_WATCHDOG_US}};
 #ifdef TWBAL_WITH_POLICY
 twbal::PolicyOnBoard policy(twbal::HeadingLoop{4.3e-4f, 0.107f, 0.04f, 3.0f});

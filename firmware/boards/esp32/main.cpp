@@ -132,7 +132,7 @@ const twbal::Build BUILD = {MOTOR, DEAD_DUTY, LEFT_COUNTS, RIGHT_COUNTS, 0.5f, 1
 Hardware hardware;
 twbal::TwoWheels<Hardware> body(hardware, BUILD);
 const twbal::Identity ME = {ROBOT_NAME, CONTROL_PERIOD_US, TORQUE_LIMIT, DIFFERENCE_LIMIT, MOTOR_VOLTAGE_LIMIT,
-    TILT_LIMIT, TWBAL_CLOCK_REAL_TIME, body.sensors(), TWBAL_POLICY_ID, 0,
+    TILT_LIMIT, TWBAL_CLOCK_REAL_TIME, body.sensors(), TWBAL_POLICY_ID, twbal::build_number(__DATE__ __TIME__),
     {TWBAL_WATCHDOG_US, TWBAL_ON_BOARD_WATCHDOG_US}};
 #ifdef TWBAL_WITH_POLICY
 twbal::PolicyOnBoard policy(twbal::HeadingLoop{YAW_INERTIA, TRACK, WHEEL_RADIUS, 3.0f});

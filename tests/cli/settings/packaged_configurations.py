@@ -22,6 +22,7 @@ GIVEN = {
     "episode": "e.mcap",
     "logs": "l.mcap",
     "runs": ["r"],
+    "name": "my_robot",
 }
 """What a user must give."""
 

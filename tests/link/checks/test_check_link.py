@@ -195,3 +195,14 @@ def test_ctrl_c_in_a_pulse_leaves_the_motors_off():
         check_link(bench.plant, TRIAL, pressed, clock=bench.time)
     bench.plant.close()
     assert bench.line.firmware._standing
+
+
+def test_checks_hand_on_the_numbers_that_they_found():
+    bench = Bench(HeldRobot(bias=0.02, noise=0.004, delay=2), clock=Clock.REAL_TIME)
+    bench.verdicts()
+    measured = {each.name: each.value for check in bench.report.checks for each in check.measured}
+    assert measured["control period by the robot's clock"] == pytest.approx(PERIOD, rel=1e-3)
+    assert measured["gyro bias"] == pytest.approx(0.02, abs=3 * 0.004 / 50**0.5)
+    assert measured["gyro noise"] == pytest.approx(0.004, rel=3 / (2 * 50) ** 0.5)
+    assert measured["dead time"] == pytest.approx(2 * PERIOD, abs=PERIOD)
+    assert abs(measured["drift of the robot's clock"]) < 0.02

@@ -235,6 +235,20 @@ class Part(Kind):
         return isinstance(value, Mapping)
 
 
+@dataclass(frozen=True)
+class Answer(Kind):
+    """An answer to `twbal new-robot`, or null. What it says is looked at there, question by question."""
+
+    unit: str = ""
+    range = "answer"
+    expected = "null, a number, or text such as `1090 g measured`"
+
+    def takes(self, value: Any) -> bool:
+        """Numbers and texts."""
+        is_text = isinstance(value, str) and 0 < len(value) <= LONGEST_TEXT
+        return value is None or is_text or (isinstance(value, int | float) and not isinstance(value, bool))
+
+
 PATH = Text("path")
 PATHS = Either(PATH, ListOf(PATH, least=1), "path or [path,...]")
 BASES = OrNull(Either(PATH, ListOf(OrNull(PATH), least=1), "path or [path,...]"))

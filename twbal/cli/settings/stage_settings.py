@@ -7,6 +7,7 @@ from twbal.cli.settings.kinds import (
     PATH,
     PATHS,
     PATHS_OR_NONE,
+    Answer,
     Kind,
     ListOf,
     Number,
@@ -20,6 +21,7 @@ from twbal.cli.settings.link_settings import CLOCK, SEED
 from twbal.cli.settings.robot_settings import CONTROL_PERIODS, PHYSICS_STEP, STEPS, TILT_LIMIT
 from twbal.cli.settings.setting import Setting
 from twbal.cli.settings.steering_settings import STEERING
+from twbal.sheets.questions import QUESTIONS
 
 _SHARE = Number(0.0, 1.0)
 _ROUNDS = Whole(0, 1000)
@@ -35,6 +37,7 @@ _SEED = _common("seed", SEED, "seed of all that is drawn at random")
 _FIRST_TRIAL = Setting("first_trial", Whole(0, 1_000_000_000), "number of the first, which draws start and noise")
 _EXPLORATION = _common("exploration", _SHARE, "sd of noise on the command, per torque limit")
 _WORKERS = Whole(0, 1024)
+_HEED = Setting("heed_check", OrNull(YesNo()), "the last check-link counts; null: for a robot on a port")
 
 STAGES: Mapping[str, tuple[Setting, ...]] = {
     "sim-collect": (
@@ -72,12 +75,14 @@ STAGES: Mapping[str, tuple[Setting, ...]] = {
         _common("steps", STEPS, "length of a trial, at most"),
         _EXPLORATION,
         Setting("exploration_steps", OrNull(Whole(0, 1_000_000, CONTROL_PERIODS)), "time that has noise; null: all"),
+        _HEED,
     ),
     "drive": (
         _SEED,
         Setting("trial", Whole(0, 1_000_000_000), "number of the drive, which draws start and noise"),
         _common("seconds", OrNull(Number(0.01, 1e6, "s")), "length; then to rest, and the drive ends; null: no limit"),
         _common("input", Text("keyboard, or path"), "keyboard, or a gamepad: /dev/input/js0, or its recorded events"),
+        _HEED,
         Setting("pace", Number(0.01, 100.0), "seconds of a virtual robot in lockstep in one of the person"),
         *STEERING,
     ),
@@ -182,6 +187,13 @@ STAGES: Mapping[str, tuple[Setting, ...]] = {
         _common("distil", OrNull(Whole(0, 10_000)), "basis functions that are left; null: all"),
         Setting("states", Whole(0, 10_000_000), "at which the compiled header is checked; 0: none"),
     ),
+    "new-robot": (
+        _common("name", Text("name"), "name of the robot, and of its file"),
+        _common("folder", PATH, "folder of your own configuration, for --config-dir"),
+        _common("answers", OrNull(PATH), "yaml file of answers; null: none"),
+        Setting("replace", YesNo(), "a sheet that is there is written anew"),
+        *(Setting(f"given.{key}", Answer(question.unit), question.what) for key, question in QUESTIONS.items()),
+    ),
     "doctor": (
         Setting("sysfs", PATH, "where the kernel tells of USB adapters"),
         _common("timing", Number(0.05, 3600.0, "s"), "time for which wake-ups at 100 Hz are timed"),
@@ -193,6 +205,8 @@ STAGES: Mapping[str, tuple[Setting, ...]] = {
         _common("pulse_time", Number(0.001, 0.3, "s"), "length of a pulse"),
         _common("by_hand", YesNo(), "a person leans the body and turns the wheels, too"),
         Setting("hand_time", Number(0.5, 3600.0, "s"), "time for each of these motions"),
+        _HEED,
+        Setting("write_sheet", YesNo(), "what was measured enters the sheet, or your copy of it"),
     ),
     "repair": (_common("logs", PATHS, "damaged logs, or folders that have some"),),
     "virtual-robot": (

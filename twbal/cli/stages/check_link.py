@@ -3,9 +3,12 @@
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
+from hydra.utils import instantiate
 from omegaconf import DictConfig, OmegaConf
 
 from twbal.cli.console import next_command, run_folder, say
+from twbal.cli.link_gate import heeds, record_check
+from twbal.cli.own_sheet import sheet_file, write_measured
 from twbal.cli.robot_link import robot_link
 from twbal.cli.signals import stopped_once
 from twbal.cli.typed_config import typed
@@ -13,6 +16,7 @@ from twbal.core.check import check_lines, problems
 from twbal.core.errors import CheckError
 from twbal.core.files import write_atomically
 from twbal.core.json_records import write_record
+from twbal.core.robot_parameters import RobotParameters
 from twbal.link.checks.procedure import LinkReport, LinkTrial, check_link
 from twbal.link.person import ask_for_motion, confirm_lifted
 from twbal.virtual_robot.process import Launch, launch
@@ -41,6 +45,7 @@ def main(cfg: DictConfig) -> None:
     Raises:
         CheckError: something is a problem.
         LinkError: the robot cannot be reached at all.
+        ConfigError: the sheet cannot be changed here.
     """
     out = run_folder()
     report = run(cfg, out)
@@ -48,6 +53,7 @@ def main(cfg: DictConfig) -> None:
     for name in (PAGE, RECORD, FIGURE):
         if (out / name).is_file():
             print(f"made  {out / name}")
+    _record(cfg, report)
     if wrong := problems(report.checks):
         raise CheckError(
             f"The robot {report.robot} is not fit to be driven: {', '.join(wrong)}. {out / PAGE} says why."
@@ -78,6 +84,17 @@ def run(cfg: DictConfig, out: Path, launch: Launch = launch) -> LinkReport:
     if report.round_trips:
         save(round_trip_figure(report.round_trips, report.control_period, report.robot), out / FIGURE)
     return report
+
+
+def _record(cfg: DictConfig, report: LinkReport) -> None:
+    """Write what was measured into the sheet, where nothing is wrong, and keep what the check came to."""
+    robots: tuple[RobotParameters, ...] = (instantiate(cfg.robot),)
+    try:
+        if heeds(cfg, cfg.link) and cfg.write_sheet and not problems(report.checks):
+            robots = write_measured(report, robots[0], sheet_file())
+    finally:
+        if heeds(cfg, cfg.link):
+            record_check(report, robots)
 
 
 def page(report: LinkReport) -> str:

@@ -15,6 +15,7 @@ from twbal.algorithm.rollout import rollout
 from twbal.cli.artefacts import episode_file, policy_files, policy_hash
 from twbal.cli.console import next_command, print_result, run_folder, say
 from twbal.cli.kept_episodes import INTERRUPTED, keep, keep_interrupted
+from twbal.cli.link_gate import HEED, heed_last_check, heeds
 from twbal.cli.manifest import Manifest, Step, perform
 from twbal.cli.robot_link import check_robot, check_sensors, check_torque, robot_link, why_not_turned
 from twbal.cli.signals import on_hang_up, stopped_once
@@ -39,8 +40,8 @@ from twbal.virtual_robot.process import Launch, launch
 from twbal.viz.canvas import save
 from twbal.viz.following_figure import following_figure
 
-NOT_RECORDED = ("policy.path", "link.port", "input")
-NOT_IN_EPISODES = ("policy.path", "link")
+NOT_RECORDED = ("policy.path", "link.port", HEED, "input")
+NOT_IN_EPISODES = ("policy.path", "link", HEED)
 KEYBOARD = "keyboard"
 KEY_HELP = "w s faster slower | a d left right | Enter as it is | space rest | q rest and end | x motors off"
 
@@ -114,6 +115,8 @@ def run(cfg: DictConfig, out: Path, launch: Launch = launch) -> Manifest:
         with stopped_once(), _source(settings.input, layout) as source, robot_link(cfg.link, launch) as plant:
             check_robot(plant, driven.robot)
             check_sensors(plant, driven.channels)
+            if heeds(cfg, cfg.link):
+                heed_last_check(plant, driven.robot)
             log = _record(plant, source, driven, settings, replace(provenance, robot=plant.robot_name), out)
         figure = out / "figures" / f"{log.stem}.svg"
         save(following_figure(read_episode(log), figure.stem, driven.robot.wheel_radius), figure)

@@ -19,6 +19,7 @@ from twbal.cli.artefacts import POLICY, read_logs
 from twbal.cli.chain import Chain
 from twbal.cli.commands import text
 from twbal.cli.console import configuration_flags, next_command, run_folder
+from twbal.cli.link_gate import HEED
 from twbal.cli.manifest import MANIFEST, Manifest, Step, is_of_this_code, perform, read_manifest
 from twbal.cli.script import HASHES, SCRIPT, hash_list, script
 from twbal.cli.stage_steps import StageSteps
@@ -33,7 +34,7 @@ from twbal.viz.run_figures import pictures, save
 from twbal.viz.run_page import Setting, write_report
 
 MORE_UPDATES = 3  # than a run had that did not balance the robot
-NOT_RECORDED = ("link.port", "sim_collect.workers", "optimise_policy.workers")
+NOT_RECORDED = ("link.port", f"real_rollout.{HEED}", "sim_collect.workers", "optimise_policy.workers")
 SUMMARY, REPORT, FIGURES, BEST_POLICY = "summary.json", "report.html", "figures", "best_policy.pt"
 
 

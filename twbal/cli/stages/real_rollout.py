@@ -1,7 +1,7 @@
 """Drive the robot on the other end of a link by a policy and log what it does."""
 
-from collections.abc import Callable, Sequence
-from contextlib import AbstractContextManager
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import replace
 from functools import partial
 from math import degrees
@@ -18,6 +18,7 @@ from twbal.algorithm.tables import course_table
 from twbal.cli.artefacts import COURSE, episode_file, policy_files, policy_hash
 from twbal.cli.console import next_command, print_result, run_folder, say
 from twbal.cli.kept_episodes import INTERRUPTED, keep, keep_interrupted
+from twbal.cli.link_gate import HEED, heed_last_check, heeds
 from twbal.cli.manifest import Manifest, Step, perform, read_manifest
 from twbal.cli.robot_link import check_robot, check_sensors, check_torque, robot_link, why_not_turned
 from twbal.cli.signals import stopped_once
@@ -37,8 +38,8 @@ from twbal.virtual_robot.process import Launch, launch
 from twbal.viz.canvas import save
 from twbal.viz.following_figure import following_figure
 
-NOT_RECORDED = ("policy.path", "link.port")
-NOT_IN_EPISODES = ("policy.path", "link")  # the same robot may be reached by other ways
+NOT_RECORDED = ("policy.path", "link.port", HEED)
+NOT_IN_EPISODES = ("policy.path", "link", HEED)  # the same robot may be reached by other ways
 
 
 def main(cfg: DictConfig) -> None:
@@ -104,13 +105,14 @@ def rollout_settings(cfg: DictConfig) -> RolloutSettings:
     return typed(RolloutSettings, cfg)
 
 
-def run(cfg: DictConfig, out: Path, launch: Launch = launch) -> Manifest:
+def run(cfg: DictConfig, out: Path, launch: Launch = launch, advise: bool = True) -> Manifest:
     """Drive the trials that `cfg` asks for and log them to `out`/episodes, unless they are there already.
 
     Args:
         cfg: of this stage.
         out: the run folder.
         launch: starts the virtual robot, where `cfg` asks for one.
+        advise: whether a robot whose link was never checked is worth a sentence.
     """
     settings = rollout_settings(cfg)
     _check_trials(settings)
@@ -126,7 +128,7 @@ def run(cfg: DictConfig, out: Path, launch: Launch = launch) -> Manifest:
         seed=settings.seed,
         config=recorded(cfg, NOT_IN_EPISODES),
     )
-    open_link = partial(robot_link, cfg.link, launch)
+    open_link = partial(_checked_link, cfg, launch, robot, advise)
     inputs = {"policy": policy_files(cfg.policy)}
     step = Step("real-rollout", out, recorded(cfg, NOT_RECORDED), inputs, settings.seed)
     channels, course = instantiate(cfg.state), instantiate(cfg.course) if cfg.course else None
@@ -138,6 +140,15 @@ def run(cfg: DictConfig, out: Path, launch: Launch = launch) -> Manifest:
         return logs if course is None else [*logs, *_judge(logs, course, robot, out)]
 
     return perform(step, drive)
+
+
+@contextmanager
+def _checked_link(cfg: DictConfig, launch: Launch, robot: RobotParameters, advise: bool) -> Iterator[SerialPlant]:
+    """The link, if nothing speaks against arming the robot."""
+    with robot_link(cfg.link, launch) as plant:
+        if heeds(cfg, cfg.link):
+            heed_last_check(plant, robot, advise)
+        yield plant
 
 
 def _judge(logs: Sequence[Path], course: Course, robot: RobotParameters, out: Path) -> list[Path]:
@@ -215,15 +226,19 @@ def check_robot_is_there(cfg: DictConfig) -> None:
     A virtual robot of the run's own is started when it is needed.
 
     Args:
-        cfg: of a stage that drives a robot later, with `link` and `robot`.
+        cfg: of a stage that drives a robot later, with `link`, `robot` and `real_rollout`.
 
     Raises:
         LinkError: it cannot be reached.
         ConfigError: it is not the robot of the data sheet.
+        CheckError: the last check of its link speaks against arming it.
     """
     if "port" in cfg.link:
         with stopped_once(), robot_link(cfg.link, launch) as plant:
-            check_robot(plant, instantiate(cfg.robot))
+            robot = instantiate(cfg.robot)
+            check_robot(plant, robot)
+            if heeds(cfg.real_rollout, cfg.link):
+                heed_last_check(plant, robot)
 
 
 def _check_trials(settings: RolloutSettings) -> None:

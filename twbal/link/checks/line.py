@@ -3,10 +3,13 @@
 from math import isnan
 from statistics import linear_regression, median
 
-from twbal.core.check import Check, Verdict
+from twbal.core.check import Check, Measurement, Verdict
 from twbal.link.checks.recording import Pings, Recording
 from twbal.link.protocol import Clock, Sensors
 from twbal.link.serial_plant import SerialPlant
+
+CONTROL_PERIOD = "control period by the robot's clock"
+"""Measured by `clock_check`."""
 
 _FEW = 0.01  # share of messages that may be lost without a rollout suffering much
 _DRIFT = 0.02  # of the robot's clock against the host's; beyond any crystal or resonator
@@ -38,12 +41,13 @@ def round_trip_check(pings: Pings, control_period: float) -> Check:
     trips = sorted(pings.round_trips)
     most = trips[min(len(trips) - 1, round(0.99 * len(trips)))]
     found = f"{median(trips) * 1e3:.2f} ms (median), {most * 1e3:.2f} ms (99 %), {trips[-1] * 1e3:.2f} ms (longest)"
+    measured = (Measurement("round trip, median", median(trips), "s"), Measurement("round trip, 99 %", most, "s"))
     advice = "See `twbal doctor` for latency timer and priority; try a higher baud rate."
     if median(trips) > control_period:
         return Check(name, Verdict.PROBLEM, found, expected, advice)
     if most > control_period / 2:
-        return Check(name, Verdict.WARNING, found, expected, advice)
-    return Check(name, Verdict.OK, found)
+        return Check(name, Verdict.WARNING, found, expected, advice, measured)
+    return Check(name, Verdict.OK, found, measured=measured)
 
 
 def loss_check(pings: Pings, bad_frames: int) -> Check:
@@ -84,4 +88,5 @@ def clock_check(plant: SerialPlant, rest: Recording) -> Check:
     if isnan(drift) or abs(drift) > _DRIFT or abs(tick / plant.control_period - 1.0) > _DRIFT:
         advice = "Does `time_us` count microseconds, and is the announced control period that of the loop?"
         return Check(name, Verdict.PROBLEM, found, expected, advice)
-    return Check(name, Verdict.OK, found)
+    measured = (Measurement(CONTROL_PERIOD, tick, "s"), Measurement("drift of the robot's clock", drift, ""))
+    return Check(name, Verdict.OK, found, measured=measured)

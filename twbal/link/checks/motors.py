@@ -5,7 +5,7 @@ from math import ceil, degrees, sqrt
 from statistics import linear_regression, pstdev
 from typing import NamedTuple
 
-from twbal.core.check import Check, Verdict
+from twbal.core.check import Check, Measurement, Verdict
 from twbal.link.checks.recording import Recording
 from twbal.link.protocol import VERSION, Clock, Sensors
 from twbal.link.serial_plant import SerialPlant
@@ -103,10 +103,11 @@ def dead_time_check(plant: SerialPlant, pulse: Pulse) -> Check:
         f"{late * 1e3:.0f} ms, {periods:.1f} control periods, from the command to the wheels' motion, which was seen "
         f"after {seen[0][0] * 1e3:.0f} ms"
     )
+    measured = (Measurement("dead time", late, "s"),)
     if periods > _LONG:
         advice = "Balancing needs less: look for filters, slow motor drivers and a busy line."
-        return Check("dead time", Verdict.WARNING, found, f"at most {_LONG:g} control periods", advice)
-    return Check("dead time", Verdict.OK, found)
+        return Check("dead time", Verdict.WARNING, found, f"at most {_LONG:g} control periods", advice, measured)
+    return Check("dead time", Verdict.OK, found, measured=measured)
 
 
 def turning_check(pulse: Pulse) -> Check:

@@ -50,6 +50,7 @@ class LinkReport:
     Attributes:
         robot: name.
         version: of the protocol that it speaks.
+        firmware: number of its build; 0: unknown.
         control_period: [s].
         torque_limit: [N·m].
         checks: in order.
@@ -58,6 +59,7 @@ class LinkReport:
 
     robot: str
     version: int
+    firmware: int
     control_period: float
     torque_limit: float
     checks: tuple[Check, ...]
@@ -110,7 +112,8 @@ def check_link(
         checks += found
         failed = name if name in _MUST_HOLD and problems(found) else failed
     trips = pings[0].round_trips if pings else ()
-    return LinkReport(plant.robot_name, plant.version, plant.control_period, plant.torque_limit, tuple(checks), trips)
+    limits = (plant.control_period, plant.torque_limit)
+    return LinkReport(plant.robot_name, plant.version, plant.firmware, *limits, tuple(checks), trips)
 
 
 def _line(plant: SerialPlant, trial: LinkTrial, pings: list[Pings], clock: HostClock) -> Iterator[Check]:

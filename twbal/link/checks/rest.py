@@ -3,7 +3,7 @@
 from math import degrees
 from statistics import fmean, pstdev
 
-from twbal.core.check import Check, Verdict
+from twbal.core.check import Check, Measurement, Verdict
 from twbal.link.checks.recording import Recording
 
 _MOVED = 0.05  # tilt, from lowest to highest, beyond which it was not at rest [rad]
@@ -35,6 +35,11 @@ def rest_check(rest: Recording, is_held: bool) -> Check:
         f"gyro bias {bias:+.4f} rad/s, noise {noise:.4f} rad/s; tilt {degrees(fmean(tilt)):+.2f}°, noise "
         f"{degrees(wobble):.3f}° ({len(tilt)} samples)"
     )
+    measured = (
+        Measurement("gyro bias", bias, "rad/s"),
+        Measurement("gyro noise", noise, "rad/s"),
+        Measurement("tilt noise", wobble, "rad"),
+    )
     if abs(bias) > _BIAS:
         advice = "Let the firmware measure the gyro's bias at rest when it starts."
         return Check(name, Verdict.PROBLEM, found, f"a bias within {_BIAS:g} rad/s", advice)
@@ -43,5 +48,5 @@ def rest_check(rest: Recording, is_held: bool) -> Check:
         return Check(name, Verdict.PROBLEM, found, expected, "Fasten the IMU; check its range and its filter.")
     if noise == 0.0:
         advice = "A real gyro's last digits change: is it read in each period?"
-        return Check(name, Verdict.WARNING, found, "some noise", advice)
-    return Check(name, Verdict.OK, found)
+        return Check(name, Verdict.WARNING, found, "some noise", advice, measured)
+    return Check(name, Verdict.OK, found, measured=measured)

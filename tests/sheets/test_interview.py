@@ -1,0 +1,164 @@
+"""The interview: every answer checked at once and kept, nothing lost, and a sheet that twbal takes."""
+
+from pathlib import Path
+
+import pytest
+import yaml
+
+from twbal.cli.settings.robot_settings import ROBOT
+from twbal.core.errors import ConfigError
+from twbal.core.robot_sheet import VALUES as SHEET
+from twbal.core.robot_sheet import robot_sheet
+from twbal.sheets.answer import answered
+from twbal.sheets.interview import Interview, Person
+from twbal.sheets.questions import QUESTIONS, VALUES
+from twbal.sheets.writing import check_name, number, sheet_text
+
+SHEETS = sorted((Path(__file__).resolve().parents[2] / "conf" / "robot").glob("*.yaml"))
+ANSWERS = {
+    **{"control_period": "100 Hz", "wheel_mass": "35 g", "robot_mass": "1.16", "body_mass": "less_wheels"},
+    **{"wheel_radius": "ten_turns", "ten_turns_distance": "2.136", "wheel_width": "26 mm", "track": "0.25"},
+    **{"com_height": "7.59 cm; balanced", "com_offset": "0 guess", "wheel_inertia": "disk"},
+    **{"body_inertia_pitch": "swing", "swing_period": "0.62", "body_inertia_roll": "box", "body_inertia_yaw": "box"},
+    **{"body_depth": "0.08", "body_width": "0.2", "body_height": "15 cm"},
+    **{"torque_limit": "stall", "stall_torque": "5 kg·cm data sheet"},
+}
+
+
+def nobody():
+    return Person(None, lambda line: None, lambda texts: None)
+
+
+class Scripted:
+    """A person who answers from a list, and ends it by Ctrl-C."""
+
+    def __init__(self, *lines):
+        self.lines, self.shown, self.kept = list(lines), [], {}
+
+    def person(self):
+        return Person(self.ask, self.shown.append, lambda texts: self.kept.update(texts))
+
+    def ask(self, prompt):
+        self.shown.append(prompt)
+        if not self.lines:
+            raise KeyboardInterrupt
+        return self.lines.pop(0)
+
+
+def values(text):
+    tree = yaml.safe_load(text)
+    assert tree.pop("_target_") == "twbal.core.robot_sheet.robot_sheet"
+    return robot_sheet(**tree)
+
+
+def test_given_answers_come_to_a_sheet_with_sources():
+    text = sheet_text("mine", Interview("mine", ANSWERS, nobody()).run())
+    robot = values(text)
+    assert (robot.name, robot.control_period) == ("mine", 0.01)
+    assert robot.body_mass == pytest.approx(1.16 - 2 * 0.035)
+    assert robot.torque_limit == pytest.approx(2 * 5 * 9.80665e-2, rel=1e-5)
+    assert "com_height: 0.0759 " in text
+    assert "# m; balanced" in text
+    tree = yaml.safe_load(text)["provenance"]
+    assert {kind for kind, names in tree.items() if "com_offset" in names} == {"guess"}
+    assert {"wheel_inertia", "body_inertia_pitch", "torque_limit"} <= set(tree["computed"])
+
+
+@pytest.mark.parametrize("sheet", SHEETS, ids=lambda sheet: sheet.stem)
+def test_the_numbers_of_every_packaged_robot_are_believed_and_come_back(sheet):
+    tree = yaml.safe_load(sheet.read_text())
+    texts = {key: f"{tree[key]!r} guess" for key in SHEET}
+    robot = values(sheet_text("mine", Interview("mine", texts, nobody()).run()))
+    assert {key: getattr(robot, key) for key in SHEET} == pytest.approx({key: float(tree[key]) for key in SHEET})
+
+
+@pytest.mark.parametrize("sheet", SHEETS, ids=lambda sheet: sheet.stem)
+@pytest.mark.parametrize(("unit", "slip"), [("m", "mm"), ("kg", "g"), ("s", "ms")])
+def test_values_of_packaged_robots_in_a_thousandth_of_their_unit_are_told(sheet, unit, slip):
+    tree = yaml.safe_load(sheet.read_text())
+    for question in VALUES:
+        if question.unit == unit:
+            text = f"{tree[question.key] * 1000:.6g}"
+            with pytest.raises(ConfigError, match=rf"Is it in \w+\? Then write `{text} \w+`\. If it is right"):
+                answered(question, text, {})
+            assert answered(question, f"{text} {slip}", {}).value == pytest.approx(float(tree[question.key]))
+
+
+def test_no_length_mass_or_period_is_believed_in_a_thousandth_of_its_unit():
+    checked = [question for question in QUESTIONS.values() if question.unit in ("m", "kg", "s")]
+    assert len(checked) > 15
+    assert all(question.high <= 1000.0 * question.low for question in checked)
+
+
+@pytest.mark.parametrize(
+    ("key", "text", "said"),
+    [
+        ("com_height", "75.9", "com_height is 75.9 m; expected 0.004 to 2 m .* Is it in mm. Then write `75.9 mm`"),
+        ("swing_period", "0.31", "Was it the time of half a swing"),
+        ("body_inertia_yaw", "0.2 kg·m²", "expected at most 0.121 kg·m², as a body of 1.09 kg"),
+        ("body_inertia_yaw", "8e-3", "body_inertia_yaw of robot 'mine' is 0.008 kg·m², more than"),
+        ("robot_mass", "0.05", "body_mass must be more than 0 kg; found -0.02"),
+        ("wheel_width", "26 kg", "has the unit 'kg'"),
+        ("wheel_radius", "twelve", "is no number.* Or compute it: ten_turns"),
+        ("colour", "red", "no question 'colour'. The questions are: control_period"),
+    ],
+)
+def test_an_answer_that_cannot_be_is_refused_with_a_sentence(key, text, said):
+    with pytest.raises(ConfigError, match=said):
+        Interview("mine", {**ANSWERS, key: text}, nobody()).run()
+
+
+def test_what_is_missing_is_named_all_at_once():
+    texts = {key: text for key, text in ANSWERS.items() if key not in ("track", "stall_torque", "wheel_width")}
+    with pytest.raises(ConfigError, match=r"lacks wheel_width, track, stall_torque\. Run this in a terminal"):
+        Interview("mine", texts, nobody()).run()
+
+
+def test_a_number_with_its_unit_is_taken_however_odd():
+    assert answered(QUESTIONS["com_height"], "5 m", {}).value == 5.0
+
+
+def test_a_wrong_answer_is_asked_again_and_enter_takes_what_is_offered():
+    lines = [*("10", "100 Hz"), *("?", "35 g"), "1.09 kg", "34 mm", "0.026", "0.25", "0.0759"]
+    lines += ["", "", "3.77e-3", "6.62e-3", "box", "0.1", "0.2", "stall", "0.49"]
+    script = Scripted(*lines)
+    found = Interview("mine", {}, script.person()).run()
+    assert not script.lines
+    assert found["control_period"].value == 0.01
+    assert any("Is it in ms?" in line for line in script.shown)
+    assert any("Weigh both wheels together" in line for line in script.shown)
+    assert found["com_offset"][:2] == (0.0, "guess")
+    assert any("(Enter: disk, 2.023e-05 kg·m²)" in line for line in script.shown)
+    assert found["wheel_inertia"].value == pytest.approx(0.035 * 0.034**2 / 2)
+    assert found["torque_limit"].value == 0.98
+
+
+def test_ctrl_c_at_any_question_loses_no_answer():
+    lines = ["100 Hz", "35 g", "less_wheels", "1.16", "ten_turns", "2.136", "26 mm", "0.25", "7.59 cm", "", "disk"]
+    lines += ["swing", "0.62", "box", "0.2", "0.15", "box", "0.08", "stall", "5 kg·cm"]
+    whole = Interview("mine", {}, Scripted(*lines).person()).run()
+    for count in range(len(lines)):
+        first = Scripted(*lines[:count])
+        with pytest.raises(KeyboardInterrupt):
+            Interview("mine", {}, first.person()).run()
+        second = Scripted(*lines[count:])
+        assert Interview("mine", first.kept, second.person()).run() == whole
+        assert not second.lines
+
+
+def test_questions_have_the_units_of_the_settings_and_every_value_is_asked():
+    units = {row.key.removeprefix("robot."): row.kind.unit for row in ROBOT}
+    assert {question.key for question in VALUES} == set(SHEET)
+    assert all(question.unit == units[question.key] for question in VALUES)
+    assert all(key in QUESTIONS for question in VALUES for way in question.ways for key in way.needs)
+
+
+@pytest.mark.parametrize("value", [3e-5, 2.02246e-5, 1.0, 0.01, 123456.0, 1e-9])
+def test_numbers_are_numbers_to_a_plain_reader_of_yaml(value):
+    assert yaml.safe_load(f"a: {number(value)}")["a"] == pytest.approx(value)
+
+
+@pytest.mark.parametrize("name", ["", "my robot", "../x", "1st", "a" * 65, "é", "a.b"])
+def test_a_name_that_is_no_file_name_is_refused(name):
+    with pytest.raises(ConfigError, match="cannot be called"):
+        check_name(name)

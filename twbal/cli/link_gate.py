@@ -1,0 +1,77 @@
+"""Between a robot and its arming: the last `twbal check-link` of it, where the link is to heed that."""
+
+from datetime import UTC, datetime
+
+from omegaconf import DictConfig
+
+from twbal.cli.console import say
+from twbal.core.check import problems
+from twbal.core.errors import CheckError, DataError
+from twbal.core.robot_parameters import RobotParameters, parameter_hash
+from twbal.link.checks.procedure import LinkReport
+from twbal.link.serial_plant import SerialPlant
+from twbal.sheets.link_record import (
+    Announced,
+    LinkRecord,
+    keep_record,
+    last_record,
+    objection,
+    records_folder,
+    unreadable,
+)
+
+HEED = "heed_check"
+"""Setting of a stage: whether the last check of the link counts; None: where the robot is on a port."""
+
+
+def heeds(cfg: DictConfig, link: DictConfig) -> bool:
+    """Whether the last check counts.
+
+    Args:
+        cfg: of a stage, or its section in that of another.
+        link: of the robot.
+    """
+    asked = cfg.get(HEED)
+    return "port" in link if asked is None else bool(asked)
+
+
+def heed_last_check(plant: SerialPlant, robot: RobotParameters, advise: bool = True) -> None:
+    """Refuse a robot whose link was found wrong, or that is not as it was when it was checked.
+
+    Args:
+        plant: the robot.
+        robot: its sheet.
+        advise: whether a robot that was never checked is worth a sentence.
+
+    Raises:
+        CheckError: it is not to be armed.
+    """
+    now = Announced(plant.robot_name, plant.version, plant.firmware, plant.control_period, plant.torque_limit)
+    try:
+        record = last_record(records_folder(), robot.name, plant.robot_name)
+        against = objection(record, robot, now) if record else ""
+    except DataError as error:
+        record, against = None, unreadable(error)
+    if against:
+        raise CheckError(
+            f"The robot {plant.robot_name!r} is not armed: {against} Try it by `twbal check-link`, with the same "
+            f"robot= and link=; or drive it all the same by {HEED}=false (in iterate: real_rollout.{HEED}=false)."
+        )
+    if record is None and advise:
+        say(f"the robot {plant.robot_name!r} was never tried by `twbal check-link`, which finds wrong signs")
+
+
+def record_check(report: LinkReport, robots: tuple[RobotParameters, ...]) -> None:
+    """Keep what a check came to, for each of the sheets that it is of.
+
+    Raises:
+        DataError: it cannot be written.
+    """
+    limits = (report.control_period, report.torque_limit)
+    announced = Announced(report.robot, report.version, report.firmware, *limits)
+    measured = tuple(each for check in report.checks for each in check.measured)
+    now = datetime.now(UTC).isoformat(sep=" ", timespec="seconds")
+    for robot in robots:
+        wrong = tuple(problems(report.checks))
+        record = LinkRecord(robot.name, parameter_hash(robot), announced, now, wrong, measured)
+        keep_record(record, records_folder())

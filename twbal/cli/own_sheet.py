@@ -1,0 +1,147 @@
+"""The file of a run's robot sheet, and what `twbal check-link` writes into it."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from datetime import date
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from hydra.core.hydra_config import HydraConfig
+
+from twbal.cli.conf_folder import conf_folder
+from twbal.cli.console import say
+from twbal.core.check import Measurement
+from twbal.core.errors import ConfigError
+from twbal.core.files import write_atomically
+from twbal.core.robot_parameters import RobotParameters
+from twbal.core.robot_sheet import VALUES, Provenance, robot_sheet
+from twbal.link.checks.line import CONTROL_PERIOD
+from twbal.link.checks.procedure import LinkReport
+from twbal.sheets.editing import Change, edited, noted, renamed, sheet_values
+
+FOLDER = Path("my_conf")
+"""Of a person's own configuration, where none was named by --config-dir."""
+
+_SAME = 1e-5  # share by which a number of single precision may differ from the sheet's
+_OTHER_ROBOT = 3.0  # times the robot's torque: a sheet that says more is hardly its own
+
+
+class SheetFile(NamedTuple):
+    """Where a sheet lies.
+
+    Attributes:
+        path: of the file.
+        packaged: it is one of twbal's own, which stay as they are.
+    """
+
+    path: Path
+    packaged: bool
+
+
+def sheet_file() -> SheetFile:
+    """The file of the robot that this run chose.
+
+    Raises:
+        ConfigError: it is in no folder.
+    """
+    hydra = HydraConfig.get()
+    choice = str(hydra.runtime.choices["robot"])
+    for source in hydra.runtime.config_sources:
+        path = Path(source.path) / "robot" / f"{choice}.yaml"
+        if source.schema == "file" and path.is_file():
+            return SheetFile(path, Path(source.path) == conf_folder())
+    raise ConfigError(f"The sheet of robot {choice!r} lies in no folder. Give --config-dir=<folder>, and robot=<name>.")
+
+
+def write_measured(report: LinkReport, robot: RobotParameters, file: SheetFile) -> tuple[RobotParameters, ...]:
+    """Write what was measured into a sheet, and say what changed; of a packaged sheet, into a copy of one's own.
+
+    Args:
+        report: of a robot on which nothing is wrong.
+        robot: of this run, overrides included.
+        file: its sheet.
+
+    Returns:
+        The robots that were checked, by their sheets as they are now: that of the run, and the copy's.
+
+    Raises:
+        ConfigError: the sheet cannot be changed here, or is that of another robot.
+        DataError: it cannot be written.
+    """
+    path = _copy_of(robot.name) if file.packaged else file.path.resolve()
+    is_new = not path.exists()
+    text = renamed(file.path.read_text(encoding="utf-8"), path.stem) if is_new else path.read_text(encoding="utf-8")
+    before = sheet_values(text)
+    changes = _changes(report, before)
+    after = noted(edited(text, changes), _title(report), [_line(each) for each in _measured(report)])
+    write_atomically(path, after)
+    _tell(path, is_new, changes, before)
+    if not file.packaged:
+        now: dict[str, Any] = {change.key: change.value for change in changes}
+        return (replace(robot, **now),)
+    tree = sheet_values(after)
+    values = {key: float(tree[key]) for key in VALUES}
+    return (robot, robot_sheet(name=tree["name"], provenance=tree["provenance"], **values))
+
+
+def _copy_of(name: str) -> Path:
+    """Where the own copy of a packaged sheet lies: `my_<name>`, as names of packaged ones cannot be used anew."""
+    sources = HydraConfig.get().runtime.config_sources
+    own = next((Path(source.path) for source in sources if source.provider == "command-line"), FOLDER)
+    return own / "robot" / f"my_{name}.yaml"
+
+
+def _changes(report: LinkReport, sheet: Mapping[str, Any]) -> list[Change]:
+    """What the sheet does not say as the robot does."""
+    today = f"check-link {date.today()}"
+    limit = _number(sheet, "torque_limit")
+    if limit > _OTHER_ROBOT * report.torque_limit:
+        raise ConfigError(
+            f"The robot {report.robot!r} takes at most {report.torque_limit:g} N·m, and the sheet {sheet['name']!r} "
+            f"says {limit:g} N·m: nothing was written into it. Is it the right one (robot=...)?"
+        )
+    ticks = [each.value for each in _measured(report) if each.name == CONTROL_PERIOD]
+    kind = Provenance.MEASURED if ticks else Provenance.DATA_SHEET
+    seen = f"{ticks[0] * 1e3:.4g} ms by its clock, " if ticks else ""
+    period = Change("control_period", report.control_period, kind, f"as the firmware says, {seen}{today}")
+    found = []
+    listed = sheet["provenance"].get(kind) or ()
+    if _differs(period.value, _number(sheet, period.key)) or (ticks and period.key not in listed):
+        found.append(period)
+    if limit > report.torque_limit * (1.0 + _SAME):
+        source = f"limit of the firmware, {today}"
+        found.append(Change("torque_limit", report.torque_limit, Provenance.DATA_SHEET, source))
+    return found
+
+
+def _number(sheet: Mapping[str, Any], key: str) -> float:
+    try:
+        return float(sheet[key])
+    except (KeyError, TypeError, ValueError) as error:
+        raise ConfigError(f"The sheet {sheet['name']!r} has no plain number as {key}; write one.") from error
+
+
+def _differs(a: float, b: float) -> bool:
+    return abs(a - b) > _SAME * abs(b)
+
+
+def _measured(report: LinkReport) -> list[Measurement]:
+    return [each for check in report.checks for each in check.measured]
+
+
+def _title(report: LinkReport) -> str:
+    return f"{date.today()}, of the robot {report.robot!r}, firmware {report.firmware:08x}"
+
+
+def _line(measured: Measurement) -> str:
+    return f"{measured.name} {measured.value:.4g} {measured.unit}".strip()
+
+
+def _tell(path: Path, is_new: bool, changes: Sequence[Change], before: Mapping[str, Any]) -> None:
+    print(f"sheet {path}{', a copy of the packaged one' * is_new}")
+    for change in changes:
+        say(f"{change.key}: {before[change.key]} -> {change.value:.6g}, {change.provenance} ({change.source})")
+    if not changes:
+        say("its values are the robot's; what was measured besides stands at its end")
+    if path.parent.parent == FOLDER:
+        say(f"choose it by --config-dir={FOLDER} robot={path.stem}")
