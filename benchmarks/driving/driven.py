@@ -31,6 +31,10 @@ class Driver:
 
     Args:
         family: of them.
+
+    Attributes:
+        tasks: that each is given.
+        asked: hash of them.
     """
 
     def __init__(self, family: Family) -> None:
@@ -39,6 +43,7 @@ class Driver:
             words = [f"robot={family.sheet}", "state=default", "policy.path=none"]
             self._channels: Channels = instantiate(compose("real_rollout", words).state)
         self.tasks = tuple(tasks(self._workshop.sheet))
+        self.asked = sha256(repr(self.tasks).encode()).hexdigest()
 
     def drive(self, seed: int, policy: Path) -> dict[str, Any]:
         """What robot `seed` did in each task under a policy."""
@@ -46,7 +51,7 @@ class Driver:
         for number, task in enumerate(self.tasks):
             episode = self.episode(seed, policy, task, FIRST_TRIAL + number)
             found.append({"name": task.name, "choice": task.choice, **self._judged(episode, task)})
-        return {"seed": seed, "policy": digest(policy), "tasks": found}
+        return {"seed": seed, "policy": digest(policy), "asked": self.asked, "tasks": found}
 
     def episode(self, seed: int, policy: Path, task: Task, trial: int) -> Episode:
         """One task."""

@@ -10,7 +10,7 @@ from twbal.core.course import Segment
 from twbal.core.gaussian import Array
 from twbal.core.plant import Pose
 
-STEADY_TIME = 2.5  # at the end of a ramp, over which the speed is averaged [s]
+STEADY_TIME = 3.0  # at the end of a ramp, over which the speed is averaged [s]
 STOOD_TIME = 1.0  # at the end of standing, in which the heading is looked at [s]
 PLACE_TIME = 5.0  # from which on a place is to be kept; that of the rule of success [s]
 SPEED_ERROR = 5.0  # [per cent]

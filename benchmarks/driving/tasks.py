@@ -1,6 +1,7 @@
 """What each robot is asked to do."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import chain
 from math import radians
 from typing import NamedTuple
 
@@ -15,8 +16,9 @@ NO_LOAD_SPEEDS = {"regbot": 2.16, "balboa": 0.85, "esp32": 1.19}
 back-EMF and friction of a wheel, times its radius (3.4e-3 and 0.047 N·m·s/rad, see conf/robot); esp32: a JGB37-520 of
 1320 ticks a turn, 11 · 4 · 30, is that of 333 turns a minute."""
 SLOPE = radians(2.0)
-STEADY = 4.0  # for which a reference keeps a speed [s]
+STEADY = 6.0  # for which a reference keeps a speed [s]
 _REST = 2.0  # for which it rests after a ramp [s]
+_AFTER_PUSH = 3.0  # of driving on [s]
 _STAND = {"seconds": 3.0, "speed": 0.0}
 _SIDE = 7.0  # of the square, of sheets other than `paper` [wheel radii]
 
@@ -38,7 +40,7 @@ class Task(NamedTuple):
 
     Attributes:
         name: of it: `ramp`, `turns`, `square`, `push` or `slope`.
-        choice: which of those, such as a speed; in results the two stand apart by a colon.
+        choice: which of those, such as a speed.
         course: to drive.
         push: on the way; None: none.
         slope: of the ground, in place of the robot's own [rad]; None: that.
@@ -58,11 +60,12 @@ def tasks(sheet: RobotParameters) -> Iterator[Task]:
     for speed in speeds:
         way = [*_ramp(sheet, speed, limit), *_ramp(sheet, -speed, limit)]
         yield Task("ramp", f"{speed:.3g} m/s", _course(sheet, limit, [_STAND, *way]))
-    yield Task("turns", "90° and -180°", _course(sheet, limit, [_STAND, {"turn": 90.0}, _STAND, {"turn": -180.0}, _STAND]))
+    turns = [_STAND, {"turn": 90.0}, _STAND, {"turn": -180.0}, _STAND]
+    yield Task("turns", "90° and -180°", _course(sheet, limit, turns))
     yield Task("square", f"{square_side(sheet):.3g} m", _course(sheet, limit, _square(square_side(sheet))))
     forth = _course(sheet, limit, [_STAND, *_ramp(sheet, speeds[1], limit)])
     for words, sign in (("forward", 1.0), ("backward", -1.0)):
-        push = Push(forth.segments[1].end - STEADY + 1.0, sign * sheet.body_mass)  # 10 N·s · mass / 10 kg
+        push = Push(forth.segments[1].end - _AFTER_PUSH, sign * sheet.body_mass)  # 10 N·s · mass / 10 kg
         yield Task("push", words, forth, push)
     there_and_back = [{"seconds": 8.0, "speed": 0.0}, {"radii": _SIDE}, _STAND, {"radii": 0.0}, _STAND]
     for words, sign in (("up", 1.0), ("down", -1.0)):
@@ -89,8 +92,8 @@ def _ramp(sheet: RobotParameters, speed: float, limit: float) -> list[Mapping[st
 
 
 def _square(side: float) -> list[Mapping[str, float]]:
-    corners = range(1, 5)
-    return [_STAND, *(part for corner in corners for part in ({"position": corner * side}, _STAND, {"turn": 90.0}, _STAND))]
+    sides = ([{"position": number * side}, _STAND, {"turn": 90.0}, _STAND] for number in range(1, 5))
+    return [_STAND, *chain.from_iterable(sides)]
 
 
 def _course(sheet: RobotParameters, limit: float, segments: Sequence[Mapping[str, float]]) -> Course:
