@@ -5,12 +5,13 @@ from math import degrees
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from twbal.core.course import Segment
 from twbal.core.gaussian import Array
 from twbal.core.plant import Pose
 
-STEADY_TIME = 3.0  # at the end of a ramp, over which the speed is averaged [s]
+STEADY_TIME = 4.0  # at the end of a ramp, over which the speed is averaged [s]
 STOOD_TIME = 1.0  # at the end of standing, in which the heading is looked at [s]
 PLACE_TIME = 5.0  # from which on a place is to be kept; that of the rule of success [s]
 SPEED_ERROR = 5.0  # [per cent]
@@ -53,7 +54,7 @@ class Driven(NamedTuple):
         middle = 0.5 * (heading[1:] + heading[:-1])
         return np.concatenate([[0.0], np.cumsum(np.diff(x) * np.cos(middle) + np.diff(y) * np.sin(middle))])
 
-    def during(self, begin: float, end: float) -> Array:
+    def during(self, begin: float, end: float) -> NDArray[np.bool_]:
         """(T + 1,) whether an instant is between two times [s]."""
         return (self.times >= begin - 1e-9) & (self.times <= end + 1e-9)
 

@@ -16,9 +16,9 @@ NO_LOAD_SPEEDS = {"regbot": 2.16, "balboa": 0.85, "esp32": 1.19}
 back-EMF and friction of a wheel, times its radius (3.4e-3 and 0.047 N·m·s/rad, see conf/robot); esp32: a JGB37-520 of
 1320 ticks a turn, 11 · 4 · 30, is that of 333 turns a minute."""
 SLOPE = radians(2.0)
-STEADY = 6.0  # for which a reference keeps a speed [s]
+STEADY = 10.0  # for which a reference keeps a speed; the integral of a policy needs 5 s to settle after a ramp [s]
 _REST = 2.0  # for which it rests after a ramp [s]
-_AFTER_PUSH = 3.0  # of driving on [s]
+_BEFORE_PUSH, _AFTER_PUSH = 3.0, 3.0  # of driving at a steady speed [s]
 _STAND = {"seconds": 3.0, "speed": 0.0}
 _SIDE = 7.0  # of the square, of sheets other than `paper` [wheel radii]
 
@@ -63,7 +63,7 @@ def tasks(sheet: RobotParameters) -> Iterator[Task]:
     turns = [_STAND, {"turn": 90.0}, _STAND, {"turn": -180.0}, _STAND]
     yield Task("turns", "90° and -180°", _course(sheet, limit, turns))
     yield Task("square", f"{square_side(sheet):.3g} m", _course(sheet, limit, _square(square_side(sheet))))
-    forth = _course(sheet, limit, [_STAND, *_ramp(sheet, speeds[1], limit)])
+    forth = _course(sheet, limit, [_STAND, *_ramp(sheet, speeds[1], limit, _BEFORE_PUSH + _AFTER_PUSH)])
     for words, sign in (("forward", 1.0), ("backward", -1.0)):
         push = Push(forth.segments[1].end - _AFTER_PUSH, sign * sheet.body_mass)  # 10 N·s · mass / 10 kg
         yield Task("push", words, forth, push)
@@ -84,11 +84,11 @@ def square_side(sheet: RobotParameters) -> float:
     return 1.0 if sheet.name == "paper" else _SIDE * sheet.wheel_radius
 
 
-def _ramp(sheet: RobotParameters, speed: float, limit: float) -> list[Mapping[str, float]]:
-    """Up to a speed, which is kept, and to rest."""
+def _ramp(sheet: RobotParameters, speed: float, limit: float, steady: float = STEADY) -> list[Mapping[str, float]]:
+    """Up to a speed, which is kept for `steady` [s], and to rest."""
     limits = MotionLimits.of_robot(sheet, limit)
     ramp = abs(speed) / limits.acceleration + limits.acceleration / limits.jerk  # with its rounded ends
-    return [{"seconds": ramp + STEADY, "speed": speed}, {"seconds": ramp + _REST, "speed": 0.0}]
+    return [{"seconds": ramp + steady, "speed": speed}, {"seconds": ramp + _REST, "speed": 0.0}]
 
 
 def _square(side: float) -> list[Mapping[str, float]]:

@@ -23,11 +23,11 @@ class _Integrals(NamedTuple):
     """Of the error [rad·s]: what standing or driving straight needs, and what turning to the left needs besides.
 
     Friction opposes a turn, and is gone, or the other way round, when the turn is over. What was integrated against it
-    would then drive the robot on, and stiction holds it there.
+    would then drive the robot on, and stiction would hold it there.
 
     Attributes:
-        straight: grows while the reference does not turn.
-        turning: grows while it does; its sign goes with the turn's.
+        straight: grows while the robot is not to turn.
+        turning: grows while it is; its sign goes with the turn's.
     """
 
     straight: float = 0.0
@@ -48,7 +48,8 @@ class HeadingControl:
     """The loop of one rollout: estimate, reference and a PID law with the reference's acceleration fed forward.
 
     d = (2 r J / b) (ψ̈_r + 3 p ė + 3 p² e + p³ ∫e), e = ψ_r - ψ: the robot's yaw is an integrator of an integrator,
-    ψ̈ = b d / (2 r J) (`yaw_mobility`), so all three poles of the loop lie at -p. The difference keeps within a quarter
+    ψ̈ = b d / (2 r J) (`yaw_mobility`), so all three poles of the loop lie at -p. ∫e is kept in two parts, one of which
+    is there in turns only (`_Integrals`). The difference keeps within a quarter
     of the torque limit, and within what balancing leaves of it. While it is cut, or the reference gives way, the
     integral may shrink, but does not grow.
 
@@ -70,6 +71,7 @@ class HeadingControl:
         self._torque_limit = robot.torque_limit
         self._fastest = targets.limits.speed
         self._integrals = _Integrals()
+        self._turning = 0.0  # see `_turn`
         self._time: float | None = None
         self._step = 0.0  # since the observation before [s]
 
@@ -98,7 +100,7 @@ class HeadingControl:
         """
         now, pole = self.samples[-1], self._pole
         error, slip = now.reference - now.estimate, now.reference_rate - now.rate
-        turning = min(max(now.reference_rate / (TURNS_FROM * self._fastest), -1.0), 1.0)
+        self._turning = turning = self._turn(now.reference_rate, error)
         grown = self._integrals.grown(self._step * error, turning)
         proportional = self.reference.motion.acceleration + 3.0 * pole * slip + 3.0 * pole**2 * error
         asked = (proportional + pole**3 * grown.sum(turning)) / self._mobility
@@ -109,3 +111,9 @@ class HeadingControl:
             self._integrals = grown
         self.samples[-1] = now._replace(difference=done)
         return done
+
+    def _turn(self, reference_rate: float, error: float) -> float:
+        """How much the robot turns, from -1 (to the right) to 1: a turn is over when the robot has come to its end."""
+        now, before = min(max(reference_rate / (TURNS_FROM * self._fastest), -1.0), 1.0), self._turning
+        is_behind = error * before > 0.0 and now * before >= 0.0
+        return before if is_behind and abs(now) < abs(before) else now
