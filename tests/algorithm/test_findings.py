@@ -34,9 +34,9 @@ def iteration(index, successes=0, real_cost=5.0, judged_success=1.0, **changes):
 RULE = SuccessCriterion(tilt_limit=0.5, settled_tilt_limit=0.2, settle_step=50, steps=100)
 
 
-def best(*iterations):
+def best(*iterations, improve_oscillation=None):
     found = [Findings(each, None, ()) for each in iterations]
-    return summarise(found, (), "paper", 0, 1.0, RULE).best_iteration
+    return summarise(found, (), "paper", 0, 1.0, RULE, improve_oscillation).best_iteration
 
 
 def test_the_best_policy_has_most_successes():
@@ -45,6 +45,13 @@ def test_the_best_policy_has_most_successes():
 
 def test_of_equal_successes_the_lowest_cost_on_the_robot_decides():
     assert best(iteration(0, 3), iteration(1, 10, 6.0), iteration(2, 10, 5.0), iteration(3, 10, 7.0)) == 2
+
+
+def test_of_equal_successes_one_under_which_the_tilt_hardly_oscillates_comes_before_a_cheaper_one():
+    rocking, steady = iteration(0, 10, 5.0, oscillation=0.11), iteration(1, 10, 6.0, oscillation=0.04)
+    assert best(rocking, steady, improve_oscillation=0.09) == 1
+    assert best(rocking, steady) == 0
+    assert best(rocking, iteration(1, 9, 6.0, oscillation=0.04), improve_oscillation=0.09) == 0
 
 
 def test_without_trials_the_newest_of_the_best_judged_is_kept():

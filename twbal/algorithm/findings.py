@@ -77,11 +77,13 @@ def summarise(
     seed: int,
     wall_s: float,
     rule: SuccessCriterion,
+    improve_oscillation: float | None,
 ) -> Summary:
     """The summary of a run.
 
-    The best policy is the one with the largest share of successes over all of its trials, then with the lowest mean
-    cost on the robot. Where nothing was tried, it is the newest of those that the long model rollouts liked best.
+    The best policy is the one with the largest share of successes over all of its trials. Among equals it is one under
+    which the tilt oscillates by at most `improve_oscillation` [rad], and among these the one with the lowest mean cost
+    on the robot. Where nothing was tried, it is the newest of those that the long model rollouts liked best.
     """
     iterations = tuple(each.iteration for each in found)
     having: dict[int, list[Iteration]] = {}
@@ -93,19 +95,21 @@ def summarise(
         wall_s=wall_s,
         sim=SimData(len(simulated), sum(map(len, simulated))),
         iterations=iterations,
-        best_iteration=min(having, key=lambda policy: _rank(having[policy])),
+        best_iteration=min(having, key=lambda policy: _rank(having[policy], improve_oscillation)),
         tilt_limit=rule.tilt_limit,
     )
 
 
-def _rank(having: Sequence[Iteration]) -> tuple[float, ...]:
+def _rank(having: Sequence[Iteration], most: float | None) -> tuple[float, ...]:
     """Of a policy, by the iterations that had it; lower is better."""
     first, last = having[0].index, having[-1]
     costs = [iteration.real_cost for iteration in having if iteration.real_cost is not None]
     if not costs:
-        return (0.0, -(last.judged_success or 0.0), -first)
+        return (0.0, 0.0, -(last.judged_success or 0.0), -first)
     share = sum(i.successes for i in having) / sum(i.trials for i in having)
-    return (-share, float(np.mean(costs)), first)
+    swings = [i.oscillation for i in having if i.oscillation is not None]
+    oscillates = most is not None and len(swings) > 0 and np.mean(swings) > most
+    return (-share, float(oscillates), float(np.mean(costs)), first)
 
 
 def _iteration(

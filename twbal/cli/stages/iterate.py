@@ -148,7 +148,8 @@ def _write(
     """Write down what came out; returns the files."""
     out, found = chain.root, findings(result, steps, measures)
     simulated = steps.episodes(result.simulated)
-    summary = summarise(found, simulated, cfg.robot.name, cfg.seed, round(chain.wall_s, 3), measures.rule)
+    wall_s = round(chain.wall_s, 3)
+    summary = summarise(found, simulated, cfg.robot.name, cfg.seed, wall_s, measures.rule, cfg.improve_oscillation)
     best = result.policies[summary.best_iteration].policy / POLICY
     shutil.copyfile(out / best, out / BEST_POLICY)
     commands = script(chain.commands, best, BEST_POLICY)
