@@ -197,6 +197,7 @@ TABLE: Mapping[str, How] = {
     "twbal optimise-policy dynamics=small/model/model.pt search.restarts=1 search.iterations=3 "
     "search.long_iterations=0": Stage(slow=True, after=(_SMALL_DATA, _SMALL_MODEL)),
     "python scripts/effects.py": Elsewhere(("tests/docs/test_effects_page.py", "page()"), "writes a page"),
+    "python scripts/settings.py": Elsewhere(("tests/docs/test_settings_page.py", 'written["page"]()'), "writes a page"),
     "python scripts/protocol.py": Elsewhere(("tests/link/test_header.py", 'SCRIPT["header"]()'), "writes files"),
     "python scripts/robots.py": Elsewhere(("tests/docs/test_robots_page.py", 'written["page"]()'), "writes a page"),
     "pip freeze": Elsewhere(None, "pip's own"),
@@ -367,7 +368,6 @@ TABLE: Mapping[str, How] = {
     "twbal real-rollout policy.path=<run folder>/best_policy.pt": Stage({"<run folder>/best_policy.pt": POLICY}),
     "twbal iterate": Stage(slow=True),
     "twbal iterate link.seed=3 updates=6": Stage(slow=True),
-    "twbal iterate ensemble=none": Stage(slow=True),
     "twbal real-rollout policy.path=<run folder>/policy.pt": Stage({"<run folder>/policy.pt": POLICY}),
     "twbal lqr": Stage(small=("hydra.run.dir=outputs/lqr/...",)),
     "twbal lqr episodes=outputs/real-rollout/... command_width=0.3": Stage(),

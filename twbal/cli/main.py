@@ -16,40 +16,41 @@ from twbal.core.errors import TwbalError
 from twbal.core.threads import default_to_one_thread
 
 STAGES = {
-    "iterate": "Algorithm 1 from start to end: simulator, model, policy, robot, correction, better policy",
-    "sim-collect": "drive the simulated robot at random (or by a policy) and log what it does",
-    "fit-sim-gp": "learn the simulator model f from logged episodes",
-    "optimise-policy": "search the policy that the model expects to do best",
-    "lqr": "make a linear-quadratic regulator, of the nominal parameters or of a linear model of real episodes",
+    "iterate": "learn to balance a robot, from simulation to improved policy (Algorithm 1): runs the next stages",
+    "sim-collect": "drive the simulated robot, at random or by a policy, and record episodes",
+    "fit-sim-gp": "learn f, a model of the simulation, from its episodes",
+    "optimise-policy": "search a policy on a model",
+    "real-rollout": "drive the robot on a link by a policy, and record episodes",
+    "identify": "estimate parameters of a robot from its episodes, with standard deviations",
+    "fit-diff-gp": "learn g, the difference between robot and f, from episodes of the robot",
+    "drive": "steer the robot on a link in real time, by keys or a gamepad",
+    "diagnose": "name the effect that the simulation lacks, from episodes of the robot, and add it",
+    "evaluate-sim": "compare how well simulations predict logs of a robot",
+    "doctor": "check this computer before a robot is driven",
+    "check-link": "check a robot on its link, wheels off the ground, before its first rollout",
+    "virtual-robot": "start a simulated robot behind a virtual serial port, to need no hardware",
+    "lqr": "make a linear-quadratic regulator, of the data sheet or of episodes",
     "train-agent": "train a model-free agent in simulation, as a baseline",
-    "doctor": "look at what must be right on this computer before a robot is driven",
-    "check-link": "try a robot with its wheels off the ground, before its first rollout",
-    "real-rollout": "drive the robot on the other end of a link by a policy and log what it does",
-    "drive": "steer the robot on the other end of a link in real time, by keys or a gamepad",
-    "fit-diff-gp": "learn the correction g from logged episodes of the robot",
-    "identify": "tell a robot's parameters, with standard deviations, by rollouts of it",
-    "import-log": "bring logs that twbal did not make into episode logs, by a mapping",
-    "diagnose": "name what the simulation lacks to explain measured episodes, and add it",
-    "evaluate-sim": "compare how well simulations predict logs, nothing refitted",
-    "plot": "draw an episode as plots and as a film of the robot",
-    "compare": "put runs and sweeps of iterate beside each other",
-    "regress": "compare what every part makes of logged data with a baseline",
+    "import-log": "convert logs of any robot into episodes",
+    "repair": "save the readable samples of damaged episode logs",
+    "plot": "draw an episode: its channels over time, and a film of the robot",
     "export": "write episodes as CSV or Parquet",
     "export-policy": "write a policy as a C header for the robot's own processor, and check it",
-    "repair": "save what is left of damaged episode logs",
-    "virtual-robot": "a robot with hidden faults behind a port, to try all of this without hardware",
+    "compare": "compare runs and sweeps of iterate",
+    "regress": "recompute numbers from logged data and compare them with a baseline (regression test)",
 }
 
 USAGE = """usage: twbal <stage> [key=value ...] [Hydra flags]
 
-Learn to balance a two-wheeled robot from a wrong simulator and very little real data.
+Learn to balance a two-wheeled robot from a simulation that is wrong and very little real data.
+Begin with `twbal iterate`: it learns to balance a virtual robot in a few minutes, without hardware.
 
 stages:
 {stages}
 
-  twbal <stage> --help        what a stage reads, writes and can be told
-  twbal <stage> --cfg job     its configuration, as it would run
-  twbal <stage> -m key=1,2,3  one run for each value
+  twbal <stage> --help        what a stage does, reads and writes; examples, the next command, all settings
+  twbal <stage> --cfg job     the settings alone, as it would run with them
+  twbal <stage> -m key=1,2,3  a sweep: one run for each value
   twbal --version
 """
 

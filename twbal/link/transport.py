@@ -1,5 +1,6 @@
 """Where bytes go in and out; the only file that knows pyserial."""
 
+import os
 from abc import ABC, abstractmethod
 
 import serial
@@ -104,7 +105,9 @@ def serial_ports() -> list[str]:
 
 def _cannot_open(port: str, error: Exception) -> str:
     ports = ", ".join(serial_ports()) or "none"
+    code = getattr(error, "errno", None)
+    why = os.strerror(code) if code else error  # pyserial's own words have the port and the reason twice
     return (
-        f"Cannot open the port {port}: {error}. Serial ports that are there: {ports}. Is the robot plugged in, its "
+        f"Cannot open the port {port}: {why}. Serial ports that are there: {ports}. Is the robot plugged in, its "
         "port free, and may you use it (on Linux: the group dialout)?"
     )

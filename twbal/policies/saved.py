@@ -47,7 +47,8 @@ def load_policy(path: str | Path, channels: Sequence[str] | None = None) -> Save
     if channels is not None and policy.channels != tuple(channels):
         raise ConfigError(
             f"The policy in {path} reads the state {', '.join(policy.channels)}; here it is {', '.join(channels)}. "
-            "Choose the state that it was made with by state=..."
+            "Choose the state that it was made with by state=..., and the robot by robot=... (a robot's control period "
+            "decides how many past commands its state has)."
         )
     return policy
 

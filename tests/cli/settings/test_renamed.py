@@ -44,7 +44,6 @@ def test_an_old_stage_is_one_error_that_says_the_new_one(old, now, capsys):
     [
         (["iterate", "variants=none"], "variants", "ensemble"),
         (["iterate", "rehearsals=1"], "rehearsals", "search_retries"),
-        (["iterate", "update=whole"], "update", "model_update"),
         (["iterate", "rule.limit=0.4"], "rule.limit", "success.tilt_limit"),
         (["iterate", "linear_policy.command_width=2"], "linear_policy.command_width", "lqr.command_width"),
         (["iterate", "optimise_policy.searches=false"], "optimise_policy.searches", "optimise_policy.optimise"),
@@ -64,6 +63,11 @@ def test_an_old_setting_is_one_error_that_says_the_new_one(words, old, now, caps
         refusal(capsys, *words)
         == f"twbal: error: {words[0]} has no setting {old!r} any more: it is called {now!r} now."
     )
+
+
+def test_an_old_setting_that_may_be_a_slip_for_another_one_names_both(capsys):
+    said = refusal(capsys, "iterate", "update=2")
+    assert said.endswith("it is called 'model_update' now. Or did you mean 'updates'?")
 
 
 @pytest.mark.parametrize(("old", "now"), renamed.CHOICES["diagnosis"].items())

@@ -11,9 +11,13 @@ from twbal.cli.settings.setting import Setting
 WIDTH = 110
 """Characters of the longest line."""
 
+_CHOICES = (
+    "Choices: group=option; [this] is chosen. docs/glossary.md says what they are.",
+    "Settings below are those of what is chosen: give group=option before --help to see those of another option.",
+)
 _LONGEST_VALUE = 32
 _INDENT, _GAP = 2, 2
-_WIDEST_WORD = 46
+_NARROWEST_WORD, _WIDEST_WORD = 26, 46
 
 
 def help_text(stage: str, tree: Mapping[str, Any], choices: Mapping[str, tuple[str, Sequence[str]]]) -> str:
@@ -31,7 +35,7 @@ def help_text(stage: str, tree: Mapping[str, Any], choices: Mapping[str, tuple[s
     others = [(leaf, row) for leaf, row in known if row is None or not row.common]
     parts = []
     if choices:
-        parts.append(["Choices: group=option; [this] is chosen", "", *_choice_lines(choices)])
+        parts.append([*_CHOICES, "", *_choice_lines(choices)])
     if common:
         parts.append(["Settings that are changed most: key=value, its range and unit, its meaning", "", *_rows(common)])
     if others:
@@ -76,10 +80,11 @@ def _aligned(lines: Sequence[tuple[str, str, str]]) -> Iterator[str]:
     """Lines in columns; one that is too long for that runs on, and is cut at the width."""
     words, ranges, meanings = zip(*lines, strict=True)
     most = WIDTH - _INDENT - 2 * _GAP - max(map(len, meanings))
-    wide = min(max(map(len, words)), _WIDEST_WORD)
-    range_wide = max(0, min(max(map(len, ranges)), most - wide))
+    range_wide = min(max(map(len, ranges)), most - _NARROWEST_WORD)
+    wide = max(_NARROWEST_WORD, min(max(map(len, words)), _WIDEST_WORD, most - range_wide))
     for word, span, meaning in lines:
-        line = f"{'':{_INDENT}}{word:{wide}}{'':{_GAP}}{span:{range_wide}}{'':{_GAP}}{meaning}".rstrip()
+        known = f"{word:{wide}}{'':{_GAP}}{span}"  # a long word takes its room from the range's
+        line = f"{'':{_INDENT}}{known:{wide + _GAP + range_wide}}{'':{_GAP}}{meaning}".rstrip()
         if len(line) > WIDTH:
             line = f"{'':{_INDENT}}{word}{'':{_GAP}}{span}{'':{_GAP}}{meaning}"
         yield line if len(line) <= WIDTH else f"{line[: WIDTH - 3]}..."

@@ -75,10 +75,15 @@ IN_SECONDS = ("success.duration", "success.settle_time")
 """What was in control periods under its earlier name."""
 
 
+ALIKE = {"update": "updates"}
+"""Settings of today that differ from an earlier name by a slip of the finger."""
+
+
 def renamed(key: str, now: str) -> str:
     """What to say of a setting that is called `now`, as the end of a sentence."""
     unit = ", in seconds instead of control periods" if now in IN_SECONDS else ""
-    return f"has no setting {key!r} any more: it is called {now!r} now{unit}."
+    alike = f" Or did you mean {ALIKE[key]!r}?" if key in ALIKE else ""
+    return f"has no setting {key!r} any more: it is called {now!r} now{unit}.{alike}"
 
 
 def name_now(key: str) -> str | None:

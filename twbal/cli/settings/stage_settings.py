@@ -124,7 +124,7 @@ STAGES: Mapping[str, tuple[Setting, ...]] = {
         Setting(
             "improve_oscillation",
             OrNull(Number(0.001, 3.0, "rad")),
-            "of the tilt, beyond which a policy that solved it is improved",
+            "swing of the tilt at which a policy that solved it is improved",
         ),
         Setting("min_update_time", Number(0.0, 3600.0, "s"), "time that the rollouts of an update last together"),
         Setting("max_update_rollouts", Whole(1, 1000), "rollouts of an update, at most"),
