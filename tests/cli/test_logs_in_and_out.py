@@ -132,9 +132,11 @@ def test_a_bad_file_leaves_the_others_and_is_listed(run, log, tmp_path):
     bad = tmp_path / "short.csv"
     bad.write_text(text(columns(28)))
     files = f"files=[{log},{bad}]"
-    code, said, _ = run("import-log", files, ROBOT, out="imported")
-    assert code == 0
+    code, told, said = run("import-log", files, ROBOT, out="imported")
+    assert code == 1
     assert "1 of 2 files were not imported" in said
+    assert len(said.splitlines()) == 1
+    assert told.count("not imported: ") == 1
     out = tmp_path / "imported"
     assert [path.name for path in (out / "episodes").iterdir()] == ["ride.mcap"]
     (why,) = (out / "not_imported.txt").read_text().splitlines()
@@ -142,6 +144,67 @@ def test_a_bad_file_leaves_the_others_and_is_listed(run, log, tmp_path):
     manifest = json.loads((out / "manifest.json").read_text())
     assert manifest["complete"]
     assert "not_imported.txt" in [made["path"] for made in manifest["outputs"]]
+
+
+def test_whatever_is_wrong_with_some_files_the_others_are_imported(run, log, tmp_path):
+    (tmp_path / "folder.csv").mkdir()
+    for name, content in {"theirs.mcap": b"\x89MCAP", "binary.csv": bytes(200), "empty.csv": b""}.items():
+        (tmp_path / name).write_bytes(content)
+    bad = ["missing.csv", "folder.csv", "theirs.mcap", "binary.csv", "empty.csv"]
+    files = ",".join(str(path) for path in [*(tmp_path / name for name in bad), log])
+    code, told, said = run("import-log", f"files=[{files}]", ROBOT, out="imported")
+    assert code == 1
+    assert "5 of 6 files were not imported" in said
+    lines = [line for line in told.splitlines() if "not imported: " in line]
+    assert [name for name in bad if sum(name in line for line in lines) == 1] == bad
+    assert len(lines) == len(bad)
+    assert (tmp_path / "imported" / "episodes" / "ride.mcap").exists()
+    assert "next  twbal diagnose" in told
+
+
+def test_files_of_one_name_are_told_apart_by_their_folders(run, tmp_path):
+    for k, folder in enumerate(("monday", "friday")):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / "ride.csv").write_text(text(columns(300) + 1e-3 * k))
+    files = f"files=[{tmp_path}/monday/ride.csv,{tmp_path}/friday/ride.csv]"
+    assert run("import-log", files, ROBOT, out="imported")[0] == 0
+    made = {path.name for path in (tmp_path / "imported" / "episodes").iterdir()}
+    assert made == {"monday_ride.mcap", "friday_ride.mcap"}
+
+
+def test_what_an_earlier_call_imported_is_said(run, log, tmp_path):
+    code, first, _ = run("import-log", f"files={log}", ROBOT, out="first")
+    assert code == 0
+    assert "before" not in first
+    renamed, cut = tmp_path / "same.csv", tmp_path / "cut.csv"
+    renamed.write_text(log.read_text())
+    cut.write_text(text(columns()[50:350]))
+    _, again, _ = run("import-log", f"files={renamed}", ROBOT, "import.skip=0.01", out="again")
+    assert f"{renamed} has been imported before, into " in again
+    assert "first" in again.split("imported before, into ")[1].splitlines()[0]
+    _, part, _ = run("import-log", f"files={cut}", ROBOT, out="part")
+    assert "cut has 300 of its 300 rows in common with " in part
+    other = tmp_path / "other.csv"
+    other.write_text(text(columns() * 1.1 + 1e-3))
+    _, new, _ = run("import-log", f"files={other}", ROBOT, out="new")
+    assert "before, into" not in new
+    assert "in common" not in new
+
+
+def test_a_doubt_comes_with_a_picture(run, tmp_path):
+    from PIL import Image
+
+    rows = columns()
+    rows[:, NAMES.index("tilt_rate")] *= -1
+    path = tmp_path / "ride.csv"
+    path.write_text(text(rows))
+    code, said, _ = run("import-log", f"files={path}", ROBOT, out="imported")
+    assert code == 0
+    assert "tilt_rate runs against tilt" in said
+    pictures = list((tmp_path / "imported" / "doubts").glob("ride_*.png"))
+    assert pictures
+    with Image.open(pictures[0]) as picture:
+        assert np.asarray(picture.convert("L")).std() > 5  # something is drawn
 
 
 def test_where_no_file_can_be_imported_nothing_is_made(run, tmp_path):
@@ -251,7 +314,7 @@ def test_a_viewer_sees_typed_fields_of_every_topic(episode, tmp_path):
 BAD = {
     ("import-log", "files=no.csv"): "no.csv",
     ("import-log", "files=a.mcap"): "need no import",
-    ("import-log", "files=[a/x.csv,b/x.csv]"): "same name",
+    ("import-log", "files=[a/x.csv,b/x.csv]"): "None of 2 files can be imported",
     ("export", "episodes=nowhere"): "is not there",
     ("repair", "logs=nowhere.mcap"): "nowhere.mcap",
     ("plot", "episode=no.mcap"): "no.mcap",

@@ -45,6 +45,10 @@ def seen(episode, name):
     return episode.observations[:, Observation._fields.index(name)]
 
 
+def sentences(imported):
+    return [doubt.sentence for doubt in imported.doubts]
+
+
 def only(imported):
     (episode,) = imported.episodes
     return episode
@@ -239,7 +243,7 @@ def test_stamps_that_jitter_are_said_to_with_what_to_try(jitter, brought):
     rows = columns()
     rows[:, 0] = 0.02 * np.arange(len(rows)) + jitter * rng.standard_normal(len(rows))
     try:
-        said = " ".join(brought(rows).doubts)
+        said = " ".join(sentences(brought(rows)))
     except LogError as error:
         said = str(error)
     assert "++import.quantities.time=null import.rate=" in said
@@ -302,29 +306,29 @@ def test_what_looks_wrong_is_said(doubt, brought):
     rows = ride()
     assert np.abs(rows[:, 1]).max() < 0.3
     right = brought(rows)
-    assert [said for said in right.doubts if "acceleration" not in said] == []
+    assert [said for said in sentences(right) if "acceleration" not in said] == []
     rows[:, NAMES.index(name)] *= factor
     if name == "tilt":
         rows[:, 1] = 3.0
-    assert any(re.search(doubt, said) for said in brought(rows).doubts)
+    assert any(re.search(doubt, said) for said in sentences(brought(rows)))
 
 
 def test_wheels_that_brake_are_no_wrong_sign_and_hide_none(brought):
     rows = ride(braking=1.0, wheel_gain=0.92, return_gain=0.02, noise=0.02)
     assert np.abs(rows[:, 1]).max() < 0.3
-    said = [doubt for doubt in brought(rows).doubts if "sign" in doubt]
+    said = [doubt for doubt in sentences(brought(rows)) if "sign" in doubt]
     assert said == []
     rows[:, NAMES.index("command")] *= -1
-    assert any("the command seems to have the wrong sign" in doubt for doubt in brought(rows).doubts)
+    assert any("the command seems to have the wrong sign" in doubt for doubt in sentences(brought(rows)))
 
 
 def test_two_torques_without_their_factor_are_said(brought):
     rows = np.column_stack([ROWS[:, :7], ROWS[:, 7], ROWS[:, 7]])
     names = (*NAMES[:-1], "torque_left", "torque_right")
     both = "import.quantities.command={from:[torque_left,torque_right]%s}"
-    assert any("their sum is meant" in doubt for doubt in brought(rows, both % "", names=names).doubts)
+    assert any("their sum is meant" in doubt for doubt in sentences(brought(rows, both % "", names=names)))
     summed = brought(rows, both % ",scale:2", names=names)
-    assert not any("their sum is meant" in doubt for doubt in summed.doubts)
+    assert not any("their sum is meant" in doubt for doubt in sentences(summed))
     assert only(summed).commands == pytest.approx(2 * ROWS[:-1, 7], abs=1e-7)
 
 
@@ -385,5 +389,5 @@ def test_the_real_robots_logs_are_read_without_hand_edits():
         episode = only(imported)
         assert episode.control_period == pytest.approx(0.015)
         assert {e.channel for e in episode.estimated} == {"tilt_rate", "wheel_rate", "yaw_rate", "acceleration"}
-        lies = any("the robot lies" in doubt for doubt in imported.doubts)
+        lies = any("the robot lies" in doubt for doubt in sentences(imported))
         assert lies == path.name.startswith("test0")

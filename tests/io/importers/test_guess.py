@@ -78,6 +78,15 @@ def test_columns_about_a_quantity_are_not_taken_for_it(name, looked_at):
     assert any(line.startswith("command") for line in found.open)
 
 
+@pytest.mark.parametrize(
+    ("largest", "unit", "open_ones"), [(90, "%", ("motor",)), (255, "V", ("scale of voltage", "motor"))]
+)
+def test_a_duty_cycle_is_in_percent_where_its_numbers_are(largest, unit, open_ones, looked_at):
+    mapping, found = looked_at(**plain(duty=largest * COLUMN["u"]))
+    assert mapping["quantities"]["voltage"]["unit"] == unit
+    assert found.open == open_ones
+
+
 def test_a_growing_encoder_is_not_the_time(looked_at):
     mapping, found = looked_at(encoder=10.0 * np.arange(400), tilt=COLUMN["tilt"], torque=COLUMN["u"])
     assert mapping["quantities"]["time"]["from"] == "???"
@@ -147,7 +156,8 @@ def test_logs_of_real_robots_are_told_as_their_owners_describe_them():
         "wheel_rate": "motorAngularSpeed",
         "voltage": "motorDutyCycle",
     }
-    assert found.open == ("scale of voltage", "motor")
+    assert mapping["quantities"]["voltage"]["unit"] == "%"
+    assert found.open == ("motor",)
 
 
 @pytest.mark.parametrize("kind", ["header", "comment", "json"])

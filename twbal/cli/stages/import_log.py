@@ -5,27 +5,31 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path, PurePosixPath
+from typing import NamedTuple
 
 from hydra.utils import instantiate
 from omegaconf import DictConfig, OmegaConf
 
 from twbal.cli.console import counted, next_command, print_result, run_folder
+from twbal.cli.imported_before import imported_before
 from twbal.cli.manifest import Manifest, Step, perform
 from twbal.cli.typed_config import recorded, typed
 from twbal.core.episode import Episode, Provenance
 from twbal.core.errors import ConfigError, DataError, LogError
-from twbal.core.files import write_atomically
+from twbal.core.files import file_hash, write_atomically
 from twbal.core.robot_parameters import RobotParameters, parameter_hash
+from twbal.io.importers.checks.doubt import Doubt
 from twbal.io.importers.conversion import Imported, Wanted, duplicated, import_file
 from twbal.io.importers.guess import guess
 from twbal.io.importers.mapping import Mapping
 from twbal.io.logs import read_episode
 from twbal.io.logs.writer import write_episode
 from twbal.viz.canvas import save
+from twbal.viz.doubt_figure import doubt_figure
 from twbal.viz.episode_figures import courses_figure
 
 NOT_RECORDED = ("files", "guess")
-MAPPING, EPISODES, NOT_IMPORTED = "my_log.yaml", "episodes", "not_imported.txt"
+MAPPING, EPISODES, NOT_IMPORTED, DOUBTS = "my_log.yaml", "episodes", "not_imported.txt", "doubts"
 _DRAWN = 12  # episodes
 _PATIENCE = 1.0  # s of writing after which its progress is shown
 _SAME_PERIOD = 1e-6  # s; as a diagnosis takes it
@@ -48,6 +52,12 @@ def main(cfg: DictConfig) -> None:
     manifest = run(cfg, out)
     logs = [out / made.path for made in manifest.outputs if PurePosixPath(made.path).parent.name == EPISODES]
     print_result(manifest, out, _diagnosis_of(out, read_episode(logs[0]).control_period, cfg.robot.control_period))
+    left_out = out / NOT_IMPORTED
+    if any(out / made.path == left_out for made in manifest.outputs):
+        raise LogError(
+            f"{len(left_out.read_text().splitlines())} of {len(_files(cfg.files))} files were not imported; "
+            f"{left_out} says why. The others were, and can be used."
+        )
 
 
 def run(cfg: DictConfig, out: Path) -> Manifest:
@@ -57,14 +67,19 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
         LogError: none of the files can be imported.
     """
     settings = typed(Settings, cfg)
-    files = _files(cfg.files)
+    files, unreadable = _readable(_files(cfg.files))
+    if not files:
+        raise LogError(unreadable[0] if len(unreadable) == 1 else _none_of(unreadable, len(unreadable)))
     robot: RobotParameters = instantiate(cfg.robot)
     mapping: Mapping = _mapping(cfg["import"])
     text = recorded(cfg, NOT_RECORDED)
     provenance = Provenance(robot.name, "robot", parameter_hash=parameter_hash(robot), config=text)
-    wanted = Wanted(instantiate(cfg.state), settings.period, settings.min_length)
+    wanted = Wanted(instantiate(cfg.state), settings.period, settings.min_length, robot)
     step = Step("import-log", out, text, {"files": files}, 0)
-    return perform(step, lambda: _import_to_files(files, mapping, wanted, provenance, out))
+    manifest = perform(step, lambda: _import_to_files(files, unreadable, mapping, wanted, provenance, out))
+    for sentence in imported_before(manifest, out):
+        print(f"  WARNING: {sentence}")
+    return manifest
 
 
 def _mapping(cfg: DictConfig) -> Mapping:
@@ -97,57 +112,112 @@ def propose(files: Sequence[Path], out: Path) -> None:
 
 
 def _files(given: str | Sequence[str]) -> list[Path]:
-    files = [Path(word) for word in ([given] if isinstance(given, str) else given)]
+    return [Path(word) for word in ([given] if isinstance(given, str) else given)]
+
+
+def _readable(files: Sequence[Path]) -> tuple[list[Path], list[str]]:
+    """The files that can be opened, and a sentence on each of the others."""
+    readable, refused = [], []
     for file in files:
-        if file.suffix == ".mcap":
-            raise LogError(f"{file} is an MCAP file. Logs of twbal's need no import; other ones: export them as CSV.")
+        try:
+            if file.suffix == ".mcap":
+                raise LogError(
+                    f"{file} is an MCAP file. Logs of twbal's need no import; other ones: export them as CSV."
+                )
+            file_hash(file)
+        except DataError as error:
+            refused.append(_naming(file, error))
+        else:
+            readable.append(file)
+    return readable, refused
+
+
+def _naming(file: Path, error: DataError) -> str:
+    return str(error) if str(file) in str(error) else f"{file}: {error}"
+
+
+def _names(files: Sequence[Path]) -> list[str]:
+    """A name for each file's recordings: its own, with that of its folder or a number where others have the same."""
     stems = [file.stem for file in files]
-    if len(set(stems)) < len(stems):
-        raise ConfigError(f"Two of the files have the same name: {', '.join(sorted(stems))}. Import them one by one.")
-    return files
+    parents = [
+        stem if stems.count(stem) == 1 else f"{file.parent.name}_{stem}"
+        for file, stem in zip(files, stems, strict=True)
+    ]
+    return [
+        name if parents.count(name) == 1 else f"{name}_{parents[:k].count(name) + 1}" for k, name in enumerate(parents)
+    ]
+
+
+def _none_of(refused: Sequence[str], count: int) -> str:
+    return f"None of {count} files can be imported. The first, {refused[0]}"
+
+
+class _Import(NamedTuple):
+    """What came out of all files: recordings with their names, what was refused, pictures of doubts."""
+
+    episodes: list[Episode]
+    names: list[str]
+    refused: list[str]
+    pictures: list[tuple[str, Doubt]]
 
 
 def _import_to_files(
-    files: Sequence[Path], mapping: Mapping, wanted: Wanted, provenance: Provenance, out: Path
+    files: Sequence[Path],
+    unreadable: Sequence[str],
+    mapping: Mapping,
+    wanted: Wanted,
+    provenance: Provenance,
+    out: Path,
 ) -> list[Path]:
     """Import what can be; what cannot is listed in `not_imported.txt`.
 
     Raises:
         LogError: none of the files can be imported.
     """
-    episodes: list[Episode] = []
-    names: list[str] = []
-    refused: list[str] = []
-    for file in counted(files, "files", len(files)):
-        source = replace(provenance, trial=len(episodes))
-        try:
-            imported = import_file(file, mapping, wanted, source)
-        except DataError as error:
-            if len(files) == 1:
-                raise
-            refused.append(str(error) if str(file) in str(error) else f"{file}: {error}")
-            print(f"  WARNING: not imported: {refused[-1]}")
-            continue
-        _tell(file, imported)
-        for k, episode in enumerate(imported.episodes):
-            names.append(file.stem if len(imported.episodes) == 1 else f"{file.stem}_{k}")
-            episodes.append(episode)
-    if not episodes:
-        raise LogError(f"None of {len(files)} files can be imported. The first, {refused[0]}")
-    for sentence in (*duplicated(episodes, names), *_periods(episodes, names)):
+    for sentence in unreadable:
+        print(f"  WARNING: not imported: {sentence}")
+    found = _imported(files, mapping, wanted, provenance)
+    refused = [*unreadable, *found.refused]
+    if not found.episodes:
+        count = len(files) + len(unreadable)
+        raise LogError(refused[0] if count == 1 else _none_of(refused, count))
+    for sentence in (*duplicated(found.episodes, found.names), *_periods(found.episodes, found.names)):
         print(f"  WARNING: {sentence}")
     made: list[Path] = []
     if refused:
         made.append(out / NOT_IMPORTED)
         write_atomically(made[-1], "\n".join(refused) + "\n")
-        print(f"{len(refused)} of {len(files)} files were not imported; {made[-1]} says why.")
-    for name, episode in zip(names, episodes, strict=True):
+    for name, episode in zip(found.names, found.episodes, strict=True):
         made.append(out / EPISODES / f"{name}.mcap")
         write_episode(made[-1], episode, partial(_shown, name))
-    for name, episode in list(zip(names, episodes, strict=True))[:_DRAWN]:
+    for name, episode in list(zip(found.names, found.episodes, strict=True))[:_DRAWN]:
         made.append(out / "figures" / f"{name}.png")
         save(courses_figure(episode, name), made[-1], dots_per_inch=90)
+    for name, doubt in found.pictures[:_DRAWN]:
+        if doubt.evidence is not None:
+            made.append(out / DOUBTS / f"{name}.png")
+            save(doubt_figure(doubt.sentence, doubt.evidence), made[-1], dots_per_inch=90)
     return made
+
+
+def _imported(files: Sequence[Path], mapping: Mapping, wanted: Wanted, provenance: Provenance) -> _Import:
+    """What can be imported of the files, and a sentence on each of the others."""
+    found = _Import([], [], [], [])
+    names = _names(files)
+    for file, name in zip(counted(files, "files", len(files)), names, strict=True):
+        try:
+            imported = import_file(file, mapping, wanted, replace(provenance, trial=len(found.episodes)))
+        except DataError as error:
+            found.refused.append(_naming(file, error))
+            if len(files) > 1:
+                print(f"  WARNING: not imported: {found.refused[-1]}")
+            continue
+        _tell(file, imported)
+        whole = len(imported.episodes) == 1
+        found.names.extend(name if whole else f"{name}_{k}" for k in range(len(imported.episodes)))
+        found.episodes.extend(imported.episodes)
+        found.pictures.extend((f"{name}_{k}", doubt) for k, doubt in enumerate(imported.doubts, start=1))
+    return found
 
 
 def _shown(name: str, chunks: Sequence[int]) -> Iterator[int]:
@@ -169,5 +239,5 @@ def _tell(file: Path, imported: Imported) -> None:
     print(f"{file}: {len(imported.episodes)} recordings, {periods * period:.3g} s at {1 / period:.4g} Hz")
     for sentence in imported.notes:
         print(f"  {sentence}")
-    for sentence in imported.doubts:
-        print(f"  WARNING: {sentence}")
+    for doubt in imported.doubts:
+        print(f"  WARNING: {doubt.sentence}")

@@ -13,15 +13,18 @@ from twbal.core.episode import Episode, Estimated, Event, Outcome, Provenance
 from twbal.core.errors import LogError
 from twbal.core.gaussian import Array
 from twbal.core.plant import Observation
+from twbal.core.robot_parameters import RobotParameters
 from twbal.io.importers.arrays import read_arrays
+from twbal.io.importers.checks.all_checks import doubts
+from twbal.io.importers.checks.doubt import Doubt, Evidence, Kind, LogPart
 from twbal.io.importers.columns import Columns
 from twbal.io.importers.formats import formats
-from twbal.io.importers.log_checks import doubts
-from twbal.io.importers.mapping import UNITS
+from twbal.io.importers.mapping import SIDES, UNITS
 from twbal.io.importers.mapping import Mapping as LogMapping
 from twbal.io.importers.sampling import stretches
 from twbal.io.importers.text_files import read_text
 
+_LOOKED_AT = 20_000  # samples that are checked
 _SAME_PERIOD = 0.02  # share of a period within which two periods are the same
 
 
@@ -32,11 +35,13 @@ class Wanted(NamedTuple):
         channels: state channels of the episodes.
         period: control period of the episodes [s], a multiple of the log's; None keeps the log's.
         min_length: samples of a recording, below which it is left out.
+        robot: data sheet with which sizes are compared; None compares signs alone.
     """
 
     channels: Channels
     period: float | None
     min_length: int
+    robot: RobotParameters | None = None
 
 
 class Imported(NamedTuple):
@@ -50,7 +55,7 @@ class Imported(NamedTuple):
 
     episodes: tuple[Episode, ...]
     notes: tuple[str, ...]
-    doubts: tuple[str, ...]
+    doubts: tuple[Doubt, ...]
 
 
 def import_file(path: Path, mapping: LogMapping, wanted: Wanted, provenance: Provenance) -> Imported:
@@ -91,7 +96,30 @@ def import_file(path: Path, mapping: LogMapping, wanted: Wanted, provenance: Pro
     worked_out = dict.fromkeys(f"{e.channel} (to ±{e.sd:.2g})" for episode in episodes for e in episode.estimated)
     if worked_out:
         notes.append(f"not measured, and worked out: {', '.join(worked_out)}")
-    return Imported(tuple(episodes), tuple(notes), (*odd, *_of_one_wheel(mapping), *doubts(signals, episodes)))
+    looked_at = _part(max(parts, key=lambda part: len(part["time"])), period.of(1, wanted.period), mapping, wanted)
+    steps = Evidence(1.0, np.diff(signals["time"]), "time between rows, by their number [s]")
+    found = [Doubt(Kind.TIME, "time", sentence, steps) for sentence in odd]
+    found += [*_of_one_wheel(mapping), *doubts(signals, looked_at)]
+    return Imported(tuple(episodes), tuple(notes), tuple(found))
+
+
+def _part(signals: Mapping[str, Array], period: float, mapping: LogMapping, wanted: Wanted) -> LogPart:
+    """What the checks look at: signals as measured, at the log's own period."""
+    begin = min(
+        int(np.searchsorted(signals["time"], signals["time"][0] + mapping.skip - 1e-9)), len(signals["time"]) - 8
+    )
+    rest = {name: values[max(begin, 0) :][:_LOOKED_AT] for name, values in signals.items()}
+    commands = _commands(rest, 1, mapping)
+    rest = {name: values[: len(commands) + 1] for name, values in rest.items()}
+    whole = {name: values for name, values in rest.items() if " " not in name}
+    sides = {
+        name: (rest[f"{SIDES[0]} {name}"], rest[f"{SIDES[1]} {name}"]) for name in whole if f"{SIDES[0]} {name}" in rest
+    }
+    angle = _wheel_angle(rest, wanted.channels.wheel_radius)
+    if angle is not None:
+        whole["wheel_angle"] = angle
+    is_sampled, comes_before = mapping.command_is_sample, mapping.command_before_sample
+    return LogPart(period, whole, commands, sides, is_sampled, comes_before, wanted.robot)
 
 
 def _with_last_command(columns: Columns, mapping: LogMapping) -> Columns:
@@ -108,15 +136,16 @@ def _with_last_command(columns: Columns, mapping: LogMapping) -> Columns:
     return columns._replace(values=values)
 
 
-def _of_one_wheel(mapping: LogMapping) -> Iterator[str]:
+def _of_one_wheel(mapping: LogMapping) -> Iterator[Doubt]:
     """A doubt about a command that is the mean of two torques, where their sum is meant."""
     source = mapping.quantities.get("command")
-    if source is not None and len(source.columns) == 2 and abs(source.factor) in UNITS["N·m"].values():
+    if source is not None and len(source.columns) == 2 and abs(source.factors[0]) in UNITS["N·m"].values():
         left, right = source.columns
-        yield (
+        sentence = (
             f"command is the mean of {left} and {right}: where these are the torques of the two wheels, their sum is "
             "meant; give it scale: 2"
         )
+        yield Doubt(Kind.UNIT, "command", sentence)
 
 
 def _without_nan(path: Path, columns: Columns) -> tuple[Columns, list[str]]:

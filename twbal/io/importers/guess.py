@@ -16,6 +16,7 @@ _OPEN = "'???'"  # in quotes, without which it is no yaml within braces
 _LARGEST_TILT = 3.5  # rad; a larger one is in degrees
 _STEPS = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
 _PERIODS = (0.0005, 0.3)  # s; of logs
+_PERCENT = (2.0, 130.0)  # largest values of a duty cycle in percent, before it is clipped
 _WHOLE = 10  # a column of whole numbers that spans more counts something
 _MOTOR = """motor:  # both together, as one; from its data sheet
   _target_: twbal.core.motor.Motor
@@ -212,13 +213,27 @@ def _command(proposal: _Proposal, columns: Sequence[Column]) -> None:
         if volts:
             proposal.take("voltage", volts, why=why)
         else:
-            proposal.take("voltage", duty, _OPEN, f"{why}{'; ' * bool(why)}a duty cycle: fill in the scale, V for one")
-            proposal.open.append("scale of voltage")
+            _take_duty(proposal, duty, why)
         proposal.open.append("motor")
         proposal.motor = True
         proposal.drop("command")
         return
     proposal.leave("command", reason or volts_reason or duty_reason or "not found among the names")
+
+
+def _take_duty(proposal: _Proposal, duty: Sequence[Column], why: str) -> None:
+    """A duty cycle: percent where its largest value says so, else with a scale to fill in."""
+    largest = max(float(np.nanmax(np.abs(column.values))) for column in duty)
+    why = f"{why}; " if why else ""
+    if _PERCENT[0] < largest <= _PERCENT[1]:
+        sources = ", ".join(column.source for column in duty)
+        sources = f"[{sources}]" if len(duty) > 1 else sources
+        names = " and ".join(column.name for column in duty)
+        told = f"{names}: {why}a duty cycle, in percent of the supply by its largest value, {largest:.3g}"
+        proposal.lines["voltage"] = f"{{from: {sources}, unit: '%'}}  # {told}"
+        return
+    proposal.take("voltage", duty, _OPEN, f"{why}a duty cycle: fill in the scale, V for one")
+    proposal.open.append("scale of voltage")
 
 
 def _grows(values: Array) -> bool:

@@ -43,21 +43,24 @@ UNITS = {
 PERCENT = "%"
 """Unit of a duty cycle in place of a voltage: percent of the motor's supply."""
 
+SIDES = ("left", "right")
+"""Of which wheel the first and the second of two columns are."""
+
 _KEYS = ("from", "unit", "scale", "offset")
 
 
 @dataclass(frozen=True)
 class Source:
-    """Where a quantity comes from: scale · unit · (mean of the columns) + offset.
+    """Where a quantity comes from: the mean over its columns of scale · unit · column, + offset.
 
     Attributes:
-        columns: whose mean is taken (left and right wheel).
-        factor: SI units for one of the column's, with the sign.
+        columns: whose mean is taken; two of them are of the left and of the right wheel.
+        factors: SI units for one of each column's, with the sign.
         offset: added afterwards, in SI units.
     """
 
     columns: tuple[Name, ...]
-    factor: float
+    factors: tuple[float, ...]
     offset: float
 
 
@@ -115,11 +118,17 @@ class Mapping:
         return [column for source in self.quantities.values() for column in source.columns]
 
     def signals(self, columns: Columns) -> dict[str, Array]:
-        """The quantities in SI units, (n,) each, from the columns that `wanted` names."""
+        """The quantities in SI units, (n,) each, from the columns that `wanted` names.
+
+        Those of two columns come a second and a third time, one column each: `left wheel_angle`, `right wheel_angle`.
+        """
         found, first = {}, 0
         for name, source in self.quantities.items():
             last = first + len(source.columns)
-            found[name] = source.factor * columns.values[:, first:last].mean(axis=1) + source.offset
+            values = columns.values[:, first:last] * np.array(source.factors) + source.offset
+            found[name] = values.mean(axis=1)
+            if len(source.columns) == len(SIDES):
+                found |= {f"{side} {name}": column for side, column in zip(SIDES, values.T, strict=True)}
             first = last
         return found
 
@@ -160,7 +169,12 @@ def _source(name: str, told: Any, supply: float | None) -> Source:
     if unit not in known:
         raise ConfigError(f"{name} cannot be in {unit!r}; it can be in: {', '.join(known)}.")
     columns = told["from"] if isinstance(told["from"], list | tuple) else [told["from"]]
-    scale, offset = float(told.get("scale", 1.0)), float(told.get("offset", 0.0))
-    if not columns or not np.isfinite([scale, offset]).all() or scale == 0:
+    scale, offset = told.get("scale", 1.0), float(told.get("offset", 0.0))
+    scales = [float(each) for each in scale] if isinstance(scale, list | tuple) else [float(scale)] * len(columns)
+    if len(scales) != len(columns):
+        raise ConfigError(
+            f"The source of {name} has {len(scales)} scales for {len(columns)} columns; give one for all, or one each."
+        )
+    if not columns or not np.isfinite([*scales, offset]).all() or 0.0 in scales:
         raise ConfigError(f"The source of {name} needs columns, a scale that is not 0, and a finite offset.")
-    return Source(tuple(columns), scale * known[unit], offset)
+    return Source(tuple(columns), tuple(each * known[unit] for each in scales), offset)

@@ -1,0 +1,1 @@
+"""Import checks on logs of robots in MuJoCo: no false warning, and what of planted faults is found."""

@@ -1,0 +1,43 @@
+"""Import checks on logs of drawn robots: `python -m benchmarks.import_checks [first=1000] [robots=30] [each=10]`.
+
+The logs of the first robots as they are, then for each kind of fault logs that can have it, until there are enough.
+The result is `benchmarks/results/import_checks.json`; `python scripts/readme.py tables` makes tables of it.
+"""
+
+import json
+import sys
+from datetime import date
+from itertools import count
+from pathlib import Path
+from typing import Any
+
+from benchmarks.import_checks.case import correct, planted
+from benchmarks.import_checks.faults import FAULTS
+
+RESULTS = Path("benchmarks/results/import_checks.json")
+
+
+def main(first: int = 1000, robots: int = 30, each: int = 10) -> None:
+    """Run all and write the result.
+
+    Args:
+        first: seed; those after it follow.
+        robots: whose logs are imported as they are.
+        each: faults of each kind.
+    """
+    logs = [correct(seed) for seed in range(first, first + robots)]
+    faults: list[dict[str, Any]] = []
+    for name in FAULTS:
+        found: list[dict[str, Any]] = []
+        for seed in count(first):
+            case = planted(seed, name)
+            found += [case] if case is not None else []
+            if len(found) == each:
+                break
+        faults += found
+        print(name, sum(case["named"] for case in found), sum(case["found"] for case in found), flush=True)
+    RESULTS.write_text(json.dumps({"date": str(date.today()), "logs": logs, "faults": faults}, indent=1) + "\n")
+
+
+if __name__ == "__main__":
+    main(**{key: int(value) for key, value in (word.split("=") for word in sys.argv[1:])})

@@ -1,0 +1,59 @@
+"""One robot: its log as it is, and with faults, imported; what was said."""
+
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from benchmarks.import_checks.conventions import Written, written
+from benchmarks.import_checks.faults import FAULTS
+from benchmarks.import_checks.robot import Ride, drawn
+from twbal.core.channels import Channels
+from twbal.core.episode import Provenance
+from twbal.core.errors import LogError
+from twbal.io.importers.checks.doubt import Doubt, Kind
+from twbal.io.importers.conversion import Wanted, import_file
+
+_CHANNELS = ("tilt", "tilt_rate", "speed")
+
+
+def log_of(seed: int) -> tuple[Ride, Written]:
+    """The ride of a seed, in the convention of that seed."""
+    ride = drawn(seed)
+    return ride, written(ride, np.random.default_rng([seed, 1_000_000]))
+
+
+def doubts_of(log: Written, ride: Ride) -> list[Doubt]:
+    """What the import says of a log; an error that refuses it counts as a doubt about time."""
+    sheet = ride.build.sheet
+    wanted = Wanted(Channels(_CHANNELS, sheet.wheel_radius), None, 50, sheet)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "log.csv"
+        log.write(path)
+        try:
+            return list(import_file(path, log.mapping, wanted, Provenance("drawn", "robot")).doubts)
+        except LogError as error:
+            return [Doubt(Kind.TIME, "time", str(error))]
+
+
+def correct(seed: int) -> dict[str, Any]:
+    """What is said of a log that is right."""
+    ride, log = log_of(seed)
+    said = [f"{doubt.kind}: {doubt.sentence}" for doubt in doubts_of(log, ride)]
+    build = ride.build
+    robot = {"height": build.true.com_height, "period": build.true.control_period, "driving": build.driving}
+    return {"seed": seed, **robot, "has": sorted(log.quantities), "said": said}
+
+
+def planted(seed: int, name: str) -> dict[str, Any] | None:
+    """What is said of a log with a fault; None where this log cannot have it."""
+    ride, log = log_of(seed)
+    fault = FAULTS[name]
+    made = fault.plant(log, np.random.default_rng([seed, 2_000_000]))
+    if made is None:
+        return None
+    found = doubts_of(made.log, ride)
+    named = any(doubt.kind in fault.kinds for doubt in found)
+    said = [f"{doubt.kind}: {doubt.sentence}" for doubt in found]
+    return {"seed": seed, "fault": name, "what": made.what, "found": bool(said), "named": named, "said": said}

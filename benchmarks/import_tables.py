@@ -1,0 +1,34 @@
+"""Tables of the checks of imported logs, from their results."""
+
+import textwrap
+from collections.abc import Mapping
+from typing import Any
+
+
+def import_checks(results: Mapping[str, Any]) -> list[str]:
+    """One line for logs that are right, and one a kind of fault."""
+    said = [log for log in results["logs"] if log["said"]]
+    lines = ["| logs | number | warned of | named as what it is |", "|---|---|---|---|"]
+    lines.append(f"| right ones | {len(results['logs'])} | {len(said)} | |")
+    for name in dict.fromkeys(case["fault"] for case in results["faults"]):
+        cases = [case for case in results["faults"] if case["fault"] == name]
+        found, named = (sum(case[key] for case in cases) for key in ("found", "named"))
+        lines.append(f"| {name} | {len(cases)} | {found} | {named} |")
+    return lines
+
+
+def import_misses(results: Mapping[str, Any]) -> list[str]:
+    """One entry a false warning, and one a fault that was missed or taken for another."""
+    entries = [f"robot {log['seed']}, nothing wrong: {_quoted(log)}" for log in results["logs"] if log["said"]]
+    for case in results["faults"]:
+        if not case["named"]:
+            said = f"taken for another: {_quoted(case)}" if case["found"] else "missed"
+            entries.append(f"robot {case['seed']}, {case['what']}: {said}")
+    lines = []
+    for entry in entries:
+        lines += textwrap.wrap(f"- {entry}.", 118, subsequent_indent="  ", break_long_words=False)
+    return lines
+
+
+def _quoted(case: Mapping[str, Any]) -> str:
+    return "; ".join(f'"{said.partition(": ")[2].partition(":")[0]}"' for said in case["said"])

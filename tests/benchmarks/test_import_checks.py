@@ -1,0 +1,50 @@
+"""Import checks on a few robots of MuJoCo: silence on right logs, a sentence for each fault; and the tables."""
+
+import pytest
+
+from benchmarks.import_checks.case import correct, planted
+from benchmarks.import_tables import import_checks, import_misses
+
+RIGHT = (11, 12, 18)
+"""A ride by remote, noise on the command, and pushes, of robots that thresholds were fixed on."""
+
+FAULTS = {
+    "sign": 4,
+    "unit": 11,
+    "shifted row": 11,
+    "swapped wheels": 4,
+    "wrong rate": 12,
+    "duplicate": 2,
+    "wrong column": 11,
+}
+
+
+@pytest.mark.parametrize("seed", RIGHT)
+def test_nothing_is_said_of_a_log_that_is_right(seed):
+    assert correct(seed)["said"] == []
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_a_fault_is_named(fault):
+    case = planted(FAULTS[fault], fault)
+    assert case["named"], case
+
+
+def test_tables_list_what_was_not_named():
+    case = {
+        "seed": 7,
+        "fault": "sign",
+        "what": "sign of tilt",
+        "found": True,
+        "named": False,
+        "said": ["row: tilt is late: why?"],
+    }
+    quiet = {"seed": 1, "said": []}
+    loud = {"seed": 2, "said": ["time: time runs slow: is it?"]}
+    results = {"logs": [quiet, loud], "faults": [case, {**case, "found": False, "said": []}, {**case, "named": True}]}
+    assert import_checks(results)[2:] == ["| right ones | 2 | 1 | |", "| sign | 3 | 2 | 1 |"]
+    assert import_misses(results) == [
+        '- robot 2, nothing wrong: "time runs slow".',
+        '- robot 7, sign of tilt: taken for another: "tilt is late".',
+        "- robot 7, sign of tilt: missed.",
+    ]

@@ -1,0 +1,68 @@
+"""Logs that an earlier call of import-log has imported already, into a folder beside this one or into its own."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from twbal.cli.manifest import MANIFEST, Manifest, read_manifest
+from twbal.core.episode import Episode
+from twbal.core.errors import DataError
+from twbal.io.importers.conversion import duplicated
+from twbal.io.logs import read_episode
+
+_NEWEST = 50  # folders that are looked through
+_MOST = 100  # of their recordings that are read
+
+
+def imported_before(manifest: Manifest, out: Path) -> Iterator[str]:
+    """Sentences on files, or on rows of them, that lie in other folders of imports beside `out`.
+
+    Args:
+        manifest: of the import that was done.
+        out: its run folder.
+    """
+    others = _others(out)
+    known = set()
+    for folder, other in others:
+        before = {record.sha256: record.path for record in other.inputs.get("files", ())}
+        for record in manifest.inputs.get("files", ()):
+            if record.sha256 in before:
+                known.add(Path(record.path).stem)
+                yield (
+                    f"{record.path} has been imported before, into {folder}: give later stages one of the two folders, "
+                    "as recordings that count twice make a diagnosis too certain"
+                )
+    mine = {name: episode for name, episode in _episodes(out, manifest) if not any(name.startswith(k) for k in known)}
+    if mine:
+        yield from _same_rows(mine, others)
+
+
+def _same_rows(mine: dict[str, Episode], others: list[tuple[Path, Manifest]]) -> Iterator[str]:
+    """Recordings that were cut or renamed since: most of their rows are in an earlier one."""
+    theirs = [(f"{folder}/{name}", e) for folder, other in others for name, e in _episodes(folder, other)][:_MOST]
+    for name, episode in mine.items():
+        for other_name, other in theirs:
+            yield from duplicated([other, episode], [other_name, name])
+
+
+def _others(out: Path) -> list[tuple[Path, Manifest]]:
+    """The newest complete imports beside a folder."""
+    files = [path for path in out.resolve().parent.glob(f"*/{MANIFEST}") if path.parent != out.resolve()]
+    found = []
+    for path in sorted(files, key=lambda path: path.stat().st_mtime, reverse=True)[:_NEWEST]:
+        try:
+            manifest = read_manifest(path.parent)
+        except DataError:  # of another version; it has nothing to do with what is imported now
+            continue
+        if manifest is not None and manifest.stage == "import-log" and manifest.complete:
+            found.append((out.parent / path.parent.name, manifest))
+    return found
+
+
+def _episodes(folder: Path, manifest: Manifest) -> Iterator[tuple[str, Episode]]:
+    for made in manifest.outputs:
+        path = folder / made.path
+        if path.suffix == ".mcap" and path.exists():
+            try:
+                yield path.stem, read_episode(path)
+            except DataError:  # damaged since
+                continue

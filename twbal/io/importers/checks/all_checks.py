@@ -1,0 +1,90 @@
+"""All checks of one log, one after another."""
+
+from collections.abc import Iterator, Mapping
+
+from twbal.core.gaussian import Array
+from twbal.io.importers.checks.command_rows import command_row_doubts
+from twbal.io.importers.checks.doubt import Doubt, Evidence, Kind, LogPart
+from twbal.io.importers.checks.mechanics import Mechanics, expected, mechanics
+from twbal.io.importers.checks.motion_doubts import motion_doubts, signs, time_doubts
+from twbal.io.importers.checks.ranges import constant_doubts, one_way_doubts, period_doubts, tilt_doubts
+from twbal.io.importers.checks.rates import LATE, LATE_ROWS, agreements, lateness_doubts, rate_doubts
+from twbal.io.importers.checks.repeated_rows import repeat_doubts
+from twbal.io.importers.checks.wheel_sides import side_doubts
+
+_CLOSE = 0.95  # share of the wheels' acceleration that the tilt must explain for a lag to be told
+_SHORTEST = 2.0  # s of motion, below which mechanics is not asked
+
+
+def doubts(signals: Mapping[str, Array], part: LogPart) -> Iterator[Doubt]:
+    """What a person should look at before anything is fitted to a log.
+
+    Args:
+        signals: of the whole log, as mapped.
+        part: its longest part without a gap.
+    """
+    yield from constant_doubts(signals)
+    yield from period_doubts(part)
+    yield from repeat_doubts(part)
+    tilt = list(tilt_doubts(part))
+    yield from tilt
+    if tilt:
+        return
+    yield from one_way_doubts(part)
+    pairs = agreements(part)
+    seen = [mechanics(part, by_gyro) for by_gyro in (True, False)] if _is_long(part) else [None, None]
+    by_gyro, by_tilt = seen
+    if by_gyro is None or by_tilt is None:
+        yield from rate_doubts(pairs, {})
+        return
+    if "tilt_rate" in part.signals:  # what the wheels confirm of it is no noise
+        pairs = [
+            pair._replace(rate_clarity=max(pair.rate_clarity, by_gyro.motion.explained))
+            if pair.angle == "tilt"
+            else pair
+            for pair in pairs
+        ]
+    differ = any(pair.angle == "tilt" and (pair.has_wrong_sign or pair.is_unrelated) for pair in pairs)
+    blamed = _to_blame(by_gyro, by_tilt) if differ and "tilt_rate" in part.signals else ""
+    found = by_tilt if blamed == "tilt_rate" else by_gyro
+    sides = list(side_doubts(part))
+    yield from sides
+    motion = [] if any(doubt.kind is Kind.SIGN for doubt in sides) else list(motion_doubts(part, found, pairs))
+    time = list(time_doubts(pairs, found, expected(part.robot) if part.robot else None))
+    rates = list(rate_doubts(pairs, {"tilt": blamed}))
+    yield from time
+    yield from (doubt for doubt in rates if not (time and doubt.kind is Kind.UNIT))
+    yield from (doubt for doubt in motion if not (time and doubt.kind in (Kind.TIME, Kind.UNIT)))
+    if not (time or rates or motion or sides):
+        yield from lateness_doubts(part, pairs)
+        yield from _lag_doubts(part, found)
+        yield from command_row_doubts(part)
+
+
+def _is_long(part: LogPart) -> bool:
+    return len(part.commands) * part.period >= _SHORTEST
+
+
+def _to_blame(by_gyro: Mechanics, by_tilt: Mechanics) -> str:
+    """Which of tilt and its rate mechanics contradicts, where the two contradict each other; "" where both may be."""
+    told = signs(by_tilt)[0], signs(by_gyro)[0]
+    return {(1, -1): "tilt_rate", (1, 0): "tilt_rate", (-1, 1): "tilt", (0, 1): "tilt"}.get(told, "")
+
+
+def _lag_doubts(part: LogPart, found: Mechanics) -> Iterator[Doubt]:
+    """A sentence on a tilt that comes late behind the wheels, or before them."""
+    lag, half = found.lag
+    if found.motion.explained > _CLOSE and abs(lag) - half > LATE_ROWS + LATE / part.period:
+        last, first = ("tilt", "the wheels") if lag > 0 else ("the wheels", "tilt")
+        sentence = (
+            f"{last} comes {abs(lag):.2g} rows ({1e3 * abs(lag) * part.period:.2g} ms) after {first}: is one of them "
+            "from another row, or filtered?"
+        ).replace("the wheels comes", "what the wheels do comes")
+        evidence = Evidence(
+            part.period,
+            found.wheel_acceleration,
+            "wheels' acceleration [rad/s²]",
+            found.motion.fitted,
+            "what the tilt demands [rad/s²]",
+        )
+        yield Doubt(Kind.ROW, "tilt" if lag > 0 else "wheel_angle", sentence, evidence)

@@ -1,0 +1,78 @@
+"""What checks look at, and what they find."""
+
+from collections.abc import Mapping
+from enum import StrEnum
+from typing import NamedTuple
+
+from twbal.core.gaussian import Array
+from twbal.core.robot_parameters import RobotParameters
+
+
+class Kind(StrEnum):
+    """What seems to be wrong."""
+
+    SIGN = "sign"
+    UNIT = "unit"
+    COLUMN = "column"
+    TIME = "time"
+    ROW = "row"
+    SIDES = "sides"
+    REPEATED = "repeated"
+    UNINFORMATIVE = "uninformative"
+    LYING = "lying"
+
+
+class Evidence(NamedTuple):
+    """Two curves of which one should follow the other, or one curve alone.
+
+    Attributes:
+        period: between samples [s].
+        found: (n,) what the log says.
+        found_name: with its unit.
+        expected: (n,) what it should be; None where there is nothing to compare with.
+        expected_name: with its unit.
+    """
+
+    period: float
+    found: Array
+    found_name: str
+    expected: Array | None = None
+    expected_name: str = ""
+
+
+class Doubt(NamedTuple):
+    """One thing that a person should look at.
+
+    Attributes:
+        kind: of what seems wrong.
+        quantity: of the mapping, whose source it seems to be; "" where that is not clear.
+        sentence: that says it.
+        evidence: for a picture; None where there is nothing to draw.
+    """
+
+    kind: Kind
+    quantity: str
+    sentence: str
+    evidence: Evidence | None = None
+
+
+class LogPart(NamedTuple):
+    """The longest part of a log without a gap, as mapped: n samples, evenly spaced, in SI units.
+
+    Attributes:
+        period: between samples [s].
+        signals: measured quantities by name, (n,); `wheel_angle` also where it was a distance or a pose.
+        commands: (n - 1,) torque between samples [N·m].
+        sides: left and right by quantity, (n,) each, where the mapping names two columns.
+        is_sampled: whether the commands were worked out of samples of a faster loop.
+        comes_before: whether the mapping takes a row's command for one that acted before the row's sample.
+        robot: data sheet; None where sizes are not to be compared with one.
+    """
+
+    period: float
+    signals: Mapping[str, Array]
+    commands: Array
+    sides: Mapping[str, tuple[Array, Array]]
+    is_sampled: bool
+    comes_before: bool
+    robot: RobotParameters | None

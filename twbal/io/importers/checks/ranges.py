@@ -1,0 +1,66 @@
+"""Values that no balancing robot has: channels that stand still, tilts of turns, drives that push one way only."""
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+
+from twbal.core.gaussian import Array
+from twbal.io.importers.checks.doubt import Doubt, Evidence, Kind, LogPart
+
+_LYING = 0.9  # rad; a robot that tilts more does not balance
+_STILL = 0.15  # rad by which the tilt of a robot that lies changes at most
+_WHOLE_TURN = 6.3  # rad; no tilt is more
+_PERIODS = (0.0005, 0.3)  # s; of what balances
+_ONE_WAY = 0.995  # share of the commands of one sign from which a drive has none
+_SPREAD = 1.5  # standard deviations that the mean of such commands is from zero at least
+
+
+def constant_doubts(signals: Mapping[str, Array]) -> Iterator[Doubt]:
+    """Sentences on channels that never change."""
+    for name, values in signals.items():
+        if name != "time" and np.ptp(values) == 0.0:
+            sentence = f"{name} is {values[0]:g} throughout: its sensor was off, or it is another column"
+            yield Doubt(Kind.COLUMN, name, sentence)
+
+
+def period_doubts(part: LogPart) -> Iterator[Doubt]:
+    """A sentence on a time between samples at which nothing can balance."""
+    if not _PERIODS[0] <= part.period <= _PERIODS[1]:
+        sentence = (
+            f"a sample every {part.period:.3g} s is none of a balancing robot ({_PERIODS[0]:g} to {_PERIODS[1]:g} s): "
+            "is the unit of time wrong?"
+        )
+        yield Doubt(Kind.TIME, "time", sentence)
+
+
+def tilt_doubts(part: LogPart) -> Iterator[Doubt]:
+    """A sentence on a robot that lies, or on a tilt that no robot has."""
+    tilt = part.signals["tilt"]
+    middle, spread = float(np.median(tilt)), float(np.ptp(np.quantile(tilt, [0.01, 0.99])))
+    evidence = Evidence(part.period, tilt, "tilt [rad]")
+    if np.median(np.abs(tilt)) <= _LYING and np.abs(tilt).max() <= _WHOLE_TURN:
+        return
+    if spread > _STILL * max(abs(middle), 1.0) or np.abs(tilt).max() > _WHOLE_TURN:
+        sentence = (
+            f"the tilt goes from {tilt.min():.3g} to {tilt.max():.3g} rad, which no robot that balances does: is it in "
+            "degrees, or another column?"
+        )
+        yield Doubt(Kind.UNIT, "tilt", sentence, evidence)
+    else:
+        sentence = (
+            f"the robot lies: its tilt is {np.degrees(middle):.0f}° (0 is upright). Is that so, or is tilt counted "
+            "from elsewhere (mend `offset`)?"
+        )
+        yield Doubt(Kind.LYING, "tilt", sentence, evidence)
+
+
+def one_way_doubts(part: LogPart) -> Iterator[Doubt]:
+    """A sentence on commands of one sign: who balances must drive both ways."""
+    commands = part.commands
+    spread = float(np.std(commands))
+    one_way = max(float(np.mean(commands >= 0.0)), float(np.mean(commands <= 0.0)))
+    if spread and one_way > _ONE_WAY and abs(float(commands.mean())) > _SPREAD * spread:
+        sentence = (
+            "the command never changes its sign: is it a battery's voltage, or a duty cycle without its direction?"
+        )
+        yield Doubt(Kind.COLUMN, "command", sentence, Evidence(part.period, commands, "command [N·m]"))

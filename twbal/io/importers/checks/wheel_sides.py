@@ -1,0 +1,125 @@
+"""Left and right wheel: whether they are what the mapping says, by turning and by what each motor drives."""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from twbal.core.gaussian import Array
+from twbal.io.importers.checks.block_regression import Regression, regression
+from twbal.io.importers.checks.doubt import Doubt, Evidence, Kind, LogPart
+from twbal.io.importers.checks.mechanics import mechanics
+from twbal.io.importers.checks.rates import changes, turned
+from twbal.io.importers.checks.smoothing import lengths, smoothed
+
+_SPAN = 0.3  # s over which turns are taken
+_TURNS = 0.5  # correlation of wheels and yaw from which its sign counts
+_CREEP = 0.3  # rad/s below which dry friction has not its full size
+_MORE = 0.2  # of the wheels' acceleration by which their difference must tell more than their mean
+
+
+def side_doubts(part: LogPart) -> Iterator[Doubt]:
+    """Sentences on wheels that are mixed up."""
+    sides = next((part.sides[name] for name in ("wheel_angle", "distance", "wheel_rate") if name in part.sides), None)
+    if sides is None:
+        return
+    is_angle = "wheel_angle" in part.sides or "distance" in part.sides
+    against = list(_against_each_other(part, sides)) if is_angle else []
+    yield from against
+    if not against:
+        apart = sides[1] - sides[0]
+        yield from _against_yaw(part, apart, is_angle)
+        yield from _against_motors(part, sides, is_angle)
+
+
+def _against_each_other(part: LogPart, sides: tuple[Array, Array]) -> Iterator[Doubt]:
+    """Whether the body answers the wheels' difference where it should answer their mean: one counts backward."""
+    together, apart = (
+        mechanics(part, wheels=0.5 * (sides[0] + sides[1])),
+        mechanics(part, wheels=0.5 * (sides[1] - sides[0])),
+    )
+    if apart is None:
+        return
+    of_mean = together.motion.explained if together is not None else 0.0
+    answered = abs(apart.motion.coefficients[1]) > apart.motion.half_widths[1]
+    if answered and apart.motion.explained > of_mean + _MORE:
+        sentence = (
+            "left and right wheel count against each other: the body answers their difference and not their mean; "
+            "give one of them a sign of its own (scale: [1, -1])"
+        )
+        told = apart.motion.fitted
+        evidence = Evidence(
+            part.period,
+            apart.wheel_acceleration,
+            "difference of the wheels' accelerations [rad/s²]",
+            told,
+            "what the tilt demands [rad/s²]",
+        )
+        yield Doubt(Kind.SIGN, "wheel_angle", sentence, evidence)
+
+
+def _against_yaw(part: LogPart, apart: Array, is_angle: bool) -> Iterator[Doubt]:
+    """Whether the robot turns left while the right wheel runs ahead, as it must."""
+    span = max(1, round(_SPAN / part.period))
+    if "yaw_rate" in part.signals:
+        turns, name = turned(part.signals["yaw_rate"], span, part.period), "yaw_rate"
+    elif "heading" in part.signals:
+        turns, name = changes(np.unwrap(part.signals["heading"]), span), "heading"
+    else:
+        return
+    wheels = changes(apart, span) if is_angle else turned(apart, span, part.period)
+    if np.ptp(turns) == 0.0 or np.ptp(wheels) == 0.0:
+        return
+    fit = regression(turns, [wheels], part.period)
+    if fit.coefficients[0] + fit.half_widths[0] < 0.0 and fit.explained > _TURNS**2:
+        sentence = (
+            f"the robot turns right by its {name} while its right wheel runs ahead: are the wheels swapped (the left "
+            f"one comes first), or has {name} the wrong sign?"
+        )
+        evidence = Evidence(
+            part.period, turns, f"turn by {name} [rad]", -fit.fitted, "turn by the wheels, scaled to it [rad]"
+        )
+        yield Doubt(Kind.SIDES, "wheel_angle", sentence, evidence)
+
+
+def _against_motors(part: LogPart, sides: tuple[Array, Array], is_angle: bool) -> Iterator[Doubt]:
+    """Whether the right wheel speeds up where the right motor drives more."""
+    motors = next((part.sides[name] for name in ("command", "voltage") if name in part.sides), None)
+    if motors is None:
+        return
+    more = motors[1] - motors[0]
+    if part.comes_before:
+        more = np.append(more[1:], more[-1:])
+    if np.ptp(more) == 0.0 or np.ptp(sides[1] - sides[0]) == 0.0:
+        return
+    first = 1 if is_angle else 0
+    fit, rolling, drive = max(
+        (_driven(more, sides, first, part.period, length) for length in lengths(len(more), part.period)),
+        key=lambda each: abs(float(each[0].coefficients[0] / each[0].half_widths[0])),
+    )
+    if fit.coefficients[0] + fit.half_widths[0] < 0.0 and fit.explained > _TURNS**2:
+        sentence = (
+            "the right wheel slows down where the right motor drives more than the left one: are the wheels swapped, "
+            "or the motors (the left one comes first)?"
+        )
+        evidence = Evidence(
+            part.period,
+            rolling,
+            "right less left wheel's acceleration [rad/s²]",
+            drive * float(np.std(rolling) / np.std(drive)),
+            "right less left motor, scaled to it [rad/s²]",
+        )
+        yield Doubt(Kind.SIDES, "wheel_angle", sentence, evidence)
+
+
+def _driven(
+    more: Array, sides: tuple[Array, Array], first: int, dt: float, length: float
+) -> tuple[Regression, Array, Array]:
+    """How the wheels' difference speeds up with that of the motors, through one kernel; and the two of them.
+
+    Dry friction is taken off at each wheel: it does not oppose a turn while both roll forward.
+    """
+    drive, steeper = (smoothed(more, dt, length, order, 0.5 * dt) for order in (0, 1))
+    left, right = (smoothed(values, dt, length, first) for values in sides)
+    rolling = smoothed(sides[1] - sides[0], dt, length, first + 1)
+    rubbed = np.tanh(right / _CREEP) - np.tanh(left / _CREEP)
+    return regression(rolling, [drive, steeper, right - left, rubbed], dt), rolling, drive
