@@ -21,6 +21,7 @@ HOUSE = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(HOUSE))  # `benchmarks` is not installed
 
 from benchmarks.diagnosis_tables import figures, mending, missed  # noqa: E402
+from benchmarks.driving.tables import driving, misses  # noqa: E402
 from benchmarks.hidden_robots.prediction import prediction_table, reliability_table  # noqa: E402
 from benchmarks.hidden_robots.tables import beside, paper, reachable, reproduced, robots, summary  # noqa: E402
 from benchmarks.import_tables import import_checks, import_misses  # noqa: E402
@@ -93,6 +94,8 @@ PARTS: Mapping[str, Callable[..., list[str]]] = {
     "paper": paper,
     "reachable": reachable,
     "reproduced": reproduced,
+    "driving": driving,
+    "misses": misses,
     "figures": figures,
     "missed": missed,
     "mending": mending,

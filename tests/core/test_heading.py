@@ -133,6 +133,13 @@ def test_dry_friction_costs_no_lasting_error() -> None:
     assert np.degrees(rows[-1, 1]) == pytest.approx(90.0, abs=1.0)
 
 
+@pytest.mark.parametrize("degrees", [90.0, -180.0])
+def test_what_was_integrated_against_friction_does_not_drive_the_robot_on_when_the_turn_is_over(degrees: float) -> None:
+    rows, _ = spun(paper(), degrees, friction=1.5)
+    beyond = np.degrees(math.copysign(1.0, degrees) * rows[:, 1]).max() - abs(degrees)
+    assert beyond < 0.2
+
+
 def test_the_difference_keeps_within_its_share_and_within_what_balancing_leaves() -> None:
     robot = paper()
     for command, most in ((0.0, TURNING_SHARE * 20.0), (-18.0, 2.0), (25.0, 0.0)):

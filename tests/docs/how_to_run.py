@@ -213,6 +213,7 @@ TABLE: Mapping[str, How] = {
         ("tests/benchmarks/test_prediction.py", "main("), "reads results"
     ),
     "twbal iterate seed=<robot> link.seed=<robot> updates=6": Stage({"<robot>": "6012"}, slow=True),
+    "python -m benchmarks.driving": Benchmark(),
     "python -m benchmarks.hidden_effects all": Benchmark(),
     "real-rollout experiment=excite": Stage(),
     "python -m benchmarks.hidden_effects again": Benchmark(),
