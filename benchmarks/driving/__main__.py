@@ -58,8 +58,10 @@ def main(words: Sequence[str]) -> None:
     settings = {**DEFAULTS, **dict(word.partition("=")[::2] for word in words)}
     families = (settings["family"],) if settings["family"] else tuple(FAMILIES)
     if set(settings) != set(DEFAULTS) or not set(families) <= set(FAMILIES) or not settings["robots"].isdecimal():
+        unknown = sorted(set(settings) - set(DEFAULTS))
+        wrong = f"unknown settings: {', '.join(unknown)}. " if unknown else ""
         raise SystemExit(
-            f"Settings are family (one of {', '.join(FAMILIES)}), robots (a number) and policies (a folder); "
+            f"{wrong}Settings are family (one of {', '.join(FAMILIES)}), robots (a number) and policies (a folder); "
             f"found {shlex.join(words)}."
         )
     policies, robots = Path(settings["policies"]), int(settings["robots"])

@@ -5,7 +5,9 @@ The result is `benchmarks/results/import_checks.json`; `python scripts/readme.py
 """
 
 import json
+import shlex
 import sys
+from collections.abc import Sequence
 from datetime import date
 from itertools import count
 from pathlib import Path
@@ -17,14 +19,18 @@ from benchmarks.import_checks.faults import FAULTS
 RESULTS = Path("benchmarks/results/import_checks.json")
 
 
-def main(first: int = 1000, robots: int = 30, each: int = 10) -> None:
-    """Run all and write the result.
+DEFAULTS = {"first": 1000, "robots": 30, "each": 10}
+"""First seed, robots whose logs are imported as they are, and faults of each kind."""
 
-    Args:
-        first: seed; those after it follow.
-        robots: whose logs are imported as they are.
-        each: faults of each kind.
-    """
+
+def main(words: Sequence[str]) -> None:
+    """Run all with settings of the form key=value, and write the result."""
+    given = dict(word.partition("=")[::2] for word in words)
+    unknown = sorted(set(given) - set(DEFAULTS))
+    if unknown or not all(value.isdecimal() for value in given.values()):
+        wrong = f"unknown settings: {', '.join(unknown)}. " if unknown else ""
+        raise SystemExit(f"{wrong}Settings are {', '.join(DEFAULTS)}, whole numbers; found {shlex.join(words)}.")
+    first, robots, each = (int(given.get(name, value)) for name, value in DEFAULTS.items())
     logs = [correct(seed) for seed in range(first, first + robots)]
     faults: list[dict[str, Any]] = []
     for name in FAULTS:
@@ -40,4 +46,4 @@ def main(first: int = 1000, robots: int = 30, each: int = 10) -> None:
 
 
 if __name__ == "__main__":
-    main(**{key: int(value) for key, value in (word.split("=") for word in sys.argv[1:])})
+    main(sys.argv[1:])

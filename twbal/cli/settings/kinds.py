@@ -235,6 +235,9 @@ class Part(Kind):
         return isinstance(value, Mapping)
 
 
+_LARGEST_ANSWER = 1e6  # of a robot, in any unit
+
+
 @dataclass(frozen=True)
 class Answer(Kind):
     """An answer to `twbal new-robot`, or null. What it says is looked at there, question by question."""
@@ -246,7 +249,7 @@ class Answer(Kind):
     def takes(self, value: Any) -> bool:
         """Numbers and texts."""
         is_text = isinstance(value, str) and 0 < len(value) <= LONGEST_TEXT
-        return value is None or is_text or (isinstance(value, int | float) and not isinstance(value, bool))
+        return value is None or is_text or Number(-_LARGEST_ANSWER, _LARGEST_ANSWER).takes(value)
 
 
 PATH = Text("path")

@@ -89,7 +89,7 @@ ROBUST = (
     Setting("robust.change_scales", _SHARES, "factors on the width of changes of the command"),
     Setting("robust.command_widths", _SHARES, "command widths of the regulators, per torque limit"),
     Setting("robust.compensations", ListOf(Number(0.0, 2.0), 1, 100), "shares of friction compensation"),
-    Setting("robust.compensation_tilt", Number(0.0, 0.5), "tilt over which the command jumps, in rad"),
+    Setting("robust.compensation_tilt", Number(0.0, 0.5, "rad"), "tilt over which the command jumps"),
     Setting("robust.improved", Whole(0, 1000), "regulators that are improved by direct search"),
     Setting("robust.evaluations", Whole(1, 100_000), "evaluations of each direct search, at most"),
     Setting("robust.improving", Whole(1, 100_000), "robots on which they are improved"),
