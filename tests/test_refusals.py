@@ -88,6 +88,7 @@ DRAWS_NOTHING = {  # a setting of stages without a seed
     "export": "format",
     "repair": "logs",
     "lqr": "episodes",
+    "new-robot": "folder",
     "doctor": "timing",
     "check-link": "exchanges",
 }

@@ -46,7 +46,8 @@ def _same_rows(mine: dict[str, Episode], others: list[tuple[Path, Manifest]]) ->
 
 def _others(out: Path) -> list[tuple[Path, Manifest]]:
     """The newest complete imports beside a folder."""
-    files = [path for path in out.resolve().parent.glob(f"*/{MANIFEST}") if path.parent != out.resolve()]
+    beside = out.resolve().parent.glob(f"*/{MANIFEST}")
+    files = [path for path in beside if path.parent.resolve() != out.resolve()]
     found = []
     for path in sorted(files, key=lambda path: path.stat().st_mtime, reverse=True)[:_NEWEST]:
         try:

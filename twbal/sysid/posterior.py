@@ -213,7 +213,7 @@ def _covariance(data: Data, fit: Fit, prior: RobotDistribution) -> Array:
     J = slopes_of(data, fit)
     found: Array = np.linalg.inv(J.T @ J + np.linalg.inv(prior.covariance))
     late = prior.fields.index(_DELAY)
-    found[late, late] += (_DELAY_SD * data.period) ** 2
+    found[late, late] = min(found[late, late] + (_DELAY_SD * data.period) ** 2, prior.covariance[late, late])
     balance = prior.fields.index(_BALANCE)
     found[balance, balance] += _BALANCE_SD**2
     return 0.5 * (found + found.T)
