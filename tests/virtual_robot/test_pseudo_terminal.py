@@ -1,4 +1,5 @@
 import os
+import select
 from contextlib import closing
 
 import pytest
@@ -52,3 +53,12 @@ def test_writing_never_blocks(line):
         line.write(b"x" * 1000)
     os.close(end)
     line.write(b"nobody hears this")
+
+
+def test_a_port_that_was_readable_by_a_hang_up_and_is_open_again_is_silent(line, monkeypatch):
+    os.close(host(line))
+    assert select.select([line._robot_end], [], [], 1.0)[0]  # by the hang-up
+    end = host(line)  # the next host opens it between looking and reading
+    monkeypatch.setattr(select, "select", lambda *ends: (ends[0], [], []))
+    assert line.read(0.1) == b""
+    os.close(end)

@@ -30,6 +30,8 @@ class PseudoTerminal:
             if not select.select([self._robot_end], [], [], timeout)[0]:
                 return b""
             return os.read(self._robot_end, 4096)
+        except BlockingIOError:  # a host hung up, by which the port could be read, and the next one opened it
+            return b""
         except OSError as error:
             if error.errno != errno.EIO:
                 raise
