@@ -54,7 +54,7 @@ def compile_robots() -> None:
         change_scales=(1.0,),
         command_widths=(1.0,),
         compensations=(0.1,),
-        compensation_tilt=0.02,
+        compensation_tilt=0.015,
         improved=1,
         evaluations=2,
         improving=1,
