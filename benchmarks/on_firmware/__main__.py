@@ -6,6 +6,9 @@ Each robot is learned three times by `twbal iterate`: as twbal's own virtual rob
 robot's physics behind its board layer (`link=firmware`), and the same with each policy built into it before its trials
 (`link.on_board=true`). The clock is lockstep. `default` is the robot of `twbal iterate`; the others are hidden robots.
 
+Artefacts (models, policies, logs) are compared with those over the virtual robot by their sha256, policies apart: a
+policy on board drives in single precision, to other bits of its logs.
+
 Runs lie in outputs/bench/on_firmware/<robot>/<way>; one that is done is not done again. Raw results go to
 benchmarks/results/on_firmware.json after each run. Needs g++ and make.
 """
@@ -87,7 +90,7 @@ def learned(robot: Hidden, way: str, folder: Path, updates: int) -> dict[str, An
             {**{name: each[name] for name in _KEPT}, "farthest": _farthest(each["trials"])} for each in iterations
         ],
         "on_board": [header.parent.parent.relative_to(folder / "run").as_posix() for header in headers],
-        "artefacts": _artefacts(folder / "run"),
+        "same": _same(folder / "run", folder.parent / VIRTUAL / "run"),
     }
 
 
@@ -96,10 +99,17 @@ def _farthest(trials: Sequence[Mapping[str, Any]]) -> float | None:
     return max((trial["farthest"] for trial in trials if trial["default"]["succeeded"]), default=None)
 
 
-def _artefacts(run: Path) -> dict[str, str]:
-    """sha256 of what a run made, by path; the first characters do."""
+def _same(run: Path, virtual: Path) -> dict[str, list[int]]:
+    """How many artefacts of a run are those over the virtual robot, and of how many: all, and policies alone."""
+    mine, others = _hashes(run), _hashes(virtual)
+    kinds = {"artefacts": list(mine), "policies": [path for path in mine if path.endswith("policy.pt")]}
+    return {kind: [sum(mine[path] == others.get(path) for path in paths), len(paths)] for kind, paths in kinds.items()}
+
+
+def _hashes(run: Path) -> dict[str, str]:
+    """sha256 by path within the run folder."""
     lines = (run / "artefacts.sha256").read_text().splitlines()
-    return {path: sha256[:12] for sha256, path in (line.split("  ", 1) for line in lines)}
+    return {path: sha256 for sha256, path in (line.split("  ", 1) for line in lines)}
 
 
 def main(given: Sequence[str]) -> None:
