@@ -6,8 +6,9 @@ Each robot is learned three times by `twbal iterate`: as twbal's own virtual rob
 robot's physics behind its board layer (`link=firmware`), and the same with each policy built into it before its trials
 (`link.on_board=true`). The clock is lockstep. `default` is the robot of `twbal iterate`; the others are hidden robots.
 
-Artefacts (models, policies, logs) are compared with those over the virtual robot by their sha256, policies apart: a
-policy on board drives in single precision, to other bits of its logs.
+What comes before the first trial (f and policy 0, from simulation alone) is learned once and copied, as it has nothing
+to do with the robot; from there on all is done anew. Artefacts (models, policies, logs) are compared with those over the
+virtual robot by their sha256, policies apart: a policy on board drives in single precision, to other bits of its logs.
 
 Runs lie in outputs/bench/on_firmware/<robot>/<way>; one that is done is not done again. Raw results go to
 benchmarks/results/on_firmware.json after each run. Needs g++ and make.
@@ -15,6 +16,7 @@ benchmarks/results/on_firmware.json after each run. Needs g++ and make.
 
 import json
 import shlex
+import shutil
 import subprocess
 import sys
 from collections.abc import Mapping, Sequence
@@ -78,9 +80,10 @@ def words(robot: Hidden, way: str, build: Path) -> list[str]:
 
 def learned(robot: Hidden, way: str, folder: Path, updates: int) -> dict[str, Any]:
     """What `twbal iterate` comes to in `folder`."""
-    build = (folder / "firmware").absolute()
+    build, before = (folder / "firmware").absolute(), folder.parent / VIRTUAL / "run" / "simulation"
     if way != VIRTUAL and not (folder / "run" / "summary.json").exists():
         subprocess.run(["make", "-s", "-C", "firmware", f"BUILD={build}"], check=True)
+        shutil.copytree(before, folder / "run" / "simulation", dirs_exist_ok=True)
     summary = iterate(folder / "run", [*words(robot, way, build), f"updates={updates}"])
     rules = Workshop(FAMILIES[robot.family]).rules
     iterations = iteration_records(folder / "run", summary, rules)
