@@ -6,8 +6,8 @@ Each robot is learned three times by `twbal iterate`: as twbal's own virtual rob
 robot's physics behind its board layer (`link=firmware`), and the same with each policy built into it before its trials
 (`link.on_board=true`). The clock is lockstep. `default` is the robot of `twbal iterate`; the others are hidden robots.
 
-What comes before the first trial (f and policy 0, from simulation alone) is learned once and copied, as it has nothing
-to do with the robot; from there on all is done anew. Artefacts (models, policies, logs) are compared with those over the
+What comes before the first trial (f and policy 0, from simulation alone) is learned once and copied, as no robot is
+driven for it; from there on all is done anew. Artefacts (models, policies, logs) are compared with those over the
 virtual robot by their sha256, policies apart: a policy on board drives in single precision, to other bits of its logs.
 
 Runs lie in outputs/bench/on_firmware/<robot>/<way>; one that is done is not done again. Raw results go to

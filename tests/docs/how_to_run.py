@@ -275,7 +275,7 @@ TABLE: Mapping[str, How] = {
     ),
     (
         "twbal real-rollout policy.path=<policy.pt> link=serial link.port=/dev/ttyUSB0 link.on_board=true "
-        "'link.deploy=PLATFORMIO_BUILD_FLAGS=\"-DTWBAL_WITH_POLICY -I$POLICY_FOLDER\" "
+        '\'link.deploy=PLATFORMIO_BUILD_FLAGS="-DTWBAL_WITH_POLICY -I$POLICY_FOLDER" '
         "pio run -d firmware -e esp32 -t upload'"
     ): Elsewhere(("tests/cli/test_policy_on_board.py", "put_on_board(wanted, opens(flash, FLASH)"), "PlatformIO's"),
     "python -m benchmarks.on_firmware": Benchmark(),
