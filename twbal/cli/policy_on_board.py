@@ -56,7 +56,7 @@ def prepared_link(
 ) -> DictConfig:
     """The link by which a policy drives, from here or on board; there it is, then.
 
-    A policy with noise on its command, which no board has, drives from here.
+    A policy with noise or a test signal on its command, which no board has, drives from here.
 
     Args:
         cfg: of a stage that drives by a policy.
@@ -75,7 +75,7 @@ def prepared_link(
     if not cfg.link.get("on_board", False):
         return from_here
     if not isinstance(policy, SavedPolicy):
-        say("commands come from here: the noise of exploration is not on board")
+        say("commands come from here: noise of exploration and test signals are not on board")
         return from_here
     wanted = board_policy(cfg, robot, channels, policy, folder)
     put_on_board(wanted, partial(robot_link, from_here, launch), robot)
