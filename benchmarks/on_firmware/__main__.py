@@ -118,8 +118,8 @@ def _hashes(run: Path) -> dict[str, str]:
 def main(given: Sequence[str]) -> None:
     """Run with settings of the form key=value."""
     settings = {**DEFAULTS, **dict(word.split("=", 1) for word in given)}
-    if set(settings) != set(DEFAULTS):
-        raise SystemExit(f"Settings are {', '.join(DEFAULTS)}; found {shlex.join(given)}.")
+    if unknown := sorted(set(settings) - set(DEFAULTS)):
+        raise SystemExit(f"unknown settings: {', '.join(unknown)}. Settings are {', '.join(DEFAULTS)}.")
     found: dict[str, Any] = json.loads(TARGET.read_text()) if TARGET.exists() else {}
     for name in settings["robots"].split(","):
         for way in WAYS:
