@@ -4,9 +4,9 @@
 #
 #   perl pendulum.pl [clock=lockstep] [seed=0]      clock: lockstep or real_time
 #
-# It opens a pseudo-terminal, prints "port /dev/pts/N", and answers there in version 2 until it is killed. The robot is
-# an inverted pendulum on wheels that turns on the spot, with the values of the data sheet `paper`. It takes torques or
-# voltages, has a linear policy on board, and measures no battery. Needs Linux and core modules of Perl only.
+# It opens a pseudo-terminal, prints "port /dev/pts/N", answers there in version 2, and ends with what started it. The
+# robot is an inverted pendulum on wheels that turns on the spot, with the values of the data sheet `paper`. It takes
+# torques or voltages, has a linear policy on board, and measures no battery. Needs Linux and core modules of Perl only.
 use strict;
 use warnings;
 use Digest::SHA qw(sha256);
@@ -29,10 +29,10 @@ use constant {
 my $NAN = 'nan' + 0;
 my %option = (clock => 'lockstep', seed => 0);
 for (@ARGV) {
-    my ($key, $value) = /^(clock|seed)=(\w+)$/ or die "found '$_', expected clock=lockstep|real_time or seed=<number>\n";
-    $option{$key} = $value;
+    /^(?:(clock)=(lockstep|real_time)|(seed)=(\d+))$/
+        or die "found '$_', expected clock=lockstep, clock=real_time or seed=<number>\n";
+    $option{$1 // $3} = $2 // $4;
 }
-$option{clock} =~ /^(lockstep|real_time)$/ or die "found clock=$option{clock}, expected lockstep or real_time\n";
 my $LOCKSTEP = $option{clock} eq 'lockstep';
 
 # ---- Frames: 00, COBS(payload, CRC), 00 ------------------------------------------------------------------------------
@@ -110,7 +110,8 @@ sub move {    # by the torques' sum and difference, for a time in seconds
     my $determinant = $BODY{mass} * $BODY{inertia} - $coupling**2;
     $at{speed} += ($BODY{inertia} * $along - $coupling * $about) / $determinant * $time;
     $at{tilt_rate} += ($BODY{mass} * $about - $coupling * $along) / $determinant * $time;
-    $at{yaw_rate} += ($difference * $BODY{track} / 2 / $BODY{radius} - 0.2 * $at{yaw_rate}) / $BODY{yaw_inertia} * $time;
+    my $turning = $difference * $BODY{track} / 2 / $BODY{radius} - 0.2 * $at{yaw_rate};
+    $at{yaw_rate} += $turning / $BODY{yaw_inertia} * $time;
     $at{$_->[0]} += $at{$_->[1]} * $time for ['position', 'speed'], ['tilt', 'tilt_rate'], ['heading', 'yaw_rate'];
     $at{x} += $at{speed} * cos($at{heading}) * $time;
     $at{y} += $at{speed} * sin($at{heading}) * $time;
@@ -122,7 +123,7 @@ sub move {    # by the torques' sum and difference, for a time in seconds
 
 my $dropped = 0;                               # frames since power-on
 my $state = 'strange';                         # strange, off, armed, tripped
-my $number;                                    # of the last message that was accepted; undef: none since power-on
+my $number = 0;                                # of the last message that was accepted
 my $answer = '';                               # to it, as frames
 my $refused = 0;                               # whether the answer is a Fault
 my $output = '';                               # bytes to be sent
@@ -134,7 +135,9 @@ sub now_us { return $LOCKSTEP ? $run{time} : int(1e6 * (clock_gettime(CLOCK_MONO
 
 sub send_answer { ($answer, $refused) = ($_[0], 0); $output .= $answer }
 
-sub fault { send_answer(frame(pack('Cv', FAULT, $number) . $_[0])); $refused = 1 }
+sub refusal { return frame(pack('Cv', FAULT, $_[0]) . $_[1]) }
+
+sub fault { send_answer(refusal($number, $_[0])); $refused = 1 }
 
 sub welcome {
     my $policy = unpack 'V', sha256("@GAINS");
@@ -153,7 +156,8 @@ sub telemetry {
     my $wheel_rate = $at{speed} / $BODY{radius} - $at{tilt_rate};
     my $apart = $BODY{track} / $BODY{radius};
     my $pose = pack 'Cvvf<4', POSE_REPORT, $number, $run{period} % 2**16, @at{qw(x y heading tilt)};
-    my $sensed = pack 'CvvVCf<12Vvv', TELEMETRY, $number, $run{period} % 2**16, (moves() ? $run{time} : now_us()) % 2**32, $status,
+    my $clock = moves() ? $run{time} : now_us();
+    my $sensed = pack 'CvvVCf<12Vvv', TELEMETRY, $number, $run{period} % 2**16, $clock % 2**32, $status,
         $at{tilt} + 1e-4 * gaussian(), $at{tilt_rate} + 1e-3 * gaussian(), $run{acceleration} // 0,
         $at{position} / $BODY{radius} - $at{tilt}, $wheel_rate, $at{heading} * $apart, $at{yaw_rate} * $apart,
         $at{yaw_rate} + 1e-3 * gaussian(), $at{heading}, $NAN, $run{applied} // 0, $run{applied_difference} // 0,
@@ -218,7 +222,7 @@ sub end_period {
     $run{applied} = $run{sum_time} / PERIOD_US;
     $run{applied_difference} = $run{difference_time} / PERIOD_US;
     $run{period}++;
-    $run{late}++ if !$run{fresh};
+    $run{late}++ if !$run{fresh} && !$LOCKSTEP;
     if ($LOCKSTEP) { send_answer(telemetry()) } else { $output .= telemetry() }
     begin_period();
 }
@@ -267,9 +271,11 @@ sub take {    # a Command or Follow
     my @finite = @values;
     splice @finite, 2, 1 if $type == FOLLOW && $values[2] != $values[2];    # a heading may be NaN
     return fault('found a number that is not finite') if grep { $_ - $_ != 0 } @finite;
-    @run{qw(taken fresh silent)} = (now_us(), 1, 0);
-    if ($state eq 'armed' && $type == COMMAND) { limit(@values) }
-    $run{reference} = \@values if $type == FOLLOW;
+    if ($state eq 'armed') {
+        @run{qw(taken fresh silent)} = (now_us(), 1, 0);
+        limit(@values) if $type == COMMAND;
+        $run{reference} = \@values if $type == FOLLOW;
+    }
     return if !$LOCKSTEP;
     decide();
     end_period();
@@ -278,7 +284,6 @@ sub take {    # a Command or Follow
 sub obey {    # a new message
     my ($type, $rest) = @_;
     return fault('a message of a robot') if $type >= 0x80;
-    return fault('no handshake: expected Hello of version ' . VERSION) if $state eq 'strange';
     return arm(unpack 'VC', $rest) if $type == ARM;
     return take($type, unpack 'f<*', $rest) if $type != STOP;
     switch_off('off');
@@ -294,7 +299,8 @@ sub receive {    # what was between two zeros
         switch_off(unpack('v', $rest) == VERSION ? 'off' : 'strange');
         return welcome();
     }
-    my $ahead = defined $number ? ($received - $number) % 2**16 : 1;
+    return $output .= refusal($received, 'no handshake: expected Hello of version ' . VERSION) if $state eq 'strange';
+    my $ahead = ($received - $number) % 2**16;
     return $dropped++ if $ahead > 32767;
     if (!$ahead) { $output .= $answer if $LOCKSTEP || $refused || !moves(); return }
     $number = $received;
@@ -330,14 +336,15 @@ my ($port, $path) = open_terminal();
 $| = 1;
 print "port $path\n";
 my $input = '';    # bytes of a frame that is not complete
-while (1) {
+my $parent = getppid;
+while (getppid == $parent) {    # it ends with what started it
     vec(my $readable = '', fileno $port, 1) = 1;
     select $readable, undef, undef, wait_us() / 1e6;
     my $length = sysread $port, my $bytes, 4096;
     pass_time(now_us()) if !$LOCKSTEP;
     if (!defined $length && $! != EAGAIN && $! != EINTR) {    # no host has the port open
         switch_off('strange');
-        ($input, $output, $number) = ('', '', undef);
+        ($input, $output) = ('', '');
         select undef, undef, undef, 0.01;
         next;
     }
