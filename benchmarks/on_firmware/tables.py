@@ -12,7 +12,7 @@ _COLUMNS = {
 
 def on_firmware(results: Mapping[str, Any]) -> list[str]:
     """One line a robot: updates in each way, successes by update, and what is the same as over the virtual robot."""
-    names = ["robot", *_COLUMNS.values(), "same artefacts, host", "same policies, on board", "sets of rollouts on board"]
+    names = ["robot", *_COLUMNS.values(), "same artefacts (host)", "same policies (board)", "sets of rollouts on board"]
     lines = [f"| {' | '.join(names)} |", "|---" * len(names) + "|"]
     for robot, ways in results.items():
         cells = [_updates(ways[way]["iterations"]) if way in ways else "not run" for way in _COLUMNS]
