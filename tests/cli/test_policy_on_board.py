@@ -2,17 +2,21 @@
 
 import os
 import re
+from contextlib import closing
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
+from hydra import compose
 from omegaconf import OmegaConf
 
+from twbal.cli.composition import composing
 from twbal.cli.link_gate import announced_by, carry_check
 from twbal.cli.main import main
 from twbal.cli.policy_on_board import BoardPolicy, OtherPolicyError, prepared_link, put_on_board
+from twbal.cli.stages.real_rollout import check_robot_is_there
 from twbal.core.channels import Channels
 from twbal.core.errors import ConfigError
 from twbal.core.robot_parameters import parameter_hash
@@ -24,6 +28,7 @@ from twbal.link.transport import Transport
 from twbal.policies.exploring import ExploringPolicy
 from twbal.policies.saved import load_policy
 from twbal.sheets.link_record import LinkRecord, keep_record, last_record, records_folder
+from twbal.virtual_robot.process import VirtualRobotProcess, virtual_robot_command
 
 POLICY = Path(__file__).resolve().parents[2] / "data" / "regression" / "policy.pt"
 FLASH = r"sed -n 's/^#define TWBAL_POLICY_ID 0x\([0-9a-f]*\)u.*/\1/p' $POLICY_FOLDER/policy.h > flash; echo done"
@@ -168,3 +173,17 @@ def test_a_rollout_of_a_policy_that_is_not_on_board_stops_with_its_header_and_go
     assert os.system(f"{build} POLICY={Path(said.group(1)).resolve().parent}") == 0
     assert main(command) == 0
     assert len(list(Path("run/episodes").iterdir())) == 1
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("as_from_a_shell")
+def test_a_robot_on_a_port_without_a_policy_is_learned_for_until_one_is_to_drive_on_board(capfd):
+    """Its check before the learning asks for no policy; the first rollout of one does."""
+    with closing(VirtualRobotProcess(virtual_robot_command([]), 200.0)) as robot:
+        words = ["link=serial", f"link.port={robot.port}", "link.on_board=true", "link.confirm_placed=null"]
+        with composing():
+            check_robot_is_there(compose("iterate", words))
+        assert main(["real-rollout", f"policy.path={POLICY}", "state=rolling", "hydra.run.dir=run", *words]) == 1
+    assert "has no policy on board; " in capfd.readouterr().err
+    assert Path("run/on_board/policy.h").exists()
+    assert not Path("run/episodes").exists()
