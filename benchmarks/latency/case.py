@@ -11,8 +11,6 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from benchmarks.latency.figures import distribution
 from benchmarks.latency.load import busy
 from benchmarks.latency.robot import ROOT, environment, period_of, policy, robot, twbal, without_priority
@@ -30,6 +28,7 @@ ROLLOUTS = 5
 
 _ENDED_EARLY = (Outcome.TILT_LIMIT, Outcome.LINK_LOST)
 _START, _LOOK = 120.0, 0.02  # how long the host may take to begin, and how often to look for that [s]
+_BEYOND = 2.0  # for which a rollout may last longer than its steps [s]
 
 
 class Driven(NamedTuple):
@@ -69,7 +68,7 @@ def run(load: int, host: str, rate: int, seconds: float) -> dict[str, Any]:
         "falls": len(early),
         "first_fall": round(early[0].episode.duration, 2) if early else None,
         "why": early[0].episode.events[-1].text if early and early[0].episode.events else "",
-        **distribution(np.concatenate([each.times.seconds for each in rollouts]), 1.0 / rate),
+        **distribution([time for each in rollouts for time in each.times.seconds], 1.0 / rate),
     }
 
 
@@ -81,17 +80,22 @@ def _rollout(port: str, load: int, host: str, rate: int, seconds: float, trial: 
     with TemporaryDirectory() as folder:
         out, times = Path(folder) / "run", Path(folder) / "times.npz"
         on_board = host == "on_board"
-        told = [f"policy.path={policy(rate)}", period_of(rate), f"steps={round(seconds * rate)}", f"first_trial={trial}"]
+        told = [
+            f"policy.path={policy(rate)}",
+            period_of(rate),
+            f"steps={round(seconds * rate)}",
+            f"first_trial={trial}",
+        ]
         told += [*words(port, times), f"link.on_board={str(on_board).lower()}", f"hydra.run.dir={out}"]
         command = [*([] if host == "real_time" else without_priority()), *twbal("real-rollout", *told)]
-        with _host(command, times, seconds) as process, busy(load):
+        with _host(command, times) as process, busy(load):
             _wait(process, times, seconds, halted=on_board)
         (log,) = out.glob("*/*.mcap")
         return Driven(read_episode(log), Times.read(times))
 
 
 @contextmanager
-def _host(command: list[str], times: Path, seconds: float) -> Iterator[subprocess.Popen[str]]:
+def _host(command: list[str], times: Path) -> Iterator[subprocess.Popen[str]]:
     """The host, armed: from then on there is a load, which would make it start late only."""
     process = subprocess.Popen(
         command, cwd=ROOT, env=environment(), stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
@@ -111,7 +115,7 @@ def _host(command: list[str], times: Path, seconds: float) -> Iterator[subproces
 
 
 def _wait(process: subprocess.Popen[str], times: Path, seconds: float, halted: bool) -> None:
-    """Return when the rollout is over; the host is asked to end it where it takes half as long again."""
+    """Return when the rollout is over; the host, each of whose late steps takes longer, is asked to end it in time."""
     begun = time.monotonic()
     next_halt = begun + 0.5 * HALT_EVERY
     while not times.exists() and process.poll() is None:
@@ -121,7 +125,7 @@ def _wait(process: subprocess.Popen[str], times: Path, seconds: float, halted: b
             process.send_signal(signal.SIGSTOP)
             time.sleep(HALT)
             process.send_signal(signal.SIGCONT)
-        if now - begun > 1.5 * seconds + 5.0:
+        if now - begun > seconds + _BEYOND:
             process.send_signal(signal.SIGINT)
             return
         time.sleep(_LOOK)

@@ -1,18 +1,20 @@
 """The robot on a port as `twbal.link.serial_plant` has it, which writes down when the robot took each command.
 
 Both times of a command are of the robot's clock: of the measurement that it answers (`time_us`), and of its arrival at
-the robot (`command_us`). A robot of the tests has the monotonic clock of this computer. `link._target_` of a stage names
-`open_timed`; so the loop that is timed is that of the stage itself.
+the robot (`command_us`). The clock of a virtual robot is this computer's monotonic one. `link._target_` of a stage
+names `open_timed`; so the loop that is timed is that of the stage itself.
 """
 
 import time
 from array import array
+from math import isnan
 from pathlib import Path
 from typing import Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
+from twbal.core.errors import LinkLostError
 from twbal.core.plant import Observation
 from twbal.link.serial_plant import SerialPlant
 from twbal.link.transport import SerialTransport
@@ -31,31 +33,37 @@ class TimedPlant(SerialPlant):
     """
 
     file: Path | None = None
+    stopped = 0.0
 
     def reset(self, trial: int) -> Observation:
         """Arm it; see `SerialPlant.reset`."""
-        self.measured, self.taken, self.stopped = array("q"), array("q"), float("nan")
-        seen = super().reset(trial)
+        self.measured, self.taken = array("q"), array("q")
+        seen = super().reset(trial)  # which stops it first
+        self.stopped = float("nan")
         if self.file is not None:
             Path(f"{self.file}{ARMED}").touch()
         return seen
 
     def step(self, command: float) -> Observation:
-        """Command, and note both times; a command that ends the rollout was not taken before the last telemetry."""
+        """Command, and note both times; where the robot stopped before, the command was not there by the last telemetry."""
         before = self.telemetry
-        self.measured.append(before.time_us)
         try:
             seen = super().step(command)
-        except Exception:
-            self.taken.append(self.telemetry.time_us)
+        except LinkLostError:
+            self._write_down(before.time_us, self.telemetry.time_us)
             raise
-        self.taken.append(self.telemetry.command_us)
+        self._write_down(before.time_us, self.telemetry.command_us)
         return seen
+
+    def _write_down(self, measured: int, taken: int) -> None:
+        self.measured.append(measured)
+        self.taken.append(taken)
 
     def stop(self) -> None:
         """Stop it; see `SerialPlant.stop`."""
         super().stop()
-        self.stopped = time.monotonic()
+        if isnan(self.stopped):
+            self.stopped = time.monotonic()
 
     def close(self) -> None:
         """Close it, and write the times."""
@@ -91,9 +99,9 @@ class Times(NamedTuple):
             return cls(found["measured"], found["taken"], float(found["stopped"]))
 
     @property
-    def seconds(self) -> NDArray[np.float64]:
+    def seconds(self) -> list[float]:
         """(N,) from the measurement until the command was there [s]."""
-        return (self.taken - self.measured) % 2**32 * 1e-6
+        return list(map(float, (self.taken - self.measured) % 2**32 * 1e-6))
 
 
 def words(port: str, times: Path) -> list[str]:
