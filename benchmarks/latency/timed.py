@@ -45,7 +45,7 @@ class TimedPlant(SerialPlant):
         return seen
 
     def step(self, command: float) -> Observation:
-        """Command, and note both times; where the robot stopped before, the command was not there by the last telemetry."""
+        """Command, and note both times; a command at which the robot stopped was not there in time."""
         before = self.telemetry
         try:
             seen = super().step(command)
