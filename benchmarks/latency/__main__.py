@@ -42,10 +42,12 @@ def main(words: Sequence[str]) -> None:
     """Run with settings of the form key=value."""
     settings = dict(word.partition("=")[::2] for word in words)
     names = settings["cases"].split(",") if "cases" in settings else list(CASES)
-    unknown = sorted(set(settings) - {"seconds", "cases"}) + sorted(set(names) - set(CASES))
-    if unknown or not _is_time(settings.get("seconds", "1")):
+    unknown = sorted(set(settings) - {"seconds", "cases"})
+    if unknown or not set(names) <= set(CASES) or not _is_time(settings.get("seconds", "1")):
+        wrong = f"unknown settings: {', '.join(unknown)}. " if unknown else ""
         raise SystemExit(
-            f"Settings are seconds (a positive number) and cases (of {', '.join(CASES)}); found {shlex.join(words)}."
+            f"{wrong}Settings are seconds (a positive number) and cases (of {', '.join(CASES)}); found "
+            f"{shlex.join(words)}."
         )
     missing = [tool for tool in ("g++", "make", "chrt", "setpriv") if shutil.which(tool) is None]
     if missing:

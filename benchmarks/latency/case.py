@@ -43,6 +43,11 @@ class Driven(NamedTuple):
     times: Times
 
     @property
+    def seconds(self) -> float:
+        """By the robot's clock, late periods included [s]."""
+        return float(self.episode.observations[-1, 0])
+
+    @property
     def ended_early(self) -> bool:
         """Whether it fell, or the robot's watchdog switched it off, by which it falls."""
         return self.episode.outcome in _ENDED_EARLY
@@ -66,14 +71,14 @@ def run(load: int, host: str, rate: int, seconds: float) -> dict[str, Any]:
         "seconds": round(_driven(rollouts), 1),
         "rollouts": len(rollouts),
         "falls": len(early),
-        "first_fall": round(early[0].episode.duration, 2) if early else None,
+        "first_fall": round(early[0].seconds, 2) if early else None,
         "why": early[0].episode.events[-1].text if early and early[0].episode.events else "",
         **distribution([time for each in rollouts for time in each.times.seconds], 1.0 / rate),
     }
 
 
 def _driven(rollouts: list[Driven]) -> float:
-    return sum(each.episode.duration for each in rollouts)
+    return sum(each.seconds for each in rollouts)
 
 
 def _rollout(port: str, load: int, host: str, rate: int, seconds: float, trial: int) -> Driven:

@@ -13,7 +13,7 @@ from benchmarks.latency.figures import distribution
 from benchmarks.latency.person import GAMEPAD, RATE, Person
 from benchmarks.latency.robot import robot
 
-SETTLED = 4.0
+SETTLED = 6.0
 """After arming, by which the robot stands still [s]."""
 
 _PAUSE, _HELD = (

@@ -19,6 +19,7 @@ from twbal.core.episode import Episode
 _PRESSES, _BETWEEN, _PUSHED = 3, 0.15, 0.35  # keys, 0.1 of the speed limit each, and the stick that does the same
 _DRIVEN = 0.6  # for which a stick is pushed before it is lost [s]
 _AFTER = 3.0  # for which a drive goes on after keys stop [s]
+_NOT_OF_INPUT = ("the reference ", "the heading's reference ")  # that give way, and go on
 
 
 def _drive(person: Person, by: str) -> float:
@@ -57,7 +58,9 @@ def run(loss: str) -> dict[str, Any]:
             last = _drive(person, by)
             lost = lose(person)
         episode, times = person.recorded()
-        return {"exit_code": person.exit_code, **after_loss(episode, times, last if lost is None else lost)}
+        found = after_loss(episode, times, last if lost is None else lost)
+        found["events"] = [text.replace(f"{folder}/", "") for text in found["events"]]
+        return {"exit_code": person.exit_code, "ends": lost is not None, **found}
 
 
 def after_loss(episode: Episode, times: Times, lost: float) -> dict[str, Any]:
@@ -77,15 +80,14 @@ def after_loss(episode: Episode, times: Times, lost: float) -> dict[str, Any]:
     begun = float(since[0])
     moves = moving(episode.references)[: len(since)]
     (rests,) = np.nonzero((since > 0) & ~moves)
-    texts = [event for event in episode.events if begun + event.time > -1.0 / RATE]
+    told = [event for event in episode.events if begun + event.time > 0 and not event.text.startswith(_NOT_OF_INPUT)]
     return {
         "speed": round(float(episode.references[max(int(np.sum(since < 0)) - 1, 0), 1]), 3),
-        "noticed": round(begun + texts[0].time, 3) if texts else None,
+        "noticed": round(begun + told[0].time, 3) if told else None,
         "at_rest": round(float(since[rests[0]]), 3) if rests.size else None,
         "motors_off": round(times.stopped - lost, 3),
-        "events": [event.text for event in texts],
+        "events": [event.text for event in told],
         "outcome": str(episode.outcome.value),
-        "largest_tilt_deg": round(float(np.degrees(np.abs(episode.observations[:-1][since > 0, 1]).max())), 1),
     }
 
 

@@ -29,10 +29,12 @@ def main(words: Sequence[str]) -> None:
     presses = settings.get("presses", "50")
     known = cases(int(presses) if presses.isdecimal() else 0)
     names = settings["cases"].split(",") if "cases" in settings else list(known)
-    unknown = sorted(set(settings) - {"presses", "cases"}) + sorted(set(names) - set(known))
-    if unknown or not presses.isdecimal() or int(presses) < 1:
+    unknown = sorted(set(settings) - {"presses", "cases"})
+    if unknown or not set(names) <= set(known) or not presses.isdecimal() or int(presses) < 1:
+        wrong = f"unknown settings: {', '.join(unknown)}. " if unknown else ""
         raise SystemExit(
-            f"Settings are presses (a number from 1 on) and cases (of {', '.join(known)}); found {shlex.join(words)}."
+            f"{wrong}Settings are presses (a number from 1 on) and cases (of {', '.join(known)}); found "
+            f"{shlex.join(words)}."
         )
     measure("steering_latency", [known[name] for name in names])
 
