@@ -3,7 +3,7 @@
     python -m benchmarks.latency.steering [presses=50] [cases=keyboard,gamepad,stop_key]
 
 The robot is the firmware's program over MuJoCo's physics in real time; its person sits at a pseudo-terminal, or pushes
-the stick of a gamepad, a pipe of its events. Takes some four minutes. What is measured on this machine is not measured
+the stick of a gamepad, a pipe of its events. Takes some five minutes. What is measured on this machine is not measured
 again. Raw results go to benchmarks/results/steering_latency.json.
 """
 
