@@ -16,8 +16,8 @@ from benchmarks.latency.robot import robot
 from benchmarks.latency.timed import Times
 from twbal.core.episode import Episode
 
-_PRESSES, _BETWEEN, _PUSHED = 3, 0.15, 0.35  # keys, 0.1 of the speed limit each, and the stick that does the same
-_DRIVEN = 0.6  # for which a stick is pushed before it is lost [s]
+_PRESSES, _BETWEEN, _PUSHED = 3, 0.2, 0.37  # keys, 0.1 of the speed limit each, and the stick that does the same
+_KEPT = 6  # times that this is asked for once more, by which the reference comes to it
 _AFTER = 3.0  # for which a drive goes on after keys stop [s]
 _NOT_OF_INPUT = ("the reference ", "the heading's reference ")  # that give way, and go on
 
@@ -26,10 +26,10 @@ def _drive(person: Person, by: str) -> float:
     """Get the robot going; returns when the last input was given [s]."""
     if by == GAMEPAD:
         now = person.push(_PUSHED)
-        person.wait(_DRIVEN)
+        person.wait((_PRESSES + _KEPT) * _BETWEEN)
         return now
-    for _ in range(_PRESSES):
-        now = person.press(b"w")
+    for key in b"w" * _PRESSES + b"\r" * _KEPT:
+        now = person.press(bytes([key]))
         person.wait(_BETWEEN)
     return now
 
@@ -72,20 +72,27 @@ def after_loss(episode: Episode, times: Times, lost: float) -> dict[str, Any]:
         lost: when the input was, on the robot's clock [s].
 
     Returns:
-        Times since then, in s: of the first event, of the reference's rest, of the motors' end; None where it did not
-        come. `speed` is that of the reference at the loss [m/s].
+        Times since then, in s: of the command with the first event of the input, of the reference's rest, of the
+        motors' end; None where it did not come. `speed` is that of the reference at the loss [m/s].
     """
     assert episode.references is not None
     since = (times.measured - int(lost * 1e6) + 2**31) % 2**32 * 1e-6 - 2**31 * 1e-6  # of each observation
-    begun = float(since[0])
+    begun, taken = float(since[0]), since + np.asarray(times.seconds)
     moves = moving(episode.references)[: len(since)]
     (rests,) = np.nonzero((since > 0) & ~moves)
-    told = [event for event in episode.events if begun + event.time > 0 and not event.text.startswith(_NOT_OF_INPUT)]
+    told = [
+        event  # of the observation before the loss, where the input was read after it
+        for event in episode.events
+        if begun + event.time > -1.0 / RATE and not event.text.startswith(_NOT_OF_INPUT)
+    ]
+    off = times.stopped - lost
+    numbers = np.searchsorted(episode.observations[:, 0], [event.time - 1e-6 for event in told])
+    noticed = [float(taken[number]) if number < len(taken) else off for number in numbers]
     return {
         "speed": round(float(episode.references[max(int(np.sum(since < 0)) - 1, 0), 1]), 3),
-        "noticed": round(begun + told[0].time, 3) if told else None,
+        "noticed": round(noticed[0], 3) if noticed else None,
         "at_rest": round(float(since[rests[0]]), 3) if rests.size else None,
-        "motors_off": round(times.stopped - lost, 3),
+        "motors_off": round(off, 3),
         "events": [event.text for event in told],
         "outcome": str(episode.outcome.value),
     }

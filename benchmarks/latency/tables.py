@@ -87,8 +87,8 @@ def keys(results: Mapping[str, Any]) -> list[str]:
 def losses(results: Mapping[str, Any]) -> list[str]:
     """One line for each way in which input is lost."""
     lines = [
-        "| what is lost | what the log says | noticed | reference at rest | motors off | outcome, exit code |",
-        "|---|---|---|---|---|---|",
+        "| what is lost | at | what the log says | noticed | reference at rest | motors off | outcome, exit code |",
+        "|---|---|---|---|---|---|---|",
     ]
     for case in results["cases"]:
         if "loss" in case["settings"]:
@@ -97,7 +97,7 @@ def losses(results: Mapping[str, Any]) -> list[str]:
             times = f"{_seconds(found['noticed'])} | {_seconds(found['at_rest'])} | {off}"
             ended = f"{found['outcome'].replace('_', ' ')}, {found['exit_code']}"
             said = found["events"][0] if found["events"] else "-"
-            lines.append(f"| {case['settings']['loss']} | {said} | {times} | {ended} |")
+            lines.append(f"| {case['settings']['loss']} | {found['speed']:.2f} m/s | {said} | {times} | {ended} |")
     return [*lines, "", _where(results)]
 
 

@@ -155,11 +155,12 @@ def test_what_follows_a_loss_is_told_since_the_loss():
     measured = 50_000_000 + PERIOD_US * np.arange(200)
     found = after_loss(drive, Times(measured, measured + 1000, stopped=54.5), lost=52.0)
     assert found["speed"] == 0.25 and found["events"] == ["it was lost: the reference goes to rest"]
-    assert (found["noticed"], found["at_rest"], found["motors_off"]) == pytest.approx((0.02, 1.0, 2.5))
+    assert (found["noticed"], found["at_rest"], found["motors_off"]) == pytest.approx((0.021, 1.0, 2.5))
     assert found["outcome"] == "completed"
     stopped = episode(references[:102], (Event(2.02, "stopped by a key"),), Outcome.STOPPED)
-    found = after_loss(stopped, Times(measured[:101], measured[:101], stopped=52.021), lost=52.005)
-    assert (found["noticed"], found["at_rest"], found["motors_off"]) == (0.015, None, 0.016)
+    read_late = Times(measured[:101], measured[:101], stopped=52.025)  # with the observation before the loss
+    found = after_loss(stopped, read_late, lost=52.0205)
+    assert (found["noticed"], found["at_rest"], found["motors_off"]) == pytest.approx((0.005, None, 0.005), abs=6e-4)
 
 
 def case(host, load, rate, latencies, falls=0, seconds=600.0):
@@ -195,10 +196,17 @@ def test_tables_of_steering_and_of_the_line_have_a_line_a_case():
     pressed = {"presses": 3, "unanswered": 0, **distribution([0.025, 0.03, 0.041], 0.04)}
     by_key = {"settings": {"by": "keyboard", "presses": 3}, "result": pressed}
     assert keys(results(by_key))[2] == "| keys w and s | 3 | 30.0 ms | 41.0 ms | 41.0 ms | 0 |"
-    said = {"noticed": 0.015, "at_rest": None, "motors_off": 0.016, "events": ["stopped by a key"], "ends": True}
+    said = {
+        "speed": 0.3,
+        "noticed": 0.015,
+        "at_rest": None,
+        "motors_off": 0.016,
+        "events": ["stopped by a key"],
+        "ends": True,
+    }
     stop = {"settings": {"loss": "stop key"}, "result": {**said, "outcome": "stopped", "exit_code": 0}}
     shown = losses(results(stop, by_key))
-    assert shown[2] == "| stop key | stopped by a key | 15 ms | - | 16 ms | stopped, 0 |" and len(shown) == 5
+    assert shown[2] == "| stop key | 0.30 m/s | stopped by a key | 15 ms | - | 16 ms | stopped, 0 |" and len(shown) == 5
     line = {"settings": {"line": "pty", "load": 8}, "result": distribution([1e-3], 0.01)}
     assert line_alone(results(line))[2].startswith("| a pseudo-terminal alone, there and back | 8 | 100.00 %")
 
