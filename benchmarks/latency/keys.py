@@ -40,8 +40,7 @@ def run(by: str, presses: int) -> dict[str, Any]:
     found = answers(pressed, times.measured, times.taken, moving(episode.references)[:count])
     heard = [each for each in found if math.isfinite(each)]
     if not heard:
-        ended = " ".join(event.text for event in episode.events)
-        raise SystemExit(f"No press was answered. The drive ended by {episode.outcome.value}: {ended}")
+        raise SystemExit(f"None of {presses} presses was answered in a drive of {episode.duration:.1f} s.")
     return {
         "presses": presses,
         "unanswered": sum(each == math.inf for each in found),

@@ -11,7 +11,7 @@ from typing import Self
 
 from benchmarks.latency.robot import environment, period_of, policy, twbal
 from benchmarks.latency.timed import ARMED, Times, words
-from twbal.core.episode import Episode
+from twbal.core.episode import Episode, Outcome
 from twbal.io.logs import read_episode
 from twbal.steering.joystick import EVENT
 
@@ -117,6 +117,10 @@ class Person:
         return now
 
     def recorded(self) -> tuple[Episode, Times]:
-        """What the command wrote, once it has ended."""
+        """What the command wrote, once it has ended; a drive that lost its robot tells nothing of the person."""
         (log,) = (self._folder / "run").glob("*/*.mcap")
-        return read_episode(log), Times.read(self._times)
+        episode = read_episode(log)
+        if episode.outcome is Outcome.LINK_LOST:
+            why = episode.events[-1].text
+            raise SystemExit(f"The drive lost the robot after {episode.duration:.1f} s; is other work running? {why}")
+        return episode, Times.read(self._times)
