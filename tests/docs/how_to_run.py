@@ -220,6 +220,8 @@ TABLE: Mapping[str, How] = {
     "python -m benchmarks.driving": Benchmark(),
     "python -m benchmarks.hidden_robots": Benchmark(),
     "python -m benchmarks.import_checks": Benchmark(),
+    "python -m benchmarks.latency": Benchmark(),
+    "python -m benchmarks.latency.steering": Benchmark(),
     "python -m benchmarks.hidden_effects all": Benchmark(),
     "real-rollout experiment=excite": Stage(),
     "python -m benchmarks.hidden_effects again": Benchmark(),

@@ -26,6 +26,7 @@ from twbal.cli.robot_link import (
     check_sensors,
     check_torque,
     commanded_from_here,
+    in_time,
     robot_link,
     why_not_turned,
 )
@@ -205,7 +206,7 @@ def record(
         DataError: the policy commanded what is no number, or an episode cannot be written.
         KeyboardInterrupt: the person pressed Ctrl-C, or the process was asked to end.
     """
-    with stopped_once(), open_link() as plant:
+    with stopped_once(), open_link() as plant, in_time(plant):
         check_robot(plant, robot)
         check_sensors(plant, channels)
         steps = settings.steps if course is None else course.steps(plant.control_period)
