@@ -1,6 +1,6 @@
 """Algorithm 1 over the firmware, with the policy on the host and on board, beside the virtual robot.
 
-    python -m benchmarks.on_firmware [robots=default,moderate_840,moderate_859,hard_743] [updates=6]
+    python -m benchmarks.on_firmware [robots=default,hard_743,moderate_840] [updates=6]
 
 Each robot is learned three times by `twbal iterate`: as twbal's own virtual robot, as the firmware's program with that
 robot's physics behind its board layer (`link=firmware`), and the same with each policy built into it before its trials
@@ -30,7 +30,7 @@ from twbal.core.files import write_atomically
 
 ROOT = Path("outputs/bench/on_firmware")
 TARGET = Path("benchmarks/results/on_firmware.json")
-DEFAULTS = {"robots": "default,moderate_840,moderate_859,hard_743", "updates": "6"}
+DEFAULTS = {"robots": "default,hard_743,moderate_840", "updates": "6"}
 VIRTUAL, HOST, ON_BOARD = WAYS = ("virtual", "host", "on_board")
 _KEPT = ("index", "successes", "reason", "real_seconds", "trial_seconds")
 
