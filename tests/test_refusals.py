@@ -109,7 +109,7 @@ def test_every_stage_refuses_a_misspelt_override_and_names_the_near_one(stage, r
         ("iterate", "experiment=mine", "drive, excite, paper"),
         ("fit-sim-gp", "model=dense", "exact, sparse, variational"),
         ("optimise-policy", "cost=cheap", "default, paper"),
-        ("real-rollout", "link=radio", "serial, virtual"),
+        ("real-rollout", "link=radio", "firmware, serial, virtual"),
         ("virtual-robot", "faults=all", "hard, light, moderate, none"),
     ],
 )

@@ -62,7 +62,8 @@ def exported(policy, robot):
 
 
 def widths_of(policy, robot):
-    return half_widths(exported(policy, robot).channels, robot, TILT_LIMIT)
+    channels = exported(policy, robot).channels
+    return half_widths(channels.names, channels.max_position_integral, robot, TILT_LIMIT)
 
 
 def compiled(policy, robot):

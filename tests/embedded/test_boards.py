@@ -11,7 +11,7 @@ SIMULATED = {"searched": 144_448}
 
 def need(name, robot, board):
     made = exported(POLICIES[name], robot)
-    return need_on(board, made.policy, made.channels, made.control_period)
+    return need_on(board, made.policy, len(made.channels.lags), made.control_period)
 
 
 @pytest.mark.parametrize("board", BOARDS, ids=lambda board: board.name)

@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass
 
-from twbal.core.channels import Channels
 from twbal.embedded.law import Law, Operations
 from twbal.embedded.laws import law_of
 from twbal.policies.saved import SavedPolicy
@@ -83,12 +82,19 @@ class Need:
     lacks: str
 
 
-def need_on(board: Board, policy: SavedPolicy, channels: Channels, control_period: float) -> Need:
-    """Estimate what a policy takes."""
+def need_on(board: Board, policy: SavedPolicy, past: int, control_period: float) -> Need:
+    """Estimate what a policy takes.
+
+    Args:
+        board: that it is for.
+        policy: to be carried.
+        past: commands that it remembers.
+        control_period: [s].
+    """
     law = law_of(policy)
     flash = board.code + _FLOAT * law.numbers
-    width = len(channels.names)
-    memory = _FLOAT * (5 + len(channels.lags) + 2 * width + law.scratch) + _CALLS
+    width = len(policy.channels)
+    memory = _FLOAT * (5 + past + 2 * width + law.scratch) + _CALLS
     cycles = _cycles(board, law, width)
     seconds = cycles / board.clock
     parts = {

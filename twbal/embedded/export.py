@@ -87,7 +87,7 @@ def export_to(
     Raises:
         ConfigError: the policy cannot be exported, or not be made smaller so.
     """
-    widths = half_widths(channels, robot, tilt_limit)
+    widths = half_widths(channels.names, channels.max_position_integral, robot, tilt_limit)
     cost = None
     if basis is not None and not _has_no_more(policy, basis):
         policy, cost = _smaller(policy, basis, widths, rng)
@@ -97,7 +97,7 @@ def export_to(
     for name, content in texts.items():
         write_atomically(folder / name, content)
     equal, seconds = _checked(text, policy, widths, checked, rng)
-    needs = tuple(need_on(board, policy, channels, robot.control_period) for board in BOARDS)
+    needs = tuple(need_on(board, policy, len(channels.lags), robot.control_period) for board in BOARDS)
     on_board = OnBoard(channels.names, robot.control_period, needs, equal, cost)
     return Export(policy, on_board, tuple(folder / name for name in texts), seconds)
 

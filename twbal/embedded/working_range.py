@@ -1,10 +1,10 @@
 """States that a policy meets while it balances, for checks and for fits of smaller policies."""
 
+from collections.abc import Sequence
 from math import pi, sqrt
 
 import numpy as np
 
-from twbal.core.channels import Channels
 from twbal.core.gaussian import Array
 from twbal.core.robot_parameters import GRAVITY, RobotParameters
 
@@ -12,11 +12,17 @@ _REACH = 10.0  # wheel radii; position either way
 _SHARES = (1.0, 0.3, 0.1, 0.03)  # of the range, a quarter of the states each: most of a rollout is spent near rest
 
 
-def half_widths(channels: Channels, robot: RobotParameters, tilt_limit: float) -> Array:
+def half_widths(names: Sequence[str], longest: float, robot: RobotParameters, tilt_limit: float) -> Array:
     """How far each channel goes either way, (D,).
 
     Tilt to its limit; tilt rate and speed as of a pendulum of the robot's height that falls there; the commands to the
     torque limit; the position ten wheel radii, and its integral to its bound.
+
+    Args:
+        names: of the D channels.
+        longest: bound of the position's integral [m·s].
+        robot: its sheet.
+        tilt_limit: [rad].
     """
     height = robot.com_height + robot.wheel_radius
     widths = {
@@ -26,9 +32,9 @@ def half_widths(channels: Channels, robot: RobotParameters, tilt_limit: float) -
         "speed": sqrt(GRAVITY * height),
         "yaw_rate": pi,
         "position": _REACH * robot.wheel_radius,
-        "position_integral": channels.max_position_integral,
+        "position_integral": longest,
     }
-    return np.array([widths.get(name, robot.torque_limit) for name in channels.names])
+    return np.array([widths.get(name, robot.torque_limit) for name in names])
 
 
 def sampled_states(widths: Array, count: int, rng: np.random.Generator) -> Array:
