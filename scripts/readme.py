@@ -25,13 +25,14 @@ from benchmarks.driving.tables import driving, misses  # noqa: E402
 from benchmarks.hidden_robots.prediction import prediction_table, reliability_table  # noqa: E402
 from benchmarks.hidden_robots.tables import beside, paper, reachable, reproduced, robots, summary  # noqa: E402
 from benchmarks.import_tables import import_checks, import_misses  # noqa: E402
+from benchmarks.link_faults.tables import link_fault_misses, link_faults  # noqa: E402
 from benchmarks.speed_tables import fits, ratios, running, steps, times, validation  # noqa: E402
 
 RESULTS = HOUSE / "benchmarks" / "results"
 PICTURES = HOUSE / "docs" / "pictures"
 PAGES = (
     HOUSE / "README.md",
-    *(HOUSE / "docs" / name for name in ("methods.md", "benchmarks.md", "speed.md", "import.md")),
+    *(HOUSE / "docs" / name for name in ("methods.md", "benchmarks.md", "speed.md", "import.md", "firmware.md")),
 )
 
 
@@ -107,6 +108,8 @@ PARTS: Mapping[str, Callable[..., list[str]]] = {
     "validation": validation,
     "import_checks": import_checks,
     "import_misses": import_misses,
+    "link_faults": link_faults,
+    "link_fault_misses": link_fault_misses,
     "prediction": lambda *families: prediction_table(families),
     "reliability": lambda *families: reliability_table(families),
 }
