@@ -8,6 +8,7 @@ import numpy as np
 
 from benchmarks.link_faults.frames import Said
 from benchmarks.link_faults.kinds import PERIOD_US
+from benchmarks.link_faults.line import Passed
 from benchmarks.link_faults.trial import Happened
 from twbal.core.episode import Episode
 from twbal.io.logs import read_episode
@@ -53,6 +54,20 @@ def judged(done: Happened, in_real_time: bool) -> Verdict:
     return Verdict(
         done.code, off, error[:300], 0 if episode is None else len(episode), done.passed.spoilt, tuple(misses)
     )
+
+
+def lateness(passed: Passed) -> float:
+    """By how much this computer was late, in real time: the robot's process, the line's, or the host's [s].
+
+    Robot and line tell by the robot's clock, which is that of the computer; the host by how long it takes to its next
+    command when an answer has reached it.
+    """
+    robots = [(round(now * 1e6) - said.time_us) % 2**32 * 1e-6 for now, said in passed.sent if said.is_armed]
+    answered: dict[int, float] = {}
+    for now, said in passed.heard:
+        answered.setdefault(said.seq, now)
+    hosts = [passed.asked[n + 1] - now for n, now in answered.items() if n in passed.asked and n + 1 in passed.asked]
+    return max([*robots, *hosts, 0.0])
 
 
 def off_ms(done: Happened) -> float | None:
@@ -130,8 +145,9 @@ def _episode(done: Happened) -> Episode | None:
 def _of_episode(done: Happened, episode: Episode | None) -> list[str]:
     if episode is None:
         return ["no episode is kept"]
-    if done.code == 1 and len(episode) < done.kind.begins - 1:
-        return [f"{len(episode)} samples are kept of {done.passed.sent[-1][1].period} periods"]
+    answered = len({said.seq for _, said in done.passed.heard if said.is_armed} & set(done.passed.commanded))
+    if done.code == 1 and len(episode) < answered - 1:  # the last one ended it
+        return [f"{len(episode)} commands are kept of {answered} that were answered"]
     if not (done.code or done.kind.changes or episode.events) and done.passed.spoilt:
         return [f"{done.passed.spoilt} frames were spoilt, and the episode does not say so"]
     return []

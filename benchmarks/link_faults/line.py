@@ -24,6 +24,7 @@ class Passed:
         sent: telemetry as it left the robot, with the instant [s]; this and what follows: since it was armed last.
         heard: numbers of the telemetry that reached the host whole, with the instant [s].
         commanded: torques of the host's commands, as they left it, by their numbers.
+        asked: when they first did, the same [s].
         reached: numbers of the commands that reached the robot whole, with the instant [s].
         told: payloads that went into the line before the first Stop.
         whole: those that came out of it.
@@ -34,6 +35,7 @@ class Passed:
     sent: list[tuple[float, Said]] = field(default_factory=list)
     heard: list[tuple[float, Said]] = field(default_factory=list)
     commanded: dict[int, float] = field(default_factory=dict)
+    asked: dict[int, float] = field(default_factory=dict)
     reached: list[tuple[float, int, float]] = field(default_factory=list)
     told: Counter[bytes] = field(default_factory=Counter)
     whole: Counter[bytes] = field(default_factory=Counter)
@@ -150,6 +152,7 @@ class Line:
             passed.sent.clear()
             passed.heard.clear()
             passed.reached.clear()
+            passed.asked.clear()
             passed.told.clear()
             passed.whole.clear()
             passed.stops = 0
@@ -161,6 +164,7 @@ class Line:
         for payload in told:
             if (total := total_in(payload)) is not None:
                 self.passed.commanded[_number(payload)] = total
+                self.passed.asked.setdefault(_number(payload), now)
         arrives = faults.to_robot(data)
         whole = after.feed(arrives)
         self._count(told, whole)

@@ -18,7 +18,7 @@ from benchmarks.link_faults.host import Host, get_ready
 from benchmarks.link_faults.kinds import NONE, Kind
 from benchmarks.link_faults.line import Line, Passed
 
-POLICY = Path("data/regression/policy.pt")
+POLICY = Path(__file__).resolve().parents[2] / "data" / "regression" / "policy.pt"
 STEPS = 75  # of a rollout
 AWAY = 0.3  # for which a port that vanishes is away [s]
 SETTLED = {"lockstep": 0.02, "real_time": 0.15}  # after which the robot has stopped by itself [s]

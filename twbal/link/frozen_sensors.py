@@ -7,6 +7,7 @@ from twbal.core.plant import Observation
 from twbal.link.protocol import WATCHDOG
 
 _ALWAYS_ENOUGH = 3  # of the same in a row, where control periods are long
+_ROUNDING = 1e-6  # of times [s]
 
 
 class FrozenSensors:
@@ -29,7 +30,7 @@ class FrozenSensors:
             return None
         self._same += 1
         stood = seen.time - since.time
-        if stood < WATCHDOG or self._same < _ALWAYS_ENOUGH:
+        if stood < WATCHDOG - _ROUNDING or self._same < _ALWAYS_ENOUGH:
             return None
         return Ending(
             Outcome.LINK_LOST,
