@@ -8,7 +8,7 @@ import tempfile
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from random import Random
 from subprocess import DEVNULL, Popen
@@ -39,6 +39,7 @@ class Happened:
         folder: its run folder.
         again: exit code of the same command, once more; None where it was not given again.
         said_again: what that printed.
+        passed_again: what the line saw of it.
     """
 
     kind: Kind
@@ -49,6 +50,7 @@ class Happened:
     folder: Path
     again: int | None = None
     said_again: str = ""
+    passed_again: Passed = field(default_factory=Passed)
 
 
 class Faults:
@@ -154,8 +156,8 @@ class Workplace:
         if not kind.again:
             return done
         (self._folder / "sensors").write_text("")
-        host, _ = self._drive(NONE, trial, folder, self._words(kind, trial, folder))
-        return replace(done, again=host.code, said_again=host.words)
+        host, passed = self._drive(NONE, trial, folder, self._words(kind, trial, folder))
+        return replace(done, again=host.code, said_again=host.words, passed_again=passed)
 
     def _words(self, kind: Kind, trial: int, folder: Path) -> list[str]:
         return [

@@ -119,14 +119,14 @@ def happened(folder, name="none", code=0, until=PERIODS, late=0, **changes):
     return replace(done, **changes)
 
 
-def with_episode(done, events=()):
+def with_episode(done, events=(), steps=PERIODS):
     """The trial, with what was kept of it."""
     outcome, name = (Outcome.LINK_LOST, "interrupted") if done.code else (Outcome.COMPLETED, "episodes")
-    seen = np.zeros((20, 7))
-    seen[:, 0] = 0.02 * np.arange(20)
+    seen = np.zeros((steps + 1, 7))
+    seen[:, 0] = 0.02 * np.arange(steps + 1)
     channels = ("tilt", "tilt_rate")
     provenance = Provenance("paper", "robot")
-    episode = Episode(channels, 0.02, seen, np.zeros((20, 2)), np.zeros(19), outcome, provenance, events)
+    episode = Episode(channels, 0.02, seen, np.zeros((steps + 1, 2)), np.zeros(steps), outcome, provenance, events)
     write_episode(done.folder / name / "trial_000.mcap", episode)
     return done
 
@@ -137,7 +137,7 @@ def misses(done):
 
 def test_what_went_right_is_right(tmp_path):
     verdict = judged(with_episode(happened(tmp_path)), True)
-    assert (verdict.misses, verdict.off_ms, verdict.samples) == ((), pytest.approx(19.0), 19)
+    assert (verdict.misses, verdict.off_ms, verdict.samples) == ((), pytest.approx(19.0), PERIODS)
     assert misses(with_episode(happened(tmp_path / "ended", "silence to the robot, 1 s", code=1, late=4))) == ""
 
 
@@ -190,6 +190,15 @@ def test_the_command_must_end_with_one_error_of_the_right_reason(tmp_path):
     assert "exit code 1 with 2 lines" in misses(replace(done, complaints=[right, "Traceback"]))
 
 
+def test_an_episode_that_lacks_what_was_driven_is_a_miss(tmp_path):
+    done = happened(tmp_path, "silence to the robot, 1 s", code=1, late=4)
+    assert misses(done) == "no episode is kept"
+    assert (
+        misses(with_episode(done, steps=PERIODS - 2))
+        == f"{PERIODS - 2} commands are kept of {PERIODS} that were answered"
+    )
+
+
 def test_spoilt_frames_that_no_event_tells_of_are_a_miss(tmp_path):
     done = happened(tmp_path, "bytes dropped, 0.1 %")
     done.passed.told.update([b"lost", b"came"])
@@ -223,7 +232,7 @@ def test_tables_count_what_went_on_and_what_ended():
 
 @pytest.mark.parametrize("words", [["robot=real"], ["kinds=fire"], ["times=few"], ["seed=1"]])
 def test_settings_that_are_none_are_refused(words):
-    with pytest.raises(SystemExit, match="Settings are robot"):
+    with pytest.raises(SystemExit, match=r"Settings are robot \(virtual, firmware\)"):
         settings_of(words)
 
 
