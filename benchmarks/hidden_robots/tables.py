@@ -24,7 +24,10 @@ def summary(results: Mapping[str, Any]) -> list[str]:
     rows = [
         ("robots", [f"{len(found)}"] * len(COLUMNS)),
         ("robots that stick", [f"{sticky}"] * len(COLUMNS)),
-        *((f"all trials succeed within {n} updates", _by_rule(found, _solved_within, n)) for n in _WITHIN),
+        *(
+            (f"all trials succeed within {n} update{'s' * (n != 1)}", _by_rule(found, _solved_within, n))
+            for n in _WITHIN
+        ),
         ("place of the successes, median / worst", _by_rule(found, _spread, "farthest", " m", ".2f")),
         ("tilt from peak to peak, median / worst", _by_rule(found, _spread, "oscillation_deg", "°", ".1f")),
         ("the same under the reference search", [_reference(found)] * len(COLUMNS)),

@@ -139,7 +139,7 @@ def _of_motors(done: Happened, off: float | None) -> list[str]:
 def _episode(done: Happened) -> Episode | None:
     """What was kept of the rollout with the fault."""
     found = sorted(done.folder.glob("interrupted/*.mcap" if done.code == 1 else "episodes/*.mcap"))
-    return read_episode(found[-1]) if found else None
+    return read_episode(found[0 if done.code == 1 else -1]) if found else None  # a second start may have left others
 
 
 def _of_episode(done: Happened, episode: Episode | None) -> list[str]:
@@ -156,7 +156,7 @@ def _of_episode(done: Happened, episode: Episode | None) -> list[str]:
 def _of_again(done: Happened) -> list[str]:
     if done.again is None:
         return []
-    misses = [] if not done.again else [f"the next start ends with exit code {done.again}"]
+    misses = [f"the next start ends with {done.again}: {done.said_again[-200:]}"] if done.again else []
     if done.kind.act == "kill" and "kept" not in done.said_again:
         misses.append("the next start does not say what was kept")
     return misses

@@ -38,7 +38,7 @@ class Happened:
         complaints: lines of its standard error.
         folder: its run folder.
         again: exit code of the same command, once more; None where it was not given again.
-        said_again: what that printed.
+        said_again: what that printed, and complained of.
         passed_again: what the line saw of it.
     """
 
@@ -157,7 +157,7 @@ class Workplace:
             return done
         (self._folder / "sensors").write_text("")
         host, passed = self._drive(NONE, trial, folder, self._words(kind, trial, folder))
-        return replace(done, again=host.code, said_again=host.words, passed_again=passed)
+        return replace(done, again=host.code, said_again=host.words + " ".join(host.complaints), passed_again=passed)
 
     def _words(self, kind: Kind, trial: int, folder: Path) -> list[str]:
         return [

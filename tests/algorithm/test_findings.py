@@ -48,10 +48,10 @@ def test_of_equal_successes_the_lowest_cost_on_the_robot_decides():
 
 
 def test_of_equal_successes_one_under_which_the_tilt_hardly_oscillates_comes_before_a_cheaper_one():
-    rocking, steady = iteration(0, 10, 5.0, oscillation=0.11), iteration(1, 10, 6.0, oscillation=0.04)
+    rocking, steady = iteration(0, 10, 5.0, oscillation_worst=0.11), iteration(1, 10, 6.0, oscillation_worst=0.04)
     assert best(rocking, steady, improve_oscillation=0.09) == 1
     assert best(rocking, steady) == 0
-    assert best(rocking, iteration(1, 9, 6.0, oscillation=0.04), improve_oscillation=0.09) == 0
+    assert best(rocking, iteration(1, 9, 6.0, oscillation_worst=0.04), improve_oscillation=0.09) == 0
 
 
 def test_without_trials_the_newest_of_the_best_judged_is_kept():
@@ -104,11 +104,16 @@ def verdict(farthest, in_place=True, by=PlaceBy.POSE, **changes):
 
 
 def test_parts_are_counted_and_distances_are_the_median_and_the_worst():
-    verdicts = [verdict(0.1), verdict(0.3, False, settled=False), verdict(0.2), verdict(None, False, upright=False)]
+    verdicts = [
+        verdict(0.1),
+        verdict(0.3, False, settled=False),
+        verdict(0.2, oscillation=0.12),
+        verdict(None, False, upright=False),
+    ]
     found = _with_parts(iteration(0, 2), verdicts)
     assert (found.upright, found.settled, found.in_place, found.quiet) == (3, 3, 2, None)
     assert (found.farthest_median_m, found.farthest_worst_m, found.place_by) == (0.2, 0.3, PlaceBy.POSE)
-    assert (found.command_change, found.oscillation) == (0.04, 0.1)
+    assert (found.command_change, found.oscillation, found.oscillation_worst) == (0.04, 0.1, 0.12)
 
 
 def test_a_place_that_odometry_told_in_one_trial_is_not_said_to_be_the_true_one():

@@ -124,6 +124,8 @@ _DRIVES = {**_RECORDS, **_SERIAL}
 _SHORT_COURSE = ("trials=1", "course.segments=[{seconds:0.2,speed:0}]")
 _STEERED = Elsewhere(("tests/cli/test_steering.py", "def drive("), "a person steers")
 _ASKS = Elsewhere(("tests/cli/test_new_robot.py", '"new-robot", "name=my_robot"'), "a person answers")
+_PERL_ROBOT = "perl tests/link/conformance/robots/pendulum.pl clock={clock}"
+_TRIED = Elsewhere(("tests/link/conformance/starting.py", "PERL_ROBOT = "), "a suite of tests, which tries a robot")
 _SWEEP = {"<folder of a sweep>": "outputs/iterate/sweep_1", "sweep_2": "sweep_1"}
 _IMPORTED = {"<run folder>": "imported", "robot=...": "robot=paper", "sim=...": "sim=nominal"}
 _PAPER = (
@@ -197,6 +199,8 @@ TABLE: Mapping[str, How] = {
     _SMALL_MODEL: Stage(slow=True, after=(_SMALL_DATA,)),
     "twbal optimise-policy dynamics=small/model/model.pt search.restarts=1 search.iterations=3 "
     "search.long_iterations=0": Stage(slow=True, after=(_SMALL_DATA, _SMALL_MODEL)),
+    "python -m pytest tests/link/conformance --robot=/dev/ttyUSB0": _TRIED,
+    f"python -m pytest tests/link/conformance --robot='{_PERL_ROBOT}'": _TRIED,
     "python scripts/effects.py": Elsewhere(("tests/docs/test_effects_page.py", "page()"), "writes a page"),
     "python scripts/settings.py": Elsewhere(("tests/docs/test_settings_page.py", 'written["page"]()'), "writes a page"),
     "python scripts/protocol.py": Elsewhere(("tests/link/test_header.py", 'SCRIPT["header"]()'), "writes files"),

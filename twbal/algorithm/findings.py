@@ -82,8 +82,9 @@ def summarise(
     """The summary of a run.
 
     The best policy is the one with the largest share of successes over all of its trials. Among equals it is one under
-    which the tilt oscillates by at most `improve_oscillation` [rad], and among these the one with the lowest mean cost
-    on the robot. Where nothing was tried, it is the newest of those that the long model rollouts liked best.
+    which the tilt oscillates by at most `improve_oscillation` [rad] in every trial, and among these the one with the
+    lowest mean cost on the robot. Where nothing was tried, it is the newest of those that the long model rollouts liked
+    best.
     """
     iterations = tuple(each.iteration for each in found)
     having: dict[int, list[Iteration]] = {}
@@ -107,8 +108,8 @@ def _rank(having: Sequence[Iteration], most: float | None) -> tuple[float, ...]:
     if not costs:
         return (0.0, 0.0, -(last.judged_success or 0.0), -first)
     share = sum(i.successes for i in having) / sum(i.trials for i in having)
-    swings = [i.oscillation for i in having if i.oscillation is not None]
-    oscillates = most is not None and len(swings) > 0 and np.mean(swings) > most
+    swings = [i.oscillation_worst for i in having if i.oscillation_worst is not None]
+    oscillates = most is not None and max(swings, default=0.0) > most
     return (-share, float(oscillates), float(np.mean(costs)), first)
 
 
@@ -170,6 +171,7 @@ def _with_scores(
 
 def _with_parts(iteration: Iteration, verdicts: Sequence[Verdict]) -> Iteration:
     """The iteration with what its trials show part by part."""
+    swings = [verdict.oscillation for verdict in verdicts if verdict.oscillation is not None]
     away = [verdict.farthest for verdict in verdicts if verdict.farthest is not None]
     told_by = {verdict.place_by for verdict in verdicts if verdict.farthest is not None}
     return replace(
@@ -182,7 +184,8 @@ def _with_parts(iteration: Iteration, verdicts: Sequence[Verdict]) -> Iteration:
         farthest_median_m=_median(away),
         farthest_worst_m=max(away, default=None),
         command_change=_median([v.command_change for v in verdicts if v.command_change is not None]),
-        oscillation=_median([v.oscillation for v in verdicts if v.oscillation is not None]),
+        oscillation=_median(swings),
+        oscillation_worst=max(swings, default=None),
     )
 
 

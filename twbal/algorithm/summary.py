@@ -26,6 +26,7 @@ _AMOUNTS = (
     "farthest_worst_m",
     "command_change",
     "oscillation",
+    "oscillation_worst",
     "crps",
     "crps_of_trials",
     "crps_ratio",
@@ -161,6 +162,7 @@ class Iteration:
         command_change: median over the trials of the root mean square of the command's change from step to step, as a
             share of the torque limit.
         oscillation: median over the trials of the late tilt, peak to peak [rad].
+        oscillation_worst: greatest of these [rad].
         log_density: mean log predictive density of the real states, in units of the cost's widths (`Scores`).
         crps: mean CRPS of the predicted band, in the same units.
         crps_of_trials: CRPS of the trials' own spread: of each under the mean and sd of all others.
@@ -206,6 +208,7 @@ class Iteration:
     farthest_worst_m: float | None = None
     command_change: float | None = None
     oscillation: float | None = None
+    oscillation_worst: float | None = None
     log_density: float | None = None
     crps: float | None = None
     crps_of_trials: float | None = None

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import inf
 from pathlib import Path
-from statistics import median
 from typing import Generic
 
 from twbal.algorithm.learned import LearnedPolicy
@@ -144,9 +143,9 @@ class Update(Generic[R, M, P, S, K]):
         return all(succeeded(episode, self._rule) for episode in self._steps.episodes([rollouts]))
 
     def oscillation(self, rollouts: R) -> float:
-        """Of the tilt, peak to peak, once in place: the median of them [rad]; infinite for one that ended before."""
+        """Of the tilt, peak to peak, once in place: the greatest [rad]; infinite where one ended before."""
         found = [judged(episode, self._rule).oscillation for episode in self._steps.episodes([rollouts])]
-        return median(inf if each is None else each for each in found)
+        return max(inf if each is None else each for each in found)
 
     def _with_diagnosis(self, inputs: UpdateInputs[R, M, P]) -> LearnedPolicy[R, M, P]:
         """Learn g, with a diagnosis before where that is asked for and there are rollouts enough.

@@ -94,6 +94,13 @@ def test_a_growing_encoder_is_not_the_time(looked_at):
     assert mapping["quantities"]["wheel_angle"]["scale"] == "???"  # counts
 
 
+@pytest.mark.parametrize(("name", "factor"), [("ms", 1e3), ("us", 1e6), ("MS", 1e3)])
+def test_a_column_that_is_called_by_a_unit_of_time_is_the_time(name, factor, looked_at):
+    mapping, found = looked_at(**{name: factor * COLUMN["t"]}, tilt=COLUMN["tilt"], wheel_angle=COLUMN["wheel"])
+    assert mapping["quantities"]["time"] == {"from": name, "unit": name.lower()}
+    assert not any("time" in line for line in found.open)
+
+
 @pytest.mark.parametrize(("factor", "unit"), [(1, "s"), (1e3, "ms"), (1e6, "us")])
 def test_units_of_time_and_large_angles_go_by_their_numbers_and_others_are_not_known(factor, unit, looked_at):
     mapping, found = looked_at(time=factor * COLUMN["t"], pitch=100 * COLUMN["tilt"], wheel_angle=COLUMN["wheel"])

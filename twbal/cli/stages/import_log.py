@@ -236,7 +236,9 @@ def _periods(episodes: Sequence[Episode], names: Sequence[str]) -> Iterator[str]
 def _tell(file: Path, imported: Imported) -> None:
     periods = sum(map(len, imported.episodes))
     period = imported.episodes[0].control_period
-    print(f"{file}: {len(imported.episodes)} recordings, {periods * period:.3g} s at {1 / period:.4g} Hz")
+    found = len(imported.episodes)
+    recordings = "1 recording" if found == 1 else f"{found} recordings"
+    print(f"{file}: {recordings}, {periods * period:.3g} s at {1 / period:.4g} Hz")
     for sentence in imported.notes:
         print(f"  {sentence}")
     for doubt in imported.doubts:

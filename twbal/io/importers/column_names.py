@@ -17,7 +17,7 @@ _WHEEL = {"wheel", "wheels", "motor", "motors"}
 _ENCODER = {"enc", "encoder", "encoders"}
 _GYRO = {"gyro", "gyr", "gyroscope"}
 _ACCELEROMETER = {"acc", "accel", "accelerometer", "acceleration"}
-_TIME = {"t", "time", "timestamp", "stamp", "clock", "millis", "micros", "sec", "seconds"}
+_TIME = {"t", "time", "timestamp", "stamp", "clock", "millis", "micros", "sec", "seconds", "ms", "us", "ns"}
 _DRIVE = {"torque": "command", "tau": "command", "voltage": "voltage", "volt": "voltage", "volts": "voltage"} | {
     word: DUTY for word in ("duty", "pwm")
 }
@@ -54,6 +54,7 @@ _ALIASES = {
     **{"v": "V", "volt": "V", "mv": "mV", "nm": "N·m", "mnm": "mNm"},
 }
 _OTHER_UNITS = {"m/s", "cm/s", "mm/s", "m/s²", "%", "A", "mA", "N", "counts", "ticks"}  # that tell what a column is not
+_TIMES = {"ms", "us", "ns"}  # units that stand for the column of the time
 _NUMBERED = re.compile(r"((?:\d+\s+)+)([A-Za-z].*)")
 
 
@@ -130,6 +131,8 @@ def _listed(text: str, count: int) -> list[str]:
 
 def _unit(name: str) -> tuple[str, str]:
     """The unit that a name states, "" without one, and the name without it."""
+    if name.lower() in _TIMES:
+        return name.lower(), name
     found = _UNIT.search(name)
     if not found:
         return "", name
