@@ -108,10 +108,10 @@ def _had_to_end(done: Happened, in_real_time: bool) -> bool:
     passed = done.passed
     if in_real_time and longest_silence(passed.reached, passed.sent) > WATCHDOG_S - _JITTER_S:
         return True
-    answered = {said.seq for _, said in passed.heard}
-    if not passed.commanded or max(passed.commanded) not in answered:
-        return True  # it waited for its last command's answer
-    return bool(passed.stops)  # Stop could not be proven
+    last = max(passed.commanded, default=None)
+    if last is not None and last not in {said.seq for _, said in passed.heard}:
+        return passed.stopping - passed.asked[last] > TIMEOUT_S - _JITTER_S  # it waited, and no answer came
+    return all(said.is_armed for _, said in passed.heard)  # nothing that came proved its Stop
 
 
 def longest_silence(reached: Sequence[tuple[float, int, float]], sent: Sequence[tuple[float, Said]]) -> float:

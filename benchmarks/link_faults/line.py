@@ -1,5 +1,6 @@
 """The line between host and robot: two pseudo-terminals, with faults between them, and a record of what passed."""
 
+import math
 import os
 import pty
 import select
@@ -29,6 +30,7 @@ class Passed:
         told: payloads that went into the line before the first Stop.
         whole: those that came out of it.
         stops: how often the host sent Stop.
+        stopping: when it first did [s].
         rollouts: how often the robot was armed.
     """
 
@@ -40,6 +42,7 @@ class Passed:
     told: Counter[bytes] = field(default_factory=Counter)
     whole: Counter[bytes] = field(default_factory=Counter)
     stops: int = 0
+    stopping: float = math.inf
     rollouts: int = 0
 
     @property
@@ -155,7 +158,7 @@ class Line:
             passed.asked.clear()
             passed.told.clear()
             passed.whole.clear()
-            passed.stops = 0
+            passed.stops, passed.stopping = 0, math.inf
         passed.sent.append((now, said))
 
     def _carry_to_robot(self, data: bytes, faults: Disturbance) -> None:
@@ -176,7 +179,10 @@ class Line:
                 os.write(self._robot, arrives)
 
     def _count(self, told: list[bytes], whole: list[bytes]) -> None:
-        self.passed.stops += sum(payload[0] == STOP for payload in told)
+        stops = sum(payload[0] == STOP for payload in told)
+        if stops and not self.passed.stops:
+            self.passed.stopping = time.monotonic()
+        self.passed.stops += stops
         self.passed.whole.update(whole)
         if not self.passed.stops:
             self.passed.told.update(told)

@@ -176,7 +176,15 @@ def test_torque_that_nobody_asked_for_is_found(tmp_path):
 
 def test_a_rollout_that_ends_without_need_is_a_miss(tmp_path):
     assert "ended, though it can be ridden out" in misses(with_episode(happened(tmp_path / "a", code=1)))
-    assert "enough came through" in misses(with_episode(happened(tmp_path / "b", "bytes dropped, 1 %", code=1)))
+    done = with_episode(happened(tmp_path / "b", "bytes dropped, 1 %", code=1))
+    assert misses(done) == ""  # no Stop was answered
+    done.passed.heard.append((0.7, done.passed.sent[-1][1]._replace(status=0)))
+    assert "enough came through" in misses(done)
+    done.passed.commanded[PERIODS + 1], done.passed.asked[PERIODS + 1] = 0.5, 0.02 * PERIODS
+    done.passed.stopping = 0.02 * PERIODS + 0.4
+    assert "enough came through" in misses(done)  # it waited for less than 0.5 s
+    done.passed.stopping += 0.1
+    assert misses(done) == ""
     starved = with_episode(happened(tmp_path / "c", "bytes dropped, 1 %", code=1, late=4))
     assert misses(starved) == ""
     assert misses(with_episode(happened(tmp_path / "d", "IMU frozen"))) == "did not end"

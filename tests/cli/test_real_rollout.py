@@ -1,3 +1,4 @@
+import gc
 import os
 import signal
 from contextlib import closing, contextmanager
@@ -12,11 +13,13 @@ from twbal.cli.composition import composing
 from twbal.cli.conf_folder import conf_folder
 from twbal.cli.kept_episodes import what_is_kept
 from twbal.cli.main import main
+from twbal.cli.robot_link import in_time
 from twbal.cli.stages.real_rollout import record
 from twbal.core.episode import Outcome, Provenance
 from twbal.core.errors import DataError, LinkLostError
 from twbal.io.checkpoint import save_checkpoint
 from twbal.io.logs import read_episode, write_episode
+from twbal.link.protocol import Clock
 from twbal.link.serial_plant import SerialPlant
 from twbal.policies.linear import LinearPolicy
 from twbal.policies.policy import Policy
@@ -64,6 +67,27 @@ def drive(cfg, policy, out, open_link):
     settings = RolloutSettings(seed=0, trials=2, first_trial=0, steps=8, tilt_limit=0.5, **bare)
     provenance = Provenance("paper", "robot")
     return record(open_link, instantiate(cfg.robot), policy, instantiate(cfg.state), settings, provenance, out)
+
+
+def test_only_a_robot_in_real_time_is_answered_without_garbage_collection(cfg, tmp_path, capsys, monkeypatch):
+    collects = []
+
+    @contextmanager
+    def link():
+        with instantiate(cfg.link) as plant:
+            with in_time(plant):  # which is in lockstep
+                collects.append(gc.isenabled())
+            plant.clock = Clock.REAL_TIME  # as a robot may announce
+            yield plant
+
+    def refuse(*asked):
+        raise PermissionError("as to most people")
+
+    monkeypatch.setattr("os.sched_setscheduler", refuse)
+    drive(cfg, Trap(lambda: collects.append(gc.isenabled())), tmp_path, link)
+    assert collects == [True, False, False]
+    assert gc.isenabled()
+    assert capsys.readouterr().out.count("this command has no real-time priority") == 1
 
 
 def test_ctrl_c_keeps_what_there_is_and_ends_the_stage(cfg, tmp_path):

@@ -221,6 +221,8 @@ TABLE: Mapping[str, How] = {
     "python -m benchmarks.link_faults robot=virtual clock=real_time times=10": Benchmark(),
     "python -m benchmarks.hidden_robots": Benchmark(),
     "python -m benchmarks.import_checks": Benchmark(),
+    "python -m benchmarks.latency": Benchmark(),
+    "python -m benchmarks.latency.steering": Benchmark(),
     "python -m benchmarks.hidden_effects all": Benchmark(),
     "real-rollout experiment=excite": Stage(),
     "python -m benchmarks.hidden_effects again": Benchmark(),

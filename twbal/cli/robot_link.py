@@ -1,17 +1,19 @@
 """The robot on the other end of a link: reached, and held against what is to drive it."""
 
-from contextlib import AbstractContextManager
+from collections.abc import Iterator
+from contextlib import AbstractContextManager, contextmanager
 from typing import cast
 
 from hydra.core.hydra_config import HydraConfig
 from hydra.utils import instantiate
 from omegaconf import DictConfig
 
-from twbal.cli.console import configuration_flags
+from twbal.cli.console import configuration_flags, say
 from twbal.core.channels import Channels
 from twbal.core.errors import ConfigError
 from twbal.core.robot_parameters import RobotParameters
-from twbal.link.protocol import Sensors
+from twbal.link.protocol import Clock, Sensors
+from twbal.link.real_time import punctual
 from twbal.link.serial_plant import SerialPlant
 from twbal.policies.policy import Policy
 from twbal.virtual_robot.process import Launch
@@ -24,6 +26,21 @@ def robot_link(link: DictConfig, launch: Launch) -> AbstractContextManager[Seria
     flags = configuration_flags() if HydraConfig.initialized() else []
     virtual = instantiate(link, overrides=[*flags, *link.overrides], _partial_=True)
     return cast(AbstractContextManager[SerialPlant], virtual(launch=launch))
+
+
+@contextmanager
+def in_time(plant: SerialPlant) -> Iterator[None]:
+    """Answer a robot in real time as fast as this computer can; where it may not have priority, that is said.
+
+    A robot in lockstep waits for its host, which then is a program as any other.
+    """
+    if plant.clock is Clock.LOCKSTEP:
+        yield
+        return
+    with punctual() as has_priority:
+        if not has_priority:
+            say("this command has no real-time priority, so a busy computer makes it late; see `twbal doctor`")
+        yield
 
 
 def check_torque(policy: Policy, robot: RobotParameters) -> None:

@@ -185,7 +185,9 @@ class SerialPlant(Plant):
             raise LinkLostError(str(error)) from error
         self._notes.follow(before, self._last, self._elapsed)
         if not self._last.status & (Status.ARMED | Status.TILT_STOPPED):  # the command may not have acted
-            raise LinkLostError(f"The robot {self.robot_name} stopped itself: {_why_stopped(self._last)}.")
+            raise LinkLostError(
+                f"The robot {self.robot_name} stopped itself: {_why_stopped(self._last)}.{_stall(before, self._last)}"
+            )
         self._follow_clock(before, self._last)
         return self._observation(self._last)
 
@@ -385,6 +387,17 @@ class SerialPlant(Plant):
 
 def _says_off(answer: Message) -> bool:
     return isinstance(answer, Telemetry) and not answer.status & Status.ARMED
+
+
+def _stall(before: Telemetry, seen: Telemetry) -> str:
+    """What to do where the watchdog stopped a robot; empty where something else did."""
+    if not seen.status & Status.WATCHDOG_STOPPED:
+        return ""
+    silence = (seen.time_us - before.time_us) % 2**32 * 1e-3
+    return (
+        f" By its clock {silence:.0f} ms passed until a measurement was answered. If the line is sound, the host was "
+        "late: close other programs, or allow real-time priority (`twbal doctor` says how)."
+    )
 
 
 def _why_stopped(seen: Telemetry) -> str:

@@ -29,12 +29,12 @@ def priority_check() -> Check:
     except OSError as error:
         line = f"'{_user()} - rtprio 90'"
         advice = (
-            f"Append {line} to /etc/security/limits.conf, log in again, and start commands by `chrt --fifo 50 twbal`."
+            f"Append {line} to /etc/security/limits.conf and log in again: commands that drive then take it themselves."
         )
         return Check(name, Verdict.WARNING, f"not allowed ({error.strerror}; RLIMIT_RTPRIO is {limit})", "", advice)
     with suppress(OSError):  # to lower it is always allowed
         os.sched_setscheduler(0, policy, parameters)
-    return Check(name, Verdict.OK, "allowed; `chrt --fifo 50 twbal ...` gives it to a command that drives a robot")
+    return Check(name, Verdict.OK, "allowed; commands that drive a robot in real time take it by themselves")
 
 
 def load_check(cores: int, load: float) -> Check:

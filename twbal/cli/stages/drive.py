@@ -17,7 +17,7 @@ from twbal.cli.console import next_command, print_result, run_folder, say
 from twbal.cli.kept_episodes import INTERRUPTED, keep, keep_interrupted
 from twbal.cli.link_gate import HEED, heed_last_check, heeds
 from twbal.cli.manifest import Manifest, Step, perform
-from twbal.cli.robot_link import check_robot, check_sensors, check_torque, robot_link, why_not_turned
+from twbal.cli.robot_link import check_robot, check_sensors, check_torque, in_time, robot_link, why_not_turned
 from twbal.cli.signals import on_hang_up, stopped_once
 from twbal.cli.typed_config import recorded, typed
 from twbal.core.channels import Channels
@@ -118,7 +118,8 @@ def run(cfg: DictConfig, out: Path, launch: Launch = launch) -> Manifest:
             check_sensors(plant, driven.channels)
             if heeds(cfg, cfg.link):
                 heed_last_check(plant, driven.robot)
-            log = _record(plant, source, driven, settings, replace(provenance, robot=plant.robot_name), out)
+            with in_time(plant):
+                log = _record(plant, source, driven, settings, replace(provenance, robot=plant.robot_name), out)
         figure = out / "figures" / f"{log.stem}.svg"
         save(following_figure(read_episode(log), figure.stem, driven.robot.wheel_radius), figure)
         return [log, figure]

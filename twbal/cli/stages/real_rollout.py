@@ -20,7 +20,7 @@ from twbal.cli.console import next_command, print_result, run_folder, say
 from twbal.cli.kept_episodes import INTERRUPTED, keep, keep_interrupted, what_is_kept
 from twbal.cli.link_gate import HEED, heed_last_check, heeds
 from twbal.cli.manifest import Manifest, Step, perform, read_manifest
-from twbal.cli.robot_link import check_robot, check_sensors, check_torque, robot_link, why_not_turned
+from twbal.cli.robot_link import check_robot, check_sensors, check_torque, in_time, robot_link, why_not_turned
 from twbal.cli.signals import stopped_once
 from twbal.cli.typed_config import recorded, typed
 from twbal.core.channels import Channels
@@ -198,7 +198,7 @@ def record(
         DataError: the policy commanded what is no number, or an episode cannot be written.
         KeyboardInterrupt: the person pressed Ctrl-C, or the process was asked to end.
     """
-    with stopped_once(), open_link() as plant:
+    with stopped_once(), open_link() as plant, in_time(plant):
         check_robot(plant, robot)
         check_sensors(plant, channels)
         steps = settings.steps if course is None else course.steps(plant.control_period)

@@ -1,6 +1,7 @@
 """A robot with hidden faults behind a port."""
 
 import os
+from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from twbal.core.errors import ConfigError
 from twbal.core.robot_parameters import RobotParameters
 from twbal.core.streams import Stream, child_seed
 from twbal.link.protocol import VERSION, Clock
+from twbal.link.real_time import uncollected
 from twbal.virtual_robot.drawn import draw_ground_truth
 from twbal.virtual_robot.firmware import Identity
 from twbal.virtual_robot.mujoco_robot import MujocoRobot
@@ -39,13 +41,14 @@ def main(cfg: DictConfig) -> None:
     settings = typed(Settings, cfg)
     parent = os.getppid() if settings.parent is None else settings.parent
     plant, identity = plant_of(cfg), identity_of(cfg)
-    if settings.firmware is None:
-        serve(plant, identity, settings.idle_timeout, parent)
-        return
-    if settings.protocol != VERSION:
+    if settings.firmware is not None and settings.protocol != VERSION:
         raise ConfigError(f"The firmware speaks version {VERSION} of the protocol; found protocol={settings.protocol}.")
-    with ended_by_signals():
-        serve_firmware(Path(settings.firmware), plant, identity, settings.idle_timeout, parent)
+    with uncollected() if identity.clock is Clock.REAL_TIME else nullcontext():
+        if settings.firmware is None:
+            serve(plant, identity, settings.idle_timeout, parent)
+            return
+        with ended_by_signals():
+            serve_firmware(Path(settings.firmware), plant, identity, settings.idle_timeout, parent)
 
 
 def identity_of(cfg: DictConfig) -> Identity:
