@@ -27,13 +27,14 @@ from benchmarks.hidden_robots.tables import beside, paper, reachable, reproduced
 from benchmarks.import_tables import import_checks, import_misses  # noqa: E402
 from benchmarks.latency.tables import keys, latency, latency_asked, latency_histogram, line_alone, losses  # noqa: E402
 from benchmarks.link_faults.tables import link_fault_misses, link_faults  # noqa: E402
+from benchmarks.on_firmware.tables import on_firmware  # noqa: E402
 from benchmarks.speed_tables import fits, ratios, running, steps, times, validation  # noqa: E402
 
 RESULTS = HOUSE / "benchmarks" / "results"
 PICTURES = HOUSE / "docs" / "pictures"
 PAGES = (
     HOUSE / "README.md",
-    *(HOUSE / "docs" / name for name in ("methods.md", "benchmarks.md", "speed.md", "import.md")),
+    *(HOUSE / "docs" / name for name in ("methods.md", "benchmarks.md", "speed.md", "import.md", "firmware.md")),
 )
 
 
@@ -107,6 +108,7 @@ PARTS: Mapping[str, Callable[..., list[str]]] = {
     "fits": fits,
     "running": running,
     "validation": validation,
+    "on_firmware": on_firmware,
     "latency": latency,
     "latency_asked": latency_asked,
     "latency_histogram": latency_histogram,

@@ -261,12 +261,31 @@ TABLE: Mapping[str, How] = {
     ),
     "make -C firmware": Elsewhere(("tests/firmware/building.py", 'make("all")'), "it compiles"),
     "make -C firmware test": Elsewhere(("tests/firmware/test_build.py", 'make("test")'), "it compiles for seconds"),
-    "make -C firmware POLICY=<run folder> BUILD=build/on_board": Elsewhere(
-        ("tests/firmware/test_driven_by_the_host.py", "POLICY={folder}"), "it compiles"
+    "make -C firmware POLICY=<run folder>": Elsewhere(
+        ("tests/firmware/test_build.py", "def test_another_policy_or_none_builds_the_program_anew"), "it compiles"
     ),
-    "twbal real-rollout policy.path=<policy.pt> 'link.overrides=[\"firmware=firmware/build/robot_posix\"]'": Elsewhere(
-        ("tests/firmware/test_driven_by_the_host.py", "firmware={program()}"), "it needs the firmware built"
+    "make -C firmware BUILD=build/second": Elsewhere(("tests/firmware/building.py", "BUILD={"), "it compiles"),
+    "twbal real-rollout policy.path=<policy.pt> link=firmware": Elsewhere(
+        ("tests/cli/test_policy_on_board.py", '"link=firmware"'), "it needs the firmware built"
     ),
+    "twbal iterate link=firmware": Elsewhere(
+        ("tests/firmware/test_algorithm_over_it.py", '"link=firmware"'), "it needs the firmware built"
+    ),
+    "twbal iterate link=firmware link.on_board=true": Elsewhere(
+        ("tests/firmware/test_algorithm_over_it.py", '"link.on_board=true"'), "it compiles the firmware"
+    ),
+    (
+        "twbal iterate link=firmware link.on_board=true link.program=firmware/build/second/robot_posix "
+        "'link.deploy=make -s -C firmware POLICY=$POLICY_FOLDER BUILD=build/second'"
+    ): Elsewhere(
+        ("tests/firmware/test_algorithm_over_it.py", "BUILD={build} POLICY=$POLICY_FOLDER"), "it compiles the firmware"
+    ),
+    (
+        "twbal real-rollout policy.path=<policy.pt> link=serial link.port=/dev/ttyUSB0 link.on_board=true "
+        '\'link.deploy=PLATFORMIO_BUILD_FLAGS="-DTWBAL_WITH_POLICY -I$POLICY_FOLDER" '
+        "pio run -d firmware -e esp32 -t upload'"
+    ): Elsewhere(("tests/cli/test_policy_on_board.py", "put_on_board(wanted, opens(flash, FLASH)"), "PlatformIO's"),
+    "python -m benchmarks.on_firmware": Benchmark(),
     "twbal export-policy policy.path=<policy.pt> target=header": Stage(_RECORDS, small=("states=100",)),
     "twbal export-policy policy.path=<policy.pt> distil=8": Stage(_RECORDS, small=("distil=2", "states=100")),
     "twbal repair logs=<log or folder>": Stage({"<log or folder>": f"{RECORDED}/episodes"}),

@@ -33,6 +33,30 @@ def test_units_and_fuzz_pass_under_sanitizers():
     assert re.search(r"fuzz: 100\d{3} bytes, \d+ good frames after noise, 0 lost", said)
 
 
+def test_another_policy_or_none_builds_the_program_anew_and_the_same_one_does_not(tmp_path):
+    """With a compiler that only notes how it is called."""
+    compiler, built = tmp_path / "compiler", tmp_path / "build" / "robot_posix"
+    compiler.write_text('#!/bin/sh\necho "$@" > "$(echo "$@" | sed "s/.*-o \\([^ ]*\\).*/\\1/")"\n')
+    compiler.chmod(0o755)
+    policies = [tmp_path / name for name in ("first", "second")]
+    for folder in policies:
+        folder.mkdir()
+        (folder / "policy.h").write_text("a policy\n")
+
+    def make_with(folder):
+        words = [f"POLICY={folder}"] if folder else []
+        make("all", f"CXX={compiler}", *words, folder=tmp_path / "build")
+        return built.read_text(), built.stat().st_mtime_ns
+
+    for folder in (None, *policies, None, policies[0]):
+        called, when = make_with(folder)
+        assert ("TWBAL_WITH_POLICY" in called) == (folder is not None)
+        assert folder is None or f"-I{folder}" in called
+        assert make_with(folder) == (called, when)
+    (policies[0] / "policy.h").write_text("the next one\n")
+    assert make_with(policies[0])[1] > when
+
+
 @pytest.mark.slow
 def test_ten_million_bytes_of_noise_neither_crash_nor_stop_it():
     make(str(build_folder() / "fuzz"))

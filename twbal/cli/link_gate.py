@@ -1,5 +1,6 @@
 """Between a robot and its arming: the last `twbal check-link` of it, where the link is to heed that."""
 
+from dataclasses import replace
 from datetime import UTC, datetime
 
 from omegaconf import DictConfig
@@ -46,7 +47,7 @@ def heed_last_check(plant: SerialPlant, robot: RobotParameters, advise: bool = T
     Raises:
         CheckError: it is not to be armed.
     """
-    now = Announced(plant.robot_name, plant.version, plant.firmware, plant.control_period, plant.torque_limit)
+    now = announced_by(plant)
     try:
         record = last_record(records_folder(), robot.name, plant.robot_name)
         against = objection(record, robot, now) if record else ""
@@ -59,6 +60,27 @@ def heed_last_check(plant: SerialPlant, robot: RobotParameters, advise: bool = T
         )
     if record is None and advise:
         say(f"the robot {plant.robot_name!r} was never tried by `twbal check-link`, which finds wrong signs")
+
+
+def announced_by(plant: SerialPlant) -> Announced:
+    """What a robot says of itself."""
+    return Announced(plant.robot_name, plant.version, plant.firmware, plant.control_period, plant.torque_limit)
+
+
+def carry_check(before: Announced, plant: SerialPlant, robot: RobotParameters) -> None:
+    """Let the last check of a robot hold for another build of its firmware, where it held for the one before.
+
+    Args:
+        before: what it announced before it was given another policy, and nothing else.
+        plant: the robot now.
+        robot: its sheet.
+
+    Raises:
+        DataError: the record cannot be read or written.
+    """
+    now, record = announced_by(plant), last_record(records_folder(), robot.name, plant.robot_name)
+    if record and not objection(record, robot, before) and now == before._replace(firmware=now.firmware):
+        keep_record(replace(record, announced=now), records_folder())
 
 
 def record_check(report: LinkReport, robots: tuple[RobotParameters, ...]) -> None:

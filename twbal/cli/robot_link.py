@@ -6,7 +6,7 @@ from typing import cast
 
 from hydra.core.hydra_config import HydraConfig
 from hydra.utils import instantiate
-from omegaconf import DictConfig
+from omegaconf import DictConfig, OmegaConf
 
 from twbal.cli.console import configuration_flags, say
 from twbal.core.channels import Channels
@@ -26,6 +26,13 @@ def robot_link(link: DictConfig, launch: Launch) -> AbstractContextManager[Seria
     flags = configuration_flags() if HydraConfig.initialized() else []
     virtual = instantiate(link, overrides=[*flags, *link.overrides], _partial_=True)
     return cast(AbstractContextManager[SerialPlant], virtual(launch=launch))
+
+
+def commanded_from_here(link: DictConfig) -> DictConfig:
+    """The same link, whatever is on board of the robot."""
+    changed = OmegaConf.merge(link, {"on_board": False} if "on_board" in link else {})
+    assert isinstance(changed, DictConfig)
+    return changed
 
 
 @contextmanager

@@ -7,10 +7,11 @@ from typing import NamedTuple
 import numpy as np
 
 from twbal.core.channels import Channels
+from twbal.core.errors import DataError
 from twbal.core.files import write_atomically
 from twbal.core.gaussian import Array
 from twbal.core.robot_parameters import RobotParameters
-from twbal.embedded.agreement import Agreement, agreement
+from twbal.embedded.agreement import MAX_GAIN_ERROR, Agreement, agreement
 from twbal.embedded.boards import BOARDS, Need, need_on
 from twbal.embedded.compiler import CompiledPolicy, c_compiler
 from twbal.embedded.distil import DistillationCost, cost_of, distilled
@@ -99,6 +100,18 @@ def export_to(
     needs = tuple(need_on(board, policy, channels, robot.control_period) for board in BOARDS)
     on_board = OnBoard(channels.names, robot.control_period, needs, equal, cost)
     return Export(policy, on_board, tuple(folder / name for name in texts), seconds)
+
+
+def check_agreement(made: Export) -> None:
+    """Raise DataError where a compiled header is not the policy."""
+    found = made.on_board.agreement
+    if found is not None and not found.is_equal:
+        raise DataError(
+            f"The compiled header is not the policy: its command is off by up to {found.max_error:.3g} N·m, "
+            f"{found.max_of_bound:.2g} times what single precision explains, and its gain by "
+            f"{100 * found.max_gain_error:.2g} % of the largest (expected at most 1 and {100 * MAX_GAIN_ERROR:g} %). "
+            "Try another compiler by CC=..., and report the policy that shows it."
+        )
 
 
 def _has_no_more(policy: SavedPolicy, basis: int) -> bool:

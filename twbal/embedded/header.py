@@ -1,6 +1,7 @@
 """The header: a policy and the state that it reads, for a C99 or C++ compiler."""
 
 import hashlib
+import re
 from typing import NamedTuple
 
 from twbal.core.channels import Channels
@@ -114,7 +115,6 @@ def header(exported: Exported) -> str:
     law = law_of(policy)
     body = "\n".join(f"    {line}" if line else line for line in law.body.splitlines())
     parts = dict(
-        origin=_in_a_comment(exported.origin),
         formula=law.formula,
         channels=", ".join(f"{name} [{unit}]" for name, unit in zip(channels.names, _ascii(channels), strict=True)),
         period=real(exported.control_period),
@@ -128,8 +128,16 @@ def header(exported: Exported) -> str:
         body=body,
         assembly=state_assembly(channels),
     )
-    digest = hashlib.sha256(_HEADER.format(identity="", **parts).encode()).digest()
-    return _HEADER.format(identity=f"0x{max(int.from_bytes(digest[:4], 'little'), 1):08x}u", **parts)
+    digest = hashlib.sha256(_HEADER.format(identity="", origin="", **parts).encode()).digest()
+    number = max(int.from_bytes(digest[:4], "little"), 1)
+    return _HEADER.format(identity=f"0x{number:08x}u", origin=_in_a_comment(exported.origin), **parts)
+
+
+def identity_in(text: str) -> int:
+    """The number by which the robot announces the policy of a header: of the law and its state, whatever its origin."""
+    found = re.search(r"^#define TWBAL_POLICY_ID 0x([0-9a-f]{8})u", text, flags=re.MULTILINE)
+    assert found is not None
+    return int(found.group(1), 16)
 
 
 def _ascii(channels: Channels) -> list[str]:

@@ -43,6 +43,8 @@ class SerialPlant(Plant):
         clock: lockstep, or real time.
         version: of the protocol that it speaks.
         firmware: number of its build, as announced; 0: unknown.
+        policy: number of the policy on board, as announced; 0: none.
+        deploy: command that puts another policy on board, as given.
         turns: whether it takes a difference of the wheel torques.
         sensors: what it measures.
     """
@@ -56,6 +58,7 @@ class SerialPlant(Plant):
         confirm_placed: Callable[[int], None] | None = None,
         motor: Motor | None = None,
         on_board: bool = False,
+        deploy: str | None = None,
     ) -> None:
         """Shake hands with the robot; the transport is closed where that fails.
 
@@ -70,13 +73,14 @@ class SerialPlant(Plant):
                 back-EMF acts as viscous friction of the robot, as in `twbal.core.motor`.
             on_board: the policy on board of the robot drives: commands are not sent, but the reference is, and what
                 the motors were given is read.
+            deploy: shell command that puts another policy on board, for who has one; None: a person does.
 
         Raises:
             ProtocolError: it speaks another version, or announces what cannot be.
             LinkError: it does not answer.
             ConfigError: a time is not positive, or without end.
         """
-        self._line, self._port = Exchange(transport), transport.name
+        self._line, self._port, self.deploy = Exchange(transport), transport.name, deploy
         self._connect_timeout, self._arm_timeout, self._timeout = connect_timeout, arm_timeout, timeout
         self._confirm_placed, self._motor, self._on_board = confirm_placed, motor, on_board
         self._reference = (0.0, 0.0)  # position and speed, for the policy on board [m], [m/s]
@@ -103,10 +107,11 @@ class SerialPlant(Plant):
         confirm_placed: Callable[[int], None] | None = None,
         motor: Motor | None = None,
         on_board: bool = False,
+        deploy: str | None = None,
     ) -> Self:
         """The plant behind a serial port or URL; see `SerialTransport` and the constructor."""
         line = SerialTransport(port, baud_rate)
-        return cls(line, connect_timeout, arm_timeout, timeout, confirm_placed, motor, on_board)
+        return cls(line, connect_timeout, arm_timeout, timeout, confirm_placed, motor, on_board, deploy)
 
     @property
     def events(self) -> tuple[Event, ...]:
@@ -318,7 +323,7 @@ class SerialPlant(Plant):
             )
         self.control_period = welcome.control_period_us * 1e-6
         self.robot_name, self.torque_limit, self.clock = welcome.name, welcome.torque_limit, welcome.clock
-        self.firmware = welcome.firmware
+        self.firmware, self.policy = welcome.firmware, welcome.policy
         self.version, self.sensors, self._voltage_limit = welcome.version, welcome.sensors, welcome.voltage_limit
         self._limits = WheelLimits(welcome.torque_limit, welcome.difference_limit)
         self.turns = welcome.difference_limit > 0 and not self._on_board

@@ -187,6 +187,9 @@ def virtual_plant(
     connect_timeout: float,
     arm_timeout: float,
     timeout: float,
+    program: str | None = None,
+    on_board: bool = False,
+    deploy: str | None = None,
     launch: Launch = launch,
 ) -> Iterator[SerialPlant]:
     """The plant behind the port of a virtual robot that lives as long as the body.
@@ -201,14 +204,26 @@ def virtual_plant(
         connect_timeout: see `SerialPlant` for this and the next two [s].
         arm_timeout: [s].
         timeout: [s].
+        program: firmware that runs in it, of `make -C firmware`; None: twbal's own in Python.
+        on_board: see `SerialPlant` for this and the next.
+        deploy: command that builds the program anew, with another policy on board; None: a person does.
         launch: starts it, or has one that runs already.
 
     Raises:
         LinkError: see `launch` and `SerialPlant`.
     """
     settings = [f"robot={robot}", f"seed={seed}", f"clock={clock}", *overrides]
+    if program is not None:
+        settings.append(f"firmware={_quoted(program)}")
     with (
         launch(virtual_robot_command(settings), start_timeout) as port,
-        SerialPlant.open(port, baud_rate, connect_timeout, arm_timeout, timeout) as plant,
+        SerialPlant.open(
+            port, baud_rate, connect_timeout, arm_timeout, timeout, on_board=on_board, deploy=deploy
+        ) as plant,
     ):
         yield plant
+
+
+def _quoted(text: str) -> str:
+    """A text that the command line takes as it is, whatever is in it."""
+    return "'" + text.replace("'", "\\'") + "'"

@@ -20,6 +20,8 @@ LINK = (
     Setting("link.arm_timeout", _PATIENCE, "time for the robot to be armed"),
     Setting("link.timeout", _PATIENCE, "silence that ends a rollout"),
     Setting("link.on_board", YesNo(), "the policy on board of the robot drives; the host watches"),
+    Setting("link.deploy", OrNull(Text("command")), "puts the policy of $POLICY_FOLDER on board; null: a person does"),
+    Setting("link.program", Text("path"), "the firmware, built for this computer"),
     Setting("link.motor", OrNull(Part()), "motor that makes voltages of torques; null: the robot takes torques"),
     Setting("link.confirm_placed", OrNull(Part()), "question before each rollout; null: none"),
 )

@@ -17,6 +17,7 @@ from twbal.cli.console import next_command, print_result, run_folder, say
 from twbal.cli.kept_episodes import INTERRUPTED, keep, keep_interrupted
 from twbal.cli.link_gate import HEED, heed_last_check, heeds
 from twbal.cli.manifest import Manifest, Step, perform
+from twbal.cli.policy_on_board import FOLDER, prepared_link
 from twbal.cli.robot_link import check_robot, check_sensors, check_torque, in_time, robot_link, why_not_turned
 from twbal.cli.signals import on_hang_up, stopped_once
 from twbal.cli.typed_config import recorded, typed
@@ -41,7 +42,7 @@ from twbal.virtual_robot.process import Launch, launch
 from twbal.viz.canvas import save
 from twbal.viz.following_figure import following_figure
 
-NOT_RECORDED = ("policy.path", "link.port", HEED, "input")
+NOT_RECORDED = ("policy.path", "link.port", "link.deploy", HEED, "input")
 NOT_IN_EPISODES = ("policy.path", "link", HEED)
 KEYBOARD = "keyboard"
 KEY_HELP = "w s faster slower | a d left right | Enter as it is | space rest | q rest and end | x motors off"
@@ -113,7 +114,8 @@ def run(cfg: DictConfig, out: Path, launch: Launch = launch) -> Manifest:
     step = Step("drive", out, recorded(cfg, NOT_RECORDED), inputs, settings.seed)
 
     def drive() -> list[Path]:
-        with stopped_once(), _source(settings.input, layout) as source, robot_link(cfg.link, launch) as plant:
+        link = prepared_link(cfg, driven.robot, driven.channels, driven.policy, out / FOLDER, launch)
+        with stopped_once(), _source(settings.input, layout) as source, robot_link(link, launch) as plant:
             check_robot(plant, driven.robot)
             check_sensors(plant, driven.channels)
             if heeds(cfg, cfg.link):

@@ -34,7 +34,7 @@ from twbal.viz.run_figures import pictures, save
 from twbal.viz.run_page import Setting, write_report
 
 MORE_UPDATES = 3  # than a run had that did not balance the robot
-NOT_RECORDED = ("link.port", f"real_rollout.{HEED}", "sim_collect.workers", "optimise_policy.workers")
+NOT_RECORDED = ("link.port", "link.deploy", f"real_rollout.{HEED}", "sim_collect.workers", "optimise_policy.workers")
 SUMMARY, REPORT, FIGURES, BEST_POLICY = "summary.json", "report.html", "figures", "best_policy.pt"
 
 
@@ -170,7 +170,7 @@ def _setting(cfg: DictConfig, measures: Measures, choices: Mapping[str, str]) ->
         for name, width, unit in zip(channels.names, measures.cost.widths, channels.units, strict=True)
         if width < float("inf")
     ]
-    virtual = choices["link"] == "virtual"
+    virtual = "port" not in cfg.link
     facts = [
         ("method", str(cfg.method)),
         ("state", ", ".join(channels.names)),
@@ -180,8 +180,14 @@ def _setting(cfg: DictConfig, measures: Measures, choices: Mapping[str, str]) ->
             "policy",
             f"{cfg.parametrisation.basis} basis functions{', and a linear part' if cfg.parametrisation.linear else ''}",
         ),
-        ("link", f"{choices['link']}, robot {cfg.link.seed}" if virtual else str(choices["link"])),
+        ("link", _link_in_words(cfg.link, choices["link"])),
     ]
     if cfg.initial_policy == "simulation":
         facts.append(("simulated robots", ", ".join([str(choices.get("sim", "own")), *map(str, cfg.ensemble)])))
     return Setting(virtual, measures.rule, cfg.robot.control_period, [str(name) for name in cfg.ensemble], facts)
+
+
+def _link_in_words(link: DictConfig, choice: str) -> str:
+    """Which robot, and where its policy runs."""
+    robot = f", robot {link.seed}" if "seed" in link else ""
+    return f"{choice}{robot}{', policy on board' if link.get('on_board', False) else ''}"

@@ -20,7 +20,16 @@ from twbal.cli.console import next_command, print_result, run_folder, say
 from twbal.cli.kept_episodes import INTERRUPTED, keep, keep_interrupted, what_is_kept
 from twbal.cli.link_gate import HEED, heed_last_check, heeds
 from twbal.cli.manifest import Manifest, Step, perform, read_manifest
-from twbal.cli.robot_link import check_robot, check_sensors, check_torque, in_time, robot_link, why_not_turned
+from twbal.cli.policy_on_board import FOLDER, prepared_link
+from twbal.cli.robot_link import (
+    check_robot,
+    check_sensors,
+    check_torque,
+    commanded_from_here,
+    in_time,
+    robot_link,
+    why_not_turned,
+)
 from twbal.cli.signals import stopped_once
 from twbal.cli.typed_config import recorded, typed
 from twbal.core.channels import Channels
@@ -30,6 +39,7 @@ from twbal.core.errors import ConfigError, DataError
 from twbal.core.heading_control import HeadingControl
 from twbal.core.json_records import read_record, write_record
 from twbal.core.robot_parameters import RobotParameters, parameter_hash
+from twbal.embedded.export import HEADER
 from twbal.io.logs import read_episode
 from twbal.link.frozen_sensors import FrozenSensors
 from twbal.link.ranges import MAX_TRIAL
@@ -39,7 +49,7 @@ from twbal.virtual_robot.process import Launch, launch
 from twbal.viz.canvas import save
 from twbal.viz.following_figure import following_figure
 
-NOT_RECORDED = ("policy.path", "link.port", HEED)
+NOT_RECORDED = ("policy.path", "link.port", "link.deploy", HEED)
 NOT_IN_EPISODES = ("policy.path", "link", HEED)  # the same robot may be reached by other ways
 
 
@@ -129,7 +139,6 @@ def run(cfg: DictConfig, out: Path, launch: Launch = launch, advise: bool = True
         seed=settings.seed,
         config=recorded(cfg, NOT_IN_EPISODES),
     )
-    open_link = partial(_checked_link, cfg, launch, robot, advise)
     inputs = {"policy": policy_files(cfg.policy)}
     step = Step("real-rollout", out, recorded(cfg, NOT_RECORDED), inputs, settings.seed)
     channels, course = instantiate(cfg.state), instantiate(cfg.course) if cfg.course else None
@@ -142,16 +151,21 @@ def run(cfg: DictConfig, out: Path, launch: Launch = launch, advise: bool = True
     def drive() -> list[Path]:
         if cut_short:
             say(what_is_kept(out))
+        link = prepared_link(cfg, robot, channels, policy, out / FOLDER, launch)
+        open_link = partial(_checked_link, cfg, link, launch, robot, advise)
         logs = record(open_link, robot, policy, channels, settings, provenance, out, course)
-        return logs if course is None else [*logs, *_judge(logs, course, robot, out)]
+        made = [*logs, *(out / FOLDER).glob(HEADER)]
+        return made if course is None else [*made, *_judge(logs, course, robot, out)]
 
     return perform(step, drive)
 
 
 @contextmanager
-def _checked_link(cfg: DictConfig, launch: Launch, robot: RobotParameters, advise: bool) -> Iterator[SerialPlant]:
+def _checked_link(
+    cfg: DictConfig, link: DictConfig, launch: Launch, robot: RobotParameters, advise: bool
+) -> Iterator[SerialPlant]:
     """The link, if nothing speaks against arming the robot."""
-    with robot_link(cfg.link, launch) as plant:
+    with robot_link(link, launch) as plant:
         if heeds(cfg, cfg.link):
             heed_last_check(plant, robot, advise)
         yield plant
@@ -241,7 +255,7 @@ def check_robot_is_there(cfg: DictConfig) -> None:
         CheckError: the last check of its link speaks against arming it.
     """
     if "port" in cfg.link:
-        with stopped_once(), robot_link(cfg.link, launch) as plant:
+        with stopped_once(), robot_link(commanded_from_here(cfg.link), launch) as plant:
             robot = instantiate(cfg.robot)
             check_robot(plant, robot)
             if heeds(cfg.real_rollout, cfg.link):
