@@ -11,6 +11,7 @@ from hydra.utils import instantiate
 from twbal.algorithm.settings import RolloutSettings
 from twbal.cli.composition import composing
 from twbal.cli.conf_folder import conf_folder
+from twbal.cli.kept_episodes import what_is_kept
 from twbal.cli.main import main
 from twbal.cli.robot_link import in_time
 from twbal.cli.stages.real_rollout import record
@@ -178,6 +179,15 @@ def test_a_robot_killed_in_mid_rollout_leaves_an_episode_marked_link_lost(cfg, t
     assert (episode.outcome, len(episode)) == (Outcome.LINK_LOST, 5)
     assert episode.events
     assert not list((tmp_path / "episodes").glob("*"))
+
+
+def test_what_a_start_that_was_cut_short_left_is_said_as_it_is(tmp_path):
+    """That the next start says so is shown by hosts that are killed, in tests/benchmarks/test_link_faults.py."""
+    assert what_is_kept(tmp_path) == "an earlier start was cut short; nothing of it is kept"
+    for name in ("episodes/trial_000", "episodes/trial_001", "interrupted/trial_002_link_lost_0"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / f"{name}.mcap").touch()
+    assert what_is_kept(tmp_path) == "an earlier start was cut short; kept: episodes 2, interrupted 1"
 
 
 def test_a_policy_beside_another_programs_manifest_is_driven_to_the_end(tmp_path, capsys):

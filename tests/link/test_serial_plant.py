@@ -11,7 +11,7 @@ from twbal.core.episode import Outcome, Provenance
 from twbal.core.errors import DataError, LinkError, LinkLostError, ProtocolError
 from twbal.core.plant import Pose
 from twbal.link.decoder import Decoder, to_wire
-from twbal.link.protocol import VERSION, Clock, PoseReport, Sensors, Status, Stop, Telemetry, Welcome
+from twbal.link.protocol import VERSION, Clock, Command, PoseReport, Sensors, Status, Stop, Telemetry, Welcome
 from twbal.link.serial_plant import SerialPlant
 from twbal.link.version_1 import VERSION_1, downgraded, upgraded
 from twbal.policies.policy import Policy
@@ -306,6 +306,52 @@ def test_in_real_time_a_punctual_host_drives_as_in_lockstep():
     plant, _, _ = linked(REAL_TIME, us_per_read=1000)
     np.testing.assert_array_equal(drive(plant).observations, drive(linked()[0]).observations)
     assert plant.missed_periods == 0
+
+
+def without_each(count, kind):
+    """Loses each so many-th message of a kind, as it is sent first."""
+    met = []
+
+    def way(data):
+        (message,) = heard(data)
+        if type(message) is not kind or message.seq in met:
+            return data
+        met.append(message.seq)
+        return data if len(met) % count else b""
+
+    return way
+
+
+def test_a_command_that_was_lost_is_sent_again_as_soon_as_telemetry_lacks_it():
+    """The robot's clock runs far ahead of the host's here: who waits 50 ms of the host's is stopped by the watchdog."""
+    plant, line, pendulum = linked(REAL_TIME, us_per_read=1000)
+    line.to_robot = without_each(10, Command)
+    episode = drive(plant)
+    assert episode.outcome is Outcome.COMPLETED
+    assert plant.missed_periods == 4
+    assert [event.text for event in plant.events] == 4 * [
+        "1 control periods passed without a command in time",
+        "a command was sent again, 1 times, before it was answered",
+    ]
+    assert pendulum.torques[9] == pendulum.torques[8]  # the command before was held for a period
+
+
+def test_messages_that_are_damaged_or_sent_again_are_noted_in_the_episode():
+    plant, line, _ = linked(timeout=30.0)
+    spoilt = iter([False, False, True, True, *[False] * 99])
+    line.to_host = lambda data: data[:10] + b"?" + data[11:] if data and next(spoilt) else data
+    plant.reset(0)
+    plant.step(0.0)
+    assert plant.events == ()
+    plant.step(0.0)
+    assert [event.text for event in plant.events] == [
+        "2 damaged frames came from the robot",
+        "a command was sent again, 2 times, before it was answered",
+    ]
+    plant.step(0.0)
+    assert len(plant.events) == 2
+    plant.reset(1)
+    assert plant.events == ()
 
 
 def test_in_real_time_a_late_host_misses_periods_and_they_are_counted():

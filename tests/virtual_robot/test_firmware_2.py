@@ -7,7 +7,7 @@ import pytest
 from twbal.core.motor import Motor
 from twbal.core.plant import Observation, Plant, WheelDifference
 from twbal.link.decoder import Decoder, to_wire
-from twbal.link.protocol import NEEDED, Arm, Clock, Command, Drive, Hello, PoseReport, Sensors, Status, Stop
+from twbal.link.protocol import NEEDED, Arm, Clock, Command, Drive, Hello, PoseReport, Sensors, Status, Stop, Telemetry
 from twbal.virtual_robot.firmware import Firmware, Identity
 
 LOCKSTEP = Identity("paper", torque_limit=20.0, tilt_limit=1.0, watchdog=0.1, clock=Clock.LOCKSTEP)
@@ -141,6 +141,12 @@ def test_late_commands_are_counted_and_the_last_ones_time_is_said(sim_plant):
     tell(firmware, Command(4, 1.0), now_us=62_000)
     (seen,) = heard(firmware.advance(1000 + 4 * PERIOD_US))
     assert (seen.late, seen.command_us) == (2, 62_000)
+
+
+def test_in_lockstep_the_time_of_the_last_command_is_of_the_clock_that_stands_between_commands(sim_plant):
+    firmware = Firmware(sim_plant, LOCKSTEP)
+    told = [*tell(firmware, Hello(1), Arm(2, 0), now_us=10**9), *tell(firmware, Command(3, 1.0), now_us=2 * 10**9)]
+    assert [(s.time_us, s.command_us) for s in told if isinstance(s, Telemetry)] == [(0, 0), (PERIOD_US, 0)]
 
 
 @pytest.mark.parametrize("broken", ["tilt", "tilt_rate", "wheel_angle", "wheel_rate"])

@@ -11,6 +11,14 @@ INTERRUPTED = (Outcome.STOPPED, Outcome.LINK_LOST, Outcome.POLICY_FAULT)
 """Outcomes of trials that end the stage, and that the same command drives again."""
 
 
+def what_is_kept(out: Path) -> str:
+    """What an earlier start of the same command left in a run folder, as a sentence; that is not driven again."""
+    complete, short = (len(list((out / name).glob("*.mcap"))) for name in ("episodes", "interrupted"))
+    if not complete + short:
+        return "an earlier start was cut short; nothing of it is kept"
+    return f"an earlier start was cut short; kept: episodes {complete}, interrupted {short}"
+
+
 def keep(file: Path, episode: Episode) -> None:
     """Log the episode, also where Ctrl-C comes while it is written."""
     try:

@@ -1,5 +1,6 @@
 """Messages to a robot and the answers to them."""
 
+import math
 import time
 from collections.abc import Callable
 
@@ -19,16 +20,18 @@ class Exchange:
     Attributes:
         transport: the line.
         version: of the protocol that the robot speaks.
+        sent_again: how often a message was sent again since it was not answered in time.
         pose: what the robot said of its true pose together with its newest telemetry that answered; None where nothing.
     """
 
     def __init__(self, transport: Transport) -> None:
         self.transport = transport
         self.version = VERSION
+        self.sent_again = 0
         self.pose: PoseReport | None = None
         self._said: PoseReport | None = None
         self._decoder = Decoder()
-        self._number = 0
+        self._number = self._period = 0  # of the last message; of the newest telemetry
 
     @property
     def bad_frames(self) -> int:
@@ -49,13 +52,14 @@ class Exchange:
     ) -> Message:
         """Send `message`, again where no answer comes, and return the newest answer to it once that is as `until` says.
 
+        It is sent again after a while, and at once where the robot has measured again without knowing of it.
         Messages are those of the newest version; to a robot of an older one they are translated.
 
         Args:
             message: to send.
             timeout: how long to wait [s].
             until: which answers will do.
-            resend_after: when it is sent again [s]; infinite: never.
+            resend_after: when it is sent again [s]; infinite: never, whatever comes.
 
         Raises:
             LinkError: it is answered by a fault, not at all, or not so.
@@ -70,6 +74,7 @@ class Exchange:
             now = time.monotonic()
             if now >= resend_at:
                 self.transport.write(wire)
+                self.sent_again += resend_at > 0.0
                 resend_at = now + resend_after
             for answer in map(upgraded, self._decoder.feed(self.transport.read())):
                 if isinstance(answer, PoseReport):
@@ -78,6 +83,9 @@ class Exchange:
                     if isinstance(answer, Fault):
                         raise LinkError(f"The robot on {self.transport.name} cannot follow: {answer.text}.")
                     newest, self.pose = answer, self._pose_at(answer)
+                    self._period = answer.period if isinstance(answer, Telemetry) else self._period
+                elif self._is_later(answer) and resend_after < math.inf:
+                    resend_at = now
             if newest is not None and until(newest):
                 return newest
         raise LinkError(self._why_none(type(message).__name__, timeout, newest))
@@ -95,6 +103,13 @@ class Exchange:
         while time.monotonic() < deadline:
             heard += map(upgraded, self._decoder.feed(self.transport.read()))
         return heard
+
+    def _is_later(self, answer: Message) -> bool:
+        """Whether this is telemetry of a later control period than all before; from now on it is one of those."""
+        if not isinstance(answer, Telemetry) or not 0 < (answer.period - self._period) % 2**16 < 2**15:
+            return False
+        self._period = answer.period
+        return True
 
     def _pose_at(self, answer: Message) -> PoseReport | None:
         """The pose that the robot said just before this answer, if it is of the same instant."""

@@ -10,6 +10,7 @@ from twbal.core.errors import ConfigError, DataError, LinkError, LinkLostError, 
 from twbal.core.motor import Motor
 from twbal.core.plant import Observation, Plant, Pose, WheelDifference
 from twbal.link.exchange import Exchange
+from twbal.link.line_notes import LineNotes
 from twbal.link.message import Message
 from twbal.link.protocol import (
     VERSION,
@@ -46,7 +47,6 @@ class SerialPlant(Plant):
         deploy: command that puts another policy on board, as given.
         turns: whether it takes a difference of the wheel torques.
         sensors: what it measures.
-        missed_periods: control periods of the current rollout that passed without a command in time.
     """
 
     def __init__(
@@ -84,12 +84,11 @@ class SerialPlant(Plant):
         self._connect_timeout, self._arm_timeout, self._timeout = connect_timeout, arm_timeout, timeout
         self._confirm_placed, self._motor, self._on_board = confirm_placed, motor, on_board
         self._reference = (0.0, 0.0)  # position and speed, for the policy on board [m], [m/s]
-        self._armed = self._lost = self._counter_stands = False
-        self._events: list[Event] = []
+        self._armed = self._lost = False
+        self._notes = LineNotes(self._line)
         self._pose: Pose | None = None
         self._difference = 0.0  # of the wheel torques [N·m]
         self._elapsed_us = 0  # on the robot's clock, in the current rollout [µs]
-        self.missed_periods = 0
         try:
             check_timeouts(connect_timeout=connect_timeout, arm_timeout=arm_timeout, timeout=timeout)
             self._shake_hands()
@@ -116,8 +115,13 @@ class SerialPlant(Plant):
 
     @property
     def events(self) -> tuple[Event, ...]:
-        """What happened on the line in the current rollout: missed periods, clipped commands."""
-        return tuple(self._events)
+        """What happened on the line in the current rollout: missed periods, damaged frames, clipped commands."""
+        return tuple(self._notes.events)
+
+    @property
+    def missed_periods(self) -> int:
+        """Control periods of the current rollout that passed without a command in time."""
+        return self._notes.missed_periods
 
     @property
     def line(self) -> Exchange:
@@ -149,13 +153,13 @@ class SerialPlant(Plant):
             self._shake_hands()
         if self._confirm_placed is not None:
             self._confirm_placed(trial)
-        self._events.clear()
-        self._elapsed_us, self.missed_periods, self._counter_stands, self._difference = 0, 0, False, 0.0
+        self._elapsed_us, self._difference = 0, 0.0
         self._armed = True  # as far as can be known: from here on the way out must disarm
         drive = Drive.TORQUE if self._motor is None else Drive.VOLTAGE
         drive = Drive.ON_BOARD if self._on_board else drive
         self._reference = (0.0, 0.0)
         self._last = self._telemetry(Arm(self._line.next_number(), trial, drive), self._arm_timeout)
+        self._notes.begin()  # while it armed, it may have been asked again and again
         if not self._last.status & Status.ARMED:
             raise LinkError(
                 f"The robot {self.robot_name} does not arm: {_why_stopped(self._last)}. Place it at its start."
@@ -184,8 +188,7 @@ class SerialPlant(Plant):
         except LinkError as error:
             self._lost = True
             raise LinkLostError(str(error)) from error
-        self._count_missed((self._last.period - before.period) % 2**16 - 1)
-        self._count_dropped((self._last.dropped - before.dropped) % 2**16)
+        self._notes.follow(before, self._last, self._elapsed)
         if not self._last.status & (Status.ARMED | Status.TILT_STOPPED):  # the command may not have acted
             raise LinkLostError(
                 f"The robot {self.robot_name} stopped itself: {_why_stopped(self._last)}.{_stall(before, self._last)}"
@@ -337,7 +340,8 @@ class SerialPlant(Plant):
     def _clip(self, command: float) -> WheelCommands:
         """What is sent for a torque, in the unit of the arming, within the robot's limits."""
         if not self._limits.allow(WheelCommands(command)):
-            self._note(f"command of {command:.3g} N·m clipped to the robot's limit of {self.torque_limit:.3g} N·m")
+            text = f"command of {command:.3g} N·m clipped to the robot's limit of {self.torque_limit:.3g} N·m"
+            self._notes.add(self._elapsed, text)
         done = self._limits.cut(WheelCommands(command, self._difference))
         if self._motor is None:
             return done
@@ -353,28 +357,17 @@ class SerialPlant(Plant):
             )
         self._elapsed_us += advance
 
-    def _count_missed(self, periods: int) -> None:
-        if 0 <= periods < 2**15:
-            self.missed_periods += periods
-            if periods:
-                self._note(f"{periods} control periods passed without a command in time")
-        elif not self._counter_stands:
-            self._counter_stands = True
-            self._note("the robot's count of its control periods does not run forward, so missed ones are not noticed")
-
-    def _count_dropped(self, frames: int) -> None:
-        if 0 < frames < 2**15:
-            self._note(f"the robot dropped {frames} damaged or outdated frames")
-
-    def _note(self, text: str) -> None:
-        self._events.append(Event(self._elapsed_us * 1e-6, text))
+    @property
+    def _elapsed(self) -> float:
+        """On the robot's clock, in the current rollout [s]."""
+        return self._elapsed_us * 1e-6
 
     def _observation(self, seen: Telemetry) -> Observation:
         if odd := odd_values(seen, self.sensors):
             raise LinkLostError(f"The robot {self.robot_name} sends {odd}. Is that sensor connected?")
         self._pose = self._true_pose()
         return Observation(
-            time=self._elapsed_us * 1e-6,
+            time=self._elapsed,
             tilt=seen.tilt,
             tilt_rate=seen.tilt_rate,
             acceleration=seen.acceleration if self.sensors & Sensors.ACCELERATION else 0.0,
@@ -416,7 +409,10 @@ def _why_stopped(seen: Telemetry) -> str:
     if seen.status & Status.TILT_STOPPED:
         return f"its tilt of {math.degrees(seen.tilt):.0f}° is beyond its own limit"
     if seen.status & Status.SENSOR_STOPPED:
-        return "a sensor that it is balanced by fell silent"
+        values = {name: getattr(seen, name) for name in ("tilt", "tilt_rate", "wheel_angle", "wheel_rate")}
+        broken = [name.replace("_", " ") for name, value in values.items() if not math.isfinite(value)]
+        which = f" ({', '.join(broken)})" if broken else ""
+        return f"a sensor that it is balanced by fell silent, or said what is no number{which}"
     if seen.status & Status.WATCHDOG_STOPPED:
         return "it had no command for too long (its watchdog)"
     return "it was stopped at its own side"

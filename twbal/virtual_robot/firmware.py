@@ -194,7 +194,7 @@ class Firmware:
         voltage = order.drive is Drive.VOLTAGE and self._identity.motor
         self._torque_per_unit = torque_per_voltage(voltage) if voltage else 1.0
         self._time_us = now_us if self._identity.clock is Clock.REAL_TIME else 0
-        self._commanded_us, self._is_fresh = now_us, True
+        self._commanded_us, self._is_fresh = self._time_us, True
         self._check_sensors()
         return self._report()
 

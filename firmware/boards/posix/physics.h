@@ -14,7 +14,7 @@ namespace twbal {
 
 #pragma pack(push, 1)
 struct PhysicsOrder {
-    char kind; // 'R': put the robot at its start for `trial`; 'S': a control period with these torques; 'O': motors off
+    char kind; // 'R': put the robot at its start for `trial`; 'S': a control period with these torques
     uint32_t trial;
     float total, difference;
 };

@@ -26,6 +26,7 @@ from twbal.core.episode import Episode, Provenance
 from twbal.core.heading_control import HeadingControl
 from twbal.core.robot_parameters import RobotParameters, parameter_hash
 from twbal.io.logs import read_episode
+from twbal.link.frozen_sensors import FrozenSensors
 from twbal.link.protocol import Clock
 from twbal.link.serial_plant import SerialPlant
 from twbal.policies.policy import Policy
@@ -175,9 +176,10 @@ def _record(
             say(f"the robot {plant.robot_name} cannot be turned: {why}; keys for turns do nothing")
         if settings.input == KEYBOARD:
             say(KEY_HELP)
+        frozen = FrozenSensors()
         episode = rollout(
             *(plant, driven.policy, driven.channels, sys.maxsize, settings.tilt_limit, provenance, course, heading),
-            watch=course.watch,
+            watch=lambda *seen: frozen(*seen) or course.watch(*seen),
         )
     episode = replace(episode, events=tuple(sorted((*episode.events, *plant.events, *course.events))))
     if episode.outcome in INTERRUPTED and not course.steering.stopped:

@@ -17,7 +17,7 @@ from twbal.algorithm.settings import RolloutSettings
 from twbal.algorithm.tables import course_table
 from twbal.cli.artefacts import COURSE, episode_file, policy_files, policy_hash
 from twbal.cli.console import next_command, print_result, run_folder, say
-from twbal.cli.kept_episodes import INTERRUPTED, keep, keep_interrupted
+from twbal.cli.kept_episodes import INTERRUPTED, keep, keep_interrupted, what_is_kept
 from twbal.cli.link_gate import HEED, heed_last_check, heeds
 from twbal.cli.manifest import Manifest, Step, perform, read_manifest
 from twbal.cli.policy_on_board import FOLDER, prepared_link
@@ -41,6 +41,7 @@ from twbal.core.json_records import read_record, write_record
 from twbal.core.robot_parameters import RobotParameters, parameter_hash
 from twbal.embedded.export import HEADER
 from twbal.io.logs import read_episode
+from twbal.link.frozen_sensors import FrozenSensors
 from twbal.link.ranges import MAX_TRIAL
 from twbal.link.serial_plant import SerialPlant
 from twbal.policies.policy import Policy
@@ -144,7 +145,12 @@ def run(cfg: DictConfig, out: Path, launch: Launch = launch, advise: bool = True
     if course is not None:
         channels.index("position")  # raises where the policy cannot see how far it is off
 
+    before = read_manifest(out)
+    cut_short = before is not None and not before.complete
+
     def drive() -> list[Path]:
+        if cut_short:
+            say(what_is_kept(out))
         link = prepared_link(cfg, robot, channels, policy, out / FOLDER, launch)
         open_link = partial(_checked_link, cfg, link, launch, robot, advise)
         logs = record(open_link, robot, policy, channels, settings, provenance, out, course)
@@ -217,7 +223,8 @@ def record(
                 continue
             its_own = replace(provenance, robot=plant.robot_name, trial=trial)
             heading = HeadingControl(robot, headings, plant.has_yaw_gyro) if headings else None
-            episode = rollout(plant, policy, channels, steps, settings.tilt_limit, its_own, course, heading)
+            drive = partial(rollout, plant, policy, channels, steps, settings.tilt_limit, its_own, course, heading)
+            episode = drive(watch=FrozenSensors())
             with_line = replace(episode, events=tuple(sorted((*episode.events, *plant.events))))
             if episode.outcome in INTERRUPTED:
                 keep_interrupted(with_line, out / "interrupted", why=" ".join(end.text for end in episode.events))

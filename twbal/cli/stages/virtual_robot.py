@@ -40,22 +40,7 @@ def main(cfg: DictConfig) -> None:
     """Serve one virtual robot until nobody needs it any more."""
     settings = typed(Settings, cfg)
     parent = os.getppid() if settings.parent is None else settings.parent
-    robot: RobotParameters = instantiate(cfg.robot)
-    identity = Identity(
-        name=robot.name,
-        torque_limit=robot.torque_limit,
-        tilt_limit=settings.self_stop_tilt,
-        watchdog=settings.watchdog,
-        clock=Clock[settings.clock.upper()],
-        version=settings.protocol,
-    )
-    plant = MujocoRobot(
-        truth=draw_ground_truth(instantiate(cfg.faults), robot, settings.seed),
-        control_period=robot.control_period,
-        start=instantiate(cfg.start),
-        physics_step=settings.physics_step,
-        seed=child_seed(Stream.VIRTUAL_ROBOT, settings.seed),  # no numbers in common with the host's simulation
-    )
+    plant, identity = plant_of(cfg), identity_of(cfg)
     if settings.firmware is not None and settings.protocol != VERSION:
         raise ConfigError(f"The firmware speaks version {VERSION} of the protocol; found protocol={settings.protocol}.")
     with uncollected() if identity.clock is Clock.REAL_TIME else nullcontext():
@@ -64,3 +49,30 @@ def main(cfg: DictConfig) -> None:
             return
         with ended_by_signals():
             serve_firmware(Path(settings.firmware), plant, identity, settings.idle_timeout, parent)
+
+
+def identity_of(cfg: DictConfig) -> Identity:
+    """What the robot says of itself."""
+    settings = typed(Settings, cfg)
+    robot: RobotParameters = instantiate(cfg.robot)
+    return Identity(
+        name=robot.name,
+        torque_limit=robot.torque_limit,
+        tilt_limit=settings.self_stop_tilt,
+        watchdog=settings.watchdog,
+        clock=Clock[settings.clock.upper()],
+        version=settings.protocol,
+    )
+
+
+def plant_of(cfg: DictConfig) -> MujocoRobot:
+    """What moves, with all that it hides."""
+    settings = typed(Settings, cfg)
+    robot: RobotParameters = instantiate(cfg.robot)
+    return MujocoRobot(
+        truth=draw_ground_truth(instantiate(cfg.faults), robot, settings.seed),
+        control_period=robot.control_period,
+        start=instantiate(cfg.start),
+        physics_step=settings.physics_step,
+        seed=child_seed(Stream.VIRTUAL_ROBOT, settings.seed),  # no numbers in common with the host's simulation
+    )
