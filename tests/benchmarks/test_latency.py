@@ -76,9 +76,9 @@ def timed(delays, file, now_us=1_000_000):
 
 @pytest.mark.parametrize("now_us", [1_000_000, 2**32 - 50_000], ids=["", "the clock overflows"])
 def test_the_time_of_a_command_is_what_the_line_took(tmp_path, now_us):
-    delays = [300, 4_900, 0, 12_000, 31_000, 800]  # the fifth is later than a control period
+    delays = [300, 4_900, 0, 12_000, 31_000, 800]  # the fifth is later than a control period, and is sent again
     file = tmp_path / "times.npz"
-    with timed(delays, file, now_us) as plant:
+    with timed([*delays[:5], 0, *delays[5:]], file, now_us) as plant:
         plant.reset(0)
         assert (tmp_path / f"times.npz{ARMED}").exists()
         for _ in delays:
