@@ -12,6 +12,16 @@ default_to_one_thread()  # as the commands do; test modules, which load what is 
 CONF = Path(__file__).parents[1] / "conf"
 
 
+def pytest_addoption(parser):
+    """What the conformance suite (link/conformance) is told."""
+    parser.addoption(
+        "--robot",
+        metavar="PORT|COMMAND",
+        help="try this robot alone: its port, or a program that prints `port <path>`; {clock} in it becomes lockstep "
+        "and real_time",
+    )
+
+
 def from_yaml(name):
     return instantiate(OmegaConf.load(CONF / name))
 
