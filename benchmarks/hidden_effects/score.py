@@ -72,7 +72,7 @@ def score(
 
 def _row(label: Mapping[str, Any], diagnosis: Mapping[str, Any]) -> dict[str, Any]:
     """What became of one set."""
-    hidden, said = label["hidden"], diagnosis["effects"]
+    hidden, said = label["hidden"], [effect for effect in diagnosis["effects"] if effect["is_named"]]
     alike = [{effect["name"], *effect["equivalents"]} for effect in said]
     stratum, verdict = label["stratum"], diagnosis["verdict"]
     if stratum in ("clean", "uneven"):

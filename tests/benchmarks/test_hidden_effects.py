@@ -73,7 +73,14 @@ GAP = {"refitted": 2.0, "after": 1.2, "floor": 1.0}
 
 def diagnosis(verdict, names=(), closed=0.9, equivalents=(), parameters=None):
     effects = [
-        {"name": n, "probability": 0.9, "equivalents": list(equivalents), "parameters": parameters or {}} for n in names
+        {
+            "name": n,
+            "probability": 0.9,
+            "is_named": True,
+            "equivalents": list(equivalents),
+            "parameters": parameters or {},
+        }
+        for n in names
     ]
     return {"verdict": verdict, "effects": effects, "data_sheet_class": [], "gap": GAP | {"closed": closed}}
 
@@ -143,7 +150,7 @@ def test_what_is_hidden_in_another_engine_is_named(case, paper):
     recordings = read_recordings(episodes, ["a", "b"], paper, Usability(50, 300, 1.5, 0.7))
     found = name_effects(recordings, paper, {}, candidates_for(paper), settings)
     assert found.verdict.value == verdict
-    alike = [{effect.name, *effect.equivalents} for effect in found.effects]
+    alike = [{effect.name, *effect.equivalents} for effect in found.named_effects]
     assert len(alike) == bool(name)
     assert not name or name in alike[0]
 
@@ -161,4 +168,4 @@ def test_a_robot_of_another_engine_that_is_as_its_data_sheet_says_lacks_none_of_
     episode = rollout(plant, policy, channels, 450, 0.6, Provenance("hidden", "robot", seed=8, trial=0))
     recordings = read_recordings([episode], ["a"], paper, Usability(50, 300, 1.5, 0.7))
     few = [candidate for candidate in candidates_for(paper) if candidate.name in settings.common_effects]
-    assert name_effects(recordings, paper, {}, few, settings).effects == ()
+    assert name_effects(recordings, paper, {}, few, settings).named_effects == ()

@@ -106,7 +106,11 @@ def test_what_makes_rollouts_on_held_out_data_worse_is_not_named(contradicted):
     record = json.loads((out / "diagnosis.json").read_text())
     gap = record["gap"]
     assert gap["after"] > 1.05 * gap["refitted"]
-    assert (record["verdict"], record["effects"]) == ("unknown", [])
+    assert record["verdict"] == "unknown"
+    (effect,) = (effect for effect in record["effects"] if effect["name"] == "dead_zone")
+    assert not effect["is_named"]
+    assert effect["probability"] < 0.9
+    assert "WARNING" in effect["objections"][-1]
     assert gap["added"] == ["dead_zone"]
     warning = next(line for line in printed.splitlines() if "WARNING" in line)
     for number in (gap["before"], gap["refitted"], gap["after"]):

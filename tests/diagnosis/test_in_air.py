@@ -95,13 +95,13 @@ def test_one_steady_speed_tells_no_forms_apart(regbot, diagnosed):
 def test_nothing_is_named_where_nothing_is_missing(regbot, diagnosed):
     found, _ = diagnosed(spun(regbot, SPEEDS))
     assert found["verdict"] == "none"
-    assert found["effects"] == []
+    assert all(effect["probability"] < 0.5 for effect in found["effects"])
 
 
 def test_motors_far_off_their_data_sheet_are_no_finding(regbot, diagnosed):
     found, _ = diagnosed(spun(regbot, SPEEDS, strength=0.4))
     assert found["verdict"] == "unknown"
-    assert found["effects"] == []
+    assert not any(effect["is_named"] for effect in found["effects"])
 
 
 GAIN = "++sim.effects.torque_gain={_target_:twbal.effects.torque_gain.TorqueGain,gain:0.7}"

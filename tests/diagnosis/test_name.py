@@ -51,7 +51,7 @@ def clean(paper):
 
 def test_nothing_is_missing_where_nothing_is(clean):
     assert clean.verdict is Verdict.NONE
-    assert clean.effects == ()
+    assert clean.named_effects == ()
     assert dict(clean.named.effects) == dict(clean.refitted.effects)
     assert max(abs(shift.sigmas) for shift in clean.data_sheet) < 2.5
 
@@ -65,7 +65,7 @@ def test_errors_of_the_right_model_are_white_and_as_large_as_their_noise(clean):
 def test_a_missing_delay_is_named_with_its_value(paper):
     found = diagnose(paper, [synthetic_recording(paper, {"actuation_delay": {"delay": 0.008}}, seed=12, periods=1000)])
     assert found.verdict is Verdict.NAMED
-    (effect,) = found.effects
+    (effect,) = found.named_effects
     estimate = effect.parameters["delay"]
     assert effect.name == "actuation_delay"
     assert estimate.value == pytest.approx(0.008, rel=0.05)
@@ -109,7 +109,7 @@ def test_a_robot_that_stands_still_tells_too_little(paper):
 def test_several_recordings_are_one_body_of_data(paper):
     effects = {"coulomb_friction": {"torque": 0.1}}
     found = diagnose(paper, [synthetic_recording(paper, effects, seed=s, periods=300) for s in (16, 17, 18)])
-    assert [effect.name for effect in found.effects] == ["coulomb_friction"]
+    assert [effect.name for effect in found.named_effects] == ["coulomb_friction"]
     assert len(found.named.trajectories) == 3
 
 
@@ -134,7 +134,7 @@ def test_every_effect_is_named_on_data_of_the_twin(paper, name):
     effects = {name: MISSING[name]}
     found = diagnose(paper, [synthetic_recording(paper, effects, seed=20)])
     assert found.verdict is Verdict.NAMED
-    (effect,) = found.effects
+    (effect,) = found.named_effects
     assert name in (effect.name, *effect.equivalents)
 
 
@@ -142,7 +142,7 @@ def test_every_effect_is_named_on_data_of_the_twin(paper, name):
 def test_two_effects_are_both_named(paper):
     effects = {name: MISSING[name] for name in ("dead_zone", "viscous_friction")}
     found = diagnose(paper, [synthetic_recording(paper, effects, seed=21)])
-    assert {effect.name for effect in found.effects} == set(effects)
+    assert {effect.name for effect in found.named_effects} == set(effects)
 
 
 @pytest.mark.slow
@@ -150,4 +150,4 @@ def test_a_small_robot_is_diagnosed_as_a_large_one(regbot):
     light = replace(regbot)
     effects = {"coulomb_friction": {"torque": 0.005}}
     found = diagnose(light, [synthetic_recording(light, effects, seed=22)])
-    assert [effect.name for effect in found.effects] == ["coulomb_friction"]
+    assert [effect.name for effect in found.named_effects] == ["coulomb_friction"]

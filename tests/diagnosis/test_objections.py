@@ -13,8 +13,9 @@ from twbal.diagnosis.advice import advise
 from twbal.diagnosis.candidates import always_free
 from twbal.diagnosis.effect_candidates import candidates_for
 from twbal.diagnosis.hypothesis import FittedHypothesis, Round, fit_hypothesis, overriding
-from twbal.diagnosis.name import _named, first_noise
+from twbal.diagnosis.name import first_noise
 from twbal.diagnosis.objections import objections
+from twbal.diagnosis.probable import probable_effects
 from twbal.diagnosis.record import Gap, Verdict
 from twbal.diagnosis.select import Selection
 from twbal.diagnosis.verdict import conclude, probabilities, review
@@ -70,7 +71,7 @@ def test_a_rough_data_sheet_that_ran_to_its_bounds_is_no_finding(fields, end, si
     assert len(found) == len(fields)
     for field, factor in zip(fields, values.values(), strict=True):
         said = f"{field.replace('_', ' ')} of {factor:.2g} times the data sheet's, the {side} bound of its range"
-        assert said in " ".join(found)
+        assert said in " ".join(objection.text for objection in found)
     assert conclude(Selection(hypothesis, (), hypothesis), found, 0.0, rough) is Verdict.UNKNOWN
 
 
@@ -78,9 +79,9 @@ def test_a_wheel_that_ran_to_its_bound_is_no_finding(paper, driven):
     highest = bounds(paper, "wheel_inertia")[1]
     hypothesis = fitted(paper, ["coulomb_friction"], {"coulomb_friction_torque": 0.3, "wheel_inertia": highest})
     found, rough = objections(hypothesis, (), settings())
-    assert "wheel inertia of" in found
-    assert "the upper bound" in found
-    assert "diagnosis=loose_tolerance" in rough
+    assert "wheel inertia of" in found.text
+    assert "the upper bound" in found.text
+    assert "diagnosis=loose_tolerance" in rough.text
 
 
 @pytest.mark.parametrize(("limit", "objected"), [(0.0335, True), (5.0, False)])
@@ -88,7 +89,7 @@ def test_a_limit_that_swallows_the_commands_explains_nothing(limit, objected, pa
     hypothesis = fitted(paper, ["torque_saturation"], {"torque_saturation_limit": limit})
     swallowing = overriding(Data(driven, 10), hypothesis.fit.model, hypothesis.candidates)
     found = objections(hypothesis._replace(overriding=swallowing), (), settings())
-    said = [sentence for sentence in found if "commands" in sentence]
+    said = [objection.text for objection in found if "commands" in objection.text]
     assert bool(said) is objected
     assert not said or "torque saturation of 0.0335 N·m, lets next to nothing of the commands pass" in said[0]
 
@@ -96,8 +97,9 @@ def test_a_limit_that_swallows_the_commands_explains_nothing(limit, objected, pa
 @pytest.mark.parametrize(("name", "field"), [("motor_lag", "time_constant"), ("com_offset", "angle")])
 def test_an_effect_of_size_zero_is_no_finding(name, field, paper, driven):
     (found,) = objections(fitted(paper, [name], {f"{name}_{field}": 1e-5}), (), settings())
-    assert "negligible" in found
-    assert "1e-05" in found
+    assert "negligible" in found.text
+    assert "1e-05" in found.text
+    assert found.effects == (name,)
 
 
 def test_residuals_with_memory_are_told_with_their_autocorrelation(paper, driven):
@@ -105,7 +107,8 @@ def test_residuals_with_memory_are_told_with_their_autocorrelation(paper, driven
         autocorrelations=np.full(4, 12.0)
     )
     (found,) = objections(hypothesis, (), settings())
-    assert "autocorrelated: 12, where noise has 1; the limit is 8" in found
+    assert "autocorrelated: 12, where noise has 1; the limit is 8" in found.text
+    assert found.concerns("any effect")
 
 
 def test_an_effect_that_a_fit_leaves_at_nothing_is_not_named_beside_another(paper):
@@ -118,8 +121,9 @@ def test_an_effect_that_a_fit_leaves_at_nothing_is_not_named_beside_another(pape
         fit=hypothesis.fit._replace(model=hypothesis.fit.model.put({"motor_lag_time_constant": 0.0}))
     )
     selection = Selection(hypothesis, (), hypothesis)
-    named = _named(data, hypothesis, selection, probabilities(selection, settings()), settings())
-    assert [effect.name for effect in named] == ["coulomb_friction"]
+    weights = probabilities(selection, settings())
+    found = probable_effects(data, selection, (), Verdict.NAMED, weights, settings())
+    assert [effect.name for effect in found if effect.is_named] == ["coulomb_friction"]
     assert objections(hypothesis, (), settings()) == ()
 
 

@@ -44,7 +44,7 @@ def test_friction_is_named_without_a_gyro(paper):
     recording = without_rates(synthetic_recording(paper, FRICTION, seed=31, periods=1000))
     found = name_effects([recording], paper, {}, candidates_for(paper), settings("default"))
     assert found.verdict is Verdict.NAMED
-    (effect,) = found.effects
+    (effect,) = found.named_effects
     estimate = effect.parameters["torque"]
     assert "coulomb_friction" in (effect.name, *effect.equivalents)
     assert estimate.low95 < 0.1 < estimate.high95
@@ -67,7 +67,7 @@ def test_the_tilt_may_be_off_by_another_constant_in_each_log(paper):
     plain = settings("default")
     told = replace(plain, tolerances=replace(plain.tolerances, tilt_offset=0.03))
     found = name_effects(recordings, paper, {}, candidates_for(paper), told)
-    assert [effect.name for effect in found.effects] == ["coulomb_friction"]
+    assert [effect.name for effect in found.named_effects] == ["coulomb_friction"]
     assert found.named.offsets == pytest.approx(offsets, abs=0.002)
     assert found.nominal.offsets == pytest.approx(offsets, abs=0.01)
 
@@ -106,7 +106,7 @@ def test_many_effects_at_once_are_found_with_their_values(paper):
     recordings = [synthetic_recording(paper, hidden, seed=s, periods=250) for s in (37, 38)]
     found = name_effects(recordings, paper, {}, candidates_for(paper), settings("multi_effect"))
     assert found.verdict is Verdict.NAMED
-    values = {effect.name: next(iter(effect.parameters.values())).value for effect in found.effects}
+    values = {effect.name: next(iter(effect.parameters.values())).value for effect in found.named_effects}
     assert set(hidden) <= set(values)
     for name, parameters in hidden.items():
         assert values[name] == pytest.approx(next(iter(parameters.values())), rel=0.2)

@@ -140,7 +140,7 @@ def test_few_candidates_or_none_are_enough(paper, nominal_data, names, most, usu
     settings = replace(SETTINGS, max_effects=most, common_effects=usual)
     found = name_effects(nominal_data.recordings, paper, {}, few, settings)
     assert found.verdict is Verdict.NONE
-    assert found.effects == ()
+    assert found.named_effects == ()
 
 
 def test_a_robot_equal_to_its_data_sheet_lacks_nothing_where_a_search_begins_with_usual_effects(paper, nominal_data):
@@ -149,7 +149,7 @@ def test_a_robot_equal_to_its_data_sheet_lacks_nothing_where_a_search_begins_wit
     settings = replace(SETTINGS, common_effects=usual, max_effects=8)
     found = name_effects(nominal_data.recordings, paper, {}, few, settings)
     assert found.verdict is Verdict.NONE
-    assert found.effects == ()
+    assert found.named_effects == ()
 
 
 @pytest.mark.slow
@@ -157,4 +157,4 @@ def test_a_robot_equal_to_its_data_sheet_lacks_nothing_by_several(paper):
     with composing():
         settings = instantiate(compose("diagnose", ["episodes=e", "diagnosis=multi_effect"]).diagnosis)
     recordings = [synthetic_recording(paper, {}, seed=s, periods=250, tolerance=0.0) for s in (42, 43)]
-    assert name_effects(recordings, paper, {}, candidates_for(paper), settings).effects == ()
+    assert name_effects(recordings, paper, {}, candidates_for(paper), settings).named_effects == ()

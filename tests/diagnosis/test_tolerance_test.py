@@ -24,6 +24,9 @@ SETTINGS = instantiate(OmegaConf.load(conf_folder() / "groups" / "diagnosis.yaml
 TOLERANCE = SETTINGS.tolerances.data_sheet
 
 
+LIMITS = {field: SETTINGS.tolerances.of(field) for field in (*DATA_SHEET, *WHEELS)}
+
+
 def refitted(robot, effects):
     """Recordings of a robot whose data sheet is off by these effects alone, and the fit that is the model to beat."""
     data = Data([synthetic_recording(robot, effects, seed=21, periods=1000, tolerance=0.0)], SETTINGS.substeps)
@@ -39,7 +42,7 @@ def scaled(**factors):
 
 def test_a_robot_within_its_tolerances_strains_nothing(paper):
     corner = scaled(body_mass=1.029, body_inertia=0.971, com_height=1.029, wheel_radius=0.971)
-    assert tolerance_statistic(*refitted(paper, corner), SETTINGS.tolerances) < 0.2 * SETTINGS.lines.strain
+    assert tolerance_statistic(*refitted(paper, corner), LIMITS) < 0.2 * SETTINGS.lines.strain
 
 
 def test_strain_is_what_a_bounded_fit_loses(paper):
@@ -62,7 +65,7 @@ def test_strain_is_what_a_bounded_fit_loses(paper):
     begin = np.clip((fit.values - low) / (high - low), 1e-3, 1 - 1e-3)
     bounded = least_squares(errors, begin, bounds=(0.0, 1.0), diff_step=1e-4)
     unbounded = fit.white @ fit.white + np.sum(((fit.values - means) / sds)[~sheet] ** 2)
-    found = tolerance_statistic(data, fit, SETTINGS.tolerances)
+    found = tolerance_statistic(data, fit, LIMITS)
     assert found > SETTINGS.lines.strain
     assert found == pytest.approx(2.0 * bounded.cost - unbounded, rel=0.35)
 
@@ -100,4 +103,4 @@ def test_nothing_is_named_beside_a_data_sheet_that_is_beyond_what_a_rough_one_ma
     settings = replace(SETTINGS, tolerances=replace(SETTINGS.tolerances, data_sheet=tolerance))
     found = name_effects([recording], paper, {}, drag, settings)
     assert found.verdict is Verdict.UNKNOWN
-    assert found.effects == ()
+    assert found.named_effects == ()

@@ -85,7 +85,7 @@ def test_it_is_named_from_data_that_have_it(SomeDrag, paper):
     settings = instantiate(OmegaConf.load(conf_folder() / "groups" / "diagnosis.yaml").default)
     found = name_effects([recording], paper, {}, candidates_for(paper), settings)
     assert found.verdict is Verdict.NAMED
-    (effect,) = found.effects
+    (effect,) = found.named_effects
     assert effect.name == "some_drag"
     assert effect.parameters["coefficient"].value == pytest.approx(10.0, rel=0.05)
 

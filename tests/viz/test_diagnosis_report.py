@@ -9,8 +9,9 @@ from twbal.diagnosis.record import (
     Diagnosis,
     Estimate,
     Gap,
-    NamedEffect,
+    ProbableEffect,
     Region,
+    Remaining,
     Rival,
     Shift,
     Verdict,
@@ -25,9 +26,10 @@ PICTURES = DiagnosisPictures(SVG, SVG, SVG, SVG)
 UNITS = {"tilt": "rad", "tilt_rate": "rad/s"}
 FACTS = [("<b>sim</b>", "nominal & more")]
 SETTING = DiagnosisSetting("paper", ["trial_000"], 40.0, "run/augmented.yaml", UNITS, FACTS)
-FRICTION = NamedEffect(
+FRICTION = ProbableEffect(
     "coulomb_friction",
     0.97,
+    True,
     {"torque": Estimate(0.31, 0.27, 0.35, "N·m")},
     ("viscous_friction",),
     "Drive at several speeds.",
@@ -35,6 +37,7 @@ FRICTION = NamedEffect(
 NAMED = Diagnosis(
     verdict=Verdict.NAMED,
     effects=(FRICTION,),
+    remaining=Remaining(0.25, True, (Region("wheel_rate", "speed", 0.5, 1.0, 40, 0.3, 3.2),)),
     added=("coulomb_friction",),
     data_sheet=(Shift("body_mass", "gain, mass and inertia", 1.02, 0.7),),
     data_sheet_class=(),
@@ -165,10 +168,10 @@ def test_the_page_gives_units_and_keeps_the_share_of_the_refit_apart(tmp_path):
     assert "<td>50\u00a0%</td><td>25\u00a0%</td>" in html
 
 
-def test_the_page_does_not_take_a_small_number_of_the_map_for_agreement(tmp_path):
+def test_the_page_says_which_number_of_the_map_is_agreement(tmp_path):
     html = page(tmp_path, NAMED)
-    assert "1 is no disagreement" not in html
-    assert "a small number does not say" in html
+    assert "starts from the motion that\nthe simulation with what was named sees" in html
+    assert "1 means that simulation and measurement agree there" in html
 
 
 def test_wheels_in_the_air_are_judged_by_how_far_they_turn():

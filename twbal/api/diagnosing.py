@@ -36,8 +36,10 @@ def diagnose(
     >>> import twbal
     >>> episodes = twbal.read_episodes("data/regression/excited")
     >>> result = twbal.diagnose(episodes, overrides=["starts=4"])
-    >>> [effect.name for effect in result.diagnosis.effects]
+    >>> [effect.name for effect in result.diagnosis.named_effects]
     ['coulomb_friction']
+    >>> result.diagnosis.effects[0].probability > 0.5
+    True
     """
     simulation, settings, data = diagnosis_of(composed_diagnosis(words_for(robot, overrides)))
     measured, tests = (Named(these, _names(these)) for these in (episodes, test_episodes))

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from twbal.core.episode import Episode, Outcome
 from twbal.diagnosis.data_sheet import DATA_SHEET
 from twbal.diagnosis.hypothesis import FittedHypothesis
-from twbal.diagnosis.objections import negligible, with_values
+from twbal.diagnosis.objections import Objection, negligible, with_values
 from twbal.diagnosis.record import Verdict
 from twbal.diagnosis.select import Selection, passes
 from twbal.diagnosis.settings import Settings
@@ -17,7 +17,7 @@ UNEXPLAINED = (
 
 
 def advise(
-    selection: Selection, objected: Sequence[str], statistic: float, verdict: Verdict, settings: Settings
+    selection: Selection, objected: Sequence[Objection], statistic: float, verdict: Verdict, settings: Settings
 ) -> tuple[str, ...]:
     """What to make of a selection.
 
@@ -35,7 +35,7 @@ def advise(
     if verdict in (Verdict.UNDECIDED, Verdict.NONE) and unseen:
         found.append(f"These effects could be there without these recordings showing it: {', '.join(unseen)}.")
     if verdict is Verdict.UNKNOWN:
-        found += [UNEXPLAINED, *objected]
+        found += [UNEXPLAINED, *(objection.text for objection in objected)]
     if verdict is Verdict.NAMED:
         trifles = negligible(chosen, settings)
         if trifles:

@@ -12,6 +12,7 @@ from twbal.planar.parameters import twin_parameters
 from twbal.sysid.fit import descend
 from twbal.sysid.model import Data, Free, Model
 from twbal.sysid.noise import Filter, Noise
+from twbal.sysid.open_loop import EARLIEST, predict_open_loop
 from twbal.sysid.recording import Recording
 
 _OFFSET_STEPS = 6
@@ -51,6 +52,41 @@ def with_offsets(data: Data, model: Model, offsets: tuple[float, ...] | Sequence
         return model._replace(offsets=tuple(float(offset) for offset in offsets if not isinstance(offset, Free)))
     start = model._replace(offsets=(0.0,) * len(frees))
     return descend(data, start, data.filter(start), frees, _OFFSET_STEPS).model
+
+
+def one_step_errors(data: Data, model: Model, best: Model) -> tuple[Array, ...]:
+    """Measured less what a model predicts of it from the motion that another one sees at the instant before.
+
+    So the errors are those of the model alone: a filter of its own would be misled by what it gets wrong, or would take
+    that for noise.
+
+    Args:
+        data: recordings.
+        model: whose errors these are.
+        best: whose filter says what the motion was.
+
+    Returns:
+        per recording (T + 1, 4) in the order of `MEASURED`; 0 at the first instants, which have too little past.
+    """
+    found = []
+    for number, prediction in enumerate(data.predictions(best, data.filter(best))):
+        recording = data.recordings[number]
+        starts = np.arange(EARLIEST, len(recording))
+        errors = np.zeros((len(recording) + 1, 4))
+        ahead = predict_open_loop(
+            model.twin_for(number),
+            recording,
+            data.substeps,
+            prediction.states,
+            starts,
+            np.zeros((len(starts), 8)),
+            1,
+            np.inf,
+        )
+        errors[EARLIEST + 1 :] = recording.measured[EARLIEST + 1 :] - ahead.readings[:, 0]
+        errors[:, ~data.sensed] = 0.0
+        found.append(errors)
+    return tuple(found)
 
 
 def filter_result_of(data: Data, model: Model, effects: Effects) -> FilterResult:

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from twbal.core.gaussian import Array
-from twbal.diagnosis.record import NamedEffect, Rival, Shift, Verdict, Whiteness
+from twbal.diagnosis.record import ProbableEffect, Rival, Shift, Verdict, Whiteness
 from twbal.sysid.noise import Noise
 
 Effects = Mapping[str, Mapping[str, float]]
@@ -78,29 +78,41 @@ class Findings:
 
     Attributes:
         verdict: in one word.
-        effects: named ones; empty unless the verdict is `named`.
+        effects: that may be missing, with their probabilities, the likeliest first.
         added: names of what `named` has beyond `refitted`, sorted.
         data_sheet: shifts of the free data-sheet parameters, the largest first.
         data_sheet_class: groups that are off; empty unless the verdict is `data_sheet`.
         rivals: all sets that were fitted, the best first.
         whiteness: per channel.
+        is_autocorrelated: whether what is left has more memory than noise has, beyond the limit of an objection.
         noise: standard deviations of the sensors, by channel, as fitted.
         advice: plain sentences: what the data do not carry, what to do next.
         nominal: the simulation as it is.
+        nominal_errors: per recording (T + 1, 4): measured less what the simulation as it is predicts from the state of
+            `named` at the instant before, in the order of `MEASURED`; 0 at the first instants.
         refitted: with its data sheet refitted within the tolerances.
-        named: with what is named too; of an `unknown`, with the likeliest effects where the settings ask for a best
-            guess; else the same as `refitted`.
+        without: `named` without one of its effects and fitted again, by the effect's name.
+        named: with what is named too; of an `unknown`, with the likeliest effects where each is more likely missing
+            than not and none has a parameter at a bound; else the same as `refitted`.
     """
 
     verdict: Verdict
-    effects: tuple[NamedEffect, ...]
+    effects: tuple[ProbableEffect, ...]
     added: tuple[str, ...]
     data_sheet: tuple[Shift, ...]
     data_sheet_class: tuple[str, ...]
     rivals: tuple[Rival, ...]
     whiteness: tuple[Whiteness, ...]
+    is_autocorrelated: bool
     noise: Mapping[str, float]
     advice: tuple[str, ...]
     nominal: FilterResult
+    nominal_errors: tuple[Array, ...]
     refitted: FilterResult
     named: FilterResult
+    without: Mapping[str, FilterResult]
+
+    @property
+    def named_effects(self) -> tuple[ProbableEffect, ...]:
+        """Effects that the verdict names; none unless it is `named`."""
+        return tuple(effect for effect in self.effects if effect.is_named)

@@ -43,11 +43,13 @@ class Stretches(NamedTuple):
         history: control periods before each, which fill delays and lags.
         spacing: from one start to the next [control periods].
         most: starts in all.
+        ahead: after each, for the longest rollout [control periods].
     """
 
     history: int
     spacing: int
     most: int
+    ahead: int
 
 
 def measure_gaps(
@@ -68,16 +70,16 @@ def measure_gaps(
         models: with the trajectories of these recordings.
         recordings: held out from all fitting.
         replay: runs a model in the physics engine.
-        horizons: lengths of the rollouts [control periods].
+        horizons: lengths of the rollouts [control periods], at most `stretches.ahead`.
         stretches: where they begin.
         noise: (4,) standard deviations of the sensors, in the order of `MEASURED`.
         radius: of the wheels [m].
     """
-    places = _places(recordings, max(horizons), stretches)
+    places = _places(recordings, stretches.ahead, stretches)
     if not places:
         return ()
-    commands = np.array([recordings[r].commands[t : t + max(horizons)] for r, t in places])
-    seen = np.array([recordings[r].measured[t : t + max(horizons) + 1] for r, t in places])  # (n, S + 1, 4)
+    commands = np.array([recordings[r].commands[t : t + stretches.ahead] for r, t in places])
+    seen = np.array([recordings[r].measured[t : t + stretches.ahead + 1] for r, t in places])  # (n, S + 1, 4)
     errors: list[Array] = []  # (n, S + 1, 4) of each model
     starts: list[ReplayStart] = []
     courses = np.empty(0)
@@ -100,6 +102,28 @@ def measure_gaps(
             horizon = steps * recordings[0].period
             gaps.append(Gap(MEASURED[i], horizon, nominal, refitted, after, least, closed, float(floor[steps, i])))
     return tuple(gaps)
+
+
+def rollout_error(
+    result: FilterResult,
+    recordings: Sequence[Recording],
+    replay: Replay,
+    gap: Gap,
+    stretches: Stretches,
+) -> float:
+    """Root mean square error of rollouts of another model, in the channel and over the horizon of a gap.
+
+    Arguments as of `measure_gaps`; the rollouts begin where its own do.
+    """
+    column, steps = MEASURED.index(gap.channel), round(gap.horizon / recordings[0].period)
+    places = _places(recordings, stretches.ahead, stretches)
+    starts = [_start(result.trajectories[r], recordings[r], t, stretches.history) for r, t in places]
+    commands = np.array([recordings[r].commands[t : t + steps] for r, t in places])
+    seen = np.array([recordings[r].measured[t + steps, column] for r, t in places])
+    reached = replay(result, starts, commands)[:, -1, _COLUMNS[column]]
+    if result.offsets and column == 0:
+        reached = reached + np.array([result.offsets[r] for r, _ in places])
+    return _rms(reached - seen)
 
 
 def _places(recordings: Sequence[Recording], ahead: int, stretches: Stretches) -> list[tuple[int, int]]:

@@ -1,6 +1,6 @@
 """From recordings to the effects that a simulation lacks."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -12,18 +12,18 @@ from twbal.diagnosis.advice import advise
 from twbal.diagnosis.candidates import Candidate, always_free, tilt_offsets
 from twbal.diagnosis.constancy import inconstant_effects
 from twbal.diagnosis.data_sheet import DATA_SHEET, WHEELS
-from twbal.diagnosis.filter_result import filter_result_of, with_offsets
+from twbal.diagnosis.filter_result import filter_result_of, one_step_errors, with_offsets
 from twbal.diagnosis.findings import Effects, FilterResult, Findings
 from twbal.diagnosis.hypothesis import FittedHypothesis
-from twbal.diagnosis.objections import negligible, objections
-from twbal.diagnosis.record import Estimate, NamedEffect, Rival, Verdict, Whiteness
-from twbal.diagnosis.select import Problem, Selection, select, substitutes
+from twbal.diagnosis.objections import autocorrelation_limit, objections
+from twbal.diagnosis.probable import Weights, probable_effects
+from twbal.diagnosis.record import LIKELY, ProbableEffect, Rival, Verdict, Whiteness
+from twbal.diagnosis.select import Problem, Selection, select, without
 from twbal.diagnosis.settings import Settings
 from twbal.diagnosis.tolerance_test import tolerance_statistic
 from twbal.diagnosis.verdict import conclude, data_sheet_classes, probabilities, shifts_of
 from twbal.planar.parameters import twin_parameters
-from twbal.sysid.fit import descend, slopes_of
-from twbal.sysid.intervals import interval, standard_errors
+from twbal.sysid.fit import descend
 from twbal.sysid.model import Data, Model
 from twbal.sysid.noise import UNSENSED, Noise
 from twbal.sysid.recording import MEASURED, Mask, Recording
@@ -64,31 +64,42 @@ def name_effects(
         raise ConfigError(f"There is no effect {min(unknown)!r} to leave out; the effects are: {known}.")
     taken = {*effects, *settings.exclude}
     missing = [candidate for candidate in candidates if candidate.name not in taken]
-    selection = select(Problem(data, data.with_noise(start, 30), always, missing, settings), progress)
+    problem = Problem(data, data.with_noise(start, 30), always, missing, settings)
+    selection = select(problem, progress)
     progress("checking whether what fits best is a finding")
     inconstant = inconstant_effects(data, selection.chosen, settings.lines.steady)
-    statistic = tolerance_statistic(data, selection.chosen.fit, settings.tolerances)
+    limits = {field: settings.tolerances.of(field) for field in (*DATA_SHEET, *WHEELS)}
+    statistic = tolerance_statistic(data, selection.chosen.fit, limits)
     objected = objections(selection.chosen, inconstant, settings)
     verdict = conclude(selection, objected, statistic, settings)
-    guessed = verdict is Verdict.UNKNOWN and settings.apply_if_unknown and not selection.chosen.at_bound
+    weights = probabilities(selection, settings)
+    effects_found = probable_effects(data, selection, objected, verdict, weights, settings)
+    guessed = verdict is Verdict.UNKNOWN and _is_likely(effects_found, selection.chosen)
     named = selection.chosen if guessed or verdict in (Verdict.NAMED, Verdict.DATA_SHEET) else selection.base
     nominal = with_offsets(data, start._replace(noise=selection.base.fit.model.noise), offsets)
     nominal = data.with_noise(nominal, 30)
     refitted = _filter_result(data, selection.base, effects)
-    weights = probabilities(selection, settings)
     return Findings(
         verdict=verdict,
-        effects=_named(data, named, selection, weights, settings) if verdict is Verdict.NAMED else (),
+        effects=effects_found,
         added=named.names,
         data_sheet=shifts_of(named, settings),
         data_sheet_class=data_sheet_classes(named, statistic, settings) if verdict is Verdict.DATA_SHEET else (),
         rivals=_rivals(selection, weights),
         whiteness=whiteness_of(data, nominal, named.fit.model),
+        is_autocorrelated=named.autocorrelation > autocorrelation_limit(data.count, settings),
         noise=sensed_values(data, named.fit.model.noise.sensors),
         advice=advise(selection, objected, statistic, verdict, settings),
         nominal=filter_result_of(data, nominal, effects),
+        nominal_errors=one_step_errors(data, nominal, named.fit.model),
         refitted=refitted,
         named=refitted if named is selection.base else _filter_result(data, named, effects),
+        without={
+            effect.name: refitted
+            if len(named.candidates) == 1
+            else _filter_result(data, without(problem, named, effect), effects)
+            for effect in named.effects
+        },
     )
 
 
@@ -121,42 +132,16 @@ def _filter_result(data: Data, hypothesis: FittedHypothesis, already: Effects) -
     return filter_result_of(data, model, effects)
 
 
-def _named(
-    data: Data,
-    named: FittedHypothesis,
-    selection: Selection,
-    weights: Mapping[tuple[str, ...], float],
-    settings: Settings,
-) -> tuple[NamedEffect, ...]:
-    """The named effects with their intervals and what the data cannot tell from them."""
-    errors = standard_errors(named.fit, slopes_of(data, named.fit), settings.blocks)
-    by_field = dict(zip([free.field for free in named.fit.frees], errors.tolist(), strict=True))
-    found: list[NamedEffect] = []
-    trifles = negligible(named, settings)
-    for candidate in (effect for effect in named.effects if effect not in trifles):
-        estimates = {}
-        for p in candidate.parameters:
-            field = candidate.field(p)
-            value = named.fit.model.value(field)
-            timing = settings.tolerances.imu_timing if p.unit == "s" else 0.0
-            error = float(np.sqrt(by_field[field] ** 2 + (settings.lines.form * (value - p.none)) ** 2 + timing**2))
-            estimates[p.name] = Estimate(value, *interval(value, error), p.unit)
-        near = substitutes(candidate, selection.chosen, selection.rounds, settings)
-        alike = tuple(dict.fromkeys([*candidate.same_as, *near]))
-        found.append(
-            NamedEffect(
-                candidate.name, _probability({candidate.name, *alike}, weights), estimates, alike, candidate.separate_by
-            )
-        )
-    return tuple(found)
+def _is_likely(effects: Sequence[ProbableEffect], chosen: FittedHypothesis) -> bool:
+    """Whether a set is worth putting into a simulation although something speaks against it.
+
+    No parameter of it may be at a bound, and all of its effects must be more likely missing than not.
+    """
+    likely = {effect.name for effect in effects if effect.probability >= LIKELY}
+    return bool(chosen.effects) and not chosen.at_bound and {c.name for c in chosen.effects} <= likely
 
 
-def _probability(alike: set[str], weights: Mapping[tuple[str, ...], float]) -> float:
-    """Of an effect or one that these data cannot tell from it: that of all sets that hold one."""
-    return min(sum(weight for names, weight in weights.items() if alike & set(names)), 1.0)
-
-
-def _rivals(selection: Selection, weights: Mapping[tuple[str, ...], float]) -> tuple[Rival, ...]:
+def _rivals(selection: Selection, weights: Weights) -> tuple[Rival, ...]:
     """All sets that were fitted, the best first."""
     base = selection.base
     found = [Rival(w.names, base.bic - w.bic, weights[w.names], w.autocorrelation) for w in selection.sets]

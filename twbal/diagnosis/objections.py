@@ -1,6 +1,7 @@
 """What speaks against the set of effects that a selection ended with: each reason a sentence, with its numbers."""
 
 from collections.abc import Iterable, Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -17,7 +18,25 @@ _INSTANTS = (
 )
 
 
-def objections(chosen: FittedHypothesis, inconstant: Sequence[Inconstancy], settings: Settings) -> tuple[str, ...]:
+class Objection(NamedTuple):
+    """What speaks against a set of effects.
+
+    Attributes:
+        text: a sentence.
+        effects: names of those that it speaks against; none where it speaks against the whole set.
+    """
+
+    text: str
+    effects: tuple[str, ...] = ()
+
+    def concerns(self, effect: str) -> bool:
+        """Whether it speaks against an effect of the set."""
+        return not self.effects or effect in self.effects
+
+
+def objections(
+    chosen: FittedHypothesis, inconstant: Sequence[Inconstancy], settings: Settings
+) -> tuple[Objection, ...]:
     """Why a set of effects is no finding; nothing where nothing speaks against it.
 
     Args:
@@ -25,27 +44,29 @@ def objections(chosen: FittedHypothesis, inconstant: Sequence[Inconstancy], sett
         inconstant: effects of the set that are not of one size.
         settings: of the diagnosis.
     """
-    line = settings.lines.whiteness
-    limit = 1.0 + (line - 1.0) * max(len(chosen.fit.white) / 4 / _INSTANTS, 1.0)
-    found = []
+    limit = autocorrelation_limit(len(chosen.fit.white) // 4, settings)
+    found = list[Objection]()
     if chosen.autocorrelation > limit:
-        found.append(
-            f"The residuals stay autocorrelated: {chosen.autocorrelation:.3g}, where noise has 1; "
-            f"the limit is {limit:.3g}."
-        )
+        said = f"The residuals stay autocorrelated: {chosen.autocorrelation:.3g}, where noise has 1; "
+        found.append(Objection(f"{said}the limit is {limit:.3g}."))
     swallowing, bounded = _swallowing(chosen), _bounded_values(chosen)
     for free in chosen.at_bound:
         if (free.effect or free.name) not in {*swallowing, *bounded}:
-            found.append(f"The best guess ran to a bound of its range ({free.name}), so it is none.")
+            said = f"The best guess ran to a bound of its range ({free.name}), so it is none."
+            found.append(Objection(said, (free.effect,) if free.effect in chosen.names else ()))
     found += _to_sizes(chosen, settings)
-    found += swallowing.values()
-    found += _to_the_data_sheet(chosen, bounded, settings)
+    found += [Objection(text, (name,)) for name, text in swallowing.items()]
+    found += map(Objection, _to_the_data_sheet(chosen, bounded, settings))
     for effect, axis, share, _ in inconstant:
-        found.append(
-            f"The best guess, {spaced(effect)}, would have to be {abs(share):.0%} "
-            f"{'larger' if share > 0 else 'smaller'} where {_WHERE[axis]}: what moves the robot has another form."
-        )
+        change = f"{abs(share):.0%} {'larger' if share > 0 else 'smaller'} where {_WHERE[axis]}"
+        said = f"The best guess, {spaced(effect)}, would have to be {change}: what moves the robot has another form."
+        found.append(Objection(said, (effect,)))
     return tuple(found)
+
+
+def autocorrelation_limit(instants: int, settings: Settings) -> float:
+    """Autocorrelation of residuals at so many instants from which on something is left that nothing explains."""
+    return 1.0 + (settings.lines.whiteness - 1.0) * max(instants / _INSTANTS, 1.0)
 
 
 def negligible(hypothesis: FittedHypothesis, settings: Settings) -> tuple[Candidate, ...]:
@@ -68,13 +89,14 @@ def spaced(name: str) -> str:
     return name.replace("_", " ")
 
 
-def _to_sizes(chosen: FittedHypothesis, settings: Settings) -> list[str]:
+def _to_sizes(chosen: FittedHypothesis, settings: Settings) -> list[Objection]:
     """To a set that holds nothing but trifles."""
     trifles = negligible(chosen, settings)
     if not trifles or len(trifles) < len(chosen.effects):
         return []
     least = f"less than {settings.lines.least:.0%} of its usual size"
-    return [f"All that the data ask for is {with_values(chosen, trifles)}: negligible, {least}."]
+    said = f"All that the data ask for is {with_values(chosen, trifles)}: negligible, {least}."
+    return [Objection(said, tuple(candidate.name for candidate in trifles))]
 
 
 def _swallowing(chosen: FittedHypothesis) -> dict[str, str]:

@@ -15,10 +15,11 @@ from twbal.diagnosis.candidates import tilt_offsets
 from twbal.diagnosis.effect_candidates import candidates_for
 from twbal.diagnosis.filter_result import filter_recordings
 from twbal.diagnosis.findings import FilterResult, Findings
-from twbal.diagnosis.gap import Models, Stretches, measure_gaps
+from twbal.diagnosis.gap import Models, Stretches, measure_gaps, rollout_error
+from twbal.diagnosis.graded import contradicted, remaining_of, with_shares
 from twbal.diagnosis.inputs import DataSettings, Named, Simulated
 from twbal.diagnosis.name import name_effects
-from twbal.diagnosis.record import Diagnosis, Verdict
+from twbal.diagnosis.record import Diagnosis, Verdict, headline
 from twbal.diagnosis.settings import Settings
 from twbal.diagnosis.verdict import review
 from twbal.diagnosis.wheel_friction import identify_friction
@@ -77,6 +78,7 @@ def diagnose_episodes(
         DataError: the episodes cannot be used; the message says which, why, and what to try.
         ConfigError: an effect that is to be left out is none.
     """
+    settings = settings.for_period(simulation.robot.control_period)
     usability = Usability(data.min_length, data.min_samples, data.max_yaw_rate, data.max_tilt)
     robot, present, step = simulation.robot, simulation.effects, simulation.physics_step
     in_air = wheels_in_air([*measured.episodes, *tests.episodes], data.max_tilt)
@@ -93,7 +95,7 @@ def diagnose_episodes(
     name = identify_friction if in_air else name_effects
     found = name(split.fitted, acting.robot, acting.effects, candidates_for(acting.robot), settings, progress)
     progress("rollouts in PyBullet against held-out data")
-    diagnosis, found = _reviewed(_diagnosis(found, split, acting, settings, data), found)
+    diagnosis, found = _reviewed(_diagnosis(found, split, acting, settings, data), found, settings)
     more = (IN_AIR,) if in_air else on_falls(measured.episodes, diagnosis.verdict)
     diagnosis = replace(diagnosis, advice=(*more, *diagnosis.advice))
     corrected = replace(acting, robot=robot, effects={**present, **found.named.effects})
@@ -122,23 +124,36 @@ def _diagnosis(
     if found.named is not found.refitted:
         named = _seen_by(found.named, split, simulation.robot, settings)
     period = simulation.robot.control_period
+    horizons = sorted({max(1, round(horizon / period)) for horizon in data.horizons})
+    stretches = Stretches(_HISTORY, _SPACING, data.starts, horizons[-1])
+    engine = partial(_replay, simulation)
     gaps = measure_gaps(
         Models(nominal, refitted, named),
         split.kept_back,
-        partial(_replay, simulation),
-        sorted({max(1, round(horizon / period)) for horizon in data.horizons}),
-        Stretches(_HISTORY, _SPACING, data.starts),
+        engine,
+        horizons,
+        stretches,
         np.array([found.noise.get(name, 0.0) for name in MEASURED]),
         simulation.robot.wheel_radius,
     )
+    head = headline(gaps)
+
+    errors = {
+        name: rollout_error(
+            _seen_by(without, split, simulation.robot, settings), split.kept_back, engine, head, stretches
+        )
+        for name, without in found.without.items()
+        if head is not None
+    }
     return Diagnosis(
         verdict=found.verdict,
-        effects=found.effects,
+        effects=with_shares(found.effects, head, errors),
+        remaining=remaining_of(found, split.fitted, head, data.bins),
         added=found.added,
         data_sheet=found.data_sheet,
         data_sheet_class=found.data_sheet_class,
         rivals=found.rivals,
-        where=disagreement(found.nominal, split.fitted, data.bins),
+        where=disagreement(found.named, split.fitted, data.bins, found.nominal_errors),
         gap=gaps,
         held_out=split.names,
         whiteness=found.whiteness,
@@ -147,7 +162,7 @@ def _diagnosis(
     )
 
 
-def _reviewed(diagnosis: Diagnosis, found: Findings) -> tuple[Diagnosis, Findings]:
+def _reviewed(diagnosis: Diagnosis, found: Findings, settings: Settings) -> tuple[Diagnosis, Findings]:
     """Where rollouts on held-out data contradict the fit, they have the last word on the verdict.
 
     What is named in the findings then falls back to the data sheet refitted.
@@ -157,8 +172,13 @@ def _reviewed(diagnosis: Diagnosis, found: Findings) -> tuple[Diagnosis, Finding
         return diagnosis, found
     kept = diagnosis.advice if found.verdict in (Verdict.NONE, Verdict.UNKNOWN) else ()
     advice = tuple(dict.fromkeys((UNEXPLAINED, contradiction, *kept)))
-    diagnosis = replace(diagnosis, verdict=verdict, effects=(), data_sheet_class=(), advice=advice)
-    return diagnosis, replace(found, named=found.refitted, added=())
+    effects = (
+        contradicted(diagnosis.effects, contradiction, settings.credence.objected_set)
+        if found.added
+        else diagnosis.effects
+    )
+    diagnosis = replace(diagnosis, verdict=verdict, effects=effects, data_sheet_class=(), advice=advice)
+    return diagnosis, replace(found, named=found.refitted, added=(), effects=effects)
 
 
 def _seen_by(filtered: FilterResult, split: Split, robot: RobotParameters, settings: Settings) -> FilterResult:

@@ -1,6 +1,6 @@
 """What a diagnosis says: the record that reports draw and that `diagnosis.json` keeps."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
@@ -19,6 +19,15 @@ CLOSED = 0.5
 
 EXPLAINED = 2.0
 """Times the noise floor up to which the error of held-out rollouts counts as explained."""
+
+LISTED = 0.02
+"""Probability from which on an effect is listed."""
+
+LIKELY = 0.5
+"""Probability from which on an effect is more likely missing than not."""
+
+SCHEMA = 2
+"""Of `diagnosis.json`. In schema 1, `effects` were the named ones only, and nothing said what remains."""
 
 _FLAT = 0.1  # share of the noise floor by which a gap must exceed it for a share of the gap to mean anything
 
@@ -60,22 +69,31 @@ class Estimate(NamedTuple):
 
 
 @dataclass(frozen=True)
-class NamedEffect:
-    """An effect that the simulation lacks.
+class ProbableEffect:
+    """An effect that the simulation may lack.
 
     Attributes:
         name: of the effect, as of `effects/`.
-        probability: that this name, or one of the equivalents, is right; calibrated.
-        parameters: by name, as the effect in the simulation takes them.
+        probability: that it is missing, or one of its equivalents: the weight of all sets of effects that hold one of
+            them, times the share by which what speaks against the set has proved right (`Settings.credence`).
+        is_named: whether the verdict names it: nothing speaks against it, and it is worth its penalty.
+        parameters: by name, as the effect in the simulation takes them, in the best set that holds it.
         equivalents: effects that these data cannot tell from it.
         separate_by: the experiment that would tell them apart; "" where there are none.
+        objections: what speaks against it, a sentence each.
+        share: of the gap on held-out data, by which it grows where this effect is left out of the best guess and all
+            else is fitted again; None where it is not in the best guess, or there is hardly a gap. Shares need not add
+            up to 1, as what is left can do a part of the work of what is left out.
     """
 
     name: str
     probability: float
+    is_named: bool
     parameters: Mapping[str, Estimate]
     equivalents: tuple[str, ...]
     separate_by: str
+    objections: tuple[str, ...] = ()
+    share: float | None = None
 
 
 class Rival(NamedTuple):
@@ -124,8 +142,8 @@ class Region(NamedTuple):
         low: lower end of the range [SI].
         high: upper end [SI].
         samples: in it.
-        bias: mean error of the simulation over its noise, both of one control period.
-        rms: root mean square error over that noise. It was fitted with the simulation as it is, so a misfit is in it.
+        bias: mean error of the simulation over the noise that was fitted with the best guess; of one control period.
+        rms: root mean square error over that noise: 1 where simulation and measurement agree.
     """
 
     channel: str
@@ -135,6 +153,20 @@ class Region(NamedTuple):
     samples: int
     bias: float
     rms: float
+
+
+class Remaining(NamedTuple):
+    """What of the gap on held-out data nothing explains.
+
+    Attributes:
+        share: (after - noise floor) / (before - noise floor), not clipped; None where there is hardly a gap.
+        is_beyond_noise: whether rollouts, or the residuals of the fit, are worse than the sensors' noise makes them.
+        where: regions in which the best guess is most wrong, the worst first; a value of 1 is noise.
+    """
+
+    share: float | None
+    is_beyond_noise: bool
+    where: tuple[Region, ...] = ()
 
 
 class Gap(NamedTuple):
@@ -170,6 +202,11 @@ class Gap(NamedTuple):
         """Share of before - noise_floor that what was added to the refitted data sheet closes beyond it."""
         return self._share(self.refitted - self.after)
 
+    @property
+    def remaining(self) -> float | None:
+        """Share of before - noise_floor that is left, not clipped; None where there is hardly a gap."""
+        return self._share(self.after - self.noise_floor)
+
     def is_near_floor(self, error: float) -> bool:
         """Whether an error is no more than `EXPLAINED` times what sensor noise alone would leave.
 
@@ -203,7 +240,8 @@ class Diagnosis:
 
     Attributes:
         verdict: in one word.
-        effects: named ones; empty unless the verdict is `named`.
+        effects: that may be missing, the likeliest first: all with a probability of at least `LISTED`.
+        remaining: what nothing explains.
         added: effects, and values of the data sheet beyond their tolerances, with which "after" was measured, sorted;
             empty where that is the data sheet refitted.
         data_sheet: shifts of the free data-sheet parameters, the largest first.
@@ -218,7 +256,8 @@ class Diagnosis:
     """
 
     verdict: Verdict
-    effects: tuple[NamedEffect, ...]
+    effects: tuple[ProbableEffect, ...]
+    remaining: Remaining
     added: tuple[str, ...]
     data_sheet: tuple[Shift, ...]
     data_sheet_class: tuple[str, ...]
@@ -231,12 +270,19 @@ class Diagnosis:
     advice: tuple[str, ...]
 
     @property
+    def named_effects(self) -> tuple[ProbableEffect, ...]:
+        """Effects that the verdict names; none unless it is `named`."""
+        return tuple(effect for effect in self.effects if effect.is_named)
+
+    @property
+    def likely_effects(self) -> tuple[ProbableEffect, ...]:
+        """Effects that are more likely missing than not, and are not named."""
+        return tuple(effect for effect in self.effects if effect.probability >= LIKELY and not effect.is_named)
+
+    @property
     def headline(self) -> Gap | None:
         """The gap that stands for all; None where none was measured."""
-        channels, horizon = HEADLINE
-        known = [channel for channel in channels if any(gap.channel == channel for gap in self.gap)]
-        same = [gap for gap in self.gap if gap.channel in known[:1]]
-        return min(same, key=lambda gap: abs(gap.horizon - horizon)) if same else None
+        return headline(self.gap)
 
     @property
     def after(self) -> str | None:
@@ -244,6 +290,14 @@ class Diagnosis:
         if not self.added:
             return None
         return "with the best guess" if self.verdict is Verdict.UNKNOWN else "with what was named"
+
+
+def headline(gaps: Sequence[Gap]) -> Gap | None:
+    """The gap that stands for all; None of none."""
+    channels, horizon = HEADLINE
+    known = [channel for channel in channels if any(gap.channel == channel for gap in gaps)]
+    same = [gap for gap in gaps if gap.channel in known[:1]]
+    return min(same, key=lambda gap: abs(gap.horizon - horizon)) if same else None
 
 
 def as_record(diagnosis: Diagnosis) -> dict[str, Any]:
@@ -256,7 +310,7 @@ def as_record(diagnosis: Diagnosis) -> dict[str, Any]:
     record: dict[str, Any] = encoded(diagnosis)
     gap |= {"held_out": record.pop("held_out"), "added": record.pop("added"), "all": record["gap"]}
     worst = {kind: max((getattr(w, kind) for w in diagnosis.whiteness), default=None) for kind in ("before", "after")}
-    return record | {"gap": gap, "whiteness": {**worst, "channels": record["whiteness"]}}
+    return {"schema": SCHEMA} | record | {"gap": gap, "whiteness": {**worst, "channels": record["whiteness"]}}
 
 
 def write_diagnosis(path: Path, diagnosis: Diagnosis) -> None:

@@ -231,8 +231,14 @@ def _one_less(
     rest = [other for other in chosen.candidates if other is not candidate]
     if not rest:
         return base
-    lighter = problem.fit(chosen.fit.model.put(candidate.none), rest, _LIGHTER_ROUNDS)
+    lighter = without(problem, chosen, candidate)
     return min(lighter, problem.fit_at_once(rest), key=lambda w: w.bic) if afresh else lighter
+
+
+def without(problem: Problem, chosen: FittedHypothesis, candidate: Candidate) -> FittedHypothesis:
+    """A set without one of its candidates, fitted again."""
+    rest = [other for other in chosen.candidates if other is not candidate]
+    return problem.fit(chosen.fit.model.put(candidate.none), rest, _LIGHTER_ROUNDS)
 
 
 def without_unspecific(problem: Problem, chosen: FittedHypothesis, rounds: Sequence[Round]) -> FittedHypothesis:
@@ -244,7 +250,7 @@ def without_unspecific(problem: Problem, chosen: FittedHypothesis, rounds: Seque
         kin = {*candidate.same_as, *candidate.hard_to_tell_from}
         rest = [other for other in chosen.candidates if other is not candidate]
         if rest and len(set(substitutes(candidate, chosen, rounds, problem.settings)) - kin) >= _MANY:
-            return problem.fit(chosen.fit.model.put(candidate.none), rest, _LIGHTER_ROUNDS)
+            return without(problem, chosen, candidate)
     return chosen
 
 

@@ -2,10 +2,13 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from math import ceil
 
 from twbal.core.robot_parameters import RobotParameters
 from twbal.diagnosis.data_sheet import DATA_SHEET
 from twbal.sysid.model import Field
+
+_FINEST = 0.002  # s; physics steps that are fine enough: 10 in a control period of 20 ms
 
 
 @dataclass(frozen=True)
@@ -72,20 +75,33 @@ class Lines:
 
 
 @dataclass(frozen=True)
+class Credence:
+    """Shares of effects of the best set that were really missing, on data with a known truth.
+
+    Attributes:
+        objected_effect: where an objection concerned the effect itself.
+        objected_set: where objections concerned other effects, or the set as a whole.
+    """
+
+    objected_effect: float
+    objected_set: float
+
+
+@dataclass(frozen=True)
 class Settings:
     """All settings of a diagnosis.
 
     Attributes:
         tolerances: of what is always free.
         lines: where decisions are made.
-        substeps: physics steps of a control period.
+        substeps: physics steps of a control period, at most.
         shortlist: candidates that are fitted in full.
         common_effects: names of effects that most robots have: a search begins with all of these at once too.
         exclude: names of effects that are known not to be there.
         max_effects: that are named together, at most.
-        apply_if_unknown: whether the likeliest effects enter the simulation where they do not explain all, unless they
-            make rollouts on held-out data worse.
+        prior: probability that an effect is missing, before anything was recorded.
         temperature: of the probabilities: scores are divided by it.
+        credence: by which the probabilities of effects are multiplied where something speaks against them.
         blocks: into which the data are cut for intervals and held-out gains.
     """
 
@@ -96,6 +112,11 @@ class Settings:
     common_effects: Sequence[str]
     exclude: Sequence[str]
     max_effects: int
-    apply_if_unknown: bool
+    prior: float
     temperature: float
+    credence: Credence
     blocks: int
+
+    def for_period(self, period: float) -> "Settings":
+        """The same with no more physics steps of a control period [s] than steps of `_FINEST` take."""
+        return replace(self, substeps=min(self.substeps, ceil(period / _FINEST - 1e-9)))

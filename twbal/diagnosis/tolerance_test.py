@@ -5,18 +5,19 @@ heavy pulls its mass, its inertia and the motors' gain by little more than a sta
 more: no values within them explain such a robot.
 """
 
+from collections.abc import Mapping
+
 import numpy as np
 from scipy.optimize import lsq_linear
 
 from twbal.diagnosis.data_sheet import DATA_SHEET, WHEELS
-from twbal.diagnosis.settings import Tolerances
 from twbal.sysid.fit import Fit, slopes_of
 from twbal.sysid.model import Data
 
 _FEW = 1e-9  # room within bounds that a value may stand on, in standard deviations
 
 
-def tolerance_statistic(data: Data, fit: Fit, tolerances: Tolerances) -> float:
+def tolerance_statistic(data: Data, fit: Fit, tolerances: Mapping[str, float]) -> float:
     """Gain in -2 log likelihood of a fit over the best one whose data sheet is within its tolerances.
 
     From the slopes at the optimum, so a bounded linear least-squares problem; factors multiply, and at their limits
@@ -26,7 +27,7 @@ def tolerance_statistic(data: Data, fit: Fit, tolerances: Tolerances) -> float:
     Args:
         data: recordings.
         fit: at its optimum.
-        tolerances: by which values of the data sheet may be off.
+        tolerances: shares by which values of the data sheet may be off, by field.
     """
     values, J = fit.values, slopes_of(data, fit)
     scales = np.array([free.sd if np.isfinite(free.sd) else free.high - free.low for free in fit.frees])
@@ -34,7 +35,7 @@ def tolerance_statistic(data: Data, fit: Fit, tolerances: Tolerances) -> float:
     for i, (free, value) in enumerate(zip(fit.frees, values, strict=True)):
         ends = (free.low, free.high)
         if free.field in (*DATA_SHEET, *WHEELS) and np.isfinite(free.sd):
-            tolerance = tolerances.of(free.field)
+            tolerance = tolerances[free.field]
             ends = (free.mean * (1.0 - tolerance), free.mean * (1.0 + tolerance))
         elif np.isfinite(free.sd):
             priors.append(np.eye(len(values))[i])

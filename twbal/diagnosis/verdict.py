@@ -15,7 +15,7 @@ _WORSE = 0.05  # share by which rollouts may be worse than with the data sheet r
 _A_WORD = 1.0  # tolerances by which a value of a data sheet beyond its tolerances must be off to be listed
 
 
-def conclude(selection: Selection, objected: Sequence[str], statistic: float, settings: Settings) -> Verdict:
+def conclude(selection: Selection, objected: Sequence[object], statistic: float, settings: Settings) -> Verdict:
     """The verdict of a selection.
 
     Args:
@@ -113,9 +113,15 @@ def undetectable(selection: Selection, settings: Settings) -> list[str]:
 
 
 def probabilities(selection: Selection, settings: Settings) -> Mapping[tuple[str, ...], float]:
-    """Of each set that was fitted, by its names: a softmax of half the scores, cooled as calibration asks."""
+    """Of each set that was fitted, by its names.
+
+    The prior odds of its effects, each of which is missing with the same probability, times the likelihood ratio by the
+    Bayesian information criterion. That is tempered by the autocorrelation that the best set leaves, as autocorrelated
+    errors gain by chance, and by a factor for all else that a robot's form differs in.
+    """
     sets = selection.sets
-    scores = -np.array([w.bic for w in sets]) / (2.0 * settings.temperature * selection.chosen.autocorrelation)
+    odds = np.log(settings.prior / (1.0 - settings.prior)) * np.array([len(w.candidates) for w in sets])
+    scores = odds - np.array([w.bic for w in sets]) / (2.0 * settings.temperature * selection.chosen.autocorrelation)
     weights = np.exp(scores - scores.max())
     weights /= weights.sum()
     return {w.names: p for w, p in zip(sets, weights.tolist(), strict=True)}

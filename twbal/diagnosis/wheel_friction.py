@@ -18,10 +18,10 @@ from twbal.core.gaussian import Array
 from twbal.core.robot_parameters import RobotParameters
 from twbal.diagnosis.candidates import Candidate
 from twbal.diagnosis.data_sheet import DATA_SHEET
-from twbal.diagnosis.filter_result import filter_result_of
+from twbal.diagnosis.filter_result import filter_result_of, one_step_errors
 from twbal.diagnosis.findings import Effects, FilterResult, Findings
 from twbal.diagnosis.name import first_noise, sensed_values, whiteness_of
-from twbal.diagnosis.record import Estimate, NamedEffect, Rival, Shift, Verdict
+from twbal.diagnosis.record import LISTED, Estimate, ProbableEffect, Rival, Shift, Verdict
 from twbal.diagnosis.settings import Settings
 from twbal.planar.actuation import driver_torque
 from twbal.planar.constants import Constants, constants
@@ -183,7 +183,7 @@ def identify_friction(
     shift = (best.strength - 1.0) / tolerance
     return Findings(
         verdict=verdict,
-        effects=(_named(chosen, near, weights, settings),) if verdict is Verdict.NAMED else (),
+        effects=_probable(chosen, near, weights, verdict, settings),
         added=best.names,
         data_sheet=(Shift("torque_gain", DATA_SHEET[_GAIN].group, best.strength, shift),),
         data_sheet_class=(DATA_SHEET[_GAIN].group,) if verdict is Verdict.DATA_SHEET else (),
@@ -192,11 +192,14 @@ def identify_friction(
             for form in sorted((base, *forms), key=lambda form: form.misfit)
         ),
         whiteness=whiteness_of(data, nominal, named),
+        is_autocorrelated=False,  # wheels in the air are judged by windows
         noise=sensed_values(data, named.noise.sensors),
         advice=_advice(turns, base, near, verdict, tolerance),
         nominal=first,
+        nominal_errors=one_step_errors(data, nominal, named),
         refitted=refitted,
         named=last,
+        without={name: refitted for name in best.names},
     )
 
 
@@ -291,26 +294,35 @@ def _verdict(turns: _Turns, twin: TwinParameters, base: _Form, chosen: _Form, se
 
 def _probabilities(forms: Sequence[_Form], settings: Settings) -> Mapping[tuple[str, ...], float]:
     """Of each form, by what it names."""
-    scores = -np.array([form.misfit for form in forms]) / (2.0 * settings.temperature)
+    odds = np.log(settings.prior / (1.0 - settings.prior)) * np.array([len(form.names) for form in forms])
+    scores = odds - np.array([form.misfit for form in forms]) / (2.0 * settings.temperature)
     weights = np.exp(scores - scores.max())
     return dict(zip([form.names for form in forms], (weights / weights.sum()).tolist(), strict=True))
 
 
-def _named(
-    chosen: _Form, near: Sequence[_Form], weights: Mapping[tuple[str, ...], float], settings: Settings
-) -> NamedEffect:
-    """The chosen form, and those that do as well."""
-    assert chosen.candidate is not None
+def _probable(
+    chosen: _Form,
+    near: Sequence[_Form],
+    weights: Mapping[tuple[str, ...], float],
+    verdict: Verdict,
+    settings: Settings,
+) -> tuple[ProbableEffect, ...]:
+    """The chosen form, and those that do as well; none where no drag does as well."""
+    if chosen.candidate is None:
+        return ()
     (parameter,) = chosen.candidate.parameters
     error = float(np.hypot(chosen.error, settings.lines.form * chosen.value))
     estimate = Estimate(chosen.value, *interval(chosen.value, error), parameter.unit)
-    return NamedEffect(
+    credence = settings.credence.objected_effect if verdict is Verdict.UNKNOWN else 1.0
+    effect = ProbableEffect(
         chosen.candidate.name,
-        min(sum(weights[form.names] for form in near), 1.0),
+        credence * min(sum(weights[form.names] for form in near), 1.0),
+        verdict is Verdict.NAMED,
         {parameter.name: estimate},
         tuple(form.candidate.name for form in near if form.candidate and form is not chosen),
         SEPARATE_BY,
     )
+    return (effect,) if effect.probability >= LISTED else ()
 
 
 def _advice(turns: _Turns, base: _Form, near: Sequence[_Form], verdict: Verdict, tolerance: float) -> tuple[str, ...]:

@@ -8,6 +8,7 @@ import numpy as np
 from twbal.core.gaussian import Array
 from twbal.diagnosis.findings import FilterResult, Trajectory
 from twbal.diagnosis.record import Region
+from twbal.sysid.open_loop import EARLIEST
 from twbal.sysid.recording import MEASURED, Recording
 
 AXES = ("speed", "command", "tilt", "direction", "time")
@@ -17,20 +18,25 @@ body (-1 to 0 backwards, 0 to 1 forwards), and time since the episode began [s].
 _FEWEST = 20  # samples in a region, below which a mean says little
 
 
-def disagreement(nominal: FilterResult, recordings: Sequence[Recording], bins: int) -> tuple[Region, ...]:
-    """The map of disagreement of the simulation as it is, the largest first.
+def disagreement(
+    best: FilterResult, recordings: Sequence[Recording], bins: int, errors: Sequence[Array] | None = None
+) -> tuple[Region, ...]:
+    """The map of disagreement of a simulation, the largest first.
 
     Args:
-        nominal: what the simulation makes of the recordings.
+        best: what the best guess makes of the recordings: its motion, and the noise that regions are measured in.
         recordings: at least one.
         bins: ranges of an axis.
+        errors: per recording (T + 1, 4), of the simulation's predictions over one control period from that motion; None
+            for those of the best guess itself.
     """
-    rows = [np.flatnonzero(recording.usable[1:]) + 1 for recording in recordings]
+    rows = [np.flatnonzero(recording.usable[EARLIEST + 1 :]) + EARLIEST + 1 for recording in recordings]
+    errors = best.errors if errors is None else errors
 
     def all_of(values: Sequence[Array]) -> Array:
         return np.concatenate([value[row] for value, row in zip(values, rows, strict=True)])
 
-    trajectories: Sequence[Trajectory] = nominal.trajectories
+    trajectories: Sequence[Trajectory] = best.trajectories
     axes = {
         "speed": all_of([trajectory.speed for trajectory in trajectories]),
         "command": all_of([np.concatenate([np.zeros(1), recording.commands]) for recording in recordings]),
@@ -42,7 +48,7 @@ def disagreement(nominal: FilterResult, recordings: Sequence[Recording], bins: i
     }
     sensed = recordings[0].sensed
     channels = [name for name, is_sensed in zip(MEASURED, sensed, strict=True) if is_sensed]
-    return regions(all_of(nominal.errors)[:, sensed], nominal.error_noise[sensed], axes, channels, bins)
+    return regions(all_of(errors)[:, sensed], best.error_noise[sensed], axes, channels, bins)
 
 
 def regions(
@@ -50,8 +56,7 @@ def regions(
 ) -> tuple[Region, ...]:
     """The disagreement over ranges of each axis, the largest first.
 
-    The sensors' noise was fitted together with the simulation as it is, and so takes up part of what that gets wrong:
-    regions are to be compared with each other, and a small number does not say that the simulation is right.
+    Where the simulation is right, and the noise too, errors are as large as their noise: the root mean square is 1.
 
     Ranges hold about as many samples each; `direction` has two. Ranges with fewer than 20 samples are left out.
 

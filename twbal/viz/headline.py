@@ -1,25 +1,33 @@
 """What a diagnosis comes to, in a few sentences."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
-from twbal.diagnosis.record import CLOSED, Diagnosis, Gap, NamedEffect, Verdict
+from twbal.diagnosis.record import CLOSED, Diagnosis, Gap, ProbableEffect, Verdict
 
 
 def headline_text(diagnosis: Diagnosis) -> str:
     """What the diagnosis comes to, in a few sentences."""
     head = diagnosis.headline
     if diagnosis.verdict is Verdict.NAMED:
-        *most, last = map(_described, diagnosis.effects)
-        text = f"The simulation lacks {', '.join(most)}{' and ' if most else ''}{last}."
-        return text if head is None else f"{text} {_what_closes(head, diagnosis.effects)} {_errors(head, True)}"
+        text = f"The simulation lacks {_listed(map(_described, diagnosis.named_effects))}."
+        if head is not None:
+            text = f"{text} {_what_closes(head, diagnosis.named_effects)} {_errors(head, 'what was named')}"
+        if diagnosis.remaining.is_beyond_noise:
+            text = f"{text} That does not explain all."
+        return text
+    if diagnosis.verdict is Verdict.UNKNOWN and diagnosis.likely_effects:
+        likely = _listed(f"{_described(effect)} ({effect.probability:.0%})" for effect in diagnosis.likely_effects)
+        text = f"There is a gap between simulation and measurement. Likely missing: {likely}. That is not sure enough"
+        text = f"{text} to be named, or does not explain all."
+        return text if head is None else f"{text} {_errors(head, 'the best guess' if diagnosis.added else '')}"
     if diagnosis.verdict is Verdict.DATA_SHEET:
         found = "the data sheet is off: " + "; ".join(_class(name, diagnosis) for name in diagnosis.data_sheet_class)
         if head is None or head.is_near_floor(head.after):
             return f"No effect is missing, but {found}."
-        return f"{found[0].upper()}{found[1:]}. That does not explain all. {_errors(head, False)}"
+        return f"{found[0].upper()}{found[1:]}. That does not explain all. {_errors(head, '')}"
     if diagnosis.verdict is Verdict.NONE and head is not None and not head.is_near_floor(head.before):
         text = "With its nominal parameters refitted within their tolerances, the simulation explains these data"
-        return f"{text}: nothing is missing that they could show. {_errors(head, False)}"
+        return f"{text}: nothing is missing that they could show. {_errors(head, '')}"
     return {
         Verdict.NONE: "The simulation explains these data: nothing is missing that they could show.",
         Verdict.UNKNOWN: "There is a gap between simulation and measurement, and nothing in the library explains it.",
@@ -33,7 +41,7 @@ def _class(name: str, diagnosis: Diagnosis) -> str:
     return f"{name} ({', '.join(inside)})" if inside else name
 
 
-def _what_closes(head: Gap, effects: Sequence[NamedEffect]) -> str:
+def _what_closes(head: Gap, effects: Sequence[ProbableEffect]) -> str:
     """Which share of the gap refitting closes, and which the effects."""
     refit, more = head.closed_by_refit, head.closed_by_effects
     if refit is None or more is None:
@@ -53,9 +61,9 @@ def _what_closes(head: Gap, effects: Sequence[NamedEffect]) -> str:
     return f"{label}Refitting the nominal parameters {share} of the gap; {rest}"
 
 
-def _errors(head: Gap, with_effects: bool) -> str:
-    """The errors of the rollouts from which shares of the gap are made."""
-    with_it = f", {head.after:.3g} with what was named" if with_effects else ""
+def _errors(head: Gap, added: str) -> str:
+    """The errors of the rollouts from which shares of the gap are made; `added`: what else they had, if anything."""
+    with_it = f", {head.after:.3g} with {added}" if added else ""
     return (
         f"Held-out rollouts are off by {head.before:.3g} rad of {head.channel.replace('_', ' ')} after "
         f"{head.horizon:g} s as the data sheet says, {head.refitted:.3g} refitted{with_it}; the sensors' noise alone "
@@ -63,7 +71,13 @@ def _errors(head: Gap, with_effects: bool) -> str:
     )
 
 
-def _described(effect: NamedEffect) -> str:
+def _listed(parts: Iterable[str]) -> str:
+    """One, two and three."""
+    *most, last = parts
+    return f"{', '.join(most)}{' and ' if most else ''}{last}"
+
+
+def _described(effect: ProbableEffect) -> str:
     name = effect.name.replace("_", " ")
     if effect.equivalents:
         name += f" (or {', '.join(other.replace('_', ' ') for other in effect.equivalents)})"

@@ -157,9 +157,9 @@ def diagnosis_measures(
     found = name_effects(recordings, robot, {}, candidates, settings)
     measures: Measures = {
         "diagnosis/verdict": found.verdict.value,
-        "diagnosis/effects": ", ".join(effect.name for effect in found.effects),
+        "diagnosis/effects": ", ".join(effect.name for effect in found.named_effects),
     }
-    for effect in found.effects:
+    for effect in found.named_effects:
         for name, estimate in effect.parameters.items():
             measures[f"diagnosis/{effect.name}/{name}"] = estimate.value
     for whiteness in found.whiteness:

@@ -1,10 +1,11 @@
 """Settings of how a diagnosis names effects."""
 
-from twbal.cli.settings.kinds import ListOf, Number, Text, Whole, YesNo
+from twbal.cli.settings.kinds import ListOf, Number, Text, Whole
 from twbal.cli.settings.setting import Setting
 
 _EFFECTS = ListOf(Text("name of an effect"), most=1000)
 _SCORE = Number(0.0, 1e6)
+_PROBABILITY = Number(0.0, 1.0)
 _SHARE = Number(0.0, 10.0)
 _DEVIATIONS = Number(0.0, 1000.0)
 
@@ -25,12 +26,14 @@ DIAGNOSIS = (
     Setting("diagnosis.lines.steady", _SHARE, "largest share of change between halves"),
     Setting("diagnosis.lines.form", _SHARE, "share of an effect's size that widens intervals"),
     Setting("diagnosis.lines.margin", _SCORE, "score within which a rival is an equivalent"),
-    Setting("diagnosis.substeps", Whole(1, 10_000), "physics steps of a control period"),
+    Setting("diagnosis.substeps", Whole(1, 10_000), "physics steps of a control period, at most"),
     Setting("diagnosis.shortlist", Whole(1, 1000), "number of candidates that are fitted in full"),
     Setting("diagnosis.common_effects", _EFFECTS, "effects that a search also begins with"),
     Setting("diagnosis.exclude", _EFFECTS, "effects that are known not to be there", common=True),
     Setting("diagnosis.max_effects", Whole(1, 100), "number of effects that are named, at most", common=True),
-    Setting("diagnosis.apply_if_unknown", YesNo(), "an unknown is augmented by the likeliest, too"),
+    Setting("diagnosis.prior", Number(1e-6, 0.999999), "probability of an effect before anything was recorded"),
     Setting("diagnosis.temperature", Number(0.001, 1e6), "temperature of the probabilities"),
+    Setting("diagnosis.credence.objected_effect", _PROBABILITY, "share right despite an objection to it"),
+    Setting("diagnosis.credence.objected_set", _PROBABILITY, "share right despite an objection to the set"),
     Setting("diagnosis.blocks", Whole(2, 100_000), "blocks of the data, for intervals"),
 )

@@ -1,0 +1,142 @@
+"""Graded answers: how likely each effect is, its share of the gap, and what remains, whatever the verdict."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hydra import compose
+from hydra.utils import instantiate
+from synthetic_recordings import synthetic_recording
+
+from twbal.cli.composition import composing
+from twbal.core.episode import Episode, Outcome, Provenance
+from twbal.diagnosis.effect_candidates import candidates_for
+from twbal.diagnosis.graded import contradicted, with_shares
+from twbal.diagnosis.inputs import DataSettings, Named, Simulated
+from twbal.diagnosis.name import name_effects
+from twbal.diagnosis.objections import Objection
+from twbal.diagnosis.pipeline import diagnose_episodes
+from twbal.diagnosis.probable import credence, probability_of
+from twbal.diagnosis.record import Gap, ProbableEffect, Verdict
+from twbal.diagnosis.settings import Credence
+
+GIVEN = Credence(objected_effect=0.4, objected_set=0.8)
+FRICTION = {"coulomb_friction": {"torque": 0.3}}
+EFFECT = ProbableEffect("dead_zone", 0.95, True, {}, (), "")
+
+
+def settings(*words):
+    with composing():
+        return instantiate(compose("diagnose", ["episodes=e", *words]).diagnosis)
+
+
+def shaken(recording, seed, size=0.15, seconds=0.5):
+    """The recording with a gyro whose bias walks, which no effect of the library does (a Gauss-Markov process)."""
+    rng = np.random.default_rng(seed)
+    keep = np.exp(-recording.period / seconds)
+    bias = np.zeros(len(recording) + 1)
+    for n in range(1, len(bias)):
+        bias[n] = keep * bias[n - 1] + size * np.sqrt(1.0 - keep**2) * rng.standard_normal()
+    return replace(recording, measured=recording.measured + np.outer(bias, np.eye(4)[1]))
+
+
+def test_an_effect_has_the_weight_of_all_sets_that_hold_it_or_its_equal():
+    weights = {("a",): 0.5, ("a", "b"): 0.2, ("c",): 0.2, (): 0.1}
+    assert probability_of({"a"}, weights) == pytest.approx(0.7)
+    assert probability_of({"b", "c"}, weights) == pytest.approx(0.4)
+
+
+@pytest.mark.parametrize(
+    ("effect", "objected", "expected"),
+    [
+        ("a", (), 1.0),
+        ("a", (Objection("not a", ("a",)), Objection("nothing", ())), 0.4),
+        ("b", (Objection("not a", ("a",)),), 0.8),
+        ("b", (Objection("nothing"),), 0.8),
+    ],
+)
+def test_what_speaks_against_an_effect_counts_more_than_what_speaks_against_its_set(effect, objected, expected):
+    assert credence(effect, objected, GIVEN) == expected
+
+
+def test_rollouts_that_get_worse_leave_nothing_named_and_no_share():
+    (found,) = contradicted([replace(EFFECT, share=0.7)], "worse", 0.8)
+    assert not found.is_named
+    assert found.probability == pytest.approx(0.8 * 0.95)
+    assert (found.share, found.objections) == (None, ("worse",))
+
+
+def test_shares_of_the_gap_are_not_clipped():
+    head = Gap("tilt", 0.15, 0.05, 0.04, 0.012, 0.01, 0.95, 0.01)
+    (found,) = with_shares([EFFECT], head, {"dead_zone": 0.092})
+    assert found.share == pytest.approx((0.092 - 0.012) / (0.05 - 0.01))
+    assert head.remaining == pytest.approx((0.012 - 0.01) / (0.05 - 0.01))
+    (flat,) = with_shares([EFFECT], head._replace(before=0.0105), {"dead_zone": 0.092})
+    assert flat.share is None
+
+
+@pytest.fixture(scope="module")
+def part_explained(paper):
+    """Coulomb friction, and a gyro that nothing in the library explains."""
+    recording = shaken(synthetic_recording(paper, FRICTION, seed=61, periods=1200), 61)
+    return name_effects([recording], paper, {}, candidates_for(paper), settings())
+
+
+def test_a_finding_is_not_lost_where_not_all_is_explained(part_explained):
+    assert part_explained.verdict is Verdict.UNKNOWN
+    (friction,) = (e for e in part_explained.effects if "coulomb_friction" in (e.name, *e.equivalents))
+    assert not friction.is_named
+    assert 0.5 <= friction.probability < 0.9
+    assert friction.objections
+    assert "coulomb_friction" in part_explained.named.effects
+    estimate = friction.parameters["torque"]
+    assert estimate.low95 < 0.3 < estimate.high95
+
+
+def episodes_of(recording):
+    """A recording as an episode, in two halves."""
+    columns = np.zeros((len(recording) + 1, 7))
+    columns[:, 0] = recording.period * np.arange(len(columns))
+    columns[:, [1, 2, 4, 5]] = recording.measured
+    half, found = len(recording) // 2, []
+    for begin, end in ((0, half), (half, len(recording))):
+        seen = columns[begin : end + 1] - columns[begin, 0] * np.eye(7)[0]
+        source = Provenance("test", "robot", seed=0, trial=begin)
+        commands = recording.commands[begin:end]
+        found.append(Episode(("tilt",), recording.period, seen, seen[:, 1:2], commands, Outcome.COMPLETED, source))
+    return found
+
+
+def test_what_remains_is_said_beside_what_was_found(paper):
+    """The walking gyro remains; a robot with friction alone leaves nothing, and friction has nearly all of the gap."""
+    results = []
+    for recording in (
+        synthetic_recording(paper, FRICTION, seed=62, periods=1200),
+        shaken(synthetic_recording(paper, FRICTION, seed=62, periods=1200), 63),
+    ):
+        measured = Named(episodes_of(recording), ["one", "two"])
+        data = DataSettings(
+            horizons=[0.15],
+            held_out=0.25,
+            starts=20,
+            bins=4,
+            min_length=50,
+            min_samples=300,
+            max_yaw_rate=1.5,
+            max_tilt=0.7,
+        )
+        simulation = Simulated(paper, {}, 0.001)
+        results.append(diagnose_episodes(measured, Named([], []), simulation, settings(), data).diagnosis)
+    plain, walking = results
+    assert [effect.name for effect in plain.named_effects] == ["coulomb_friction"]
+    assert plain.effects[0].share == pytest.approx(1.0, abs=0.3)
+    assert plain.remaining.share == pytest.approx(0.0, abs=0.2)
+    assert not plain.remaining.is_beyond_noise
+    assert walking.remaining.is_beyond_noise
+    assert walking.remaining.where[0].channel == "tilt_rate"
+    assert min(region.rms for region in plain.where if region.channel == "tilt") == pytest.approx(1.0, abs=0.3)
+
+
+def test_short_control_periods_take_fewer_physics_steps():
+    usual = settings()
+    assert [usual.for_period(period).substeps for period in (0.03, 0.02, 0.01, 0.005)] == [10, 10, 5, 3]

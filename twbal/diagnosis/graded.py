@@ -1,0 +1,65 @@
+"""What rollouts on held-out data add to the graded answers: shares of the gap, and what remains."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from twbal.diagnosis.findings import Findings
+from twbal.diagnosis.record import Gap, ProbableEffect, Remaining
+from twbal.diagnosis.where import disagreement
+from twbal.sysid.recording import Recording
+
+_REGIONS = 5  # in which most remains
+
+
+def with_shares(
+    effects: Sequence[ProbableEffect], head: Gap | None, errors: Mapping[str, float]
+) -> tuple[ProbableEffect, ...]:
+    """Effects with their shares of the gap on held-out data.
+
+    Args:
+        effects: that may be missing.
+        head: the gap that stands for all; None where none was measured.
+        errors: of rollouts without one of the effects that `head.after` was measured with, by its name, in the channel
+            and over the horizon of `head`.
+    """
+    if head is None or head.remaining is None:
+        return tuple(effects)
+    before = head.before - head.noise_floor
+    return tuple(
+        replace(effect, share=(errors[effect.name] - head.after) / before) if effect.name in errors else effect
+        for effect in effects
+    )
+
+
+def remaining_of(found: Findings, recordings: Sequence[Recording], head: Gap | None, bins: int) -> Remaining:
+    """What nothing explains: of the gap on held-out data, and of the residuals of the fit.
+
+    Args:
+        found: by the fit.
+        recordings: that were fitted.
+        head: the gap that stands for all; None where none was measured.
+        bins: ranges of an axis, in the map of what remains.
+    """
+    is_far = head is not None and not head.is_near_floor(head.after)
+    where = disagreement(found.named, recordings, bins)[:_REGIONS]
+    return Remaining(head.remaining if head else None, is_far or found.is_autocorrelated, where)
+
+
+def contradicted(effects: Sequence[ProbableEffect], contradiction: str, credence: float) -> tuple[ProbableEffect, ...]:
+    """Effects after rollouts on held-out data got worse with them: none is named, and none has a share.
+
+    Args:
+        effects: before.
+        contradiction: what the rollouts say, as a sentence.
+        credence: share of named effects that prove right although something speaks against their set.
+    """
+    return tuple(
+        replace(
+            effect,
+            probability=credence * effect.probability if effect.is_named else effect.probability,
+            is_named=False,
+            objections=(*effect.objections, contradiction),
+            share=None,
+        )
+        for effect in effects
+    )

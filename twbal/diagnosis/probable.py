@@ -1,0 +1,105 @@
+"""How likely each effect is missing: graded answers of a selection, whatever its verdict.
+
+The probability of an effect is the weight of all sets that hold it, or an effect that these data cannot tell from it.
+The weights compare sets with each other; they do not know whether the library holds what moves the robot. What knows
+more of that are the objections to the best set. By them a probability is multiplied: with the share of effects that
+proved right, on data with a known truth, although such an objection was raised (`Credence`).
+"""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from twbal.diagnosis.candidates import Candidate
+from twbal.diagnosis.hypothesis import FittedHypothesis
+from twbal.diagnosis.objections import Objection, negligible
+from twbal.diagnosis.record import LISTED, Estimate, ProbableEffect, Verdict
+from twbal.diagnosis.select import Selection, substitutes
+from twbal.diagnosis.settings import Credence, Settings
+from twbal.sysid.fit import slopes_of
+from twbal.sysid.intervals import interval, standard_errors
+from twbal.sysid.model import Data
+
+Weights = Mapping[tuple[str, ...], float]
+"""Probability of each set of effects that was fitted, by its names, as sets compare with each other."""
+
+
+def probable_effects(
+    data: Data,
+    selection: Selection,
+    objected: Sequence[Objection],
+    verdict: Verdict,
+    weights: Weights,
+    settings: Settings,
+) -> tuple[ProbableEffect, ...]:
+    """All effects that are missing with a probability of at least `LISTED`, the likeliest first.
+
+    Each has its size in the best set that holds it. Equivalents of an effect that is listed are not listed themselves.
+
+    Args:
+        data: recordings.
+        selection: how it went.
+        objected: what speaks against the set that was chosen.
+        verdict: that it came to.
+        weights: of the sets (`verdict.probabilities`).
+        settings: of the diagnosis.
+    """
+    chosen = selection.chosen
+    trifles = {candidate.name for candidate in negligible(chosen, settings)}
+    found = list[ProbableEffect]()
+    known = set[str]()
+    others = (w for w in selection.sets if w.names != chosen.names)
+    for holder in (chosen, *sorted(others, key=lambda w: -weights[w.names])):
+        new = [candidate for candidate in holder.effects if candidate.name not in known]
+        if not new:
+            continue
+        sizes = estimates(data, holder, new, settings)
+        for candidate in new:
+            near = substitutes(candidate, chosen, selection.rounds, settings) if holder is chosen else []
+            alike = tuple(dict.fromkeys([*candidate.same_as, *near]))
+            known |= {candidate.name, *alike}
+            against = tuple(o.text for o in objected if holder is chosen and o.concerns(candidate.name))
+            found.append(
+                ProbableEffect(
+                    name=candidate.name,
+                    probability=probability_of({candidate.name, *alike}, weights)
+                    * credence(candidate.name, objected, settings.credence),
+                    is_named=verdict is Verdict.NAMED and holder is chosen and candidate.name not in trifles,
+                    parameters=sizes[candidate.name],
+                    equivalents=alike,
+                    separate_by=candidate.separate_by,
+                    objections=against,
+                )
+            )
+    listed = [effect for effect in found if effect.is_named or effect.probability >= LISTED]
+    return tuple(sorted(listed, key=lambda effect: -effect.probability))
+
+
+def probability_of(alike: set[str], weights: Weights) -> float:
+    """Of an effect or one that these data cannot tell from it: that of all sets that hold one."""
+    return min(sum(weight for names, weight in weights.items() if alike & set(names)), 1.0)
+
+
+def credence(effect: str, objected: Sequence[Objection], given: Credence) -> float:
+    """Share of effects that proved right although there was such an objection; 1 without one."""
+    if any(effect in objection.effects for objection in objected):
+        return given.objected_effect
+    return given.objected_set if objected else 1.0
+
+
+def estimates(
+    data: Data, hypothesis: FittedHypothesis, candidates: Sequence[Candidate], settings: Settings
+) -> dict[str, dict[str, Estimate]]:
+    """Parameters of effects of a fitted set with their 95 % intervals, by effect and parameter."""
+    errors = standard_errors(hypothesis.fit, slopes_of(data, hypothesis.fit), settings.blocks)
+    by_field = dict(zip([free.field for free in hypothesis.fit.frees], errors.tolist(), strict=True))
+    found: dict[str, dict[str, Estimate]] = {}
+    for candidate in candidates:
+        found[candidate.name] = {}
+        for p in candidate.parameters:
+            field = candidate.field(p)
+            value = hypothesis.fit.model.value(field)
+            timing = settings.tolerances.imu_timing if p.unit == "s" else 0.0
+            error = float(np.sqrt(by_field[field] ** 2 + (settings.lines.form * (value - p.none)) ** 2 + timing**2))
+            found[candidate.name][p.name] = Estimate(value, *interval(value, error), p.unit)
+    return found
