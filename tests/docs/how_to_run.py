@@ -385,6 +385,7 @@ TABLE: Mapping[str, How] = {
     "twbal drive policy.path=<policy.pt>": _STEERED,
     "twbal drive policy.path=<policy.pt> link=serial link.port=/dev/ttyUSB0": _STEERED,
     "twbal drive policy.path=<policy.pt> input=/dev/input/js0": _STEERED,
+    "twbal drive policy.path=<policy.pt> view=window": _STEERED,
     _IDENTIFY: Stage(small=("hydra.run.dir=outputs/identify/...",)),
     "twbal sim-collect sim=<run folder>/identified.yaml": Stage(
         {"<run folder>": "outputs/identify/..."}, after=(_IDENTIFY,)
