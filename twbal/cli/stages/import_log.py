@@ -243,3 +243,5 @@ def _tell(file: Path, imported: Imported) -> None:
         print(f"  {sentence}")
     for doubt in imported.doubts:
         print(f"  WARNING: {doubt.sentence}")
+    for sentence in imported.untold:
+        print(f"  this log does not tell {sentence}")

@@ -51,11 +51,13 @@ class Imported(NamedTuple):
         episodes: one for each part without a gap.
         notes: what was done to the data.
         doubts: what looks wrong with them.
+        untold: what the log does not tell, and what it would take.
     """
 
     episodes: tuple[Episode, ...]
     notes: tuple[str, ...]
     doubts: tuple[Doubt, ...]
+    untold: tuple[str, ...]
 
 
 def import_file(path: Path, mapping: LogMapping, wanted: Wanted, provenance: Provenance) -> Imported:
@@ -100,7 +102,9 @@ def import_file(path: Path, mapping: LogMapping, wanted: Wanted, provenance: Pro
     steps = Evidence(1.0, np.diff(signals["time"]), "time between rows, by their number [s]")
     found = [Doubt(Kind.TIME, "time", sentence, steps) for sentence in odd]
     found += [*_of_one_wheel(mapping), *doubts(signals, looked_at)]
-    return Imported(tuple(episodes), tuple(notes), tuple(found))
+    untold = tuple(doubt.sentence for doubt in found if doubt.kind is Kind.UNTOLD)
+    doubted = tuple(doubt for doubt in found if doubt.kind is not Kind.UNTOLD)
+    return Imported(tuple(episodes), tuple(notes), doubted, untold)
 
 
 def _part(signals: Mapping[str, Array], period: float, mapping: LogMapping, wanted: Wanted) -> LogPart:
