@@ -1,8 +1,7 @@
 """From the columns of a foreign log to episodes."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from itertools import combinations
 from pathlib import Path
 from typing import NamedTuple
 
@@ -278,14 +277,3 @@ def _wheel_angle(taken: Mapping[str, Array], radius: float) -> Array | None:
         forward = np.diff(taken["x"]) * np.cos(middle) + np.diff(taken["y"]) * np.sin(middle)
         return np.concatenate([[0.0], np.cumsum(forward)]) / radius
     return None
-
-
-def duplicated(episodes: Sequence[Episode], names: Sequence[str]) -> Iterator[str]:
-    """Recordings of which another one has most of the rows already."""
-    if len(episodes) < 2:
-        return
-    rows = [{row.tobytes() for row in episode.observations[:, 1:]} for episode in episodes]
-    for j, i in combinations(range(len(rows)), 2):
-        shared = len(rows[i] & rows[j])
-        if shared > 0.5 * min(len(rows[i]), len(rows[j])):
-            yield f"{names[i]} has {shared} of its {len(rows[i])} rows in common with {names[j]}: take one of them"

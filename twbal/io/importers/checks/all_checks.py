@@ -2,12 +2,20 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 
+import numpy as np
+
 from twbal.core.gaussian import Array
 from twbal.io.importers.checks.command_rows import command_row_doubts
 from twbal.io.importers.checks.doubt import Doubt, Evidence, Kind, LogPart
 from twbal.io.importers.checks.mechanics import Mechanics, expected, mechanics
 from twbal.io.importers.checks.motion_doubts import motion_doubts, signs, time_doubts
-from twbal.io.importers.checks.ranges import constant_doubts, one_way_doubts, period_doubts, tilt_doubts
+from twbal.io.importers.checks.ranges import (
+    constant_doubts,
+    one_way_doubts,
+    period_doubts,
+    smooth_command_doubts,
+    tilt_doubts,
+)
 from twbal.io.importers.checks.rates import (
     LATE,
     LATE_ROWS,
@@ -40,7 +48,10 @@ def doubts(signals: Mapping[str, Array], part: LogPart) -> Iterator[Doubt]:
     yield from tilt
     if tilt:
         return
-    yield from one_way_doubts(part)
+    odd = [*one_way_doubts(part)] or [*smooth_command_doubts(part)]
+    yield from odd
+    if odd:
+        part = part._replace(commands=np.zeros_like(part.commands))  # they tell nothing else
     pairs = agreements(part)
     seen = [mechanics(part, by_gyro) for by_gyro in (True, False)] if _is_long(part) else [None, None]
     by_gyro, by_tilt = seen

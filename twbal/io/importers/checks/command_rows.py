@@ -50,15 +50,22 @@ def command_row_doubts(part: LogPart) -> Iterator[Doubt]:
         yield Doubt(Kind.ROW, "command", sentence, _evidence(part, commands[_PAST - 1 : -1], new))
         return
     own, answered = _partial(new, later, [*past, *earlier], part.period)
-    if own.coefficients[0] < -own.half_widths[0]:
+    count = len(new) - 1
+    columns = [column[:count] for column in (*past, *earlier, later)]
+    following, then = _partial(new[:count], commands[_PAST + 1 :], columns, part.period)
+    if own.coefficients[0] < -own.half_widths[0] and then > 0.0:
         sentence = (
             f"the body answers the command a row before it is given: commands stand a row too late{_advice(part, True)}"
         )
         yield Doubt(Kind.ROW, "command", sentence, _evidence(part, later, new))
         return
-    count = len(new) - 1
-    columns = [column[:count] for column in (*past, *earlier, later)]
-    following, then = _partial(new[:count], commands[_PAST + 1 :], columns, part.period)
+    if own.coefficients[0] < -own.half_widths[0]:
+        sentence = (
+            "the command answers the measurements of its row and of the next one against them: it seems to have the "
+            "wrong sign"
+        )
+        yield Doubt(Kind.SIGN, "command", sentence, _evidence(part, later, new))
+        return
     answers, answers_then = _is_positive(own), _is_positive(following)
     if answers_then and not answers and then > _ANSWERED and abs(answered) < _LITTLE * then:
         sentence = (
