@@ -1,7 +1,8 @@
 """Import checks on logs of drawn robots: `python -m benchmarks.import_checks [first=1000] [robots=30] [each=10]`.
 
 The logs of the first robots as they are; for each kind of fault logs that can have it, until there are enough; and logs
-that a second call imports again. Two processes take some ten minutes. The result is `benchmarks/results/import_checks.json`; `python scripts/readme.py tables` makes tables of it.
+that a second call imports again. Takes two processes some ten minutes. The result is
+`benchmarks/results/import_checks.json`; `python scripts/readme.py tables` makes tables of it.
 """
 
 import json

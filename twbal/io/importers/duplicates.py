@@ -24,8 +24,9 @@ def duplicated(episodes: Sequence[Episode], names: Sequence[str]) -> Iterator[st
             if name != "time" and name not in estimated[i] | estimated[j]
         ]
         (mine, count), (other, least) = (_runs(episodes[k].observations[:, both]) for k in (i, j))
-        shared = len(mine & other)
-        if shared > 0.5 * min(len(mine), len(other)) and min(count, least) >= _RUN:
+        runs = len(mine & other)
+        shared = min(runs + _RUN - 1, count)  # of one piece
+        if runs > 0.5 * min(len(mine), len(other)) and min(count, least) >= _RUN:
             yield f"{names[i]} has {shared} of its {count} rows in common with {names[j]}: take one of them"
 
 

@@ -2,8 +2,6 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 
-import numpy as np
-
 from twbal.core.gaussian import Array
 from twbal.io.importers.checks.command_rows import command_row_doubts
 from twbal.io.importers.checks.doubt import Doubt, Evidence, Kind, LogPart
@@ -48,10 +46,7 @@ def doubts(signals: Mapping[str, Array], part: LogPart) -> Iterator[Doubt]:
     yield from tilt
     if tilt:
         return
-    odd = [*one_way_doubts(part)] or [*smooth_command_doubts(part)]
-    yield from odd
-    if odd:
-        part = part._replace(commands=np.zeros_like(part.commands))  # they tell nothing else
+    yield from one_way_doubts(part)
     pairs = agreements(part)
     seen = [mechanics(part, by_gyro) for by_gyro in (True, False)] if _is_long(part) else [None, None]
     by_gyro, by_tilt = seen
@@ -71,12 +66,16 @@ def doubts(signals: Mapping[str, Array], part: LogPart) -> Iterator[Doubt]:
     sides = list(side_doubts(part))
     yield from sides
     motion = [] if any(doubt.kind is Kind.SIGN for doubt in sides) else list(motion_doubts(part, found, pairs))
+    smooth = list(smooth_command_doubts(part)) if signs(found)[1:] == (0, 0) else []
+    if smooth:
+        motion = [doubt for doubt in motion if doubt.quantity != "command"]
+    yield from smooth
     time = list(time_doubts(pairs, found, expected(part.robot) if part.robot else None))
     rates = list(rate_doubts(pairs, {"tilt": blamed}))
     yield from time
     yield from (doubt for doubt in rates if not (time and doubt.kind is Kind.UNIT))
     yield from (doubt for doubt in motion if not (time and doubt.kind in (Kind.TIME, Kind.UNIT)))
-    if not (time or rates or motion or sides):
+    if not (time or rates or motion or sides or smooth):
         yield from _row_doubts(part, pairs, found, by_gyro is found)
 
 

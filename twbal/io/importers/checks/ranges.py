@@ -14,6 +14,7 @@ _WHOLE_TURN = 6.3  # rad; no tilt is more
 _PERIODS = (0.0005, 0.3)  # s; of what balances
 _ONE_WAY = 0.995  # share of the commands of one sign from which a drive has none
 _SMOOTH, _SMOOTHER = 0.02, 0.25  # noise per standard deviation, of itself and per that of the tilt rate
+_NOISY = 0.01  # noise per standard deviation of a tilt rate, from which it is no smooth motion
 _SPREAD = 1.5  # standard deviations that the mean of such commands is from zero at least
 
 
@@ -63,7 +64,7 @@ def smooth_command_doubts(part: LogPart) -> Iterator[Doubt]:
     if not np.ptp(commands) or not np.ptp(rate):
         return
     noise, sensed = (noise_sd(values) / float(np.std(values)) for values in (commands, rate))
-    if noise < min(_SMOOTH, _SMOOTHER * sensed):
+    if sensed > _NOISY and noise < min(_SMOOTH, _SMOOTHER * sensed):
         sentence = (
             "the command is far smoother than the sensors, so that it cannot answer them: is it what was asked for, or "
             "another column?"
