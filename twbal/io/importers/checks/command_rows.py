@@ -43,6 +43,13 @@ def command_row_doubts(part: LogPart) -> Iterator[Doubt]:
         return
     early, correlation = _partial(new, earlier[0], [*past, *earlier[1:]], part.period)
     if early.coefficients[0] > early.half_widths[0] and correlation > _ANSWERED:
+        if "tilt_rate" not in part.signals:
+            sentence = (
+                "which row the commands belong to: they answer what the tilt does in the row after them, but a rate "
+                "that is differenced from it spreads over rows. Log the gyro's rate"
+            )
+            yield Doubt(Kind.UNTOLD, "command", sentence)
+            return
         sentence = (
             "the command answers the measurement of the row after it, which it cannot know: commands stand a row too "
             f"early{_advice(part, False)}"

@@ -17,7 +17,7 @@ from twbal.io.importers.checks.smoothing import noise_sd
 
 _BEFORE = 6  # rows that are left out at the beginning, for lags
 _RATES, _STEPS = 4, 3  # rows of the gyro and of the wheels before, from which the tilt's change is predicted
-_TWICE = 2.0  # times as much of the gyro's last row must be in the tilt as of its own, before its row is wrong
+_TIMES = 4.0  # as much of the gyro's last row must be in the tilt as of its own, before its row is wrong
 _AHEAD = 2  # rows ahead of a rate that are looked at
 _TICKS = 0.2  # of the ticks' noise, below which a rate is made of the ticks themselves
 _SHARE = 0.2  # of a row's change in a rate, from which it is in it
@@ -27,7 +27,8 @@ def tilt_row_doubts(part: LogPart) -> Iterator[Doubt]:
     """A sentence on a tilt that takes the gyro in a row late, or on a log that does not tell.
 
     The tilt's change is regressed on the gyro's rows, a₀ g[k] + a₁ g[k-1] + ... A tilt in its row has a₀ of at least
-    half a₁: of a filter that sums the gyro a₁ is none, of the angle itself the two are the same.
+    a quarter of a₁: of a filter that sums the gyro a₁ is none, of the angle itself the two are the same, and a few times
+    a₀ where a late command makes the robot turn in bursts.
     """
     if not {"tilt", "tilt_rate"} <= set(part.signals):
         yield Doubt(
@@ -40,7 +41,7 @@ def tilt_row_doubts(part: LogPart) -> Iterator[Doubt]:
     change = np.diff(tilt, prepend=tilt[:1])
     own, late, *others = _rows(gyro, 0, _RATES)
     own, late = own * part.period, late * part.period
-    columns = [late, own + _TWICE * late, *others, *_rows(tilt, 1, 1), *_wheels(part)]
+    columns = [late, own + _TIMES * late, *others, *_rows(tilt, 1, 1), *_wheels(part)]
     fit = regression(change[_BEFORE:], columns, part.period)
     beyond, half = float(fit.coefficients[0]), float(fit.half_widths[0])
     if beyond > half:
