@@ -27,8 +27,8 @@ def tilt_row_doubts(part: LogPart) -> Iterator[Doubt]:
     """A sentence on a tilt that takes the gyro in a row late, or on a log that does not tell.
 
     The tilt's change is regressed on the gyro's rows, a₀ g[k] + a₁ g[k-1] + ... A tilt in its row has a₀ of at least
-    a quarter of a₁: of a filter that sums the gyro a₁ is none, of the angle itself the two are the same, and a few times
-    a₀ where a late command makes the robot turn in bursts.
+    a quarter of a₁: of a filter that sums the gyro a₁ is none, of the angle itself the two are the same, and a few
+    times a₀ where a late command makes the robot turn in bursts.
     """
     if not {"tilt", "tilt_rate"} <= set(part.signals):
         yield Doubt(
