@@ -6,14 +6,22 @@ from typing import Any
 
 
 def import_checks(results: Mapping[str, Any]) -> list[str]:
-    """One line for logs that are right, and one a kind of fault."""
+    """One line for logs that are right, one a kind of fault, and one a kind of second call."""
     said = [log for log in results["logs"] if log["said"]]
-    lines = ["| logs | number | warned of | named as what it is |", "|---|---|---|---|"]
-    lines.append(f"| right ones | {len(results['logs'])} | {len(said)} | |")
+    lines = [
+        "| logs | number | warned of | named as what it is | neither, but said that it cannot be told |",
+        "|---" * 5 + "|",
+    ]
+    lines.append(f"| right ones | {len(results['logs'])} | {len(said)} | | |")
     for name in dict.fromkeys(case["fault"] for case in results["faults"]):
         cases = [case for case in results["faults"] if case["fault"] == name]
         found, named = (sum(case[key] for case in cases) for key in ("found", "named"))
-        lines.append(f"| {name} | {len(cases)} | {found} | {named} |")
+        untold = sum(not case["found"] and bool(case["untold"]) for case in cases)
+        lines.append(f"| {name} | {len(cases)} | {found} | {named} | {untold} |")
+    for what in dict.fromkeys(case["what"] for case in results["again"]):
+        cases = [case for case in results["again"] if case["what"] == what]
+        found = sum(bool(case["said"]) for case in cases)
+        lines.append(f"| a second call: {what} | {len(cases)} | {found} | | |")
     return lines
 
 

@@ -25,7 +25,7 @@ from benchmarks.driving.tables import driving, misses  # noqa: E402
 from benchmarks.hidden_robots.prediction import prediction_table, reliability_table  # noqa: E402
 from benchmarks.hidden_robots.tables import beside, paper, reachable, reproduced, robots, summary  # noqa: E402
 from benchmarks.import_tables import import_checks, import_misses  # noqa: E402
-from benchmarks.latency.tables import keys, latency, latency_asked, latency_histogram, line_alone, losses  # noqa: E402
+from benchmarks.latency.tables import keys, latency, latency_asked, latency_histogram, line_alone, losses, viewed  # noqa: E402
 from benchmarks.link_faults.tables import link_fault_misses, link_faults  # noqa: E402
 from benchmarks.on_firmware.tables import on_firmware  # noqa: E402
 from benchmarks.speed_tables import fits, ratios, running, steps, times, validation  # noqa: E402
@@ -114,6 +114,7 @@ PARTS: Mapping[str, Callable[..., list[str]]] = {
     "latency_histogram": latency_histogram,
     "line_alone": line_alone,
     "keys": keys,
+    "viewed": viewed,
     "losses": losses,
     "import_checks": import_checks,
     "import_misses": import_misses,

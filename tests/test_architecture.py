@@ -29,6 +29,7 @@ FOREIGN = {
     "pandas": ("io/importers/text_files.py", "cli/stages/export.py"),
     "PIL": ("viz/animation.py",),
     "ray": ("cli/ray_launcher.py",),
+    "rerun": ("viz/live/scene.py",),
 }
 
 

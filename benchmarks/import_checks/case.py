@@ -24,26 +24,28 @@ def log_of(seed: int) -> tuple[Ride, Written]:
     return ride, written(ride, np.random.default_rng([seed, 1_000_000]))
 
 
-def doubts_of(log: Written, ride: Ride) -> list[Doubt]:
-    """What the import says of a log; an error that refuses it counts as a doubt about time."""
+def doubts_of(log: Written, ride: Ride) -> tuple[list[Doubt], list[str]]:
+    """What the import doubts of a log, and what it cannot tell; an error that refuses it is a doubt about time."""
     sheet = ride.build.sheet
     wanted = Wanted(Channels(_CHANNELS, sheet.wheel_radius), None, 50, sheet)
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "log.csv"
         log.write(path)
         try:
-            return list(import_file(path, log.mapping, wanted, Provenance("drawn", "robot")).doubts)
+            imported = import_file(path, log.mapping, wanted, Provenance("drawn", "robot"))
+            return list(imported.doubts), list(imported.untold)
         except LogError as error:
-            return [Doubt(Kind.TIME, "time", str(error))]
+            return [Doubt(Kind.TIME, "time", str(error))], []
 
 
 def correct(seed: int) -> dict[str, Any]:
     """What is said of a log that is right."""
     ride, log = log_of(seed)
-    said = [f"{doubt.kind}: {doubt.sentence}" for doubt in doubts_of(log, ride)]
+    doubts, untold = doubts_of(log, ride)
+    said = [f"{doubt.kind}: {doubt.sentence}" for doubt in doubts]
     build = ride.build
     robot = {"height": build.true.com_height, "period": build.true.control_period, "driving": build.driving}
-    return {"seed": seed, **robot, "has": sorted(log.quantities), "said": said}
+    return {"seed": seed, **robot, "has": sorted(log.quantities), "said": said, "untold": untold}
 
 
 def planted(seed: int, name: str) -> dict[str, Any] | None:
@@ -53,7 +55,8 @@ def planted(seed: int, name: str) -> dict[str, Any] | None:
     made = fault.plant(log, np.random.default_rng([seed, 2_000_000]))
     if made is None:
         return None
-    found = doubts_of(made.log, ride)
+    found, untold = doubts_of(made.log, ride)
     named = any(doubt.kind in fault.kinds for doubt in found)
     said = [f"{doubt.kind}: {doubt.sentence}" for doubt in found]
-    return {"seed": seed, "fault": name, "what": made.what, "found": bool(said), "named": named, "said": said}
+    told = {"found": bool(said), "named": named, "said": said, "untold": untold}
+    return {"seed": seed, "fault": name, "what": made.what, **told}

@@ -30,15 +30,16 @@ class Person:
         port: of the robot.
         folder: for what is written.
         by: `keyboard` or `gamepad`.
+        more: settings of the drive.
 
     Attributes:
         exit_code: of the command, once it has ended; negative: the signal that ended it.
     """
 
-    def __init__(self, port: str, folder: Path, by: str) -> None:
+    def __init__(self, port: str, folder: Path, by: str, *more: str) -> None:
         self._folder, self._times, self.exit_code = folder, folder / "times.npz", 0
         told = [f"policy.path={policy(RATE)}", period_of(RATE), f"hydra.run.dir={folder / 'run'}"]
-        told += words(port, self._times)
+        told += [*words(port, self._times), *more]
         self._pad: int | None = None
         if by == GAMEPAD:
             os.mkfifo(folder / "js0")
@@ -73,6 +74,11 @@ class Person:
             raise SystemExit(f"{' '.join(self._command)} does not end:\n{self._shown.decode()}")
         self.leave_terminal()
         self.lose_pad()
+
+    @property
+    def pid(self) -> int:
+        """Of the command."""
+        return self._process
 
     def press(self, key: bytes) -> float:
         """Press a key; returns when, on this computer's monotonic clock [s]."""

@@ -3,7 +3,8 @@
     python -m benchmarks.latency.steering [presses=50] [cases=keyboard,gamepad,stop_key]
 
 The robot is the firmware's program over MuJoCo's physics in real time; its person sits at a pseudo-terminal, or pushes
-the stick of a gamepad, a pipe of its events. Takes some five minutes. What is measured on this machine is not measured
+the stick of a gamepad, a pipe of its events. The cases `view_...` time all commands with a live view and without; they
+need the extra [viewers]. Takes some nine minutes. What is measured on this machine is not measured
 again. Raw results go to benchmarks/results/steering_latency.json.
 """
 
@@ -13,14 +14,19 @@ from collections.abc import Sequence
 
 from benchmarks.latency.losses import LOSSES
 from benchmarks.latency.person import GAMEPAD, KEYBOARD
+from benchmarks.latency.viewed import VIEWS
 from benchmarks.measure import Case, measure
+
+VIEWED = 60.0
+"""For which a robot is driven with and without a live view [s]."""
 
 
 def cases(presses: int) -> dict[str, Case]:
     """All of them, by name."""
     keys = {by: Case("benchmarks.latency.keys", {"by": by, "presses": presses}) for by in (KEYBOARD, GAMEPAD)}
     lost = {loss.replace(" ", "_"): Case("benchmarks.latency.losses", {"loss": loss}) for loss in LOSSES}
-    return {**keys, **lost}
+    viewed = {f"view_{view}": Case("benchmarks.latency.viewed", {"view": view, "seconds": VIEWED}) for view in VIEWS}
+    return {**keys, **lost, **viewed}
 
 
 def main(words: Sequence[str]) -> None:

@@ -101,6 +101,17 @@ def losses(results: Mapping[str, Any]) -> list[str]:
     return [*lines, "", _where(results)]
 
 
+def viewed(results: Mapping[str, Any]) -> list[str]:
+    """One line for each kind of live view."""
+    names = {"none": "none", "recording": "recorded (`view=file`)", "stalled": "recorded, its process stopped"}
+    lines = [f"| live view {_SHARES} late |", "|---" * 9 + "|"]
+    for case in results["cases"]:
+        if "view" in case["settings"]:
+            found = case["result"]
+            lines.append(f"| {names[case['settings']['view']]} {_said(found)} {found['late']} of {found['commands']} |")
+    return [*lines, "", _where(results)]
+
+
 def _driven(results: Mapping[str, Any]) -> Iterator[Mapping[str, Any]]:
     """The cases in which a robot was driven; of those that differ in time alone, the longest."""
     longest: dict[tuple[object, ...], Mapping[str, Any]] = {}

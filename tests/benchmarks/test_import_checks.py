@@ -30,6 +30,12 @@ def test_a_fault_is_named(fault):
     assert case["named"], case
 
 
+def test_saturated_commands_make_no_false_warning_and_that_is_said():
+    """A bang-bang limit cycle, of which the checks once said that its commands stand a row too early."""
+    log = correct(2010)
+    assert log["said"] == [] and any("which row the commands belong to" in sentence for sentence in log["untold"])
+
+
 def test_tables_list_what_was_not_named():
     case = {
         "seed": 7,
@@ -38,11 +44,18 @@ def test_tables_list_what_was_not_named():
         "found": True,
         "named": False,
         "said": ["row: tilt is late: why?"],
+        "untold": [],
     }
     quiet = {"seed": 1, "said": []}
     loud = {"seed": 2, "said": ["time: time runs slow: is it?"]}
-    results = {"logs": [quiet, loud], "faults": [case, {**case, "found": False, "said": []}, {**case, "named": True}]}
-    assert import_checks(results)[2:] == ["| right ones | 2 | 1 | |", "| sign | 3 | 2 | 1 |"]
+    missed = {**case, "found": False, "said": [], "untold": ["which row"]}
+    again = [{"what": "cut", "said": ["rows in common"]}, {"what": "cut", "said": []}]
+    results = {"logs": [quiet, loud], "faults": [case, missed, {**case, "named": True}], "again": again}
+    assert import_checks(results)[2:] == [
+        "| right ones | 2 | 1 | | |",
+        "| sign | 3 | 2 | 1 | 1 |",
+        "| a second call: cut | 2 | 1 | | |",
+    ]
     assert import_misses(results) == [
         '- robot 2, nothing wrong: "time runs slow".',
         '- robot 7, sign of tilt: taken for another: "tilt is late".',

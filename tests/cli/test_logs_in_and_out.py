@@ -1,9 +1,12 @@
 """Logs come in from anywhere, and episodes go out to any program: import-log, export, recover and show."""
 
 import json
+import re
 import shlex
 import shutil
 import subprocess
+import sys
+from pathlib import Path
 
 import numpy as np
 import pandas
@@ -289,6 +292,18 @@ def test_an_episode_is_drawn_and_filmed_beside_the_simulation(run, episode, tmp_
     drawn = (tmp_path / "shown" / "figures" / "courses.svg").read_text()
     assert "simulated" in drawn
     assert "measured" in drawn
+
+
+def test_an_episode_becomes_a_recording_of_the_robot_in_space(run, episode, tmp_path):
+    pytest.importorskip("rerun", reason="comes with the extra [viewers]")
+    program = str(Path(sys.executable).with_name("rerun"))
+    code, _, said = run("plot", f"episode={episode}", ROBOT, "film=false", "simulate=false", "rrd=true", out="shown")
+    assert code == 0, said
+    recorded = str(tmp_path / "shown" / "episode.rrd")
+    command = [program, "rrd", "print", "-vvv", "--entity", "/plots/tilt/robot", recorded]
+    shown = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+    tilts = np.array(re.findall(r"┆ PT?[\d.]+[SD] +┆ \[([-\d.e]+)\]", shown), dtype=float)
+    assert tilts == pytest.approx(np.degrees(read_episode(episode).tilt), abs=1e-9)
 
 
 def test_a_viewer_sees_typed_fields_of_every_topic(episode, tmp_path):

@@ -4,9 +4,12 @@ import os
 import pty
 import re
 import signal
+import subprocess
+import sys
 import termios
 import threading
 from contextlib import suppress
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,11 +18,14 @@ from hydra import compose
 from twbal.cli.composition import composing
 from twbal.cli.main import main
 from twbal.cli.stages import drive as stage
-from twbal.core.episode import Outcome
+from twbal.core.channels import Channels
+from twbal.core.episode import Episode, Outcome, Provenance
+from twbal.core.robot_parameters import RobotParameters
 from twbal.io.checkpoint import save_checkpoint
 from twbal.io.logs import read_episode
 from twbal.policies.linear import LinearPolicy
 from twbal.steering.joystick import EVENT
+from twbal.steering.limits import SteeringLimits
 from twbal.virtual_robot.process import KeptRobot
 
 CHANNELS = ("tilt", "tilt_rate", "speed", "command_1", "command_2", "position", "position_integral")
@@ -109,7 +115,10 @@ def test_keys_steer_over_a_terminal_and_the_drive_is_an_episode(robot, policy, a
     assert episode.headings[-1, 2] == pytest.approx(episode.headings[-1, 0], abs=np.radians(3.0))
     assert episode.headings[-1, 0] > np.radians(2.0)
     texts = [event.text for event in episode.events]
-    assert "ended by a key: the reference goes to rest" in texts and "ended by a key, and came to rest" in texts
+    assert (
+        "ended by a key: the reference goes to rest" in texts
+        and "ended by a key, and the reference came to rest" in texts
+    )
     assert "heading" in (tmp_path / "figures" / "trial_000.svg").read_text()
 
 
@@ -126,7 +135,7 @@ def test_a_terminal_that_is_closed_ends_the_drive_at_rest_with_its_episode(robot
     episode = read_episode(tmp_path / "episodes" / "trial_000.mcap")
     assert episode.outcome is Outcome.COMPLETED
     assert episode.references[-1, 1:] == pytest.approx([0.0, 0.0], abs=1e-9)
-    assert "the terminal was lost, and came to rest" in [event.text for event in episode.events]
+    assert "the terminal was lost, and the reference came to rest" in [event.text for event in episode.events]
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
@@ -157,6 +166,46 @@ def test_recorded_events_of_a_gamepad_drive_the_same_way_each_time(robot, policy
     assert first.references[:, 1].max() == pytest.approx((0.5 - 0.1) / 0.9 * SPEED_LIMIT, abs=1e-4)
     assert not first.references[first.observations[:, 0] <= 1.0].any()
     assert first.headings[-1, 0] > 0.1 and first.outcome is Outcome.COMPLETED
+
+
+def test_a_drive_is_recorded_as_a_live_view_shows_it(robot, policy, at_terminal, tmp_path):
+    pytest.importorskip("rerun", reason="comes with the extra [viewers]")
+    person = at_terminal(("tilt", b"www"), (r"reference \+0\.30 ", b"q"))
+    drive(robot, policy, tmp_path, "view=file")
+    episode = read_episode(tmp_path / "episodes" / "trial_000.mcap")
+    assert "the live view lacks" not in person.shown and "failed" not in person.shown
+    program = Path(sys.executable).with_name("rerun")
+    shown = {}
+    for entity in ("plots/speed/reference", "plots/speed/asked", "plots/command/command"):
+        command = [program, "rrd", "print", "-vvv", "--entity", f"/{entity}", tmp_path / "view" / "trial_000.rrd"]
+        text = subprocess.run(command, check=True, capture_output=True, text=True).stdout
+        shown[entity] = np.array(re.findall(r"┆ PT?[\d.]+[SD] +┆ \[([-\d.e]+)\]", text), dtype=float)
+    assert shown["plots/speed/reference"] == pytest.approx(episode.references[:, 1], abs=1e-9)
+    assert shown["plots/command/command"] == pytest.approx(np.append(0.0, episode.commands), abs=1e-9)
+    assert shown["plots/speed/asked"].max() == pytest.approx(0.3 * SPEED_LIMIT)
+
+
+def test_a_live_view_that_is_not_installed_is_one_error_and_no_robot(policy, tmp_path, capfd, monkeypatch):
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    words = [f"policy.path={policy}", "view=file", "link=serial", "link.port=/dev/null"]
+    assert main(["drive", *words, f"hydra.run.dir={tmp_path / 'out'}"]) == 1
+    said = capfd.readouterr().err
+    assert said.count("twbal: error:") == 1 and "pip install -e '.[viewers]'" in said
+
+
+@pytest.mark.parametrize(
+    ("wheel_rate", "expected"),
+    [(0.9, []), (-5.0, ["the robot itself still drives at -0.40 m/s: the policy does not hold it"])],
+)
+def test_a_robot_that_drives_on_when_its_reference_rests_is_said_to(wheel_rate, expected):
+    sheet = RobotParameters("cart", 5.0, 0.25, 0.0, 0.1, 0.1, 0.05, 0.5, 0.1, 0.003, 0.03, 0.4, 10.0, 0.02)
+    limits = SteeringLimits.from_settings(sheet, 0.1, 0.5, 0.5, False, speed_limit=1.0)
+    policy = LinearPolicy(CHANNELS, np.array(GAIN), 0.0, 10.0)
+    driven = stage.Steered(sheet, policy, Channels(("speed",), 0.1), limits)
+    seen = np.array([[0.0] * 7, [0.02, 0.1, 1.0, 0.0, 0.0, wheel_rate, 0.0]])
+    ends = Outcome.COMPLETED, Provenance("cart", "robot")
+    episode = Episode(("speed",), 0.02, seen, np.zeros((2, 1)), np.zeros(1), *ends)
+    assert [event.text for event in stage._drives_on(episode, driven)] == expected
 
 
 def test_without_a_terminal_there_is_one_error_and_no_robot(policy, tmp_path, capfd, monkeypatch):

@@ -180,6 +180,7 @@ TABLE: Mapping[str, How] = {
     ),
     "twbal <stage> --help": Stage({"<stage>": "sim-collect"}),
     "pip install -e '.[rl]'": Install(),
+    "pip install -e '.[viewers]'": Install(),
     "make test-slow": Make(),
     "make bench": Make(),
     "make bench-hidden": Make(),
@@ -222,6 +223,7 @@ TABLE: Mapping[str, How] = {
     "python -m benchmarks.hidden_robots": Benchmark(),
     "python -m benchmarks.import_checks": Benchmark(),
     "python -m benchmarks.latency": Benchmark(),
+    "python -m benchmarks.latency.steering cases=view_none,view_recording,view_stalled": Benchmark(),
     "python -m benchmarks.latency.steering": Benchmark(),
     "python -m benchmarks.hidden_effects all": Benchmark(),
     "real-rollout experiment=excite": Stage(),
@@ -385,6 +387,7 @@ TABLE: Mapping[str, How] = {
     "twbal drive policy.path=<policy.pt>": _STEERED,
     "twbal drive policy.path=<policy.pt> link=serial link.port=/dev/ttyUSB0": _STEERED,
     "twbal drive policy.path=<policy.pt> input=/dev/input/js0": _STEERED,
+    "twbal drive policy.path=<policy.pt> view=window": _STEERED,
     _IDENTIFY: Stage(small=("hydra.run.dir=outputs/identify/...",)),
     "twbal sim-collect sim=<run folder>/identified.yaml": Stage(
         {"<run folder>": "outputs/identify/..."}, after=(_IDENTIFY,)

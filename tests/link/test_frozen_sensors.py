@@ -13,7 +13,7 @@ def ending_at(seen):
     """How the watch ends, and the time at which; None and None where it does not."""
     watch = FrozenSensors()
     for each in seen:
-        if ending := watch(each, Motion(), None):
+        if ending := watch(each, Motion(), None, 0.0):
             return ending, each.time
     return None, None
 

@@ -23,7 +23,7 @@ def limits(paper):
 
 def moment(time, angle=0.0, heading=None):
     seen = Observation(time, 0.05, 0.0, 0.0, angle, 2.0, 0.0)
-    return Moment(seen, Asked(0.4, -0.5), Motion(1.0, 0.25, 0.0), heading)
+    return Moment(seen, Asked(0.4, -0.5), Motion(1.0, 0.25, 0.0), heading, 1.5)
 
 
 def test_a_line_has_what_is_asked_the_reference_and_the_robot(limits):

@@ -94,7 +94,7 @@ def test_the_end_is_a_ramp_to_rest_and_a_completed_episode(limits, paper, end):
     source, settings, why = ENDS[end]
     episode, course, _ = drive(limits, paper, source, 10_000, **settings)
     assert episode.outcome is Outcome.COMPLETED
-    assert [event.text for event in episode.events] == [f"{why}, and came to rest"]
+    assert [event.text for event in episode.events] == [f"{why}, and the reference came to rest"]
     assert [event.text for event in course.events] == [f"{why}: the reference goes to rest"]
     speeds, times = episode.references[:, 1], episode.observations[:, 0]
     assert speeds.max() > 0.0 and (speeds[times >= times[-1] - SETTLING + PERIOD / 2] == pytest.approx(0.0, abs=1e-9))
@@ -140,5 +140,5 @@ def test_watching_shows_each_moment(limits):
     course = SteeredCourse(limits, Script((0.02, Key.FASTER)), show=shown.append)
     reference = Reference(course)
     for time in (0.0, 0.02):
-        assert course.watch(Observation(time, *(0.0,) * 6), reference.follow(time, 0.0, 0.0), None) is None
+        assert course.watch(Observation(time, *(0.0,) * 6), reference.follow(time, 0.0, 0.0), None, 0.0) is None
     assert [moment.asked.speed for moment in shown] == [0.0, 0.1]

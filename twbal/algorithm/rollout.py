@@ -20,8 +20,9 @@ from twbal.policies.policy import Controller, Policy
 MAX_TILT_LIMIT = math.pi / 2
 """Largest tilt limit [rad]: beyond it a robot lies on the ground."""
 
-Watch = Callable[[Observation, Motion, HeadingSample | None], Ending | None]
-"""Looks at an observation, the reference and what the heading's control knows; tells an end of the rollout."""
+Watch = Callable[[Observation, Motion, HeadingSample | None, float], Ending | None]
+"""Looks at an observation, the reference, what the heading's control knows and the command that acted until then
+(0 before the first) [N·m]; tells an end of the rollout."""
 _NO_POSE = Pose(*(math.nan,) * len(Pose._fields))
 
 
@@ -180,7 +181,8 @@ class _Record:
         """What `watch` says to the last observation."""
         reference = self._reference.motion if self._reference else Motion()
         heading = self.heading.samples[-1] if self.heading else None
-        return None if watch is None else watch(self.seen[-1], reference, heading)
+        command = self.commands[-1] if self.commands else 0.0
+        return None if watch is None else watch(self.seen[-1], reference, heading, command)
 
     def end(self, outcome: Outcome, text: str) -> None:
         """Note how the rollout ends."""

@@ -6,7 +6,7 @@ from pathlib import Path
 from twbal.cli.manifest import MANIFEST, Manifest, read_manifest
 from twbal.core.episode import Episode
 from twbal.core.errors import DataError
-from twbal.io.importers.conversion import duplicated
+from twbal.io.importers.duplicates import duplicated
 from twbal.io.logs import read_episode
 
 _NEWEST = 50  # folders that are looked through
@@ -31,7 +31,11 @@ def imported_before(manifest: Manifest, out: Path) -> Iterator[str]:
                     f"{record.path} has been imported before, into {folder}: give later stages one of the two folders, "
                     "as recordings that count twice make a diagnosis too certain"
                 )
-    mine = {name: episode for name, episode in _episodes(out, manifest) if not any(name.startswith(k) for k in known)}
+    mine = {
+        name: episode
+        for name, episode in _episodes(out, manifest)
+        if not any(name == k or name.startswith(f"{k}_") for k in known)
+    }
     if mine:
         yield from _same_rows(mine, others)
 

@@ -22,7 +22,9 @@ class FrozenSensors:
         self._since: Observation | None = None
         self._same = 0
 
-    def __call__(self, seen: Observation, reference: Motion, heading: HeadingSample | None) -> Ending | None:
+    def __call__(
+        self, seen: Observation, reference: Motion, heading: HeadingSample | None, command: float
+    ) -> Ending | None:
         """Look at an observation; an ending where the IMU is frozen. See `twbal.algorithm.rollout.Watch`."""
         since = self._since
         if since is None or (seen.tilt, seen.tilt_rate) != (since.tilt, since.tilt_rate):

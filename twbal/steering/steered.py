@@ -26,12 +26,14 @@ class Moment(NamedTuple):
         asked: by the person.
         reference: along the way.
         heading: what its control knows; None where nothing controls it.
+        command: that acted until then [N·m].
     """
 
     seen: Observation
     asked: Asked
     reference: Motion
     heading: HeadingSample | None
+    command: float
 
 
 class SteeredCourse:
@@ -88,16 +90,18 @@ class SteeredCourse:
         self._read(time)
         return Target(self.steering.asked.speed * self.limits.speed)
 
-    def watch(self, seen: Observation, reference: Motion, heading: HeadingSample | None) -> Ending | None:
+    def watch(
+        self, seen: Observation, reference: Motion, heading: HeadingSample | None, command: float
+    ) -> Ending | None:
         """Show the moment, and tell whether the drive ends at it."""
-        self._show(Moment(seen, self.steering.asked, reference, heading))
+        self._show(Moment(seen, self.steering.asked, reference, heading, command))
         if self.steering.stopped:
             return Ending(Outcome.STOPPED, self.steering.stopped)
         speeds = reference.speed, reference.acceleration, heading.reference_rate if heading else 0.0
         if max(map(abs, speeds)) > _STILL:
             self._moved = seen.time
         if self.steering.ending and seen.time - self._moved >= SETTLING:
-            return Ending(Outcome.COMPLETED, f"{self.steering.ending}, and came to rest")
+            return Ending(Outcome.COMPLETED, f"{self.steering.ending}, and the reference came to rest")
         return None
 
     def _read(self, time: float) -> None:

@@ -15,7 +15,8 @@ from twbal.core.channels import Channels
 from twbal.core.episode import Provenance
 from twbal.core.errors import ConfigError, LogError
 from twbal.core.plant import Observation
-from twbal.io.importers.conversion import Wanted, duplicated, import_file
+from twbal.io.importers.conversion import Wanted, import_file
+from twbal.io.importers.duplicates import duplicated
 from twbal.io.importers.formats import formats
 
 RADIUS = 0.1

@@ -82,6 +82,7 @@ STAGES: Mapping[str, tuple[Setting, ...]] = {
         Setting("trial", Whole(0, 1_000_000_000), "number of the drive, which draws start and noise"),
         _common("seconds", OrNull(Number(0.01, 1e6, "s")), "length; then to rest, and the drive ends; null: no limit"),
         _common("input", Text("keyboard, or path"), "keyboard, or a gamepad: /dev/input/js0, or its recorded events"),
+        _common("view", OrNull(Text("window, file, or address")), "a live view: window, file, or a viewer's address"),
         _HEED,
         Setting("pace", Number(0.01, 100.0), "seconds of a virtual robot in lockstep in one of the person"),
         *STEERING,
@@ -165,6 +166,7 @@ STAGES: Mapping[str, tuple[Setting, ...]] = {
         Setting("frame_rate", Number(0.01, 1000.0, "1/s"), "frames a second of the film"),
         Setting("width", _PIXELS, "width of the film"),
         Setting("height", _PIXELS, "height of the film"),
+        Setting("rrd", YesNo(), "a recording for Rerun beside the figures"),
     ),
     "compare": (
         _SEED,

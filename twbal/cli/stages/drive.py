@@ -22,8 +22,9 @@ from twbal.cli.robot_link import check_robot, check_sensors, check_torque, in_ti
 from twbal.cli.signals import on_hang_up, stopped_once
 from twbal.cli.typed_config import recorded, typed
 from twbal.core.channels import Channels
-from twbal.core.episode import Episode, Provenance
+from twbal.core.episode import Episode, Event, Outcome, Provenance
 from twbal.core.heading_control import HeadingControl
+from twbal.core.plant import Observation
 from twbal.core.robot_parameters import RobotParameters, parameter_hash
 from twbal.io.logs import read_episode
 from twbal.link.frozen_sensors import FrozenSensors
@@ -41,10 +42,13 @@ from twbal.steering.steered import Moment, SteeredCourse
 from twbal.virtual_robot.process import Launch, launch
 from twbal.viz.canvas import save
 from twbal.viz.following_figure import following_figure
+from twbal.viz.live.sample import Sampler
+from twbal.viz.live.view import FILE, LiveView, check_target, view_command
 
-NOT_RECORDED = ("policy.path", "link.port", "link.deploy", HEED, "input")
+NOT_RECORDED = ("policy.path", "link.port", "link.deploy", HEED, "input", "view")
 NOT_IN_EPISODES = ("policy.path", "link", HEED)
 KEYBOARD = "keyboard"
+_RESTS = 0.2  # of the speed limit, below which a robot counts as at rest
 KEY_HELP = "w s faster slower | a d left right | Enter as it is | space rest | q rest and end | x motors off"
 
 
@@ -57,6 +61,7 @@ class DriveSettings:
     seconds: float | None
     tilt_limit: float
     input: str
+    view: str | None
     pace: float
 
 
@@ -112,21 +117,47 @@ def run(cfg: DictConfig, out: Path, launch: Launch = launch) -> Manifest:
     layout: Layout = instantiate(cfg.gamepad)
     inputs = {"policy": policy_files(cfg.policy)}
     step = Step("drive", out, recorded(cfg, NOT_RECORDED), inputs, settings.seed)
+    if settings.view is not None:
+        check_target(settings.view)
 
     def drive() -> list[Path]:
+        recording = out / "view" / f"trial_{settings.trial:03d}.rrd"
         link = prepared_link(cfg, driven.robot, driven.channels, driven.policy, out / FOLDER, launch)
-        with stopped_once(), _source(settings.input, layout) as source, robot_link(link, launch) as plant:
+        with (
+            stopped_once(),
+            _live_view(settings.view, driven.robot, recording) as view,
+            _source(settings.input, layout) as source,
+            robot_link(link, launch) as plant,
+        ):
             check_robot(plant, driven.robot)
             check_sensors(plant, driven.channels)
             if heeds(cfg, cfg.link):
                 heed_last_check(plant, driven.robot)
             with in_time(plant):
-                log = _record(plant, source, driven, settings, replace(provenance, robot=plant.robot_name), out)
+                named = replace(provenance, robot=plant.robot_name)
+                log = _record(plant, source, driven, settings, named, out, view)
         figure = out / "figures" / f"{log.stem}.svg"
         save(following_figure(read_episode(log), figure.stem, driven.robot.wheel_radius), figure)
-        return [log, figure]
+        return [log, figure, *([recording] if settings.view == FILE else [])]
 
     return perform(step, drive)
+
+
+@contextmanager
+def _live_view(target: str | None, robot: RobotParameters, recording: Path) -> Iterator[LiveView | None]:
+    """What draws the drive, ready before the robot is armed; what a person should know of it is said at its end."""
+    if target is None:
+        yield None
+        return
+    if target == FILE:
+        recording.parent.mkdir(parents=True, exist_ok=True)
+    say("the live view starts")
+    with LiveView(view_command(robot, recording if target == FILE else target)) as view:
+        try:
+            yield view
+        finally:
+            if words := view.close():
+                say(words)
 
 
 @contextmanager
@@ -158,6 +189,7 @@ def _record(
     settings: DriveSettings,
     provenance: Provenance,
     out: Path,
+    view: LiveView | None,
 ) -> Path:
     """Drive, and log it; returns the log.
 
@@ -168,7 +200,7 @@ def _record(
     """
     log = episode_file(out / "episodes", settings.trial)
     with closing(Display()) as display:
-        course = _course(plant, source, driven, settings, display)
+        course = _course(plant, source, driven, settings, display, view)
         heading = None
         if driven.limits.control_heading and not (why := why_not_turned(plant)):
             heading = HeadingControl(driven.robot, course.headings, plant.has_yaw_gyro)
@@ -181,19 +213,35 @@ def _record(
             *(plant, driven.policy, driven.channels, sys.maxsize, settings.tilt_limit, provenance, course, heading),
             watch=lambda *seen: frozen(*seen) or course.watch(*seen),
         )
-    episode = replace(episode, events=tuple(sorted((*episode.events, *plant.events, *course.events))))
+    told = (*episode.events, *plant.events, *course.events, *_drives_on(episode, driven))
+    episode = replace(episode, events=tuple(sorted(told)))
     if episode.outcome in INTERRUPTED and not course.steering.stopped:
         keep_interrupted(episode, out / "interrupted", why=_last_words(episode))
     keep(log, episode)
     return log
 
 
+def _drives_on(episode: Episode, driven: Steered) -> list[Event]:
+    """A robot that its policy does not hold is not at rest when its reference is."""
+    last = Observation(*episode.observations[-1].tolist())
+    speed = driven.robot.wheel_radius * (last.wheel_rate + last.tilt_rate)
+    if episode.outcome is not Outcome.COMPLETED or abs(speed) <= _RESTS * driven.limits.driving.speed:
+        return []
+    return [Event(last.time, f"the robot itself still drives at {speed:+.2f} m/s: the policy does not hold it")]
+
+
 def _course(
-    plant: SerialPlant, source: Source, driven: Steered, settings: DriveSettings, display: Display
+    plant: SerialPlant,
+    source: Source,
+    driven: Steered,
+    settings: DriveSettings,
+    display: Display,
+    view: LiveView | None,
 ) -> SteeredCourse:
     """A robot that waits for its host is driven as fast as the clock of the person goes."""
     status = StatusLine(driven.limits, driven.robot.wheel_radius, display.write)
     pace = Pace(settings.pace)
+    sampler = Sampler(driven.robot.wheel_radius)
 
     def wait(time: float) -> None:
         if plant.clock is Clock.LOCKSTEP:
@@ -201,6 +249,9 @@ def _course(
 
     def show(moment: Moment) -> None:
         status.show(moment)
+        if view is not None:
+            asked = moment.asked.speed * driven.limits.driving.speed
+            view.show(sampler.sample(moment.seen, moment.reference, moment.heading, moment.command, asked))
 
     return SteeredCourse(driven.limits, source, settings.seconds, wait, show)
 

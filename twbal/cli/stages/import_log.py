@@ -19,8 +19,10 @@ from twbal.core.errors import ConfigError, DataError, LogError
 from twbal.core.files import file_hash, write_atomically
 from twbal.core.robot_parameters import RobotParameters, parameter_hash
 from twbal.io.importers.checks.doubt import Doubt
-from twbal.io.importers.conversion import Imported, Wanted, duplicated, import_file
-from twbal.io.importers.guess import guess
+from twbal.io.importers.conversion import Imported, Wanted, import_file
+from twbal.io.importers.duplicates import duplicated
+from twbal.io.importers.guess import Guess, guess
+from twbal.io.importers.guesses import Alike, alike
 from twbal.io.importers.mapping import Mapping
 from twbal.io.logs import read_episode
 from twbal.io.logs.writer import write_episode
@@ -98,16 +100,44 @@ def _diagnosis_of(out: Path, period: float, robot_period: float) -> str:
 
 
 def propose(files: Sequence[Path], out: Path) -> None:
-    """Print what the first file looks like and write a mapping for it to fill in."""
-    found = guess(files[0])
-    print("\n".join([f"{files[0]}:", *found.table, "", found.mapping]))
-    write_atomically(out / "import" / MAPPING, found.mapping)
+    """Print what files look like, and write a mapping to fill in; one for each kind of file, where they differ.
+
+    Raises:
+        DataError: none of the files can be read.
+    """
+    found: list[tuple[Path, Guess]] = []
+    for file in files:
+        try:
+            found.append((file, guess(file)))
+        except DataError as error:
+            if len(files) == 1 or (not found and file is files[-1]):
+                raise
+            print(f"  WARNING: not looked at: {_naming(file, error)}")
+    groups = alike(found)
+    for number, group in enumerate(groups, start=1):
+        name = MAPPING if number == 1 else MAPPING.replace(".yaml", f"_{number}.yaml")
+        _propose(group, out, name)
+    if len(groups) > 1:
+        print(f"these files need {len(groups)} mappings: import them by {len(groups)} calls")
+
+
+def _propose(group: Alike, out: Path, name: str) -> None:
+    """Print and write the mapping of files that share it."""
+    first, found = group.files[0], group.guess
+    print("\n".join([f"{first}:", *found.table, ""]))
+    if len(group.files) > 1:
+        print(f"the same mapping fits {', '.join(map(str, group.files[1:]))}\n")
+    print(found.mapping)
+    for sentence in group.differs:
+        print(f"differs: {sentence}")
+    write_atomically(out / "import" / name, found.mapping)
     if found.open:
         print(f"fill in (???): {'; '.join(found.open)}")
     if found.unknown_units:
         print(f"check the units of: {', '.join(found.unknown_units)}")
-    print(f"made  {out / 'import' / MAPPING}")
-    command = next_command("import-log", {"import": Path(MAPPING).stem, "files": files[0]}, "robot")
+    print(f"made  {out / 'import' / name}")
+    given = first if len(group.files) == 1 else list(map(str, group.files))
+    command = next_command("import-log", {"import": Path(name).stem, "files": given}, "robot")
     print(f"next  look through it, then: {command} {shlex.quote(f'--config-dir={out}')}")
 
 
@@ -243,3 +273,5 @@ def _tell(file: Path, imported: Imported) -> None:
         print(f"  {sentence}")
     for doubt in imported.doubts:
         print(f"  WARNING: {doubt.sentence}")
+    for sentence in imported.untold:
+        print(f"  this log does not tell {sentence}")

@@ -28,8 +28,12 @@ from twbal.viz.animation import write_film
 from twbal.viz.canvas import save
 from twbal.viz.episode_figures import Stretch, courses_figure
 from twbal.viz.following_figure import following_figure
+from twbal.viz.live.sample import samples_of
+from twbal.viz.live.shape import Shape
+from twbal.viz.live.view import check_installed
 
 NOT_RECORDED = ("episode", "compare_with")
+_RECORDED_AT_ONCE = 50  # control periods; the way behind the robot is drawn once for these
 _FRAMES_A_LINE = 25  # lines of progress: a film of 10 s takes a minute or more
 _COLOURS = (REAL, PREDICTED, GOOD)
 _POSE = [Observation._fields.index(name) for name in ("tilt", "wheel_angle")]
@@ -47,6 +51,7 @@ class Settings:
     frame_rate: float
     width: int
     height: int
+    rrd: bool
 
 
 def main(cfg: DictConfig) -> None:
@@ -61,6 +66,8 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
     files = [Path(cfg.episode), *map(Path, cfg.compare_with)]
     if len(files) + settings.simulate > len(_COLOURS):
         raise ConfigError(f"A film has room for {len(_COLOURS)} robots; found are {len(files) + settings.simulate}.")
+    if settings.rrd:
+        check_installed()
     robot: RobotParameters = instantiate(cfg.robot)
     effects: Sequence[Effect] = members(cfg.sim.effects)
     step = Step("plot", out, recorded(cfg, NOT_RECORDED), {"episode": files}, 0)
@@ -91,6 +98,9 @@ def _draw(
     if first.references is not None:
         made.append(out / "figures" / "following.svg")
         save(following_figure(first, files[0].stem, robot.wheel_radius), made[-1])
+    if settings.rrd:
+        made.append(out / "episode.rrd")
+        _record(first, robot, made[-1])
     if settings.film:
         names = [caption or file.stem for caption, file in zip_longest(settings.captions[: len(files)], files)]
         tracks = [(episode.observations[:, 0], _poses(episode.observations, robot)) for episode in episodes]
@@ -126,6 +136,20 @@ def _simulated(
     found = replay(robot, effects, physics_step, starts, np.array(commands))
     times = episode.observations[:, 0]
     return [Stretch(times[t : t + steps + 1], course) for t, course in zip(begins, found, strict=True)]
+
+
+def _record(episode: Episode, robot: RobotParameters, path: Path) -> None:
+    """The episode as a live view shows a drive."""
+    from twbal.viz.live.scene import save as recording  # of an extra
+
+    path.parent.mkdir(parents=True, exist_ok=True)
+    scene, stream = recording(Shape.of(robot), path)
+    samples = samples_of(episode, robot.wheel_radius)
+    for start in range(0, len(samples), _RECORDED_AT_ONCE):
+        scene.draw(samples[start : start + _RECORDED_AT_ONCE])
+    for event in episode.events:
+        scene.tell(event.time, event.text)
+    stream.disconnect()
 
 
 def _poses(observations: Array, robot: RobotParameters) -> Array:

@@ -1,8 +1,7 @@
 """From the columns of a foreign log to episodes."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from itertools import combinations
 from pathlib import Path
 from typing import NamedTuple
 
@@ -51,11 +50,13 @@ class Imported(NamedTuple):
         episodes: one for each part without a gap.
         notes: what was done to the data.
         doubts: what looks wrong with them.
+        untold: what the log does not tell, and what it would take.
     """
 
     episodes: tuple[Episode, ...]
     notes: tuple[str, ...]
     doubts: tuple[Doubt, ...]
+    untold: tuple[str, ...]
 
 
 def import_file(path: Path, mapping: LogMapping, wanted: Wanted, provenance: Provenance) -> Imported:
@@ -100,7 +101,9 @@ def import_file(path: Path, mapping: LogMapping, wanted: Wanted, provenance: Pro
     steps = Evidence(1.0, np.diff(signals["time"]), "time between rows, by their number [s]")
     found = [Doubt(Kind.TIME, "time", sentence, steps) for sentence in odd]
     found += [*_of_one_wheel(mapping), *doubts(signals, looked_at)]
-    return Imported(tuple(episodes), tuple(notes), tuple(found))
+    untold = tuple(doubt.sentence for doubt in found if doubt.kind is Kind.UNTOLD)
+    doubted = tuple(doubt for doubt in found if doubt.kind is not Kind.UNTOLD)
+    return Imported(tuple(episodes), tuple(notes), doubted, untold)
 
 
 def _part(signals: Mapping[str, Array], period: float, mapping: LogMapping, wanted: Wanted) -> LogPart:
@@ -274,14 +277,3 @@ def _wheel_angle(taken: Mapping[str, Array], radius: float) -> Array | None:
         forward = np.diff(taken["x"]) * np.cos(middle) + np.diff(taken["y"]) * np.sin(middle)
         return np.concatenate([[0.0], np.cumsum(forward)]) / radius
     return None
-
-
-def duplicated(episodes: Sequence[Episode], names: Sequence[str]) -> Iterator[str]:
-    """Recordings of which another one has most of the rows already."""
-    if len(episodes) < 2:
-        return
-    rows = [{row.tobytes() for row in episode.observations[:, 1:]} for episode in episodes]
-    for j, i in combinations(range(len(rows)), 2):
-        shared = len(rows[i] & rows[j])
-        if shared > 0.5 * min(len(rows[i]), len(rows[j])):
-            yield f"{names[i]} has {shared} of its {len(rows[i])} rows in common with {names[j]}: take one of them"

@@ -1,18 +1,34 @@
 """All checks of one log, one after another."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 from twbal.core.gaussian import Array
 from twbal.io.importers.checks.command_rows import command_row_doubts
 from twbal.io.importers.checks.doubt import Doubt, Evidence, Kind, LogPart
 from twbal.io.importers.checks.mechanics import Mechanics, expected, mechanics
 from twbal.io.importers.checks.motion_doubts import motion_doubts, signs, time_doubts
-from twbal.io.importers.checks.ranges import constant_doubts, one_way_doubts, period_doubts, tilt_doubts
-from twbal.io.importers.checks.rates import LATE, LATE_ROWS, agreements, lateness_doubts, rate_doubts
+from twbal.io.importers.checks.ranges import (
+    constant_doubts,
+    one_way_doubts,
+    period_doubts,
+    smooth_command_doubts,
+    tilt_doubts,
+)
+from twbal.io.importers.checks.rates import (
+    LATE,
+    LATE_ROWS,
+    Agreement,
+    agreements,
+    lateness_doubts,
+    rate_doubts,
+)
 from twbal.io.importers.checks.repeated_rows import repeat_doubts
+from twbal.io.importers.checks.sensor_rows import is_differenced, tilt_row_doubts, wheel_row_doubts
 from twbal.io.importers.checks.wheel_sides import side_doubts
 
 _CLOSE = 0.95  # share of the wheels' acceleration that the tilt must explain for a lag to be told
+_EARLY_ROWS, _EARLY = 0.3, 0.001  # rows and s by which wheels may well be read later than the gyro
+_TOLD = 0.5  # rows within which the lag must be known, so that a row would be seen
 _SHORTEST = 2.0  # s of motion, below which mechanics is not asked
 
 
@@ -50,15 +66,41 @@ def doubts(signals: Mapping[str, Array], part: LogPart) -> Iterator[Doubt]:
     sides = list(side_doubts(part))
     yield from sides
     motion = [] if any(doubt.kind is Kind.SIGN for doubt in sides) else list(motion_doubts(part, found, pairs))
+    smooth = list(smooth_command_doubts(part)) if signs(found)[1:] == (0, 0) else []
+    if smooth:
+        motion = [doubt for doubt in motion if doubt.quantity != "command"]
+    yield from smooth
     time = list(time_doubts(pairs, found, expected(part.robot) if part.robot else None))
     rates = list(rate_doubts(pairs, {"tilt": blamed}))
     yield from time
     yield from (doubt for doubt in rates if not (time and doubt.kind is Kind.UNIT))
     yield from (doubt for doubt in motion if not (time and doubt.kind in (Kind.TIME, Kind.UNIT)))
-    if not (time or rates or motion or sides):
-        yield from lateness_doubts(part, pairs)
-        yield from _lag_doubts(part, found)
-        yield from command_row_doubts(part)
+    if not (time or rates or motion or sides or smooth):
+        yield from _row_doubts(part, pairs, found, by_gyro is found)
+
+
+def _row_doubts(part: LogPart, pairs: Sequence[Agreement], found: Mechanics, is_by_gyro: bool) -> Iterator[Doubt]:
+    """Sentences on columns of another row, and on what of it the log does not tell."""
+    tilt = [*lateness_doubts(part, pairs)] or [*tilt_row_doubts(part)]
+    wheels = [*wheel_row_doubts(part)]
+    lags = [] if wheels else [*_lag_doubts(part, found, is_by_gyro and "tilt_rate" in part.signals)]
+    said = [doubt for doubt in (*tilt, *wheels, *lags) if doubt.kind is not Kind.UNTOLD]
+    yield from said
+    rows = [*command_row_doubts(part)]
+    yield from rows
+    if said or any(doubt.kind is Kind.ROW for doubt in rows):
+        return
+    yield from (doubt for doubt in tilt if doubt.kind is Kind.UNTOLD)
+    if not is_differenced(part) and not _tells_lag(found, is_by_gyro and "tilt_rate" in part.signals):
+        sentence = (
+            "whether the wheels are of their row: log their rate as it is differenced from the counts, and the gyro's"
+        )
+        yield Doubt(Kind.UNTOLD, "wheel_angle", sentence)
+
+
+def _tells_lag(found: Mechanics, is_by_gyro: bool) -> bool:
+    """Whether a row between tilt and wheels would be seen."""
+    return is_by_gyro and found.motion.explained > _CLOSE and found.lag[1] < _TOLD
 
 
 def _is_long(part: LogPart) -> bool:
@@ -71,10 +113,14 @@ def _to_blame(by_gyro: Mechanics, by_tilt: Mechanics) -> str:
     return {(1, -1): "tilt_rate", (1, 0): "tilt_rate", (-1, 1): "tilt", (0, 1): "tilt"}.get(told, "")
 
 
-def _lag_doubts(part: LogPart, found: Mechanics) -> Iterator[Doubt]:
-    """A sentence on a tilt that comes late behind the wheels, or before them."""
+def _lag_doubts(part: LogPart, found: Mechanics, is_by_gyro: bool) -> Iterator[Doubt]:
+    """A sentence on a tilt that comes late behind the wheels, or before them.
+
+    Filters make a gyro late, and nothing makes it early. A filtered tilt, where there is no gyro, may well be early.
+    """
     lag, half = found.lag
-    if found.motion.explained > _CLOSE and abs(lag) - half > LATE_ROWS + LATE / part.period:
+    before = is_by_gyro and lag + half < -(_EARLY_ROWS + _EARLY / part.period)
+    if found.motion.explained > _CLOSE and (before or abs(lag) - half > LATE_ROWS + LATE / part.period):
         last, first = ("tilt", "the wheels") if lag > 0 else ("the wheels", "tilt")
         sentence = (
             f"{last} comes {abs(lag):.2g} rows ({1e3 * abs(lag) * part.period:.2g} ms) after {first}: is one of them "

@@ -18,6 +18,8 @@ _PAST = 4  # rows of measurements from which the next one is predicted
 _ANSWERED = (
     0.25  # partial correlation from which it is the measurement: regulators may know the state better than the log
 )
+_LITTLE = 0.3  # of the answer to the row before, below which a command does not answer that of its own row
+_CLIPPED, _END = 0.05, 0.001  # share of commands at their limits, and of their range that counts as a limit
 
 
 def command_row_doubts(part: LogPart) -> Iterator[Doubt]:
@@ -35,20 +37,66 @@ def command_row_doubts(part: LogPart) -> Iterator[Doubt]:
     ]
     earlier = [commands[_PAST - 1 - lag : len(commands) - 1 - lag] for lag in range(_PAST)]  # first: of this time
     later = commands[_PAST : len(commands)]
+    if _is_clipped(commands):
+        sentence = "which row the commands belong to: they stand at their limits. Drive more gently"
+        yield Doubt(Kind.UNTOLD, "command", sentence)
+        return
     early, correlation = _partial(new, earlier[0], [*past, *earlier[1:]], part.period)
     if early.coefficients[0] > early.half_widths[0] and correlation > _ANSWERED:
+        if "tilt_rate" not in part.signals:
+            sentence = (
+                "which row the commands belong to: they answer what the tilt does in the row after them, but a rate "
+                "that is differenced from it spreads over rows. Log the gyro's rate"
+            )
+            yield Doubt(Kind.UNTOLD, "command", sentence)
+            return
         sentence = (
             "the command answers the measurement of the row after it, which it cannot know: commands stand a row too "
             f"early{_advice(part, False)}"
         )
         yield Doubt(Kind.ROW, "command", sentence, _evidence(part, commands[_PAST - 1 : -1], new))
         return
-    late, _ = _partial(new, later, [*past, *earlier], part.period)
-    if late.coefficients[0] < -late.half_widths[0]:
+    own, answered = _partial(new, later, [*past, *earlier], part.period)
+    count = len(new) - 1
+    columns = [column[:count] for column in (*past, *earlier, later)]
+    following, then = _partial(new[:count], commands[_PAST + 1 :], columns, part.period)
+    if own.coefficients[0] < -own.half_widths[0] and then > 0.0:
         sentence = (
             f"the body answers the command a row before it is given: commands stand a row too late{_advice(part, True)}"
         )
         yield Doubt(Kind.ROW, "command", sentence, _evidence(part, later, new))
+        return
+    if own.coefficients[0] < -own.half_widths[0]:
+        sentence = (
+            "the command answers the measurements of its row and of the next one against them: it seems to have the "
+            "wrong sign"
+        )
+        yield Doubt(Kind.SIGN, "command", sentence, _evidence(part, later, new))
+        return
+    answers, answers_then = _is_positive(own), _is_positive(following)
+    if answers_then and not answers and then > _ANSWERED and abs(answered) < _LITTLE * then:
+        sentence = (
+            "the command answers the measurement of the row before it, and not that of its own: commands stand a row "
+            f"too late{_advice(part, True)}, unless the control loop itself takes a period to answer"
+        )
+        yield Doubt(Kind.ROW, "command", sentence, _evidence(part, commands[_PAST + 1 :], new[:count]))
+    elif not (answers and answered > _ANSWERED) and early.coefficients[0] > -early.half_widths[0]:
+        sentence = (
+            "which row the commands belong to: they hardly answer any measurement, nor the body them. Drive with "
+            "less noise on the command, or log more digits"
+        )
+        yield Doubt(Kind.UNTOLD, "command", sentence)
+
+
+def _is_positive(fit: Regression) -> bool:
+    return bool(fit.coefficients[0] > fit.half_widths[0])
+
+
+def _is_clipped(commands: Array) -> bool:
+    """Whether many commands are the largest or the smallest one: clipped ones do not answer in proportion."""
+    spread = float(np.ptp(commands))
+    ends = (commands > commands.max() - _END * spread) | (commands < commands.min() + _END * spread)
+    return float(np.mean(ends)) > _CLIPPED
 
 
 def _advice(part: LogPart, before: bool) -> str:

@@ -20,6 +20,8 @@ class Kind(StrEnum):
     REPEATED = "repeated"
     UNINFORMATIVE = "uninformative"
     LYING = "lying"
+    UNTOLD = "untold"
+    """Nothing seems wrong, but the log does not tell; said as a note and no warning."""
 
 
 class Evidence(NamedTuple):

@@ -18,9 +18,11 @@ def guessed_reason(factor: float, near: float = _NEAR) -> str:
     """What makes a quantity wrong by a factor, in brackets; "" where nothing known does.
 
     Args:
-        factor: positive.
+        factor: one that is not positive has no reason.
         near: largest distance of its logarithm from that of a known one.
     """
+    if factor <= 0.0:
+        return ""
     size = abs(log(factor))
     distance, reason = min((abs(size - log(known)), reason) for known, reason in _KNOWN.items())
     return f" (as if {reason})" if distance < near else ""

@@ -16,6 +16,7 @@ _GRAVITY = 1.5  # factor by which time may seem off, as its square goes with G /
 _NOTHING = 0.2  # of the effect that a command must have by the data sheet, below which it is none
 _RUBBED = 50.0  # factor by which stiction may seem to take from a command's effect, as the regulator works against it
 _UNKNOWN = 2.0  # of a command's effect: where its interval is wider, the log tells nothing of it
+_AGAINST = 0.1  # of what a data sheet makes of Q, from which a negative one is more than a wrong unit
 _EXPLAINED = 0.25  # share of the wheels' acceleration from which another unit is more likely than another column
 _SAME = 1.3  # factor within which two tell the same
 
@@ -74,6 +75,9 @@ def _coupling_doubts(part: LogPart, found: Mechanics, sheet: Expected, pairs: Se
             "do the two wheels count against each other?"
         )
         yield Doubt(Kind.COLUMN, _blamed(pairs), sentence, evidence)
+    elif high < 1.0 / _SHEET and ratio < -_AGAINST:
+        sentence = "wheels and tilt seem to move against mechanics: has one of them the wrong sign?"
+        yield Doubt(Kind.SIGN, _blamed(pairs), sentence, evidence)
     elif high < 1.0 / _SHEET or low > _SHEET:
         sentence = (
             f"the wheels answer the tilt {ratio:.3g} times as strongly as the data sheet of {name} says"

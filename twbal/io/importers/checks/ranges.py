@@ -6,12 +6,15 @@ import numpy as np
 
 from twbal.core.gaussian import Array
 from twbal.io.importers.checks.doubt import Doubt, Evidence, Kind, LogPart
+from twbal.io.importers.checks.smoothing import noise_sd
 
 _LYING = 0.9  # rad; a robot that tilts more does not balance
 _STILL = 0.15  # rad by which the tilt of a robot that lies changes at most
 _WHOLE_TURN = 6.3  # rad; no tilt is more
 _PERIODS = (0.0005, 0.3)  # s; of what balances
 _ONE_WAY = 0.995  # share of the commands of one sign from which a drive has none
+_SMOOTH, _SMOOTHER = 0.02, 0.25  # noise per standard deviation, of itself and per that of the tilt rate
+_NOISY = 0.01  # noise per standard deviation of a tilt rate, from which it is no smooth motion
 _SPREAD = 1.5  # standard deviations that the mean of such commands is from zero at least
 
 
@@ -52,6 +55,21 @@ def tilt_doubts(part: LogPart) -> Iterator[Doubt]:
             "from elsewhere (mend `offset`)?"
         )
         yield Doubt(Kind.LYING, "tilt", sentence, evidence)
+
+
+def smooth_command_doubts(part: LogPart) -> Iterator[Doubt]:
+    """A sentence on commands without the noise of the sensors: a regulator answers these, and so has it."""
+    commands = part.commands
+    rate = part.signals.get("tilt_rate", np.diff(part.signals["tilt"]))
+    if not np.ptp(commands) or not np.ptp(rate):
+        return
+    noise, sensed = (noise_sd(values) / float(np.std(values)) for values in (commands, rate))
+    if sensed > _NOISY and noise < min(_SMOOTH, _SMOOTHER * sensed):
+        sentence = (
+            "the command is far smoother than the sensors, so that it cannot answer them: is it what was asked for, or "
+            "another column?"
+        )
+        yield Doubt(Kind.COLUMN, "command", sentence, Evidence(part.period, commands, "command [N·m]"))
 
 
 def one_way_doubts(part: LogPart) -> Iterator[Doubt]:

@@ -19,6 +19,8 @@ _SCALE = 1.15  # factor by which gyros (3 %) and nominal loop times (5 %) may we
 _FOLLOWS = 0.5  # of the change that a rate must tell at least, if it is of that angle
 _CLEAR = 0.8  # share of an angle's changes that is no noise, from which they say something
 _CLOSE = 0.9  # correlation of tilt and rate from which a lag between them can be told
+_NO_UNIT = 4.0  # factor below which no unit of a gyro is mistaken for another one: the least is 6
+_ONE_SENSOR = 0.975  # correlation, noise apart, of an angle and a rate of one encoder, at least
 _RELATED = 0.5  # correlation from which a rate that is off by a factor is of that angle at all
 LATE_ROWS, LATE = 0.75, 0.005
 """Rows and s by which a tilt may well be late or early: filters that sum rates take half a row, those of IMUs 5 ms."""
@@ -66,6 +68,13 @@ class Agreement(NamedTuple):
     def has_wrong_scale(self) -> bool:
         """Whether one is a multiple of the other."""
         return self.correlation > _RELATED and (self.low > _SCALE or self.high < 1.0 / _SCALE)
+
+    @property
+    def is_of_another_sensor(self) -> bool:
+        """Whether wheels that move clearly, and a rate with another sign or size, are not of one encoder."""
+        likeness = abs(self.correlation) / np.sqrt(max(self.clarity * self.rate_clarity, 1e-9))
+        differs = self.has_wrong_sign or self.has_wrong_scale
+        return bool(self.angle == "wheel_angle" and differs and likeness < _ONE_SENSOR)
 
     @property
     def agrees(self) -> bool:
@@ -150,9 +159,21 @@ def rate_doubts(found: Sequence[Agreement], to_blame: Mapping[str, str]) -> Iter
     for pair in found:
         wrong = to_blame.get(pair.angle, "")
         which = f"{wrong}" if wrong else "one of them"
-        if pair.has_wrong_sign:
+        if pair.is_of_another_sensor:
+            sentence = (
+                f"wheel_rate goes with the changes of wheel_angle only roughly (correlation {pair.correlation:.2f}), "
+                "which one encoder does not: is one of them taken from another column?"
+            )
+            yield Doubt(Kind.COLUMN, "wheel_rate", sentence, pair.evidence)
+        elif pair.has_wrong_sign:
             sentence = f"{pair.rate} runs against {pair.angle}: {which} has the wrong sign"
             yield Doubt(Kind.SIGN, wrong or pair.rate, sentence, pair.evidence)
+        elif pair.has_wrong_scale and pair.angle == "tilt" and abs(np.log(pair.factor)) < np.log(_NO_UNIT):
+            sentence = (
+                f"tilt_rate is {pair.factor:.3g} times as fast as tilt changes, which no unit explains: is the rate or "
+                "the unit of time wrong, or the scale of one of them?"
+            )
+            yield Doubt(Kind.TIME, "time", sentence, pair.evidence)
         elif pair.has_wrong_scale:
             reason = guessed_reason(pair.factor)
             sentence = (
