@@ -9,12 +9,9 @@ import numpy as np
 from benchmarks.other_robots.mechanics import (
     GRAVITY,
     LEFT,
-    PITCH,
     RIGHT,
     ROTOR_L,
-    ROTOR_R,
     ROTOR_RATE_L,
-    ROTOR_RATE_R,
     SIZE,
     SPIN_L,
     SPIN_R,
@@ -188,7 +185,7 @@ def drive(start, m, sensors, law, instants, asked, noise, drift, lost, fallen):
     commands, gripped = np.zeros(periods), np.zeros(periods)
     sent = np.zeros((periods, 2))  # halves of the command that arrived
     y, work, bent = start.copy(), np.zeros((5, SIZE)), np.zeros(4)
-    late = int(floor(sensors.delay / STEP + 0.5)) + 1
+    late = round(sensors.delay / STEP) + 1
     past = np.zeros((late, 2))
     for i in range(late):
         past[i, 0], past[i, 1] = tilt(y, m), y[Q]

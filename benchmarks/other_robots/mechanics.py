@@ -25,7 +25,8 @@ TORQUE_L, TORQUE_R, MAST, MAST_RATE, SIZE = range(16, 21)
 """Places in the state; angles of wheels and rotors are relative to the body."""
 
 _DAMPED = 0.002  # s; damping of bristles over their stiffness
-_SLOW = 0.02  # m/s; over which slip becomes sliding
+_SLOW = 0.02  # m/s; over which creep becomes sliding, at least
+_STIFFEST = 3000.0  # 1/s; pace of a wheel that stops sliding, at most
 _FAST = 600.0  # rad/s; at which a rotor rings on the flank of its gear
 _RINGING = 0.3  # damping ratio of that
 
@@ -207,8 +208,9 @@ def derivative(y, time, motor_l, motor_r, bent, elapsed, m, dy):
     traction_l = traction_r = 0.0
     if slips:
         half = 0.5 * m.grip * m.load
-        traction_l = half * tanh((r * y[SPIN_L] - v + b * w) / _SLOW)
-        traction_r = half * tanh((r * y[SPIN_R] - v - b * w) / _SLOW)
+        slow = max(_SLOW, half * r * r / (spin_inertia * _STIFFEST))
+        traction_l = half * tanh((r * y[SPIN_L] - v + b * w) / slow)
+        traction_r = half * tanh((r * y[SPIN_R] - v - b * w) / slow)
         along += traction_l + traction_r
         turn += b * (traction_r - traction_l)
         qq -= 2.0 * relative * relative / spin_inertia

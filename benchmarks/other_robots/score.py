@@ -44,7 +44,7 @@ def judged(label: Mapping[str, Any], diagnosis: Mapping[str, Any] | None, cpu_s:
     sure = dict.fromkeys(there, 0.0)
     for effect in diagnosis["effects"]:
         for name in there:
-            if name in _meant(effect):
+            if _meant(effect) & _class_of(name):
                 sure[name] = max(sure[name], effect["probability"])
     for title, names in CLASSES:
         for name in names & set(there):
@@ -65,6 +65,11 @@ def _meant(effect: Mapping[str, Any]) -> set[str]:
     """Effects that a finding stands for."""
     names = {effect["name"], *effect["equivalents"]}
     return names.union(*(equivalents(name) for name in names))
+
+
+def _class_of(name: str) -> set[str]:
+    """An effect, or a value of the data sheet with the others of its class."""
+    return next((names for _, names in CLASSES if name in names), {name})
 
 
 def _is_there(effect: Mapping[str, Any], there: list[str]) -> bool:

@@ -1,7 +1,7 @@
 """The sets: what is asked of each, by its stratum and seed alone.
 
-A stratum's factors (excitation, rate, sheet, tolerance, sensors, effect) run through all their levels in blocks of drawn
-order, each on its own, so that the first sets of a stratum are balanced whatever their number.
+A stratum's factors (excitation, rate, sheet, tolerance, sensors, effect) run through all their levels in blocks of
+drawn order, each on its own, so that the first sets of a stratum are balanced whatever their number.
 """
 
 import hashlib

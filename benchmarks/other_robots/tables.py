@@ -1,6 +1,7 @@
 """Tables of the other robots, from the records of their sets."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from itertools import product
 from statistics import median
 from typing import Any
 
@@ -10,18 +11,15 @@ from scipy.stats import beta
 Row = Mapping[str, Any]
 NAMED, FOUND, WRONG, LEAST = 0.9, 0.5, 0.8, 0.02
 STRATA = (
-    "clean", "single 1", "single 1/4", "single 1/8", "pairs", "triples", "five", "eight", "sheet", "foreign", "left out",
-    "calibration",
-)  # fmt: skip
+    *("clean", "single 1", "single 1/4", "single 1/8", "pairs", "triples", "five", "eight"),
+    *("sheet", "foreign", "left out", "calibration"),
+)
 SPLITS = ("excitation", "sheet", "rate", "sensors", "tolerance")
 
 
 def other_robots(results: Mapping[str, Any]) -> list[str]:
     """One line a stratum."""
-    lines = [
-        "| stratum | sets | effects named | effects found | false ones a set | sets with a wrong name, P > 0.8 | sets in which something remains |",
-        "|---|---|---|---|---|---|---|",
-    ]  # noqa: E501
+    lines = _head("stratum")
     for stratum in STRATA:
         rows = [row for row in results["sets"] if row["stratum"] == stratum]
         if rows:
@@ -30,16 +28,30 @@ def other_robots(results: Mapping[str, Any]) -> list[str]:
 
 
 def other_robots_splits(results: Mapping[str, Any]) -> list[str]:
-    """One line a level of what sets differ in, over all strata with effects that the library has."""
-    lines = [
-        "| split | sets | effects named | effects found | false ones a set | sets with a wrong name, P > 0.8 | sets in which something remains |",
-        "|---|---|---|---|---|---|---|",
-    ]  # noqa: E501
+    """One line a level of what sets differ in, over all sets of which the library has all effects."""
+    lines = _head("split")
     for split in SPLITS:
         for level in sorted({row[split] for row in results["sets"]}):
             rows = [row for row in results["sets"] if row[split] == level and not row["foreign"]]
             lines.append(f"| {split} {level} | {' | '.join(_cells(rows))} |")
     return lines
+
+
+def other_robots_severities(results: Mapping[str, Any]) -> list[str]:
+    """One line a stratum of single effects, an excitation and a quality of the sensors."""
+    lines = _head("stratum, excitation, sensors")
+    for stratum in ("clean", "single 1", "single 1/4", "single 1/8"):
+        for excitation, sensors in product(("E", "N"), ("ideal", "real")):
+            wanted = stratum, excitation, sensors
+            rows = [r for r in results["sets"] if (r["stratum"], r["excitation"], r["sensors"]) == wanted]
+            if rows:
+                lines.append(f"| {', '.join(wanted)} | {' | '.join(_cells(rows))} |")
+    return lines
+
+
+def _head(first: str) -> list[str]:
+    columns = (first, "sets", "effects named", "effects found", "false ones a set", "wrong (P > 0.8)", "remains")
+    return [f"| {' | '.join(columns)} |", "|" + "---|" * len(columns)]
 
 
 def other_robots_figures(results: Mapping[str, Any]) -> list[str]:
@@ -139,6 +151,7 @@ def _is_false(said: Mapping[str, Any], least: float) -> bool:
 PARTS: Mapping[str, Callable[[Mapping[str, Any]], list[str]]] = {
     "other_robots": other_robots,
     "other_robots_splits": other_robots_splits,
+    "other_robots_severities": other_robots_severities,
     "other_robots_figures": other_robots_figures,
     "other_robots_effects": other_robots_effects,
 }
