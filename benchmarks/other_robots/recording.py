@@ -28,8 +28,10 @@ _SECONDS = 40.0
 _FALLEN = 0.6
 _STIFFNESSES = (1.0, 2.0, 0.5, 4.0, 1.4, 0.7, 0.25)  # of the controllers that are tried in turn
 _GENTLER, _TIMES = 0.7, 6  # factor on the severity where the robot falls under all of them, and how often
-_JITTER, _LOST_ROWS = 0.04, 0.002  # of real sensors: standard deviation over the period, and share of rows
-_BUILT, _VALUES, _SENSORS, _DRIVEN = range(1, 5)  # purposes of random numbers
+_JITTER = (0.01, 0.1)  # of real sensors: range of its standard deviation over the period
+_LOST_ROWS = 0.002  # share of the rows of their logs
+_BUILT, _VALUES, _SENSORS, _DRIVEN, _CLOCK = range(1, 6)  # purposes of random numbers
+_LOSSES = 100  # and, with the number of the episode, of the rows that are lost
 
 
 class Rollout(NamedTuple):
@@ -80,6 +82,7 @@ def record(each: Set, sheet: RobotParameters, folder: Path) -> dict[str, Any]:
         **each._asdict(),
         "hidden": recorded.hidden,
         "gentler": recorded.gentler,
+        "jitter": _jitter(each),
         "stays_up": recorded.stays_up,
         "controller": "cascade" if recorded.law.lean else "regulator",
         "robot": _finite(recorded.robot._asdict()),
@@ -148,7 +151,7 @@ def _rollouts(
     for _ in range(count):
         periods = round(_SECONDS / count / sheet.control_period)
         start = _start(machine, rng)
-        instants = _instants(periods, sheet.control_period, each.sensors == "real", rng)
+        instants = _instants(periods, sheet.control_period, _jitter(each), rng)
         asked = _asked(each, sheet, periods, rng)
         noise = rng.standard_normal((periods + 1, 6))
         walk = hidden.get("gyro_bias_walk", {}).get("walk", 0.0)
@@ -170,13 +173,17 @@ def _start(machine: Machine, rng: np.random.Generator) -> np.ndarray:
     return y
 
 
-def _instants(periods: int, period: float, jitters: bool, rng: np.random.Generator) -> np.ndarray:
+def _jitter(each: Set) -> float:
+    """Standard deviation of the instants of a set's loop over the period."""
+    return float(each.generator(_CLOCK).uniform(*_JITTER)) if each.sensors == "real" else 0.0
+
+
+def _instants(periods: int, period: float, jitter: float, rng: np.random.Generator) -> np.ndarray:
     """Of the loop, in steps of the physics; jitter is of each instant and does not add up."""
-    late = _JITTER * period * rng.standard_normal(periods + 1)
+    late = jitter * period * rng.standard_normal(periods + 1)
+    late[0] = 0.0
     places = np.arange(periods + 1) * round(period / STEP)
-    if jitters:
-        places[1:] += np.round(np.clip(late[1:], -0.2 * period, 0.2 * period) / STEP).astype(int)
-    return places.astype(np.int64)
+    return (places + np.round(np.clip(late, -0.35 * period, 0.35 * period) / STEP)).astype(np.int64)
 
 
 def _asked(each: Set, sheet: RobotParameters, periods: int, rng: np.random.Generator) -> np.ndarray:
@@ -216,7 +223,7 @@ def _episode(rollout: Rollout, each: Set, period: float, channels: Channels, sou
     """A rollout as it is logged; a log of real quality lacks some rows."""
     seen, commands = rollout.seen, rollout.given
     if each.sensors == "real":
-        rng = each.generator(100 + source.trial)
+        rng = each.generator(_LOSSES + source.trial)
         kept = rng.uniform(size=len(seen)) >= _LOST_ROWS
         kept[0] = kept[-1] = True
         seen, commands = seen[kept], commands[kept[:-1]]

@@ -29,6 +29,7 @@ def judged(label: Mapping[str, Any], diagnosis: Mapping[str, Any] | None, cpu_s:
         remains: whether something is said to remain that nothing explains.
     """
     known = {key: label[key] for key in ("stratum", "seed", "excitation", "rate", "sheet", "tolerance", "sensors")}
+    known |= {"gentler": round(label["gentler"], 3), "stays_up": label["stays_up"]}
     known |= {"severity": {k: round(v, 4) for k, v in label["effects"].items()}, "cpu_s": round(cpu_s, 1)}
     hidden = label["hidden"]
     missing = [name for name in hidden if name in FOREIGN or name in label["left_out"]]

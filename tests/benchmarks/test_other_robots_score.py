@@ -17,6 +17,7 @@ from benchmarks.other_robots.tables import (
 
 def label(hidden, stratum="single 1", left_out=()):
     facts = {"seed": 0, "excitation": "E", "rate": 50, "sheet": "paper", "tolerance": 0.03, "sensors": "ideal"}
+    facts |= {"gentler": 1.0, "stays_up": True}
     return {**facts, "stratum": stratum, "effects": dict.fromkeys(hidden, 1.0), "hidden": hidden, "left_out": left_out}
 
 
