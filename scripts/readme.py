@@ -28,6 +28,7 @@ from benchmarks.import_tables import import_checks, import_misses  # noqa: E402
 from benchmarks.latency.tables import keys, latency, latency_asked, latency_histogram, line_alone, losses, viewed  # noqa: E402
 from benchmarks.link_faults.tables import link_fault_misses, link_faults  # noqa: E402
 from benchmarks.on_firmware.tables import on_firmware  # noqa: E402
+from benchmarks.other_robots.tables import PARTS as OTHER_ROBOTS  # noqa: E402
 from benchmarks.speed_tables import fits, ratios, running, steps, times, validation  # noqa: E402
 
 RESULTS = HOUSE / "benchmarks" / "results"
@@ -102,6 +103,7 @@ PARTS: Mapping[str, Callable[..., list[str]]] = {
     "figures": figures,
     "missed": missed,
     "mending": mending,
+    **OTHER_ROBOTS,
     "times": times,
     "ratios": ratios,
     "steps": steps,

@@ -1,0 +1,160 @@
+"""`python -m benchmarks.other_robots generate|diagnose|score|all [strata=clean,pairs] [seeds=0-9] [workers=1] ...`.
+
+`generate` records one set for each stratum and seed; what is hidden goes to labels/, which only `score` opens.
+`diagnose` runs `twbal diagnose` on each set, `score` compares and writes the results. What is there already is not done
+again. Further settings, with their defaults:
+
+    root=outputs/bench/other_robots   folder of the sets
+    code=.                            folder of the twbal that diagnoses
+    place=diagnosis                   name of the diagnoses in the sets' folders, for several versions side by side
+    results=benchmarks/results/other_robots.json
+    words=                            further settings of `twbal diagnose`, separated by spaces
+
+Seeds below 1000 are for development; the published table has others.
+"""
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from dataclasses import dataclass, replace
+from functools import cache, partial
+from pathlib import Path
+from typing import Any
+
+from hydra import compose
+from hydra.utils import instantiate
+
+from benchmarks.other_robots.score import judged
+from benchmarks.other_robots.sets import STRATA, Set, sets
+from benchmarks.other_robots.tables import PARTS
+from twbal.cli.composition import composing
+from twbal.core.robot_parameters import RobotParameters
+
+_USUAL_TOLERANCE = 0.03  # of `twbal diagnose`
+
+
+@dataclass(frozen=True)
+class Places:
+    """Folders: of the sets, of the code that diagnoses, and the name of the diagnoses."""
+
+    root: Path
+    code: Path
+    place: str
+    words: tuple[str, ...]
+
+    def label(self, each: Set) -> Path:
+        """File of what is hidden in a set."""
+        return self.root / "labels" / f"{each.name}.json"
+
+    def diagnosis(self, each: Set) -> Path:
+        """Folder of the diagnosis of a set."""
+        return self.root / each.name / self.place
+
+
+def generate(each: Set, places: Places) -> None:
+    """Record one set, unless it is there."""
+    from benchmarks.other_robots.recording import record  # what compiles, and `score` need not
+
+    file = places.label(each)
+    if file.exists():
+        return
+    label = record(each, sheet_of(each), places.root / each.name)
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_text(json.dumps(label, indent=1) + "\n")
+
+
+def sheet_of(each: Set) -> RobotParameters:
+    """Data sheet of a set, with its control period."""
+    return replace(_sheet(each.sheet), control_period=1.0 / each.rate)
+
+
+@cache
+def _sheet(name: str) -> RobotParameters:
+    with composing():
+        found: RobotParameters = instantiate(compose("sim_collect", [f"robot={name}"]).robot)
+    return found
+
+
+def diagnose(each: Set, places: Places) -> None:
+    """Run the command on one set, in a process of its own, and note its CPU time."""
+    out = places.diagnosis(each).resolve()
+    if (out / "cpu.json").exists():
+        return
+    recorded = (places.root / each.name).resolve()
+    command = [sys.executable, "-m", "twbal", "diagnose", f"episodes={recorded}", f"hydra.run.dir={out}"]
+    command += [f"robot={each.sheet}", f"robot.control_period={1.0 / each.rate}", *places.words]
+    if each.left_out:
+        command.append(f"diagnosis.exclude=[{','.join(each.left_out)}]")
+    if each.tolerance != _USUAL_TOLERANCE:
+        command.append(f"diagnosis.tolerances.data_sheet={each.tolerance}")
+    with tempfile.TemporaryFile("w+") as said:
+        surroundings = {**os.environ, "OMP_NUM_THREADS": "1"}
+        process = subprocess.Popen(command, stdout=said, stderr=said, env=surroundings, cwd=places.code)
+        _, status, used = os.wait4(process.pid, 0)
+        process.returncode = os.waitstatus_to_exitcode(status)
+        said.seek(0)
+        text = said.read()
+    out.mkdir(parents=True, exist_ok=True)
+    note = {"cpu_s": used.ru_utime + used.ru_stime, "failed": text[-500:] if process.returncode else ""}
+    (out / "cpu.json").write_text(json.dumps(note))
+    print(each.name, next((line for line in text.splitlines() if not line.startswith(" ")), ""), flush=True)
+
+
+def score(wanted: Sequence[Set], places: Places) -> dict[str, Any]:
+    """Records of all sets that were tried."""
+    rows = []
+    for each in wanted:
+        note, found = places.diagnosis(each) / "cpu.json", places.diagnosis(each) / "diagnosis.json"
+        if note.exists():
+            diagnosis = json.loads(found.read_text()) if found.exists() else None
+            label = json.loads(places.label(each).read_text())
+            rows.append(judged(label, diagnosis, json.loads(note.read_text())["cpu_s"]))
+    return {"sets": rows}
+
+
+def written(results: Mapping[str, Any]) -> str:
+    """As JSON with one set a line."""
+    return '{"sets": [\n' + ",\n".join(json.dumps(row) for row in results["sets"]) + "\n]}\n"
+
+
+def _seeds(text: str) -> list[int]:
+    ranges = [part.split("-") for part in text.split(",")]
+    return [seed for ends in ranges for seed in range(int(ends[0]), int(ends[-1]) + 1)]
+
+
+def main(words: Sequence[str]) -> None:
+    """Do what the first word says."""
+    what, *rest = words or ["all"]
+    settings = dict(word.split("=", 1) for word in rest)
+    strata = settings.pop("strata", ",".join(STRATA)).split(",")
+    seeds, workers = _seeds(settings.pop("seeds", "0-2")), int(settings.pop("workers", "1"))
+    root, code = settings.pop("root", "outputs/bench/other_robots"), settings.pop("code", ".")
+    words_for_it = tuple(settings.pop("words", "").split())
+    places = Places(Path(root), Path(code), settings.pop("place", "diagnosis"), words_for_it)
+    results = Path(settings.pop("results", "benchmarks/results/other_robots.json"))
+    if settings or what not in ("generate", "diagnose", "score", "all") or not set(strata) <= set(STRATA):
+        raise SystemExit(f"{__doc__}\nStrata: {', '.join(STRATA)}.")
+    wanted = sets(strata, seeds)
+    if what in ("generate", "all"):
+        if workers == 1:
+            for each in wanted:
+                generate(each, places)
+        else:
+            with ProcessPoolExecutor(workers) as processes:
+                list(processes.map(partial(generate, places=places), wanted))
+    if what in ("diagnose", "all"):
+        with ThreadPoolExecutor(workers) as pool:
+            list(pool.map(partial(diagnose, places=places), wanted))
+    if what in ("score", "all"):
+        found = score(wanted, places)
+        results.write_text(written(found))
+        for part in PARTS.values():
+            print("\n".join(part(found)), end="\n\n")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -1,0 +1,103 @@
+"""What became of each set: which of what is hidden was said, how surely, and what was said that is not there."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from benchmarks.other_robots.kinds import ALIKE, ALL, FOREIGN, equivalents
+
+CLASSES = (
+    ("gain, mass and inertia", {"torque_gain", "body_mass", "body_inertia"}),
+    ("COM height and wheel radius", {"com_height", "wheel_radius"}),
+)
+"""Values of the data sheet that such data hardly tell apart, and what a diagnosis calls them."""
+
+
+def judged(label: Mapping[str, Any], diagnosis: Mapping[str, Any] | None, cpu_s: float) -> dict[str, Any]:
+    """The record of one set.
+
+    Args:
+        label: of the set, with what is hidden.
+        diagnosis: contents of its diagnosis.json, of schema 2 or without a schema; None where there is none.
+        cpu_s: CPU seconds of the command.
+
+    Returns:
+        What is known of the set, and:
+        hidden: by effect that the library has, the largest probability of what was said of it (0: nothing).
+        foreign: other effects that are hidden.
+        said: name, probability, whether it is right, and the same for its equivalents.
+        intervals: (effect, parameter, true value, value, low, high, whether it holds).
+        remains: whether something is said to remain that nothing explains.
+    """
+    known = {key: label[key] for key in ("stratum", "seed", "excitation", "rate", "sheet", "tolerance", "sensors")}
+    known |= {"gentler": round(label["gentler"], 3), "stays_up": label["stays_up"]}
+    known |= {"severity": {k: round(v, 4) for k, v in label["effects"].items()}, "cpu_s": round(cpu_s, 1)}
+    hidden = label["hidden"]
+    missing = [name for name in hidden if name in FOREIGN or name in label["left_out"]]
+    there = [name for name in hidden if name not in missing]
+    if diagnosis is None:
+        return {**known, "verdict": "no diagnosis", "hidden": dict.fromkeys(there, 0.0), "foreign": missing} | {
+            "said": [], "intervals": [], "remains": False,
+        }  # fmt: skip
+    said = [
+        {"name": e["name"], "probability": round(e["probability"], 4), "right": _is_there(e, there)}
+        for e in diagnosis["effects"]
+    ]
+    sure = dict.fromkeys(there, 0.0)
+    for effect in diagnosis["effects"]:
+        for name in there:
+            if _meant(effect) & _class_of(name):
+                sure[name] = max(sure[name], effect["probability"])
+    for title, names in CLASSES:
+        for name in names & set(there):
+            if diagnosis["verdict"] == "data_sheet" and title in diagnosis.get("data_sheet_class", ()):
+                sure[name] = 1.0
+    return {
+        **known,
+        "verdict": diagnosis["verdict"],
+        "hidden": {name: round(probability, 4) for name, probability in sure.items()},
+        "foreign": missing,
+        "said": said,
+        "intervals": [row for effect in diagnosis["effects"] for row in _intervals(effect, hidden)],
+        "remains": _remains(diagnosis),
+    }
+
+
+def _meant(effect: Mapping[str, Any]) -> set[str]:
+    """Effects that a finding stands for."""
+    names = {effect["name"], *effect["equivalents"]}
+    return names.union(*(equivalents(name) for name in names))
+
+
+def _class_of(name: str) -> set[str]:
+    """An effect, or a value of the data sheet with the others of its class."""
+    return next((names for _, names in CLASSES if name in names), {name})
+
+
+def _is_there(effect: Mapping[str, Any], there: list[str]) -> bool:
+    """Whether a finding is of something that is hidden, or of a case of it."""
+    meant = _meant(effect)
+    for group in (*ALIKE, *(names for _, names in CLASSES)):
+        if meant & group and group & set(there):
+            return True
+    return bool(meant & set(there))
+
+
+def _intervals(effect: Mapping[str, Any], hidden: Mapping[str, Mapping[str, float]]) -> list[list[Any]]:
+    """Intervals of a likely finding of what is hidden under its own name."""
+    name = effect["name"]
+    if name not in hidden or effect["probability"] < 0.5:
+        return []
+    kind, rows = ALL[name], []
+    for key in (*kind.sizes, *kind.drawn):
+        found = effect["parameters"].get(key)
+        if found is None or key in kind.unfit:
+            continue
+        true, ends = hidden[name][key], (found["low95"], found["high95"])
+        rows.append([name, key, true, found["value"], *ends, ends[0] <= true <= ends[1]])
+    return rows
+
+
+def _remains(diagnosis: Mapping[str, Any]) -> bool:
+    if diagnosis.get("schema", 1) >= 2:
+        return bool(diagnosis["remaining"]["is_beyond_noise"])
+    return bool(diagnosis["verdict"] == "unknown")

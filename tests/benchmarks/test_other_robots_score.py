@@ -1,0 +1,109 @@
+"""What counts as named, found, false and right, and the figures that are made of it."""
+
+import numpy as np
+import pytest
+
+from benchmarks.other_robots.score import judged
+from benchmarks.other_robots.tables import (
+    PARTS,
+    brier_score,
+    calibration_error,
+    clopper_pearson,
+    figures,
+    log_score,
+    share,
+)
+
+
+def label(hidden, stratum="single 1", left_out=()):
+    facts = {"seed": 0, "excitation": "E", "rate": 50, "sheet": "paper", "tolerance": 0.03, "sensors": "ideal"}
+    facts |= {"gentler": 1.0, "stays_up": True}
+    return {**facts, "stratum": stratum, "effects": dict.fromkeys(hidden, 1.0), "hidden": hidden, "left_out": left_out}
+
+
+def finding(name, probability=0.95, equivalents=(), **parameters):
+    return {"name": name, "probability": probability, "equivalents": list(equivalents), "parameters": parameters}
+
+
+def said(*effects, beyond=False, verdict="named"):
+    remaining = {"share": 0.1, "is_beyond_noise": beyond}
+    return {"schema": 2, "verdict": verdict, "effects": list(effects), "remaining": remaining}
+
+
+DEAD_ZONE = {"dead_zone": {"width": 1.0, "own_skew": 0.0}}
+
+
+def test_a_finding_under_its_own_name_is_found_and_its_interval_is_held_against_the_truth():
+    width = {"value": 1.1, "low95": 0.9, "high95": 1.2}
+    row = judged(label(DEAD_ZONE), said(finding("dead_zone", 0.7, width=width)), 3.0)
+    assert row["hidden"] == {"dead_zone": 0.7} and row["said"][0]["right"] and not row["remains"]
+    assert row["intervals"] == [["dead_zone", "width", 1.0, 1.1, 0.9, 1.2, True]]
+
+
+def test_equivalents_count_whether_declared_in_the_record_or_in_the_documentation():
+    by_record = judged(label(DEAD_ZONE), said(finding("coulomb_friction", 0.9, ["dead_zone"])), 3.0)
+    assert by_record["hidden"] == {"dead_zone": 0.9} and by_record["said"][0]["right"]
+    offset = {"com_offset": {"angle": 0.03}}
+    declared = judged(label(offset), said(finding("imu_mount_angle", 0.6)), 3.0)
+    assert declared["hidden"] == {"com_offset": 0.6} and declared["said"][0]["right"]
+
+
+def test_another_name_is_false_and_a_case_of_what_is_there_is_neither():
+    false = judged(label(DEAD_ZONE), said(finding("motor_lag")), 3.0)
+    assert false["hidden"] == {"dead_zone": 0.0} and not false["said"][0]["right"]
+    stribeck = {"stribeck_friction": {"torque": 0.2, "breakaway": 0.3, "rate": 2.0}}
+    part = judged(label(stribeck), said(finding("coulomb_friction")), 3.0)
+    assert part["hidden"] == {"stribeck_friction": 0.0} and part["said"][0]["right"]
+
+
+def test_what_is_foreign_or_left_out_cannot_be_found_but_can_be_said_to_remain():
+    foreign = judged(
+        label({"quadratic_drag": {"drag": 9.0}}, "foreign"), said(finding("rolling_viscous"), beyond=True), 1
+    )
+    assert foreign["foreign"] == ["quadratic_drag"] and foreign["hidden"] == {} and foreign["remains"]
+    assert not foreign["said"][0]["right"]
+    absent = judged(label(DEAD_ZONE, "left out", ["dead_zone"]), said(verdict="unknown"), 1)
+    assert absent["foreign"] == ["dead_zone"] and not absent["remains"]
+
+
+def test_a_record_without_schema_remains_where_it_is_unknown():
+    record = {"verdict": "unknown", "effects": []}
+    assert judged(label(DEAD_ZONE), record, 1)["remains"]
+    assert judged(label(DEAD_ZONE), None, 1)["verdict"] == "no diagnosis"
+
+
+def test_a_class_of_the_data_sheet_counts_as_its_values():
+    record = {"verdict": "data_sheet", "effects": [], "data_sheet_class": ["gain, mass and inertia"]}
+    assert judged(label({"torque_gain": {"gain": 0.8}}), record, 1)["hidden"] == {"torque_gain": 1.0}
+    assert judged(label({"wheel_radius": {"factor": 1.1}}), record, 1)["hidden"] == {"wheel_radius": 0.0}
+    mass = judged(label({"torque_gain": {"gain": 0.8}}), said(finding("body_mass")), 1)
+    assert mass["said"][0]["right"] and mass["hidden"] == {"torque_gain": 0.95}
+
+
+def test_intervals_of_counts_are_those_of_published_tables():
+    assert clopper_pearson(0, 10) == pytest.approx((0.0, 0.3085), abs=1e-4)
+    assert clopper_pearson(8, 10) == pytest.approx((0.4439, 0.9748), abs=1e-4)
+    assert clopper_pearson(10, 10)[1] == 1.0
+    assert share([True, False]) == "1 of 2 (1-99 %)" and share([]) == "-"
+
+
+def test_scores_of_probabilities_are_right_where_they_can_be_worked_out():
+    p, right = np.array([0.9, 0.9, 0.1, 0.1]), np.array([1.0, 1.0, 0.0, 1.0])
+    assert brier_score(p, right) == pytest.approx((3 * 0.01 + 0.81) / 4)
+    assert log_score(p, right) == pytest.approx(-(3 * np.log(0.9) + np.log(0.1)) / 4)
+    assert calibration_error(p, right) == pytest.approx(0.5 * 0.1 + 0.5 * 0.4)
+
+
+def test_tables_count_what_was_named_found_false_and_wrong():
+    rows = [
+        judged(label(DEAD_ZONE), said(finding("dead_zone")), 2.0),
+        judged(label(DEAD_ZONE), said(finding("dead_zone", 0.6), finding("motor_lag", 0.85)), 4.0),
+        judged(label({}, "clean"), said(verdict="none"), 6.0),
+    ]
+    lines = {part: table({"sets": rows}) for part, table in PARTS.items()}
+    single = next(line for line in lines["other_robots"] if line.startswith("| single 1 |"))
+    assert single == "| single 1 | 2 | 1 of 2 (1-99 %) | 2 of 2 (16-100 %) | 0.50 | 1 of 2 (1-99 %) | 0 of 2 (0-84 %) |"
+    assert "| dead_zone | 2 of 2 | 0 of 0 | 0 |" in lines["other_robots_effects"]
+    assert "| motor_lag | 0 of 0 | 0 of 0 | 1 |" in lines["other_robots_effects"]
+    assert figures(rows)["CPU seconds of the command, median / 90th percentile"] == "4.0 / 5.6"
+    assert len(lines["other_robots_splits"]) == 2 + 5
