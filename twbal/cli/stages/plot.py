@@ -98,9 +98,6 @@ def _draw(
     if first.references is not None:
         made.append(out / "figures" / "following.svg")
         save(following_figure(first, files[0].stem, robot.wheel_radius), made[-1])
-    if settings.rrd:
-        made.append(out / "episode.rrd")
-        _record(first, robot, made[-1])
     if settings.film:
         names = [caption or file.stem for caption, file in zip_longest(settings.captions[: len(files)], files)]
         tracks = [(episode.observations[:, 0], _poses(episode.observations, robot)) for episode in episodes]
@@ -109,6 +106,9 @@ def _draw(
             tracks.append(_joined(pieces, robot))
         made.append(out / "film.gif")
         _film(robot, names, tracks, settings, made[-1])
+    if settings.rrd:
+        made.append(out / "episode.rrd")
+        _record(first, robot, made[-1])
     return made
 
 
@@ -144,11 +144,11 @@ def _record(episode: Episode, robot: RobotParameters, path: Path) -> None:
 
     path.parent.mkdir(parents=True, exist_ok=True)
     scene, stream = recording(Shape.of(robot), path)
+    for event in episode.events:
+        scene.tell(event.time, event.text)
     samples = samples_of(episode, robot.wheel_radius)
     for start in range(0, len(samples), _RECORDED_AT_ONCE):
         scene.draw(samples[start : start + _RECORDED_AT_ONCE])
-    for event in episode.events:
-        scene.tell(event.time, event.text)
     stream.disconnect()
 
 
