@@ -27,6 +27,7 @@ from benchmarks.hidden_robots.tables import beside, paper, reachable, reproduced
 from benchmarks.import_tables import import_checks, import_misses  # noqa: E402
 from benchmarks.latency.tables import keys, latency, latency_asked, latency_histogram, line_alone, losses  # noqa: E402
 from benchmarks.link_faults.tables import link_fault_misses, link_faults  # noqa: E402
+from benchmarks.link_fuzz.tables import link_noise, link_sessions  # noqa: E402
 from benchmarks.on_firmware.tables import on_firmware  # noqa: E402
 from benchmarks.speed_tables import fits, ratios, running, steps, times, validation  # noqa: E402
 
@@ -119,6 +120,8 @@ PARTS: Mapping[str, Callable[..., list[str]]] = {
     "import_misses": import_misses,
     "link_faults": link_faults,
     "link_fault_misses": link_fault_misses,
+    "link_noise": link_noise,
+    "link_sessions": link_sessions,
     "prediction": lambda *families: prediction_table(families),
     "reliability": lambda *families: reliability_table(families),
 }
