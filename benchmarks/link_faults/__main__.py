@@ -51,8 +51,8 @@ def settings_of(words: Sequence[str]) -> dict[str, str]:
     if unknown or wrong:
         said = f"unknown settings: {', '.join(unknown)}. " if unknown else ""
         raise SystemExit(
-            f"{said}Settings are robot (virtual, firmware), clock (lockstep, real_time), times and workers (numbers) and "
-            f"kinds (some of: {'; '.join(kinds('lockstep'))}); found {shlex.join(words)}."
+            f"{said}Settings are robot (virtual, firmware), clock (lockstep, real_time), times and workers (numbers) "
+            f"and kinds (some of: {'; '.join(kinds('lockstep'))}); found {shlex.join(words)}."
         )
     return settings
 

@@ -3,8 +3,8 @@
     python -m benchmarks.link_fuzz [bytes=10000000] [sessions=1000000] [workers=2]
 
 Each decoder gets the bytes; the one of the firmware under sanitizers, with the robot behind it. The sessions are shared
-by the workers. What came of it is in benchmarks/results/link_fuzz.json. Needs g++ and make; the firmware is built into
-outputs/bench/link_fuzz.
+by the workers. What came of it is in benchmarks/results/link_fuzz.json; what is there is not done again. Needs g++ and
+make; the firmware is built into outputs/bench/link_fuzz.
 """
 
 import json
@@ -26,7 +26,7 @@ FIRMWARE = Path(__file__).resolve().parents[2] / "firmware"
 BUILT = Path("outputs/bench/link_fuzz")
 RESULTS = Path("benchmarks/results/link_fuzz.json")
 DEFAULTS = {"bytes": 10_000_000, "sessions": 1_000_000, "workers": 2}
-SEED, BLOCK = 20, 1000  # of the bytes; sessions in a job
+SEED, BLOCK, AT_ONCE = 20, 500, 20_000  # of the bytes; sessions in a job; sessions between two records
 _SAID = re.compile(
     r"fuzz: (\d+) bytes, (\d+) good frames after noise, (\d+) lost; (\d+) of (\d+) corrupt runs accepted"
 )
@@ -57,12 +57,12 @@ def in_cpp(program: Path, size: int) -> dict[str, Any]:
     return {"bytes": total, "frames": frames, "lost": lost, "runs": runs, "accepted": accepted}
 
 
-def sessions(robot: CDLL, count: int, workers: int) -> Driven:
-    """Drive sessions 0 to `count` - 1."""
+def sessions(robot: CDLL, first: int, count: int, workers: int) -> Driven:
+    """Drive `count` sessions from number `first` on."""
 
     def work(jobs: Iterable[int]) -> Iterator[Driven]:
         for job in jobs:
-            yield driven(robot, range(BLOCK * job, min(BLOCK * (job + 1), count)))
+            yield driven(robot, range(first + BLOCK * job, first + min(BLOCK * (job + 1), count)))
 
     blocks = list(side_by_side(work, -(-count // BLOCK), workers))
     return Driven(*map(sum, zip(*blocks, strict=True)))
@@ -72,16 +72,25 @@ def main(words: Sequence[str]) -> None:
     """Run with settings of the form key=value."""
     settings = settings_of(words)
     folder = built()
-    results: dict[str, Any] = {
-        "decoders": {
-            "C++": in_cpp(folder / "fuzz", settings["bytes"]),
-            "Python": decoded(settings["bytes"], SEED),
-        }
-    }
-    print(json.dumps(results), flush=True)
-    results["sessions"] = sessions(loaded(folder / "harness.so"), settings["sessions"], settings["workers"])._asdict()
+    results: dict[str, Any] = json.loads(RESULTS.read_text()) if RESULTS.exists() else {}
+    decoders = {"C++": lambda size: in_cpp(folder / "fuzz", size), "Python": lambda size: decoded(size, SEED)}
+    for name, decode in decoders.items():
+        if results.setdefault("decoders", {}).get(name, {}).get("bytes", 0) < settings["bytes"]:
+            results["decoders"][name] = decode(settings["bytes"])
+            _write(results)
+    robot = loaded(folder / "harness.so")
+    before = Driven(**results.get("sessions", dict.fromkeys(Driven._fields, 0)))
+    while before.sessions < settings["sessions"]:
+        count = min(AT_ONCE, settings["sessions"] - before.sessions)
+        more = sessions(robot, before.sessions, count, settings["workers"])
+        before = Driven(*map(sum, zip(before, more, strict=True)))
+        results["sessions"] = before._asdict()
+        _write(results)
+
+
+def _write(results: dict[str, Any]) -> None:
     write_atomically(RESULTS, json.dumps(results, indent=1) + "\n")
-    print(results["sessions"], flush=True)
+    print(json.dumps(results), flush=True)
 
 
 if __name__ == "__main__":
