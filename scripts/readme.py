@@ -38,7 +38,7 @@ RESULTS = HOUSE / "benchmarks" / "results"
 PICTURES = HOUSE / "docs" / "pictures"
 PAGES = (
     HOUSE / "README.md",
-    *(HOUSE / "docs" / name for name in ("methods.md", "benchmarks.md", "speed.md", "import.md", "firmware.md")),
+    *(HOUSE / "docs" / f"{name}.md" for name in ("methods", "benchmarks", "speed", "import", "firmware", "protocol")),
 )
 
 

@@ -78,8 +78,8 @@ def main(words: Sequence[str]) -> None:
 def on_board_agreement(results: Mapping[str, Any]) -> list[str]:
     """One line a policy."""
     lines = [
-        "| policy | states | largest error of the command | of what single precision explains | largest error of a gain "
-        "| a call on this PC |",
+        "| policy | states | largest error of the command | of what single precision explains | largest error of a gain"
+        " | a call on this PC |",
         "|---|---|---|---|---|---|",
     ]
     for name, found in results.items():

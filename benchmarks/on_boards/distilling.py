@@ -76,7 +76,8 @@ def distilled_policies(results: Mapping[str, Any]) -> list[str]:
     """One line a policy."""
     lines = [
         "| policy | basis functions | command off by (rms, most), of its limit | gain off by (rms), of its largest | "
-        "flash, estimate | flash, by avr-gcc | cycles, estimate | cycles in simavr (mean, most) | trials that succeed |",
+        "flash, estimate | flash, by avr-gcc | cycles, estimate | cycles in simavr (mean, most) | trials that succeed"
+        " |",
         "|---|---|---|---|---|---|---|---|---|",
     ]
     return lines + [_line(robot, found) for robot, cases in results.items() for found in cases.values()]

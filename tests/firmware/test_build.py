@@ -131,11 +131,11 @@ def test_only_arming_leads_to_motors_that_are_on():
 
 def test_the_portable_part_asks_for_no_library_of_cpp():
     """Boards with AVR have none; and nothing allocates or throws."""
-    for header in (FIRMWARE / "include" / "twbal").glob("*.h"):
-        text = header.read_text()
+    for file in (FIRMWARE / "include" / "twbal").glob("*.h"):
+        text = file.read_text()
         included = set(re.findall(r"#include <(\w+(?:\.h)?)>", text))
-        assert included <= {"stdint.h", "stddef.h", "math.h", "string.h"}, header.name
+        assert included <= {"stdint.h", "stddef.h", "math.h", "string.h"}, file.name
         assert not re.search(r"\b(new|delete|malloc|throw|std::)\b", re.sub(r"//.*|/\*.*?\*/|\"[^\"]*\"", "", text)), (
-            header
+            file
         )
     assert VERSION == 2
