@@ -261,6 +261,8 @@ TABLE: Mapping[str, How] = {
     ),
     "make -C firmware": Elsewhere(("tests/firmware/building.py", 'make("all")'), "it compiles"),
     "make -C firmware test": Elsewhere(("tests/firmware/test_build.py", 'make("test")'), "it compiles for seconds"),
+    "make -C firmware avr": Elsewhere(("tests/firmware/test_build.py", 'make("avr"'), "it compiles"),
+    "make -C firmware avr sizes": Elsewhere(("tests/firmware/test_build.py", 'make("sizes"'), "it compiles"),
     "make -C firmware POLICY=<run folder>": Elsewhere(
         ("tests/firmware/test_build.py", "def test_another_policy_or_none_builds_the_program_anew"), "it compiles"
     ),
