@@ -29,7 +29,7 @@ RESULTS = Path("benchmarks/results/on_boards.json")
 DEFAULTS = {"policies": "default,rolling", "basis": "12,8,4", "trials": "10"}
 ROLLING = Path("data/regression/policy.pt")
 STATE = {"default": (), "rolling": ("state=rolling",)}
-ROBOT = {"default": (), "rolling": ("link.seed=4", "link.overrides=[faults=light]")}
+ROBOT = {"default": (), "rolling": ("link.seed=4", 'link.overrides=["faults=light"]')}
 """Settings that choose the state that a policy reads, and the robot that it is tried on."""
 STEPS = 500
 CLOCK = 16e6
