@@ -27,6 +27,10 @@ from benchmarks.hidden_robots.tables import beside, paper, reachable, reproduced
 from benchmarks.import_tables import import_checks, import_misses  # noqa: E402
 from benchmarks.latency.tables import keys, latency, latency_asked, latency_histogram, line_alone, losses, viewed  # noqa: E402
 from benchmarks.link_faults.tables import link_fault_misses, link_faults  # noqa: E402
+from benchmarks.link_fuzz.tables import link_noise, link_sessions  # noqa: E402
+from benchmarks.on_boards.__main__ import on_board_cycles  # noqa: E402
+from benchmarks.on_boards.agreement import on_board_agreement  # noqa: E402
+from benchmarks.on_boards.distilling import distilled_policies  # noqa: E402
 from benchmarks.on_firmware.tables import on_firmware  # noqa: E402
 from benchmarks.other_robots.tables import PARTS as OTHER_ROBOTS  # noqa: E402
 from benchmarks.speed_tables import fits, ratios, running, steps, times, validation  # noqa: E402
@@ -35,7 +39,7 @@ RESULTS = HOUSE / "benchmarks" / "results"
 PICTURES = HOUSE / "docs" / "pictures"
 PAGES = (
     HOUSE / "README.md",
-    *(HOUSE / "docs" / name for name in ("methods.md", "benchmarks.md", "speed.md", "import.md", "firmware.md")),
+    *(HOUSE / "docs" / f"{name}.md" for name in ("methods", "benchmarks", "speed", "import", "firmware", "protocol")),
 )
 
 
@@ -122,6 +126,11 @@ PARTS: Mapping[str, Callable[..., list[str]]] = {
     "import_misses": import_misses,
     "link_faults": link_faults,
     "link_fault_misses": link_fault_misses,
+    "link_noise": link_noise,
+    "on_board_cycles": on_board_cycles,
+    "on_board_agreement": on_board_agreement,
+    "distilled_policies": distilled_policies,
+    "link_sessions": link_sessions,
     "prediction": lambda *families: prediction_table(families),
     "reliability": lambda *families: reliability_table(families),
 }

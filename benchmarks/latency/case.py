@@ -28,6 +28,7 @@ ROLLOUTS = 5
 
 _ENDED_EARLY = (Outcome.TILT_LIMIT, Outcome.LINK_LOST)
 _START, _LOOK = 120.0, 0.02  # how long the host may take to begin, and how often to look for that [s]
+_END = 600.0  # how long it may take to write what it recorded, beside the load [s]
 _BEYOND = 2.0  # for which a rollout may last longer than its steps [s]
 
 
@@ -113,7 +114,7 @@ def _host(command: list[str], times: Path) -> Iterator[subprocess.Popen[str]]:
                 raise SystemExit(f"{' '.join(command)} does not begin:\n{process.communicate()[0]}")
             time.sleep(_LOOK)
         yield process
-        process.communicate(timeout=_START)
+        process.communicate(timeout=_END)
     finally:
         process.kill()
         process.wait()

@@ -1,10 +1,11 @@
 """Faults of the link, of robot and host, in rollouts of the real host.
 
-    python -m benchmarks.link_faults robot=virtual|firmware clock=lockstep|real_time [times=10] [kinds=none]
+    python -m benchmarks.link_faults robot=virtual|firmware clock=lockstep|real_time [times=10] [workers=1] [kinds=none]
 
 Each kind of fault, or each of those named ("kinds=none;host killed"), `times` times. Trials are kept in
 outputs/bench/link_faults and not driven again; what they came to is counted in benchmarks/results/link_faults.json, and
-`python scripts/readme.py tables` makes tables of it. In real time a busy computer is a fault of its own: put
+`python scripts/readme.py tables` makes tables of it. Most of a trial is waiting, so in lockstep several workers, each
+with a robot and a line of its own, are faster than one. In real time a busy computer is a fault of its own: put
 `chrt --fifo 10` before the command. The firmware is built into outputs/bench/link_faults/firmware (g++ and make).
 """
 
@@ -12,7 +13,7 @@ import json
 import shlex
 import subprocess
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import closing
 from pathlib import Path
 from typing import Any
@@ -21,13 +22,15 @@ from benchmarks.link_faults.counts import counts
 from benchmarks.link_faults.judging import judged, lateness
 from benchmarks.link_faults.kinds import Kind, kinds
 from benchmarks.link_faults.trial import Workplace
+from benchmarks.side_by_side import side_by_side
 from twbal.core.files import write_atomically
 
 FIRMWARE = Path(__file__).resolve().parents[2] / "firmware"
 DONE = Path("outputs/bench/link_faults")
 RESULTS = Path("benchmarks/results/link_faults.json")
-DEFAULTS = {"robot": "virtual", "clock": "lockstep", "times": "10", "kinds": ""}
-LATE, AGAIN = 0.04, 5  # a computer that is late by so much is a fault of its own [s]; so often a trial is driven again
+DEFAULTS = {"robot": "virtual", "clock": "lockstep", "times": "10", "workers": "1", "kinds": ""}
+LATE = {"real_time": 0.04, "lockstep": 0.2}  # a computer that is late by so much is a fault of its own [s]
+AGAIN = 5  # so often a trial of a late computer is driven again
 CHOICES = {"robot": ("virtual", "firmware"), "clock": ("lockstep", "real_time")}
 
 
@@ -43,12 +46,13 @@ def settings_of(words: Sequence[str]) -> dict[str, str]:
     settings = {**DEFAULTS, **dict(word.partition("=")[::2] for word in words)}
     unknown = sorted(set(settings) - set(DEFAULTS))
     wrong = any(settings[name] not in choices for name, choices in CHOICES.items())
-    wrong = wrong or not set(_names(settings)) <= set(kinds("lockstep")) or not settings["times"].isdecimal()
+    wrong = wrong or not set(_names(settings)) <= set(kinds("lockstep"))
+    wrong = wrong or not all(settings[name].isdecimal() and int(settings[name]) for name in ("times", "workers"))
     if unknown or wrong:
         said = f"unknown settings: {', '.join(unknown)}. " if unknown else ""
         raise SystemExit(
-            f"{said}Settings are robot (virtual, firmware), clock (lockstep, real_time), times (a number) and kinds "
-            f"(some of: {'; '.join(kinds('lockstep'))}); found {shlex.join(words)}."
+            f"{said}Settings are robot (virtual, firmware), clock (lockstep, real_time), times and workers (numbers) "
+            f"and kinds (some of: {'; '.join(kinds('lockstep'))}); found {shlex.join(words)}."
         )
     return settings
 
@@ -58,20 +62,26 @@ def _names(settings: dict[str, str]) -> list[str]:
 
 
 def drive(settings: dict[str, str], asked: Sequence[tuple[Kind, int]]) -> Iterator[dict[str, Any]]:
-    """Records of trials, one after the other."""
+    """Records of trials, as they end."""
     program = built() if settings["robot"] == "firmware" else None
-    with closing(Workplace(settings["clock"], program)) as workplace:
-        for kind, trial in asked:
-            found = _driven(workplace, kind, trial, settings["clock"] == "real_time")
-            yield {"kind": kind.name, "trial": trial, **found}
+    in_real_time = settings["clock"] == "real_time"
+
+    def work(jobs: Iterable[int]) -> Iterator[dict[str, Any]]:
+        with closing(Workplace(settings["clock"], program)) as workplace:
+            for job in jobs:
+                kind, trial = asked[job]
+                yield {"kind": kind.name, "trial": trial, **_driven(workplace, kind, trial, in_real_time)}
+
+    return side_by_side(work, len(asked), int(settings["workers"]))
 
 
 def _driven(workplace: Workplace, kind: Kind, trial: int, in_real_time: bool) -> dict[str, Any]:
-    """A trial; in real time driven again where the computer was late by itself."""
+    """A trial, driven again where the computer was late by itself."""
+    limit = LATE["real_time" if in_real_time else "lockstep"]
     for late in range(AGAIN + 1):
         with workplace.happened(kind, trial) as happened:
             found = {**judged(happened, in_real_time).as_record(), "late": late}
-            if not in_real_time or max(map(lateness, (happened.passed, happened.passed_again))) < LATE:
+            if max(lateness(passed, in_real_time) for passed in (happened.passed, happened.passed_again)) < limit:
                 break
     return found
 

@@ -4,7 +4,8 @@ import os
 import signal
 import sys
 import time
-from collections.abc import Sequence
+import traceback
+from collections.abc import Callable, Sequence
 from contextlib import redirect_stderr, redirect_stdout
 from io import StringIO
 from pathlib import Path
@@ -25,18 +26,18 @@ class Host:
     """A command line of twbal that runs.
 
     Args:
-        words: what follows `twbal`.
+        command: runs it, and returns its exit code.
         folder: for what it prints.
     """
 
-    def __init__(self, words: Sequence[str], folder: Path) -> None:
+    def __init__(self, command: Callable[[], int], folder: Path) -> None:
         self._out, self._err = folder / "out", folder / "err"
         self.pid, self._code = os.fork(), -1
         self._since = time.monotonic()
         if not self.pid:
-            self._run(words)
+            self._run(command)
 
-    def _run(self, words: Sequence[str]) -> None:
+    def _run(self, command: Callable[[], int]) -> None:
         """In the process itself; it never returns."""
         code = 1
         try:
@@ -44,8 +45,11 @@ class Host:
             os.closerange(3, 1024)  # the line's ends, which would hide that its port has vanished
             for number, file in ((1, self._out), (2, self._err)):
                 os.dup2(os.open(file, os.O_WRONLY | os.O_CREAT | os.O_TRUNC), number)
-            code = main(words)
+            code = command()
             sys.stdout.flush()
+            sys.stderr.flush()
+        except BaseException:
+            traceback.print_exc()
             sys.stderr.flush()
         finally:
             os._exit(code)

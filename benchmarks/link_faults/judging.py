@@ -1,6 +1,6 @@
 """Whether a trial went right, by the robot's own side and by what the line saw; nothing here asks the host."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -56,18 +56,29 @@ def judged(done: Happened, in_real_time: bool) -> Verdict:
     )
 
 
-def lateness(passed: Passed) -> float:
-    """By how much this computer was late, in real time: the robot's process, the line's, or the host's [s].
+def lateness(passed: Passed, in_real_time: bool) -> float:
+    """By how much this computer was late: the robot's process, the line's, or the host's [s].
 
-    Robot and line tell by the robot's clock, which is that of the computer; the host by how long it takes to its next
-    command when an answer has reached it.
+    In real time robot and line tell by the robot's clock, which is that of the computer. In lockstep the robot answers
+    a command at once, and its lateness is the time from one to the other; the line's is that between two looks at it.
+    The host tells by how long it takes to its next command when an answer has reached it.
     """
-    robots = [(round(now * 1e6) - said.time_us) % 2**32 * 1e-6 for now, said in passed.sent if said.is_armed]
+    if in_real_time:
+        robots = [(round(now * 1e6) - said.time_us) % 2**32 * 1e-6 for now, said in passed.sent if said.is_armed]
+    else:
+        robots = [passed.blind, *_delays({n: now for now, n, _ in reversed(passed.reached)}, passed.sent)]
     answered: dict[int, float] = {}
     for now, said in passed.heard:
         answered.setdefault(said.seq, now)
     hosts = [passed.asked[n + 1] - now for n, now in answered.items() if n in passed.asked and n + 1 in passed.asked]
     return max([*robots, *hosts, 0.0])
+
+
+def _delays(since: dict[int, float], answers: Sequence[tuple[float, Said]]) -> Iterator[float]:
+    """From a message, by its number, to the first telemetry that answers it [s]."""
+    for now, said in answers:
+        if said.seq in since:
+            yield now - since.pop(said.seq)
 
 
 def off_ms(done: Happened) -> float | None:
@@ -109,9 +120,19 @@ def _had_to_end(done: Happened, in_real_time: bool) -> bool:
     if in_real_time and longest_silence(passed.reached, passed.sent) > WATCHDOG_S - _JITTER_S:
         return True
     last = max(passed.commanded, default=None)
-    if last is not None and last not in {said.seq for _, said in passed.heard}:
-        return passed.stopping - passed.asked[last] > TIMEOUT_S - _JITTER_S  # it waited, and no answer came
+    if last is not None and _waited_in_vain(passed, last):
+        return True
     return all(said.is_armed for _, said in passed.heard)  # nothing that came proved its Stop
+
+
+def _waited_in_vain(passed: Passed, last: int) -> bool:
+    """Whether the host stopped after no answer to its last command had come for as long as it waits.
+
+    When it sent the command is known to lie between two looks at the line; on a busy computer they are far apart. The
+    earlier one counts here.
+    """
+    until = min([now for now, said in passed.heard if said.seq == last] + [passed.stopping])
+    return until - passed.unasked[last] >= TIMEOUT_S
 
 
 def longest_silence(reached: Sequence[tuple[float, int, float]], sent: Sequence[tuple[float, Said]]) -> float:

@@ -23,14 +23,16 @@ class Passed:
 
     Attributes:
         sent: telemetry as it left the robot, with the instant [s]; this and what follows: since it was armed last.
-        heard: numbers of the telemetry that reached the host whole, with the instant [s].
+        heard: telemetry that reached the host whole, with the instant at which it had [s].
         commanded: torques of the host's commands, as they left it, by their numbers.
         asked: when they first did, the same [s].
+        unasked: when the line last saw that they had not: a busy computer looks late [s].
         reached: numbers of the commands that reached the robot whole, with the instant [s].
         told: payloads that went into the line before the first Stop.
         whole: those that came out of it.
         stops: how often the host sent Stop.
         stopping: when it first did [s].
+        blind: the longest time between two looks at the line [s].
         rollouts: how often the robot was armed.
     """
 
@@ -38,11 +40,13 @@ class Passed:
     heard: list[tuple[float, Said]] = field(default_factory=list)
     commanded: dict[int, float] = field(default_factory=dict)
     asked: dict[int, float] = field(default_factory=dict)
+    unasked: dict[int, float] = field(default_factory=dict)
     reached: list[tuple[float, int, float]] = field(default_factory=list)
     told: Counter[bytes] = field(default_factory=Counter)
     whole: Counter[bytes] = field(default_factory=Counter)
     stops: int = 0
     stopping: float = math.inf
+    blind: float = 0.0
     rollouts: int = 0
 
     @property
@@ -72,6 +76,7 @@ class Line:
     def __init__(self, host_path: Path, port_file: Path) -> None:
         self.passed = Passed()
         self._host_path, self._port_file = host_path, port_file
+        self._looking = self._looked = 0.0
         self._host = self._robot = -1
         self.begin_record()
         self.come_back()
@@ -79,6 +84,7 @@ class Line:
     def begin_record(self) -> None:
         """Forget what passed so far."""
         self.passed = Passed()
+        self._looking = time.monotonic()
         self._cutters = [Cutter() for _ in range(4)]
 
     def vanish(self) -> None:
@@ -99,6 +105,8 @@ class Line:
     def pump(self, seconds: float, faults: Disturbance) -> None:
         """Carry what comes, at most once each way, after a wait of at most `seconds`."""
         self._find_robot()
+        self._looked, self._looking = self._looking, time.monotonic()
+        self.passed.blind = max(self.passed.blind, self._looking - self._looked)
         ends = [end for end in (self._host, self._robot) if end >= 0]
         ready = select.select(ends, [], [], seconds)[0] if ends else []
         if self._robot in ready:
@@ -141,11 +149,12 @@ class Line:
                 self._note(now, said)
         arrives = faults.to_host(data)
         whole = after.feed(arrives)
-        self.passed.heard += [(now, said) for payload in whole if (said := said_in(payload))]
         self._count(told, whole)
         if self._host >= 0:
             with suppress(OSError):  # nobody reads it
                 os.write(self._host, arrives)
+        arrived = time.monotonic()
+        self.passed.heard += [(arrived, said) for payload in whole if (said := said_in(payload))]
 
     def _note(self, now: float, said: Said) -> None:
         passed = self.passed
@@ -156,6 +165,7 @@ class Line:
             passed.heard.clear()
             passed.reached.clear()
             passed.asked.clear()
+            passed.unasked.clear()
             passed.told.clear()
             passed.whole.clear()
             passed.stops, passed.stopping = 0, math.inf
@@ -168,6 +178,7 @@ class Line:
             if (total := total_in(payload)) is not None:
                 self.passed.commanded[_number(payload)] = total
                 self.passed.asked.setdefault(_number(payload), now)
+                self.passed.unasked.setdefault(_number(payload), self._looked)
         arrives = faults.to_robot(data)
         whole = after.feed(arrives)
         self._count(told, whole)

@@ -6,9 +6,10 @@ import signal
 import sys
 import tempfile
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from random import Random
 from subprocess import DEVNULL, Popen
@@ -17,6 +18,8 @@ from benchmarks.link_faults.disturbances import Way, as_it_came, lost
 from benchmarks.link_faults.host import Host, get_ready
 from benchmarks.link_faults.kinds import NONE, Kind
 from benchmarks.link_faults.line import Line, Passed
+from benchmarks.link_faults.stage import Stage
+from twbal.cli.main import main
 
 POLICY = Path(__file__).resolve().parents[2] / "data" / "regression" / "policy.pt"
 STEPS = 75  # of a rollout
@@ -109,6 +112,9 @@ class Faults:
 class Workplace:
     """A robot, the line to it and a folder, for one trial after another.
 
+    In lockstep the host is the stage alone, as what it does before it drives needs no time on the robot's clock; in
+    real time it is the whole command.
+
     Args:
         clock: "lockstep" or "real_time".
         program: the firmware's; None: the virtual robot in Python.
@@ -129,6 +135,7 @@ class Workplace:
                 raise SystemExit("The robot does not start.")
             time.sleep(0.05)
         self._settled = SETTLED[clock]
+        self._command = Stage().prepared if clock == "lockstep" else _whole
         self._line = Line(self._folder / "line", self._folder / "port")
 
     def close(self) -> None:
@@ -169,7 +176,7 @@ class Workplace:
     def _drive(self, kind: Kind, trial: int, folder: Path, words: Sequence[str]) -> tuple[Host, Passed]:
         self._line.begin_record()
         passed = self._line.passed
-        host = Host(words, folder)
+        host = Host(self._command(words), folder)
         faults = Faults(kind, Random(f"{kind.name} {trial}"), self._line, host, self._robot.pid)
         while not host.has_ended:
             self._line.pump(0.02, faults)
@@ -182,3 +189,7 @@ class Workplace:
             faults.act()
         self._line.come_back()
         return host, passed
+
+
+def _whole(words: Sequence[str]) -> Callable[[], int]:
+    return partial(main, words)

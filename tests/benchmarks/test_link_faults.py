@@ -27,6 +27,7 @@ from benchmarks.link_faults.kinds import kinds
 from benchmarks.link_faults.line import Passed
 from benchmarks.link_faults.tables import link_fault_misses, link_faults
 from benchmarks.link_faults.trial import Happened
+from benchmarks.side_by_side import side_by_side
 from twbal.core.episode import Episode, Event, Outcome, Provenance
 from twbal.io.logs import write_episode
 from twbal.link.decoder import to_wire
@@ -111,6 +112,7 @@ def happened(folder, name="none", code=0, until=PERIODS, late=0, **changes):
         passed.sent.append((0.02 * k, Said(k, k, 5000 + 20_000 * k, 1, 5000 + max(taken, 0), 0)))
     for k in range(1, until + 1):
         passed.commanded[k] = 0.5 * k
+        passed.unasked[k] = 0.02 * k - 0.025
         passed.reached.append((0.02 * k - 0.019, k, 0.5 * k))
         passed.heard.append((0.02 * k, passed.sent[k][1]))
     torques = [0.5 * min(k + 1, until) for k in range(until + late)] + [0.0] * 5
@@ -159,12 +161,47 @@ def test_a_computer_that_is_late_is_told_from_a_fault(tmp_path):
     passed.sent[:] = [(said.time_us * 1e-6 + 0.003, said) for _, said in passed.sent]
     passed.heard[:] = [(said.time_us * 1e-6 + 0.004, said) for _, said in passed.heard]
     passed.asked.update({said.seq + 1: now + 0.002 for now, said in passed.heard})
-    assert lateness(passed) == pytest.approx(0.003, abs=1e-6)
+    assert lateness(passed, True) == pytest.approx(0.003, abs=1e-6)
     passed.asked[9] += 0.05
-    assert lateness(passed) == pytest.approx(0.052, abs=1e-6)
+    assert lateness(passed, True) == pytest.approx(0.052, abs=1e-6)
     now, said = passed.sent[5]
     passed.sent[5] = (now + 0.08, said)
-    assert lateness(passed) == pytest.approx(0.083, abs=1e-6)
+    assert lateness(passed, True) == pytest.approx(0.083, abs=1e-6)
+
+
+def test_in_lockstep_a_late_robot_is_one_whose_answer_takes_long(tmp_path):
+    passed = happened(tmp_path).passed
+    passed.heard.clear()
+    assert lateness(passed, False) == pytest.approx(0.019)
+    passed.reached.append((0.5, 12, 6.0))  # sent again: the first one counts
+    assert lateness(passed, False) == pytest.approx(0.019)
+    passed.sent[12] = (passed.sent[12][0] + 0.3, passed.sent[12][1])
+    assert lateness(passed, False) == pytest.approx(0.319)
+
+
+def doubled_numbers(jobs):
+    """Work whose results say which job they are of."""
+    for job in jobs:
+        yield job, os.getpid()
+
+
+def test_workers_share_the_jobs_and_do_each_once():
+    done = list(side_by_side(doubled_numbers, 200, 3))
+    assert sorted(job for job, _ in done) == list(range(200))
+    assert os.getpid() not in {process for _, process in done}
+
+
+def failing(jobs):
+    """Work that ends too early."""
+    for job in jobs:
+        if job == 2:
+            os._exit(3)
+        yield job
+
+
+def test_a_worker_that_ends_before_its_work_is_an_error():
+    with pytest.raises(SystemExit, match="ended before"):
+        list(side_by_side(failing, 4, 1))
 
 
 def test_torque_that_nobody_asked_for_is_found(tmp_path):
@@ -179,12 +216,18 @@ def test_a_rollout_that_ends_without_need_is_a_miss(tmp_path):
     done = with_episode(happened(tmp_path / "b", "bytes dropped, 1 %", code=1))
     assert misses(done) == ""  # no Stop was answered
     done.passed.heard.append((0.7, done.passed.sent[-1][1]._replace(status=0)))
+    done.passed.stopping = 0.7
     assert "enough came through" in misses(done)
-    done.passed.commanded[PERIODS + 1], done.passed.asked[PERIODS + 1] = 0.5, 0.02 * PERIODS
+    done.passed.commanded[PERIODS + 1], done.passed.unasked[PERIODS + 1] = 0.5, 0.02 * PERIODS
     done.passed.stopping = 0.02 * PERIODS + 0.4
     assert "enough came through" in misses(done)  # it waited for less than 0.5 s
     done.passed.stopping += 0.1
     assert misses(done) == ""
+    answer = done.passed.sent[-1][1]._replace(seq=PERIODS + 1)
+    done.passed.heard.append((0.02 * PERIODS + 0.5, answer))
+    assert misses(done) == ""  # the answer came when the host had given up
+    done.passed.heard.append((0.02 * PERIODS + 0.3, answer))
+    assert "enough came through" in misses(done)
     starved = with_episode(happened(tmp_path / "c", "bytes dropped, 1 %", code=1, late=4))
     assert misses(starved) == ""
     assert misses(with_episode(happened(tmp_path / "d", "IMU frozen"))) == "did not end"

@@ -31,6 +31,14 @@ def test_an_episode_knows_its_length_duration_and_tilt():
     assert np.array_equal(made.tilt, made.observations[:, 1])
 
 
+def test_an_episode_with_missed_periods_lasts_as_long_as_its_clock_says():
+    observations = parts()["observations"].copy()
+    observations[3:, 0] += 0.06  # three periods without a command
+    assert Episode(**parts(observations=observations)).duration == pytest.approx(0.14)
+    observations[3:, 0] -= 0.055  # late by a quarter of a period
+    assert Episode(**parts(observations=observations)).duration == pytest.approx(0.08)
+
+
 def test_what_is_in_it_cannot_be_changed():
     given = parts()
     made = Episode(**given)

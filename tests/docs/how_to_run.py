@@ -264,6 +264,8 @@ TABLE: Mapping[str, How] = {
     ),
     "make -C firmware": Elsewhere(("tests/firmware/building.py", 'make("all")'), "it compiles"),
     "make -C firmware test": Elsewhere(("tests/firmware/test_build.py", 'make("test")'), "it compiles for seconds"),
+    "make -C firmware avr": Elsewhere(("tests/firmware/test_build.py", 'make("avr"'), "it compiles"),
+    "make -C firmware avr sizes": Elsewhere(("tests/firmware/test_build.py", 'make("sizes"'), "it compiles"),
     "make -C firmware POLICY=<run folder>": Elsewhere(
         ("tests/firmware/test_build.py", "def test_another_policy_or_none_builds_the_program_anew"), "it compiles"
     ),
@@ -289,6 +291,10 @@ TABLE: Mapping[str, How] = {
         "pio run -d firmware -e esp32 -t upload'"
     ): Elsewhere(("tests/cli/test_policy_on_board.py", "put_on_board(wanted, opens(flash, FLASH)"), "PlatformIO's"),
     "python -m benchmarks.on_firmware": Benchmark(),
+    "python -m benchmarks.on_boards": Benchmark(),
+    "python -m benchmarks.on_boards.agreement": Benchmark(),
+    "python -m benchmarks.on_boards.distilling": Benchmark(),
+    "python -m benchmarks.link_fuzz": Benchmark(),
     "twbal export-policy policy.path=<policy.pt> target=header": Stage(_RECORDS, small=("states=100",)),
     "twbal export-policy policy.path=<policy.pt> distil=8": Stage(_RECORDS, small=("distil=2", "states=100")),
     "twbal repair logs=<log or folder>": Stage({"<log or folder>": f"{RECORDED}/episodes"}),

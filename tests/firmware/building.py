@@ -1,6 +1,5 @@
 """The firmware, built for the tests; where there is no compiler they are skipped, and say so."""
 
-import ctypes
 import shutil
 import subprocess
 from functools import cache
@@ -8,6 +7,8 @@ from pathlib import Path
 from tempfile import mkdtemp
 
 import pytest
+
+from benchmarks.link_fuzz.harness import loaded
 
 FIRMWARE = Path(__file__).resolve().parents[2] / "firmware"
 _MISSING = [tool for tool in ("g++", "make") if shutil.which(tool) is None]
@@ -40,9 +41,4 @@ def library():
     """The portable part as a library."""
     path = build_folder() / "harness.so"
     make(str(path))
-    made = ctypes.CDLL(str(path))
-    made.robot_total.restype = made.robot_difference.restype = ctypes.c_float
-    made.robot_sees.argtypes = [ctypes.c_float, ctypes.c_float]
-    made.robot_receive.argtypes = [ctypes.c_char_p, ctypes.c_int, ctypes.c_uint32]
-    made.robot_run.argtypes = [ctypes.c_uint32]
-    return made
+    return loaded(path)

@@ -1,11 +1,15 @@
 """The portable part compiles without a warning, and its own tests pass under sanitizers."""
 
 import re
+import shutil
 import subprocess
+from dataclasses import replace
 
 import pytest
 from building import FIRMWARE, build_folder, library, make, needs_compiler
 
+from benchmarks.on_boards.kinds_of_policies import POLICIES, exported
+from twbal.embedded.header import header
 from twbal.link.protocol import VERSION
 
 pytestmark = needs_compiler
@@ -31,6 +35,29 @@ def test_units_and_fuzz_pass_under_sanitizers():
     said = make("test")
     assert "units: all checks hold" in said
     assert re.search(r"fuzz: 100\d{3} bytes, \d+ good frames after noise, 0 lost", said)
+
+
+@pytest.mark.skipif(shutil.which("avr-g++") is None, reason="there is no avr-gcc")
+def test_the_balboas_board_file_fits_its_processor_with_and_without_a_policy(paper, tmp_path):
+    robot = replace(paper, control_period=0.01)
+    policy = exported(POLICIES["searched"], robot)
+    (tmp_path / "policy.h").write_text(header(policy))
+    said = make("avr", f"POLICY={tmp_path}", folder=tmp_path / "build")
+    found = re.findall(r"ATmega32U4, (.+): (\d+) bytes of flash, (\d+) bytes of RAM", said)
+    assert [name for name, *_ in found] == ["no policy", "with the policy"]
+    assert all(int(flash) < 28_672 and int(memory) < 0.6 * 2560 for _, flash, memory in found)
+    assert int(found[0][1]) < int(found[1][1])
+
+
+def test_without_avr_gcc_one_line_says_so(tmp_path):
+    said = make("avr", "AVR_CXX=no-such-compiler", folder=tmp_path)
+    assert said == "not compiled for AVR: there is no no-such-compiler\n"
+
+
+def test_the_esp32s_board_file_is_compiled_by_the_compilers_that_are_here(tmp_path):
+    said = make("sizes", folder=tmp_path).splitlines()
+    assert len(said) == 2
+    assert all(re.search("bytes of flash, .* of RAM|not compiled: .* not here", line) for line in said)
 
 
 def test_another_policy_or_none_builds_the_program_anew_and_the_same_one_does_not(tmp_path):
@@ -104,11 +131,11 @@ def test_only_arming_leads_to_motors_that_are_on():
 
 def test_the_portable_part_asks_for_no_library_of_cpp():
     """Boards with AVR have none; and nothing allocates or throws."""
-    for header in (FIRMWARE / "include" / "twbal").glob("*.h"):
-        text = header.read_text()
+    for file in (FIRMWARE / "include" / "twbal").glob("*.h"):
+        text = file.read_text()
         included = set(re.findall(r"#include <(\w+(?:\.h)?)>", text))
-        assert included <= {"stdint.h", "stddef.h", "math.h", "string.h"}, header.name
+        assert included <= {"stdint.h", "stddef.h", "math.h", "string.h"}, file.name
         assert not re.search(r"\b(new|delete|malloc|throw|std::)\b", re.sub(r"//.*|/\*.*?\*/|\"[^\"]*\"", "", text)), (
-            header
+            file
         )
     assert VERSION == 2

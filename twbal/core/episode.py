@@ -186,8 +186,11 @@ class Episode:
 
     @property
     def duration(self) -> float:
-        """How long the robot was driven [s]."""
-        return len(self) * self.control_period
+        """How long the robot was driven: its control periods, or by its clock where it missed some of them [s]."""
+        nominal = len(self) * self.control_period
+        times = self.observations[:, Observation._fields.index("time")]
+        elapsed = float(times[-1] - times[0])
+        return elapsed if elapsed > nominal + 0.5 * self.control_period else nominal
 
     @property
     def tilt(self) -> Array:

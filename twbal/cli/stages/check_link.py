@@ -9,7 +9,7 @@ from omegaconf import DictConfig, OmegaConf
 from twbal.cli.console import next_command, run_folder, say
 from twbal.cli.link_gate import heeds, record_check
 from twbal.cli.own_sheet import sheet_file, write_measured
-from twbal.cli.robot_link import robot_link
+from twbal.cli.robot_link import in_time, robot_link
 from twbal.cli.signals import stopped_once
 from twbal.cli.typed_config import typed
 from twbal.core.check import check_lines, problems
@@ -78,7 +78,8 @@ def run(cfg: DictConfig, out: Path, launch: Launch = launch) -> LinkReport:
     with stopped_once(), robot_link(link, launch) as plant:
         if is_held:
             confirm_lifted()
-        report = check_link(plant, trial, say, ask_for_motion)
+        with in_time(plant):
+            report = check_link(plant, trial, say, ask_for_motion)
     write_atomically(out / PAGE, page(report))
     write_record(out / RECORD, report)
     if report.round_trips:

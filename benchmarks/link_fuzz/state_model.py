@@ -7,6 +7,7 @@ tilt and the reference's place, and the reference's speed as difference.
 import math
 
 from twbal.link.decoder import Decoder
+from twbal.link.message import Message
 from twbal.link.protocol import Arm, Command, Drive, Follow, Hello, Stop
 
 STRANGE, OFF, ARMED, TRIPPED = range(4)
@@ -15,7 +16,7 @@ TILT_LIMIT, TOTAL, DIFFERENCE = 1.0, 20.0, 10.0
 AT_REST = (0.0, 0.0)
 
 
-def cut(total, difference):
+def cut(total: float, difference: float) -> tuple[float, float]:
     """What the wheels get of what is asked, balancing first."""
     total = min(max(total, -TOTAL), TOTAL)
     left = min(DIFFERENCE, TOTAL - abs(total))
@@ -27,10 +28,9 @@ class StateModel:
 
     Attributes:
         state: one of the four.
-        output: sum and difference of what the motors get.
     """
 
-    def __init__(self):
+    def __init__(self) -> None:
         self.state, self._taken, self._asked = STRANGE, 0, AT_REST
         self._decoder = Decoder(2)
         self._tilt = self._rate = 0.0
@@ -38,27 +38,32 @@ class StateModel:
         self._drive, self._reference = Drive.TORQUE, AT_REST
 
     @property
-    def output(self):
+    def output(self) -> tuple[float, float]:
+        """What the motors get: sum and difference."""
         return self._asked if self.state == ARMED else AT_REST
 
-    def sees(self, tilt, rate):
+    def sees(self, tilt: float, rate: float) -> None:
+        """What its sensors say from now on."""
         self._tilt, self._rate = tilt, rate
 
-    def port_closed(self):
+    def port_closed(self) -> None:
+        """No host has its port open."""
         self.state = STRANGE
 
-    def receive(self, data, now):
+    def receive(self, data: bytes, now: int) -> None:
+        """Bytes come."""
         for message in self._decoder.feed(data):
             self._take(message, now)
 
-    def run(self, now):
-        while self.state in (ARMED, TRIPPED) and self._tick + PERIOD <= now:
+    def run(self, now: int) -> None:
+        """Time passes."""
+        while self.state == ARMED and self._tick + PERIOD <= now:
             self._tick += PERIOD
             self._watch(self._tick)
             self._look()
         self._watch(now)
 
-    def _watch(self, now):
+    def _watch(self, now: int) -> None:
         silence = now - self._heard
         if self.state != ARMED:
             return
@@ -67,7 +72,7 @@ class StateModel:
         if silence > (ON_BOARD_WATCHDOG if self._drive is Drive.ON_BOARD else WATCHDOG):
             self.state = TRIPPED
 
-    def _look(self):
+    def _look(self) -> None:
         if self.state != ARMED:
             return
         if not (math.isfinite(self._tilt) and math.isfinite(self._rate)) or abs(self._tilt) > TILT_LIMIT:
@@ -76,7 +81,7 @@ class StateModel:
             place, speed = self._reference
             self._asked = cut(2.0 * self._tilt + place, speed)
 
-    def _take(self, message, now):
+    def _take(self, message: Message, now: int) -> None:
         if isinstance(message, Hello):
             self._taken, self.state = message.seq, OFF if message.version == 2 else STRANGE
             return

@@ -1,0 +1,1 @@
+"""Noise into both decoders, and sessions with broken frames against a model of the robot's states."""
