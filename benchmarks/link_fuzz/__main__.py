@@ -19,6 +19,7 @@ from typing import Any
 from benchmarks.link_fuzz.harness import loaded
 from benchmarks.link_fuzz.noise import decoded
 from benchmarks.link_fuzz.sessions import Driven, driven
+from benchmarks.number_settings import number_settings
 from benchmarks.side_by_side import side_by_side
 from twbal.core.files import write_atomically
 
@@ -30,14 +31,6 @@ SEED, BLOCK, AT_ONCE = 20, 500, 20_000  # of the bytes; sessions in a job; sessi
 _SAID = re.compile(
     r"fuzz: (\d+) bytes, (\d+) good frames after noise, (\d+) lost; (\d+) of (\d+) corrupt runs accepted"
 )
-
-
-def settings_of(words: Sequence[str]) -> dict[str, int]:
-    """The settings, checked."""
-    given = dict(word.partition("=")[::2] for word in words)
-    if set(given) - set(DEFAULTS) or not all(value.isdecimal() and int(value) for value in given.values()):
-        raise SystemExit(f"Settings are {', '.join(f'{name}=<number>' for name in DEFAULTS)}; found {' '.join(words)}.")
-    return {**DEFAULTS, **{name: int(value) for name, value in given.items()}}
 
 
 def built() -> Path:
@@ -70,7 +63,7 @@ def sessions(robot: CDLL, first: int, count: int, workers: int) -> Driven:
 
 def main(words: Sequence[str]) -> None:
     """Run with settings of the form key=value."""
-    settings = settings_of(words)
+    settings = number_settings(DEFAULTS, words)
     folder = built()
     results: dict[str, Any] = json.loads(RESULTS.read_text()) if RESULTS.exists() else {}
     decoders = {"C++": lambda size: in_cpp(folder / "fuzz", size), "Python": lambda size: decoded(size, SEED)}

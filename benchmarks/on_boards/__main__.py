@@ -8,11 +8,13 @@ and `python -m benchmarks.on_boards.distilling` says what fewer basis functions 
 """
 
 import json
+import sys
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from benchmarks.number_settings import number_settings
 from benchmarks.on_boards.agreement import NAMES, paper
 from benchmarks.on_boards.avr import taken
 from benchmarks.on_boards.kinds_of_policies import POLICIES, exported
@@ -23,8 +25,9 @@ from twbal.embedded.header import header
 RESULTS = Path("benchmarks/results/on_board_cycles.json")
 
 
-def main() -> None:
+def main(words: Sequence[str]) -> None:
     """Measure all kinds."""
+    number_settings({}, words)
     results: dict[str, Any] = {}
     robot = paper()
     for name, policy in POLICIES.items():
@@ -64,4 +67,4 @@ def on_board_cycles(results: Mapping[str, Any]) -> list[str]:
 
 
 if __name__ == "__main__":
-    main()
+    main(sys.argv[1:])

@@ -17,6 +17,7 @@ import numpy as np
 from hydra import compose
 from hydra.utils import instantiate
 
+from benchmarks.number_settings import number_settings
 from benchmarks.on_boards.kinds_of_policies import POLICIES, compiled, widths_of
 from benchmarks.side_by_side import side_by_side
 from twbal.cli.composition import composing
@@ -58,7 +59,7 @@ def compared(name: str, robot: RobotParameters, states: int) -> dict[str, Any]:
 
 def main(words: Sequence[str]) -> None:
     """Run with settings of the form key=value."""
-    settings = {**DEFAULTS, **{name: int(value) for name, value in (word.split("=", 1) for word in words)}}
+    settings = number_settings(DEFAULTS, words)
     results: dict[str, Any] = json.loads(RESULTS.read_text()) if RESULTS.exists() else {}
     names = [name for name in POLICIES if results.get(name, {}).get("states") != settings["states"]]
     robot = paper()
