@@ -11,7 +11,7 @@ RIGHT = (11, 12, 18)
 FAULTS = {
     "sign": 4,
     "unit": 11,
-    "shifted row": 11,
+    "shifted row": 2,  # a log with tilt_rate, without which the row of commands is not told
     "swapped wheels": 4,
     "wrong rate": 12,
     "duplicate": 2,
