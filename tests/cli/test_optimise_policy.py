@@ -268,12 +268,21 @@ def test_a_prediction_that_cannot_be_one_is_refused(change, message, tmp_path):
 
 
 def test_a_policy_can_be_for_several_models(folder):
-    """Twice the same model is that model once more, but for the number of robots that judge it."""
-    model = folder / "f" / "model.pt"
-    run("optimise-policy", folder / "two_models", f"dynamics=[{model},{model}]", *QUICK)
-    once, twice = (load_prediction(folder / name / "prediction.pt") for name in ("p", "two_models"))
-    assert twice.best.cost == pytest.approx(once.best.cost, rel=0.2)
+    """Twice the same model is that model once more: a given policy is predicted to cost the same."""
+    model, policy = (folder / part for part in ("f/model.pt", "p/policy.pt"))
+    for name, dynamics in (("one_model", f"{model}"), ("two_models", f"[{model},{model}]")):
+        judged = (f"initial_policies={policy}", "search.restarts=0", f"dynamics={dynamics}")
+        run("optimise-policy", folder / name, *QUICK, *judged)
+    once, twice = (load_prediction(folder / name / "prediction.pt") for name in ("one_model", "two_models"))
+    assert twice.best.cost == pytest.approx(once.best.cost, rel=1e-9)
     assert [record.path for record in read_manifest(folder / "two_models").inputs["dynamics"]] == [str(model)] * 2
+
+
+def test_a_search_for_several_models_starts_from_the_regulator_of_each(folder, capsys):
+    models = ",".join([str(folder / "f" / "model.pt")] * 2)
+    run("optimise-policy", folder / "searched", f"dynamics=[{models}]", *QUICK, "search.restarts=3")
+    lines = capsys.readouterr().out
+    assert all(f"search from regulator of model {i}" in lines for i in range(2))
 
 
 @pytest.mark.parametrize(
