@@ -28,6 +28,7 @@ from twbal.sysid.model import Data, Model
 from twbal.sysid.noise import UNSENSED, Noise
 from twbal.sysid.recording import MEASURED, Mask, Recording
 
+_NOISE_ITERATIONS = 30
 _ITERATIONS = 6  # of the fit that puts the wheels back to the data sheet
 
 
@@ -54,7 +55,7 @@ def name_effects(
     """
     settings = replace(settings, tolerances=settings.tolerances.for_robot(robot))
     twin = twin_parameters(robot, effects)
-    data = Data(recordings, settings.substeps)
+    data = Data(recordings, settings.substeps, largest_noise(robot))
     offsets = tilt_offsets(settings.tolerances, len(recordings))
     start = Model(twin, 0.0, first_noise(robot, data.sensed), (0.0,) * len(offsets))
     always = always_free(settings.tolerances, twin, len(recordings))
@@ -64,7 +65,7 @@ def name_effects(
         raise ConfigError(f"There is no effect {min(unknown)!r} to leave out; the effects are: {known}.")
     taken = {*effects, *settings.exclude}
     missing = [candidate for candidate in candidates if candidate.name not in taken]
-    problem = Problem(data, data.with_noise(start, 30), always, missing, settings)
+    problem = Problem(data, with_fitted_noise(data, start), always, missing, settings)
     selection = select(problem, progress)
     progress("checking whether what fits best is a finding")
     inconstant = inconstant_effects(data, selection.chosen, settings.lines.steady)
@@ -77,7 +78,7 @@ def name_effects(
     guessed = verdict is Verdict.UNKNOWN and _is_likely(effects_found, selection.chosen)
     named = selection.chosen if guessed or verdict in (Verdict.NAMED, Verdict.DATA_SHEET) else selection.base
     nominal = with_offsets(data, start._replace(noise=selection.base.fit.model.noise), offsets)
-    nominal = data.with_noise(nominal, 30)
+    nominal = with_fitted_noise(data, nominal)
     refitted = _filter_result(data, selection.base, effects)
     return Findings(
         verdict=verdict,
@@ -106,7 +107,22 @@ def name_effects(
 def first_noise(robot: RobotParameters, sensed: Mask) -> Noise:
     """Where the search for the noise begins."""
     sensors = np.where(sensed, [0.005, 0.03, 0.003, 0.1], UNSENSED)
-    return Noise(sensors, np.full(2, 0.005 * robot.torque_limit))
+    torque = robot.torque_limit
+    return Noise(sensors, np.full(2, 0.005 * torque), np.array([0.01 * torque, 0.01 * torque, 0.002]))
+
+
+def largest_noise(robot: RobotParameters) -> Noise:
+    """What it may come to: any noise, but no discrepancy that could take the place of the model."""
+    torque = 0.3 * robot.torque_limit
+    return Noise(np.full(4, np.inf), np.full(2, np.inf), np.array([torque, torque, 0.05]))
+
+
+def with_fitted_noise(data: Data, model: Model) -> Model:
+    """The model with its noise fitted, first without a model discrepancy: of two local optima, the likelier one."""
+    none = np.zeros(3)
+    white = data.with_noise(model._replace(noise=model.noise._replace(discrepancy=none)), _NOISE_ITERATIONS)
+    begin = white._replace(noise=white.noise._replace(discrepancy=model.noise.discrepancy))
+    return data.with_noise(begin, _NOISE_ITERATIONS)
 
 
 def sensed_values(data: Data, values: Array) -> dict[str, float]:

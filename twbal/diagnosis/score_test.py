@@ -13,7 +13,7 @@ from twbal.core.robot_parameters import GRAVITY
 from twbal.diagnosis.candidates import Candidate
 from twbal.sysid.fit import Fit, descend, penalty, slopes_of
 from twbal.sysid.model import Data, Model
-from twbal.sysid.noise import Filter, LinearTwin, linearise_period, respond, whiten
+from twbal.sysid.noise import Filter, LinearTwin, respond, whiten
 from twbal.sysid.recording import Recording
 
 _SIZES = (0.001, 0.1, 0.4, 1.0, 1.7, 3.0, -0.001, -0.3, -1.0)
@@ -142,7 +142,7 @@ def _tone(data: Data, fit: Fit, candidate: Candidate) -> dict[str, float]:
     if not candidate.is_wave:
         return {}
     parameters = {p.name: p for p in candidate.parameters}
-    linear = linearise_period(fit.model.twin, data.period)
+    linear = data.linear(fit.model)
     if "frequency" in parameters:
         rate = parameters["frequency"]
         value, wave = _over_time(data, fit, linear, rate.low, rate.high)
@@ -179,11 +179,11 @@ def _over_time(data: Data, fit: Fit, linear: LinearTwin, low: float, high: float
     frequencies = np.fft.rfftfreq(_TONES, data.period)
     inside = np.flatnonzero((frequencies >= low) & (frequencies <= min(high, 0.4 / data.period)))
     K, W = fit.kalman.gains[-1], fit.kalman.whiteners[-1]
-    closed = linear.F @ (np.eye(8) - K @ linear.C)
+    closed = linear.F @ (np.eye(len(linear.F)) - K @ linear.C)
     turns = np.exp(2j * np.pi * frequencies[inside] * data.period)
     # error n follows torque n - 1, which is a mean over its period: its phase is that of the period's middle
     inner = np.linalg.solve(
-        turns[:, None, None] * np.eye(8) - closed, np.broadcast_to(linear.B[:, 1:], (len(turns), 8, 1))
+        turns[:, None, None] * np.eye(len(linear.F)) - closed, np.broadcast_to(linear.B[:, 1:], (len(turns), len(linear.F), 1))
     )
     response = (W @ linear.C @ inner[:, :, 0].T).T * (turns * np.sqrt(turns))[:, None]
     power = (np.abs(response) ** 2).sum(axis=1)

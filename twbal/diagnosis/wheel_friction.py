@@ -172,7 +172,8 @@ def identify_friction(
     verdict = _verdict(turns, twin, base, chosen, settings)
     best = chosen if verdict is Verdict.NAMED else base
     weights = _probabilities((base, *forms), settings)
-    start = Model(twin, 0.0, first_noise(robot, data.sensed))
+    noise = first_noise(robot, data.sensed)._replace(discrepancy=np.zeros(3))
+    start = Model(twin, 0.0, noise)
 
     def seen(added: Effects) -> tuple[Model, FilterResult]:
         taken = {**effects, **added}

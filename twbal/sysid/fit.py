@@ -152,7 +152,7 @@ def refit(data: Data, model: Model, frees: Sequence[Free], rounds: int, iteratio
 
 def _with_determinants(data: Data, fit: Fit) -> Fit:
     """The fit with a cost that can be compared with that of another filter."""
-    return fit._replace(cost=fit.cost + _log_determinants(data, fit.kalman))
+    return fit._replace(cost=fit.cost + _log_determinants(data, fit.kalman) + data.penalty(fit.model))
 
 
 def _log_determinants(data: Data, kalman: Filter) -> float:
@@ -179,6 +179,7 @@ def _likelier_noise(data: Data, fit: Fit, iterations: int) -> tuple[Model, Filte
         model = fit.model._replace(noise=Noise(*levels))
         kalman = data.filter(model)
         white = data.white(model, kalman)
-        if float(white @ white) + penalty(fit.frees, fit.values) + _log_determinants(data, kalman) < fit.cost:
+        value = float(white @ white) + penalty(fit.frees, fit.values) + _log_determinants(data, kalman)
+        if value + data.penalty(model) < fit.cost:
             return model, kalman
     return fit.model, fit.kalman

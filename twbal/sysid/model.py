@@ -10,7 +10,18 @@ import numpy as np
 from twbal.core.gaussian import Array
 from twbal.planar.parameters import TwinParameters
 from twbal.sysid.autocorrelation import ljung_box_ratio
-from twbal.sysid.noise import UNSENSED, Filter, Noise, fit_noise, kalman_filter, linearise_period, robustify, whiten
+from twbal.sysid.noise import (
+    UNSENSED,
+    Filter,
+    LinearTwin,
+    Noise,
+    discrepancy_penalty,
+    fit_noise,
+    kalman_filter,
+    linearise_period,
+    robustify,
+    whiten,
+)
 from twbal.sysid.predictor import Prediction, predict
 from twbal.sysid.recording import Mask, Recording
 
@@ -155,15 +166,20 @@ class Data:
         """Instants that count."""
         return int(sum(recording.usable[1:].sum() for recording in self.recordings))
 
+    def linear(self, model: Model) -> LinearTwin:
+        """The linear twin of a model, with a model discrepancy where its noise has one."""
+        linear = linearise_period(model.twin, self.period)
+        return linear.with_discrepancy(self.period) if model.noise.has_discrepancy else linear
+
     def filter(self, model: Model) -> Filter:
         """The Kalman filter of a model."""
-        return kalman_filter(linearise_period(model.twin, self.period), model.noise)
+        return kalman_filter(self.linear(model), model.noise)
 
     def predictions(self, model: Model, kalman: Filter) -> list[Prediction]:
         """What a model predicts of each recording with a filter."""
         lead = 0.5 * self.period / self.substeps - model.angle_lead
         found = [
-            predict(model.twin_for(k), recording, self.substeps, lead, kalman.gains)
+            predict(model.twin_for(k), recording, self.substeps, lead, kalman)
             for k, recording in enumerate(self.recordings)
         ]
         for prediction in found:
@@ -187,13 +203,20 @@ class Data:
         robust = [robustify(e, u, kalman.whiteners, kalman.measured) for e, u in zip(errors, self.usable, strict=True)]
         return ljung_box_ratio(robust, self.count, _LAGS)
 
+    def penalty(self, model: Model) -> float:
+        """-2 log prior of the levels of a model discrepancy, but for a constant; 0 without one."""
+        return discrepancy_penalty(model.noise, self._loudest)
+
+    @property
+    def _loudest(self) -> Noise:
+        return self.loudest or Noise(np.full(4, np.inf), np.full(2, np.inf), np.full(3, np.inf))
+
     def with_noise(self, model: Model, iterations: int) -> Model:
         """The model with its noise refitted."""
         errors = self.errors(model, self.filter(model))
-        linear = linearise_period(model.twin, self.period)
-        loudest = self.loudest or Noise(np.full(4, np.inf), np.full(2, np.inf))
+        linear = self.linear(model)
         limits = (
             Noise(np.where(self.sensed, self.resolution, UNSENSED), np.zeros(2)),
-            loudest._replace(sensors=np.where(self.sensed, loudest.sensors, UNSENSED)),
+            self._loudest._replace(sensors=np.where(self.sensed, self._loudest.sensors, UNSENSED)),
         )
         return model._replace(noise=fit_noise(linear, model.noise, errors, self.usable, limits, iterations))

@@ -11,10 +11,18 @@ Another gain K' in place of K changes the prediction errors as the linear twin s
 
 so noise is fitted without running the twin again.
 
+What a model lacks is no white noise: it lasts. A *model discrepancy* may stand for it: a torque at the joints, one from
+outside on the wheels, and an error of the tilt, each a first-order Gauss-Markov process with a time constant of its own
+(`DISCREPANCY_TIMES`). Its levels are fitted with those of the noise. It joins the state, x' = F x + D d + w with
+d' = exp(-T/τ) d, so that the filter follows what is missing, and prediction errors stay white where a model is
+imperfect. (M. C. Kennedy, A. O'Hagan: Bayesian calibration of computer models, Journal of the Royal Statistical
+Society B 63 (3), 2001, 425-464; here over time.) Levels of 0 leave it out.
+
 Prediction errors are taken to be of Student's t distribution, with the filter's covariance and as many dimensions as
 channels were measured: a shove or a landing at the start then bears on the fit by no more than a few ordinary instants.
 """
 
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -31,6 +39,12 @@ from twbal.sysid.recording import Mask
 
 _INSTANTS = 50  # after which gains have settled
 _IMPOSSIBLE = 1e12
+_LEAST_LEVEL = 1e-12
+_SETTLED = 1e-4  # change of gains, whose rows are rad, rad/s and N·m for each rad or rad/s that was measured
+_SHARED = 0.3  # of the other, where a search for white torques and a discrepancy of the same size begins
+DISCREPANCY_TIMES = np.array([0.2, 0.2, 1.0])
+"""Time constants of the model discrepancy: torque at the joints, torque from outside, tilt [s]. Friction of another form
+changes with the motion, within tenths of a second; a filter of the tilt and a gyro's bias are slower."""
 UNSENSED = 100.0
 """Standard deviation of a channel that was not measured [rad, rad/s]: so large that it corrects nothing."""
 _TAIL = 10.0  # degrees of freedom of the errors' distribution
@@ -44,40 +58,70 @@ class Noise(NamedTuple):
         sensors: (4,) standard deviations, in the order of `MEASURED`.
         torques: (2,) standard deviations of the mean torque of a control period: at the joints, and from outside on
             the wheels [N·m].
+        discrepancy: (3,) standard deviations of the model discrepancy: torque at the joints, torque from outside
+            [N·m], tilt [rad]; all 0 where there is none.
     """
 
     sensors: Array
     torques: Array
+    discrepancy: Array = np.zeros(3)
+
+    @property
+    def has_discrepancy(self) -> bool:
+        """Whether the filter's state holds a model discrepancy."""
+        return bool((self.discrepancy > 0.0).any())
 
 
 class LinearTwin(NamedTuple):
-    """The twin about its balance, over one control period.
+    """The twin about its balance, over one control period; S is 8, or 11 with a model discrepancy.
 
     Attributes:
-        F: (8, 8).
-        C: (4, 8).
-        B: (8, 2), what the two torques do within the period.
+        F: (S, S).
+        C: (4, S).
+        B: (S, 2), what the two torques do within the period.
+        decay: (3,) of the discrepancy over a control period; empty without one.
     """
 
     F: Array
     C: Array
     B: Array
+    decay: Array = np.zeros(0)
+
+    def with_discrepancy(self, period: float) -> "LinearTwin":
+        """The same, with a model discrepancy in the state."""
+        F, C, B = np.zeros((11, 11)), np.zeros((4, 11)), np.zeros((11, 2))
+        decay = np.exp(-period / DISCREPANCY_TIMES)
+        F[:8, :8], F[:8, 8:10], F[8:, 8:] = self.F, self.B, np.diag(decay)
+        C[:, :8], C[0, 10] = self.C, 1.0
+        B[:8] = self.B
+        return LinearTwin(F, C, B, decay)
+
+    @property
+    def pushes(self) -> Array:
+        """(2, 4), what a torque of the discrepancy adds to tilt, wheel, tilt rate and wheel speed in a period."""
+        return np.ascontiguousarray(self.B[:4].T)
 
 
 class Filter(NamedTuple):
     """A Kalman filter, instant by instant; the last row serves all later instants.
 
     Attributes:
-        gains: (G, 8, 4).
+        gains: (G, S, 4).
         whiteners: (G, 4, 4), W with W S Wᵀ = I, S the covariance of the prediction error.
         log_determinants: (G,), of S.
         measured: channels that a sensor measured: the dimension of the prediction errors.
+        covariance: (4, 4) of what the corrected tilt, wheel angle, tilt rate and wheel speed are off by, once settled.
+        pushes: as of `LinearTwin`.
+        decay: as of `LinearTwin`.
     """
 
     gains: Array
     whiteners: Array
     log_determinants: Array
     measured: int
+    covariance: Array
+    pushes: Array
+    decay: Array
 
 
 def linearise_period(twin: TwinParameters, period: float) -> LinearTwin:
@@ -118,11 +162,15 @@ def _true_readings(late: float) -> Array:
 
 
 @kernel()
-def _riccati(F: Array, C: Array, Q: Array, R: Array, P: Array, count: int):  # type: ignore[no-untyped-def]
-    """Gains, whiteners and log determinants of `count` instants; P is the covariance at the first, after it is read."""
-    gains, whiteners = np.zeros((count, 8, 4)), np.zeros((count, 4, 4))
+def _riccati(F: Array, C: Array, Q: Array, R: Array, P: Array, count: int, settled: float):  # type: ignore[no-untyped-def]
+    """Gains, whiteners and log determinants of `count` instants, and the covariance after the last one.
+
+    P is the covariance at the first instant, after it is read. Once no gain changes by more than `settled` from one
+    instant to the next, all later ones are taken to be alike.
+    """
+    gains, whiteners = np.zeros((count, len(F), 4)), np.zeros((count, 4, 4))
     determinants = np.zeros(count)
-    eye = np.eye(8)
+    eye = np.eye(len(F))
     for n in range(1, count):
         P = F @ P @ F.T + Q
         S = C @ P @ C.T + R
@@ -134,7 +182,10 @@ def _riccati(F: Array, C: Array, Q: Array, R: Array, P: Array, count: int):  # t
         whiteners[n] = np.linalg.inv(L)
         for i in range(4):
             determinants[n] += 2.0 * np.log(L[i, i])
-    return gains, whiteners, determinants
+        if np.abs(K - gains[n - 1]).max() < settled:
+            gains[n:], whiteners[n:], determinants[n:] = K, whiteners[n], determinants[n]
+            break
+    return gains, whiteners, determinants, P
 
 
 def kalman_filter(linear: LinearTwin, noise: Noise) -> Filter:
@@ -145,32 +196,55 @@ def kalman_filter(linear: LinearTwin, noise: Noise) -> Filter:
     read[:4] = np.linalg.inv([[1, 0, 0, 0], [0, 0, 1, 0], [-1, 1, 0, 0], [0, 0, -1, 1]])
     read[4] = read[6] = read[0]
     read[5] = read[7] = read[2]
-    P = 1.5 * read @ R @ read.T
+    P, settled = 1.5 * read @ R @ read.T, 0.0
+    if len(linear.decay):
+        settled = _SETTLED
+        P, Q = _with_discrepancy(P, Q, read[:, 0], noise.discrepancy**2, linear.decay)
     measured = int((noise.sensors < 0.5 * UNSENSED).sum())
-    gains, whiteners, determinants = _riccati(linear.F, linear.C, Q, R, P, _INSTANTS)
-    return Filter(gains, whiteners, determinants, measured)
+    gains, whiteners, determinants, after = _riccati(linear.F, linear.C, Q, R, P, _INSTANTS, settled)
+    return Filter(gains, whiteners, determinants, measured, after[:4, :4], linear.pushes, linear.decay)
+
+
+def _with_discrepancy(P: Array, Q: Array, read: Array, variances: Array, decay: Array) -> tuple[Array, Array]:
+    """Covariances (11, 11) of the first state and of the noise, with a stationary model discrepancy.
+
+    Args:
+        P: (8, 8) of the first state.
+        Q: (11, 11) of the white torques.
+        read: (8,) what the first tilt that was measured says of the state: as much as that is off, so is this.
+        variances: (3,) of the discrepancy.
+        decay: (3,) of it over a control period.
+    """
+    first = np.zeros((11, 11))
+    first[:8, :8] = P + variances[2] * np.outer(read, read)
+    first[8:, 8:] = np.diag(variances)
+    first[:8, 10] = first[10, :8] = -variances[2] * read
+    Q = Q.copy()
+    Q[8:, 8:] += np.diag((1.0 - decay**2) * variances)
+    return first, Q
 
 
 @kernel()
 def _refilter(F: Array, C: Array, old: Array, new: Array, errors: Array) -> Array:
     """Prediction errors with other gains, by the linear twin."""
     changed = np.empty_like(errors)
-    delta, moved = np.zeros(8), np.empty(8)
+    states = len(F)
+    delta, moved = np.zeros(states), np.empty(states)
     last = len(old) - 1
     for n in range(len(errors)):
         K, L = old[min(n, last)], new[min(n, last)]
         for j in range(4):
             seen = 0.0
-            for i in range(8):
+            for i in range(states):
                 seen += C[j, i] * delta[i]
             changed[n, j] = errors[n, j] - seen
-        for i in range(8):
+        for i in range(states):
             moved[i] = delta[i]
             for j in range(4):
                 moved[i] += L[i, j] * changed[n, j] - K[i, j] * errors[n, j]
-        for i in range(8):
+        for i in range(states):
             delta[i] = 0.0
-            for j in range(8):
+            for j in range(states):
                 delta[i] += F[i, j] * moved[j]
     return changed
 
@@ -259,8 +333,8 @@ def fit_noise(
         iterations: of L-BFGS, at most.
     """
     old = kalman_filter(linear, noise)
-    low, high = (np.log(np.maximum(np.concatenate(limit), 1e-12)) for limit in limits)
-    begin = np.log(np.concatenate([noise.sensors, noise.torques]))
+    low, high = (np.log(np.maximum(np.concatenate(limit), _LEAST_LEVEL))[: len(_fitted_levels(noise))] for limit in limits)
+    begin = np.log(_fitted_levels(noise))
 
     def objective(x: Array) -> float:
         try:
@@ -268,42 +342,79 @@ def fit_noise(
         except np.linalg.LinAlgError:  # levels too far apart for the covariance to stay definite
             return _IMPOSSIBLE
         moved = [_refilter(linear.F, linear.C, old.gains, kalman.gains, e) for e in errors]
-        value = cost(moved, usable, kalman)
+        value = cost(moved, usable, kalman) + discrepancy_penalty(_levels(x), limits[1])
         return value if np.isfinite(value) else _IMPOSSIBLE
 
+    found = [_descend(objective, start, low, high, iterations) for start in _noise_starts(noise)]
+    levels, least = min(found, key=lambda pair: pair[1])
+    return _levels(levels if least <= objective(begin) else begin)
+
+
+def _descend(
+    objective: Callable[[Array], float], begin: Array, low: Array, high: Array, iterations: int
+) -> tuple[Array, float]:
+    """The logarithms of levels where L-BFGS ends, and the objective there."""
     bounds = [(max(x - 4.0, low[i]), max(min(x + 4.0, high[i]), low[i])) for i, x in enumerate(begin)]
     options = {"maxiter": iterations, "ftol": 1e-7}
     found = minimize(objective, begin, method="L-BFGS-B", bounds=bounds, options=options)
-    return _levels(found.x if found.fun <= objective(begin) else begin)
+    return found.x, float(found.fun)
+
+
+def _noise_starts(noise: Noise) -> list[Array]:
+    """Where searches for the noise begin: logarithms of its levels.
+
+    White torques and those of a model discrepancy can do the same work, and one that has come to nothing stays there,
+    as nothing then depends on it. So a second search begins with both of one size.
+    """
+    starts = [np.log(_fitted_levels(noise))]
+    if noise.has_discrepancy:
+        both = np.hypot(noise.torques, _SHARED * noise.discrepancy[:2])
+        shared = noise._replace(torques=both, discrepancy=np.append(_SHARED * both, noise.discrepancy[2]))
+        starts.append(np.log(_fitted_levels(shared)))
+    return starts
+
+
+def _fitted_levels(noise: Noise) -> Array:
+    """(6,) levels of noise, (9,) with those of a model discrepancy."""
+    discrepancy = noise.discrepancy if noise.has_discrepancy else noise.discrepancy[:0]
+    return np.concatenate([noise.sensors, noise.torques, discrepancy])
 
 
 def _levels(x: Array) -> Noise:
     levels = np.exp(x)
-    return Noise(levels[:4], levels[4:])
+    return Noise(levels[:4], levels[4:6], levels[6:] if len(levels) > 6 else np.zeros(3))
+
+
+def discrepancy_penalty(noise: Noise, largest: Noise) -> float:
+    """-2 log prior of the levels of a model discrepancy, but for a constant: half-normal, `largest` at three sigmas."""
+    if not noise.has_discrepancy:
+        return 0.0
+    return float(((3.0 * noise.discrepancy / largest.discrepancy) ** 2).sum())
 
 
 @kernel()
 def respond(F: Array, C: Array, gains: Array, B: Array, torques: Array) -> Array:
-    """Prediction errors (T + 1, 4) that torques (T,) leave, of which the model does not know; B is (8,).
+    """Prediction errors (T + 1, 4) that torques (T,) leave, of which the model does not know; B is (S,).
 
     With δ the true state less the predicted one, e_n = C δ_n and δ_{n+1} = F (δ_n - K_n e_n) + B τ_n.
     """
     errors = np.zeros((len(torques) + 1, 4))
-    delta, moved = np.zeros(8), np.empty(8)
+    states = len(F)
+    delta, moved = np.zeros(states), np.empty(states)
     last = len(gains) - 1
     for n in range(len(torques) + 1):
         K = gains[min(n, last)]
         for j in range(4):
-            for i in range(8):
+            for i in range(states):
                 errors[n, j] += C[j, i] * delta[i]
         if n == len(torques):
             break
-        for i in range(8):
+        for i in range(states):
             moved[i] = delta[i]
             for j in range(4):
                 moved[i] -= K[i, j] * errors[n, j]
-        for i in range(8):
+        for i in range(states):
             delta[i] = B[i] * torques[n]
-            for j in range(8):
+            for j in range(states):
                 delta[i] += F[i, j] * moved[j]
     return errors
