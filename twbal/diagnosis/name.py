@@ -122,7 +122,7 @@ def with_fitted_noise(data: Data, model: Model) -> Model:
     none = np.zeros(3)
     white = data.with_noise(model._replace(noise=model.noise._replace(discrepancy=none)), _NOISE_ITERATIONS)
     begin = white._replace(noise=white.noise._replace(discrepancy=model.noise.discrepancy))
-    return data.with_noise(begin, _NOISE_ITERATIONS)
+    return data.with_noise(begin, _NOISE_ITERATIONS, afresh=True)
 
 
 def sensed_values(data: Data, values: Array) -> dict[str, float]:

@@ -211,12 +211,12 @@ class Data:
     def _loudest(self) -> Noise:
         return self.loudest or Noise(np.full(4, np.inf), np.full(2, np.inf), np.full(3, np.inf))
 
-    def with_noise(self, model: Model, iterations: int) -> Model:
-        """The model with its noise refitted."""
+    def with_noise(self, model: Model, iterations: int, afresh: bool = False) -> Model:
+        """The model with its noise refitted; arguments as of `fit_noise`."""
         errors = self.errors(model, self.filter(model))
         linear = self.linear(model)
         limits = (
             Noise(np.where(self.sensed, self.resolution, UNSENSED), np.zeros(2)),
             self._loudest._replace(sensors=np.where(self.sensed, self._loudest.sensors, UNSENSED)),
         )
-        return model._replace(noise=fit_noise(linear, model.noise, errors, self.usable, limits, iterations))
+        return model._replace(noise=fit_noise(linear, model.noise, errors, self.usable, limits, iterations, afresh))

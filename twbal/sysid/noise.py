@@ -321,6 +321,7 @@ def fit_noise(
     usable: list[Mask],
     limits: tuple[Noise, Noise],
     iterations: int,
+    afresh: bool = False,
 ) -> Noise:
     """The noise of the highest likelihood, from prediction errors made with the filter of `noise`.
 
@@ -331,6 +332,7 @@ def fit_noise(
         usable: (T + 1,) of each recording.
         limits: least and largest levels.
         iterations: of L-BFGS, at most.
+        afresh: whether a second search begins where white torques and a discrepancy share what is missing.
     """
     old = kalman_filter(linear, noise)
     low, high = (np.log(np.maximum(np.concatenate(limit), _LEAST_LEVEL))[: len(_fitted_levels(noise))] for limit in limits)
@@ -345,7 +347,7 @@ def fit_noise(
         value = cost(moved, usable, kalman) + discrepancy_penalty(_levels(x), limits[1])
         return value if np.isfinite(value) else _IMPOSSIBLE
 
-    found = [_descend(objective, start, low, high, iterations) for start in _noise_starts(noise)]
+    found = [_descend(objective, start, low, high, iterations) for start in _noise_starts(noise, afresh)]
     levels, least = min(found, key=lambda pair: pair[1])
     return _levels(levels if least <= objective(begin) else begin)
 
@@ -360,14 +362,14 @@ def _descend(
     return found.x, float(found.fun)
 
 
-def _noise_starts(noise: Noise) -> list[Array]:
+def _noise_starts(noise: Noise, afresh: bool) -> list[Array]:
     """Where searches for the noise begin: logarithms of its levels.
 
     White torques and those of a model discrepancy can do the same work, and one that has come to nothing stays there,
     as nothing then depends on it. So a second search begins with both of one size.
     """
     starts = [np.log(_fitted_levels(noise))]
-    if noise.has_discrepancy:
+    if afresh and noise.has_discrepancy:
         both = np.hypot(noise.torques, _SHARED * noise.discrepancy[:2])
         shared = noise._replace(torques=both, discrepancy=np.append(_SHARED * both, noise.discrepancy[2]))
         starts.append(np.log(_fitted_levels(shared)))
