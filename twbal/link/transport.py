@@ -87,9 +87,16 @@ class SerialTransport(Transport):
             raise LinkLostError(f"The port {self.name} is gone while reading: {error}.") from error
 
     def write(self, data: bytes) -> None:
-        """Send `data`; see `Transport.write`."""
+        """Send `data`; see `Transport.write`.
+
+        A process that is halted within the write finds its time over, though the line is well. So one that takes too
+        long is done again: to the robot it is a message that comes twice.
+        """
         try:
-            self._port.write(data)
+            try:
+                self._port.write(data)
+            except serial.SerialTimeoutException:
+                self._port.write(data)
         except OSError as error:
             raise LinkLostError(f"The port {self.name} is gone while writing: {error}.") from error
 
