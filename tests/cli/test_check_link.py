@@ -27,9 +27,9 @@ QUICK = ("exchanges=20", "rest=0.6", "write_sheet=false", "hydra.run.dir=out")
 
 
 @contextmanager
-def served(plant, firmware=0):
+def served(plant, firmware=0, torque_limit=4.0):
     """The port of a robot in this process."""
-    me, ended = Identity("held", 4.0, 1.0, 0.1, Clock.LOCKSTEP, firmware=firmware), threading.Event()
+    me, ended = Identity("held", torque_limit, 1.0, 0.1, Clock.LOCKSTEP, firmware=firmware), threading.Event()
 
     def live(line):
         robot = Firmware(plant, me)
@@ -46,8 +46,8 @@ def served(plant, firmware=0):
             thread.join()
 
 
-def tried(plant, *words):
-    with served(plant) as port:
+def tried(plant, *words, **identity):
+    with served(plant, **identity) as port:
         return main(["check-link", "link=serial", f"link.port={port}", *QUICK, *words])
 
 
@@ -140,6 +140,22 @@ def test_what_was_measured_enters_ones_own_sheet_and_comments_stay(tmp_path, cap
     assert tried(HeldRobot(), *MINE) == 0
     assert "its values are the robot's" in capsys.readouterr().out
     assert path.read_text().count("# twbal check-link") == 1
+
+
+@pytest.mark.parametrize("limit", [0.8, 1.0000055])
+def test_a_torque_limit_that_single_precision_cannot_hold_is_that_of_the_sheet_after_the_check(limit, tmp_path, capsys):
+    path = own_sheet(tmp_path, torque_limit=f"{1.03 * limit:.6f}")
+    pulse = f"pulse={0.4 / limit:.2f}"
+    assert tried(HeldRobot(), *MINE, pulse, torque_limit=limit) == 0
+    assert 0.0 <= limit - yaml.safe_load(path.read_text())["torque_limit"] < 1e-5 * limit
+    with served(HeldRobot(), torque_limit=limit) as port:
+        assert driven(port) == 0
+
+
+def test_a_sheet_a_little_beyond_the_limit_is_changed_as_it_would_not_be_driven(tmp_path):
+    path = own_sheet(tmp_path, torque_limit="4.00002")
+    assert tried(HeldRobot(), *MINE) == 0
+    assert yaml.safe_load(path.read_text())["torque_limit"] == 4.0
 
 
 def test_a_packaged_sheet_stays_and_a_copy_of_ones_own_is_written(tmp_path, capsys):

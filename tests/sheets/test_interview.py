@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 import yaml
 
@@ -12,7 +13,7 @@ from twbal.core.robot_sheet import robot_sheet
 from twbal.sheets.answer import answered
 from twbal.sheets.interview import Interview, Person
 from twbal.sheets.questions import QUESTIONS, VALUES
-from twbal.sheets.writing import check_name, number, sheet_text
+from twbal.sheets.writing import check_name, number, sheet_text, written_at_most
 
 SHEETS = sorted((Path(__file__).resolve().parents[2] / "conf" / "robot").glob("*.yaml"))
 ANSWERS = {
@@ -156,6 +157,16 @@ def test_questions_have_the_units_of_the_settings_and_every_value_is_asked():
 @pytest.mark.parametrize("value", [3e-5, 2.02246e-5, 1.0, 0.01, 123456.0, 1e-9])
 def test_numbers_are_numbers_to_a_plain_reader_of_yaml(value):
     assert yaml.safe_load(f"a: {number(value)}")["a"] == pytest.approx(value)
+
+
+@pytest.mark.parametrize("value", [0.7, 0.8, 1.0000055, 20.0, 3.1234567, 0.01, 123456.7, 3e-5])
+def test_a_limit_is_written_as_no_more_than_single_precision_tells(value):
+    single = float(np.float32(value))
+    found = written_at_most(single)
+    assert found <= single * (1 + 1e-7)
+    assert found >= single * (1 - 1.1e-5)
+    assert float(number(found)) == found
+    assert (found == value) == (float(f"{value:.6g}") == value)
 
 
 @pytest.mark.parametrize("name", ["", "my robot", "../x", "1st", "a" * 65, "é", "a.b"])

@@ -10,6 +10,7 @@ from hydra.core.hydra_config import HydraConfig
 
 from twbal.cli.conf_folder import conf_folder
 from twbal.cli.console import say
+from twbal.cli.robot_link import is_beyond
 from twbal.core.check import Measurement
 from twbal.core.errors import ConfigError
 from twbal.core.files import write_atomically
@@ -18,6 +19,7 @@ from twbal.core.robot_sheet import VALUES, Provenance, robot_sheet
 from twbal.link.checks.line import CONTROL_PERIOD
 from twbal.link.checks.procedure import LinkReport
 from twbal.sheets.editing import Change, edited, noted, renamed, sheet_values
+from twbal.sheets.writing import written, written_at_most
 
 FOLDER = Path("my_conf")
 """Of a person's own configuration, where none was named by --config-dir."""
@@ -77,7 +79,7 @@ def write_measured(report: LinkReport, robot: RobotParameters, file: SheetFile) 
     write_atomically(path, after)
     _tell(path, is_new, changes, before)
     if not file.packaged:
-        now: dict[str, Any] = {change.key: change.value for change in changes}
+        now: dict[str, Any] = {change.key: written(change.value) for change in changes}
         return (replace(robot, **now),)
     tree = sheet_values(after)
     values = {key: float(tree[key]) for key in VALUES}
@@ -108,9 +110,9 @@ def _changes(report: LinkReport, sheet: Mapping[str, Any]) -> list[Change]:
     listed = sheet["provenance"].get(kind) or ()
     if _differs(period.value, _number(sheet, period.key)) or (ticks and period.key not in listed):
         found.append(period)
-    if limit > report.torque_limit * (1.0 + _SAME):
+    if is_beyond(limit, report.torque_limit):
         source = f"limit of the firmware, {today}"
-        found.append(Change("torque_limit", report.torque_limit, Provenance.DATA_SHEET, source))
+        found.append(Change("torque_limit", written_at_most(report.torque_limit), Provenance.DATA_SHEET, source))
     return found
 
 

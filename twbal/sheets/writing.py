@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Mapping
+from decimal import ROUND_DOWN, Decimal
 
 from twbal.core.errors import ConfigError
 from twbal.core.robot_sheet import Provenance, robot_sheet
@@ -13,6 +14,8 @@ _HEAD = """\
 _target_: twbal.core.robot_sheet.robot_sheet
 name: {name}
 """
+_DIGITS = 6
+_SINGLE = 6e-8  # share by which single precision rounds
 _NAME = re.compile(r"[A-Za-z]\w{0,63}", re.ASCII)
 
 
@@ -26,9 +29,21 @@ def check_name(name: str) -> None:
 
 def number(value: float) -> str:
     """A number as every reader of yaml takes it for one: 1.5, 2.02e-05, 3.0e-05."""
-    text = f"{value:.6g}"
+    text = f"{value:.{_DIGITS}g}"
     mantissa, e, exponent = text.partition("e")
     return f"{mantissa}{'' if '.' in mantissa else '.0'}{e}{exponent}" if e else text
+
+
+def written(value: float) -> float:
+    """What is read where a number was written."""
+    return float(number(value))
+
+
+def written_at_most(value: float) -> float:
+    """The nearest number that is written and is no more than a positive one, which single precision may have rounded."""
+    exact = Decimal(value * (1.0 + _SINGLE))
+    digit = Decimal(1).scaleb(exact.adjusted() - _DIGITS + 1)
+    return written(float(exact.quantize(digit, ROUND_DOWN)))
 
 
 def sheet_text(name: str, values: Mapping[str, Answer]) -> str:
