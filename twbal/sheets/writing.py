@@ -68,4 +68,4 @@ def sheet_text(name: str, values: Mapping[str, Answer]) -> str:
 
 def _comment(key: str, answer: Answer) -> str:
     source = " ".join(answer.source.split())
-    return f"{QUESTIONS[key].unit}; {source}" if source else QUESTIONS[key].unit
+    return f"{QUESTIONS[key].unit}; {source or answer.provenance.replace('_', ' ')}"
