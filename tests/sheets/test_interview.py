@@ -152,7 +152,7 @@ def test_a_torque_in_kg_cm_without_its_unit_is_asked_again_where_the_robot_is_kn
 def test_a_torque_that_is_computed_of_wrong_units_is_asked_again_with_what_it_was_computed_of():
     motor = {"motor_voltage": 12.0, "motor_resistance": 7.0, "motor_constant": 0.98, "motor_gear": 30.0}
     with pytest.raises(
-        ConfigError, match="torque_limit comes to 100.8 N·m by motor; .* motor_constant, motor_gear right"
+        ConfigError, match=r"torque_limit comes to 100.8 N·m by motor; .* motor_constant, motor_gear right"
     ):
         answered(QUESTIONS["torque_limit"], "motor", SMALL | motor)
     right = SMALL | motor | {"motor_constant": 0.0098}

@@ -9,10 +9,11 @@ from twbal.core.robot_sheet import Provenance, robot_sheet
 from twbal.sheets.answer import Answer
 from twbal.sheets.questions import QUESTIONS
 
-_HEAD = """\
-# {name}, by `twbal new-robot`. Each comment is the unit and where the number comes from.
+_MAKER = "by `twbal new-robot`"
+_HEAD = f"""\
+# {{name}}, {_MAKER}. Each comment is the unit and where the number comes from.
 _target_: twbal.core.robot_sheet.robot_sheet
-name: {name}
+name: {{name}}
 """
 _DIGITS = 6
 _SINGLE = 6e-8  # share by which single precision rounds
@@ -25,6 +26,11 @@ def check_name(name: str) -> None:
         raise ConfigError(
             f"A robot cannot be called {name!r}: expected are letters, digits and _, a letter first, as my_robot."
         )
+
+
+def is_of_interview(text: str) -> bool:
+    """Whether the text of a sheet was made by `sheet_text`: its first line says so."""
+    return _MAKER in text.partition("\n")[0]
 
 
 def number(value: float) -> str:
@@ -40,7 +46,7 @@ def written(value: float) -> float:
 
 
 def written_at_most(value: float) -> float:
-    """The nearest number that is written and is no more than a positive one, which single precision may have rounded."""
+    """The nearest number that is written and no more than a positive one, but for what single precision rounds."""
     exact = Decimal(value * (1.0 + _SINGLE))
     digit = Decimal(1).scaleb(exact.adjusted() - _DIGITS + 1)
     return written(float(exact.quantize(digit, ROUND_DOWN)))
