@@ -129,8 +129,8 @@ def _changes(before: Mapping[str, float], robot: RobotParameters) -> str:
     return f": {', '.join(told)}" if told else ""
 
 
-def _announced(name: str, value: str | float, other: str | float) -> str:
-    if isinstance(value, str) or isinstance(other, str):
+def _announced(name: str, value: object, other: object) -> str:
+    if not isinstance(value, int | float) or not isinstance(other, int | float):
         return repr(value)
     if name == "firmware":
         return build_number(int(value))
