@@ -1,5 +1,6 @@
 import os
 import pty
+import re
 import signal
 import socket
 import subprocess
@@ -39,6 +40,12 @@ def port():
 def test_a_port_that_is_not_there_is_an_error_that_lists_those_that_are():
     with pytest.raises(LinkError, match=r"/dev/no_such_port.*Serial ports that are there: \S+"):
         SerialTransport("/dev/no_such_port", 115200)
+
+
+@pytest.mark.parametrize("path", ["/dev/null", "/etc/hostname", __file__, "/"])
+def test_what_is_no_serial_port_is_called_so(path):
+    with pytest.raises(LinkError, match=rf"^{re.escape(path)} is no serial port\. Serial ports that are there: "):
+        SerialTransport(path, 115200)
 
 
 @pytest.mark.parametrize("baud_rate", [0, -1])
