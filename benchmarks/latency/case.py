@@ -138,4 +138,5 @@ def _wait(process: subprocess.Popen[str], times: Path, seconds: float, halted: b
 
 
 if __name__ == "__main__":
+    signal.signal(signal.SIGINT, signal.default_int_handler)  # begun in the background, it and its host would ignore it
     print(json.dumps(run(**json.loads(sys.argv[1]))))

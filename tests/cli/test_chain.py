@@ -1,6 +1,8 @@
 """The stages by their commands, from simulated rollouts to a corrected model, in small."""
 
+import re
 import sys
+from math import radians
 from pathlib import Path
 
 import numpy as np
@@ -165,6 +167,20 @@ def test_only_trials_that_are_not_there_are_driven(chain, tmp_path):
     run("real-rollout", out, "policy=random", "trials=2", "steps=10", "exploration=0.05")
     assert output_hashes(out) == before
     assert first.stat().st_mtime_ns == stamp
+
+
+def test_the_simulation_says_how_often_the_robot_fell_and_when(tmp_path, capsys):
+    run("sim-collect", tmp_path / "long", "policy=random", "rollouts=3", "steps=200")
+    said = re.search(r"the robot fell in (\d) of 3 rollouts, after (\S+) to (\S+) s", capsys.readouterr().out)
+    lengths = [
+        len(episode.commands) * episode.control_period
+        for episode in read_episodes(tmp_path / "long" / "episodes")
+        if abs(episode.observations[-1][1]) > radians(29.9)
+    ]
+    assert int(said[1]) == len(lengths) > 0
+    assert [float(said[2]), float(said[3])] == pytest.approx([min(lengths), max(lengths)], rel=0.05)
+    run("sim-collect", tmp_path / "short", "policy=random", "rollouts=2", "steps=3")
+    assert "the robot fell in none of 2 rollouts" in capsys.readouterr().out
 
 
 def test_other_settings_do_not_touch_a_run_folder(chain, capsys):

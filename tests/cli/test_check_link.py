@@ -7,6 +7,7 @@ import struct
 import sys
 import tempfile
 import threading
+import time
 from contextlib import closing, contextmanager
 from pathlib import Path
 
@@ -27,9 +28,9 @@ QUICK = ("exchanges=20", "rest=0.6", "write_sheet=false", "hydra.run.dir=out")
 
 
 @contextmanager
-def served(plant, firmware=0):
+def served(plant, firmware=0, torque_limit=4.0):
     """The port of a robot in this process."""
-    me, ended = Identity("held", 4.0, 1.0, 0.1, Clock.LOCKSTEP, firmware=firmware), threading.Event()
+    me, ended = Identity("held", torque_limit, 1.0, 0.1, Clock.LOCKSTEP, firmware=firmware), threading.Event()
 
     def live(line):
         robot = Firmware(plant, me)
@@ -46,8 +47,8 @@ def served(plant, firmware=0):
             thread.join()
 
 
-def tried(plant, *words):
-    with served(plant) as port:
+def tried(plant, *words, **identity):
+    with served(plant, **identity) as port:
         return main(["check-link", "link=serial", f"link.port={port}", *QUICK, *words])
 
 
@@ -68,7 +69,7 @@ def test_a_robot_with_swapped_signs_is_an_exit_code_and_is_named(tmp_path, capsy
     assert tried(HeldRobot(signs=(-1.0, -1.0)), "link.confirm_placed=null") == 1
     said = capsys.readouterr()
     assert "problem  torque sign" in said.out
-    assert "The robot held is not fit to be driven: torque sign, difference sign." in said.err
+    assert "The robot held is not fit to be driven: torque sign." in said.err
     assert (tmp_path / "out" / "check_link.json").is_file()
 
 
@@ -89,12 +90,14 @@ class Terminal(io.StringIO):
 
 
 def test_a_person_is_asked_for_each_motion_and_one_who_does_nothing_passes_nothing(monkeypatch, capsys):
-    monkeypatch.setattr(sys, "stdin", Terminal("\n\n\n\n"))
+    monkeypatch.setattr(sys, "stdin", Terminal("\n\nn\n\nn\n\nno\n"))
     assert tried(HeldRobot(), "hand_time=0.5") == 1
     said = capsys.readouterr()
     asked = ("wheels OFF THE GROUND", "lean the body FORWARD", "LEFT wheel FORWARD", "RIGHT wheel FORWARD")
     places = [said.out.index(words) for words in asked]
     assert places == sorted(places)
+    assert said.out.count("Enter to do it once more, n and Enter to go on") == 3
+    assert "rest: the sensors are watched for 0.6 s, without torque: keep the robot still" in said.out
     assert "not fit to be driven: tilt sign, left wheel sign, right wheel sign." in said.err
 
 
@@ -142,6 +145,22 @@ def test_what_was_measured_enters_ones_own_sheet_and_comments_stay(tmp_path, cap
     assert path.read_text().count("# twbal check-link") == 1
 
 
+@pytest.mark.parametrize("limit", [0.8, 1.0000055])
+def test_a_torque_limit_that_single_precision_cannot_hold_is_that_of_the_sheet_after_the_check(limit, tmp_path, capsys):
+    path = own_sheet(tmp_path, torque_limit=f"{1.03 * limit:.6f}")
+    pulse = f"pulse={0.4 / limit:.2f}"
+    assert tried(HeldRobot(), *MINE, pulse, torque_limit=limit) == 0
+    assert 0.0 <= limit - yaml.safe_load(path.read_text())["torque_limit"] < 1e-5 * limit
+    with served(HeldRobot(), torque_limit=limit) as port:
+        assert driven(port) == 0
+
+
+def test_a_sheet_a_little_beyond_the_limit_is_changed_as_it_would_not_be_driven(tmp_path):
+    path = own_sheet(tmp_path, torque_limit="4.00002")
+    assert tried(HeldRobot(), *MINE) == 0
+    assert yaml.safe_load(path.read_text())["torque_limit"] == 4.0
+
+
 def test_a_packaged_sheet_stays_and_a_copy_of_ones_own_is_written(tmp_path, capsys):
     packaged = (conf_folder() / "robot" / "upkie.yaml").read_text()
     words = ("robot=upkie", "link.confirm_placed=null", "write_sheet=true")
@@ -149,15 +168,51 @@ def test_a_packaged_sheet_stays_and_a_copy_of_ones_own_is_written(tmp_path, caps
     assert (conf_folder() / "robot" / "upkie.yaml").read_text() == packaged
     sheet = yaml.safe_load((tmp_path / "my_conf" / "robot" / "my_upkie.yaml").read_text())
     assert (sheet["name"], sheet["control_period"], sheet["torque_limit"]) == ("my_upkie", 0.02, 3.4)
-    assert "choose it by --config-dir=my_conf robot=my_upkie" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert "choose it by --config-dir=my_conf robot=my_upkie" in said
+    assert "next  twbal lqr --config-dir=my_conf robot=my_upkie" in said
+    then = r"^then  twbal real-rollout --config-dir=my_conf robot=my_upkie policy.path=<its policy.pt> link=serial"
+    assert re.search(then + r" link.port=/dev/pts/\d+ link.confirm_placed=null steps=25$", said, re.MULTILINE)
 
 
 def test_the_sheet_of_another_robot_is_not_written_into(tmp_path, capsys):
     path = own_sheet(tmp_path, torque_limit="20.0")
     before = path.read_text()
     assert tried(HeldRobot(), *MINE) == 1
+    said = capsys.readouterr()
+    assert "not fit to be driven: sheet." in said.err
+    assert "problem  sheet      'mine', torque limit 20 N·m (expected about the robot's, 4 N·m)" in said.out
+    assert path.read_text() == before
+    assert tried(HeldRobot(), *MINE, "robot.torque_limit=4.0") == 1
     assert "takes at most 4 N·m, and the sheet 'mine' says 20 N·m: nothing was written" in capsys.readouterr().err
     assert path.read_text() == before
+
+
+def test_a_sheet_of_another_robot_is_told_before_a_person_is_asked_or_a_motor_turns(monkeypatch, capsys):
+    robot = HeldRobot()
+    robot.reset = lambda trial: pytest.fail("armed")
+    monkeypatch.setattr(sys, "stdin", Terminal(""))
+    assert tried(robot, "write_sheet=true") == 1  # without robot=, so that of the paper, of 20 N·m
+    said = capsys.readouterr()
+    assert "not fit to be driven: sheet." in said.err
+    assert "choose its own by --config-dir=<folder> robot=<name>" in said.out
+    assert "OFF THE GROUND" not in said.out
+
+
+def test_motors_that_may_be_on_are_the_last_words(capsys):
+    robot = HeldRobot()
+    step = robot.step
+
+    def hangs(command):
+        if command > 0.0:
+            time.sleep(4.0)
+        return step(command)
+
+    robot.step = hangs
+    assert tried(robot, *MINE[2:], "write_sheet=false", "link.timeout=0.2") == 1
+    said = capsys.readouterr().err.splitlines()
+    assert said[-1].startswith("twbal: error: The robot held is not fit to be driven: stop.")
+    assert said[-1].endswith("THEY MAY STILL BE ON: switch it off by hand.")
 
 
 def test_a_robot_that_was_found_wrong_writes_no_sheet_and_is_not_armed_until_that_is_said(tmp_path, capsys):
@@ -171,7 +226,7 @@ def test_a_robot_that_was_found_wrong_writes_no_sheet_and_is_not_armed_until_tha
         assert driven(port) == 1
         said = capsys.readouterr().err
         assert "is not armed: the last twbal check-link of " in said
-        assert re.search(r"found something wrong: .*torque sign, difference sign\.", said)  # and losses, under load
+        assert re.search(r"found something wrong: .*torque sign\.", said)  # and losses, under load
         del robot.reset
         assert driven(port, "heed_check=false") == 0
 
@@ -183,10 +238,10 @@ def test_a_good_robot_is_armed_until_its_sheet_or_its_firmware_changes(tmp_path,
         assert driven(port) == 0
         assert "never tried" not in capsys.readouterr().out
         assert driven(port, "robot.body_mass=10.5") == 1
-        assert "values of the sheet 'mine' have changed" in capsys.readouterr().err
+        assert ": body_mass was 10 kg and is 10.5 kg." in capsys.readouterr().err
     with served(HeldRobot(), firmware=77) as port:
         assert driven(port) == 1
-        assert "its firmware was 0 and is 77" in capsys.readouterr().err
+        assert "its firmware was not numbered and is 0000004d" in capsys.readouterr().err
 
 
 def test_a_robot_that_was_never_checked_is_driven_with_a_sentence_of_advice(tmp_path, capsys):
@@ -196,6 +251,25 @@ def test_a_robot_that_was_never_checked_is_driven_with_a_sentence_of_advice(tmp_
         assert "was never tried by `twbal check-link`" in capsys.readouterr().out
         assert driven(port, "heed_check=false") == 0
         assert "never tried" not in capsys.readouterr().out
+
+
+def test_a_robot_with_a_sheet_of_new_robot_is_not_armed_before_it_was_checked(tmp_path, capsys):
+    path = own_sheet(tmp_path, torque_limit="4.0")
+    head = "# mine, by `twbal new-robot`. Each comment is the unit and where the number comes from."
+    path.write_text(f"{head}\n{path.read_text()}")
+    robot = HeldRobot()
+    reset = robot.reset
+    with served(robot) as port:
+        robot.reset = lambda trial: pytest.fail("armed")
+        assert driven(port) == 1
+        said = capsys.readouterr().err
+        assert "is not armed: it was never tried by `twbal check-link`" in said
+        assert "heed_check=false" in said
+        robot.reset = reset
+        assert driven(port, "heed_check=false") == 0
+    assert tried(HeldRobot(), *MINE) == 0
+    with served(HeldRobot()) as port:
+        assert driven(port, "hydra.run.dir=again") == 0
 
 
 def test_iterate_and_drive_refuse_it_too_and_before_anything_is_learned(tmp_path, capsys):

@@ -124,6 +124,7 @@ _DRIVES = {**_RECORDS, **_SERIAL}
 _SHORT_COURSE = ("trials=1", "course.segments=[{seconds:0.2,speed:0}]")
 _STEERED = Elsewhere(("tests/cli/test_steering.py", "def drive("), "a person steers")
 _ASKS = Elsewhere(("tests/cli/test_new_robot.py", '"new-robot", "name=my_robot"'), "a person answers")
+_HELD = Elsewhere(("tests/firmware/test_held.py", 'main(["check-link"'), "a person moves the robot")
 _PERL_ROBOT = "perl tests/link/conformance/robots/pendulum.pl clock={clock}"
 _TRIED = Elsewhere(("tests/link/conformance/starting.py", "PERL_ROBOT = "), "a suite of tests, which tries a robot")
 _SWEEP = {"<folder of a sweep>": "outputs/iterate/sweep_1", "sweep_2": "sweep_1"}
@@ -169,12 +170,18 @@ TABLE: Mapping[str, How] = {
     "twbal iterate -m link.seed=1,2,3": Stage(slow=True),
     "twbal iterate method=pilco": Stage(slow=True),
     "twbal iterate link=serial link.port=/dev/ttyUSB0": Stage(_SERIAL, slow=True),
+    "twbal iterate --config-dir=my_conf robot=my_robot link=serial link.port=/dev/ttyUSB0": Stage(_SERIAL, slow=True),
     "twbal real-rollout experiment=excite policy.command_width=0.1": Stage(),
     "twbal real-rollout experiment=excite policy.command_width=0.1 link.seed=7": Stage(),
     _DIAGNOSE: Stage(small=(*SMALL["diagnose"], "hydra.run.dir=outputs/diagnose/...")),
     "twbal iterate sim=outputs/diagnose/.../augmented.yaml": Stage(slow=True, after=(_DIAGNOSE,)),
     "twbal iterate sim=outputs/diagnose/.../augmented.yaml link.seed=7": Stage(slow=True, after=(_DIAGNOSE,)),
     "twbal real-rollout policy.path=<policy.pt> link=serial link.port=/dev/ttyUSB0 steps=25": Stage(_DRIVES, slow=True),
+    "twbal lqr --config-dir=my_conf robot=my_robot": Stage(),
+    (
+        "twbal real-rollout --config-dir=my_conf robot=my_robot policy.path=<policy.pt> link=serial "
+        "link.port=/dev/ttyUSB0 steps=25"
+    ): Stage(_DRIVES, slow=True),
     "python scripts/follow_parameter.py torque_limit": Elsewhere(
         ("tests/docs/test_follow_parameter.py", "follow_parameter"), "reads the code"
     ),
@@ -255,10 +262,12 @@ TABLE: Mapping[str, How] = {
         ("tests/cli/test_logs_in_and_out.py", '"mcap", "convert"'), "Rerun's"
     ),
     "rerun ride.rrd": Elsewhere(None, "opens a window"),
-    "twbal lqr robot=esp32": Stage(small=("hydra.run.dir=outputs/esp32_lqr",)),
-    "twbal real-rollout robot=esp32 policy.path=<policy.pt> link=serial link.port=/dev/ttyUSB0 steps=50": Elsewhere(
-        ("tests/firmware/test_driven_by_the_host.py", "SerialPlant.open"), "it drives a robot on a port"
+    "twbal check-link robot=esp32 link=serial link.port=/dev/ttyUSB0": _HELD,
+    "twbal check-link robot=esp32 link=serial link.port=<path>": _HELD,
+    "twbal virtual-robot robot=esp32 held=true clock=real_time firmware=firmware/build/robot_posix": Elsewhere(
+        ("tests/firmware/test_held.py", '"held=true", "clock=real_time"'), "it needs the firmware built"
     ),
+    "twbal virtual-robot held=true clock=real_time": Stage(),
     "twbal real-rollout policy.path=<policy.pt> link=serial link.port=/dev/ttyUSB0 link.on_board=true": Elsewhere(
         ("tests/firmware/test_driven_by_the_host.py", "on_board=True"), "it needs the firmware with a policy in it"
     ),
@@ -383,7 +392,7 @@ TABLE: Mapping[str, How] = {
     "twbal real-rollout experiment=drive policy.path=<policy.pt>": Stage(_DRIVES, small=_SHORT_COURSE),
     "twbal real-rollout experiment=drive course=turns policy.path=<policy.pt>": Stage(_DRIVES, small=_SHORT_COURSE),
     "twbal real-rollout experiment=drive course=square policy.path=<policy.pt>": Stage(_DRIVES, small=_SHORT_COURSE),
-    "twbal real-rollout experiment=drive policy.path=<best_policy.pt>": Stage(
+    "twbal real-rollout --config-dir=my_conf robot=my_robot experiment=drive policy.path=<best_policy.pt>": Stage(
         {"<best_policy.pt>": POLICY}, small=_SHORT_COURSE
     ),
     "twbal real-rollout experiment=drive policy.path=...": Stage({"...": POLICY}, small=_SHORT_COURSE),
@@ -446,6 +455,9 @@ TABLE: Mapping[str, How] = {
     "twbal doctor": Stage(small=("timing=0.05",)),
     "twbal doctor link=serial link.port=/dev/ttyUSB0": Stage(_SERIAL, small=("timing=0.05",)),
     "twbal check-link link=serial link.port=/dev/ttyUSB0": Stage(
+        _SERIAL, small=("exchanges=10", "rest=0.2", "pulse=0.5")
+    ),
+    "twbal check-link --config-dir=my_conf robot=my_robot link=serial link.port=/dev/ttyUSB0": Stage(
         _SERIAL, small=("exchanges=10", "rest=0.2", "pulse=0.5")
     ),
     "twbal check-link link.clock=real_time pulse=0.4": Stage(slow=True),

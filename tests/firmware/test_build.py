@@ -6,7 +6,7 @@ import subprocess
 from dataclasses import replace
 
 import pytest
-from building import FIRMWARE, build_folder, library, make, needs_compiler
+from building import FIRMWARE, build_folder, library, make, needs_compiler, program
 
 from benchmarks.on_boards.kinds_of_policies import POLICIES, exported
 from twbal.embedded.header import header
@@ -35,6 +35,12 @@ def test_units_and_fuzz_pass_under_sanitizers():
     said = make("test")
     assert "units: all checks hold" in said
     assert re.search(r"fuzz: 100\d{3} bytes, \d+ good frames after noise, 0 lost", said)
+
+
+def test_the_program_alone_says_what_starts_it():
+    done = subprocess.run([program()], capture_output=True, text=True)
+    assert done.returncode == 2
+    assert "twbal virtual-robot firmware=firmware/build/robot_posix clock=real_time" in done.stderr
 
 
 @pytest.mark.skipif(shutil.which("avr-g++") is None, reason="there is no avr-gcc")

@@ -116,6 +116,14 @@ def test_a_robot_that_does_not_answer_is_an_error():
     assert line.closed
 
 
+@pytest.mark.parametrize("said", [b"$GPGGA,123519,4807.038,N,01131.000,E,1,08,0.9,545.4,M\r\n", bytes(range(256))])
+def test_another_device_on_the_port_is_told_from_a_robot_that_is_silent(said):
+    line = MemoryTransport(Firmware(Pendulum(), LOCKSTEP))
+    line.to_host = lambda data: said
+    with pytest.raises(LinkError, match=r"No answer to Hello .* bytes came, but not from a twbal robot"):
+        SerialPlant(line, 0.06, 0.06, 0.06)
+
+
 def test_noise_on_the_line_changes_nothing_in_lockstep():
     rng = np.random.default_rng(3)
     plant, line, _ = linked(timeout=30.0)

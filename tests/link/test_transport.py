@@ -1,8 +1,14 @@
 import os
 import pty
+import re
+import signal
 import socket
+import subprocess
+import sys
 import threading
+import time
 import tty
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -11,6 +17,7 @@ from omegaconf import OmegaConf
 from pendulum import Pendulum
 
 from twbal.core.errors import ConfigError, LinkError, LinkLostError
+from twbal.link import transport
 from twbal.link.protocol import Clock
 from twbal.link.serial_plant import SerialPlant
 from twbal.link.transport import SerialTransport
@@ -33,6 +40,12 @@ def port():
 def test_a_port_that_is_not_there_is_an_error_that_lists_those_that_are():
     with pytest.raises(LinkError, match=r"/dev/no_such_port.*Serial ports that are there: \S+"):
         SerialTransport("/dev/no_such_port", 115200)
+
+
+@pytest.mark.parametrize("path", ["/dev/null", "/etc/hostname", __file__, "/"])
+def test_what_is_no_serial_port_is_called_so(path):
+    with pytest.raises(LinkError, match=rf"^{re.escape(path)} is no serial port\. Serial ports that are there: "):
+        SerialTransport(path, 115200)
 
 
 @pytest.mark.parametrize("baud_rate", [0, -1])
@@ -85,6 +98,42 @@ def test_a_port_that_is_pulled_out_is_a_lost_link():
     with pytest.raises(LinkLostError, match="gone while writing"):
         line.write(b"x")
     line.close()
+    line.close()
+
+
+HALTED = """
+import sys
+from twbal.link.transport import SerialTransport
+line = SerialTransport(sys.argv[1], 115200)
+for number in range(2000):
+    line.write(bytes([number % 251]) * 100)
+print("all written")
+"""
+
+
+def test_a_process_that_is_halted_while_it_writes_goes_on(port):
+    far, path = port
+    host = subprocess.Popen([sys.executable, "-c", HALTED, path], stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+    got = b""
+    while not got:
+        with suppress(OSError):  # EIO: the host has not opened it yet
+            got = os.read(far, 4096)  # from then on the line is full, and the host within a write
+    host.send_signal(signal.SIGSTOP)
+    time.sleep(1.3)  # longer than a write may take
+    host.send_signal(signal.SIGCONT)
+    with suppress(OSError):  # EIO: the host has ended
+        while data := os.read(far, 65536):
+            got += data
+    assert (host.communicate()[0], host.returncode) == (b"all written\n", 0)
+    assert len(got) >= 2000 * 100
+
+
+def test_a_line_that_takes_nothing_is_lost(port, monkeypatch):
+    monkeypatch.setattr(transport, "_WRITE_TIMEOUT", 0.1)
+    line = SerialTransport(port[1], 115200)
+    with pytest.raises(LinkLostError, match="gone while writing"):
+        for _ in range(1000):
+            line.write(bytes(100))
     line.close()
 
 

@@ -60,6 +60,15 @@ def test_lists_of_lines_and_quotes_are_understood():
     assert "# from the shop" in new
 
 
+def test_a_remark_of_a_change_takes_the_place_of_that_of_an_earlier_one():
+    once = edited(BLOCKS, [Change("control_period", 0.01, Provenance.MEASURED, "timed, monday")])
+    twice = edited(once, [Change("control_period", 0.005, Provenance.MEASURED, "timed, tuesday")])
+    assert "control_period: 0.005   # s; timed, tuesday; before: 0.01, measured: loop" in twice
+    grown = once.replace("# s; ", "# s; timed, sunday; before: 0.03, guess: ")
+    again = edited(grown, [Change("control_period", 0.005, Provenance.MEASURED, "timed, tuesday")])
+    assert again.splitlines()[3] == twice.splitlines()[3]
+
+
 def test_no_change_is_the_same_text_and_a_name_changes_alone():
     assert edited(BLOCKS, []) == BLOCKS
     assert renamed(BLOCKS, "yours") == BLOCKS.replace('"mine"', "yours")

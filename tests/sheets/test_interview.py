@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 import yaml
 
@@ -12,7 +13,7 @@ from twbal.core.robot_sheet import robot_sheet
 from twbal.sheets.answer import answered
 from twbal.sheets.interview import Interview, Person
 from twbal.sheets.questions import QUESTIONS, VALUES
-from twbal.sheets.writing import check_name, number, sheet_text
+from twbal.sheets.writing import check_name, number, sheet_text, written_at_most
 
 SHEETS = sorted((Path(__file__).resolve().parents[2] / "conf" / "robot").glob("*.yaml"))
 ANSWERS = {
@@ -133,6 +134,74 @@ def test_a_wrong_answer_is_asked_again_and_enter_takes_what_is_offered():
     assert found["torque_limit"].value == 0.98
 
 
+SMALL = {"wheel_mass": 0.03, "body_mass": 1.04, "wheel_radius": 0.033}  # 1.1 kg on wheels of 33 mm: m g r = 0.36 N·m
+
+
+@pytest.mark.parametrize(("key", "lifting"), [("torque_limit", 0.356), ("stall_torque", 0.178)])
+def test_a_torque_in_kg_cm_without_its_unit_is_asked_again_where_the_robot_is_known(key, lifting):
+    assert answered(QUESTIONS[key], "8.5", {}).value == 8.5
+    with pytest.raises(
+        ConfigError, match=r"Is it in kg·cm\? Then write `8\.5 kg cm`\. If it is right, write `8\.5 N m`"
+    ):
+        answered(QUESTIONS[key], "8.5", SMALL)
+    assert answered(QUESTIONS[key], "8.5 kg cm", SMALL).value == pytest.approx(8.5 * 9.80665e-2)
+    assert answered(QUESTIONS[key], "8.5 N m", SMALL).value == 8.5
+    assert answered(QUESTIONS[key], f"{10 * lifting:.3g}", SMALL).value == pytest.approx(10 * lifting, rel=0.01)
+
+
+def test_a_torque_that_is_computed_of_wrong_units_is_asked_again_with_what_it_was_computed_of():
+    motor = {"motor_voltage": 12.0, "motor_resistance": 7.0, "motor_constant": 0.98, "motor_gear": 30.0}
+    with pytest.raises(
+        ConfigError, match=r"torque_limit comes to 100.8 N·m by motor; .* motor_constant, motor_gear right"
+    ):
+        answered(QUESTIONS["torque_limit"], "motor", SMALL | motor)
+    right = SMALL | motor | {"motor_constant": 0.0098}
+    assert answered(QUESTIONS["torque_limit"], "motor", right).value == pytest.approx(1.008)
+
+
+def test_an_inertia_that_only_a_lump_has_is_refused_before_others_are_held_against_it():
+    with pytest.raises(ConfigError, match=r"body_inertia_pitch is 1e-05 kg·m²; expected 2\.6e-05 to 30 kg·m²"):
+        answered(QUESTIONS["body_inertia_pitch"], "0.00001", SMALL)
+
+
+def test_oz_in_is_understood_however_it_is_written():
+    for text in ("100 oz-in", "100 oz·in", "100 oz in"):
+        assert answered(QUESTIONS["stall_torque"], text, {}).value == pytest.approx(100 * 0.0283495 * 9.80665 * 0.0254)
+
+
+def test_each_value_of_the_sheet_says_where_it_comes_from_beside_it():
+    lines = sheet_text("mine", Interview("mine", ANSWERS, nobody()).run()).splitlines()
+    comments = {line.partition(":")[0]: line.partition("#")[2] for line in lines}
+    assert all(comments[key].partition("; ")[2] for key in SHEET)
+    assert comments["track"] == " m; measured"
+
+
+def test_an_earlier_answer_is_changed_by_its_name_and_what_rests_on_it_is_computed_anew():
+    lines = ["100 Hz", "35 g", "1.09", "34 mm", "26 mm", "0.25", "7.59 cm", "", "disk", "5e-5", "6.62e-3"]
+    yaw = ["back", "6.62e-3", "4.4e-3", "body_inertia_pitch", "3.77e-3", "wheel_mass", "40 g", "8e-3", "0.98"]
+    script = Scripted(*lines, *yaw)
+    found = Interview("mine", {}, script.person()).run()
+    assert not script.lines
+    assert found["wheel_mass"].value == 0.04
+    assert found["wheel_inertia"].value == pytest.approx(0.04 * 0.034**2 / 2)
+    assert found["body_inertia_yaw"].value == 0.008
+    assert found["body_inertia_pitch"].value == 3.77e-3
+    assert any(
+        "To change an earlier answer, type its name, as control_period, or back." in line for line in script.shown
+    )
+    assert script.kept["wheel_mass"] == "40 g"
+
+
+def test_back_leaves_a_way_and_says_so_where_nothing_is_before():
+    script = Scripted("back", "track", "", "100 Hz", "35 g", "less_wheels", "back", "1.09 kg")
+    with pytest.raises(KeyboardInterrupt):
+        Interview("mine", {}, script.person()).run()
+    assert script.kept["body_mass"] == "1.09 kg"
+    told = [line for line in script.shown if not line.endswith("? ")]
+    assert told[:2] == ["There is no question before this one.", "track has no answer yet."]
+    assert told[2].startswith("Expected is time for which each command is held")
+
+
 def test_ctrl_c_at_any_question_loses_no_answer():
     lines = ["100 Hz", "35 g", "less_wheels", "1.16", "ten_turns", "2.136", "26 mm", "0.25", "7.59 cm", "", "disk"]
     lines += ["swing", "0.62", "box", "0.2", "0.15", "box", "0.08", "stall", "5 kg·cm"]
@@ -156,6 +225,16 @@ def test_questions_have_the_units_of_the_settings_and_every_value_is_asked():
 @pytest.mark.parametrize("value", [3e-5, 2.02246e-5, 1.0, 0.01, 123456.0, 1e-9])
 def test_numbers_are_numbers_to_a_plain_reader_of_yaml(value):
     assert yaml.safe_load(f"a: {number(value)}")["a"] == pytest.approx(value)
+
+
+@pytest.mark.parametrize("value", [0.7, 0.8, 1.0000055, 20.0, 3.1234567, 0.01, 123456.7, 3e-5])
+def test_a_limit_is_written_as_no_more_than_single_precision_tells(value):
+    single = float(np.float32(value))
+    found = written_at_most(single)
+    assert found <= single * (1 + 1e-7)
+    assert found >= single * (1 - 1.1e-5)
+    assert float(number(found)) == found
+    assert (found == value) == (float(f"{value:.6g}") == value)
 
 
 @pytest.mark.parametrize("name", ["", "my robot", "../x", "1st", "a" * 65, "é", "a.b"])

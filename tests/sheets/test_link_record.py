@@ -1,13 +1,25 @@
 """What speaks against arming a robot: its last check, and every change since."""
 
+import json
 from dataclasses import replace
 
 import pytest
 
+from twbal.cli.settings.robot_settings import ROBOT
 from twbal.core.errors import DataError
 from twbal.core.robot_parameters import parameter_hash
-from twbal.sheets.link_record import Announced, LinkRecord, keep_record, last_record, objection, records_folder
+from twbal.core.robot_sheet import VALUES
+from twbal.sheets.link_record import (
+    Announced,
+    LinkRecord,
+    keep_record,
+    last_record,
+    objection,
+    records_folder,
+    sheet_numbers,
+)
 
+UNITS = {row.key.removeprefix("robot."): row.kind.unit for row in ROBOT}
 ME = Announced("balancer", 2, 7, 0.01, 0.98)
 
 
@@ -25,9 +37,11 @@ def test_a_robot_that_is_as_it_was_may_be_armed(paper, tmp_path):
     [
         ("robot", "other", "its robot was 'balancer' and is 'other'"),
         ("version", 1, "its version was 2 and is 1"),
-        ("firmware", 8, "its firmware was 7 and is 8"),
-        ("control_period", 0.02, "its control period was 0.01 and is 0.02"),
-        ("torque_limit", 0.5, "its torque limit was 0.98 and is 0.5"),
+        ("firmware", 8, "its firmware was 00000007 and is 00000008"),
+        ("firmware", 0, "its firmware was 00000007 and is not numbered"),
+        ("control_period", 0.02, "its control period was 0.01 s and is 0.02 s"),
+        ("torque_limit", 0.8999999761581421, "its torque limit was 0.98 N·m and is 0.9 N·m"),
+        ("torque_limit", 0.98000001, "its torque limit was 0.98 N·m and is 0.98000001 N·m"),
     ],
 )
 def test_whatever_else_the_robot_says_of_itself_is_named(field, value, said, paper, tmp_path):
@@ -43,6 +57,23 @@ def test_problems_and_each_changed_value_of_the_sheet_are_named(paper):
     for name in ("body_mass", "com_offset", "track"):
         heavier = replace(paper, **{name: getattr(paper, name) + 1e-3})
         assert "values of the sheet 'paper' have changed" in objection(record(paper), heavier, ME)
+        kept = record(paper, values=sheet_numbers(paper))
+        before, now = getattr(paper, name), getattr(heavier, name)
+        named = f": {name} was {before:g} {UNITS[name]} and is {now:g} {UNITS[name]}."
+        assert objection(kept, heavier, ME).endswith(named)
+        assert objection(kept, paper, ME) == ""
+
+
+def test_a_record_of_an_older_version_is_read_and_names_no_value(paper, tmp_path):
+    path = keep_record(record(paper, values=sheet_numbers(paper)), tmp_path)
+    tree = json.loads(path.read_text())
+    assert set(tree.pop("values")) == set(VALUES)
+    path.write_text(json.dumps(tree))
+    old = last_record(tmp_path, "paper", "balancer")
+    assert objection(old, paper, ME) == ""
+    assert objection(old, replace(paper, track=0.5), ME).endswith(
+        "have changed since the last twbal check-link of 2026-01-01 10:00:00."
+    )
 
 
 def test_another_sheet_for_a_checked_robot_is_a_change_and_a_strange_robot_with_another_sheet_is_unknown(

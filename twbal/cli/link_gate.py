@@ -6,6 +6,7 @@ from datetime import UTC, datetime
 from omegaconf import DictConfig
 
 from twbal.cli.console import say
+from twbal.cli.own_sheet import made_by_interview
 from twbal.core.check import problems
 from twbal.core.errors import CheckError, DataError
 from twbal.core.robot_parameters import RobotParameters, parameter_hash
@@ -18,6 +19,7 @@ from twbal.sheets.link_record import (
     last_record,
     objection,
     records_folder,
+    sheet_numbers,
     unreadable,
 )
 
@@ -39,6 +41,8 @@ def heeds(cfg: DictConfig, link: DictConfig) -> bool:
 def heed_last_check(plant: SerialPlant, robot: RobotParameters, advise: bool = True) -> None:
     """Refuse a robot whose link was found wrong, or that is not as it was when it was checked.
 
+    One that was never checked is refused where its sheet was made by `twbal new-robot`, as a real robot's own.
+
     Args:
         plant: the robot.
         robot: its sheet.
@@ -57,6 +61,13 @@ def heed_last_check(plant: SerialPlant, robot: RobotParameters, advise: bool = T
         raise CheckError(
             f"The robot {plant.robot_name!r} is not armed: {against} Try it by `twbal check-link`, with the same "
             f"robot= and link=; or drive it all the same by {HEED}=false (in iterate: real_rollout.{HEED}=false)."
+        )
+    if record is None and not against and made_by_interview():
+        raise CheckError(
+            f"The robot {plant.robot_name!r} is not armed: it was never tried by `twbal check-link`, and the sheet "
+            f"{robot.name!r} is that of a robot of your own, whose signs nobody knows yet. Try it by `twbal "
+            f"check-link`, with the same robot= and link=; or drive it all the same by {HEED}=false (in iterate: "
+            f"real_rollout.{HEED}=false)."
         )
     if record is None and advise:
         say(f"the robot {plant.robot_name!r} was never tried by `twbal check-link`, which finds wrong signs")
@@ -95,5 +106,6 @@ def record_check(report: LinkReport, robots: tuple[RobotParameters, ...]) -> Non
     now = datetime.now(UTC).isoformat(sep=" ", timespec="seconds")
     for robot in robots:
         wrong = tuple(problems(report.checks))
-        record = LinkRecord(robot.name, parameter_hash(robot), announced, now, wrong, measured)
+        known = (robot.name, parameter_hash(robot), announced, now, wrong, measured)
+        record = LinkRecord(*known, sheet_numbers(robot))
         keep_record(record, records_folder())

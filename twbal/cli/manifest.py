@@ -223,6 +223,7 @@ def _other_work(step: Step, inputs: Mapping[str, tuple[FileRecord, ...]], before
         changed = [line.strip() for line in new if line not in old] + [f"seed: {step.seed}"] * (
             before.seed != step.seed
         )
+        changed = list(dict.fromkeys(changed))  # what several parts take is told once
         what = f"other settings (now new: {', '.join(changed[:3]) or 'some are gone'})"
     elif inputs != before.inputs:
         what = "other inputs"

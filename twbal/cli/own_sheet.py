@@ -10,7 +10,8 @@ from hydra.core.hydra_config import HydraConfig
 
 from twbal.cli.conf_folder import conf_folder
 from twbal.cli.console import say
-from twbal.core.check import Measurement
+from twbal.cli.robot_link import is_beyond
+from twbal.core.check import Check, Measurement, Verdict
 from twbal.core.errors import ConfigError
 from twbal.core.files import write_atomically
 from twbal.core.robot_parameters import RobotParameters
@@ -18,12 +19,26 @@ from twbal.core.robot_sheet import VALUES, Provenance, robot_sheet
 from twbal.link.checks.line import CONTROL_PERIOD
 from twbal.link.checks.procedure import LinkReport
 from twbal.sheets.editing import Change, edited, noted, renamed, sheet_values
+from twbal.sheets.link_record import build_number
+from twbal.sheets.writing import is_of_interview, number, written, written_at_most
 
 FOLDER = Path("my_conf")
 """Of a person's own configuration, where none was named by --config-dir."""
 
 _SAME = 1e-5  # share by which a number of single precision may differ from the sheet's
 _OTHER_ROBOT = 3.0  # times the robot's torque: a sheet that says more is hardly its own
+
+
+class Written(NamedTuple):
+    """What came of writing.
+
+    Attributes:
+        robots: that were checked, by their sheets as they are now: that of the run, and the copy's.
+        sheet: file that it stands in.
+    """
+
+    robots: tuple[RobotParameters, ...]
+    sheet: Path
 
 
 class SheetFile(NamedTuple):
@@ -53,7 +68,40 @@ def sheet_file() -> SheetFile:
     raise ConfigError(f"The sheet of robot {choice!r} lies in no folder. Give --config-dir=<folder>, and robot=<name>.")
 
 
-def write_measured(report: LinkReport, robot: RobotParameters, file: SheetFile) -> tuple[RobotParameters, ...]:
+def made_by_interview() -> bool:
+    """Whether `twbal new-robot` made the sheet of this run; not where there is no run, or no file."""
+    if not HydraConfig.initialized():
+        return False
+    try:
+        return is_of_interview(sheet_file().path.read_text(encoding="utf-8"))
+    except (ConfigError, OSError, UnicodeDecodeError):
+        return False
+
+
+def sheet_check(torque_limit: float, robot: RobotParameters, file: SheetFile) -> Check:
+    """Whether a sheet can be that of a robot, before that robot is tried.
+
+    Args:
+        torque_limit: that the robot announces [N·m].
+        robot: of this run.
+        file: its sheet.
+
+    Raises:
+        ConfigError: the sheet cannot be changed here.
+    """
+    sheet = sheet_values(file.path.read_text(encoding="utf-8"))
+    for key in ("control_period", "torque_limit"):
+        _number(sheet, key)
+    found = f"{robot.name!r}, torque limit {robot.torque_limit:g} N·m"
+    if robot.torque_limit <= _OTHER_ROBOT * torque_limit:
+        return Check("sheet", Verdict.OK, found)
+    return Check(
+        *("sheet", Verdict.PROBLEM, found, f"about the robot's, {torque_limit:g} N·m"),
+        "It is hardly this robot's: choose its own by --config-dir=<folder> robot=<name>.",
+    )
+
+
+def write_measured(report: LinkReport, robot: RobotParameters, file: SheetFile) -> Written:
     """Write what was measured into a sheet, and say what changed; of a packaged sheet, into a copy of one's own.
 
     Args:
@@ -62,7 +110,7 @@ def write_measured(report: LinkReport, robot: RobotParameters, file: SheetFile) 
         file: its sheet.
 
     Returns:
-        The robots that were checked, by their sheets as they are now: that of the run, and the copy's.
+        The robots that were checked, and where the sheet is.
 
     Raises:
         ConfigError: the sheet cannot be changed here, or is that of another robot.
@@ -77,11 +125,11 @@ def write_measured(report: LinkReport, robot: RobotParameters, file: SheetFile) 
     write_atomically(path, after)
     _tell(path, is_new, changes, before)
     if not file.packaged:
-        now: dict[str, Any] = {change.key: change.value for change in changes}
-        return (replace(robot, **now),)
+        now: dict[str, Any] = {change.key: written(change.value) for change in changes}
+        return Written((replace(robot, **now),), path)
     tree = sheet_values(after)
     values = {key: float(tree[key]) for key in VALUES}
-    return (robot, robot_sheet(name=tree["name"], provenance=tree["provenance"], **values))
+    return Written((robot, robot_sheet(name=tree["name"], provenance=tree["provenance"], **values)), path)
 
 
 def _copy_of(name: str) -> Path:
@@ -108,9 +156,9 @@ def _changes(report: LinkReport, sheet: Mapping[str, Any]) -> list[Change]:
     listed = sheet["provenance"].get(kind) or ()
     if _differs(period.value, _number(sheet, period.key)) or (ticks and period.key not in listed):
         found.append(period)
-    if limit > report.torque_limit * (1.0 + _SAME):
+    if is_beyond(limit, report.torque_limit):
         source = f"limit of the firmware, {today}"
-        found.append(Change("torque_limit", report.torque_limit, Provenance.DATA_SHEET, source))
+        found.append(Change("torque_limit", written_at_most(report.torque_limit), Provenance.DATA_SHEET, source))
     return found
 
 
@@ -130,7 +178,7 @@ def _measured(report: LinkReport) -> list[Measurement]:
 
 
 def _title(report: LinkReport) -> str:
-    return f"{date.today()}, of the robot {report.robot!r}, firmware {report.firmware:08x}"
+    return f"{date.today()}, of the robot {report.robot!r}, firmware {build_number(report.firmware)}"
 
 
 def _line(measured: Measurement) -> str:
@@ -140,8 +188,15 @@ def _line(measured: Measurement) -> str:
 def _tell(path: Path, is_new: bool, changes: Sequence[Change], before: Mapping[str, Any]) -> None:
     print(f"sheet {path}{', a copy of the packaged one' * is_new}")
     for change in changes:
-        say(f"{change.key}: {before[change.key]} -> {change.value:.6g}, {change.provenance} ({change.source})")
+        old, new = _number(before, change.key), written(change.value)
+        step = f"{number(new)}" if old == new else f"{before[change.key]} -> {number(new)}"
+        say(f"{change.key}: {step}, {'now ' * (old == new)}{change.provenance} ({change.source})")
     if not changes:
         say("its values are the robot's; what was measured besides stands at its end")
     if path.parent.parent == FOLDER:
-        say(f"choose it by --config-dir={FOLDER} robot={path.stem}")
+        say(f"choose it by {chosen_by(path)}")
+
+
+def chosen_by(sheet: Path) -> str:
+    """The words that choose a sheet of one's own."""
+    return f"--config-dir={sheet.parent.parent} robot={sheet.stem}"

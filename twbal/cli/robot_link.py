@@ -60,6 +60,11 @@ def check_torque(policy: Policy, robot: RobotParameters) -> None:
         )
 
 
+def is_beyond(torque: float, limit: float) -> bool:
+    """Whether a sheet's torque limit is more than a robot's, by more than single precision rounds [N·m]."""
+    return not limit >= torque * (1 - 1e-6)
+
+
 def check_robot(plant: SerialPlant, robot: RobotParameters) -> None:
     """Raise ConfigError where a robot is not that of the sheet."""
     if not abs(plant.control_period - robot.control_period) <= 1e-6:
@@ -67,7 +72,7 @@ def check_robot(plant: SerialPlant, robot: RobotParameters) -> None:
             f"The robot {plant.robot_name!r} on the link has a control period of {plant.control_period} s; the data "
             f"sheet {robot.name!r} says {robot.control_period} s. Is it the right one (robot=...)?"
         )
-    if not plant.torque_limit >= robot.torque_limit * (1 - 1e-6):
+    if is_beyond(robot.torque_limit, plant.torque_limit):
         raise ConfigError(
             f"The robot {plant.robot_name!r} on the link takes at most {plant.torque_limit:g} N·m; the data sheet "
             f"{robot.name!r} says {robot.torque_limit:g} N·m. Commands beyond would be recorded but not act. Is it the "

@@ -13,6 +13,7 @@
     └── LinkError           the robot cannot be reached, or does not answer
         ├── ProtocolError   it answers in another language
         └── LinkLostError   it fell silent in the middle of a rollout
+            └── MotorsOnError   it does not confirm that its motors are off
 
 A message says what was found, what was expected and what to try.
 """
@@ -68,6 +69,10 @@ class ProtocolError(LinkError):
 
 class LinkLostError(LinkError):
     """The robot fell silent in the middle of a rollout."""
+
+
+class MotorsOnError(LinkLostError):
+    """The robot does not confirm that its motors are off: somebody has to switch it off by hand."""
 
 
 def install_advice(extra: str) -> str:

@@ -32,6 +32,7 @@ class Exchange:
         self._said: PoseReport | None = None
         self._decoder = Decoder()
         self._number = self._period = 0  # of the last message; of the newest telemetry
+        self._bytes, self._understood = 0, False  # that arrived; whether any message was among them
 
     @property
     def bad_frames(self) -> int:
@@ -76,7 +77,7 @@ class Exchange:
                 self.transport.write(wire)
                 self.sent_again += resend_at > 0.0
                 resend_at = now + resend_after
-            for answer in map(upgraded, self._decoder.feed(self.transport.read())):
+            for answer in self._arrived():
                 if isinstance(answer, PoseReport):
                     self._said = answer
                 elif answer.seq == message.seq:
@@ -101,8 +102,15 @@ class Exchange:
         """
         deadline, heard = time.monotonic() + seconds, list[Message]()
         while time.monotonic() < deadline:
-            heard += map(upgraded, self._decoder.feed(self.transport.read()))
+            heard += self._arrived()
         return heard
+
+    def _arrived(self) -> list[Message]:
+        """Messages that have come, as those of the newest version."""
+        data = self.transport.read()
+        messages = self._decoder.feed(data)
+        self._bytes, self._understood = self._bytes + len(data), self._understood or bool(messages)
+        return [upgraded(message) for message in messages]
 
     def _is_later(self, answer: Message) -> bool:
         """Whether this is telemetry of a later control period than all before; from now on it is one of those."""
@@ -128,6 +136,12 @@ class Exchange:
             return (
                 f"No answer to {sent} {where} can be read; the last was {self._decoder.unreadable}. Does its firmware "
                 "keep to docs/protocol.md?"
+            )
+        if self._bytes and not self._understood:
+            return (
+                f"No answer to {sent} {where}: {self._bytes} bytes came, but not from a twbal robot. Is it the right "
+                "port (another device talks there), and is link.baud_rate right? Or its firmware does not keep to "
+                "docs/protocol.md."
             )
         return (
             f"No answer to {sent} {where} ({self.bad_frames} damaged frames so far). Is it switched on, and is the "

@@ -39,6 +39,19 @@ def ask_for_motion(what: str) -> None:
     _ask(f"{what}. Press Enter. ", "moved")
 
 
+def ask_again(found: str) -> bool:
+    """Ask the person at the terminal whether a motion by hand, that came to a problem, is to be made once more.
+
+    Args:
+        found: what it came to, as a line.
+    """
+    try:
+        return input(f"  {found}\nEnter to do it once more, n and Enter to go on: ").strip().lower() not in ("n", "no")
+    except EOFError:
+        print()
+        return False
+
+
 def _ask(question: str, what: str) -> None:
     """Ask, and wait for Enter; `what` has to be done to the robot."""
     try:

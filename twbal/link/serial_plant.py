@@ -6,7 +6,7 @@ from contextlib import suppress
 from typing import Self
 
 from twbal.core.episode import Event
-from twbal.core.errors import ConfigError, DataError, LinkError, LinkLostError, ProtocolError
+from twbal.core.errors import ConfigError, DataError, LinkError, LinkLostError, MotorsOnError, ProtocolError
 from twbal.core.motor import Motor
 from twbal.core.plant import Observation, Plant, Pose, WheelDifference
 from twbal.link.exchange import Exchange
@@ -251,7 +251,7 @@ class SerialPlant(Plant):
         """Switch the motors off and wait until the robot says that they are.
 
         Raises:
-            LinkLostError: it does not say so. Its own watchdog is then all that is left.
+            MotorsOnError: it does not say so. Its own watchdog is then all that is left.
         """
         if not self._armed:
             return
@@ -259,7 +259,7 @@ class SerialPlant(Plant):
             self._switch_off()
         except LinkError as error:
             self._armed, self._lost = False, True
-            raise LinkLostError(
+            raise MotorsOnError(
                 f"The robot {self.robot_name} does not confirm that its motors are off, and THEY MAY STILL BE ON: "
                 f"switch it off by hand. ({error})"
             ) from error

@@ -87,9 +87,16 @@ class SerialTransport(Transport):
             raise LinkLostError(f"The port {self.name} is gone while reading: {error}.") from error
 
     def write(self, data: bytes) -> None:
-        """Send `data`; see `Transport.write`."""
+        """Send `data`; see `Transport.write`.
+
+        A process that is halted within the write finds its time over, though the line is well. So one that takes too
+        long is done again: to the robot it is a message that comes twice.
+        """
         try:
-            self._port.write(data)
+            try:
+                self._port.write(data)
+            except serial.SerialTimeoutException:
+                self._port.write(data)
         except OSError as error:
             raise LinkLostError(f"The port {self.name} is gone while writing: {error}.") from error
 
@@ -105,9 +112,23 @@ def serial_ports() -> list[str]:
 
 def _cannot_open(port: str, error: Exception) -> str:
     ports = ", ".join(serial_ports()) or "none"
+    if _is_no_terminal(port):
+        return f"{port} is no serial port. Serial ports that are there: {ports}."
     code = getattr(error, "errno", None)
     why = os.strerror(code) if code else error  # pyserial's own words have the port and the reason twice
     return (
         f"Cannot open the port {port}: {why}. Serial ports that are there: {ports}. Is the robot plugged in, its "
         "port free, and may you use it (on Linux: the group dialout)?"
     )
+
+
+def _is_no_terminal(port: str) -> bool:
+    """Whether a path leads to something that is certainly no serial port."""
+    try:
+        opened = os.open(port, os.O_RDONLY | os.O_NONBLOCK | os.O_NOCTTY)
+    except OSError:
+        return False
+    try:
+        return not os.isatty(opened)
+    finally:
+        os.close(opened)

@@ -5,6 +5,7 @@ from typing import NamedTuple
 from twbal.core.errors import ConfigError
 from twbal.core.robot_sheet import Provenance
 from twbal.sheets.questions import QUESTIONS, Question, Values, Way
+from twbal.sheets.size import Range, believed_range
 from twbal.sheets.units import meant, quantity
 
 
@@ -46,13 +47,14 @@ def answered(question: Question, text: str, known: Values) -> Answer:
     """
     way = way_of(question, text)
     if way is None:
-        return _given(question, text)
+        return _given(question, text, known)
     value = way.compute(known)
     used = {key: f"{known[key]:.6g}" for key in way.needs}
-    return Answer(_believed(question, value, f"{value:.6g}", True), way.provenance, way.source.format(**used))
+    _check_computed(question, way, value, known)
+    return Answer(value, way.provenance, way.source.format(**used))
 
 
-def _given(question: Question, text: str) -> Answer:
+def _given(question: Question, text: str, known: Values) -> Answer:
     said, _, source = text.partition(";")
     number, provenance = _without_provenance(said.strip().replace("data sheet", Provenance.DATA_SHEET))
     try:
@@ -60,7 +62,10 @@ def _given(question: Question, text: str) -> Answer:
     except ConfigError as error:
         ways = ", ".join(way.name for way in question.ways)
         raise ConfigError(f"{question.key}: {error}" + (f" Or compute it: {ways}." if ways else "")) from error
-    return Answer(_believed(question, value, number, has_unit), provenance or question.provenance, source.strip())
+    _check_sign(question, value)
+    if not has_unit:
+        _check_unit(question, value, number, believed_range(question, known))
+    return Answer(value, provenance or question.provenance, source.strip())
 
 
 def _without_provenance(said: str) -> tuple[str, Provenance | None]:
@@ -69,19 +74,40 @@ def _without_provenance(said: str) -> tuple[str, Provenance | None]:
     return (number, Provenance(last.lower())) if last.lower() in list(Provenance) else (said, None)
 
 
-def _believed(question: Question, value: float, text: str, has_unit: bool) -> float:
-    """The value; a number of another unit is a slip that is told, unless its unit stands beside it."""
+def _check_sign(question: Question, value: float) -> None:
     key, unit = question.key, question.unit
     if question.low >= 0.0 and not value > 0.0:
         raise ConfigError(f"{key} must be more than 0 {unit}; found {value:.6g}. It is {question.what}.")
-    if has_unit or question.low <= value <= question.high:
-        return value
-    expected = f"{question.low:g} to {question.high:g} {unit}".strip()
-    others = meant(value, unit, question.low, question.high)
-    slip = f" Is it in {others[0]}? Then write `{text} {others[0]}`." if others else ""
-    insist = f" If it is right, write `{text} {unit}`." if unit else ""
+
+
+def _check_unit(question: Question, value: float, text: str, expected: Range) -> None:
+    """Raise ConfigError where a number without a unit is beyond what is expected: a slip of the unit, as a rule."""
+    key, unit = question.key, question.unit
+    if expected.low <= value <= expected.high:
+        return
+    others = meant(value, unit, expected.usual, expected.high)
+    slip = f" Is it in {others[0]}? Then write `{text} {others[0].replace('·', ' ')}`." if others else ""
+    insist = f" If it is right, write `{text} {unit.replace('·', ' ')}`." if unit else ""
     found = f"{key} is {value:.6g} {unit}".strip()
-    raise ConfigError(f"{found}; expected {expected} ({question.what}).{slip}{insist}")
+    raise ConfigError(f"{found}; expected {expected.told(unit)} ({expected.why or question.what}).{slip}{insist}")
+
+
+def _check_computed(question: Question, way: Way, value: float, known: Values) -> None:
+    """Raise ConfigError where a value cannot be, or where it is beyond what a robot of this size has.
+
+    A way that only takes a quantity of the same unit is believed, as that was asked for with its unit.
+    """
+    _check_sign(question, value)
+    expected = believed_range(question, known)
+    if not expected.why or any(QUESTIONS[key].unit == question.unit for key in way.needs):
+        return
+    if not expected.low <= value <= expected.high:
+        unit = question.unit
+        raise ConfigError(
+            f"{question.key} comes to {value:.4g} {unit} by {way.name}; expected {expected.told(unit)} "
+            f"({expected.why}). Are the units of {', '.join(way.needs)} right? If it is right, answer "
+            f"{question.key} by `{value:.4g} {unit.replace('·', ' ')}`."
+        )
 
 
 def question_of(key: str) -> Question:

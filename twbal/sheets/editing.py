@@ -13,6 +13,9 @@ from twbal.sheets.writing import number
 _BLOCK = "# twbal check-link, "
 """Begins the lines of comment that `noted` keeps at a sheet's end."""
 
+_EARLIER = re.compile(r"(?:[^;:]*; before: [^;:]*(?:: |$))+")
+"""Remarks of earlier changes, in front of what the person wrote."""
+
 
 class Change(NamedTuple):
     """A new value.
@@ -91,8 +94,9 @@ def _with_value(text: str, change: Change, remark: str) -> str:
     line, newline, rest = text[end:].partition("\n")
     blank, sign, comment = line.partition("#")
     unit, _, former = comment.strip().partition(";")
+    former = _EARLIER.sub("", former.strip())
     said = f"{unit.strip()}; {remark}" if unit else remark
-    said += f": {former.strip()}" if former else ""
+    said += f": {former}" if former else ""
     return f"{text[:start]}{number(change.value)}{blank if sign else '  '}# {said}{newline}{rest}"
 
 

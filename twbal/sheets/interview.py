@@ -15,6 +15,22 @@ HELP = "?"
 """Typed in place of an answer: how to find it."""
 
 
+BACK = "back"
+"""Typed in place of an answer: to the question before. The name of an earlier question opens that one."""
+
+
+class _OpenedError(Exception):
+    """An earlier question is opened again.
+
+    Args:
+        key: of that question.
+    """
+
+    def __init__(self, key: str) -> None:
+        super().__init__(key)
+        self.key = key
+
+
 class Person(NamedTuple):
     """Who answers.
 
@@ -47,6 +63,8 @@ class Interview:
         self.found: dict[str, Answer] = {}
         self._name, self._person = name, person
         self._missing: list[str] = []
+        self._open: list[str] = []  # the question that is asked, and those that it is asked for
+        self._told: set[str] = set()
 
     def run(self) -> dict[str, Answer]:
         """The values of the sheet.
@@ -54,8 +72,14 @@ class Interview:
         Raises:
             ConfigError: nobody is there to correct an answer, or to give one that is missing.
         """
-        for question in VALUES:
-            self._settle(question)
+        while True:
+            try:
+                for question in VALUES:
+                    self._settle(question)
+                break
+            except _OpenedError as opened:  # all is gone through anew, as other values may rest on it
+                self.texts.pop(opened.key, None)
+                self.found, self._open = {}, []
         if self._missing:
             raise ConfigError(
                 f"The sheet of {self._name} lacks {', '.join(self._missing)}. Run this in a terminal to be asked, or "
@@ -69,17 +93,18 @@ class Interview:
 
     def _settle(self, question: Question) -> None:
         """Find a value: of an answer that is there, or by asking until one is good."""
+        self._open.append(question.key)
         while question.key not in self.found:
             text = self.texts.get(question.key)
             if text is None and (text := self._asked(question)) is None:
                 self._missing.append(question.key)
-                return
+                break
             try:
                 way = way_of(question, text)
                 if way is not None:
                     self._keep(question, text)
                     if not self._prepare(way):
-                        return
+                        break
                 answer = answered(question, text, self._known)
                 check_body(self._name, {**self._known, question.key: answer.value})
             except ConfigError as error:
@@ -88,11 +113,18 @@ class Interview:
                     raise
                 self._person.tell(str(error))
                 self._forget(way_of(question, text))
+                if self.found:
+                    self._person.tell(
+                        f"To change an earlier answer, type its name, as {next(iter(self.found))}, or {BACK}."
+                    )
                 continue
             self.found[question.key] = answer
             self._keep(question, text)
-            if way is not None:
-                self._person.tell(f"{question.key} = {answer.value:.6g} {question.unit}: {answer.source}")
+            said = f"{question.key} = {answer.value:.6g} {question.unit}: {answer.source}"
+            if way is not None and said not in self._told:
+                self._told.add(said)
+                self._person.tell(said)
+        self._open.pop()
 
     def _keep(self, question: Question, text: str) -> None:
         self.texts[question.key] = text
@@ -124,8 +156,26 @@ class Interview:
             text = self._person.ask(f"{question.key}{unit}{ways}: {question.what}{shown}? ").strip()
             if text == HELP:
                 self._person.tell(f"{question.how} docs/new_robot.md has pictures.")
-            elif text or offer:
+            elif text == BACK or text in QUESTIONS:
+                self._reopen(text)
+            elif not text and not offer:
+                self._person.tell(f"Expected is {question.what}; {HELP} says how to find it, Ctrl-C keeps the answers.")
+            else:
                 return text or offer.partition(",")[0]
+
+    def _reopen(self, word: str) -> None:
+        """Ask an earlier question anew, by its name or as the one before; where there is none, that is said.
+
+        Raises:
+            _OpenedError: there is.
+        """
+        for_it = self._open[-2:-1]
+        before = [*for_it, *([] if for_it else list(self.found)[-1:])]
+        keys = before if word == BACK else [word] if word in self.texts else []
+        if keys:
+            raise _OpenedError(keys[0])
+        none = "There is no question before this one." if word == BACK else f"{word} has no answer yet."
+        self._person.tell(none)
 
     def _offer(self, question: Question) -> str:
         """What Enter answers: a way whose needs are all answered, with its result, or what the question offers."""

@@ -3,7 +3,8 @@
 import hashlib
 import os
 import re
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
 
@@ -11,6 +12,8 @@ from twbal.core.check import Measurement
 from twbal.core.errors import DataError
 from twbal.core.json_records import read_record, write_record
 from twbal.core.robot_parameters import RobotParameters, parameter_hash
+from twbal.core.robot_sheet import VALUES
+from twbal.sheets.questions import QUESTIONS
 
 
 class Announced(NamedTuple):
@@ -42,6 +45,7 @@ class LinkRecord:
         checked: when, in UTC, as text that can be sorted.
         problems: names of the checks that found something wrong.
         measured: numbers.
+        values: of the sheet, as they were after the check; records of older versions have none.
     """
 
     sheet: str
@@ -50,6 +54,7 @@ class LinkRecord:
     checked: str
     problems: tuple[str, ...]
     measured: tuple[Measurement, ...]
+    values: Mapping[str, float] = field(default_factory=dict)
 
 
 def records_folder() -> Path:
@@ -95,7 +100,7 @@ def objection(record: LinkRecord, robot: RobotParameters, announced: Announced) 
     if record.sheet != robot.name:
         return f"the last {when} was with the sheet {record.sheet!r}, and this is {robot.name!r}."
     changed = [
-        f"{name.replace('_', ' ')} was {before!r} and is {now!r}"
+        f"{name.replace('_', ' ')} was {_announced(name, before, now)} and is {_announced(name, now, before)}"
         for name, before, now in zip(Announced._fields, record.announced, announced, strict=True)
         if before != now
     ]
@@ -104,8 +109,43 @@ def objection(record: LinkRecord, robot: RobotParameters, announced: Announced) 
     if record.problems:
         return f"the last {when} found something wrong: {', '.join(record.problems)}."
     if record.sheet_hash != parameter_hash(robot):
-        return f"values of the sheet {robot.name!r} have changed since the last {when}."
+        return f"values of the sheet {robot.name!r} have changed since the last {when}{_changes(record.values, robot)}."
     return ""
+
+
+def sheet_numbers(robot: RobotParameters) -> dict[str, float]:
+    """The values of a sheet, by their names."""
+    return {name: float(getattr(robot, name)) for name in VALUES}
+
+
+def _changes(before: Mapping[str, float], robot: RobotParameters) -> str:
+    """Which values of a sheet changed; empty where it is not known what they were."""
+    told = [
+        f"{name} was {_number(before[name], now, unit)} and is {_number(now, before[name], unit)}"
+        for name, now in sheet_numbers(robot).items()
+        for unit in [QUESTIONS[name].unit]
+        if name in before and before[name] != now
+    ]
+    return f": {', '.join(told)}" if told else ""
+
+
+def _announced(name: str, value: object, other: object) -> str:
+    if not isinstance(value, int | float) or not isinstance(other, int | float):
+        return repr(value)
+    if name == "firmware":
+        return build_number(int(value))
+    return _number(value, other, QUESTIONS[name].unit if name in QUESTIONS else "")
+
+
+def _number(value: float, other: float, unit: str) -> str:
+    """A number, with as many digits as tell it from another."""
+    digits = next((digits for digits in (6, 9) if f"{value:.{digits}g}" != f"{other:.{digits}g}"), 17)
+    return f"{value:.{digits}g} {unit}".strip()
+
+
+def build_number(firmware: int) -> str:
+    """The number of a firmware's build, in words."""
+    return f"{firmware:08x}" if firmware else "not numbered"
 
 
 def unreadable(error: DataError) -> str:

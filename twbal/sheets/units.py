@@ -67,7 +67,7 @@ def meant(value: float, unit: str, low: float, high: float) -> list[str]:
 
 def _plain(unit: str) -> str:
     """A unit however it was typed: kg m2, kg*m^2 and kg·m² are one."""
-    return re.sub(r"[\s·*.^]", "", unit).replace("²", "2").replace("μ", "µ").lower().replace("us", "µs")
+    return re.sub(r"[\s·*.^-]", "", unit).replace("²", "2").replace("μ", "µ").lower().replace("us", "µs")
 
 
 def _example(unit: str) -> str:

@@ -2,17 +2,21 @@
 
 import re
 from collections.abc import Mapping
+from decimal import ROUND_DOWN, Decimal
 
 from twbal.core.errors import ConfigError
 from twbal.core.robot_sheet import Provenance, robot_sheet
 from twbal.sheets.answer import Answer
 from twbal.sheets.questions import QUESTIONS
 
-_HEAD = """\
-# {name}, by `twbal new-robot`. Each comment is the unit and where the number comes from.
+_MAKER = "by `twbal new-robot`"
+_HEAD = f"""\
+# {{name}}, {_MAKER}. Each comment is the unit and where the number comes from.
 _target_: twbal.core.robot_sheet.robot_sheet
-name: {name}
+name: {{name}}
 """
+_DIGITS = 6
+_SINGLE = 6e-8  # share by which single precision rounds
 _NAME = re.compile(r"[A-Za-z]\w{0,63}", re.ASCII)
 
 
@@ -24,11 +28,28 @@ def check_name(name: str) -> None:
         )
 
 
+def is_of_interview(text: str) -> bool:
+    """Whether the text of a sheet was made by `sheet_text`: its first line says so."""
+    return _MAKER in text.partition("\n")[0]
+
+
 def number(value: float) -> str:
     """A number as every reader of yaml takes it for one: 1.5, 2.02e-05, 3.0e-05."""
-    text = f"{value:.6g}"
+    text = f"{value:.{_DIGITS}g}"
     mantissa, e, exponent = text.partition("e")
     return f"{mantissa}{'' if '.' in mantissa else '.0'}{e}{exponent}" if e else text
+
+
+def written(value: float) -> float:
+    """What is read where a number was written."""
+    return float(number(value))
+
+
+def written_at_most(value: float) -> float:
+    """The nearest number that is written and no more than a positive one, but for what single precision rounds."""
+    exact = Decimal(value * (1.0 + _SINGLE))
+    digit = Decimal(1).scaleb(exact.adjusted() - _DIGITS + 1)
+    return written(float(exact.quantize(digit, ROUND_DOWN)))
 
 
 def sheet_text(name: str, values: Mapping[str, Answer]) -> str:
@@ -53,4 +74,4 @@ def sheet_text(name: str, values: Mapping[str, Answer]) -> str:
 
 def _comment(key: str, answer: Answer) -> str:
     source = " ".join(answer.source.split())
-    return f"{QUESTIONS[key].unit}; {source}" if source else QUESTIONS[key].unit
+    return f"{QUESTIONS[key].unit}; {source or answer.provenance.replace('_', ' ')}"

@@ -126,7 +126,19 @@ int main(int count, char** words)
 {
     Arguments made;
     if (!read_arguments(count, words, made)) {
-        fprintf(stderr, "robot_posix is started by `twbal virtual-robot firmware=...`; its arguments are wrong\n");
+        fputs("robot_posix is the firmware without a board. It needs physics behind its stdin and stdout, by which\n"
+              "    twbal virtual-robot firmware=firmware/build/robot_posix clock=real_time\n"
+              "starts it, and prints its port. Its arguments, in this order, with examples:\n"
+              "    name            esp32\n"
+              "    period          10000     us\n"
+              "    torque limit    0.98      N m, sum of both wheels\n"
+              "    difference      0.5       N m; 0: it does not turn\n"
+              "    tilt limit      1.0       rad\n"
+              "    watchdog        100000    us\n"
+              "    clock           0         0: lockstep, 1: real time\n"
+              "    sensors         7         bits of docs/protocol.md\n"
+              "    idle time       600       s without a host, after which it ends\n",
+              stderr);
         return 2;
     }
 #ifdef TWBAL_WITH_POLICY

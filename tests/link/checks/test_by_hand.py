@@ -6,7 +6,7 @@ import pytest
 from held_robot import HeldRobot
 from pendulum import MemoryTransport
 
-from twbal.link.checks.by_hand import by_hand_checks
+from twbal.link.checks.by_hand import Helper, by_hand_checks
 from twbal.link.protocol import Clock
 from twbal.link.serial_plant import SerialPlant
 from twbal.virtual_robot.firmware import Firmware, Identity
@@ -21,13 +21,15 @@ def smooth(seconds):
     return 3 * x**2 - 2 * x**3, (6 * x - 6 * x**2) * 2 / SECONDS if x < 1.0 else 0.0
 
 
-def tried(version=2, swapped=False, lazy=False, turns=1.0, **factors):
+def tried(version=2, swapped=False, lazy=False, turns=1.0, again=lambda found: False, told=None, **factors):
     """Verdicts of a robot that shows its tilt, tilt rate and wheels times a factor each."""
     see, robot = {**SIGHT, **factors}, HeldRobot(bias=0.0)
 
     def person(what):
+        is_lazy = lazy(what) if callable(lazy) else lazy
+
         def motion(seconds):
-            far, fast = smooth(seconds) if not lazy else (0.0, 0.0)
+            far, fast = smooth(seconds) if not is_lazy else (0.0, 0.0)
             lean = math.radians(20.0) * ("lean" in what)
             left, right = (2 * math.pi * turns * far * (side in what) for side in ("LEFT", "RIGHT"))
             left, right = (right, left) if swapped else (left, right)
@@ -35,8 +37,9 @@ def tried(version=2, swapped=False, lazy=False, turns=1.0, **factors):
 
         robot.motion = motion
 
+    helper = Helper(person, again, (told if told is not None else []).append)
     line = MemoryTransport(Firmware(robot, Identity("held", 4.0, 1.0, 0.1, Clock.LOCKSTEP, version)))
-    checks = by_hand_checks(SerialPlant(line, 1.0, 1.0, 1.0), SECONDS, person)
+    checks = by_hand_checks(SerialPlant(line, 1.0, 1.0, 1.0), SECONDS, helper)
     return {check.name.removesuffix(" sign"): check for check in checks}
 
 
@@ -84,3 +87,21 @@ def test_who_does_nothing_is_asked_whether_it_was_done():
     found = tried(lazy=True)
     assert verdicts(found) == ["problem"] * 3
     assert all("Did you" in check.advice for check in found.values())
+
+
+def test_a_slip_is_told_at_once_and_made_good_by_doing_it_once_more():
+    slips, shown, told = {"LEFT": 1}, [], []
+
+    def lazy(what):
+        slips["LEFT"] -= "LEFT" in what
+        return "LEFT" in what and slips["LEFT"] == 0
+
+    found = tried(lazy=lazy, again=lambda line: shown.append(line) or True, told=told)
+    assert verdicts(found) == ["ok"] * 3
+    assert len(shown) == 1
+    assert "Did you turn it?" in shown[0]
+    assert [line.split()[1] for line in told] == ["tilt", "left", "right"]
+
+
+def test_who_does_not_do_it_once_more_keeps_the_problem():
+    assert verdicts(tried(lazy=lambda what: "RIGHT" in what)) == ["ok", "ok", "problem"]

@@ -6,11 +6,14 @@ import pytest
 from held_robot import PERIOD, DeafToStop, HeldRobot, SilentWatchdog, WakesUp, damaging, lossy
 from pendulum import MemoryTransport, Pendulum
 
-from twbal.core.check import Verdict
+from twbal.core.check import Check, Verdict
 from twbal.core.errors import LinkLostError
+from twbal.link.checks.line import clock_check
 from twbal.link.checks.procedure import LinkTrial, check_link
+from twbal.link.checks.recording import record
 from twbal.link.protocol import Clock
 from twbal.link.serial_plant import SerialPlant
+from twbal.link.wheel_commands import WheelCommands
 from twbal.virtual_robot.firmware import Firmware, Identity
 
 TRIAL = LinkTrial(exchanges=60, rest=1.0, pulse=0.1, pulse_time=0.3, is_held=True, by_hand=False, hand_time=1.0)
@@ -62,17 +65,25 @@ def test_a_robot_in_lockstep_has_no_watchdog_and_no_clock_of_its_own():
 
 def test_swapped_torque_signs_are_found():
     bench = Bench(HeldRobot(signs=(-1.0, -1.0)))
-    assert bench.problems() == {"torque sign", "difference sign"}
+    assert bench.problems() == {"torque sign"}
     assert "backward" in bench.found["torque sign"].found
+    assert bench.found["difference sign"].verdict is Verdict.SKIPPED
 
 
 @pytest.mark.parametrize(
-    ("signs", "wheel"), [((-1.0, 1.0), "the left wheel by -"), ((1.0, 0.0), "the right wheel by +0")]
+    ("signs", "wheel", "advice"),
+    [
+        ((-1.0, 1.0), "the left wheel by -", "Swap the leads of the motor of the left wheel"),
+        ((1.0, -1.0), "the right wheel by -", "Swap the leads of the motor of the right wheel"),
+        ((1.0, 0.0), "the right wheel by +0", "Of the right wheel, which does not turn, check motor"),
+    ],
 )
-def test_one_wheel_that_does_not_follow_is_found(signs, wheel):
+def test_one_wheel_that_does_not_follow_is_found_and_nothing_else_is_said_of_it(signs, wheel, advice):
     bench = Bench(HeldRobot(signs=signs))
-    assert "torque sign" in bench.problems()
+    assert bench.problems() == {"torque sign"}
     assert wheel in bench.found["torque sign"].found
+    assert bench.found["torque sign"].advice.startswith(advice)
+    assert {bench.found[name].verdict for name in ("dead time", "difference sign")} == {Verdict.SKIPPED}
 
 
 def test_swapped_wheels_are_found_by_the_difference_alone():
@@ -81,7 +92,7 @@ def test_swapped_wheels_are_found_by_the_difference_alone():
 
 def test_motors_that_do_not_move_are_a_problem_and_a_larger_pulse_moves_them():
     stuck = HeldRobot(dead_zone=0.3)  # a wheel gets half of 0.1 · 4 N·m
-    assert Bench(stuck).problems() == {"torque sign", "difference sign"}
+    assert Bench(stuck).problems() == {"torque sign"}
     assert not Bench(stuck).problems(replace(TRIAL, pulse=0.3))
 
 
@@ -119,6 +130,7 @@ def test_a_robot_that_never_switches_off_is_said_to_be_still_on():
     bench.verdicts()
     said = " ".join(check.found for check in bench.report.checks if check.verdict is Verdict.PROBLEM)
     assert "MAY STILL BE ON" in said
+    assert bench.report.motors_may_be_on
 
 
 def test_a_robot_that_a_command_wakes_after_stop_is_found():
@@ -180,11 +192,32 @@ def test_a_line_that_breaks_is_a_problem_and_what_follows_is_skipped():
     assert [verdicts[part] for part in ("stop", "watchdog", "by hand", "motors")] == ["skipped"] * 4
 
 
+def test_a_sheet_of_another_robot_is_a_problem_before_anything_is_tried():
+    bench, robot = Bench(HeldRobot()), "paper, torque limit 20 N·m"
+    said = []
+    sheet = Check("sheet", Verdict.PROBLEM, robot)
+    report = check_link(bench.plant, TRIAL, said.append, clock=bench.time, sheet=sheet)
+    assert [check.name for check in report.checks][:3] == ["handshake", "sheet", "line"]
+    assert {check.verdict for check in report.checks[2:]} == {Verdict.SKIPPED}
+    assert not said
+
+
+def test_many_missed_periods_are_a_warning_of_the_clock():
+    bench = Bench(HeldRobot(), clock=Clock.REAL_TIME)
+    bench.plant.reset(0)
+    rest = record(bench.plant, [WheelCommands(0.0)] * 100, bench.time)
+    assert clock_check(bench.plant, rest._replace(missed=1)).verdict is Verdict.OK
+    late = clock_check(bench.plant, rest._replace(missed=8))
+    assert late.verdict is Verdict.WARNING
+    assert "8 of 100 periods missed" in late.found
+    assert len(late.measured) == 2
+
+
 def test_ctrl_c_in_a_pulse_leaves_the_motors_off():
     bench = Bench(HeldRobot())
 
     def pressed(part):
-        if part == "motors":
+        if part.startswith("motors"):
             bench.line.to_robot = interrupt
 
     def interrupt(data):

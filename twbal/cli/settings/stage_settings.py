@@ -218,6 +218,7 @@ STAGES: Mapping[str, tuple[Setting, ...]] = {
         Setting("self_stop_tilt", TILT_LIMIT, "tilt at which it stops itself"),
         Setting("watchdog", Number(0.001, 3600.0, "s"), "silence of the host at which it stops itself"),
         Setting("protocol", Whole(1, 2), "version of the link's protocol that it speaks"),
+        Setting("held", YesNo(), "a hand holds it, wheels in the air, and moves it by keys"),
         Setting("firmware", OrNull(PATH), "program of firmware/ that runs in it; null: Python"),
         Setting("idle_timeout", Number(0.01, 1e7, "s"), "time without a host at which it ends"),
         Setting("parent", OrNull(Whole(1, 2**31)), "process it does not outlive; null: which started it"),

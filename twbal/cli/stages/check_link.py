@@ -6,9 +6,9 @@ from pathlib import Path
 from hydra.utils import instantiate
 from omegaconf import DictConfig, OmegaConf
 
-from twbal.cli.console import next_command, run_folder, say
+from twbal.cli.console import chosen_overrides, next_command, run_folder, say
 from twbal.cli.link_gate import heeds, record_check
-from twbal.cli.own_sheet import sheet_file, write_measured
+from twbal.cli.own_sheet import chosen_by, sheet_check, sheet_file, write_measured
 from twbal.cli.robot_link import in_time, robot_link
 from twbal.cli.signals import stopped_once
 from twbal.cli.typed_config import typed
@@ -17,8 +17,9 @@ from twbal.core.errors import CheckError
 from twbal.core.files import write_atomically
 from twbal.core.json_records import write_record
 from twbal.core.robot_parameters import RobotParameters
+from twbal.link.checks.by_hand import Helper
 from twbal.link.checks.procedure import LinkReport, LinkTrial, check_link
-from twbal.link.person import ask_for_motion, confirm_lifted
+from twbal.link.person import ask_again, ask_for_motion, confirm_lifted
 from twbal.virtual_robot.process import Launch, launch
 from twbal.viz.canvas import save
 from twbal.viz.round_trip_figure import round_trip_figure
@@ -53,12 +54,24 @@ def main(cfg: DictConfig) -> None:
     for name in (PAGE, RECORD, FIGURE):
         if (out / name).is_file():
             print(f"made  {out / name}")
-    _record(cfg, report)
+    own = _record(cfg, report)
     if wrong := problems(report.checks):
+        on = " It does not confirm that its motors are off, and THEY MAY STILL BE ON: switch it off by hand."
         raise CheckError(
             f"The robot {report.robot} is not fit to be driven: {', '.join(wrong)}. {out / PAGE} says why."
+            f"{on * report.motors_may_be_on}"
         )
-    print(f"next  {next_command('lqr', {}, 'robot')}")
+    _print_next(own)
+
+
+def _print_next(own: Path | None) -> None:
+    """Print what comes next, with the robot by its own sheet, which may have been written by this check."""
+    if own is None:
+        regulator, drive = (next_command(stage, {}, "robot") for stage in ("lqr", "real-rollout"))
+    else:
+        regulator, drive = (f"twbal {stage} {chosen_by(own)}" for stage in ("lqr", "real-rollout"))
+    print(f"next  {regulator}")
+    print(f"then  {drive} policy.path=<its policy.pt>{chosen_overrides('link')} steps=25")
 
 
 def run(cfg: DictConfig, out: Path, launch: Launch = launch) -> LinkReport:
@@ -75,11 +88,13 @@ def run(cfg: DictConfig, out: Path, launch: Launch = launch) -> LinkReport:
     known = {key: value for key, value in _TRIED_AS.items() if key in cfg.link}
     link = OmegaConf.merge(cfg.link, known)
     assert isinstance(link, DictConfig)
+    helper = Helper(ask_for_motion, ask_again, say)
     with stopped_once(), robot_link(link, launch) as plant:
-        if is_held:
+        sheet = sheet_check(plant.torque_limit, instantiate(cfg.robot), sheet_file()) if _writes_sheet(cfg) else None
+        if is_held and not (sheet and problems([sheet])):
             confirm_lifted()
         with in_time(plant):
-            report = check_link(plant, trial, say, ask_for_motion)
+            report = check_link(plant, trial, say, helper, sheet=sheet)
     write_atomically(out / PAGE, page(report))
     write_record(out / RECORD, report)
     if report.round_trips:
@@ -87,15 +102,27 @@ def run(cfg: DictConfig, out: Path, launch: Launch = launch) -> LinkReport:
     return report
 
 
-def _record(cfg: DictConfig, report: LinkReport) -> None:
-    """Write what was measured into the sheet, where nothing is wrong, and keep what the check came to."""
+def _writes_sheet(cfg: DictConfig) -> bool:
+    return heeds(cfg, cfg.link) and bool(cfg.write_sheet)
+
+
+def _record(cfg: DictConfig, report: LinkReport) -> Path | None:
+    """Write what was measured into the sheet, where nothing is wrong, and keep what the check came to.
+
+    Returns:
+        The copy of a packaged sheet that it was written into; None where the sheet of the run is the robot's.
+    """
     robots: tuple[RobotParameters, ...] = (instantiate(cfg.robot),)
+    own: Path | None = None
     try:
-        if heeds(cfg, cfg.link) and cfg.write_sheet and not problems(report.checks):
-            robots = write_measured(report, robots[0], sheet_file())
+        if _writes_sheet(cfg) and not problems(report.checks):
+            file = sheet_file()
+            robots, sheet = write_measured(report, robots[0], file)
+            own = sheet if file.packaged else None
     finally:
         if heeds(cfg, cfg.link):
             record_check(report, robots)
+    return own
 
 
 def page(report: LinkReport) -> str:

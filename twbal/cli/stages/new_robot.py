@@ -15,7 +15,7 @@ from twbal.cli.typed_config import typed
 from twbal.cli.yaml_data import read_yaml
 from twbal.core.errors import ConfigError
 from twbal.core.files import write_atomically
-from twbal.sheets.interview import HELP, Interview, Person
+from twbal.sheets.interview import BACK, HELP, Interview, Person
 from twbal.sheets.writing import check_name, sheet_text
 
 _KEPT = "# Answers to `twbal new-robot`, which goes on with them.\n"
@@ -66,6 +66,7 @@ def run(settings: Settings, given: Mapping[str, str]) -> Path:
     if person.ask is not None:
         say(f"A number, with its unit if you like: 0.25 or 25 cm. {HELP} says how to find it; docs/new_robot.md")
         say("has pictures. Behind it where it comes from: measured, data_sheet, cad, computed or guess.")
+        say(f"{BACK} goes to the question before, and the name of an earlier one, such as wheel_mass, to that one.")
     try:
         found = Interview(settings.name, texts, person).run()
     except KeyboardInterrupt:

@@ -1,6 +1,6 @@
 """Drive the simulated robot and log what it does."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -10,11 +10,11 @@ from omegaconf import DictConfig
 from twbal.algorithm.collection import simulate
 from twbal.algorithm.settings import RolloutSettings
 from twbal.cli.artefacts import episode_file, policy_files, policy_hash
-from twbal.cli.console import counted, next_command, print_result, run_folder
+from twbal.cli.console import counted, next_command, print_result, run_folder, say
 from twbal.cli.manifest import Manifest, Step, perform
 from twbal.cli.simulation_config import simulation_of
 from twbal.cli.typed_config import recorded, typed
-from twbal.core.episode import Episode, Provenance
+from twbal.core.episode import Episode, Outcome, Provenance
 from twbal.core.robot_parameters import parameter_hash
 from twbal.io.logs.writer import write_episode
 
@@ -69,8 +69,18 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
 
 def _write(episodes: Iterable[Episode], folder: Path) -> list[Path]:
     """Log each rollout to `folder`; returns the files."""
-    files = []
+    files, fallen = [], list[float]()
     for episode in episodes:
         files.append(episode_file(folder, episode.provenance.trial))
         write_episode(files[-1], episode)
+        if episode.outcome is Outcome.TILT_LIMIT:
+            fallen.append(len(episode.commands) * episode.control_period)
+    say(_told(fallen, len(files)))
     return files
+
+
+def _told(fallen: Sequence[float], rollouts: int) -> str:
+    """How many rollouts ended beyond the tilt limit, and when [s]."""
+    if not fallen:
+        return f"the robot fell in none of {rollouts} rollouts"
+    return f"the robot fell in {len(fallen)} of {rollouts} rollouts, after {min(fallen):.2g} to {max(fallen):.2g} s"

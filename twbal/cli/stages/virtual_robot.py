@@ -1,6 +1,7 @@
 """A robot with hidden faults behind a port."""
 
 import os
+import sys
 from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
@@ -8,6 +9,7 @@ from pathlib import Path
 from hydra.utils import instantiate
 from omegaconf import DictConfig
 
+from twbal.cli.console import say
 from twbal.cli.typed_config import typed
 from twbal.core.errors import ConfigError
 from twbal.core.robot_parameters import RobotParameters
@@ -16,6 +18,7 @@ from twbal.link.protocol import VERSION, Clock
 from twbal.link.real_time import uncollected
 from twbal.virtual_robot.drawn import draw_ground_truth
 from twbal.virtual_robot.firmware import Identity
+from twbal.virtual_robot.held_robot import KEYS, HeldRobot, Keys
 from twbal.virtual_robot.mujoco_robot import MujocoRobot
 from twbal.virtual_robot.posix_firmware import serve_firmware
 from twbal.virtual_robot.server import ended_by_signals, serve
@@ -31,6 +34,7 @@ class Settings:
     self_stop_tilt: float
     watchdog: float
     protocol: int
+    held: bool
     idle_timeout: float
     parent: int | None
     firmware: str | None
@@ -40,7 +44,8 @@ def main(cfg: DictConfig) -> None:
     """Serve one virtual robot until nobody needs it any more."""
     settings = typed(Settings, cfg)
     parent = os.getppid() if settings.parent is None else settings.parent
-    plant, identity = plant_of(cfg), identity_of(cfg)
+    identity = identity_of(cfg)
+    plant = held_plant(cfg, identity.clock) if settings.held else plant_of(cfg)
     if settings.firmware is not None and settings.protocol != VERSION:
         raise ConfigError(f"The firmware speaks version {VERSION} of the protocol; found protocol={settings.protocol}.")
     with uncollected() if identity.clock is Clock.REAL_TIME else nullcontext():
@@ -49,6 +54,20 @@ def main(cfg: DictConfig) -> None:
             return
         with ended_by_signals():
             serve_firmware(Path(settings.firmware), plant, identity, settings.idle_timeout, parent)
+
+
+def held_plant(cfg: DictConfig, clock: Clock) -> HeldRobot:
+    """What moves in a hand; its keys are printed.
+
+    Raises:
+        ConfigError: its time is not that of the hand.
+    """
+    if clock is not Clock.REAL_TIME:
+        raise ConfigError("A hand needs time: set clock=real_time beside held=true.")
+    for key, what in KEYS.items():
+        say(f"{key} and Enter: {what}")
+    say("Ctrl-C: pull the plug")
+    return HeldRobot(instantiate(cfg.robot), Keys(sys.stdin).pressed)
 
 
 def identity_of(cfg: DictConfig) -> Identity:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from math import degrees, inf, tau
+from typing import NamedTuple
 
 from twbal.core.check import Check, Verdict
 from twbal.link.checks.recording import Recording, record
@@ -10,21 +11,33 @@ from twbal.link.serial_plant import SerialPlant
 from twbal.link.version_1 import VERSION_1
 from twbal.link.wheel_commands import WheelCommands
 
-Ask = Callable[[str], None]
-"""Tells the person what to do once the key is pressed, and returns when it is."""
+
+class Helper(NamedTuple):
+    """The person who holds the robot.
+
+    Attributes:
+        ask: tells what to do once the key is pressed, and returns when it is.
+        again: shows what a motion came to, and says whether it is made once more.
+        tell: shows a line.
+    """
+
+    ask: Callable[[str], None]
+    again: Callable[[str], bool]
+    tell: Callable[[str], None]
+
 
 _LEAST_LEAN, _LEAST_TURN = 0.09, 0.5  # motion by which a sign is told [rad]
 _RATIO = 0.7, 1.4  # of an angle's change to the integral of its rate
 _TURN_RATIO = 0.75, 1.25  # of the angle of a turn by hand to a whole turn
 
 
-def by_hand_checks(plant: SerialPlant, seconds: float, ask: Ask) -> list[Check]:
-    """Have the body leaned and each wheel turned, and compare the signs.
+def by_hand_checks(plant: SerialPlant, seconds: float, helper: Helper) -> list[Check]:
+    """Have the body leaned and each wheel turned, and compare the signs; what came of each is told at once.
 
     Args:
         plant: the robot, held.
         seconds: that each motion may take [s].
-        ask: asks for it.
+        helper: makes it, and once more where it came to a problem and that person says so.
 
     Raises:
         LinkError: it does not arm, falls silent, or does not confirm that it has stopped.
@@ -32,13 +45,22 @@ def by_hand_checks(plant: SerialPlant, seconds: float, ask: Ask) -> list[Check]:
     count = round(seconds / plant.control_period)
 
     def watched(what: str) -> Recording:
-        ask(f"Within {seconds:g} s after Enter: {what}")
+        helper.ask(f"Within {seconds:g} s after Enter: {what}")
         return record(plant, [WheelCommands(0.0)] * count)
 
-    lean = lean_check(watched("lean the body FORWARD by about 20°, and keep it there"))
-    left = turn_check(plant, watched("turn the LEFT wheel FORWARD by one whole turn, the body still"), "left")
-    right = turn_check(plant, watched("turn the RIGHT wheel FORWARD by one whole turn, the body still"), "right")
-    return [lean, left, right]
+    def tried(what: str, judge: Callable[[Recording], Check]) -> Check:
+        while (check := judge(watched(what))).verdict is Verdict.PROBLEM:
+            if not helper.again(check.line(0)):
+                return check
+        helper.tell(check.line(0))
+        return check
+
+    turn = "wheel FORWARD by one whole turn, the body still"
+    return [
+        tried("lean the body FORWARD by about 20°, and keep it there", lean_check),
+        tried(f"turn the LEFT {turn}", lambda seen: turn_check(plant, seen, "left")),
+        tried(f"turn the RIGHT {turn}", lambda seen: turn_check(plant, seen, "right")),
+    ]
 
 
 def lean_check(lean: Recording) -> Check:

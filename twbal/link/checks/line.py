@@ -11,7 +11,7 @@ from twbal.link.serial_plant import SerialPlant
 CONTROL_PERIOD = "control period by the robot's clock"
 """Measured by `clock_check`."""
 
-_FEW = 0.01  # share of messages that may be lost without a rollout suffering much
+_FEW = 0.01  # share of messages, or of periods, that may be lost without a rollout suffering much
 _DRIFT = 0.02  # of the robot's clock against the host's; beyond any crystal or resonator
 _SHORTEST = 0.5  # in which a drift shows [s]
 
@@ -89,4 +89,7 @@ def clock_check(plant: SerialPlant, rest: Recording) -> Check:
         advice = "Does `time_us` count microseconds, and is the announced control period that of the loop?"
         return Check(name, Verdict.PROBLEM, found, expected, advice)
     measured = (Measurement(CONTROL_PERIOD, tick, "s"), Measurement("drift of the robot's clock", drift, ""))
+    if rest.missed > _FEW * periods:
+        advice = "This computer, or the line, is late: `twbal doctor` looks for what makes it so."
+        return Check(name, Verdict.WARNING, found, f"{_FEW:.0%} of periods missed at most", advice, measured)
     return Check(name, Verdict.OK, found, measured=measured)

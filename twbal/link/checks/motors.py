@@ -70,13 +70,14 @@ def torque_check(plant: SerialPlant, pulse: Pulse) -> Check:
     found = f"{asked} turned {_told(wheels)}"
     least, expected = pulse.least("wheel_angle"), "forward, both"
     if all(abs(angle) < least for angle in wheels.values()):
-        advice = "Are the motors powered? Against dry friction, try a larger pulse=."
+        alone = " Or does one of them run backward?" if len(wheels) == 1 else ""
+        advice = f"Are the motors powered? Against dry friction, try a larger pulse=.{alone}"
         return Check(name, Verdict.PROBLEM, f"{found}: no motion", f"more than {degrees(least):.1f}°", advice)
     if all(angle < -least for angle in wheels.values()):
         advice = "Swap the leads of both motors, or their sign in the firmware; or the sign of the encoders is wrong."
         return Check(name, Verdict.PROBLEM, f"{found}: backward", expected, advice)
     if not all(angle > least for angle in wheels.values()):
-        advice = "Of the wheel that does not follow, check motor, leads and encoder."
+        advice = " ".join(_against(wheel, angle, least) for wheel, angle in wheels.items() if not angle > least)
         return Check(name, Verdict.PROBLEM, found, expected, advice)
     return Check(name, Verdict.OK, found)
 
@@ -133,6 +134,16 @@ def _each_wheel(plant: SerialPlant, pulse: Pulse, mean: float) -> dict[str, floa
         return {"the wheels": mean}
     half = pulse.moved("wheel_difference")[-1] / 2
     return {"the left wheel": mean - half, "the right wheel": mean + half}
+
+
+def _against(wheel: str, angle: float, least: float) -> str:
+    """What to do with one wheel that does not turn forward, as a sentence."""
+    if angle < -least:
+        return (
+            f"Swap the leads of the motor of {wheel}, or its sign in the firmware; or, where you see it run forward, "
+            "the sign of its encoder."
+        )
+    return f"Of {wheel}, which does not turn, check motor, leads and encoder."
 
 
 def _told(wheels: dict[str, float]) -> str:

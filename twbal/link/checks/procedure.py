@@ -5,8 +5,8 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 from twbal.core.check import Check, Verdict, problems
-from twbal.core.errors import LinkError
-from twbal.link.checks.by_hand import Ask, by_hand_checks
+from twbal.core.errors import LinkError, MotorsOnError
+from twbal.link.checks.by_hand import Helper, by_hand_checks
 from twbal.link.checks.line import clock_check, handshake_check, loss_check, round_trip_check
 from twbal.link.checks.motors import Pulse, dead_time_check, pulse_commands, torque_check, turning_check
 from twbal.link.checks.recording import HostClock, Pings, ping, record
@@ -18,6 +18,7 @@ from twbal.link.wheel_commands import WheelCommands
 
 _MUST_HOLD = ("stop", "watchdog")  # before a torque is held for longer than a control period
 _BROKEN = "Is this computer busy, or a plug loose? `twbal doctor` looks at the computer."
+_NOBODY = Helper(lambda what: None, lambda found: False, lambda line: None)
 
 
 @dataclass(frozen=True)
@@ -55,6 +56,7 @@ class LinkReport:
         torque_limit: [N·m].
         checks: in order.
         round_trips: [s].
+        motors_may_be_on: the robot did not confirm in the end that they are off.
     """
 
     robot: str
@@ -64,26 +66,29 @@ class LinkReport:
     torque_limit: float
     checks: tuple[Check, ...]
     round_trips: tuple[float, ...]
+    motors_may_be_on: bool = False
 
 
 def check_link(
     plant: SerialPlant,
     trial: LinkTrial,
     say: Callable[[str], None],
-    ask: Ask = lambda what: None,
+    helper: Helper = _NOBODY,
     clock: HostClock = time.monotonic,
+    sheet: Check | None = None,
 ) -> LinkReport:
     """Try the robot; whatever happens, its motors are off at the end of each part.
 
     A part in which the link fails is a problem, and the parts after it are skipped; so is what drives the motors where
-    Stop or the watchdog does not switch them off.
+    Stop or the watchdog does not switch them off, and everything where the sheet is that of another robot.
 
     Args:
         plant: the robot, which nobody needs to place: its wheels are off the ground.
         trial: how.
         say: is told what comes next.
-        ask: asks the person for a motion by hand, and waits for Enter.
+        helper: the person who holds the robot, and moves it by hand.
         clock: of the host.
+        sheet: what was found of the robot's sheet; None: it was not looked at.
 
     Raises:
         KeyboardInterrupt: the person pressed Ctrl-C.
@@ -94,26 +99,39 @@ def check_link(
         "rest": lambda: _rest(plant, trial, clock),
         "stop": lambda: iter([stop_check(plant, trial.pulse * plant.torque_limit)]),
         "watchdog": lambda: iter([watchdog_check(plant, trial.pulse * plant.torque_limit)]),
-        "by hand": lambda: iter(_by_hand(plant, trial, ask)),
+        "by hand": lambda: iter(_by_hand(plant, trial, helper)),
         "motors": lambda: _motors(plant, trial),
     }
-    checks: list[Check] = [handshake_check(plant)]
-    failed = ""
+    checks: list[Check] = [handshake_check(plant), *([sheet] if sheet else [])]
+    failed, may_be_on = ("sheet" if problems(checks) else ""), False
     for name, part in parts.items():
         if failed:
             checks.append(Check(name, Verdict.SKIPPED, f"not tried after the problem of the part {failed!r}"))
             continue
-        say(name)
+        say(_told(name, trial))
         try:
             found = list(part())
         except LinkError as error:
             found = [Check(name, Verdict.PROBLEM, str(error).rstrip("."), "", _BROKEN)]
-            failed = name
+            failed, may_be_on = name, isinstance(error, MotorsOnError)
         checks += found
         failed = name if name in _MUST_HOLD and problems(found) else failed
     trips = pings[0].round_trips if pings else ()
     limits = (plant.control_period, plant.torque_limit)
-    return LinkReport(plant.robot_name, plant.version, plant.firmware, *limits, tuple(checks), trips)
+    return LinkReport(plant.robot_name, plant.version, plant.firmware, *limits, tuple(checks), trips, may_be_on)
+
+
+def _told(part: str, trial: LinkTrial) -> str:
+    """What a part does, as a line."""
+    words = {
+        "line": f"{trial.exchanges} messages are timed",
+        "rest": f"the sensors are watched for {trial.rest:g} s, without torque: keep the robot still",
+        "stop": "a small torque, and Stop",
+        "watchdog": "a small torque, and silence of the host",
+        "by hand": "you lean the body and turn the wheels, without torque",
+        "motors": "THE WHEELS TURN, twice as a rule",
+    }
+    return f"{part}: {words[part]}"
 
 
 def _line(plant: SerialPlant, trial: LinkTrial, pings: list[Pings], clock: HostClock) -> Iterator[Check]:
@@ -130,9 +148,9 @@ def _rest(plant: SerialPlant, trial: LinkTrial, clock: HostClock) -> Iterator[Ch
     yield rest_check(rest, trial.is_held)
 
 
-def _by_hand(plant: SerialPlant, trial: LinkTrial, ask: Ask) -> list[Check]:
+def _by_hand(plant: SerialPlant, trial: LinkTrial, helper: Helper) -> list[Check]:
     if trial.is_held and trial.by_hand:
-        return by_hand_checks(plant, trial.hand_time, ask)
+        return by_hand_checks(plant, trial.hand_time, helper)
     why = "by_hand=false" if trial.is_held else "nobody can move a virtual robot, or one that places itself, by hand"
     advice = "Signs of tilt and encoders are not known: docs/your_robot.md has a table of them."
     return [Check("signs by hand", Verdict.SKIPPED, why, "", advice)]
@@ -141,7 +159,12 @@ def _by_hand(plant: SerialPlant, trial: LinkTrial, ask: Ask) -> list[Check]:
 def _motors(plant: SerialPlant, trial: LinkTrial) -> Iterator[Check]:
     torque = trial.pulse * plant.torque_limit
     ahead = _pulse(plant, WheelCommands(torque), trial.pulse_time)
-    yield torque_check(plant, ahead)
+    sign = torque_check(plant, ahead)
+    yield sign
+    if sign.verdict is Verdict.PROBLEM:
+        for name in ("dead time", "difference sign"):
+            yield Check(name, Verdict.SKIPPED, f"not tried after the problem of the {sign.name}")
+        return
     yield dead_time_check(plant, ahead)
     if plant.turns and plant.sensors & Sensors.WHEEL_DIFFERENCE:
         yield turning_check(_pulse(plant, WheelCommands(0.0, torque), trial.pulse_time))

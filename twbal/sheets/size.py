@@ -1,0 +1,52 @@
+"""Which numbers are believed without their unit, of a robot of which mass and wheels are known."""
+
+from typing import NamedTuple
+
+from twbal.core.robot_parameters import GRAVITY
+from twbal.sheets.questions import Question, Values
+
+_MOST_TORQUE = 16.0  # times m g r; of packaged robots the Balboa has most, 15
+_USUAL_TORQUE = 0.5  # times the same; with less a robot hardly drives
+_LEAST_GYRATION = 5e-3  # radius of gyration of a body [m]; that of a cube of 12 mm
+_MOTORS = {"torque_limit": 1, "stall_torque": 2}  # by which the torque of both is divided
+_MASSES = ("body_mass", "wheel_mass", "wheel_radius")
+
+
+class Range(NamedTuple):
+    """Numbers that are believed.
+
+    Attributes:
+        low: lowest, in the SI unit of the question.
+        high: highest.
+        usual: lowest that is thought of where another number may have had another unit.
+        why: where the range comes from; empty where it is that of all robots.
+    """
+
+    low: float
+    high: float
+    usual: float
+    why: str = ""
+
+    def told(self, unit: str) -> str:
+        """It in words."""
+        return f"{self.low:.3g} to {self.high:.3g} {unit}".strip()
+
+
+def believed_range(question: Question, known: Values) -> Range:
+    """The range of a question, narrowed by the size of the robot where that is known.
+
+    Args:
+        question: of a value.
+        known: values of earlier answers, in SI units.
+    """
+    everyone = Range(question.low, question.high, question.low)
+    if question.key in _MOTORS and all(key in known for key in _MASSES):
+        mass = known["body_mass"] + 2.0 * known["wheel_mass"]
+        lifting = mass * GRAVITY * known["wheel_radius"] / _MOTORS[question.key]
+        why = f"{question.what}: at most {_MOST_TORQUE:g} times what lifts {mass:.3g} kg at the rim of the wheels"
+        return Range(question.low, min(question.high, _MOST_TORQUE * lifting), _USUAL_TORQUE * lifting, why)
+    if question.key.startswith("body_inertia") and "body_mass" in known:
+        least = known["body_mass"] * _LEAST_GYRATION**2
+        why = f"{question.what}: a body of {known['body_mass']:.3g} kg that is no lump of {_LEAST_GYRATION * 1e3:g} mm"
+        return Range(max(question.low, least), question.high, max(question.low, least), why)
+    return everyone
