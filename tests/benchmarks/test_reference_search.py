@@ -40,6 +40,7 @@ def test_a_robot_that_can_be_kept_in_place_is_found_reachable(shop, monkeypatch)
     assert max(verdict.farthest for verdict in verdicts) == found.place
 
 
+@pytest.mark.slow
 def test_a_robot_too_weak_to_right_itself_is_unreachable(moderate):
     truth = moderate.truth(3)
     weak = replace(truth, drive=replace(truth.drive, gain=(0.1, 0.1)))
@@ -109,6 +110,7 @@ def _plain(design):
     return {**vars(design), "friction": vars(design.friction)}
 
 
+@pytest.mark.slow
 def test_a_push_that_throws_the_reference_over_is_told_from_one_that_it_survives(moderate, monkeypatch):
     """By the poses of the robot itself: 1 N·s for each kg is survived, twelve times as much is not."""
     sheet, rule = moderate.sheet, moderate.rules.default
@@ -120,6 +122,7 @@ def test_a_push_that_throws_the_reference_over_is_told_from_one_that_it_survives
         assert reference.pushed(robot, design, sheet, rule) == [(False, False)] * 2
 
 
+@pytest.mark.slow
 def test_pushes_of_a_robot_are_kept_beside_what_was_reached(tmp_path, monkeypatch):
     monkeypatch.setattr(reference, "PUSHES", 1)
     monkeypatch.setattr(reference, "FURTHER", 1)

@@ -60,6 +60,7 @@ def test_solved_at_once(tmp_path, capsys):
     assert [command[1] for command in next_commands(printed)] == ["real-rollout"]
 
 
+@pytest.mark.slow
 def test_never_solved_and_gone_on_with(tmp_path, capsys):
     folder = tmp_path / "a run"
     iterate(folder, *LINEAR, *NEVER, "updates=1")

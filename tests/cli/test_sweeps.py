@@ -136,6 +136,7 @@ def test_without_ray_its_launcher_says_so(monkeypatch, capsys):
     assert "hydra/launcher=ray_cluster needs Ray: pip install -e '.[sweeps]'" in error(capsys)
 
 
+@pytest.mark.slow
 def test_two_sweeps_in_one_folder_at_once_end_at_the_same_files(tmp_path, place):
     words = [sys.executable, "-m", "twbal", *command("seed=1,2,3")]
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}

@@ -106,6 +106,7 @@ def test_without_the_extra_it_says_what_to_install(lacking, tmp_path):
     assert done.stderr.endswith("pip install -e '.[rl]' (in the checkout of twbal).\n")
 
 
+@pytest.mark.slow
 def test_iterate_does_not_need_the_extra(tmp_path):
     words = [
         "iterate",

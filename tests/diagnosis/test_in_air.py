@@ -76,6 +76,7 @@ def test_friction_is_named_from_several_speeds(regbot, diagnosed):
     assert "in the air" in said
 
 
+@pytest.mark.slow
 def test_more_of_a_drag_that_is_there_already_is_named(regbot, diagnosed):
     found, _ = diagnosed(spun(regbot, SPEEDS, viscous=0.006))
     assert [effect["name"] for effect in found["effects"]] == ["viscous_friction"]

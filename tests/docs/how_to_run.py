@@ -367,7 +367,7 @@ TABLE: Mapping[str, How] = {
     "twbal sim-collect sim=<run folder>/augmented.yaml": Stage(
         {"<run folder>": "outputs/diagnose/..."}, after=(_DIAGNOSE,)
     ),
-    "twbal diagnose episodes=outputs/real-rollout/...": Stage(),
+    "twbal diagnose episodes=outputs/real-rollout/...": Stage(slow=True),
     "twbal diagnose episodes=[run_1,run_2] robot=regbot": Stage(),
     "twbal export episodes=outputs/real-rollout/... format=csv": Stage(),
     "twbal optimise-policy dynamics=<run folder>/model.pt": Stage({"<run folder>/model.pt": MODEL}),

@@ -1,3 +1,4 @@
+import itertools
 import math
 from dataclasses import replace
 
@@ -360,6 +361,27 @@ def test_messages_that_are_damaged_or_sent_again_are_noted_in_the_episode():
     assert len(plant.events) == 2
     plant.reset(1)
     assert plant.events == ()
+
+
+def test_an_answer_that_is_late_is_no_message_lost():
+    """How long a computer takes for a period must not show in the episode of a robot in lockstep."""
+    plant, line, _ = linked(timeout=30.0)
+    punctual = drive(plant, steps=5)
+    waiting = [b""]
+
+    def later(data):
+        waiting.append(data)
+        return waiting.pop(0)
+
+    line.to_host = later  # each answer comes when the host sends the next time: again, or the next command
+    late = drive(plant, steps=5)
+    np.testing.assert_array_equal(late.observations, punctual.observations)
+    plant.stop()
+    assert plant.events == ()
+    answers = itertools.count()
+    line.to_host = lambda data: b"" if next(answers) == 2 else data
+    drive(plant, steps=5)
+    assert [event.text for event in plant.events] == ["a command was sent again, 1 times, before it was answered"]
 
 
 def test_in_real_time_a_late_host_misses_periods_and_they_are_counted():

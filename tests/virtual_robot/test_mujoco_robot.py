@@ -49,6 +49,7 @@ def test_every_data_sheet_stands_ten_seconds_under_its_lqr(sheet, make):
     assert abs(pose.tilt + robot.truth.body.com_offset) < 0.005
 
 
+@pytest.mark.slow
 def test_most_moderate_robots_stand_ten_seconds_under_the_lqr_of_their_truth(make):
     """It knows nothing of friction, dead zones and delays; a balboa's are large beside its small weight."""
     robots = [make(sheet, "moderate", seed, START) for sheet in SHEETS for seed in range(6)]

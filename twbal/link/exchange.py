@@ -3,6 +3,7 @@
 import math
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 
 from twbal.core.errors import LinkError
 from twbal.link.decoder import Decoder, to_wire
@@ -14,20 +15,46 @@ from twbal.link.version_1 import VERSION_1, downgraded, upgraded
 _RESEND_AFTER = 0.05  # an unanswered message is sent again: within the robot's watchdog of 0.1 s [s]
 
 
+@dataclass
+class Sending:
+    """One message of the host, and how often it was sent in vain.
+
+    An answer that came late is no loss: the robot answers a repetition by the same message again, so that each sending
+    has its answer.
+
+    Attributes:
+        number: of the message.
+        repeated: how often it was sent again, less the answers to that.
+    """
+
+    number: int
+    repeated: int = 0
+    _period: int | None = None  # of the telemetry that answered it first
+
+    def hear(self, answer: Message) -> None:
+        """Look whether a message of the robot is one more answer to this one."""
+        if not isinstance(answer, Telemetry) or answer.seq != self.number:
+            return
+        if self._period == answer.period:
+            self.repeated = max(self.repeated - 1, 0)
+        elif self._period is None:
+            self._period = answer.period
+
+
 class Exchange:
     """Numbers the host's messages, sends them, again where no answer comes, and finds the answers.
 
     Attributes:
         transport: the line.
         version: of the protocol that the robot speaks.
-        sent_again: how often a message was sent again since it was not answered in time.
+        sending: the last message, and how often it was sent in vain; that is final once the next one is answered.
         pose: what the robot said of its true pose together with its newest telemetry that answered; None where nothing.
     """
 
     def __init__(self, transport: Transport) -> None:
         self.transport = transport
         self.version = VERSION
-        self.sent_again = 0
+        self.sending = Sending(0)
         self.pose: PoseReport | None = None
         self._said: PoseReport | None = None
         self._decoder = Decoder()
@@ -68,6 +95,7 @@ class Exchange:
         """
         wire = to_wire(downgraded(message) if self.version == VERSION_1 else message)
         deadline = time.monotonic() + timeout
+        before, self.sending = self.sending, Sending(message.seq)
         resend_at = now = 0.0
         self._decoder.unreadable = ""
         newest: Message | None = None
@@ -75,9 +103,11 @@ class Exchange:
             now = time.monotonic()
             if now >= resend_at:
                 self.transport.write(wire)
-                self.sent_again += resend_at > 0.0
+                self.sending.repeated += resend_at > 0.0
                 resend_at = now + resend_after
             for answer in self._arrived():
+                for sending in (before, self.sending):
+                    sending.hear(answer)
                 if isinstance(answer, PoseReport):
                     self._said = answer
                 elif answer.seq == message.seq:

@@ -1,7 +1,7 @@
 """What went wrong on the line in a rollout and was made good: noted as events of the episode."""
 
 from twbal.core.episode import Event
-from twbal.link.exchange import Exchange
+from twbal.link.exchange import Exchange, Sending
 from twbal.link.protocol import Telemetry
 
 
@@ -12,7 +12,6 @@ class LineNotes:
         line: whose counts are looked at.
 
     Attributes:
-        events: so far.
         missed_periods: control periods that passed without a command in time.
     """
 
@@ -22,10 +21,16 @@ class LineNotes:
 
     def begin(self) -> None:
         """Forget the rollout before."""
-        self.events: list[Event] = []
+        self._noted: list[tuple[float, str | Sending]] = []
         self.missed_periods = 0
         self._counter_stands = False
-        self._heard_damaged, self._sent_again = self._line.bad_frames, self._line.sent_again
+        self._heard_damaged = self._line.bad_frames
+
+    @property
+    def events(self) -> tuple[Event, ...]:
+        """All so far. Whether a command was sent in vain is known once the next one is answered."""
+        texts = ((time, _in_words(note) if isinstance(note, Sending) else note) for time, note in self._noted)
+        return tuple(Event(time, text) for time, text in texts if text)
 
     def add(self, time: float, text: str) -> None:
         """Note something.
@@ -34,7 +39,7 @@ class LineNotes:
             time: since the rollout began [s].
             text: what it is.
         """
-        self.events.append(Event(time, text))
+        self._noted.append((time, text))
 
     def follow(self, before: Telemetry, now: Telemetry, time: float) -> None:
         """Note what went wrong between two telemetry messages.
@@ -50,9 +55,9 @@ class LineNotes:
             self.add(time, f"the robot dropped {dropped} damaged or outdated frames")
         if damaged := self._line.bad_frames - self._heard_damaged:
             self.add(time, f"{damaged} damaged frames came from the robot")
-        if again := self._line.sent_again - self._sent_again:
-            self.add(time, f"a command was sent again, {again} times, before it was answered")
-        self._heard_damaged, self._sent_again = self._line.bad_frames, self._line.sent_again
+        if self._line.sending.repeated:
+            self._noted.append((time, self._line.sending))
+        self._heard_damaged = self._line.bad_frames
 
     def _count_missed(self, periods: int, time: float) -> None:
         if 0 <= periods < 2**15:
@@ -64,3 +69,8 @@ class LineNotes:
             self.add(
                 time, "the robot's count of its control periods does not run forward, so missed ones are not noticed"
             )
+
+
+def _in_words(sending: Sending) -> str:
+    """What is noted of a command; nothing where each sending of it was answered, so that it was only late."""
+    return f"a command was sent again, {sending.repeated} times, before it was answered" if sending.repeated else ""

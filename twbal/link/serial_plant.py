@@ -116,7 +116,7 @@ class SerialPlant(Plant):
     @property
     def events(self) -> tuple[Event, ...]:
         """What happened on the line in the current rollout: missed periods, damaged frames, clipped commands."""
-        return tuple(self._notes.events)
+        return self._notes.events
 
     @property
     def missed_periods(self) -> int:
