@@ -116,8 +116,8 @@ def error_noise(kalman: Filter) -> Array:
 
 
 def _trajectory(radius: float, recording: Recording, states: Array) -> Trajectory:
-    """The motion in the predictor's states (T + 1, 9), of wheels of a radius [m]."""
-    tilt, wheel, tilt_rate, wheel_speed, torque, rotor, _, slip, position = states.T
+    """The motion in the predictor's states (T + 1, 10), of wheels of a radius [m]."""
+    tilt, wheel, tilt_rate, wheel_speed, torque, rotor, _, slip, position, _ = states.T
     return Trajectory(
         tilt=tilt,
         tilt_rate=tilt_rate,

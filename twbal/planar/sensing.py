@@ -1,16 +1,50 @@
 """What the sensors make of the twin's motion."""
 
-from math import floor
+from math import exp, floor
 
 import numpy as np
 
 from twbal.core.compiled import kernel
 from twbal.core.gaussian import Array
 from twbal.core.robot_model import Reading
+from twbal.core.robot_parameters import GRAVITY
 from twbal.planar.constants import Constants
 from twbal.planar.parameters import TwinParameters
 from twbal.planar.terms import sense
 from twbal.planar.twin_state import TwinState
+
+
+@kernel()
+def imu_speed(k: Constants, s: TwinState) -> float:
+    """Speed of the accelerometer, forward [m/s]."""
+    return k.radius * s.wheel_speed + s.slip + k.imu_height * s.tilt_rate
+
+
+@kernel()
+def filtered_tilt(k: Constants, s: TwinState, followed: float) -> float:
+    """Tilt behind a filter that has followed the accelerometer's speed as far as `followed`; see `TiltFilter` [rad]."""
+    return s.tilt - (imu_speed(k, s) - followed) * k.filter_rate / GRAVITY
+
+
+@kernel()
+def imu_settled(k: Constants, s: TwinState, rows: int) -> Array:
+    """The IMU's past (rows, 3) where it has always seen the state `s`.
+
+    Its columns are the tilt behind the filter that it has, the tilt rate, and what that filter has followed of the
+    accelerometer's speed.
+    """
+    imu = np.empty((rows, 3))
+    imu[:, 0], imu[:, 1], imu[:, 2] = s.tilt, s.tilt_rate, imu_speed(k, s)
+    return imu
+
+
+@kernel()
+def see(k: Constants, s: TwinState, imu: Array, number: int) -> None:
+    """Write to the ring what the IMU sees of a state, `number` physics steps after the rollout began."""
+    speed, followed = imu_speed(k, s), imu[(number - 1) % len(imu), 2]
+    row = number % len(imu)
+    imu[row, 2] = speed - exp(-k.filter_rate * k.step) * (speed - followed)
+    imu[row, 0], imu[row, 1] = filtered_tilt(k, s, imu[row, 2]), s.tilt_rate
 
 
 @kernel()
@@ -23,7 +57,8 @@ def read_sensors(p: TwinParameters, k: Constants, s: TwinState, imu: Array, step
         p: the twin.
         k: its constants.
         s: state now.
-        imu: (N, 2), a ring: row i % N holds tilt and tilt rate after i physics steps, `steps` being now.
+        imu: (N, 3), a ring: row i % N holds what the IMU sees after i physics steps, `steps` being now; see
+            `imu_settled`.
         steps: physics steps since the rollout began.
         lead: time by which the integrator's angles run ahead of the truth [s]; 0 to read what the integrator has.
     """

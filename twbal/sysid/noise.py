@@ -33,7 +33,7 @@ from twbal.core.gaussian import Array
 from twbal.planar.constants import Constants, constants
 from twbal.planar.parameters import TwinParameters, linear_part
 from twbal.planar.planar_plant import hold
-from twbal.planar.sensing import sensor_slopes
+from twbal.planar.sensing import imu_settled, sensor_slopes
 from twbal.planar.twin_state import STRAIGHT, TwinState
 from twbal.sysid.recording import Mask
 
@@ -134,7 +134,7 @@ def linearise_period(twin: TwinParameters, period: float) -> LinearTwin:
     def after(x: Array, torque: float, outside: float) -> Array:
         tilt, wheel, tilt_rate, wheel_speed = x.tolist()
         state = TwinState(tilt, wheel, tilt_rate, wheel_speed, 0.0, wheel, wheel_speed, 0.0, 0.0)
-        pushed, imu = k._replace(pushed=outside / smooth.wheel_radius), np.zeros((2 * _STEPS, 2))
+        pushed, imu = k._replace(pushed=outside / smooth.wheel_radius), imu_settled(k, state, 2 * _STEPS)
         return np.array(hold(smooth, pushed, state, np.array([torque]), 0, _STEPS, STRAIGHT, imu)[:4])
 
     rest = after(balance, 0.0, 0.0)

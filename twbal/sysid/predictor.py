@@ -15,13 +15,14 @@ from twbal.core.robot_model import Reading
 from twbal.planar.constants import Constants, constants
 from twbal.planar.parameters import TwinParameters
 from twbal.planar.planar_plant import hold
-from twbal.planar.sensing import read_sensors
+from twbal.planar.sensing import imu_settled, read_sensors
 from twbal.planar.terms import correct
 from twbal.planar.twin_state import Turning, TwinState
 from twbal.sysid.noise import Filter
 from twbal.sysid.recording import Recording
 
-TRACK = len(TwinState._fields)
+TRACK = len(TwinState._fields) + 1
+"""Columns of its states: `TwinState`, and what a filter of the tilt has followed of the accelerometer's speed [m/s]."""
 _RING = 4  # control periods of the IMU's past that are kept: delays up to two of them, and room
 
 
@@ -116,15 +117,14 @@ def run_predictor(
         pushes: (2, 4), what the torques of the discrepancy add to tilt, wheel, tilt rate and wheel speed in a period.
         decay: (3,) of the discrepancy in a period; empty without one.
         errors: (T + 1, 4), written: measured less predicted; 0 at the first instant.
-        states: (T + 1, 9), written: `TwinState` after the correction.
+        states: (T + 1, 10), written: `TwinState` after the correction, and as of `TRACK`.
     """
     h = period / substeps
     k = constants(p, h)
     s = _first(p, k, measured[0], lead)
     heading = 0.0
     missing = np.zeros(3)
-    imu = np.empty((_RING * substeps, 2))
-    imu[:, 0], imu[:, 1] = s.tilt, s.tilt_rate
+    imu = imu_settled(k, s, _RING * substeps)
     for n in range(len(measured)):
         if n > 0:
             turning = Turning(0.5 * (yaw_rate[n - 1] + yaw_rate[n]), heading)
@@ -156,7 +156,7 @@ def run_predictor(
             errors[n, :] = 0.0
         states[n, 0], states[n, 1], states[n, 2], states[n, 3] = s.tilt, s.wheel, s.tilt_rate, s.wheel_speed
         states[n, 4], states[n, 5], states[n, 6], states[n, 7] = s.torque, s.rotor, s.rotor_speed, s.slip
-        states[n, 8] = s.position
+        states[n, 8], states[n, 9] = s.position, imu[n * substeps % len(imu), 2]
 
 
 class Prediction(NamedTuple):
@@ -164,7 +164,7 @@ class Prediction(NamedTuple):
 
     Attributes:
         errors: (T + 1, 4), measured less predicted from the instant before, in the order of `MEASURED`.
-        states: (T + 1, 9), `TwinState` after the correction.
+        states: (T + 1, 10), `TwinState` after the correction, and as of `TRACK`.
     """
 
     errors: Array

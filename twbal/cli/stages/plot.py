@@ -118,16 +118,17 @@ def _simulated(
     """The simulation under the recorded commands, put back onto the measured motion every `resync` seconds."""
     steps = max(1, round(resync / episode.control_period))
     starts, commands = [], []
+    measured = Observation(*episode.observations.T)
+    speed = robot.wheel_radius * (measured.tilt_rate + measured.wheel_rate)
+    motion = np.column_stack([measured.tilt, measured.tilt_rate, speed])
     begins = range(0, len(episode) - steps + 1, steps)
     for t in begins:
-        seen = Observation(*episode.observations[t].tolist())
-        turning = seen.wheel_rate + seen.tilt_rate
         starts.append(
             ReplayStart(
-                initial=InitialState(seen.tilt, seen.tilt_rate, robot.wheel_radius * turning),
-                restart=RestartState(seen.wheel_angle),
+                initial=InitialState(*motion[t].tolist()),
+                restart=RestartState(float(measured.wheel_angle[t])),
                 past_commands=episode.commands[:t],
-                past_motion=episode.observations[max(t - 5, 0) : t, 1:3],
+                past_motion=motion[:t],
             )
         )
         commands.append(episode.commands[t : t + steps])
