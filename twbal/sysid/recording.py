@@ -21,6 +21,8 @@ MEASURED = ("tilt", "tilt_rate", "wheel_angle", "wheel_rate")
 _COLUMNS = [Observation._fields.index(name) for name in MEASURED]
 _TIME, _YAW = Observation._fields.index("time"), Observation._fields.index("yaw_rate")
 _YAW_MEAN = 7  # instants over which the yaw rate is averaged: a robot turns slowly
+_FEW = 10  # instants of which nothing is said
+_DIFFERENCED = 0.1  # share of a rate's changes by which it may differ from the difference of its angle to be that
 _JITTER = 0.25  # share of a control period by which one may be longer or shorter
 
 
@@ -131,9 +133,31 @@ def _read(episode: Episode, name: str, robot: RobotParameters, usability: Usabil
     usable = np.abs(yaw_rate[:end]) <= usability.max_yaw_rate
     commands = np.clip(episode.commands[: max(end - 1, 0)], -robot.torque_limit, robot.torque_limit)
     worked_out = {channel for channel, _ in episode.estimated}
+    worked_out |= differenced_rates(measured[:end], seen[:end, _TIME])
     sensed = np.array([channel not in worked_out for channel in MEASURED])
     smooth = uniform_filter1d(yaw_rate[:end], _YAW_MEAN, mode="nearest")
     return Recording(name, robot.control_period, commands, measured[:end], smooth, usable, sensed)
+
+
+def differenced_rates(measured: Array, times: Array) -> set[str]:
+    """Rates that are the changes of their angles over the control period before, and so tell nothing that these do not.
+
+    Their errors are those of two angles, one of which the rate before has, too, and they are late by half a period. A
+    filter that takes them for a sensor's own would find errors that remember.
+
+    Args:
+        measured: (T + 1, 4) in the order of `MEASURED`.
+        times: (T + 1,) [s].
+    """
+    found = set[str]()
+    if len(times) < _FEW:
+        return found
+    for angle, rate in (("tilt", "tilt_rate"), ("wheel_angle", "wheel_rate")):
+        angles, rates = (measured[:, MEASURED.index(name)] for name in (angle, rate))
+        left = rates[1:] - np.diff(angles) / np.diff(times)
+        if np.std(left) < _DIFFERENCED * np.std(np.diff(rates)):
+            found.add(rate)
+    return found
 
 
 def _check_clock(times: Array, name: str, period: float) -> None:
