@@ -25,7 +25,7 @@ from twbal.diagnosis.verdict import conclude, data_sheet_classes, probabilities,
 from twbal.planar.parameters import twin_parameters
 from twbal.sysid.fit import descend
 from twbal.sysid.model import Data, Model
-from twbal.sysid.noise import UNSENSED, Noise
+from twbal.sysid.noise import LASTING, UNSENSED, Noise
 from twbal.sysid.recording import MEASURED, Mask, Recording
 
 _NOISE_ITERATIONS = 30
@@ -108,18 +108,18 @@ def first_noise(robot: RobotParameters, sensed: Mask) -> Noise:
     """Where the search for the noise begins."""
     sensors = np.where(sensed, [0.005, 0.03, 0.003, 0.1], UNSENSED)
     torque = robot.torque_limit
-    return Noise(sensors, np.full(2, 0.005 * torque), np.array([0.01 * torque, 0.01 * torque, 0.002]))
+    return Noise(sensors, np.full(2, 0.005 * torque), np.array([0.01 * torque, 0.01 * torque, 0.002, 0.005, 0.002]))
 
 
 def largest_noise(robot: RobotParameters) -> Noise:
     """What it may come to: any noise, but no discrepancy that could take the place of the model."""
     torque = 0.3 * robot.torque_limit
-    return Noise(np.full(4, np.inf), np.full(2, np.inf), np.array([torque, torque, 0.05]))
+    return Noise(np.full(4, np.inf), np.full(2, np.inf), np.array([torque, torque, 0.05, 0.5, 0.1]))
 
 
 def with_fitted_noise(data: Data, model: Model) -> Model:
     """The model with its noise fitted, first without a model discrepancy: of two local optima, the likelier one."""
-    none = np.zeros(3)
+    none = np.zeros(LASTING)
     white = data.with_noise(model._replace(noise=model.noise._replace(discrepancy=none)), _NOISE_ITERATIONS)
     begin = white._replace(noise=white.noise._replace(discrepancy=model.noise.discrepancy))
     return data.with_noise(begin, _NOISE_ITERATIONS, afresh=True)

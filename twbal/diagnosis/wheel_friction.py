@@ -31,6 +31,7 @@ from twbal.planar.sensing import imu_settled
 from twbal.planar.twin_state import STRAIGHT, TwinState
 from twbal.sysid.intervals import interval
 from twbal.sysid.model import Data, Model
+from twbal.sysid.noise import LASTING
 from twbal.sysid.recording import MEASURED, Recording
 
 FORMS = ("coulomb_friction", "viscous_friction", "dead_zone")
@@ -173,7 +174,7 @@ def identify_friction(
     verdict = _verdict(turns, twin, base, chosen, settings)
     best = chosen if verdict is Verdict.NAMED else base
     weights = _probabilities((base, *forms), settings)
-    noise = first_noise(robot, data.sensed)._replace(discrepancy=np.zeros(3))
+    noise = first_noise(robot, data.sensed)._replace(discrepancy=np.zeros(LASTING))
     start = Model(twin, 0.0, noise)
 
     def seen(added: Effects) -> tuple[Model, FilterResult]:

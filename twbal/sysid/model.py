@@ -11,6 +11,7 @@ from twbal.core.gaussian import Array
 from twbal.planar.parameters import TwinParameters
 from twbal.sysid.autocorrelation import ljung_box_ratio
 from twbal.sysid.noise import (
+    LASTING,
     UNSENSED,
     Filter,
     LinearTwin,
@@ -29,6 +30,7 @@ ANGLE_LEAD = "angle_lead"
 """Name of the one free value that is no field of the twin: time by which measured angles run ahead of rates [s]."""
 _ROUNDING = 1e-9  # rad, rad/s; smaller changes are those of the numbers in the file
 _ONE_WAY = 0.98  # less the share of changes against them, the share of changes in one direction
+_NOT_OF_STEPS = 0.3  # share of the standard deviation of a stepped wheel angle that is white
 _LAGS = 20  # control periods over which errors may remember
 
 
@@ -161,6 +163,12 @@ class Data:
             steps.append(np.quantile(column[column > _ROUNDING], 0.01) if (column > _ROUNDING).any() else 0.0)
         return np.asarray(np.array(steps) / np.sqrt(12.0))
 
+    @cached_property
+    def steps(self) -> float:
+        """Control periods for which the wheel angle shows one value before it steps to the next, in the mean."""
+        changes = np.concatenate([np.diff(recording.measured[:, 2]) for recording in self.recordings])
+        return float(len(changes) / max(np.count_nonzero(np.abs(changes) > _ROUNDING), 1))
+
     @property
     def count(self) -> int:
         """Instants that count."""
@@ -169,7 +177,7 @@ class Data:
     def linear(self, model: Model) -> LinearTwin:
         """The linear twin of a model, with a model discrepancy where its noise has one."""
         linear = linearise_period(model.twin, self.period)
-        return linear.with_discrepancy(self.period) if model.noise.has_discrepancy else linear
+        return linear.with_discrepancy(self.period, self.steps) if model.noise.has_discrepancy else linear
 
     def filter(self, model: Model) -> Filter:
         """The Kalman filter of a model."""
@@ -209,14 +217,17 @@ class Data:
 
     @property
     def _loudest(self) -> Noise:
-        return self.loudest or Noise(np.full(4, np.inf), np.full(2, np.inf), np.full(3, np.inf))
+        return self.loudest or Noise(np.full(4, np.inf), np.full(2, np.inf), np.full(LASTING, np.inf))
 
     def with_noise(self, model: Model, iterations: int, afresh: bool = False) -> Model:
         """The model with its noise refitted; arguments as of `fit_noise`."""
         errors = self.errors(model, self.filter(model))
         linear = self.linear(model)
+        least, lasting = self.resolution.copy(), np.zeros(LASTING)
+        if model.noise.has_discrepancy:  # which has what the steps of the wheel angle make
+            least[2], lasting[4] = _NOT_OF_STEPS * least[2], np.sqrt(1.0 - _NOT_OF_STEPS**2) * least[2]
         limits = (
-            Noise(np.where(self.sensed, self.resolution, UNSENSED), np.zeros(2)),
+            Noise(np.where(self.sensed, least, UNSENSED), np.zeros(2), lasting),
             self._loudest._replace(sensors=np.where(self.sensed, self._loudest.sensors, UNSENSED)),
         )
         return model._replace(noise=fit_noise(linear, model.noise, errors, self.usable, limits, iterations, afresh))

@@ -13,7 +13,8 @@ so noise is fitted without running the twin again.
 
 What a model lacks is no white noise: it lasts. A *model discrepancy* may stand for it: a torque at the joints, one from
 outside on the wheels, and an error of the tilt, each a first-order Gauss-Markov process with a time constant of its own
-(`DISCREPANCY_TIMES`). Its levels are fitted with those of the noise. It joins the state, x' = F x + D d + w with
+(`DISCREPANCY_TIMES`); noise of the gyro that a filter has added up in the tilt; and what the steps of an encoder make of
+a wheel that turns slowly, which lasts until the next step. Its levels are fitted with those of the noise. It joins the state, x' = F x + D d + w with
 d' = exp(-T/τ) d, so that the filter follows what is missing, and prediction errors stay white where a model is
 imperfect. (M. C. Kennedy, A. O'Hagan: Bayesian calibration of computer models, Journal of the Royal Statistical
 Society B 63 (3), 2001, 425-464; here over time.) Levels of 0 leave it out.
@@ -45,6 +46,9 @@ _SHARED = 0.3  # of the other, where a search for white torques and a discrepanc
 DISCREPANCY_TIMES = np.array([0.2, 0.2, 1.0])
 """Time constants of the model discrepancy: torque at the joints, torque from outside, tilt [s]. Friction of another form
 changes with the motion, within tenths of a second; a filter of the tilt and a gyro's bias are slower."""
+LASTING = 5
+"""Components of the model discrepancy: see `Noise`."""
+_IN_READINGS = ((10, 0), (11, 1), (12, 2))  # states of the discrepancy that are errors of a channel, and which
 UNSENSED = 100.0
 """Standard deviation of a channel that was not measured [rad, rad/s]: so large that it corrects nothing."""
 _TAIL = 10.0  # degrees of freedom of the errors' distribution
@@ -58,13 +62,14 @@ class Noise(NamedTuple):
         sensors: (4,) standard deviations, in the order of `MEASURED`.
         torques: (2,) standard deviations of the mean torque of a control period: at the joints, and from outside on
             the wheels [N·m].
-        discrepancy: (3,) standard deviations of the model discrepancy: torque at the joints, torque from outside
-            [N·m], tilt [rad]; all 0 where there is none.
+        discrepancy: (5,) standard deviations of the model discrepancy: torque at the joints, torque from outside
+            [N·m], tilt [rad], noise of the gyro that the tilt has added up [rad/s], wheel angle [rad]; all 0 where
+            there is none.
     """
 
     sensors: Array
     torques: Array
-    discrepancy: Array = np.zeros(3)
+    discrepancy: Array = np.zeros(LASTING)
 
     @property
     def has_discrepancy(self) -> bool:
@@ -73,28 +78,39 @@ class Noise(NamedTuple):
 
 
 class LinearTwin(NamedTuple):
-    """The twin about its balance, over one control period; S is 8, or 11 with a model discrepancy.
+    """The twin about its balance, over one control period; S is 8, or 13 with a model discrepancy.
 
     Attributes:
         F: (S, S).
         C: (4, S).
         B: (S, 2), what the two torques do within the period.
-        decay: (3,) of the discrepancy over a control period; empty without one.
+        decay: (5,) of the discrepancy over a control period; empty without one.
+        period: control period [s].
     """
 
     F: Array
     C: Array
     B: Array
     decay: Array = np.zeros(0)
+    period: float = 0.0
 
-    def with_discrepancy(self, period: float) -> "LinearTwin":
-        """The same, with a model discrepancy in the state."""
-        F, C, B = np.zeros((11, 11)), np.zeros((4, 11)), np.zeros((11, 2))
-        decay = np.exp(-period / DISCREPANCY_TIMES)
+    def with_discrepancy(self, period: float, steps: float) -> "LinearTwin":
+        """The same, with a model discrepancy in the state.
+
+        Args:
+            period: control period [s].
+            steps: control periods for which the wheel angle shows one value before it steps to the next, in the mean.
+        """
+        states = 8 + LASTING
+        F, C, B = np.zeros((states, states)), np.zeros((4, states)), np.zeros((states, 2))
+        stays = np.exp(-1.0 / (steps - 1.0)) if steps > 1.0 else 0.0
+        decay = np.concatenate([np.exp(-period / DISCREPANCY_TIMES), [0.0, stays]])
         F[:8, :8], F[:8, 8:10], F[8:, 8:] = self.F, self.B, np.diag(decay)
-        C[:, :8], C[0, 10] = self.C, 1.0
+        C[:, :8] = self.C
+        for state, channel in _IN_READINGS:
+            C[channel, state] = 1.0
         B[:8] = self.B
-        return LinearTwin(F, C, B, decay)
+        return LinearTwin(F, C, B, decay, period)
 
     @property
     def pushes(self) -> Array:
@@ -199,28 +215,33 @@ def kalman_filter(linear: LinearTwin, noise: Noise) -> Filter:
     P, settled = 1.5 * read @ R @ read.T, 0.0
     if len(linear.decay):
         settled = _SETTLED
-        P, Q = _with_discrepancy(P, Q, read[:, 0], noise.discrepancy**2, linear.decay)
+        P, Q = _with_discrepancy(P, Q, read, noise.discrepancy**2, linear)
     measured = int((noise.sensors < 0.5 * UNSENSED).sum())
     gains, whiteners, determinants, after = _riccati(linear.F, linear.C, Q, R, P, _INSTANTS, settled)
     return Filter(gains, whiteners, determinants, measured, after[:4, :4], linear.pushes, linear.decay)
 
 
-def _with_discrepancy(P: Array, Q: Array, read: Array, variances: Array, decay: Array) -> tuple[Array, Array]:
-    """Covariances (11, 11) of the first state and of the noise, with a stationary model discrepancy.
+def _with_discrepancy(P: Array, Q: Array, read: Array, variances: Array, linear: LinearTwin) -> tuple[Array, Array]:
+    """Covariances (13, 13) of the first state and of the noise, with a stationary model discrepancy.
 
     Args:
         P: (8, 8) of the first state.
-        Q: (11, 11) of the white torques.
-        read: (8,) what the first tilt that was measured says of the state: as much as that is off, so is this.
-        variances: (3,) of the discrepancy.
-        decay: (3,) of it over a control period.
+        Q: (13, 13) of the white torques.
+        read: (8, 4) what the first measurement says of the state: as much as that is off, so is this.
+        variances: (5,) of the discrepancy.
+        linear: with it.
     """
-    first = np.zeros((11, 11))
-    first[:8, :8] = P + variances[2] * np.outer(read, read)
+    first = np.zeros_like(Q)
+    first[:8, :8] = P
     first[8:, 8:] = np.diag(variances)
-    first[:8, 10] = first[10, :8] = -variances[2] * read
+    for state, channel in _IN_READINGS:
+        variance, column = variances[state - 8], read[:, channel]
+        first[:8, :8] += variance * np.outer(column, column)
+        first[:8, state] = first[state, :8] = -variance * column
     Q = Q.copy()
-    Q[8:, 8:] += np.diag((1.0 - decay**2) * variances)
+    Q[8:, 8:] += np.diag((1.0 - linear.decay**2) * variances)
+    Q[10, 11] = Q[11, 10] = linear.period * variances[3]
+    Q[10, 10] += linear.period**2 * variances[3]
     return first, Q
 
 
@@ -371,20 +392,20 @@ def _noise_starts(noise: Noise, afresh: bool) -> list[Array]:
     starts = [np.log(_fitted_levels(noise))]
     if afresh and noise.has_discrepancy:
         both = np.hypot(noise.torques, _SHARED * noise.discrepancy[:2])
-        shared = noise._replace(torques=both, discrepancy=np.append(_SHARED * both, noise.discrepancy[2]))
+        shared = noise._replace(torques=both, discrepancy=np.append(_SHARED * both, noise.discrepancy[2:]))
         starts.append(np.log(_fitted_levels(shared)))
     return starts
 
 
 def _fitted_levels(noise: Noise) -> Array:
-    """(6,) levels of noise, (9,) with those of a model discrepancy."""
+    """(6,) levels of noise, (11,) with those of a model discrepancy."""
     discrepancy = noise.discrepancy if noise.has_discrepancy else noise.discrepancy[:0]
     return np.concatenate([noise.sensors, noise.torques, discrepancy])
 
 
 def _levels(x: Array) -> Noise:
     levels = np.exp(x)
-    return Noise(levels[:4], levels[4:6], levels[6:] if len(levels) > 6 else np.zeros(3))
+    return Noise(levels[:4], levels[4:6], levels[6:] if len(levels) > 6 else np.zeros(LASTING))
 
 
 def discrepancy_penalty(noise: Noise, largest: Noise) -> float:

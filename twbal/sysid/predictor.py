@@ -18,7 +18,7 @@ from twbal.planar.planar_plant import hold
 from twbal.planar.sensing import imu_settled, read_sensors
 from twbal.planar.terms import correct
 from twbal.planar.twin_state import Turning, TwinState
-from twbal.sysid.noise import Filter
+from twbal.sysid.noise import LASTING, Filter
 from twbal.sysid.recording import Recording
 
 TRACK = len(TwinState._fields) + 1
@@ -113,9 +113,9 @@ def run_predictor(
         lead: as of `read_sensors`.
         gains: (G, S, 4), of the first G instants, the last one for all that follow. Rows: tilt, wheel, tilt rate, wheel
             speed; then tilt and tilt rate of one control period before, and of two; with a model discrepancy, its
-            torque at the joints, its torque from outside, and its error of the tilt.
+            five components, as of `Noise`.
         pushes: (2, 4), what the torques of the discrepancy add to tilt, wheel, tilt rate and wheel speed in a period.
-        decay: (3,) of the discrepancy in a period; empty without one.
+        decay: (5,) of the discrepancy in a period; empty without one.
         errors: (T + 1, 4), written: measured less predicted; 0 at the first instant.
         states: (T + 1, 10), written: `TwinState` after the correction, and as of `TRACK`.
     """
@@ -123,7 +123,7 @@ def run_predictor(
     k = constants(p, h)
     s = _first(p, k, measured[0], lead)
     heading = 0.0
-    missing = np.zeros(3)
+    missing = np.zeros(LASTING)
     imu = imu_settled(k, s, _RING * substeps)
     for n in range(len(measured)):
         if n > 0:
@@ -132,13 +132,13 @@ def run_predictor(
             heading += period * turning.rate
             if len(decay) > 0:
                 s = _push(s, k, missing, pushes, imu, n * substeps, substeps)
-                for i in range(3):
+                for i in range(len(decay)):
                     missing[i] *= decay[i]
             seen = read_sensors(p, k, s, imu, n * substeps, lead)
             error = errors[n]
             error[0] = measured[n, 0] - seen.tilt - missing[2]
-            error[1] = measured[n, 1] - seen.tilt_rate
-            error[2] = measured[n, 2] - seen.wheel_angle
+            error[1] = measured[n, 1] - seen.tilt_rate - missing[3]
+            error[2] = measured[n, 2] - seen.wheel_angle - missing[4]
             error[3] = measured[n, 3] - seen.wheel_rate
             gain = gains[min(n, len(gains) - 1)]
             for i in range(len(decay)):
