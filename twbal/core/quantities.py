@@ -42,8 +42,8 @@ class Quantity(IntEnum):
     """By which tilt and tilt rate are shown late [s]."""
     TILT_FILTER_RATE = 22
     """At which a filter of the tilt follows the accelerometer [1/s]."""
-    IMU_HEIGHT = 23
-    """Of the accelerometer above the axle [m]."""
+    TILT_FILTER_LEAD = 23
+    """By which the sum of the gyro in that filter runs ahead of the tilt [s]."""
 
 
 class Change(IntEnum):

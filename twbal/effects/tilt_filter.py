@@ -17,10 +17,10 @@ from twbal.effects.parameter import adds_to, parameter
 class TiltFilter(SensorEffect):
     """The tilt comes from a complementary filter, which follows the accelerometer at `rate` = 1/τ.
 
-    Such a filter integrates the gyro and corrects the sum by the direction in which the accelerometer sees gravity.
-    When the robot speeds up, that direction is wrong by a/g, a being the accelerometer's acceleration: forward, of the
-    axle, and `height` times the angular acceleration of the body. So the measured tilt is off by e, with
-    e' = -rate·(a/g + e). It acts on the measured tilt.
+    Such a filter adds up the gyro and corrects the sum by the direction in which the accelerometer sees gravity. When
+    the robot speeds up by a, that direction is wrong by a/g. So the measured tilt is off by e, with
+    e' = -rate·(a/g + e) + lead·θ''. A sum of rectangles, a control period T wide, runs ahead of the tilt by T/2; an
+    accelerometer at the height h above the axle takes rate·h/g from that. It acts on the measured tilt.
     """
 
     rate: float = parameter(
@@ -32,15 +32,15 @@ class TiltFilter(SensorEffect):
         below=1000.0,
         changes=adds_to(Quantity.TILT_FILTER_RATE),
     )
-    height: float = parameter(
-        "of the accelerometer above the axle",
-        "m",
-        (-0.1, 0.5),
+    lead: float = parameter(
+        "by which the sum of the gyro runs ahead of the tilt",
+        "s",
+        (-0.15, 0.05),
         start=0.0,
         value=0.0,
         least=-10.0,
         below=10.0,
-        changes=adds_to(Quantity.IMU_HEIGHT),
+        changes=adds_to(Quantity.TILT_FILTER_LEAD),
     )
     place = Place.FUSION
     reference = (
@@ -54,15 +54,16 @@ class TiltFilter(SensorEffect):
         """Hand out a filter that has settled at the first instant."""
         lost = -expm1(-self.rate * control_period)
         mean = lost / (self.rate * control_period) if self.rate > 0 else 1.0  # of exp(-rate·t) over a period
-        behind = 0.0  # the accelerometer's speed, less what the filter has followed of it [m/s]
+        off = 0.0  # tilt that is shown less the true one [rad]
         before: float | None = None
 
         def fused(truth: Observation) -> Observation:
-            nonlocal behind, before
-            turned = 0.0 if before is None else truth.tilt_rate - before
-            gained = 0.0 if before is None else truth.acceleration * control_period
+            nonlocal off, before
+            if before is not None:
+                gained = truth.acceleration * control_period
+                pushed = self.lead * (truth.tilt_rate - before) - self.rate * gained / GRAVITY
+                off += mean * pushed - lost * off
             before = truth.tilt_rate
-            behind += mean * (gained + self.height * turned) - lost * behind
-            return truth._replace(tilt=truth.tilt - behind * self.rate / GRAVITY)
+            return truth._replace(tilt=truth.tilt + off)
 
         return fused

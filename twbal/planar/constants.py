@@ -36,7 +36,7 @@ class Constants(NamedTuple):
         fade: weight of the torque at a step's start in the mean over it.
         imu_delay: [s].
         filter_rate: at which a filter of the tilt follows the accelerometer [1/s].
-        imu_height: of the accelerometer above the axle [m].
+        filter_lead: by which the sum of the gyro in it runs ahead of the tilt [s].
         step: of the physics [s].
     """
 
@@ -68,7 +68,7 @@ class Constants(NamedTuple):
     fade: float
     imu_delay: float
     filter_rate: float
-    imu_height: float
+    filter_lead: float
     step: float
 
 
@@ -110,6 +110,6 @@ def constants(p: TwinParameters, step: float) -> Constants:
         lag * time_constant / step if time_constant > 0.0 else 0.0,
         q[Quantity.IMU_DELAY],
         q[Quantity.TILT_FILTER_RATE],
-        q[Quantity.IMU_HEIGHT],
+        q[Quantity.TILT_FILTER_LEAD],
         step,
     )

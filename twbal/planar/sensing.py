@@ -15,35 +15,34 @@ from twbal.planar.twin_state import TwinState
 
 
 @kernel()
-def imu_speed(k: Constants, s: TwinState) -> float:
-    """Speed of the accelerometer, forward [m/s]."""
-    return k.radius * s.wheel_speed + s.slip + k.imu_height * s.tilt_rate
+def _misleading(k: Constants, s: TwinState) -> float:
+    """What a filter of the tilt makes an error of as it changes, and forgets at its rate; see `TiltFilter` [rad]."""
+    return k.filter_lead * s.tilt_rate - (k.radius * s.wheel_speed + s.slip) * k.filter_rate / GRAVITY
 
 
 @kernel()
-def filtered_tilt(k: Constants, s: TwinState, followed: float) -> float:
-    """Tilt behind a filter that has followed the accelerometer's speed as far as `followed`; see `TiltFilter` [rad]."""
-    return s.tilt - (imu_speed(k, s) - followed) * k.filter_rate / GRAVITY
+def filtered_tilt(k: Constants, s: TwinState, forgotten: float) -> float:
+    """Tilt that a filter shows, which has forgotten so much of what misleads it [rad]."""
+    return s.tilt + _misleading(k, s) - forgotten
 
 
 @kernel()
 def imu_settled(k: Constants, s: TwinState, rows: int) -> Array:
     """The IMU's past (rows, 3) where it has always seen the state `s`.
 
-    Its columns are the tilt behind the filter that it has, the tilt rate, and what that filter has followed of the
-    accelerometer's speed.
+    Its columns are the tilt behind the filter that it has, the tilt rate, and what that filter has forgotten of
+    what misleads it [rad].
     """
     imu = np.empty((rows, 3))
-    imu[:, 0], imu[:, 1], imu[:, 2] = s.tilt, s.tilt_rate, imu_speed(k, s)
+    imu[:, 0], imu[:, 1], imu[:, 2] = s.tilt, s.tilt_rate, _misleading(k, s)
     return imu
 
 
 @kernel()
 def see(k: Constants, s: TwinState, imu: Array, number: int) -> None:
     """Write to the ring what the IMU sees of a state, `number` physics steps after the rollout began."""
-    speed, followed = imu_speed(k, s), imu[(number - 1) % len(imu), 2]
-    row = number % len(imu)
-    imu[row, 2] = speed - exp(-k.filter_rate * k.step) * (speed - followed)
+    now, row = _misleading(k, s), number % len(imu)
+    imu[row, 2] = now - exp(-k.filter_rate * k.step) * (now - imu[(number - 1) % len(imu), 2])
     imu[row, 0], imu[row, 1] = filtered_tilt(k, s, imu[row, 2]), s.tilt_rate
 
 

@@ -22,7 +22,7 @@ from twbal.sysid.noise import LASTING, Filter
 from twbal.sysid.recording import Recording
 
 TRACK = len(TwinState._fields) + 1
-"""Columns of its states: `TwinState`, and what a filter of the tilt has followed of the accelerometer's speed [m/s]."""
+"""Columns of its states: `TwinState`, and what a filter of the tilt has forgotten of what misleads it [rad]."""
 _RING = 4  # control periods of the IMU's past that are kept: delays up to two of them, and room
 
 
