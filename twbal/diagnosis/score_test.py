@@ -182,8 +182,9 @@ def _over_time(data: Data, fit: Fit, linear: LinearTwin, low: float, high: float
     closed = linear.F @ (np.eye(len(linear.F)) - K @ linear.C)
     turns = np.exp(2j * np.pi * frequencies[inside] * data.period)
     # error n follows torque n - 1, which is a mean over its period: its phase is that of the period's middle
+    states = len(linear.F)
     inner = np.linalg.solve(
-        turns[:, None, None] * np.eye(len(linear.F)) - closed, np.broadcast_to(linear.B[:, 1:], (len(turns), len(linear.F), 1))
+        turns[:, None, None] * np.eye(states) - closed, np.broadcast_to(linear.B[:, 1:], (len(turns), states, 1))
     )
     response = (W @ linear.C @ inner[:, :, 0].T).T * (turns * np.sqrt(turns))[:, None]
     power = (np.abs(response) ** 2).sum(axis=1)

@@ -26,8 +26,8 @@ class ReplayStart:
         initial: tilt [rad], tilt rate [rad/s] and speed [m/s].
         restart: wheels, turning, and where in the recording it is.
         past_commands: (t,) all commands since the recording began [N·m]: they fill delays and lags and drain batteries.
-        past_motion: (k, 3) tilt, tilt rate and speed at the k instants before, oldest first: a late IMU still shows them,
-            and a filter of the tilt has followed the speed.
+        past_motion: (k, 3) tilt, tilt rate and speed at the k instants before, oldest first: a late IMU still shows
+            them, and they have misled a filter of the tilt.
     """
 
     initial: InitialState

@@ -167,7 +167,7 @@ class Data:
     def steps(self) -> float:
         """Control periods for which the wheel angle shows one value before it steps to the next, in the mean."""
         changes = np.concatenate([np.diff(recording.measured[:, 2]) for recording in self.recordings])
-        return float(len(changes) / max(np.count_nonzero(np.abs(changes) > _ROUNDING), 1))
+        return float(len(changes) / max(int((np.abs(changes) > _ROUNDING).sum()), 1))
 
     @property
     def count(self) -> int:

@@ -11,13 +11,14 @@ Another gain K' in place of K changes the prediction errors as the linear twin s
 
 so noise is fitted without running the twin again.
 
-What a model lacks is no white noise: it lasts. A *model discrepancy* may stand for it: a torque at the joints, one from
-outside on the wheels, and an error of the tilt, each a first-order Gauss-Markov process with a time constant of its own
-(`DISCREPANCY_TIMES`); noise of the gyro that a filter has added up in the tilt; and what the steps of an encoder make of
-a wheel that turns slowly, which lasts until the next step. Its levels are fitted with those of the noise. It joins the state, x' = F x + D d + w with
-d' = exp(-T/τ) d, so that the filter follows what is missing, and prediction errors stay white where a model is
-imperfect. (M. C. Kennedy, A. O'Hagan: Bayesian calibration of computer models, Journal of the Royal Statistical
-Society B 63 (3), 2001, 425-464; here over time.) Levels of 0 leave it out.
+What a model lacks is no white noise: it lasts. A *model discrepancy* may stand for it. It has five components: a torque
+at the joints, one from outside on the wheels, and an error of the tilt, each a first-order Gauss-Markov process with a
+time constant of its own (`DISCREPANCY_TIMES`); noise of the gyro that a filter has added up in the tilt; and what the
+steps of an encoder make of a wheel that turns slowly, which lasts until the next step. Their levels are fitted with
+those of the noise. It joins the state, x' = F x + D d + w with d' = exp(-T/τ) d, so that the filter follows what is
+missing, and prediction errors stay white where a model is imperfect. (M. C. Kennedy, A. O'Hagan: Bayesian calibration
+of computer models, Journal of the Royal Statistical Society B 63 (3), 2001, 425-464; here over time.) Levels of 0 leave
+it out.
 
 Prediction errors are taken to be of Student's t distribution, with the filter's covariance and as many dimensions as
 channels were measured: a shove or a landing at the start then bears on the fit by no more than a few ordinary instants.
@@ -44,8 +45,11 @@ _LEAST_LEVEL = 1e-12
 _SETTLED = 1e-4  # change of gains, whose rows are rad, rad/s and N·m for each rad or rad/s that was measured
 _SHARED = 0.3  # of the other, where a search for white torques and a discrepancy of the same size begins
 DISCREPANCY_TIMES = np.array([0.2, 0.2, 1.0])
-"""Time constants of the model discrepancy: torque at the joints, torque from outside, tilt [s]. Friction of another form
-changes with the motion, within tenths of a second; a filter of the tilt and a gyro's bias are slower."""
+"""Time constants of the model discrepancy: torque at the joints, torque from outside, tilt [s].
+
+Friction of another form changes with the motion, within tenths of a second; a filter of the tilt and a gyro's bias are
+slower.
+"""
 LASTING = 5
 """Components of the model discrepancy: see `Noise`."""
 _IN_READINGS = ((10, 0), (11, 1), (12, 2))  # states of the discrepancy that are errors of a channel, and which
@@ -356,7 +360,9 @@ def fit_noise(
         afresh: whether a second search begins where white torques and a discrepancy share what is missing.
     """
     old = kalman_filter(linear, noise)
-    low, high = (np.log(np.maximum(np.concatenate(limit), _LEAST_LEVEL))[: len(_fitted_levels(noise))] for limit in limits)
+    low, high = (
+        np.log(np.maximum(np.concatenate(limit), _LEAST_LEVEL))[: len(_fitted_levels(noise))] for limit in limits
+    )
     begin = np.log(_fitted_levels(noise))
 
     def objective(x: Array) -> float:

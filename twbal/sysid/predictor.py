@@ -72,7 +72,9 @@ def _moved(s: TwinState, k: Constants, tilt: float, wheel: float, tilt_rate: flo
 
 
 @kernel()
-def _push(s: TwinState, k: Constants, missing: Array, pushes: Array, imu: Array, steps: int, substeps: int) -> TwinState:
+def _push(
+    s: TwinState, k: Constants, missing: Array, pushes: Array, imu: Array, steps: int, substeps: int
+) -> TwinState:
     """The state with what the torques of a model discrepancy added in the last control period, and the IMU's past, too.
 
     A torque adds to the tilt rate in proportion to the time for which it acts, and to the tilt to the square of it.
