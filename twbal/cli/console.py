@@ -9,9 +9,9 @@ from pathlib import Path, PurePosixPath
 from typing import Any, TypeVar
 
 from hydra import compose
+from hydra.conf import HydraConf
 from hydra.core.global_hydra import GlobalHydra
 from hydra.core.hydra_config import HydraConfig
-from omegaconf import DictConfig
 
 from twbal.cli.commands import text
 from twbal.cli.conf_folder import conf_folder
@@ -58,13 +58,13 @@ def chosen_overrides(*groups: str) -> str:
     return "".join(f" {shlex.quote(word)}" for word in [*words, *found])
 
 
-def _default_choices(hydra: DictConfig) -> DictConfig:
+def _default_choices(hydra: HydraConf) -> Mapping[str, Any]:
     """What this run's configuration chooses of each group, by itself."""
-    made: DictConfig = hydra.runtime.choices
+    made = hydra.runtime.choices
     chosen = {word.split("=", 1)[0] for word in hydra.overrides.task}
     if not any(key in made or key.startswith(("+", "~")) for key in chosen):  # composing takes as long as short stages
         return made
-    default: DictConfig = compose(hydra.job.config_name, return_hydra_config=True).hydra.runtime.choices
+    default: Mapping[str, Any] = compose(hydra.job.config_name, return_hydra_config=True).hydra.runtime.choices
     return default
 
 
