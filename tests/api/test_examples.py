@@ -33,6 +33,7 @@ def test_a_public_function_does_what_its_example_shows(name, monkeypatch):
     run(example)
 
 
+@pytest.mark.slow
 def test_the_page_does_what_it_shows(monkeypatch):
     monkeypatch.chdir(ROOT)
     page = "\n".join(re.findall(r"^```pycon\n(.*?)^```$", (ROOT / "docs" / "api.md").read_text(), re.M | re.S))

@@ -155,6 +155,7 @@ def test_what_is_hidden_in_another_engine_is_named(case, paper):
     assert not name or name in alike[0]
 
 
+@pytest.mark.slow
 def test_a_robot_of_another_engine_that_is_as_its_data_sheet_says_lacks_none_of_the_usual_effects(paper):
     from benchmarks.hidden_effects.robot import drawn
     from benchmarks.hidden_effects.truth import HiddenRobot, Surface
