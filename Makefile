@@ -21,7 +21,7 @@ run: $(STAMP) ## Algorithm 1 from start to end on the virtual robot (makes the e
 test: $(STAMP) ## the quick tests, on two cores
 	$(VENV)/bin/python -m pytest -m "not slow" --numprocesses=2 --dist=loadfile
 
-test-slow: $(STAMP) $(SWEEPS_STAMP) ## the tests that take minutes (needs the launchers of sweeps: extra [sweeps])
+test-slow: $(STAMP) $(SWEEPS_STAMP) ## the longer tests (needs the launchers of sweeps: extra [sweeps])
 	$(VENV)/bin/python -m pytest -m slow
 
 bench: $(STAMP) $(BENCH_STAMP) ## the benchmarks behind the tables (two hours; needs the peers: extra [bench])

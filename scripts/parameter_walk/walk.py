@@ -3,6 +3,7 @@
 import ast
 from collections.abc import Iterable
 from dataclasses import dataclass
+from functools import cache
 from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
@@ -280,6 +281,7 @@ def commands(code: Code) -> dict[str, Function]:
     return {name: function for name, function in found.items() if function.module.startswith("cli/stages/")}
 
 
+@cache
 def walks(code: Code, what: str) -> dict[str, Walk]:
     """The walk of a parameter through each command that it goes through, the longest first."""
     found = {name: Walk(code, what, start) for name, start in commands(code).items()}

@@ -11,6 +11,7 @@ import twbal
 
 ROOT = Path(__file__).parents[2]
 FUNCTIONS = [name for name in twbal.__all__ if name[0].islower()]
+LONG = ("learn",)
 
 
 def run(example):
@@ -21,7 +22,9 @@ def run(example):
     assert not runner.failures, "".join(report)
 
 
-@pytest.mark.parametrize("name", FUNCTIONS)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.slow) if name in LONG else name for name in FUNCTIONS]
+)
 def test_a_public_function_does_what_its_example_shows(name, monkeypatch):
     monkeypatch.chdir(ROOT)
     function = getattr(twbal, name)
@@ -30,6 +33,7 @@ def test_a_public_function_does_what_its_example_shows(name, monkeypatch):
     run(example)
 
 
+@pytest.mark.slow
 def test_the_page_does_what_it_shows(monkeypatch):
     monkeypatch.chdir(ROOT)
     page = "\n".join(re.findall(r"^```pycon\n(.*?)^```$", (ROOT / "docs" / "api.md").read_text(), re.M | re.S))

@@ -99,6 +99,7 @@ def matern(chain, tmp_path_factory):
     return folder
 
 
+@pytest.mark.slow
 def test_a_model_with_another_kernel_is_searched_by_particles(chain, matern, tmp_path):
     model = load_model(matern / "f" / "model.pt").model
     assert model.f.kernel == "matern52"

@@ -101,6 +101,7 @@ def contradicted(measured, tmp_path_factory):
     return out, printed.getvalue()
 
 
+@pytest.mark.slow
 def test_what_makes_rollouts_on_held_out_data_worse_is_not_named(contradicted):
     out, printed = contradicted
     record = json.loads((out / "diagnosis.json").read_text())

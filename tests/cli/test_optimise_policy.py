@@ -111,6 +111,7 @@ ROBUST = [
 ]
 
 
+@pytest.mark.slow
 def test_what_is_known_of_the_robot_is_an_input_and_a_search_with_it_is_repeatable(folder, capsys):
     """As by default, with `robust`: the second time nothing is done, elsewhere the same is made."""
     run("lqr", folder / "lqr")

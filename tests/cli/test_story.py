@@ -47,6 +47,7 @@ def iterate(folder: Path, *words: str) -> None:
         sys.argv = arguments
 
 
+@pytest.mark.slow
 def test_solved_at_once(tmp_path, capsys):
     iterate(tmp_path, *SMALLEST, *ALWAYS)
     printed = capsys.readouterr().out

@@ -98,7 +98,7 @@ def without(packages, words, folder):
     return subprocess.run(command, capture_output=True, text=True, cwd=folder, env=environment)
 
 
-@pytest.mark.parametrize("lacking", ["gymnasium", "stable_baselines3"])
+@pytest.mark.parametrize("lacking", ["gymnasium", pytest.param("stable_baselines3", marks=pytest.mark.slow)])
 def test_without_the_extra_it_says_what_to_install(lacking, tmp_path):
     done = without([lacking], ["train-agent"], tmp_path)
     assert done.returncode == 1
@@ -120,6 +120,7 @@ def test_iterate_does_not_need_the_extra(tmp_path):
     assert without(["gymnasium", "stable_baselines3"], words, tmp_path).returncode == 0
 
 
+@pytest.mark.slow
 def test_nothing_else_needs_the_extra(folder, tmp_path):
     saved = ["policy=saved", f"policy.path={folder / 'agent' / 'policy.pt'}", "rollouts=1", "steps=5"]
     assert without(["gymnasium", "stable_baselines3"], ["sim-collect", *saved], tmp_path).returncode == 0

@@ -107,6 +107,7 @@ def episodes_of(recording):
     return found
 
 
+@pytest.mark.slow
 def test_what_remains_is_said_beside_what_was_found(paper):
     """The walking gyro remains; a robot with friction alone leaves nothing, and friction has nearly all of the gap."""
     results = []

@@ -58,6 +58,7 @@ def test_nothing_is_missed_of_a_clean_robot_without_a_gyro(paper):
     assert found.verdict in (Verdict.NONE, Verdict.UNDECIDED)
 
 
+@pytest.mark.slow
 def test_the_tilt_may_be_off_by_another_constant_in_each_log(paper):
     offsets = (0.03, -0.02)
     recordings = []

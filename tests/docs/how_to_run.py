@@ -166,13 +166,13 @@ TABLE: Mapping[str, How] = {
     "make test": Make(),
     ". .venv/bin/activate": Elsewhere(None, "Python's own"),
     "twbal iterate link.seed=3": Stage(slow=True),
-    "twbal iterate experiment=paper": Stage(small=_PAPER),
+    "twbal iterate experiment=paper": Stage(small=_PAPER, slow=True),
     "twbal iterate -m link.seed=1,2,3": Stage(slow=True),
     "twbal iterate method=pilco": Stage(slow=True),
     "twbal iterate link=serial link.port=/dev/ttyUSB0": Stage(_SERIAL, slow=True),
     "twbal iterate --config-dir=my_conf robot=my_robot link=serial link.port=/dev/ttyUSB0": Stage(_SERIAL, slow=True),
     "twbal real-rollout experiment=excite policy.command_width=0.1": Stage(),
-    "twbal real-rollout experiment=excite policy.command_width=0.1 link.seed=7": Stage(),
+    "twbal real-rollout experiment=excite policy.command_width=0.1 link.seed=7": Stage(slow=True),
     _DIAGNOSE: Stage(small=(*SMALL["diagnose"], "hydra.run.dir=outputs/diagnose/...")),
     "twbal iterate sim=outputs/diagnose/.../augmented.yaml": Stage(slow=True, after=(_DIAGNOSE,)),
     "twbal iterate sim=outputs/diagnose/.../augmented.yaml link.seed=7": Stage(slow=True, after=(_DIAGNOSE,)),
@@ -201,7 +201,9 @@ TABLE: Mapping[str, How] = {
     ".venv/bin/twbal regress": _CHECK,
     ".venv/bin/pre-commit install": Install(),
     "twbal regress update=true": _CHECK,
-    _DRAG: Stage({"air_drag": "dead_zone"}, small=("rollouts=1", "steps=120")),  # the example is in no library
+    _DRAG: Stage(
+        {"air_drag": "dead_zone"}, small=("rollouts=1", "steps=120"), slow=True
+    ),  # the example is in no library
     "twbal diagnose episodes=drag diagnosis.max_effects=1": Stage(slow=True, after=(_DRAG,)),
     _SMALL_DATA: Stage(),
     _SMALL_MODEL: Stage(slow=True, after=(_SMALL_DATA,)),
@@ -247,14 +249,17 @@ TABLE: Mapping[str, How] = {
         "rollouts=2"
     ): Stage(after=(_MY_LQR,)),
     "twbal real-rollout --config-dir=my_conf robot=my_robot policy.path=outputs/my_lqr/policy.pt steps=500": Stage(
-        after=(_MY_LQR,)
+        slow=True, after=(_MY_LQR,)
     ),
     _GUESS: Stage(small=("hydra.run.dir=guessed",)),
     _IMPORT: Stage(
-        {"<run folder>": "guessed", "robot=...": "robot=paper"}, small=("hydra.run.dir=imported",), after=(_GUESS,)
+        {"<run folder>": "guessed", "robot=...": "robot=paper"},
+        small=("hydra.run.dir=imported",),
+        slow=True,
+        after=(_GUESS,),
     ),
     "twbal diagnose episodes=<run folder> diagnosis=real_logs sim=regbot robot=regbot robot.control_period=0.03": Stage(
-        {"<run folder>": "imported_regbot", "0.03": "0.015"}, after=(_IMPORT_REGBOT,)
+        {"<run folder>": "imported_regbot", "0.03": "0.015"}, slow=True, after=(_IMPORT_REGBOT,)
     ),
     "twbal plot episode=<log>": Stage({"<log>": "before.mcap"}),
     "twbal export episodes=<run folder> format=csv": Stage(_RECORDS),
@@ -307,7 +312,7 @@ TABLE: Mapping[str, How] = {
     "twbal export-policy policy.path=<policy.pt> target=header": Stage(_RECORDS, small=("states=100",)),
     "twbal export-policy policy.path=<policy.pt> distil=8": Stage(_RECORDS, small=("distil=2", "states=100")),
     "twbal repair logs=<log or folder>": Stage({"<log or folder>": f"{RECORDED}/episodes"}),
-    "twbal virtual-robot seed=3 clock=real_time": Stage(),
+    "twbal virtual-robot seed=3 clock=real_time": Stage(slow=True),
     "twbal real-rollout policy.path=<policy.pt> link=serial link.port=/dev/pts/5 link.confirm_placed=null": Stage(
         _DRIVES
     ),
@@ -317,7 +322,7 @@ TABLE: Mapping[str, How] = {
     "twbal iterate method=...": Stage({"...": "f_alone"}, slow=True),
     "fit-diff-gp dynamics=null": Stage({"dynamics=null": f"dynamics=null episodes={RECORDED}"}),
     "optimise-policy known=<run folder>": Stage(
-        {"<run folder>": f"outputs/identify/... dynamics={MODEL}"}, after=(_IDENTIFY,)
+        {"<run folder>": f"outputs/identify/... dynamics={MODEL}"}, slow=True, after=(_IDENTIFY,)
     ),
     "optimise-policy residual_on=<policy.pt>": Stage(
         {"residual_on=<policy.pt>": f"residual_on=outputs/lqr/.../policy.pt dynamics={MODEL}"},
@@ -356,13 +361,13 @@ TABLE: Mapping[str, How] = {
     "twbal iterate -m link.seed=0,1,2 search.horizon=60,100": Stage({"60,100": "8,9"}, slow=True),
     "pip install -e '.[sweeps]'": Install(),
     "twbal compare runs=<folder of a sweep>": Stage(
-        {"<folder of a sweep>": "outputs/iterate/sweep_1"}, after=_COMPARED
+        {"<folder of a sweep>": "outputs/iterate/sweep_1"}, slow=True, after=_COMPARED
     ),
     # help of the stages
     "twbal regress": _CHECK,
     "twbal regress data=my_robot baseline=my_robot/baseline.json update=true": _CHECK,
     "twbal compare 'runs={default:outputs/iterate/sweep_1,paper:outputs/iterate/sweep_2}'": Stage(
-        _SWEEP, after=_COMPARED
+        _SWEEP, slow=True, after=_COMPARED
     ),
     "twbal sim-collect sim=<run folder>/augmented.yaml": Stage(
         {"<run folder>": "outputs/diagnose/..."}, after=(_DIAGNOSE,)
@@ -376,7 +381,7 @@ TABLE: Mapping[str, How] = {
         {"runs/f/model.pt": MODEL, "runs/identified_f/model.pt": MODEL}
     ),
     "fit-diff-gp dynamics=[a/model.pt,b/model.pt,null]": Stage(
-        {"a/model.pt": MODEL, "b/model.pt,null]": f"{MODEL},null] episodes={RECORDED}"}
+        {"a/model.pt": MODEL, "b/model.pt,null]": f"{MODEL},null] episodes={RECORDED}"}, slow=True
     ),
     "twbal evaluate-sim sims=[outputs/diagnose/.../augmented.yaml] episodes=outputs/real-rollout/...": Stage(
         small=("horizons=[0.04]", "settling=0.1"), after=(_DIAGNOSE,)
@@ -387,19 +392,24 @@ TABLE: Mapping[str, How] = {
     "twbal evaluate-sim sims=[...] episodes=[...]": Stage(
         {"sims=[...]": "sims=[nominal]", "episodes=[...]": "episodes=[run_1]"},
         small=("horizons=[0.04]", "settling=0.1", "robot=regbot"),
+        slow=True,
     ),
     "twbal sim-collect sim=<the best of them>": Stage({"<the best of them>": "nominal"}),
     "twbal real-rollout experiment=drive policy.path=<policy.pt>": Stage(_DRIVES, small=_SHORT_COURSE),
-    "twbal real-rollout experiment=drive course=turns policy.path=<policy.pt>": Stage(_DRIVES, small=_SHORT_COURSE),
-    "twbal real-rollout experiment=drive course=square policy.path=<policy.pt>": Stage(_DRIVES, small=_SHORT_COURSE),
+    "twbal real-rollout experiment=drive course=turns policy.path=<policy.pt>": Stage(
+        _DRIVES, small=_SHORT_COURSE, slow=True
+    ),
+    "twbal real-rollout experiment=drive course=square policy.path=<policy.pt>": Stage(
+        _DRIVES, small=_SHORT_COURSE, slow=True
+    ),
     "twbal real-rollout --config-dir=my_conf robot=my_robot experiment=drive policy.path=<best_policy.pt>": Stage(
-        {"<best_policy.pt>": POLICY}, small=_SHORT_COURSE
+        {"<best_policy.pt>": POLICY}, small=_SHORT_COURSE, slow=True
     ),
     "twbal real-rollout experiment=drive policy.path=...": Stage({"...": POLICY}, small=_SHORT_COURSE),
     (
         "twbal real-rollout course=forth_and_back policy.path=<policy.pt> "
         "'course.segments=[{seconds:3,speed:0},{seconds:8,speed:0.3},{position:0}]'"
-    ): Stage(_DRIVES),
+    ): Stage(_DRIVES, slow=True),
     "twbal drive policy.path=<policy.pt>": _STEERED,
     "twbal drive policy.path=<policy.pt> link=serial link.port=/dev/ttyUSB0": _STEERED,
     "twbal drive policy.path=<policy.pt> input=/dev/input/js0": _STEERED,
@@ -410,10 +420,14 @@ TABLE: Mapping[str, How] = {
     ),
     "twbal fit-sim-gp episodes=outputs/sim-collect/2026-11-20_10-00-00-000000": Stage(),
     "twbal fit-sim-gp episodes=[run1,run2] model=exact": Stage(small=("model.fit_f.settings.starts=1",)),
-    "twbal diagnose episodes=<run folder> diagnosis=real_logs robot=... sim=...": Stage(_IMPORTED, after=(_IMPORT,)),
+    "twbal diagnose episodes=<run folder> diagnosis=real_logs robot=... sim=...": Stage(
+        _IMPORTED, slow=True, after=(_IMPORT,)
+    ),
     _IMPORT_REGBOT: Stage(small=("hydra.run.dir=imported_regbot",)),
     "twbal import-log guess=true files=log.csv": Stage(),
-    "twbal real-rollout policy.path=<run folder>/best_policy.pt": Stage({"<run folder>/best_policy.pt": POLICY}),
+    "twbal real-rollout policy.path=<run folder>/best_policy.pt": Stage(
+        {"<run folder>/best_policy.pt": POLICY}, slow=True
+    ),
     "twbal iterate": Stage(slow=True),
     "twbal iterate link.seed=3 updates=6": Stage(slow=True),
     "twbal real-rollout policy.path=<run folder>/policy.pt": Stage({"<run folder>/policy.pt": POLICY}),
@@ -428,7 +442,7 @@ TABLE: Mapping[str, How] = {
     "twbal real-rollout policy.path=outputs/optimise-policy/.../policy.pt link=serial link.port=/dev/ttyUSB0": Stage(
         _SERIAL
     ),
-    "twbal real-rollout policy.path=... link=virtual trials=10 steps=500": Stage({"...": POLICY}),
+    "twbal real-rollout policy.path=... link=virtual trials=10 steps=500": Stage({"...": POLICY}, slow=True),
     "twbal real-rollout experiment=excite": Stage(),
     "twbal plot episode=<run folder>/episodes/...": Stage({"<run folder>/episodes/...": "before.mcap"}),
     "twbal plot episode=<run folder>/episodes/trial_000.mcap": Stage(
@@ -440,7 +454,7 @@ TABLE: Mapping[str, How] = {
     "twbal fit-sim-gp episodes=<run folder>": Stage({"<run folder>": "outputs/sim"}, after=(_COLLECT,)),
     "twbal sim-collect rollouts=40 seed=1": Stage(),
     "twbal sim-collect robot=regbot policy.amplitude=0.5": Stage(),
-    "twbal train-agent seed=1": Stage(extra="stable_baselines3"),
+    "twbal train-agent seed=1": Stage(slow=True, extra="stable_baselines3"),
     "twbal train-agent agent=sac steps=16000": Stage(small=_SAC, extra="stable_baselines3"),
     "twbal train-agent robot=regbot sim=regbot": Stage(extra="stable_baselines3"),
     "twbal real-rollout policy.path=<policy.pt> link=serial link.port=<path> link.confirm_placed=null": Stage(_DRIVES),

@@ -47,14 +47,20 @@ def run(cfg: DictConfig) -> None:
 }
 
 
-@pytest.fixture
-def follow(monkeypatch):
-    monkeypatch.syspath_prepend(str(ROOT / "scripts"))
-    for name in [name for name in sys.modules if name.startswith("parameter_walk")]:
-        monkeypatch.delitem(sys.modules, name)
-    from parameter_walk import code, picture, walk
+@pytest.fixture(scope="module")
+def follow():
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(str(ROOT / "scripts"))
+        for name in [name for name in sys.modules if name.startswith("parameter_walk")]:
+            patch.delitem(sys.modules, name)
+        from parameter_walk import code, picture, walk
 
-    return code, walk, picture
+        yield code, walk, picture
+
+
+@pytest.fixture(scope="module")
+def package(follow):
+    return follow[0].Code(ROOT / "twbal")
 
 
 @pytest.fixture
@@ -85,20 +91,20 @@ def test_a_parameter_that_there_is_not_goes_nowhere(follow, small):
 
 
 @pytest.mark.parametrize("what", PARAMETERS)
-def test_a_parameter_travels_a_short_way(follow, what):
+def test_a_parameter_travels_a_short_way(follow, package, what):
     code, walk, _ = follow
     layers = code.layers(ROOT)
-    found = walk.walks(code.Code(ROOT / "twbal"), what)
+    found = walk.walks(package, what)
     assert found
     assert {name: each.modules for name, each in found.items() if len(each.modules) > MOST_MODULES} == {}
     returns = {name: each.returns(layers) for name, each in found.items()}
     assert {name: count for name, count in returns.items() if count > MOST_RETURNS} == {}
 
 
-def test_the_picture_has_each_folder_and_each_parameter(follow):
+def test_the_picture_has_each_folder_and_each_parameter(follow, package):
     code, _, picture = follow
     layers = code.layers(ROOT)
-    drawn = picture.picture(code.Code(ROOT / "twbal"), layers, dict(zip(PARAMETERS, PARAMETERS, strict=True)))
+    drawn = picture.picture(package, layers, dict(zip(PARAMETERS, PARAMETERS, strict=True)))
     written = (ROOT / "docs" / "pictures" / "architecture.svg").read_text()
     for folder in layers:
         assert f">{folder}</text>" in drawn

@@ -31,6 +31,7 @@ def follow(tmp_path, monkeypatch, capsys):
     return run
 
 
+@pytest.mark.slow
 def test_from_simulation_to_a_correction_each_next_command_runs(follow):
     following = follow("sim-collect", *OTHER, "rollouts=4", "hydra.run.dir=my runs/1 simulation", small=("steps=20",))
     for stage, out in (

@@ -80,6 +80,7 @@ def test_both_engines_simulate_it_alike(SomeDrag, paper):
     assert (np.abs(engine - planar).max(axis=0) < 0.02 * does).all()
 
 
+@pytest.mark.slow
 def test_it_is_named_from_data_that_have_it(SomeDrag, paper):
     recording = synthetic_recording(paper, {"some_drag": {"coefficient": 10.0}}, seed=1, periods=600)
     settings = instantiate(OmegaConf.load(conf_folder() / "groups" / "diagnosis.yaml").default)

@@ -63,7 +63,8 @@ def stage_overrides(stage: str, cfg: DictConfig, choices: Mapping[str, str], ove
         overrides: that come before all else.
     """
     decided = {re.split(r"[@=]", word.lstrip("+~"), maxsplit=1)[0] for word in overrides}
-    groups = compose(_config_name(stage), return_hydra_config=True).hydra.runtime.choices
+    own_defaults = compose(_config_name(stage), return_hydra_config=True)
+    groups = own_defaults.hydra.runtime.choices
     chosen = [
         f"{group}={choices[group]}"
         for group, own in groups.items()
@@ -72,7 +73,7 @@ def stage_overrides(stage: str, cfg: DictConfig, choices: Mapping[str, str], ove
         and not group.startswith("hydra/")
         and group not in decided
     ]
-    base, whole = _tree(compose_stage(stage, chosen)), _tree(cfg)
+    base, whole = _tree(compose_stage(stage, chosen) if chosen else own_defaults), _tree(cfg)
     section = whole.get(_config_name(stage))
     known = {**whole, **(section if isinstance(section, dict) else {})}
     shared = [key for key in base if key in known]
@@ -133,7 +134,7 @@ def _config_name(stage: str) -> str:
 
 
 def _tree(cfg: DictConfig) -> dict[str, Any]:
-    """`cfg` as plain dicts and lists, with its interpolations as they are written."""
+    """`cfg` as plain dicts and lists, with its interpolations as they are written, without what Hydra keeps in it."""
     tree = OmegaConf.to_container(cfg)
     assert isinstance(tree, dict)
-    return {str(key): value for key, value in tree.items()}
+    return {str(key): value for key, value in tree.items() if key != "hydra"}

@@ -9,14 +9,13 @@ files, which is up to who runs it. The choices of the group `effect` are the eff
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from functools import cache, reduce
+from functools import cache
 from math import ceil, sqrt
-from operator import getitem
 from pathlib import Path
 from typing import Any, Self
 
 from hydra import initialize_config_dir
-from hydra.core.config_store import ConfigNode, ConfigStore
+from hydra.core.config_store import ConfigStore
 from omegaconf import DictConfig, OmegaConf
 
 from twbal.cli.conf_folder import conf_folder
@@ -28,11 +27,12 @@ _GLOBAL = "_global_"
 _OF_HYDRA = ("defaults", "hydra")
 
 
-class SharedNode(ConfigNode):
-    """A node that copies of Hydra's store share.
+class SharedRepository(dict[str, Any]):
+    """The nodes of Hydra's store, which copies of that share.
 
-    Hydra copies the whole store for each group whose choices a help text lists, which took seconds. It composes with a
-    copy of the node inside (`ConfigStore.load`), so a shared one stays as it is.
+    Hydra copies the whole store for each configuration that it composes and for each group whose choices a help text
+    lists, which took seconds. It composes with a copy of the node inside (`ConfigStore.load`), so the nodes stay as
+    they are.
     """
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Self:
@@ -59,6 +59,8 @@ def register_nodes() -> None:
 @cache
 def _register_files() -> None:
     """Make known what shares a file."""
+    store = ConfigStore.instance()
+    store.repo = SharedRepository(store.repo)
     folder = conf_folder() / "groups"
     for file in sorted(folder.rglob("*.yaml")):
         package = _GLOBAL if file.read_text(encoding="utf-8").startswith(f"# @package {_GLOBAL}") else None
@@ -71,10 +73,7 @@ def _register_files() -> None:
 
 def _store(name: str, node: Any, group: str, package: str | None = None) -> None:
     """Make `node` known to Hydra as the choice `name` of a group."""
-    store = ConfigStore.instance()
-    store.store(name, node, group, package, provider="twbal")
-    choices = reduce(getitem, group.split("/"), store.repo)
-    choices[f"{name}.yaml"] = SharedNode(**vars(choices[f"{name}.yaml"]))
+    ConfigStore.instance().store(name, node, group, package, provider="twbal")
 
 
 def _own_settings(stage: str, file: Path) -> DictConfig:

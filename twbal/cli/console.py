@@ -9,6 +9,7 @@ from pathlib import Path, PurePosixPath
 from typing import Any, TypeVar
 
 from hydra import compose
+from hydra.conf import HydraConf
 from hydra.core.global_hydra import GlobalHydra
 from hydra.core.hydra_config import HydraConfig
 
@@ -45,7 +46,7 @@ def chosen_overrides(*groups: str) -> str:
         return ""
     hydra = HydraConfig.get()
     words = [word for word in hydra.overrides.task if re.match(rf"[+~]*({'|'.join(groups)})\b", word)]
-    default = compose(hydra.job.config_name, return_hydra_config=True).hydra.runtime.choices
+    default = _default_choices(hydra)
     chosen = {group: hydra.runtime.choices[group] for group in groups if group in default}
     overridden = {word.split("=", 1)[0] for word in words}
     found = [
@@ -55,6 +56,16 @@ def chosen_overrides(*groups: str) -> str:
         simulations = GlobalHydra.instance().config_loader().get_group_options("sim")
         found += [f"sim={robot}" for robot in [hydra.runtime.choices["robot"]] if robot in simulations]
     return "".join(f" {shlex.quote(word)}" for word in [*words, *found])
+
+
+def _default_choices(hydra: HydraConf) -> Mapping[str, Any]:
+    """What this run's configuration chooses of each group, by itself."""
+    made = hydra.runtime.choices
+    chosen = {word.split("=", 1)[0] for word in hydra.overrides.task}
+    if not any(key in made or key.startswith(("+", "~")) for key in chosen):  # composing takes as long as short stages
+        return made
+    default: Mapping[str, Any] = compose(hydra.job.config_name, return_hydra_config=True).hydra.runtime.choices
+    return default
 
 
 def next_command(stage: str, settings: Mapping[str, Any], *groups: str) -> str:

@@ -57,7 +57,7 @@ def _words():
     options = {}
     for entry in ENTRIES:
         yield entry, ()
-        for group, chosen in compose(entry, return_hydra_config=True).hydra.runtime.choices.items():
+        for group, chosen in _by_itself(entry).hydra.runtime.choices.items():
             if not group.startswith(("hydra/", "stage/")) and "@" not in group:
                 options.setdefault(group, (entry, chosen))
     for group, (entry, chosen) in options.items():
@@ -67,8 +67,14 @@ def _words():
     yield "sim_collect", tuple(f"+effect@sim.effects.{effect}={effect}" for effect in all_effects())
 
 
+@cache
+def _by_itself(entry):
+    return compose(entry, return_hydra_config=True)
+
+
 def _composed(entry, words):
-    cfg = compose(entry, list(words))
+    whole = compose(entry, list(words)) if words else _by_itself(entry)
+    cfg = OmegaConf.masked_copy(whole, [key for key in whole if key != "hydra"])
     OmegaConf.set_struct(cfg, False)
     for key, value in GIVEN.items():
         if OmegaConf.select(cfg, key, throw_on_missing=False) is None and _is_missing(cfg, key):
