@@ -140,7 +140,7 @@ def test_the_linear_model_has_just_the_effects_that_say_so(paper, name):
     kind = library()[name]
     values = {name: {key: known.value for key, known in parameters_of(kind).items()}}
     nominal, found = (linearise_period(twin_parameters(paper, effects), 0.02) for effects in ({}, values))
-    change = max(np.abs(there - here).max() for here, there in zip(nominal, found, strict=True))
+    change = max(np.abs(there - here).max() for here, there in zip(nominal[:3], found[:3], strict=True))
     if kind.is_linear and name != "com_offset":  # which moves the balance, about which all is as before
         assert change > 1e-6
     else:

@@ -29,6 +29,7 @@ from twbal.sysid.noise import LASTING, UNSENSED, Noise
 from twbal.sysid.recording import MEASURED, Mask, Recording
 
 _NOISE_ITERATIONS = 30
+_LARGEST_TORQUE = 0.003  # of a model discrepancy, over the torque limit
 _ITERATIONS = 6  # of the fit that puts the wheels back to the data sheet
 
 
@@ -107,14 +108,17 @@ def name_effects(
 def first_noise(robot: RobotParameters, sensed: Mask) -> Noise:
     """Where the search for the noise begins."""
     sensors = np.where(sensed, [0.005, 0.03, 0.003, 0.1], UNSENSED)
-    torque = robot.torque_limit
-    return Noise(sensors, np.full(2, 0.005 * torque), np.array([0.01 * torque, 0.01 * torque, 0.002, 0.005, 0.002]))
+    torques = np.full(2, 0.005 * robot.torque_limit)
+    return Noise(sensors, torques, largest_noise(robot).discrepancy / [6.0, 6.0, 6.0, 100.0, 50.0])
 
 
 def largest_noise(robot: RobotParameters) -> Noise:
-    """What it may come to: any noise, but no discrepancy that could take the place of the model."""
-    torque = 0.3 * robot.torque_limit
-    return Noise(np.full(4, np.inf), np.full(2, np.inf), np.array([torque, torque, 0.05, 0.5, 0.1]))
+    """What it may come to: any noise, but no discrepancy that could take the place of the model.
+
+    Where torques of 30 % of the limit were allowed, dry friction on the logs of a REGBOT was taken for one of them.
+    """
+    torque = _LARGEST_TORQUE * robot.torque_limit
+    return Noise(np.full(4, np.inf), np.full(2, np.inf), np.array([torque, torque, 0.006, 0.5, 0.1]))
 
 
 def with_fitted_noise(data: Data, model: Model) -> Model:

@@ -37,7 +37,7 @@ class TiltFilter(SensorEffect):
         "s",
         (-0.15, 0.05),
         start=0.0,
-        value=0.0,
+        value=0.01,
         least=-10.0,
         below=10.0,
         changes=adds_to(Quantity.TILT_FILTER_LEAD),

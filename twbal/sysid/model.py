@@ -30,6 +30,8 @@ ANGLE_LEAD = "angle_lead"
 """Name of the one free value that is no field of the twin: time by which measured angles run ahead of rates [s]."""
 _ROUNDING = 1e-9  # rad, rad/s; smaller changes are those of the numbers in the file
 _ONE_WAY = 0.98  # less the share of changes against them, the share of changes in one direction
+_NOTHING = 1e-9  # rad, rad/s: what takes no part
+_SLOW = 2.0  # control periods for which a wheel angle then shows one value
 _NOT_OF_STEPS = 0.3  # share of the standard deviation of a stepped wheel angle that is white
 _LAGS = 20  # control periods over which errors may remember
 
@@ -216,15 +218,24 @@ class Data:
         return discrepancy_penalty(model.noise, self._loudest)
 
     @property
+    def _has_steps(self) -> bool:
+        """Whether the wheel angle so often stays at one value that its steps are no white noise."""
+        return self.steps >= _SLOW
+
+    @property
     def _loudest(self) -> Noise:
-        return self.loudest or Noise(np.full(4, np.inf), np.full(2, np.inf), np.full(LASTING, np.inf))
+        """The greatest levels; nothing for what these data cannot have."""
+        any_noise = Noise(np.full(4, np.inf), np.full(2, np.inf), np.full(LASTING, np.inf))
+        most = self.loudest or any_noise
+        here = np.array([True, True, True, self.sensed[1], self._has_steps])
+        return most._replace(discrepancy=np.where(here, most.discrepancy, _NOTHING))
 
     def with_noise(self, model: Model, iterations: int, afresh: bool = False) -> Model:
         """The model with its noise refitted; arguments as of `fit_noise`."""
         errors = self.errors(model, self.filter(model))
         linear = self.linear(model)
         least, lasting = self.resolution.copy(), np.zeros(LASTING)
-        if model.noise.has_discrepancy:  # which has what the steps of the wheel angle make
+        if model.noise.has_discrepancy and self._has_steps:  # it has what the steps of the wheel angle make
             least[2], lasting[4] = _NOT_OF_STEPS * least[2], np.sqrt(1.0 - _NOT_OF_STEPS**2) * least[2]
         limits = (
             Noise(np.where(self.sensed, least, UNSENSED), np.zeros(2), lasting),

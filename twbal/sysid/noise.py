@@ -360,10 +360,9 @@ def fit_noise(
         afresh: whether a second search begins where white torques and a discrepancy share what is missing.
     """
     old = kalman_filter(linear, noise)
-    low, high = (
-        np.log(np.maximum(np.concatenate(limit), _LEAST_LEVEL))[: len(_fitted_levels(noise))] for limit in limits
-    )
-    begin = np.log(_fitted_levels(noise))
+    begin = np.log(np.maximum(_fitted_levels(noise), _LEAST_LEVEL))
+    low, high = (np.log(np.maximum(np.concatenate(limit), _LEAST_LEVEL))[: len(begin)] for limit in limits)
+    begin = np.clip(begin, low, np.maximum(low, high))
 
     def objective(x: Array) -> float:
         try:
@@ -383,6 +382,7 @@ def _descend(
     objective: Callable[[Array], float], begin: Array, low: Array, high: Array, iterations: int
 ) -> tuple[Array, float]:
     """The logarithms of levels where L-BFGS ends, and the objective there."""
+    begin = np.clip(begin, low, np.maximum(low, high))
     bounds = [(max(x - 4.0, low[i]), max(min(x + 4.0, high[i]), low[i])) for i, x in enumerate(begin)]
     options = {"maxiter": iterations, "ftol": 1e-7}
     found = minimize(objective, begin, method="L-BFGS-B", bounds=bounds, options=options)
