@@ -55,6 +55,19 @@ def folder(tmp_path_factory):
     return folder
 
 
+@pytest.fixture(scope="module")
+def driven(folder):
+    """Folder of a short rollout of the sheet's regulator on the virtual robot."""
+    arguments = sys.argv
+    try:
+        run("lqr", folder / "lqr")
+        driver = (f"policy.path={folder / 'lqr' / 'policy.pt'}", 'link.overrides=["faults=none"]')
+        run("real-rollout", folder / "driven", *driver, "trials=1", "steps=40")
+    finally:
+        sys.argv = arguments
+    return folder / "driven"
+
+
 def run(stage, out, *words):
     assert main([stage, f"hydra.run.dir={out}", *words]) == 0
 
@@ -112,18 +125,15 @@ ROBUST = [
 
 
 @pytest.mark.slow
-def test_what_is_known_of_the_robot_is_an_input_and_a_search_with_it_is_repeatable(folder, capsys):
+def test_what_is_known_of_the_robot_is_an_input_and_a_search_with_it_is_repeatable(folder, driven, capsys):
     """As by default, with `robust`: the second time nothing is done, elsewhere the same is made."""
-    run("lqr", folder / "lqr")
-    driver = (f"policy.path={folder / 'lqr' / 'policy.pt'}", 'link.overrides=["faults=none"]')
-    run("real-rollout", folder / "driven", *driver, "trials=1", "steps=40")
     capsys.readouterr()
-    run("identify", folder / "identified", f"episodes=[{folder / 'driven'}]")
+    run("identify", folder / "identified", f"episodes=[{driven}]")
     said = capsys.readouterr().out
     assert "the robot by its rollouts: " in said
     assert re.search(r"coulomb_friction\.torque +N·m", said)
     (record,) = read_manifest(folder / "identified").inputs["episodes"]
-    assert record.path == str(folder / "driven" / "episodes" / "trial_000.mcap")
+    assert record.path == str(driven / "episodes" / "trial_000.mcap")
     known = f"known={folder / 'identified'}"
     search(folder, "known", *ROBUST, known)
     (record,) = read_manifest(folder / "known").inputs["known"]
@@ -301,11 +311,13 @@ def test_a_list_of_models_with_something_else_in_it_is_refused(folder, capsys, m
     assert not (folder / "refused" / "policy.pt").exists()
 
 
-def test_the_identified_robot_is_a_simulation_that_stages_take(folder):
-    run("identify", folder / "identified_again", f"episodes=[{folder / 'driven'}]")
-    assert output_hashes(folder / "identified_again") == output_hashes(folder / "identified")
-    known = load_distribution(folder / "identified" / "robot_distribution.pt", twbal.robot("paper"))
-    words = [f"sim={folder / 'identified' / 'identified.yaml'}"]
+def test_the_identified_robot_is_a_simulation_that_stages_take(driven, tmp_path):
+    made, again = tmp_path / "identified", tmp_path / "identified_again"
+    for out in (made, again):
+        run("identify", out, f"episodes=[{driven}]")
+    assert output_hashes(again) == output_hashes(made)
+    known = load_distribution(made / "robot_distribution.pt", twbal.robot("paper"))
+    words = [f"sim={made / 'identified.yaml'}"]
     effects = values_of(simulation_of(composed("sim-collect", words)).effects)
     assert twin_parameters(known.robot, effects) == twin_parameters(known.robot, {})._replace(
         **dict(zip(known.fields, known.mean.tolist(), strict=True))
