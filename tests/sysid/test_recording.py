@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -56,7 +58,7 @@ BAD = {
     "Channel wheel_rate is 0.5 throughout": [episode(channel=5, value=0.5)],
     "The command is 1 N·m throughout": [episode(commands=np.ones(100))],
     "control period of 0.01 s, .* set its period by robot.control_period=0.01": [episode(period=0.01)],
-    "samples were lost": [episode(channel=0, value=np.cumsum(np.r_[0, np.where(np.arange(100) % 5, 0.02, 0.04)]))],
+    "17% of the samples are missing": [episode(channel=0, value=np.cumsum(np.r_[0, np.where(np.arange(100) % 5, 0.02, 0.04)]))],
 }
 
 
@@ -64,6 +66,24 @@ BAD = {
 def test_data_that_cannot_be_used_are_refused_with_the_reason(paper, words):
     with pytest.raises(DataError, match=words):
         read(paper, *BAD[words])
+
+
+def test_an_uneven_loop_with_lost_rows_is_read(paper):
+    """Its angles are moved to even instants; a row that was lost is there and does not count."""
+    times = 0.02 * np.arange(201) + 0.002 * np.random.default_rng(4).standard_normal(201)
+    kept = np.arange(201) != 90
+    moving = np.zeros((200, 7))
+    moving[:, 0] = times[kept]
+    moving[:, 1], moving[:, 4] = 0.1 * np.sin(8.0 * times[kept]), 3.0 * np.sin(5.0 * times[kept])
+    moving[:, 2], moving[:, 5] = 0.8 * np.cos(8.0 * times[kept]), 15.0 * np.cos(5.0 * times[kept])
+    uneven = Episode(("tilt",), 0.02, moving, moving[:, 1:2], np.ones(199), Outcome.COMPLETED, Provenance("p", "robot"))
+    commands = replace(uneven, commands=np.random.default_rng(5).standard_normal(199))
+    (recording,) = read(paper, commands)
+    assert len(recording.measured) == 201
+    assert np.flatnonzero(~recording.usable).tolist() == [90]
+    even = 0.02 * np.arange(201)
+    off = (recording.measured[:, 0] - 0.1 * np.sin(8.0 * even))[kept]
+    assert off.std() < 0.5 * (moving[:, 1] - 0.1 * np.sin(8.0 * even[kept])).std()
 
 
 def test_a_clock_that_runs_backwards_is_refused(paper):

@@ -11,7 +11,7 @@ from twbal.planar.constants import constants
 from twbal.planar.parameters import twin_parameters
 from twbal.sysid.fit import descend
 from twbal.sysid.model import Data, Free, Model
-from twbal.sysid.noise import Filter, Noise
+from twbal.sysid.noise import Filter, Noise, error_variances
 from twbal.sysid.open_loop import EARLIEST, predict_open_loop
 from twbal.sysid.recording import Recording
 
@@ -111,8 +111,7 @@ def filter_result_of(data: Data, model: Model, effects: Effects) -> FilterResult
 
 def error_noise(kalman: Filter) -> Array:
     """(4,) standard deviations of the prediction errors of a filter that has settled."""
-    L = np.linalg.inv(kalman.whiteners[-1])
-    return np.sqrt(np.diag(L @ L.T))
+    return np.sqrt(error_variances(kalman))
 
 
 def _trajectory(radius: float, recording: Recording, states: Array) -> Trajectory:

@@ -17,6 +17,7 @@ from twbal.sysid.noise import (
     LinearTwin,
     Noise,
     discrepancy_penalty,
+    error_variances,
     fit_noise,
     kalman_filter,
     linearise_period,
@@ -31,6 +32,7 @@ ANGLE_LEAD = "angle_lead"
 _ROUNDING = 1e-9  # rad, rad/s; smaller changes are those of the numbers in the file
 _ONE_WAY = 0.98  # less the share of changes against them, the share of changes in one direction
 _NOTHING = 1e-9  # rad, rad/s: what takes no part
+_LEAST_TILT = 3e-4  # rad; a tilt that adds up the gyro changes as the gyro says to much less, but is no truer
 _SLOW = 2.0  # control periods for which a wheel angle then shows one value
 _NOT_OF_STEPS = 0.3  # share of the standard deviation of a stepped wheel angle that is white
 _LAGS = 20  # control periods over which errors may remember
@@ -152,6 +154,8 @@ class Data:
     def resolution(self) -> Array:
         """(4,) standard deviations that the sensors' steps alone make: no sensor's noise is less.
 
+        Nor is that of a tilt less than what no filter of a robot does better.
+
         A sensor's step is taken to be the least change between two of its readings, but for one in a hundred; the least
         change of these changes, where it runs one way throughout.
         """
@@ -163,7 +167,7 @@ class Data:
         steps = []
         for column in (np.abs(bends[:, i] if runs[i] else changes[:, i]) for i in range(4)):
             steps.append(np.quantile(column[column > _ROUNDING], 0.01) if (column > _ROUNDING).any() else 0.0)
-        return np.asarray(np.array(steps) / np.sqrt(12.0))
+        return np.maximum(np.array(steps) / np.sqrt(12.0), [_LEAST_TILT, 0.0, 0.0, 0.0])
 
     @cached_property
     def steps(self) -> float:
@@ -211,7 +215,7 @@ class Data:
     def autocorrelation(self, errors: Sequence[Array], kalman: Filter) -> Array:
         """Autocorrelation of prediction errors that a filter made, per channel (4,); 1 is what white ones have."""
         robust = [robustify(e, u, kalman.whiteners, kalman.measured) for e, u in zip(errors, self.usable, strict=True)]
-        return ljung_box_ratio(robust, self.count, _LAGS)
+        return ljung_box_ratio(robust, error_variances(kalman), self.count, _LAGS)
 
     def penalty(self, model: Model) -> float:
         """-2 log prior of the levels of a model discrepancy, but for a constant; 0 without one."""

@@ -333,6 +333,12 @@ def robustify(errors: Array, usable: Mask, whiteners: Array, dimension: int) -> 
     return robust
 
 
+def error_variances(kalman: Filter) -> Array:
+    """(4,) of the prediction errors of a filter that has settled."""
+    L = np.linalg.inv(kalman.whiteners[-1])
+    return np.asarray(np.diag(L @ L.T))
+
+
 def cost(errors: list[Array], usable: list[Mask], kalman: Filter) -> float:
     """-2 log likelihood of the prediction errors of several recordings, but for a constant."""
     of = kalman.whiteners, kalman.log_determinants, kalman.measured
@@ -418,7 +424,12 @@ def discrepancy_penalty(noise: Noise, largest: Noise) -> float:
     """-2 log prior of the levels of a model discrepancy, but for a constant: half-normal, `largest` at three sigmas."""
     if not noise.has_discrepancy:
         return 0.0
-    return float(((3.0 * noise.discrepancy / largest.discrepancy) ** 2).sum())
+    return float((discrepancy_sigmas(noise, largest) ** 2).sum())
+
+
+def discrepancy_sigmas(noise: Noise, largest: Noise) -> Array:
+    """(5,) levels of a model discrepancy, in standard deviations of their prior: `largest` is three of them."""
+    return 3.0 * noise.discrepancy / largest.discrepancy
 
 
 @kernel()
