@@ -16,13 +16,13 @@ PERIOD, LEAD = 0.02, -0.03
 
 def motion(t):
     """Speed of the axle, tilt and tilt rate of a robot that goes to and fro."""
-    return 0.4 * np.sin(3.0 * t), 0.05 * np.cos(4.0 * t), -0.2 * np.sin(4.0 * t)
+    return 2.0 * np.sin(2.0 * t), 0.05 * np.cos(4.0 * t), -0.2 * np.sin(4.0 * t)
 
 
 @pytest.mark.parametrize("rate", [0.2, 1.0, 5.0])
 def test_it_follows_its_differential_equation(rate):
     def slope(t, e):
-        return -rate * (1.2 * np.cos(3.0 * t) / GRAVITY + e) + LEAD * -0.8 * np.cos(4.0 * t)
+        return -rate * (np.arctan(4.0 * np.cos(2.0 * t) / GRAVITY) + e) + LEAD * -0.8 * np.cos(4.0 * t)
 
     times = PERIOD * np.arange(500)
     exact = solve_ivp(slope, (0.0, 10.0), [0.0], t_eval=times, rtol=1e-9, atol=1e-12).y[0]

@@ -1,7 +1,7 @@
 """A tilt that takes speeding up for leaning."""
 
 from dataclasses import dataclass
-from math import expm1
+from math import atan, expm1
 
 import numpy as np
 
@@ -18,8 +18,8 @@ class TiltFilter(SensorEffect):
     """The tilt comes from a complementary filter, which follows the accelerometer at `rate` = 1/τ.
 
     Such a filter adds up the gyro and corrects the sum by the direction in which the accelerometer sees gravity. When
-    the robot speeds up by a, that direction is wrong by a/g. So the measured tilt is off by e, with
-    e' = -rate·(a/g + e) + lead·θ''. A sum of rectangles, a control period T wide, runs ahead of the tilt by T/2; an
+    the robot speeds up by a, that direction is wrong by arctan(a/g). So the measured tilt is off by e, with
+    e' = -rate·(arctan(a/g) + e) + lead·θ''. A sum of rectangles, a control period T wide, runs ahead of the tilt by T/2; an
     accelerometer at the height h above the axle takes rate·h/g from that. It acts on the measured tilt.
     """
 
@@ -60,8 +60,8 @@ class TiltFilter(SensorEffect):
         def fused(truth: Observation) -> Observation:
             nonlocal off, before
             if before is not None:
-                gained = truth.acceleration * control_period
-                pushed = self.lead * (truth.tilt_rate - before) - self.rate * gained / GRAVITY
+                wrong = atan(truth.acceleration / GRAVITY)
+                pushed = self.lead * (truth.tilt_rate - before) - self.rate * control_period * wrong
                 off += mean * pushed - lost * off
             before = truth.tilt_rate
             return truth._replace(tilt=truth.tilt + off)

@@ -60,11 +60,12 @@ def hold(
         command = commands[past] if late == 0.0 else command_at(commands, number * length - late, length)
         asked = drive(p, command, time)
         now = Turning(turning.rate, turning.heading + i * k.step * turning.rate)
+        before = s
         s = step(p, k, s, asked + k.fade * (reached - asked), time, now)
         if k.slope != 0.0 and turning.rate != 0.0:
             s = tipped(k, s, now, Turning(turning.rate, now.heading + k.step * turning.rate))
         reached += k.lag * (asked - reached)
-        see(k, s, imu, number + 1)
+        see(k, before, s, imu, number + 1)
     return TwinState(s.tilt, s.wheel, s.tilt_rate, s.wheel_speed, reached, s.rotor, s.rotor_speed, s.slip, s.position)
 
 

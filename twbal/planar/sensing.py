@@ -1,6 +1,6 @@
 """What the sensors make of the twin's motion."""
 
-from math import exp, floor
+from math import atan, exp, floor
 
 import numpy as np
 
@@ -39,10 +39,21 @@ def imu_settled(k: Constants, s: TwinState, rows: int) -> Array:
 
 
 @kernel()
-def see(k: Constants, s: TwinState, imu: Array, number: int) -> None:
-    """Write to the ring what the IMU sees of a state, `number` physics steps after the rollout began."""
+def see(k: Constants, before: TwinState, s: TwinState, imu: Array, number: int) -> None:
+    """Write to the ring what the IMU sees of a state, `number` physics steps after the rollout began.
+
+    Args:
+        k: constants.
+        before: state a physics step before.
+        s: state now.
+        imu: as of `read_sensors`.
+        number: of physics steps.
+    """
     now, row = _misleading(k, s), number % len(imu)
     imu[row, 2] = now - exp(-k.filter_rate * k.step) * (now - imu[(number - 1) % len(imu), 2])
+    if k.filter_rate > 0.0:  # gravity and acceleration add up to a direction, whose angle is no more than a right one
+        a = (k.radius * (s.wheel_speed - before.wheel_speed) + s.slip - before.slip) / (k.step * GRAVITY)
+        imu[row, 2] -= k.filter_rate * k.step * (a - atan(a))
     imu[row, 0], imu[row, 1] = filtered_tilt(k, s, imu[row, 2]), s.tilt_rate
 
 

@@ -21,7 +21,10 @@ _ANGLES = [MEASURED.index("tilt"), MEASURED.index("wheel_angle")]
 _TIME, _YAW = Observation._fields.index("time"), Observation._fields.index("yaw_rate")
 _YAW_MEAN = 7  # instants over which the yaw rate is averaged: a robot turns slowly
 _FEW = 10  # instants of which nothing is said
-_DIFFERENCED = 0.1  # share of a rate's changes by which it may differ from the difference of its angle to be that
+_DIFFERENCED = (
+    ("tilt", "tilt_rate", 0.003),  # a filter adds up the gyro: only an exact difference was no gyro's
+    ("wheel_angle", "wheel_rate", 0.1),
+)  # share of a rate's changes by which it may differ from the difference of its angle to be that
 _ODD = 0.05  # share of the samples that may be lost, or so late that they belong to another control period
 
 
@@ -153,10 +156,10 @@ def differenced_rates(measured: Array, times: Array) -> set[str]:
     found = set[str]()
     if len(times) < _FEW:
         return found
-    for angle, rate in (("tilt", "tilt_rate"), ("wheel_angle", "wheel_rate")):
+    for angle, rate, most in _DIFFERENCED:
         angles, rates = (measured[:, MEASURED.index(name)] for name in (angle, rate))
         left = rates[1:] - np.diff(angles) / np.diff(times)
-        if np.std(left) < _DIFFERENCED * np.std(np.diff(rates)):
+        if np.std(left) < most * np.std(np.diff(rates)):
             found.add(rate)
     return found
 
