@@ -10,18 +10,11 @@ from twbal.effects.library import library
 from twbal.effects.parameter import parameters_of
 from twbal.planar.linearised import linearise
 from twbal.planar.parameters import twin_parameters
+from twbal.sysid.kalman import kalman_filter, linearise_period, respond
+from twbal.sysid.likelihood import cost, whiten
 from twbal.sysid.model import Data, Model
-from twbal.sysid.noise import (
-    UNSENSED,
-    Noise,
-    _refilter,
-    cost,
-    fit_noise,
-    kalman_filter,
-    linearise_period,
-    respond,
-    whiten,
-)
+from twbal.sysid.noise import UNSENSED, Noise
+from twbal.sysid.noise_fit import _refilter, fit_noise
 
 LEVELS = Noise(np.array([0.004, 0.02, 0.002, 0.05]), np.array([0.05, 0.08]))
 

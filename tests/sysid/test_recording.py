@@ -58,7 +58,9 @@ BAD = {
     "Channel wheel_rate is 0.5 throughout": [episode(channel=5, value=0.5)],
     "The command is 1 N·m throughout": [episode(commands=np.ones(100))],
     "control period of 0.01 s, .* set its period by robot.control_period=0.01": [episode(period=0.01)],
-    "17% of the samples are missing": [episode(channel=0, value=np.cumsum(np.r_[0, np.where(np.arange(100) % 5, 0.02, 0.04)]))],
+    "17% of the samples are missing": [
+        episode(channel=0, value=np.cumsum(np.r_[0, np.where(np.arange(100) % 5, 0.02, 0.04)]))
+    ],
 }
 
 

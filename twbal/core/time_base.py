@@ -48,8 +48,8 @@ class Places(NamedTuple):
 def places_of(times: Array, period: float) -> Places:
     """The instant of each sample, by its time stamp.
 
-    Expected instants follow the stamps slowly, so a clock that runs fast or slow moves no sample. A row was lost only if
-    those after it do not catch up: packets may arrive in bunches.
+    Expected instants follow the stamps slowly, so a clock that runs fast or slow moves no sample. A row was lost only
+    if those after it do not catch up: packets may arrive in bunches.
 
     Args:
         times: (T + 1,) that increase [s].

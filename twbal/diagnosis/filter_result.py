@@ -10,8 +10,9 @@ from twbal.diagnosis.findings import Effects, FilterResult, Trajectory
 from twbal.planar.constants import constants
 from twbal.planar.parameters import twin_parameters
 from twbal.sysid.fit import descend
+from twbal.sysid.kalman import Filter, error_variances
 from twbal.sysid.model import Data, Free, Model
-from twbal.sysid.noise import Filter, Noise, error_variances
+from twbal.sysid.noise import Noise
 from twbal.sysid.open_loop import EARLIEST, predict_open_loop
 from twbal.sysid.recording import Recording
 

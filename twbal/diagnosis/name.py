@@ -30,6 +30,11 @@ from twbal.sysid.recording import MEASURED, Mask, Recording
 
 _NOISE_ITERATIONS = 30
 _LARGEST_TORQUE = 0.003  # of a model discrepancy, over the torque limit
+QUIETEST = (3e-4, 0.0, 0.0, 0.0)
+"""Least noise of tilt, tilt rate, wheel angle and wheel rate [rad, rad/s].
+
+A tilt that adds up the gyro agrees with it to much less than this, but is no truer.
+"""
 _ITERATIONS = 6  # of the fit that puts the wheels back to the data sheet
 
 
@@ -56,7 +61,7 @@ def name_effects(
     """
     settings = replace(settings, tolerances=settings.tolerances.for_robot(robot))
     twin = twin_parameters(robot, effects)
-    data = Data(recordings, settings.substeps, largest_noise(robot))
+    data = Data(recordings, settings.substeps, largest_noise(robot), QUIETEST)
     offsets = tilt_offsets(settings.tolerances, len(recordings))
     start = Model(twin, 0.0, first_noise(robot, data.sensed), (0.0,) * len(offsets))
     always = always_free(settings.tolerances, twin, len(recordings))

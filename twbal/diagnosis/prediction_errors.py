@@ -14,8 +14,8 @@ from scipy.linalg import solve_discrete_lyapunov
 
 from twbal.core.gaussian import Array
 from twbal.planar.parameters import TwinParameters
+from twbal.sysid.kalman import Filter, LinearTwin, linearise_period
 from twbal.sysid.model import Data, Model
-from twbal.sysid.noise import Filter, LinearTwin, linearise_period
 from twbal.sysid.open_loop import OpenLoop, predict_open_loop
 from twbal.sysid.recording import Mask
 

@@ -19,8 +19,8 @@ class TiltFilter(SensorEffect):
 
     Such a filter adds up the gyro and corrects the sum by the direction in which the accelerometer sees gravity. When
     the robot speeds up by a, that direction is wrong by arctan(a/g). So the measured tilt is off by e, with
-    e' = -rate·(arctan(a/g) + e) + lead·θ''. A sum of rectangles, a control period T wide, runs ahead of the tilt by T/2; an
-    accelerometer at the height h above the axle takes rate·h/g from that. It acts on the measured tilt.
+    e' = -rate·(arctan(a/g) + e) + lead·θ''. A sum of rectangles, a control period T wide, runs ahead of the tilt by
+    T/2; an accelerometer at the height h above the axle takes rate·h/g from that. It acts on the measured tilt.
     """
 
     rate: float = parameter(

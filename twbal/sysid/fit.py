@@ -8,8 +8,9 @@ from scipy.linalg import cholesky, solve_triangular
 from scipy.optimize import lsq_linear
 
 from twbal.core.gaussian import Array
+from twbal.sysid.kalman import Filter
 from twbal.sysid.model import Data, Free, Model
-from twbal.sysid.noise import Filter, Noise
+from twbal.sysid.noise import Noise
 
 _FIRST_DAMPING, _LAST_DAMPING = 1e-8, 1e4
 _SETTLED = 0.02  # gain in cost [2 nats] below which a fit is done

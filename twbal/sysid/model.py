@@ -10,20 +10,10 @@ import numpy as np
 from twbal.core.gaussian import Array
 from twbal.planar.parameters import TwinParameters
 from twbal.sysid.autocorrelation import ljung_box_ratio
-from twbal.sysid.noise import (
-    LASTING,
-    UNSENSED,
-    Filter,
-    LinearTwin,
-    Noise,
-    discrepancy_penalty,
-    error_variances,
-    fit_noise,
-    kalman_filter,
-    linearise_period,
-    robustify,
-    whiten,
-)
+from twbal.sysid.kalman import Filter, LinearTwin, error_variances, kalman_filter, linearise_period
+from twbal.sysid.likelihood import robustify, whiten
+from twbal.sysid.noise import LASTING, UNSENSED, Noise, discrepancy_penalty
+from twbal.sysid.noise_fit import fit_noise
 from twbal.sysid.predictor import Prediction, predict
 from twbal.sysid.recording import Mask, Recording
 
@@ -32,7 +22,6 @@ ANGLE_LEAD = "angle_lead"
 _ROUNDING = 1e-9  # rad, rad/s; smaller changes are those of the numbers in the file
 _ONE_WAY = 0.98  # less the share of changes against them, the share of changes in one direction
 _NOTHING = 1e-9  # rad, rad/s: what takes no part
-_LEAST_TILT = 3e-4  # rad; a tilt that adds up the gyro changes as the gyro says to much less, but is no truer
 _SLOW = 2.0  # control periods for which a wheel angle then shows one value
 _NOT_OF_STEPS = 0.3  # share of the standard deviation of a stepped wheel angle that is white
 _LAGS = 20  # control periods over which errors may remember
@@ -129,11 +118,13 @@ class Data:
         recordings: at least one.
         substeps: physics steps of a control period.
         loudest: greatest levels of noise that a fit may come to; None: any.
+        quietest: least standard deviations of the sensors, in the order of `MEASURED`; never less than `resolution`.
     """
 
     recordings: Sequence[Recording]
     substeps: int
     loudest: Noise | None = None
+    quietest: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
 
     @property
     def period(self) -> float:
@@ -154,8 +145,6 @@ class Data:
     def resolution(self) -> Array:
         """(4,) standard deviations that the sensors' steps alone make: no sensor's noise is less.
 
-        Nor is that of a tilt less than what no filter of a robot does better.
-
         A sensor's step is taken to be the least change between two of its readings, but for one in a hundred; the least
         change of these changes, where it runs one way throughout.
         """
@@ -167,7 +156,7 @@ class Data:
         steps = []
         for column in (np.abs(bends[:, i] if runs[i] else changes[:, i]) for i in range(4)):
             steps.append(np.quantile(column[column > _ROUNDING], 0.01) if (column > _ROUNDING).any() else 0.0)
-        return np.maximum(np.array(steps) / np.sqrt(12.0), [_LEAST_TILT, 0.0, 0.0, 0.0])
+        return np.asarray(np.array(steps) / np.sqrt(12.0))
 
     @cached_property
     def steps(self) -> float:
@@ -238,7 +227,7 @@ class Data:
         """The model with its noise refitted; arguments as of `fit_noise`."""
         errors = self.errors(model, self.filter(model))
         linear = self.linear(model)
-        least, lasting = self.resolution.copy(), np.zeros(LASTING)
+        least, lasting = np.maximum(self.resolution, self.quietest), np.zeros(LASTING)
         if model.noise.has_discrepancy and self._has_steps:  # it has what the steps of the wheel angle make
             least[2], lasting[4] = _NOT_OF_STEPS * least[2], np.sqrt(1.0 - _NOT_OF_STEPS**2) * least[2]
         limits = (

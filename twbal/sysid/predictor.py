@@ -18,7 +18,8 @@ from twbal.planar.planar_plant import hold
 from twbal.planar.sensing import imu_settled, read_sensors
 from twbal.planar.terms import correct
 from twbal.planar.twin_state import Turning, TwinState
-from twbal.sysid.noise import LASTING, Filter
+from twbal.sysid.kalman import Filter
+from twbal.sysid.noise import LASTING
 from twbal.sysid.recording import Recording
 
 TRACK = len(TwinState._fields) + 1
