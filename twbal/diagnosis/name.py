@@ -8,6 +8,7 @@ import numpy as np
 from twbal.core.errors import ConfigError
 from twbal.core.gaussian import Array
 from twbal.core.robot_parameters import RobotParameters
+from twbal.core.time_base import Mask
 from twbal.diagnosis.advice import advise
 from twbal.diagnosis.candidates import Candidate, always_free, tilt_offsets
 from twbal.diagnosis.constancy import inconstant_effects
@@ -26,7 +27,7 @@ from twbal.planar.parameters import twin_parameters
 from twbal.sysid.fit import descend
 from twbal.sysid.model import Data, Model
 from twbal.sysid.noise import LASTING, UNSENSED, Noise
-from twbal.sysid.recording import MEASURED, Mask, Recording
+from twbal.sysid.recording import MEASURED, Recording
 
 _NOISE_ITERATIONS = 30
 _LARGEST_TORQUE = 0.003  # of a model discrepancy, over the torque limit

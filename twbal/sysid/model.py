@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from twbal.core.gaussian import Array
+from twbal.core.time_base import Mask
 from twbal.planar.parameters import TwinParameters
 from twbal.sysid.autocorrelation import ljung_box_ratio
 from twbal.sysid.kalman import Filter, LinearTwin, error_variances, kalman_filter, linearise_period
@@ -15,7 +16,7 @@ from twbal.sysid.likelihood import robustify, whiten
 from twbal.sysid.noise import LASTING, UNSENSED, Noise, discrepancy_penalty
 from twbal.sysid.noise_fit import fit_noise
 from twbal.sysid.predictor import Prediction, predict
-from twbal.sysid.recording import Mask, Recording
+from twbal.sysid.recording import Recording
 
 ANGLE_LEAD = "angle_lead"
 """Name of the one free value that is no field of the twin: time by which measured angles run ahead of rates [s]."""
