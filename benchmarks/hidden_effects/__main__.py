@@ -61,7 +61,7 @@ def drive(each: Set) -> Mapping[str, Any]:
     rng = np.random.default_rng(each.seed)
     body = drawn(robot, rng, _TOLERANCE, _ASYMMETRY)
     hidden = {name: parameters(name, severity, rng) for name, severity in each.effects.items()}
-    driven = replace(policy, sine=0.0, binary=0.0, speed=0.0) if each.still else policy
+    driven = replace(policy, multisine=0.0, prbs=0.0, speed=0.0) if each.still else policy
     plant = HiddenRobot(robot, body, hidden, each.surface, each.seed)
     for trial in range(_EPISODES):
         source = Provenance("hidden", "robot", seed=each.seed, trial=trial)

@@ -123,5 +123,5 @@ def _start(
             position=position,
         ),
         past_commands=commands[:t],
-        past_motion=shown[t - _HISTORY : t],
+        past_motion=np.column_stack([shown, motion[:, 2]])[:t],
     )

@@ -1,10 +1,12 @@
 """What became of each set: which of what is hidden was said, how surely, and what was said that is not there."""
 
+import math
 from collections.abc import Mapping
 from typing import Any
 
 from benchmarks.other_robots.kinds import ALIKE, ALL, FOREIGN, equivalents
 
+TILT_FILTER = "tilt_filter"
 CLASSES = (
     ("gain, mass and inertia", {"torque_gain", "body_mass", "body_inertia"}),
     ("COM height and wheel radius", {"com_height", "wheel_radius"}),
@@ -34,12 +36,13 @@ def judged(label: Mapping[str, Any], diagnosis: Mapping[str, Any] | None, cpu_s:
     hidden = label["hidden"]
     missing = [name for name in hidden if name in FOREIGN or name in label["left_out"]]
     there = [name for name in hidden if name not in missing]
+    filtered = _tilt_filter(label)
     if diagnosis is None:
         return {**known, "verdict": "no diagnosis", "hidden": dict.fromkeys(there, 0.0), "foreign": missing} | {
             "said": [], "intervals": [], "remains": False,
         }  # fmt: skip
     said = [
-        {"name": e["name"], "probability": round(e["probability"], 4), "right": _is_there(e, there)}
+        {"name": e["name"], "probability": round(e["probability"], 4), "right": _is_there(e, [*there, *filtered])}
         for e in diagnosis["effects"]
     ]
     sure = dict.fromkeys(there, 0.0)
@@ -57,9 +60,18 @@ def judged(label: Mapping[str, Any], diagnosis: Mapping[str, Any] | None, cpu_s:
         "hidden": {name: round(probability, 4) for name, probability in sure.items()},
         "foreign": missing,
         "said": said,
-        "intervals": [row for effect in diagnosis["effects"] for row in _intervals(effect, hidden)],
+        "intervals": [row for effect in diagnosis["effects"] for row in _intervals(effect, {**hidden, **filtered})],
         "remains": _remains(diagnosis),
     }
+
+
+def _tilt_filter(label: Mapping[str, Any]) -> dict[str, dict[str, float]]:
+    """The filter that a tilt of real quality comes from: there, though it is not hidden.
+
+    In a control period T it keeps τ / (τ + T) of its error, which is exp(-rate T).
+    """
+    constant, period = label["sensor_values"]["tilt_constant"], 1.0 / label["rate"]
+    return {TILT_FILTER: {"rate": math.log1p(period / constant) / period}} if constant > 0 else {}
 
 
 def _meant(effect: Mapping[str, Any]) -> set[str]:
@@ -87,10 +99,10 @@ def _intervals(effect: Mapping[str, Any], hidden: Mapping[str, Mapping[str, floa
     name = effect["name"]
     if name not in hidden or effect["probability"] < 0.5:
         return []
-    kind, rows = ALL[name], []
-    for key in (*kind.sizes, *kind.drawn):
+    kind, rows = ALL.get(name), []
+    for key in hidden[name] if kind is None else (*kind.sizes, *kind.drawn):
         found = effect["parameters"].get(key)
-        if found is None or key in kind.unfit:
+        if found is None or (kind is not None and key in kind.unfit):
             continue
         true, ends = hidden[name][key], (found["low95"], found["high95"])
         rows.append([name, key, true, found["value"], *ends, ends[0] <= true <= ends[1]])

@@ -15,9 +15,9 @@ from benchmarks.other_robots.tables import (
 )
 
 
-def label(hidden, stratum="single 1", left_out=()):
+def label(hidden, stratum="single 1", left_out=(), tilt_constant=0.0):
     facts = {"seed": 0, "excitation": "E", "rate": 50, "sheet": "paper", "tolerance": 0.03, "sensors": "ideal"}
-    facts |= {"gentler": 1.0, "stays_up": True}
+    facts |= {"gentler": 1.0, "stays_up": True, "sensor_values": {"tilt_constant": tilt_constant}}
     return {**facts, "stratum": stratum, "effects": dict.fromkeys(hidden, 1.0), "hidden": hidden, "left_out": left_out}
 
 
@@ -54,6 +54,19 @@ def test_another_name_is_false_and_a_case_of_what_is_there_is_neither():
     stribeck = {"stribeck_friction": {"torque": 0.2, "breakaway": 0.3, "rate": 2.0}}
     part = judged(label(stribeck), said(finding("coulomb_friction")), 3.0)
     assert part["hidden"] == {"stribeck_friction": 0.0} and part["said"][0]["right"]
+
+
+@pytest.mark.parametrize(("constant", "right"), [(0.7, True), (0.0, False)])
+def test_a_tilt_filter_is_there_where_the_tilt_comes_from_one(constant, right):
+    """In a period of 20 ms, one of 0.7 s keeps 0.7 / 0.72 of its error: a rate of 1.4085 /s."""
+    rate = {"value": 1.5, "low95": 1.4, "high95": 1.6}
+    row = judged(label({}, "clean", (), constant), said(finding("tilt_filter", rate=rate)), 3.0)
+    assert row["said"] == [{"name": "tilt_filter", "probability": 0.95, "right": right}]
+    if right:
+        (interval,) = row["intervals"]
+        assert interval[2] == pytest.approx(1.4085, abs=1e-4) and interval[-1]
+    else:
+        assert row["intervals"] == []
 
 
 def test_what_is_foreign_or_left_out_cannot_be_found_but_can_be_said_to_remain():

@@ -13,7 +13,7 @@ from twbal.diagnosis.advice import advise
 from twbal.diagnosis.candidates import always_free
 from twbal.diagnosis.effect_candidates import candidates_for
 from twbal.diagnosis.hypothesis import FittedHypothesis, Round, fit_hypothesis, overriding
-from twbal.diagnosis.name import first_noise
+from twbal.diagnosis.name import first_noise, largest_noise
 from twbal.diagnosis.objections import objections
 from twbal.diagnosis.probable import probable_effects
 from twbal.diagnosis.record import Gap, Verdict
@@ -22,6 +22,7 @@ from twbal.diagnosis.verdict import conclude, probabilities, review
 from twbal.planar.parameters import twin_parameters
 from twbal.sysid.fit import Fit
 from twbal.sysid.model import Data, Model
+from twbal.sysid.noise import LASTING
 
 INSTANTS = 1000
 
@@ -47,7 +48,7 @@ def driven(paper):
 
 def test_nothing_speaks_against_an_effect_of_usual_size(paper, driven):
     hypothesis = fitted(paper, ["coulomb_friction"], {"coulomb_friction_torque": 0.3})
-    assert objections(hypothesis, (), settings()) == ()
+    assert objections(hypothesis, largest_noise(paper), (), settings()) == ()
 
 
 def bounds(robot, field):
@@ -67,7 +68,7 @@ def test_a_rough_data_sheet_that_ran_to_its_bounds_is_no_finding(fields, end, si
     hypothesis = fitted(
         paper, ["coulomb_friction"], {"coulomb_friction_torque": 0.3, **values}, choice="loose_tolerance"
     )
-    found = objections(hypothesis, (), rough)
+    found = objections(hypothesis, largest_noise(paper), (), rough)
     assert len(found) == len(fields)
     for field, factor in zip(fields, values.values(), strict=True):
         said = f"{field.replace('_', ' ')} of {factor:.2g} times the data sheet's, the {side} bound of its range"
@@ -78,7 +79,7 @@ def test_a_rough_data_sheet_that_ran_to_its_bounds_is_no_finding(fields, end, si
 def test_a_wheel_that_ran_to_its_bound_is_no_finding(paper, driven):
     highest = bounds(paper, "wheel_inertia")[1]
     hypothesis = fitted(paper, ["coulomb_friction"], {"coulomb_friction_torque": 0.3, "wheel_inertia": highest})
-    found, rough = objections(hypothesis, (), settings())
+    found, rough = objections(hypothesis, largest_noise(paper), (), settings())
     assert "wheel inertia of" in found.text
     assert "the upper bound" in found.text
     assert "diagnosis=loose_tolerance" in rough.text
@@ -88,7 +89,7 @@ def test_a_wheel_that_ran_to_its_bound_is_no_finding(paper, driven):
 def test_a_limit_that_swallows_the_commands_explains_nothing(limit, objected, paper, driven):
     hypothesis = fitted(paper, ["torque_saturation"], {"torque_saturation_limit": limit})
     swallowing = overriding(Data(driven, 10), hypothesis.fit.model, hypothesis.candidates)
-    found = objections(hypothesis._replace(overriding=swallowing), (), settings())
+    found = objections(hypothesis._replace(overriding=swallowing), largest_noise(paper), (), settings())
     said = [objection.text for objection in found if "commands" in objection.text]
     assert bool(said) is objected
     assert not said or "torque saturation of 0.0335 N·m, lets next to nothing of the commands pass" in said[0]
@@ -96,7 +97,7 @@ def test_a_limit_that_swallows_the_commands_explains_nothing(limit, objected, pa
 
 @pytest.mark.parametrize(("name", "field"), [("motor_lag", "time_constant"), ("com_offset", "angle")])
 def test_an_effect_of_size_zero_is_no_finding(name, field, paper, driven):
-    (found,) = objections(fitted(paper, [name], {f"{name}_{field}": 1e-5}), (), settings())
+    (found,) = objections(fitted(paper, [name], {f"{name}_{field}": 1e-5}), largest_noise(paper), (), settings())
     assert "negligible" in found.text
     assert "1e-05" in found.text
     assert found.effects == (name,)
@@ -106,9 +107,25 @@ def test_residuals_with_memory_are_told_with_their_autocorrelation(paper, driven
     hypothesis = fitted(paper, ["coulomb_friction"], {"coulomb_friction_torque": 0.3})._replace(
         autocorrelations=np.full(4, 12.0)
     )
-    (found,) = objections(hypothesis, (), settings())
+    (found,) = objections(hypothesis, largest_noise(paper), (), settings())
     assert "autocorrelated: 12, where noise has 1; the limit is 8" in found.text
     assert found.concerns("any effect")
+
+
+@pytest.mark.parametrize(("component", "said"), [(0, "at the wheels' axle"), (1, "from outside"), (2, "of the tilt")])
+def test_a_model_discrepancy_that_explains_what_is_missing_is_told(component, said, paper):
+    """Nothing is called missing only where a discrepancy stays as small as its prior has it."""
+    nothing = fitted(paper, [], {})
+    largest = largest_noise(paper)
+    levels = np.zeros(LASTING)
+    levels[component] = 0.9 * largest.discrepancy[component]
+    model = nothing.fit.model._replace(noise=nothing.fit.model.noise._replace(discrepancy=levels))
+    nothing = nothing._replace(fit=nothing.fit._replace(model=model))
+    (found,) = objections(nothing, largest, (), settings())
+    assert said in found.text
+    assert conclude(Selection(nothing, (), nothing), [found], 0.0, settings()) is Verdict.UNKNOWN
+    usual = model._replace(noise=model.noise._replace(discrepancy=levels / 3.0))
+    assert objections(nothing._replace(fit=nothing.fit._replace(model=usual)), largest, (), settings()) == ()
 
 
 def test_an_effect_that_a_fit_leaves_at_nothing_is_not_named_beside_another(paper):
@@ -124,7 +141,7 @@ def test_an_effect_that_a_fit_leaves_at_nothing_is_not_named_beside_another(pape
     weights = probabilities(selection, settings())
     found = probable_effects(data, selection, (), Verdict.NAMED, weights, settings())
     assert [effect.name for effect in found if effect.is_named] == ["coulomb_friction"]
-    assert objections(hypothesis, (), settings()) == ()
+    assert objections(hypothesis, largest_noise(paper), (), settings()) == ()
 
 
 def advice_of(paper, *others):

@@ -89,7 +89,7 @@ def gaps(robot, name, start, physics_step, drive):
                 tilt_rate=seen.tilt_rate,
                 wheel_speed=seen.wheel_rate + seen.tilt_rate,
             )
-            state = hold(twin, k, state, np.array(commands), len(rows), substeps, STRAIGHT, np.zeros((substeps, 2)))
+            state = hold(twin, k, state, np.array(commands), len(rows), substeps, STRAIGHT, np.zeros((substeps, 3)))
             seen = plant.step(command)
             rate = state.wheel_speed - state.tilt_rate
             rows.append([state.tilt - seen.tilt, state.tilt_rate - seen.tilt_rate, rate - seen.wheel_rate])

@@ -23,6 +23,7 @@ from twbal.effects.imu_delay import ImuDelay
 from twbal.effects.motor_lag import MotorLag
 from twbal.effects.periodic_disturbance import PeriodicDisturbance
 from twbal.effects.rotor_inertia import RotorInertia
+from twbal.effects.tilt_filter import TiltFilter
 from twbal.effects.viscous_friction import ViscousFriction
 from twbal.effects.wheel_slip import WheelSlip
 from twbal.sim.bullet_plant import SimPlant
@@ -44,6 +45,8 @@ KINDS = {
     "slope": [GroundSlope(0.05)],
     "disturbance": [PeriodicDisturbance(8.0, 2.0, 0.4)],
     "late IMU": [ImuDelay(0.033)],
+    "filtered tilt": [TiltFilter(3.0, 0.02)],
+    "filtered and late tilt": [TiltFilter(3.0, 0.02), ImuDelay(0.033)],
     "backlash": [Backlash(0.02)],
 }
 
@@ -67,13 +70,14 @@ def start_at(robot, truth, t, commands=COMMANDS):
     r = robot.wheel_radius
     rolled = r * (truth[:, 4] + truth[:, 1] - truth[0, 4] - truth[0, 1])
     initial = InitialState(tilt, rate, r * (wheel_rate + rate))
-    return ReplayStart(initial, RestartState(angle, position=rolled[t]), commands[:t], truth[:t, [1, 2]])
+    past = np.column_stack([truth[:t, [1, 2]], r * (truth[:t, 5] + truth[:t, 2])])
+    return ReplayStart(initial, RestartState(angle, position=rolled[t]), commands[:t], past)
 
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_replay_goes_on_as_the_rollout_did(kind, robot):
     effects = KINDS[kind]
-    truth = driven(robot, [effect for effect in effects if not isinstance(effect, ImuDelay)])
+    truth = driven(robot, [effect for effect in effects if not isinstance(effect, ImuDelay | TiltFilter)])
     shown = driven(robot, effects)
     (found,) = replay(robot, effects, STEP, [start_at(robot, truth, FROM)], COMMANDS[None, FROM:])
     error = np.abs(found[:, SEEN] - shown[FROM:, SEEN]).max(axis=0)
@@ -104,7 +108,7 @@ def test_wheels_that_slip_go_on_slipping(robot):
     rolling = robot.wheel_radius * (at.wheel_rate + at.tilt_rate)
     slips = at.speed - rolling
     assert abs(slips) > 0.2 * abs(rolling)
-    initial, past = InitialState(at.tilt, at.tilt_rate, at.speed), np.zeros((0, 2))
+    initial, past = InitialState(at.tilt, at.tilt_rate, at.speed), np.zeros((0, 3))
     starts = [ReplayStart(initial, RestartState(at.wheel_angle, slip=s), np.full(6, 8.0), past) for s in (slips, 0.0)]
     slipping, gripping = replay(robot, [WheelSlip(0.1)], STEP, starts, np.full((2, 6), 8.0))
     truth = np.array([[m.tilt, m.tilt_rate, m.wheel_angle, m.wheel_rate] for m in motions[6:]])
@@ -115,7 +119,7 @@ def test_wheels_that_slip_go_on_slipping(robot):
 
 def test_a_robot_that_turns_goes_on_turning(robot):
     """Nearly upright, nothing slows its turning, and the wheels' mean rolls as before."""
-    straight = ReplayStart(InitialState(0.01, 0.0, 0.3), RestartState(1.0), np.zeros(0), np.zeros((0, 2)))
+    straight = ReplayStart(InitialState(0.01, 0.0, 0.3), RestartState(1.0), np.zeros(0), np.zeros((0, 3)))
     turning = replace(straight, restart=RestartState(1.0, heading=0.3, yaw_rate=1.2))
     before, after = replay(robot, [], STEP, [straight, turning], np.zeros((2, 5)))
     yaw = Observation._fields.index("yaw_rate")
@@ -137,7 +141,7 @@ def test_poles_that_the_wheels_meet_apart_cancel(robot):
 
 
 def test_a_robot_that_looks_across_a_slope_stands_on_level_ground(robot):
-    start = ReplayStart(InitialState(0.02, 0.0, 0.0), RestartState(0.0), np.zeros(0), np.zeros((0, 2)))
+    start = ReplayStart(InitialState(0.02, 0.0, 0.0), RestartState(0.0), np.zeros(0), np.zeros((0, 3)))
     across, back = (replace(start, restart=RestartState(0.0, heading=turn)) for turn in (0.5 * np.pi, np.pi))
     held = np.zeros((1, 8))
     (level,) = replay(robot, [], STEP, [start], held)

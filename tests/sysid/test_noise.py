@@ -10,18 +10,11 @@ from twbal.effects.library import library
 from twbal.effects.parameter import parameters_of
 from twbal.planar.linearised import linearise
 from twbal.planar.parameters import twin_parameters
+from twbal.sysid.kalman import kalman_filter, linearise_period, respond
+from twbal.sysid.likelihood import cost, whiten
 from twbal.sysid.model import Data, Model
-from twbal.sysid.noise import (
-    UNSENSED,
-    Noise,
-    _refilter,
-    cost,
-    fit_noise,
-    kalman_filter,
-    linearise_period,
-    respond,
-    whiten,
-)
+from twbal.sysid.noise import UNSENSED, Noise
+from twbal.sysid.noise_fit import _refilter, fit_noise
 
 LEVELS = Noise(np.array([0.004, 0.02, 0.002, 0.05]), np.array([0.05, 0.08]))
 
@@ -140,7 +133,7 @@ def test_the_linear_model_has_just_the_effects_that_say_so(paper, name):
     kind = library()[name]
     values = {name: {key: known.value for key, known in parameters_of(kind).items()}}
     nominal, found = (linearise_period(twin_parameters(paper, effects), 0.02) for effects in ({}, values))
-    change = max(np.abs(there - here).max() for here, there in zip(nominal, found, strict=True))
+    change = max(np.abs(there - here).max() for here, there in zip(nominal[:3], found[:3], strict=True))
     if kind.is_linear and name != "com_offset":  # which moves the balance, about which all is as before
         assert change > 1e-6
     else:

@@ -15,22 +15,23 @@ EFFECTS = {
     "actuation_delay": {"delay": 0.03},
     "motor_lag": {"time_constant": 0.02},
     "imu_delay": {"delay": 0.013},
+    "tilt_filter": {"rate": 1.0, "lead": 0.01},
 }
 FINE, PERIODS = 40, 30  # physics steps of a control period
 
 
 @pytest.fixture(scope="module")
 def driven(paper):
-    """A recording without noise, and the true state at each instant."""
+    """A recording without noise, and the true state at each instant, as the predictor would tell it."""
     step = paper.control_period / FINE
     start = StartPose(0.05, 0.0, 0.0, 0.0)
     plant = PlanarPlant(robot=paper, effects=effects_from(EFFECTS), start=start, physics_step=step, seed=0)
     commands = np.random.default_rng(0).uniform(-3.0, 3.0, PERIODS)
-    rows, states = [plant.reset(0)], [plant._state]
-    for command in commands:
+    rows, states = [plant.reset(0)], []
+    for instant, command in enumerate([*commands, 0.0]):
+        states.append((*plant._state, plant._imu[instant * FINE % len(plant._imu), 2]))
         rows.append(plant.step(float(command)))
-        states.append(plant._state)
-    seen = np.array(rows)[:, [1, 2, 4, 5]]
+    seen = np.array(rows)[:-1, [1, 2, 4, 5]]
     sure = np.ones(PERIODS + 1, bool)
     recording = Recording("r", paper.control_period, commands, seen, np.zeros(PERIODS + 1), sure, np.ones(4, bool))
     return recording, np.array(states)

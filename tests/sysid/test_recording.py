@@ -1,9 +1,11 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from twbal.core.episode import Episode, Outcome, Provenance
 from twbal.core.errors import DataError
-from twbal.sysid.recording import Usability, read_recordings
+from twbal.sysid.recording import Usability, differenced_rates, read_recordings
 
 USABILITY = Usability(min_length=20, min_samples=50, max_yaw_rate=1.5, max_tilt=0.6)
 
@@ -56,7 +58,9 @@ BAD = {
     "Channel wheel_rate is 0.5 throughout": [episode(channel=5, value=0.5)],
     "The command is 1 N·m throughout": [episode(commands=np.ones(100))],
     "control period of 0.01 s, .* set its period by robot.control_period=0.01": [episode(period=0.01)],
-    "samples were lost": [episode(channel=0, value=np.cumsum(np.r_[0, np.where(np.arange(100) % 5, 0.02, 0.04)]))],
+    "17% of the samples are missing": [
+        episode(channel=0, value=np.cumsum(np.r_[0, np.where(np.arange(100) % 5, 0.02, 0.04)]))
+    ],
 }
 
 
@@ -64,6 +68,51 @@ BAD = {
 def test_data_that_cannot_be_used_are_refused_with_the_reason(paper, words):
     with pytest.raises(DataError, match=words):
         read(paper, *BAD[words])
+
+
+def driven(gyro=0.01, ticks=1000, differenced=True):
+    """A tilt that a complementary filter makes of a gyro, and an encoder with or without a timer for its rate."""
+    rng, times = np.random.default_rng(6), 0.02 * np.arange(501)
+    tilt, rate = 0.1 * np.sin(4.0 * times), 0.4 * np.cos(4.0 * times) + gyro * rng.standard_normal(501)
+    shown = np.zeros(501)
+    for k in range(1, 501):
+        shown[k] = 0.98 * (shown[k - 1] + 0.02 * rate[k]) + 0.02 * (tilt[k] + 0.05 * np.sin(9.0 * times[k]))
+    step = 2.0 * np.pi / ticks
+    angle = step * np.floor((3.0 * np.sin(5.0 * times) + 20.0 * times) / step)
+    wheel_rate = np.r_[0.0, np.diff(angle)] / 0.02 if differenced else 15.0 * np.cos(5.0 * times) + 20.0
+    return np.column_stack([shown, rate, angle, wheel_rate]), times
+
+
+def test_a_wheel_rate_that_is_a_difference_is_no_measurement():
+    assert differenced_rates(*driven()) == {"wheel_rate"}
+
+
+def test_a_gyro_that_a_filter_adds_up_to_the_tilt_is_one_and_so_is_a_timed_wheel():
+    assert differenced_rates(*driven(differenced=False)) == set()
+
+
+def test_a_tilt_rate_that_is_a_difference_is_no_measurement():
+    measured, times = driven(differenced=False)
+    measured[1:, 1] = np.diff(measured[:, 0]) / 0.02
+    assert differenced_rates(measured, times) == {"tilt_rate"}
+
+
+def test_an_uneven_loop_with_lost_rows_is_read(paper):
+    """Its angles are moved to even instants; a row that was lost is there and does not count."""
+    times = 0.02 * np.arange(201) + 0.002 * np.random.default_rng(4).standard_normal(201)
+    kept = np.arange(201) != 90
+    moving = np.zeros((200, 7))
+    moving[:, 0] = times[kept]
+    moving[:, 1], moving[:, 4] = 0.1 * np.sin(8.0 * times[kept]), 3.0 * np.sin(5.0 * times[kept])
+    moving[:, 2], moving[:, 5] = 0.8 * np.cos(8.0 * times[kept]), 15.0 * np.cos(5.0 * times[kept])
+    uneven = Episode(("tilt",), 0.02, moving, moving[:, 1:2], np.ones(199), Outcome.COMPLETED, Provenance("p", "robot"))
+    commands = replace(uneven, commands=np.random.default_rng(5).standard_normal(199))
+    (recording,) = read(paper, commands)
+    assert len(recording.measured) == 201
+    assert np.flatnonzero(~recording.usable).tolist() == [90]
+    even = 0.02 * np.arange(201)
+    off = (recording.measured[:, 0] - 0.1 * np.sin(8.0 * even))[kept]
+    assert off.std() < 0.5 * (moving[:, 1] - 0.1 * np.sin(8.0 * even[kept])).std()
 
 
 def test_a_clock_that_runs_backwards_is_refused(paper):

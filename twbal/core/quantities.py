@@ -10,7 +10,7 @@ class Quantity(IntEnum):
     """A number of a robot; in lower case, its name in `RobotParameters`, `Drive` or `Ground`.
 
     The physics engine alone has body_inertia_roll, body_inertia_yaw and wheel_inertia (of the wheels' links). The
-    planar model alone has the last five, in their place and in that of code that effects have for the engine.
+    planar model alone has the last seven, in their place and in that of code that effects have for the engine.
     """
 
     BODY_MASS = 0
@@ -40,6 +40,10 @@ class Quantity(IntEnum):
     """Time constant with which the motors' torque follows [s]."""
     IMU_DELAY = 21
     """By which tilt and tilt rate are shown late [s]."""
+    TILT_FILTER_RATE = 22
+    """At which a filter of the tilt follows the accelerometer [1/s]."""
+    TILT_FILTER_LEAD = 23
+    """By which the sum of the gyro in that filter runs ahead of the tilt [s]."""
 
 
 class Change(IntEnum):

@@ -10,14 +10,13 @@ from twbal.diagnosis.findings import Effects, FilterResult, Trajectory
 from twbal.planar.constants import constants
 from twbal.planar.parameters import twin_parameters
 from twbal.sysid.fit import descend
+from twbal.sysid.kalman import Filter, error_variances
 from twbal.sysid.model import Data, Free, Model
-from twbal.sysid.noise import Filter, Noise
+from twbal.sysid.noise import Noise
 from twbal.sysid.open_loop import EARLIEST, predict_open_loop
 from twbal.sysid.recording import Recording
 
 _OFFSET_STEPS = 6
-_SEES = np.array([[1, 0, 0, 0], [0, 0, 1, 0], [-1, 1, 0, 0], [0, 0, -1, 1]], dtype=float)
-"""H: what the sensors show of tilt, wheel, tilt rate and wheel speed, in the order of `MEASURED`."""
 
 
 def filter_recordings(
@@ -107,32 +106,18 @@ def filter_result_of(data: Data, model: Model, effects: Effects) -> FilterResult
         model.noise,
         model.angle_lead,
         model.offsets,
-        posterior_covariance(kalman),
+        kalman.covariance,
     )
 
 
 def error_noise(kalman: Filter) -> Array:
     """(4,) standard deviations of the prediction errors of a filter that has settled."""
-    L = np.linalg.inv(kalman.whiteners[-1])
-    return np.sqrt(np.diag(L @ L.T))
-
-
-def posterior_covariance(kalman: Filter) -> Array:
-    """Covariance of the corrected tilt, wheel angle, tilt rate and wheel speed of a filter that has settled, (4, 4).
-
-    With the gain K and S the covariance of the prediction errors, P⁻Hᵀ = K S, and P⁺ = P⁻ - K S Kᵀ.
-    """
-    K, L = kalman.gains[-1][:4], np.linalg.inv(kalman.whiteners[-1])
-    S = L @ L.T
-    before = K @ S @ np.linalg.inv(_SEES).T
-    after = before - K @ S @ K.T
-    values, vectors = np.linalg.eigh(0.5 * (after + after.T))
-    return np.asarray(vectors * np.maximum(values, 0.0) @ vectors.T)
+    return np.sqrt(error_variances(kalman))
 
 
 def _trajectory(radius: float, recording: Recording, states: Array) -> Trajectory:
-    """The motion in the predictor's states (T + 1, 9), of wheels of a radius [m]."""
-    tilt, wheel, tilt_rate, wheel_speed, torque, rotor, _, slip, position = states.T
+    """The motion in the predictor's states (T + 1, 10), of wheels of a radius [m]."""
+    tilt, wheel, tilt_rate, wheel_speed, torque, rotor, _, slip, position, _ = states.T
     return Trajectory(
         tilt=tilt,
         tilt_rate=tilt_rate,

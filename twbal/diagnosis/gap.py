@@ -86,7 +86,7 @@ def measure_gaps(
     before: FilterResult | None = None
     for result in models:
         if result is not before:  # where nothing was named, the last two are one
-            starts = [_start(result.trajectories[r], recordings[r], t, stretches.history) for r, t in places]
+            starts = [_start(result.trajectories[r], recordings[r], t) for r, t in places]
             courses = replay(result, starts, commands)[:, :, _COLUMNS]
         errors.append(courses - seen)
         before = result
@@ -117,7 +117,7 @@ def rollout_error(
     """
     column, steps = MEASURED.index(gap.channel), round(gap.horizon / recordings[0].period)
     places = _places(recordings, stretches.ahead, stretches)
-    starts = [_start(result.trajectories[r], recordings[r], t, stretches.history) for r, t in places]
+    starts = [_start(result.trajectories[r], recordings[r], t) for r, t in places]
     commands = np.array([recordings[r].commands[t : t + steps] for r, t in places])
     seen = np.array([recordings[r].measured[t + steps, column] for r, t in places])
     reached = replay(result, starts, commands)[:, -1, _COLUMNS[column]]
@@ -139,7 +139,7 @@ def _places(recordings: Sequence[Recording], ahead: int, stretches: Stretches) -
     return [found[int(i)] for i in np.linspace(0, len(found) - 1, stretches.most)]
 
 
-def _start(trajectory: Trajectory, recording: Recording, t: int, history: int) -> ReplayStart:
+def _start(trajectory: Trajectory, recording: Recording, t: int) -> ReplayStart:
     """The motion that a model's filter sees at an instant, with the past that its effects remember."""
     return ReplayStart(
         initial=InitialState(trajectory.tilt[t], trajectory.tilt_rate[t], trajectory.speed[t]),
@@ -152,7 +152,7 @@ def _start(trajectory: Trajectory, recording: Recording, t: int, history: int) -
             rotor_ahead=trajectory.gap[t],
         ),
         past_commands=recording.commands[:t],
-        past_motion=np.column_stack([trajectory.tilt, trajectory.tilt_rate])[t - history : t],
+        past_motion=np.column_stack([trajectory.tilt, trajectory.tilt_rate, trajectory.speed])[:t],
     )
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from twbal.core.errors import ConfigError
 from twbal.core.gaussian import Array
 from twbal.core.robot_parameters import RobotParameters
+from twbal.core.time_base import Mask
 from twbal.diagnosis.advice import advise
 from twbal.diagnosis.candidates import Candidate, always_free, tilt_offsets
 from twbal.diagnosis.constancy import inconstant_effects
@@ -25,9 +26,16 @@ from twbal.diagnosis.verdict import conclude, data_sheet_classes, probabilities,
 from twbal.planar.parameters import twin_parameters
 from twbal.sysid.fit import descend
 from twbal.sysid.model import Data, Model
-from twbal.sysid.noise import UNSENSED, Noise
-from twbal.sysid.recording import MEASURED, Mask, Recording
+from twbal.sysid.noise import LASTING, UNSENSED, Noise
+from twbal.sysid.recording import MEASURED, Recording
 
+_NOISE_ITERATIONS = 30
+_LARGEST_TORQUE = 0.003  # of a model discrepancy, over the torque limit
+QUIETEST = (3e-4, 0.0, 0.0, 0.0)
+"""Least noise of tilt, tilt rate, wheel angle and wheel rate [rad, rad/s].
+
+A tilt that adds up the gyro agrees with it to much less than this, but is no truer.
+"""
 _ITERATIONS = 6  # of the fit that puts the wheels back to the data sheet
 
 
@@ -54,7 +62,7 @@ def name_effects(
     """
     settings = replace(settings, tolerances=settings.tolerances.for_robot(robot))
     twin = twin_parameters(robot, effects)
-    data = Data(recordings, settings.substeps)
+    data = Data(recordings, settings.substeps, largest_noise(robot), QUIETEST)
     offsets = tilt_offsets(settings.tolerances, len(recordings))
     start = Model(twin, 0.0, first_noise(robot, data.sensed), (0.0,) * len(offsets))
     always = always_free(settings.tolerances, twin, len(recordings))
@@ -64,20 +72,20 @@ def name_effects(
         raise ConfigError(f"There is no effect {min(unknown)!r} to leave out; the effects are: {known}.")
     taken = {*effects, *settings.exclude}
     missing = [candidate for candidate in candidates if candidate.name not in taken]
-    problem = Problem(data, data.with_noise(start, 30), always, missing, settings)
+    problem = Problem(data, with_fitted_noise(data, start), always, missing, settings)
     selection = select(problem, progress)
     progress("checking whether what fits best is a finding")
     inconstant = inconstant_effects(data, selection.chosen, settings.lines.steady)
     limits = {field: settings.tolerances.of(field) for field in (*DATA_SHEET, *WHEELS)}
     statistic = tolerance_statistic(data, selection.chosen.fit, limits)
-    objected = objections(selection.chosen, inconstant, settings)
+    objected = objections(selection.chosen, largest_noise(robot), inconstant, settings)
     verdict = conclude(selection, objected, statistic, settings)
     weights = probabilities(selection, settings)
     effects_found = probable_effects(data, selection, objected, verdict, weights, settings)
     guessed = verdict is Verdict.UNKNOWN and _is_likely(effects_found, selection.chosen)
     named = selection.chosen if guessed or verdict in (Verdict.NAMED, Verdict.DATA_SHEET) else selection.base
     nominal = with_offsets(data, start._replace(noise=selection.base.fit.model.noise), offsets)
-    nominal = data.with_noise(nominal, 30)
+    nominal = with_fitted_noise(data, nominal)
     refitted = _filter_result(data, selection.base, effects)
     return Findings(
         verdict=verdict,
@@ -106,7 +114,25 @@ def name_effects(
 def first_noise(robot: RobotParameters, sensed: Mask) -> Noise:
     """Where the search for the noise begins."""
     sensors = np.where(sensed, [0.005, 0.03, 0.003, 0.1], UNSENSED)
-    return Noise(sensors, np.full(2, 0.005 * robot.torque_limit))
+    torques = np.full(2, 0.005 * robot.torque_limit)
+    return Noise(sensors, torques, largest_noise(robot).discrepancy / [6.0, 6.0, 6.0, 100.0, 50.0])
+
+
+def largest_noise(robot: RobotParameters) -> Noise:
+    """What it may come to: any noise, but no discrepancy that could take the place of the model.
+
+    Where torques of 30 % of the limit were allowed, dry friction on the logs of a REGBOT was taken for one of them.
+    """
+    torque = _LARGEST_TORQUE * robot.torque_limit
+    return Noise(np.full(4, np.inf), np.full(2, np.inf), np.array([torque, torque, 0.006, 0.5, 0.1]))
+
+
+def with_fitted_noise(data: Data, model: Model) -> Model:
+    """The model with its noise fitted, first without a model discrepancy: of two local optima, the likelier one."""
+    none = np.zeros(LASTING)
+    white = data.with_noise(model._replace(noise=model.noise._replace(discrepancy=none)), _NOISE_ITERATIONS)
+    begin = white._replace(noise=white.noise._replace(discrepancy=model.noise.discrepancy))
+    return data.with_noise(begin, _NOISE_ITERATIONS, afresh=True)
 
 
 def sensed_values(data: Data, values: Array) -> dict[str, float]:

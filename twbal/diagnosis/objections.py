@@ -11,8 +11,13 @@ from twbal.diagnosis.data_sheet import DATA_SHEET, WHEELS
 from twbal.diagnosis.hypothesis import FittedHypothesis, is_at_bound
 from twbal.diagnosis.settings import Settings
 from twbal.diagnosis.verdict import shifts_of
+from twbal.sysid.noise import Noise, discrepancy_sigmas
 
 _WHERE = {"speed": "the wheels turn fast", "time": "time has gone by", "command": "the command is large"}
+_DISCREPANCY = (
+    ("torque at the wheels' axle", "torque from outside", "lasting error of the tilt"),
+    ("N·m", "N·m", "rad"),
+)  # its first components; the others are noise of sensors
 _INSTANTS = (
     2000  # for which the limit of the autocorrelation is set; that of autocorrelated errors grows with their number
 )
@@ -35,12 +40,13 @@ class Objection(NamedTuple):
 
 
 def objections(
-    chosen: FittedHypothesis, inconstant: Sequence[Inconstancy], settings: Settings
+    chosen: FittedHypothesis, largest: Noise, inconstant: Sequence[Inconstancy], settings: Settings
 ) -> tuple[Objection, ...]:
     """Why a set of effects is no finding; nothing where nothing speaks against it.
 
     Args:
         chosen: the set; without effects, the data sheet refitted.
+        largest: noise with which it was fitted: its model discrepancy is three standard deviations of the prior.
         inconstant: effects of the set that are not of one size.
         settings: of the diagnosis.
     """
@@ -49,6 +55,8 @@ def objections(
     if chosen.autocorrelation > limit:
         said = f"The residuals stay autocorrelated: {chosen.autocorrelation:.3g}, where noise has 1; "
         found.append(Objection(f"{said}the limit is {limit:.3g}."))
+    if not chosen.effects:
+        found += _to_a_discrepancy(chosen.fit.model.noise, largest, settings)
     swallowing, bounded = _swallowing(chosen), _bounded_values(chosen)
     for free in chosen.at_bound:
         if (free.effect or free.name) not in {*swallowing, *bounded}:
@@ -87,6 +95,19 @@ def with_values(hypothesis: FittedHypothesis, candidates: Iterable[Candidate]) -
 def spaced(name: str) -> str:
     """A name as it stands in a sentence."""
     return name.replace("_", " ")
+
+
+def _to_a_discrepancy(noise: Noise, largest: Noise, settings: Settings) -> list[Objection]:
+    """To "nothing is missing" where a model discrepancy, larger than that of a right model, stands for what is."""
+    sigmas = discrepancy_sigmas(noise, largest)
+    return [
+        Objection(
+            f"The data ask for a {what} of {level:.2g} {unit} that no candidate explains; "
+            f"where nothing is missing it is at most about {level / sigma:.2g} {unit}."
+        )
+        for what, unit, level, sigma in zip(*_DISCREPANCY, noise.discrepancy, sigmas, strict=False)
+        if sigma > settings.lines.discrepancy
+    ]
 
 
 def _to_sizes(chosen: FittedHypothesis, settings: Settings) -> list[Objection]:

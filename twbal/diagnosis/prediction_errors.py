@@ -13,11 +13,11 @@ from numpy.typing import NDArray
 from scipy.linalg import solve_discrete_lyapunov
 
 from twbal.core.gaussian import Array
+from twbal.core.time_base import Mask
 from twbal.planar.parameters import TwinParameters
+from twbal.sysid.kalman import Filter, LinearTwin, linearise_period
 from twbal.sysid.model import Data, Model
-from twbal.sysid.noise import Filter, LinearTwin, linearise_period
 from twbal.sysid.open_loop import OpenLoop, predict_open_loop
-from twbal.sysid.recording import Mask
 
 Indices = NDArray[np.int_]
 

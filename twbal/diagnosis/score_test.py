@@ -12,8 +12,9 @@ from twbal.core.gaussian import Array
 from twbal.core.robot_parameters import GRAVITY
 from twbal.diagnosis.candidates import Candidate
 from twbal.sysid.fit import Fit, descend, penalty, slopes_of
+from twbal.sysid.kalman import Filter, LinearTwin, respond
+from twbal.sysid.likelihood import whiten
 from twbal.sysid.model import Data, Model
-from twbal.sysid.noise import Filter, LinearTwin, linearise_period, respond, whiten
 from twbal.sysid.recording import Recording
 
 _SIZES = (0.001, 0.1, 0.4, 1.0, 1.7, 3.0, -0.001, -0.3, -1.0)
@@ -142,7 +143,7 @@ def _tone(data: Data, fit: Fit, candidate: Candidate) -> dict[str, float]:
     if not candidate.is_wave:
         return {}
     parameters = {p.name: p for p in candidate.parameters}
-    linear = linearise_period(fit.model.twin, data.period)
+    linear = data.linear(fit.model)
     if "frequency" in parameters:
         rate = parameters["frequency"]
         value, wave = _over_time(data, fit, linear, rate.low, rate.high)
@@ -179,11 +180,12 @@ def _over_time(data: Data, fit: Fit, linear: LinearTwin, low: float, high: float
     frequencies = np.fft.rfftfreq(_TONES, data.period)
     inside = np.flatnonzero((frequencies >= low) & (frequencies <= min(high, 0.4 / data.period)))
     K, W = fit.kalman.gains[-1], fit.kalman.whiteners[-1]
-    closed = linear.F @ (np.eye(8) - K @ linear.C)
+    closed = linear.F @ (np.eye(len(linear.F)) - K @ linear.C)
     turns = np.exp(2j * np.pi * frequencies[inside] * data.period)
     # error n follows torque n - 1, which is a mean over its period: its phase is that of the period's middle
+    states = len(linear.F)
     inner = np.linalg.solve(
-        turns[:, None, None] * np.eye(8) - closed, np.broadcast_to(linear.B[:, 1:], (len(turns), 8, 1))
+        turns[:, None, None] * np.eye(states) - closed, np.broadcast_to(linear.B[:, 1:], (len(turns), states, 1))
     )
     response = (W @ linear.C @ inner[:, :, 0].T).T * (turns * np.sqrt(turns))[:, None]
     power = (np.abs(response) ** 2).sum(axis=1)

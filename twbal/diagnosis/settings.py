@@ -53,6 +53,8 @@ class Lines:
         share: of what the effects named so far gain, that another one must gain beside them.
         least: of the start values of its parameters that an effect must have to be named.
         whiteness: left after the fix, above which nothing in the library explains the gap.
+        discrepancy: of a model without further effects, in standard deviations of its prior, from which on something is
+            missing.
         strain: gain over whiteness of a data sheet that may leave its tolerances, from which on it is off.
         shift: of a data-sheet value, in standard deviations of its tolerance, that is worth a word.
         beyond: shift of a data-sheet value, in standard deviations, that is no finding any more.
@@ -66,6 +68,7 @@ class Lines:
     share: float
     least: float
     whiteness: float
+    discrepancy: float
     strain: float
     shift: float
     beyond: float

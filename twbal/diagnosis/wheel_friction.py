@@ -27,9 +27,11 @@ from twbal.planar.actuation import driver_torque
 from twbal.planar.constants import Constants, constants
 from twbal.planar.parameters import TwinParameters, twin_parameters
 from twbal.planar.planar_plant import hold, standing
+from twbal.planar.sensing import imu_settled
 from twbal.planar.twin_state import STRAIGHT, TwinState
 from twbal.sysid.intervals import interval
 from twbal.sysid.model import Data, Model
+from twbal.sysid.noise import LASTING
 from twbal.sysid.recording import MEASURED, Recording
 
 FORMS = ("coulomb_friction", "viscous_friction", "dead_zone")
@@ -172,7 +174,8 @@ def identify_friction(
     verdict = _verdict(turns, twin, base, chosen, settings)
     best = chosen if verdict is Verdict.NAMED else base
     weights = _probabilities((base, *forms), settings)
-    start = Model(twin, 0.0, first_noise(robot, data.sensed))
+    noise = first_noise(robot, data.sensed)._replace(discrepancy=np.zeros(LASTING))
+    start = Model(twin, 0.0, noise)
 
     def seen(added: Effects) -> tuple[Model, FilterResult]:
         taken = {**effects, **added}
@@ -218,7 +221,7 @@ def _turn(
     s = standing(k, 0.0, 0.0, rate * k.radius, angle)
     torque = driver_torque(p, commands[max(begin - 1, 0)], begin * k.step * substeps)
     s = TwinState(s.tilt, s.wheel, s.tilt_rate, s.wheel_speed, torque, s.rotor, s.rotor_speed, s.slip, s.position)
-    imu = np.zeros((2 * substeps, 2))
+    imu = imu_settled(k, s, 2 * substeps)
     for n in range(begin, begin + length):
         s = hold(p, k, s, commands, n, substeps, STRAIGHT, imu)
     return s.wheel - s.tilt

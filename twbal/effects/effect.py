@@ -52,10 +52,11 @@ class Place(IntEnum):
     JOINT = 5
     GROUND = 6
     OUTSIDE = 7
-    LATENCY = 8
-    SENSOR = 9
-    OFFSET = 10
-    NOISE = 11
+    FUSION = 8
+    LATENCY = 9
+    SENSOR = 10
+    OFFSET = 11
+    NOISE = 12
 
 
 class Effect(ABC):

@@ -35,6 +35,8 @@ class Constants(NamedTuple):
         lag: share of the way to the asked torque that the motors go in a physics step.
         fade: weight of the torque at a step's start in the mean over it.
         imu_delay: [s].
+        filter_rate: at which a filter of the tilt follows the accelerometer [1/s].
+        filter_lead: by which the sum of the gyro in it runs ahead of the tilt [s].
         step: of the physics [s].
     """
 
@@ -65,6 +67,8 @@ class Constants(NamedTuple):
     lag: float
     fade: float
     imu_delay: float
+    filter_rate: float
+    filter_lead: float
     step: float
 
 
@@ -105,5 +109,7 @@ def constants(p: TwinParameters, step: float) -> Constants:
         lag,
         lag * time_constant / step if time_constant > 0.0 else 0.0,
         q[Quantity.IMU_DELAY],
+        q[Quantity.TILT_FILTER_RATE],
+        q[Quantity.TILT_FILTER_LEAD],
         step,
     )

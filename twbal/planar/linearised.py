@@ -11,7 +11,7 @@ from twbal.planar.constants import Constants, constants
 from twbal.planar.equations import coefficients
 from twbal.planar.parameters import TwinParameters, linear_part
 from twbal.planar.planar_plant import hold
-from twbal.planar.sensing import read_sensors
+from twbal.planar.sensing import imu_settled, read_sensors
 from twbal.planar.twin_state import STRAIGHT, TwinState
 
 _DRIVER = ("torque_gain_gain", "actuation_delay_delay")
@@ -89,7 +89,7 @@ def sampled_with_delay(model: TwinParameters, period: float, ages: int) -> Delay
         tilt -= k.offset
         turning = speed / k.radius
         state = TwinState(tilt, 0.0, rate, turning, 0.0, 0.0, turning, 0.0, 0.0)
-        imu = np.zeros((2 * _STEPS, 2))
+        imu = imu_settled(k, state, 2 * _STEPS)
         s = hold(smooth, k, state, commands, ages, _STEPS, STRAIGHT, imu)
         return np.array([s.tilt + k.offset, s.tilt_rate, k.radius * s.wheel_speed])
 
@@ -98,7 +98,7 @@ def sampled_with_delay(model: TwinParameters, period: float, ages: int) -> Delay
     A = np.array([(after(e * direction, none) - rest) / e for direction in np.eye(3)]).T
     B = np.array([(after(np.zeros(3), e * direction) - rest) / e for direction in np.eye(ages + 1)[::-1]])
     standing = TwinState(-k.offset, *(0.0,) * (len(TwinState._fields) - 1))
-    shown = read_sensors(smooth, k, standing, np.tile([-k.offset, 0.0], (2, 1)), 0, 0.0)
+    shown = read_sensors(smooth, k, standing, imu_settled(k, standing, 2), 0, 0.0)
     return DelayedModel(A, B, float(shown.tilt))
 
 
@@ -118,7 +118,7 @@ def torque_response(model: TwinParameters, period: float) -> Array:
     e = 1e-5
 
     def after(torque: float, outside: float) -> Array:
-        pushed, imu = k._replace(pushed=outside / smooth.wheel_radius), np.zeros((2 * _STEPS, 2))
+        pushed, imu = k._replace(pushed=outside / smooth.wheel_radius), imu_settled(k, state, 2 * _STEPS)
         s = hold(smooth, pushed, state, np.array([torque]), 0, _STEPS, STRAIGHT, imu)
         return np.array([s.tilt_rate, s.wheel_speed])
 

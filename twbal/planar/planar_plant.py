@@ -23,7 +23,7 @@ from twbal.planar.constants import Constants, constants
 from twbal.planar.forces import tipped
 from twbal.planar.motion import step
 from twbal.planar.parameters import TwinParameters, twin_parameters
-from twbal.planar.sensing import read_sensors
+from twbal.planar.sensing import imu_settled, read_sensors, see
 from twbal.planar.terms import drive
 from twbal.planar.twin_state import STRAIGHT, Turning, TwinState
 
@@ -49,7 +49,7 @@ def hold(
         past: control periods before this one.
         substeps: physics steps of a period.
         turning: at the period's start; its rate stays.
-        imu: (N, 2), as of `read_sensors`.
+        imu: (N, 3), as of `read_sensors`.
     """
     reached = s.torque
     late = k.delay / (k.step * substeps)
@@ -60,12 +60,12 @@ def hold(
         command = commands[past] if late == 0.0 else command_at(commands, number * length - late, length)
         asked = drive(p, command, time)
         now = Turning(turning.rate, turning.heading + i * k.step * turning.rate)
+        before = s
         s = step(p, k, s, asked + k.fade * (reached - asked), time, now)
         if k.slope != 0.0 and turning.rate != 0.0:
             s = tipped(k, s, now, Turning(turning.rate, now.heading + k.step * turning.rate))
         reached += k.lag * (asked - reached)
-        row = (number + 1) % len(imu)
-        imu[row, 0], imu[row, 1] = s.tilt, s.tilt_rate
+        see(k, before, s, imu, number + 1)
     return TwinState(s.tilt, s.wheel, s.tilt_rate, s.wheel_speed, reached, s.rotor, s.rotor_speed, s.slip, s.position)
 
 
@@ -146,9 +146,9 @@ class PlanarPlant(Plant):
 
     def _reset_memory(self) -> None:
         ring = self._substeps * (2 + int(self._constants.imu_delay / self.control_period))
-        self._imu = np.zeros((ring, 2))
         self._commands: list[float] = []
         self._state: TwinState = standing(self._constants, 0.0, 0.0, 0.0, 0.0)
+        self._imu = imu_settled(self._constants, self._state, ring)
         self._speed = 0.0
 
     def reset(self, trial: int) -> Observation:
@@ -157,7 +157,7 @@ class PlanarPlant(Plant):
         stance = self._start.draw(generator(Stream.START_POSE, self._seed, trial))
         self._reset_memory()
         self._state = standing(self._constants, stance.tilt, stance.tilt_rate, stance.speed, 0.0)
-        self._imu[:] = stance.tilt, stance.tilt_rate
+        self._imu = imu_settled(self._constants, self._state, len(self._imu))
         self._speed = stance.speed
         return self._observe(read_sensors(self._twin, self._constants, self._state, self._imu, 0, 0.0))
 

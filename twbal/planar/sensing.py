@@ -1,16 +1,60 @@
 """What the sensors make of the twin's motion."""
 
-from math import floor
+from math import atan, exp, floor
 
 import numpy as np
 
 from twbal.core.compiled import kernel
 from twbal.core.gaussian import Array
 from twbal.core.robot_model import Reading
+from twbal.core.robot_parameters import GRAVITY
 from twbal.planar.constants import Constants
 from twbal.planar.parameters import TwinParameters
 from twbal.planar.terms import sense
 from twbal.planar.twin_state import TwinState
+
+
+@kernel()
+def _misleading(k: Constants, s: TwinState) -> float:
+    """What a filter of the tilt makes an error of as it changes, and forgets at its rate; see `TiltFilter` [rad]."""
+    return k.filter_lead * s.tilt_rate - (k.radius * s.wheel_speed + s.slip) * k.filter_rate / GRAVITY
+
+
+@kernel()
+def filtered_tilt(k: Constants, s: TwinState, forgotten: float) -> float:
+    """Tilt that a filter shows, which has forgotten so much of what misleads it [rad]."""
+    return s.tilt + _misleading(k, s) - forgotten
+
+
+@kernel()
+def imu_settled(k: Constants, s: TwinState, rows: int) -> Array:
+    """The IMU's past (rows, 3) where it has always seen the state `s`.
+
+    Its columns are the tilt behind the filter that it has, the tilt rate, and what that filter has forgotten of
+    what misleads it [rad].
+    """
+    imu = np.empty((rows, 3))
+    imu[:, 0], imu[:, 1], imu[:, 2] = s.tilt, s.tilt_rate, _misleading(k, s)
+    return imu
+
+
+@kernel()
+def see(k: Constants, before: TwinState, s: TwinState, imu: Array, number: int) -> None:
+    """Write to the ring what the IMU sees of a state, `number` physics steps after the rollout began.
+
+    Args:
+        k: constants.
+        before: state a physics step before.
+        s: state now.
+        imu: as of `read_sensors`.
+        number: of physics steps.
+    """
+    now, row = _misleading(k, s), number % len(imu)
+    imu[row, 2] = now - exp(-k.filter_rate * k.step) * (now - imu[(number - 1) % len(imu), 2])
+    if k.filter_rate > 0.0:  # gravity and acceleration add up to a direction, whose angle is no more than a right one
+        a = (k.radius * (s.wheel_speed - before.wheel_speed) + s.slip - before.slip) / (k.step * GRAVITY)
+        imu[row, 2] -= k.filter_rate * k.step * (a - atan(a))
+    imu[row, 0], imu[row, 1] = filtered_tilt(k, s, imu[row, 2]), s.tilt_rate
 
 
 @kernel()
@@ -23,7 +67,8 @@ def read_sensors(p: TwinParameters, k: Constants, s: TwinState, imu: Array, step
         p: the twin.
         k: its constants.
         s: state now.
-        imu: (N, 2), a ring: row i % N holds tilt and tilt rate after i physics steps, `steps` being now.
+        imu: (N, 3), a ring: row i % N holds what the IMU sees after i physics steps, `steps` being now; see
+            `imu_settled`.
         steps: physics steps since the rollout began.
         lead: time by which the integrator's angles run ahead of the truth [s]; 0 to read what the integrator has.
     """

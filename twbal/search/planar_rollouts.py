@@ -19,6 +19,7 @@ from twbal.models.moments.multi_index import Integers
 from twbal.planar.constants import Constants, constants
 from twbal.planar.parameters import TwinParameters
 from twbal.planar.planar_plant import drive_on, standing
+from twbal.planar.sensing import imu_settled
 from twbal.planar.twin_state import TwinState
 from twbal.policies.rbf import RbfPolicy
 from twbal.policies.rbf_moments import Network
@@ -155,9 +156,8 @@ def _rollout(  # type: ignore[no-untyped-def]
     steps, D = len(sensors), len(codes)
     period = substeps * k.step
     commands, state = np.zeros(steps), np.empty(D)
-    imu = np.empty((substeps * (2 + int(k.imu_delay / period)), 2))
-    imu[:, 0], imu[:, 1] = start[0], start[1]
     s = standing(k, start[0], start[1], start[2], 0.0)
+    imu = imu_settled(k, s, substeps * (2 + int(k.imu_delay / period)))
     used, total, restless, lowest, highest = 0.0, 0.0, 0.0, np.inf, -np.inf
     tilt, rate, wheel, wheel_rate = start[0], start[1], 0.0, start[2] / k.radius - start[1]
     turning = wheel_rate  # as it is; `wheel_rate` is what is measured

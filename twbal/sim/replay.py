@@ -26,7 +26,8 @@ class ReplayStart:
         initial: tilt [rad], tilt rate [rad/s] and speed [m/s].
         restart: wheels, turning, and where in the recording it is.
         past_commands: (t,) all commands since the recording began [N·m]: they fill delays and lags and drain batteries.
-        past_motion: (k, 2) tilt and tilt rate at the k instants before, oldest first: a late IMU still shows them.
+        past_motion: (k, 3) tilt, tilt rate and speed at the k instants before, oldest first: a late IMU still shows
+            them, and they have misled a filter of the tilt.
     """
 
     initial: InitialState
@@ -83,7 +84,7 @@ def _course(
         acceleration = world.glide()
         world.reset(start.initial, start.restart.heading)
     world.resume(start.restart, time, acceleration)
-    speed = world.motion().speed
+    speed = float(start.past_motion[-1, 2]) if len(start.past_motion) else world.motion().speed
     seen = []
     for i in range(len(commands) + 1):
         if i:
@@ -110,6 +111,8 @@ def _remembering(machine: Machine, physics_step: float, steps: int, start: Repla
         for command in map(machine.clip, start.past_commands):
             for _ in range(steps):
                 running.actuate(command)
-    for tilt, rate in start.past_motion if running.sensors else ():
-        running.sense(Observation(0.0, float(tilt), float(rate), 0.0, 0.0, 0.0, 0.0))
+    before = float(start.past_motion[0, 2]) if len(start.past_motion) else 0.0
+    for tilt, rate, speed in start.past_motion.tolist() if running.sensors else ():
+        running.sense(Observation(0.0, tilt, rate, (speed - before) / machine.robot.control_period, 0.0, 0.0, 0.0))
+        before = speed
     return running

@@ -8,8 +8,9 @@ from scipy.linalg import cholesky, solve_triangular
 from scipy.optimize import lsq_linear
 
 from twbal.core.gaussian import Array
+from twbal.sysid.kalman import Filter
 from twbal.sysid.model import Data, Free, Model
-from twbal.sysid.noise import Filter, Noise
+from twbal.sysid.noise import Noise
 
 _FIRST_DAMPING, _LAST_DAMPING = 1e-8, 1e4
 _SETTLED = 0.02  # gain in cost [2 nats] below which a fit is done
@@ -152,7 +153,7 @@ def refit(data: Data, model: Model, frees: Sequence[Free], rounds: int, iteratio
 
 def _with_determinants(data: Data, fit: Fit) -> Fit:
     """The fit with a cost that can be compared with that of another filter."""
-    return fit._replace(cost=fit.cost + _log_determinants(data, fit.kalman))
+    return fit._replace(cost=fit.cost + _log_determinants(data, fit.kalman) + data.penalty(fit.model))
 
 
 def _log_determinants(data: Data, kalman: Filter) -> float:
@@ -179,6 +180,7 @@ def _likelier_noise(data: Data, fit: Fit, iterations: int) -> tuple[Model, Filte
         model = fit.model._replace(noise=Noise(*levels))
         kalman = data.filter(model)
         white = data.white(model, kalman)
-        if float(white @ white) + penalty(fit.frees, fit.values) + _log_determinants(data, kalman) < fit.cost:
+        value = float(white @ white) + penalty(fit.frees, fit.values) + _log_determinants(data, kalman)
+        if value + data.penalty(model) < fit.cost:
             return model, kalman
     return fit.model, fit.kalman

@@ -8,16 +8,23 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from twbal.core.gaussian import Array
+from twbal.core.time_base import Mask
 from twbal.planar.parameters import TwinParameters
 from twbal.sysid.autocorrelation import ljung_box_ratio
-from twbal.sysid.noise import UNSENSED, Filter, Noise, fit_noise, kalman_filter, linearise_period, robustify, whiten
+from twbal.sysid.kalman import Filter, LinearTwin, error_variances, kalman_filter, linearise_period
+from twbal.sysid.likelihood import robustify, whiten
+from twbal.sysid.noise import LASTING, UNSENSED, Noise, discrepancy_penalty
+from twbal.sysid.noise_fit import fit_noise
 from twbal.sysid.predictor import Prediction, predict
-from twbal.sysid.recording import Mask, Recording
+from twbal.sysid.recording import Recording
 
 ANGLE_LEAD = "angle_lead"
 """Name of the one free value that is no field of the twin: time by which measured angles run ahead of rates [s]."""
 _ROUNDING = 1e-9  # rad, rad/s; smaller changes are those of the numbers in the file
 _ONE_WAY = 0.98  # less the share of changes against them, the share of changes in one direction
+_NOTHING = 1e-9  # rad, rad/s: what takes no part
+_SLOW = 2.0  # control periods for which a wheel angle then shows one value
+_NOT_OF_STEPS = 0.3  # share of the standard deviation of a stepped wheel angle that is white
 _LAGS = 20  # control periods over which errors may remember
 
 
@@ -112,11 +119,13 @@ class Data:
         recordings: at least one.
         substeps: physics steps of a control period.
         loudest: greatest levels of noise that a fit may come to; None: any.
+        quietest: least standard deviations of the sensors, in the order of `MEASURED`; never less than `resolution`.
     """
 
     recordings: Sequence[Recording]
     substeps: int
     loudest: Noise | None = None
+    quietest: tuple[float, float, float, float] = (0.0, 0.0, 0.0, 0.0)
 
     @property
     def period(self) -> float:
@@ -150,20 +159,31 @@ class Data:
             steps.append(np.quantile(column[column > _ROUNDING], 0.01) if (column > _ROUNDING).any() else 0.0)
         return np.asarray(np.array(steps) / np.sqrt(12.0))
 
+    @cached_property
+    def steps(self) -> float:
+        """Control periods for which the wheel angle shows one value before it steps to the next, in the mean."""
+        changes = np.concatenate([np.diff(recording.measured[:, 2]) for recording in self.recordings])
+        return float(len(changes) / max(int((np.abs(changes) > _ROUNDING).sum()), 1))
+
     @property
     def count(self) -> int:
         """Instants that count."""
         return int(sum(recording.usable[1:].sum() for recording in self.recordings))
 
+    def linear(self, model: Model) -> LinearTwin:
+        """The linear twin of a model, with a model discrepancy where its noise has one."""
+        linear = linearise_period(model.twin, self.period)
+        return linear.with_discrepancy(self.period, self.steps) if model.noise.has_discrepancy else linear
+
     def filter(self, model: Model) -> Filter:
         """The Kalman filter of a model."""
-        return kalman_filter(linearise_period(model.twin, self.period), model.noise)
+        return kalman_filter(self.linear(model), model.noise)
 
     def predictions(self, model: Model, kalman: Filter) -> list[Prediction]:
         """What a model predicts of each recording with a filter."""
         lead = 0.5 * self.period / self.substeps - model.angle_lead
         found = [
-            predict(model.twin_for(k), recording, self.substeps, lead, kalman.gains)
+            predict(model.twin_for(k), recording, self.substeps, lead, kalman)
             for k, recording in enumerate(self.recordings)
         ]
         for prediction in found:
@@ -185,15 +205,34 @@ class Data:
     def autocorrelation(self, errors: Sequence[Array], kalman: Filter) -> Array:
         """Autocorrelation of prediction errors that a filter made, per channel (4,); 1 is what white ones have."""
         robust = [robustify(e, u, kalman.whiteners, kalman.measured) for e, u in zip(errors, self.usable, strict=True)]
-        return ljung_box_ratio(robust, self.count, _LAGS)
+        return ljung_box_ratio(robust, error_variances(kalman), self.count, _LAGS)
 
-    def with_noise(self, model: Model, iterations: int) -> Model:
-        """The model with its noise refitted."""
+    def penalty(self, model: Model) -> float:
+        """-2 log prior of the levels of a model discrepancy, but for a constant; 0 without one."""
+        return discrepancy_penalty(model.noise, self._loudest)
+
+    @property
+    def _has_steps(self) -> bool:
+        """Whether the wheel angle so often stays at one value that its steps are no white noise."""
+        return self.steps >= _SLOW
+
+    @property
+    def _loudest(self) -> Noise:
+        """The greatest levels; nothing for what these data cannot have."""
+        any_noise = Noise(np.full(4, np.inf), np.full(2, np.inf), np.full(LASTING, np.inf))
+        most = self.loudest or any_noise
+        here = np.array([True, True, True, self.sensed[1], self._has_steps])
+        return most._replace(discrepancy=np.where(here, most.discrepancy, _NOTHING))
+
+    def with_noise(self, model: Model, iterations: int, afresh: bool = False) -> Model:
+        """The model with its noise refitted; arguments as of `fit_noise`."""
         errors = self.errors(model, self.filter(model))
-        linear = linearise_period(model.twin, self.period)
-        loudest = self.loudest or Noise(np.full(4, np.inf), np.full(2, np.inf))
+        linear = self.linear(model)
+        least, lasting = np.maximum(self.resolution, self.quietest), np.zeros(LASTING)
+        if model.noise.has_discrepancy and self._has_steps:  # it has what the steps of the wheel angle make
+            least[2], lasting[4] = _NOT_OF_STEPS * least[2], np.sqrt(1.0 - _NOT_OF_STEPS**2) * least[2]
         limits = (
-            Noise(np.where(self.sensed, self.resolution, UNSENSED), np.zeros(2)),
-            loudest._replace(sensors=np.where(self.sensed, loudest.sensors, UNSENSED)),
+            Noise(np.where(self.sensed, least, UNSENSED), np.zeros(2), lasting),
+            self._loudest._replace(sensors=np.where(self.sensed, self._loudest.sensors, UNSENSED)),
         )
-        return model._replace(noise=fit_noise(linear, model.noise, errors, self.usable, limits, iterations))
+        return model._replace(noise=fit_noise(linear, model.noise, errors, self.usable, limits, iterations, afresh))

@@ -7,16 +7,28 @@ from numpy.typing import NDArray
 
 from twbal.core.compiled import kernel
 from twbal.core.gaussian import Array
-from twbal.planar.constants import constants
+from twbal.planar.constants import Constants, constants
 from twbal.planar.parameters import TwinParameters
 from twbal.planar.planar_plant import hold
-from twbal.planar.sensing import read_sensors
+from twbal.planar.sensing import filtered_tilt, read_sensors
 from twbal.planar.twin_state import Turning, TwinState
 from twbal.sysid.recording import Recording
 
 _RING = 4  # control periods of the IMU's past that are kept, as in the predictor
 EARLIEST = _RING
 """Instant from which on there is a past to start with."""
+
+
+@kernel()
+def _state(x: Array) -> TwinState:
+    return TwinState(x[0], x[1], x[2], x[3], x[4], x[5], x[6], x[7], x[8])
+
+
+@kernel()
+def _seen(k: Constants, x: Array) -> tuple[float, float, float]:
+    """What the IMU saw at an instant: a row of its past, as of `imu_settled`."""
+    s = _state(x)
+    return filtered_tilt(k, s, x[9]), s.tilt_rate, x[9]
 
 
 @kernel()
@@ -41,7 +53,7 @@ def _run(
     """
     h = period / substeps
     k = constants(p, h)
-    imu = np.empty((_RING * substeps, 2))
+    imu = np.empty((_RING * substeps, 3))
     steps = predicted.shape[1]
     for j in range(len(starts)):
         n, d = int(starts[j]), off[j]
@@ -50,10 +62,12 @@ def _run(
             share = i / substeps - age
             row = (n * substeps - i) % len(imu)
             near, far = 2 * min(age, 2), 2 * min(age + 1, 2)
+            later, earlier = _seen(k, states[n - age]), _seen(k, states[n - age - 1])
+            for c in range(3):
+                imu[row, c] = (1.0 - share) * later[c] + share * earlier[c]
             for c in range(2):
-                now = states[n - age, 2 * c] + (d[2 * c] if age == 0 else d[2 + near + c])
-                before = states[n - age - 1, 2 * c] + d[2 + far + c]
-                imu[row, c] = (1.0 - share) * now + share * before
+                off_now = d[2 * c] if age == 0 else d[2 + near + c]
+                imu[row, c] += (1.0 - share) * off_now + share * d[2 + far + c]
         x = states[n]
         s = TwinState(
             x[0] + d[0], x[1] + d[1], x[2] + d[2], x[3] + d[3], x[4], x[5] + d[1], x[6] + d[3], x[7],
@@ -95,7 +109,7 @@ def predict_open_loop(
         twin: the model.
         recording: with the commands.
         substeps: physics steps of a control period.
-        states: (T + 1, 9), of `predict`: by the measurements up to each instant.
+        states: (T + 1, 10), of `predict`: by the measurements up to each instant.
         starts: (n,) instants, from `EARLIEST` to T - steps.
         off: (n, 8) by which the starts are off: tilt, wheel, tilt rate, wheel speed; then tilt and tilt rate of one
             control period before, and of two.

@@ -15,12 +15,15 @@ from twbal.core.robot_model import Reading
 from twbal.planar.constants import Constants, constants
 from twbal.planar.parameters import TwinParameters
 from twbal.planar.planar_plant import hold
-from twbal.planar.sensing import read_sensors
+from twbal.planar.sensing import imu_settled, read_sensors
 from twbal.planar.terms import correct
 from twbal.planar.twin_state import Turning, TwinState
+from twbal.sysid.kalman import Filter
+from twbal.sysid.noise import LASTING
 from twbal.sysid.recording import Recording
 
-TRACK = len(TwinState._fields)
+TRACK = len(TwinState._fields) + 1
+"""Columns of its states: `TwinState`, and what a filter of the tilt has forgotten of what misleads it [rad]."""
 _RING = 4  # control periods of the IMU's past that are kept: delays up to two of them, and room
 
 
@@ -54,6 +57,41 @@ def _correct_past(imu: Array, steps: int, substeps: int, gain: Array, error: Arr
 
 
 @kernel()
+def _moved(s: TwinState, k: Constants, tilt: float, wheel: float, tilt_rate: float, speed: float) -> TwinState:
+    """The state with these added; the rotor goes with the wheel."""
+    return TwinState(
+        s.tilt + tilt,
+        s.wheel + wheel,
+        s.tilt_rate + tilt_rate,
+        s.wheel_speed + speed,
+        s.torque,
+        s.rotor + wheel,
+        s.rotor_speed + speed,
+        s.slip,
+        s.position + k.radius * wheel,
+    )
+
+
+@kernel()
+def _push(
+    s: TwinState, k: Constants, missing: Array, pushes: Array, imu: Array, steps: int, substeps: int
+) -> TwinState:
+    """The state with what the torques of a model discrepancy added in the last control period, and the IMU's past, too.
+
+    A torque adds to the tilt rate in proportion to the time for which it acts, and to the tilt to the square of it.
+    """
+    add = np.zeros(4)
+    for i in range(2):
+        for c in range(4):
+            add[c] += missing[i] * pushes[i, c]
+    for i in range(substeps):
+        row, share = (steps - i) % len(imu), 1.0 - i / substeps
+        imu[row, 0] += share * share * add[0]
+        imu[row, 1] += share * add[2]
+    return _moved(s, k, add[0], add[1], add[2], add[3])
+
+
+@kernel()
 def run_predictor(
     p: TwinParameters,
     commands: Array,
@@ -63,6 +101,8 @@ def run_predictor(
     substeps: int,
     lead: float,
     gains: Array,
+    pushes: Array,
+    decay: Array,
     errors: Array,
     states: Array,
 ) -> None:
@@ -74,52 +114,52 @@ def run_predictor(
         period: control period [s].
         substeps: physics steps of a control period.
         lead: as of `read_sensors`.
-        gains: (G, 8, 4), of the first G instants, the last one for all that follow. Rows: tilt, wheel, tilt rate, wheel
-            speed; then tilt and tilt rate of one control period before, and of two.
+        gains: (G, S, 4), of the first G instants, the last one for all that follow. Rows: tilt, wheel, tilt rate, wheel
+            speed; then tilt and tilt rate of one control period before, and of two; with a model discrepancy, its
+            five components, as of `Noise`.
+        pushes: (2, 4), what the torques of the discrepancy add to tilt, wheel, tilt rate and wheel speed in a period.
+        decay: (5,) of the discrepancy in a period; empty without one.
         errors: (T + 1, 4), written: measured less predicted; 0 at the first instant.
-        states: (T + 1, 9), written: `TwinState` after the correction.
+        states: (T + 1, 10), written: `TwinState` after the correction, and as of `TRACK`.
     """
     h = period / substeps
     k = constants(p, h)
     s = _first(p, k, measured[0], lead)
     heading = 0.0
-    imu = np.empty((_RING * substeps, 2))
-    imu[:, 0], imu[:, 1] = s.tilt, s.tilt_rate
+    missing = np.zeros(LASTING)
+    imu = imu_settled(k, s, _RING * substeps)
     for n in range(len(measured)):
         if n > 0:
             turning = Turning(0.5 * (yaw_rate[n - 1] + yaw_rate[n]), heading)
             s = hold(p, k, s, commands, n - 1, substeps, turning, imu)
             heading += period * turning.rate
+            if len(decay) > 0:
+                s = _push(s, k, missing, pushes, imu, n * substeps, substeps)
+                for i in range(len(decay)):
+                    missing[i] *= decay[i]
             seen = read_sensors(p, k, s, imu, n * substeps, lead)
             error = errors[n]
-            error[0] = measured[n, 0] - seen.tilt
-            error[1] = measured[n, 1] - seen.tilt_rate
-            error[2] = measured[n, 2] - seen.wheel_angle
+            error[0] = measured[n, 0] - seen.tilt - missing[2]
+            error[1] = measured[n, 1] - seen.tilt_rate - missing[3]
+            error[2] = measured[n, 2] - seen.wheel_angle - missing[4]
             error[3] = measured[n, 3] - seen.wheel_rate
             gain = gains[min(n, len(gains) - 1)]
+            for i in range(len(decay)):
+                for j in range(4):
+                    missing[i] += gain[8 + i, j] * error[j]
             tilt = wheel = tilt_rate = speed = 0.0
             for j in range(4):
                 tilt += gain[0, j] * error[j]
                 wheel += gain[1, j] * error[j]
                 tilt_rate += gain[2, j] * error[j]
                 speed += gain[3, j] * error[j]
-            s = TwinState(
-                s.tilt + tilt,
-                s.wheel + wheel,
-                s.tilt_rate + tilt_rate,
-                s.wheel_speed + speed,
-                s.torque,
-                s.rotor + wheel,
-                s.rotor_speed + speed,
-                s.slip,
-                s.position + k.radius * wheel,
-            )
+            s = _moved(s, k, tilt, wheel, tilt_rate, speed)
             _correct_past(imu, n * substeps, substeps, gain, error)
         else:
             errors[n, :] = 0.0
         states[n, 0], states[n, 1], states[n, 2], states[n, 3] = s.tilt, s.wheel, s.tilt_rate, s.wheel_speed
         states[n, 4], states[n, 5], states[n, 6], states[n, 7] = s.torque, s.rotor, s.rotor_speed, s.slip
-        states[n, 8] = s.position
+        states[n, 8], states[n, 9] = s.position, imu[n * substeps % len(imu), 2]
 
 
 class Prediction(NamedTuple):
@@ -127,18 +167,18 @@ class Prediction(NamedTuple):
 
     Attributes:
         errors: (T + 1, 4), measured less predicted from the instant before, in the order of `MEASURED`.
-        states: (T + 1, 9), `TwinState` after the correction.
+        states: (T + 1, 10), `TwinState` after the correction, and as of `TRACK`.
     """
 
     errors: Array
     states: Array
 
 
-def predict(twin: TwinParameters, recording: Recording, substeps: int, lead: float, gains: Array) -> Prediction:
-    """Run the predictor of a twin over a recording; arguments as of `run_predictor`."""
+def predict(twin: TwinParameters, recording: Recording, substeps: int, lead: float, kalman: Filter) -> Prediction:
+    """Run the predictor of a twin with a filter over a recording; arguments as of `run_predictor`."""
     errors, states = np.empty((len(recording) + 1, 4)), np.empty((len(recording) + 1, TRACK))
     run_predictor(
-        twin, recording.commands, recording.measured, recording.yaw_rate, recording.period, substeps, lead, gains,
-        errors, states,
+        twin, recording.commands, recording.measured, recording.yaw_rate, recording.period, substeps, lead,
+        kalman.gains, kalman.pushes, kalman.decay, errors, states,
     )  # fmt: skip
     return Prediction(errors, states)

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 
 from twbal.core.episode import Episode
@@ -12,16 +11,21 @@ from twbal.core.errors import DataError
 from twbal.core.gaussian import Array
 from twbal.core.plant import Observation
 from twbal.core.robot_parameters import RobotParameters
-
-Mask = NDArray[np.bool_]
+from twbal.core.time_base import LATE, Mask, evened, places_of
 
 MEASURED = ("tilt", "tilt_rate", "wheel_angle", "wheel_rate")
 """Channels whose prediction errors count, in this order."""
 
 _COLUMNS = [Observation._fields.index(name) for name in MEASURED]
+_ANGLES = [MEASURED.index("tilt"), MEASURED.index("wheel_angle")]
 _TIME, _YAW = Observation._fields.index("time"), Observation._fields.index("yaw_rate")
 _YAW_MEAN = 7  # instants over which the yaw rate is averaged: a robot turns slowly
-_JITTER = 0.25  # share of a control period by which one may be longer or shorter
+_FEW = 10  # instants of which nothing is said
+_DIFFERENCED = (
+    ("tilt", "tilt_rate", 0.003),  # a filter adds up the gyro: only an exact difference was no gyro's
+    ("wheel_angle", "wheel_rate", 0.1),
+)  # share of a rate's changes by which it may differ from the difference of its angle to be that
+_ODD = 0.05  # share of the samples that may be lost, or so late that they belong to another control period
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,7 +38,8 @@ class Recording:
         commands: (T,) [N·m]; commands[t] acted between instants t and t + 1.
         measured: (T + 1, 4) in the order of `MEASURED`.
         yaw_rate: (T + 1,) [rad/s], with the gyro's noise smoothed away.
-        usable: (T + 1,); False at instants whose prediction errors do not count, as the robot turned too fast.
+        usable: (T + 1,); False at instants whose prediction errors do not count: the robot turned too fast, or the row
+            was lost.
         sensed: (4,); False for channels that no sensor measured: what stands there was worked out from others, and its
             errors do not count.
     """
@@ -125,28 +130,54 @@ def _read(episode: Episode, name: str, robot: RobotParameters, usability: Usabil
     if not np.isfinite(seen).all() or not np.isfinite(episode.commands).all():
         raise DataError(f"Episode {name} has values that are not finite numbers. Leave it out.")
     _check_clock(seen[:, _TIME], name, robot.control_period)
-    measured, yaw_rate = seen[:, _COLUMNS], seen[:, _YAW]
+    measured = seen[:, _COLUMNS]
     fallen = np.flatnonzero(np.abs(measured[:, 0]) > usability.max_tilt)
     end = int(fallen[0]) if len(fallen) else len(seen)
-    usable = np.abs(yaw_rate[:end]) <= usability.max_yaw_rate
     commands = np.clip(episode.commands[: max(end - 1, 0)], -robot.torque_limit, robot.torque_limit)
     worked_out = {channel for channel, _ in episode.estimated}
+    worked_out |= differenced_rates(measured[:end], seen[:end, _TIME])
     sensed = np.array([channel not in worked_out for channel in MEASURED])
-    smooth = uniform_filter1d(yaw_rate[:end], _YAW_MEAN, mode="nearest")
-    return Recording(name, robot.control_period, commands, measured[:end], smooth, usable, sensed)
+    even = evened(seen[:end, _TIME], seen[:end, [*_COLUMNS, _YAW]], commands, robot.control_period, _ANGLES)
+    usable = even.measured & (np.abs(even.values[:, -1]) <= usability.max_yaw_rate)
+    smooth = uniform_filter1d(even.values[:, -1], _YAW_MEAN, mode="nearest")
+    return Recording(name, robot.control_period, even.commands, even.values[:, :-1], smooth, usable, sensed)
+
+
+def differenced_rates(measured: Array, times: Array) -> set[str]:
+    """Rates that are the changes of their angles over the control period before, and so tell nothing that these do not.
+
+    Their errors are those of two angles, one of which the rate before has, too, and they are late by half a period. A
+    filter that takes them for a sensor's own would find errors that remember.
+
+    Args:
+        measured: (T + 1, 4) in the order of `MEASURED`.
+        times: (T + 1,) [s].
+    """
+    found = set[str]()
+    if len(times) < _FEW:
+        return found
+    for angle, rate, most in _DIFFERENCED:
+        angles, rates = (measured[:, MEASURED.index(name)] for name in (angle, rate))
+        left = rates[1:] - np.diff(angles) / np.diff(times)
+        if np.std(left) < most * np.std(np.diff(rates)):
+            found.add(rate)
+    return found
 
 
 def _check_clock(times: Array, name: str, period: float) -> None:
-    """Raise where the clock runs backwards, or control periods are not as long as they are said to be."""
+    """Raise where the clock runs backwards, or samples do not come once in a control period."""
     steps = np.diff(times)
     if len(steps) and steps.min() <= 0:
         k = int(np.argmin(steps))
         raise DataError(f"The clock of episode {name} runs backwards between samples {k} and {k + 1}. Leave it out.")
-    odd = float(np.mean(np.abs(steps - period) > _JITTER * period)) if len(steps) else 0.0
-    if odd > 0.05:
+    numbers, late = places_of(times, period)
+    lost = 1.0 - len(times) / (numbers[-1] + 1)
+    odd = float(np.mean(np.abs(late) > LATE * period))
+    if max(lost, odd) > _ODD:
+        found = f"{lost:.0%} of the samples are missing" if lost > odd else f"{odd:.0%} are over half a period late"
         raise DataError(
-            f"In episode {name} {odd:.0%} of the control periods are more than {_JITTER:.0%} off {period} s, so "
-            "samples were lost or the robot's period is another. Set it by robot.control_period=..., or record again."
+            f"In episode {name}, for a control period of {period} s, {found}. Samples were lost, or the robot's period "
+            "is another: set it by robot.control_period=..., or record again."
         )
 
 

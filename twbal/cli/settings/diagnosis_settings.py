@@ -20,6 +20,7 @@ DIAGNOSIS = (
     Setting("diagnosis.lines.share", _SHARE, "share of the gain so far that one more must add"),
     Setting("diagnosis.lines.least", _SHARE, "share of its usual size that an effect must have"),
     Setting("diagnosis.lines.whiteness", _SCORE, "residual whiteness above which nothing is named"),
+    Setting("diagnosis.lines.discrepancy", _DEVIATIONS, "model discrepancy from which something is missing [sd]"),
     Setting("diagnosis.lines.shift", _DEVIATIONS, "shift of a data-sheet value worth a word [sd]"),
     Setting("diagnosis.lines.strain", _SCORE, "gain beyond the tolerances: data sheet is off"),
     Setting("diagnosis.lines.beyond", _DEVIATIONS, "shift of an unnamed value: all is unknown [sd]"),

@@ -36,6 +36,7 @@ NOT_RECORDED = ("episode", "compare_with")
 _RECORDED_AT_ONCE = 50  # control periods; the way behind the robot is drawn once for these
 _FRAMES_A_LINE = 25  # lines of progress: a film of 10 s takes a minute or more
 _COLOURS = (REAL, PREDICTED, GOOD)
+_MOTION = [Observation._fields.index(name) for name in ("tilt", "tilt_rate", "wheel_angle", "wheel_rate")]
 _POSE = [Observation._fields.index(name) for name in ("tilt", "wheel_angle")]
 
 
@@ -118,16 +119,16 @@ def _simulated(
     """The simulation under the recorded commands, put back onto the measured motion every `resync` seconds."""
     steps = max(1, round(resync / episode.control_period))
     starts, commands = [], []
+    tilt, tilt_rate, wheel_angle, wheel_rate = episode.observations[:, _MOTION].T
+    motion = np.column_stack([tilt, tilt_rate, robot.wheel_radius * (tilt_rate + wheel_rate)])
     begins = range(0, len(episode) - steps + 1, steps)
     for t in begins:
-        seen = Observation(*episode.observations[t].tolist())
-        turning = seen.wheel_rate + seen.tilt_rate
         starts.append(
             ReplayStart(
-                initial=InitialState(seen.tilt, seen.tilt_rate, robot.wheel_radius * turning),
-                restart=RestartState(seen.wheel_angle),
+                initial=InitialState(*motion[t].tolist()),
+                restart=RestartState(float(wheel_angle[t])),
                 past_commands=episode.commands[:t],
-                past_motion=episode.observations[max(t - 5, 0) : t, 1:3],
+                past_motion=motion[:t],
             )
         )
         commands.append(episode.commands[t : t + steps])

@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 
 from twbal.core.errors import LogError
 from twbal.core.gaussian import Array
+from twbal.core.time_base import LATE, places_of
 from twbal.io.importers.columns import Columns
 
 _MOST_BACKWARD = 0.01  # share of the samples at which time may run backwards
-_ODD_PERIOD = 0.25  # share by which a control period may be off
-_MOST_ODD = 0.05  # share of the periods that may be so; a diagnosis refuses more
+_MOST_ODD = 0.05  # share of the samples that may be over half a period late; a diagnosis refuses more
 _EXACT = 1e-6  # share of a period by which steps vary that were worked out and not measured
 _CLOCK = 2e-4  # share to which a period that was measured is known at best: so far off are clocks
 _LOOSEST = 5e-3  # and at worst
@@ -112,14 +112,15 @@ def stretches(path: Path, signals: Mapping[str, Array], columns: Columns, fill: 
     if filled:
         notes.append(f"{filled} missing samples are interpolated")
     period = _period(steps, typical)
-    odd = float(np.mean(np.abs(steps / typical - 1.0) > _ODD_PERIOD))
+    rows = [kept[part] for part in np.split(np.arange(len(kept)), cuts + 1)]
+    late = np.concatenate([places_of(signals["time"][part], period.mean).late for part in rows])
+    odd = float(np.mean(np.abs(late) > LATE * period.mean))
     if odd > 0.01:
-        told = f"{odd:.1%} of the periods are more than {_ODD_PERIOD:.0%} off {typical:.6g} s"
+        told = f"{odd:.1%} of the samples are more than half a period of {period.mean:.6g} s off where they belong"
         if odd > _MOST_ODD:
             doubts.append(f"{told}, and diagnose takes {_MOST_ODD:.0%} at most. {_evenly(steps, typical)}")
         else:
             notes.append(told)
-    rows = [kept[part] for part in np.split(np.arange(len(kept)), cuts + 1)]
     parts = [_filled({name: values[part] for name, values in signals.items()}, typical) for part in rows]
     return Stretches(parts, period, notes, doubts)
 

@@ -1,0 +1,84 @@
+"""Motions are sums of sines, of which each value at each instant is known."""
+
+import numpy as np
+import pytest
+
+from twbal.core.time_base import evened, places_of
+
+PERIOD = 0.01
+TIMES = PERIOD * np.arange(801)
+
+
+def motion(times):
+    """Tilt, tilt rate and wheel angle."""
+    tilt = 0.1 * np.sin(7.0 * times) + 0.03 * np.cos(23.0 * times)
+    rate = 0.7 * np.cos(7.0 * times) - 0.69 * np.sin(23.0 * times)
+    return np.column_stack([tilt, rate, 2.0 * np.sin(3.0 * times)])
+
+
+def jittered(share, seed=1):
+    late = share * PERIOD * np.random.default_rng(seed).standard_normal(len(TIMES))
+    late[0] = 0.0
+    return TIMES + np.clip(late, -0.4 * PERIOD, 0.4 * PERIOD)
+
+
+def noisy(values, seed=2):
+    return values + [0.0005, 0.01, 0.002] * np.random.default_rng(seed).standard_normal(values.shape)
+
+
+def test_an_even_loop_is_left_as_it_is():
+    values, commands = noisy(motion(TIMES)), TIMES[:-1]
+    even = evened(TIMES, values, commands, PERIOD, [0, 2])
+    np.testing.assert_array_equal(even.values, values)
+    np.testing.assert_array_equal(even.commands, commands)
+    assert even.measured.all()
+
+
+@pytest.mark.parametrize("clock", [1.0, 1.003])
+def test_angles_of_an_uneven_loop_are_those_of_an_even_one(clock):
+    times = jittered(0.1)
+    even = evened(clock * times, motion(times), TIMES[:-1], PERIOD, [0, 2])
+    inside = slice(5, -5)
+    before = motion(times)[inside] - motion(TIMES)[inside]
+    after = even.values[inside] - motion(TIMES)[inside]
+    steady = after - np.median(after, axis=0) if clock == 1.0 else np.diff(after, axis=0) / np.sqrt(2.0)
+    assert (np.abs(steady[:, [0, 2]]).std(axis=0) < 0.35 * before[:, [0, 2]].std(axis=0)).all()
+    np.testing.assert_array_equal(even.values[:, 1], motion(times)[:, 1])
+
+
+def test_noise_does_not_hide_that_a_loop_is_uneven():
+    times = jittered(0.1)
+    values = noisy(motion(times))
+    assert not np.array_equal(evened(times, values, TIMES[:-1], PERIOD, [0, 2]).values, values)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_stamps_that_jitter_alone_move_nothing(seed):
+    values = noisy(motion(TIMES), seed)
+    even = evened(jittered(0.1, 100 + seed), values, TIMES[:-1], PERIOD, [0, 2])
+    np.testing.assert_array_equal(even.values, values)
+
+
+def test_stamps_of_packets_that_arrive_in_bunches_lose_no_row():
+    stamps = 4 * PERIOD * np.ceil(np.arange(801) / 4) + 1e-4 * PERIOD * np.arange(801)
+    values = noisy(motion(TIMES))
+    even = evened(stamps, values, TIMES[:-1], PERIOD, [0, 2])
+    np.testing.assert_array_equal(even.values, values)
+
+
+def test_rows_that_were_lost_are_filled_and_marked():
+    lost = np.zeros(len(TIMES), bool)
+    lost[[40, 200, 201, 600]] = True
+    even = evened(TIMES[~lost], motion(TIMES)[~lost], TIMES[:-1][~lost[:-1]], PERIOD, [0, 2])
+    np.testing.assert_array_equal(even.measured, ~lost)
+    np.testing.assert_allclose(even.values[~lost], motion(TIMES)[~lost])
+    assert np.abs(even.values[lost] - motion(TIMES)[lost]).max() < 0.1
+    assert len(even.commands) == len(even.values) - 1
+    np.testing.assert_allclose(even.commands[~lost[:-1]], TIMES[:-1][~lost[:-1]])
+
+
+def test_places_increase_whatever_the_stamps():
+    rng = np.random.default_rng(3)
+    places = places_of(np.cumsum(rng.exponential(PERIOD, 500)), PERIOD)
+    assert (np.diff(places.numbers) >= 1).all()
+    assert np.abs(places.late[1:]).max() < 50 * PERIOD

@@ -1,0 +1,228 @@
+r"""The twin about its balance, and its Kalman filter.
+
+About the balance the twin is x' = F x + w, y = C x + v with x = (θ, φ, θ̇, φ̇), followed by (θ, θ̇) of one control period
+before and of two, from which a late IMU reads. v has the sensors' standard deviations; w is what white torques, one
+between wheels and body and one on the wheels from outside, do within a control period. Gains are those of the Kalman
+filter from the first instant on, where the state is what the first measurement tells. A model discrepancy (`Noise`)
+joins the state.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from twbal.core.compiled import kernel
+from twbal.core.gaussian import Array
+from twbal.planar.constants import Constants, constants
+from twbal.planar.parameters import TwinParameters, linear_part
+from twbal.planar.planar_plant import hold
+from twbal.planar.sensing import imu_settled, sensor_slopes
+from twbal.planar.twin_state import STRAIGHT, TwinState
+from twbal.sysid.noise import DISCREPANCY_TIMES, LASTING, UNSENSED, Noise
+
+_INSTANTS = 50  # after which gains have settled
+_SETTLED = 1e-4  # change of gains, whose rows are rad, rad/s and N·m for each rad or rad/s that was measured
+_IN_READINGS = ((10, 0), (11, 1), (12, 2))  # states of the discrepancy that are errors of a channel, and which
+_STEPS = 5  # physics steps of a control period in the linear model
+
+
+class LinearTwin(NamedTuple):
+    """The twin about its balance, over one control period; S is 8, or 13 with a model discrepancy.
+
+    Attributes:
+        F: (S, S).
+        C: (4, S).
+        B: (S, 2), what the two torques do within the period.
+        decay: (5,) of the discrepancy over a control period; empty without one.
+        period: control period [s].
+    """
+
+    F: Array
+    C: Array
+    B: Array
+    decay: Array = np.zeros(0)
+    period: float = 0.0
+
+    def with_discrepancy(self, period: float, steps: float) -> "LinearTwin":
+        """The same, with a model discrepancy in the state.
+
+        Args:
+            period: control period [s].
+            steps: control periods for which the wheel angle shows one value before it steps to the next, in the mean.
+        """
+        states = 8 + LASTING
+        F, C, B = np.zeros((states, states)), np.zeros((4, states)), np.zeros((states, 2))
+        stays = np.exp(-1.0 / (steps - 1.0)) if steps > 1.0 else 0.0
+        decay = np.concatenate([np.exp(-period / DISCREPANCY_TIMES), [0.0, stays]])
+        F[:8, :8], F[:8, 8:10], F[8:, 8:] = self.F, self.B, np.diag(decay)
+        C[:, :8] = self.C
+        for state, channel in _IN_READINGS:
+            C[channel, state] = 1.0
+        B[:8] = self.B
+        return LinearTwin(F, C, B, decay, period)
+
+    @property
+    def pushes(self) -> Array:
+        """(2, 4), what a torque of the discrepancy adds to tilt, wheel, tilt rate and wheel speed in a period."""
+        return np.ascontiguousarray(self.B[:4].T)
+
+
+class Filter(NamedTuple):
+    """A Kalman filter, instant by instant; the last row serves all later instants.
+
+    Attributes:
+        gains: (G, S, 4).
+        whiteners: (G, 4, 4), W with W S Wᵀ = I, S the covariance of the prediction error.
+        log_determinants: (G,), of S.
+        measured: channels that a sensor measured: the dimension of the prediction errors.
+        covariance: (4, 4) of what the corrected tilt, wheel angle, tilt rate and wheel speed are off by, once settled.
+        pushes: as of `LinearTwin`.
+        decay: as of `LinearTwin`.
+    """
+
+    gains: Array
+    whiteners: Array
+    log_determinants: Array
+    measured: int
+    covariance: Array
+    pushes: Array
+    decay: Array
+
+
+def linearise_period(twin: TwinParameters, period: float) -> LinearTwin:
+    """The linear twin, without the effects that are no part of a linear model."""
+    smooth = linear_part(twin)
+    k: Constants = constants(smooth, period / _STEPS)
+    balance = np.array([-k.offset, 0.0, 0.0, 0.0])
+    e = 1e-5
+
+    def after(x: Array, torque: float, outside: float) -> Array:
+        tilt, wheel, tilt_rate, wheel_speed = x.tolist()
+        state = TwinState(tilt, wheel, tilt_rate, wheel_speed, 0.0, wheel, wheel_speed, 0.0, 0.0)
+        pushed, imu = k._replace(pushed=outside / smooth.wheel_radius), imu_settled(k, state, 2 * _STEPS)
+        return np.array(hold(smooth, pushed, state, np.array([torque]), 0, _STEPS, STRAIGHT, imu)[:4])
+
+    rest = after(balance, 0.0, 0.0)
+    F, B = np.zeros((8, 8)), np.zeros((8, 2))
+    for i, direction in enumerate(np.eye(4)):
+        F[:4, i] = (after(balance + e * direction, 0.0, 0.0) - rest) / e
+    B[:4, 0] = (after(balance, e, 0.0) - rest) / e
+    B[:4, 1] = (after(balance, 0.0, e) - rest) / e
+    F[4, 0] = F[5, 2] = F[6, 4] = F[7, 5] = 1.0
+    return LinearTwin(F, sensor_slopes(smooth) @ _true_readings(k.imu_delay / period), B)
+
+
+def _true_readings(late: float) -> Array:
+    """What sensors without faults show of the state, (4, 8), the IMU being late by so many periods, at most two."""
+    C = np.zeros((4, 8))
+    late = min(late, 2.0)
+    age = min(int(late), 1)
+    share = late - age
+    tilts, rates = (0, 4, 6), (2, 5, 7)
+    C[0, tilts[age]], C[0, tilts[age + 1]] = 1.0 - share, share
+    C[1, rates[age]], C[1, rates[age + 1]] = 1.0 - share, share
+    C[2, 0], C[2, 1] = -1.0, 1.0
+    C[3, 2], C[3, 3] = -1.0, 1.0
+    return C
+
+
+@kernel()
+def _riccati(F: Array, C: Array, Q: Array, R: Array, P: Array, count: int, settled: float):  # type: ignore[no-untyped-def]
+    """Gains, whiteners and log determinants of `count` instants, and the covariance after the last one.
+
+    P is the covariance at the first instant, after it is read. Once no gain changes by more than `settled` from one
+    instant to the next, all later ones are taken to be alike.
+    """
+    gains, whiteners = np.zeros((count, len(F), 4)), np.zeros((count, 4, 4))
+    determinants = np.zeros(count)
+    eye = np.eye(len(F))
+    for n in range(1, count):
+        P = F @ P @ F.T + Q
+        S = C @ P @ C.T + R
+        K = np.linalg.solve(S, C @ P).T
+        left = eye - K @ C
+        P = left @ P @ left.T + K @ R @ K.T
+        L = np.linalg.cholesky(S)
+        gains[n] = K
+        whiteners[n] = np.linalg.inv(L)
+        for i in range(4):
+            determinants[n] += 2.0 * np.log(L[i, i])
+        if np.abs(K - gains[n - 1]).max() < settled:
+            gains[n:], whiteners[n:], determinants[n:] = K, whiteners[n], determinants[n]
+            break
+    return gains, whiteners, determinants, P
+
+
+def kalman_filter(linear: LinearTwin, noise: Noise) -> Filter:
+    """The Kalman filter of a linear twin with noise; nothing is corrected at the first instant."""
+    R = np.diag(noise.sensors**2)
+    Q = (linear.B * noise.torques**2) @ linear.B.T
+    read = np.zeros((8, 4))  # what the first measurement says of the state
+    read[:4] = np.linalg.inv([[1, 0, 0, 0], [0, 0, 1, 0], [-1, 1, 0, 0], [0, 0, -1, 1]])
+    read[4] = read[6] = read[0]
+    read[5] = read[7] = read[2]
+    P, settled = 1.5 * read @ R @ read.T, 0.0
+    if len(linear.decay):
+        settled = _SETTLED
+        P, Q = _with_discrepancy(P, Q, read, noise.discrepancy**2, linear)
+    measured = int((noise.sensors < 0.5 * UNSENSED).sum())
+    gains, whiteners, determinants, after = _riccati(linear.F, linear.C, Q, R, P, _INSTANTS, settled)
+    return Filter(gains, whiteners, determinants, measured, after[:4, :4], linear.pushes, linear.decay)
+
+
+def _with_discrepancy(P: Array, Q: Array, read: Array, variances: Array, linear: LinearTwin) -> tuple[Array, Array]:
+    """Covariances (13, 13) of the first state and of the noise, with a stationary model discrepancy.
+
+    Args:
+        P: (8, 8) of the first state.
+        Q: (13, 13) of the white torques.
+        read: (8, 4) what the first measurement says of the state: as much as that is off, so is this.
+        variances: (5,) of the discrepancy.
+        linear: with it.
+    """
+    first = np.zeros_like(Q)
+    first[:8, :8] = P
+    first[8:, 8:] = np.diag(variances)
+    for state, channel in _IN_READINGS:
+        variance, column = variances[state - 8], read[:, channel]
+        first[:8, :8] += variance * np.outer(column, column)
+        first[:8, state] = first[state, :8] = -variance * column
+    Q = Q.copy()
+    Q[8:, 8:] += np.diag((1.0 - linear.decay**2) * variances)
+    Q[10, 11] = Q[11, 10] = linear.period * variances[3]
+    Q[10, 10] += linear.period**2 * variances[3]
+    return first, Q
+
+
+def error_variances(kalman: Filter) -> Array:
+    """(4,) of the prediction errors of a filter that has settled."""
+    L = np.linalg.inv(kalman.whiteners[-1])
+    return np.asarray(np.diag(L @ L.T))
+
+
+@kernel()
+def respond(F: Array, C: Array, gains: Array, B: Array, torques: Array) -> Array:
+    """Prediction errors (T + 1, 4) that torques (T,) leave, of which the model does not know; B is (S,).
+
+    With δ the true state less the predicted one, e_n = C δ_n and δ_{n+1} = F (δ_n - K_n e_n) + B τ_n.
+    """
+    errors = np.zeros((len(torques) + 1, 4))
+    states = len(F)
+    delta, moved = np.zeros(states), np.empty(states)
+    last = len(gains) - 1
+    for n in range(len(torques) + 1):
+        K = gains[min(n, last)]
+        for j in range(4):
+            for i in range(states):
+                errors[n, j] += C[j, i] * delta[i]
+        if n == len(torques):
+            break
+        for i in range(states):
+            moved[i] = delta[i]
+            for j in range(4):
+                moved[i] -= K[i, j] * errors[n, j]
+        for i in range(states):
+            delta[i] = B[i] * torques[n]
+            for j in range(states):
+                delta[i] += F[i, j] * moved[j]
+    return errors
