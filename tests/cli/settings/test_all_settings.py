@@ -21,6 +21,7 @@ MAY_BE_NEGATIVE = (
     "*.angle",
     "*.phase",
     "*.gyro_bias.rate",
+    "*.tilt_filter.lead",
     "model.*.log_mean",
 )
 NOT_ZERO = (
