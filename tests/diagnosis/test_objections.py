@@ -112,7 +112,7 @@ def test_residuals_with_memory_are_told_with_their_autocorrelation(paper, driven
     assert found.concerns("any effect")
 
 
-@pytest.mark.parametrize(("component", "said"), [(0, "at the wheels' axle"), (1, "from outside"), (2, "of the tilt")])
+@pytest.mark.parametrize(("component", "said"), [(0, "at the joints"), (1, "from outside"), (2, "of the tilt")])
 def test_a_model_discrepancy_that_explains_what_is_missing_is_told(component, said, paper):
     """Nothing is called missing only where a discrepancy stays as small as its prior has it."""
     nothing = fitted(paper, [], {})

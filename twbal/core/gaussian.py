@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
 
 HALF_WIDTH_95 = 1.96
 """Standard deviations on either side of the mean that hold 95 % of a normal distribution."""

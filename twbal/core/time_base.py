@@ -5,15 +5,15 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter1d
 
-from twbal.core.gaussian import Array
-
-Mask = NDArray[np.bool_]
+from twbal.core.gaussian import Array, Mask
 
 LATE = 0.5
 """Share of a control period by which an instant may be off and its sample be moved to where it belongs."""
 _FOLLOWED = 0.05  # share of an instant's deviation by which those after it are expected: clocks run fast or slow
 _AHEAD = 8  # rows within which those that are late catch up
+_NEAR = 51  # samples whose mean deviation is not that of one instant
 _EVEN = 1e-6  # share of a control period by which the instants of an even loop vary
 _FEW = 5  # samples of which nothing is said
 _LEAST = 1e-24  # variance of an angle that does not move
@@ -85,6 +85,7 @@ def evened(times: Array, values: Array, commands: Array, period: float, angles: 
     numbers, late = places_of(times, period)
     if np.abs(late).max() > _EVEN * period:
         values = values.copy()
+        late = late - uniform_filter1d(late, _NEAR, mode="nearest")  # what stays is a clock that runs fast or slow
         late = np.where(np.abs(late) <= LATE * period, late, 0.0)
         moved = late[:, None] * np.gradient(values[:, angles], times, axis=0)
         if _follow(values[:, angles], moved, numbers) > 0.5:

@@ -6,9 +6,8 @@ from dataclasses import replace
 import numpy as np
 
 from twbal.core.errors import ConfigError
-from twbal.core.gaussian import Array
+from twbal.core.gaussian import Array, Mask
 from twbal.core.robot_parameters import RobotParameters
-from twbal.core.time_base import Mask
 from twbal.diagnosis.advice import advise
 from twbal.diagnosis.candidates import Candidate, always_free, tilt_offsets
 from twbal.diagnosis.constancy import inconstant_effects
@@ -62,7 +61,8 @@ def name_effects(
     """
     settings = replace(settings, tolerances=settings.tolerances.for_robot(robot))
     twin = twin_parameters(robot, effects)
-    data = Data(recordings, settings.substeps, largest_noise(robot), QUIETEST)
+    largest = largest_noise(robot)
+    data = Data(recordings, settings.substeps, largest, QUIETEST)
     offsets = tilt_offsets(settings.tolerances, len(recordings))
     start = Model(twin, 0.0, first_noise(robot, data.sensed), (0.0,) * len(offsets))
     always = always_free(settings.tolerances, twin, len(recordings))
@@ -78,7 +78,7 @@ def name_effects(
     inconstant = inconstant_effects(data, selection.chosen, settings.lines.steady)
     limits = {field: settings.tolerances.of(field) for field in (*DATA_SHEET, *WHEELS)}
     statistic = tolerance_statistic(data, selection.chosen.fit, limits)
-    objected = objections(selection.chosen, largest_noise(robot), inconstant, settings)
+    objected = objections(selection.chosen, largest, inconstant, settings)
     verdict = conclude(selection, objected, statistic, settings)
     weights = probabilities(selection, settings)
     effects_found = probable_effects(data, selection, objected, verdict, weights, settings)

@@ -15,8 +15,9 @@ from twbal.sysid.noise import Noise, discrepancy_sigmas
 
 _WHERE = {"speed": "the wheels turn fast", "time": "time has gone by", "command": "the command is large"}
 _DISCREPANCY = (
-    ("torque at the wheels' axle", "torque from outside", "lasting error of the tilt"),
-    ("N·m", "N·m", "rad"),
+    ("torque at the joints", "N·m"),
+    ("torque from outside", "N·m"),
+    ("lasting error of the tilt", "rad"),
 )  # its first components; the others are noise of sensors
 _INSTANTS = (
     2000  # for which the limit of the autocorrelation is set; that of autocorrelated errors grows with their number
@@ -99,15 +100,14 @@ def spaced(name: str) -> str:
 
 def _to_a_discrepancy(noise: Noise, largest: Noise, settings: Settings) -> list[Objection]:
     """To "nothing is missing" where a model discrepancy, larger than that of a right model, stands for what is."""
-    sigmas = discrepancy_sigmas(noise, largest)
-    return [
-        Objection(
-            f"The data ask for a {what} of {level:.2g} {unit} that no candidate explains; "
-            f"where nothing is missing it is at most about {level / sigma:.2g} {unit}."
-        )
-        for what, unit, level, sigma in zip(*_DISCREPANCY, noise.discrepancy, sigmas, strict=False)
-        if sigma > settings.lines.discrepancy
-    ]
+    found, sigmas = [], discrepancy_sigmas(noise, largest)
+    for i, (what, unit) in enumerate(_DISCREPANCY):
+        if sigmas[i] > settings.lines.discrepancy:
+            level = noise.discrepancy[i]
+            limit = settings.lines.discrepancy * level / sigmas[i]
+            said = f"The data ask for a {what} of {level:.2g} {unit} that no effect explains; "
+            found.append(Objection(f"{said}the limit is {limit:.2g} {unit}."))
+    return found
 
 
 def _to_sizes(chosen: FittedHypothesis, settings: Settings) -> list[Objection]:

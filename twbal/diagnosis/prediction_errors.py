@@ -12,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_discrete_lyapunov
 
-from twbal.core.gaussian import Array
-from twbal.core.time_base import Mask
+from twbal.core.gaussian import Array, Mask
 from twbal.planar.parameters import TwinParameters
 from twbal.sysid.kalman import Filter, LinearTwin, linearise_period
 from twbal.sysid.model import Data, Model

@@ -7,8 +7,7 @@ measured: a shove or a landing at the start then bears on the fit by no more tha
 import numpy as np
 
 from twbal.core.compiled import kernel
-from twbal.core.gaussian import Array
-from twbal.core.time_base import Mask
+from twbal.core.gaussian import Array, Mask
 from twbal.sysid.kalman import Filter
 
 _TAIL = 10.0  # degrees of freedom of the errors' distribution

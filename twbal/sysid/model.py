@@ -7,8 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from twbal.core.gaussian import Array
-from twbal.core.time_base import Mask
+from twbal.core.gaussian import Array, Mask
 from twbal.planar.parameters import TwinParameters
 from twbal.sysid.autocorrelation import ljung_box_ratio
 from twbal.sysid.kalman import Filter, LinearTwin, error_variances, kalman_filter, linearise_period

@@ -13,8 +13,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 from twbal.core.compiled import kernel
-from twbal.core.gaussian import Array
-from twbal.core.time_base import Mask
+from twbal.core.gaussian import Array, Mask
 from twbal.sysid.kalman import LinearTwin, kalman_filter
 from twbal.sysid.likelihood import cost
 from twbal.sysid.noise import LASTING, Noise, discrepancy_penalty

@@ -8,10 +8,10 @@ from scipy.ndimage import uniform_filter1d
 
 from twbal.core.episode import Episode
 from twbal.core.errors import DataError
-from twbal.core.gaussian import Array
+from twbal.core.gaussian import Array, Mask
 from twbal.core.plant import Observation
 from twbal.core.robot_parameters import RobotParameters
-from twbal.core.time_base import LATE, Mask, evened, places_of
+from twbal.core.time_base import LATE, evened, places_of
 
 MEASURED = ("tilt", "tilt_rate", "wheel_angle", "wheel_rate")
 """Channels whose prediction errors count, in this order."""
