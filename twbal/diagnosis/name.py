@@ -30,7 +30,7 @@ from twbal.sysid.recording import MEASURED, Recording
 
 _NOISE_ITERATIONS = 30
 _LARGEST_TORQUE = 0.003  # of a model discrepancy, over the torque limit
-QUIETEST = (3e-4, 0.0, 0.0, 0.0)
+QUIETEST = (1e-3, 0.0, 0.0, 0.0)
 """Least noise of tilt, tilt rate, wheel angle and wheel rate [rad, rad/s].
 
 A tilt that adds up the gyro agrees with it to much less than this, but is no truer.
