@@ -115,7 +115,7 @@ def first_noise(robot: RobotParameters, sensed: Mask) -> Noise:
     """Where the search for the noise begins."""
     sensors = np.where(sensed, [0.005, 0.03, 0.003, 0.1], UNSENSED)
     torques = np.full(2, 0.005 * robot.torque_limit)
-    return Noise(sensors, torques, largest_noise(robot).discrepancy / [6.0, 6.0, 6.0, 100.0, 50.0])
+    return Noise(sensors, torques, largest_noise(robot).discrepancy / [6.0, 6.0, 6.0, 100.0, 50.0, 10.0])
 
 
 def largest_noise(robot: RobotParameters) -> Noise:
@@ -124,7 +124,7 @@ def largest_noise(robot: RobotParameters) -> Noise:
     Where torques of 30 % of the limit were allowed, dry friction on the logs of a REGBOT was taken for one of them.
     """
     torque = _LARGEST_TORQUE * robot.torque_limit
-    return Noise(np.full(4, np.inf), np.full(2, np.inf), np.array([torque, torque, 0.006, 0.5, 0.1]))
+    return Noise(np.full(4, np.inf), np.full(2, np.inf), np.array([torque, torque, 0.006, 0.5, 0.1, 0.015]))
 
 
 def with_fitted_noise(data: Data, model: Model) -> Model:

@@ -14,11 +14,12 @@ from twbal.diagnosis.verdict import shifts_of
 from twbal.sysid.noise import Noise, discrepancy_sigmas
 
 _WHERE = {"speed": "the wheels turn fast", "time": "time has gone by", "command": "the command is large"}
-_DISCREPANCY = (
-    ("torque at the joints", "N·m"),
-    ("torque from outside", "N·m"),
-    ("lasting error of the tilt", "rad"),
-)  # its first components; the others are noise of sensors
+_DISCREPANCY = {
+    0: ("torque at the joints", "N·m"),
+    1: ("torque from outside", "N·m"),
+    2: ("lasting error of the tilt", "rad"),
+    5: ("walking bias of the gyro", "rad/s"),
+}  # its components that are no noise of sensors
 _INSTANTS = (
     2000  # for which the limit of the autocorrelation is set; that of autocorrelated errors grows with their number
 )
@@ -101,7 +102,7 @@ def spaced(name: str) -> str:
 def _to_a_discrepancy(noise: Noise, largest: Noise, settings: Settings) -> list[Objection]:
     """To "nothing is missing" where a model discrepancy, larger than that of a right model, stands for what is."""
     found, sigmas = [], discrepancy_sigmas(noise, largest)
-    for i, (what, unit) in enumerate(_DISCREPANCY):
+    for i, (what, unit) in _DISCREPANCY.items():
         if sigmas[i] > settings.lines.discrepancy:
             level = noise.discrepancy[i]
             limit = settings.lines.discrepancy * level / sigmas[i]

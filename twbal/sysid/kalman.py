@@ -18,23 +18,24 @@ from twbal.planar.parameters import TwinParameters, linear_part
 from twbal.planar.planar_plant import hold
 from twbal.planar.sensing import imu_settled, sensor_slopes
 from twbal.planar.twin_state import STRAIGHT, TwinState
-from twbal.sysid.noise import DISCREPANCY_TIMES, LASTING, UNSENSED, Noise
+from twbal.sysid.noise import BIAS_TIME, DISCREPANCY_TIMES, LASTING, UNSENSED, Noise
 
 _INSTANTS = 50  # after which gains have settled
 _SETTLED = 1e-4  # change of gains, whose rows are rad, rad/s and N·m for each rad or rad/s that was measured
-_IN_READINGS = ((10, 0), (11, 1), (12, 2))  # states of the discrepancy that are errors of a channel, and which
+_IN_READINGS = ((10, 0), (11, 1), (12, 2), (13, 1))  # states of the discrepancy that are errors of a channel, and which
 _STEPS = 5  # physics steps of a control period in the linear model
 
 
 class LinearTwin(NamedTuple):
-    """The twin about its balance, over one control period; S is 8, or 13 with a model discrepancy.
+    """The twin about its balance, over one control period; S is 8, or 14 with a model discrepancy.
 
     Attributes:
         F: (S, S).
         C: (4, S).
         B: (S, 2), what the two torques do within the period.
-        decay: (5,) of the discrepancy over a control period; empty without one.
+        decay: (6,) of the discrepancy over a control period; empty without one.
         period: control period [s].
+        summed: what a gyro's bias adds to the tilt in a control period: that, where a filter adds up the gyro [s].
     """
 
     F: Array
@@ -42,24 +43,30 @@ class LinearTwin(NamedTuple):
     B: Array
     decay: Array = np.zeros(0)
     period: float = 0.0
+    summed: float = 0.0
 
-    def with_discrepancy(self, period: float, steps: float) -> "LinearTwin":
+    def with_discrepancy(self, period: float, steps: float, filter_rate: float) -> "LinearTwin":
         """The same, with a model discrepancy in the state.
 
         Args:
             period: control period [s].
             steps: control periods for which the wheel angle shows one value before it steps to the next, in the mean.
+            filter_rate: of the complementary filter that the tilt comes from; 0: it comes from none [1/s].
         """
+        times, summed = DISCREPANCY_TIMES.copy(), 0.0
+        if filter_rate > 0.0:
+            times[2], summed = 1.0 / filter_rate, period
         states = 8 + LASTING
         F, C, B = np.zeros((states, states)), np.zeros((4, states)), np.zeros((states, 2))
         stays = np.exp(-1.0 / (steps - 1.0)) if steps > 1.0 else 0.0
-        decay = np.concatenate([np.exp(-period / DISCREPANCY_TIMES), [0.0, stays]])
+        decay = np.concatenate([np.exp(-period / times), [0.0, stays, np.exp(-period / BIAS_TIME)]])
         F[:8, :8], F[:8, 8:10], F[8:, 8:] = self.F, self.B, np.diag(decay)
+        F[10, 13] = summed
         C[:, :8] = self.C
         for state, channel in _IN_READINGS:
             C[channel, state] = 1.0
         B[:8] = self.B
-        return LinearTwin(F, C, B, decay, period)
+        return LinearTwin(F, C, B, decay, period, summed)
 
     @property
     def pushes(self) -> Array:
@@ -77,7 +84,7 @@ class Filter(NamedTuple):
         measured: channels that a sensor measured: the dimension of the prediction errors.
         covariance: (4, 4) of what the corrected tilt, wheel angle, tilt rate and wheel speed are off by, once settled.
         pushes: as of `LinearTwin`.
-        decay: as of `LinearTwin`.
+        decay, summed: as of `LinearTwin`.
     """
 
     gains: Array
@@ -87,6 +94,7 @@ class Filter(NamedTuple):
     covariance: Array
     pushes: Array
     decay: Array
+    summed: float
 
 
 def linearise_period(twin: TwinParameters, period: float) -> LinearTwin:
@@ -167,17 +175,18 @@ def kalman_filter(linear: LinearTwin, noise: Noise) -> Filter:
         P, Q = _with_discrepancy(P, Q, read, noise.discrepancy**2, linear)
     measured = int((noise.sensors < 0.5 * UNSENSED).sum())
     gains, whiteners, determinants, after = _riccati(linear.F, linear.C, Q, R, P, _INSTANTS, settled)
-    return Filter(gains, whiteners, determinants, measured, after[:4, :4], linear.pushes, linear.decay)
+    settled_at = after[:4, :4]
+    return Filter(gains, whiteners, determinants, measured, settled_at, linear.pushes, linear.decay, linear.summed)
 
 
 def _with_discrepancy(P: Array, Q: Array, read: Array, variances: Array, linear: LinearTwin) -> tuple[Array, Array]:
-    """Covariances (13, 13) of the first state and of the noise, with a stationary model discrepancy.
+    """Covariances (14, 14) of the first state and of the noise, with a stationary model discrepancy.
 
     Args:
         P: (8, 8) of the first state.
-        Q: (13, 13) of the white torques.
+        Q: (14, 14) of the white torques.
         read: (8, 4) what the first measurement says of the state: as much as that is off, so is this.
-        variances: (5,) of the discrepancy.
+        variances: (6,) of the discrepancy.
         linear: with it.
     """
     first = np.zeros_like(Q)

@@ -172,7 +172,9 @@ class Data:
     def linear(self, model: Model) -> LinearTwin:
         """The linear twin of a model, with a model discrepancy where its noise has one."""
         linear = linearise_period(model.twin, self.period)
-        return linear.with_discrepancy(self.period, self.steps) if model.noise.has_discrepancy else linear
+        if not model.noise.has_discrepancy:
+            return linear
+        return linear.with_discrepancy(self.period, self.steps, model.twin.tilt_filter_rate)
 
     def filter(self, model: Model) -> Filter:
         """The Kalman filter of a model."""
@@ -220,7 +222,7 @@ class Data:
         """The greatest levels; nothing for what these data cannot have."""
         any_noise = Noise(np.full(4, np.inf), np.full(2, np.inf), np.full(LASTING, np.inf))
         most = self.loudest or any_noise
-        here = np.array([True, True, True, self.sensed[1], self._has_steps])
+        here = np.array([True, True, True, self.sensed[1], self._has_steps, self.sensed[1]])
         return most._replace(discrepancy=np.where(here, most.discrepancy, _NOTHING))
 
     def with_noise(self, model: Model, iterations: int, afresh: bool = False) -> Model:

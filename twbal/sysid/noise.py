@@ -1,10 +1,10 @@
 """Levels of the noise of a predictor, and of a model discrepancy.
 
-What a model lacks is no white noise: it lasts. A *model discrepancy* may stand for it. It has five components: a torque
-at the joints, one from outside on the wheels, and an error of the tilt, each a first-order Gauss-Markov process with a
-time constant of its own (`DISCREPANCY_TIMES`); noise of the gyro that a filter has added up in the tilt; and what the
-steps of an encoder make of a wheel that turns slowly, which lasts until the next step. Their levels are fitted with
-those of the noise. It joins the state, x' = F x + D d + w with d' = exp(-T/τ) d, so that the filter follows what is
+What a model lacks is no white noise: it lasts. A *model discrepancy* may stand for it. It has six components: a torque
+at the joints, one from outside on the wheels, an error of the tilt, and a bias of the gyro, each a first-order
+Gauss-Markov process with a time constant of its own (`DISCREPANCY_TIMES`, `BIAS_TIME`); noise of the gyro that a filter
+has added up in the tilt; and what the steps of an encoder make of a wheel that turns slowly, which lasts until the next
+step. Their levels are fitted with those of the noise. It joins the state, x' = F x + D d + w with d' = exp(-T/τ) d, so that the filter follows what is
 missing, and prediction errors stay white where a model is imperfect. (M. C. Kennedy, A. O'Hagan: Bayesian calibration
 of computer models, Journal of the Royal Statistical Society B 63 (3), 2001, 425-464; here over time.) Levels of 0 leave
 it out.
@@ -19,10 +19,12 @@ from twbal.core.gaussian import Array
 DISCREPANCY_TIMES = np.array([0.2, 0.2, 1.0])
 """Time constants of the model discrepancy: torque at the joints, torque from outside, tilt [s].
 
-Friction of another form changes with the motion, within tenths of a second; a filter of the tilt and a gyro's bias are
-slower.
+Friction of another form changes with the motion, within tenths of a second; a filter of the tilt is slower. Where the
+model has that filter, its error decays as the filter does.
 """
-LASTING = 5
+BIAS_TIME = 30.0
+"""Time constant of the gyro's bias [s]: longer than a rollout, so that within one it walks."""
+LASTING = 6
 """Components of the model discrepancy: see `Noise`."""
 UNSENSED = 100.0
 """Standard deviation of a channel that was not measured [rad, rad/s]: so large that it corrects nothing."""
@@ -35,9 +37,9 @@ class Noise(NamedTuple):
         sensors: (4,) standard deviations, in the order of `MEASURED`.
         torques: (2,) standard deviations of the mean torque of a control period: at the joints, and from outside on
             the wheels [N·m].
-        discrepancy: (5,) standard deviations of the model discrepancy: torque at the joints, torque from outside
-            [N·m], tilt [rad], noise of the gyro that the tilt has added up [rad/s], wheel angle [rad]; all 0 where
-            there is none.
+        discrepancy: (6,) standard deviations of the model discrepancy: torque at the joints, torque from outside
+            [N·m], tilt [rad], noise of the gyro that the tilt has added up [rad/s], wheel angle [rad], bias of the
+            gyro [rad/s]; all 0 where there is none.
     """
 
     sensors: Array
@@ -58,5 +60,5 @@ def discrepancy_penalty(noise: Noise, largest: Noise) -> float:
 
 
 def discrepancy_sigmas(noise: Noise, largest: Noise) -> Array:
-    """(5,) levels of a model discrepancy, in standard deviations of their prior: `largest` is three of them."""
+    """(6,) levels of a model discrepancy, in standard deviations of their prior: `largest` is three of them."""
     return 3.0 * noise.discrepancy / largest.discrepancy

@@ -103,6 +103,7 @@ def run_predictor(
     gains: Array,
     pushes: Array,
     decay: Array,
+    summed: float,
     errors: Array,
     states: Array,
 ) -> None:
@@ -116,9 +117,10 @@ def run_predictor(
         lead: as of `read_sensors`.
         gains: (G, S, 4), of the first G instants, the last one for all that follow. Rows: tilt, wheel, tilt rate, wheel
             speed; then tilt and tilt rate of one control period before, and of two; with a model discrepancy, its
-            five components, as of `Noise`.
+            six components, as of `Noise`.
         pushes: (2, 4), what the torques of the discrepancy add to tilt, wheel, tilt rate and wheel speed in a period.
-        decay: (5,) of the discrepancy in a period; empty without one.
+        decay: (6,) of the discrepancy in a period; empty without one.
+        summed: as of `LinearTwin` [s].
         errors: (T + 1, 4), written: measured less predicted; 0 at the first instant.
         states: (T + 1, 10), written: `TwinState` after the correction, and as of `TRACK`.
     """
@@ -135,12 +137,14 @@ def run_predictor(
             heading += period * turning.rate
             if len(decay) > 0:
                 s = _push(s, k, missing, pushes, imu, n * substeps, substeps)
+                added = summed * missing[5]
                 for i in range(len(decay)):
                     missing[i] *= decay[i]
+                missing[2] += added
             seen = read_sensors(p, k, s, imu, n * substeps, lead)
             error = errors[n]
             error[0] = measured[n, 0] - seen.tilt - missing[2]
-            error[1] = measured[n, 1] - seen.tilt_rate - missing[3]
+            error[1] = measured[n, 1] - seen.tilt_rate - missing[3] - missing[5]
             error[2] = measured[n, 2] - seen.wheel_angle - missing[4]
             error[3] = measured[n, 3] - seen.wheel_rate
             gain = gains[min(n, len(gains) - 1)]
@@ -179,6 +183,6 @@ def predict(twin: TwinParameters, recording: Recording, substeps: int, lead: flo
     errors, states = np.empty((len(recording) + 1, 4)), np.empty((len(recording) + 1, TRACK))
     run_predictor(
         twin, recording.commands, recording.measured, recording.yaw_rate, recording.period, substeps, lead,
-        kalman.gains, kalman.pushes, kalman.decay, errors, states,
+        kalman.gains, kalman.pushes, kalman.decay, kalman.summed, errors, states,
     )  # fmt: skip
     return Prediction(errors, states)
