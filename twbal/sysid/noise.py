@@ -4,10 +4,10 @@ What a model lacks is no white noise: it lasts. A *model discrepancy* may stand 
 at the joints, one from outside on the wheels, an error of the tilt, and a bias of the gyro, each a first-order
 Gauss-Markov process with a time constant of its own (`DISCREPANCY_TIMES`, `BIAS_TIME`); noise of the gyro that a filter
 has added up in the tilt; and what the steps of an encoder make of a wheel that turns slowly, which lasts until the next
-step. Their levels are fitted with those of the noise. It joins the state, x' = F x + D d + w with d' = exp(-T/τ) d, so that the filter follows what is
-missing, and prediction errors stay white where a model is imperfect. (M. C. Kennedy, A. O'Hagan: Bayesian calibration
-of computer models, Journal of the Royal Statistical Society B 63 (3), 2001, 425-464; here over time.) Levels of 0 leave
-it out.
+step. Their levels are fitted with those of the noise. It joins the state, x' = F x + D d + w with d' = exp(-T/τ) d, so
+that the filter follows what is missing, and prediction errors stay white where a model is imperfect. (M. C. Kennedy,
+A. O'Hagan: Bayesian calibration of computer models, Journal of the Royal Statistical Society B 63 (3), 2001, 425-464;
+here over time.) Levels of 0 leave it out.
 """
 
 from typing import NamedTuple

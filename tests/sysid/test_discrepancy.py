@@ -1,0 +1,67 @@
+"""The model discrepancy: what is missing is followed, and errors are white where a model of it is there."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from synthetic_recordings import synthetic_recording
+
+from twbal.planar.parameters import twin_parameters
+from twbal.sysid.model import Data, Model
+from twbal.sysid.noise import LASTING, Noise
+from twbal.sysid.noise_fit import _refilter
+
+SENSORS, TORQUES = np.array([0.004, 0.02, 0.002, 0.05]), np.array([0.05, 0.08])
+BIAS = 5
+FILTER = {"tilt_filter": {"rate": 1.5, "lead": 0.0}}
+
+
+def biased(recording, walk, rate, seed):
+    """The recording of a gyro whose bias walks; a filter of the tilt adds it up, forgetting at a rate."""
+    rng, period = np.random.default_rng(seed), recording.period
+    bias = np.cumsum(walk * np.sqrt(period) * rng.standard_normal(len(recording) + 1))
+    tilt = np.zeros_like(bias)
+    for n in range(1, len(tilt)):
+        tilt[n] = np.exp(-rate * period) * tilt[n - 1] + period * bias[n - 1]
+    off = np.column_stack([tilt if rate else 0.0 * tilt, bias, 0.0 * bias, 0.0 * bias])
+    return replace(recording, measured=recording.measured + off)
+
+
+@pytest.mark.parametrize("effects", [{}, FILTER], ids=["tilt", "filtered tilt"])
+@pytest.mark.parametrize("component", range(LASTING))
+def test_the_predictor_follows_a_discrepancy_as_the_linear_model_says(paper, component, effects):
+    levels = np.zeros(LASTING)
+    levels[component] = [1.0, 1.0, 0.01, 0.05, 0.01, 0.05][component]
+    recording = synthetic_recording(paper, effects, seed=3, periods=300, tolerance=0.0)
+    data = Data([recording], 10)
+    model = Model(twin_parameters(paper, effects), 0.0, Noise(SENSORS, TORQUES, 1e-6 * levels))
+    other = model._replace(noise=model.noise._replace(discrepancy=levels))
+    before, after, linear = data.filter(model), data.filter(other), data.linear(model)
+    errors, truth = data.errors(model, before)[0], data.errors(other, after)[0]
+    moved = _refilter(linear.F, linear.C, before.gains, after.gains, errors)
+    assert np.abs(truth - errors).max() > 1e-3
+    assert np.abs(moved - truth).max() < 0.05 * np.abs(truth - errors).max()
+
+
+@pytest.mark.parametrize("effects", [{}, FILTER], ids=["tilt", "filtered tilt"])
+def test_a_gyro_whose_bias_walks_is_followed(paper, effects):
+    """Its errors are white with the component of the bias, and far from it without."""
+    rate = effects.get("tilt_filter", {}).get("rate", 0.0)
+    recordings = [
+        biased(synthetic_recording(paper, effects, seed=seed, periods=1000, tolerance=0.0), 0.01, rate, seed)
+        for seed in (1, 2)
+    ]
+    largest = np.full(LASTING, 1e-9)
+    twin = twin_parameters(paper, effects)
+    left = []
+    for most in (1e-9, 1.0):
+        largest[BIAS] = most
+        data = Data(recordings, 10, Noise(np.full(4, np.inf), np.full(2, np.inf), largest.copy()))
+        model = Model(twin, 0.0, Noise(SENSORS, TORQUES, 0.1 * largest))
+        for _ in range(3):
+            model = data.with_noise(model, 30)
+        kalman = data.filter(model)
+        left.append(data.autocorrelation(data.errors(model, kalman), kalman))
+    assert left[0][1] > 10.0
+    assert left[1][:2].max() < 2.0
+    assert model.noise.discrepancy[BIAS] == pytest.approx(0.01 * np.sqrt(15.0), rel=0.6)  # of a walk in 30 s
