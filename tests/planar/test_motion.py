@@ -158,10 +158,11 @@ def momentum(robot, s):
     return m * h * r * np.cos(s.tilt), (m + 2 * robot.wheel_mass) * r**2 + 2 * robot.wheel_inertia
 
 
-def test_a_rotor_crosses_its_gap_alone_and_then_takes_the_wheel_along(paper):
+@pytest.mark.parametrize("share", [0.2, 0.5, 0.8])
+def test_a_rotor_crosses_its_gap_alone_and_then_takes_the_wheel_along(paper, share):
     gap, torque, h = 0.02, 0.5, 1e-4
-    states = swing(paper, {"backlash": {"gap": gap}}, {}, torque, h, 0.05)
-    inertia = paper.wheel_inertia  # half of both wheels'
+    states = swing(paper, {"backlash": {"gap": gap, "rotor_share": share}}, {}, torque, h, 0.06)
+    inertia = share * 2.0 * paper.wheel_inertia
     gaps = np.array([s.rotor - s.wheel for s in states])
     free = np.flatnonzero(gaps < 0.5 * gap - 1e-9)
     crossing = free[-1] * h

@@ -26,23 +26,24 @@ class Quantity(IntEnum):
     BREAKAWAY = 10
     STRIBECK_RATE = 11
     GAP = 12
-    SLOPE = 13
-    GRIP = 14
-    ROLLING_RESISTANCE = 15
-    ROLLING_VISCOUS = 16
-    TURN_INERTIA = 17
+    ROTOR_SHARE = 13
+    SLOPE = 14
+    GRIP = 15
+    ROLLING_RESISTANCE = 16
+    ROLLING_VISCOUS = 17
+    TURN_INERTIA = 18
     """I_xx - I_zz [kg·m²], with which a robot that turns pitches."""
-    GEARED_SHARE = 18
+    GEARED_SHARE = 19
     """Of each wheel's inertia, the part that turns relative to the body."""
-    COMMAND_DELAY = 19
+    COMMAND_DELAY = 20
     """By which commands act late [s]."""
-    MOTOR_LAG = 20
+    MOTOR_LAG = 21
     """Time constant with which the motors' torque follows [s]."""
-    IMU_DELAY = 21
+    IMU_DELAY = 22
     """By which tilt and tilt rate are shown late [s]."""
-    TILT_FILTER_RATE = 22
+    TILT_FILTER_RATE = 23
     """At which a filter of the tilt follows the accelerometer [1/s]."""
-    TILT_FILTER_LEAD = 23
+    TILT_FILTER_LEAD = 24
     """By which the sum of the gyro in that filter runs ahead of the tilt [s]."""
 
 

@@ -13,9 +13,6 @@ import numpy as np
 from twbal.core.plant import Observation
 from twbal.core.robot_parameters import RobotParameters
 
-ROTOR_SHARE = 0.5
-"""Share of the wheels' inertia that lies on the motors' side of a backlash."""
-
 TorqueFilter = Callable[[float], float]
 """One link of the chain from the command to the motors: summed torque in, summed torque out, once a physics step."""
 
@@ -123,7 +120,8 @@ class Drive:
         viscous_friction: torque over the wheel's rate relative to the body [N·m·s/rad].
         breakaway: by which the dry friction is greater at rest [N·m]; it fades as exp(-(rate / stribeck_rate)²).
         stribeck_rate: [rad/s].
-        gap: play between rotor and wheel, full width [rad]; the rotors then turn by themselves, see `ROTOR_SHARE`.
+        gap: play between rotor and wheel, full width [rad]; the rotors then turn by themselves.
+        rotor_share: share of the wheels' inertia that lies on the motors' side of that play.
     """
 
     coulomb_friction: float = 0.0
@@ -131,6 +129,7 @@ class Drive:
     breakaway: float = 0.0
     stribeck_rate: float = 1.0
     gap: float = 0.0
+    rotor_share: float = 0.5
 
     def dry_friction(self, rate: float) -> float:
         """Largest dry friction of each joint [N·m] at a rate relative to the body [rad/s]."""

@@ -4,15 +4,15 @@ from dataclasses import dataclass
 
 from twbal.core.quantities import Quantity
 from twbal.effects.effect import DriveEffect
-from twbal.effects.parameter import adds_to, parameter
+from twbal.effects.parameter import adds_to, parameter, replaces
 
 
 @dataclass(frozen=True)
 class Backlash(DriveEffect):
     """The rotor turns freely within the gap, and meets the wheel in a plastic impact at its ends.
 
-    It acts between motor and wheel; half of the wheels' inertia is taken to turn with the rotors. It looks most like a
-    dead zone or a delay where the torque keeps changing its sign.
+    It acts between motor and wheel. Of the inertia of the data sheet's wheels, `rotor_share` turns with the rotors. It
+    looks most like a dead zone or a delay where the torque keeps changing its sign.
     """
 
     gap: float = parameter(
@@ -22,6 +22,18 @@ class Backlash(DriveEffect):
         start=0.03,
         value=0.05,
         changes=adds_to(Quantity.GAP),
+    )
+    rotor_share: float = parameter(
+        "share of the wheels' inertia that lies on the motors' side of the gap",
+        "",
+        (0.1, 0.9),
+        start=0.5,
+        value=0.5,
+        neutral=0.5,
+        least=0.01,
+        below=1.0,
+        changes=replaces(Quantity.ROTOR_SHARE),
+        is_optional=True,
     )
     reference = (
         "M. Nordin, P.-O. Gutman: Controlling mechanical systems with backlash - a survey, "

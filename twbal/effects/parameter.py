@@ -1,7 +1,7 @@
 """What is known of an effect's parameters before any data."""
 
 from collections.abc import Iterable
-from dataclasses import field, fields
+from dataclasses import MISSING, field, fields
 from enum import Enum
 from math import inf
 from typing import Any, NamedTuple
@@ -71,13 +71,15 @@ def parameter(
     least: float = 0.0,
     below: float = inf,
     changes: Iterable[tuple[Quantity, Change]] = (),
+    is_optional: bool = False,
 ) -> Any:  # Any: what dataclasses.field returns stands for a value of the field's own type
     """A field of an effect with what is known of it.
 
-    Args: as of `Parameter`; `prior` is (low, high).
+    Args: as of `Parameter`; `prior` is (low, high). One that is optional may be left out, and is then `value`: files
+    that were written before it was there are still read.
     """
     known = Parameter(meaning, unit, *prior, neutral, start, value, scale, least, below, tuple(changes))
-    return field(metadata={"parameter": known})
+    return field(default=value if is_optional else MISSING, metadata={"parameter": known})
 
 
 def adds_to(*quantities: Quantity) -> tuple[tuple[Quantity, Change], ...]:

@@ -5,7 +5,6 @@ from typing import NamedTuple
 
 from twbal.core.compiled import kernel
 from twbal.core.quantities import Quantity
-from twbal.core.robot_model import ROTOR_SHARE
 from twbal.core.robot_parameters import GRAVITY
 from twbal.planar.parameters import TwinParameters
 from twbal.planar.terms import quantities
@@ -92,7 +91,7 @@ def constants(p: TwinParameters, step: float) -> Constants:
         mass,
         mass * GRAVITY,
         m * height,
-        2.0 * ROTOR_SHARE * p.wheel_inertia if q[Quantity.GAP] > 0.0 else 0.0,
+        2.0 * q[Quantity.ROTOR_SHARE] * p.wheel_inertia if q[Quantity.GAP] > 0.0 else 0.0,
         q[Quantity.GAP],
         q[Quantity.SLOPE],
         0.5 * p.track / r,

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from twbal.core.engine import Motion
 from twbal.core.mobility import wheel_mobility
-from twbal.core.robot_model import ROTOR_SHARE, Machine
+from twbal.core.robot_model import Machine
 from twbal.core.robot_parameters import RobotParameters
 
 
@@ -24,12 +24,12 @@ class Gears:
         drive, robot = machine.drive, machine.robot
         loose = drive.gap > 0
         self.robot: RobotParameters = (
-            replace(robot, wheel_inertia=(1 - ROTOR_SHARE) * robot.wheel_inertia) if loose else robot
+            replace(robot, wheel_inertia=(1 - drive.rotor_share) * robot.wheel_inertia) if loose else robot
         )
         self.friction_changes = drive.breakaway > 0
         self.needed = loose or self.friction_changes
         self._half = 0.5 * drive.gap
-        self._rotors = 2 * ROTOR_SHARE * robot.wheel_inertia
+        self._rotors = 2 * drive.rotor_share * robot.wheel_inertia
         self._mobility = wheel_mobility(self.robot)
         self._physics_step = physics_step
         self.reset()
