@@ -102,3 +102,11 @@ def test_an_option_can_be_chosen_and_built(group, option):
     only_arguments = group in OPENS or f"{group}/{option}" in OPENS
     built = instantiate(OmegaConf.select(cfg, node), **({"_partial_": True} if only_arguments else {}))
     assert callable(built) if only_arguments else built is not None
+
+
+def test_nothing_sets_the_mode_of_hydra():
+    """So that a command need not look for it; see `launch`."""
+    for place in PLACES:
+        whole = OmegaConf.load(CONF / place)
+        parts = [whole, *(whole[choice] for choice in whole if place.parts[0] == "groups")]
+        assert not any("mode" in part.get("hydra", {}) for part in parts if OmegaConf.is_dict(part)), place
