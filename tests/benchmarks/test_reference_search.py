@@ -17,9 +17,9 @@ from twbal.core.start_pose import StartPose
 from twbal.virtual_robot.mujoco_robot import MujocoRobot
 
 
-@pytest.fixture(scope="module", params=[("paper", "none"), ("paper", "moderate")], ids=lambda p: p[1])
+@pytest.fixture(scope="module", params=["none", pytest.param("moderate", marks=pytest.mark.slow)])
 def shop(request):
-    return Workshop(Family(*request.param))
+    return Workshop(Family("paper", request.param))
 
 
 @pytest.fixture

@@ -51,6 +51,7 @@ def check(*words, package=HOUSE, cache=None):
     return subprocess.run(command, env=env, capture_output=True, text=True)
 
 
+@pytest.mark.slow
 def test_clean_code_makes_of_the_logs_what_it_made_before(tmp_path):
     done = check(f"hydra.run.dir={tmp_path}")
     assert done.returncode == 0, done.stdout + done.stderr

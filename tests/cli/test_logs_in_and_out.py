@@ -95,7 +95,7 @@ def test_a_guess_is_a_mapping_that_works(run, tmp_path):
 
 
 @pytest.mark.parametrize("format", ["csv", "parquet"])
-@pytest.mark.parametrize("robot", ["paper", "regbot"])
+@pytest.mark.parametrize("robot", [pytest.param("paper", marks=pytest.mark.slow), "regbot"])
 def test_a_guess_of_an_exported_table_brings_the_same_numbers_back(format, robot, run, log, tmp_path):
     if format == "parquet":
         pytest.importorskip("pyarrow", reason="comes with the extra [viewers]")

@@ -91,7 +91,7 @@ def test_what_no_candidate_explains_is_unknown(paper):
     ("effects", "group"),
     [
         ({"torque_gain": {"gain": 0.75}}, "gain, mass and inertia"),
-        ({"com_height": {"factor": 1.25}}, "COM height and wheel radius"),
+        pytest.param({"com_height": {"factor": 1.25}}, "COM height and wheel radius", marks=pytest.mark.slow),
     ],
 )
 def test_a_data_sheet_that_is_off_is_called_so_with_its_class(paper, effects, group):

@@ -77,7 +77,8 @@ def test_its_derivatives_equal_finite_differences(SeparateCost):
     assert (found.by_covariance * turn).sum() == pytest.approx((ends[0] - ends[1]) / 2, rel=1e-6)
 
 
-@pytest.mark.parametrize("way", [pytest.param("moment matching", marks=pytest.mark.slow), "particles"])  # compiles anew
+@pytest.mark.slow  # compiles anew
+@pytest.mark.parametrize("way", ["moment matching", "particles"])
 def test_the_search_follows_its_gradient(way, SeparateCost, model, policy):
     cost = SeparateCost(np.zeros(4), WIDTHS)
 
