@@ -106,6 +106,7 @@ def test_a_robot_that_stands_still_tells_too_little(paper):
     assert any("could be there" in sentence for sentence in found.advice)
 
 
+@pytest.mark.slow
 def test_several_recordings_are_one_body_of_data(paper):
     effects = {"coulomb_friction": {"torque": 0.1}}
     found = diagnose(paper, [synthetic_recording(paper, effects, seed=s, periods=300) for s in (16, 17, 18)])

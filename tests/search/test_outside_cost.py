@@ -102,6 +102,7 @@ def test_a_cost_that_numba_cannot_compile_is_one_clear_error(model, policy):
         ParticleObjective(model, cost, START, 10, 20, 50, 0, 0.0).cost_of(policy, gradient=True)
 
 
+@pytest.mark.slow  # compiles anew
 def test_sampled_robots_pay_it(SeparateCost, model, policy):
     cost, rng = SeparateCost(np.zeros(4), WIDTHS), np.random.default_rng(2)
     draws = Draws(START.sample(5, rng), np.zeros((30, 5, 4)), np.zeros((30, 5, 3)))
