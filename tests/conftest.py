@@ -1,4 +1,5 @@
 import sys
+from contextlib import ExitStack, nullcontext
 from pathlib import Path
 
 import pytest
@@ -41,6 +42,28 @@ def state_of_its_own(monkeypatch, tmp_path_factory, request):
     """Records of checked robots neither outlive a test nor come from who runs it."""
     folder = tmp_path_factory.getbasetemp() / "state" / str(abs(hash(request.node.nodeid)))
     monkeypatch.setenv("XDG_STATE_HOME", str(folder))
+
+
+@pytest.fixture(scope="module")
+def kept_robots():
+    """Virtual robots of the same settings are one process, which commands have one after the other.
+
+    They do what fresh ones do (virtual_robot/test_process.py), and take two seconds each to start.
+    """
+    from twbal.virtual_robot import process
+
+    with ExitStack() as stack, pytest.MonkeyPatch.context() as patch:
+        kept, new = {}, process.KeptRobot
+
+        class Kept:
+            def launch(self, command, start_timeout):
+                words = tuple(command)
+                if words not in kept:
+                    kept[words] = stack.enter_context(new())
+                return kept[words].launch(command, start_timeout)
+
+        patch.setattr(process, "KeptRobot", lambda: nullcontext(Kept()))
+        yield
 
 
 @pytest.fixture

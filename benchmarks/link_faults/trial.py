@@ -7,7 +7,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -121,29 +121,31 @@ class Workplace:
     """
 
     def __init__(self, clock: str, program: Path | None) -> None:
-        self._folder = Path(tempfile.mkdtemp(prefix="twbal-faults-"))
-        words = ["-" if program is None else str(program), f"clock={clock}", *_ROBOT]
-        (self._folder / "sensors").write_text("")
-        self._robot = Popen(
-            [sys.executable, "-m", "benchmarks.link_faults.robot", str(self._folder), *words], stdout=DEVNULL
-        )
-        get_ready(self._words(NONE, 0, self._folder))  # there is no line yet
-        deadline = time.monotonic() + _START
-        while not (self._folder / "port").exists():
-            if self._robot.poll() is not None or time.monotonic() > deadline:
-                self._robot.kill()
-                raise SystemExit("The robot does not start.")
-            time.sleep(0.05)
-        self._settled = SETTLED[clock]
-        self._command = Stage().prepared if clock == "lockstep" else _whole
-        self._line = Line(self._folder / "line", self._folder / "port")
+        self._ends = ExitStack()
+        with self._ends:  # on an error
+            self._folder = Path(self._ends.enter_context(tempfile.TemporaryDirectory(prefix="twbal-faults-")))
+            words = ["-" if program is None else str(program), f"clock={clock}", *_ROBOT]
+            (self._folder / "sensors").write_text("")
+            self._robot = Popen(
+                [sys.executable, "-m", "benchmarks.link_faults.robot", str(self._folder), *words], stdout=DEVNULL
+            )
+            self._ends.callback(self._robot.wait)
+            self._ends.callback(self._robot.terminate)
+            get_ready(self._words(NONE, 0, self._folder))  # there is no line yet
+            deadline = time.monotonic() + _START
+            while not (self._folder / "port").exists():
+                if self._robot.poll() is not None or time.monotonic() > deadline:
+                    raise SystemExit("The robot does not start.")
+                time.sleep(0.05)
+            self._settled = SETTLED[clock]
+            self._command = Stage().prepared if clock == "lockstep" else _whole
+            self._line = Line(self._folder / "line", self._folder / "port")
+            self._ends.callback(self._line.close)
+            self._ends = self._ends.pop_all()
 
     def close(self) -> None:
-        """End the robot."""
-        self._line.close()
-        self._robot.terminate()
-        self._robot.wait()
-        shutil.rmtree(self._folder)
+        """End the robot, and remove its files."""
+        self._ends.close()
 
     @contextmanager
     def happened(self, kind: Kind, trial: int) -> Iterator[Happened]:

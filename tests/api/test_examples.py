@@ -11,7 +11,7 @@ import twbal
 
 ROOT = Path(__file__).parents[2]
 FUNCTIONS = [name for name in twbal.__all__ if name[0].islower()]
-LONG = ("learn",)
+LONG = ("diagnose", "learn")
 
 
 def run(example):

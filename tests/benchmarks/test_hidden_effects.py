@@ -127,12 +127,8 @@ NAMED = {
 """A few sets of the benchmark, smaller: what is hidden, the verdict, and a name that must be among those given."""
 
 
-QUICK = ("clean",)  # the others are left to `make test-slow`
-
-
-@pytest.mark.parametrize(
-    "case", [case if case in QUICK else pytest.param(case, marks=pytest.mark.slow) for case in NAMED]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("case", NAMED)
 def test_what_is_hidden_in_another_engine_is_named(case, paper):
     from benchmarks.hidden_effects.robot import drawn
     from benchmarks.hidden_effects.truth import HiddenRobot, Surface

@@ -17,9 +17,9 @@ from twbal.core.start_pose import StartPose
 from twbal.virtual_robot.mujoco_robot import MujocoRobot
 
 
-@pytest.fixture(scope="module", params=[("paper", "none"), ("paper", "moderate")], ids=lambda p: p[1])
+@pytest.fixture(scope="module", params=["none", "moderate"])
 def shop(request):
-    return Workshop(Family(*request.param))
+    return Workshop(Family("paper", request.param))
 
 
 @pytest.fixture
@@ -27,6 +27,7 @@ def moderate():
     return Workshop(Family("paper", "moderate"))
 
 
+@pytest.mark.slow
 def test_a_robot_that_can_be_kept_in_place_is_found_reachable(shop, monkeypatch):
     monkeypatch.setattr(reference, "FURTHER", 1)
     with shop.robot(3) as robot:

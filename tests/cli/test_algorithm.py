@@ -1,5 +1,7 @@
 """The order of Algorithm 1, on a chain that only writes down what it was asked."""
 
+from copy import deepcopy
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -69,6 +71,13 @@ SOLVED_TWICE = ("iteration_1/trials", "iteration_2/trials")
 """By policy 1, before and after its model is recalibrated."""
 
 
+@cache
+def composed(*words):
+    """The configuration of `iterate` with these words."""
+    with composing():
+        return compose("iterate", ["seed=5", "ensemble=none", *words])
+
+
 def learn(solved=(), words=(), diagnosable=1, useless=(), robust="none", likeliest=0, rocking=(), **changed):
     """The calls of a run and what it learned.
 
@@ -82,8 +91,7 @@ def learn(solved=(), words=(), diagnosable=1, useless=(), robust="none", likelie
         likeliest: index of the base under which real rollouts are likeliest.
         changed: settings.
     """
-    with composing():
-        cfg = compose("iterate", ["seed=5", "ensemble=none", f"robust={robust}", *words])
+    cfg = deepcopy(composed(f"robust={robust}", *words))
     usual = {"updates": 2, "trials": 10, "stop_when_solved": False, "sim_rounds": 1, "calibration_rollouts": 0}
     usual |= {"identified_base": True, "diagnose": False, "search_retries": 0, "on_lqr": False}
     usual |= {"improve_oscillation": None, "min_update_time": 0.0, "max_update_rollouts": 4}

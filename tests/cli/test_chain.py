@@ -17,6 +17,8 @@ from twbal.cli.main import main
 from twbal.cli.manifest import read_manifest
 from twbal.io.logs import read_episodes
 
+pytestmark = pytest.mark.usefixtures("kept_robots")
+
 SHORT = [
     *("search.horizon=6", "search.short_horizon=4", "search.iterations=1", "search.short_iterations=1"),
     *("search.long_horizon=6", "search.long_iterations=1", "search.restarts=1", "parametrisation.basis=4"),

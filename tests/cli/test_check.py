@@ -51,6 +51,17 @@ def check(*words, package=HOUSE, cache=None):
     return subprocess.run(command, env=env, capture_output=True, text=True)
 
 
+def test_clean_code_makes_of_the_logs_what_it_made_before_but_for_fit_and_diagnosis(tmp_path, monkeypatch, capsys):
+    known = json.loads((DATA / "baseline.json").read_text())["measures"]
+    for part in ("fit", "diagnosis"):  # which take most of the time, and are as they were
+        same = {name: value for name, value in known.items() if name.startswith(f"{part}/")}
+        monkeypatch.setattr(f"twbal.cli.stages.regress.{part}_measures", lambda *_, same=same: same)
+    assert main(["regress", f"data={DATA}", f"hydra.run.dir={tmp_path}"]) == 0
+    assert "measures are as in the baseline" in capsys.readouterr().out
+    assert (tmp_path / "junit.xml").exists()
+
+
+@pytest.mark.slow
 def test_clean_code_makes_of_the_logs_what_it_made_before(tmp_path):
     done = check(f"hydra.run.dir={tmp_path}")
     assert done.returncode == 0, done.stdout + done.stderr

@@ -4,6 +4,7 @@ import subprocess
 import sys
 
 import pytest
+from hydra._internal.hydra import Hydra
 
 from twbal import __version__
 from twbal.cli.conf_folder import conf_folder
@@ -293,6 +294,32 @@ def test_a_single_run_checks_its_settings_once(stage, monkeypatch):
     stage.main = lambda cfg: None
     assert main(["sim-collect"]) == 0
     assert checks == ["sim-collect"]
+
+
+@pytest.fixture
+def compositions(monkeypatch):
+    """Lists the names of what Hydra composes."""
+    names, compose = [], Hydra.compose_config
+    monkeypatch.setattr(Hydra, "compose_config", lambda *a, **k: names.append(k["config_name"]) or compose(*a, **k))
+    return names
+
+
+def test_a_single_run_is_composed_once(stage, compositions):
+    stage.main = lambda cfg: None
+    assert main(["sim-collect", "seed=3"]) == 0
+    assert compositions == ["sim_collect"]
+
+
+@pytest.mark.parametrize("told", ["words", "a file"])
+def test_a_sweep_may_be_asked_for_by_hydras_mode(stage, told, tmp_path):
+    (tmp_path / "mine").mkdir()
+    sweep = "# @package _global_\nhydra: {mode: MULTIRUN, sweeper: {params: {seed: '1,2'}}}\n"
+    (tmp_path / "mine" / "sweep.yaml").write_text(sweep)
+    words = {"words": ["hydra.mode=MULTIRUN", "seed=1,2"], "a file": [f"--config-dir={tmp_path}", "+mine=sweep"]}
+    seeds = []
+    stage.main = lambda cfg: seeds.append(cfg.seed)
+    assert main(["sim-collect", *words[told]]) == 0
+    assert seeds == [1, 2]
 
 
 def environment(**more: str) -> dict[str, str]:

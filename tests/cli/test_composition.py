@@ -2,8 +2,10 @@ import copy
 
 import pytest
 from hydra.core.config_store import ConfigStore
+from omegaconf import OmegaConf
 
-from twbal.cli.composition import composing, scaled
+from twbal.cli.composition import composing, loaded, scaled
+from twbal.cli.conf_folder import conf_folder
 
 SIZES = {"wheel_radius": 0.15, "com_height": 0.3, "body_mass": 10.0, "body_inertia_pitch": 0.319}  # of `paper`
 UNITS = {"m": (1, 0), "m.s": (1, 1), "m/s": (1, -1), "rad/s": (0, -1)}  # powers of length and of time
@@ -31,3 +33,17 @@ def test_copies_of_hydras_store_share_what_twbal_registers_and_each_composition_
         first, before = store.load("cost/paper.yaml").node, copy.deepcopy(shared.node)
         first[next(iter(first))] = None
         assert store.load("cost/paper.yaml").node == before
+
+
+@pytest.mark.parametrize("file", [path.relative_to(conf_folder()) for path in conf_folder().rglob("*.yaml")], ids=str)
+def test_files_are_read_as_omegaconf_reads_them(file):
+    assert OmegaConf.create(loaded(conf_folder() / file)) == OmegaConf.load(conf_folder() / file)
+
+
+@pytest.mark.parametrize(
+    "number", ["1e-3", "2E5", "-1.e+3", "+4.5e-07", "1e3x", "10", "1.5", ".5", "e5", "1e", "0x1e5"]
+)
+def test_numbers_are_read_as_omegaconf_reads_them(tmp_path, number):
+    (tmp_path / "a.yaml").write_text(f"a: {number}\n")
+    found, expected = loaded(tmp_path / "a.yaml")["a"], OmegaConf.load(tmp_path / "a.yaml").a
+    assert (found, type(found)) == (expected, type(expected))

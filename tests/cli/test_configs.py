@@ -70,20 +70,29 @@ def choices(name):
     return composition(name).hydra.runtime.choices
 
 
+@cache
+def needed(name):
+    """What an entry is to be told as it is."""
+    cfg = composition(name)
+    return told(OmegaConf.masked_copy(cfg, [key for key in cfg if key != "hydra"]))
+
+
 def composed(name, word):
     """An entry with another choice and told what it needs; None where the choice is not for that entry."""
     try:
-        cfg = compose(name, [word])
-    except ConfigCompositionException:
-        return None
+        cfg = compose(name, [word, *needed(name)])
+    except ConfigCompositionException:  # or it does not need that
+        try:
+            cfg = compose(name, [word])
+        except ConfigCompositionException:
+            return None
     return compose(name, [word, *told(cfg)]) if told(cfg) else cfg
 
 
 @pytest.mark.parametrize("name", ENTRIES)
 def test_an_entry_belongs_to_a_stage_and_resolves_once_told_what_it_needs(name):
     assert name.replace("_", "-") in STAGES
-    own = OmegaConf.masked_copy(composition(name), [key for key in composition(name) if key != "hydra"])
-    assert recorded(compose(name, told(own)), ())
+    assert recorded(compose(name, needed(name)), ())
     assert composition(name).hydra.job.name == name.replace("_", "-")
 
 
@@ -102,3 +111,11 @@ def test_an_option_can_be_chosen_and_built(group, option):
     only_arguments = group in OPENS or f"{group}/{option}" in OPENS
     built = instantiate(OmegaConf.select(cfg, node), **({"_partial_": True} if only_arguments else {}))
     assert callable(built) if only_arguments else built is not None
+
+
+def test_nothing_sets_the_mode_of_hydra():
+    """So that a command need not look for it; see `launch`."""
+    for place in PLACES:
+        whole = OmegaConf.load(CONF / place)
+        parts = [whole, *(whole[choice] for choice in whole if place.parts[0] == "groups")]
+        assert not any("mode" in part.get("hydra", {}) for part in parts if OmegaConf.is_dict(part)), place

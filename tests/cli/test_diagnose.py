@@ -119,6 +119,7 @@ def test_what_makes_rollouts_on_held_out_data_worse_is_not_named(contradicted):
     assert "WARNING" in (out / "report.html").read_text()
 
 
+@pytest.mark.slow
 def test_the_simulation_of_an_unknown_is_neither_recommended_nor_without_a_word(contradicted, diagnosed):
     out, printed = contradicted
     text = (out / "augmented.yaml").read_text()
@@ -130,6 +131,7 @@ def test_the_simulation_of_an_unknown_is_neither_recommended_nor_without_a_word(
     assert "Verdict named" in (diagnosed / "augmented.yaml").read_text().splitlines()[0]
 
 
+@pytest.mark.slow
 def test_a_diagnosis_tells_what_it_is_doing(contradicted):
     _, printed = contradicted
     steps = ["refitting the nominal parameters", "weighing what to add to the refit", "rollouts in PyBullet"]

@@ -19,10 +19,23 @@ from twbal.cli.artefacts import episode_files
 from twbal.cli.composition import composing
 from twbal.cli.config_check import check_configuration
 from twbal.cli.main import main
+from twbal.core.files import write_atomically
 from twbal.io.logs import read_episode
 from twbal.sysid.recording import Usability, read_recordings
 
 ROBOT = f"robot.control_period={PERIOD}"
+
+
+@pytest.fixture
+def drawn():
+    """For tests that look at pictures."""
+
+
+@pytest.fixture(autouse=True)
+def drawn_if_asked_for(request, monkeypatch):
+    """Other tests do without: pictures take half of the time of an import."""
+    if "drawn" not in request.fixturenames:
+        monkeypatch.setattr("twbal.cli.stages.import_log.save", lambda figure, path, **_: write_atomically(path, ""))
 
 
 @pytest.fixture
@@ -95,7 +108,7 @@ def test_a_guess_is_a_mapping_that_works(run, tmp_path):
 
 
 @pytest.mark.parametrize("format", ["csv", "parquet"])
-@pytest.mark.parametrize("robot", ["paper", "regbot"])
+@pytest.mark.parametrize("robot", [pytest.param("paper", marks=pytest.mark.slow), "regbot"])
 def test_a_guess_of_an_exported_table_brings_the_same_numbers_back(format, robot, run, log, tmp_path):
     if format == "parquet":
         pytest.importorskip("pyarrow", reason="comes with the extra [viewers]")
@@ -194,7 +207,7 @@ def test_what_an_earlier_call_imported_is_said(run, log, tmp_path):
     assert "in common" not in new
 
 
-def test_a_doubt_comes_with_a_picture(run, tmp_path):
+def test_a_doubt_comes_with_a_picture(run, tmp_path, drawn):
     from PIL import Image
 
     rows = columns()

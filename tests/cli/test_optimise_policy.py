@@ -311,6 +311,7 @@ def test_a_list_of_models_with_something_else_in_it_is_refused(folder, capsys, m
     assert not (folder / "refused" / "policy.pt").exists()
 
 
+@pytest.mark.slow
 def test_the_identified_robot_is_a_simulation_that_stages_take(driven, tmp_path):
     made, again = tmp_path / "identified", tmp_path / "identified_again"
     for out in (made, again):

@@ -25,6 +25,8 @@ from twbal.policies.linear import LinearPolicy
 from twbal.policies.policy import Policy
 from twbal.virtual_robot.process import VirtualRobotProcess, virtual_robot_command
 
+pytestmark = pytest.mark.usefixtures("kept_robots")
+
 
 class Trap(Policy):
     """Commands nothing, and at its fifth step does something else."""

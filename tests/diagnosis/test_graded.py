@@ -82,6 +82,7 @@ def part_explained(paper):
     return name_effects([recording], paper, {}, candidates_for(paper), settings())
 
 
+@pytest.mark.slow
 def test_a_finding_is_not_lost_where_not_all_is_explained(part_explained):
     assert part_explained.verdict is Verdict.UNKNOWN
     (friction,) = (e for e in part_explained.effects if "coulomb_friction" in (e.name, *e.equivalents))

@@ -91,7 +91,7 @@ def test_what_no_candidate_explains_is_unknown(paper):
     ("effects", "group"),
     [
         ({"torque_gain": {"gain": 0.75}}, "gain, mass and inertia"),
-        ({"com_height": {"factor": 1.25}}, "COM height and wheel radius"),
+        pytest.param({"com_height": {"factor": 1.25}}, "COM height and wheel radius", marks=pytest.mark.slow),
     ],
 )
 def test_a_data_sheet_that_is_off_is_called_so_with_its_class(paper, effects, group):
@@ -106,6 +106,7 @@ def test_a_robot_that_stands_still_tells_too_little(paper):
     assert any("could be there" in sentence for sentence in found.advice)
 
 
+@pytest.mark.slow
 def test_several_recordings_are_one_body_of_data(paper):
     effects = {"coulomb_friction": {"torque": 0.1}}
     found = diagnose(paper, [synthetic_recording(paper, effects, seed=s, periods=300) for s in (16, 17, 18)])

@@ -40,6 +40,7 @@ def without_rates(recording):
     return replace(recording, measured=measured, sensed=np.array([True, False, True, False]))
 
 
+@pytest.mark.slow
 def test_friction_is_named_without_a_gyro(paper):
     recording = without_rates(synthetic_recording(paper, FRICTION, seed=31, periods=1000))
     found = name_effects([recording], paper, {}, candidates_for(paper), settings("default"))

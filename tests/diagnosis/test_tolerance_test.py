@@ -91,6 +91,7 @@ def test_a_data_sheet_that_is_far_off_is_no_finding_unless_it_is_said_to_be_roug
     assert any("diagnosis=loose_tolerance" in sentence for sentence in found.advice) == told
 
 
+@pytest.mark.slow
 def test_nothing_is_named_beside_a_data_sheet_that_is_beyond_what_a_rough_one_may_be(paper):
     """At the bounds of the search, or beyond the line that must lie inside them."""
     far = {"body_mass": {"factor": 0.3}, "com_height": {"factor": 0.4}, "torque_gain": {"gain": 0.75}}

@@ -19,6 +19,8 @@ from shown import PAGES, ROOT, blocks, commands
 from twbal.cli.main import STAGES, main
 from twbal.virtual_robot.process import VirtualRobotProcess, virtual_robot_command
 
+pytestmark = pytest.mark.usefixtures("kept_robots")
+
 SHOWN = commands()
 
 

@@ -71,6 +71,7 @@ def test_the_test_of_the_example_passes(SomeDrag):
     test()
 
 
+@pytest.mark.slow  # compiles the planar model anew
 def test_both_engines_simulate_it_alike(SomeDrag, paper):
     settings = {"robot": paper, "start": StartPose(-0.1, 0.0, 0.0, 0.0), "physics_step": 0.00025, "seed": 0}
     engine, planar = (course(kind(effects=[SomeDrag(30.0)], **settings), -3.0) for kind in (SimPlant, PlanarPlant))

@@ -1,5 +1,7 @@
 """Real training of real agents, very small."""
 
+import tempfile
+
 import numpy as np
 import pytest
 
@@ -64,3 +66,9 @@ def test_progress_is_told_step_by_step(env):
 def test_options_that_the_algorithm_does_not_take_are_refused(env):
     with pytest.raises(ConfigError, match=r"PPO of Stable-Baselines3 does not take agent\.options: .*'n_stepz'"):
         train(env, recipe("PPO", n_stepz=3), 64, 0, lambda steps, mean_return: None)
+
+
+def test_training_leaves_no_temporary_files(env, tmp_path, monkeypatch):
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    train(env, recipe("PPO"), 32, 0, lambda steps, mean_return: None)
+    assert not list(tmp_path.iterdir())

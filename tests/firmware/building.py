@@ -1,5 +1,6 @@
 """The firmware, built for the tests; where there is no compiler they are skipped, and say so."""
 
+import atexit
 import shutil
 import subprocess
 from functools import cache
@@ -18,7 +19,9 @@ needs_compiler = pytest.mark.skipif(bool(_MISSING), reason=f"the firmware is bui
 @cache
 def build_folder():
     """Of this process: tests on two cores build twice, and not into each other's files."""
-    return Path(mkdtemp(prefix="twbal-firmware-"))
+    folder = Path(mkdtemp(prefix="twbal-firmware-"))
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    return folder
 
 
 def make(*words, folder=None):

@@ -31,6 +31,7 @@ EVENTS = {
 NONE, WELCOME, FAULT, TELEMETRY, STREAM = range(5)
 
 
+@pytest.mark.slow
 def test_units_and_fuzz_pass_under_sanitizers():
     said = make("test")
     assert "units: all checks hold" in said

@@ -77,7 +77,8 @@ def test_its_derivatives_equal_finite_differences(SeparateCost):
     assert (found.by_covariance * turn).sum() == pytest.approx((ends[0] - ends[1]) / 2, rel=1e-6)
 
 
-@pytest.mark.parametrize("way", [pytest.param("moment matching", marks=pytest.mark.slow), "particles"])  # compiles anew
+@pytest.mark.slow  # compiles anew
+@pytest.mark.parametrize("way", ["moment matching", "particles"])
 def test_the_search_follows_its_gradient(way, SeparateCost, model, policy):
     cost = SeparateCost(np.zeros(4), WIDTHS)
 
@@ -101,6 +102,7 @@ def test_a_cost_that_numba_cannot_compile_is_one_clear_error(model, policy):
         ParticleObjective(model, cost, START, 10, 20, 50, 0, 0.0).cost_of(policy, gradient=True)
 
 
+@pytest.mark.slow  # compiles anew
 def test_sampled_robots_pay_it(SeparateCost, model, policy):
     cost, rng = SeparateCost(np.zeros(4), WIDTHS), np.random.default_rng(2)
     draws = Draws(START.sample(5, rng), np.zeros((30, 5, 4)), np.zeros((30, 5, 3)))

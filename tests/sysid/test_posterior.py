@@ -73,7 +73,7 @@ def sds_off(prior, found, truth):
     return (found.mean - truth) / np.sqrt(variance)
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("seed", [1, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (2, 3))])
 def test_the_truth_lies_within_4_standard_deviations_and_these_are_small(paper, seed):
     effects = {
         "actuation_delay": {"delay": (0.012, 0.025, 0.034)[seed - 1]},
@@ -109,6 +109,7 @@ def test_ten_likely_robots_lie_where_their_posteriors_say(paper):
     assert 0.5 < np.sqrt(np.mean(off**2)) < 1.5
 
 
+@pytest.mark.slow
 def test_more_rollouts_tell_more(paper):
     prior, effects = prior_of(paper), {"dead_zone": {"width": 1.5}, "actuation_delay": {"delay": 0.02}}
     both = episodes_of(paper, effects, 4, count=2)
@@ -162,7 +163,7 @@ def test_what_comes_after_a_fall_is_not_used(paper):
 HIDDEN = {"com_offset": {"angle": 0.04}, "actuation_delay": {"delay": 0.012}, "dead_zone": {"width": 1.0}}
 
 
-@pytest.mark.parametrize("rate", [0.0, 0.3])
+@pytest.mark.parametrize("rate", [pytest.param(0.0, marks=pytest.mark.slow), 0.3])
 def test_the_rate_of_a_tilt_filter_is_found_and_the_robot_beside_it(paper, rate):
     prior = prior_of(paper)
     found = posterior(prior, episodes_of(paper, HIDDEN, 11, count=2, filter_rate=rate))

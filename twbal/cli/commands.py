@@ -3,10 +3,13 @@
 import re
 import shlex
 from collections.abc import Iterable, Mapping, Sequence
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
 from hydra import compose
+from hydra.core.config_loader import ConfigLoader
+from hydra.core.global_hydra import GlobalHydra
 from omegaconf import DictConfig, OmegaConf
 
 from twbal.cli.settings.nested import flattened
@@ -63,8 +66,8 @@ def stage_overrides(stage: str, cfg: DictConfig, choices: Mapping[str, str], ove
         overrides: that come before all else.
     """
     decided = {re.split(r"[@=]", word.lstrip("+~"), maxsplit=1)[0] for word in overrides}
-    own_defaults = compose(_config_name(stage), return_hydra_config=True)
-    groups = own_defaults.hydra.runtime.choices
+    loader = GlobalHydra.instance().config_loader()
+    groups = _composed(loader, stage, ()).hydra.runtime.choices
     chosen = [
         f"{group}={choices[group]}"
         for group, own in groups.items()
@@ -73,7 +76,7 @@ def stage_overrides(stage: str, cfg: DictConfig, choices: Mapping[str, str], ove
         and not group.startswith("hydra/")
         and group not in decided
     ]
-    base, whole = _tree(compose_stage(stage, chosen) if chosen else own_defaults), _tree(cfg)
+    base, whole = _tree(_composed(loader, stage, tuple(chosen))), _tree(cfg)
     section = whole.get(_config_name(stage))
     known = {**whole, **(section if isinstance(section, dict) else {})}
     shared = [key for key in base if key in known]
@@ -111,6 +114,12 @@ def text(value: Any) -> str:
         return str(value)
     escaped = re.sub(r"(\\*)'", r"\1\1\\'", re.sub(r"(\\+)$", r"\1\1", value))
     return f"'{escaped}'"
+
+
+@lru_cache(maxsize=64)
+def _composed(loader: ConfigLoader, stage: str, overrides: tuple[str, ...]) -> DictConfig:
+    """A configuration with what Hydra keeps in it, composed once in a command: each has a loader of its own."""
+    return compose(_config_name(stage), list(overrides), return_hydra_config=True)
 
 
 def _shell_word(word: str) -> str:

@@ -1,9 +1,12 @@
 """Runs one stage under Hydra and lets its errors come out as errors of twbal."""
 
 import sys
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 
 import hydra
 import yaml
+from hydra._internal.hydra import Hydra
 from hydra.errors import HydraException
 from omegaconf.errors import OmegaConfBaseException
 
@@ -37,7 +40,7 @@ def run_stage(stage: str, words: list[str], program: str) -> None:
     register_nodes()
     job = Job(stage)
     try:
-        with full_error("1"):  # Hydra then raises errors instead of printing them and leaving
+        with _composed_once(words), full_error("1"):  # Hydra then raises errors instead of printing them and leaving
             hydra.main(version_base="1.3", config_path=str(conf_folder()), config_name=name)(job)()
     except StageFailed as failed:
         raise translated(failed.error, stage) from failed.error
@@ -52,6 +55,21 @@ def run_stage(stage: str, words: list[str], program: str) -> None:
         if refused is None:
             raise
         raise refused from error
+
+
+@contextmanager
+def _composed_once(words: Sequence[str]) -> Iterator[None]:
+    """Keep Hydra from composing a configuration once more before, only to see whether that sets `hydra.mode`.
+
+    Nothing in conf/ does; where words or files from elsewhere may, Hydra looks.
+    """
+    look = Hydra.get_mode
+    if not any(word.startswith(("--c", "-c")) or "hydra.mode" in word or "hydra.searchpath" in word for word in words):
+        Hydra.get_mode = lambda *_, **__: None  # type: ignore[method-assign]
+    try:
+        yield
+    finally:
+        Hydra.get_mode = look  # type: ignore[method-assign]
 
 
 def _overrides_first(words: list[str]) -> list[str]:

@@ -68,6 +68,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         code = _answer(words)
         sys.stdout.flush()
+        if arguments is None:
+            gc.freeze()  # at its end Python would look through all that was loaded, for up to a second
     except BrokenPipeError:  # who read our output, such as `head`, has gone
         _drop_output()
         return 141

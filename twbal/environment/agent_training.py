@@ -19,6 +19,7 @@ try:
     from gymnasium.spaces import Box
     from gymnasium.wrappers import TransformObservation
     from stable_baselines3.common.base_class import BaseAlgorithm
+    from stable_baselines3.common.logger import Logger
 except ImportError as error:
     raise ConfigError(f"Training an agent needs Stable-Baselines3: {install_advice('rl')}.") from error
 
@@ -82,6 +83,10 @@ def _agent(env: gymnasium.Env[NDArray[np.float32], Action], recipe: AgentRecipe,
         )
     except (TypeError, ValueError, AssertionError) as error:
         raise ConfigError(f"{recipe.algorithm} of Stable-Baselines3 does not take agent.options: {error}") from error
+    if not agent.verbose and agent.tensorboard_log is None:
+        agent.set_logger(
+            Logger(None, [])
+        )  # else Stable-Baselines3 makes a folder among the temporary files, for nothing
     return agent
 
 

@@ -113,7 +113,10 @@ def test_minibatches_raise_the_bound_of_all_samples():
     assert last.sum() > first.sum() + 5.0
 
 
-@pytest.mark.parametrize(("kernel", "kind"), [("se", GaussianProcess), ("matern52", KernelProcess)])
+@pytest.mark.parametrize(
+    ("kernel", "kind"),
+    [("se", GaussianProcess), pytest.param("matern52", KernelProcess, marks=pytest.mark.slow)],
+)
 def test_a_variational_fit_is_near_the_exact_one(kernel, kind):
     inputs, targets = samples()
     fit = fit_variational_gp(inputs, targets, SETTINGS, seed=0, kernel=kernel)
