@@ -8,7 +8,7 @@ from synthetic_recordings import synthetic_recording
 
 from twbal.planar.parameters import twin_parameters
 from twbal.sysid.model import Data, Model
-from twbal.sysid.noise import LASTING, Noise
+from twbal.sysid.noise import BIAS_TIME, LASTING, Noise
 from twbal.sysid.noise_fit import _refilter
 
 SENSORS, TORQUES = np.array([0.004, 0.02, 0.002, 0.05]), np.array([0.05, 0.08])
@@ -64,4 +64,4 @@ def test_a_gyro_whose_bias_walks_is_followed(paper, effects):
         left.append(data.autocorrelation(data.errors(model, kalman), kalman))
     assert left[0][1] > 10.0
     assert left[1][:2].max() < 2.0
-    assert model.noise.discrepancy[BIAS] == pytest.approx(0.01 * np.sqrt(15.0), rel=0.6)  # of a walk in 30 s
+    assert model.noise.discrepancy[BIAS] == pytest.approx(0.01 * np.sqrt(BIAS_TIME / 2.0), rel=0.4)

@@ -124,7 +124,7 @@ def largest_noise(robot: RobotParameters) -> Noise:
     Where torques of 30 % of the limit were allowed, dry friction on the logs of a REGBOT was taken for one of them.
     """
     torque = _LARGEST_TORQUE * robot.torque_limit
-    return Noise(np.full(4, np.inf), np.full(2, np.inf), np.array([torque, torque, 0.006, 0.5, 0.1, 0.015]))
+    return Noise(np.full(4, np.inf), np.full(2, np.inf), np.array([torque, torque, 0.006, 0.5, 0.1, 0.0045]))
 
 
 def with_fitted_noise(data: Data, model: Model) -> Model:

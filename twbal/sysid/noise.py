@@ -22,8 +22,8 @@ DISCREPANCY_TIMES = np.array([0.2, 0.2, 1.0])
 Friction of another form changes with the motion, within tenths of a second; a filter of the tilt is slower. Where the
 model has that filter, its error decays as the filter does.
 """
-BIAS_TIME = 30.0
-"""Time constant of the gyro's bias [s]: longer than a rollout, so that within one it walks."""
+BIAS_TIME = 10.0
+"""Time constant of the gyro's bias [s]: what is constant for longer is an effect, `gyro_bias`."""
 LASTING = 6
 """Components of the model discrepancy: see `Noise`."""
 UNSENSED = 100.0
