@@ -7,6 +7,8 @@ from scipy.integrate import solve_ivp
 from twbal.core.plant import Observation
 from twbal.core.robot_parameters import GRAVITY
 from twbal.core.start_pose import StartPose
+from twbal.effects.gyro_bias import GyroBias
+from twbal.effects.gyro_scale import GyroScale
 from twbal.effects.tilt_filter import TiltFilter
 from twbal.planar.planar_plant import PlanarPlant
 from twbal.sim.bullet_plant import SimPlant
@@ -19,15 +21,23 @@ def motion(t):
     return 2.0 * np.sin(2.0 * t), 0.05 * np.cos(4.0 * t), -0.2 * np.sin(4.0 * t)
 
 
+GYROS = {"a perfect gyro": (1.0, 0.0), "a scaled gyro": (1.2, 0.0), "a scaled gyro with a bias": (0.9, 0.03)}
+
+
+@pytest.mark.parametrize("gyro", GYROS)
 @pytest.mark.parametrize("rate", [0.2, 1.0, 5.0])
-def test_it_follows_its_differential_equation(rate):
+def test_it_follows_its_differential_equation(rate, gyro):
+    scale, bias = GYROS[gyro]
+
     def slope(t, e):
-        return -rate * (np.arctan(4.0 * np.cos(2.0 * t) / GRAVITY) + e) + LEAD * -0.8 * np.cos(4.0 * t)
+        wrong = (scale - 1.0) * motion(t)[2] + bias
+        return -rate * (np.arctan(4.0 * np.cos(2.0 * t) / GRAVITY) + e) + LEAD * -0.8 * np.cos(4.0 * t) + wrong
 
     times = PERIOD * np.arange(500)
     exact = solve_ivp(slope, (0.0, 10.0), [0.0], t_eval=times, rtol=1e-9, atol=1e-12).y[0]
     shown, before = [], motion(0.0)[0]
-    filtered = TiltFilter(rate, LEAD).start(PERIOD, np.random.default_rng(0))
+    sensor = TiltFilter(rate, LEAD).beside([GyroBias(bias), GyroScale(scale)][::-1])
+    filtered = sensor.start(PERIOD, np.random.default_rng(0))
     for time in times:
         speed, tilt, tilt_rate = motion(time)
         truth = Observation(time, tilt, tilt_rate, (speed - before) / PERIOD, 0.0, 0.0, 0.0)
@@ -42,15 +52,17 @@ def test_a_filter_that_never_follows_the_accelerometer_shows_the_truth():
     assert [filtered(Observation(0.0, 0.1, 1.0, 5.0, 0.0, 0.0, 0.0)).tilt for _ in range(9)] == [0.1] * 9
 
 
+@pytest.mark.parametrize("gyro", GYROS)
 @pytest.mark.parametrize("which", ["paper", "regbot"])
-def test_both_engines_show_the_same(request, which):
+def test_both_engines_show_the_same(request, which, gyro):
     robot, start = request.getfixturevalue(which), StartPose(-0.1, 0.0, 0.2, 0.0)
     rng = np.random.default_rng(0)
     commands = 0.3 * robot.torque_limit * rng.standard_normal(12)
+    scale, bias = GYROS[gyro]
     shown = {}
     for rate in (0.0, 2.0):
         for kind in (PlanarPlant, SimPlant):
-            filters = [TiltFilter(rate, LEAD)]
+            filters = [TiltFilter(rate, LEAD), GyroScale(scale), GyroBias(bias)]
             with kind(robot=robot, effects=filters, start=start, physics_step=0.0005, seed=0) as plant:
                 plant.reset(0)
                 shown[rate, kind] = np.array([plant.step(command).tilt for command in commands])

@@ -19,6 +19,8 @@ from twbal.effects.cogging import Cogging
 from twbal.effects.coulomb_friction import CoulombFriction
 from twbal.effects.effect import assemble
 from twbal.effects.ground_slope import GroundSlope
+from twbal.effects.gyro_bias import GyroBias
+from twbal.effects.gyro_scale import GyroScale
 from twbal.effects.imu_delay import ImuDelay
 from twbal.effects.motor_lag import MotorLag
 from twbal.effects.periodic_disturbance import PeriodicDisturbance
@@ -46,6 +48,7 @@ KINDS = {
     "disturbance": [PeriodicDisturbance(8.0, 2.0, 0.4)],
     "late IMU": [ImuDelay(0.033)],
     "filtered tilt": [TiltFilter(3.0, 0.02)],
+    "filtered tilt of a gyro with errors": [TiltFilter(3.0, 0.02), GyroScale(1.1), GyroBias(0.05)],
     "filtered and late tilt": [TiltFilter(3.0, 0.02), ImuDelay(0.033)],
     "backlash": [Backlash(0.02)],
     "backlash of light rotors": [Backlash(0.02, 0.2)],

@@ -32,6 +32,7 @@ from twbal.core.robot_model import (
     JointTorque,
     Machine,
     Reading,
+    Sensor,
     SensorFilter,
     TorqueFilter,
 )
@@ -221,6 +222,10 @@ class SensorEffect(Effect):
     def start(self, control_period: float, rng: np.random.Generator) -> SensorFilter:
         """A fresh sensor for one rollout, called once a control period [s]."""
 
+    def beside(self, effects: Sequence[Effect]) -> Sensor:
+        """This sensor on a robot that has all these effects: itself, unless it reads what another one makes."""
+        return self
+
 
 class ReadingEffect(SensorEffect, SensorTerm):
     """Stands between the truth and what is measured, and remembers nothing."""
@@ -253,5 +258,5 @@ def assemble(robot: RobotParameters, effects: Sequence[Effect]) -> Machine:
         joints=tuple(e for e in ordered if isinstance(e, JointEffect)),
         pushes=tuple(e.push for e in ordered if isinstance(e, AxleTerm)),
         actuators=tuple(e for e in ordered if isinstance(e, ActuatorEffect)),
-        sensors=tuple(e for e in ordered if isinstance(e, SensorEffect)),
+        sensors=tuple(e.beside(ordered) for e in ordered if isinstance(e, SensorEffect)),
     )

@@ -1,15 +1,17 @@
 """A tilt that takes speeding up for leaning."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import atan, expm1
+from typing import NamedTuple
 
 import numpy as np
 
 from twbal.core.plant import Observation
 from twbal.core.quantities import Quantity
-from twbal.core.robot_model import SensorFilter
+from twbal.core.robot_model import Reading, Sensor, SensorFilter
 from twbal.core.robot_parameters import GRAVITY
-from twbal.effects.effect import Place, SensorEffect
+from twbal.effects.effect import Effect, Place, SensorEffect, SensorTerm
 from twbal.effects.parameter import adds_to, parameter
 
 
@@ -20,7 +22,8 @@ class TiltFilter(SensorEffect):
     Such a filter adds up the gyro and corrects the sum by the direction in which the accelerometer sees gravity. When
     the robot speeds up by a, that direction is wrong by arctan(a/g). So the measured tilt is off by e, with
     e' = -rate·(arctan(a/g) + e) + lead·θ''. A sum of rectangles, a control period T wide, runs ahead of the tilt by
-    T/2; an accelerometer at the height h above the axle takes rate·h/g from that. It acts on the measured tilt.
+    T/2; an accelerometer at the height h above the axle takes rate·h/g from that. What a biased or scaled gyro shows
+    beyond θ' is added up as well: it is a further part of e'. It acts on the measured tilt.
     """
 
     rate: float = parameter(
@@ -51,17 +54,43 @@ class TiltFilter(SensorEffect):
     separate_by = "Hold the body upright against a wall or rail, push the robot to and fro, and look at the tilt."
 
     def start(self, control_period: float, rng: np.random.Generator) -> SensorFilter:
-        """Hand out a filter that has settled at the first instant."""
-        lost = -expm1(-self.rate * control_period)
-        mean = lost / (self.rate * control_period) if self.rate > 0 else 1.0  # of exp(-rate·t) over a period
+        """Hand out a filter of a perfect gyro that has settled at the first instant."""
+        return _Fusion(self, ()).start(control_period, rng)
+
+    def beside(self, effects: Sequence[Effect]) -> Sensor:
+        """The filter of a gyro with those of the effects that change its reading."""
+        return _Fusion(self, tuple(effect for effect in effects if isinstance(effect, SensorTerm)))
+
+
+class _Fusion(NamedTuple):
+    """A tilt filter, and what changes the readings of its gyro."""
+
+    effect: TiltFilter
+    gyro: tuple[SensorTerm, ...]
+
+    def start(self, control_period: float, rng: np.random.Generator) -> SensorFilter:
+        """As of `TiltFilter`."""
+        rate, lead = self.effect.rate, self.effect.lead
+        lost = -expm1(-rate * control_period)
+        mean = lost / (rate * control_period) if rate > 0 else 1.0  # of exp(-rate·t) over a period
         off = 0.0  # tilt that is shown less the true one [rad]
         before: float | None = None
+
+        def wrong_rate(truth: Observation, tilt_rate: float) -> float:
+            """What the gyro shows too much."""
+            seen = Reading(0.0, tilt_rate, 0.0, 0.0)
+            for term in self.gyro:
+                seen = term.sense(seen, truth.time)
+            return seen.tilt_rate - tilt_rate
 
         def fused(truth: Observation) -> Observation:
             nonlocal off, before
             if before is not None:
                 wrong = atan(truth.acceleration / GRAVITY)
-                pushed = self.lead * (truth.tilt_rate - before) - self.rate * control_period * wrong
+                pushed = lead * (truth.tilt_rate - before) - rate * control_period * wrong
+                if rate > 0.0:
+                    both = wrong_rate(truth, before) + wrong_rate(truth, truth.tilt_rate)
+                    pushed += 0.5 * control_period * both
                 off += mean * pushed - lost * off
             before = truth.tilt_rate
             return truth._replace(tilt=truth.tilt + off)

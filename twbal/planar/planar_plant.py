@@ -65,7 +65,7 @@ def hold(
         if k.slope != 0.0 and turning.rate != 0.0:
             s = tipped(k, s, now, Turning(turning.rate, now.heading + k.step * turning.rate))
         reached += k.lag * (asked - reached)
-        see(k, before, s, imu, number + 1)
+        see(p, k, before, s, imu, number + 1)
     return TwinState(s.tilt, s.wheel, s.tilt_rate, s.wheel_speed, reached, s.rotor, s.rotor_speed, s.slip, s.position)
 
 

@@ -39,11 +39,12 @@ def imu_settled(k: Constants, s: TwinState, rows: int) -> Array:
 
 
 @kernel()
-def see(k: Constants, before: TwinState, s: TwinState, imu: Array, number: int) -> None:
+def see(p: TwinParameters, k: Constants, before: TwinState, s: TwinState, imu: Array, number: int) -> None:
     """Write to the ring what the IMU sees of a state, `number` physics steps after the rollout began.
 
     Args:
-        k: constants.
+        p: the twin.
+        k: its constants.
         before: state a physics step before.
         s: state now.
         imu: as of `read_sensors`.
@@ -54,6 +55,8 @@ def see(k: Constants, before: TwinState, s: TwinState, imu: Array, number: int) 
     if k.filter_rate > 0.0:  # gravity and acceleration add up to a direction, whose angle is no more than a right one
         a = (k.radius * (s.wheel_speed - before.wheel_speed) + s.slip - before.slip) / (k.step * GRAVITY)
         imu[row, 2] -= k.filter_rate * k.step * (a - atan(a))
+        gyro = sense(p, Reading(0.0, s.tilt_rate, 0.0, 0.0), number * k.step).tilt_rate  # which the filter adds up
+        imu[row, 2] -= k.step * (gyro - s.tilt_rate)
     imu[row, 0], imu[row, 1] = filtered_tilt(k, s, imu[row, 2]), s.tilt_rate
 
 
