@@ -61,6 +61,9 @@ def robot():
         return instantiate(compose("sim_collect").robot)
 
 
+SENSORS = ImuDelay | TiltFilter | GyroScale | GyroBias
+
+
 def driven(robot, effects, commands=COMMANDS):
     """The observations of a rollout."""
     start = StartPose(-0.02, 0.0, 0.0, 0.0)
@@ -81,7 +84,7 @@ def start_at(robot, truth, t, commands=COMMANDS):
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_replay_goes_on_as_the_rollout_did(kind, robot):
     effects = KINDS[kind]
-    truth = driven(robot, [effect for effect in effects if not isinstance(effect, ImuDelay | TiltFilter)])
+    truth = driven(robot, [effect for effect in effects if not isinstance(effect, SENSORS)])
     shown = driven(robot, effects)
     (found,) = replay(robot, effects, STEP, [start_at(robot, truth, FROM)], COMMANDS[None, FROM:])
     error = np.abs(found[:, SEEN] - shown[FROM:, SEEN]).max(axis=0)
