@@ -36,7 +36,7 @@ def test_it_follows_its_differential_equation(rate, gyro):
     times = PERIOD * np.arange(500)
     exact = solve_ivp(slope, (0.0, 10.0), [0.0], t_eval=times, rtol=1e-9, atol=1e-12).y[0]
     shown, before = [], motion(0.0)[0]
-    sensor = TiltFilter(rate, LEAD).beside([GyroBias(bias), GyroScale(scale)][::-1])
+    sensor = TiltFilter(rate, LEAD).beside([GyroScale(scale), GyroBias(bias)])
     filtered = sensor.start(PERIOD, np.random.default_rng(0))
     for time in times:
         speed, tilt, tilt_rate = motion(time)

@@ -53,15 +53,13 @@ KINDS = {
     "backlash": [Backlash(0.02)],
     "backlash of light rotors": [Backlash(0.02, 0.2)],
 }
+SENSORS = ImuDelay | TiltFilter | GyroScale | GyroBias
 
 
 @pytest.fixture(scope="module")
 def robot():
     with composing():
         return instantiate(compose("sim_collect").robot)
-
-
-SENSORS = ImuDelay | TiltFilter | GyroScale | GyroBias
 
 
 def driven(robot, effects, commands=COMMANDS):

@@ -83,10 +83,8 @@ def _agent(env: gymnasium.Env[NDArray[np.float32], Action], recipe: AgentRecipe,
         )
     except (TypeError, ValueError, AssertionError) as error:
         raise ConfigError(f"{recipe.algorithm} of Stable-Baselines3 does not take agent.options: {error}") from error
-    if not agent.verbose and agent.tensorboard_log is None:
-        agent.set_logger(
-            Logger(None, [])
-        )  # else Stable-Baselines3 makes a folder among the temporary files, for nothing
+    if not agent.verbose and agent.tensorboard_log is None:  # Stable-Baselines3 would make a temporary folder
+        agent.set_logger(Logger(None, []))
     return agent
 
 

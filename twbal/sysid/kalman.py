@@ -175,8 +175,8 @@ def kalman_filter(linear: LinearTwin, noise: Noise) -> Filter:
         P, Q = _with_discrepancy(P, Q, read, noise.discrepancy**2, linear)
     measured = int((noise.sensors < 0.5 * UNSENSED).sum())
     gains, whiteners, determinants, after = _riccati(linear.F, linear.C, Q, R, P, _INSTANTS, settled)
-    settled_at = after[:4, :4]
-    return Filter(gains, whiteners, determinants, measured, settled_at, linear.pushes, linear.decay, linear.summed)
+    of_linear = linear.pushes, linear.decay, linear.summed
+    return Filter(gains, whiteners, determinants, measured, after[:4, :4], *of_linear)
 
 
 def _with_discrepancy(P: Array, Q: Array, read: Array, variances: Array, linear: LinearTwin) -> tuple[Array, Array]:

@@ -92,6 +92,15 @@ def _push(
 
 
 @kernel()
+def _carry(missing: Array, decay: Array, summed: float) -> None:
+    """Carry a model discrepancy over a control period: it decays, and the tilt adds up the gyro's bias."""
+    added = summed * missing[5]
+    for i in range(len(decay)):
+        missing[i] *= decay[i]
+    missing[2] += added
+
+
+@kernel()
 def run_predictor(
     p: TwinParameters,
     commands: Array,
@@ -137,10 +146,7 @@ def run_predictor(
             heading += period * turning.rate
             if len(decay) > 0:
                 s = _push(s, k, missing, pushes, imu, n * substeps, substeps)
-                added = summed * missing[5]
-                for i in range(len(decay)):
-                    missing[i] *= decay[i]
-                missing[2] += added
+                _carry(missing, decay, summed)
             seen = read_sensors(p, k, s, imu, n * substeps, lead)
             error = errors[n]
             error[0] = measured[n, 0] - seen.tilt - missing[2]
