@@ -15,6 +15,7 @@ from benchmarks.latency.figures import distribution
 from benchmarks.latency.load import busy
 from benchmarks.latency.robot import ROOT, environment, period_of, policy, robot, twbal, without_priority
 from benchmarks.latency.timed import ARMED, Times, words
+from benchmarks.latency.withheld import withheld_share
 from twbal.core.episode import Episode, Outcome
 from twbal.io.logs import read_episode
 
@@ -38,10 +39,12 @@ class Driven(NamedTuple):
     Attributes:
         episode: its log.
         times: of its commands.
+        withheld: share of the processors' time that a virtual machine did not have [%]; None where nothing counts it.
     """
 
     episode: Episode
     times: Times
+    withheld: float | None
 
     @property
     def seconds(self) -> float:
@@ -74,12 +77,17 @@ def run(load: int, host: str, rate: int, seconds: float) -> dict[str, Any]:
         "falls": len(early),
         "first_fall": round(early[0].seconds, 2) if early else None,
         "why": early[0].episode.events[-1].text if early and early[0].episode.events else "",
+        "withheld": _longest(rollouts).withheld,
         **distribution([time for each in rollouts for time in each.times.seconds], 1.0 / rate),
     }
 
 
 def _driven(rollouts: list[Driven]) -> float:
     return sum(each.seconds for each in rollouts)
+
+
+def _longest(rollouts: list[Driven]) -> Driven:
+    return max(rollouts, key=lambda each: each.seconds)
 
 
 def _rollout(port: str, load: int, host: str, rate: int, seconds: float, trial: int) -> Driven:
@@ -95,9 +103,11 @@ def _rollout(port: str, load: int, host: str, rate: int, seconds: float, trial: 
         told += [*words(port, times), f"link.on_board={str(on_board).lower()}", f"hydra.run.dir={out}"]
         command = [*([] if host == "real_time" else without_priority()), *twbal("real-rollout", *told)]
         with _host(command, times) as process, busy(load):
+            withheld = withheld_share()
             _wait(process, times, seconds, halted=on_board)
+            share = withheld()
         (log,) = out.glob("*/*.mcap")
-        return Driven(read_episode(log), Times.read(times))
+        return Driven(read_episode(log), Times.read(times), share)
 
 
 @contextmanager

@@ -22,13 +22,14 @@ _ASKED = (
 def latency(results: Mapping[str, Any]) -> list[str]:
     """One line a case: by what it is driven, how often a second, beside how many programs."""
     lines = [
-        f"| policy | Hz | load {_SHARES} late | falls |",
-        "|---" * 11 + "|",
+        f"| policy | Hz | load {_SHARES} late | falls | withheld |",
+        "|---" * 12 + "|",
     ]
     for case in sorted(_driven(results), key=_order):
         asked, found = case["settings"], case["result"]
         by = f"| {_HOSTS[asked['host']]} | {asked['rate']} | {asked['load'] or 'none'} "
-        lines.append(f"{by}{_said(found)} {found['late']} of {found['commands']} | {_falls(found)} |")
+        withheld = "-" if found.get("withheld") is None else f"{found['withheld']:.1f} %"
+        lines.append(f"{by}{_said(found)} {found['late']} of {found['commands']} | {_falls(found)} | {withheld} |")
     return [*lines, "", _where(results)]
 
 

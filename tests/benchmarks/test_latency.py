@@ -11,6 +11,7 @@ from benchmarks.latency.losses import after_loss
 from benchmarks.latency.steering import main as main_of_steering
 from benchmarks.latency.tables import keys, latency, latency_asked, latency_histogram, line_alone, losses
 from benchmarks.latency.timed import ARMED, TimedPlant, Times
+from benchmarks.latency.withheld import withheld_share
 from twbal.core.episode import Episode, Event, Outcome, Provenance
 from twbal.core.errors import LinkLostError
 from twbal.core.plant import Observation, Plant
@@ -107,6 +108,16 @@ def test_shares_percentiles_and_histogram_of_times_that_are_known():
     assert {edge: count for edge, count in counted.items() if count} == {1.0: 900, 2.0: 90, 5.0: 9, 100.0: 1}
 
 
+def test_what_a_virtual_machine_does_not_have_is_the_share_of_all_times(tmp_path):
+    stat = tmp_path / "stat"
+    stat.write_text("cpu 100 0 50 800 0 0 0 10 7 0\ncpu0 100 0 50 800 0 0 0 10 7 0\n")
+    since = withheld_share(stat)
+    assert since() is None  # no time has passed
+    stat.write_text("cpu 120 0 60 860 0 0 0 20 9 0\n")  # a guest's time is part of the user's
+    assert since() == 10.0
+    assert withheld_share(tmp_path / "none")() is None
+
+
 def drive(presses, begun, seconds=4.0, answer_us=1_500):
     """Times of a drive that begins at a time [s]; its reference moves for 0.3 s from the observation after a press."""
     measured = np.arange(int(begun * 1e6), int((begun + seconds) * 1e6), PERIOD_US)
@@ -179,7 +190,7 @@ def test_tables_say_what_was_measured_and_what_was_missed():
     measured = results(case("real_time", 8, 100, bad, falls=2), case("real_time", 0, 100, good), board)
     lines = latency(measured)
     assert lines[2].startswith("| on the host, real-time priority | 100 | none | 100.00 % | 100.00 % | 1.0 ms")
-    assert lines[3].endswith("| 0 of 1000 | 2 in 600 s, the first after 3.2 s |") and "| 98.00 % |" in lines[3]
+    assert lines[3].endswith("| 0 of 1000 | 2 in 600 s, the first after 3.2 s | - |") and "| 98.00 % |" in lines[3]
     asked = "\n".join(latency_asked(measured))
     assert "98.00 %: **missed**" in asked and "100.00 %: met" in asked
     assert "no fall | 2 falls in 600 s: **missed**" in asked and "no fall | 0 falls in 600 s: met" in asked

@@ -1,8 +1,12 @@
-"""Priority is looked up as the system has it, in this process and by `chrt`; garbage by what Python says of it."""
+"""Priority is looked up as the system has it, in this process and by `chrt`; garbage by what Python says of it.
+
+That cores stay awake is looked up in the system's own file: read, it tells the shortest time that anybody asks for.
+"""
 
 import gc
 import os
 import shutil
+import struct
 import subprocess
 import sys
 import weakref
@@ -10,7 +14,7 @@ import weakref
 import pytest
 from test_serial_plant import REAL_TIME, drive, linked
 
-from twbal.link.real_time import PRIORITY, punctual, real_time_priority, uncollected
+from twbal.link.real_time import PRIORITY, WAKE_UP, cores_awake, punctual, real_time_priority, uncollected
 
 ALONE = "import os\nfrom twbal.link.real_time import real_time_priority as p\nwith p() as has: print(has, {shown})"
 allowed = pytest.mark.skipif(os.geteuid() != 0, reason="real-time priority is root's, unless somebody allowed it")
@@ -72,6 +76,26 @@ def test_who_may_not_or_need_not_stays_as_it_is(before, shown, said):
         pytest.skip(f"needs {before[0]}")
     command = [*before, sys.executable, "-c", ALONE.format(shown=shown)]
     assert subprocess.run(command, capture_output=True, text=True).stdout.strip() == said
+
+
+def longest_wake_up():
+    """That the system allows its cores [µs]."""
+    with WAKE_UP.open("rb") as told:
+        return struct.unpack("i", told.read(4))[0]
+
+
+@pytest.mark.skipif(not os.access(WAKE_UP, os.R_OK | os.W_OK), reason=f"needs {WAKE_UP}")
+def test_cores_stay_awake_in_the_body_only():
+    before = longest_wake_up()
+    with cores_awake() as they_do:
+        assert they_do and longest_wake_up() == 0
+    assert longest_wake_up() == before
+
+
+def test_where_cores_cannot_be_kept_awake_the_body_runs_all_the_same(monkeypatch, tmp_path):
+    monkeypatch.setattr("twbal.link.real_time.WAKE_UP", tmp_path / "none")
+    with cores_awake() as they_do:
+        assert not they_do
 
 
 def test_both_end_where_the_body_fails():

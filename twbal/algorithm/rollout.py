@@ -155,13 +155,13 @@ class _Record:
         Raises:
             LinkLostError: it is not finite, or not later than what was seen before.
         """
-        if not np.isfinite(seen).all():
+        if not all(map(math.isfinite, seen)):
             raise LinkLostError(f"The robot sent a value that is not a finite number: {seen}.")
         if self.seen and seen.time <= self.seen[-1].time:
             raise LinkLostError(
                 f"The robot's clock does not run forward: it said {self.seen[-1].time} s, and then {seen.time} s."
             )
-        if pose is not None and not np.isfinite(pose).all():
+        if pose is not None and not all(map(math.isfinite, pose)):
             raise LinkLostError(f"The robot's true pose was said to be {pose}; expected finite numbers.")
         self.seen.append(seen)
         self.poses.append(_NO_POSE if pose is None else pose)

@@ -3,6 +3,7 @@
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -71,7 +72,7 @@ class Channels:
                 f"{self.control_period} s."
             )
 
-    @property
+    @cached_property
     def lags(self) -> dict[str, int]:
         """Past-command channels and how many control periods each looks back."""
         return {n: int(m.group(1)) for n in self.names if (m := _PAST_COMMAND.fullmatch(n))}

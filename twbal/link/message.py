@@ -6,10 +6,9 @@ resolution (1e-8 rad at a tilt of 10°, 1e-5 rad at 100 rad of wheel angle) is f
 """
 
 import struct
-from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import Enum
-from math import isnan, nan
+from math import nan
 from typing import Annotated, Any, ClassVar, NamedTuple, Self, get_args, get_type_hints
 
 from twbal.core.errors import printable
@@ -58,6 +57,7 @@ class Message:
         TYPE: its first byte.
         LAYOUT: its fields after that.
         PACKING: of all that has a fixed length.
+        ENUMS: place and type of each field that is an enumeration.
     """
 
     seq: Annotated[int, U16, "number of the message"]
@@ -65,6 +65,7 @@ class Message:
     TYPE: ClassVar[int]
     LAYOUT: ClassVar[tuple[FieldLayout, ...]]
     PACKING: ClassVar[struct.Struct]
+    ENUMS: ClassVar[tuple[tuple[int, type[Enum]], ...]]
 
     def __init_subclass__(cls) -> None:
         super().__init_subclass__()
@@ -72,6 +73,7 @@ class Message:
         annotated = {name: get_args(hint) for name, hint in hints.items() if hasattr(hint, "__metadata__")}
         cls.LAYOUT = tuple(FieldLayout(name, *parts) for name, parts in annotated.items())
         cls.PACKING = struct.Struct("<B" + "".join(field.wire.code for field in cls.LAYOUT))
+        cls.ENUMS = tuple((i, field.kind) for i, field in enumerate(cls.LAYOUT) if issubclass(field.kind, Enum))
 
     @classmethod
     def ends_with_text(cls) -> bool:
@@ -93,19 +95,15 @@ class Message:
             ValueError: a field cannot be read.
         """
         size = cls.PACKING.size if cls.ends_with_text() else len(payload)
-        values: Sequence[Any] = cls.PACKING.unpack(payload[:size])[1:]
+        # Absent values become one NaN, so that messages of the same bytes are equal.
+        values: list[Any] = [value if value == value else nan for value in cls.PACKING.unpack(payload[:size])[1:]]
+        for place, kind in cls.ENUMS:
+            values[place] = kind(values[place])
         if cls.ends_with_text():
-            values = (*values, printable(payload[size:].decode()))
-        return cls(*(_typed(field, value) for field, value in zip(cls.LAYOUT, values, strict=True)))
+            values.append(printable(payload[size:].decode()))
+        return cls(*values)
 
 
 def text_bytes(text: str) -> bytes:
     """`text` in UTF-8, cut between characters where it is too long."""
     return text.encode()[:MAX_TEXT].decode(errors="ignore").encode()
-
-
-def _typed(field: FieldLayout, value: Any) -> Any:
-    """The value as its type; absent ones are one NaN, so that messages of the same bytes are equal."""
-    if isinstance(value, float) and isnan(value):
-        return nan
-    return field.kind(value) if issubclass(field.kind, Enum) else value

@@ -5,6 +5,8 @@ beyond what their sensors can tell. `docs/protocol.md` has them as a table.
 """
 
 import math
+from collections.abc import Mapping
+from functools import cache
 
 from twbal.core.errors import ConfigError
 from twbal.link.protocol import NEEDED, PoseReport, Sensors, Telemetry, Welcome
@@ -69,8 +71,9 @@ def odd_values(seen: Telemetry | PoseReport, sensors: Sensors) -> str:
         seen: what the robot says.
         sensors: that it has; others are not looked at.
     """
-    measured = {name: most for name, most in MEASURED.items() if Sensors[name.upper()] & sensors}
-    ranges = measured if isinstance(seen, Telemetry) else POSE
+    ranges = _measured_by(sensors) if isinstance(seen, Telemetry) else POSE
+    if all([abs(getattr(seen, name)) <= most for name, (most, _) in ranges.items()]):  # not so of a NaN
+        return ""
     values = {name: getattr(seen, name) for name in ranges}
     broken = [name for name, value in values.items() if not math.isfinite(value)]
     if broken:
@@ -80,7 +83,13 @@ def odd_values(seen: Telemetry | PoseReport, sensors: Sensors) -> str:
         for name, (most, unit) in ranges.items()
         if abs(values[name]) > most
     ]
-    return f"values beyond what any robot does ({'; '.join(beyond)})" if beyond else ""
+    return f"values beyond what any robot does ({'; '.join(beyond)})"
+
+
+@cache
+def _measured_by(sensors: Sensors) -> Mapping[str, tuple[float, str]]:
+    """The part of `MEASURED` that a robot with these sensors has; asked for in each control period."""
+    return {name: most for name, most in MEASURED.items() if Sensors[name.upper()] & sensors}
 
 
 def check_timeouts(**seconds: float) -> None:

@@ -1,6 +1,7 @@
 """Where bytes go in and out; the only file that knows pyserial."""
 
 import os
+import select
 from abc import ABC, abstractmethod
 
 import serial
@@ -9,6 +10,7 @@ from serial.tools import list_ports
 from twbal.core.errors import ConfigError, LinkError, LinkLostError
 
 _POLL = 0.02  # a read waits at most this long [s]: short beside any timeout, long beside a round trip
+_MOST = 4096  # that is read at once [bytes]
 _WRITE_TIMEOUT = 1.0  # a line that takes no bytes for so long is dead [s]
 
 
@@ -70,6 +72,8 @@ class SerialTransport(Transport):
             )
         except (OSError, ValueError) as error:
             raise LinkError(_cannot_open(port, error)) from error
+        is_file = os.name == "posix" and isinstance(self._port, serial.Serial)
+        self._file: int | None = self._port.fileno() if is_file else None  # select() takes it
         self.low_latency = self._set_low_latency()
 
     def _set_low_latency(self) -> bool:
@@ -82,9 +86,23 @@ class SerialTransport(Transport):
     def read(self) -> bytes:
         """Whatever has come; see `Transport.read`."""
         try:
+            if self._file is not None and self._port.is_open:
+                return self._read_file(self._file)
             return bytes(self._port.read(self._port.in_waiting or 1))
+        except BlockingIOError:
+            return b""
         except OSError as error:
             raise LinkLostError(f"The port {self.name} is gone while reading: {error}.") from error
+
+    @staticmethod
+    def _read_file(file: int) -> bytes:
+        """One wait and one read; by pyserial it is two of each, as its `read` waits for as many bytes as it is told."""
+        if not select.select([file], [], [], _POLL)[0]:
+            return b""
+        data = os.read(file, _MOST)
+        if not data:
+            raise OSError("it says that something came, and has nothing")
+        return data
 
     def write(self, data: bytes) -> None:
         """Send `data`; see `Transport.write`.

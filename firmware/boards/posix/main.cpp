@@ -91,7 +91,7 @@ int wait_ms(const Robot& robot, uint32_t now_us)
 }
 
 template <class Robot>
-int serve(Robot& robot, const twbal::PhysicsPipe& body, int port, uint64_t idle_us)
+int serve(Robot& robot, twbal::PhysicsPipe& body, int port, uint64_t idle_us)
 {
     uint64_t attended = monotonic_us();
     uint8_t bytes[512];
@@ -116,6 +116,7 @@ int serve(Robot& robot, const twbal::PhysicsPipe& body, int port, uint64_t idle_
             robot.receive(bytes, static_cast<size_t>(got), static_cast<uint32_t>(now));
         }
         robot.run(static_cast<uint32_t>(now));
+        body.flush();
     }
     return 1;
 }

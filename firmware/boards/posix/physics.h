@@ -55,12 +55,23 @@ public:
         return !isnan(report.x);
     }
 
-    // To the host; what has no room in the line is lost, as on a wire.
+    // To the host, together with what else is said until `flush`: each piece would wake it.
     void write(const uint8_t* bytes, size_t size)
     {
-        if (::write(port_, bytes, size) < 0) {
-            return;
+        if (size > sizeof said_ - has_said_) {
+            flush();
         }
+        memcpy(said_ + has_said_, bytes, size);
+        has_said_ += size;
+    }
+
+    // What has no room in the line is lost, as on a wire.
+    void flush()
+    {
+        if (has_said_ > 0 && ::write(port_, said_, has_said_) < 0) {
+            // lost
+        }
+        has_said_ = 0;
     }
 
     bool is_gone() const { return is_gone_; }
@@ -82,6 +93,8 @@ private:
     int to_, from_, port_;
     bool is_fresh_ = false, is_gone_ = false;
     PhysicsAnswer answer_ = {};
+    uint8_t said_[1024];
+    size_t has_said_ = 0;
 };
 
 static_assert(sizeof(Sensed) == sizeof(PhysicsAnswer::sensed), "Sensed is sent as it is");

@@ -7,7 +7,7 @@ import time
 
 import pytest
 
-from twbal.cli.doctor.timing import PERIOD, lateness, lateness_check, load_check, priority_check
+from twbal.cli.doctor.timing import PERIOD, lateness, lateness_check, load_check, priority_check, sleep_check
 from twbal.core.check import Verdict
 
 
@@ -69,3 +69,12 @@ def test_priority_is_allowed_where_chrt_can_give_it():
     assert check.verdict == (Verdict.OK if allowed else Verdict.WARNING)
     assert ("limits.conf" in check.advice) != allowed
     assert os.sched_getscheduler(0) == os.SCHED_OTHER
+
+
+def test_who_may_keep_cores_awake_is_told_so(tmp_path):
+    allowed = tmp_path / "cpu_dma_latency"
+    allowed.touch()
+    assert "keep them awake" in sleep_check(allowed).found
+    not_there = sleep_check(tmp_path / "none")
+    assert not_there.verdict == Verdict.OK
+    assert f"who may write to {tmp_path / 'none'}" in not_there.found

@@ -6,10 +6,12 @@ import resource
 import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from pathlib import Path
 from statistics import median
 
 from twbal.core.check import Check, Verdict
 from twbal.link.protocol import WATCHDOG
+from twbal.link.real_time import WAKE_UP
 
 PERIOD = 0.01
 """Of the loop whose wake-ups are timed [s]."""
@@ -35,6 +37,22 @@ def priority_check() -> Check:
     with suppress(OSError):  # to lower it is always allowed
         os.sched_setscheduler(0, policy, parameters)
     return Check(name, Verdict.OK, "allowed; commands that drive a robot in real time take it by themselves")
+
+
+def sleep_check(wake_up: Path = WAKE_UP) -> Check:
+    """Whether this process may keep the cores awake while it drives. No problem where not: it costs a fraction of a ms.
+
+    Args:
+        wake_up: the file by which Linux is told.
+    """
+    name = "sleeping cores"
+    if os.access(wake_up, os.W_OK):
+        return Check(name, Verdict.OK, "commands that drive a robot in real time keep them awake")
+    return Check(
+        name,
+        Verdict.OK,
+        f"may sleep between two measurements; who may write to {wake_up} (root, or by a rule of udev) keeps them awake",
+    )
 
 
 def load_check(cores: int, load: float) -> Check:
