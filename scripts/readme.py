@@ -25,7 +25,16 @@ from benchmarks.driving.tables import driving, misses  # noqa: E402
 from benchmarks.hidden_robots.prediction import prediction_table, reliability_table  # noqa: E402
 from benchmarks.hidden_robots.tables import beside, paper, reachable, reproduced, robots, summary  # noqa: E402
 from benchmarks.import_tables import import_checks, import_misses  # noqa: E402
-from benchmarks.latency.tables import keys, latency, latency_asked, latency_histogram, line_alone, losses, viewed  # noqa: E402
+from benchmarks.latency.tables import (  # noqa: E402
+    keys,
+    latency,
+    latency_asked,
+    latency_commits,
+    latency_histogram,
+    line_alone,
+    losses,
+    viewed,
+)
 from benchmarks.link_faults.tables import link_fault_misses, link_faults  # noqa: E402
 from benchmarks.link_fuzz.tables import link_noise, link_sessions  # noqa: E402
 from benchmarks.on_boards.__main__ import on_board_cycles  # noqa: E402
@@ -117,6 +126,7 @@ PARTS: Mapping[str, Callable[..., list[str]]] = {
     "on_firmware": on_firmware,
     "latency": latency,
     "latency_asked": latency_asked,
+    "latency_commits": latency_commits,
     "latency_histogram": latency_histogram,
     "line_alone": line_alone,
     "keys": keys,

@@ -28,8 +28,16 @@ def latency(results: Mapping[str, Any]) -> list[str]:
     for case in sorted(_driven(results), key=_order):
         asked, found = case["settings"], case["result"]
         by = f"| {_HOSTS[asked['host']]} | {asked['rate']} | {asked['load'] or 'none'} "
-        withheld = "-" if found.get("withheld") is None else f"{found['withheld']:.1f} %"
-        lines.append(f"{by}{_said(found)} {found['late']} of {found['commands']} | {_falls(found)} | {withheld} |")
+        late = f"{found['late']} of {found['commands']}"
+        lines.append(f"{by}{_said(found)} {late} | {_falls(found)} | {_withheld(found)} |")
+    return [*lines, "", _where(results)]
+
+
+def latency_commits(results: Mapping[str, Any]) -> list[str]:
+    """One line for each time that one of several commits drove, in the order in which they did."""
+    lines = [f"| commit {_SHARES} withheld |", "|---" * 8 + "|"]
+    for case in results["cases"]:
+        lines.append(f"| {case['commit']} {_said(case['result'])} {_withheld(case['result'])} |")
     return [*lines, "", _where(results)]
 
 
@@ -136,6 +144,10 @@ def _said(found: Mapping[str, Any]) -> str:
     shares = f"| {found['within_2_ms']:.2f} % | {found['within_5_ms']:.2f} % "
     times = [*(found["percentiles_ms"][rank] for rank in ("50", "99", "99.9")), found["longest_ms"]]
     return shares + "".join(f"| {time:.1f} ms " for time in times) + "|"
+
+
+def _withheld(found: Mapping[str, Any]) -> str:
+    return "-" if found.get("withheld") is None else f"{found['withheld']:.1f} %"
 
 
 def _falls(found: Mapping[str, Any]) -> str:

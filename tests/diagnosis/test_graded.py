@@ -10,14 +10,15 @@ from synthetic_recordings import synthetic_recording
 
 from twbal.cli.composition import composing
 from twbal.core.episode import Episode, Outcome, Provenance
+from twbal.diagnosis.candidates import Candidate, Parameter
 from twbal.diagnosis.effect_candidates import candidates_for
 from twbal.diagnosis.graded import contradicted, with_shares
 from twbal.diagnosis.inputs import DataSettings, Named, Simulated
 from twbal.diagnosis.name import name_effects
 from twbal.diagnosis.objections import Objection
 from twbal.diagnosis.pipeline import diagnose_episodes
-from twbal.diagnosis.probable import credence, probability_of
-from twbal.diagnosis.record import Gap, ProbableEffect, Verdict
+from twbal.diagnosis.probable import chance_of_size, credence, probability_of
+from twbal.diagnosis.record import Estimate, Gap, ProbableEffect, Verdict
 from twbal.diagnosis.settings import Credence
 
 GIVEN = Credence(objected_effect=0.4, objected_set=0.8)
@@ -57,6 +58,22 @@ def test_an_effect_has_the_weight_of_all_sets_that_hold_it_or_its_equal():
 )
 def test_what_speaks_against_an_effect_counts_more_than_what_speaks_against_its_set(effect, objected, expected):
     assert credence(effect, objected, GIVEN) == expected
+
+
+@pytest.mark.parametrize("neutral", [0.0, 1.0])
+@pytest.mark.parametrize(("value", "error"), [(0.0, 0.02), (0.05, 0.02), (-0.04, 0.03), (0.5, 0.1), (0.01, 0.001)])
+def test_an_effect_is_larger_than_a_trifle_with_the_share_of_what_it_may_be_that_is(neutral, value, error):
+    size = Parameter("size", "", -3.0, 3.0, neutral - 2.0, neutral)  # usual size 2: a trifle is at most 0.04
+    found = {"size": Estimate(neutral + value, neutral + value - 1.96 * error, neutral + value + 1.96 * error, "")}
+    drawn = np.random.default_rng(3).normal(value, error, 100_000)
+    chance = chance_of_size(Candidate("any", (size,), (), (), ""), found, 0.02)
+    assert chance == pytest.approx(np.mean(np.abs(drawn) > 0.04), abs=0.005)
+
+
+def test_of_several_sizes_the_larger_one_counts():
+    sizes = (Parameter("a", "", 0.0, 3.0, 1.0, 0.0), Parameter("b", "", 0.0, 3.0, 1.0, 0.0))
+    found = {"a": Estimate(0.0, -0.001, 0.001, ""), "b": Estimate(0.5, 0.4, 0.6, "")}
+    assert chance_of_size(Candidate("any", sizes, (), (), ""), found, 0.02) == pytest.approx(1.0)
 
 
 def test_rollouts_that_get_worse_leave_nothing_named_and_no_share():

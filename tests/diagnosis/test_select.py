@@ -158,3 +158,16 @@ def test_a_robot_equal_to_its_data_sheet_lacks_nothing_by_several(paper):
         settings = instantiate(compose("diagnose", ["episodes=e", "diagnosis=multi_effect"]).diagnosis)
     recordings = [synthetic_recording(paper, {}, seed=s, periods=250, tolerance=0.0) for s in (42, 43)]
     assert name_effects(recordings, paper, {}, candidates_for(paper), settings).named_effects == ()
+
+
+@pytest.mark.parametrize("is_estimator", [False, True])
+def test_what_an_estimator_gains_is_no_measure_of_what_others_must_gain(monkeypatch, is_estimator):
+    alone, both = hypothesis(10_000.0, "tilt_filter"), hypothesis(10_100.0, "tilt_filter", "gyro_bias")
+    first, second = both.candidates
+    first = first._replace(is_estimator=is_estimator)
+    sets = iter([alone._replace(candidates=(first,)), both._replace(candidates=(first, second))])
+    monkeypatch.setattr(
+        select, "add_one", lambda data, base, *rest: Round(base, [], [w for w in [next(sets, None)] if w])
+    )
+    chosen, _ = select._one_by_one(problem(), BASE, lambda line: None)
+    assert ("gyro_bias" in chosen.names) == is_estimator

@@ -15,7 +15,7 @@ from twbal.diagnosis.data_sheet import DATA_SHEET, WHEELS
 from twbal.diagnosis.filter_result import filter_result_of, one_step_errors, with_offsets
 from twbal.diagnosis.findings import Effects, FilterResult, Findings
 from twbal.diagnosis.hypothesis import FittedHypothesis
-from twbal.diagnosis.objections import autocorrelation_limit, objections
+from twbal.diagnosis.objections import autocorrelation_limit, negligible, objections
 from twbal.diagnosis.probable import Weights, probable_effects
 from twbal.diagnosis.record import LIKELY, ProbableEffect, Rival, Verdict, Whiteness
 from twbal.diagnosis.select import Problem, Selection, select, without
@@ -82,7 +82,7 @@ def name_effects(
     verdict = conclude(selection, objected, statistic, settings)
     weights = probabilities(selection, settings)
     effects_found = probable_effects(data, selection, objected, verdict, weights, settings)
-    guessed = verdict is Verdict.UNKNOWN and _is_likely(effects_found, selection.chosen)
+    guessed = verdict is Verdict.UNKNOWN and _is_likely(effects_found, selection.chosen, settings)
     named = selection.chosen if guessed or verdict in (Verdict.NAMED, Verdict.DATA_SHEET) else selection.base
     nominal = with_offsets(data, start._replace(noise=selection.base.fit.model.noise), offsets)
     nominal = with_fitted_noise(data, nominal)
@@ -158,13 +158,15 @@ def _filter_result(data: Data, hypothesis: FittedHypothesis, already: Effects) -
     return filter_result_of(data, model, effects)
 
 
-def _is_likely(effects: Sequence[ProbableEffect], chosen: FittedHypothesis) -> bool:
+def _is_likely(effects: Sequence[ProbableEffect], chosen: FittedHypothesis, settings: Settings) -> bool:
     """Whether a set is worth putting into a simulation although something speaks against it.
 
-    No parameter of it may be at a bound, and all of its effects must be more likely missing than not.
+    No parameter of it may be at a bound, and all of its effects but the negligible ones must be more likely missing
+    than not.
     """
     likely = {effect.name for effect in effects if effect.probability >= LIKELY}
-    return bool(chosen.effects) and not chosen.at_bound and {c.name for c in chosen.effects} <= likely
+    counted = {candidate.name for candidate in chosen.effects} - {c.name for c in negligible(chosen, settings)}
+    return bool(counted) and not chosen.at_bound and counted <= likely
 
 
 def _rivals(selection: Selection, weights: Weights) -> tuple[Rival, ...]:

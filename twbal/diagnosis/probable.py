@@ -4,9 +4,13 @@ The probability of an effect is the weight of all sets that hold it, or an effec
 The weights compare sets with each other; they do not know whether the library holds what moves the robot. What knows
 more of that are the objections to the best set. By them a probability is multiplied: with the share of effects that
 proved right, on data with a known truth, although such an objection was raised (`Credence`).
+
+Long data are sure of the smallest deviations, which stand for some trifle of the robot's form. So a probability is that
+of an effect that is larger than a trifle.
 """
 
 from collections.abc import Mapping, Sequence
+from statistics import NormalDist
 
 import numpy as np
 
@@ -17,8 +21,11 @@ from twbal.diagnosis.record import LISTED, Estimate, ProbableEffect, Verdict
 from twbal.diagnosis.select import Selection, substitutes
 from twbal.diagnosis.settings import Credence, Settings
 from twbal.sysid.fit import slopes_of
-from twbal.sysid.intervals import interval, standard_errors
+from twbal.sysid.intervals import NORMAL95, interval, standard_errors
 from twbal.sysid.model import Data
+
+_TRIFLE = 0.5
+"""Share of `lines.least`, the least size of an effect that is named. Smaller ones are seldom true on other robots."""
 
 Weights = Mapping[tuple[str, ...], float]
 """Probability of each set of effects that was fitted, by its names, as sets compare with each other."""
@@ -63,6 +70,7 @@ def probable_effects(
                 ProbableEffect(
                     name=candidate.name,
                     probability=probability_of({candidate.name, *alike}, weights)
+                    * chance_of_size(candidate, sizes[candidate.name], _TRIFLE * settings.lines.least)
                     * credence(candidate.name, objected, settings.credence),
                     is_named=verdict is Verdict.NAMED and holder is chosen and candidate.name not in trifles,
                     parameters=sizes[candidate.name],
@@ -78,6 +86,23 @@ def probable_effects(
 def probability_of(alike: set[str], weights: Weights) -> float:
     """Of an effect or one that these data cannot tell from it: that of all sets that hold one."""
     return min(sum(weight for names, weight in weights.items() if alike & set(names)), 1.0)
+
+
+def chance_of_size(candidate: Candidate, found: Mapping[str, Estimate], least: float) -> float:
+    """Probability that an effect is larger than a share of its usual size, by its estimate and 95 % interval.
+
+    Args:
+        candidate: the effect.
+        found: its parameters.
+        least: share of its start values, of those parameters that say how large it is (`Candidate.sizes`).
+    """
+    chances = []
+    for p in candidate.sizes:
+        size, limit = found[p.name].value - p.none, least * abs(p.start - p.none)
+        error = 0.5 * (found[p.name].high95 - found[p.name].low95) / NORMAL95
+        sizes = NormalDist(size, error)
+        chances.append(sizes.cdf(-limit) + 1.0 - sizes.cdf(limit))
+    return max(chances)
 
 
 def credence(effect: str, objected: Sequence[Objection], given: Credence) -> float:

@@ -50,7 +50,7 @@ class Lines:
     Attributes:
         score: of a candidate, over the whiteness it leaves, from which on it is named.
         sheet: the same for a value of the data sheet that is off.
-        share: of what the effects named so far gain, that another one must gain beside them.
+        share: of what the effects named so far gain, but for those that are estimators, that another must gain as well.
         least: of the start values of its parameters that an effect must have to be named.
         whiteness: left after the fix, above which nothing in the library explains the gap.
         discrepancy: of a model without further effects, in standard deviations of its prior, from which on something is

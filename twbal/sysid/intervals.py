@@ -13,7 +13,9 @@ from twbal.core.gaussian import Array
 from twbal.sysid.fit import Fit
 from twbal.sysid.model import Free
 
-_NORMAL95 = 1.959964
+NORMAL95 = 1.959964
+"""Half the width of a 95 % interval of a normal value, in standard errors."""
+
 _RIDGE = 1e-6
 
 
@@ -48,4 +50,4 @@ def standard_errors(fit: Fit, J: Array, blocks: int) -> Array:
 
 def interval(value: float, error: float) -> tuple[float, float]:
     """Ends of the 95 % interval."""
-    return value - _NORMAL95 * error, value + _NORMAL95 * error
+    return value - NORMAL95 * error, value + NORMAL95 * error
