@@ -18,6 +18,7 @@ from twbal.diagnosis.effect_candidates import candidates_for
 from twbal.diagnosis.hypothesis import FittedHypothesis, Round
 from twbal.diagnosis.name import name_effects
 from twbal.diagnosis.record import Verdict
+from twbal.diagnosis.verdict import probabilities
 from twbal.sysid.fit import Fit
 from twbal.sysid.model import Data
 
@@ -160,14 +161,11 @@ def test_a_robot_equal_to_its_data_sheet_lacks_nothing_by_several(paper):
     assert name_effects(recordings, paper, {}, candidates_for(paper), settings).named_effects == ()
 
 
-@pytest.mark.parametrize("is_estimator", [False, True])
-def test_what_an_estimator_gains_is_no_measure_of_what_others_must_gain(monkeypatch, is_estimator):
-    alone, both = hypothesis(10_000.0, "tilt_filter"), hypothesis(10_100.0, "tilt_filter", "gyro_bias")
-    first, second = both.candidates
-    first = first._replace(is_estimator=is_estimator)
-    sets = iter([alone._replace(candidates=(first,)), both._replace(candidates=(first, second))])
-    monkeypatch.setattr(
-        select, "add_one", lambda data, base, *rest: Round(base, [], [w for w in [next(sets, None)] if w])
-    )
-    chosen, _ = select._one_by_one(problem(), BASE, lambda line: None)
-    assert ("gyro_bias" in chosen.names) == is_estimator
+@pytest.mark.parametrize(("gain", "more", "low", "high"), [(300.0, 50.0, 0.9, 1.0), (9000.0, 50.0, 0.1, 0.5)])
+def test_the_same_gain_says_less_beside_a_larger_one(gain, more, low, high):
+    best = hypothesis(gain + more, "dead_zone", "ground_slope")
+    selection = select.Selection(BASE, (Round(BASE, [], [hypothesis(gain, "dead_zone")]),), best)
+    found = probabilities(selection, SETTINGS)
+    assert sum(found.values()) == pytest.approx(1.0)
+    assert found["dead_zone",] + found[best.names] > 0.999
+    assert low < found[best.names] < high

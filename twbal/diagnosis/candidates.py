@@ -43,7 +43,6 @@ class Candidate(NamedTuple):
         same_as: effects that no data of this kind tell from it.
         hard_to_tell_from: effects that data of this kind hardly tell from it.
         separate_by: the experiment that would.
-        is_estimator: whether it is how the robot computes what it logs.
     """
 
     name: str
@@ -51,7 +50,6 @@ class Candidate(NamedTuple):
     same_as: tuple[str, ...]
     hard_to_tell_from: tuple[str, ...]
     separate_by: str
-    is_estimator: bool = False
 
     @property
     def in_data_sheet(self) -> bool:

@@ -19,4 +19,4 @@ def _candidate(name: str, kind: type[Effect], robot: RobotParameters) -> Candida
         low, high = size * p.low, size * p.high
         neutral = min(max(size * p.neutral, low), high)  # what no limit is: the far end of the range
         parameters.append(Parameter(key, p.unit, low, high, size * p.start, neutral))
-    return Candidate(name, tuple(parameters), kind.same_as, kind.nearly_same_as, kind.separate_by, kind.is_estimator)
+    return Candidate(name, tuple(parameters), kind.same_as, kind.nearly_same_as, kind.separate_by)

@@ -111,25 +111,16 @@ def select(problem: Problem, progress: Callable[[str], None] = lambda line: None
 def _one_by_one(
     problem: Problem, base: FittedHypothesis, progress: Callable[[str], None]
 ) -> tuple[FittedHypothesis, list[Round]]:
-    """The set to which effects were added one after the other, and the rounds in which they were.
-
-    Where the form of a named effect is not quite the robot's, what is left asks for more effects, each for little. So
-    another one must gain a share of what those before it gained.
-    """
+    """The set to which effects were added one after the other, and the rounds in which they were."""
     settings, rounds, chosen = problem.settings, list[Round](), base
-    gained = 0.0
     while len(chosen.effects) < settings.max_effects and len(chosen.candidates) <= settings.max_effects:
         progress(f"weighing what to add to {', '.join(chosen.names) or 'the refit'}")
         step = problem.add_to(chosen)
         rounds.append(step)
-        passing = [w for w in step.hypotheses if passes(w, chosen, settings)]
-        if chosen.effects:
-            passing = [w for w in passing if chosen.bic - w.bic >= settings.lines.share * gained]
+        passing = [w for w in step.hypotheses if passes(w, chosen, settings) and adds_enough(w, chosen, base, settings)]
         if not passing:
             break
-        before, chosen = chosen, _inside(passing, chosen, settings)
-        if not chosen.candidates[-1].is_estimator:
-            gained += before.bic - chosen.bic
+        chosen = _inside(passing, chosen, settings)
     if not rounds:  # what the recordings could show is asked of the first round
         rounds.append(Round(base, score_candidates(problem.data, base.fit, problem.candidates), []))
     return chosen, rounds
@@ -292,3 +283,20 @@ def passes(hypothesis: FittedHypothesis, base: FittedHypothesis, settings: Setti
 def _threshold(candidate: Candidate, settings: Settings) -> float:
     """Gain over the autocorrelation that is left, from which on a candidate is worth its penalty."""
     return settings.lines.sheet if candidate.in_data_sheet else settings.lines.score
+
+
+def adds_enough(
+    hypothesis: FittedHypothesis, base: FittedHypothesis, first: FittedHypothesis, settings: Settings
+) -> bool:
+    """Whether another effect gains enough beside what the others gained to be an effect of its own.
+
+    Where the form of a named effect is not quite the robot's, what is left asks for more effects, each for little.
+
+    Args:
+        hypothesis: the set with the other effect.
+        base: the set without it.
+        first: the data sheet refitted.
+        settings: of the diagnosis.
+    """
+    gain = base.bic - hypothesis.bic
+    return not base.effects or gain >= settings.lines.share * (first.bic - base.bic)

@@ -50,7 +50,7 @@ class Lines:
     Attributes:
         score: of a candidate, over the whiteness it leaves, from which on it is named.
         sheet: the same for a value of the data sheet that is off.
-        share: of what the effects named so far gain, but for those that are estimators, that another must gain as well.
+        share: of what the effects named so far gain, that another one must gain beside them.
         least: of the start values of its parameters that an effect must have to be named.
         whiteness: left after the fix, above which nothing in the library explains the gap.
         discrepancy: of a model without further effects, in standard deviations of its prior, from which on something is
@@ -104,6 +104,8 @@ class Settings:
         max_effects: that are named together, at most.
         prior: probability that an effect is missing, before anything was recorded.
         temperature: of the probabilities: scores are divided by it.
+        misfit_share: of the best set's gain, which is the temperature where that is more. What effects gain by a form
+            that is not quite the robot's grows with the data.
         credence: by which the probabilities of effects are multiplied where something speaks against them.
         blocks: into which the data are cut for intervals and held-out gains.
     """
@@ -117,6 +119,7 @@ class Settings:
     max_effects: int
     prior: float
     temperature: float
+    misfit_share: float
     credence: Credence
     blocks: int
 

@@ -117,11 +117,14 @@ def probabilities(selection: Selection, settings: Settings) -> Mapping[tuple[str
 
     The prior odds of its effects, each of which is missing with the same probability, times the likelihood ratio by the
     Bayesian information criterion. That is tempered by the autocorrelation that the best set leaves, as autocorrelated
-    errors gain by chance, and by a factor for all else that a robot's form differs in.
+    errors gain by chance, and by a factor for all else that a robot's form differs in. Long data are sure of that
+    difference, too; so the factor is no less than a share of what the best set gains.
     """
     sets = selection.sets
+    gain = selection.base.bic - min(w.bic for w in sets)
+    temperature = max(settings.temperature * selection.chosen.autocorrelation, settings.misfit_share * gain)
     odds = np.log(settings.prior / (1.0 - settings.prior)) * np.array([len(w.candidates) for w in sets])
-    scores = odds - np.array([w.bic for w in sets]) / (2.0 * settings.temperature * selection.chosen.autocorrelation)
+    scores = odds - np.array([w.bic for w in sets]) / (2.0 * temperature)
     weights = np.exp(scores - scores.max())
     weights /= weights.sum()
     return {w.names: p for w, p in zip(sets, weights.tolist(), strict=True)}

@@ -75,8 +75,6 @@ class Effect(ABC):
         same_as: names of effects that do exactly the same to everything the robot measures.
         nearly_same_as: names of effects that the robot's sensors and commands hardly tell from it.
         separate_by: the experiment that would.
-        is_estimator: whether it is how the robot computes what it logs. Its gain in a fit tells nothing of those of the
-            others.
         is_last: whether, in the planar model, it acts after the others of its place. (The last digits of a product
             depend on its order.)
     """
@@ -87,7 +85,6 @@ class Effect(ABC):
     same_as: ClassVar[tuple[str, ...]] = ()
     nearly_same_as: ClassVar[tuple[str, ...]] = ()
     separate_by: ClassVar[str]
-    is_estimator: ClassVar[bool] = False
     is_last: ClassVar[bool] = False
 
     def __post_init__(self) -> None:

@@ -51,7 +51,6 @@ class TiltFilter(SensorEffect):
         "Electronic Systems AES-11 (3), 1975, 321-325."
     )
     is_linear = False
-    is_estimator = True
     separate_by = "Hold the body upright against a wall or rail, push the robot to and fro, and look at the tilt."
 
     def start(self, control_period: float, rng: np.random.Generator) -> SensorFilter:
