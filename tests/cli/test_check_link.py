@@ -90,15 +90,21 @@ class Terminal(io.StringIO):
 
 
 def test_a_person_is_asked_for_each_motion_and_one_who_does_nothing_passes_nothing(monkeypatch, capsys):
-    monkeypatch.setattr(sys, "stdin", Terminal("\n\nn\n\nn\n\nno\n"))
+    monkeypatch.setattr(sys, "stdin", Terminal("\n\nn\n\nn\n\nno\n\nn\n"))
     assert tried(HeldRobot(), "hand_time=0.5") == 1
     said = capsys.readouterr()
-    asked = ("wheels OFF THE GROUND", "lean the body FORWARD", "LEFT wheel FORWARD", "RIGHT wheel FORWARD")
+    asked = (
+        "wheels OFF THE GROUND",
+        "lean the body FORWARD",
+        "LEFT wheel FORWARD",
+        "RIGHT wheel FORWARD",
+        "TO THE LEFT",
+    )
     places = [said.out.index(words) for words in asked]
     assert places == sorted(places)
-    assert said.out.count("Enter to do it once more, n and Enter to go on") == 3
+    assert said.out.count("Enter to do it once more, n and Enter to go on") == 4
     assert "rest: the sensors are watched for 0.6 s, without torque: keep the robot still" in said.out
-    assert "not fit to be driven: tilt sign, left wheel sign, right wheel sign." in said.err
+    assert "not fit to be driven: tilt sign, left wheel sign, right wheel sign, yaw rate sign." in said.err
 
 
 def test_motions_by_hand_that_are_left_out_are_skipped_and_not_ok(monkeypatch, capsys):

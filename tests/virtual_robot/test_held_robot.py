@@ -50,6 +50,13 @@ def test_a_wheel_is_turned_once_and_stays_there_until_the_next_arming(key, side,
     assert held.reset(1).wheel_angle == pytest.approx(math.pi)
 
 
+def test_turned_to_the_left_its_yaw_rate_adds_up_to_a_quarter_and_no_wheel_turns(held, typed):
+    typed.append("t")
+    seen = driven(held, 2.0)
+    assert sum(each.yaw_rate for each in seen) * held.control_period == pytest.approx(math.pi / 2, abs=0.01)
+    assert (seen[-1].wheel_angle, held.wheel_difference().angle) == (0.0, 0.0)
+
+
 def test_torques_turn_each_wheel_to_the_speed_at_which_its_drag_is_the_torque(held, paper):
     held.reset(0)
     held.steer(0.4)
@@ -75,7 +82,7 @@ def test_check_link_passes_over_a_port_where_the_hand_does_what_it_asks_for():
             while not lines[-1].startswith("port "):
                 lines.append(process.stdout.readline())
             assert lines[0].strip().startswith("l and Enter: lean")
-            keys = {"lean": "l", "LEFT": "a", "RIGHT": "d"}
+            keys = {"lean": "l", "the LEFT": "a", "the RIGHT": "d", "TO THE LEFT": "t"}
 
             def ask(what):
                 process.stdin.write(next(key for word, key in keys.items() if word in what) + "\n")
@@ -86,7 +93,7 @@ def test_check_link_passes_over_a_port_where_the_hand_does_what_it_asks_for():
                 helper = Helper(ask, lambda found: False, lambda line: None)
                 report = check_link(plant, TRIAL, lambda line: None, helper)
             verdicts = {check.name: str(check.verdict) for check in report.checks}
-            by_hand = ("tilt sign", "left wheel sign", "right wheel sign", "sensors at rest")
+            by_hand = ("tilt sign", "left wheel sign", "right wheel sign", "yaw rate sign", "sensors at rest")
             assert {verdicts[name] for name in (*by_hand, "torque sign", "difference sign", "stop")} == {"ok"}, report
         finally:
             process.terminate()

@@ -19,6 +19,7 @@ KEYS = {
     "l": "lean the body forward by 20°, and again back",
     "a": "turn the left wheel forward by a whole turn",
     "d": "turn the right wheel forward by a whole turn",
+    "t": "turn the whole robot to the left by a quarter turn",
     "h": "hang for 3 s: it neither hears nor says anything",
 }
 """What the hand does, by what is typed; Ctrl-C pulls the plug."""
@@ -71,14 +72,14 @@ class HeldRobot(Plant):
         self._drag = robot.torque_limit / 2.0 / _FASTEST
         self._settling = robot.wheel_inertia / self._drag  # [s]
         self._rng = np.random.default_rng(0)
-        self._held = np.zeros(3)  # lean, left wheel, right wheel, where the hand has put them [rad]
+        self._held = np.zeros(4)  # lean, left wheel, right wheel, heading, where the hand has put them [rad]
         self._motions: list[tuple[float, FloatArray]] = []  # begin [s], by how much [rad]
         self._is_leaning, self._periods = False, 0
         self.reset(0)
 
     def reset(self, trial: int) -> Observation:
         """Let the wheels stand."""
-        self._held = self._held + sum((by for _, by in self._motions), np.zeros(3))
+        self._held = self._held + sum((by for _, by in self._motions), np.zeros(4))
         self._angle, self._rate, self._difference = np.zeros(2), np.zeros(2), 0.0
         self._motions, self._periods = [], 0
         self._hand = self._hand_before = self._held
@@ -102,8 +103,8 @@ class HeldRobot(Plant):
 
     def wheel_difference(self) -> WheelDifference:
         """How far the wheels are apart."""
-        left, right = self._angle + self._hand[1:]
-        slow, fast = self._rate + self._hand_rate()[1:]
+        left, right = self._angle + self._hand[1:3]
+        slow, fast = self._rate + self._hand_rate()[1:3]
         return WheelDifference(float(right - left), float(fast - slow))
 
     def stop(self) -> None:
@@ -114,7 +115,12 @@ class HeldRobot(Plant):
 
     def _begin(self, key: str) -> None:
         lean = -_LEAN if self._is_leaning else _LEAN
-        by = {"l": (lean, 0.0, 0.0), "a": (0.0, math.tau, 0.0), "d": (0.0, 0.0, math.tau)}
+        by = {
+            "l": (lean, 0.0, 0.0, 0.0),
+            "a": (0.0, math.tau, 0.0, 0.0),
+            "d": (0.0, 0.0, math.tau, 0.0),
+            "t": (0.0, 0.0, 0.0, math.pi / 2.0),
+        }
         if key == "h":
             self._pause(_HANG)
         elif key in by:
@@ -125,7 +131,7 @@ class HeldRobot(Plant):
         """Where the hand has put body and wheels: smoothly, from rest to rest."""
         now = self._periods * self.control_period
         done = [(min((now - begin) / _MOTION_TIME, 1.0), by) for begin, by in self._motions]
-        return self._held + sum((x**2 * (3.0 - 2.0 * x) * by for x, by in done), np.zeros(3))
+        return self._held + sum((x**2 * (3.0 - 2.0 * x) * by for x, by in done), np.zeros(4))
 
     def _hand_rate(self) -> FloatArray:
         return (self._hand - self._hand_before) / self.control_period
@@ -137,7 +143,7 @@ class HeldRobot(Plant):
             tilt=_UPRIGHT + float(self._hand[0]) + self._rng.normal(0.0, _TILT_NOISE),
             tilt_rate=_BIAS + float(rate[0]) + self._rng.normal(0.0, _GYRO_NOISE),
             acceleration=0.0,
-            wheel_angle=float((self._angle + self._hand[1:]).mean()),
-            wheel_rate=float((self._rate + rate[1:]).mean()),
-            yaw_rate=self._rng.normal(0.0, _GYRO_NOISE),
+            wheel_angle=float((self._angle + self._hand[1:3]).mean()),
+            wheel_rate=float((self._rate + rate[1:3]).mean()),
+            yaw_rate=float(rate[3]) + self._rng.normal(0.0, _GYRO_NOISE),
         )

@@ -28,7 +28,7 @@ class HeldRobot(Plant):
         self._signs, self._delay, self._bias, self._swapped = np.array(signs), delay, bias, swapped
         self._dead_zone, self._noise = dead_zone, noise
         self._rng = np.random.default_rng(5)
-        self.motion = lambda seconds: (0.0, 0.0, 0.0, 0.0)  # tilt, its rate, angles of left and right wheel by hand
+        self.motion = lambda seconds: (0.0,) * 5  # tilt, its rate, angles of left and right wheel, yaw rate, by hand
         self.reset(0)
 
     def reset(self, trial):
@@ -49,7 +49,7 @@ class HeldRobot(Plant):
         return self._observe()
 
     def wheel_difference(self):
-        left, right = self._angle + self.motion(self._periods * PERIOD)[2:]
+        left, right = self._angle + self.motion(self._periods * PERIOD)[2:4]
         return WheelDifference(float(right - left), float(self._rate[1] - self._rate[0]))
 
     def stop(self):
@@ -60,13 +60,13 @@ class HeldRobot(Plant):
 
     def _observe(self):
         now = self._periods * PERIOD
-        lean, lean_rate, *wheels = self.motion(now)
-        before = self.motion(max(0.0, now - PERIOD))[2:]
+        lean, lean_rate, *wheels, yaw_rate = self.motion(now)
+        before = self.motion(max(0.0, now - PERIOD))[2:4]
         tilt = 0.02 + lean + self._rng.normal(0.0, 5e-4)
         rate = self._bias + lean_rate + self._rng.normal(0.0, self._noise)
         angle = float((self._angle + wheels).mean())
         wheel_rate = float(self._rate.mean() + np.mean(np.subtract(wheels, before)) / PERIOD)
-        return Observation(now, tilt, rate, 0.0, angle, wheel_rate, 0.0)
+        return Observation(now, tilt, rate, 0.0, angle, wheel_rate, yaw_rate)
 
 
 class SilentWatchdog(Firmware):

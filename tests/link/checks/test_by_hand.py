@@ -12,7 +12,7 @@ from twbal.link.serial_plant import SerialPlant
 from twbal.virtual_robot.firmware import Firmware, Identity
 
 SECONDS = 2.0
-SIGHT = dict.fromkeys(("tilt", "rate", "left", "right"), 1.0)
+SIGHT = dict.fromkeys(("tilt", "rate", "left", "right", "yaw"), 1.0)
 
 
 def smooth(seconds):
@@ -31,9 +31,16 @@ def tried(version=2, swapped=False, lazy=False, turns=1.0, again=lambda found: F
         def motion(seconds):
             far, fast = smooth(seconds) if not is_lazy else (0.0, 0.0)
             lean = math.radians(20.0) * ("lean" in what)
-            left, right = (2 * math.pi * turns * far * (side in what) for side in ("LEFT", "RIGHT"))
+            turning = see["yaw"] * math.pi / 2 * fast * ("TO THE LEFT" in what)
+            left, right = (2 * math.pi * turns * far * (f"the {side}" in what) for side in ("LEFT", "RIGHT"))
             left, right = (right, left) if swapped else (left, right)
-            return see["tilt"] * lean * far, see["rate"] * lean * fast, see["left"] * left, see["right"] * right
+            return (
+                see["tilt"] * lean * far,
+                see["rate"] * lean * fast,
+                see["left"] * left,
+                see["right"] * right,
+                turning,
+            )
 
         robot.motion = motion
 
@@ -44,13 +51,13 @@ def tried(version=2, swapped=False, lazy=False, turns=1.0, again=lambda found: F
 
 
 def verdicts(found):
-    return [found[name].verdict for name in ("tilt", "left wheel", "right wheel")]
+    return [found[name].verdict for name in ("tilt", "left wheel", "right wheel", "yaw rate")]
 
 
 @pytest.mark.parametrize("version", [1, 2])
 def test_a_good_robot_passes(version):
     found = tried(version)
-    assert verdicts(found) == ["ok"] * 3
+    assert verdicts(found) == ["ok"] * 4
     assert "changed by +20" in found["tilt"].found
 
 
@@ -58,34 +65,44 @@ def test_a_good_robot_passes(version):
     "wrong", [{"tilt": -1.0, "rate": -1.0}, {"rate": -1.0}, {"tilt": -1.0}, {"rate": 180 / math.pi}]
 )
 def test_a_wrong_sign_or_unit_of_tilt_or_rate_is_found(wrong):
-    assert verdicts(tried(**wrong)) == ["problem", "ok", "ok"]
+    assert verdicts(tried(**wrong)) == ["problem", "ok", "ok", "ok"]
 
 
 @pytest.mark.parametrize("wrong", [{"rate": 0.0}, {"tilt": 0.0}])
 def test_a_tilt_or_a_rate_that_stands_still_is_found(wrong):
-    assert verdicts(tried(**wrong)) == ["problem", "ok", "ok"]
+    assert verdicts(tried(**wrong)) == ["problem", "ok", "ok", "ok"]
 
 
 def test_an_encoder_that_counts_backward_is_found_by_its_side():
-    assert verdicts(tried(left=-1.0)) == ["ok", "problem", "ok"]
-    assert verdicts(tried(right=-1.0)) == ["ok", "ok", "problem"]
+    assert verdicts(tried(left=-1.0)) == ["ok", "problem", "ok", "ok"]
+    assert verdicts(tried(right=-1.0)) == ["ok", "ok", "problem", "ok"]
 
 
 def test_swapped_encoders_are_found():
     found = tried(swapped=True)
-    assert verdicts(found) == ["ok", "problem", "problem"]
+    assert verdicts(found) == ["ok", "problem", "problem", "ok"]
     assert "swapped" in found["left wheel"].advice
 
 
 def test_a_wrong_number_of_ticks_is_a_warning():
     found = tried(turns=2.0)
-    assert verdicts(found) == ["ok", "warning", "warning"]
+    assert verdicts(found) == ["ok", "warning", "warning", "ok"]
     assert "+720°" in found["left wheel"].found
+
+
+@pytest.mark.parametrize(
+    ("factor", "verdict", "said"),
+    [(-1.0, "problem", "sign of the yaw rate"), (math.pi / 180, "problem", "axes"), (180 / math.pi, "warning", "unit")],
+)
+def test_a_wrong_sign_or_unit_of_the_yaw_rate_is_found(factor, verdict, said):
+    found = tried(yaw=factor)
+    assert verdicts(found) == ["ok", "ok", "ok", verdict]
+    assert said in found["yaw rate"].advice
 
 
 def test_who_does_nothing_is_asked_whether_it_was_done():
     found = tried(lazy=True)
-    assert verdicts(found) == ["problem"] * 3
+    assert verdicts(found) == ["problem"] * 4
     assert all("Did you" in check.advice for check in found.values())
 
 
@@ -93,15 +110,15 @@ def test_a_slip_is_told_at_once_and_made_good_by_doing_it_once_more():
     slips, shown, told = {"LEFT": 1}, [], []
 
     def lazy(what):
-        slips["LEFT"] -= "LEFT" in what
-        return "LEFT" in what and slips["LEFT"] == 0
+        slips["LEFT"] -= "the LEFT" in what
+        return "the LEFT" in what and slips["LEFT"] == 0
 
     found = tried(lazy=lazy, again=lambda line: shown.append(line) or True, told=told)
-    assert verdicts(found) == ["ok"] * 3
+    assert verdicts(found) == ["ok"] * 4
     assert len(shown) == 1
     assert "Did you turn it?" in shown[0]
-    assert [line.split()[1] for line in told] == ["tilt", "left", "right"]
+    assert [line.split()[1] for line in told] == ["tilt", "left", "right", "yaw"]
 
 
 def test_who_does_not_do_it_once_more_keeps_the_problem():
-    assert verdicts(tried(lazy=lambda what: "RIGHT" in what)) == ["ok", "ok", "problem"]
+    assert verdicts(tried(lazy=lambda what: "the RIGHT" in what)) == ["ok", "ok", "problem", "ok"]

@@ -1,7 +1,7 @@
-"""Signs and scales of tilt and wheels, by a person who moves the robot while its motors have no torque."""
+"""Signs and scales of tilt, wheels and yaw rate, by a person who moves the robot while its motors have no torque."""
 
 from collections.abc import Callable, Sequence
-from math import degrees, inf, tau
+from math import degrees, inf, pi, tau
 from typing import NamedTuple
 
 from twbal.core.check import Check, Verdict
@@ -29,10 +29,11 @@ class Helper(NamedTuple):
 _LEAST_LEAN, _LEAST_TURN = 0.09, 0.5  # motion by which a sign is told [rad]
 _RATIO = 0.7, 1.4  # of an angle's change to the integral of its rate
 _TURN_RATIO = 0.75, 1.25  # of the angle of a turn by hand to a whole turn
+_QUARTER_RATIO = 0.5, 1.5  # of the angle by which a robot was turned to a quarter turn
 
 
 def by_hand_checks(plant: SerialPlant, seconds: float, helper: Helper) -> list[Check]:
-    """Have the body leaned and each wheel turned, and compare the signs; what came of each is told at once.
+    """Have the body leaned, each wheel turned and the robot turned, and compare signs; what came of each is told at once.
 
     Args:
         plant: the robot, held.
@@ -56,11 +57,15 @@ def by_hand_checks(plant: SerialPlant, seconds: float, helper: Helper) -> list[C
         return check
 
     turn = "wheel FORWARD by one whole turn, the body still"
-    return [
+    checks = [
         tried("lean the body FORWARD by about 20°, and keep it there", lean_check),
         tried(f"turn the LEFT {turn}", lambda seen: turn_check(plant, seen, "left")),
         tried(f"turn the RIGHT {turn}", lambda seen: turn_check(plant, seen, "right")),
     ]
+    if Sensors.YAW_RATE in plant.sensors:
+        quarter = "turn the whole robot TO THE LEFT by a quarter turn, seen from above, and keep it there"
+        checks.append(tried(quarter, yaw_check))
+    return checks
 
 
 def lean_check(lean: Recording) -> Check:
@@ -110,6 +115,25 @@ def turn_check(plant: SerialPlant, turn: Recording, side: str) -> Check:
         return Check(name, Verdict.PROBLEM, off, expected, "Check sign, unit and filter of the wheel rates.")
     if not _TURN_RATIO[0] <= own / tau <= _TURN_RATIO[1]:
         advice = "If you turned it once: check ticks a turn, and the gear's ratio."
+        return Check(name, Verdict.WARNING, found, expected, advice)
+    return Check(name, Verdict.OK, found)
+
+
+def yaw_check(turn: Recording) -> Check:
+    """Whether the yaw rate is positive to the left, and adds up to the angle.
+
+    Args:
+        turn: recorded while the robot was turned to the left by a quarter turn.
+    """
+    name, expected = "yaw rate sign", "to the left is positive, and it adds up to 90°"
+    angle = _integral(turn, "yaw_rate", len(turn.seen) - 1)
+    found = f"the yaw rate adds up to {degrees(angle):+.0f}°"
+    if abs(angle) < _LEAST_TURN:
+        return Check(name, Verdict.PROBLEM, found, expected, "Did you turn it? Once more; else check the gyro's axes.")
+    if angle < 0:
+        return Check(name, Verdict.PROBLEM, found, expected, "Turn the sign of the yaw rate around.")
+    if not _QUARTER_RATIO[0] <= angle / (pi / 2) <= _QUARTER_RATIO[1]:
+        advice = "If it was a quarter turn: check the gyro's unit and range."
         return Check(name, Verdict.WARNING, found, expected, advice)
     return Check(name, Verdict.OK, found)
 

@@ -128,7 +128,7 @@ def _told(part: str, trial: LinkTrial) -> str:
         "rest": f"the sensors are watched for {trial.rest:g} s, without torque: keep the robot still",
         "stop": "a small torque, and Stop",
         "watchdog": "a small torque, and silence of the host",
-        "by hand": "you lean the body and turn the wheels, without torque",
+        "by hand": "you lean the body, turn the wheels and the robot, without torque",
         "motors": "THE WHEELS TURN, twice as a rule",
     }
     return f"{part}: {words[part]}"
