@@ -33,7 +33,7 @@ _QUARTER_RATIO = 0.5, 1.5  # of the angle by which a robot was turned to a quart
 
 
 def by_hand_checks(plant: SerialPlant, seconds: float, helper: Helper) -> list[Check]:
-    """Have the body leaned, each wheel turned and the robot turned, and compare signs; what came of each is told at once.
+    """Have the body leaned, each wheel and the robot turned, and compare signs; what came of each is told at once.
 
     Args:
         plant: the robot, held.
