@@ -66,13 +66,7 @@ def name_effects(
     offsets = tilt_offsets(settings.tolerances, len(recordings))
     start = Model(twin, 0.0, first_noise(robot, data.sensed), (0.0,) * len(offsets))
     always = always_free(settings.tolerances, twin, len(recordings))
-    unknown = set(settings.exclude) - {candidate.name for candidate in candidates}
-    if unknown:
-        known = ", ".join(candidate.name for candidate in candidates)
-        raise ConfigError(f"There is no effect {min(unknown)!r} to leave out; the effects are: {known}.")
-    taken = {*effects, *settings.exclude}
-    missing = [candidate for candidate in candidates if candidate.name not in taken]
-    problem = Problem(data, with_fitted_noise(data, start), always, missing, settings)
+    problem = Problem(data, with_fitted_noise(data, start), always, _missing(candidates, effects, settings), settings)
     selection = select(problem, progress)
     progress("checking whether what fits best is a finding")
     inconstant = inconstant_effects(data, selection.chosen, settings.lines.steady)
@@ -109,6 +103,16 @@ def name_effects(
             for effect in named.effects
         },
     )
+
+
+def _missing(candidates: Sequence[Candidate], effects: Effects, settings: Settings) -> list[Candidate]:
+    """Those that the simulation does not have and that are not left out; for errors see `name_effects`."""
+    unknown = set(settings.exclude) - {candidate.name for candidate in candidates}
+    if unknown:
+        known = ", ".join(candidate.name for candidate in candidates)
+        raise ConfigError(f"There is no effect {min(unknown)!r} to leave out; the effects are: {known}.")
+    taken = {*effects, *settings.exclude}
+    return [candidate for candidate in candidates if candidate.name not in taken]
 
 
 def first_noise(robot: RobotParameters, sensed: Mask) -> Noise:

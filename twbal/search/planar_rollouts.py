@@ -25,16 +25,10 @@ from twbal.policies.rbf import RbfPolicy
 from twbal.policies.rbf_moments import Network
 from twbal.search.sampled_rollouts import Limits, command_of
 
-_TILT, _TILT_RATE, _SPEED, _ACCELERATION, _YAW_RATE, _POSITION, _INTEGRAL, _PAST = range(8)
-_CODES = {
-    "tilt": _TILT,
-    "tilt_rate": _TILT_RATE,
-    "speed": _SPEED,
-    "acceleration": _ACCELERATION,
-    "yaw_rate": _YAW_RATE,
-    "position": _POSITION,
-    "position_integral": _INTEGRAL,
-}
+_SHOWN = ("tilt", "tilt_rate", "speed", "acceleration", "yaw_rate", "position", "position_integral")
+"""Channels of the state that are no past commands; a channel's code is its place here."""
+
+_PAST = len(_SHOWN)  # a past command's code is this and how many control periods it is old
 _MAX_STEP = 0.001  # of the physics [s]
 _FALLEN = 3.0  # of the limits, by a robot that fell; others are cut to it
 
@@ -109,7 +103,8 @@ def planar_rollouts(
         draws: starts and noises.
         control_period: [s].
     """
-    codes = np.array([_CODES[name] if name in _CODES else _PAST + channels.lags[name] for name in channels.names])
+    lags = channels.lags
+    codes = np.array([_PAST + lags[name] if name in lags else _SHOWN.index(name) for name in channels.names])
     substeps = max(round(control_period / _MAX_STEP), 1)
     bound = channels.max_position_integral
     found = [
@@ -173,23 +168,12 @@ def _rollout(  # type: ignore[no-untyped-def]
         else:
             integral = min(max(integral + period * position, -bound), bound)
         position = path - origin
+        shown = (tilt + noise[0], seen_rate, speed, (speed - before) / period, 0.0, position, integral)
         for i, code in enumerate(codes):
-            if code == _TILT:
-                state[i] = tilt + noise[0]
-            elif code == _TILT_RATE:
-                state[i] = seen_rate
-            elif code == _SPEED:
-                state[i] = speed
-            elif code == _ACCELERATION:
-                state[i] = (speed - before) / period
-            elif code == _YAW_RATE:
-                state[i] = 0.0
-            elif code == _POSITION:
-                state[i] = position
-            elif code == _INTEGRAL:
-                state[i] = integral
+            lag = code - _PAST
+            if lag < 0:
+                state[i] = shown[code]
             else:
-                lag = code - _PAST
                 state[i] = commands[step - lag] if step >= lag else 0.0
         if step > 0:
             total += price(cost, state)
