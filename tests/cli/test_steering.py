@@ -150,8 +150,15 @@ def test_ctrl_c_ends_it_as_a_rollout_and_the_terminal_is_as_before(robot, policy
 
 def test_a_hang_up_signal_ends_the_drive_at_rest(robot, policy, at_terminal, tmp_path):
     at_terminal(("tilt", lambda: os.kill(os.getpid(), signal.SIGHUP)))
-    drive(robot, policy, tmp_path)
-    assert read_episode(tmp_path / "episodes" / "trial_000.mcap").outcome is Outcome.COMPLETED
+    before = signal.signal(signal.SIGHUP, signal.SIG_DFL)  # who is started by `nohup` ignores it
+    try:
+        drive(robot, policy, tmp_path)
+    finally:
+        signal.signal(signal.SIGHUP, before)
+    episode = read_episode(tmp_path / "episodes" / "trial_000.mcap")
+    assert episode.outcome is Outcome.COMPLETED
+    assert episode.observations[-1, 0] < 0.5 * LONGEST
+    assert "the terminal was lost, and the reference came to rest" in [event.text for event in episode.events]
 
 
 def test_recorded_events_of_a_gamepad_drive_the_same_way_each_time(robot, policy, tmp_path):
