@@ -100,7 +100,7 @@ def chance_of_size(candidate: Candidate, found: Mapping[str, Estimate], least: f
     for p in candidate.sizes:
         size, limit = found[p.name].value - p.none, least * abs(p.start - p.none)
         error = 0.5 * (found[p.name].high95 - found[p.name].low95) / NORMAL95
-        sizes = NormalDist(size, error)
+        sizes = NormalDist(size, max(error, 1e-9 * abs(p.start - p.none)))
         chances.append(sizes.cdf(-limit) + 1.0 - sizes.cdf(limit))
     return max(chances)
 

@@ -127,7 +127,7 @@ def yaw_check(turn: Recording) -> Check:
     """
     name, expected = "yaw rate sign", "to the left is positive, and it adds up to 90°"
     angle = _integral(turn, "yaw_rate", len(turn.seen) - 1)
-    found = f"the yaw rate adds up to {degrees(angle):+.0f}°"
+    found = f"the yaw rate adds up to {degrees(angle):+.0f}° (at first it was {turn.values('yaw_rate')[0]:+.3f} rad/s)"
     if abs(angle) < _LEAST_TURN:
         return Check(name, Verdict.PROBLEM, found, expected, "Did you turn it? Once more; else check the gyro's axes.")
     if angle < 0:
