@@ -92,12 +92,22 @@ def test_a_wrong_number_of_ticks_is_a_warning():
 
 @pytest.mark.parametrize(
     ("factor", "verdict", "said"),
-    [(-1.0, "problem", "sign of the yaw rate"), (math.pi / 180, "problem", "axes"), (180 / math.pi, "warning", "unit")],
+    [
+        (-1.0, "problem", "sign of the yaw rate"),
+        (math.pi / 180, "problem", "axes"),
+        (180 / math.pi, "problem", "rad/s"),
+        (2.0, "warning", "range"),
+    ],
 )
 def test_a_wrong_sign_or_unit_of_the_yaw_rate_is_found(factor, verdict, said):
     found = tried(yaw=factor)
     assert verdicts(found) == ["ok", "ok", "ok", verdict]
     assert said in found["yaw rate"].advice
+
+
+def test_a_robot_of_version_1_without_a_yaw_rate_has_no_problem():
+    assert verdicts(tried(version=1, yaw=0.0)) == ["ok", "ok", "ok", "skipped"]
+    assert verdicts(tried(version=2, yaw=0.0))[3] == "problem"
 
 
 def test_who_does_nothing_is_asked_whether_it_was_done():

@@ -64,7 +64,7 @@ def by_hand_checks(plant: SerialPlant, seconds: float, helper: Helper) -> list[C
     ]
     if Sensors.YAW_RATE in plant.sensors:
         quarter = "turn the whole robot TO THE LEFT by a quarter turn, seen from above, and keep it there"
-        checks.append(tried(quarter, yaw_check))
+        checks.append(tried(quarter, lambda seen: yaw_check(plant, seen)))
     return checks
 
 
@@ -119,19 +119,24 @@ def turn_check(plant: SerialPlant, turn: Recording, side: str) -> Check:
     return Check(name, Verdict.OK, found)
 
 
-def yaw_check(turn: Recording) -> Check:
+def yaw_check(plant: SerialPlant, turn: Recording) -> Check:
     """Whether the yaw rate is positive to the left, and adds up to the angle.
 
     Args:
+        plant: the robot.
         turn: recorded while the robot was turned to the left by a quarter turn.
     """
     name, expected = "yaw rate sign", "to the left is positive, and it adds up to 90°"
+    if plant.version == VERSION_1 and not any(turn.values("yaw_rate")):  # which cannot say that it does not measure it
+        return Check(name, Verdict.SKIPPED, "it is always 0: the robot does not measure it")
     angle = _integral(turn, "yaw_rate", len(turn.seen) - 1)
     found = f"the yaw rate adds up to {degrees(angle):+.0f}° (at first it was {turn.values('yaw_rate')[0]:+.3f} rad/s)"
     if abs(angle) < _LEAST_TURN:
         return Check(name, Verdict.PROBLEM, found, expected, "Did you turn it? Once more; else check the gyro's axes.")
     if angle < 0:
         return Check(name, Verdict.PROBLEM, found, expected, "Turn the sign of the yaw rate around.")
+    if angle > 2.0 * pi:
+        return Check(name, Verdict.PROBLEM, found, expected, "Check the gyro's unit: it must be rad/s.")
     if not _QUARTER_RATIO[0] <= angle / (pi / 2) <= _QUARTER_RATIO[1]:
         advice = "If it was a quarter turn: check the gyro's unit and range."
         return Check(name, Verdict.WARNING, found, expected, advice)
