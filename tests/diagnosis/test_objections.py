@@ -9,6 +9,7 @@ from hydra.utils import instantiate
 from synthetic_recordings import synthetic_recording
 
 from twbal.cli.composition import composing
+from twbal.diagnosis import name
 from twbal.diagnosis.advice import advise
 from twbal.diagnosis.candidates import always_free
 from twbal.diagnosis.effect_candidates import candidates_for
@@ -16,7 +17,7 @@ from twbal.diagnosis.hypothesis import FittedHypothesis, Round, fit_hypothesis, 
 from twbal.diagnosis.name import first_noise, largest_noise
 from twbal.diagnosis.objections import objections
 from twbal.diagnosis.probable import probable_effects
-from twbal.diagnosis.record import Gap, Verdict
+from twbal.diagnosis.record import Gap, ProbableEffect, Verdict
 from twbal.diagnosis.select import Selection
 from twbal.diagnosis.verdict import conclude, probabilities, review
 from twbal.planar.parameters import twin_parameters
@@ -210,3 +211,14 @@ def test_no_simulation_explains_data_from_which_its_rollouts_stray():
     assert review(Verdict.NONE, (), gap(0.030, 0.007, 0.007, 0.005)) == (Verdict.NONE, "")
     in_the_air = gap(0.030, 0.025, 0.025, 0.005)._replace(channel="wheel_angle")
     assert review(Verdict.NONE, (), in_the_air) == (Verdict.NONE, "")
+
+
+def test_a_negligible_effect_does_not_keep_a_likely_one_out_of_the_simulation(paper):
+    sizes = {"coulomb_friction_torque": 0.3, "motor_lag_time_constant": 0.0}
+    both = fitted(paper, ["coulomb_friction", "motor_lag"], sizes)
+    likely = [ProbableEffect("coulomb_friction", 0.8, False, {}, (), "")]
+    assert name._is_likely(likely, both, settings())
+    large = fitted(paper, ["coulomb_friction", "motor_lag"], {**sizes, "motor_lag_time_constant": 0.02})
+    assert not name._is_likely(likely, large, settings())
+    only = fitted(paper, ["motor_lag"], {"motor_lag_time_constant": 0.0})
+    assert not name._is_likely(likely, only, settings())
