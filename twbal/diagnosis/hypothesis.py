@@ -12,7 +12,7 @@ from twbal.planar.actuation import equivalent_gain
 from twbal.sysid.fit import Fit, refit
 from twbal.sysid.model import Data, Free, Model
 
-_ROUNDS, _ITERATIONS, _NOISE_ITERATIONS = 6, 4, 12
+_ITERATIONS, _NOISE_ITERATIONS = 4, 12
 _AT_BOUND = 0.01  # share of its range from a bound at which a parameter has run to it
 _LEAST_INFLUENCE = 0.1  # equivalent gain of the driver below which its nonlinearity takes the place of the commands
 _WAVES = 200.0  # frequencies or counts among which a wave is looked for: the best of many is good by chance
@@ -134,7 +134,12 @@ def overriding(data: Data, model: Model, candidates: Sequence[Candidate]) -> tup
 
 
 def add_one(
-    data: Data, base: FittedHypothesis, always: Sequence[Free], candidates: Sequence[Candidate], shortlist: int
+    data: Data,
+    base: FittedHypothesis,
+    always: Sequence[Free],
+    candidates: Sequence[Candidate],
+    shortlist: int,
+    rounds: int = 6,
 ) -> Round:
     """Fit what one more effect would bring.
 
@@ -144,11 +149,12 @@ def add_one(
         always: what is always free.
         candidates: that are not in it.
         shortlist: candidates that are fitted in full, at most.
+        rounds: of each of these fits (`fit_hypothesis`).
     """
     screened = score_candidates(data, base.fit, candidates)
     best = max((s.gain for s in screened), default=0.0)
     chosen = [s for s in screened[:shortlist] if s.gain > max(_PROMISING * best, 3.0)]
-    hypothesis = [fit_hypothesis(data, s.model, always, (*base.candidates, s.candidate), _ROUNDS) for s in chosen]
+    hypothesis = [fit_hypothesis(data, s.model, always, (*base.candidates, s.candidate), rounds) for s in chosen]
     best = min((w.bic for w in hypothesis), default=0.0)
     order = [candidate.name for candidate in candidates]
 

@@ -4,13 +4,14 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from twbal.diagnosis.candidates import Candidate
-from twbal.diagnosis.hypothesis import ALIKE, FittedHypothesis, Round, add_one, fit_hypothesis
+from twbal.diagnosis.criteria import adds_enough, best_inside, is_doubtful, is_sound, passes, threshold
+from twbal.diagnosis.hypothesis import ALIKE, FittedHypothesis, Round, add_one
+from twbal.diagnosis.problem import Problem
 from twbal.diagnosis.score_test import score_candidates
 from twbal.diagnosis.settings import Settings
-from twbal.sysid.model import Data, Free, Model
+from twbal.diagnosis.tempered import tempered_search
 
-_BASE_ROUNDS, _LIGHTER_ROUNDS, _AT_ONCE_ROUNDS = 8, 3, 12
-_BEGIN = 0.3  # share of their start values at which several effects begin at once
+_BASE_ROUNDS, _LIGHTER_ROUNDS = 8, 3
 _MANY = 3  # effects of other kinds that do as well in the place of one, from which on it is not named beside another
 
 
@@ -37,75 +38,52 @@ class Selection(NamedTuple):
         return tuple(best.values())
 
 
-class Problem(NamedTuple):
-    """What a selection works on.
-
-    Attributes:
-        data: recordings.
-        start: the simulation as it is, with its noise fitted: where fits begin.
-        always: what is always free.
-        candidates: all that may be named.
-        settings: of the diagnosis.
-    """
-
-    data: Data
-    start: Model
-    always: Sequence[Free]
-    candidates: Sequence[Candidate]
-    settings: Settings
-
-    def fit(self, model: Model, candidates: Sequence[Candidate], rounds: int) -> FittedHypothesis:
-        """A set of effects, fitted in full from a model on."""
-        return fit_hypothesis(self.data, model, self.always, candidates, rounds)
-
-    def fit_at_once(self, candidates: Sequence[Candidate]) -> FittedHypothesis:
-        """Several effects from a data sheet that is still as it was.
-
-        One by one, the first has to do the work of all the others, and pulls the data sheet away to where the next is
-        not found any more.
-        """
-        small = {c.field(p): p.none + _BEGIN * (p.start - p.none) for c in candidates for p in c.parameters}
-        return self.fit(self.data.with_noise(self.start.put(small), 30), candidates, _AT_ONCE_ROUNDS)
-
-    def add_to(self, hypothesis: FittedHypothesis) -> Round:
-        """What one more effect would bring."""
-        return add_one(self.data, hypothesis, self.always, self.beside(hypothesis), self.settings.shortlist)
-
-    def beside(self, hypothesis: FittedHypothesis) -> list[Candidate]:
-        """Candidates that a set does not hold."""
-        return [candidate for candidate in self.candidates if candidate.name not in hypothesis.names]
-
-
 def select(problem: Problem, progress: Callable[[str], None] = lambda line: None) -> Selection:
     """Add effects to the data sheet as long as they are worth their penalty.
 
-    One that was chosen while another was missing may be the wrong one. So with two effects each is reconsidered with
-    the other in place, and of more those go again that are not worth their penalty beside the others.
+    Where that ends with a set that is no finding, a tempered likelihood is tried, which costs more time.
 
     Args:
         problem: what is selected from.
         progress: is told what is being done, a line at a time.
     """
-    settings = problem.settings
     progress("refitting the nominal parameters")
     base = problem.fit(problem.start, (), _BASE_ROUNDS)
+    chosen, rounds = _greedy(problem, base, progress)
+    if problem.settings.tempered_search and problem.settings.max_effects and is_doubtful(chosen, problem.settings):
+        found, more = tempered_search(problem, base, progress)
+        progress(f"taking off what is of no use in {', '.join(found.names) or 'the refit'}")
+        found = without_redundant(problem, found, base, rounds=more)
+        if found.bic < chosen.bic:
+            chosen, rounds = found, [*rounds, *more]
+    return Selection(base, tuple(rounds), chosen)
+
+
+def _greedy(
+    problem: Problem, base: FittedHypothesis, progress: Callable[[str], None]
+) -> tuple[FittedHypothesis, list[Round]]:
+    """The set to which a forward selection comes, and its rounds.
+
+    One that was chosen while another was missing may be the wrong one. So with two effects each is reconsidered with
+    the other in place, and of more those go again that are not worth their penalty beside the others.
+    """
+    settings = problem.settings
     chosen, rounds = _one_by_one(problem, base, progress)
     usual = [candidate for candidate in problem.candidates if candidate.name in settings.common_effects]
     if usual and settings.max_effects:
         progress(f"fitting the {len(usual)} usual effects at once, and fewer of them")
         at_once = without_redundant(problem, problem.fit_at_once(usual), base, afresh=True)
         if _wins(at_once, chosen, base, settings):
-            chosen = _around(problem, at_once, base, rounds, progress)
-            return Selection(base, tuple(rounds), chosen)
+            return _around(problem, at_once, base, rounds, progress), rounds
     if len(chosen.effects) > 2:
         chosen = without_redundant(problem, chosen, base)
     elif len(chosen.effects) > 1:
         progress(f"reconsidering {chosen.names[0]} beside the others")
         step = _reconsider(problem, chosen)
         rounds.append(step)
-        chosen = _inside(sorted([chosen, *step.hypotheses], key=lambda w: w.bic), base, settings)
+        chosen = best_inside(sorted([chosen, *step.hypotheses], key=lambda w: w.bic), base, settings)
         chosen = without_unspecific(problem, without_redundant(problem, chosen, base), rounds)
-    return Selection(base, tuple(rounds), chosen)
+    return chosen, rounds
 
 
 def _one_by_one(
@@ -120,7 +98,7 @@ def _one_by_one(
         passing = [w for w in step.hypotheses if passes(w, chosen, settings) and adds_enough(w, chosen, base, settings)]
         if not passing:
             break
-        chosen = _inside(passing, chosen, settings)
+        chosen = best_inside(passing, chosen, settings)
     if not rounds:  # what the recordings could show is asked of the first round
         rounds.append(Round(base, score_candidates(problem.data, base.fit, problem.candidates), []))
     return chosen, rounds
@@ -137,13 +115,13 @@ def _around(
     settings = problem.settings
     progress(f"weighing what to add to {', '.join(at_once.names)}")
     rounds.append(problem.add_to(at_once))
-    passing = [w for w in rounds[-1].hypotheses if passes(w, at_once, settings) and _is_sound(w, base, settings)]
+    passing = [w for w in rounds[-1].hypotheses if passes(w, at_once, settings) and is_sound(w, base, settings)]
     chosen = passing[0] if passing and len(at_once.effects) < settings.max_effects else at_once
     progress("trying others in the place of each effect")
     rounds.append(_swap(problem, chosen))
     # equivalents differ by rounding alone, which must not decide
     ahead = [w for w in rounds[-1].hypotheses if w.bic < chosen.bic - ALIKE]
-    better = [w for w in ahead if _is_sound(w, base, settings)]
+    better = [w for w in ahead if is_sound(w, base, settings)]
     return better[0] if better else chosen
 
 
@@ -155,24 +133,6 @@ def _wins(at_once: FittedHypothesis, chosen: FittedHypothesis, base: FittedHypot
         return False
     margin = settings.lines.score * min(at_once.autocorrelation, settings.lines.whiteness)
     return at_once.bic < chosen.bic + margin or bool(chosen.at_bound and not at_once.at_bound)
-
-
-def _is_sound(hypothesis: FittedHypothesis, base: FittedHypothesis, settings: Settings) -> bool:
-    """Whether a set is worth its penalty beside the refitted data sheet, with nothing negligible or at a bound."""
-    negligible = any(hypothesis.size_of(candidate) < settings.lines.least for candidate in hypothesis.candidates)
-    return passes(hypothesis, base, settings) and not negligible and not hypothesis.at_bound
-
-
-def _inside(passing: Sequence[FittedHypothesis], before: FittedHypothesis, settings: Settings) -> FittedHypothesis:
-    """The best set; or one with all parameters inside their ranges, where that explains nearly as much.
-
-    One that swallows the commands explains anything; it is the best only where there is no other.
-    """
-    passing = [w for w in passing if not w.overriding] or passing
-    best = passing[0]
-    handicap = max(3.0 * settings.lines.score * best.autocorrelation, settings.lines.share * (before.bic - best.bic))
-    inside = [w for w in passing if not w.at_bound and w.bic < best.bic + handicap]
-    return inside[0] if inside else best
 
 
 def _reconsider(problem: Problem, chosen: FittedHypothesis) -> Round:
@@ -195,7 +155,11 @@ def _swap(problem: Problem, chosen: FittedHypothesis) -> Round:
 
 
 def without_redundant(
-    problem: Problem, chosen: FittedHypothesis, base: FittedHypothesis, afresh: bool = False
+    problem: Problem,
+    chosen: FittedHypothesis,
+    base: FittedHypothesis,
+    afresh: bool = False,
+    rounds: list[Round] | None = None,
 ) -> FittedHypothesis:
     """Take off one candidate after the other: those of no use, negligible ones, and more than may be named.
 
@@ -207,17 +171,22 @@ def without_redundant(
         base: the data sheet refitted, which is left where none is of use.
         afresh: whether what is left is fitted from the data sheet as it was, too: the way from the larger set may be
             barred.
+        rounds: to which the sets with one candidate less are added.
     """
     settings, lines = problem.settings, problem.settings.lines
     while chosen.candidates:
         autocorrelation = min(chosen.autocorrelation, lines.whiteness)
         too_many = len(chosen.effects) > settings.max_effects
-        redundant = []
-        for candidate in chosen.candidates:
-            lighter = _one_less(problem, chosen, candidate, base, afresh)
-            useless = (lighter.bic - chosen.bic) / autocorrelation < _threshold(candidate, settings)
-            if useless or too_many or chosen.size_of(candidate) < lines.least:
-                redundant.append(lighter)
+        lighter = [_one_less(problem, chosen, candidate, base, afresh) for candidate in chosen.candidates]
+        if rounds is not None:
+            rounds.append(Round(chosen, [], lighter))
+        redundant = [
+            less
+            for less, candidate in zip(lighter, chosen.candidates, strict=True)
+            if (less.bic - chosen.bic) / autocorrelation < threshold(candidate, settings)
+            or too_many
+            or chosen.size_of(candidate) < lines.least
+        ]
         if not redundant:
             break
         chosen = min(redundant, key=lambda w: w.bic)
@@ -266,37 +235,3 @@ def substitutes(
         if swapped and (w.bic - chosen.bic) / chosen.autocorrelation < settings.lines.margin:
             found.extend(others)
     return found
-
-
-def passes(hypothesis: FittedHypothesis, base: FittedHypothesis, settings: Settings) -> bool:
-    """Whether the data ask for what one set has beyond another, the last of its candidates.
-
-    Autocorrelated errors gain too much by chance, so a gain counts over the autocorrelation that is left; but over no
-    more than that at which nothing is named anyway, as another effect may still take it away. What is negligible is not
-    named, however sure it is: it stands for some trifle of the robot's form.
-    """
-    lines = settings.lines
-    gain = (base.bic - hypothesis.bic) / min(hypothesis.autocorrelation, lines.whiteness)
-    return gain >= _threshold(hypothesis.candidates[-1], settings) and hypothesis.size >= lines.least
-
-
-def _threshold(candidate: Candidate, settings: Settings) -> float:
-    """Gain over the autocorrelation that is left, from which on a candidate is worth its penalty."""
-    return settings.lines.sheet if candidate.in_data_sheet else settings.lines.score
-
-
-def adds_enough(
-    hypothesis: FittedHypothesis, base: FittedHypothesis, first: FittedHypothesis, settings: Settings
-) -> bool:
-    """Whether another effect gains enough beside what the others gained to be an effect of its own.
-
-    Where the form of a named effect is not quite the robot's, what is left asks for more effects, each for little.
-
-    Args:
-        hypothesis: the set with the other effect.
-        base: the set without it.
-        first: the data sheet refitted.
-        settings: of the diagnosis.
-    """
-    gain = base.bic - hypothesis.bic
-    return not base.effects or gain >= settings.lines.share * (first.bic - base.bic)

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 from twbal.core.robot_model import AxleMotion
 from twbal.effects.effect import OutsideEffect
-from twbal.effects.parameter import parameter
+from twbal.effects.parameter import Scale, parameter
 
 
 @dataclass(frozen=True)
@@ -15,7 +15,12 @@ class CableSpring(OutsideEffect):
     """
 
     stiffness: float = parameter(
-        "pull of the cable over the distance from the start", "N/m", (0.0, 100.0), start=5.0, value=10.0
+        "pull of the cable over the distance from the start",
+        "N/m",
+        (0.0, 100.0),
+        start=5.0,
+        value=10.0,
+        scale=Scale.MASS,
     )
     reference = "J. P. Den Hartog: Mechanical Vibrations, 4th ed., McGraw-Hill, 1956."
     is_linear = True

@@ -18,10 +18,10 @@ twbal sim-collect +effect@sim.effects.dead_zone=dead_zone sim.effects.dead_zone.
 ```
 
 `twbal diagnose` tests for all of them but the noise of the sensors, which it finds in any case. In the tables, *range*
-is that of plausible robots; where a star stands beside it, it is for robots of 20 N·m and 20 ms, and grows with the
-robot's torque limit or control period. *Default* is the value of an effect that is put into a simulation, and *no
-effect* the one at which it does nothing. [CONTRIBUTING.md](../CONTRIBUTING.md) says how to add an effect of your own.
-`python scripts/effects.py` writes this page from the definitions.
+is that of plausible robots; where a star stands beside it, it is for robots of 20 N·m, 20 ms and 12 kg, and grows with
+the robot's torque limit, control period or mass. *Default* is the value of an effect that is put into a simulation, and
+*no effect* the one at which it does nothing. [CONTRIBUTING.md](../CONTRIBUTING.md) says how to add an effect of your
+own. `python scripts/effects.py` writes this page from the definitions.
 """
 
 

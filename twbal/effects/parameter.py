@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 from twbal.core.quantities import Change, Quantity
 from twbal.core.robot_parameters import RobotParameters
 
-_TORQUE_LIMIT, _CONTROL_PERIOD = 20.0, 0.02  # of the robot that ranges are written for [N·m], [s]
+_TORQUE_LIMIT, _CONTROL_PERIOD, _MASS = 20.0, 0.02, 12.0  # of the robot that ranges are written for [N·m], [s], [kg]
 
 
 class Scale(Enum):
@@ -18,10 +18,15 @@ class Scale(Enum):
     NOTHING = "nothing"
     TORQUE = "the robot's torque limit over 20 N·m"
     PERIOD = "its control period over 20 ms"
+    MASS = "the mass of the robot with its wheels over 12 kg"
 
-    def of(self, torque_limit: float, control_period: float) -> float:
-        """Its size for a robot with this torque limit [N·m] and control period [s]."""
-        sizes = {Scale.TORQUE: torque_limit / _TORQUE_LIMIT, Scale.PERIOD: control_period / _CONTROL_PERIOD}
+    def of(self, torque_limit: float, control_period: float, mass: float) -> float:
+        """Its size for a robot with this torque limit [N·m], control period [s] and mass with its wheels [kg]."""
+        sizes = {
+            Scale.TORQUE: torque_limit / _TORQUE_LIMIT,
+            Scale.PERIOD: control_period / _CONTROL_PERIOD,
+            Scale.MASS: mass / _MASS,
+        }
         return sizes.get(self, 1.0)
 
 
@@ -56,7 +61,8 @@ class Parameter(NamedTuple):
 
     def size(self, robot: RobotParameters) -> float:
         """What its range is to be multiplied by for a robot."""
-        return self.scale.of(robot.torque_limit, robot.control_period)
+        mass = robot.body_mass + 2.0 * robot.wheel_mass
+        return self.scale.of(robot.torque_limit, robot.control_period, mass)
 
 
 def parameter(

@@ -5,7 +5,7 @@ from math import pi, sin
 
 from twbal.core.robot_model import AxleMotion
 from twbal.effects.effect import OutsideEffect
-from twbal.effects.parameter import parameter
+from twbal.effects.parameter import Scale, parameter
 
 
 @dataclass(frozen=True)
@@ -15,7 +15,7 @@ class PeriodicDisturbance(OutsideEffect):
     It acts at the axle.
     """
 
-    force: float = parameter("amplitude of the force", "N", (0.0, 50.0), start=3.0, value=3.0)
+    force: float = parameter("amplitude of the force", "N", (0.0, 50.0), start=3.0, value=3.0, scale=Scale.MASS)
     frequency: float = parameter("frequency of the force", "Hz", (0.05, 12.0), start=1.0, value=1.0)
     phase: float = parameter(
         "phase when the rollout begins", "rad", (-3.2, 3.2), start=0.0, value=0.0, least=-100.0, below=100.0

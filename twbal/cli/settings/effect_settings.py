@@ -11,7 +11,7 @@ _BEYOND = 10.0  # times the range of plausible robots, from which on a value mus
 
 
 def effect_settings(
-    place: str, kind: type[Effect], torque_limit: float, control_period: float, drawn: bool = False
+    place: str, kind: type[Effect], torque_limit: float, control_period: float, mass: float, drawn: bool = False
 ) -> Iterator[Setting]:
     """A row for each parameter of an effect.
 
@@ -20,10 +20,11 @@ def effect_settings(
         kind: the effect.
         torque_limit: of the robot at hand [N·m].
         control_period: of the robot at hand [s].
+        mass: of the robot at hand with its wheels [kg].
         drawn: each parameter is a range, from which values are drawn.
     """
     for key, parameter in parameters_of(kind).items():
-        number = accepted(parameter, parameter.scale.of(torque_limit, control_period))
+        number = accepted(parameter, parameter.scale.of(torque_limit, control_period, mass))
         yield Setting(f"{place}.{key}", Span(number) if drawn else number, parameter.meaning)
 
 

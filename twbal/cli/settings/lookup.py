@@ -13,12 +13,14 @@ from twbal.cli.settings.nested import ancestors, flattened
 from twbal.cli.settings.robot_settings import (
     CONTROL_PERIOD,
     COURSE,
+    MASS,
     POLICY,
     ROBOT,
     SIMULATION,
     START,
     STATE,
     TORQUE_LIMIT,
+    WHEEL_MASS,
 )
 from twbal.cli.settings.search_settings import AGENT, COST, PARAMETRISATION, ROBUST, RULE, SEARCH, VALIDATION
 from twbal.cli.settings.setting import Setting
@@ -158,14 +160,16 @@ def _effect_rows(tree: Mapping[str, Any]) -> Iterator[Setting]:
     robot = _mapping(tree.get("robot"))
     limit = _number(robot.get("torque_limit"), TORQUE_LIMIT, 20.0)
     period = _number(robot.get("control_period"), CONTROL_PERIOD, 0.02)
+    body, wheel = _number(robot.get("body_mass"), MASS, 10.0), _number(robot.get("wheel_mass"), WHEEL_MASS, 1.0)
+    sizes = limit, period, body + 2.0 * wheel
     for key, effect in effects_in(tree):
         found = effect_of(str(effect.get("_target_", "")))
         if found is not None:
-            yield from effect_settings(key, found, limit, period)
+            yield from effect_settings(key, found, *sizes)
     known = library()
     for name in _mapping(_mapping(tree.get("sim")).get("draws")):
         if name in known:
-            yield from effect_settings(f"sim.draws.{name}", known[name], limit, period, drawn=True)
+            yield from effect_settings(f"sim.draws.{name}", known[name], *sizes, drawn=True)
 
 
 def _mapping(value: Any) -> Mapping[str, Any]:

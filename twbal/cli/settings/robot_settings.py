@@ -21,6 +21,7 @@ CONTROL_PERIODS = "control periods"
 STEPS = Whole(1, 1_000_000, CONTROL_PERIODS)
 TILT_LIMIT = Number(0.001, 100.0, "rad")
 UPRIGHT = Number(0.001, 1.57, "rad")  # short of lying on the floor, where no rollout goes on
+MASS, WHEEL_MASS = Number(0.001, 1e4, "kg"), Number(1e-5, 1e4, "kg")
 TORQUE_LIMIT = Number(1e-4, 1e5, "N·m")
 CONTROL_PERIOD = Number(0.0005, 1.0, "s")
 PHYSICS_STEP = Number(1e-5, 0.001, "s")
@@ -28,7 +29,7 @@ STATE_NAMES = ListOf(Text("name of a channel"), least=1, most=20)
 
 ROBOT = (
     Setting("robot.name", Text("name"), "name of the data sheet"),
-    Setting("robot.body_mass", Number(0.001, 1e4, "kg"), "mass of all that does not turn with the wheels"),
+    Setting("robot.body_mass", MASS, "mass of all that does not turn with the wheels"),
     Setting("robot.com_height", Number(0.001, 100.0, "m"), "height of the centre of mass above the axle"),
     Setting("robot.com_offset", Number(-1.5, 1.5, "rad"), "angle of the centre of mass before the axle"),
     Setting(
@@ -36,7 +37,7 @@ ROBOT = (
     ),
     Setting("robot.body_inertia_roll", Number(1e-9, 1e6, "kg·m²"), "roll inertia of the body about its centre of mass"),
     Setting("robot.body_inertia_yaw", Number(1e-9, 1e6, "kg·m²"), "yaw inertia of the body about its centre of mass"),
-    Setting("robot.wheel_mass", Number(1e-5, 1e4, "kg"), "mass of each wheel"),
+    Setting("robot.wheel_mass", WHEEL_MASS, "mass of each wheel"),
     Setting("robot.wheel_radius", Number(0.001, 10.0, "m"), "radius of the wheels"),
     Setting("robot.wheel_inertia", Number(1e-10, 1e5, "kg·m²"), "inertia of each wheel, with its geared rotor"),
     Setting("robot.wheel_width", Number(1e-4, 10.0, "m"), "width of each wheel"),
