@@ -9,7 +9,7 @@ import pytest
 import twbal.effects
 from twbal.effects.effect import ActuatorEffect
 from twbal.effects.library import all_effects, library
-from twbal.effects.parameter import parameters_of
+from twbal.effects.parameter import Scale, parameters_of
 
 ACTUATORS = [name for name, effect in library().items() if issubclass(effect, ActuatorEffect)]
 
@@ -47,3 +47,22 @@ def test_an_actuator_says_whether_it_remembers(name):
         used(torque)
     differs = any(fresh(torque) != used(torque) for torque in np.linspace(5.0, -1.0, 60))
     assert differs == effect.remembers
+
+
+def test_forces_and_torques_grow_with_the_robot():
+    unscaled = [
+        f"{name}.{key}"
+        for name, effect in library().items()
+        for key, p in parameters_of(effect).items()
+        if p.unit.startswith("N") and p.scale is Scale.NOTHING
+    ]
+    assert unscaled == []
+
+
+def test_a_force_has_the_same_range_over_the_weight_on_robots_of_all_sizes(paper, regbot):
+    sizes = {}
+    for robot in (paper, regbot):
+        mass = robot.body_mass + 2.0 * robot.wheel_mass
+        force = parameters_of(library()["periodic_disturbance"])["force"]
+        sizes[robot.name] = force.start * force.size(robot) / (9.81 * mass)
+    assert sizes[paper.name] == pytest.approx(sizes[regbot.name], rel=1e-12)

@@ -1,0 +1,80 @@
+"""The problem that a tempered search works on, and the search itself."""
+
+import numpy as np
+import pytest
+from hydra.utils import instantiate
+from omegaconf import OmegaConf
+from synthetic_recordings import synthetic_recording
+
+from twbal.cli.conf_folder import conf_folder
+from twbal.diagnosis.candidates import always_free
+from twbal.diagnosis.effect_candidates import candidates_for
+from twbal.diagnosis.name import QUIETEST, first_noise, largest_noise, with_fitted_noise
+from twbal.diagnosis.problem import Problem
+from twbal.diagnosis.tempered import tempered_search
+from twbal.planar.parameters import twin_parameters
+from twbal.sysid.fit import descend, penalty
+from twbal.sysid.model import Data, Model
+
+SETTINGS = instantiate(OmegaConf.load(conf_folder() / "groups" / "diagnosis.yaml").default)
+HIDDEN = {"coulomb_friction": {"torque": 0.4}, "actuation_delay": {"delay": 0.012}}
+
+
+@pytest.fixture(scope="module")
+def problem(paper):
+    recordings = [synthetic_recording(paper, HIDDEN, seed=s, periods=300) for s in (51, 52)]
+    data = Data(recordings, SETTINGS.substeps, largest_noise(paper), QUIETEST)
+    twin = twin_parameters(paper, {})
+    start = with_fitted_noise(data, Model(twin, 0.0, first_noise(paper, data.sensed)))
+    few = [c for c in candidates_for(paper) if c.name in {*HIDDEN, "ground_slope", "motor_lag"}]
+    return Problem(data, start, always_free(SETTINGS.tolerances, twin, 2), few, SETTINGS)
+
+
+@pytest.mark.parametrize("temperature", [1.0, 30.0, 1000.0])
+def test_narrower_tolerances_are_a_likelihood_to_a_power(problem, temperature):
+    kalman = problem.data.filter(problem.start)
+    found = descend(problem.data, problem.start, kalman, problem.tempered(temperature).always, 30)
+    names = [free.field for free in problem.always]
+
+    def cost(values):
+        white = problem.data.white(problem.start.put(dict(zip(names, values, strict=True))), kalman)
+        return float(white @ white) / temperature + penalty(problem.always, np.array(values))
+
+    best = cost(found.values)
+    for i, free in enumerate(problem.always):
+        for side in (-1, 1):
+            aside = found.values.copy()
+            aside[i] += side * 0.3 * free.sd
+            if free.low <= aside[i] <= free.high:
+                assert cost(aside) > best - 0.01
+
+
+def test_a_higher_temperature_keeps_the_data_sheet_closer(problem):
+    kalman = problem.data.filter(problem.start)
+    shifts = [
+        penalty(problem.always, descend(problem.data, problem.start, kalman, problem.tempered(t).always, 30).values)
+        for t in (1.0, 30.0, 1000.0)
+    ]
+    assert shifts[0] > 2.0 * shifts[1] > 4.0 * shifts[2]
+
+
+def test_the_shortened_problem_has_the_beginning_of_each_recording(problem):
+    part = problem.shortened(200)
+    assert 200 <= part.data.count <= 204
+    for whole, short in zip(problem.data.recordings, part.data.recordings, strict=True):
+        assert len(short) == 100
+        assert np.array_equal(short.measured, whole.measured[:101])
+        assert np.array_equal(short.commands, whole.commands[:100])
+    assert problem.shortened(10**6).data.count == problem.data.count
+
+
+def test_the_search_finds_what_is_hidden(problem):
+    said = []
+    base = problem.fit(problem.start, (), 3)
+    found, rounds = tempered_search(problem, base, said.append)
+    assert found.names == tuple(sorted(HIDDEN))
+    assert found.bic < base.bic - 100.0
+    assert rounds[-1].base.names == found.names  # to which nothing was worth adding
+    assert found.fit.model.value("coulomb_friction_torque") == pytest.approx(0.4, rel=0.1)
+    assert found.fit.model.value("actuation_delay_delay") == pytest.approx(0.012, rel=0.1)
+    assert any(line.startswith("tempered by") for line in said)
