@@ -202,7 +202,35 @@ def test_a_second_search_follows_where_the_first_leaves_autocorrelated_errors(
     monkeypatch.setattr(select, "_greedy", lambda *arguments: (once, []))
     monkeypatch.setattr(select, "tempered_search", tempered_search)
     monkeypatch.setattr(select, "without_redundant", lambda problem, chosen, base, rounds: chosen)
+    monkeypatch.setattr(select, "_with_kin", lambda problem, chosen, lighter, base, rounds: chosen)
     monkeypatch.setattr(select, "is_doubtful", lambda chosen, settings: chosen.autocorrelation > 8.0)
     assert select.select(problem()).chosen.names == ends_with
     assert bool(searches) is asked
     assert select.select(problem(replace(SETTINGS, tempered_search=False))).chosen is once
+
+
+@pytest.mark.parametrize(
+    ("score", "ends_with", "alike"),
+    [
+        (520.0, ("backlash", "coulomb_friction"), []),
+        (495.0, ("backlash", "dead_zone"), ["coulomb_friction"]),
+        (400.0, ("backlash", "dead_zone"), []),
+    ],
+    ids=["better", "as good", "worse"],
+)
+def test_what_is_hard_to_tell_from_an_effect_is_tried_in_its_place(score, ends_with, alike, monkeypatch):
+    lighter = [hypothesis(100.0, "dead_zone"), hypothesis(300.0, "backlash")]
+
+    def add_one(data, base, always, candidates, shortlist, rounds):
+        assert base is lighter[1]
+        assert [c.name for c in candidates] == ["coulomb_friction"]
+        return Round(base, [], [hypothesis(score, "backlash", "coulomb_friction")])
+
+    monkeypatch.setattr(select, "add_one", add_one)
+    few = problem()._replace(candidates=[candidate("coulomb_friction"), candidate("motor_lag")])
+    rounds = []
+    found = select._with_kin(few, CHOSEN, lighter, BASE, rounds)
+    assert found.names == ends_with
+    last = next(c for c in found.candidates if c.name != "backlash")
+    if found is CHOSEN:
+        assert select.substitutes(last, found, rounds, SETTINGS) == alike

@@ -54,6 +54,9 @@ def select(problem: Problem, progress: Callable[[str], None] = lambda line: None
         found, more = tempered_search(problem, base, progress)
         progress(f"taking off what is of no use in {', '.join(found.names) or 'the refit'}")
         found = without_redundant(problem, found, base, rounds=more)
+        if found.candidates:
+            progress(f"trying others in the place of each of {', '.join(found.names)}")
+            found = _with_kin(problem, found, more[-1].hypotheses, base, more)
         if found.bic < chosen.bic:
             chosen, rounds = found, [*rounds, *more]
     return Selection(base, tuple(rounds), chosen)
@@ -152,6 +155,33 @@ def _swap(problem: Problem, chosen: FittedHypothesis) -> Round:
             if candidate.name in problem.settings.common_effects or candidate.name in out.hard_to_tell_from:
                 found.append(problem.fit_at_once([*rest, candidate]))
     return Round(chosen, [], sorted(found, key=lambda w: w.bic))
+
+
+def _with_kin(
+    problem: Problem,
+    chosen: FittedHypothesis,
+    lighter: Sequence[FittedHypothesis],
+    base: FittedHypothesis,
+    rounds: list[Round],
+) -> FittedHypothesis:
+    """The better of a set and those with an effect in the place of one that it is hard to tell from.
+
+    Args:
+        problem: what is selected from.
+        chosen: the set.
+        lighter: the set without each of its candidates, in their order.
+        base: the data sheet refitted.
+        rounds: to which what was fitted is added.
+    """
+    tried = []
+    for out, less in zip(chosen.candidates, lighter, strict=True):
+        kin = [candidate for candidate in problem.beside(chosen) if candidate.name in out.hard_to_tell_from]
+        if kin:
+            step = add_one(problem.data, less, problem.always, kin, len(kin), problem.rounds)
+            rounds.append(Round(less, [], [*step.hypotheses, chosen]))
+            tried += step.hypotheses
+    better = [w for w in tried if w.bic < chosen.bic - ALIKE and is_sound(w, base, problem.settings)]
+    return min(better, key=lambda w: w.bic) if better else chosen
 
 
 def without_redundant(
