@@ -12,10 +12,8 @@ from synthetic_recordings import synthetic_recording
 
 from twbal.cli.composition import composing
 from twbal.cli.conf_folder import conf_folder
-from twbal.diagnosis import problem as problems
-from twbal.diagnosis import select
+from twbal.diagnosis import select, tempered
 from twbal.diagnosis.candidates import Candidate, Parameter
-from twbal.diagnosis.criteria import best_inside
 from twbal.diagnosis.effect_candidates import candidates_for
 from twbal.diagnosis.hypothesis import FittedHypothesis, Round
 from twbal.diagnosis.name import name_effects
@@ -46,7 +44,7 @@ BASE = hypothesis(0.0)
 
 
 def problem(settings=SETTINGS):
-    return problems.Problem(None, None, (), (), settings)
+    return select.Problem(None, None, (), (), settings)
 
 
 def beside(**scores):
@@ -73,7 +71,7 @@ def test_what_does_as_well_in_the_place_of_an_effect_is_found():
 )
 def test_a_second_effect_for_which_anything_would_do_is_not_named(rivals, left, monkeypatch):
     monkeypatch.setattr(
-        problems, "fit_hypothesis", lambda data, model, always, rest, rounds: hypothesis(400.0, *(c.name for c in rest))
+        select, "fit_hypothesis", lambda data, model, always, rest, rounds: hypothesis(400.0, *(c.name for c in rest))
     )
     found = select.without_unspecific(problem(), CHOSEN, [beside(**rivals)])
     assert found.names == left
@@ -82,7 +80,7 @@ def test_a_second_effect_for_which_anything_would_do_is_not_named(rivals, left, 
 def test_an_effect_that_gains_nothing_beside_another_goes(monkeypatch):
     scores = {("backlash",): 495.0, ("dead_zone",): 100.0}
     monkeypatch.setattr(
-        problems,
+        select,
         "fit_hypothesis",
         lambda data, model, always, rest, rounds: hypothesis(
             scores[tuple(c.name for c in rest)], *(c.name for c in rest)
@@ -101,14 +99,14 @@ def by_scores(scores):
 
 @pytest.mark.parametrize("score", [-400.0, 0.0, 19.0])
 def test_a_set_that_is_not_better_than_the_nominal_model_shrinks_to_nothing(score, monkeypatch):
-    monkeypatch.setattr(problems, "fit_hypothesis", by_scores({("backlash",): score, ("dead_zone",): score - 5.0}))
+    monkeypatch.setattr(select, "fit_hypothesis", by_scores({("backlash",): score, ("dead_zone",): score - 5.0}))
     at_once = hypothesis(score, "backlash", "dead_zone")
     assert select.without_redundant(problem(), at_once, BASE) is BASE
     assert not select._wins(at_once, BASE, BASE, SETTINGS)
 
 
 def test_what_is_negligible_goes_however_sure_it_is(monkeypatch):
-    monkeypatch.setattr(problems, "fit_hypothesis", by_scores({("backlash",): 300.0, ("dead_zone",): 100.0}))
+    monkeypatch.setattr(select, "fit_hypothesis", by_scores({("backlash",): 300.0, ("dead_zone",): 100.0}))
     sizes = {"backlash_size": 0.5, "dead_zone_size": 0.9 * SETTINGS.lines.least * 0.5}
     trifle = hypothesis(
         500.0, "backlash", "dead_zone", model=SimpleNamespace(put=lambda values: values, value=sizes.get)
@@ -117,7 +115,7 @@ def test_what_is_negligible_goes_however_sure_it_is(monkeypatch):
 
 
 def test_no_more_effects_are_left_than_may_be_named(monkeypatch):
-    monkeypatch.setattr(problems, "fit_hypothesis", by_scores({("backlash",): 300.0, ("dead_zone",): 100.0}))
+    monkeypatch.setattr(select, "fit_hypothesis", by_scores({("backlash",): 300.0, ("dead_zone",): 100.0}))
     one = replace(SETTINGS, max_effects=1)
     assert select.without_redundant(problem(one), CHOSEN, BASE).names == ("backlash",)
 
@@ -125,8 +123,8 @@ def test_no_more_effects_are_left_than_may_be_named(monkeypatch):
 def test_what_swallows_the_commands_is_chosen_only_where_nothing_else_is_worth_it():
     swallows = hypothesis(9000.0, "torque_saturation", overriding=("torque_saturation",))
     sane = hypothesis(300.0, "backlash")
-    assert best_inside([swallows, sane], BASE, SETTINGS) is sane
-    (free,) = best_inside([swallows], BASE, SETTINGS).at_bound
+    assert select.best_inside([swallows, sane], BASE, SETTINGS) is sane
+    (free,) = select.best_inside([swallows], BASE, SETTINGS).at_bound
     assert free.name == "torque_saturation.size"
     assert not select._wins(swallows, sane, BASE, SETTINGS)
 
@@ -179,34 +177,16 @@ def white_fit(score, *names):
     return found._replace(autocorrelations=np.ones(4), fit=found.fit._replace(cost=-score))
 
 
-@pytest.mark.parametrize(
-    ("first", "second", "asked", "ends_with"),
-    [
-        (60.0, 900.0, True, ("actuation_delay", "backlash")),  # of coloured errors, and worse
-        (60.0, 40.0, True, ("dead_zone",)),  # coloured, but better than what the second search finds
-        (1.0, 900.0, False, ("dead_zone",)),  # white: there is no second search
-    ],
-)
-def test_a_second_search_follows_where_the_first_leaves_autocorrelated_errors(
-    first, second, asked, ends_with, monkeypatch
-):
-    searches = []
-    once = white_fit(500.0, "dead_zone")._replace(autocorrelations=np.full(4, first))
-    twice = white_fit(500.0 * second / 60.0, "actuation_delay", "backlash")
-
-    def tempered_search(problem, base, progress):
-        searches.append(base)
-        return twice, [Round(twice, [], [])]
-
-    monkeypatch.setattr(problems, "fit_hypothesis", lambda *arguments: BASE)
-    monkeypatch.setattr(select, "_greedy", lambda *arguments: (once, []))
-    monkeypatch.setattr(select, "tempered_search", tempered_search)
-    monkeypatch.setattr(select, "without_redundant", lambda problem, chosen, base, rounds: chosen)
-    monkeypatch.setattr(select, "_with_kin", lambda problem, chosen, lighter, base, rounds: chosen)
-    monkeypatch.setattr(select, "is_doubtful", lambda chosen, settings: chosen.autocorrelation > 8.0)
-    assert select.select(problem()).chosen.names == ends_with
-    assert bool(searches) is asked
-    assert select.select(problem(replace(SETTINGS, tempered_search=False))).chosen is once
+@pytest.mark.parametrize(("gain", "is_taken"), [(900.0, True), (400.0, False)])
+def test_the_better_of_two_searches_stays(gain, is_taken, monkeypatch):
+    once, twice = white_fit(500.0, "dead_zone"), white_fit(gain, "actuation_delay", "backlash")
+    monkeypatch.setattr(tempered, "tempered_search", lambda *arguments: (twice, [Round(twice, [], [])]))
+    monkeypatch.setattr(tempered, "without_redundant", lambda problem, chosen, base, rounds: chosen)
+    monkeypatch.setattr(tempered, "with_kin", lambda problem, chosen, lighter, base, rounds: chosen)
+    first = select.Selection(BASE, (), once)
+    found = tempered.search_again(problem(), first, lambda line: None)
+    assert (found.chosen is twice) is is_taken
+    assert (found is first) is not is_taken
 
 
 @pytest.mark.parametrize(
@@ -229,7 +209,7 @@ def test_what_is_hard_to_tell_from_an_effect_is_tried_in_its_place(score, ends_w
     monkeypatch.setattr(select, "add_one", add_one)
     few = problem()._replace(candidates=[candidate("coulomb_friction"), candidate("motor_lag")])
     rounds = []
-    found = select._with_kin(few, CHOSEN, lighter, BASE, rounds)
+    found = select.with_kin(few, CHOSEN, lighter, BASE, rounds)
     assert found.names == ends_with
     last = next(c for c in found.candidates if c.name != "backlash")
     if found is CHOSEN:

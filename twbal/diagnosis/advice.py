@@ -3,12 +3,11 @@
 from collections.abc import Sequence
 
 from twbal.core.episode import Episode, Outcome
-from twbal.diagnosis.criteria import passes
 from twbal.diagnosis.data_sheet import DATA_SHEET
 from twbal.diagnosis.hypothesis import FittedHypothesis
 from twbal.diagnosis.objections import Objection, negligible, with_values
 from twbal.diagnosis.record import Verdict
-from twbal.diagnosis.select import Selection
+from twbal.diagnosis.select import Selection, passes
 from twbal.diagnosis.settings import Settings
 from twbal.diagnosis.verdict import beyond_tolerance, undetectable
 

@@ -11,19 +11,18 @@ from twbal.core.robot_parameters import RobotParameters
 from twbal.diagnosis.advice import advise
 from twbal.diagnosis.candidates import Candidate, always_free, tilt_offsets
 from twbal.diagnosis.constancy import inconstant_effects
-from twbal.diagnosis.criteria import autocorrelation_limit, shifts_of
 from twbal.diagnosis.data_sheet import DATA_SHEET, WHEELS
 from twbal.diagnosis.filter_result import filter_result_of, one_step_errors, with_offsets
 from twbal.diagnosis.findings import Effects, FilterResult, Findings
 from twbal.diagnosis.hypothesis import FittedHypothesis
-from twbal.diagnosis.objections import negligible, objections
+from twbal.diagnosis.objections import autocorrelation_limit, is_doubtful, negligible, objections
 from twbal.diagnosis.probable import Weights, probable_effects
-from twbal.diagnosis.problem import Problem
 from twbal.diagnosis.record import LIKELY, ProbableEffect, Rival, Verdict, Whiteness
-from twbal.diagnosis.select import Selection, select, without
+from twbal.diagnosis.select import Problem, Selection, select, without
 from twbal.diagnosis.settings import Settings
+from twbal.diagnosis.tempered import search_again
 from twbal.diagnosis.tolerance_test import tolerance_statistic
-from twbal.diagnosis.verdict import conclude, data_sheet_classes, probabilities
+from twbal.diagnosis.verdict import conclude, data_sheet_classes, probabilities, shifts_of
 from twbal.planar.parameters import twin_parameters
 from twbal.sysid.fit import descend
 from twbal.sysid.model import Data, Model
@@ -70,6 +69,8 @@ def name_effects(
     always = always_free(settings.tolerances, twin, len(recordings))
     problem = Problem(data, with_fitted_noise(data, start), always, _missing(candidates, effects, settings), settings)
     selection = select(problem, progress)
+    if settings.tempered_search and is_doubtful(selection.chosen, settings):
+        selection = search_again(problem, selection, progress)
     progress("checking whether what fits best is a finding")
     inconstant = inconstant_effects(data, selection.chosen, settings.lines.steady)
     limits = {field: settings.tolerances.of(field) for field in (*DATA_SHEET, *WHEELS)}

@@ -7,10 +7,10 @@ import numpy as np
 
 from twbal.diagnosis.candidates import Candidate
 from twbal.diagnosis.constancy import Inconstancy
-from twbal.diagnosis.criteria import autocorrelation_limit, shifts_of
 from twbal.diagnosis.data_sheet import DATA_SHEET, WHEELS
 from twbal.diagnosis.hypothesis import FittedHypothesis, is_at_bound
 from twbal.diagnosis.settings import Settings
+from twbal.diagnosis.verdict import shifts_of
 from twbal.sysid.noise import Noise, discrepancy_sigmas
 
 _WHERE = {"speed": "the wheels turn fast", "time": "time has gone by", "command": "the command is large"}
@@ -20,6 +20,9 @@ _DISCREPANCY = {
     2: ("lasting error of the tilt", "rad"),
     5: ("walking bias of the gyro", "rad/s"),
 }  # its components that are no noise of sensors
+_INSTANTS = (
+    2000  # for which the limit of the autocorrelation is set; that of autocorrelated errors grows with their number
+)
 
 
 class Objection(NamedTuple):
@@ -69,6 +72,21 @@ def objections(
         said = f"The best guess, {spaced(effect)}, would have to be {change}: what moves the robot has another form."
         found.append(Objection(said, (effect,)))
     return tuple(found)
+
+
+def autocorrelation_limit(instants: int, settings: Settings) -> float:
+    """Autocorrelation of residuals at so many instants from which on something is left that nothing explains."""
+    return 1.0 + (settings.lines.whiteness - 1.0) * max(instants / _INSTANTS, 1.0)
+
+
+def is_doubtful(chosen: FittedHypothesis, settings: Settings) -> bool:
+    """Whether a set leaves something unexplained, so that it is no finding and another may be better.
+
+    Its errors stay autocorrelated, a parameter is at a bound, or the data sheet is far out of its tolerances.
+    """
+    limit = autocorrelation_limit(len(chosen.fit.white) // 4, settings)
+    far = _to_the_data_sheet(chosen, _bounded_values(chosen), settings)
+    return chosen.autocorrelation > limit or bool(chosen.at_bound) or bool(far)
 
 
 def negligible(hypothesis: FittedHypothesis, settings: Settings) -> tuple[Candidate, ...]:

@@ -1,17 +1,18 @@
 """Which effects to name: forward selection, one effect after the other, as long as the data ask for more."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
+from math import ceil, sqrt
 from typing import NamedTuple
 
 from twbal.diagnosis.candidates import Candidate
-from twbal.diagnosis.criteria import adds_enough, best_inside, is_doubtful, is_sound, passes, threshold
-from twbal.diagnosis.hypothesis import ALIKE, FittedHypothesis, Round, add_one
-from twbal.diagnosis.problem import Problem
+from twbal.diagnosis.hypothesis import ALIKE, FittedHypothesis, Round, add_one, fit_hypothesis
 from twbal.diagnosis.score_test import score_candidates
 from twbal.diagnosis.settings import Settings
-from twbal.diagnosis.tempered import tempered_search
+from twbal.sysid.model import Data, Free, Model
 
-_BASE_ROUNDS, _LIGHTER_ROUNDS = 8, 3
+_BASE_ROUNDS, _LIGHTER_ROUNDS, _AT_ONCE_ROUNDS = 8, 3, 12
+_BEGIN = 0.3  # share of their start values at which several effects begin at once
 _MANY = 3  # effects of other kinds that do as well in the place of one, from which on it is not named beside another
 
 
@@ -38,10 +39,81 @@ class Selection(NamedTuple):
         return tuple(best.values())
 
 
+class Problem(NamedTuple):
+    """What a selection works on.
+
+    Attributes:
+        data: recordings.
+        start: the simulation as it is, with its noise fitted: where fits begin.
+        always: what is always free.
+        candidates: all that may be named.
+        settings: of the diagnosis.
+        rounds: of values and noise in turn, for each candidate that is fitted in full.
+    """
+
+    data: Data
+    start: Model
+    always: Sequence[Free]
+    candidates: Sequence[Candidate]
+    settings: Settings
+    rounds: int = 6
+
+    def fit(self, model: Model, candidates: Sequence[Candidate], rounds: int) -> FittedHypothesis:
+        """A set of effects, fitted in full from a model on."""
+        return fit_hypothesis(self.data, model, self.always, candidates, rounds)
+
+    def fit_at_once(self, candidates: Sequence[Candidate]) -> FittedHypothesis:
+        """Several effects from a data sheet that is still as it was.
+
+        One by one, the first has to do the work of all the others, and pulls the data sheet away to where the next is
+        not found any more.
+        """
+        small = {c.field(p): p.none + _BEGIN * (p.start - p.none) for c in candidates for p in c.parameters}
+        return self.fit(self.data.with_noise(self.start.put(small), 30), candidates, _AT_ONCE_ROUNDS)
+
+    def add_to(self, hypothesis: FittedHypothesis) -> Round:
+        """What one more effect would bring."""
+        return add_one(
+            self.data, hypothesis, self.always, self.beside(hypothesis), self.settings.shortlist, self.rounds
+        )
+
+    def beside(self, hypothesis: FittedHypothesis) -> list[Candidate]:
+        """Candidates that a set does not hold."""
+        return [candidate for candidate in self.candidates if candidate.name not in hypothesis.names]
+
+    def shortened(self, instants: int) -> "Problem":
+        """The same with the beginnings of the recordings, as many instants as asked for or a few more."""
+        share = min(instants / self.data.count, 1.0)
+        parts = [recording.part(0, ceil(share * len(recording))) for recording in self.data.recordings]
+        return self._replace(data=replace(self.data, recordings=parts))
+
+    def hastier(self, shortlist: int, rounds: int) -> "Problem":
+        """The same with so many candidates fitted in full, by so many rounds of values and noise in turn."""
+        return self._replace(settings=replace(self.settings, shortlist=shortlist), rounds=rounds)
+
+    def tempered(self, temperature: float) -> "Problem":
+        """The same with a likelihood to the power of one over the temperature, but for a factor of all scores.
+
+        That is as if all tolerances were narrower by the square root of the temperature.
+        """
+        return self._replace(always=[free._replace(sd=free.sd / sqrt(temperature)) for free in self.always])
+
+    def has_room(self, hypothesis: FittedHypothesis) -> bool:
+        """Whether one more effect may be named."""
+        most = self.settings.max_effects
+        return len(hypothesis.effects) < most and len(hypothesis.candidates) <= most
+
+    def next_from(self, step: Round) -> FittedHypothesis | None:
+        """The set of a round to go on from; None where no candidate is worth its penalty."""
+        passing = [w for w in step.hypotheses if passes(w, step.base, self.settings)]
+        return best_inside(passing, step.base, self.settings) if passing else None
+
+
 def select(problem: Problem, progress: Callable[[str], None] = lambda line: None) -> Selection:
     """Add effects to the data sheet as long as they are worth their penalty.
 
-    Where that ends with a set that is no finding, a tempered likelihood is tried, which costs more time.
+    One that was chosen while another was missing may be the wrong one. So with two effects each is reconsidered with
+    the other in place, and of more those go again that are not worth their penalty beside the others.
 
     Args:
         problem: what is selected from.
@@ -50,26 +122,13 @@ def select(problem: Problem, progress: Callable[[str], None] = lambda line: None
     progress("refitting the nominal parameters")
     base = problem.fit(problem.start, (), _BASE_ROUNDS)
     chosen, rounds = _greedy(problem, base, progress)
-    if problem.settings.tempered_search and problem.settings.max_effects and is_doubtful(chosen, problem.settings):
-        found, more = tempered_search(problem, base, progress)
-        progress(f"taking off what is of no use in {', '.join(found.names) or 'the refit'}")
-        found = without_redundant(problem, found, base, rounds=more)
-        if found.candidates:
-            progress(f"trying others in the place of each of {', '.join(found.names)}")
-            found = _with_kin(problem, found, more[-1].hypotheses, base, more)
-        if found.bic < chosen.bic:
-            chosen, rounds = found, [*rounds, *more]
     return Selection(base, tuple(rounds), chosen)
 
 
 def _greedy(
     problem: Problem, base: FittedHypothesis, progress: Callable[[str], None]
 ) -> tuple[FittedHypothesis, list[Round]]:
-    """The set to which a forward selection comes, and its rounds.
-
-    One that was chosen while another was missing may be the wrong one. So with two effects each is reconsidered with
-    the other in place, and of more those go again that are not worth their penalty beside the others.
-    """
+    """The set to which a forward selection comes, and its rounds."""
     settings = problem.settings
     chosen, rounds = _one_by_one(problem, base, progress)
     usual = [candidate for candidate in problem.candidates if candidate.name in settings.common_effects]
@@ -157,7 +216,7 @@ def _swap(problem: Problem, chosen: FittedHypothesis) -> Round:
     return Round(chosen, [], sorted(found, key=lambda w: w.bic))
 
 
-def _with_kin(
+def with_kin(
     problem: Problem,
     chosen: FittedHypothesis,
     lighter: Sequence[FittedHypothesis],
@@ -265,3 +324,55 @@ def substitutes(
         if swapped and (w.bic - chosen.bic) / chosen.autocorrelation < settings.lines.margin:
             found.extend(others)
     return found
+
+
+def passes(hypothesis: FittedHypothesis, base: FittedHypothesis, settings: Settings) -> bool:
+    """Whether the data ask for what one set has beyond another, the last of its candidates.
+
+    Autocorrelated errors gain too much by chance, so a gain counts over the autocorrelation that is left; but over no
+    more than that at which nothing is named anyway, as another effect may still take it away. What is negligible is not
+    named, however sure it is: it stands for some trifle of the robot's form.
+    """
+    lines = settings.lines
+    gain = (base.bic - hypothesis.bic) / min(hypothesis.autocorrelation, lines.whiteness)
+    return gain >= threshold(hypothesis.candidates[-1], settings) and hypothesis.size >= lines.least
+
+
+def threshold(candidate: Candidate, settings: Settings) -> float:
+    """Gain over the autocorrelation that is left, from which on a candidate is worth its penalty."""
+    return settings.lines.sheet if candidate.in_data_sheet else settings.lines.score
+
+
+def adds_enough(
+    hypothesis: FittedHypothesis, base: FittedHypothesis, first: FittedHypothesis, settings: Settings
+) -> bool:
+    """Whether another effect gains enough beside what the others gained to be an effect of its own.
+
+    Where the form of a named effect is not quite the robot's, what is left asks for more effects, each for little.
+
+    Args:
+        hypothesis: the set with the other effect.
+        base: the set without it.
+        first: the data sheet refitted.
+        settings: of the diagnosis.
+    """
+    gain = base.bic - hypothesis.bic
+    return not base.effects or gain >= settings.lines.share * (first.bic - base.bic)
+
+
+def is_sound(hypothesis: FittedHypothesis, base: FittedHypothesis, settings: Settings) -> bool:
+    """Whether a set is worth its penalty beside the refitted data sheet, with nothing negligible or at a bound."""
+    negligible = any(hypothesis.size_of(candidate) < settings.lines.least for candidate in hypothesis.candidates)
+    return passes(hypothesis, base, settings) and not negligible and not hypothesis.at_bound
+
+
+def best_inside(passing: Sequence[FittedHypothesis], before: FittedHypothesis, settings: Settings) -> FittedHypothesis:
+    """The best set; or one with all parameters inside their ranges, where that explains nearly as much.
+
+    One that swallows the commands explains anything; it is the best only where there is no other.
+    """
+    passing = [w for w in passing if not w.overriding] or passing
+    best = passing[0]
+    handicap = max(3.0 * settings.lines.score * best.autocorrelation, settings.lines.share * (before.bic - best.bic))
+    found = [w for w in passing if not w.at_bound and w.bic < best.bic + handicap]
+    return found[0] if found else best

@@ -8,13 +8,31 @@ same as tolerances that are narrower by its square root. They widen as effects a
 
 from collections.abc import Callable
 
-from twbal.diagnosis.criteria import best_inside, passes
 from twbal.diagnosis.hypothesis import FittedHypothesis, Round
-from twbal.diagnosis.problem import Problem
+from twbal.diagnosis.select import Problem, Selection, with_kin, without_redundant
 
 _INSTANTS = 2000  # of the recordings' beginnings that are searched first
 _SHORTLIST, _FULL_ROUNDS = 4, 2  # candidates that are fitted in full in each round; of values and noise in turn
 _ROUNDS, _LAST_ROUNDS = 3, 8  # of values and noise in turn, of the set so far and of the last one
+
+
+def search_again(problem: Problem, selection: Selection, progress: Callable[[str], None]) -> Selection:
+    """The better of a selection and of what a tempered likelihood finds.
+
+    Args:
+        problem: what is selected from.
+        selection: how the first search went.
+        progress: is told what is being done, a line at a time.
+    """
+    found, rounds = tempered_search(problem, selection.base, progress)
+    progress(f"taking off what is of no use in {', '.join(found.names) or 'the refit'}")
+    found = without_redundant(problem, found, selection.base, rounds=rounds)
+    if found.candidates:
+        progress(f"trying others in the place of each of {', '.join(found.names)}")
+        found = with_kin(problem, found, rounds[-1].hypotheses, selection.base, rounds)
+    if found.bic >= selection.chosen.bic:
+        return selection
+    return Selection(selection.base, (*selection.rounds, *rounds), found)
 
 
 def tempered_search(
@@ -32,13 +50,13 @@ def tempered_search(
     """
     found = _begun(problem, base, progress)
     found, rounds = problem.fit(found.fit.model, found.candidates, _LAST_ROUNDS), list[Round]()
-    while _has_room(problem, found):
+    while problem.has_room(found):
         progress(f"weighing what to add to {', '.join(found.names) or 'the refit'}")
         rounds.append(problem.add_to(found))
-        passing = [w for w in rounds[-1].hypotheses if passes(w, found, problem.settings)]
-        if not passing:
+        better = problem.next_from(rounds[-1])
+        if better is None:
             break
-        found = best_inside(passing, found, problem.settings)
+        found = better
     return found, rounds
 
 
@@ -46,18 +64,12 @@ def _begun(problem: Problem, base: FittedHypothesis, progress: Callable[[str], N
     """What a tempered likelihood of the recordings' beginnings finds."""
     hasty = problem.hastier(_SHORTLIST, _FULL_ROUNDS).shortened(_INSTANTS)
     found = hasty.tempered(base.autocorrelation).fit(hasty.start, (), _ROUNDS)
-    while _has_room(hasty, found):
+    while hasty.has_room(found):
         tempered = hasty.tempered(found.autocorrelation)
         before = tempered.fit(found.fit.model, found.candidates, _ROUNDS)
         progress(f"tempered by {found.autocorrelation:.3g}, adding to {', '.join(before.names) or 'the data sheet'}")
-        passing = [w for w in tempered.add_to(before).hypotheses if passes(w, before, problem.settings)]
-        if not passing:
+        better = tempered.next_from(tempered.add_to(before))
+        if better is None:
             return before
-        found = best_inside(passing, before, problem.settings)
+        found = better
     return found
-
-
-def _has_room(problem: Problem, found: FittedHypothesis) -> bool:
-    """Whether more may be named."""
-    most = problem.settings.max_effects
-    return len(found.effects) < most and len(found.candidates) <= most

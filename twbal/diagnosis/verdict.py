@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from twbal.diagnosis.criteria import shifts_of
+from twbal.diagnosis.data_sheet import DATA_SHEET
 from twbal.diagnosis.hypothesis import FittedHypothesis
 from twbal.diagnosis.record import Gap, Shift, Verdict
 from twbal.diagnosis.select import Selection
@@ -66,6 +66,17 @@ def is_worse(gap: Gap) -> bool:
     """Whether rollouts are worse than with the data sheet as it is, or refitted (then by more than chance)."""
     lost = gap.closed is not None and gap.closed < 0.0
     return lost or gap.after > (1.0 + _WORSE) * min(gap.before, gap.refitted)
+
+
+def shifts_of(hypothesis: FittedHypothesis, settings: Settings) -> tuple[Shift, ...]:
+    """How far the data pull the values of the data sheet, the largest first."""
+    found = []
+    for free in hypothesis.fit.frees:
+        if free.field in DATA_SHEET:
+            factor = hypothesis.fit.model.value(free.field) / free.mean
+            sigmas = (factor - 1.0) / settings.tolerances.of(free.field)
+            found.append(Shift(free.effect, DATA_SHEET[free.field].group, factor, sigmas))
+    return tuple(sorted(found, key=lambda shift: -abs(shift.sigmas)))
 
 
 def data_sheet_classes(hypothesis: FittedHypothesis, statistic: float, settings: Settings) -> tuple[str, ...]:
