@@ -13,6 +13,7 @@ from twbal.sysid.fit import Fit, refit
 from twbal.sysid.model import Data, Free, Model
 
 _ITERATIONS, _NOISE_ITERATIONS = 4, 12
+FULL_ROUNDS = 6  # of values and noise in turn, in the fit of a candidate
 _AT_BOUND = 0.01  # share of its range from a bound at which a parameter has run to it
 _LEAST_INFLUENCE = 0.1  # equivalent gain of the driver below which its nonlinearity takes the place of the commands
 _WAVES = 200.0  # frequencies or counts among which a wave is looked for: the best of many is good by chance
@@ -139,7 +140,7 @@ def add_one(
     always: Sequence[Free],
     candidates: Sequence[Candidate],
     shortlist: int,
-    rounds: int = 6,
+    rounds: int = FULL_ROUNDS,
 ) -> Round:
     """Fit what one more effect would bring.
 

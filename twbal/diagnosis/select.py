@@ -6,7 +6,7 @@ from math import ceil, sqrt
 from typing import NamedTuple
 
 from twbal.diagnosis.candidates import Candidate
-from twbal.diagnosis.hypothesis import ALIKE, FittedHypothesis, Round, add_one, fit_hypothesis
+from twbal.diagnosis.hypothesis import ALIKE, FULL_ROUNDS, FittedHypothesis, Round, add_one, fit_hypothesis
 from twbal.diagnosis.score_test import score_candidates
 from twbal.diagnosis.settings import Settings
 from twbal.sysid.model import Data, Free, Model
@@ -56,7 +56,7 @@ class Problem(NamedTuple):
     always: Sequence[Free]
     candidates: Sequence[Candidate]
     settings: Settings
-    rounds: int = 6
+    rounds: int = FULL_ROUNDS
 
     def fit(self, model: Model, candidates: Sequence[Candidate], rounds: int) -> FittedHypothesis:
         """A set of effects, fitted in full from a model on."""
@@ -177,13 +177,13 @@ def _around(
     settings = problem.settings
     progress(f"weighing what to add to {', '.join(at_once.names)}")
     rounds.append(problem.add_to(at_once))
-    passing = [w for w in rounds[-1].hypotheses if passes(w, at_once, settings) and is_sound(w, base, settings)]
+    passing = [w for w in rounds[-1].hypotheses if passes(w, at_once, settings) and _is_sound(w, base, settings)]
     chosen = passing[0] if passing and len(at_once.effects) < settings.max_effects else at_once
     progress("trying others in the place of each effect")
     rounds.append(_swap(problem, chosen))
     # equivalents differ by rounding alone, which must not decide
     ahead = [w for w in rounds[-1].hypotheses if w.bic < chosen.bic - ALIKE]
-    better = [w for w in ahead if is_sound(w, base, settings)]
+    better = [w for w in ahead if _is_sound(w, base, settings)]
     return better[0] if better else chosen
 
 
@@ -239,7 +239,7 @@ def with_kin(
             step = add_one(problem.data, less, problem.always, kin, len(kin), problem.rounds)
             rounds.append(Round(less, [], [*step.hypotheses, chosen]))
             tried += step.hypotheses
-    better = [w for w in tried if w.bic < chosen.bic - ALIKE and is_sound(w, base, problem.settings)]
+    better = [w for w in tried if w.bic < chosen.bic - ALIKE and _is_sound(w, base, problem.settings)]
     return min(better, key=lambda w: w.bic) if better else chosen
 
 
@@ -272,7 +272,7 @@ def without_redundant(
         redundant = [
             less
             for less, candidate in zip(lighter, chosen.candidates, strict=True)
-            if (less.bic - chosen.bic) / autocorrelation < threshold(candidate, settings)
+            if (less.bic - chosen.bic) / autocorrelation < _threshold(candidate, settings)
             or too_many
             or chosen.size_of(candidate) < lines.least
         ]
@@ -335,10 +335,10 @@ def passes(hypothesis: FittedHypothesis, base: FittedHypothesis, settings: Setti
     """
     lines = settings.lines
     gain = (base.bic - hypothesis.bic) / min(hypothesis.autocorrelation, lines.whiteness)
-    return gain >= threshold(hypothesis.candidates[-1], settings) and hypothesis.size >= lines.least
+    return gain >= _threshold(hypothesis.candidates[-1], settings) and hypothesis.size >= lines.least
 
 
-def threshold(candidate: Candidate, settings: Settings) -> float:
+def _threshold(candidate: Candidate, settings: Settings) -> float:
     """Gain over the autocorrelation that is left, from which on a candidate is worth its penalty."""
     return settings.lines.sheet if candidate.in_data_sheet else settings.lines.score
 
@@ -360,7 +360,7 @@ def adds_enough(
     return not base.effects or gain >= settings.lines.share * (first.bic - base.bic)
 
 
-def is_sound(hypothesis: FittedHypothesis, base: FittedHypothesis, settings: Settings) -> bool:
+def _is_sound(hypothesis: FittedHypothesis, base: FittedHypothesis, settings: Settings) -> bool:
     """Whether a set is worth its penalty beside the refitted data sheet, with nothing negligible or at a bound."""
     negligible = any(hypothesis.size_of(candidate) < settings.lines.least for candidate in hypothesis.candidates)
     return passes(hypothesis, base, settings) and not negligible and not hypothesis.at_bound

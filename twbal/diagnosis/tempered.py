@@ -25,11 +25,12 @@ def search_again(problem: Problem, selection: Selection, progress: Callable[[str
         progress: is told what is being done, a line at a time.
     """
     found, rounds = tempered_search(problem, selection.base, progress)
-    progress(f"taking off what is of no use in {', '.join(found.names) or 'the refit'}")
+    progress(f"second search: removing what is not needed from {', '.join(found.names) or 'the refit'}")
     found = without_redundant(problem, found, selection.base, rounds=rounds)
-    if found.candidates:
-        progress(f"trying others in the place of each of {', '.join(found.names)}")
-        found = with_kin(problem, found, rounds[-1].hypotheses, selection.base, rounds)
+    if not found.candidates:
+        return selection
+    progress(f"second search: trying similar effects in the place of each of {', '.join(found.names)}")
+    found = with_kin(problem, found, rounds[-1].hypotheses, selection.base, rounds)
     if found.bic >= selection.chosen.bic:
         return selection
     return Selection(selection.base, (*selection.rounds, *rounds), found)
@@ -51,7 +52,7 @@ def tempered_search(
     found = _begun(problem, base, progress)
     found, rounds = problem.fit(found.fit.model, found.candidates, _LAST_ROUNDS), list[Round]()
     while problem.has_room(found):
-        progress(f"weighing what to add to {', '.join(found.names) or 'the refit'}")
+        progress(f"second search: weighing what to add to {', '.join(found.names) or 'the refit'}")
         rounds.append(problem.add_to(found))
         better = problem.next_from(rounds[-1])
         if better is None:
@@ -67,7 +68,7 @@ def _begun(problem: Problem, base: FittedHypothesis, progress: Callable[[str], N
     while hasty.has_room(found):
         tempered = hasty.tempered(found.autocorrelation)
         before = tempered.fit(found.fit.model, found.candidates, _ROUNDS)
-        progress(f"tempered by {found.autocorrelation:.3g}, adding to {', '.join(before.names) or 'the data sheet'}")
+        progress(f"second search, likelihood tempered: adding to {', '.join(before.names) or 'the data sheet'}")
         better = tempered.next_from(tempered.add_to(before))
         if better is None:
             return before
