@@ -14,6 +14,7 @@ from twbal.sysid.model import Data, Free, Model
 
 _ITERATIONS, _NOISE_ITERATIONS = 4, 12
 FULL_ROUNDS = 6  # of values and noise in turn, in the fit of a candidate
+_CLOSE, _NEAR = 0.5, 50.0  # share of the best gain, and -2 log likelihood, within which the noise is fitted, too
 _AT_BOUND = 0.01  # share of its range from a bound at which a parameter has run to it
 _LEAST_INFLUENCE = 0.1  # equivalent gain of the driver below which its nonlinearity takes the place of the commands
 _WAVES = 200.0  # frequencies or counts among which a wave is looked for: the best of many is good by chance
@@ -94,7 +95,7 @@ class Round(NamedTuple):
     Attributes:
         base: what candidates were added to.
         scored: all candidates, with the gain that each is predicted to bring.
-        hypothesis: the best of them, fitted in full, the likeliest first.
+        hypotheses: the best of them, fitted, the likeliest first.
     """
 
     base: FittedHypothesis
@@ -149,13 +150,18 @@ def add_one(
         base: the set so far.
         always: what is always free.
         candidates: that are not in it.
-        shortlist: candidates that are fitted in full, at most.
-        rounds: of each of these fits (`fit_hypothesis`).
+        shortlist: candidates that are fitted, at most.
+        rounds: of the fit of each that comes close to the best (`fit_hypothesis`); of the others the noise stays.
     """
     screened = score_candidates(data, base.fit, candidates)
     best = max((s.gain for s in screened), default=0.0)
     chosen = [s for s in screened[:shortlist] if s.gain > max(_PROMISING * best, 3.0)]
-    hypothesis = [fit_hypothesis(data, s.model, always, (*base.candidates, s.candidate), rounds) for s in chosen]
+    light = [fit_hypothesis(data, s.model, always, (*base.candidates, s.candidate), 0) for s in chosen]
+    best = min((w.bic for w in light), default=0.0)
+    close = best + max(_CLOSE * (base.bic - best), _NEAR)
+    hypothesis = [
+        fit_hypothesis(data, w.fit.model, always, w.candidates, rounds) if w.bic <= close else w for w in light
+    ]
     best = min((w.bic for w in hypothesis), default=0.0)
     order = [candidate.name for candidate in candidates]
 

@@ -19,7 +19,7 @@ from twbal.sysid.recording import Recording
 
 _SIZES = (0.001, 0.1, 0.4, 1.0, 1.7, 3.0, -0.001, -0.3, -1.0)
 """Sizes at which a candidate is tried, as shares of the way from none to its start value."""
-_LIMITS = (0.98, 0.7, 0.5, 0.35, 0.25, 0.17, 0.1, 0.05)  # of the highest value, at which a limit is tried
+_LIMITS = (0.98, 0.7, 0.5, 0.35, 0.25, 0.17, 0.1, 0.05, 0.03, 0.015)  # of the highest value, at which a limit is tried
 _FAR = 30.0  # penalty of the data sheet's shifts from which on it is tried to put it back
 _SMALL = 0.01  # sizes up to this one predict, larger ones are too far off for a parabola
 _ITERATIONS = 3
@@ -61,18 +61,19 @@ def score_candidates(data: Data, fit: Fit, candidates: Sequence[Candidate]) -> l
     found = []
     for number, scored in enumerate(predicted):
         if number < _FITTED and scored.gain > _LEAST:
-            found.append(_fit_briefly(data, fit, scored))
+            found.append(_fit_briefly(data, fit, J, scored))
         else:
             found.append(scored._replace(gain=min(scored.gain, 0.0)))
     return sorted(found, key=lambda scored: -scored.gain)
 
 
-def _fit_briefly(data: Data, fit: Fit, scored: ScoredCandidate) -> ScoredCandidate:
-    """Fit a candidate by a few steps."""
+def _fit_briefly(data: Data, fit: Fit, J: Array, scored: ScoredCandidate) -> ScoredCandidate:
+    """Fit a candidate by a few steps, with the slopes by all else as they are without it."""
     own = scored.candidate.frees
-    frees = [free for free in fit.frees if free.field not in {o.field for o in own}]
+    kept = [i for i, free in enumerate(fit.frees) if free.field not in {o.field for o in own}]
+    frees = [fit.frees[i] for i in kept]
     begin = float(fit.white @ fit.white) + penalty(fit.frees, fit.values)
-    after = descend(data, scored.model, fit.kalman, [*frees, *own], _ITERATIONS)
+    after = descend(data, scored.model, fit.kalman, [*frees, *own], _ITERATIONS, J[:, kept])
     return scored._replace(gain=begin - after.cost, model=after.model)
 
 

@@ -73,6 +73,7 @@ def descend(
     kalman: Filter,
     frees: Sequence[Free],
     iterations: int,
+    known: Array | None = None,
 ) -> Fit:
     """Levenberg-Marquardt within bounds, with the noise and the filter as they are.
 
@@ -87,6 +88,7 @@ def descend(
         kalman: the filter.
         frees: what is free.
         iterations: at most.
+        known: slopes by the first of them, (N, K), which are taken to be the same everywhere; None: all are computed.
     """
     sds = np.array([free.sd for free in frees])
     means = np.array([free.mean for free in frees])
@@ -96,9 +98,10 @@ def descend(
     model = model.put(dict(zip(names, x.tolist(), strict=True)))
     white = data.white(model, kalman)
     best = float(white @ white) + penalty(frees, x)
-    damping = _FIRST_DAMPING
+    damping, begin = _FIRST_DAMPING, 0 if known is None else known.shape[1]
     for _ in range(iterations):
-        J = slopes(data, model, kalman, frees, white)
+        J = slopes(data, model, kalman, frees[begin:], white)
+        J = J if known is None else np.hstack([known, J])
         H = J.T @ J + np.diag(1.0 / sds**2 + _RIDGE / (high - low) ** 2)
         gradient = J.T @ white + (x - means) / sds**2
         gained = 0.0
