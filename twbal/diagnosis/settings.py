@@ -98,7 +98,7 @@ class Settings:
         tolerances: of what is always free.
         lines: where decisions are made.
         substeps: physics steps of a control period, at most.
-        shortlist: candidates that are fitted in full.
+        shortlist: candidates that are fitted in each round.
         common_effects: names of effects that most robots have: a search begins with all of these at once too.
         exclude: names of effects that are known not to be there.
         max_effects: that are named together, at most.
