@@ -192,7 +192,8 @@ def test_of_many_recordings_whole_ones_are_kept_back_and_of_few_their_ends():
     (first,), (last,), _, are_ends = held_out([recording("r", 100)], 0.25)
     assert are_ends
     assert not many.are_ends
-    assert (len(first), len(last)) == (75, 25)
+    assert (len(first), len(last)) == (75, 100)
+    assert list(np.flatnonzero(last.usable)) == list(range(75, 101))  # what was fitted leads to it, and does not count
     assert last.name == "r, 1.5-2.0 s"
 
 

@@ -94,7 +94,7 @@ def filter_result_of(data: Data, model: Model, effects: Effects) -> FilterResult
     predictions = data.predictions(model, kalman)
     radius = constants(model.twin, data.period).radius
     trajectories = tuple(
-        _trajectory(radius, recording, prediction.states)
+        _trajectory(radius, 0.5 * data.period / data.substeps, recording, prediction.states)
         for recording, prediction in zip(data.recordings, predictions, strict=True)
     )
     errors = tuple(prediction.errors for prediction in predictions)
@@ -115,14 +115,14 @@ def error_noise(kalman: Filter) -> Array:
     return np.sqrt(error_variances(kalman))
 
 
-def _trajectory(radius: float, recording: Recording, states: Array) -> Trajectory:
-    """The motion in the predictor's states (T + 1, 10), of wheels of a radius [m]."""
+def _trajectory(radius: float, lead: float, recording: Recording, states: Array) -> Trajectory:
+    """The motion in the predictor's states (T + 1, 10), of wheels of a radius [m]; its angles run ahead by a time."""
     tilt, wheel, tilt_rate, wheel_speed, torque, rotor, _, slip, position, _ = states.T
     return Trajectory(
-        tilt=tilt,
+        tilt=tilt - lead * tilt_rate,
         tilt_rate=tilt_rate,
         speed=radius * wheel_speed + slip,
-        wheel_angle=wheel - tilt,
+        wheel_angle=wheel - tilt - lead * (wheel_speed - tilt_rate),
         wheel_rate=wheel_speed - tilt_rate,
         position=position,
         torque=torque,

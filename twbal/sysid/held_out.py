@@ -4,6 +4,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
+import numpy as np
+
 from twbal.sysid.recording import Recording
 
 _WHOLE = 4  # recordings, from which on whole ones are kept back
@@ -14,9 +16,11 @@ class Split(NamedTuple):
 
     Attributes:
         fitted: that models are fitted to.
-        kept_back: that they are not.
+        kept_back: that they are not: of what counts in them (`Recording.usable`), no model has been fitted to anything.
         names: of what was kept back.
         are_ends: whether what was kept back are the ends of the very recordings that are fitted, in the same order.
+            Then they begin with what was fitted, which does not count there: a torque that changes with time, place or
+            charge goes on from where it was.
     """
 
     fitted: tuple[Recording, ...]
@@ -41,7 +45,8 @@ def held_out(recordings: Sequence[Recording], share: float) -> Split:
 
 
 def _cut(recording: Recording, at: int) -> tuple[Recording, Recording]:
-    """A recording before and after an instant."""
+    """A recording before an instant, and all of it, of which only what comes after counts."""
     times = f"{at * recording.period:.1f}-{len(recording) * recording.period:.1f} s"
-    first, last = recording.part(0, at), recording.part(at, len(recording))
-    return first, replace(last, name=f"{recording.name}, {times}")
+    is_end = np.arange(len(recording) + 1) >= at
+    last = replace(recording, usable=recording.usable & is_end, name=f"{recording.name}, {times}")
+    return recording.part(0, at), last

@@ -72,7 +72,7 @@ def _diagnose_to_files(
     write_atomically(out / AUGMENTED, simulation_text(result.simulation.effects, result.simulation.physics_step, title))
     pictures, drawn = _draw(diagnosis, out / FIGURES)
     split, robot = result.split, simulation.robot
-    recordings = split.fitted if tests else (*split.fitted, *split.kept_back)
+    recordings = (*(() if split.are_ends else split.fitted), *(() if tests else split.kept_back))
     seconds = sum(len(recording) * recording.period for recording in recordings)
     facts = [
         ("robot", robot.name),

@@ -1,0 +1,87 @@
+"""The right model on data that nothing was fitted to: the planar twin makes them at fine steps, PyBullet is tried."""
+
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+import pytest
+from hydra.utils import instantiate
+from omegaconf import OmegaConf
+from synthetic_recordings import NOISE, synthetic_recording
+
+from twbal.cli.conf_folder import conf_folder
+from twbal.diagnosis.effect_candidates import candidates_for
+from twbal.diagnosis.filter_result import filter_recordings
+from twbal.diagnosis.gap import Models, Stretches, measure_gaps
+from twbal.diagnosis.name import name_effects
+from twbal.effects.library import effects_from
+from twbal.sim.replay import replay
+from twbal.sysid.held_out import held_out
+from twbal.sysid.noise import Noise
+from twbal.sysid.recording import MEASURED
+
+LASTING = {
+    "periodic_disturbance": {"force": 3.0, "frequency": 0.73, "phase": 2.0},
+    "cable_spring": {"stiffness": 6.0},
+    "battery_sag": {"rate": 0.02},
+    "ground_waves": {"slope": 0.01, "waves": 0.7, "phase": 0.5},
+}
+"""Effects that depend on the time, the place or the charge since a recording began."""
+
+LEVELS = np.array([NOISE[name] for name in MEASURED])
+SUBSTEPS = 10
+
+
+@pytest.fixture(scope="module")
+def split(paper):
+    return held_out([synthetic_recording(paper, LASTING, seed=3, periods=1600, tolerance=0.0)], 0.25)
+
+
+@pytest.fixture(scope="module")
+def seen(paper, split):
+    """What the right model makes of the end of a recording whose beginning was fitted."""
+    noise = Noise(LEVELS, np.array([0.01, 0.01]))
+    return filter_recordings(paper, LASTING, noise, 0.0, split.kept_back, SUBSTEPS)
+
+
+def test_the_right_model_predicts_the_end_of_a_recording_as_well_as_its_beginning(split, seen):
+    counts = split.kept_back[0].usable
+    early, late = (np.sqrt(np.mean(seen.errors[0][rows][20:] ** 2, axis=0)) for rows in (~counts, counts))
+    np.testing.assert_allclose(late, early, rtol=0.15)
+
+
+def test_in_pybullet_it_leaves_no_more_than_noise_on_the_end_of_a_recording(paper, split, seen):
+    engine = partial(run, paper)
+    gaps = measure_gaps(
+        Models(seen, seen, seen), split.kept_back, engine, [3, 7], Stretches(5, 5, 40, 7), LEVELS, paper.wheel_radius
+    )
+    assert {(gap.channel, round(gap.horizon, 2)) for gap in gaps} == {(c, h) for c in MEASURED for h in (0.06, 0.14)}
+    for gap in gaps:
+        assert gap.after < 1.3 * gap.noise_floor, gap
+
+
+def run(robot, result, starts, commands):
+    return replay(robot, effects_from(result.effects), 0.001, starts, commands)
+
+
+def test_rollouts_begin_at_the_motion_that_was_measured(split, seen):
+    """Angles of the twin run ahead of its rates by half a step; the wheel turns by more in it than its encoder errs."""
+    recording, path = split.kept_back[0], seen.trajectories[0]
+    off = path.wheel_angle - recording.measured[:, MEASURED.index("wheel_angle")]
+    assert np.abs(np.polyfit(recording.measured[:, 3], off, 1)[0]) < 0.1 * recording.period / SUBSTEPS
+
+
+def test_what_the_simulation_cannot_take_over_does_not_mislead_the_filter(paper):
+    """Wheels are heavier than the data sheet says: the model has no effect for that, so its noise must allow for it."""
+    heavy = replace(paper, wheel_mass=1.15 * paper.wheel_mass, wheel_inertia=1.3 * paper.wheel_inertia)
+    effects = {"motor_lag": {"time_constant": 0.03}}
+    recording = synthetic_recording(heavy, effects, seed=4, periods=1000, tolerance=0.0)
+    settings = instantiate(OmegaConf.load(conf_folder() / "groups" / "diagnosis.yaml").default)
+    settings = replace(settings, tolerances=replace(settings.tolerances, data_sheet=0.15))
+    candidates = [each for each in candidates_for(paper) if each.name in effects]
+    found = name_effects([recording], paper, {}, candidates, settings)
+    assert found.added == ("motor_lag",)
+    path = found.named.trajectories[0]
+    for name in ("tilt", "tilt_rate"):
+        off = getattr(path, name) - recording.measured[:, MEASURED.index(name)]
+        assert np.sqrt(np.mean(off[20:] ** 2)) < 1.1 * NOISE[name]
