@@ -21,7 +21,7 @@ from twbal.diagnosis.probable import chance_of_size, credence, probability_of
 from twbal.diagnosis.record import Estimate, Gap, ProbableEffect, Verdict
 from twbal.diagnosis.settings import Credence
 
-GIVEN = Credence(objected_effect=0.4, objected_set=0.8)
+GIVEN = Credence(objected_effect=0.4, objected_set=0.8, incomplete_set=0.9)
 FRICTION = {"coulomb_friction": {"torque": 0.3}}
 EFFECT = ProbableEffect("dead_zone", 0.95, True, {}, (), "")
 
@@ -52,8 +52,11 @@ def test_an_effect_has_the_weight_of_all_sets_that_hold_it_or_its_equal():
     [
         ("a", (), 1.0),
         ("a", (Objection("not a", ("a",)), Objection("nothing", ())), 0.4),
-        ("b", (Objection("not a", ("a",)),), 0.8),
+        ("a", (Objection("not a", ("a",)), Objection("more", is_of_errors=True)), 0.4),
         ("b", (Objection("nothing"),), 0.8),
+        ("b", (Objection("nothing"), Objection("more", is_of_errors=True)), 0.8),
+        ("b", (Objection("not a", ("a",)),), 0.9),
+        ("b", (Objection("more", is_of_errors=True),), 0.9),
     ],
 )
 def test_what_speaks_against_an_effect_counts_more_than_what_speaks_against_its_set(effect, objected, expected):

@@ -31,10 +31,12 @@ class Objection(NamedTuple):
     Attributes:
         text: a sentence.
         effects: names of those that it speaks against; none where it speaks against the whole set.
+        is_of_errors: whether it says no more than that the errors stay autocorrelated, so that something is left.
     """
 
     text: str
     effects: tuple[str, ...] = ()
+    is_of_errors: bool = False
 
     def concerns(self, effect: str) -> bool:
         """Whether it speaks against an effect of the set."""
@@ -56,7 +58,7 @@ def objections(
     found = list[Objection]()
     if chosen.autocorrelation > limit:
         said = f"The residuals stay autocorrelated: {chosen.autocorrelation:.3g}, where noise has 1; "
-        found.append(Objection(f"{said}the limit is {limit:.3g}."))
+        found.append(Objection(f"{said}the limit is {limit:.3g}.", is_of_errors=True))
     if not chosen.effects:
         found += _to_a_discrepancy(chosen.fit.model.noise, largest, settings)
     swallowing, bounded = _swallowing(chosen), _bounded_values(chosen)

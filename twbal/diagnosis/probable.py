@@ -109,7 +109,9 @@ def credence(effect: str, objected: Sequence[Objection], given: Credence) -> flo
     """Share of effects that proved right although there was such an objection; 1 without one."""
     if any(effect in objection.effects for objection in objected):
         return given.objected_effect
-    return given.objected_set if objected else 1.0
+    if any(not objection.effects and not objection.is_of_errors for objection in objected):
+        return given.objected_set
+    return given.incomplete_set if objected else 1.0
 
 
 def estimates(

@@ -83,11 +83,13 @@ class Credence:
 
     Attributes:
         objected_effect: where an objection concerned the effect itself.
-        objected_set: where objections concerned other effects, or the set as a whole.
+        objected_set: where one concerned the set as a whole, such as a data sheet that is far out of its tolerances.
+        incomplete_set: where no more was said than that residuals stay autocorrelated, or that other effects are wrong.
     """
 
     objected_effect: float
     objected_set: float
+    incomplete_set: float
 
 
 @dataclass(frozen=True)

@@ -316,7 +316,7 @@ def _probable(
     (parameter,) = chosen.candidate.parameters
     error = float(np.hypot(chosen.error, settings.lines.form * chosen.value))
     estimate = Estimate(chosen.value, *interval(chosen.value, error), parameter.unit)
-    credence = settings.credence.objected_effect if verdict is Verdict.UNKNOWN else 1.0
+    credence = settings.credence.objected_set if verdict is Verdict.UNKNOWN else 1.0
     effect = ProbableEffect(
         chosen.candidate.name,
         credence * min(sum(weights[form.names] for form in near), 1.0),
