@@ -23,6 +23,7 @@ _DISCREPANCY = {
 _INSTANTS = (
     2000  # for which the limit of the autocorrelation is set; that of autocorrelated errors grows with their number
 )
+_FAR = 4.0  # times the limit, from which on autocorrelated errors speak against the whole set
 
 
 class Objection(NamedTuple):
@@ -31,7 +32,7 @@ class Objection(NamedTuple):
     Attributes:
         text: a sentence.
         effects: names of those that it speaks against; none where it speaks against the whole set.
-        is_of_errors: whether it says no more than that the errors stay autocorrelated, so that something is left.
+        is_of_errors: whether it says no more than that the errors stay autocorrelated, and not by far.
     """
 
     text: str
@@ -58,7 +59,8 @@ def objections(
     found = list[Objection]()
     if chosen.autocorrelation > limit:
         said = f"The residuals stay autocorrelated: {chosen.autocorrelation:.3g}, where noise has 1; "
-        found.append(Objection(f"{said}the limit is {limit:.3g}.", is_of_errors=True))
+        is_near = chosen.autocorrelation < _FAR * limit
+        found.append(Objection(f"{said}the limit is {limit:.3g}.", is_of_errors=is_near))
     if not chosen.effects:
         found += _to_a_discrepancy(chosen.fit.model.noise, largest, settings)
     swallowing, bounded = _swallowing(chosen), _bounded_values(chosen)
