@@ -1,19 +1,13 @@
 """The right model on data that nothing was fitted to: the planar twin makes them at fine steps, PyBullet is tried."""
 
-from dataclasses import replace
 from functools import partial
 
 import numpy as np
 import pytest
-from hydra.utils import instantiate
-from omegaconf import OmegaConf
 from synthetic_recordings import NOISE, synthetic_recording
 
-from twbal.cli.conf_folder import conf_folder
-from twbal.diagnosis.effect_candidates import candidates_for
 from twbal.diagnosis.filter_result import filter_recordings
 from twbal.diagnosis.gap import Models, Stretches, measure_gaps
-from twbal.diagnosis.name import name_effects
 from twbal.effects.library import effects_from
 from twbal.sim.replay import replay
 from twbal.sysid.held_out import held_out
@@ -69,19 +63,3 @@ def test_rollouts_begin_at_the_motion_that_was_measured(split, seen):
     recording, path = split.kept_back[0], seen.trajectories[0]
     off = path.wheel_angle - recording.measured[:, MEASURED.index("wheel_angle")]
     assert np.abs(np.polyfit(recording.measured[:, 3], off, 1)[0]) < 0.1 * recording.period / SUBSTEPS
-
-
-def test_what_the_simulation_cannot_take_over_does_not_mislead_the_filter(paper):
-    """Wheels are heavier than the data sheet says: the model has no effect for that, so its noise must allow for it."""
-    heavy = replace(paper, wheel_mass=1.15 * paper.wheel_mass, wheel_inertia=1.3 * paper.wheel_inertia)
-    effects = {"motor_lag": {"time_constant": 0.03}}
-    recording = synthetic_recording(heavy, effects, seed=4, periods=1000, tolerance=0.0)
-    settings = instantiate(OmegaConf.load(conf_folder() / "groups" / "diagnosis.yaml").default)
-    settings = replace(settings, tolerances=replace(settings.tolerances, data_sheet=0.15))
-    candidates = [each for each in candidates_for(paper) if each.name in effects]
-    found = name_effects([recording], paper, {}, candidates, settings)
-    assert found.added == ("motor_lag",)
-    path = found.named.trajectories[0]
-    for name in ("tilt", "tilt_rate"):
-        off = getattr(path, name) - recording.measured[:, MEASURED.index(name)]
-        assert np.sqrt(np.mean(off[20:] ** 2)) < 1.1 * NOISE[name]

@@ -94,7 +94,7 @@ def filter_result_of(data: Data, model: Model, effects: Effects) -> FilterResult
     predictions = data.predictions(model, kalman)
     radius = constants(model.twin, data.period).radius
     trajectories = tuple(
-        _trajectory(radius, 0.5 * data.period / data.substeps, recording, prediction.states)
+        _trajectory(radius, data.lead, recording, prediction.states)
         for recording, prediction in zip(data.recordings, predictions, strict=True)
     )
     errors = tuple(prediction.errors for prediction in predictions)

@@ -24,7 +24,7 @@ from twbal.diagnosis.tempered import search_again
 from twbal.diagnosis.tolerance_test import tolerance_statistic
 from twbal.diagnosis.verdict import conclude, data_sheet_classes, probabilities, shifts_of
 from twbal.planar.parameters import twin_parameters
-from twbal.sysid.fit import refit
+from twbal.sysid.fit import descend
 from twbal.sysid.model import Data, Model
 from twbal.sysid.noise import LASTING, UNSENSED, Noise
 from twbal.sysid.recording import MEASURED, Recording
@@ -36,7 +36,7 @@ QUIETEST = (1e-3, 0.0, 0.0, 0.0)
 
 A tilt that adds up the gyro agrees with it to much less than this, but is no truer.
 """
-_ROUNDS, _ITERATIONS = 2, 6  # of the fit that puts the wheels back to the data sheet
+_ITERATIONS = 50  # at most, of the fit that puts the wheels back to the data sheet
 
 
 def name_effects(
@@ -152,12 +152,12 @@ def sensed_values(data: Data, values: Array) -> dict[str, float]:
 def _filter_result(data: Data, hypothesis: FittedHypothesis, already: Effects) -> FilterResult:
     """What a fit makes of the recordings, in values that the simulation can take.
 
-    It has no effect for the wheels' mass and inertia: these go back to the data sheet, and what else is free makes up;
-    then the noise is fitted again, as a filter that trusts a model more than it deserves sees a motion that is not.
+    It has no effect for the wheels' mass and inertia: these go back to the data sheet, and what else is free makes up.
+    That is far to go along a narrow valley; a fit that ends half-way begins its rollouts at a wrong motion.
     """
     kept = [free for free in hypothesis.fit.frees if free.field not in WHEELS]
     start = hypothesis.fit.model.put({free.field: free.mean for free in hypothesis.fit.frees if free.field in WHEELS})
-    model = refit(data, start, kept, _ROUNDS, _ITERATIONS, _NOISE_ITERATIONS).model
+    model = descend(data, start, data.filter(start), kept, _ITERATIONS).model
     effects: dict[str, dict[str, float]] = {name: dict(values) for name, values in already.items()}
     for field, factor in DATA_SHEET.items():
         effects.setdefault(factor.effect, {})[factor.parameter] = model.value(field)

@@ -16,7 +16,7 @@ class Split(NamedTuple):
 
     Attributes:
         fitted: that models are fitted to.
-        kept_back: that they are not: of what counts in them (`Recording.usable`), no model has been fitted to anything.
+        kept_back: that they are not, as far as their instants count (`Recording.usable`).
         names: of what was kept back.
         are_ends: whether what was kept back are the ends of the very recordings that are fitted, in the same order.
             Then they begin with what was fitted, which does not count there: a torque that changes with time, place or

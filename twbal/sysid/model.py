@@ -132,6 +132,11 @@ class Data:
         return self.recordings[0].period
 
     @property
+    def lead(self) -> float:
+        """Time by which the angles of the twin's integrator run ahead of its rates [s]."""
+        return 0.5 * self.period / self.substeps
+
+    @property
     def usable(self) -> list[Mask]:
         """Which instants count, per recording (T + 1,)."""
         return [recording.usable for recording in self.recordings]
@@ -182,7 +187,7 @@ class Data:
 
     def predictions(self, model: Model, kalman: Filter) -> list[Prediction]:
         """What a model predicts of each recording with a filter."""
-        lead = 0.5 * self.period / self.substeps - model.angle_lead
+        lead = self.lead - model.angle_lead
         found = [
             predict(model.twin_for(k), recording, self.substeps, lead, kalman)
             for k, recording in enumerate(self.recordings)
