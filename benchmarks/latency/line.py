@@ -2,7 +2,7 @@
 
 What a pseudo-terminal takes longer than a socket is Linux's own: a worker thread of ordinary priority carries the bytes
 of every terminal and serial port from one end to the other (`flush_to_ldisc` of drivers/tty/tty_buffer.c). Beside busy
-programs it waits for its turn, whatever priority both ends have.
+programs it waits for its turn, whatever priority both ends have; `pty_first` has it go before them.
 """
 
 import json
@@ -13,20 +13,22 @@ import socket
 import sys
 import time
 import tty
+from contextlib import nullcontext
 from typing import Any
 
 from benchmarks.latency.figures import distribution
 from benchmarks.latency.load import busy
 from benchmarks.latency.robot import PRIORITY
+from twbal.link.line_workers import line_workers_first
 
-LINES = ("pty", "socket")
+LINES = ("pty", "pty_first", "socket")
 _SIZE, _PERIOD = 90, 0.01  # of a telemetry with its frame [bytes], and between two [s]
 
 
 def run(load: int, line: str, seconds: float) -> dict[str, Any]:
     """Pass bytes for `seconds`, with programs that compute beside it."""
     here, there = _ends(line)
-    with busy(load):
+    with busy(load), line_workers_first() if line == "pty_first" else nullcontext():
         echo = os.fork()
         if echo == 0:
             _echo(there)

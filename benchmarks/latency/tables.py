@@ -11,7 +11,11 @@ _HOSTS = {
     "ordinary": "on the host, without",
     "on_board": "on board; the host is halted for 1 s every 10 s",
 }
-_LINES = {"pty": "a pseudo-terminal alone, there and back", "socket": "a socket alone, there and back"}
+_LINES = {
+    "pty": "a pseudo-terminal alone, there and back",
+    "pty_first": "the same, with Linux's worker threads before ordinary programs",
+    "socket": "a socket alone, there and back",
+}
 _SHARES = "| within 2 ms | within 5 ms | median | 99 % | 99.9 % | longest |"
 _ASKED = (
     ("real_time", 8, 100, "within_5_ms", 99.0, "load of 8, 100 Hz, real-time priority: 99 % within 5 ms"),

@@ -1,4 +1,8 @@
-"""A loop that has to answer in time: it goes before other programs, collects no garbage, and lets no core sleep."""
+"""A loop that has to answer in time.
+
+It goes before other programs, as do the threads of Linux that carry its bytes; it collects no garbage, and lets no core
+sleep.
+"""
 
 import gc
 import os
@@ -6,6 +10,8 @@ import struct
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+
+from twbal.link.line_workers import line_workers_first
 
 PRIORITY = 50
 """Of a loop in real time, among 1 to 99: above other programs, below the threads of Linux that serve interrupts."""
@@ -87,5 +93,5 @@ def cores_awake() -> Iterator[bool]:
 @contextmanager
 def punctual() -> Iterator[bool]:
     """All of the above; yields whether the thread has real-time priority."""
-    with uncollected(), cores_awake(), real_time_priority() as has_it:
+    with uncollected(), cores_awake(), line_workers_first(), real_time_priority() as has_it:
         yield has_it

@@ -7,7 +7,15 @@ import time
 
 import pytest
 
-from twbal.cli.doctor.timing import PERIOD, lateness, lateness_check, load_check, priority_check, sleep_check
+from twbal.cli.doctor.timing import (
+    PERIOD,
+    lateness,
+    lateness_check,
+    line_check,
+    load_check,
+    priority_check,
+    sleep_check,
+)
 from twbal.core.check import Verdict
 
 
@@ -78,3 +86,12 @@ def test_who_may_keep_cores_awake_is_told_so(tmp_path):
     not_there = sleep_check(tmp_path / "none")
     assert not_there.verdict == Verdict.OK
     assert f"who may write to {tmp_path / 'none'}" in not_there.found
+
+
+@pytest.mark.skipif(shutil.which("chrt") is None, reason="needs chrt, of util-linux")
+def test_who_may_change_a_thread_of_the_kernel_is_told_that_the_line_goes_first():
+    thread = subprocess.run(["pgrep", "kworker/u"], capture_output=True, text=True).stdout.split()
+    allowed = bool(thread) and subprocess.run(["chrt", "--other", "--pid", "0", thread[0]]).returncode == 0
+    check = line_check()
+    assert check.verdict == Verdict.OK
+    assert ("let them go before" in check.found) == allowed

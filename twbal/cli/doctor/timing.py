@@ -10,6 +10,7 @@ from pathlib import Path
 from statistics import median
 
 from twbal.core.check import Check, Verdict
+from twbal.link.line_workers import may_raise
 from twbal.link.protocol import WATCHDOG
 from twbal.link.real_time import WAKE_UP
 
@@ -53,6 +54,15 @@ def sleep_check(wake_up: Path = WAKE_UP) -> Check:
         Verdict.OK,
         f"may sleep between two measurements; who may write to {wake_up} (root, or by a rule of udev) keeps them awake",
     )
+
+
+def line_check() -> Check:
+    """Whether this process may let the threads of Linux that carry the line's bytes go before ordinary programs."""
+    name = "the line's threads"
+    if may_raise():
+        return Check(name, Verdict.OK, "commands that drive a robot in real time let them go before other programs")
+    found = "have ordinary priority: beside busy programs the line can be late by some milliseconds"
+    return Check(name, Verdict.OK, f"{found}; root, or who has CAP_SYS_NICE, lets them go first")
 
 
 def load_check(cores: int, load: float) -> Check:

@@ -9,7 +9,15 @@ from omegaconf import DictConfig
 from twbal.cli.conf_folder import conf_folder
 from twbal.cli.doctor.packages import kernels_check, package_checks, pinned_versions
 from twbal.cli.doctor.ports import port_checks
-from twbal.cli.doctor.timing import clock_check, lateness, lateness_check, load_check, priority_check, sleep_check
+from twbal.cli.doctor.timing import (
+    clock_check,
+    lateness,
+    lateness_check,
+    line_check,
+    load_check,
+    priority_check,
+    sleep_check,
+)
 from twbal.cli.typed_config import typed
 from twbal.core.check import Check, check_lines, problems
 from twbal.core.errors import CheckError
@@ -53,6 +61,7 @@ def look(settings: Settings, port: str | None) -> list[Check]:
         *port_checks(port, Path(settings.sysfs)),
         priority_check(),
         sleep_check(),
+        line_check(),
         load_check(len(os.sched_getaffinity(0)), os.getloadavg()[0]),
         clock_check(),
         lateness_check(lateness(settings.timing)),
