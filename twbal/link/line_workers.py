@@ -4,9 +4,9 @@ A worker thread of the kernel, of ordinary priority, carries the bytes of every 
 to the other (`flush_to_ldisc` in Linux's drivers/tty/tty_buffer.c). Beside busy programs it waits for its turn, up to
 some milliseconds, whatever priority the programs at both ends have.
 
-This file is a program of its own as well: `line_workers_first` runs it. It raises the threads, and those that Linux adds
-later, until its standard input is closed. Then it puts all of them back: so also where the command that needed it was
-killed. It imports nothing of twbal, so that it starts at once.
+This file is a program of its own as well: `line_workers_first` runs it. It raises the threads, and those that Linux
+adds later, until its standard input is closed. Then it puts all of them back: so also where the command that needed it
+was killed. It imports nothing of twbal, so that it starts at once.
 """
 
 import os
