@@ -227,6 +227,21 @@ static void watchdog()
     }
 }
 
+static void part_of_a_period()
+{
+    const twbal::Identity me = fake_identity(TWBAL_CLOCK_REAL_TIME);
+    FakeBoard board;
+    FakePolicy policy;
+    FakeRobot robot(me, board, policy);
+    const uint32_t armed = 0xFFFFF000u; // the clock overflows within the period
+    tell(robot, twbal_hello{TWBAL_TYPE_HELLO, 1, 2}, armed);
+    tell(robot, twbal_arm{TWBAL_TYPE_ARM, 2, 0, TWBAL_DRIVE_TORQUE}, armed);
+    check(robot.since_tick_us(armed) == 0u && robot.since_tick_us(armed + 19999u) == 19999u, "part of a period");
+    check(robot.since_tick_us(armed + 20000u) == 20000u && robot.since_tick_us(armed + 90000u) == 20000u, "all of it");
+    robot.run(armed + 20000u);
+    check(robot.since_tick_us(armed + 20007u) == 7u, "and of the next");
+}
+
 static void on_board()
 {
     const twbal::Identity me = fake_identity(TWBAL_CLOCK_REAL_TIME);
@@ -263,6 +278,7 @@ int main()
     heading();
     body();
     watchdog();
+    part_of_a_period();
     on_board();
     printf(failed ? "%d checks failed\n" : "units: all checks hold\n", failed);
     return failed != 0;

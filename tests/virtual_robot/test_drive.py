@@ -5,7 +5,7 @@ import pytest
 
 from twbal.virtual_robot.constants import constants, fresh_memory
 from twbal.virtual_robot.drive import hinge_torque
-from twbal.virtual_robot.physics import drive_period
+from twbal.virtual_robot.physics import drive_steps
 
 STEP = 0.00025
 
@@ -17,7 +17,7 @@ def torques(robot, command, seconds):
     m.commands[:] = command
     rows = []
     for number in range(round(seconds / STEP)):
-        drive_period(c, m, robot._buffers, number, 1, 0.0, 0.0)
+        drive_steps(c, m, robot._buffers, 0, number, number + 1, 0.0, 0.0)
         rows.append(m.torque.copy())
     return np.array(rows)
 
@@ -38,7 +38,7 @@ def test_commands_follow_each_other_as_they_were_given(delay, make):
     for number, command in enumerate(given):
         m.commands[number % len(m.commands)] = command
         for step in range(80):
-            drive_period(c, m, robot._buffers, 80 * number + step, 1, 0.0, 0.0)
+            drive_steps(c, m, robot._buffers, number, step, step + 1, 0.0, 0.0)
             seen.append(m.torque.sum())
     middle = (np.arange(len(seen)) + 0.5) * STEP - delay
     expected = np.where(middle < 0, 0.0, given[np.maximum(middle // 0.02, 0).astype(int)])
@@ -139,7 +139,7 @@ def test_a_wheel_does_not_move_until_its_rotor_has_crossed_the_play(make):
     crossing = np.sqrt(2 * 0.05 / (0.5 / 0.0035))  # half of the gap, from its middle, under 0.5 N·m
     moved = []
     for number in range(round(2 * crossing / STEP)):
-        drive_period(c, m, robot._buffers, number, 1, 0.0, 0.0)
+        drive_steps(c, m, robot._buffers, 0, number, number + 1, 0.0, 0.0)
         moved.append(abs(robot.wheel_angles[0]))
     first = np.argmax(np.array(moved) > 1e-6) * STEP
     assert first == pytest.approx(crossing, rel=0.02)

@@ -243,13 +243,52 @@ def test_a_repeated_hello_is_obeyed_each_time(sim_plant):
     assert isinstance(refused, Fault)
 
 
-def test_a_command_late_in_a_period_carries_its_number_at_the_end_and_acts_for_all_of_it(
-    sim_plant,
-):
+def driven_with_torque(robot, times_us, firmware):
+    """How long the motors had their torque [s], and what was heard; the robot has neither delay nor lag."""
+    heard_of, seconds, begun = [], 0.0, 0
+    for now_us in times_us:
+        heard_of += heard(firmware.advance(now_us))
+        seconds += (now_us - begun) * 1e-6 * float(robot._memory.torque.sum() > 0.0)
+        begun = now_us
+    return seconds, heard_of
+
+
+def test_a_command_late_in_a_period_carries_its_number_at_the_end_and_acts_for_what_is_left(make):
+    robot = make()
+    late = armed(robot, REAL_TIME)
+    tell(late, Command(3, 5.0), now_us=3 * PERIOD_US // 4)
+    seconds, (seen,) = driven_with_torque(robot, range(3 * PERIOD_US // 4, PERIOD_US + 1, 250), late)
+    assert (seen.seq, seen.period) == (3, 1)
+    assert seconds == pytest.approx(0.25 * PERIOD_US * 1e-6, abs=0.0003)
+
+
+@pytest.mark.parametrize("step_us", [1000, 130_000, 200_000])
+def test_the_watchdog_takes_the_torque_away_at_its_time_however_seldom_the_robot_looks(step_us, make):
+    robot = make(start=0.02)
+    firmware = armed(robot, replace(REAL_TIME, tilt_limit=3.0))
+    tell(firmware, Command(3, 5.0), now_us=5000)
+    (stopped,) = [s for s in heard(by_steps(firmware, 120_000, step_us)) if s.status][-1:]
+    assert stopped.status == Status.WATCHDOG_STOPPED
+    other = make(start=0.02)  # 5 N·m from 5 ms to 105 ms
+    other.reset(0)
+    other.drive_until(0.005, 0.0)
+    for _ in range(5):
+        seen = other.step(5.0)
+    other.drive_until(0.005, 5.0)
+    seen = other.step(0.0)
+    assert stopped.wheel_angle == pytest.approx(seen.wheel_angle, rel=1e-6)
+
+
+def by_steps(firmware, until_us, step_us):
+    """What it says until a time, looked at so often."""
+    times = [*range(step_us, until_us, step_us), until_us]
+    return b"".join(firmware.advance(now_us) for now_us in times)
+
+
+def test_a_plant_that_cannot_be_driven_in_parts_is_driven_by_whole_periods(sim_plant):
     late = armed(sim_plant, REAL_TIME)
     tell(late, Command(3, 5.0), now_us=PERIOD_US - 1)
     (seen,) = heard(late.advance(PERIOD_US))
-    assert (seen.seq, seen.period) == (3, 1)
     (punctual,) = tell(armed(sim_plant, LOCKSTEP), Command(3, 5.0))
     assert seen.tilt == punctual.tilt
 

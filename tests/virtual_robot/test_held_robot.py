@@ -66,6 +66,15 @@ def test_torques_turn_each_wheel_to_the_speed_at_which_its_drag_is_the_torque(he
     assert held.wheel_difference().rate == pytest.approx(0.4 / fastest, rel=1e-3)
 
 
+def test_its_wheels_turn_in_parts_of_a_period_as_in_all_of_it(held):
+    whole = [held.step(2.0 + k).wheel_angle for k in range(5)]
+    held.reset(0)
+    for k, expected in enumerate(whole):
+        held.drive_until(0.003, 2.0 + k)
+        held.drive_until(0.017, 2.0 + k)
+        assert held.step(2.0 + k).wheel_angle == pytest.approx(expected, rel=1e-12)
+
+
 def test_it_hangs_where_that_is_typed(paper):
     typed, waited = ["h"], []
     robot = HeldRobot(paper, lambda: typed.pop() if typed else "", waited.append)

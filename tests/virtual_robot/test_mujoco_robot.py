@@ -2,6 +2,7 @@
 
 import time
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -162,3 +163,43 @@ def test_a_new_rollout_begins_without_a_difference(make):
     for _ in range(5):
         robot.step(0.0)
     assert robot.pose().heading == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize("parts", [(0.0031, 0.0125), (0.02,), (0.00025, 0.0005, 0.0199)])
+def test_a_period_that_is_driven_in_parts_is_the_same_bytes(parts, make):
+    def record(robot, parts):
+        rows = [robot.reset(1)]
+        for k in range(40):
+            robot.steer(0.5 * np.cos(k))
+            for time in parts:
+                robot.drive_until(time, 3 * np.sin(k))
+            rows.append(robot.step(3 * np.sin(k)))
+        return np.array(rows).tobytes() + np.array(robot.pose()).tobytes()
+
+    robot = make(faults="hard", seed=5, start=START)
+    assert record(robot, parts) == record(robot, ())
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.0071, 0.03])
+def test_a_command_that_comes_within_a_period_acts_from_then_on_and_after_the_delay(delay, make):
+    robot, given, time = make(drive={"delay": delay}), [2.0, -1.0, 0.5, 3.0, 0.0, 0.0, 0.0], 0.0075
+    robot.reset(0)
+    torque = []  # of both motors in each physics step
+    for before, now in pairwise([0.0, *given]):  # `before` goes on until `time`
+        for step in range(1, 81):
+            until = step * 0.00025
+            robot.drive_until(until, before if until <= time else now)
+            torque.append(robot._memory.torque.sum())
+        robot.step(now)
+    middle = (np.arange(len(torque)) + 0.5) * 0.00025 - delay - time
+    expected = np.where(middle < 0, 0.0, np.array(given)[np.maximum(middle // 0.02, 0).astype(int)])
+    assert np.mean(~np.isclose(torque, expected)) <= len(given) / len(torque)  # but for steps in which it changes
+
+
+def test_the_acceleration_of_a_period_in_parts_is_that_of_the_whole(make):
+    robot = make(start=START)
+    before, seen = robot.reset(0), None
+    robot.drive_until(0.015, 4.0)
+    seen = robot.step(4.0)
+    speeds = [0.15 * (each.wheel_rate + each.tilt_rate) for each in (before, seen)]
+    assert seen.acceleration == pytest.approx((speeds[1] - speeds[0]) / 0.02, rel=0.02)

@@ -92,6 +92,17 @@ class Plant(ABC):
             LinkLostError: the robot fell silent.
         """
 
+    def drive_until(self, time: float, command: float) -> None:  # noqa: B027, most robots need it not
+        """Apply `command` up to a time within the control period that has begun; `step` drives the rest of it.
+
+        A simulated robot in real time moves so while the time passes, and not all at once when a period is over. One
+        that cannot leaves the whole period to `step`.
+
+        Args:
+            time: since the last observation, no earlier than that of the call before; not beyond the period's end [s].
+            command: as of `step` [N·m].
+        """
+
     def pose(self) -> Pose | None:
         """The true pose at the last observation; None where nothing but the robot's own sensors tells."""
         return None

@@ -69,6 +69,7 @@ class Memory(NamedTuple):
     Attributes:
         commands: ring of the last commands, by number of the control period [N·m].
         differences: ring of the last differences, the right wheel's torque minus the left one's [N·m].
+        begins: ring of how late in their periods these begin; those before them go on until then [s].
         used: of the battery, in seconds at the limit of both motors (1,) [s].
         lagged: torque behind the lag (2,) [N·m].
         torque: of each motor (2,) [N·m].
@@ -82,6 +83,7 @@ class Memory(NamedTuple):
 
     commands: Array
     differences: Array
+    begins: Array
     used: Array
     lagged: Array
     torque: Array
@@ -150,10 +152,11 @@ def _share(step: float, time_constant: float) -> float:
 
 def fresh_memory(c: Constants) -> Memory:
     """That of a robot at rest."""
-    ring = int(c.delay / c.period) + 3
+    ring = int(c.delay / c.period) + 4
     return Memory(
         commands=np.zeros(ring),
         differences=np.zeros(ring),
+        begins=np.zeros(ring),
         used=np.zeros(1),
         lagged=np.zeros(2),
         torque=np.zeros(2),

@@ -9,17 +9,25 @@ _LEAST_SUPPLY = 0.1  # of the full one: a battery does not turn its voltage roun
 
 
 @kernel(is_kept=False)
-def queued(commands: np.ndarray, step: float, period: float, delay: float, number: int) -> float:
-    """Mean over physics step `number` of the command that was given `delay` before, each held for one period [N·m].
+def queued(c: Constants, m: Memory, commands: np.ndarray, number: int) -> float:
+    """Mean over physics step `number` of the command that was given a delay before, each held until the next [N·m].
 
     Before the first command it is 0. A command that begins to act within the step counts for the part that it acts.
+
+    Args:
+        commands: `m.commands` or `m.differences`.
     """
-    begin = number * step - delay
-    end = begin + step
-    last = int(np.floor(end / period - 1e-9))
+    end = number * c.step - c.delay + c.step
+    last = int(np.floor(end / c.period - 1e-9))
+    since = end - last * c.period
+    if last >= 0:
+        since -= m.begins[last % len(commands)]
+        if since <= 0.0:  # it has not begun, and the one before goes on
+            last -= 1
+            since = c.step
     acting = commands[last % len(commands)] if last >= 0 else 0.0
     before = commands[(last - 1) % len(commands)] if last >= 1 else 0.0
-    share = min((end - last * period) / step, 1.0)
+    share = min(since / c.step, 1.0)
     return float(share * acting + (1.0 - share) * before)
 
 

@@ -76,10 +76,10 @@ class Identity:
 class Firmware:
     """Drives a plant as the host commands, and stops it by itself where it must.
 
-    In lockstep each command advances the plant by one control period. In real time `advance` does so when a period is
-    over, with the torque that was commanded last: a command that comes late in a period acts for all of it, where on a
-    real robot it acts for what is left. The period in which the watchdog runs out is driven without torque. A robot
-    that has stopped itself goes on measuring, so that the host sees why, and takes commands without following them.
+    In lockstep each command advances the plant by one control period. In real time the plant moves while the time
+    passes, by the torque that was commanded last: a command that comes late in a period acts for what is left of it.
+    What is measured at a period's end has thus little to wait for. A robot that has stopped itself goes on measuring,
+    so that the host sees why, and takes commands without following them.
     """
 
     def __init__(self, plant: Plant, identity: Identity) -> None:
@@ -109,6 +109,7 @@ class Firmware:
             data: what came.
             now_us: robot's clock; in lockstep it is not looked at [µs].
         """
+        self._pass(now_us)
         heard = map(upgraded, self._decoder.feed(data))
         return self._sent([answer for message in heard for answer in self._take(message, now_us)])
 
@@ -116,10 +117,10 @@ class Firmware:
         """Drive through the control periods that are over by `now_us` and return what is seen at their ends."""
         sent: list[Message] = []
         while (tick := self.next_tick_us) is not None and tick <= now_us:
-            if self._status & Status.ARMED and tick - self._commanded_us > self._identity.watchdog * 1e6:
-                self._trip(Status.WATCHDOG_STOPPED)
+            self._watch(tick)
             self._late += not self._is_fresh
             sent += self._drive()
+        self._pass(now_us)
         return self._sent(sent)
 
     def host_gone(self) -> None:
@@ -228,6 +229,25 @@ class Firmware:
             self._trip(Status.SENSOR_STOPPED)
         elif abs(seen.tilt) > self._identity.tilt_limit:
             self._trip(Status.TILT_STOPPED)
+
+    def _pass(self, now_us: int) -> None:
+        """Let the plant move up to now, but not beyond the control period, where it moves in real time."""
+        if self.next_tick_us is not None:
+            self._watch(min(now_us, self.next_tick_us))
+            self._move(now_us)
+
+    def _move(self, until_us: int) -> None:
+        if self._plant.turns:
+            self._plant.steer(self._torques.difference)
+        passed = min(max(until_us - self._time_us, 0), self._period_us)
+        self._plant.drive_until(passed * 1e-6, self._torques.total)
+
+    def _watch(self, now_us: int) -> None:
+        """Switch off at the time at which the watchdog has run out."""
+        end_us = self._commanded_us + round(self._identity.watchdog * 1e6)
+        if self._status & Status.ARMED and now_us > end_us:
+            self._move(end_us)
+            self._trip(Status.WATCHDOG_STOPPED)
 
     def _trip(self, reason: Status) -> None:
         self._status = reason

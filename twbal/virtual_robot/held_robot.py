@@ -81,7 +81,7 @@ class HeldRobot(Plant):
         """Let the wheels stand."""
         self._held = self._held + sum((by for _, by in self._motions), np.zeros(4))
         self._angle, self._rate, self._difference = np.zeros(2), np.zeros(2), 0.0
-        self._motions, self._periods = [], 0
+        self._motions, self._periods, self._turned = [], 0, 0.0
         self._hand = self._hand_before = self._held
         return self._observation()
 
@@ -93,13 +93,19 @@ class HeldRobot(Plant):
         """Turn the wheels by the torques, and let the hand do what was typed."""
         for key in self._pressed():
             self._begin(key)
-        torques = np.array([command - self._difference, command + self._difference]) / 2.0
-        end, left = torques / self._drag, math.exp(-self.control_period / self._settling)
-        self._angle = self._angle + end * self.control_period + (self._rate - end) * self._settling * (1.0 - left)
-        self._rate = end + (self._rate - end) * left
-        self._periods += 1
+        self.drive_until(self.control_period, command)
+        self._periods, self._turned = self._periods + 1, 0.0
         self._hand_before, self._hand = self._hand, self._hand_now()
         return self._observation()
+
+    def drive_until(self, time: float, command: float) -> None:
+        """Turn the wheels up to a time within the control period [s]."""
+        torques = np.array([command - self._difference, command + self._difference]) / 2.0
+        duration = max(time - self._turned, 0.0)
+        end, left = torques / self._drag, math.exp(-duration / self._settling)
+        self._angle = self._angle + end * duration + (self._rate - end) * self._settling * (1.0 - left)
+        self._rate = end + (self._rate - end) * left
+        self._turned += duration
 
     def wheel_difference(self) -> WheelDifference:
         """How far the wheels are apart."""

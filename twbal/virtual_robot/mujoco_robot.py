@@ -10,9 +10,12 @@ from twbal.core.streams import Stream, generator
 from twbal.virtual_robot.constants import Memory, constants, fresh_memory
 from twbal.virtual_robot.ground_truth import GroundTruth
 from twbal.virtual_robot.mjcf import mjcf
-from twbal.virtual_robot.physics import Buffers, Motion, drive_period, encoders, present_motion
+from twbal.virtual_robot.physics import Buffers, Motion, drive_steps, encoders, present_motion
 from twbal.virtual_robot.placement import place
 from twbal.virtual_robot.readout import Readout
+
+
+_NEARLY = 1e-9  # of a physics step: a time that is a whole number of them is not rounded down
 
 
 class MujocoRobot(Plant):
@@ -50,12 +53,12 @@ class MujocoRobot(Plant):
         self._memory: Memory
         self._motion: Motion
         self.reset(0)  # the first of all compiles, which takes seconds: now, and not while a host waits
-        drive_period(self._constants, self._memory, self._buffers, 0, 0, 0.0, 0.0)
+        drive_steps(self._constants, self._memory, self._buffers, 0, 0, 0, 0.0, 0.0)
 
     def reset(self, trial: int) -> Observation:
         """Begin the rollout that (seed, trial) names."""
         self.push = self._difference = 0.0
-        self._periods = 0
+        self._periods = self._done = 0
         self._readout = Readout(
             self.truth.sensors,
             self.control_period,
@@ -63,20 +66,37 @@ class MujocoRobot(Plant):
             generator(Stream.SENSOR_NOISE, self._seed, trial, 1),
         )
         self._put(self._start.draw(generator(Stream.START_POSE, self._seed, trial)))
+        self._speed_before = self._motion.speed
         return self._observe(self._motion.speed)
 
     def step(self, command: float) -> Observation:
         """Hold the command and the difference, each cut to the torque limit, for one control period."""
-        limit, place = self.truth.drive.torque_limit, self._periods % len(self._memory.commands)
-        self._memory.commands[place] = min(max(float(command), -limit), limit)
-        self._memory.differences[place] = min(max(self._difference, -limit), limit)
-        before = self._motion.speed
-        self._motion = drive_period(
-            self._constants, self._memory, self._buffers, self._periods, self._steps, self._readout.bias, self.push
-        )
-        self._periods += 1
+        self._drive(command, self._steps)
+        self._periods, self._done = self._periods + 1, 0
         self._readout.let_bias_walk()
-        return self._observe(before)
+        seen = self._observe(self._speed_before)
+        self._speed_before = self._motion.speed
+        return seen
+
+    def drive_until(self, time: float, command: float) -> None:
+        """Drive a part of a control period by whole physics steps; see `Plant.drive_until`."""
+        self._drive(command, min(int(time / self._constants.step + _NEARLY), self._steps))
+
+    def _drive(self, command: float, end: int) -> None:
+        """Drive with the command and the difference, each cut to the limit, up to a physics step of the period."""
+        c, m, limit = self._constants, self._memory, self.truth.drive.torque_limit
+        place = self._periods % len(m.commands)
+        asked = min(max(float(command), -limit), limit), min(max(self._difference, -limit), limit)
+        if not self._done:
+            m.begins[place] = 0.0
+        elif asked != (m.commands[place], m.differences[place]):
+            m.begins[place] = self._done * c.step
+        m.commands[place], m.differences[place] = asked
+        if end > self._done:
+            self._motion = drive_steps(
+                c, m, self._buffers, self._periods, self._done, end, self._readout.bias, self.push
+            )
+            self._done = end
 
     def steer(self, difference: float) -> None:
         """Set the difference of the wheel torques [N·m]; see `Plant.steer`."""

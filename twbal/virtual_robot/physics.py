@@ -108,18 +108,22 @@ def encoder(c: Constants, m: Memory, q: Array, wheel: int) -> float:
 
 
 @kernel()
-def drive_period(c: Constants, m: Memory, b: Buffers, number: int, steps: int, bias: float, push: float) -> Motion:
-    """Drive through control period `number`, of `steps` physics steps, and return the motion at its end.
+def drive_steps(
+    c: Constants, m: Memory, b: Buffers, number: int, begin: int, end: int, bias: float, push: float
+) -> Motion:
+    """Drive through a part of control period `number`, and return the motion at the end of it.
 
     Args:
+        begin, end: of that part, from its first physics step to the one behind its last.
         bias: of the gyro [rad/s].
         push: force at the axle, forward [N].
     """
-    for step in range(steps):
+    steps = int(round(c.period / c.step))
+    for step in range(begin, end):
         if step == steps - c.window:
             m.counted[0], m.counted[1] = encoder(c, m, b.qpos, 0), encoder(c, m, b.qpos, 1)
-        half_sum = 0.5 * queued(m.commands, c.step, c.period, c.delay, number * steps + step)
-        half_difference = 0.5 * queued(m.differences, c.step, c.period, c.delay, number * steps + step)
+        half_sum = 0.5 * queued(c, m, m.commands, number * steps + step)
+        half_difference = 0.5 * queued(c, m, m.differences, number * steps + step)
         voltage = supply(c, m)
         for wheel in range(2):
             drive_motor(c, m, wheel, half_sum + (2 * wheel - 1) * half_difference, voltage)

@@ -1,7 +1,8 @@
 """The firmware of `firmware/`, built for this computer, with a robot's physics behind its board layer.
 
-The program holds the line to the host; its sensors and motors are two pipes. It asks for a control period at a time, so
-that the physics' clock is the firmware's. Numbers travel as the program's own machine has them: it runs on this one.
+The program holds the line to the host; its sensors and motors are two pipes. It says how far each control period has
+gone, and asks for what is seen at its end, so that the physics' clock is the firmware's. Numbers travel as the
+program's own machine has them: it runs on this one.
 """
 
 import os
@@ -18,7 +19,7 @@ from twbal.core.errors import ConfigError
 from twbal.core.plant import Observation, Plant
 from twbal.virtual_robot.firmware import Identity, measured_by
 
-_ORDER = struct.Struct("<cIff")  # kind, trial, sum and difference of the torques: `PhysicsOrder`
+_ORDER = struct.Struct("<cIIff")  # `PhysicsOrder`: kind, trial, time [µs], sum and difference of the torques
 _ANSWER = struct.Struct("<14f")  # ten values of `Sensed`, four of a pose: `PhysicsAnswer`
 _LOOK_ROUND = 0.5  # longest wait before looking whether the parent lives [s]
 _GRACE = 2.0  # between asking the program to end and ending it [s]
@@ -93,13 +94,17 @@ class _Body:
             waiting += data
             while len(waiting) >= _ORDER.size:
                 order, waiting = waiting[: _ORDER.size], waiting[_ORDER.size :]
-                answers.write(self._answer(*_ORDER.unpack(order)))
+                if answer := self._answer(*_ORDER.unpack(order)):
+                    answers.write(answer)
 
-    def _answer(self, kind: bytes, trial: int, total: float, difference: float) -> bytes:
+    def _answer(self, kind: bytes, trial: int, since_us: int, total: float, difference: float) -> bytes:
         if kind == b"R":
             return self._seen(self._plant.reset(trial))
         if self._plant.turns:
             self._plant.steer(difference)
+        if kind == b"P":
+            self._plant.drive_until(since_us * 1e-6, total)
+            return b""
         return self._seen(self._plant.step(total))
 
     def _seen(self, seen: Observation) -> bytes:

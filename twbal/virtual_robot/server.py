@@ -12,6 +12,8 @@ from twbal.virtual_robot.firmware import Firmware, Identity
 from twbal.virtual_robot.pseudo_terminal import PseudoTerminal
 
 _LOOK_ROUND = 0.5  # longest wait before looking whether the parent lives [s]
+MOVE_EVERY = 0.001
+"""Time after which the physics of a robot in real time goes on, so that little of it is left at a period's end [s]."""
 
 
 def serve(plant: Plant, identity: Identity, idle_timeout: float, parent: int) -> None:
@@ -51,7 +53,7 @@ def attend(line: PseudoTerminal, firmware: Firmware, idle_timeout: float, parent
 def _until(tick_us: int | None) -> float:
     if tick_us is None:
         return _LOOK_ROUND
-    return min(max(tick_us * 1e-6 - time.monotonic(), 0.0), _LOOK_ROUND)
+    return min(max(tick_us * 1e-6 - time.monotonic(), 0.0), MOVE_EVERY)
 
 
 def _microseconds(now: float) -> int:

@@ -22,7 +22,8 @@
 
 namespace {
 
-const int LOOK_ROUND_MS = 500;
+const int32_t LOOK_ROUND_US = 500000;
+const int32_t MOVE_EVERY_US = 1000; // the body moves so often within a control period
 const useconds_t ABSENT_US = 20000; // how often to look whether a host has opened the port
 
 uint64_t monotonic_us()
@@ -80,14 +81,25 @@ bool read_arguments(int count, char** words, Arguments& made)
     return me.control_period_us > 0 && me.torque_limit > 0.0f && me.tilt_limit > 0.0f && me.watchdogs.host_us > 0;
 }
 
+// How long nothing has to be done: until the control period is over, or the body moves next.
 template <class Robot>
-int wait_ms(const Robot& robot, uint32_t now_us)
+timespec wait_time(const Robot& robot, uint32_t now_us)
 {
-    if (!robot.is_timed()) {
-        return LOOK_ROUND_MS;
+    int32_t left_us = LOOK_ROUND_US;
+    if (robot.is_timed()) {
+        left_us = static_cast<int32_t>(robot.next_tick_us() - now_us);
+        left_us = left_us < 0 ? 0 : left_us < MOVE_EVERY_US ? left_us : MOVE_EVERY_US;
     }
-    const int32_t left = static_cast<int32_t>(robot.next_tick_us() - now_us);
-    return left > 0 ? left / 1000 : 0;
+    return timespec{0, 1000 * left_us};
+}
+
+// The body moves by what the motors have got until now.
+template <class Robot>
+void move(const Robot& robot, twbal::PhysicsPipe& body, uint32_t now_us)
+{
+    if (robot.is_timed()) {
+        body.pass(robot.output(), robot.since_tick_us(now_us));
+    }
 }
 
 template <class Robot>
@@ -97,7 +109,8 @@ int serve(Robot& robot, twbal::PhysicsPipe& body, int port, uint64_t idle_us)
     uint8_t bytes[512];
     while (!body.is_gone()) {
         pollfd lines[2] = {{port, POLLIN, 0}, {STDIN_FILENO, 0, 0}};
-        poll(lines, 2, wait_ms(robot, static_cast<uint32_t>(monotonic_us())));
+        const timespec wait = wait_time(robot, static_cast<uint32_t>(monotonic_us()));
+        ppoll(lines, 2, &wait, nullptr);
         if (lines[1].revents & (POLLHUP | POLLERR)) {
             return 0; // its body has ended
         }
@@ -112,6 +125,7 @@ int serve(Robot& robot, twbal::PhysicsPipe& body, int port, uint64_t idle_us)
             continue;
         }
         attended = now;
+        move(robot, body, static_cast<uint32_t>(now));
         if (got > 0) {
             robot.receive(bytes, static_cast<size_t>(got), static_cast<uint32_t>(now));
         }

@@ -14,8 +14,10 @@ namespace twbal {
 
 #pragma pack(push, 1)
 struct PhysicsOrder {
-    char kind; // 'R': put the robot at its start for `trial`; 'S': a control period with these torques
+    char kind; // 'R': put the robot at its start for `trial`; 'S': the rest of a control period with these torques;
+               // 'P': the part of it up to `since_us`, which is not answered
     uint32_t trial;
+    uint32_t since_us; // since the period began
     float total, difference;
 };
 struct PhysicsAnswer {
@@ -30,8 +32,14 @@ public:
 
     bool arm(uint32_t trial)
     {
-        is_fresh_ = ask(PhysicsOrder{'R', trial, 0.0f, 0.0f});
+        is_fresh_ = ask(PhysicsOrder{'R', trial, 0, 0.0f, 0.0f});
         return is_fresh_;
+    }
+
+    // Moves while the time passes, so that little is left to do when the control period is over.
+    void pass(WheelCommands given, uint32_t since_us)
+    {
+        tell(PhysicsOrder{'P', 0, since_us, given.total, given.difference});
     }
 
     Sensed sense(WheelCommands applied, uint8_t)
@@ -39,7 +47,7 @@ public:
         if (is_fresh_) { // the first look after arming: no time has passed
             is_fresh_ = false;
         } else {
-            ask(PhysicsOrder{'S', 0, applied.total, applied.difference});
+            ask(PhysicsOrder{'S', 0, 0, applied.total, applied.difference});
         }
         Sensed seen;
         memcpy(&seen, answer_.sensed, sizeof answer_.sensed);
@@ -77,9 +85,14 @@ public:
     bool is_gone() const { return is_gone_; }
 
 private:
-    bool ask(const PhysicsOrder& order)
+    void tell(const PhysicsOrder& order)
     {
         is_gone_ = is_gone_ || ::write(to_, &order, sizeof order) != static_cast<ssize_t>(sizeof order);
+    }
+
+    bool ask(const PhysicsOrder& order)
+    {
+        tell(order);
         size_t have = 0;
         uint8_t* to = reinterpret_cast<uint8_t*>(&answer_);
         while (!is_gone_ && have < sizeof answer_) {

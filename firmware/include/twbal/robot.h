@@ -61,6 +61,12 @@ public:
     bool is_timed() const { return !standing() && me_.clock == TWBAL_CLOCK_REAL_TIME; }
     uint32_t next_tick_us() const { return tick_us_ + me_.control_period_us; }
 
+    // Part of that period which is over [us]: all of it from its end on.
+    uint32_t since_tick_us(uint32_t now_us) const
+    {
+        return reached(next_tick_us(), now_us) ? me_.control_period_us : now_us - tick_us_;
+    }
+
     // Bytes of the host.
     void receive(const uint8_t* data, size_t size, uint32_t now_us)
     {
