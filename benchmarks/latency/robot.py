@@ -20,7 +20,7 @@ PRIORITY = 60
 """Of the robot's processes; the host's loop has 50."""
 
 _PHYSICS_STEP = 0.001
-"""Four times the default [s]: the physics is computed beside the host, on the same two cores; a real robot needs none."""
+"""Four times the default [s]: the physics runs beside the host, on the same two cores; a real robot needs none."""
 
 _START = 300.0  # a robot may take so long to start beside other work [s]
 

@@ -171,8 +171,8 @@ def test_a_period_that_is_driven_in_parts_is_the_same_bytes(parts, make):
         rows = [robot.reset(1)]
         for k in range(40):
             robot.steer(0.5 * np.cos(k))
-            for time in parts:
-                robot.drive_until(time, 3 * np.sin(k))
+            for until in parts:
+                robot.drive_until(until, 3 * np.sin(k))
             rows.append(robot.step(3 * np.sin(k)))
         return np.array(rows).tobytes() + np.array(robot.pose()).tobytes()
 

@@ -14,7 +14,6 @@ from twbal.virtual_robot.physics import Buffers, Motion, drive_steps, encoders, 
 from twbal.virtual_robot.placement import place
 from twbal.virtual_robot.readout import Readout
 
-
 _NEARLY = 1e-9  # of a physics step: a time that is a whole number of them is not rounded down
 
 

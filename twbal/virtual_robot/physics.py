@@ -118,7 +118,7 @@ def drive_steps(
         bias: of the gyro [rad/s].
         push: force at the axle, forward [N].
     """
-    steps = int(round(c.period / c.step))
+    steps = round(c.period / c.step)
     for step in range(begin, end):
         if step == steps - c.window:
             m.counted[0], m.counted[1] = encoder(c, m, b.qpos, 0), encoder(c, m, b.qpos, 1)
