@@ -33,7 +33,9 @@ _MARK = b"twbal.core.compiled"  # in the source of all that is compiled, but for
 _EFFECTS = _PACKAGE / "effects"
 
 
-def kernel(fastmath: bool | set[str] = False, is_kept: bool = True) -> Callable[[Kernel], Kernel]:
+def kernel(
+    fastmath: bool | set[str] = False, is_kept: bool = True, is_inlined: bool = False
+) -> Callable[[Kernel], Kernel]:
     """Compile the decorated function on its first call, and keep the machine code for later runs.
 
     Args:
@@ -41,8 +43,11 @@ def kernel(fastmath: bool | set[str] = False, is_kept: bool = True) -> Callable[
             digit: what the compiler makes of it depends on what else it compiles, and code that was just compiled would
             give other digits than the same code from the cache.
         is_kept: False for what is only ever a part of other kernels, in whose machine code it is kept.
+        is_inlined: True for a small part of a loop: its machine code is put wherever it is called. Calls pass each
+            number of a named tuple by itself, and so cost more than the arithmetic between them. Larger code compiles
+            slowly: the time grows with the number of places.
     """
-    compiled = numba.njit(cache=is_kept, nogil=True, error_model="numpy", fastmath=fastmath)
+    compiled = numba.njit(cache=is_kept, nogil=True, error_model="numpy", fastmath=fastmath, forceinline=is_inlined)
     return cast(Callable[[Kernel], Kernel], compiled)
 
 
@@ -135,7 +140,7 @@ def method_kernel(kind: type, name: str, types: tuple[Any, ...], gives: type) ->
     Raises:
         ConfigError: numba cannot compile it, or it returns something else.
     """
-    part: Any = kernel(is_kept=False)(getattr(kind, name))
+    part: Any = kernel(is_kept=False, is_inlined=True)(getattr(kind, name))
     try:
         part.compile(types)
     except Exception as error:  # numba lets errors of many classes through, all of them about this method

@@ -8,7 +8,7 @@ from twbal.planar.parameters import TwinParameters
 from twbal.planar.terms import drive
 
 
-@kernel()
+@kernel(is_inlined=True)
 def command_at(commands: Array, start: float, length: float) -> float:
     """Mean of a command sequence over a stretch of time, at most one control period long.
 

@@ -9,7 +9,7 @@ SWEEPS = 50
 """Rounds over the impulses, where several act at once; as many as a physics engine takes."""
 
 
-@kernel()
+@kernel(is_inlined=True)
 def joint_bound(k: Constants, relative: float, apart: float) -> float:
     """Largest dry friction of both joints together [N·m].
 
@@ -26,13 +26,13 @@ def joint_bound(k: Constants, relative: float, apart: float) -> float:
     return bound
 
 
-@kernel()
+@kernel(is_inlined=True)
 def cut(value: float, bound: float) -> float:
     """`value` within ±`bound`."""
     return min(max(value, -bound), bound)
 
 
-@kernel()
+@kernel(is_inlined=True)
 def rub(so_far: float, rate: float, inverse: float, bound: float, apart: float) -> float:
     """Change of the dry friction's impulse on both wheels.
 

@@ -25,13 +25,13 @@ class Forces(NamedTuple):
     outside: float
 
 
-@kernel()
+@kernel(is_inlined=True)
 def slope_ahead(k: Constants, turning: Turning) -> float:
     """σ: by how much the ground rises in the direction in which the robot looks [rad]."""
     return k.slope if k.slope == 0.0 or turning.heading == 0.0 else k.slope * cos(turning.heading)
 
 
-@kernel()
+@kernel(is_inlined=True)
 def tipped(k: Constants, s: TwinState, before: Turning, after: Turning) -> TwinState:
     """The state in angles from the vertical, once the robot has turned on its slope."""
     by = slope_ahead(k, before) - slope_ahead(k, after)
@@ -40,7 +40,7 @@ def tipped(k: Constants, s: TwinState, before: Turning, after: Turning) -> TwinS
     )
 
 
-@kernel()
+@kernel(is_inlined=True)
 def joint_torque(p: TwinParameters, k: Constants, s: TwinState, turning: Turning) -> float:
     """Torque in both joints beside the motors' and all that is dry [N·m]."""
     relative = s.wheel_speed - s.tilt_rate
@@ -48,7 +48,7 @@ def joint_torque(p: TwinParameters, k: Constants, s: TwinState, turning: Turning
     return turn(p, -2.0 * k.viscous * relative, at)
 
 
-@kernel()
+@kernel(is_inlined=True)
 def forces(p: TwinParameters, k: Constants, s: TwinState, time: float, turning: Turning) -> Forces:
     """Smooth forces: gravity, inertia, turning, what is in the joints, and what pushes from outside."""
     alpha = s.tilt + k.offset

@@ -32,7 +32,7 @@ from twbal.planar.slipping import slide
 from twbal.planar.twin_state import Turning, TwinState
 
 
-@kernel()
+@kernel(is_inlined=True)
 def step(p: TwinParameters, k: Constants, s: TwinState, torque: float, time: float, turning: Turning) -> TwinState:
     """One physics step, as of `roll` or `slide`."""
     if k.grip < UNBOUNDED:

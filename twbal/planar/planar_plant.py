@@ -28,7 +28,7 @@ from twbal.planar.terms import drive
 from twbal.planar.twin_state import STRAIGHT, Turning, TwinState
 
 
-@kernel()
+@kernel(is_inlined=True)
 def hold(
     p: TwinParameters,
     k: Constants,

@@ -10,7 +10,7 @@ from twbal.planar.parameters import TwinParameters
 from twbal.planar.twin_state import Turning, TwinState
 
 
-@kernel()
+@kernel(is_inlined=True)
 def roll(p: TwinParameters, k: Constants, s: TwinState, torque: float, time: float, turning: Turning) -> TwinState:
     """One step of a robot whose wheels roll.
 
@@ -44,6 +44,7 @@ def roll(p: TwinParameters, k: Constants, s: TwinState, torque: float, time: flo
         contact = rubbing = rolling = 0.0
         alone = (joint > 0.0) + (ground > 0.0) + loose == 1
         for _ in range(1 if alone else SWEEPS):
+            before = contact, rolling, rubbing
             if loose:
                 inverse = w + 1.0 / k.rotors
                 wanted = cut(s.rotor - s.wheel + h * (rotor_speed - wheel_speed) + h * inverse * contact, half)
@@ -63,6 +64,8 @@ def roll(p: TwinParameters, k: Constants, s: TwinState, torque: float, time: flo
                 rubbing += change
                 wheel_speed += (w - v) * change
                 tilt_rate += (v - q) * change
+            if (contact, rolling, rubbing) == before:  # and so it stays in all further rounds
+                break
     wheel = s.wheel + h * wheel_speed
     return TwinState(
         s.tilt + h * tilt_rate,

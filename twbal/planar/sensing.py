@@ -14,13 +14,13 @@ from twbal.planar.terms import sense
 from twbal.planar.twin_state import TwinState
 
 
-@kernel()
+@kernel(is_inlined=True)
 def _misleading(k: Constants, s: TwinState) -> float:
     """What a filter of the tilt makes an error of as it changes, and forgets at its rate; see `TiltFilter` [rad]."""
     return k.filter_lead * s.tilt_rate - (k.radius * s.wheel_speed + s.slip) * k.filter_rate / GRAVITY
 
 
-@kernel()
+@kernel(is_inlined=True)
 def filtered_tilt(k: Constants, s: TwinState, forgotten: float) -> float:
     """Tilt that a filter shows, which has forgotten so much of what misleads it [rad]."""
     return s.tilt + _misleading(k, s) - forgotten
@@ -38,7 +38,7 @@ def imu_settled(k: Constants, s: TwinState, rows: int) -> Array:
     return imu
 
 
-@kernel()
+@kernel(is_inlined=True)
 def see(p: TwinParameters, k: Constants, before: TwinState, s: TwinState, imu: Array, number: int) -> None:
     """Write to the ring what the IMU sees of a state, `number` physics steps after the rollout began.
 
@@ -60,7 +60,7 @@ def see(p: TwinParameters, k: Constants, before: TwinState, s: TwinState, imu: A
     imu[row, 0], imu[row, 1] = filtered_tilt(k, s, imu[row, 2]), s.tilt_rate
 
 
-@kernel()
+@kernel(is_inlined=True)
 def read_sensors(p: TwinParameters, k: Constants, s: TwinState, imu: Array, steps: int, lead: float) -> Reading:
     """Read the sensors.
 

@@ -10,7 +10,7 @@ from twbal.planar.parameters import TwinParameters
 from twbal.planar.twin_state import Turning, TwinState
 
 
-@kernel()
+@kernel(is_inlined=True)
 def slide(p: TwinParameters, k: Constants, s: TwinState, torque: float, time: float, turning: Turning) -> TwinState:
     r"""One step of a robot whose tyres may slip; backlash is left out.
 
@@ -44,6 +44,7 @@ def slide(p: TwinParameters, k: Constants, s: TwinState, torque: float, time: fl
     ground = 2.0 * h * k.rolling
     traction = rubbing = rolling = 0.0
     for _ in range(1 if joint == 0.0 and ground == 0.0 else SWEEPS):
+        before = traction, rolling, rubbing
         change = cut(traction - (speed - r * wheel_speed) / (w + r * r / spin), grip) - traction
         traction += change
         speed += w * change
@@ -57,6 +58,8 @@ def slide(p: TwinParameters, k: Constants, s: TwinState, torque: float, time: fl
         wheel_speed += change / spin
         tilt_rate -= q * change
         speed -= v * change
+        if (traction, rolling, rubbing) == before:  # and so it stays in all further rounds
+            break
     wheel = s.wheel + h * wheel_speed
     slip = speed - r * wheel_speed
     tilt = s.tilt + h * tilt_rate

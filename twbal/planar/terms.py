@@ -34,7 +34,7 @@ def _chain(steps: Iterable[Own], method: str, gives: type, value: Any, at: Any) 
         value: numba's type of what comes in.
         at: numba's type of where or when.
     """
-    chain: Term = kernel(is_kept=False)(lambda p, x, at: x)
+    chain: Term = kernel(is_kept=False, is_inlined=True)(lambda p, x, at: x)
     for own in steps:
         parameters = type_of(own.values(*[0.0] * (own.end - own.first)))
         chain = _after(chain, method_kernel(own.kind, method, (parameters, value, at), gives), own)
@@ -43,7 +43,7 @@ def _chain(steps: Iterable[Own], method: str, gives: type, value: Any, at: Any) 
 
 def _after(before: Term, term: Term, own: Own) -> Term:
     values, first, end = own.values, own.first, own.end
-    return kernel(is_kept=False)(lambda p, x, at: term(values(*p[first:end]), before(p, x, at), at))
+    return kernel(is_kept=False, is_inlined=True)(lambda p, x, at: term(values(*p[first:end]), before(p, x, at), at))
 
 
 def _ordered(parameters: type[TwinParameters]) -> list[Own]:

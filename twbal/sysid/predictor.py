@@ -38,7 +38,7 @@ def _first(p: TwinParameters, k: Constants, measured: Array, lead: float) -> Twi
     return TwinState(tilt, wheel, rate, speed, 0.0, wheel, speed, 0.0, 0.0)
 
 
-@kernel()
+@kernel(is_inlined=True)
 def _correct_past(imu: Array, steps: int, substeps: int, gain: Array, error: Array) -> None:
     """Move the IMU's past along with a correction, interpolated between the instants that the gain is for."""
     moves = np.zeros((3, 2))  # of tilt and tilt rate: now, one control period ago, two ago
@@ -56,7 +56,7 @@ def _correct_past(imu: Array, steps: int, substeps: int, gain: Array, error: Arr
             imu[row, c] += (1.0 - share) * moves[age, c] + share * later
 
 
-@kernel()
+@kernel(is_inlined=True)
 def _moved(s: TwinState, k: Constants, tilt: float, wheel: float, tilt_rate: float, speed: float) -> TwinState:
     """The state with these added; the rotor goes with the wheel."""
     return TwinState(
@@ -72,7 +72,7 @@ def _moved(s: TwinState, k: Constants, tilt: float, wheel: float, tilt_rate: flo
     )
 
 
-@kernel()
+@kernel(is_inlined=True)
 def _push(
     s: TwinState, k: Constants, missing: Array, pushes: Array, imu: Array, steps: int, substeps: int
 ) -> TwinState:
@@ -91,7 +91,7 @@ def _push(
     return _moved(s, k, add[0], add[1], add[2], add[3])
 
 
-@kernel()
+@kernel(is_inlined=True)
 def _carry(missing: Array, decay: Array, summed: float) -> None:
     """Carry a model discrepancy over a control period: it decays, and the tilt adds up the gyro's bias."""
     added = summed * missing[5]
