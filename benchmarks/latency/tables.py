@@ -37,14 +37,6 @@ def latency(results: Mapping[str, Any]) -> list[str]:
     return [*lines, "", _where(results)]
 
 
-def latency_commits(results: Mapping[str, Any]) -> list[str]:
-    """One line for each time that one of several commits drove, in the order in which they did."""
-    lines = [f"| commit {_SHARES} withheld |", "|---" * 8 + "|"]
-    for case in results["cases"]:
-        lines.append(f"| {case['commit']} {_said(case['result'])} {_withheld(case['result'])} |")
-    return [*lines, "", _where(results)]
-
-
 def line_alone(results: Mapping[str, Any]) -> list[str]:
     """One line for each line and load."""
     lines = [f"| line | load {_SHARES}", "|---" * 8 + "|"]
