@@ -1,0 +1,70 @@
+"""What a selection leaves open: the likeliest sets of effects, with their fits."""
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+from twbal.diagnosis.record import LISTED, ProbableEffect, Verdict
+from twbal.diagnosis.select import Selection
+from twbal.effects.library import library
+from twbal.sysid.fit import Fit
+from twbal.sysid.model import Data
+
+MOST = 4
+"""Contenders, at most."""
+
+
+class Contender(NamedTuple):
+    """A set of effects that is left.
+
+    Attributes:
+        names: of its effects; () is the data sheet refitted.
+        fit: to the data.
+        probability: beside the other contenders.
+    """
+
+    names: tuple[str, ...]
+    fit: Fit
+    probability: float
+
+
+class Contest(NamedTuple):
+    """What the data leave open.
+
+    Attributes:
+        data: that all were fitted to.
+        contenders: at least two, the likeliest first.
+        temperature: of their probabilities, by which log likelihood ratios are divided.
+    """
+
+    data: Data
+    contenders: tuple[Contender, ...]
+    temperature: float
+
+    @property
+    def probabilities(self) -> list[float]:
+        """Of the contenders."""
+        return [contender.probability for contender in self.contenders]
+
+
+def contest_of(
+    data: Data, selection: Selection, weights: Mapping[tuple[str, ...], float], temperature: float
+) -> Contest | None:
+    """The likeliest sets of a selection: those that are listed, and two at least; None where one alone was fitted."""
+    ordered = sorted(selection.sets, key=lambda w: -weights[w.names])
+    kept = [w for i, w in enumerate(ordered[:MOST]) if i < 2 or weights[w.names] >= LISTED]
+    if len(kept) < 2:
+        return None
+    total = sum(weights[w.names] for w in kept)
+    contenders = tuple(Contender(w.names, w.fit, weights[w.names] / total) for w in kept)
+    return Contest(data, contenders, temperature)
+
+
+def is_open(verdict: Verdict, effects: Sequence[ProbableEffect]) -> bool:
+    """Whether other data could tell more: nothing was named, or something that other effects do as well.
+
+    Not where these do exactly the same to all that the robot measures.
+    """
+    known = library()
+    return verdict.is_open or any(
+        set(effect.equivalents) - set(known[effect.name].same_as) for effect in effects if effect.is_named
+    )
