@@ -67,7 +67,7 @@ def _of_episode(contest: Contest, priors: Sequence[Prior], recording: Recording)
 
 
 def _of_repetition(contest: Contest, priors: Sequence[Prior]) -> Array:
-    """(R, R) divergences over as long a repetition of those that there are: by how much the contenders predict these otherwise."""
+    """(R, R) divergences over an episode like those that there are, by what the contenders predict of these."""
     models = [contender.fit.model for contender in contest.contenders]
     priors = [with_offsets(prior, contest, len(models[0].offsets)) for prior in priors]
     seconds = contest.data.period * sum(len(recording) for recording in contest.data.recordings)

@@ -1,16 +1,16 @@
 """By how much an experiment is expected to separate rival models, each of which may be fitted again to its data.
 
-Of data that model i makes, the expected log likelihood ratio against model j is the Kullback-Leibler divergence of their
-predictive distributions, D_ij. Prediction errors are whitened by the same Kalman filter, so D_ij is half the squared
-distance between what both predict, instant by instant. Model j may adapt: its free values θ move away from where the
-first data put them, at the cost of these,
+Of data that model i makes, the expected log likelihood ratio against model j is the Kullback-Leibler divergence D_ij of
+their predictive distributions. Prediction errors are whitened by the same Kalman filter, so it is half the squared
+distance between what both predict, instant by instant, along one recording (of a simulation: by the likeliest model).
+Model j may adapt: its free values θ move away from where the first data put them, at the cost of these,
 
     D_ij = ½ min_δ ( |w_j - w_i + J_j δ|² + δᵀ H_j δ ),
 
-with the slopes J_j of its whitened errors w_j and the curvature H_j of its first fit. That is T-optimality (A. C.
-Atkinson, V. V. Fedorov: The design of experiments for discriminating between two rival models, Biometrika 62 (1), 1975,
-57-70), with the first data as prior. Pairs are weighed by the probabilities of both models, as do G. E. P. Box and W. J.
-Hill: Discrimination among mechanistic models, Technometrics 9 (1), 1967, 57-71.
+with the slopes J_j of its whitened errors w_j and the curvature H_j of its first fit. That is T-optimality, with the
+first data as prior (A. C. Atkinson, V. V. Fedorov: The design of experiments for discriminating between two rival
+models, Biometrika 62 (1), 1975, 57-70). Pairs are weighed by the probabilities of both models, as do G. E. P. Box and
+W. J. Hill: Discrimination among mechanistic models, Technometrics 9 (1), 1967, 57-71.
 """
 
 from collections.abc import Sequence
