@@ -83,6 +83,8 @@ def on_next_experiment(
     said = f"The likeliest sets of effects are: {sets}. "
     expected = f"a log likelihood ratio of {found.separation:.2g} nats between the true one and another"
     before = f"{found.seconds:g} s like those before bring {found.repetition:.2g}"
+    if found.repetition > found.separation:
+        before += ", so a repetition is expected to tell more"
     if found.is_decisive:
         said += f"By simulation, {found.seconds:g} s of the suggested experiment bring {expected}; {before}."
         return (said,)

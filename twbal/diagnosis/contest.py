@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from twbal.diagnosis.record import LISTED, ProbableEffect, Verdict
+from twbal.diagnosis.record import LISTED, ProbableEffect, Rival, Verdict
 from twbal.diagnosis.select import Selection
 from twbal.effects.library import library
 from twbal.sysid.fit import Fit
@@ -11,6 +11,9 @@ from twbal.sysid.model import Data
 
 MOST = 4
 """Contenders, at most."""
+
+SURE = 0.8
+"""Probability of the likeliest set of effects below which other data are worth recording."""
 
 
 class Contender(NamedTuple):
@@ -59,12 +62,16 @@ def contest_of(
     return Contest(data, contenders, temperature)
 
 
-def is_open(verdict: Verdict, effects: Sequence[ProbableEffect]) -> bool:
-    """Whether other data could tell more: nothing was named, or something that other effects do as well.
+def is_open(verdict: Verdict, effects: Sequence[ProbableEffect], rivals: Sequence[Rival]) -> bool:
+    """Whether other data could tell more.
 
-    Not where these do exactly the same to all that the robot measures.
+    Nothing was named; or no set of effects is as likely as `SURE`; or something was named that other effects do as
+    well, but not exactly the same to all that the robot measures.
     """
     known = library()
-    return verdict.is_open or any(
-        set(effect.equivalents) - set(known[effect.name].same_as) for effect in effects if effect.is_named
+    unsure = max((rival.probability for rival in rivals), default=1.0) < SURE
+    return (
+        verdict.is_open
+        or unsure
+        or any(set(effect.equivalents) - set(known[effect.name].same_as) for effect in effects if effect.is_named)
     )

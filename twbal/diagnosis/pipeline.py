@@ -100,7 +100,8 @@ def diagnose_episodes(
     diagnosis, found = _reviewed(_diagnosis(found, split, acting, settings, data), found, settings)
     more = (IN_AIR,) if in_air else on_falls(measured.episodes, diagnosis.verdict)
     diagnosis = replace(diagnosis, advice=(*more, *diagnosis.advice))
-    if data.next_experiment and found.contest is not None and is_open(diagnosis.verdict, diagnosis.effects):
+    unsettled = is_open(diagnosis.verdict, diagnosis.effects, diagnosis.rivals)
+    if data.next_experiment and found.contest is not None and unsettled:
         suggested = next_experiment(found.contest, robot, progress)
         advice = (*diagnosis.advice, *on_next_experiment(suggested, found.contest, diagnosis.effects))
         diagnosis = replace(diagnosis, next_experiment=suggested, advice=advice)
