@@ -70,7 +70,10 @@ def test_the_separation_is_the_mean_over_pairs_drawn_by_their_probabilities():
 
 
 def test_the_divergence_is_the_mean_log_likelihood_ratio_of_data_that_one_of_them_makes(paper, contest):
-    """By Monte Carlo over the sensors' noise, both models being as they are (a prior that lets nothing move)."""
+    """By Monte Carlo over the sensors' noise, both models being as they are (a prior that lets nothing move).
+
+    The likelihood's tails, heavier than those of this noise, make the former a fifth to a quarter more.
+    """
     experiment = Experiment(0.1, 0.03, 0.06, 0.2)
     true = contest.contenders[0].fit.model._replace(noise=NOISE)
     other = true.put({"coulomb_friction_torque": 1.4 * true.value("coulomb_friction_torque")})
@@ -83,8 +86,8 @@ def test_the_divergence_is_the_mean_log_likelihood_ratio_of_data_that_one_of_the
         ratios.append(0.5 * (costs[1] - costs[0]))
         expected.append(divergences(data, [true, other], priors)[0, 1])
     error = np.std(ratios) / np.sqrt(len(ratios))
-    assert np.mean(expected) == pytest.approx(np.mean(ratios), abs=3.0 * error + 0.1 * np.mean(ratios))
-    assert np.mean(expected) > 5.0 * error
+    assert np.mean(ratios) > 10.0 * error
+    assert np.mean(expected) == pytest.approx(1.22 * np.mean(ratios), abs=3.0 * error)
 
 
 def test_a_fit_to_the_new_data_as_well_ends_where_the_linear_one_does(paper, contest):
