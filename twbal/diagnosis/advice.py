@@ -7,7 +7,7 @@ from twbal.diagnosis.contest import Contest
 from twbal.diagnosis.data_sheet import DATA_SHEET
 from twbal.diagnosis.hypothesis import FittedHypothesis
 from twbal.diagnosis.objections import Objection, negligible, spaced, with_values
-from twbal.diagnosis.record import LIKELY, NextExperiment, ProbableEffect, Verdict
+from twbal.diagnosis.record import LIKELY, Disagreement, NextExperiment, ProbableEffect, Verdict
 from twbal.diagnosis.select import Selection, passes
 from twbal.diagnosis.settings import Settings
 from twbal.diagnosis.verdict import beyond_tolerance, undetectable
@@ -90,6 +90,20 @@ def on_next_experiment(
         return (said,)
     said += f"No experiment that the robot can do by itself is expected to tell them apart: {found.seconds:g} s of the "
     return (f"{said}best one, which is suggested, bring {expected}; {before}.", *by_hand)
+
+
+def on_disagreements(found: Sequence[Disagreement]) -> tuple[str, ...]:
+    """Which recordings disagree with the others, in what, and what to try."""
+    said = []
+    for each in found:
+        like = f" (or {', '.join(map(spaced, each.alike))})" if each.alike else ""
+        unit = f" {each.unit}" if each.unit else ""
+        said.append(
+            f"Recording {each.recording} disagrees with {', '.join(each.others)}: its {spaced(each.parameter)}{like} "
+            f"differs by {each.difference:+.2g} ± {1.96 * each.error:.2g}{unit}, where all together have "
+            f"{each.fitted:.3g} (p = {each.p_value:.1g}). Diagnose it alone, and the others without it."
+        )
+    return tuple(said)
 
 
 def _one_more(selection: Selection, settings: Settings) -> list[FittedHypothesis]:

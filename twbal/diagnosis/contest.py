@@ -1,10 +1,12 @@
-"""What a selection leaves open: the likeliest sets of effects, with their fits."""
+"""What a selection ended with and leaves open: the likeliest sets of effects, with their fits."""
 
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
+from twbal.diagnosis.candidates import Candidate
+from twbal.diagnosis.hypothesis import FittedHypothesis
 from twbal.diagnosis.record import LISTED, ProbableEffect, Rival, Verdict
-from twbal.diagnosis.select import Selection
+from twbal.diagnosis.select import Problem, Selection
 from twbal.effects.library import library
 from twbal.sysid.fit import Fit
 from twbal.sysid.model import Data
@@ -35,12 +37,16 @@ class Contest(NamedTuple):
 
     Attributes:
         data: that all were fitted to.
-        contenders: at least two, the likeliest first.
+        chosen: the set that the selection ended with.
+        contenders: the likeliest sets, at most `MOST`, the likeliest first.
+        candidates: effects that might be missing.
         temperature: of their probabilities, by which log likelihood ratios are divided.
     """
 
     data: Data
+    chosen: FittedHypothesis
     contenders: tuple[Contender, ...]
+    candidates: Sequence[Candidate]
     temperature: float
 
     @property
@@ -50,16 +56,14 @@ class Contest(NamedTuple):
 
 
 def contest_of(
-    data: Data, selection: Selection, weights: Mapping[tuple[str, ...], float], temperature: float
-) -> Contest | None:
-    """The likeliest sets of a selection: those that are listed, and two at least; None where one alone was fitted."""
+    problem: Problem, selection: Selection, weights: Mapping[tuple[str, ...], float], temperature: float
+) -> Contest:
+    """The likeliest sets of a selection: those that are listed, and two at least where so many were fitted."""
     ordered = sorted(selection.sets, key=lambda w: -weights[w.names])
     kept = [w for i, w in enumerate(ordered[:MOST]) if i < 2 or weights[w.names] >= LISTED]
-    if len(kept) < 2:
-        return None
     total = sum(weights[w.names] for w in kept)
     contenders = tuple(Contender(w.names, w.fit, weights[w.names] / total) for w in kept)
-    return Contest(data, contenders, temperature)
+    return Contest(problem.data, selection.chosen, contenders, problem.candidates, temperature)
 
 
 def is_open(verdict: Verdict, effects: Sequence[ProbableEffect], rivals: Sequence[Rival]) -> bool:

@@ -106,7 +106,7 @@ def name_effects(
             else _filter_result(data, without(problem, named, effect), effects)
             for effect in named.effects
         },
-        contest=contest_of(data, selection, weights, temperature_of(selection, settings)),
+        contest=contest_of(problem, selection, weights, temperature_of(selection, settings)),
     )
 
 

@@ -145,6 +145,32 @@ class NextExperiment(NamedTuple):
         return self.separation >= log(DECISIVE)
 
 
+class Disagreement(NamedTuple):
+    """A recording that disagrees with the others in a value that all share.
+
+    Attributes:
+        recording: its name.
+        others: names of those that it was held against; without those that disagree more surely.
+        parameter: as `effect.parameter`; one of the data sheet is a factor.
+        fitted: value that is fitted to all recordings.
+        difference: of the recording's own value from that of the others.
+        error: standard error of the difference.
+        unit: of these; "" for a plain number.
+        p_value: probability of at least as large a difference in any value of any recording if there is none.
+        alike: other values that explain the disagreement about as well.
+    """
+
+    recording: str
+    others: tuple[str, ...]
+    parameter: str
+    fitted: float
+    difference: float
+    error: float
+    unit: str
+    p_value: float
+    alike: tuple[str, ...] = ()
+
+
 class Shift(NamedTuple):
     """How far the data pull a parameter of the data sheet.
 
@@ -287,6 +313,7 @@ class Diagnosis:
         noise: standard deviations of the sensors, by channel, as fitted.
         advice: plain sentences: what the data do not carry, what to do next.
         next_experiment: that is expected to tell most of what is left open; None where nothing is, or none is offered.
+        disagreements: recordings that disagree with the others, the surest first.
     """
 
     verdict: Verdict
@@ -303,6 +330,7 @@ class Diagnosis:
     noise: Mapping[str, float]
     advice: tuple[str, ...]
     next_experiment: NextExperiment | None = None
+    disagreements: tuple[Disagreement, ...] = ()
 
     @property
     def named_effects(self) -> tuple[ProbableEffect, ...]:
