@@ -42,13 +42,15 @@ class Excitation(NamedTuple):
 
 def first_and_repetition(each: Set, sheet: RobotParameters, shaken: str, folder: Path) -> Recorded:
     """Record 10 s of the robot of a set, and another 10 s in the same way, into `first` and `repetition`."""
-    recorded = driven(each, sheet)
-    size, unit = SHAKEN[shaken], 20.0 * torque_unit(sheet)
-    speed = min(0.5, 0.12 * steady_acceleration(nominal(sheet)))
-    how = Excitation(0.03 * size * unit, 0.06 * size * unit, size * speed)
+    recorded, how = driven(each, sheet), _first(sheet, shaken)
     for name, purpose in (("first", _FIRST), ("repetition", _REPETITION)):
         _record(each, sheet, recorded, recorded.law, how, purpose, folder / name)
     return recorded
+
+
+def again(each: Set, sheet: RobotParameters, recorded: Recorded, purpose: int, folder: Path) -> float:
+    """Record the robot of a set once more as first in the usual way, with random numbers of their own purpose."""
+    return _record(each, sheet, recorded, recorded.law, _first(sheet, "usual"), purpose, folder)
 
 
 def suggested(
@@ -82,6 +84,13 @@ def _record(
     rollout = Rollout(*drive(start, robot, recorded.sensors, law, instants, asked, noise, drift, lost, FALLEN))
     write_episode(folder / "episodes" / f"{folder.name}.mcap", _episode(rollout, each, sheet))
     return float(rollout.commands * sheet.control_period)
+
+
+def _first(sheet: RobotParameters, shaken: str) -> Excitation:
+    """How the robot is shaken at first."""
+    size, unit = SHAKEN[shaken], 20.0 * torque_unit(sheet)
+    speed = min(0.5, 0.12 * steady_acceleration(nominal(sheet)))
+    return Excitation(0.03 * size * unit, 0.06 * size * unit, size * speed)
 
 
 def _asked(how: Excitation, sheet: RobotParameters, periods: int, rng: np.random.Generator) -> np.ndarray:

@@ -96,14 +96,21 @@ def on_disagreements(found: Sequence[Disagreement]) -> tuple[str, ...]:
     """Which recordings disagree with the others, in what, and what to try."""
     said = []
     for each in found:
-        like = f" (or {', '.join(map(spaced, each.alike))})" if each.alike else ""
+        like = f", or {', '.join(map(_of_effect, each.alike))}" if each.alike else ""
         unit = f" {each.unit}" if each.unit else ""
+        where = f"Recording {each.recording} disagrees with {', '.join(each.others)}"
         said.append(
-            f"Recording {each.recording} disagrees with {', '.join(each.others)}: its {spaced(each.parameter)}{like} "
-            f"differs by {each.difference:+.2g} ± {1.96 * each.error:.2g}{unit}, where all together have "
+            f"{where}: in {_of_effect(each.parameter)}{like} "
+            f"it differs by {each.difference:+.2g} ± {1.96 * each.error:.2g}{unit}, where all together have "
             f"{each.fitted:.3g} (p = {each.p_value:.1g}). Diagnose it alone, and the others without it."
         )
     return tuple(said)
+
+
+def _of_effect(parameter: str) -> str:
+    """A parameter as it stands in a sentence: `coulomb friction (torque)`."""
+    effect, name = parameter.split(".")
+    return f"{spaced(effect)} ({name})"
 
 
 def _one_more(selection: Selection, settings: Settings) -> list[FittedHypothesis]:
