@@ -3,7 +3,8 @@
 For each stratum, way to be shaken and seed: the hidden robot of that set of `benchmarks.other_robots`, with ideal
 sensors, is recorded for 10 s and diagnosed. Where that stays open, so that an experiment is suggested, the robot is
 recorded for another 10 s in the same way, and for 10 s by the suggested experiment; each is diagnosed together with the
-first recording. What is there already is not done again. Further settings, with their defaults:
+first recording. What is there already is not done again, and is among the results. Further settings, with their
+defaults:
 
     root=outputs/bench/what_next            folder of the recordings
     code=.                                  folder of the twbal that diagnoses
@@ -117,15 +118,17 @@ def main(words: Sequence[str]) -> None:
     results = Path(settings.pop("results", "benchmarks/results/what_next.json"))
     if settings:
         raise SystemExit(__doc__)
-    rows: list[dict[str, Any]] = []
+    rows = list[dict[str, Any]]()
     for seed, stratum, how in product(seeds, strata, shaken):
+        each = designed(stratum, seed)._replace(excitation="E", sensors="ideal")
+        row = judged(Case(each, how, root / f"{each.name}_{how}", code))
+        after = {name: row[name]["verdict"] for name in ("first", "repetition", "suggested") if name in row}
+        print(stratum, seed, how, after, flush=True)
+        rows = [json.loads(file.read_text()) for file in root.glob("*/judged.json")]
+        rows.sort(key=lambda row: (row["seed"], row["stratum"], row["shaken"]))
+        results.write_text('{"sets": [\n' + ",\n".join(map(json.dumps, rows)) + "\n]}\n")
         if sum(row["first"]["open"] for row in rows) >= enough:
             break
-        each = designed(stratum, seed)._replace(excitation="E", sensors="ideal")
-        rows.append(judged(Case(each, how, root / f"{each.name}_{how}", code)))
-        after = {name: rows[-1][name]["verdict"] for name in ("first", "repetition", "suggested") if name in rows[-1]}
-        print(stratum, seed, how, after, flush=True)
-        results.write_text('{"sets": [\n' + ",\n".join(map(json.dumps, rows)) + "\n]}\n")
     for part in PARTS.values():
         print("\n".join(part({"sets": rows})), end="\n\n")
 

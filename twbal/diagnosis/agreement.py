@@ -6,10 +6,10 @@ gives δ and its standard error (a score test; C. R. Rao: Large sample tests of 
 parameters with applications to problems of estimation, Mathematical Proceedings of the Cambridge Philosophical Society
 44 (1), 1948, 50-57). The error is that of the curvature or that of the sandwich, whichever is wider (as in
 `sysid.intervals`, with blocks inside of recordings). Of a recording's values, the one for which the data ask most
-stands for it. Its p-value is that of an error that is wider still, by the share of its size by which the robot's form
-of an effect may differ from ours, or by the least size of an effect that is worth naming: a difference that is sure but
-small does not count. It is multiplied by the number of values and recordings (Bonferroni). The recording with the least
-one is left out, and the others are tested again.
+stands for it; but one that all share, if it does about as well. Its p-value is that of an error that is wider still, by
+the share of its size by which the robot's form of an effect may differ from ours, or by the least size of an effect
+that is worth naming: a difference that is sure but small does not count. It is multiplied by the number of values and
+recordings (Bonferroni). The recording with the least one is left out, and the others are tested again.
 """
 
 from collections.abc import Sequence
@@ -47,6 +47,7 @@ class Value(NamedTuple):
         fitted: to all recordings.
         form: standard deviation by which it may differ as the robot's form of the effect is not ours.
         sign: of differences that can be; 0: of either.
+        is_shared: whether all recordings have it, and not one alone.
     """
 
     name: str
@@ -55,6 +56,7 @@ class Value(NamedTuple):
     fitted: float
     form: float
     sign: float = 0.0
+    is_shared: bool = True
 
 
 class Difference(NamedTuple):
@@ -165,9 +167,9 @@ def disagreements(
     left, found = list(range(len(recordings))), list[Disagreement]()
     while len(left) > 1:
         tested = {k: [pooled.difference(k, value, left) for value in values] for k in left}
-        likeliest = {k: max(tested[k], key=lambda each: each.sigmas) for k in left}
-        number = min(left, key=lambda k: likeliest[k].p_value)
-        worst = likeliest[number]
+        explaining = {k: _explaining(tested[k], settings.lines.margin) for k in left}
+        number = min(left, key=lambda k: explaining[k][0].p_value)
+        worst, *alike = explaining[number]
         p_value = min(worst.p_value * len(left) * len(values), 1.0)
         if not p_value < _SURE:
             break
@@ -182,14 +184,18 @@ def disagreements(
                 error=worst.wide,
                 unit=worst.value.unit,
                 p_value=p_value,
-                alike=tuple(
-                    each.value.name
-                    for each in tested[number]
-                    if each is not worst and each.sigmas > _LIKE * worst.sigmas
-                ),
+                alike=tuple(each.value.name for each in alike),
             )
         )
     return tuple(found)
+
+
+def _explaining(tested: Sequence[Difference], margin: float) -> list[Difference]:
+    """The differences that explain a recording about as well as the best one, shared values first."""
+    most = max(each.sigmas for each in tested)
+    least = np.sqrt(max(most**2 - max(margin, (1.0 - _LIKE**2) * most**2), 0.0))
+    found = [each for each in tested if each.sigmas >= least]
+    return sorted(found, key=lambda each: (not each.value.is_shared, -each.sigmas))
 
 
 def _shared(chosen: FittedHypothesis, pooled: Pooled, settings: Settings) -> list[Value]:
@@ -226,7 +232,7 @@ def _added(
         if np.isfinite(slope).all():
             form = settings.lines.least * abs(size.start - size.none)
             sign = float(np.sign(step)) if size.none <= size.low else 0.0
-            found.append(Value(f"{candidate.name}.{size.name}", size.unit, slope, size.none, form, sign))
+            found.append(Value(f"{candidate.name}.{size.name}", size.unit, slope, size.none, form, sign, False))
     return found
 
 
