@@ -95,13 +95,22 @@ def _said(diagnosis: Mapping[str, Any], recorded: Recorded) -> dict[str, Any]:
     return {
         "verdict": diagnosis["verdict"],
         "open": diagnosis["verdict"] in ("unknown", "undecided")
-        or max(rival["probability"] for rival in diagnosis["rivals"]) < _SURE
+        or _surest(diagnosis["rivals"]) < _SURE
         or any(set(effect["equivalents"]) - equivalents(effect["name"]) for effect in named),
         "named": [[effect["name"], is_there(effect, there)] for effect in named],
         "likely": [[effect["name"], round(effect["probability"], 4)] for effect in diagnosis["effects"]],
         "rivals": [[rival["names"], round(rival["probability"], 4)] for rival in diagnosis["rivals"][:5]],
         "missed": [name for name in there if not any(is_there(effect, [name]) for effect in named)],
     }
+
+
+def _surest(rivals: Sequence[Mapping[str, Any]]) -> float:
+    """Probability of the likeliest set of effects, with those that are declared the same."""
+    found: dict[tuple[str, ...], float] = {}
+    for rival in rivals:
+        names = tuple(sorted(min(equivalents(name)) for name in rival["names"]))
+        found[names] = found.get(names, 0.0) + rival["probability"]
+    return max(found.values())
 
 
 def _seeds(text: str) -> list[int]:
@@ -117,7 +126,7 @@ def main(words: Sequence[str]) -> None:
     root, code = Path(settings.pop("root", "outputs/bench/what_next")), Path(settings.pop("code", "."))
     results = Path(settings.pop("results", "benchmarks/results/what_next.json"))
     if settings:
-        raise SystemExit(__doc__)
+        raise SystemExit(f"unknown settings: {', '.join(settings)}\n{__doc__}")
     rows = list[dict[str, Any]]()
     for seed, stratum, how in product(seeds, strata, shaken):
         each = designed(stratum, seed)._replace(excitation="E", sensors="ideal")

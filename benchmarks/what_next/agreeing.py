@@ -80,7 +80,7 @@ def main(words: Sequence[str]) -> None:
     root, code = Path(settings.pop("root", "outputs/bench/agreeing")), Path(settings.pop("code", "."))
     results = Path(settings.pop("results", "benchmarks/results/agreeing.json"))
     if settings:
-        raise SystemExit(__doc__)
+        raise SystemExit(f"unknown settings: {', '.join(settings)}\n{__doc__}")
     rows: list[dict[str, Any]] = []
     for seed in range(first, last + 1):
         rows += judged(seed, root, code)

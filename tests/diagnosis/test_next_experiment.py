@@ -163,6 +163,8 @@ def test_what_other_effects_do_as_well_is_open_unless_no_sensor_tells_them_apart
     sure, unsure = ([Rival((), 0.0, p, 1.0), Rival(("dead_zone",), 1.0, 1.0 - p, 1.0)] for p in (0.05, 0.4))
     assert not is_open(Verdict.NAMED, [named], sure)
     assert is_open(Verdict.NAMED, [named], unsure)
+    same = [Rival((name,), 1.0, 0.5, 1.0) for name in ("com_offset", "imu_mount_angle")]
+    assert not is_open(Verdict.NAMED, [named], same)
     assert is_open(Verdict.NAMED, [replace(named, equivalents=("imu_mount_angle", "ground_slope"))], sure)
     assert is_open(Verdict.UNDECIDED, [], sure)
     assert not is_open(Verdict.NONE, [replace(named, is_named=False, equivalents=("ground_slope",))], sure)
