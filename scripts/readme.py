@@ -42,6 +42,8 @@ from benchmarks.on_boards.distilling import distilled_policies  # noqa: E402
 from benchmarks.on_firmware.tables import on_firmware  # noqa: E402
 from benchmarks.other_robots.tables import PARTS as OTHER_ROBOTS  # noqa: E402
 from benchmarks.speed_tables import fits, ratios, running, steps, times, validation  # noqa: E402
+from benchmarks.what_next.tables import AGREEING  # noqa: E402
+from benchmarks.what_next.tables import PARTS as WHAT_NEXT  # noqa: E402
 
 RESULTS = HOUSE / "benchmarks" / "results"
 PICTURES = HOUSE / "docs" / "pictures"
@@ -116,6 +118,8 @@ PARTS: Mapping[str, Callable[..., list[str]]] = {
     "missed": missed,
     "mending": mending,
     **OTHER_ROBOTS,
+    **WHAT_NEXT,
+    **AGREEING,
     "times": times,
     "ratios": ratios,
     "steps": steps,

@@ -42,7 +42,7 @@ def judged(label: Mapping[str, Any], diagnosis: Mapping[str, Any] | None, cpu_s:
             "said": [], "intervals": [], "remains": False,
         }  # fmt: skip
     said = [
-        {"name": e["name"], "probability": round(e["probability"], 4), "right": _is_there(e, [*there, *filtered])}
+        {"name": e["name"], "probability": round(e["probability"], 4), "right": is_there(e, [*there, *filtered])}
         for e in diagnosis["effects"]
     ]
     sure = dict.fromkeys(there, 0.0)
@@ -85,7 +85,7 @@ def _class_of(name: str) -> set[str]:
     return next((names for _, names in CLASSES if name in names), {name})
 
 
-def _is_there(effect: Mapping[str, Any], there: list[str]) -> bool:
+def is_there(effect: Mapping[str, Any], there: list[str]) -> bool:
     """Whether a finding is of something that is hidden, or of a case of it."""
     meant = _meant(effect)
     for group in (*ALIKE, *(names for _, names in CLASSES)):

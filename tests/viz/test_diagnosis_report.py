@@ -7,8 +7,10 @@ import pytest
 
 from twbal.diagnosis.record import (
     Diagnosis,
+    Disagreement,
     Estimate,
     Gap,
+    NextExperiment,
     ProbableEffect,
     Region,
     Remaining,
@@ -16,6 +18,7 @@ from twbal.diagnosis.record import (
     Shift,
     Verdict,
     Whiteness,
+    suggested_in,
     write_diagnosis,
 )
 from twbal.viz.diagnosis_page import DiagnosisPictures, DiagnosisSetting, write_diagnosis_report
@@ -90,6 +93,29 @@ def test_the_page_says_what_was_named_how_surely_and_what_it_could_be_instead(tm
     for said in ("coulomb friction", "0.31 N·m", "0.27", "0.35", "97", "viscous friction", "Drive at several speeds."):
         assert said in html
     assert "run/augmented.yaml" in html
+
+
+def test_the_page_gives_the_suggested_command_and_what_to_do_by_hand_where_it_would_not_decide(tmp_path):
+    command = "twbal real-rollout experiment=excite policy.prbs=0.18"
+    found = NextExperiment({"policy.prbs": 0.18}, 10.0, 25.0, 1.5, (("coulomb_friction",), ()), 2, command)
+    html = page(tmp_path, replace(NAMED, next_experiment=found))
+    assert command in html
+    assert "Drive at several speeds." not in html
+    html = page(tmp_path, replace(NAMED, next_experiment=found._replace(separation=0.5)))
+    assert "Drive at several speeds." in html
+
+
+def test_the_json_has_the_suggested_command_and_the_recordings_that_disagree(tmp_path):
+    found = NextExperiment({"steps": 500}, 10.0, 25.0, 1.5, ((),), 2, "twbal real-rollout steps=500")
+    odd = Disagreement("b", ("a",), "torque_gain.gain", 0.9, -0.2, 0.02, "", 1e-4)
+    write_diagnosis(tmp_path / "a.json", replace(NAMED, next_experiment=found, disagreements=(odd,)))
+    record = json.loads((tmp_path / "a.json").read_text())
+    assert record["next_experiment"]["settings"] == {"steps": 500}
+    assert record["disagreements"][0]["recording"] == "b"
+    assert suggested_in(tmp_path / "a.json") == "twbal real-rollout steps=500"
+    write_diagnosis(tmp_path / "b.json", NAMED)
+    assert json.loads((tmp_path / "b.json").read_text())["next_experiment"] is None
+    assert suggested_in(tmp_path / "b.json") == ""
 
 
 def test_the_page_trusts_no_text(tmp_path):

@@ -126,7 +126,8 @@ class StageSteps(Steps[Path, Path, Path, Path, Path]):
 
     def diagnose(self, place: Path, rollouts: Sequence[Path]) -> CorrectedSimulation[Path]:
         """A call of diagnose."""
-        self._chain.run(StageCall("diagnose", place, {"episodes": list(rollouts), **FEW_DATA._asdict()}))
+        overrides = {"episodes": list(rollouts), **FEW_DATA._asdict(), "next_experiment": False}
+        self._chain.run(StageCall("diagnose", place, overrides))
         return CorrectedSimulation(place / AUGMENTED, self.closed(place))
 
     def closed(self, diagnosis: Path) -> float:

@@ -3,10 +3,11 @@
 from collections.abc import Sequence
 
 from twbal.core.episode import Episode, Outcome
+from twbal.diagnosis.contest import Contest
 from twbal.diagnosis.data_sheet import DATA_SHEET
 from twbal.diagnosis.hypothesis import FittedHypothesis
-from twbal.diagnosis.objections import Objection, negligible, with_values
-from twbal.diagnosis.record import Verdict
+from twbal.diagnosis.objections import Objection, negligible, spaced, with_values
+from twbal.diagnosis.record import LIKELY, Disagreement, NextExperiment, ProbableEffect, Verdict
 from twbal.diagnosis.select import Selection, passes
 from twbal.diagnosis.settings import Settings
 from twbal.diagnosis.verdict import beyond_tolerance, undetectable
@@ -60,6 +61,56 @@ def on_falls(episodes: Sequence[Episode], verdict: Verdict) -> tuple[str, ...]:
         f"The robot fell in {fell} of {len(episodes)} episodes. One that stays up tells more: record it by a gentler "
         "regulator, with a smaller policy.command_width.",
     )
+
+
+def on_next_experiment(
+    found: NextExperiment | None, contest: Contest, effects: Sequence[ProbableEffect]
+) -> tuple[str, ...]:
+    """What the suggested experiment is expected to tell, and what to do by hand where that is little.
+
+    Args:
+        found: the experiment; None where none is safe.
+        contest: what it is to decide.
+        effects: that may be missing.
+    """
+    sets = "; ".join(spaced(" + ".join(each.names)) or "the data sheet refitted" for each in contest.contenders)
+    by_hand = dict.fromkeys(
+        effect.separate_by for effect in effects if effect.probability >= LIKELY and effect.separate_by
+    )
+    if found is None:
+        said = f"No experiment is suggested: by simulation of one of the likeliest sets of effects ({sets}), the robot "
+        return (f"{said}would come near falling, or often meet its torque limit, in each of them.", *by_hand)
+    said = f"The likeliest sets of effects are: {sets}. "
+    expected = f"a log likelihood ratio of {found.separation:.2g} nats between the true one and another"
+    before = f"{found.seconds:g} s like those before bring {found.repetition:.2g}"
+    if found.repetition > found.separation:
+        before += ", so a repetition is expected to tell more"
+    if found.is_decisive:
+        said += f"By simulation, {found.seconds:g} s of the suggested experiment bring {expected}; {before}."
+        return (said,)
+    said += f"No experiment that the robot can do by itself is expected to tell them apart: {found.seconds:g} s of the "
+    return (f"{said}best one, which is suggested, bring {expected}; {before}.", *by_hand)
+
+
+def on_disagreements(found: Sequence[Disagreement]) -> tuple[str, ...]:
+    """Which recordings disagree with the others, in what, and what to try."""
+    said = []
+    for each in found:
+        like = f", or {', '.join(map(_of_effect, each.alike))}" if each.alike else ""
+        unit = f" {each.unit}" if each.unit else ""
+        where = f"Recording {each.recording} disagrees with {', '.join(each.others)}"
+        said.append(
+            f"{where}: in {_of_effect(each.parameter)}{like} "
+            f"it differs by {each.difference:+.2g} ± {1.96 * each.error:.2g}{unit}, where all together have "
+            f"{each.fitted:.3g} (p = {each.p_value:.1g}). Diagnose it alone, and the others without it."
+        )
+    return tuple(said)
+
+
+def _of_effect(parameter: str) -> str:
+    """A parameter as it stands in a sentence: `coulomb friction (torque)`."""
+    effect, name = parameter.split(".")
+    return f"{spaced(effect)} ({name})"
 
 
 def _one_more(selection: Selection, settings: Settings) -> list[FittedHypothesis]:

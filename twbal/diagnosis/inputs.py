@@ -21,6 +21,7 @@ class DataSettings:
         min_samples: see `Usability`.
         max_yaw_rate: see `Usability`.
         max_tilt: see `Usability`.
+        next_experiment: whether an experiment is suggested where something stays open.
     """
 
     horizons: list[float]
@@ -31,6 +32,7 @@ class DataSettings:
     min_samples: int
     max_yaw_rate: float
     max_tilt: float
+    next_experiment: bool
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ from twbal.core.robot_parameters import RobotParameters
 from twbal.diagnosis.advice import advise
 from twbal.diagnosis.candidates import Candidate, always_free, tilt_offsets
 from twbal.diagnosis.constancy import inconstant_effects
+from twbal.diagnosis.contest import contest_of
 from twbal.diagnosis.data_sheet import DATA_SHEET, WHEELS
 from twbal.diagnosis.filter_result import filter_result_of, one_step_errors, with_offsets
 from twbal.diagnosis.findings import Effects, FilterResult, Findings
@@ -22,7 +23,7 @@ from twbal.diagnosis.select import Problem, Selection, select, without
 from twbal.diagnosis.settings import Settings
 from twbal.diagnosis.tempered import search_again
 from twbal.diagnosis.tolerance_test import tolerance_statistic
-from twbal.diagnosis.verdict import conclude, data_sheet_classes, probabilities, shifts_of
+from twbal.diagnosis.verdict import conclude, data_sheet_classes, probabilities, shifts_of, temperature_of
 from twbal.planar.parameters import twin_parameters
 from twbal.sysid.fit import descend
 from twbal.sysid.model import Data, Model
@@ -105,6 +106,7 @@ def name_effects(
             else _filter_result(data, without(problem, named, effect), effects)
             for effect in named.effects
         },
+        contest=contest_of(problem, selection, weights, temperature_of(selection, settings)),
     )
 
 

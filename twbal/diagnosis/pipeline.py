@@ -10,8 +10,10 @@ import numpy as np
 from twbal.core.engine import dividing_step
 from twbal.core.gaussian import Array
 from twbal.core.robot_parameters import RobotParameters
-from twbal.diagnosis.advice import UNEXPLAINED, on_falls
+from twbal.diagnosis.advice import UNEXPLAINED, on_disagreements, on_falls, on_next_experiment
+from twbal.diagnosis.agreement import disagreements
 from twbal.diagnosis.candidates import tilt_offsets
+from twbal.diagnosis.contest import is_open
 from twbal.diagnosis.effect_candidates import candidates_for
 from twbal.diagnosis.filter_result import filter_recordings
 from twbal.diagnosis.findings import FilterResult, Findings
@@ -19,6 +21,7 @@ from twbal.diagnosis.gap import Models, Stretches, measure_gaps, rollout_error
 from twbal.diagnosis.graded import contradicted, remaining_of, with_shares
 from twbal.diagnosis.inputs import DataSettings, Named, Simulated
 from twbal.diagnosis.name import name_effects
+from twbal.diagnosis.next_experiment import next_experiment
 from twbal.diagnosis.record import Diagnosis, Verdict, headline
 from twbal.diagnosis.settings import Settings
 from twbal.diagnosis.verdict import review
@@ -98,6 +101,16 @@ def diagnose_episodes(
     diagnosis, found = _reviewed(_diagnosis(found, split, acting, settings, data), found, settings)
     more = (IN_AIR,) if in_air else on_falls(measured.episodes, diagnosis.verdict)
     diagnosis = replace(diagnosis, advice=(*more, *diagnosis.advice))
+    if found.contest is not None:
+        whole = () if split.are_ends else split.kept_back
+        disagreeing = disagreements(found.contest.data, found.contest.chosen, whole, found.contest.candidates, settings)
+        advice = (*diagnosis.advice, *on_disagreements(disagreeing))
+        diagnosis = replace(diagnosis, disagreements=disagreeing, advice=advice)
+    unsettled = is_open(diagnosis.verdict, diagnosis.effects, diagnosis.rivals)
+    if data.next_experiment and found.contest is not None and len(found.contest.contenders) > 1 and unsettled:
+        suggested = next_experiment(found.contest, robot, progress)
+        advice = (*diagnosis.advice, *on_next_experiment(suggested, found.contest, diagnosis.effects))
+        diagnosis = replace(diagnosis, next_experiment=suggested, advice=advice)
     corrected = replace(acting, robot=robot, effects={**present, **found.named.effects})
     return DiagnosisResult(diagnosis, found, split, corrected)
 

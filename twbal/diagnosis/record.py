@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
+from math import log
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -28,6 +29,9 @@ LIKELY = 0.5
 
 SCHEMA = 2
 """Of `diagnosis.json`. In schema 1, `effects` were the named ones only, and nothing said what remains."""
+
+DECISIVE = 20.0
+"""Odds of the true set over another one that an experiment is expected to bring, from which on it decides."""
 
 _FLAT = 0.1  # share of the noise floor by which a gap must exceed it for a share of the gap to mean anything
 
@@ -110,6 +114,61 @@ class Rival(NamedTuple):
     score: float
     probability: float
     whiteness: float
+
+
+class NextExperiment(NamedTuple):
+    """The experiment that is expected to separate the remaining sets of effects most.
+
+    Attributes:
+        settings: of `real-rollout experiment=excite`, by key.
+        seconds: of an episode of it [s].
+        separation: expected log likelihood ratio of the true set over another one after an episode, over the
+            temperature of the probabilities [nats].
+        repetition: the same for as long a repetition of the recordings that there are [nats].
+        rivals: the sets, each by the names of its effects, the likeliest first; () is the data sheet refitted.
+        refused: candidates that are not offered, as by simulation of one of the sets the robot comes near falling, or
+            often meets its torque limit.
+        command: to paste into a shell; "" where a diagnosis was none of the command line.
+    """
+
+    settings: Mapping[str, float | int]
+    seconds: float
+    separation: float
+    repetition: float
+    rivals: tuple[tuple[str, ...], ...]
+    refused: int
+    command: str = ""
+
+    @property
+    def is_decisive(self) -> bool:
+        """Whether it is expected to bring odds of `DECISIVE`."""
+        return self.separation >= log(DECISIVE)
+
+
+class Disagreement(NamedTuple):
+    """A recording that disagrees with the others in a value that all share.
+
+    Attributes:
+        recording: its name.
+        others: names of those that it was held against; without those that disagree more surely.
+        parameter: as `effect.parameter`; one of the data sheet is a factor.
+        fitted: value that is fitted to all recordings.
+        difference: of the recording's own value from that of the others.
+        error: standard error of the difference.
+        unit: of these; "" for a plain number.
+        p_value: probability of at least as large a difference in any value of any recording if there is none.
+        alike: other values that explain the disagreement about as well.
+    """
+
+    recording: str
+    others: tuple[str, ...]
+    parameter: str
+    fitted: float
+    difference: float
+    error: float
+    unit: str
+    p_value: float
+    alike: tuple[str, ...] = ()
 
 
 class Shift(NamedTuple):
@@ -253,6 +312,8 @@ class Diagnosis:
         whiteness: per channel.
         noise: standard deviations of the sensors, by channel, as fitted.
         advice: plain sentences: what the data do not carry, what to do next.
+        next_experiment: that is expected to tell most of what is left open; None where nothing is, or none is offered.
+        disagreements: recordings that disagree with the others, the surest first.
     """
 
     verdict: Verdict
@@ -268,6 +329,8 @@ class Diagnosis:
     whiteness: tuple[Whiteness, ...]
     noise: Mapping[str, float]
     advice: tuple[str, ...]
+    next_experiment: NextExperiment | None = None
+    disagreements: tuple[Disagreement, ...] = ()
 
     @property
     def named_effects(self) -> tuple[ProbableEffect, ...]:
@@ -321,6 +384,11 @@ def write_diagnosis(path: Path, diagnosis: Diagnosis) -> None:
 def verdict_in(path: Path) -> Verdict:
     """The verdict of a `diagnosis.json`."""
     return Verdict(read_json(path)["verdict"])
+
+
+def suggested_in(path: Path) -> str:
+    """The command of the suggested experiment in a `diagnosis.json`; "" where there is none."""
+    return str((read_json(path).get("next_experiment") or {}).get("command", ""))
 
 
 def closed_share(path: Path) -> float:

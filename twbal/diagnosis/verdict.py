@@ -121,10 +121,15 @@ def probabilities(selection: Selection, settings: Settings) -> Mapping[tuple[str
     difference, too; so the factor is no less than a share of what the best set gains.
     """
     sets = selection.sets
-    gain = selection.base.bic - min(w.bic for w in sets)
-    temperature = max(settings.temperature * selection.chosen.autocorrelation, settings.misfit_share * gain)
+    temperature = temperature_of(selection, settings)
     odds = np.log(settings.prior / (1.0 - settings.prior)) * np.array([len(w.candidates) for w in sets])
     scores = odds - np.array([w.bic for w in sets]) / (2.0 * temperature)
     weights = np.exp(scores - scores.max())
     weights /= weights.sum()
     return {w.names: p for w, p in zip(sets, weights.tolist(), strict=True)}
+
+
+def temperature_of(selection: Selection, settings: Settings) -> float:
+    """By which log likelihood ratios of sets are divided; see `probabilities`."""
+    gain = selection.base.bic - min(w.bic for w in selection.sets)
+    return max(settings.temperature * selection.chosen.autocorrelation, settings.misfit_share * gain)

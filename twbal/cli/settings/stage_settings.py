@@ -104,6 +104,7 @@ STAGES: Mapping[str, tuple[Setting, ...]] = {
         Setting("min_samples", Whole(2, 100_000_000, CONTROL_PERIODS), "shortest length of all episodes together"),
         Setting("max_yaw_rate", Number(0.001, 1e4, "rad/s"), "yaw rate beyond which instants do not count"),
         Setting("max_tilt", TILT_LIMIT, "tilt at which an episode is cut off"),
+        Setting("next_experiment", YesNo(), "suggest an experiment where something stays open"),
     ),
     "evaluate-sim": (
         _SEED,

@@ -17,7 +17,7 @@ from twbal.core.files import write_atomically
 from twbal.diagnosis.findings import FilterResult
 from twbal.diagnosis.inputs import DataSettings, Named, Simulated
 from twbal.diagnosis.pipeline import DiagnosisResult, diagnose_episodes
-from twbal.diagnosis.record import Diagnosis, verdict_in, write_diagnosis
+from twbal.diagnosis.record import Diagnosis, suggested_in, verdict_in, write_diagnosis
 from twbal.diagnosis.settings import Settings
 from twbal.io.logs import read_episode
 from twbal.viz.canvas import svg
@@ -36,10 +36,13 @@ def main(cfg: DictConfig) -> None:
     """Run the stage in Hydra's run folder."""
     out = run_folder()
     made = run(cfg, out)
+    suggested = suggested_in(out / DIAGNOSIS)
     if verdict_in(out / DIAGNOSIS).is_open:
-        following = next_command("real-rollout", _GENTLY, "robot")
+        following = suggested or next_command("real-rollout", _GENTLY, "robot")
     else:
         following = next_command("sim-collect", {"sim": out / AUGMENTED}, "robot")
+        if suggested:
+            say(f"to tell apart what is left: {suggested}")
     print_result(made, out, following)
 
 
@@ -67,6 +70,10 @@ def _diagnose_to_files(
     title, diagnosis = _title(result), result.diagnosis
     if diagnosis.verdict.is_open:
         diagnosis = replace(diagnosis, advice=(*diagnosis.advice, f"{AUGMENTED}: {title}"))
+    if diagnosis.next_experiment is not None:
+        settings_of_it = {"experiment": "excite", **diagnosis.next_experiment.settings}
+        command = next_command("real-rollout", settings_of_it, "robot")
+        diagnosis = replace(diagnosis, next_experiment=diagnosis.next_experiment._replace(command=command))
     print("\n  ".join([headline_text(diagnosis), *diagnosis.advice]))
     write_diagnosis(out / DIAGNOSIS, diagnosis)
     write_atomically(out / AUGMENTED, simulation_text(result.simulation.effects, result.simulation.physics_step, title))

@@ -1,0 +1,146 @@
+"""`python -m benchmarks.what_next [strata=single_1/4,pairs] [shaken=quiet,usual] [seeds=2000-2009] ...`.
+
+For each stratum, way to be shaken and seed: the hidden robot of that set of `benchmarks.other_robots`, with ideal
+sensors, is recorded for 10 s and diagnosed. Where that stays open, so that an experiment is suggested, the robot is
+recorded for another 10 s in the same way, and for 10 s by the suggested experiment; each is diagnosed together with the
+first recording. What is there already is not done again, and is among the results. Further settings, with their
+defaults:
+
+    root=outputs/bench/what_next            folder of the recordings
+    code=.                                  folder of the twbal that diagnoses
+    results=benchmarks/results/what_next.json
+    enough=40                               open sets after which no other robot is recorded
+"""
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Mapping, Sequence
+from itertools import product
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from benchmarks.other_robots.__main__ import sheet_of
+from benchmarks.other_robots.kinds import FOREIGN, equivalents
+from benchmarks.other_robots.recording import Recorded
+from benchmarks.other_robots.score import is_there
+from benchmarks.other_robots.sets import Set, designed
+from benchmarks.what_next.recording import SHAKEN, first_and_repetition, suggested
+from benchmarks.what_next.tables import PARTS
+
+_SURE = 0.8  # probability of a set of effects below which a diagnosis suggests an experiment
+_STRATA = "single 1/8,pairs,triples"
+
+
+class Case(NamedTuple):
+    """A hidden robot and the way in which it is recorded first.
+
+    Attributes:
+        each: the set.
+        shaken: name of the way.
+        folder: of its recordings and diagnoses.
+        code: folder of the twbal that diagnoses.
+    """
+
+    each: Set
+    shaken: str
+    folder: Path
+    code: Path
+
+    def diagnosis(self, name: str, recordings: Sequence[str]) -> Mapping[str, Any]:
+        """The diagnosis of some of its recordings, under a name; from its file, where it was made before."""
+        out = (self.folder / name).resolve()
+        file = out / "diagnosis.json"
+        if not file.exists():
+            episodes = ",".join(str((self.folder / recording).resolve()) for recording in recordings)
+            command = [sys.executable, "-m", "twbal", "diagnose", f"episodes=[{episodes}]", f"hydra.run.dir={out}"]
+            command += [f"robot={self.each.sheet}", f"robot.control_period={1.0 / self.each.rate}"]
+            command += [f"diagnosis.tolerances.data_sheet={self.each.tolerance}"]
+            surroundings = {**os.environ, "OMP_NUM_THREADS": "1"}
+            subprocess.run(command, check=True, capture_output=True, env=surroundings, cwd=self.code)
+        found: Mapping[str, Any] = json.loads(file.read_text())
+        return found
+
+
+def judged(case: Case) -> dict[str, Any]:
+    """What became of a case; its second recordings are made only where the first diagnosis stays open."""
+    file = case.folder / "judged.json"
+    if file.exists():
+        known: dict[str, Any] = json.loads(file.read_text())
+        return known
+    sheet = sheet_of(case.each)
+    recorded = first_and_repetition(case.each, sheet, case.shaken, case.folder)
+    first = case.diagnosis("diagnosis", ["first"])
+    row: dict[str, Any] = {"stratum": case.each.stratum, "seed": case.each.seed, "shaken": case.shaken}
+    row |= {key: getattr(case.each, key) for key in ("rate", "sheet", "tolerance")}
+    row |= {"hidden": sorted(recorded.hidden), "first": _said(first, recorded)}
+    row["next"] = offered = first.get("next_experiment")
+    if row["first"]["open"]:
+        row["repetition"] = _said(case.diagnosis("with_repetition", ["first", "repetition"]), recorded)
+        if offered:
+            row["seconds_up"] = suggested(case.each, sheet, recorded, offered["settings"], case.folder)
+            row["suggested"] = _said(case.diagnosis("with_suggested", ["first", "suggested"]), recorded)
+    file.write_text(json.dumps(row, indent=1) + "\n")
+    return row
+
+
+def _said(diagnosis: Mapping[str, Any], recorded: Recorded) -> dict[str, Any]:
+    """The verdict, whether it is open, what is named and whether it is right, and what is missed.
+
+    It is open where nothing is named, where other effects do as well, or where no set of effects is sure.
+    """
+    there = [name for name in recorded.hidden if name not in FOREIGN]
+    named = [effect for effect in diagnosis["effects"] if effect["is_named"]]
+    return {
+        "verdict": diagnosis["verdict"],
+        "open": diagnosis["verdict"] in ("unknown", "undecided")
+        or _surest(diagnosis["rivals"]) < _SURE
+        or any(set(effect["equivalents"]) - equivalents(effect["name"]) for effect in named),
+        "named": [[effect["name"], is_there(effect, there)] for effect in named],
+        "likely": [[effect["name"], round(effect["probability"], 4)] for effect in diagnosis["effects"]],
+        "rivals": [[rival["names"], round(rival["probability"], 4)] for rival in diagnosis["rivals"][:5]],
+        "missed": [name for name in there if not any(is_there(effect, [name]) for effect in named)],
+    }
+
+
+def _surest(rivals: Sequence[Mapping[str, Any]]) -> float:
+    """Probability of the likeliest set of effects, with those that are declared the same."""
+    found: dict[tuple[str, ...], float] = {}
+    for rival in rivals:
+        names = tuple(sorted(min(equivalents(name)) for name in rival["names"]))
+        found[names] = found.get(names, 0.0) + rival["probability"]
+    return max(found.values())
+
+
+def _seeds(text: str) -> list[int]:
+    ranges = [part.split("-") for part in text.split(",")]
+    return [seed for ends in ranges for seed in range(int(ends[0]), int(ends[-1]) + 1)]
+
+
+def main(words: Sequence[str]) -> None:
+    """Record, diagnose, and write the results."""
+    settings = dict(word.split("=", 1) for word in words)
+    strata, shaken = settings.pop("strata", _STRATA).split(","), settings.pop("shaken", ",".join(SHAKEN)).split(",")
+    seeds, enough = _seeds(settings.pop("seeds", "2000-2009")), int(settings.pop("enough", "40"))
+    root, code = Path(settings.pop("root", "outputs/bench/what_next")), Path(settings.pop("code", "."))
+    results = Path(settings.pop("results", "benchmarks/results/what_next.json"))
+    if settings:
+        raise SystemExit(f"unknown settings: {', '.join(settings)}\n{__doc__}")
+    rows = list[dict[str, Any]]()
+    for seed, stratum, how in product(seeds, strata, shaken):
+        each = designed(stratum, seed)._replace(excitation="E", sensors="ideal")
+        row = judged(Case(each, how, root / f"{each.name}_{how}", code))
+        after = {name: row[name]["verdict"] for name in ("first", "repetition", "suggested") if name in row}
+        print(stratum, seed, how, after, flush=True)
+        rows = [json.loads(file.read_text()) for file in root.glob("*/judged.json")]
+        rows.sort(key=lambda row: (row["seed"], row["stratum"], row["shaken"]))
+        results.write_text('{"sets": [\n' + ",\n".join(map(json.dumps, rows)) + "\n]}\n")
+        if sum(row["first"]["open"] for row in rows) >= enough:
+            break
+    for part in PARTS.values():
+        print("\n".join(part({"sets": rows})), end="\n\n")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

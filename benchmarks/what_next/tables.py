@@ -1,0 +1,85 @@
+"""Tables of what the suggested experiment decides, from the records of the sets."""
+
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from statistics import median
+from typing import Any
+
+from benchmarks.other_robots.tables import share
+
+Row = Mapping[str, Any]
+_AFTER = {"repetition": "a repetition", "suggested": "the suggested experiment"}
+
+
+_OPEN: Row = {"open": True, "named": [], "missed": []}
+
+
+def is_right(said: Mapping[str, Any]) -> bool:
+    """Whether it decides, and misses nothing that is hidden, and names nothing else."""
+    return not said["open"] and not said["missed"] and all(right for _, right in said["named"])
+
+
+def what_next(results: Mapping[str, Any]) -> list[str]:
+    """One line for each way to go on, over all sets that the first recording leaves open, and by how it was shaken."""
+    opened = [row for row in results["sets"] if row["first"]["open"]]
+    lines = ["| first recording, and what follows it | sets | decided | all of it right | something wrong is named |"]
+    lines.append("|" + "---|" * 5)
+    for shaken in ("all", "quiet", "usual"):
+        rows = [row for row in opened if shaken in ("all", row["shaken"])]
+        for key, name in _AFTER.items():
+            if rows:
+                lines.append(f"| {shaken}, {name} | {' | '.join(_cells(rows, key))} |")
+    return lines
+
+
+def what_next_figures(results: Mapping[str, Any]) -> list[str]:
+    """How often something was suggested, what was expected of it, and how often the hidden robot fell."""
+    opened = [row for row in results["sets"] if row["first"]["open"]]
+    offered = [row for row in opened if row["next"]]
+    fell = [row["seconds_up"] < 9.9 for row in offered]
+    both = [(row["next"]["separation"], row["next"]["repetition"]) for row in offered]
+    pairs = [tuple(not row[key]["open"] for key in _AFTER) for row in offered]
+    figures = {
+        "robots recorded": str(len(results["sets"])),
+        "left open by the first recording": share(row["first"]["open"] for row in results["sets"]),
+        "of these, an experiment is suggested": share(bool(row["next"]) for row in opened),
+        "of these, the hidden robot falls in it": share(fell),
+        "decided by the suggested experiment alone": share(after and not before for before, after in pairs),
+        "decided by the repetition alone": share(before and not after for before, after in pairs),
+    }
+    if both:
+        medians = [median(column) for column in zip(*both, strict=True)]
+        figures["expected log likelihood ratio, suggested / repetition, median"] = " / ".join(
+            f"{value:.2g} nats" for value in medians
+        )
+    return ["| figure | value |", "|---|---|", *(f"| {name} | {value} |" for name, value in figures.items())]
+
+
+def _cells(rows: Sequence[Row], key: str) -> list[str]:
+    """Where nothing was suggested, nothing was decided."""
+    said = [row.get(key, _OPEN) for row in rows]
+    wrong = [not each["open"] and not all(right for _, right in each["named"]) for each in said]
+    return [str(len(rows)), share(not each["open"] for each in said), share(map(is_right, said)), share(wrong)]
+
+
+PARTS: Mapping[str, Callable[[Mapping[str, Any]], list[str]]] = {
+    "what_next": what_next,
+    "what_next_figures": what_next_figures,
+}
+
+
+def agreeing(results: Mapping[str, Any]) -> list[str]:
+    """One line for each change of the robot before the last of four recordings."""
+    lines = ["| before the last recording | sets | the last one disagrees | another one does | in, most often |"]
+    lines.append("|" + "---|" * 5)
+    for change in dict.fromkeys(row["change"] for row in results["sets"]):
+        rows = [row for row in results["sets"] if row["change"] == change]
+        told = [[each for each in row["disagreements"] if each[0] == row["odd"]] for row in rows]
+        others = [len(row["disagreements"]) > len(own) for row, own in zip(rows, told, strict=True)]
+        most = Counter(own[0][1].replace(".", " ").replace("_", " ") for own in told if own).most_common(3)
+        named = ", ".join(f"{name} ({count})" for name, count in most) or "-"
+        lines.append(f"| {change} | {len(rows)} | {share(map(bool, told))} | {share(others)} | {named} |")
+    return lines
+
+
+AGREEING: Mapping[str, Callable[[Mapping[str, Any]], list[str]]] = {"agreeing": agreeing}

@@ -1,0 +1,102 @@
+"""What a selection ended with and leaves open: the likeliest sets of effects, with their fits."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import NamedTuple
+
+from twbal.diagnosis.candidates import Candidate
+from twbal.diagnosis.hypothesis import FittedHypothesis
+from twbal.diagnosis.record import LISTED, ProbableEffect, Rival, Verdict
+from twbal.diagnosis.select import Problem, Selection
+from twbal.effects.library import library
+from twbal.sysid.fit import Fit
+from twbal.sysid.model import Data
+
+MOST = 4
+"""Contenders, at most."""
+
+SURE = 0.8
+"""Probability of the likeliest set of effects below which other data are worth recording."""
+
+
+class Contender(NamedTuple):
+    """A set of effects that is left.
+
+    Attributes:
+        names: of its effects; () is the data sheet refitted.
+        fit: to the data.
+        probability: beside the other contenders.
+    """
+
+    names: tuple[str, ...]
+    fit: Fit
+    probability: float
+
+
+class Contest(NamedTuple):
+    """What the data leave open.
+
+    Attributes:
+        data: that all were fitted to.
+        chosen: the set that the selection ended with.
+        contenders: the likeliest sets, at most `MOST`, the likeliest first.
+        candidates: effects that might be missing.
+        temperature: of their probabilities, by which log likelihood ratios are divided.
+    """
+
+    data: Data
+    chosen: FittedHypothesis
+    contenders: tuple[Contender, ...]
+    candidates: Sequence[Candidate]
+    temperature: float
+
+    @property
+    def probabilities(self) -> list[float]:
+        """Of the contenders."""
+        return [contender.probability for contender in self.contenders]
+
+
+def contest_of(
+    problem: Problem, selection: Selection, weights: Mapping[tuple[str, ...], float], temperature: float
+) -> Contest:
+    """The likeliest sets of a selection: those that are listed, and two at least where so many were fitted.
+
+    Of sets that no data tell apart, the likeliest stands for all.
+    """
+    first: dict[tuple[str, ...], FittedHypothesis] = {}
+    for w in sorted(selection.sets, key=lambda w: -weights[w.names]):
+        first.setdefault(_told_apart(w.names), w)
+    together = _together((names, weights[names]) for names in weights)
+    ordered = sorted(first, key=lambda names: -together[names])
+    kept = [names for i, names in enumerate(ordered[:MOST]) if i < 2 or together[names] >= LISTED]
+    total = sum(together[names] for names in kept)
+    contenders = tuple(Contender(first[n].names, first[n].fit, together[n] / total) for n in kept)
+    return Contest(problem.data, selection.chosen, contenders, problem.candidates, temperature)
+
+
+def is_open(verdict: Verdict, effects: Sequence[ProbableEffect], rivals: Sequence[Rival]) -> bool:
+    """Whether other data could tell more.
+
+    Nothing was named; or no set of effects, with those that no data tell from it, is as likely as `SURE`; or something
+    was named that other effects do as well, but not exactly the same to all that the robot measures.
+    """
+    known = library()
+    unsure = max(_together((rival.names, rival.probability) for rival in rivals).values(), default=1.0) < SURE
+    return (
+        verdict.is_open
+        or unsure
+        or any(set(effect.equivalents) - set(known[effect.name].same_as) for effect in effects if effect.is_named)
+    )
+
+
+def _told_apart(names: Iterable[str]) -> tuple[str, ...]:
+    """A set of effects, with the first of those that do exactly the same in the place of each."""
+    known = library()
+    return tuple(sorted(min(name, *known[name].same_as) if known[name].same_as else name for name in names))
+
+
+def _together(sets: Iterable[tuple[tuple[str, ...], float]]) -> dict[tuple[str, ...], float]:
+    """Probabilities of sets of effects, added up over those that no data tell apart."""
+    found: dict[tuple[str, ...], float] = {}
+    for names, probability in sets:
+        found[_told_apart(names)] = found.get(_told_apart(names), 0.0) + probability
+    return found

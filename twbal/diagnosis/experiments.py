@@ -1,0 +1,141 @@
+"""Experiments that a balancing robot can do with `real-rollout experiment=excite`, and what a model does under them."""
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from twbal.core.gaussian import Array
+from twbal.core.motion_limits import MotionLimits
+from twbal.core.robot_parameters import RobotParameters
+from twbal.core.streams import Stream, generator
+from twbal.planar.constants import constants
+from twbal.planar.planar_plant import hold, standing
+from twbal.planar.sensing import imu_settled, read_sensors
+from twbal.planar.twin_state import STRAIGHT
+from twbal.policies.policy import Policy
+from twbal.search.excited import excited_regulator
+from twbal.sysid.model import Data, Model
+from twbal.sysid.noise import UNSENSED
+from twbal.sysid.recording import Recording
+
+SECONDS = 10.0
+"""Of an episode [s]."""
+
+CHANNELS = ("tilt", "tilt_rate", "speed")
+WIDTHS = (0.1, 1.0, 1.0)
+"""Deviations of the channels that cost alike in `policy=excite` [rad, rad/s, m/s]."""
+FADE_TILT = 0.25
+"""Where its disturbance has faded [rad]."""
+
+_START_TILT = 0.05  # rad; by which a person is off who puts the robot upright
+_MOST_TILT = 0.35  # rad; two thirds of the tilt at which a rollout ends
+_CUT = 0.02  # share of the control periods in which the torque limit may cut the command
+_RING = 4  # control periods of the IMU's past, as in the predictor
+_COMMAND_WIDTH = 0.1  # of a gentle regulator, under which most robots stay up
+_MULTISINE, _PRBS = 0.03, 0.06  # of the usual disturbance, that of `policy=excite`
+_SIZES = (1.0, 2.0, 3.0)  # of the disturbance, in the usual one
+_SLOW, _FAST = 0.25, 0.6  # shares of the sheet's speed limit
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """A way to shake a robot that balances: settings of `policy=excite`.
+
+    Attributes:
+        command_width: of the regulator, as a share of the torque limit; smaller is gentler.
+        multisine: standard deviation, as a share of the torque limit.
+        prbs: of the binary torque, likewise.
+        speed: that is asked for, forth and back [m/s].
+    """
+
+    command_width: float
+    multisine: float
+    prbs: float
+    speed: float
+
+    def policy(self, robot: RobotParameters) -> Policy:
+        """The policy of a robot by its data sheet."""
+        return excited_regulator(robot, CHANNELS, WIDTHS, **asdict(self), fade_tilt=FADE_TILT)
+
+    def settings(self, period: float) -> Mapping[str, float | int]:
+        """Of `real-rollout experiment=excite`, by key, for a control period [s]."""
+        policy = {f"policy.{name}": value for name, value in asdict(self).items()}
+        return {**policy, "steps": round(SECONDS / period)}
+
+
+def experiments_of(robot: RobotParameters) -> tuple[Experiment, ...]:
+    """The candidates: slow without a disturbance; and with one to three times the usual one, on the spot and fast."""
+    limit = MotionLimits.of_robot(robot).speed
+    choices = [(0.0, _SLOW), *((size, speed) for size in _SIZES for speed in (0.0, _FAST))]
+    return tuple(
+        Experiment(_COMMAND_WIDTH, round(size * _MULTISINE, 3), round(size * _PRBS, 3), float(f"{share * limit:.2g}"))
+        for size, share in choices
+    )
+
+
+class Simulated(NamedTuple):
+    """What a model does under an experiment.
+
+    Attributes:
+        recording: as a diagnosis would read it; None where the robot fell.
+        most_tilt: largest true tilt [rad].
+        cut: share of the control periods in which the torque limit cut the command.
+    """
+
+    recording: Recording | None
+    most_tilt: float
+    cut: float
+
+    @property
+    def is_safe(self) -> bool:
+        """Whether the robot stays far from falling, and seldom meets its torque limit."""
+        return self.recording is not None and self.most_tilt <= _MOST_TILT and self.cut <= _CUT
+
+
+def simulate(experiment: Experiment, robot: RobotParameters, model: Model, data: Data, seed: int) -> Simulated:
+    """Drive the planar model straight ahead for an episode, with the noise of the sensors as fitted.
+
+    Args:
+        experiment: under which.
+        robot: data sheet, by which the policy balances.
+        model: of the robot, with its noise.
+        data: recordings that it was fitted to: their period, physics steps and channels are taken over.
+        seed: of the noise, and of the disturbance.
+    """
+    steps, twin = round(SECONDS / data.period), model.twin
+    k = constants(twin, data.period / data.substeps)
+    lead = data.lead - model.angle_lead
+    levels = np.where(model.noise.sensors < 0.5 * UNSENSED, model.noise.sensors, 0.0)
+    noise = levels * generator(Stream.SENSOR_NOISE, seed).standard_normal((steps + 1, 4))
+    controller = experiment.policy(robot).controller(generator(Stream.EXPLORATION, seed))
+    state = standing(k, _START_TILT - k.offset, 0.0, 0.0, 0.0)
+    imu = imu_settled(k, state, _RING * data.substeps)
+    commands, measured = np.zeros(steps), np.empty((steps + 1, 4))
+    most, cut = abs(state.tilt), 0
+    measured[0] = read_sensors(twin, k, state, imu, 0, lead) + noise[0]
+    for n in range(steps):
+        tilt, rate, _, wheel_rate = measured[n].tolist()
+        commands[n] = controller(np.array([tilt, rate, robot.wheel_radius * (wheel_rate + rate)]))
+        cut += abs(commands[n]) >= robot.torque_limit
+        state = hold(twin, k, state, commands, n, data.substeps, STRAIGHT, imu)
+        most = max(most, abs(state.tilt))
+        if not most < np.pi / 2:
+            return Simulated(None, np.inf, cut / steps)
+        measured[n + 1] = read_sensors(twin, k, state, imu, (n + 1) * data.substeps, lead) + noise[n + 1]
+    return Simulated(_recording(commands, measured, data), most, cut / steps)
+
+
+def _recording(commands: Array, measured: Array, data: Data) -> Recording:
+    """As it would be read of a robot that does not turn."""
+    count = len(measured)
+    return Recording(
+        name="simulated",
+        period=data.period,
+        commands=commands,
+        measured=measured,
+        yaw_rate=np.zeros(count),
+        usable=np.ones(count, bool),
+        sensed=data.sensed,
+    )
