@@ -14,6 +14,7 @@ from omegaconf import OmegaConf
 from twbal.algorithm.rollout import rollout
 from twbal.cli.composition import composing
 from twbal.cli.main import main
+from twbal.cli.stages.diagnose import suggested_next
 from twbal.core.episode import Outcome, Provenance
 from twbal.core.start_pose import StartPose
 from twbal.diagnosis.advice import on_falls
@@ -223,3 +224,11 @@ def test_a_robot_of_another_engine_is_explained_for_the_most_part_and_nothing_is
     assert record["verdict"] == "unknown"
     assert {"actuation_delay", "com_offset"} <= set(record["gap"]["added"])
     assert record["gap"]["closed"] > 0.75
+
+
+def test_where_no_experiment_is_safe_none_is_the_next_command(tmp_path):
+    opened = {"verdict": "unknown", "next_experiment": None, "no_safe_experiment": True}
+    (tmp_path / "diagnosis.json").write_text(json.dumps(opened))
+    assert "real-rollout" not in suggested_next(tmp_path)
+    (tmp_path / "diagnosis.json").write_text(json.dumps({**opened, "no_safe_experiment": False}))
+    assert suggested_next(tmp_path).startswith("twbal real-rollout experiment=excite")

@@ -110,7 +110,7 @@ def diagnose_episodes(
     if data.next_experiment and found.contest is not None and len(found.contest.contenders) > 1 and unsettled:
         suggested = next_experiment(found.contest, robot, progress)
         advice = (*diagnosis.advice, *on_next_experiment(suggested, found.contest, diagnosis.effects))
-        diagnosis = replace(diagnosis, next_experiment=suggested, advice=advice)
+        diagnosis = replace(diagnosis, next_experiment=suggested, no_safe_experiment=suggested is None, advice=advice)
     corrected = replace(acting, robot=robot, effects={**present, **found.named.effects})
     return DiagnosisResult(diagnosis, found, split, corrected)
 

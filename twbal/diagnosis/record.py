@@ -313,6 +313,7 @@ class Diagnosis:
         noise: standard deviations of the sensors, by channel, as fitted.
         advice: plain sentences: what the data do not carry, what to do next.
         next_experiment: that is expected to tell most of what is left open; None where nothing is, or none is offered.
+        no_safe_experiment: whether none is offered because the robot might fall in each of those weighed.
         disagreements: recordings that disagree with the others, the surest first.
     """
 
@@ -330,6 +331,7 @@ class Diagnosis:
     noise: Mapping[str, float]
     advice: tuple[str, ...]
     next_experiment: NextExperiment | None = None
+    no_safe_experiment: bool = False
     disagreements: tuple[Disagreement, ...] = ()
 
     @property
@@ -389,6 +391,11 @@ def verdict_in(path: Path) -> Verdict:
 def suggested_in(path: Path) -> str:
     """The command of the suggested experiment in a `diagnosis.json`; "" where there is none."""
     return str((read_json(path).get("next_experiment") or {}).get("command", ""))
+
+
+def has_no_safe_experiment(path: Path) -> bool:
+    """Whether a `diagnosis.json` says that none of the experiments that were weighed is safe."""
+    return bool(read_json(path).get("no_safe_experiment", False))
 
 
 def closed_share(path: Path) -> float:

@@ -17,7 +17,7 @@ from twbal.core.files import write_atomically
 from twbal.diagnosis.findings import FilterResult
 from twbal.diagnosis.inputs import DataSettings, Named, Simulated
 from twbal.diagnosis.pipeline import DiagnosisResult, diagnose_episodes
-from twbal.diagnosis.record import Diagnosis, suggested_in, verdict_in, write_diagnosis
+from twbal.diagnosis.record import Diagnosis, has_no_safe_experiment, suggested_in, verdict_in, write_diagnosis
 from twbal.diagnosis.settings import Settings
 from twbal.io.logs import read_episode
 from twbal.viz.canvas import svg
@@ -37,13 +37,18 @@ def main(cfg: DictConfig) -> None:
     out = run_folder()
     made = run(cfg, out)
     suggested = suggested_in(out / DIAGNOSIS)
-    if verdict_in(out / DIAGNOSIS).is_open:
-        following = suggested or next_command("real-rollout", _GENTLY, "robot")
-    else:
-        following = next_command("sim-collect", {"sim": out / AUGMENTED}, "robot")
-        if suggested:
-            say(f"to tell apart what is left: {suggested}")
-    print_result(made, out, following)
+    if suggested and not verdict_in(out / DIAGNOSIS).is_open:
+        say(f"to tell apart what is left: {suggested}")
+    print_result(made, out, suggested_next(out))
+
+
+def suggested_next(out: Path) -> str:
+    """The command that comes after the diagnosis in a folder, or what to do where none is safe."""
+    if not verdict_in(out / DIAGNOSIS).is_open:
+        return next_command("sim-collect", {"sim": out / AUGMENTED}, "robot")
+    if has_no_safe_experiment(out / DIAGNOSIS):
+        return f"see the advice above, and {out / REPORT}: no experiment that twbal knows is safe for this robot"
+    return suggested_in(out / DIAGNOSIS) or next_command("real-rollout", _GENTLY, "robot")
 
 
 def run(cfg: DictConfig, out: Path) -> Manifest:
