@@ -120,7 +120,8 @@ def test_a_reference_that_gives_way_holds_the_integral_as_in_twbal(paper, rng):
     with compiled(policy, paper) as header_:
         found = header_.rollout(observations, asked)
         standing = header_.rollout(observations)
-    tracker = StateTracker(exported(policy, paper).channels, Asked(asked))
+    made = exported(policy, paper)
+    tracker = StateTracker(made.channels, Asked(asked), made.feed_forward)
     expected = [tracker.state(Observation(*row), list(found.commands[:n])) for n, row in enumerate(observations)]
     np.testing.assert_allclose(found.states, expected, rtol=1e-5, atol=2e-5)
     assert np.abs(standing.states[:, -1] - found.states[:, -1]).max() > 0.01

@@ -8,6 +8,7 @@ import numpy as np
 from twbal.core.channels import Channels
 from twbal.core.episode import Ending, Episode, Event, Outcome, Provenance
 from twbal.core.errors import ConfigError, LinkLostError
+from twbal.core.feed_forward import FeedForward
 from twbal.core.gaussian import Array
 from twbal.core.heading import HeadingSample
 from twbal.core.heading_control import HeadingControl
@@ -36,6 +37,7 @@ def rollout(
     targets: Targets | None = None,
     heading: HeadingControl | None = None,
     watch: Watch | None = None,
+    feed_forward: FeedForward | None = None,
 ) -> Episode:
     """Drive `plant` by `policy` for at most `steps` control periods.
 
@@ -50,6 +52,7 @@ def rollout(
         targets: where the reference goes that the robot is to follow; None: it is to stay where it was put.
         heading: controls the heading, for this rollout; None: nothing does.
         watch: called after each observation, before the command; None: nobody ends the rollout.
+        feed_forward: of the reference's acceleration; None: nothing is fed forward.
 
     Raises:
         ConfigError: the tilt limit would never end a fall.
@@ -57,7 +60,7 @@ def rollout(
     """
     _check_tilt_limit(tilt_limit)
     rng = generator(Stream.EXPLORATION, provenance.seed, provenance.trial)
-    record = _Record(channels, None if targets is None else Reference(targets), heading)
+    record = _Record(channels, None if targets is None else Reference(targets), heading, feed_forward)
     try:
         try:
             controller = policy.controller(rng)
@@ -111,6 +114,7 @@ def _drive(
                 Outcome.POLICY_FAULT, f"The policy commands {command} N·m, which is no number, in state {state}."
             )
             return
+        command = record.led(command)
         record.tell(plant)
         if record.heading is not None:
             plant.steer(record.heading.difference(command))
@@ -130,7 +134,13 @@ class _Record:
         heading: what controls it, with samples of its own.
     """
 
-    def __init__(self, channels: Channels, reference: Reference | None, heading: HeadingControl | None) -> None:
+    def __init__(
+        self,
+        channels: Channels,
+        reference: Reference | None,
+        heading: HeadingControl | None,
+        feed_forward: FeedForward | None,
+    ) -> None:
         self.seen: list[Observation] = []
         self.poses: list[Pose] = []
         self.references: list[Motion] = []
@@ -140,7 +150,8 @@ class _Record:
         self.heading = heading
         self._channels = channels
         self._reference = reference
-        self._tracker = channels.tracker(reference)
+        self._feed_forward = feed_forward
+        self._tracker = channels.tracker(reference, feed_forward)
         self._events: list[Event] = []
         self._ended_by: BaseException | None = None
 
@@ -171,6 +182,12 @@ class _Record:
         if self.heading is not None:
             self.heading.follow(seen, apart, self._reference.motion if self._reference else Motion())
         self.states.append(state)
+
+    def led(self, command: float) -> float:
+        """The policy's command [N·m] with the torque that the reference's acceleration needs."""
+        if self._feed_forward is None:
+            return command
+        return self._feed_forward.added(command, self._tracker.lead.torque)
 
     def tell(self, plant: Plant) -> None:
         """Tell the robot the reference at the last observation, where there is one."""

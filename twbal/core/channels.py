@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from twbal.core.errors import ConfigError
+from twbal.core.feed_forward import NO_LEAD, FeedForward, Lead, Leader
 from twbal.core.gaussian import Array
 from twbal.core.plant import Observation
 from twbal.core.reference import Reference
@@ -131,13 +132,14 @@ class Channels:
             matrix[self.names.index("position")] = 0.5 * self.control_period * matrix[self.names.index("speed")]
         return matrix
 
-    def tracker(self, reference: Reference | None = None) -> "StateTracker":
+    def tracker(self, reference: Reference | None = None, feed_forward: FeedForward | None = None) -> "StateTracker":
         """Makes the states of a rollout that is going on.
 
         Args:
             reference: that the robot follows; None: it stands where it was put.
+            feed_forward: of the reference's acceleration; None: nothing is fed forward.
         """
-        return StateTracker(self, reference)
+        return StateTracker(self, reference, feed_forward)
 
     def states(self, observations: Array, commands: Array) -> Array:
         """The states of a whole rollout, (T + 1, D).
@@ -207,13 +209,19 @@ class StateTracker:
     """Makes the state of each observation of one rollout, as they come.
 
     Where the robot follows a reference, position and speed are less those of the reference: they are errors, and a
-    policy that holds a place follows a moving one. While the reference gives way, the position's integral may shrink,
-    but does not grow (conditional integration; Åström and Hägglund, Advanced PID Control, 2006, §3.5).
+    policy that holds a place follows a moving one. With feed-forward all channels but the yaw rate are errors: tilt,
+    tilt rate and acceleration are less those that go with the reference's acceleration, past commands less the torque
+    that was added to them, and position and speed less those of the leaning robot's axle (`Lead`). While the reference
+    gives way, the position's integral may shrink, but does not grow (conditional integration; Åström and Hägglund,
+    Advanced PID Control, 2006, §3.5).
     """
 
-    def __init__(self, channels: Channels, reference: Reference | None = None) -> None:
+    def __init__(
+        self, channels: Channels, reference: Reference | None = None, feed_forward: FeedForward | None = None
+    ) -> None:
         self._channels = channels
         self._reference = reference
+        self._leader = Leader(feed_forward) if reference is not None and feed_forward is not None else None
         self._origin: float | None = None
         self._before = (0.0, 0.0)  # time and position at the last observation [s], [m]
         self._integral = 0.0
@@ -238,7 +246,23 @@ class StateTracker:
             motion = reference.follow(seen.time, values["position"], values["speed"])
             values["position"] -= motion.position
             values["speed"] -= motion.speed
+            if self._leader is not None:
+                self._subtract(self._leader.follow(motion.speed, seen.time - time), values)
         self._before, values["position_integral"] = (seen.time, values["position"]), self._integral
         for name, lag in channels.lags.items():
-            values[name] = past_commands[-lag] if lag <= len(past_commands) else 0.0
+            values[name] = past_commands[-lag] - self._torque(lag) if lag <= len(past_commands) else 0.0
         return np.array([values[n] for n in channels.names])
+
+    @property
+    def lead(self) -> Lead:
+        """By which the robot leads now."""
+        return self._leader.leads[-1] if self._leader is not None and self._leader.leads else NO_LEAD
+
+    def _torque(self, lag: int) -> float:
+        """What was added to the policy's command some control periods ago [N·m]."""
+        return 0.0 if self._leader is None else self._leader.leads[-1 - lag].torque
+
+    @staticmethod
+    def _subtract(lead: Lead, values: dict[str, Any]) -> None:
+        for name in ("tilt", "tilt_rate", "acceleration", "position", "speed"):
+            values[name] -= getattr(lead, name)
