@@ -113,12 +113,13 @@ ALL = Channels(NAMES, RADIUS, PERIOD)
 
 
 def states(robot: RobotParameters, speed: float | None, forward: FeedForward | None) -> tuple[Array, list[float]]:
-    """Of a robot that is driven at random, and the torques that are added."""
+    """What a policy sees of a robot that is driven at random, and the torques that are added."""
     rng = np.random.default_rng(5)
     tracker = ALL.tracker(None if speed is None else Reference(Asked(speed)), forward)
     found, commands, torques = [], [], []
     for time in np.arange(0.0, 1.0, PERIOD).tolist():
-        found.append(tracker.state(Observation(time, *rng.normal(size=6) * 0.1), commands))
+        tracker.state(Observation(time, *rng.normal(size=6) * 0.1), commands)
+        found.append(tracker.for_policy)
         torques.append(tracker.lead.torque)
         commands.append(float(rng.normal()))
     return np.array(found), torques
@@ -144,6 +145,14 @@ def test_the_state_is_less_what_goes_with_the_acceleration_and_commands_less_wha
     np.testing.assert_allclose(lead[1:, 4], torques[:-1], atol=1e-12)
     np.testing.assert_allclose(lead[:, 5], -forward.height * lead[:, 0], atol=1e-12)
     assert gained.max() == pytest.approx(0.5, abs=0.01)
+
+
+def test_what_is_recorded_is_less_the_reference_alone(robot: RobotParameters) -> None:
+    with_it, without = (ALL.tracker(Reference(Asked(0.8)), each) for each in (FeedForward.of_robot(robot), None))
+    for time in np.arange(0.0, 1.0, PERIOD).tolist():
+        seen = Observation(time, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6)
+        found, expected = (tracker.state(seen, [1.0])[:-1] for tracker in (with_it, without))
+        assert found.tolist() == expected.tolist()
 
 
 def test_what_is_added_is_cut_to_the_torque_limit(robot: RobotParameters) -> None:

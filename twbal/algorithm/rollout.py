@@ -107,9 +107,9 @@ def _drive(
         if ending := record.shown_to(watch):
             record.end(*ending)
             return
-        command = controller(record.states[-1])
+        command = controller(record.for_policy)
         if not math.isfinite(command):
-            state = record.states[-1].tolist()
+            state = record.for_policy.tolist()
             record.end(
                 Outcome.POLICY_FAULT, f"The policy commands {command} N·m, which is no number, in state {state}."
             )
@@ -182,6 +182,11 @@ class _Record:
         if self.heading is not None:
             self.heading.follow(seen, apart, self._reference.motion if self._reference else Motion())
         self.states.append(state)
+
+    @property
+    def for_policy(self) -> Array:
+        """The last state as the policy sees it."""
+        return self._tracker.for_policy
 
     def led(self, command: float) -> float:
         """The policy's command [N·m] with the torque that the reference's acceleration needs."""

@@ -209,11 +209,15 @@ class StateTracker:
     """Makes the state of each observation of one rollout, as they come.
 
     Where the robot follows a reference, position and speed are less those of the reference: they are errors, and a
-    policy that holds a place follows a moving one. With feed-forward all channels but the yaw rate are errors: tilt,
-    tilt rate and acceleration are less those that go with the reference's acceleration, past commands less the torque
-    that was added to them, and position and speed less those of the leaning robot's axle (`Lead`). While the reference
-    gives way, the position's integral may shrink, but does not grow (conditional integration; Åström and Hägglund,
-    Advanced PID Control, 2006, §3.5).
+    policy that holds a place follows a moving one. While the reference gives way, the position's integral may shrink,
+    but does not grow (conditional integration; Åström and Hägglund, Advanced PID Control, 2006, §3.5).
+
+    With feed-forward a policy sees more errors: tilt, tilt rate and acceleration are less those that go with the
+    reference's acceleration, past commands less the torque that was added to them, position and its integral, and speed
+    less those of the axle of a robot that leans so (`Lead`). What is recorded stays less the reference alone.
+
+    Attributes:
+        for_policy: the last state as a policy is to see it, (D,).
     """
 
     def __init__(
@@ -221,6 +225,7 @@ class StateTracker:
     ) -> None:
         self._channels = channels
         self._reference = reference
+        self.for_policy = np.zeros(len(channels.names))
         self._leader = Leader(feed_forward) if reference is not None and feed_forward is not None else None
         self._origin: float | None = None
         self._before = (0.0, 0.0)  # time and position at the last observation [s], [m]
@@ -247,22 +252,22 @@ class StateTracker:
             values["position"] -= motion.position
             values["speed"] -= motion.speed
             if self._leader is not None:
-                self._subtract(self._leader.follow(motion.speed, seen.time - time), values)
-        self._before, values["position_integral"] = (seen.time, values["position"]), self._integral
+                self._leader.follow(motion.speed, seen.time - time)
+        self._before = (seen.time, values["position"] - self.lead.position)
+        values["position_integral"] = self._integral
         for name, lag in channels.lags.items():
-            values[name] = past_commands[-lag] - self._torque(lag) if lag <= len(past_commands) else 0.0
-        return np.array([values[n] for n in channels.names])
+            values[name] = past_commands[-lag] if lag <= len(past_commands) else 0.0
+        state = np.array([values[n] for n in channels.names])
+        self.for_policy = state if self._leader is None else state - self._led(self._leader.leads)
+        return state
 
     @property
     def lead(self) -> Lead:
         """By which the robot leads now."""
         return self._leader.leads[-1] if self._leader is not None and self._leader.leads else NO_LEAD
 
-    def _torque(self, lag: int) -> float:
-        """What was added to the policy's command some control periods ago [N·m]."""
-        return 0.0 if self._leader is None else self._leader.leads[-1 - lag].torque
-
-    @staticmethod
-    def _subtract(lead: Lead, values: dict[str, Any]) -> None:
-        for name in ("tilt", "tilt_rate", "acceleration", "position", "speed"):
-            values[name] -= getattr(lead, name)
+    def _led(self, leads: Sequence[Lead]) -> Array:
+        """By how much each channel is led, (D,)."""
+        now = leads[-1]._asdict()
+        added = {name: leads[-1 - lag].torque for name, lag in self._channels.lags.items() if lag < len(leads)}
+        return np.array([added.get(name, now.get(name, 0.0)) for name in self._channels.names])
