@@ -7,7 +7,7 @@ from scipy.linalg import solve_continuous_are
 
 from twbal.core.channels import Channels
 from twbal.core.course import Target
-from twbal.core.feed_forward import MOST, NO_LEAD, FeedForward, Leader
+from twbal.core.feed_forward import NO_LEAD, FeedForward, Leader
 from twbal.core.gaussian import Array
 from twbal.core.motion_limits import MotionLimits
 from twbal.core.motion_profile import Motion, profile_to_speed
@@ -87,13 +87,12 @@ def test_accelerations_are_those_of_the_reference_half_a_period_before(robot: Ro
     assert found == leader.leads[-1] == pytest.approx(NO_LEAD, abs=1e-9)
 
 
-def test_a_reference_whose_speed_jumps_asks_for_no_more_than_twice_the_limits(robot: RobotParameters) -> None:
-    forward, limits = FeedForward.of_robot(robot), MotionLimits.of_robot(robot)
-    leader = Leader(forward)
-    leader.follow(1.0, 0.0)
-    found = leader.follow(0.0, PERIOD)
-    assert found.acceleration == -MOST * limits.acceleration
-    assert found.tilt_rate == pytest.approx(-MOST * limits.jerk * forward.lean)
+def test_a_jump_of_the_speed_is_not_fed_forward(robot: RobotParameters) -> None:
+    """As where a robot's host falls silent: within one period the reference is at rest."""
+    leader = Leader(FeedForward.of_robot(robot))
+    found = [leader.follow(speed, PERIOD) for speed in (0.0, 0.5 * PERIOD, 0.8, 0.0, 0.0)]
+    assert found[1].acceleration == pytest.approx(0.5)
+    assert found[2:] == [NO_LEAD] * 3
 
 
 class Asked:

@@ -17,9 +17,9 @@ from twbal.core.mobility import inertias
 from twbal.core.motion_limits import MotionLimits
 from twbal.core.robot_parameters import GRAVITY, RobotParameters
 
-MOST = 2.0
-"""Largest acceleration and jerk that are fed forward, in those of the sheet's limits: a reference that jumps, as one
-whose messages were lost, is not to throw the robot over."""
+MOST = 4.0
+"""Largest acceleration and jerk that are fed forward, in those of the sheet's limits. What is beyond is a jump, as of a
+reference that comes to rest on a robot whose host has fallen silent, and is left to the policy."""
 
 
 class Lead(NamedTuple):
@@ -82,13 +82,16 @@ class FeedForward(NamedTuple):
         """For an acceleration [m/s²] and its rate [m/s³]."""
         if acceleration == jerk == 0.0:
             return NO_LEAD
-        acceleration, jerk = _within(acceleration, self.acceleration), _within(jerk, self.jerk)
+        acceleration = acceleration if abs(acceleration) <= self.acceleration else 0.0
+        jerk = jerk if abs(jerk) <= self.jerk else 0.0
         tilt, rate = self.lean * acceleration, self.lean * jerk
         return Lead(tilt, rate, acceleration, -self.height * tilt, -self.height * rate, self.torque * acceleration)
 
     def added(self, command: float, torque: float) -> float:
         """A policy's command with the torque of a lead, cut to the torque limit [N·m]."""
-        return command if torque == 0.0 else _within(command + torque, self.torque_limit)
+        if torque == 0.0:
+            return command
+        return min(max(command + torque, -self.torque_limit), self.torque_limit)
 
 
 NO_FEED_FORWARD = FeedForward(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -125,7 +128,3 @@ class Leader:
         self._speed, self._acceleration = speed, acceleration
         self.leads.append(self._feed_forward.lead(acceleration, jerk))
         return self.leads[-1]
-
-
-def _within(value: float, most: float) -> float:
-    return min(max(value, -most), most)

@@ -77,6 +77,12 @@ static inline float twbal_policy_within(float value, float most)
     return value > most ? most : (value < -most ? -most : value);
 }}
 
+/* What is beyond is a jump, which is not fed forward. */
+static inline float twbal_policy_no_jump(float value, float most)
+{{
+    return fabsf(value) <= most ? value : 0.0f;
+}}
+
 /* The state at one instant; observations come in order. */
 static inline void twbal_policy_state(
     twbal_policy_memory* memory, const twbal_observation* seen, const twbal_reference* asked,
@@ -86,9 +92,9 @@ static inline void twbal_policy_state(
     const float speed = {radius} * (seen->wheel_rate + seen->tilt_rate);
     const float gained = seen->duration > 0.0f ? (asked->speed - memory->asked) / seen->duration : 0.0f;
     const float jerk = seen->duration > 0.0f ? (gained - memory->gained) / seen->duration : 0.0f;
-    const float acceleration = twbal_policy_within(gained, TWBAL_POLICY_MAX_ACCELERATION);
+    const float acceleration = twbal_policy_no_jump(gained, TWBAL_POLICY_MAX_ACCELERATION);
     const float tilt = TWBAL_POLICY_LEAN * acceleration;
-    const float tilt_rate = TWBAL_POLICY_LEAN * twbal_policy_within(jerk, TWBAL_POLICY_MAX_JERK);
+    const float tilt_rate = TWBAL_POLICY_LEAN * twbal_policy_no_jump(jerk, TWBAL_POLICY_MAX_JERK);
     if (!memory->started) {{
         memory->started = 1;
         memory->origin = path;
