@@ -7,7 +7,7 @@ from scipy.linalg import solve_continuous_are
 
 from twbal.core.channels import Channels
 from twbal.core.course import Target
-from twbal.core.feed_forward import NO_LEAD, FeedForward, Leader
+from twbal.core.feed_forward import NO_LEAD, FeedForward, Leader, added
 from twbal.core.gaussian import Array
 from twbal.core.motion_limits import MotionLimits
 from twbal.core.motion_profile import Motion, profile_to_speed
@@ -68,7 +68,7 @@ def farthest_from_the_reference(robot: RobotParameters, forward: FeedForward | N
 
 
 def nothing() -> FeedForward:
-    return FeedForward(0.0, 0.0, 0.0, 1.0, 1.0, 20.0)
+    return FeedForward(0.0, 0.0, 0.0, 1.0, 1.0)
 
 
 def test_a_regulated_robot_follows_a_ramp_many_times_closer_with_it(robot: RobotParameters) -> None:
@@ -129,7 +129,7 @@ def test_without_a_moving_reference_no_bit_of_a_state_changes(robot: RobotParame
     with_it, torques = states(robot, speed, FeedForward.of_robot(robot))
     assert with_it.tobytes() == states(robot, None, None)[0].tobytes()
     assert not any(torques)
-    assert FeedForward.of_robot(robot).added(-0.3, 0.0) == -0.3
+    assert added(-0.3, 0.0, 20.0) == -0.3
 
 
 def test_the_state_is_less_what_goes_with_the_acceleration_and_commands_less_what_was_added(
@@ -154,6 +154,5 @@ def test_what_is_recorded_is_less_the_reference_alone(robot: RobotParameters) ->
         assert found.tolist() == expected.tolist()
 
 
-def test_what_is_added_is_cut_to_the_torque_limit(robot: RobotParameters) -> None:
-    forward = FeedForward.of_robot(robot)
-    assert [forward.added(each, 1.5) for each in (0.2, 19.0, -21.0)] == [1.7, 20.0, -19.5]
+def test_what_is_added_is_cut_to_the_largest_command() -> None:
+    assert [added(each, 1.5, 20.0) for each in (0.2, 19.0, -21.0)] == [1.7, 20.0, -19.5]

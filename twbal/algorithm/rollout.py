@@ -8,7 +8,7 @@ import numpy as np
 from twbal.core.channels import Channels
 from twbal.core.episode import Ending, Episode, Event, Outcome, Provenance
 from twbal.core.errors import ConfigError, LinkLostError
-from twbal.core.feed_forward import FeedForward
+from twbal.core.feed_forward import FeedForward, added
 from twbal.core.gaussian import Array
 from twbal.core.heading import HeadingSample
 from twbal.core.heading_control import HeadingControl
@@ -65,7 +65,7 @@ def rollout(
         try:
             controller = policy.controller(rng)
             record.note(plant.reset(provenance.trial), plant.pose(), plant.wheel_difference())
-            _drive(plant, controller, record, steps, tilt_limit, watch)
+            _drive(plant, controller, record, steps, tilt_limit, watch, _most_command(policy))
         except (LinkLostError, KeyboardInterrupt) as ended:
             record.end_by(ended)
         finally:
@@ -96,10 +96,26 @@ def _check_tilt_limit(tilt_limit: float) -> None:
         )
 
 
+def _most_command(policy: Policy) -> float:
+    """The largest command of a policy [N·m]; where it tells none, the plant cuts what is too large."""
+    most: float = getattr(policy, "max_command", math.inf)
+    return most
+
+
 def _drive(
-    plant: Plant, controller: Controller, record: "_Record", steps: int, tilt_limit: float, watch: Watch | None
+    plant: Plant,
+    controller: Controller,
+    record: "_Record",
+    steps: int,
+    tilt_limit: float,
+    watch: Watch | None,
+    most: float,
 ) -> None:
-    """From the first observation to the last, to the tilt limit, or to where `watch` ends it."""
+    """From the first observation to the last, to the tilt limit, or to where `watch` ends it.
+
+    Args:
+        most: command to which the policy's, with what is fed forward, is cut [N·m].
+    """
     while len(record.commands) < steps:
         if abs(record.seen[-1].tilt) > tilt_limit:
             record.outcome = Outcome.TILT_LIMIT
@@ -114,7 +130,7 @@ def _drive(
                 Outcome.POLICY_FAULT, f"The policy commands {command} N·m, which is no number, in state {state}."
             )
             return
-        command = record.led(command)
+        command = added(command, record.lead_torque, most)
         record.tell(plant)
         if record.heading is not None:
             plant.steer(record.heading.difference(command))
@@ -150,7 +166,6 @@ class _Record:
         self.heading = heading
         self._channels = channels
         self._reference = reference
-        self._feed_forward = feed_forward
         self._tracker = channels.tracker(reference, feed_forward)
         self._events: list[Event] = []
         self._ended_by: BaseException | None = None
@@ -188,11 +203,10 @@ class _Record:
         """The last state as the policy sees it."""
         return self._tracker.for_policy
 
-    def led(self, command: float) -> float:
-        """The policy's command [N·m] with the torque that the reference's acceleration needs."""
-        if self._feed_forward is None:
-            return command
-        return self._feed_forward.added(command, self._tracker.lead.torque)
+    @property
+    def lead_torque(self) -> float:
+        """What the reference's acceleration needs [N·m]."""
+        return self._tracker.lead.torque
 
     def tell(self, plant: Plant) -> None:
         """Tell the robot the reference at the last observation, where there is one."""

@@ -11,15 +11,16 @@ axle moves as the reference does, with acceleration v̇, if
 but for θ̈, which is 0 while the acceleration grows or falls at a steady rate, as that of a jerk-limited reference does.
 """
 
+from math import radians
 from typing import NamedTuple, Self
 
-from twbal.core.mobility import inertias
-from twbal.core.motion_limits import MotionLimits
+from twbal.core.mobility import falling_time, inertias, leaning_acceleration
+from twbal.core.motion_limits import RAMP_TIME
 from twbal.core.robot_parameters import GRAVITY, RobotParameters
 
-MOST = 4.0
-"""Largest acceleration and jerk that are fed forward, in those of the sheet's limits. What is beyond is a jump, as of a
-reference that comes to rest on a robot whose host has fallen silent, and is left to the policy."""
+LARGEST_LEAN = radians(20.0)
+"""Four times that of a reference within the sheet's limits [rad]. What needs more is a jump, as of a reference that
+comes to rest on a robot whose host has fallen silent, and is left to the policy."""
 
 
 class Lead(NamedTuple):
@@ -54,7 +55,6 @@ class FeedForward(NamedTuple):
         torque: per acceleration, a / r [kg·m].
         acceleration: largest that is fed forward [m/s²].
         jerk: likewise [m/s³].
-        torque_limit: of the robot [N·m].
     """
 
     lean: float
@@ -62,20 +62,18 @@ class FeedForward(NamedTuple):
     torque: float
     acceleration: float
     jerk: float
-    torque_limit: float
 
     @classmethod
     def of_robot(cls, robot: RobotParameters) -> Self:
         """That of a robot's sheet."""
         a, b, c = inertias(robot)
-        limits = MotionLimits.of_robot(robot)
+        largest = leaning_acceleration(robot, LARGEST_LEAN)
         return cls(
             lean=(a + b) / (robot.wheel_radius * robot.body_mass * GRAVITY * robot.com_height),
             height=robot.wheel_radius * (b + c) / (a + b),
             torque=a / robot.wheel_radius,
-            acceleration=MOST * limits.acceleration,
-            jerk=MOST * limits.jerk,
-            torque_limit=robot.torque_limit,
+            acceleration=largest,
+            jerk=largest / (RAMP_TIME * falling_time(robot)),
         )
 
     def lead(self, acceleration: float, jerk: float) -> Lead:
@@ -87,15 +85,14 @@ class FeedForward(NamedTuple):
         tilt, rate = self.lean * acceleration, self.lean * jerk
         return Lead(tilt, rate, acceleration, -self.height * tilt, -self.height * rate, self.torque * acceleration)
 
-    def added(self, command: float, torque: float) -> float:
-        """A policy's command with the torque of a lead, cut to the torque limit [N·m]."""
-        if torque == 0.0:
-            return command
-        return min(max(command + torque, -self.torque_limit), self.torque_limit)
 
-
-NO_FEED_FORWARD = FeedForward(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+NO_FEED_FORWARD = FeedForward(0.0, 0.0, 0.0, 0.0, 0.0)
 """Of a robot that is told of place and speed alone."""
+
+
+def added(command: float, torque: float, most: float) -> float:
+    """A policy's command with the torque of a lead, within ± `most` [N·m]."""
+    return command if torque == 0.0 else min(max(command + torque, -most), most)
 
 
 class Leader:
