@@ -8,7 +8,7 @@ _MEASURED = {
     "tilt": "seen->tilt - tilt",
     "tilt_rate": "seen->tilt_rate - tilt_rate",
     "acceleration": "seen->acceleration - acceleration",
-    "speed": "speed - (asked->speed - TWBAL_POLICY_HEIGHT * tilt_rate)",
+    "speed": "speed - asked->speed + TWBAL_POLICY_HEIGHT * tilt_rate",
     "yaw_rate": "seen->yaw_rate",
     "position": "memory->position",
     "position_integral": "memory->integral",
