@@ -18,6 +18,7 @@ from twbal.algorithm.rollout import rollout
 from twbal.cli.composition import composing
 from twbal.core.channels import Channels
 from twbal.core.episode import Episode, Provenance
+from twbal.core.feed_forward import FeedForward
 from twbal.core.heading_control import HeadingControl
 from twbal.core.plant import Plant
 from twbal.policies.saved import load_policy
@@ -71,6 +72,7 @@ class Driver:
                 provenance=Provenance(sheet.name, "robot", trial=trial),
                 targets=task.course,
                 heading=HeadingControl(sheet, task.course.heading, plant.has_yaw_gyro),
+                feed_forward=FeedForward.of_robot(sheet),
             )
 
     def _judged(self, episode: Episode, task: Task) -> Mapping[str, Any]:

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from twbal.core.channels import Channels
+from twbal.core.feed_forward import FeedForward
 from twbal.core.gaussian import Array
 from twbal.core.robot_parameters import RobotParameters
 from twbal.embedded.compiler import CompiledPolicy, c_compiler
@@ -59,7 +60,8 @@ POLICIES: dict[str, SavedPolicy] = {
 def exported(policy: SavedPolicy, robot: RobotParameters) -> Exported:
     """What is written as a header."""
     channels = Channels(policy.channels, robot.wheel_radius, robot.control_period)
-    return Exported(policy, channels, robot.control_period, robot.name, "Made by a test.")
+    made_by = "Made by a test."
+    return Exported(policy, channels, robot.control_period, robot.name, made_by, FeedForward.of_robot(robot))
 
 
 def widths_of(policy: SavedPolicy, robot: RobotParameters) -> Array:

@@ -76,14 +76,16 @@ def test_without_wheels_that_are_told_apart_the_gyro_is_taken_as_it_is() -> None
 
 
 class Spinning:
-    """ψ̈ = b d / (2 r J) less dry friction, by small steps; a difference acts one period late."""
+    """ψ̈ = b d / (2 r J) less dry friction, by small steps; a difference acts some periods late."""
 
-    def __init__(self, robot: RobotParameters, friction: float = 0.0, inertia: float = 1.0) -> None:
-        self.heading = self.rate = self._waiting = 0.0
+    def __init__(self, robot: RobotParameters, friction: float = 0.0, inertia: float = 1.0, late: int = 1) -> None:
+        self.heading = self.rate = 0.0
+        self._waiting = [0.0] * late
         self._mobility, self._friction, self.is_held = yaw_mobility(robot) / inertia, friction, False
 
     def step(self, difference: float) -> None:
-        acting, self._waiting = self._waiting, difference
+        self._waiting.append(difference)
+        acting = self._waiting.pop(0)
         for _ in range(20):
             push = acting - self._friction * math.tanh(self.rate / 0.01)
             self.rate += PERIOD / 20 * self._mobility * push * (not self.is_held)
@@ -102,11 +104,12 @@ def spun(
     command: float = 0.0,
     held: float = 0.0,
     true_inertia: float = 1.0,
+    late: int = 1,
 ) -> tuple[np.ndarray, list[str]]:
     """True headings less those of the reference, the samples and the events of a turn after 1 s; held until `held`."""
     course = Course.from_settings(robot, [{"seconds": 1.0, "speed": 0.0}, {"turn": degrees}]).heading
     assert course is not None
-    control, plant = HeadingControl(robot, course, has_gyro=True), Spinning(robot, friction, true_inertia)
+    control, plant = HeadingControl(robot, course, has_gyro=True), Spinning(robot, friction, true_inertia, late)
     rows = []
     for time in np.arange(0.0, 12.0, PERIOD).tolist():
         plant.is_held = time < held
@@ -138,6 +141,14 @@ def test_what_was_integrated_against_friction_does_not_drive_the_robot_on_when_t
     rows, _ = spun(paper(), degrees, friction=1.5)
     beyond = np.degrees(math.copysign(1.0, degrees) * rows[:, 1]).max() - abs(degrees)
     assert beyond < 0.2
+
+
+def test_a_robot_that_is_light_and_reacts_late_is_not_shaken() -> None:
+    """Beyond the delay at which the loop of the sheet's gains is stable: it shakes a few times, and then no more."""
+    rows, _ = spun(paper(), 90.0, true_inertia=0.7, late=3)
+    late = rows[rows[:, 0] > 8.0]
+    assert np.abs(late[:, -1]).max() < 0.1
+    assert np.degrees(late[-1, 1]) == pytest.approx(90.0, abs=3.0)
 
 
 def test_the_difference_keeps_within_its_share_and_within_what_balancing_leaves() -> None:

@@ -115,13 +115,17 @@ def test_a_reference_that_gives_way_holds_the_integral_as_in_twbal(paper, rng):
     policy, count = POLICIES["place"], 300
     observations = np.cumsum(rng.normal(size=(count, 7)), axis=0) * [0, 0.01, 0.1, 0, 0.5, 0.3, 0]
     observations[:, 0] = paper.control_period * np.arange(count)
-    asked = np.cumsum(rng.normal(size=(count, 3)), axis=0) * [0.05, 0.05, 0.0]
+    asked = np.cumsum(rng.normal(size=(count, 3)), axis=0) * [0.05, 0.005, 0.0]
     asked[:, 2] = np.arange(count) // 25 % 2
     with compiled(policy, paper) as header_:
         found = header_.rollout(observations, asked)
         standing = header_.rollout(observations)
-    tracker = StateTracker(exported(policy, paper).channels, Asked(asked))
-    expected = [tracker.state(Observation(*row), list(found.commands[:n])) for n, row in enumerate(observations)]
+    made = exported(policy, paper)
+    tracker = StateTracker(made.channels, Asked(asked), made.feed_forward)
+    expected = []
+    for n, row in enumerate(observations):
+        tracker.state(Observation(*row), list(found.commands[:n]))
+        expected.append(tracker.for_policy)
     np.testing.assert_allclose(found.states, expected, rtol=1e-5, atol=2e-5)
     assert np.abs(standing.states[:, -1] - found.states[:, -1]).max() > 0.01
 

@@ -15,6 +15,7 @@ from twbal.core.channels import Channels
 from twbal.core.course import Target
 from twbal.core.episode import Outcome, Provenance
 from twbal.core.errors import ConfigError, LinkLostError
+from twbal.core.feed_forward import FeedForward
 from twbal.core.motion_limits import MotionLimits
 from twbal.embedded.header import Exported, header
 from twbal.link.serial_plant import SerialPlant
@@ -46,9 +47,9 @@ def robot(*words, on_board=False):
         yield plant
 
 
-def driven(plant, trial=1, steps=120, targets=None):
+def driven(plant, trial=1, steps=120, targets=None, feed_forward=None):
     provenance = Provenance(plant.robot_name, "robot", trial=trial)
-    return rollout(plant, POLICY, CHANNELS, steps, 0.5236, provenance, targets)
+    return rollout(plant, POLICY, CHANNELS, steps, 0.5236, provenance, targets, feed_forward=feed_forward)
 
 
 @pytest.fixture(scope="module")
@@ -56,7 +57,8 @@ def with_policy(paper):
     """The program with the policy on board."""
     folder = build_folder() / "on_board"
     folder.mkdir()
-    (folder / "policy.h").write_text(header(Exported(POLICY, CHANNELS, 0.02, "paper", "Made by a test.")))
+    exported = Exported(POLICY, CHANNELS, 0.02, "paper", "Made by a test.", FeedForward.of_robot(paper))
+    (folder / "policy.h").write_text(header(exported))
     make("all", f"POLICY={folder}", folder=folder)
     return folder / "robot_posix"
 
@@ -86,14 +88,16 @@ def test_the_policy_on_board_drives_as_the_one_here_within_single_precision(in_p
 
 
 @pytest.mark.slow
-def test_the_policy_on_board_follows_the_hosts_reference(with_policy):
+def test_the_policy_on_board_follows_the_hosts_reference(with_policy, paper):
     """A speed is an error for a policy without place; what it commands differs from standing as the host's own does."""
     with robot(f"firmware={with_policy}", on_board=True) as plant:
         on_board = driven(plant, steps=80, targets=Forward())
         standing = driven(plant, steps=80)
     with robot() as plant:
-        here = driven(plant, steps=80, targets=Forward())
+        here = driven(plant, steps=80, targets=Forward(), feed_forward=FeedForward.of_robot(paper))
+        without = driven(plant, steps=80, targets=Forward())
     np.testing.assert_allclose(on_board.commands, here.commands, atol=5e-3)
+    assert np.abs(on_board.commands - without.commands[: len(on_board.commands)]).max() > 0.1  # the board feeds forward
     assert np.abs(on_board.commands - standing.commands[: len(on_board.commands)]).max() > 0.1
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from twbal.core.channels import Channels
 from twbal.core.episode import Ending, Episode, Event, Outcome, Provenance
 from twbal.core.errors import ConfigError, LinkLostError
+from twbal.core.feed_forward import FeedForward, added
 from twbal.core.gaussian import Array
 from twbal.core.heading import HeadingSample
 from twbal.core.heading_control import HeadingControl
@@ -36,6 +37,7 @@ def rollout(
     targets: Targets | None = None,
     heading: HeadingControl | None = None,
     watch: Watch | None = None,
+    feed_forward: FeedForward | None = None,
 ) -> Episode:
     """Drive `plant` by `policy` for at most `steps` control periods.
 
@@ -50,6 +52,7 @@ def rollout(
         targets: where the reference goes that the robot is to follow; None: it is to stay where it was put.
         heading: controls the heading, for this rollout; None: nothing does.
         watch: called after each observation, before the command; None: nobody ends the rollout.
+        feed_forward: of the reference's acceleration; None: nothing is fed forward.
 
     Raises:
         ConfigError: the tilt limit would never end a fall.
@@ -57,12 +60,12 @@ def rollout(
     """
     _check_tilt_limit(tilt_limit)
     rng = generator(Stream.EXPLORATION, provenance.seed, provenance.trial)
-    record = _Record(channels, None if targets is None else Reference(targets), heading)
+    record = _Record(channels, None if targets is None else Reference(targets), heading, feed_forward)
     try:
         try:
             controller = policy.controller(rng)
             record.note(plant.reset(provenance.trial), plant.pose(), plant.wheel_difference())
-            _drive(plant, controller, record, steps, tilt_limit, watch)
+            _drive(plant, controller, record, steps, tilt_limit, watch, _most_command(policy))
         except (LinkLostError, KeyboardInterrupt) as ended:
             record.end_by(ended)
         finally:
@@ -93,10 +96,26 @@ def _check_tilt_limit(tilt_limit: float) -> None:
         )
 
 
+def _most_command(policy: Policy) -> float:
+    """The largest command of a policy [N·m]; where it tells none, the plant cuts what is too large."""
+    most: float = getattr(policy, "max_command", math.inf)
+    return most
+
+
 def _drive(
-    plant: Plant, controller: Controller, record: "_Record", steps: int, tilt_limit: float, watch: Watch | None
+    plant: Plant,
+    controller: Controller,
+    record: "_Record",
+    steps: int,
+    tilt_limit: float,
+    watch: Watch | None,
+    most: float,
 ) -> None:
-    """From the first observation to the last, to the tilt limit, or to where `watch` ends it."""
+    """From the first observation to the last, to the tilt limit, or to where `watch` ends it.
+
+    Args:
+        most: command to which the policy's, with what is fed forward, is cut [N·m].
+    """
     while len(record.commands) < steps:
         if abs(record.seen[-1].tilt) > tilt_limit:
             record.outcome = Outcome.TILT_LIMIT
@@ -104,13 +123,14 @@ def _drive(
         if ending := record.shown_to(watch):
             record.end(*ending)
             return
-        command = controller(record.states[-1])
+        command = controller(record.for_policy)
         if not math.isfinite(command):
-            state = record.states[-1].tolist()
+            state = record.for_policy.tolist()
             record.end(
                 Outcome.POLICY_FAULT, f"The policy commands {command} N·m, which is no number, in state {state}."
             )
             return
+        command = added(command, record.lead_torque, most)
         record.tell(plant)
         if record.heading is not None:
             plant.steer(record.heading.difference(command))
@@ -130,7 +150,13 @@ class _Record:
         heading: what controls it, with samples of its own.
     """
 
-    def __init__(self, channels: Channels, reference: Reference | None, heading: HeadingControl | None) -> None:
+    def __init__(
+        self,
+        channels: Channels,
+        reference: Reference | None,
+        heading: HeadingControl | None,
+        feed_forward: FeedForward | None,
+    ) -> None:
         self.seen: list[Observation] = []
         self.poses: list[Pose] = []
         self.references: list[Motion] = []
@@ -140,7 +166,7 @@ class _Record:
         self.heading = heading
         self._channels = channels
         self._reference = reference
-        self._tracker = channels.tracker(reference)
+        self._tracker = channels.tracker(reference, feed_forward)
         self._events: list[Event] = []
         self._ended_by: BaseException | None = None
 
@@ -171,6 +197,16 @@ class _Record:
         if self.heading is not None:
             self.heading.follow(seen, apart, self._reference.motion if self._reference else Motion())
         self.states.append(state)
+
+    @property
+    def for_policy(self) -> Array:
+        """The last state as the policy sees it."""
+        return self._tracker.for_policy
+
+    @property
+    def lead_torque(self) -> float:
+        """What the reference's acceleration needs [N·m]."""
+        return self._tracker.lead.torque
 
     def tell(self, plant: Plant) -> None:
         """Tell the robot the reference at the last observation, where there is one."""

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from twbal.core.errors import ConfigError
+from twbal.core.feed_forward import NO_LEAD, FeedForward, Lead, Leader
 from twbal.core.gaussian import Array
 from twbal.core.plant import Observation
 from twbal.core.reference import Reference
@@ -131,13 +132,14 @@ class Channels:
             matrix[self.names.index("position")] = 0.5 * self.control_period * matrix[self.names.index("speed")]
         return matrix
 
-    def tracker(self, reference: Reference | None = None) -> "StateTracker":
+    def tracker(self, reference: Reference | None = None, feed_forward: FeedForward | None = None) -> "StateTracker":
         """Makes the states of a rollout that is going on.
 
         Args:
             reference: that the robot follows; None: it stands where it was put.
+            feed_forward: of the reference's acceleration; None: nothing is fed forward.
         """
-        return StateTracker(self, reference)
+        return StateTracker(self, reference, feed_forward)
 
     def states(self, observations: Array, commands: Array) -> Array:
         """The states of a whole rollout, (T + 1, D).
@@ -209,11 +211,22 @@ class StateTracker:
     Where the robot follows a reference, position and speed are less those of the reference: they are errors, and a
     policy that holds a place follows a moving one. While the reference gives way, the position's integral may shrink,
     but does not grow (conditional integration; Åström and Hägglund, Advanced PID Control, 2006, §3.5).
+
+    With feed-forward a policy sees more errors: tilt, tilt rate and acceleration are less those that go with the
+    reference's acceleration, past commands less the torque that was added to them, position and its integral, and speed
+    less those of the axle of a robot that leans so (`Lead`). What is recorded stays less the reference alone.
+
+    Attributes:
+        for_policy: the last state as a policy is to see it, (D,).
     """
 
-    def __init__(self, channels: Channels, reference: Reference | None = None) -> None:
+    def __init__(
+        self, channels: Channels, reference: Reference | None = None, feed_forward: FeedForward | None = None
+    ) -> None:
         self._channels = channels
         self._reference = reference
+        self.for_policy = np.zeros(len(channels.names))
+        self._leader = Leader(feed_forward) if reference is not None and feed_forward is not None else None
         self._origin: float | None = None
         self._before = (0.0, 0.0)  # time and position at the last observation [s], [m]
         self._integral = 0.0
@@ -238,7 +251,23 @@ class StateTracker:
             motion = reference.follow(seen.time, values["position"], values["speed"])
             values["position"] -= motion.position
             values["speed"] -= motion.speed
-        self._before, values["position_integral"] = (seen.time, values["position"]), self._integral
+            if self._leader is not None:
+                self._leader.follow(motion.speed, seen.time - time)
+        self._before = (seen.time, values["position"] - self.lead.position)
+        values["position_integral"] = self._integral
         for name, lag in channels.lags.items():
             values[name] = past_commands[-lag] if lag <= len(past_commands) else 0.0
-        return np.array([values[n] for n in channels.names])
+        state = np.array([values[n] for n in channels.names])
+        self.for_policy = state if self._leader is None else state - self._led(self._leader.leads)
+        return state
+
+    @property
+    def lead(self) -> Lead:
+        """By which the robot leads now."""
+        return self._leader.leads[-1] if self._leader is not None and self._leader.leads else NO_LEAD
+
+    def _led(self, leads: Sequence[Lead]) -> Array:
+        """By how much each channel is led, (D,)."""
+        now = leads[-1]._asdict()
+        added = {name: leads[-1 - lag].torque for name, lag in self._channels.lags.items() if lag < len(leads)}
+        return np.array([added.get(name, now.get(name, 0.0)) for name in self._channels.names])

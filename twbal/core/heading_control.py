@@ -10,8 +10,10 @@ from twbal.core.plant import Observation, WheelDifference
 from twbal.core.reference import Reference, Targets
 from twbal.core.robot_parameters import RobotParameters
 
-PACE = 0.9
-"""Triple pole of the loop, as a share of the rate at which the robot falls: turning is slower than balancing."""
+PACE = 1.5
+"""Triple pole of the loop, in rates at which the robot falls. The faster, the sooner friction is overcome."""
+CALMER, CALMEST = 0.85, 0.3
+"""Factor on the pole each time that the loop is seen to shake, and the least share of it that is left."""
 _STILL = 1e-9  # of a speed of a reference [m/s], [rad/s]
 TURNS_FROM = 0.1
 """Share of the reference's largest yaw rate from which on a turn's friction is all there."""
@@ -49,9 +51,11 @@ class HeadingControl:
 
     d = (2 r J / b) (ψ̈_r + 3 p ė + 3 p² e + p³ ∫e), e = ψ_r - ψ: the robot's yaw is an integrator of an integrator,
     ψ̈ = b d / (2 r J) (`yaw_mobility`), so all three poles of the loop lie at -p. ∫e is kept in two parts, one of which
-    is there in turns only (`_Integrals`). The difference keeps within a quarter
-    of the torque limit, and within what balancing leaves of it. While it is cut, or the reference gives way, the
-    integral may shrink, but does not grow.
+    is there in turns only (`_Integrals`). The difference keeps within a quarter of the torque limit, and within what
+    balancing leaves of it. While it is cut, or the reference gives way, the integral may shrink, but does not grow.
+
+    A robot that reacts late and is easier to turn than its sheet says is shaken by a loop as fast as that: the
+    difference is cut one way, and within the time in which the robot falls the other way. Each time p becomes smaller.
 
     Args:
         robot: its sheet.
@@ -68,6 +72,8 @@ class HeadingControl:
         self.samples: list[HeadingSample] = []
         self._estimate = HeadingEstimate(robot, has_gyro)
         self._pole, self._mobility = PACE / falling_time(robot), yaw_mobility(robot)
+        self._shaking, self._calmest = falling_time(robot), CALMEST * self._pole  # [s], [1/s]
+        self._cut = (0.0, 0.0)  # time of the last cut, and what it was cut to [s], [N·m]
         self._torque_limit = robot.torque_limit
         self._fastest = targets.limits.speed
         self._integrals = _Integrals()
@@ -106,11 +112,25 @@ class HeadingControl:
         asked = (proportional + pole**3 * grown.sum(turning)) / self._mobility
         most = min(TURNING_SHARE * self._torque_limit, max(self._torque_limit - abs(command), 0.0))
         done = min(max(asked, -most), most)
+        if done != asked:
+            self._calm_down(done)
         is_kept = done == asked and not self.reference.gives_way
         if is_kept or abs(grown.sum(turning)) < abs(self._integrals.sum(turning)):
             self._integrals = grown
         self.samples[-1] = now._replace(difference=done)
         return done
+
+    def _calm_down(self, cut: float) -> None:
+        """Slow the loop down where it shakes.
+
+        Args:
+            cut: what the difference is cut to [N·m].
+        """
+        assert self._time is not None
+        time, before = self._cut
+        if cut * before < 0.0 and self._time - time < self._shaking:
+            self._pole = max(CALMER * self._pole, self._calmest)
+        self._cut = (self._time, cut)
 
     def _turn(self, reference_rate: float, error: float) -> float:
         """How much the robot turns, from -1 (to the right) to 1: a turn is over when the robot has come to its end."""

@@ -11,7 +11,7 @@ def wheel_mobility(robot: RobotParameters) -> float:
 
     The wheels roll and the body is free: c / (a c - b²) in the symbols of docs/notation.md.
     """
-    a, b, c = _inertias(robot)
+    a, b, c = inertias(robot)
     return c / (a * c - b**2)
 
 
@@ -20,7 +20,7 @@ def joint_mobility(robot: RobotParameters) -> float:
 
     As above: (a + 2 b + c) / (a c - b²).
     """
-    a, b, c = _inertias(robot)
+    a, b, c = inertias(robot)
     return (a + 2 * b + c) / (a * c - b**2)
 
 
@@ -30,7 +30,7 @@ def leaning_acceleration(robot: RobotParameters, lean: float) -> float:
     Both equations of motion with θ̈ = θ̇ = 0, added up: φ̈ = m g l sinθ / (a + b cosθ), in the symbols of
     docs/notation.md; the axle moves by r φ̈.
     """
-    a, b, _ = _inertias(robot)
+    a, b, _ = inertias(robot)
     weight = robot.body_mass * GRAVITY * robot.com_height
     return robot.wheel_radius * weight * sin(lean) / (a + b * cos(lean))
 
@@ -42,12 +42,12 @@ def acceleration_of_torque(robot: RobotParameters, torque: float) -> float:
         robot: its sheet.
         torque: of both wheels [N·m].
     """
-    return robot.wheel_radius * torque / _inertias(robot).a
+    return robot.wheel_radius * torque / inertias(robot).a
 
 
 def falling_time(robot: RobotParameters) -> float:
     """Time in which the lean of the uncontrolled body grows e-fold while the wheels stand, √(c / (m g l)) [s]."""
-    return sqrt(_inertias(robot).c / (robot.body_mass * GRAVITY * robot.com_height))
+    return sqrt(inertias(robot).c / (robot.body_mass * GRAVITY * robot.com_height))
 
 
 def yaw_inertia(robot: RobotParameters) -> float:
@@ -66,13 +66,16 @@ def yaw_mobility(robot: RobotParameters) -> float:
     return robot.track / (2.0 * robot.wheel_radius * yaw_inertia(robot))
 
 
-class _Inertias(NamedTuple):
+class Inertias(NamedTuple):
+    """Of the equations of motion, in the symbols of docs/notation.md [kg·m²]."""
+
     a: float
     b: float
     c: float
 
 
-def _inertias(robot: RobotParameters) -> _Inertias:
+def inertias(robot: RobotParameters) -> Inertias:
+    """What the wheels turn, a, what couples them to the body, b, and the body about the axle, c."""
     m, height, r = robot.body_mass, robot.com_height, robot.wheel_radius
     a = (m + 2 * robot.wheel_mass) * r**2 + 2 * robot.wheel_inertia
-    return _Inertias(a, m * height * r, robot.body_inertia_pitch + m * height**2)
+    return Inertias(a, m * height * r, robot.body_inertia_pitch + m * height**2)

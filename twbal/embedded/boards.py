@@ -6,7 +6,7 @@ from twbal.embedded.law import Law, Operations
 from twbal.embedded.laws import law_of
 from twbal.policies.saved import SavedPolicy
 
-_ASSEMBLY = Operations(add=14, multiply=6, read=0)  # of the state, and of the cuts of its channels
+_ASSEMBLY = Operations(add=28, multiply=11, divide=2, read=0)  # of the state, and of the cuts of its channels
 _FLOAT = 4  # bytes
 _CALLS = 64  # registers and return addresses on the stack [bytes]
 _SHARE = 0.5  # of a control period, and of flash and memory, that the policy may take: the rest is the firmware's
@@ -94,7 +94,7 @@ def need_on(board: Board, policy: SavedPolicy, past: int, control_period: float)
     law = law_of(policy)
     flash = board.code + _FLOAT * law.numbers
     width = len(policy.channels)
-    memory = _FLOAT * (5 + past + 2 * width + law.scratch) + _CALLS
+    memory = _FLOAT * (8 + past + 2 * width + law.scratch) + _CALLS
     cycles = _cycles(board, law, width)
     seconds = cycles / board.clock
     parts = {

@@ -8,6 +8,7 @@ import numpy as np
 
 from twbal.core.channels import Channels
 from twbal.core.errors import DataError
+from twbal.core.feed_forward import FeedForward
 from twbal.core.files import write_atomically
 from twbal.core.gaussian import Array
 from twbal.core.robot_parameters import RobotParameters
@@ -91,7 +92,8 @@ def export_to(
     cost = None
     if basis is not None and not _has_no_more(policy, basis):
         policy, cost = _smaller(policy, basis, widths, rng)
-    exported = Exported(policy, channels, robot.control_period, robot.name, origin)
+    feed_forward = FeedForward.of_robot(robot)
+    exported = Exported(policy, channels, robot.control_period, robot.name, origin, feed_forward)
     text = header(exported)
     texts = {HEADER: text, VECTORS: vectors(exported, widths, rng), SELF_TEST: PROGRAM}
     for name, content in texts.items():

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 from twbal.core.channels import Channels
 from twbal.core.errors import ConfigError
+from twbal.core.feed_forward import NO_FEED_FORWARD, FeedForward
 from twbal.embedded.c_source import real
 from twbal.embedded.laws import law_of
 from twbal.embedded.state_assembly import TYPES, state_assembly
@@ -74,6 +75,9 @@ static inline float twbal_policy_step(
     float command;
     twbal_policy_state(memory, seen, asked, state);
     command = twbal_policy_command(state);
+    if (memory->torque != 0.0f) {{
+        command = twbal_policy_within(command + memory->torque, TWBAL_POLICY_MAX_COMMAND);
+    }}
     twbal_policy_remember(memory, command);
     return command;
 }}
@@ -91,6 +95,7 @@ class Exported(NamedTuple):
         control_period: of the robot [s].
         robot: its name.
         origin: what the header says of where it comes from, in one line.
+        feed_forward: of the acceleration of a reference.
     """
 
     policy: SavedPolicy
@@ -98,6 +103,7 @@ class Exported(NamedTuple):
     control_period: float
     robot: str
     origin: str
+    feed_forward: FeedForward = NO_FEED_FORWARD
 
 
 def header(exported: Exported) -> str:
@@ -126,7 +132,7 @@ def header(exported: Exported) -> str:
         types=TYPES,
         helpers=law.helpers,
         body=body,
-        assembly=state_assembly(channels),
+        assembly=state_assembly(channels, exported.feed_forward),
     )
     digest = hashlib.sha256(_HEADER.format(identity="", origin="", **parts).encode()).digest()
     number = max(int.from_bytes(digest[:4], "little"), 1)

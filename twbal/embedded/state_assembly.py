@@ -1,13 +1,14 @@
 """From observations to the state, as C: what `core.channels.StateTracker` does."""
 
 from twbal.core.channels import Channels
+from twbal.core.feed_forward import FeedForward
 from twbal.embedded.c_source import real
 
 _MEASURED = {
-    "tilt": "seen->tilt",
-    "tilt_rate": "seen->tilt_rate",
-    "acceleration": "seen->acceleration",
-    "speed": "speed - asked->speed",
+    "tilt": "seen->tilt - tilt",
+    "tilt_rate": "seen->tilt_rate - tilt_rate",
+    "acceleration": "seen->acceleration - acceleration",
+    "speed": "speed - asked->speed + TWBAL_POLICY_HEIGHT * tilt_rate",
     "yaw_rate": "seen->yaw_rate",
     "position": "memory->position",
     "position_integral": "memory->integral",
@@ -39,8 +40,21 @@ typedef struct {
     float origin;   /* path at the first observation [m] */
     float position; /* less that of the reference, at the last observation [m] */
     float integral; /* of the position [m s] */
-    float commands[TWBAL_POLICY_LAGS > 0 ? TWBAL_POLICY_LAGS : 1]; /* newest first [N m] */
+    float asked;    /* speed of the reference at the last observation [m/s] */
+    float gained;   /* its acceleration then [m/s^2] */
+    float torque;   /* that this acceleration needs, which is added to the command [N m] */
+    float commands[TWBAL_POLICY_LAGS > 0 ? TWBAL_POLICY_LAGS : 1]; /* less such torques, newest first [N m] */
 } twbal_policy_memory;
+"""
+
+_CONSTANTS = """\
+/* What the reference's acceleration needs: lean [rad] and torque [N m] for each m/s^2, how far the axle is behind for
+ * each rad of lean [m], and largest acceleration [m/s^2] and jerk [m/s^3] that count. All 0: nothing is fed forward. */
+#define TWBAL_POLICY_LEAN {lean}
+#define TWBAL_POLICY_TORQUE {torque}
+#define TWBAL_POLICY_HEIGHT {height}
+#define TWBAL_POLICY_MAX_ACCELERATION {acceleration}
+#define TWBAL_POLICY_MAX_JERK {jerk}
 """
 
 _RESET = """\
@@ -50,6 +64,7 @@ static inline void twbal_policy_reset(twbal_policy_memory* memory)
     int k;
     memory->started = memory->gave_way = 0;
     memory->origin = memory->position = memory->integral = 0.0f;
+    memory->asked = memory->gained = memory->torque = 0.0f;
     for (k = 0; k < TWBAL_POLICY_LAGS; ++k) {
         memory->commands[k] = 0.0f;
     }
@@ -57,6 +72,17 @@ static inline void twbal_policy_reset(twbal_policy_memory* memory)
 """
 
 _STATE = """\
+static inline float twbal_policy_within(float value, float most)
+{{
+    return value > most ? most : (value < -most ? -most : value);
+}}
+
+/* What is beyond is a jump, which is not fed forward. */
+static inline float twbal_policy_no_jump(float value, float most)
+{{
+    return fabsf(value) <= most ? value : 0.0f;
+}}
+
 /* The state at one instant; observations come in order. */
 static inline void twbal_policy_state(
     twbal_policy_memory* memory, const twbal_observation* seen, const twbal_reference* asked,
@@ -64,6 +90,11 @@ static inline void twbal_policy_state(
 {{
     const float path = {radius} * (seen->wheel_angle + seen->tilt);
     const float speed = {radius} * (seen->wheel_rate + seen->tilt_rate);
+    const float gained = seen->duration > 0.0f ? (asked->speed - memory->asked) / seen->duration : 0.0f;
+    const float jerk = seen->duration > 0.0f ? (gained - memory->gained) / seen->duration : 0.0f;
+    const float acceleration = twbal_policy_no_jump(gained, TWBAL_POLICY_MAX_ACCELERATION);
+    const float tilt = TWBAL_POLICY_LEAN * acceleration;
+    const float tilt_rate = TWBAL_POLICY_LEAN * twbal_policy_no_jump(jerk, TWBAL_POLICY_MAX_JERK);
     if (!memory->started) {{
         memory->started = 1;
         memory->origin = path;
@@ -77,9 +108,13 @@ static inline void twbal_policy_state(
             memory->integral = -{bound};
         }}
     }}
-    memory->position = path - memory->origin - asked->position;
+    memory->position = path - memory->origin - (asked->position - TWBAL_POLICY_HEIGHT * tilt);
     memory->gave_way = asked->gives_way;
+    memory->asked = asked->speed;
+    memory->gained = gained;
+    memory->torque = TWBAL_POLICY_TORQUE * acceleration;
     (void)speed;
+    (void)tilt_rate;
 {channels}
 }}
 """
@@ -92,15 +127,16 @@ static inline void twbal_policy_remember(twbal_policy_memory* memory, float comm
     for (k = TWBAL_POLICY_LAGS - 1; k > 0; --k) {
         memory->commands[k] = memory->commands[k - 1];
     }
-    memory->commands[0] = command;
+    memory->commands[0] = command - memory->torque;
 }
 """
 
 
-def state_assembly(channels: Channels) -> str:
+def state_assembly(channels: Channels, feed_forward: FeedForward) -> str:
     """Functions that begin a rollout, make its states and remember its commands."""
     lags = channels.lags
     sources = {**_MEASURED, **{name: f"memory->commands[{lag - 1}]" for name, lag in lags.items()}}
     lines = [f"    state[{number}] = {sources[name]}; /* {name} */" for number, name in enumerate(channels.names)]
     texts = {"radius": real(channels.wheel_radius), "bound": real(channels.max_position_integral)}
-    return "\n".join([_RESET, _STATE.format(**texts, channels="\n".join(lines)), _REMEMBER])
+    constants = _CONSTANTS.format(**{name: real(value) for name, value in feed_forward._asdict().items()})
+    return "\n".join([constants, _RESET, _STATE.format(**texts, channels="\n".join(lines)), _REMEMBER])

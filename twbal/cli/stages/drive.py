@@ -23,6 +23,7 @@ from twbal.cli.signals import on_hang_up, stopped_once
 from twbal.cli.typed_config import recorded, typed
 from twbal.core.channels import Channels
 from twbal.core.episode import Episode, Event, Outcome, Provenance
+from twbal.core.feed_forward import FeedForward
 from twbal.core.heading_control import HeadingControl
 from twbal.core.plant import Observation
 from twbal.core.robot_parameters import RobotParameters, parameter_hash
@@ -212,6 +213,7 @@ def _record(
         episode = rollout(
             *(plant, driven.policy, driven.channels, sys.maxsize, settings.tilt_limit, provenance, course, heading),
             watch=lambda *seen: frozen(*seen) or course.watch(*seen),
+            feed_forward=FeedForward.of_robot(driven.robot),
         )
     told = (*episode.events, *plant.events, *course.events, *_drives_on(episode, driven))
     episode = replace(episode, events=tuple(sorted(told)))

@@ -36,6 +36,7 @@ from twbal.core.channels import Channels
 from twbal.core.course import Course, HeadingCourse
 from twbal.core.episode import Provenance
 from twbal.core.errors import ConfigError, DataError
+from twbal.core.feed_forward import FeedForward
 from twbal.core.heading_control import HeadingControl
 from twbal.core.json_records import read_record, write_record
 from twbal.core.robot_parameters import RobotParameters, parameter_hash
@@ -224,7 +225,7 @@ def record(
             its_own = replace(provenance, robot=plant.robot_name, trial=trial)
             heading = HeadingControl(robot, headings, plant.has_yaw_gyro) if headings else None
             drive = partial(rollout, plant, policy, channels, steps, settings.tilt_limit, its_own, course, heading)
-            episode = drive(watch=FrozenSensors())
+            episode = drive(watch=FrozenSensors(), feed_forward=FeedForward.of_robot(robot))
             with_line = replace(episode, events=tuple(sorted((*episode.events, *plant.events))))
             if episode.outcome in INTERRUPTED:
                 keep_interrupted(with_line, out / "interrupted", why=" ".join(end.text for end in episode.events))
