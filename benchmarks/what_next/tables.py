@@ -6,6 +6,7 @@ from statistics import median
 from typing import Any
 
 from benchmarks.other_robots.tables import share
+from twbal.diagnosis.record import in_nats
 
 Row = Mapping[str, Any]
 _AFTER = {"repetition": "a repetition", "suggested": "the suggested experiment"}
@@ -49,9 +50,7 @@ def what_next_figures(results: Mapping[str, Any]) -> list[str]:
     }
     if both:
         medians = [median(column) for column in zip(*both, strict=True)]
-        figures["expected log likelihood ratio, suggested / repetition, median"] = " / ".join(
-            f"{value:.2g} nats" for value in medians
-        )
+        figures["expected log likelihood ratio, suggested / repetition, median"] = " / ".join(map(in_nats, medians))
     return ["| figure | value |", "|---|---|", *(f"| {name} | {value} |" for name, value in figures.items())]
 
 

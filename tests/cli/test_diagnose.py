@@ -226,9 +226,10 @@ def test_a_robot_of_another_engine_is_explained_for_the_most_part_and_nothing_is
     assert record["gap"]["closed"] > 0.75
 
 
-def test_where_no_experiment_is_safe_none_is_the_next_command(tmp_path):
+def test_where_no_experiment_is_safe_none_is_the_next_command(tmp_path, monkeypatch):
+    monkeypatch.setattr("twbal.cli.stages.diagnose.next_command", lambda stage, settings, *kept: f"twbal {stage}")
     opened = {"verdict": "unknown", "next_experiment": None, "no_safe_experiment": True}
     (tmp_path / "diagnosis.json").write_text(json.dumps(opened))
     assert "real-rollout" not in suggested_next(tmp_path)
     (tmp_path / "diagnosis.json").write_text(json.dumps({**opened, "no_safe_experiment": False}))
-    assert suggested_next(tmp_path).startswith("twbal real-rollout experiment=excite")
+    assert suggested_next(tmp_path) == "twbal real-rollout"

@@ -12,9 +12,12 @@ from twbal.cli.composition import composing
 from twbal.diagnosis.advice import on_disagreements
 from twbal.diagnosis.agreement import Difference, Pooled, Value, disagreements
 from twbal.diagnosis.candidates import always_free
+from twbal.diagnosis.contest import Contest
 from twbal.diagnosis.effect_candidates import candidates_for
 from twbal.diagnosis.hypothesis import fit_hypothesis
 from twbal.diagnosis.record import Disagreement
+from twbal.diagnosis.select import Problem
+from twbal.diagnosis.verdict import allowed_differences
 from twbal.planar.parameters import twin_parameters
 from twbal.sysid.model import Data, Model
 from twbal.sysid.noise import Noise
@@ -85,8 +88,11 @@ def odd_ones(paper, settings, odd, seed):
     data = Data(recordings[:3], 5)
     (candidate,) = [c for c in candidates_for(paper) if c.name == "coulomb_friction"]
     always = always_free(settings.tolerances, twin_parameters(paper, {}), 3)
-    chosen = fit_hypothesis(data, Model(twin_parameters(paper, {}), 0.0, NOISE), always, [candidate], 1)
-    return disagreements(data, chosen, recordings[3:], candidates_for(paper), settings)
+    start = Model(twin_parameters(paper, {}), 0.0, NOISE)
+    chosen = fit_hypothesis(data, start, always, [candidate], 1)
+    problem = Problem(data, start, always, candidates_for(paper), settings)
+    contest = Contest(data, chosen, (), problem.candidates, 1.0, allowed_differences(problem, chosen))
+    return disagreements(contest, recordings[3:])
 
 
 def test_recordings_of_one_robot_agree(paper, settings):

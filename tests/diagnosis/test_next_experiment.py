@@ -44,7 +44,7 @@ def contest(paper):
         (candidate,) = [c for c in candidates_for(paper) if c.name == name]
         fitted = fit_hypothesis(data, Model(twin_parameters(paper, {}), 0.0, NOISE), always, [candidate], 2)
         contenders.append(Contender((name,), fitted.fit, 0.5))
-    return Contest(data, fitted, tuple(contenders), (), 1.0)
+    return Contest(data, fitted, tuple(contenders), (), 1.0, {})
 
 
 def test_a_model_that_may_adapt_keeps_what_no_change_of_it_makes_up_for():

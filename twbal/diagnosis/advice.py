@@ -81,8 +81,9 @@ def on_next_experiment(
         said = f"No experiment is suggested: by simulation of one of the likeliest sets of effects ({sets}), the robot "
         return (f"{said}would come near falling, or often meet its torque limit, in each of them.", *by_hand)
     said = f"The likeliest sets of effects are: {sets}. "
-    expected = f"a log likelihood ratio of {found.separation:.2g} nats between the true one and another"
-    before = f"{found.seconds:g} s like those before bring {found.repetition:.2g}"
+    separation, repetition = found.in_nats
+    expected = f"a log likelihood ratio of {separation} between the true one and another"
+    before = f"{found.seconds:g} s like those before bring {repetition}"
     if found.repetition > found.separation:
         before += ", so a repetition is expected to tell more"
     if found.is_decisive:

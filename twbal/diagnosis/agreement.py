@@ -12,7 +12,7 @@ that is worth naming: a difference that is sure but small does not count. It is 
 recordings (Bonferroni). The recording with the least one is left out, and the others are tested again.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import NamedTuple
@@ -22,13 +22,13 @@ from scipy.stats import t as student
 
 from twbal.core.gaussian import Array
 from twbal.diagnosis.candidates import Candidate
+from twbal.diagnosis.contest import Contest
 from twbal.diagnosis.data_sheet import DATA_SHEET
 from twbal.diagnosis.hypothesis import FittedHypothesis
 from twbal.diagnosis.record import Disagreement
-from twbal.diagnosis.settings import Settings
 from twbal.sysid.fit import Fit, slopes
 from twbal.sysid.intervals import curvature
-from twbal.sysid.model import Data, Model, TiltOffset
+from twbal.sysid.model import Data, Field, Model, TiltOffset
 from twbal.sysid.recording import Recording
 
 _SURE = 0.05  # p-value below which a recording disagrees
@@ -142,32 +142,24 @@ def _scatter(pulls: Array) -> float:
     return count / max(count - 1, 1) * float(np.sum((pulls - pulls.mean()) ** 2))
 
 
-def disagreements(
-    data: Data,
-    chosen: FittedHypothesis,
-    more: Sequence[Recording],
-    candidates: Sequence[Candidate],
-    settings: Settings,
-) -> tuple[Disagreement, ...]:
+def disagreements(contest: Contest, more: Sequence[Recording]) -> tuple[Disagreement, ...]:
     """Recordings that disagree with the others, the surest first; none of fewer than two.
 
     Args:
-        data: that were fitted.
-        chosen: the fit to them.
+        contest: of effects, with the recordings that were fitted.
         more: whole recordings that were not fitted.
-        candidates: effects that a recording may have and the others not.
-        settings: of the diagnosis.
     """
+    data, chosen, allowed = contest.data, contest.chosen, contest.allowed
     recordings = (*data.recordings, *more)
     if len(recordings) < 2:
         return ()
     data = replace(data, recordings=recordings)
     pooled = _pooled(data, chosen.fit)
-    values = [*_shared(chosen, pooled, settings), *_added(data, chosen, pooled, candidates, settings)]
+    values = [*_shared(chosen, pooled, allowed), *_added(data, chosen, pooled, contest.candidates, allowed)]
     left, found = list(range(len(recordings))), list[Disagreement]()
     while len(left) > 1:
         tested = {k: [pooled.difference(k, value, left) for value in values] for k in left}
-        explaining = {k: _explaining(tested[k], settings.lines.margin) for k in left}
+        explaining = {k: _explaining(tested[k]) for k in left}
         number = min(left, key=lambda k: explaining[k][0].p_value)
         worst, *alike = explaining[number]
         p_value = min(worst.p_value * len(left) * len(values), 1.0)
@@ -190,15 +182,14 @@ def disagreements(
     return tuple(found)
 
 
-def _explaining(tested: Sequence[Difference], margin: float) -> list[Difference]:
+def _explaining(tested: Sequence[Difference]) -> list[Difference]:
     """The differences that explain a recording about as well as the best one, shared values first."""
     most = max(each.sigmas for each in tested)
-    least = np.sqrt(max(most**2 - max(margin, (1.0 - _LIKE**2) * most**2), 0.0))
-    found = [each for each in tested if each.sigmas >= least]
+    found = [each for each in tested if each.sigmas >= _LIKE * most]
     return sorted(found, key=lambda each: (not each.value.is_shared, -each.sigmas))
 
 
-def _shared(chosen: FittedHypothesis, pooled: Pooled, settings: Settings) -> list[Value]:
+def _shared(chosen: FittedHypothesis, pooled: Pooled, allowed: Mapping[Field, float]) -> list[Value]:
     """Parameters of effects, but for frequencies and phases of waves, and values of the data sheet."""
     model, found = chosen.fit.model, []
     columns = {free.field: i for i, free in enumerate(chosen.fit.frees)}
@@ -206,18 +197,21 @@ def _shared(chosen: FittedHypothesis, pooled: Pooled, settings: Settings) -> lis
         for p in candidate.parameters[:1] if candidate.is_wave else candidate.parameters:
             field = candidate.field(p)
             fitted = model.value(field)
-            form = settings.lines.form * abs(fitted - p.none)
-            found.append(Value(f"{candidate.name}.{p.name}", p.unit, pooled.J[:, columns[field]], fitted, form))
+            slope = pooled.J[:, columns[field]]
+            found.append(Value(f"{candidate.name}.{p.name}", p.unit, slope, fitted, allowed[field]))
     for field, factor in DATA_SHEET.items():
         if factor.effect not in chosen.names:
-            fitted = model.value(field)
-            form, slope = settings.lines.form * abs(fitted), pooled.J[:, columns[field]]
-            found.append(Value(f"{factor.effect}.{factor.parameter}", "", slope, fitted, form))
+            slope = pooled.J[:, columns[field]]
+            found.append(Value(f"{factor.effect}.{factor.parameter}", "", slope, model.value(field), allowed[field]))
     return found
 
 
 def _added(
-    data: Data, chosen: FittedHypothesis, pooled: Pooled, candidates: Sequence[Candidate], settings: Settings
+    data: Data,
+    chosen: FittedHypothesis,
+    pooled: Pooled,
+    candidates: Sequence[Candidate],
+    allowed: Mapping[Field, float],
 ) -> list[Value]:
     """Sizes of effects that the set does not have, but for waves, limits and values of the data sheet."""
     found = []
@@ -230,7 +224,7 @@ def _added(
         values = {candidate.field(p): p.start for p in candidate.parameters} | {candidate.field(size): size.none + step}
         slope = (data.white(pooled.model.put(values), chosen.fit.kalman) - pooled.white) / step
         if np.isfinite(slope).all():
-            form = settings.lines.least * abs(size.start - size.none)
+            form = allowed[candidate.field(size)]
             sign = float(np.sign(step)) if size.none <= size.low else 0.0
             found.append(Value(f"{candidate.name}.{size.name}", size.unit, slope, size.none, form, sign, False))
     return found

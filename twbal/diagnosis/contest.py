@@ -9,7 +9,7 @@ from twbal.diagnosis.record import LISTED, ProbableEffect, Rival, Verdict
 from twbal.diagnosis.select import Problem, Selection
 from twbal.effects.library import library
 from twbal.sysid.fit import Fit
-from twbal.sysid.model import Data
+from twbal.sysid.model import Data, Field
 
 MOST = 4
 """Contenders, at most."""
@@ -41,6 +41,7 @@ class Contest(NamedTuple):
         contenders: the likeliest sets, at most `MOST`, the likeliest first.
         candidates: effects that might be missing.
         temperature: of their probabilities, by which log likelihood ratios are divided.
+        allowed: standard deviations by which values may differ between recordings of one robot, by field.
     """
 
     data: Data
@@ -48,6 +49,7 @@ class Contest(NamedTuple):
     contenders: tuple[Contender, ...]
     candidates: Sequence[Candidate]
     temperature: float
+    allowed: Mapping[Field, float]
 
     @property
     def probabilities(self) -> list[float]:
@@ -56,7 +58,11 @@ class Contest(NamedTuple):
 
 
 def contest_of(
-    problem: Problem, selection: Selection, weights: Mapping[tuple[str, ...], float], temperature: float
+    problem: Problem,
+    selection: Selection,
+    weights: Mapping[tuple[str, ...], float],
+    temperature: float,
+    allowed: Mapping[Field, float],
 ) -> Contest:
     """The likeliest sets of a selection: those that are listed, and two at least where so many were fitted.
 
@@ -70,7 +76,7 @@ def contest_of(
     kept = [names for i, names in enumerate(ordered[:MOST]) if i < 2 or together[names] >= LISTED]
     total = sum(together[names] for names in kept)
     contenders = tuple(Contender(first[n].names, first[n].fit, together[n] / total) for n in kept)
-    return Contest(problem.data, selection.chosen, contenders, problem.candidates, temperature)
+    return Contest(problem.data, selection.chosen, contenders, problem.candidates, temperature, allowed)
 
 
 def is_open(verdict: Verdict, effects: Sequence[ProbableEffect], rivals: Sequence[Rival]) -> bool:

@@ -14,7 +14,7 @@ from twbal.planar.constants import constants
 from twbal.planar.planar_plant import hold, standing
 from twbal.planar.sensing import imu_settled, read_sensors
 from twbal.planar.twin_state import STRAIGHT
-from twbal.policies.policy import Policy
+from twbal.policies.excitation import Excitation
 from twbal.search.excited import excited_regulator
 from twbal.sysid.model import Data, Model
 from twbal.sysid.noise import UNSENSED
@@ -55,7 +55,7 @@ class Experiment:
     prbs: float
     speed: float
 
-    def policy(self, robot: RobotParameters) -> Policy:
+    def policy(self, robot: RobotParameters) -> Excitation:
         """The policy of a robot by its data sheet."""
         return excited_regulator(robot, CHANNELS, WIDTHS, **asdict(self), fade_tilt=FADE_TILT)
 
@@ -109,7 +109,8 @@ def simulate(experiment: Experiment, robot: RobotParameters, model: Model, data:
     lead = data.lead - model.angle_lead
     levels = np.where(model.noise.sensors < 0.5 * UNSENSED, model.noise.sensors, 0.0)
     noise = levels * generator(Stream.SENSOR_NOISE, seed).standard_normal((steps + 1, 4))
-    controller = experiment.policy(robot).controller(generator(Stream.EXPLORATION, seed))
+    policy = experiment.policy(robot)
+    controller = policy.controller(generator(Stream.EXPLORATION, seed))
     state = standing(k, _START_TILT - k.offset, 0.0, 0.0, 0.0)
     imu = imu_settled(k, state, _RING * data.substeps)
     commands, measured = np.zeros(steps), np.empty((steps + 1, 4))
@@ -118,7 +119,7 @@ def simulate(experiment: Experiment, robot: RobotParameters, model: Model, data:
     for n in range(steps):
         tilt, rate, _, wheel_rate = measured[n].tolist()
         commands[n] = controller(np.array([tilt, rate, robot.wheel_radius * (wheel_rate + rate)]))
-        cut += abs(commands[n]) >= robot.torque_limit
+        cut += policy.is_cut(commands[n])
         state = hold(twin, k, state, commands, n, data.substeps, STRAIGHT, imu)
         most = max(most, abs(state.tilt))
         if not most < np.pi / 2:

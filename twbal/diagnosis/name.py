@@ -23,7 +23,14 @@ from twbal.diagnosis.select import Problem, Selection, select, without
 from twbal.diagnosis.settings import Settings
 from twbal.diagnosis.tempered import search_again
 from twbal.diagnosis.tolerance_test import tolerance_statistic
-from twbal.diagnosis.verdict import conclude, data_sheet_classes, probabilities, shifts_of, temperature_of
+from twbal.diagnosis.verdict import (
+    allowed_differences,
+    conclude,
+    data_sheet_classes,
+    probabilities,
+    shifts_of,
+    temperature_of,
+)
 from twbal.planar.parameters import twin_parameters
 from twbal.sysid.fit import descend
 from twbal.sysid.model import Data, Model
@@ -106,7 +113,13 @@ def name_effects(
             else _filter_result(data, without(problem, named, effect), effects)
             for effect in named.effects
         },
-        contest=contest_of(problem, selection, weights, temperature_of(selection, settings)),
+        contest=contest_of(
+            problem,
+            selection,
+            weights,
+            temperature_of(selection, settings),
+            allowed_differences(problem, selection.chosen),
+        ),
     )
 
 

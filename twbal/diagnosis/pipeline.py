@@ -103,7 +103,7 @@ def diagnose_episodes(
     diagnosis = replace(diagnosis, advice=(*more, *diagnosis.advice))
     if found.contest is not None:
         whole = () if split.are_ends else split.kept_back
-        disagreeing = disagreements(found.contest.data, found.contest.chosen, whole, found.contest.candidates, settings)
+        disagreeing = disagreements(found.contest, whole)
         advice = (*diagnosis.advice, *on_disagreements(disagreeing))
         diagnosis = replace(diagnosis, disagreements=disagreeing, advice=advice)
     unsettled = is_open(diagnosis.verdict, diagnosis.effects, diagnosis.rivals)

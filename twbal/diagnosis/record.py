@@ -116,6 +116,11 @@ class Rival(NamedTuple):
     whiteness: float
 
 
+def in_nats(ratio: float) -> str:
+    """A log likelihood ratio with its unit, to two digits or to whole nats."""
+    return f"{ratio:.0f} nats" if abs(ratio) >= 10.0 else f"{ratio:.2g} nats"
+
+
 class NextExperiment(NamedTuple):
     """The experiment that is expected to separate the remaining sets of effects most.
 
@@ -143,6 +148,11 @@ class NextExperiment(NamedTuple):
     def is_decisive(self) -> bool:
         """Whether it is expected to bring odds of `DECISIVE`."""
         return self.separation >= log(DECISIVE)
+
+    @property
+    def in_nats(self) -> tuple[str, str]:
+        """Separation, and that of a repetition, with their unit."""
+        return in_nats(self.separation), in_nats(self.repetition)
 
 
 class Disagreement(NamedTuple):

@@ -7,8 +7,9 @@ import numpy as np
 from twbal.diagnosis.data_sheet import DATA_SHEET
 from twbal.diagnosis.hypothesis import FittedHypothesis
 from twbal.diagnosis.record import Gap, Shift, Verdict
-from twbal.diagnosis.select import Selection
+from twbal.diagnosis.select import Problem, Selection
 from twbal.diagnosis.settings import Settings
+from twbal.sysid.model import Field
 
 _BLIND = 0.5  # share of the candidates that poor data could not have shown, from which on nothing is decided
 _WORSE = 0.05  # share by which rollouts may be worse than with the data sheet refitted alone: chance
@@ -77,6 +78,23 @@ def shifts_of(hypothesis: FittedHypothesis, settings: Settings) -> tuple[Shift, 
             sigmas = (factor - 1.0) / settings.tolerances.of(free.field)
             found.append(Shift(free.effect, DATA_SHEET[free.field].group, factor, sigmas))
     return tuple(sorted(found, key=lambda shift: -abs(shift.sigmas)))
+
+
+def allowed_differences(problem: Problem, chosen: FittedHypothesis) -> Mapping[Field, float]:
+    """Standard deviations by which each value may differ between recordings of one robot, by field.
+
+    Of what is fitted, as the robot's form of an effect is not ours; of effects that the set does not have, the least
+    size that is worth naming.
+    """
+    model, lines = chosen.fit.model, problem.settings.lines
+    found: dict[Field, float] = {field: lines.form * abs(model.value(field)) for field in DATA_SHEET}
+    for candidate in problem.candidates:
+        for p in candidate.parameters:
+            if candidate.name in chosen.names:
+                found[candidate.field(p)] = lines.form * abs(model.value(candidate.field(p)) - p.none)
+            elif not candidate.in_data_sheet:
+                found[candidate.field(p)] = lines.least * abs(p.start - p.none)
+    return found
 
 
 def data_sheet_classes(hypothesis: FittedHypothesis, statistic: float, settings: Settings) -> tuple[str, ...]:

@@ -52,6 +52,10 @@ class Excitation(Policy):
                 f"{', '.join(missing)}. Choose a state that has them by state=..."
             )
 
+    def is_cut(self, command: float) -> bool:
+        """Whether a command of its controller is at the limit, to which it was cut."""
+        return abs(command) >= self.max_command
+
     def controller(self, rng: np.random.Generator) -> Controller:
         """The law with a disturbance drawn from `rng`; it counts control periods from its first call."""
         frequencies = rng.uniform(_SLOWEST, _FASTEST, _SINES)  # [Hz]
