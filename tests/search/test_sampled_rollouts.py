@@ -57,6 +57,7 @@ def step_by_step(model, samples, policy, cost, limits, draws):
     return stayed, costs / STEPS
 
 
+ROUNDED = 1e-7  # of a cost between 0 and 1: sums of another order, which differ by processor, grow over a rollout
 PLACE = {None: 0.15, 0.3: 1.0}  # m; some robots pass it, and some fail by it alone
 GAIN = np.array([2.0, 0.4, 0.27, 0.0, 0.02, 0.002])
 
@@ -74,7 +75,7 @@ def test_compiled_rollouts_are_those_of_the_classes(make_system, g, place, stren
     found = sampled_rollouts(model, samples, policy, cost, limits, draws)
     stayed, costs = step_by_step(model, samples, policy, cost, limits, draws)
     np.testing.assert_array_equal(found.stayed, stayed)
-    np.testing.assert_allclose(found.costs, costs, rtol=1e-6)
+    np.testing.assert_allclose(found.costs, costs, rtol=1e-6, atol=ROUNDED)
     if strength:
         assert stayed.sum() > 0
     else:
@@ -102,7 +103,7 @@ def by_both(model, policy, limits, draws):
     """Which robots stayed by the compiled rollouts, and by those in PyTorch."""
     compiled = sampled_rollouts(model, None, policy, PLACED, limits, draws)
     other = Robots.of(model, None, draws).balanced(policy.command, PLACED, limits)
-    np.testing.assert_allclose(compiled.costs, other.costs, rtol=1e-6)
+    np.testing.assert_allclose(compiled.costs, other.costs, rtol=1e-6, atol=ROUNDED)
     np.testing.assert_array_equal(compiled.stayed, other.stayed)
     return compiled.stayed.astype(bool)
 
