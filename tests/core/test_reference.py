@@ -87,6 +87,24 @@ def seen_at(time: float, path: float, speed: float, tilt: float) -> Observation:
     return Observation(time, tilt, 0.0, 0.0, path / RADIUS - tilt, speed / RADIUS, 0.0)
 
 
+@pytest.mark.parametrize(("share", "goes_on"), [(0.45, 0.1), (0.7, 1.1), (0.9, None), (1.2, None)])
+def test_a_robot_that_stands_near_enough_is_led_on_and_one_that_is_held_farther_off_is_not(
+    share: float, goes_on: float | None
+) -> None:
+    """It is thrown beyond the greatest distance, and then stands at a share of it, as on a slope."""
+    reference, thrown = Reference(Asked(None, 1.0, since=2.0)), 1.0
+    rows = followed(reference, lambda t: -1.1 * GIVE_WAY if t < thrown else -share * GIVE_WAY - 0.1 * GIVE_WAY, 6.0)
+    places = np.array(list(rows))[:, 2]
+    texts = [event.text for event in reference.events]
+    if goes_on is None:
+        assert texts == ["the reference gives way"]
+        assert places[-1] <= 0.0
+    else:
+        assert texts[:2] == ["the reference gives way", "the reference goes on"]
+        assert reference.events[1].time == pytest.approx(thrown + goes_on, abs=0.2)
+        assert places.max() > 0.0  # on its way to the place that was asked for
+
+
 def test_errors_are_what_a_frame_that_moves_with_the_reference_shows() -> None:
     """The same wiggle about a standing and about a moving place gives the same states."""
     moving, still = PLACE.tracker(reference := Reference(Asked(0.6))), PLACE.tracker()

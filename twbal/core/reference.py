@@ -9,6 +9,7 @@ from twbal.core.motion_profile import Motion, profile_to_speed
 
 _AHEAD = 0.3  # s; how far ahead the robot's distance is foreseen
 _RETURNED = 0.5  # of the greatest distance: the robot has come back, and the reference goes on
+_FREE, _FREE_TIME = 0.8, 1.0  # of that, s: a robot that stays nearer for so long is not held, and it goes on, too
 
 
 class Targets(Protocol):
@@ -30,9 +31,10 @@ class Reference:
     """Moves to the targets within the limits, and gives way to a robot that cannot follow.
 
     Where the robot is farther off than `give_way`, or soon will be, the reference goes to rest within its limits, and
-    its place is dragged along so that the robot is no farther off. Once the robot has come back to half of that, the
-    reference goes on to its target from where it is. So a robot that is held meets no growing error, and is not thrown
-    over when it is let go.
+    its place is dragged along so that the robot is no farther off. Once the robot has come back to half of that, or has
+    stayed within four fifths of it for a second, the reference goes on to its target from where it is. So a robot that
+    is held meets no growing error, and is not thrown over when it is let go; and one that needs the integral of its
+    error to come nearer, as on a slope, gets it.
 
     Args:
         targets: where it goes.
@@ -53,6 +55,7 @@ class Reference:
         self._target: Target | None = None
         self._profile = profile_to_speed(self.motion, 0.0, targets.limits)
         self._begun = 0.0  # time at which the profile begins [s]
+        self._free_since = 0.0  # from which on the robot has been near enough not to be held [s]
 
     def follow(self, time: float, position: float, speed: float) -> Motion:
         """The reference at a time.
@@ -72,14 +75,16 @@ class Reference:
 
     def _give_way(self, time: float, off: float, slip: float) -> None:
         """Begin, go on with, or end giving way to a robot that is `off` [m] and moves away at `slip` [m/s]."""
-        most, soon = self._targets.give_way, abs(off + _AHEAD * slip)
-        if max(soon, abs(off)) > most:
+        most, farthest = self._targets.give_way, max(abs(off), abs(off + _AHEAD * slip))
+        if farthest > _FREE * most:
+            self._free_since = time
+        if farthest > most:
             if not self.gives_way:
                 self._tell(time, True)
             dragged = self.motion.position + off - min(max(off, -most), most)
             self.motion = self.motion._replace(position=dragged)
             self._go(time, AT_REST)
-        elif self.gives_way and max(soon, abs(off)) < _RETURNED * most:
+        elif self.gives_way and (farthest < _RETURNED * most or time - self._free_since > _FREE_TIME):
             self._tell(time, False)
             self._target = None  # so that the target is gone to anew
 
