@@ -121,7 +121,8 @@ def written(results: Mapping[str, Any]) -> str:
     return '{"sets": [\n' + ",\n".join(json.dumps(row) for row in results["sets"]) + "\n]}\n"
 
 
-def _seeds(text: str) -> list[int]:
+def seeds_of(text: str) -> list[int]:
+    """Seeds of a text such as `0-2,7`."""
     ranges = [part.split("-") for part in text.split(",")]
     return [seed for ends in ranges for seed in range(int(ends[0]), int(ends[-1]) + 1)]
 
@@ -131,7 +132,7 @@ def main(words: Sequence[str]) -> None:
     what, *rest = words or ["all"]
     settings = dict(word.split("=", 1) for word in rest)
     strata = settings.pop("strata", ",".join(STRATA)).split(",")
-    seeds, workers = _seeds(settings.pop("seeds", "0-2")), int(settings.pop("workers", "1"))
+    seeds, workers = seeds_of(settings.pop("seeds", "0-2")), int(settings.pop("workers", "1"))
     root, code = settings.pop("root", "outputs/bench/other_robots"), settings.pop("code", ".")
     words_for_it = tuple(settings.pop("words", "").split())
     places = Places(Path(root), Path(code), settings.pop("place", "diagnosis"), words_for_it)

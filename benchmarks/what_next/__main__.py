@@ -13,19 +13,18 @@ defaults:
 """
 
 import json
-import os
-import subprocess
 import sys
 from collections.abc import Mapping, Sequence
 from itertools import product
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from benchmarks.other_robots.__main__ import sheet_of
+from benchmarks.other_robots.__main__ import seeds_of, sheet_of
 from benchmarks.other_robots.kinds import FOREIGN, equivalents
 from benchmarks.other_robots.recording import Recorded
 from benchmarks.other_robots.score import is_there
 from benchmarks.other_robots.sets import Set, designed
+from benchmarks.what_next.diagnosing import diagnosis_of
 from benchmarks.what_next.recording import SHAKEN, first_and_repetition, suggested
 from benchmarks.what_next.tables import PARTS
 
@@ -50,17 +49,7 @@ class Case(NamedTuple):
 
     def diagnosis(self, name: str, recordings: Sequence[str]) -> Mapping[str, Any]:
         """The diagnosis of some of its recordings, under a name; from its file, where it was made before."""
-        out = (self.folder / name).resolve()
-        file = out / "diagnosis.json"
-        if not file.exists():
-            episodes = ",".join(str((self.folder / recording).resolve()) for recording in recordings)
-            command = [sys.executable, "-m", "twbal", "diagnose", f"episodes=[{episodes}]", f"hydra.run.dir={out}"]
-            command += [f"robot={self.each.sheet}", f"robot.control_period={1.0 / self.each.rate}"]
-            command += [f"diagnosis.tolerances.data_sheet={self.each.tolerance}"]
-            surroundings = {**os.environ, "OMP_NUM_THREADS": "1"}
-            subprocess.run(command, check=True, capture_output=True, env=surroundings, cwd=self.code)
-        found: Mapping[str, Any] = json.loads(file.read_text())
-        return found
+        return diagnosis_of(self.each, [self.folder / log for log in recordings], self.folder / name, self.code)
 
 
 def judged(case: Case) -> dict[str, Any]:
@@ -113,16 +102,11 @@ def _surest(rivals: Sequence[Mapping[str, Any]]) -> float:
     return max(found.values())
 
 
-def _seeds(text: str) -> list[int]:
-    ranges = [part.split("-") for part in text.split(",")]
-    return [seed for ends in ranges for seed in range(int(ends[0]), int(ends[-1]) + 1)]
-
-
 def main(words: Sequence[str]) -> None:
     """Record, diagnose, and write the results."""
     settings = dict(word.split("=", 1) for word in words)
     strata, shaken = settings.pop("strata", _STRATA).split(","), settings.pop("shaken", ",".join(SHAKEN)).split(",")
-    seeds, enough = _seeds(settings.pop("seeds", "2000-2009")), int(settings.pop("enough", "40"))
+    seeds, enough = seeds_of(settings.pop("seeds", "2000-2009")), int(settings.pop("enough", "40"))
     root, code = Path(settings.pop("root", "outputs/bench/what_next")), Path(settings.pop("code", "."))
     results = Path(settings.pop("results", "benchmarks/results/what_next.json"))
     if settings:

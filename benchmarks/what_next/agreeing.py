@@ -7,8 +7,6 @@ together. What is there already is not done again.
 """
 
 import json
-import os
-import subprocess
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -19,6 +17,7 @@ from benchmarks.other_robots.mechanics import GRAVITY, Machine
 from benchmarks.other_robots.recording import driven
 from benchmarks.other_robots.robots import torque_unit
 from benchmarks.other_robots.sets import designed
+from benchmarks.what_next.diagnosing import diagnosis_of
 from benchmarks.what_next.recording import again
 from benchmarks.what_next.tables import AGREEING
 from twbal.core.robot_parameters import RobotParameters
@@ -59,14 +58,7 @@ def judged(seed: int, root: Path, code: Path) -> list[dict[str, Any]]:
         for k, log in enumerate(logs):
             robot = changed(recorded.robot, sheet) if k == _LOGS - 1 else recorded.robot
             up = again(each, sheet, recorded._replace(robot=robot), 30 + k, log)
-        if not (out / "diagnosis.json").exists():
-            episodes = ",".join(str(log.resolve()) for log in logs)
-            command = [sys.executable, "-m", "twbal", "diagnose", f"episodes=[{episodes}]", *_WORDS]
-            command += [f"hydra.run.dir={out.resolve()}", f"robot={each.sheet}"]
-            command += [f"robot.control_period={1.0 / each.rate}", f"diagnosis.tolerances.data_sheet={each.tolerance}"]
-            surroundings = {**os.environ, "OMP_NUM_THREADS": "1"}
-            subprocess.run(command, check=True, capture_output=True, env=surroundings, cwd=code)
-        found = json.loads((out / "diagnosis.json").read_text())
+        found = diagnosis_of(each, logs, out, code, _WORDS)
         said = [[d["recording"], d["parameter"], d["p_value"], d["alike"]] for d in found["disagreements"]]
         rows.append({"seed": seed, "hidden": sorted(recorded.hidden), "change": change, "seconds_up": up})
         rows[-1] |= {"verdict": found["verdict"], "odd": logs[-1].name, "disagreements": said}

@@ -6,7 +6,7 @@ from statistics import median
 from typing import Any
 
 from benchmarks.other_robots.tables import share
-from twbal.diagnosis.record import in_nats
+from twbal.diagnosis.follow_up import in_nats
 
 Row = Mapping[str, Any]
 _AFTER = {"repetition": "a repetition", "suggested": "the suggested experiment"}

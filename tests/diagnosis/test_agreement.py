@@ -14,8 +14,8 @@ from twbal.diagnosis.agreement import Difference, Pooled, Value, disagreements
 from twbal.diagnosis.candidates import always_free
 from twbal.diagnosis.contest import Contest
 from twbal.diagnosis.effect_candidates import candidates_for
+from twbal.diagnosis.follow_up import Disagreement
 from twbal.diagnosis.hypothesis import fit_hypothesis
-from twbal.diagnosis.record import Disagreement
 from twbal.diagnosis.select import Problem
 from twbal.diagnosis.verdict import allowed_differences
 from twbal.planar.parameters import twin_parameters

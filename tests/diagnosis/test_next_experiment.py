@@ -14,9 +14,10 @@ from twbal.diagnosis.candidates import always_free
 from twbal.diagnosis.contest import Contender, Contest, is_open
 from twbal.diagnosis.effect_candidates import candidates_for
 from twbal.diagnosis.experiments import Experiment, Simulated, experiments_of, simulate
+from twbal.diagnosis.follow_up import NextExperiment
 from twbal.diagnosis.hypothesis import fit_hypothesis
 from twbal.diagnosis.next_experiment import next_experiment
-from twbal.diagnosis.record import NextExperiment, ProbableEffect, Rival, Verdict
+from twbal.diagnosis.record import ProbableEffect, Rival, Verdict
 from twbal.diagnosis.separation import divergences, expected_separation, prior_of, projected
 from twbal.planar.parameters import twin_parameters
 from twbal.sysid.fit import descend

@@ -5,12 +5,11 @@ from dataclasses import replace
 
 import pytest
 
+from twbal.diagnosis.follow_up import Disagreement, NextExperiment
 from twbal.diagnosis.record import (
     Diagnosis,
-    Disagreement,
     Estimate,
     Gap,
-    NextExperiment,
     ProbableEffect,
     Region,
     Remaining,

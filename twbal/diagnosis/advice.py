@@ -5,9 +5,10 @@ from collections.abc import Sequence
 from twbal.core.episode import Episode, Outcome
 from twbal.diagnosis.contest import Contest
 from twbal.diagnosis.data_sheet import DATA_SHEET
+from twbal.diagnosis.follow_up import Disagreement, NextExperiment
 from twbal.diagnosis.hypothesis import FittedHypothesis
 from twbal.diagnosis.objections import Objection, negligible, spaced, with_values
-from twbal.diagnosis.record import LIKELY, Disagreement, NextExperiment, ProbableEffect, Verdict
+from twbal.diagnosis.record import LIKELY, ProbableEffect, Verdict
 from twbal.diagnosis.select import Selection, passes
 from twbal.diagnosis.settings import Settings
 from twbal.diagnosis.verdict import beyond_tolerance, undetectable

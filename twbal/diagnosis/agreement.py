@@ -24,8 +24,8 @@ from twbal.core.gaussian import Array
 from twbal.diagnosis.candidates import Candidate
 from twbal.diagnosis.contest import Contest
 from twbal.diagnosis.data_sheet import DATA_SHEET
+from twbal.diagnosis.follow_up import Disagreement
 from twbal.diagnosis.hypothesis import FittedHypothesis
-from twbal.diagnosis.record import Disagreement
 from twbal.sysid.fit import Fit, slopes
 from twbal.sysid.intervals import curvature
 from twbal.sysid.model import Data, Field, Model, TiltOffset

@@ -1,6 +1,6 @@
 """From recordings to the effects that a simulation lacks."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -11,7 +11,7 @@ from twbal.core.robot_parameters import RobotParameters
 from twbal.diagnosis.advice import advise
 from twbal.diagnosis.candidates import Candidate, always_free, tilt_offsets
 from twbal.diagnosis.constancy import inconstant_effects
-from twbal.diagnosis.contest import contest_of
+from twbal.diagnosis.contest import Contest, contest_of
 from twbal.diagnosis.data_sheet import DATA_SHEET, WHEELS
 from twbal.diagnosis.filter_result import filter_result_of, one_step_errors, with_offsets
 from twbal.diagnosis.findings import Effects, FilterResult, Findings
@@ -113,14 +113,14 @@ def name_effects(
             else _filter_result(data, without(problem, named, effect), effects)
             for effect in named.effects
         },
-        contest=contest_of(
-            problem,
-            selection,
-            weights,
-            temperature_of(selection, settings),
-            allowed_differences(problem, selection.chosen),
-        ),
+        contest=_contest(problem, selection, weights),
     )
+
+
+def _contest(problem: Problem, selection: Selection, weights: Mapping[tuple[str, ...], float]) -> Contest:
+    """What the selection leaves open."""
+    temperature = temperature_of(selection, problem.settings)
+    return contest_of(problem, selection, weights, temperature, allowed_differences(problem, selection.chosen))
 
 
 def _missing(candidates: Sequence[Candidate], effects: Effects, settings: Settings) -> list[Candidate]:

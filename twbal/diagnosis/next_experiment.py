@@ -9,7 +9,7 @@ from twbal.core.gaussian import Array
 from twbal.core.robot_parameters import RobotParameters
 from twbal.diagnosis.contest import Contest
 from twbal.diagnosis.experiments import SECONDS, Experiment, experiments_of, simulate
-from twbal.diagnosis.record import NextExperiment
+from twbal.diagnosis.follow_up import NextExperiment
 from twbal.diagnosis.separation import Prior, divergences, expected_separation, prior_of
 from twbal.sysid.model import TiltOffset
 from twbal.sysid.recording import Recording
