@@ -100,7 +100,7 @@ def test_driving_to_learn_and_in_trials_are_both_told() -> None:
 )
 def test_costs_that_part_are_warned_of(predicted: float, real: float, warned: bool) -> None:
     found = doubts(iteration(0, 10, predicted_cost=predicted, real_cost=real), LIMIT)
-    told = f"The model of iteration 0 is far off: it expected a cost of {predicted}, the robot's was {real}."
+    told = f"The prediction of iteration 0 is far off: it expected a cost of {predicted}, the robot's was {real}."
     assert found == ([told] if warned else [])
 
 
@@ -119,7 +119,7 @@ def test_a_model_whose_long_rollouts_part_from_the_trials_is_warned_of(
     found = doubts(iteration(0, successes, judged_success=judged), LIMIT)
     assert len(found) == warned
     if warned:
-        assert f"{100 * judged:.0f} % of the long rollouts stay up" in found[0]
+        assert f"{100 * judged:.0f} % of the long simulated rollouts succeed" in found[0]
 
 
 def test_the_table_has_a_line_per_iteration_marks_the_best_and_tells_a_repeated_policy() -> None:

@@ -5,14 +5,17 @@ import pytest
 from falling import PLACED, falls_at_once
 
 from twbal.algorithm.identification import identify
-from twbal.algorithm.policy_search import PolicySearch
+from twbal.algorithm.policy_search import PolicySearch, recalibrated
 from twbal.core.channels import Channels
 from twbal.core.cost import cost_over
+from twbal.core.episode import Episode, Outcome, Provenance
+from twbal.core.errors import ConfigError
 from twbal.core.evaluation import SuccessCriterion
 from twbal.core.start_pose import StartPose
 from twbal.models.dynamics import without_simulation
 from twbal.planar.robot_distribution import prior_of
 from twbal.policies.rbf import RbfPolicy
+from twbal.search.predictor import Predictor
 from twbal.search.robust import RobustSettings
 from twbal.search.starts import PolicyParametrisation
 from twbal.search.task import SearchSettings
@@ -113,3 +116,47 @@ def test_a_state_that_no_regulator_can_take_is_searched_on_the_model_alone(paper
     assert lines[0] == f"no robots of the parameter distribution (robust): the state has no {lacking}"
     _, quiet = find(paper, names=names, robust=None)
     assert lines[1:] == quiet
+
+
+def driven_by(driver, states, trial=0):
+    """A rollout with these states by the policy with this hash."""
+    observations = np.zeros((len(states), 7))
+    observations[:, 0] = 0.02 * np.arange(len(states))
+    told = Provenance("paper", "robot", policy_hash=driver, trial=trial)
+    return Episode(PLACED, 0.02, observations, states, np.zeros(len(states) - 1), Outcome.COMPLETED, told)
+
+
+def test_without_rollouts_the_sampled_robots_predict_and_the_model_stands_beside(paper):
+    alone, _ = find(paper)
+    assert [each.by for each in alone.predictions[:2]] == [Predictor.ROBOTS, Predictor.MODEL]
+    assert [each.crps for each in alone.predictions] == [None] * len(alone.predictions)
+    by_model, _ = find(paper, robust=None)
+    assert [each.by for each in by_model.predictions] == [Predictor.MODEL]
+
+
+@pytest.mark.parametrize("best", [0, 1])
+def test_rollouts_of_the_policy_tell_which_prediction_to_take_and_how_wide_it_is(paper, best):
+    first, _ = find(paper)
+    result, _ = find(paper, earlier=[first.best.policy])
+    result = result._replace(best=result.best._replace(earlier=0))
+    channels = Channels(PLACED, paper.wheel_radius, paper.control_period)
+    cost = cost_over(PLACED, {name: 1.0 for name in PLACED if not name.startswith("command")}, 1.0, paper.torque_limit)
+    true = result.predictions[best]
+    rng = np.random.default_rng(0)
+    drawn = [np.array([state.sample(1, rng)[0] for state in true.states]) for _ in range(20)]
+    found = recalibrated(result, [driven_by("abc", states) for states in drawn], ["abc"], channels, cost)
+    assert found.predictions[0]._replace(states=(), crps=None) == true._replace(states=())
+    assert [each.crps for each in found.predictions] == sorted(each.crps for each in found.predictions)
+    measured = list(channels.measured)
+    for wide, state in zip(found.predictions[0].states[1:], true.states[1:], strict=True):
+        assert np.array_equal(wide.mean, state.mean)
+        assert (wide.sd[measured] >= state.sd[measured]).all()
+
+
+def test_rollouts_of_another_policy_choose_nothing(paper):
+    result, _ = find(paper)
+    result = result._replace(best=result.best._replace(earlier=0))
+    channels = Channels(PLACED, paper.wheel_radius, paper.control_period)
+    cost = cost_over(PLACED, {"tilt": 1.0}, 1.0, paper.torque_limit)
+    with pytest.raises(ConfigError, match="another one drove it"):
+        recalibrated(result, [driven_by("other", np.zeros((7, len(PLACED))))], ["abc"], channels, cost)

@@ -5,10 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from twbal.algorithm.prediction import Assessment, Prediction
+from twbal.algorithm.prediction import Assessment, PredictedBy, Prediction
 from twbal.algorithm.reasons import reason_for, reason_in_words
 from twbal.algorithm.summary import Iteration, PolicyFile, Reason
 from twbal.core.gaussian import Gaussian
+from twbal.search.predictor import Predictor
 
 
 def iteration(index: int, same_policy_as: int | None = None) -> Iteration:
@@ -25,7 +26,8 @@ def assessment(share: float, earlier: int | None) -> Assessment:
 def prediction(*candidates: Assessment) -> Prediction:
     """With the candidates in their order."""
     states = (Gaussian(np.zeros(1), np.eye(1)),) * 2
-    return Prediction(("tilt",), states, candidates[0], candidates)
+    predicted = (PredictedBy(Predictor.MODEL, candidates[0].cost),)
+    return Prediction(("tilt",), states, candidates[0], candidates, predicted)
 
 
 BETTER = prediction(assessment(0.9, None), assessment(0.25, 1), assessment(0.0, 0))

@@ -10,7 +10,7 @@ from fuzzing import changed, fuzzed, mutated, ours_only, plain
 from hypothesis import strategies as st
 
 from twbal.algorithm.model_file import SavedModel, load_model, save_model
-from twbal.algorithm.prediction import Assessment, Prediction, load_prediction, save_prediction
+from twbal.algorithm.prediction import Assessment, PredictedBy, Prediction, load_prediction, save_prediction
 from twbal.core.channels import Channels
 from twbal.core.gaussian import Gaussian
 from twbal.io.checkpoint import save_checkpoint
@@ -20,6 +20,7 @@ from twbal.policies.linear import LinearPolicy
 from twbal.policies.mlp import MlpPolicy
 from twbal.policies.rbf import RbfPolicy
 from twbal.policies.saved import load_policy
+from twbal.search.predictor import Predictor
 
 NAMES = ("tilt", "tilt_rate")
 POLICIES = [
@@ -32,7 +33,8 @@ GP = GaussianProcess(
 )
 MODEL = DynamicsModel(Channels(NAMES, 0.1), GP, GP, True, np.zeros(2), np.zeros(2))
 VERDICT = Assessment("search 0", 3.0, 1.0, 0.1, None)
-PREDICTION = Prediction(NAMES, (Gaussian(np.zeros(2), np.eye(2)),) * 3, VERDICT, (VERDICT,))
+BY = (PredictedBy(Predictor.ROBOTS, 1.0, 0.1, "mean parameters"), PredictedBy(Predictor.MODEL, 2.0))
+PREDICTION = Prediction(NAMES, (Gaussian(np.zeros(2), np.eye(2)),) * 3, VERDICT, (VERDICT,), BY)
 
 
 def written(save, *arguments):

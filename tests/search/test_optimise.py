@@ -9,6 +9,7 @@ from twbal.core.gaussian import Gaussian
 from twbal.models.moments.truncation import Truncation
 from twbal.search.long_term_cost import long_term_cost
 from twbal.search.optimise import _not_driven_twice, _rank, search_policy
+from twbal.search.predictor import Predictor
 from twbal.search.robust import RankedPolicy
 from twbal.search.starts import PolicyParametrisation, linear_policy
 from twbal.search.transition import transition_model
@@ -72,12 +73,14 @@ def test_candidates_stand_in_the_order_of_their_judgement(result):
 
 def test_the_prediction_is_of_the_best_policy_as_the_sensors_show_it(make_task, model, result):
     task = make_task(model)
-    assert len(result.predicted) == task.settings.horizon + 1
-    first = result.predicted[0]
+    (predicted,) = result.predictions
+    assert predicted.by is Predictor.MODEL
+    assert len(predicted.states) == task.settings.horizon + 1
+    first = predicted.states[0]
     np.testing.assert_allclose(first.mean, [-0.17, 0, 0, 0])
     sensors = np.diag([*model.observation_noise, 0.0])
     np.testing.assert_allclose(first.covariance, task.start.covariance + sensors)
-    states = [Gaussian(seen.mean, seen.covariance - sensors) for seen in result.predicted[1:]]
+    states = [Gaussian(seen.mean, seen.covariance - sensors) for seen in predicted.states[1:]]
     expected = long_term_cost(
         transition_model(model),
         result.best.policy,
@@ -88,6 +91,7 @@ def test_the_prediction_is_of_the_best_policy_as_the_sensors_show_it(make_task, 
         gradient=False,
     )
     assert sum(task.cost.expected(state).value for state in states) == pytest.approx(expected.value, rel=1e-4)
+    assert predicted.cost == result.best.cost
 
 
 def test_sensors_add_nothing_to_a_position_that_follows_from_the_speed(make_system, make_task):

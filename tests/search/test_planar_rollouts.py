@@ -113,6 +113,7 @@ def driven(robot, case, policy, channels, rule, cost, noise, trial):
     episode = rollout(plant, policy, channels, rule.steps, rule.tilt_limit, Provenance("paper", "robot", trial=trial))
     draws = generator(Stream.SENSOR_NOISE, 3, trial).standard_normal((rule.steps + 1, 6))
     stance = START.draw(generator(Stream.START_POSE, 3, trial))
+    shown = np.full((1, rule.steps + 1, len(channels.names)), np.nan)
     found = planar_rollouts(
         [twin_parameters(robot, case.effects)],
         channels,
@@ -121,8 +122,9 @@ def driven(robot, case, policy, channels, rule, cost, noise, trial):
         limits_of(rule, channels.names),
         undisturbed(np.array([stance]), (np.array(noise) * draws[:-1, [0, 1, 3, 4]])[None]),
         robot.control_period,
+        shown,
     )
-    return episode, found
+    return episode, found, shown[0]
 
 
 @pytest.mark.parametrize("noise", [(0.0,) * 4, NOISE], ids=["no noise", "noise"])
@@ -132,7 +134,7 @@ def test_a_robot_does_what_it_does_behind_the_seam_and_is_judged_alike(paper, na
     policy, rule = policy_for(paper, channels, case), rule_for(paper)
     cost = cost_over(NAMES, WIDTHS, 1.0, paper.torque_limit, 0.3)
     for trial in range(3):
-        episode, found = driven(paper, case, policy, channels, rule, cost, noise, trial)
+        episode, found, shown = driven(paper, case, policy, channels, rule, cost, noise, trial)
         verdict = judged(episode, rule)
         assert (verdict.upright, verdict.settled, verdict.in_place, verdict.quiet) == case.shows
         assert bool(found.used[0] <= 1.0) == verdict.succeeded
@@ -147,6 +149,9 @@ def test_a_robot_does_what_it_does_behind_the_seam_and_is_judged_alike(paper, na
         expected = real_cost(episode, cost, rule.steps)
         if not verdict.upright:
             expected += 1.0 - float(cost(episode.states[-1]))  # a rollout ends after its fall, which counts here
+        steps = len(episode.states) - 1  # the last is fallen, or has another noise
+        np.testing.assert_allclose(shown[:steps], episode.states[:steps], rtol=1e-9, atol=1e-9)
+        assert np.isnan(shown[steps + 1 :]).all()
         # all but the noise on the very last state are the same draws
         assert found.costs[0] * rule.steps == pytest.approx(expected, rel=1e-9, abs=1e-9 if not any(noise) else 0.2)
 
@@ -160,7 +165,8 @@ def test_every_channel_is_where_the_state_has_it(paper, names):
     rule = rule_for(paper)
     cost = cost_over(names, {**WIDTHS, "acceleration": 15.0, "yaw_rate": 1.0}, 1.0, paper.torque_limit)
     case = CASES["it stays"]
-    episode, found = driven(paper, case, policy, channels, rule, cost, (0.0,) * 4, 0)
+    episode, found, shown = driven(paper, case, policy, channels, rule, cost, (0.0,) * 4, 0)
+    np.testing.assert_allclose(shown, episode.states, rtol=1e-9, atol=1e-12)
     assert len(episode) == rule.steps
     assert found.costs[0] * rule.steps == pytest.approx(real_cost(episode, cost, rule.steps), rel=1e-9)
 

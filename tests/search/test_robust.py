@@ -4,77 +4,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from sampled import NAMES, SETTINGS, START, WIDTHS, known_to_be, rule_for, sampled_robots
 
 from twbal.algorithm.rollout import rollout
 from twbal.core.channels import Channels
 from twbal.core.cost import SaturatingCost, cost_over
 from twbal.core.episode import Provenance
 from twbal.core.errors import ConfigError
-from twbal.core.evaluation import SuccessCriterion, succeeded
-from twbal.core.start_pose import StartPose
+from twbal.core.evaluation import succeeded
 from twbal.effects.library import effects_from
 from twbal.planar.planar_plant import PlanarPlant
 from twbal.planar.robot_distribution import prior_of
-from twbal.search.robust import RobustSettings, SampledRobots, scaled, slow_noise
-from twbal.search.start_state import start_state
-
-NAMES = ("tilt", "tilt_rate", "speed", "command_1", "command_2", "position", "position_integral")
-WIDTHS = {"tilt": 0.25, "tilt_rate": 2.5, "speed": 1.0, "position": 0.5, "position_integral": 0.5}
-START = StartPose(-0.17453, 0.02, 0.05, 0.02)
-SETTINGS = RobustSettings(
-    robots=30,
-    designs=2,
-    screening=8,
-    finalists=4,
-    width_scales={"speed": 4.0, "position_integral": 4.0},
-    position_scales=(1.0, 0.5),
-    change_scales=(1.0, 0.25),
-    command_widths=(1.0, 0.3),
-    compensations=(0.0, 0.5, 1.0),
-    compensation_tilt=0.015,
-    improved=0,
-    evaluations=60,
-    improving=10,
-    enough=0.0,
-    doubt=1.0,
-)
-
-
-def rule_for(robot):
-    return SuccessCriterion.in_seconds(
-        tilt_limit=0.5236,
-        settled_tilt_limit=0.17453,
-        duration=8.0,
-        settle_time=2.0,
-        place_time=5.0,
-        place_radii=1.0,
-        command_change=0.1,
-        control_period=robot.control_period,
-        wheel_radius=robot.wheel_radius,
-        torque_limit=robot.torque_limit,
-    )
-
-
-def sampled_robots(robot, known=None, names=NAMES, **told):
-    channels = Channels(names, robot.wheel_radius, robot.control_period)
-    return SampledRobots(
-        known or prior_of(robot),
-        channels,
-        cost_over(names, WIDTHS, 1.0, robot.torque_limit, 0.3),
-        rule_for(robot),
-        start_state(START, names),
-        replace(SETTINGS, **told),
-        0,
-    )
-
-
-def known_to_be(robot, spread=0.1, **means):
-    """The distribution after rollouts that told much: its standard deviations are a tenth of the prior's."""
-    prior = prior_of(robot)
-    mean = np.array(prior.mean)
-    for field, value in means.items():
-        mean[prior.fields.index(field)] = value
-    return replace(prior, mean=mean, covariance=spread**2 * prior.covariance)
+from twbal.search.robust import scaled, slow_noise
 
 
 def successes(robot, policy, effects, trials=4):

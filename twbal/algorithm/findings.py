@@ -131,7 +131,7 @@ def _iteration(
         real_episodes=len(driven),
         real_samples=sum(map(len, driven)),
         real_seconds=_duration(driven),
-        predicted_cost=min(prediction.best.cost, float(measures.horizon)) if prediction else None,
+        predicted_cost=min(prediction.cost, float(measures.horizon)) if prediction else None,
         real_cost=float(np.mean(costs)) if costs else None,
         successes=sum(verdict.succeeded for verdict in verdicts),
         trials=len(trials),
@@ -153,9 +153,14 @@ def _iteration(
         reason=reason_for(learned.index, learned.recalibrates, prediction),
         base=learned.base if prediction else None,
         evidence_gain=learned.evidence_gain,
+        predicted_by=prediction.predictors[0].by if prediction else None,
     )
     iteration = _with_scores(_with_parts(iteration, verdicts), prediction, trials, measures)
-    notes = (_note(iteration, before, learned.searches), reason_in_words(iteration.reason, prediction, before))
+    notes = (
+        _note(iteration, before, learned.searches),
+        reason_in_words(iteration.reason, prediction, before),
+        _predicted_by(prediction),
+    )
     return replace(iteration, note=" ".join(filter(None, notes)))
 
 
@@ -242,6 +247,17 @@ def _note(iteration: Iteration, before: Sequence[Iteration], searches: int) -> s
         best = max(better, key=lambda other: (other.successes, -other.index))
         notes.append(f"Worse on the robot than policy {best.first_had} ({best.successes} of {best.trials}).")
     return " ".join(notes)
+
+
+def _predicted_by(prediction: Prediction | None) -> str:
+    """Which of several predictions fits the rollouts of the policy best, as a sentence; empty where none was scored."""
+    if prediction is None or len(prediction.predictors) < 2 or prediction.predictors[0].crps is None:
+        return ""
+    first, *others = prediction.predictors
+    by = f"{first.by} ({first.detail})" if first.detail else first.by
+    rival = next((other for other in others if other.by is not first.by and other.crps is not None), None)
+    than = f", that of {rival.by} {rival.crps:.2g} (expected cost {rival.cost:.1f})" if rival else ""
+    return f"Predicted by {by}, of {len(others) + 1} predictions the one with the lowest CRPS: {first.crps:.2g}{than}."
 
 
 def _duration(episodes: Sequence[Episode]) -> float:

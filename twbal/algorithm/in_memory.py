@@ -150,7 +150,7 @@ class InMemory(Steps[Episodes, DynamicsModel, MadePolicy, Simulation, RobotDistr
             result = search.find(inputs.models, earlier, base, inputs.known, self._say)
             if inputs.recalibration:
                 drivers = [made.sha256 for made in inputs.earlier]
-                result = recalibrated(result, self.episodes(inputs.recalibration), drivers, self._channels)
+                result = recalibrated(result, self.episodes(inputs.recalibration), drivers, self._channels, search.cost)
             return _made(place, result.best.policy, prediction_of(result))
 
         return self._timed(place, find)

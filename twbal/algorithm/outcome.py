@@ -107,7 +107,7 @@ def warnings_on(summary: Summary, iteration: Iteration) -> list[str]:
 
 
 def doubts(iteration: Iteration, tilt_limit: float | None) -> list[str]:
-    """Warnings where the model of an iteration and the robot part, or where the model says nothing.
+    """Warnings where the prediction of an iteration and the robot part, or where the prediction says nothing.
 
     Args:
         iteration: with its prediction and trials; a warning is left out where one of them is missing.
@@ -118,7 +118,7 @@ def doubts(iteration: Iteration, tilt_limit: float | None) -> list[str]:
         low, high = sorted((max(i.predicted_cost, 1.0), max(i.real_cost, 1.0)))
         if high > COSTS_PART * low:
             found.append(
-                f"The model of iteration {i.index} is far off: it expected a cost of {i.predicted_cost:.1f}, "
+                f"The prediction of iteration {i.index} is far off: it expected a cost of {i.predicted_cost:.1f}, "
                 f"the robot's was {i.real_cost:.1f}."
             )
     if i.tilt_band_widest is not None and tilt_limit is not None and i.tilt_band_widest > tilt_limit:
@@ -134,7 +134,7 @@ def doubts(iteration: Iteration, tilt_limit: float | None) -> list[str]:
         )
     if i.judged_success is not None and i.trials and abs(i.judged_success - i.successes / i.trials) > SHARES_PART:
         found.append(
-            f"On the model of iteration {i.index}, {100 * i.judged_success:.0f} % of the long rollouts stay up; "
+            f"Of iteration {i.index}, {100 * i.judged_success:.0f} % of the long simulated rollouts succeed; "
             f"the robot succeeded in {i.successes} of {i.trials} trials."
         )
     return found

@@ -4,6 +4,8 @@ import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from twbal.core.channels import Channels
 from twbal.core.cost import Cost
 from twbal.core.coverage import widened
@@ -17,6 +19,7 @@ from twbal.planar.robot_distribution import RobotDistribution, prior_of
 from twbal.policies.linear import LinearPolicy
 from twbal.policies.rbf import RbfPolicy
 from twbal.search.optimise import SearchResult, search_policy
+from twbal.search.predicted_rollout import ranked_by_crps
 from twbal.search.robust import PHYSICAL, RobustSettings, SampledRobots
 from twbal.search.start_state import start_state
 from twbal.search.starts import PolicyParametrisation
@@ -117,15 +120,18 @@ class PolicySearch:
 
 
 def recalibrated(
-    result: SearchResult, episodes: Sequence[Episode], drivers: Sequence[str], channels: Channels
+    result: SearchResult, episodes: Sequence[Episode], drivers: Sequence[str], channels: Channels, cost: Cost
 ) -> SearchResult:
-    """The result with its prediction as wide as rollouts of that very policy ask for; see `widened`.
+    """The result with the prediction that fits rollouts of that very policy best, as wide as they ask for.
+
+    The predictions are compared by CRPS (`ranked_by_crps`); the best is `widened`.
 
     Args:
         result: of a search.
         episodes: of the policy that it found best.
         drivers: sha256 of the earlier policies that the search was given.
         channels: the state.
+        cost: of a state; its widths are the units in which channels are compared.
 
     Raises:
         ConfigError: another policy drove an episode.
@@ -139,4 +145,6 @@ def recalibrated(
                 "but another one drove it. Give calibration_episodes=[...] the rollouts of the one policy in "
                 "initial_policies=[...], and optimise=false."
             )
-    return result._replace(predicted=widened(result.predicted, episodes, channels.measured))
+    first, *others = ranked_by_crps(result.predictions, episodes, channels.measured, np.asarray(cost.widths))
+    wide = first._replace(states=widened(first.states, episodes, channels.measured))
+    return result._replace(predictions=(wide, *others))

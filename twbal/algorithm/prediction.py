@@ -12,6 +12,7 @@ from twbal.core.gaussian import Gaussian
 from twbal.core.payload import Payload
 from twbal.io.checkpoint import load_checkpoint, save_checkpoint
 from twbal.search.optimise import SearchResult
+from twbal.search.predictor import Predictor
 from twbal.search.task import Candidate
 
 KIND = "prediction"
@@ -41,6 +42,23 @@ class Assessment:
 
 
 @dataclass(frozen=True)
+class PredictedBy:
+    """A prediction of the cost under the best policy, and how well it fits rollouts.
+
+    Attributes:
+        by: what predicts.
+        cost: expected long-term cost over the horizon (eq. 9).
+        crps: of the predicted states on rollouts of that policy; None where there were none to score it on.
+        detail: how robots were drawn, where not as for the search, in words.
+    """
+
+    by: Predictor
+    cost: float
+    crps: float | None = None
+    detail: str = ""
+
+
+@dataclass(frozen=True)
 class Prediction:
     """What is in a `prediction.pt`.
 
@@ -49,18 +67,27 @@ class Prediction:
         states: p(x_t) for t = 0 .. H under the best policy, as the sensors show them.
         best: what was thought of that policy.
         candidates: the same for all that were judged, the best first.
+        predictors: what predicted `states`, and what else could have.
     """
 
     channels: tuple[str, ...]
     states: tuple[Gaussian, ...]
     best: Assessment
     candidates: tuple[Assessment, ...]
+    predictors: tuple[PredictedBy, ...]
+
+    @property
+    def cost(self) -> float:
+        """Expected long-term cost over the horizon (eq. 9), by what predicted the states."""
+        return self.predictors[0].cost
 
 
 def prediction_of(result: SearchResult) -> Prediction:
     """What a search says, without the policies."""
     candidates = tuple(_assessment(candidate) for candidate in result.candidates)
-    return Prediction(result.best.policy.channels, result.predicted, _assessment(result.best), candidates)
+    predictors = tuple(PredictedBy(each.by, each.cost, each.crps, each.detail) for each in result.predictions)
+    states = result.predictions[0].states
+    return Prediction(result.best.policy.channels, states, _assessment(result.best), candidates, predictors)
 
 
 def save_prediction(path: Path, prediction: Prediction) -> None:
@@ -71,6 +98,7 @@ def save_prediction(path: Path, prediction: Prediction) -> None:
         "covariance": np.array([state.covariance for state in prediction.states]),  # (H + 1, D, D)
         "best": asdict(prediction.best),
         "candidates": [asdict(candidate) for candidate in prediction.candidates],
+        "predictors": [{**asdict(each), "by": each.by.value} for each in prediction.predictors],
     }
     save_checkpoint(path, KIND, payload)
 
@@ -92,11 +120,35 @@ def _prediction(found: Payload) -> Prediction:
     channels = found.texts("channels")
     means = found.numbers("mean", (-1, len(channels)))
     covariances = found.numbers("covariance", (len(means), len(channels), len(channels)))
+    best = _saved_assessment(found.part("best"))
     return Prediction(
         channels=channels,
         states=tuple(Gaussian(mean, covariance) for mean, covariance in zip(means, covariances, strict=True)),
-        best=_saved_assessment(found.part("best")),
+        best=best,
         candidates=tuple(_saved_assessment(Payload("candidate", each)) for each in found.items("candidates")),
+        predictors=_predictors(found, best, len(means) - 1),
+    )
+
+
+def _predictors(found: Payload, best: Assessment, horizon: int) -> tuple[PredictedBy, ...]:
+    """What predicted; in an older file that is the model, and its cost that of the best policy."""
+    if "predictors" not in found.names:
+        return (PredictedBy(Predictor.MODEL, best.cost),)
+    parts = [Payload("predictor", each) for each in found.items("predictors")]
+    unknown = [part.text("by") for part in parts if part.text("by") not in set(Predictor)]
+    if unknown or not parts:
+        raise CheckpointError(
+            f"The prediction's predictors must be one or more of: {', '.join(Predictor)}; found "
+            f"{unknown[0][:40] if unknown else 'none'}. Was the file changed, or made by a newer twbal?"
+        )
+    return tuple(
+        PredictedBy(
+            Predictor(part.text("by")),
+            part.number("cost", 0.0, float(horizon)),
+            None if part["crps"] is None else part.number("crps", 0.0),
+            part.text("detail"),
+        )
+        for part in parts
     )
 
 

@@ -9,6 +9,7 @@ from typing import NamedTuple
 from twbal.core.errors import DataError
 from twbal.core.evaluation import PlaceBy
 from twbal.core.json_records import read_record
+from twbal.search.predictor import Predictor
 
 _AMOUNTS = (
     "real_episodes",
@@ -133,7 +134,7 @@ class Iteration:
         real_episodes: rollouts on the robot that g was learned from; trials that evaluate are not among them.
         real_samples: state transitions in them.
         real_seconds: how long the robot was driven in them [s].
-        predicted_cost: expected long-term cost by the model (eq. 9); None where no model was asked.
+        predicted_cost: expected long-term cost (eq. 9); None where nothing was predicted.
         real_cost: mean long-term cost of the trials; None without trials.
         successes: trials in which the robot balanced.
         trials: trials driven with this policy.
@@ -173,6 +174,7 @@ class Iteration:
         base: which f the model has that g was learned on.
         evidence_gain: by how much likelier the real transitions are under that f than under the next best candidate
             (difference of log evidence) [nats]; None also where there was one candidate.
+        predicted_by: what `predicted_cost` and the bands come from; None without a prediction.
 
     The fields from `trial_seconds` on are None where an older `summary.json` does not note them.
     """
@@ -217,6 +219,7 @@ class Iteration:
     reason: Reason | None = None
     base: Base | None = None
     evidence_gain: float | None = None
+    predicted_by: Predictor | None = None
 
     def __post_init__(self) -> None:
         if not 0 <= self.successes <= self.trials:

@@ -7,10 +7,11 @@ from typing import NamedTuple
 import numpy as np
 
 from twbal.core.errors import SearchError
-from twbal.core.gaussian import Array, Gaussian
+from twbal.core.gaussian import Array
 from twbal.core.streams import Stream, generator
 from twbal.policies.rbf import RbfPolicy
 from twbal.search.descent import Minimised, descend
+from twbal.search.predicted_rollout import PredictedRollout
 from twbal.search.robust import RankedPolicy, SampledRobots
 from twbal.search.starts import (
     PolicyParametrisation,
@@ -29,12 +30,13 @@ class SearchResult(NamedTuple):
     Attributes:
         best: the candidate that the long rollouts say is best.
         candidates: all that were judged, best first.
-        predicted: (H + 1) distributions of the state under the best policy, t = 0..H, as the sensors show them.
+        predictions: of rollouts under the best policy, by robots of the parameter distribution and by the models; the
+            first is the one to take.
     """
 
     best: Candidate
     candidates: tuple[Candidate, ...]
-    predicted: tuple[Gaussian, ...]
+    predictions: tuple[PredictedRollout, ...]
 
 
 def search_policy(
@@ -106,7 +108,7 @@ def search_policy(
         candidates.append(validated(f"long {near.origin}", found))
         candidates.sort(key=_rank)
     best = candidates[0]
-    return SearchResult(best, tuple(candidates), task.predicted(best.policy))
+    return SearchResult(best, tuple(candidates), task.predictions(best))
 
 
 def _robust_starts(

@@ -91,6 +91,7 @@ def planar_rollouts(
     limits: Limits,
     draws: PlanarDraws,
     control_period: float,
+    shown: Array | None = None,
 ) -> Driven:
     """Drive one robot of each model by a policy.
 
@@ -102,11 +103,13 @@ def planar_rollouts(
         limits: when a robot balances.
         draws: starts and noises.
         control_period: [s].
+        shown: (n, S, D), into which the states at t = 0..S - 1 are written as the sensors show them, up to a fall.
     """
     lags = channels.lags
     codes = np.array([_PAST + lags[name] if name in lags else _SHOWN.index(name) for name in channels.names])
     substeps = max(round(control_period / _MAX_STEP), 1)
     bound = channels.max_position_integral
+    shown = np.empty((len(models), 0, len(codes))) if shown is None else shown
     found = [
         _rollout(
             model,
@@ -117,9 +120,10 @@ def planar_rollouts(
             policy.network,
             cost.numbers,
             limits,
+            states,
             *drawn,
         )
-        for model, *drawn in zip(models, *draws, strict=True)
+        for model, states, *drawn in zip(models, shown, *draws, strict=True)
     ]
     return Driven(*(np.array(part) for part in zip(*found, strict=True)))
 
@@ -141,13 +145,14 @@ def _rollout(  # type: ignore[no-untyped-def]
     network: Network,
     cost: CostNumbers,
     limits: Limits,
+    states: Array,
     start: Array,
     sensors: Array,
     jolts: Array,
     filter_rate: float,
     rate_age: float,
 ):
-    """One robot: how much of the limits it used, its oscillation, and the mean cost of a step."""
+    """One robot: how much of the limits it used, its oscillation, and the mean cost of a step; writes its `states`."""
     steps, D = len(sensors), len(codes)
     period = substeps * k.step
     commands, state = np.zeros(steps), np.empty(D)
@@ -175,6 +180,8 @@ def _rollout(  # type: ignore[no-untyped-def]
                 state[i] = shown[code]
             else:
                 state[i] = commands[step - lag] if step >= lag else 0.0
+        if step < len(states):
+            states[step] = state
         if step > 0:
             total += price(cost, state)
         if step == steps:

@@ -139,6 +139,16 @@ class SampledRobots:
         period, draws = self.distribution.robot.control_period, self._draws.first(robots)
         return planar_rollouts(self._models[:robots], self.channels, policy, self.cost, self._limits, draws, period)
 
+    def states(self, policy: RbfPolicy, steps: int) -> Array:
+        """The states of all n under a policy at t = 0..`steps` as the sensors show them, NaN after a fall.
+
+        (n, `steps` + 1, D); `steps` may be other than those of a rollout by the rule.
+        """
+        period, draws, cost = self.distribution.robot.control_period, self._drawn(steps), self.cost
+        shown = np.full((len(self._models), steps + 1, len(self.channels.names)), np.nan)
+        planar_rollouts(self._models, self.channels, policy, cost, self._limits, draws, period, shown)
+        return shown
+
     def ranked(self, origin: str, policy: RbfPolicy, robots: int | None = None) -> RankedPolicy:
         """A policy with how it does on the first `robots` of them."""
         found = self.driven(policy, robots)
@@ -201,7 +211,11 @@ class SampledRobots:
 
     @cached_property
     def _draws(self) -> PlanarDraws:
-        count, steps = self.settings.robots, self.rule.steps
+        return self._drawn(self.rule.steps)
+
+    def _drawn(self, steps: int) -> PlanarDraws:
+        """Starts and noises of all robots for a rollout of `steps` control periods."""
+        count = self.settings.robots
         rng = generator(Stream.SAMPLED_ROBOTS, self.seed, 1)
         physical = [self.channels.index(name) for name in PHYSICAL]
         start = self.start.sample(count, rng)[:, physical]

@@ -16,6 +16,8 @@ from twbal.policies.rbf import RbfPolicy
 from twbal.search.descent import MeanObjective, Minimised, Objective
 from twbal.search.long_term_cost import propagate
 from twbal.search.particles import ParticleObjective
+from twbal.search.predicted_rollout import PredictedRollout, predicted_by_robots
+from twbal.search.predictor import Predictor
 from twbal.search.robust import RankedPolicy, SampledRobots
 from twbal.search.transition import TransitionModel, transition_model
 from twbal.search.validation import Validation, ValidationResult, success_probability, validate
@@ -152,6 +154,17 @@ class Task:
         robots = self.robots.ranked(origin, policy) if self.robots is not None else None
         sampled = share.robots * len(self.models) if self.robots is None else self.robots.settings.robots
         return Candidate(origin, policy, self.whole.value(policy), validation, earlier, robots, sampled)
+
+    def predictions(self, candidate: Candidate) -> tuple[PredictedRollout, ...]:
+        """Predictions of rollouts under a policy, first the one to take where no rollouts tell: that of the robots.
+
+        Where there are none, the models predict alone.
+        """
+        policy, horizon = candidate.policy, self.settings.horizon
+        cost = min(candidate.cost, float(horizon))
+        by_models = PredictedRollout(Predictor.MODEL, cost, self.predicted(policy))
+        by_robots = predicted_by_robots(self.robots, policy, horizon) if self.robots is not None else ()
+        return (*by_robots[:1], by_models, *by_robots[1:])
 
     def predicted(self, policy: RbfPolicy) -> tuple[Gaussian, ...]:
         """Distributions of what the sensors show under a policy, t = 0..H; by longer series than the search takes.

@@ -10,6 +10,7 @@ from twbal.algorithm.tables import crps, policy_and_reason, tilt_band, trials_ro
 from twbal.core.errors import DataError
 from twbal.core.evaluation import SuccessCriterion
 from twbal.core.files import write_atomically
+from twbal.search.predictor import Predictor
 from twbal.viz.page import inline, percent, render
 
 
@@ -200,7 +201,8 @@ def _caption(iteration: Iteration, warnings: Sequence[str]) -> str:
         Basis.CORRECTED: "f + g",
         Basis.ROBOT: "a model of the robot's rollouts alone",
     }.get(iteration.basis or Basis.CORRECTED, "the model")
-    text = f"Predicted by {learned}"
+    by_robots = iteration.predicted_by is Predictor.ROBOTS
+    text = f"Predicted by {'robots with parameters drawn from what is known' if by_robots else learned}"
     if iteration.real_episodes:
         text += (
             f", learned from {counted(iteration.real_episodes, 'rollout')} on the robot "

@@ -108,7 +108,8 @@ def _search_to_files(
     told = load_distribution(known, search.robot) if known else None
     result = search.find(models, policies, base, told, say)
     if calibration_episodes:
-        result = recalibrated(result, [read_episode(f) for f in calibration_episodes], hashes(earlier), search.channels)
+        driven = [read_episode(file) for file in calibration_episodes]
+        result = recalibrated(result, driven, hashes(earlier), search.channels, search.cost)
     save_checkpoint(out / POLICY, "policy", result.best.policy.to_payload())
     save_prediction(out / PREDICTION, prediction_of(result))
     return [out / POLICY, out / PREDICTION]
