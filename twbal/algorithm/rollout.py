@@ -130,7 +130,7 @@ def _drive(
                 Outcome.POLICY_FAULT, f"The policy commands {command} N·m, which is no number, in state {state}."
             )
             return
-        command = added(command, record.lead_torque, most)
+        command = added(command, record.feed_forward_torque, most)
         record.tell(plant)
         if record.heading is not None:
             plant.steer(record.heading.difference(command))
@@ -204,9 +204,9 @@ class _Record:
         return self._tracker.for_policy
 
     @property
-    def lead_torque(self) -> float:
+    def feed_forward_torque(self) -> float:
         """What the reference's acceleration needs [N·m]."""
-        return self._tracker.lead.torque
+        return self._tracker.offset.torque
 
     def tell(self, plant: Plant) -> None:
         """Tell the robot the reference at the last observation, where there is one."""

@@ -13,13 +13,13 @@ from twbal.core.robot_parameters import RobotParameters
 from twbal.diagnosis.advice import UNEXPLAINED, on_disagreements, on_falls, on_next_experiment
 from twbal.diagnosis.agreement import disagreements
 from twbal.diagnosis.candidates import tilt_offsets
-from twbal.diagnosis.contest import is_open
 from twbal.diagnosis.effect_candidates import candidates_for
 from twbal.diagnosis.filter_result import filter_recordings
 from twbal.diagnosis.findings import FilterResult, Findings
 from twbal.diagnosis.gap import Models, Stretches, measure_gaps, rollout_error
 from twbal.diagnosis.graded import contradicted, remaining_of, with_shares
 from twbal.diagnosis.inputs import DataSettings, Named, Simulated
+from twbal.diagnosis.model_comparison import is_open
 from twbal.diagnosis.name import name_effects
 from twbal.diagnosis.next_experiment import next_experiment
 from twbal.diagnosis.record import Diagnosis, Verdict, headline
@@ -101,15 +101,15 @@ def diagnose_episodes(
     diagnosis, found = _reviewed(_diagnosis(found, split, acting, settings, data), found, settings)
     more = (IN_AIR,) if in_air else on_falls(measured.episodes, diagnosis.verdict)
     diagnosis = replace(diagnosis, advice=(*more, *diagnosis.advice))
-    if found.contest is not None:
+    if found.comparison is not None:
         whole = () if split.are_ends else split.kept_back
-        disagreeing = disagreements(found.contest, whole)
+        disagreeing = disagreements(found.comparison, whole)
         advice = (*diagnosis.advice, *on_disagreements(disagreeing))
         diagnosis = replace(diagnosis, disagreements=disagreeing, advice=advice)
     unsettled = is_open(diagnosis.verdict, diagnosis.effects, diagnosis.rivals)
-    if data.next_experiment and found.contest is not None and len(found.contest.contenders) > 1 and unsettled:
-        suggested = next_experiment(found.contest, robot, progress)
-        advice = (*diagnosis.advice, *on_next_experiment(suggested, found.contest, diagnosis.effects))
+    if data.next_experiment and found.comparison is not None and len(found.comparison.rivals) > 1 and unsettled:
+        suggested = next_experiment(found.comparison, robot, progress)
+        advice = (*diagnosis.advice, *on_next_experiment(suggested, found.comparison, diagnosis.effects))
         diagnosis = replace(diagnosis, next_experiment=suggested, no_safe_experiment=suggested is None, advice=advice)
     corrected = replace(acting, robot=robot, effects={**present, **found.named.effects})
     return DiagnosisResult(diagnosis, found, split, corrected)
