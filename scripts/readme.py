@@ -17,9 +17,10 @@ import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-HOUSE = Path(__file__).resolve().parent.parent
-sys.path.insert(0, str(HOUSE))  # `benchmarks` is not installed
+ROOT = Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT))  # `benchmarks` is not installed
 
+from benchmarks.agreement.tables import agreement  # noqa: E402
 from benchmarks.diagnosis_tables import figures, mending, missed  # noqa: E402
 from benchmarks.driving.tables import driving, misses  # noqa: E402
 from benchmarks.hidden_robots.prediction import prediction_table, reliability_table  # noqa: E402
@@ -42,14 +43,13 @@ from benchmarks.on_boards.distilling import distilled_policies  # noqa: E402
 from benchmarks.on_firmware.tables import on_firmware  # noqa: E402
 from benchmarks.other_robots.tables import PARTS as OTHER_ROBOTS  # noqa: E402
 from benchmarks.speed_tables import fits, ratios, running, steps, times, validation  # noqa: E402
-from benchmarks.what_next.tables import AGREEING  # noqa: E402
 from benchmarks.what_next.tables import PARTS as WHAT_NEXT  # noqa: E402
 
-RESULTS = HOUSE / "benchmarks" / "results"
-PICTURES = HOUSE / "docs" / "pictures"
+RESULTS = ROOT / "benchmarks" / "results"
+PICTURES = ROOT / "docs" / "pictures"
 PAGES = (
-    HOUSE / "README.md",
-    *(HOUSE / "docs" / f"{name}.md" for name in ("methods", "benchmarks", "speed", "import", "firmware", "protocol")),
+    ROOT / "README.md",
+    *(ROOT / "docs" / f"{name}.md" for name in ("methods", "benchmarks", "speed", "import", "firmware", "protocol")),
 )
 
 
@@ -119,7 +119,7 @@ PARTS: Mapping[str, Callable[..., list[str]]] = {
     "mending": mending,
     **OTHER_ROBOTS,
     **WHAT_NEXT,
-    **AGREEING,
+    "agreement": agreement,
     "times": times,
     "ratios": ratios,
     "steps": steps,
