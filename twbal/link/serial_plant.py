@@ -10,22 +10,21 @@ from twbal.core.errors import ConfigError, DataError, LinkError, LinkLostError, 
 from twbal.core.motor import Motor
 from twbal.core.plant import Observation, Plant, Pose, WheelDifference
 from twbal.link.exchange import Exchange
+from twbal.link.handshake import Needs, greet, shake_hands
 from twbal.link.line_notes import LineNotes
 from twbal.link.message import Message
 from twbal.link.protocol import (
-    VERSION,
     Arm,
     Command,
     Drive,
     Follow,
-    Hello,
     Sensors,
     Status,
     Stop,
     Telemetry,
-    Welcome,
 )
-from twbal.link.ranges import MAX_CLOCK_STEP_US, MAX_TRIAL, check_timeouts, odd_announcement, odd_values
+from twbal.link.ranges import MAX_CLOCK_STEP_US, MAX_TRIAL, check_timeouts, odd_values
+from twbal.link.telemetry_meaning import advice_on_silence, observation_of, says_off, why_stopped
 from twbal.link.transport import SerialTransport, Transport
 from twbal.link.version_1 import VERSION_1
 from twbal.link.wheel_commands import WheelCommands, WheelLimits, torque_per_voltage
@@ -162,7 +161,7 @@ class SerialPlant(Plant):
         self._notes.begin()  # while it armed, it may have been asked again and again
         if not self._last.status & Status.ARMED:
             raise LinkError(
-                f"The robot {self.robot_name} does not arm: {_why_stopped(self._last)}. Place it at its start."
+                f"The robot {self.robot_name} does not arm: {why_stopped(self._last)}. Place it at its start."
             )
         return self._observation(self._last)
 
@@ -190,9 +189,8 @@ class SerialPlant(Plant):
             raise LinkLostError(str(error)) from error
         self._notes.follow(before, self._last, self._elapsed)
         if not self._last.status & (Status.ARMED | Status.TILT_STOPPED):  # the command may not have acted
-            raise LinkLostError(
-                f"The robot {self.robot_name} stopped itself: {_why_stopped(self._last)}.{_stall(before, self._last)}"
-            )
+            reason, advice = why_stopped(self._last), advice_on_silence(before, self._last)
+            raise LinkLostError(f"The robot {self.robot_name} stopped itself: {reason}.{advice}")
         self._follow_clock(before, self._last)
         return self._observation(self._last)
 
@@ -284,43 +282,18 @@ class SerialPlant(Plant):
         patience = self._timeout / _STOPS
         for left in reversed(range(_STOPS)):
             try:
-                self._line.ask(Stop(self._line.next_number()), patience, until=_says_off)
+                self._line.ask(Stop(self._line.next_number()), patience, until=says_off)
                 return
             except LinkError:
                 if not left:
                     raise
             with suppress(LinkError):
-                self._greet(patience)
-
-    def _greet(self, timeout: float) -> Welcome:
-        hello = Hello(self._line.next_number(), self._line.version)
-        welcome = self._line.ask(hello, timeout, until=lambda answer: isinstance(answer, Welcome))
-        assert isinstance(welcome, Welcome)
-        return welcome
+                greet(self._line, patience)
 
     def _shake_hands(self) -> None:
-        self._line.version = VERSION
-        welcome = self._greet(self._connect_timeout)
-        if welcome.version == VERSION_1:
-            self._line.version = VERSION_1  # a robot obeys after a Hello of its own version only
-            welcome = self._greet(self._connect_timeout)
-        if welcome.version != self._line.version:
-            raise ProtocolError(
-                f"The robot on {self._port} speaks version {welcome.version} of the link protocol, this "
-                f"twbal versions {VERSION_1} and {VERSION}. Update the older of the two."
-            )
-        if odd := odd_announcement(welcome):
-            raise ProtocolError(f"The robot on {self._port} announces what cannot be: {odd}.")
-        if self._on_board and not welcome.policy:
-            raise ConfigError(
-                f"The robot {welcome.name} on {self._port} has no policy on board. Export one by `twbal "
-                "export-policy`, and build its firmware with it; or set link.on_board=false."
-            )
-        if self._motor is not None and not welcome.voltage_limit > 0:
-            raise ConfigError(
-                f"The robot {welcome.name} on {self._port} takes no voltages, and link.motor asks for them. Set "
-                "link.motor=null to send torques."
-            )
+        """Learn who the robot is."""
+        needs = Needs(voltages=self._motor is not None, policy_on_board=self._on_board)
+        welcome = shake_hands(self._line, self._port, self._connect_timeout, needs)
         self.control_period = welcome.control_period_us * 1e-6
         self.robot_name, self.torque_limit, self.clock = welcome.name, welcome.torque_limit, welcome.clock
         self.firmware, self.policy = welcome.firmware, welcome.policy
@@ -366,15 +339,7 @@ class SerialPlant(Plant):
         if odd := odd_values(seen, self.sensors):
             raise LinkLostError(f"The robot {self.robot_name} sends {odd}. Is that sensor connected?")
         self._pose = self._true_pose()
-        return Observation(
-            time=self._elapsed,
-            tilt=seen.tilt,
-            tilt_rate=seen.tilt_rate,
-            acceleration=seen.acceleration if self.sensors & Sensors.ACCELERATION else 0.0,
-            wheel_angle=seen.wheel_angle,
-            wheel_rate=seen.wheel_rate,
-            yaw_rate=seen.yaw_rate if self.sensors & Sensors.YAW_RATE else 0.0,
-        )
+        return observation_of(seen, self.sensors, self._elapsed)
 
     def _true_pose(self) -> Pose | None:
         said = self._line.pose
@@ -387,32 +352,4 @@ class SerialPlant(Plant):
     def _why_not_driven(self) -> str:
         if self._lost:
             return "the link was lost"
-        return _why_stopped(self._last) if self._armed else "it was stopped, or never reset"
-
-
-def _says_off(answer: Message) -> bool:
-    return isinstance(answer, Telemetry) and not answer.status & Status.ARMED
-
-
-def _stall(before: Telemetry, seen: Telemetry) -> str:
-    """What to do where the watchdog stopped a robot; empty where something else did."""
-    if not seen.status & Status.WATCHDOG_STOPPED:
-        return ""
-    silence = (seen.time_us - before.time_us) % 2**32 * 1e-3
-    return (
-        f" By its clock {silence:.0f} ms passed until a measurement was answered. If the line is sound, the host was "
-        "late: close other programs, or allow real-time priority (`twbal doctor` says how)."
-    )
-
-
-def _why_stopped(seen: Telemetry) -> str:
-    if seen.status & Status.TILT_STOPPED:
-        return f"its tilt of {math.degrees(seen.tilt):.0f}° is beyond its own limit"
-    if seen.status & Status.SENSOR_STOPPED:
-        values = {name: getattr(seen, name) for name in ("tilt", "tilt_rate", "wheel_angle", "wheel_rate")}
-        broken = [name.replace("_", " ") for name, value in values.items() if not math.isfinite(value)]
-        which = f" ({', '.join(broken)})" if broken else ""
-        return f"a sensor that it is balanced by fell silent, or said what is no number{which}"
-    if seen.status & Status.WATCHDOG_STOPPED:
-        return "it had no command for too long (its watchdog)"
-    return "it was stopped at its own side"
+        return why_stopped(self._last) if self._armed else "it was stopped, or never reset"

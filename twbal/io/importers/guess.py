@@ -6,18 +6,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from twbal.core.gaussian import Array
 from twbal.core.plant import Observation
 from twbal.io.importers.all_columns import Column, all_columns, row_of
+from twbal.io.importers.column_choice import choose, counts, grows, is_even, unit_of
 from twbal.io.importers.column_names import DUTY
-from twbal.io.importers.mapping import QUANTITIES, UNITS
+from twbal.io.importers.mapping import QUANTITIES
 
 _OPEN = "'???'"  # in quotes, without which it is no yaml within braces
-_LARGEST_TILT = 3.5  # rad; a larger one is in degrees
-_STEPS = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
-_PERIODS = (0.0005, 0.3)  # s; of logs
 _PERCENT = (2.0, 130.0)  # largest values of a duty cycle in percent, before it is clipped
-_WHOLE = 10  # a column of whole numbers that spans more counts something
 _MOTOR = """motor:  # both together, as one; from its data sheet
   _target_: twbal.core.motor.Motor
   resistance: ???       # ohm
@@ -48,28 +44,6 @@ class Guess(NamedTuple):
     unknown_units: tuple[str, ...]
 
 
-class _Choice(NamedTuple):
-    """Columns of a quantity.
-
-    Attributes:
-        columns: one, or a left and a right one; none where that is not certain.
-        reason: why there are none.
-        is_for_person: whether the log has the quantity, and only a person can say which column it is.
-    """
-
-    columns: Sequence[Column] = ()
-    reason: str = ""
-    is_for_person: bool = False
-
-
-class _Unit(NamedTuple):
-    """The unit of a column, what is to be said of it, and whether it is one that nothing but habit speaks for."""
-
-    unit: str
-    comment: str = ""
-    is_assumed: bool = False
-
-
 class _Proposal:
     """Lines of a mapping while it is put together."""
 
@@ -81,8 +55,8 @@ class _Proposal:
 
     def take(self, quantity: str, columns: Sequence[Column], scale: str = "", why: str = "") -> None:
         """Take columns for a quantity."""
-        unit, said, is_assumed = _unit(quantity, columns[0])
-        if said and _counts(quantity, columns[0]) and not scale:
+        unit, said, is_assumed = unit_of(quantity, columns[0])
+        if said and counts(quantity, columns[0]) and not scale:
             scale, said = _OPEN, f"whole numbers: fill in the scale, {QUANTITIES[quantity]} for one"
             self.open.append(f"scale of {quantity}")
         elif is_assumed and scale == _OPEN:
@@ -147,13 +121,13 @@ def _of_an_export(columns: Sequence[Column]) -> _Proposal | None:
 def _by_names(columns: Sequence[Column]) -> _Proposal:
     proposal = _Proposal()
     _time(proposal, columns)
-    tilt = _choose("tilt", columns)
+    tilt = choose("tilt", columns)
     if tilt.columns:
         proposal.take("tilt", tilt.columns)
     else:
         proposal.leave("tilt", tilt.reason or "not found among the names")
     for name in ("tilt_rate", "acceleration", "yaw_rate", "wheel_rate"):
-        choice = _choose(name, columns)
+        choice = choose(name, columns)
         if choice.columns:
             proposal.take(name, choice.columns)
         elif choice.is_for_person:
@@ -165,49 +139,26 @@ def _by_names(columns: Sequence[Column]) -> _Proposal:
     return proposal
 
 
-def _choose(quantity: str, columns: Sequence[Column]) -> _Choice:
-    """The columns of a quantity."""
-    unit = QUANTITIES.get(quantity, "")
-    meant = [column for column in columns if column.meaning.quantity == quantity and np.isfinite(column.values).any()]
-    fitting = [c for c in meant if not c.meaning.unit or c.meaning.unit in UNITS.get(unit, {c.meaning.unit})]
-    certain = [column for column in fitting if column.meaning.certain]
-    sides = {column.meaning.side for column in certain}
-    if len(certain) == 1 and sides == {""}:
-        return _Choice(certain)
-    if len(certain) == 2 and sides == {"left", "right"} and certain[0].meaning.stem == certain[1].meaning.stem:
-        return _Choice(certain)
-    if len(certain) == 1:
-        return _Choice((), f"{certain[0].name} is of one wheel only: is that enough?", is_for_person=True)
-    if certain:
-        return _Choice((), f"{' or '.join(column.name for column in certain)}?", is_for_person=True)
-    if fitting:
-        names = " or ".join(column.name for column in fitting)
-        return _Choice((), f"perhaps {names}: such a name may mean other things")
-    if meant:
-        return _Choice((), f"{meant[0].name} is in {meant[0].meaning.unit}: to take it, fill in a scale to {unit}")
-    return _Choice()
-
-
 def _time(proposal: _Proposal, columns: Sequence[Column]) -> None:
-    growing = [column for column in columns if _grows(column.values)]
-    choice = _choose("time", growing)
+    growing = [column for column in columns if grows(column.values)]
+    choice = choose("time", growing)
     if choice.columns:
         proposal.take("time", choice.columns)
         return
-    even = [column.name or f"column {column.source}" for column in growing if _is_even(column.values)]
+    even = [column.name or f"column {column.source}" for column in growing if is_even(column.values)]
     hint = f"no name says so; {' and '.join(even)} grows by even steps" if even else "not found; or null and a `rate`"
     proposal.leave("time", choice.reason or hint)
 
 
 def _wheels(proposal: _Proposal, columns: Sequence[Column]) -> None:
     """What the wheels did: their angle, or a distance, or a pose, or their rate alone."""
-    angle = _choose("wheel_angle", columns)
-    pose = {name: _choose(name, columns).columns for name in ("x", "y", "heading")}
+    angle = choose("wheel_angle", columns)
+    pose = {name: choose(name, columns).columns for name in ("x", "y", "heading")}
     if angle.columns:
         proposal.take("wheel_angle", angle.columns)
     elif angle.is_for_person:
         proposal.leave("wheel_angle", angle.reason)
-    elif distance := _choose("distance", columns).columns:
+    elif distance := choose("distance", columns).columns:
         proposal.take("distance", distance)
     elif all(pose.values()):
         proposal.take("x", pose["x"])
@@ -224,13 +175,13 @@ def _wheels(proposal: _Proposal, columns: Sequence[Column]) -> None:
 
 def _command(proposal: _Proposal, columns: Sequence[Column]) -> None:
     """The torque; else a voltage; else a duty cycle, which is a share of a voltage."""
-    torque = _choose("command", columns)
+    torque = choose("command", columns)
     if torque.columns:
         of_two = ("2", "their sum, which is twice their mean") if len(torque.columns) == 2 else None
         proposal.take("command", torque.columns, *(of_two or ("", "of both wheels together?")))
         return
-    volts = _choose("voltage", [c for c in columns if np.nanmin(c.values, initial=0.0) < 0.0])
-    duty = _choose(DUTY, columns)
+    volts = choose("voltage", [c for c in columns if np.nanmin(c.values, initial=0.0) < 0.0])
+    duty = choose(DUTY, columns)
     if not torque.is_for_person and (volts.columns or duty.columns):
         why = "their mean, for the motor is both as one" if len(volts.columns or duty.columns) == 2 else ""
         if volts.columns:
@@ -257,37 +208,3 @@ def _take_duty(proposal: _Proposal, duty: Sequence[Column], why: str) -> None:
         return
     proposal.take("voltage", duty, _OPEN, f"{why}a duty cycle: fill in the scale, V for one")
     proposal.open.append("scale of voltage")
-
-
-def _grows(values: Array) -> bool:
-    steps = np.diff(values[np.isfinite(values)])
-    return bool(len(steps) and np.median(steps) > 0 and np.mean(steps < 0) <= 0.01)
-
-
-def _is_even(values: Array) -> bool:
-    steps = np.diff(values[np.isfinite(values)])
-    return bool(np.mean(np.abs(steps - np.median(steps)) < 0.25 * np.median(steps)) > 0.95)
-
-
-def _counts(quantity: str, column: Column) -> bool:
-    """Whether a column of what the wheels did is in counts of an encoder."""
-    values = column.values[np.isfinite(column.values)]
-    wheels = quantity in ("wheel_angle", "wheel_rate", "distance")
-    return wheels and bool((values == np.round(values)).all()) and bool(np.ptp(values) > _WHOLE)
-
-
-def _unit(quantity: str, column: Column) -> _Unit:
-    """The unit that a column's name says, or that its numbers tell; else that of the quantity."""
-    stated = column.meaning.unit
-    if stated in UNITS[QUANTITIES[quantity]]:
-        return _Unit(stated)
-    largest = float(np.nanmax(np.abs(column.values)))
-    if quantity == "time":
-        step = float(np.nanmedian(np.diff(column.values)))
-        for unit, of_a_second in _STEPS.items():
-            if _PERIODS[0] <= step / of_a_second <= _PERIODS[1]:
-                return _Unit(unit, f"unit by its steps of {step:.6g}")
-    if quantity == "tilt" and largest > _LARGEST_TILT:
-        return _Unit("deg", f"unit by its largest value, {largest:.3g}")
-    unit = QUANTITIES[quantity]
-    return _Unit(unit, f"UNIT NOT KNOWN, taken as {unit}; the largest value is {largest:.3g}", is_assumed=True)

@@ -1,0 +1,96 @@
+"""Which columns of a log are a quantity, and in which unit, by names and numbers."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from twbal.core.gaussian import Array
+from twbal.io.importers.all_columns import Column
+from twbal.io.importers.mapping import QUANTITIES, UNITS
+
+_LARGEST_TILT = 3.5  # rad; a larger one is in degrees
+_STEPS = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
+_PERIODS = (0.0005, 0.3)  # s; of logs
+_WHOLE = 10  # a column of whole numbers that spans more counts something
+
+
+class Choice(NamedTuple):
+    """Columns of a quantity.
+
+    Attributes:
+        columns: one, or a left and a right one; none where that is not certain.
+        reason: why there are none.
+        is_for_person: whether the log has the quantity, and only a person can say which column it is.
+    """
+
+    columns: Sequence[Column] = ()
+    reason: str = ""
+    is_for_person: bool = False
+
+
+class Unit(NamedTuple):
+    """The unit of a column, what is to be said of it, and whether it is one that nothing but habit speaks for."""
+
+    unit: str
+    comment: str = ""
+    is_assumed: bool = False
+
+
+def choose(quantity: str, columns: Sequence[Column]) -> Choice:
+    """The columns of a quantity."""
+    unit = QUANTITIES.get(quantity, "")
+    meant = [column for column in columns if column.meaning.quantity == quantity and np.isfinite(column.values).any()]
+    fitting = [c for c in meant if not c.meaning.unit or c.meaning.unit in UNITS.get(unit, {c.meaning.unit})]
+    certain = [column for column in fitting if column.meaning.certain]
+    sides = {column.meaning.side for column in certain}
+    if len(certain) == 1 and sides == {""}:
+        return Choice(certain)
+    if len(certain) == 2 and sides == {"left", "right"} and certain[0].meaning.stem == certain[1].meaning.stem:
+        return Choice(certain)
+    if len(certain) == 1:
+        return Choice((), f"{certain[0].name} is of one wheel only: is that enough?", is_for_person=True)
+    if certain:
+        return Choice((), f"{' or '.join(column.name for column in certain)}?", is_for_person=True)
+    if fitting:
+        names = " or ".join(column.name for column in fitting)
+        return Choice((), f"perhaps {names}: such a name may mean other things")
+    if meant:
+        return Choice((), f"{meant[0].name} is in {meant[0].meaning.unit}: to take it, fill in a scale to {unit}")
+    return Choice()
+
+
+def grows(values: Array) -> bool:
+    """Whether values go up from row to row, but for one in a hundred."""
+    steps = np.diff(values[np.isfinite(values)])
+    return bool(len(steps) and np.median(steps) > 0 and np.mean(steps < 0) <= 0.01)
+
+
+def is_even(values: Array) -> bool:
+    """Whether values change by steps of one size, but for one in twenty."""
+    steps = np.diff(values[np.isfinite(values)])
+    return bool(np.mean(np.abs(steps - np.median(steps)) < 0.25 * np.median(steps)) > 0.95)
+
+
+def counts(quantity: str, column: Column) -> bool:
+    """Whether a column of what the wheels did is in counts of an encoder."""
+    values = column.values[np.isfinite(column.values)]
+    wheels = quantity in ("wheel_angle", "wheel_rate", "distance")
+    return wheels and bool((values == np.round(values)).all()) and bool(np.ptp(values) > _WHOLE)
+
+
+def unit_of(quantity: str, column: Column) -> Unit:
+    """The unit that a column's name says, or that its numbers tell; else that of the quantity."""
+    stated = column.meaning.unit
+    if stated in UNITS[QUANTITIES[quantity]]:
+        return Unit(stated)
+    largest = float(np.nanmax(np.abs(column.values)))
+    if quantity == "time":
+        step = float(np.nanmedian(np.diff(column.values)))
+        for unit, of_a_second in _STEPS.items():
+            if _PERIODS[0] <= step / of_a_second <= _PERIODS[1]:
+                return Unit(unit, f"unit by its steps of {step:.6g}")
+    if quantity == "tilt" and largest > _LARGEST_TILT:
+        return Unit("deg", f"unit by its largest value, {largest:.3g}")
+    unit = QUANTITIES[quantity]
+    return Unit(unit, f"UNIT NOT KNOWN, taken as {unit}; the largest value is {largest:.3g}", is_assumed=True)

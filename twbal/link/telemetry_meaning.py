@@ -1,0 +1,56 @@
+"""What the telemetry of a robot says: what it measured, and why its motors are off."""
+
+import math
+
+from twbal.core.plant import Observation
+from twbal.link.message import Message
+from twbal.link.protocol import Sensors, Status, Telemetry
+
+
+def observation_of(seen: Telemetry, sensors: Sensors, time: float) -> Observation:
+    """What a robot measured.
+
+    Args:
+        seen: its telemetry.
+        sensors: those that it has; what it does not measure is 0.
+        time: since the rollout began [s].
+    """
+    return Observation(
+        time=time,
+        tilt=seen.tilt,
+        tilt_rate=seen.tilt_rate,
+        acceleration=seen.acceleration if sensors & Sensors.ACCELERATION else 0.0,
+        wheel_angle=seen.wheel_angle,
+        wheel_rate=seen.wheel_rate,
+        yaw_rate=seen.yaw_rate if sensors & Sensors.YAW_RATE else 0.0,
+    )
+
+
+def says_off(answer: Message) -> bool:
+    """Whether an answer is telemetry of a robot whose motors are off."""
+    return isinstance(answer, Telemetry) and not answer.status & Status.ARMED
+
+
+def why_stopped(seen: Telemetry) -> str:
+    """Why the motors are off, as part of a sentence."""
+    if seen.status & Status.TILT_STOPPED:
+        return f"its tilt of {math.degrees(seen.tilt):.0f}° is beyond its own limit"
+    if seen.status & Status.SENSOR_STOPPED:
+        values = {name: getattr(seen, name) for name in ("tilt", "tilt_rate", "wheel_angle", "wheel_rate")}
+        broken = [name.replace("_", " ") for name, value in values.items() if not math.isfinite(value)]
+        which = f" ({', '.join(broken)})" if broken else ""
+        return f"a sensor that it is balanced by fell silent, or said what is no number{which}"
+    if seen.status & Status.WATCHDOG_STOPPED:
+        return "it had no command for too long (its watchdog)"
+    return "it was stopped at its own side"
+
+
+def advice_on_silence(before: Telemetry, seen: Telemetry) -> str:
+    """What to do where the watchdog stopped a robot; empty where something else did."""
+    if not seen.status & Status.WATCHDOG_STOPPED:
+        return ""
+    silence = (seen.time_us - before.time_us) % 2**32 * 1e-3
+    return (
+        f" By its clock {silence:.0f} ms passed until a measurement was answered. If the line is sound, the host was "
+        "late: close other programs, or allow real-time priority (`twbal doctor` says how)."
+    )
