@@ -20,7 +20,7 @@ def test_a_correction_is_found_from_policies_that_succeed_by_it(intercept, slope
 
 
 def test_the_configured_corrections_are_those_of_the_recorded_policies():
-    robust = instantiate(composed("optimise-policy").robust)
+    robust = instantiate(composed("iterate").robust)
     for told, configured in ((False, robust.reliability_sheet), (True, robust.reliability_rollouts)):
         found = fitted([policy for policy in recorded() if (policy.iteration > 0) == told])
         assert configured == pytest.approx(found, abs=0.005)
