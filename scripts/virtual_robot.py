@@ -100,8 +100,8 @@ t - d, with d any time: a physics step in which the command changes takes the me
 
     τ - b ω - f + A sin(n φ + φ_L,R) + ν/2
 
-where b is back-EMF and grease, A cogging with each wheel's own phase, ν a random torque of standard deviation σ_ν, which
-is drawn anew for each control period, and f dry friction by the LuGre model (Canudas de Wit et al., 1995) with
+where b is back-EMF and grease, A cogging with each wheel's own phase, ν a random torque of standard deviation σ_ν,
+which is drawn anew for each control period, and f dry friction by the LuGre model (Canudas de Wit et al., 1995) with
 Stribeck's curve:
 
     f = σ₀ z + σ₁ dz/dt,   dz/dt = ω - σ₀ |ω| z / g(ω),   g(ω) = f_c + (f_s - f_c) exp(-(ω / ω_s)²),   σ₀ = f_s / z_s

@@ -89,4 +89,4 @@ def direction(trial: int, robot_seed: int, seed: int) -> Signs:
     """Direction of a trial's model error: eight trials in a row take all eight, in an order of the robot's own."""
     corners = [Signs(*signs) for signs in product((1.0, -1.0), repeat=3)]
     order = generator(Stream.PERTURBATION, seed, robot_seed, trial // len(corners)).permutation(len(corners))
-    return corners[order[trial % len(corners)]]
+    return corners[int(order[trial % len(corners)])]
