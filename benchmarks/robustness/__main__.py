@@ -9,7 +9,6 @@ Raw results go to benchmarks/results/robustness.json, the chart to docs/pictures
 """
 
 import json
-import shlex
 import sys
 from collections.abc import Sequence
 from dataclasses import replace
@@ -96,8 +95,8 @@ def keep(done: Sequence[Sequence[PolicyRobustness]], asked: Perturbations) -> No
 def main(words: Sequence[str]) -> None:
     """Run with settings of the form key=value."""
     settings = {**DEFAULTS, **dict(word.split("=", 1) for word in words)}
-    if set(settings) != set(DEFAULTS):
-        raise SystemExit(f"Settings are {', '.join(DEFAULTS)}; found {shlex.join(words)}.")
+    if unknown := sorted(set(settings) - set(DEFAULTS)):
+        raise SystemExit(f"unknown settings: {', '.join(unknown)}. Settings are {', '.join(DEFAULTS)}.")
     shop, asked, first = Workshop(FAMILIES[FAMILY]), perturbations(int(settings["trials"])), int(settings["first_seed"])
     done: list[list[PolicyRobustness]] = []
     for seed in range(first, first + int(settings["robots"])):
