@@ -50,7 +50,10 @@ RESULTS = HOUSE / "benchmarks" / "results"
 PICTURES = HOUSE / "docs" / "pictures"
 PAGES = (
     HOUSE / "README.md",
-    *(HOUSE / "docs" / f"{name}.md" for name in ("methods", "benchmarks", "speed", "import", "firmware", "protocol", "robustness")),
+    *(
+        HOUSE / "docs" / f"{name}.md"
+        for name in ("methods", "benchmarks", "speed", "import", "firmware", "protocol", "robustness")
+    ),
 )
 
 
