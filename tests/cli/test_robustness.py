@@ -146,6 +146,11 @@ def test_a_policy_alone_needs_robustness(runs, tmp_path, capsys):
     assert "policies alone are compared by robustness=true" in refused(capsys)
 
 
+def test_a_policy_that_is_not_there_is_refused(tmp_path, capsys):
+    assert compare(f"[{tmp_path / 'none.pt'}]", tmp_path / "out") == 1
+    assert "none.pt. Give a policy.pt, or a run folder" in refused(capsys)
+
+
 def test_a_policy_on_a_real_robot_is_refused(runs, tmp_path, capsys):
     file = runs / "good" / "a" / "best_policy.pt"
     assert compare(f"[{file}]", tmp_path / "out", "link=serial", "link.port=/dev/ttyUSB0") == 1

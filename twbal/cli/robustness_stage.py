@@ -16,6 +16,7 @@ from twbal.algorithm.robustness import (
     policy_robustness,
     trials_of,
 )
+from twbal.cli.artefacts import POLICY_ENDING
 from twbal.cli.console import Progress, say
 from twbal.cli.manifest import Step, perform
 from twbal.cli.robot_link import check_torque
@@ -90,7 +91,9 @@ def _written(found: Robustness, out: Path) -> list[Path]:
 
 def _tested(path: Path, cfg: DictConfig) -> Tested:
     """A policy and its robot."""
-    if path.is_file():
+    if path.suffix == POLICY_ENDING:
+        if not path.is_file():
+            raise DataError(f"There is no policy {path}. Give a policy.pt, or a run folder of `twbal iterate`.")
         return Tested(path, robot_of_link(cfg))
     if not (path / _BEST).is_file():
         raise DataError(f"{path} has no {_BEST}. Did its `twbal iterate` come to an end? Give the command again.")

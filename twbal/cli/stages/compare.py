@@ -10,6 +10,7 @@ from omegaconf import DictConfig, ListConfig
 
 from twbal.algorithm.comparison import Run, latex, rows, run_values
 from twbal.algorithm.summary import read_summary
+from twbal.cli.artefacts import POLICY_ENDING
 from twbal.cli.console import run_folder
 from twbal.cli.typed_config import typed
 from twbal.cli.yaml_data import Bounds, read_yaml
@@ -20,7 +21,6 @@ from twbal.viz.comparison_figure import comparison_figure
 from twbal.viz.page import inline, render
 
 SUMMARY = "summary.json"
-POLICY_ENDING = ".pt"
 
 
 @dataclass(frozen=True)
