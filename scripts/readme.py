@@ -41,6 +41,7 @@ from benchmarks.on_boards.agreement import on_board_agreement  # noqa: E402
 from benchmarks.on_boards.distilling import distilled_policies  # noqa: E402
 from benchmarks.on_firmware.tables import on_firmware  # noqa: E402
 from benchmarks.other_robots.tables import PARTS as OTHER_ROBOTS  # noqa: E402
+from benchmarks.robustness.tables import robustness  # noqa: E402
 from benchmarks.speed_tables import fits, ratios, running, steps, times, validation  # noqa: E402
 from benchmarks.what_next.tables import AGREEING  # noqa: E402
 from benchmarks.what_next.tables import PARTS as WHAT_NEXT  # noqa: E402
@@ -49,7 +50,10 @@ RESULTS = HOUSE / "benchmarks" / "results"
 PICTURES = HOUSE / "docs" / "pictures"
 PAGES = (
     HOUSE / "README.md",
-    *(HOUSE / "docs" / f"{name}.md" for name in ("methods", "benchmarks", "speed", "import", "firmware", "protocol")),
+    *(
+        HOUSE / "docs" / f"{name}.md"
+        for name in ("methods", "benchmarks", "speed", "import", "firmware", "protocol", "robustness")
+    ),
 )
 
 
@@ -110,6 +114,7 @@ PARTS: Mapping[str, Callable[..., list[str]]] = {
     "robots": robots,
     "beside": beside,
     "paper": paper,
+    "robustness": robustness,
     "reachable": reachable,
     "reproduced": reproduced,
     "driving": driving,

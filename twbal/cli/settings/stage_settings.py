@@ -173,6 +173,7 @@ STAGES: Mapping[str, tuple[Setting, ...]] = {
         _SEED,
         _common("runs", PATHS, "folders of runs or sweeps of iterate; the first is the reference"),
         Setting("runs.*", PATH, "the same by name"),
+        _common("robustness", YesNo(), "drive the policies on virtual robots that `perturbation` changes"),
     ),
     "regress": (
         _common("data", PATH, "folder of logs and models"),
