@@ -30,11 +30,14 @@ class Targets(Protocol):
 class Reference:
     """Moves to the targets within the limits, and gives way to a robot that cannot follow.
 
-    Where the robot is farther off than `give_way`, or soon will be, the reference goes to rest within its limits, and
+    Where the robot is farther behind than `give_way`, or soon will be, the reference goes to rest within its limits, and
     its place is dragged along so that the robot is no farther off. Once the robot has come back to half of that, or has
     stayed within four fifths of it for a second, the reference goes on to its target from where it is. So a robot that
     is held meets no growing error, and is not thrown over when it is let go; and one that needs the integral of its
     error to come nearer, as on a slope, gets it.
+
+    A robot that overtakes the reference is not held. The place is dragged along, too, but the reference goes on to its
+    target: to rest it would ask a robot that is too fast already to stop, which must then speed up again, and so on.
 
     Args:
         targets: where it goes.
@@ -52,7 +55,8 @@ class Reference:
         self.gives_way = False
         self.events: list[Event] = []
         self._targets = targets
-        self._target: Target | None = None
+        self._goal: Target | None = None  # that the profile goes to
+        self._rests = False  # for a robot that is behind, whatever the target
         self._profile = profile_to_speed(self.motion, 0.0, targets.limits)
         self._begun = 0.0  # time at which the profile begins [s]
         self._free_since = 0.0  # from which on the robot has been near enough not to be held [s]
@@ -67,30 +71,37 @@ class Reference:
         """
         self.motion = self._profile.at(time - self._begun)
         target = self._targets.target(time)
-        self._give_way(time, position - self.motion.position, speed - self.motion.speed)
-        if target != self._target and not self.gives_way:
-            self._go(time, target)
-        self._target = target
+        is_dragged = self._give_way(time, position - self.motion.position, speed - self.motion.speed)
+        goal = AT_REST if self._rests else target
+        if is_dragged or goal != self._goal:
+            self._goal, self._begun = goal, time
+            self._profile = goal.profile(self.motion, self._targets.limits)
         return self.motion
 
-    def _give_way(self, time: float, off: float, slip: float) -> None:
-        """Begin, go on with, or end giving way to a robot that is `off` [m] and moves away at `slip` [m/s]."""
-        most, farthest = self._targets.give_way, max(abs(off), abs(off + _AHEAD * slip))
-        if farthest > _FREE * most:
+    def _give_way(self, time: float, off: float, slip: float) -> bool:
+        """Begin, go on with, or end giving way to a robot that is `off` [m] and moves away at `slip` [m/s].
+
+        Returns:
+            Whether the place was dragged along.
+        """
+        most, farthest = self._targets.give_way, max(off, off + _AHEAD * slip, key=abs)
+        if abs(farthest) > _FREE * most:
             self._free_since = time
-        if farthest > most:
-            if not self.gives_way:
-                self._tell(time, True)
+        if abs(farthest) > most:
+            overtakes = farthest * self.motion.speed > 0.0
+            self._rests = not overtakes
+            if overtakes and abs(off) <= most:
+                return False
+            self._tell(time, True)
             dragged = self.motion.position + off - min(max(off, -most), most)
             self.motion = self.motion._replace(position=dragged)
-            self._go(time, AT_REST)
-        elif self.gives_way and (farthest < _RETURNED * most or time - self._free_since > _FREE_TIME):
+            return True
+        if self.gives_way and (abs(farthest) < _RETURNED * most or time - self._free_since > _FREE_TIME):
+            self._rests = False
             self._tell(time, False)
-            self._target = None  # so that the target is gone to anew
-
-    def _go(self, time: float, target: Target) -> None:
-        self._profile, self._begun = target.profile(self.motion, self._targets.limits), time
+        return False
 
     def _tell(self, time: float, gives_way: bool) -> None:
-        self.gives_way = gives_way
-        self.events.append(Event(time, f"the {self._name} {'gives way' if gives_way else 'goes on'}"))
+        if gives_way != self.gives_way:
+            self.gives_way = gives_way
+            self.events.append(Event(time, f"the {self._name} {'gives way' if gives_way else 'goes on'}"))
