@@ -9,6 +9,7 @@ from twbal.core.motion_profile import Motion, profile_to_speed
 
 _AHEAD = 0.3  # s; how far ahead the robot's distance is foreseen
 _RETURNED = 0.5  # of the greatest distance: the robot has come back, and the reference goes on
+_STILL = 1e-9  # m/s, of the reference
 _FREE, _FREE_TIME = 0.8, 1.0  # of that, s: a robot that stays nearer for so long is not held, and it goes on, too
 
 
@@ -36,8 +37,9 @@ class Reference:
     is held meets no growing error, and is not thrown over when it is let go; and one that needs the integral of its
     error to come nearer, as on a slope, gets it.
 
-    A robot that overtakes the reference is not held. The place is dragged along, too, but the reference goes on to its
-    target: to rest it would ask a robot that is too fast already to stop, which must then speed up again, and so on.
+    A robot that overtakes the reference is not held: only the place is dragged along, and the reference goes on to its
+    target. Going to rest, it would ask a robot that is too fast already to stop, which must then speed up again, and so
+    on.
 
     Args:
         targets: where it goes.
@@ -56,7 +58,6 @@ class Reference:
         self.events: list[Event] = []
         self._targets = targets
         self._goal: Target | None = None  # that the profile goes to
-        self._rests = False  # for a robot that is behind, whatever the target
         self._profile = profile_to_speed(self.motion, 0.0, targets.limits)
         self._begun = 0.0  # time at which the profile begins [s]
         self._free_since = 0.0  # from which on the robot has been near enough not to be held [s]
@@ -72,7 +73,7 @@ class Reference:
         self.motion = self._profile.at(time - self._begun)
         target = self._targets.target(time)
         is_dragged = self._give_way(time, position - self.motion.position, speed - self.motion.speed)
-        goal = AT_REST if self._rests else target
+        goal = AT_REST if self.gives_way else target
         if is_dragged or goal != self._goal:
             self._goal, self._begun = goal, time
             self._profile = goal.profile(self.motion, self._targets.limits)
@@ -87,19 +88,17 @@ class Reference:
         most, farthest = self._targets.give_way, max(off, off + _AHEAD * slip, key=abs)
         if abs(farthest) > _FREE * most:
             self._free_since = time
-        if abs(farthest) > most:
-            overtakes = farthest * self.motion.speed > 0.0
-            self._rests = not overtakes
-            if overtakes and abs(off) <= most:
-                return False
+        is_far, speed = abs(farthest) > most, self.motion.speed
+        overtakes = abs(speed) > _STILL and farthest * speed > 0.0
+        if is_far and not overtakes:
             self._tell(time, True)
+        elif self.gives_way and (is_far or abs(farthest) < _RETURNED * most or time - self._free_since > _FREE_TIME):
+            self._tell(time, False)
+        is_dragged = abs(off) > most
+        if is_dragged:
             dragged = self.motion.position + off - min(max(off, -most), most)
             self.motion = self.motion._replace(position=dragged)
-            return True
-        if self.gives_way and (abs(farthest) < _RETURNED * most or time - self._free_since > _FREE_TIME):
-            self._rests = False
-            self._tell(time, False)
-        return False
+        return is_dragged
 
     def _tell(self, time: float, gives_way: bool) -> None:
         if gives_way != self.gives_way:
