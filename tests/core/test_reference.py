@@ -96,6 +96,19 @@ def test_a_robot_that_overtakes_the_reference_drags_its_place_along_and_does_not
     np.testing.assert_allclose(at_speed[:, 3], speed, atol=1e-9)
 
 
+@pytest.mark.parametrize(("leads", "place"), [(False, 1.0), (True, 1.0), (True, 0.2)])
+def test_a_robot_that_overtakes_on_the_way_to_a_place_is_led_on_only_where_that_is_asked_for(
+    leads: bool, place: float
+) -> None:
+    """It leaps to 0.5 m while the reference is on its way, which is beyond a place at 0.2 m."""
+    reference = Reference(Asked(None, place), leads_to_places=leads)
+    for time in np.arange(0.0, 0.4, PERIOD).tolist():
+        reference.follow(time, 0.0, 0.0)
+    reference.follow(0.4, 0.5, 0.0)
+    assert 0.0 < reference.motion.position < 0.2 and reference.motion.speed > 0.01
+    assert reference.gives_way == (not leads or place == 0.2)
+
+
 def test_a_reference_that_rests_for_a_robot_goes_on_when_that_overtakes_it() -> None:
     reference = Reference(Asked(0.8))
     behind = np.array(list(followed(reference, lambda t: 0.0, 1.4)))

@@ -41,7 +41,13 @@ class _Integrals(NamedTuple):
     turning: float = 0.0
 
     def grown(self, torque: float, turning: float, most: float) -> "_Integrals":
-        """With the torque of an error over a time, at a turn from -1 (to the right) to 1; each within ± `most` [N·m]."""
+        """With the torque of an error over a time.
+
+        Args:
+            torque: to add [N·m].
+            turning: from -1 (to the right) to 1.
+            most: bound of each part [N·m].
+        """
         if turning:
             return self._replace(turning=min(max(self.turning + turning * torque, -most), most))
         return self._replace(straight=min(max(self.straight + STEADY_SHARE * torque, -most), most))
@@ -56,11 +62,11 @@ class HeadingControl:
 
     d = (2 r J / b) (ψ̈_r + 3 p ė + 3 p² e + p³ ∫e), e = ψ_r - ψ: the robot's yaw is an integrator of an integrator,
     ψ̈ = b d / (2 r J) (`yaw_mobility`), so all three poles of the loop lie at -p. ∫e is kept in two parts, one of which
-    is there in turns only (`_Integrals`); the other grows a fifth as fast, which leaves two poles near -1.5 p and one at
-    -0.07 p. All but the integral keeps within a quarter of the torque limit. The integral keeps within another quarter,
-    as friction and dead zone may take all of the first, and the sum within what balancing leaves. The part for turns
-    grows also where the rest is cut or the reference gives way: only so does a robot that sticks come loose. The other
-    part may then shrink, but does not grow.
+    is there in turns only (`_Integrals`); the other grows a fifth as fast, for which the poles lie at -0.07 p and
+    (-1.46 ± 0.81 i) p. All but the integral keeps within a quarter of the torque limit. Each part of the integral keeps
+    within another quarter, as friction and dead zone may take all of the first, and the difference within what balancing
+    leaves. The part for turns grows also where the rest is cut or the reference gives way: only so does a robot that
+    sticks come loose. The other part may then shrink, but does not grow.
 
     A robot that reacts late and is easier to turn than its sheet says is shaken by a loop as fast as that: the
     difference is cut one way, and within the time in which the robot falls the other way. Each time p becomes smaller.
@@ -76,7 +82,7 @@ class HeadingControl:
     """
 
     def __init__(self, robot: RobotParameters, targets: Targets, has_gyro: bool) -> None:
-        self.reference = Reference(targets, NAME)
+        self.reference = Reference(targets, NAME, leads_to_places=True)
         self.samples: list[HeadingSample] = []
         self._estimate = HeadingEstimate(robot, has_gyro)
         self._pole, self._mobility = PACE / falling_time(robot), yaw_mobility(robot)
