@@ -60,11 +60,11 @@ class _Integrals(NamedTuple):
 class HeadingControl:
     """The loop of one rollout: estimate, reference and a PID law with the reference's acceleration fed forward.
 
-    d = (2 r J / b) (ψ̈_r + 3 p ė + 3 p² e + p³ ∫e), e = ψ_r - ψ: the robot's yaw is an integrator of an integrator,
-    ψ̈ = b d / (2 r J) (`yaw_mobility`), so all three poles of the loop lie at -p. ∫e is kept in two parts, one of which
-    is there in turns only (`_Integrals`); the other grows a fifth as fast, for which the poles lie at -0.07 p and
-    (-1.46 ± 0.81 i) p. All but the integral keeps within a quarter of the torque limit. Each part of the integral keeps
-    within another quarter, as friction and dead zone may take all of the first, and the difference within what balancing
+    d = (2 r J / b) (ψ̈_r + 3 p ė + 3 p² e + p³ ∫e), e = ψ_r - ψ: the robot's yaw is an integrator of an integrator, ψ̈
+    = b d / (2 r J) (`yaw_mobility`), so all three poles of the loop lie at -p. ∫e is kept in two parts, one of which is
+    there in turns only (`_Integrals`); the other grows a fifth as fast, for which the poles lie at -0.07 p and (-1.46 ±
+    0.81 i) p. All but the integral keeps within a quarter of the torque limit. Each part of the integral keeps within
+    another quarter, as friction and dead zone may take all of the first, and the difference within what balancing
     leaves. The part for turns grows also where the rest is cut or the reference gives way: only so does a robot that
     sticks come loose. The other part may then shrink, but does not grow.
 

@@ -33,15 +33,15 @@ class Reference:
     """Moves to the targets within the limits, and gives way to a robot that cannot follow.
 
     Where the robot is farther behind than `give_way`, or soon will be, the reference goes to rest within its limits,
-    and its place is dragged along so that the robot is no farther off. Once the robot has come back to half of that, or has
-    stayed within four fifths of it for a second, the reference goes on to its target from where it is. So a robot that
-    is held meets no growing error, and is not thrown over when it is let go; and one that needs the integral of its
-    error to come nearer, as on a slope, gets it.
+    and its place is dragged along so that the robot is no farther off. Once the robot has come back to half of that, or
+    has stayed within four fifths of it for a second, the reference goes on to its target from where it is. So a robot
+    that is held meets no growing error, and is not thrown over when it is let go; and one that needs the integral of
+    its error to come nearer, as on a slope, gets it.
 
     A robot that overtakes a reference with a speed for its target is not held: only the place is dragged along. Going
     to rest, the reference would ask a robot that is too fast already to stop, which must then speed up again, and so
-    on. On the way to a place it rests all the same, if not told otherwise: a robot that balances has to lean back there,
-    and comes to its place more surely from rest.
+    on. On the way to a place it rests all the same, if not told otherwise: a robot that balances has to lean back
+    there, and comes to its place more surely from rest.
 
     Args:
         targets: where it goes.
@@ -84,7 +84,7 @@ class Reference:
         return self.motion
 
     def _side_ahead(self, target: Target, position: float) -> float:
-        """Side where a robot at `position` [m] overtakes the reference, ±1; 0: it is to rest for a robot on either side."""
+        """Side, ±1, where a robot at `position` [m] overtakes the reference; 0: it rests for a robot on either side."""
         speed = self.motion.speed
         if abs(speed) <= _STILL:
             return 0.0
