@@ -2,9 +2,9 @@
 
 In robots of `benchmarks.other_robots` a function of one variable is hidden that no effect of the library is, or an
 effect that the diagnosis must do without; in others nothing is hidden. Each is diagnosed, without the second search,
-and what is drawn is held against the truth. Where nothing
-remains, `twbal diagnose` looks for no function; here one is looked for all the same. Sets that are among the results already are not done again. Seeds 5000 and
-5001 were for development.
+and what is drawn is held against the truth. Where nothing remains, `twbal diagnose` looks for no function; here one is
+looked for all the same. Sets that are among the results already are not done again. Seeds 5000 and 5001 were for
+development.
 """
 
 import json

@@ -77,7 +77,7 @@ def free_forms(inputs: FreeFormInputs) -> tuple[FreeForm, ...]:
     before = cost(errors, data.usable, kalman) + data.penalty(chosen.fit.model)
     enough = before + _KEPT * (min(way.cost for way in ways) - before)
     way = next((each for each in ways if each.cost <= enough), ways[-1])
-    share = held_out_share(way.fitted, chosen.fit.model, inputs.kept_back, inputs.offsets)
+    share = held_out_share(way.fitted, chosen.fit.model, inputs.kept_back, inputs.offsets, way.dispersion)
     if share <= 0.0:
         return ()
     curve = drawn(way.fitted, way.dispersion, inputs.form)

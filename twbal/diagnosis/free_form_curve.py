@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from twbal.core.gaussian import Array
+from twbal.core.gaussian import Array, Mask
 from twbal.diagnosis.filter_result import with_offsets
 from twbal.diagnosis.free_form_candidates import FreeFormCandidate, values_of
 from twbal.diagnosis.free_form_shape import shape_of
@@ -123,20 +123,21 @@ def _sandwich(fitted: Fitted, weights: Weights, dispersion: float) -> Array:
 
 
 def held_out_share(
-    fitted: Fitted, before: Model, kept_back: Data, offsets: tuple[float, ...] | Sequence[Free]
+    fitted: Fitted, before: Model, kept_back: Data, offsets: tuple[float, ...] | Sequence[Free], dispersion: float
 ) -> float:
     """Share of the mean square error of predictions over 0.15 s on held-out data that goes with a function.
 
-    Of the tilt, or of the wheel angle where no tilt was measured. Predictions are those of a filter, carried on by the
-    linear twin; both with the noise of the set without the function.
+    Of the tilt, or of the wheel angle where no tilt was measured; where the variable stays within the range of the data
+    that the function was fitted to. Predictions are those of a filter, carried on by the linear twin; both with the
+    noise of the set without the function.
 
     Args:
         fitted: the function.
         before: the set of effects as it was fitted.
         kept_back: recordings that nothing was fitted to.
         offsets: of the tilt there.
+        dispersion: that the function leaves.
     """
-    dispersion = 1.0
     weights = fitted.weights(dispersion).mean
     moved = fitted.moved(weights)
     plain = with_offsets(kept_back, before, offsets)
@@ -149,14 +150,19 @@ def held_out_share(
     corrected = [e - A @ weights + J @ constants for e, A, J in zip(at.errors, left, at.slopes, strict=True)]
     steps = max(round(_AHEAD / kept_back.period), 1)
     channel = 0 if kept_back.sensed[0] else 2
-    squares = [
-        sum(
-            float((_ahead(each, linear, kalman, steps)[:, channel][usable[steps:]] ** 2).sum())
-            for each, usable in zip(these, kept_back.usable, strict=True)
-        )
-        for these in (errors, corrected)
-    ]
+    squares = [0.0, 0.0]
+    for number, course in enumerate(at.courses[fitted.candidate.variable]):
+        counts = (kept_back.usable[number] & _stays(fitted.functions.covers(course.at), 2 * steps))[steps:]
+        for k, these in enumerate((errors, corrected)):
+            ahead = _ahead(these[number], linear, kalman, steps)[:, channel]
+            squares[k] += float((ahead[counts] ** 2).sum())
     return 1.0 - squares[1] / squares[0] if squares[0] > 0.0 else 0.0
+
+
+def _stays(inside: Mask, count: int) -> Mask:
+    """Where a variable has been inside for so many instants (T + 1,)."""
+    outside = np.cumsum(~inside)
+    return np.asarray(outside == np.concatenate([np.full(min(count, len(outside)), 0), outside])[: len(outside)])
 
 
 def _ahead(errors: Array, linear: LinearTwin, kalman: Filter, steps: int) -> Array:

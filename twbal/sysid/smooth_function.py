@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from twbal.core.gaussian import Array
+from twbal.core.gaussian import Array, Mask
 
 _FUNCTIONS = 24  # of an interval; enough for the shortest length, by eq. 58 of the source
 _HARMONICS = 24  # of a circle
@@ -38,6 +38,10 @@ class Smooth(NamedTuple):
     def at(self, values: Array) -> Array:
         """φ_j less its mean at values of the variable (...), (..., m)."""
         return self._raw(values) - self.means
+
+    def covers(self, values: Array) -> Mask:
+        """Whether values lie within the range of the data."""
+        return np.asarray(self.is_periodic | (np.abs(values - self.centre) <= self.half))
 
     def _raw(self, values: Array) -> Array:
         x = (np.asarray(values)[..., None] - self.centre) / self.half
