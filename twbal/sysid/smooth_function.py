@@ -13,11 +13,15 @@ import numpy as np
 
 from twbal.core.gaussian import Array, Mask
 
-_FUNCTIONS = 24  # of an interval; enough for the shortest length, by eq. 58 of the source
+_FUNCTIONS = 36  # of an interval; enough for the shortest length (Riutort-Mayol et al., section 4)
 _HARMONICS = 24  # of a circle
-_WIDER = 1.25  # half width of the interval of the eigenfunctions, in that of the data
-_LENGTHS = np.geomspace(0.1, 3.0, 8)
-"""Lengths of the kernel that are tried, in half widths of the data, or in rad on a circle."""
+_WIDER = 2.0  # half width of the interval of the eigenfunctions, in that of the data
+_LENGTHS = np.geomspace(0.1, 0.63, 7)
+"""Lengths of the kernel that are tried, in half widths of the data, or in rad on a circle.
+
+A longer one would feel the ends of the interval, where the eigenfunctions are 0 (G. Riutort-Mayol et al.: Practical
+Hilbert space approximate Bayesian Gaussian processes for probabilistic programming, Statistics and Computing 33, 2023).
+"""
 
 
 class Smooth(NamedTuple):
@@ -37,7 +41,7 @@ class Smooth(NamedTuple):
 
     def at(self, values: Array) -> Array:
         """φ_j less its mean at values of the variable (...), (..., m)."""
-        return self._raw(values) - self.means
+        return np.asarray(self._raw(values) - self.means)
 
     def covers(self, values: Array) -> Mask:
         """Whether values lie within the range of the data."""
