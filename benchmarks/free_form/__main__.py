@@ -21,7 +21,7 @@ from benchmarks.free_form.tables import PARTS
 from benchmarks.free_form.truth import comparable, hidden_function, visited
 from benchmarks.other_robots.__main__ import seeds_of, sheet_of, written
 from benchmarks.other_robots.kinds import SHAPES, alike
-from benchmarks.other_robots.recording import Recorded, _episode, driven
+from benchmarks.other_robots.recording import Recorded, driven, episode_of
 from benchmarks.other_robots.sets import Set, designed
 from twbal.cli.diagnosis_config import composed_diagnosis, diagnosis_of
 from twbal.core.channels import Channels
@@ -57,7 +57,9 @@ def diagnosed(each: Set, sheet: RobotParameters, recorded: Recorded) -> tuple[Di
     """The diagnosis of a set, what is drawn (where nothing remains, if it is asked all the same), and CPU time [s]."""
     channels = Channels(("tilt", "tilt_rate", "speed"), sheet.wheel_radius, sheet.control_period)
     episodes = [
-        _episode(rollout, each, sheet.control_period, channels, Provenance("hidden", "robot", seed=each.seed, trial=k))
+        episode_of(
+            rollout, each, sheet.control_period, channels, Provenance("hidden", "robot", seed=each.seed, trial=k)
+        )
         for k, rollout in enumerate(recorded.rollouts)
     ]
     words = [*_WORDS, f"robot={each.sheet}", f"robot.control_period={sheet.control_period}"]

@@ -9,7 +9,7 @@ GRID = np.linspace(-2.0, 2.0, 61)
 
 
 def said(function, grid=GRID, is_periodic=False):
-    return shape_of(grid, function(grid), np.full(len(grid), 0.01), is_periodic)
+    return shape_of(grid, function(grid), is_periodic)
 
 
 @pytest.mark.parametrize(("power", "written"), [(2, "2"), (3, "3")])

@@ -105,7 +105,7 @@ def drawn(fitted: Fitted, dispersion: float, form: float) -> Curve:
     ]
     mean = at @ weights.mean
     error = np.sqrt(np.maximum(*variances) + np.mean((form * mean) ** 2))
-    return Curve(grid, mean, error, shape_of(grid, mean, error, candidate.is_periodic))
+    return Curve(grid, mean, error, shape_of(grid, mean, candidate.is_periodic))
 
 
 def _sandwich(fitted: Fitted, weights: Weights, dispersion: float) -> Array:

@@ -12,18 +12,17 @@ _POWERS = np.arange(1.0, 4.01, 0.25)
 _REACH = 0.6  # share of the range about zero that must be covered on both sides to speak of odd or even
 
 
-def shape_of(grid: Array, mean: Array, error: Array, is_periodic: bool) -> str:
+def shape_of(grid: Array, mean: Array, is_periodic: bool) -> str:
     """A function's shape as a phrase.
 
     Args:
         grid: (n,) values of the variable.
         mean: (n,) of the function.
-        error: (n,) its standard error.
         is_periodic: whether the variable counts modulo a turn.
     """
     if is_periodic:
         return _waves(mean)
-    said = [_course(grid, mean, error)]
+    said = [_course(grid, mean)]
     line = np.polynomial.Polynomial.fit(grid, mean, 1)(grid)
     if np.sum((mean - line) ** 2) <= (1.0 - _STRAIGHT) * np.sum((mean - mean.mean()) ** 2):
         return f"{said[0]}, nearly along a straight line"
@@ -40,8 +39,8 @@ def _waves(mean: Array) -> str:
     return f"{waves}, which hold{'s' if first == 1 else ''} {share:.0%} of its variation"
 
 
-def _course(grid: Array, mean: Array, error: Array) -> str:
-    """Whether it rises or falls throughout, but for what its error allows."""
+def _course(grid: Array, mean: Array) -> str:
+    """Whether it rises or falls, but for a tenth of its changes, or where it is highest and lowest."""
     up = float(np.clip(np.diff(mean), 0.0, None).sum())
     down = float(-np.clip(np.diff(mean), None, 0.0).sum())
     if up >= _MOST * (up + down):

@@ -51,7 +51,7 @@ class Smooth(NamedTuple):
         x = (np.asarray(values)[..., None] - self.centre) / self.half
         if self.is_periodic:
             k = np.arange(1, _HARMONICS + 1)
-            return np.sqrt(2.0) * np.concatenate([np.sin(k * x), np.cos(k * x)], axis=-1)
+            return np.asarray(np.sqrt(2.0) * np.concatenate([np.sin(k * x), np.cos(k * x)], axis=-1))
         inside = np.clip(x, -_WIDER, _WIDER)
         waves = np.sin(0.5 * np.pi * np.arange(1, _FUNCTIONS + 1) * (inside + _WIDER) / _WIDER)
         return np.asarray(waves / np.sqrt(_WIDER))
