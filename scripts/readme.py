@@ -4,7 +4,7 @@
     python scripts/readme.py pictures <run folder> the pictures and the film, from a run of `twbal iterate`
     python scripts/readme.py paper <run folder>    those of the paper's own recipe, from a run with experiment=paper
     python scripts/readme.py diagnosis <run folder> the picture of a gap, from a run of `twbal diagnose`
-    python scripts/readme.py free_form <hidden>    the curve that was drawn of it, from benchmarks/results
+    python scripts/readme.py free_form <hidden> <seed> the curve that was drawn of it, by benchmarks.free_form
 
 Nothing in these tables is typed by hand.
 """
@@ -71,8 +71,8 @@ def main(words: Sequence[str]) -> None:
             copy_pictures(Path(folder) / "figures", PICTURES / "paper", ("cost",))
         case ["diagnosis", folder]:
             shutil.copy(Path(folder) / "figures" / "gap.svg", PICTURES / "gap.svg")
-        case ["free_form", hidden]:
-            draw_curve(hidden)
+        case ["free_form", hidden, seed]:
+            draw_curve(hidden, int(seed))
         case _:
             raise SystemExit(__doc__)
 
@@ -86,10 +86,10 @@ def copy_pictures(figures: Path, target: Path, names: Sequence[str] = ("tilt", "
         shutil.copy(picture, target / f"{name}.svg")
 
 
-def draw_curve(hidden: str) -> None:
-    """The first curve that the benchmark has of something hidden, as a report of `twbal diagnose` draws it."""
+def draw_curve(hidden: str, seed: int) -> None:
+    """The curve that the benchmark has of something hidden, as a report of `twbal diagnose` draws it."""
     rows = json.loads((RESULTS / "free_form.json").read_text())["sets"]
-    drawn = next(row["drawn"] for row in rows if row["hidden"] == hidden and row["drawn"])
+    drawn = next(row["drawn"] for row in rows if (row["hidden"], row["seed"]) == (hidden, seed))
     save(free_form_figure(FreeForm(**drawn)), PICTURES / "free_form.svg")
 
 

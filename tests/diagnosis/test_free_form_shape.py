@@ -27,6 +27,10 @@ def test_an_even_function_is_alike_on_either_side_and_has_its_turn():
     assert "the power 2 " in text
 
 
+def test_a_step_at_zero_has_one_size_on_each_side_and_no_power():
+    assert "opposite sign on either side of zero, of one size on each" in said(lambda z: -np.tanh(20.0 * z))
+
+
 def test_a_line_is_a_line_and_has_no_power():
     assert said(lambda z: 0.3 * z) == "it rises throughout, nearly along a straight line"
 

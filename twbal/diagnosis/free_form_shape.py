@@ -70,7 +70,10 @@ def _parity(grid: Array, mean: Array) -> list[str]:
         if powers[0] > powers[1]
         else (even, "alike on either side of zero")
     )
-    return [said, f"growing about as the power {_power(x, part):.2g} of the variable"]
+    power = _power(x, part)
+    if power == 0.0:
+        return [said, "of one size on each"]
+    return [said, f"growing about as the power {power:.2g} of the variable"]
 
 
 def _power(x: Array, part: Array) -> float:
