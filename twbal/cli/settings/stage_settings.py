@@ -105,6 +105,7 @@ STAGES: Mapping[str, tuple[Setting, ...]] = {
         Setting("max_yaw_rate", Number(0.001, 1e4, "rad/s"), "yaw rate beyond which instants do not count"),
         Setting("max_tilt", TILT_LIMIT, "tilt at which an episode is cut off"),
         Setting("next_experiment", YesNo(), "suggest an experiment where something stays open"),
+        Setting("free_form", YesNo(), "draw a function of one variable where something remains"),
     ),
     "evaluate-sim": (
         _SEED,
