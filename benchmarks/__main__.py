@@ -17,6 +17,7 @@ COMMANDS = (
     *(("benchmarks.hidden_robots", f"family={family}", "robots=10") for family in ("regbot", "balboa", "esp32")),
     *(("benchmarks.hidden_robots", "family=moderate", f"recipe={recipe}") for recipe in BESIDE),
     ("benchmarks.driving",),
+    ("benchmarks.robustness",),
     *(("benchmarks.link_faults", f"robot={robot}") for robot in ("virtual", "firmware")),
     ("benchmarks.on_firmware",),
 )

@@ -4,6 +4,7 @@
     python scripts/readme.py pictures <run folder> the pictures and the film, from a run of `twbal iterate`
     python scripts/readme.py paper <run folder>    those of the paper's own recipe, from a run with experiment=paper
     python scripts/readme.py diagnosis <run folder> the picture of a gap, from a run of `twbal diagnose`
+    python scripts/readme.py free_form <hidden> <seed> the curve that was drawn of it, by benchmarks.free_form
 
 Nothing in these tables is typed by hand.
 """
@@ -23,6 +24,7 @@ sys.path.insert(0, str(ROOT))  # `benchmarks` is not installed
 from benchmarks.agreement.tables import agreement  # noqa: E402
 from benchmarks.diagnosis_tables import figures, mending, missed  # noqa: E402
 from benchmarks.driving.tables import driving, misses  # noqa: E402
+from benchmarks.free_form.tables import PARTS as FREE_FORM  # noqa: E402
 from benchmarks.hidden_robots.prediction import prediction_table, reliability_table  # noqa: E402
 from benchmarks.hidden_robots.tables import beside, paper, reachable, reproduced, robots, summary  # noqa: E402
 from benchmarks.import_tables import import_checks, import_misses  # noqa: E402
@@ -42,14 +44,21 @@ from benchmarks.on_boards.agreement import on_board_agreement  # noqa: E402
 from benchmarks.on_boards.distilling import distilled_policies  # noqa: E402
 from benchmarks.on_firmware.tables import on_firmware  # noqa: E402
 from benchmarks.other_robots.tables import PARTS as OTHER_ROBOTS  # noqa: E402
+from benchmarks.robustness.tables import robustness  # noqa: E402
 from benchmarks.speed_tables import fits, ratios, running, steps, times, validation  # noqa: E402
 from benchmarks.what_next.tables import PARTS as WHAT_NEXT  # noqa: E402
+from twbal.diagnosis.free_form_record import FreeForm  # noqa: E402
+from twbal.viz.canvas import save  # noqa: E402
+from twbal.viz.free_form_figure import free_form_figure  # noqa: E402
 
 RESULTS = ROOT / "benchmarks" / "results"
 PICTURES = ROOT / "docs" / "pictures"
 PAGES = (
     ROOT / "README.md",
-    *(ROOT / "docs" / f"{name}.md" for name in ("methods", "benchmarks", "speed", "import", "firmware", "protocol")),
+    *(
+        ROOT / "docs" / f"{name}.md"
+        for name in ("methods", "benchmarks", "speed", "import", "firmware", "protocol", "robustness")
+    ),
 )
 
 
@@ -66,6 +75,8 @@ def main(words: Sequence[str]) -> None:
             copy_pictures(Path(folder) / "figures", PICTURES / "paper", ("cost",))
         case ["diagnosis", folder]:
             shutil.copy(Path(folder) / "figures" / "gap.svg", PICTURES / "gap.svg")
+        case ["free_form", hidden, seed]:
+            draw_curve(hidden, int(seed))
         case _:
             raise SystemExit(__doc__)
 
@@ -77,6 +88,13 @@ def copy_pictures(figures: Path, target: Path, names: Sequence[str] = ("tilt", "
     shown = {name: figures / f"{name}.svg" for name in (*names, "prediction_0")}
     for name, picture in {**shown, "prediction_last": predictions[-1]}.items():
         shutil.copy(picture, target / f"{name}.svg")
+
+
+def draw_curve(hidden: str, seed: int) -> None:
+    """The curve that the benchmark has of something hidden, as a report of `twbal diagnose` draws it."""
+    rows = json.loads((RESULTS / "free_form.json").read_text())["sets"]
+    drawn = next(row["drawn"] for row in rows if (row["hidden"], row["seed"]) == (hidden, seed))
+    save(free_form_figure(FreeForm(**drawn)), PICTURES / "free_form.svg")
 
 
 def draw_film(run: Path) -> None:
@@ -110,6 +128,7 @@ PARTS: Mapping[str, Callable[..., list[str]]] = {
     "robots": robots,
     "beside": beside,
     "paper": paper,
+    "robustness": robustness,
     "reachable": reachable,
     "reproduced": reproduced,
     "driving": driving,
@@ -120,6 +139,7 @@ PARTS: Mapping[str, Callable[..., list[str]]] = {
     **OTHER_ROBOTS,
     **WHAT_NEXT,
     "agreement": agreement,
+    **FREE_FORM,
     "times": times,
     "ratios": ratios,
     "steps": steps,

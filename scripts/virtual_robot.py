@@ -98,10 +98,11 @@ t - d, with d any time: a physics step in which the command changes takes the me
         "From motor to wheel",
         """With the shaft's rate ω relative to the body and its angle φ, the shaft gets
 
-    τ - b ω - f + A sin(n φ + φ_L,R)
+    τ - b ω - f + A sin(n φ + φ_L,R) + ν/2
 
-where b is back-EMF and grease, A cogging with each wheel's own phase, and f dry friction by the LuGre model (Canudas de
-Wit et al., 1995) with Stribeck's curve:
+where b is back-EMF and grease, A cogging with each wheel's own phase, ν a random torque of standard deviation σ_ν,
+which is drawn anew for each control period, and f dry friction by the LuGre model (Canudas de Wit et al., 1995) with
+Stribeck's curve:
 
     f = σ₀ z + σ₁ dz/dt,   dz/dt = ω - σ₀ |ω| z / g(ω),   g(ω) = f_c + (f_s - f_c) exp(-(ω / ω_s)²),   σ₀ = f_s / z_s
 
@@ -120,6 +121,7 @@ wheel. Without play the rotor is an inertia of the hinge.
             "cogging_count": "n",
             "play": "γ",
             "encoder_on_motor": "-",
+            "torque_noise": "σ_ν",
         },
     ),
     Section(

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 from hashlib import sha256
 from pathlib import Path
+from statistics import fmean
 from typing import Any
 
 import numpy as np
@@ -47,12 +48,18 @@ class Driver:
         self.asked = sha256(repr(self.tasks).encode()).hexdigest()
 
     def drive(self, seed: int, policy: Path) -> dict[str, Any]:
-        """What robot `seed` did in each task under a policy."""
+        """What robot `seed` did in each task under a policy.
+
+        With it comes by how much its wheels are larger than those of the sheet [per cent]: so much faster than its
+        encoders tell it drives.
+        """
         found = []
         for number, task in enumerate(self.tasks):
             episode = self.episode(seed, policy, task, FIRST_TRIAL + number)
             found.append({"name": task.name, "choice": task.choice, **self._judged(episode, task)})
-        return {"seed": seed, "policy": digest(policy), "asked": self.asked, "tasks": found}
+        larger = 100.0 * (fmean(self._workshop.truth(seed).body.wheel_radius) / self._workshop.sheet.wheel_radius - 1.0)
+        known = {"seed": seed, "policy": digest(policy), "asked": self.asked, "wheels_larger": round(larger, 2)}
+        return {**known, "tasks": found}
 
     def episode(self, seed: int, policy: Path, task: Task, trial: int) -> Episode:
         """One task."""

@@ -36,7 +36,7 @@ def misses(results: Mapping[str, Sequence[Any]]) -> list[str]:
     lines = ["| robot | what it missed |", "|---|---|"]
     for family, robots in results.items():
         for robot in robots:
-            missed = [_missed(task) for task in robot["tasks"] if not task["passed"]]
+            missed = [_missed(task, robot.get("wheels_larger")) for task in robot["tasks"] if not task["passed"]]
             if missed:
                 lines.append(f"| {family} {robot['seed']} | {'; '.join(missed)} |")
     return lines if len(lines) > 2 else ["None missed anything."]
@@ -61,9 +61,16 @@ def _cell(tasks: Sequence[Mapping[str, Any]]) -> str:
     return (f"{tasks[0]['choice']}: " if name == "ramp" else "") + "; ".join(said)
 
 
-def _missed(task: Mapping[str, Any]) -> str:
+def _missed(task: Mapping[str, Any], wheels_larger: float | None) -> str:
+    """Such as `ramp 0.3 m/s: -6.5, -3.9 % (wheels -2.0 %)`.
+
+    Args:
+        task: with its result.
+        wheels_larger: than those of the sheet, which shows in a speed [per cent]; None: not noted.
+    """
     what = f"{task['name']} {task['choice']}"
     if task["fell"]:
         return f"{what}: fell after {task['seconds']:.1f} s"
     unit, form = _UNITS[task["name"]]
-    return f"{what}: {', '.join(f'{each:{form}}' for each in task['measured'])}{unit}"
+    wheels = f" (wheels {wheels_larger:+.1f} %)" if task["name"] == "ramp" and wheels_larger is not None else ""
+    return f"{what}: {', '.join(f'{each:{form}}' for each in task['measured'])}{unit}{wheels}"

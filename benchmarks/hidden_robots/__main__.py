@@ -30,7 +30,7 @@ from benchmarks.hidden_robots.data_sheet import with_integral_action
 from benchmarks.hidden_robots.reached import References
 from benchmarks.hidden_robots.record import iteration_records, robot_record
 from benchmarks.hidden_robots.reference import Reached
-from benchmarks.hidden_robots.robots import FAMILIES, Workshop, iterate
+from benchmarks.hidden_robots.robots import FAMILIES, Workshop, iterate, learn_words
 from twbal.cli.composition import composing
 from twbal.core.channels import Channels
 from twbal.core.files import write_atomically
@@ -105,19 +105,14 @@ class Bench:
     def _iterated(self, folder: Path, seed: int) -> dict[str, Any]:
         """What `twbal iterate` came to."""
         updates = [f"updates={self._updates}"] if self._recipe.learns else []
-        summary = iterate(folder, [*self._words(seed), *self._recipe.words, f"seed={seed}", *updates])
+        summary = iterate(folder, [*learn_words(self._family, seed), *self._recipe.words, f"seed={seed}", *updates])
         iterations = iteration_records(folder, summary, self._workshop.rules)
         return {"best": summary["best_iteration"], "iterations": iterations, **self._afterwards(folder, seed)}
-
-    def _words(self, seed: int) -> list[str]:
-        """Settings that choose the robot."""
-        sheet, faults = FAMILIES[self._family]
-        return [f"robot={sheet}", f'link.overrides=["idle_timeout=300","faults={faults}"]', f"link.seed={seed}"]
 
     def _afterwards(self, folder: Path, seed: int) -> dict[str, Any]:
         """The best policy for a minute, and pushed where robots are moderate."""
         policy, shop = folder / "best_policy.pt", self._workshop
-        words = [*self._words(seed), f"state={self._recipe.state}", f"seed={seed}"]
+        words = [*learn_words(self._family, seed), f"state={self._recipe.state}", f"seed={seed}"]
         found: dict[str, Any] = {"minute": stand_a_minute(folder / "minute", policy, words, shop.sheet, shop.rules)}
         if FAMILIES[self._family].faults == "moderate":
             with shop.robot(seed) as robot:

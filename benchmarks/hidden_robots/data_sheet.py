@@ -14,9 +14,14 @@ _DESIGN = Design(torque=0.1, position=0.3, integral=10.0, friction=Compensation(
 ones, as a data sheet knows of no delay. Nor does it know of friction and noise."""
 
 
+def regulator(shop: Workshop) -> Law:
+    """That of the family's data sheet."""
+    return Law(shop.ideal(), _DESIGN, shop.sheet.control_period)
+
+
 def with_integral_action(shop: Workshop, seed: int) -> dict[str, Any]:
     """Trials of it on the robot `seed`, as the one iteration of a method that learns nothing."""
-    law = Law(shop.ideal(), _DESIGN, shop.sheet.control_period)
+    law = regulator(shop)
     limit = shop.rules.default.tilt_limit
     upright = replace(shop.rules.default, settled_tilt_limit=limit, place_radii=None, command_change=None)
     with shop.robot(seed) as robot:

@@ -21,6 +21,7 @@ _LATER = (
     "crps_of_trials",
     "crps_ratio",
     "success_probability",
+    "judged_success",
     "reason",
     "same_policy_as",
 )

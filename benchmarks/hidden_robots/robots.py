@@ -11,9 +11,9 @@ from hydra import compose
 from hydra.utils import instantiate
 
 from benchmarks.hidden_robots.reference import Rules
+from twbal.algorithm.tested_robot import TestedRobot
 from twbal.cli.composition import composing
 from twbal.core.robot_parameters import RobotParameters
-from twbal.core.streams import Stream, child_seed
 from twbal.virtual_robot.drawn import draw_ground_truth
 from twbal.virtual_robot.ground_truth import GroundTruth
 from twbal.virtual_robot.mujoco_robot import MujocoRobot
@@ -67,15 +67,19 @@ class Workshop:
         """The robot that the data sheet describes."""
         return draw_ground_truth(self._ideal, self.sheet, 0)
 
+    def tested(self, seed: int) -> TestedRobot:
+        """The robot `seed`, that can be changed."""
+        return TestedRobot(self.sheet, self.truth(seed), self._start, self._physics_step, seed)
+
     def robot(self, seed: int, truth: GroundTruth | None = None) -> MujocoRobot:
         """The robot `seed` as `twbal virtual-robot` serves it, or with its start poses and noise another truth."""
-        return MujocoRobot(
-            truth=truth or self.truth(seed),
-            control_period=self.sheet.control_period,
-            start=self._start,
-            physics_step=self._physics_step,
-            seed=child_seed(Stream.VIRTUAL_ROBOT, seed),
-        )
+        return self.tested(seed).plant(truth)
+
+
+def learn_words(family: str, seed: int) -> list[str]:
+    """Settings of `twbal iterate` that choose the robot `seed` of a family."""
+    sheet, faults = FAMILIES[family]
+    return [f"robot={sheet}", f'link.overrides=["idle_timeout=300","faults={faults}"]', f"link.seed={seed}"]
 
 
 def iterate(folder: Path, words: Sequence[str]) -> dict[str, Any]:

@@ -41,6 +41,7 @@ class Sensors(NamedTuple):
         differenced: 1 if wheel rates are differences of angles, 0 if timers measure them.
         on_shaft: 1 if the encoders sit on the motors' shafts, 0 on the wheels.
         gyro_bias, gyro_scale: of the tilt rate. mount: angle by which the IMU is askew. delay: of the IMU [s].
+        bow: error of the tilt over its square [1/rad].
     """
 
     tilt: float
@@ -56,6 +57,7 @@ class Sensors(NamedTuple):
     gyro_scale: float = 1.0
     mount: float = 0.0
     delay: float = 0.0
+    bow: float = 0.0
 
 
 class Law(NamedTuple):
@@ -103,6 +105,7 @@ def motor(asked, rate, side, time, m):
         over = max(abs(u) - 0.9 * most, 0.0)
         if over > 0.0:
             u = (1.0 if u > 0 else -1.0) * (0.9 * most + 0.1 * most * tanh(over / (0.1 * most)))
+    u += m.one_sided * abs(u)
     return u * m.gain * (1.0 + (m.uneven if side else -m.uneven)) / (1.0 + m.sag * time)
 
 
@@ -288,7 +291,7 @@ def drive(start, m, sensors, law, instants, asked, noise, drift, lost, fallen):
         acceleration = (y[V] - speed_before) / elapsed if k else 0.0
         forth_before, down_before, speed_before = forth, down, y[V]
         gyro = sensors.gyro_scale * now[1] + sensors.gyro_bias + drift[k] + sensors.gyro * noise[k, 1]
-        lean = now[0] + sensors.mount + sensors.tilt * noise[k, 0]
+        lean = now[0] + sensors.bow * now[0] ** 2 + sensors.mount + sensors.tilt * noise[k, 0]
         if sensors.tilt_constant > 0.0:
             filtered = lean = _fused(filtered, gyro, lean, ahead, above, elapsed, sensors) if k else lean
         angles, rates = _encoders(y, sensors)

@@ -173,7 +173,34 @@ FOREIGN: dict[str, Kind] = {
 }
 """Effects that twbal's library does not have."""
 
-ALL = {**STRUCTURAL, **SHEET, **FOREIGN}
+SHAPES: dict[str, Kind] = {
+    "cubic_friction": Kind({"cubic": 0.003}, "torque", lambda v: {"cubic": v["cubic"]}),
+    "notch": Kind(
+        {"torque": 0.5},
+        "torque",
+        lambda v: {"notch": v["torque"], "notch_at": v["place"], "notch_width": v["width"]},
+        drawn={"place": PHASE, "width": between(0.3, 0.7)},
+        signed=True,
+    ),
+    "spring_stop": Kind(
+        {"stiffness": 15.0},
+        "weight",
+        lambda v: {"stop": v["stiffness"], "stop_at": v["place"]},
+        drawn={"place": between(0.3, 0.6)},
+    ),
+    "one_sided_motor": Kind({"share": 0.15}, machine=lambda v: {"one_sided": v["share"]}, signed=True),
+    "gust": Kind(
+        {"force": 3.0},
+        "weight",
+        lambda v: {"gust": v["force"], "gust_at": v["time"]},
+        drawn={"time": between(3.0, 7.0)},
+        signed=True,
+    ),
+    "bowed_tilt": Kind({"bow": 3.0}, sensors=lambda v: {"bow": v["bow"]}, signed=True),
+}
+"""Functions of one variable that the library does not have; for `benchmarks.free_form`, and in no stratum."""
+
+ALL = {**STRUCTURAL, **SHEET, **FOREIGN, **SHAPES}
 
 SAME = ({"com_offset", "imu_mount_angle"},)
 """Effects that no sensor of the robot tells apart, as docs/effects.md declares."""

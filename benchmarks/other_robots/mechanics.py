@@ -54,6 +54,11 @@ class Machine(NamedTuple):
             torque in a second. lag: time constant. slew: largest rate of both torques together. compensation: torque
             that the firmware adds against friction.
         delay: from command to driver.
+        cubic: friction of each joint over the cube of its rate.
+        notch, notch_at, notch_width: torque of each joint where its wheel stands about an angle, and for how far.
+        stop, stop_at: stiffness of a spring at the axle that begins so far from the start, on either side.
+        one_sided: share of a motor's torque that is added forth and taken away back.
+        gust, gust_at: force at the axle that sets in within half a second, and when.
     """
 
     mass: float
@@ -107,6 +112,15 @@ class Machine(NamedTuple):
     slew: float = 0.0
     compensation: float = 0.0
     delay: float = 0.0
+    cubic: float = 0.0
+    notch: float = 0.0
+    notch_at: float = 0.0
+    notch_width: float = 1.0
+    stop: float = 0.0
+    stop_at: float = 0.0
+    one_sided: float = 0.0
+    gust: float = 0.0
+    gust_at: float = 0.0
 
 
 @numba.njit(error_model="numpy")
@@ -146,7 +160,9 @@ def joint(y, side, motor, bent, elapsed, m):
         driven = contact(y[ROTOR_L + side] - angle, y[ROTOR_RATE_L + side] - rate, m)
     _, dry = bristles(bent, rate, elapsed, m.kinetic, m.static, m.fade, m.bristle)
     cogging = m.cog_torque * sin(m.cog_count * angle + (m.cog_right if side else m.cog_left))
-    return driven - m.viscous * rate - dry + cogging, driven
+    if m.notch != 0.0:
+        cogging += m.notch * exp((cos(angle - m.notch_at) - 1.0) / m.notch_width**2)
+    return driven - m.viscous * rate - m.cubic * rate**3 - dry + cogging, driven
 
 
 @numba.njit(error_model="numpy")
@@ -164,6 +180,10 @@ def push(y, time, m):
     force = -weight * sin(m.slope) * cos(y[HEADING]) - m.drag * y[V] * abs(y[V])
     force -= weight * m.wave_slope * sin(2.0 * pi * m.waves * y[WAY] + m.wave_phase)
     force += m.force * sin(2.0 * pi * m.frequency * time + m.force_phase)
+    if m.stop > 0.0:
+        force -= m.stop * (y[WAY] - min(max(y[WAY], -m.stop_at), m.stop_at))
+    if m.gust != 0.0:
+        force += 0.5 * m.gust * (1.0 + tanh((time - m.gust_at) / 0.25))
     if m.cable > 0.0:
         away_x, away_y = y[X] - m.cable_x, y[Y] - m.cable_y
         force -= m.cable * (away_x * cos(y[HEADING]) + away_y * sin(y[HEADING]))

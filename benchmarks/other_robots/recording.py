@@ -76,7 +76,7 @@ def record(each: Set, sheet: RobotParameters, folder: Path) -> dict[str, Any]:
     channels = Channels(("tilt", "tilt_rate", "speed"), sheet.wheel_radius, sheet.control_period)
     for trial, rollout in enumerate(recorded.rollouts):
         source = Provenance("hidden", "robot", seed=each.seed, trial=trial)
-        episode = _episode(rollout, each, sheet.control_period, channels, source)
+        episode = episode_of(rollout, each, sheet.control_period, channels, source)
         write_episode(folder / "episodes" / f"trial_{trial}.mcap", episode)
     return {
         **each._asdict(),
@@ -219,7 +219,7 @@ def _steps(time: np.ndarray, most: float, slope: float, rng: np.random.Generator
     return found
 
 
-def _episode(rollout: Rollout, each: Set, period: float, channels: Channels, source: Provenance) -> Episode:
+def episode_of(rollout: Rollout, each: Set, period: float, channels: Channels, source: Provenance) -> Episode:
     """A rollout as it is logged; a log of real quality lacks some rows."""
     seen, commands = rollout.seen, rollout.given
     if each.sensors == "real":

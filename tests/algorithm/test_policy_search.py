@@ -1,5 +1,7 @@
 """Of which robots a search knows: those of the sheet, or of a distribution that rollouts made."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from falling import PLACED, falls_at_once
@@ -104,6 +106,16 @@ def test_regulators_are_sought_anew_only_where_rollouts_tell_of_other_robots(pap
     known = identify(paper, [falls_at_once(paper, 12)], lambda line: None).known
     by_rollouts, _ = find(paper, known, earlier=[first.best.policy])
     assert {c.origin for c in by_rollouts.candidates} == {"policy 0", regulator, f"search from {regulator}"}
+
+
+def test_probabilities_of_success_are_corrected_by_what_tells_of_the_robot(paper):
+    robust = replace(ROBUST, reliability_sheet=(-5.0, 0.0), reliability_rollouts=(5.0, 0.0))
+    by_sheet, _ = find(paper, robust=robust)
+    by_rollouts, _ = find(paper, prior_of(paper), robust=robust)
+    by_model, _ = find(paper, robust=None)
+    assert by_sheet.best.success_probability == pytest.approx(0.0067, abs=1e-4)
+    assert by_rollouts.best.success_probability == pytest.approx(0.9933, abs=1e-4)
+    assert by_model.best.success_probability == pytest.approx((2 * by_model.best.judged.success + 0.5) / 3)
 
 
 @pytest.mark.parametrize(

@@ -159,14 +159,16 @@ def done(name, choice, did, fell=False, measured=()):
 def test_tables_count_what_was_done_and_list_what_was_missed():
     first = [done("ramp", "0.3 m/s", True, measured=[-1.0, 2.0]), done("push", "forward", False, fell=True)]
     second = [done("ramp", "0.3 m/s", False, measured=[-6.0, 1.0]), done("push", "forward", True)]
-    results = {"moderate": [{"seed": 7, "tasks": first}, {"seed": 8, "tasks": second}]}
+    results = {"moderate": [{"seed": 7, "tasks": first}, {"seed": 8, "wheels_larger": -2.0, "tasks": second}]}
     _, _, robots, ramp, push = driving(results)
     assert robots == "| robots | 2 |" and push.endswith("| 1 of 2 |")
     assert "0.3 m/s: 1 of 2; 4.0 / 6.0 %" in ramp and "fell" not in ramp
     assert misses(results)[2:] == [
         "| moderate 7 | push forward: fell after 7.2 s |",
-        "| moderate 8 | ramp 0.3 m/s: -6.0, 1.0 % |",
+        "| moderate 8 | ramp 0.3 m/s: -6.0, 1.0 % (wheels -2.0 %) |",
     ]
+    del results["moderate"][1]["wheels_larger"]  # as in older results
+    assert misses(results)[3] == "| moderate 8 | ramp 0.3 m/s: -6.0, 1.0 % |"
 
 
 def test_only_robots_that_are_learned_are_driven(tmp_path):

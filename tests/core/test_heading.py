@@ -8,7 +8,7 @@ import pytest
 from twbal.core.course import Course, HeadingCourse, Target
 from twbal.core.errors import ConfigError
 from twbal.core.heading import HeadingEstimate
-from twbal.core.heading_control import HeadingControl
+from twbal.core.heading_control import FRICTION_SHARE, HeadingControl
 from twbal.core.mobility import yaw_inertia, yaw_mobility
 from twbal.core.motion_limits import TURNING_SHARE, MotionLimits
 from twbal.core.motion_profile import Motion, profile_to_position
@@ -81,13 +81,13 @@ class Spinning:
     def __init__(self, robot: RobotParameters, friction: float = 0.0, inertia: float = 1.0, late: int = 1) -> None:
         self.heading = self.rate = 0.0
         self._waiting = [0.0] * late
-        self._mobility, self._friction, self.is_held = yaw_mobility(robot) / inertia, friction, False
+        self._mobility, self.friction, self.is_held = yaw_mobility(robot) / inertia, friction, False
 
     def step(self, difference: float) -> None:
         self._waiting.append(difference)
         acting = self._waiting.pop(0)
         for _ in range(20):
-            push = acting - self._friction * math.tanh(self.rate / 0.01)
+            push = acting - self.friction * math.tanh(self.rate / 0.01)
             self.rate += PERIOD / 20 * self._mobility * push * (not self.is_held)
             self.heading += PERIOD / 20 * self.rate
 
@@ -151,9 +151,31 @@ def test_a_robot_that_is_light_and_reacts_late_is_not_shaken() -> None:
     assert np.degrees(late[-1, 1]) == pytest.approx(90.0, abs=3.0)
 
 
+@pytest.mark.parametrize("degrees", [90.0, -180.0])
+def test_friction_that_takes_more_than_the_share_that_moves_the_robot_is_overcome(degrees: float) -> None:
+    rows, _ = spun(paper(), degrees, friction=1.5 * TURNING_SHARE * 20.0)
+    assert np.degrees(rows[-1, 1]) == pytest.approx(degrees, abs=2.0)
+
+
+def test_a_robot_that_rolls_now_and_then_and_sticks_in_between_does_not_hunt() -> None:
+    """Pushed off its heading it sticks there; for a tenth of each second its wheels roll, and no friction holds it."""
+    course = Course.from_settings(paper(), [{"seconds": 1.0, "speed": 0.0}]).heading
+    assert course is not None
+    control, plant = HeadingControl(paper(), course, has_gyro=True), Spinning(paper(), late=3)
+    headings = []
+    for time in np.arange(0.0, 20.0, PERIOD).tolist():
+        plant.rate += 1.5 if time == 4.0 else 0.0
+        plant.friction = 4.0 if time % 1.0 < 0.9 else 0.0
+        control.follow(*plant.seen(time), Motion())
+        plant.step(control.difference(0.0))
+        headings.append(abs(math.degrees(plant.heading)))
+    assert max(headings[200:300]) > 2.0
+    assert max(headings[400:]) < 1.0
+
+
 def test_the_difference_keeps_within_its_share_and_within_what_balancing_leaves() -> None:
     robot = paper()
-    for command, most in ((0.0, TURNING_SHARE * 20.0), (-18.0, 2.0), (25.0, 0.0)):
+    for command, most in ((0.0, (TURNING_SHARE + FRICTION_SHARE) * 20.0), (-18.0, 2.0), (25.0, 0.0)):
         rows, _ = spun(robot, 180.0, held=12.0, command=command)
         assert np.abs(rows[:, -1]).max() == pytest.approx(most, abs=1e-9)
 

@@ -83,6 +83,51 @@ def test_a_pushed_robot_drags_the_place_along_and_a_place_that_was_asked_for_is_
     assert more[-1, 1:] == pytest.approx([0.0, 0.0, 0.0], abs=1e-9)
 
 
+@pytest.mark.parametrize("speed", [0.8, -0.8])
+def test_a_robot_that_overtakes_the_reference_drags_its_place_along_and_does_not_bring_it_to_rest(speed: float) -> None:
+    def robot(time: float) -> float:
+        return speed * (time + max(min(time, 5.0) - 4.0, 0.0))  # it leaps ahead between 4 and 5 s
+
+    reference = Reference(Asked(speed))
+    rows = np.array(list(followed(reference, robot, 10.0)))
+    assert not reference.events and not reference.gives_way
+    at_speed = rows[rows[:, 0] > 3.0]
+    assert np.abs(at_speed[:, 1] - at_speed[:, 2]).max() == pytest.approx(GIVE_WAY)
+    np.testing.assert_allclose(at_speed[:, 3], speed, atol=1e-9)
+
+
+@pytest.mark.parametrize(("leads", "place"), [(False, 1.0), (True, 1.0), (True, 0.2)])
+def test_a_robot_that_overtakes_on_the_way_to_a_place_is_led_on_only_where_that_is_asked_for(
+    leads: bool, place: float
+) -> None:
+    """It leaps to 0.5 m while the reference is on its way, which is beyond a place at 0.2 m."""
+    reference = Reference(Asked(None, place), leads_to_places=leads)
+    for time in np.arange(0.0, 0.4, PERIOD).tolist():
+        reference.follow(time, 0.0, 0.0)
+    reference.follow(0.4, 0.5, 0.0)
+    assert 0.0 < reference.motion.position < 0.2 and reference.motion.speed > 0.01
+    assert reference.gives_way == (not leads or place == 0.2)
+
+
+def test_a_reference_that_rests_for_a_robot_goes_on_when_that_overtakes_it() -> None:
+    reference = Reference(Asked(0.8))
+    behind = np.array(list(followed(reference, lambda t: 0.0, 1.4)))
+    assert reference.gives_way and behind[-1, 3] > 0.1
+    reference.follow(1.4, reference.motion.position + 1.1 * GIVE_WAY, 0.0)
+    assert not reference.gives_way and reference.events[-1].text == "the reference goes on"
+
+
+def test_a_stop_that_is_asked_for_is_obeyed_while_the_robot_is_ahead() -> None:
+    class Stop(Asked):
+        def target(self, time: float) -> Target:
+            return AT_REST if time >= 5.0 else super().target(time)
+
+    reference = Reference(Stop(0.8))
+    rows = np.array(list(followed(reference, lambda t: 0.8 * t + GIVE_WAY if t < 5.0 else 4.0 + GIVE_WAY, 9.0)))
+    assert rows[-1, 3:] == pytest.approx([0.0, 0.0], abs=1e-9)
+    assert (np.abs(np.diff(rows[:, 3])) <= 0.5 * PERIOD + 1e-9).all()
+
+
 def seen_at(time: float, path: float, speed: float, tilt: float) -> Observation:
     return Observation(time, tilt, 0.0, 0.0, path / RADIUS - tilt, speed / RADIUS, 0.0)
 

@@ -147,6 +147,7 @@ def test_what_remains_is_said_beside_what_was_found(paper):
             max_yaw_rate=1.5,
             max_tilt=0.7,
             next_experiment=True,
+            free_form=True,
         )
         simulation = Simulated(paper, {}, 0.001)
         results.append(diagnose_episodes(measured, Named([], []), simulation, settings(), data).diagnosis)

@@ -158,6 +158,18 @@ _DRAG = (
 )
 _SMALL_DATA = "twbal sim-collect rollouts=6 hydra.run.dir=small/data"
 _SMALL_MODEL = "twbal fit-sim-gp episodes=small/data hydra.run.dir=small/model"
+_ONE_LEVEL = (
+    *(
+        f"perturbation.{axis}=[{level}]"
+        for axis, level in (("model_error", 0.1), ("sensor_noise", 1.0), ("delay", 0.01))
+    ),
+    *(
+        f"perturbation.{axis}=[{level}]"
+        for axis, level in (("torque_noise", 0.1), ("motor_lag", 0.01), ("pushes", 9.0))
+    ),
+    *("robustness=true", "perturbation.trials=1", "perturbation.push_time=0.1"),
+    *("success.duration=0.4", "success.settle_time=0.2", "success.place_time=0.2"),
+)
 _COMPARED = ("twbal iterate experiment=paper",)
 
 TABLE: Mapping[str, How] = {
@@ -228,6 +240,7 @@ TABLE: Mapping[str, How] = {
     ),
     "twbal iterate seed=<robot> link.seed=<robot> updates=6": Stage({"<robot>": "6012"}, slow=True),
     "python -m benchmarks.driving": Benchmark(),
+    "python -m benchmarks.robustness": Benchmark(),
     "python -m benchmarks.link_faults robot=virtual clock=real_time times=10": Benchmark(),
     "python -m benchmarks.hidden_robots": Benchmark(),
     "python -m benchmarks.import_checks": Benchmark(),
@@ -370,6 +383,12 @@ TABLE: Mapping[str, How] = {
     "twbal regress data=my_robot baseline=my_robot/baseline.json update=true": _CHECK,
     "twbal compare 'runs={default:outputs/iterate/sweep_1,paper:outputs/iterate/sweep_2}'": Stage(
         _SWEEP, slow=True, after=_COMPARED
+    ),
+    "twbal compare 'runs={default:outputs/iterate/sweep_1,pilco:outputs/iterate/sweep_2}' robustness=true": Stage(
+        _SWEEP, small=_ONE_LEVEL, slow=True, after=_COMPARED
+    ),
+    "twbal compare 'runs={mine:policy.pt,other:old/policy.pt}' robustness=true link.seed=3": Stage(
+        {"mine:policy.pt": f"mine:{POLICY}", "old/policy.pt": "lqr/policy.pt"}, small=_ONE_LEVEL
     ),
     "twbal sim-collect sim=<run folder>/augmented.yaml": Stage(
         {"<run folder>": "outputs/diagnose/..."}, after=(_DIAGNOSE,)

@@ -9,7 +9,8 @@ from twbal.core.errors import ConfigError
 from twbal.core.evaluation import SuccessCriterion
 from twbal.core.gaussian import Gaussian
 from twbal.policies.rbf import RbfPolicy
-from twbal.search.validation import Validation, success_probability, validate
+from twbal.search.reliability import success_probability
+from twbal.search.validation import Validation, validate
 
 RULE = SuccessCriterion(tilt_limit=0.5, settled_tilt_limit=0.17, settle_step=60, steps=150)
 VALIDATION = Validation(robots=20, features=100, success=RULE)

@@ -9,7 +9,7 @@ from synthetic_recordings import synthetic_recording
 from twbal.planar.parameters import twin_parameters
 from twbal.sysid.model import Data, Model
 from twbal.sysid.noise import BIAS_TIME, LASTING, Noise
-from twbal.sysid.noise_fit import _refilter
+from twbal.sysid.noise_fit import refilter
 
 SENSORS, TORQUES = np.array([0.004, 0.02, 0.002, 0.05]), np.array([0.05, 0.08])
 BIAS = 5
@@ -38,7 +38,7 @@ def test_the_predictor_follows_a_discrepancy_as_the_linear_model_says(paper, com
     other = model._replace(noise=model.noise._replace(discrepancy=levels))
     before, after, linear = data.filter(model), data.filter(other), data.linear(model)
     errors, truth = data.errors(model, before)[0], data.errors(other, after)[0]
-    moved = _refilter(linear.F, linear.C, before.gains, after.gains, errors)
+    moved = refilter(linear.F, linear.C, before.gains, after.gains, errors)
     assert np.abs(truth - errors).max() > 1e-3
     assert np.abs(moved - truth).max() < 0.05 * np.abs(truth - errors).max()
 

@@ -14,7 +14,7 @@ from twbal.sysid.kalman import kalman_filter, linearise_period, respond
 from twbal.sysid.likelihood import cost, whiten
 from twbal.sysid.model import Data, Model
 from twbal.sysid.noise import UNSENSED, Noise
-from twbal.sysid.noise_fit import _refilter, fit_noise
+from twbal.sysid.noise_fit import fit_noise, refilter
 
 LEVELS = Noise(np.array([0.004, 0.02, 0.002, 0.05]), np.array([0.05, 0.08]))
 
@@ -51,7 +51,7 @@ def test_errors_by_another_gain_are_those_of_the_predictor_run_anew(paper, recor
     before, after = data.filter(model), data.filter(other)
     linear = linearise_period(model.twin, data.period)
     errors = data.errors(model, before)[0]
-    moved = _refilter(linear.F, linear.C, before.gains, after.gains, errors)
+    moved = refilter(linear.F, linear.C, before.gains, after.gains, errors)
     truth = data.errors(other, after)[0]
     assert np.abs(moved - truth).max() < 0.02 * np.abs(truth - errors).max()
 

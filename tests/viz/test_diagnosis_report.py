@@ -6,6 +6,7 @@ from dataclasses import replace
 import pytest
 
 from twbal.diagnosis.follow_up import Disagreement, NextExperiment
+from twbal.diagnosis.free_form_record import FreeForm
 from twbal.diagnosis.record import (
     Diagnosis,
     Estimate,
@@ -20,7 +21,9 @@ from twbal.diagnosis.record import (
     suggested_in,
     write_diagnosis,
 )
+from twbal.viz.canvas import svg
 from twbal.viz.diagnosis_page import DiagnosisPictures, DiagnosisSetting, write_diagnosis_report
+from twbal.viz.free_form_figure import free_form_figure
 from twbal.viz.headline import headline_text
 
 SVG = '<svg width="10pt" height="10pt" xmlns="http://www.w3.org/2000/svg"><g id="a"/></svg>'
@@ -115,6 +118,24 @@ def test_the_json_has_the_suggested_command_and_the_recordings_that_disagree(tmp
     write_diagnosis(tmp_path / "b.json", NAMED)
     assert json.loads((tmp_path / "b.json").read_text())["next_experiment"] is None
     assert suggested_in(tmp_path / "b.json") == ""
+
+
+def test_the_page_and_the_json_have_the_curve_of_what_remains_and_what_it_looks_like(tmp_path):
+    curve = FreeForm(
+        "force at the axle", "N", "speed", "m/s", 40.0, 0.014, 0.3, ("rolling_viscous",), (), "it falls throughout",
+        (-1.0, 0.0, 1.0), (5.0, 0.0, -5.0), (4.0, -1.0, -6.0), (6.0, 1.0, -4.0),
+    )  # fmt: skip
+    unknown = replace(NAMED, verdict=Verdict.UNKNOWN, free_form=(curve,))
+    html = page(tmp_path, unknown, replace(PICTURES, free_form=svg(free_form_figure(curve))))
+    for said in ("over one variable", "in place of rolling viscous", "it falls throughout"):
+        assert said in html
+    assert "over one variable" not in page(tmp_path, NAMED)
+    write_diagnosis(tmp_path / "diagnosis.json", unknown)
+    (kept,) = json.loads((tmp_path / "diagnosis.json").read_text())["free_form"]
+    assert kept["mean"] == [5.0, 0.0, -5.0]
+    assert kept["in_place_of"] == ["rolling_viscous"]
+    write_diagnosis(tmp_path / "diagnosis.json", NAMED)
+    assert json.loads((tmp_path / "diagnosis.json").read_text())["free_form"] == []
 
 
 def test_the_page_trusts_no_text(tmp_path):

@@ -173,7 +173,7 @@ def test_a_prediction_that_runs_away_does_not_hide_the_robot_and_a_note_says_how
     assert high - low < 2.5 * np.ptp(seen)
     ends = [[p.mean[0] + side * 1.96 * p.sd[0] for p in away] for side in (-1, 1)]
     bottom, top = np.degrees(min(ends[0])), np.degrees(max(ends[1]))
-    assert panel.get_title("right") == f"band cut: {bottom:.3g} to {top:.3g}"
+    assert panel.get_title("right") == f"band: {bottom:.2g} to {top:.0f}"
     assert not draw_prediction().axes[0].get_title("right")
 
 

@@ -182,7 +182,7 @@ class InMemory(Steps[Episodes, DynamicsModel, MadePolicy, Simulation, RobotDistr
         setup, episodes = self._setup, self.episodes(rollouts)
         own = Simulated(self._robot, values_of(setup.simulation.effects), setup.simulation.physics_step)
         names = [f"trial {episode.provenance.trial}" for episode in episodes]
-        data = replace(setup.diagnosis_data, **FEW_DATA._asdict(), next_experiment=False)
+        data = replace(setup.diagnosis_data, **FEW_DATA._asdict(), next_experiment=False, free_form=False)
         result = diagnose_episodes(Named(episodes, names), Named((), ()), own, setup.diagnosis, data, self._say)
         headline = result.diagnosis.headline
         closed = headline.closed if headline else None

@@ -111,8 +111,16 @@ class PolicySearch:
         if missing:
             progress(f"no robots of the parameter distribution (robust): the state has no {', '.join(missing)}")
             return None
-        known = known or prior_of(self.robot)
-        return SampledRobots(known, self.channels, self.cost, self.validation.success, start, self.robust, self.seed)
+        return SampledRobots(
+            known or prior_of(self.robot),
+            self.channels,
+            self.cost,
+            self.validation.success,
+            start,
+            self.robust,
+            self.seed,
+            are_measured=known is not None,
+        )
 
     def without_search(self) -> "PolicySearch":
         """Only judges earlier policies."""

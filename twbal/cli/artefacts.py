@@ -14,6 +14,7 @@ from twbal.core.files import file_hash
 from twbal.io.logs import read_episode
 
 MODEL, POLICY, PREDICTION = "model.pt", "policy.pt", "prediction.pt"
+POLICY_ENDING = ".pt"  # of a file, by which it is told from a folder
 DIAGNOSIS, AUGMENTED = "diagnosis.json", "augmented.yaml"
 DISTRIBUTION, IDENTIFIED = "robot_distribution.pt", "identified.yaml"
 EVIDENCE, EVALUATION, COURSE = "evidence.json", "evaluation.json", "course.json"

@@ -11,7 +11,18 @@ from twbal.cli.settings.validate import check
 from twbal.core.errors import ConfigError
 
 _MISSING = "???"
-_HOLD_RULES = ("robot", "start", "state", "success", "validation", "faults", "agent", "sim.effects", "ensemble")
+_HOLD_RULES = (
+    "robot",
+    "start",
+    "state",
+    "success",
+    "validation",
+    "faults",
+    "perturbation",
+    "agent",
+    "sim.effects",
+    "ensemble",
+)
 """Parts that are built at once, for the rules between their values; they are plain values, and read no files."""
 _FIND_THEIR_STEP = ("diagnose", "evaluate-sim")
 """Stages that find a physics step which divides the control period of the logs."""

@@ -126,7 +126,7 @@ class StageSteps(Steps[Path, Path, Path, Path, Path]):
 
     def diagnose(self, place: Path, rollouts: Sequence[Path]) -> CorrectedSimulation[Path]:
         """A call of diagnose."""
-        overrides = {"episodes": list(rollouts), **FEW_DATA._asdict(), "next_experiment": False}
+        overrides = {"episodes": list(rollouts), **FEW_DATA._asdict(), "next_experiment": False, "free_form": False}
         self._chain.run(StageCall("diagnose", place, overrides))
         return CorrectedSimulation(place / AUGMENTED, self.closed(place))
 

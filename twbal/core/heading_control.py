@@ -15,6 +15,11 @@ PACE = 1.5
 CALMER, CALMEST = 0.85, 0.3
 """Factor on the pole each time that the loop is seen to shake, and the least share of it that is left."""
 _STILL = 1e-9  # of a speed of a reference [m/s], [rad/s]
+FRICTION_SHARE = 0.25
+"""Of the torque limit, which may be integrated against friction and dead zone besides what moves the robot."""
+STEADY_SHARE = 0.2
+"""Of the integral's gain, where the robot is not to turn. Each time that balancing rolls the wheels, about once in six
+falling times, friction lets go of the heading: what was integrated against it would then throw the robot round."""
 TURNS_FROM = 0.1
 """Share of the reference's largest yaw rate from which on a turn's friction is all there."""
 NAME = "heading's reference"
@@ -22,7 +27,7 @@ NAME = "heading's reference"
 
 
 class _Integrals(NamedTuple):
-    """Of the error [rad·s]: what standing or driving straight needs, and what turning to the left needs besides.
+    """Of the error, as torques [N·m]: for standing or driving straight, and besides for turning to the left.
 
     Friction opposes a turn, and is gone, or the other way round, when the turn is over. What was integrated against it
     would then drive the robot on, and stiction would hold it there.
@@ -35,24 +40,33 @@ class _Integrals(NamedTuple):
     straight: float = 0.0
     turning: float = 0.0
 
-    def grown(self, error: float, turning: float) -> "_Integrals":
-        """With an error over a time [rad·s], at a turn from -1 (to the right) to 1."""
+    def grown(self, torque: float, turning: float, most: float) -> "_Integrals":
+        """With the torque of an error over a time.
+
+        Args:
+            torque: to add [N·m].
+            turning: from -1 (to the right) to 1.
+            most: bound of each part [N·m].
+        """
         if turning:
-            return self._replace(turning=self.turning + turning * error)
-        return self._replace(straight=self.straight + error)
+            return self._replace(turning=min(max(self.turning + turning * torque, -most), most))
+        return self._replace(straight=min(max(self.straight + STEADY_SHARE * torque, -most), most))
 
     def sum(self, turning: float) -> float:
-        """What the law takes [rad·s]."""
+        """What the law takes [N·m]."""
         return self.straight + turning * self.turning
 
 
 class HeadingControl:
     """The loop of one rollout: estimate, reference and a PID law with the reference's acceleration fed forward.
 
-    d = (2 r J / b) (ψ̈_r + 3 p ė + 3 p² e + p³ ∫e), e = ψ_r - ψ: the robot's yaw is an integrator of an integrator,
-    ψ̈ = b d / (2 r J) (`yaw_mobility`), so all three poles of the loop lie at -p. ∫e is kept in two parts, one of which
-    is there in turns only (`_Integrals`). The difference keeps within a quarter of the torque limit, and within what
-    balancing leaves of it. While it is cut, or the reference gives way, the integral may shrink, but does not grow.
+    d = (2 r J / b) (ψ̈_r + 3 p ė + 3 p² e + p³ ∫e), e = ψ_r - ψ: the robot's yaw is an integrator of an integrator, ψ̈
+    = b d / (2 r J) (`yaw_mobility`), so all three poles of the loop lie at -p. ∫e is kept in two parts, one of which is
+    there in turns only (`_Integrals`); the other grows a fifth as fast, for which the poles lie at -0.07 p and (-1.46 ±
+    0.81 i) p. All but the integral keeps within a quarter of the torque limit. Each part of the integral keeps within
+    another quarter, as friction and dead zone may take all of the first, and the difference within what balancing
+    leaves. The part for turns grows also where the rest is cut or the reference gives way: only so does a robot that
+    sticks come loose. The other part may then shrink, but does not grow.
 
     A robot that reacts late and is easier to turn than its sheet says is shaken by a loop as fast as that: the
     difference is cut one way, and within the time in which the robot falls the other way. Each time p becomes smaller.
@@ -68,7 +82,7 @@ class HeadingControl:
     """
 
     def __init__(self, robot: RobotParameters, targets: Targets, has_gyro: bool) -> None:
-        self.reference = Reference(targets, NAME)
+        self.reference = Reference(targets, NAME, leads_to_places=True)
         self.samples: list[HeadingSample] = []
         self._estimate = HeadingEstimate(robot, has_gyro)
         self._pole, self._mobility = PACE / falling_time(robot), yaw_mobility(robot)
@@ -107,24 +121,34 @@ class HeadingControl:
         now, pole = self.samples[-1], self._pole
         error, slip = now.reference - now.estimate, now.reference_rate - now.rate
         self._turning = turning = self._turn(now.reference_rate, error)
-        grown = self._integrals.grown(self._step * error, turning)
-        proportional = self.reference.motion.acceleration + 3.0 * pole * slip + 3.0 * pole**2 * error
-        asked = (proportional + pole**3 * grown.sum(turning)) / self._mobility
-        most = min(TURNING_SHARE * self._torque_limit, max(self._torque_limit - abs(command), 0.0))
-        done = min(max(asked, -most), most)
-        if done != asked:
-            self._calm_down(done)
-        is_kept = done == asked and not self.reference.gives_way
-        if is_kept or abs(grown.sum(turning)) < abs(self._integrals.sum(turning)):
-            self._integrals = grown
+        asked = (self.reference.motion.acceleration + 3.0 * pole * slip + 3.0 * pole**2 * error) / self._mobility
+        left = max(self._torque_limit - abs(command), 0.0)
+        most = min(TURNING_SHARE * self._torque_limit, left)
+        moving = min(max(asked, -most), most)
+        if moving != asked:
+            self._calm_down(moving)
+        self._integrate(self._step * pole**3 * error / self._mobility, is_cut=moving != asked)
+        done = min(max(moving + self._integrals.sum(turning), -left), left)
         self.samples[-1] = now._replace(difference=done)
         return done
+
+    def _integrate(self, torque: float, is_cut: bool) -> None:
+        """Let the integral grow by a torque [N·m].
+
+        Args:
+            torque: of the error since the observation before.
+            is_cut: whether what moves the robot is cut.
+        """
+        grown = self._integrals.grown(torque, self._turning, FRICTION_SHARE * self._torque_limit)
+        is_free = self._turning or not (is_cut or self.reference.gives_way)
+        if is_free or abs(grown.straight) < abs(self._integrals.straight):
+            self._integrals = grown
 
     def _calm_down(self, cut: float) -> None:
         """Slow the loop down where it shakes.
 
         Args:
-            cut: what the difference is cut to [N·m].
+            cut: what moves the robot is cut to [N·m].
         """
         assert self._time is not None
         time, before = self._cut

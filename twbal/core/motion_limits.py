@@ -20,7 +20,8 @@ RAMP_TIME = 2.0
 SIDEWAYS = 0.25
 """Part of the sideways acceleration at which the robot would tip over that a bend at the speed limit may take."""
 TURNING_SHARE = 0.25
-"""Of the torque limit: largest difference of the wheel torques. Half of it accelerates the reference at most."""
+"""Of the torque limit: largest difference of the wheel torques that is to move the robot; what friction takes comes on
+top (`heading_control.FRICTION_SHARE`). Half of it accelerates the reference at most."""
 
 
 @dataclass(frozen=True)

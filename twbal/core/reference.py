@@ -1,5 +1,6 @@
 """The moving place that a robot follows in a rollout."""
 
+import math
 from typing import Protocol
 
 from twbal.core.course import AT_REST, Target
@@ -9,6 +10,7 @@ from twbal.core.motion_profile import Motion, profile_to_speed
 
 _AHEAD = 0.3  # s; how far ahead the robot's distance is foreseen
 _RETURNED = 0.5  # of the greatest distance: the robot has come back, and the reference goes on
+_STILL = 1e-9  # m/s, of the reference
 _FREE, _FREE_TIME = 0.8, 1.0  # of that, s: a robot that stays nearer for so long is not held, and it goes on, too
 
 
@@ -30,15 +32,21 @@ class Targets(Protocol):
 class Reference:
     """Moves to the targets within the limits, and gives way to a robot that cannot follow.
 
-    Where the robot is farther off than `give_way`, or soon will be, the reference goes to rest within its limits, and
-    its place is dragged along so that the robot is no farther off. Once the robot has come back to half of that, or has
-    stayed within four fifths of it for a second, the reference goes on to its target from where it is. So a robot that
-    is held meets no growing error, and is not thrown over when it is let go; and one that needs the integral of its
-    error to come nearer, as on a slope, gets it.
+    Where the robot is farther behind than `give_way`, or soon will be, the reference goes to rest within its limits,
+    and its place is dragged along so that the robot is no farther off. Once the robot has come back to half of that, or
+    has stayed within four fifths of it for a second, the reference goes on to its target from where it is. So a robot
+    that is held meets no growing error, and is not thrown over when it is let go; and one that needs the integral of
+    its error to come nearer, as on a slope, gets it.
+
+    A robot that overtakes a reference with a speed for its target is not held: only the place is dragged along. Going
+    to rest, the reference would ask a robot that is too fast already to stop, which must then speed up again, and so
+    on. On the way to a place it rests all the same, if not told otherwise: a robot that balances has to lean back
+    there, and comes to its place more surely from rest.
 
     Args:
         targets: where it goes.
         name: by which events speak of it.
+        leads_to_places: whether a robot that overtakes it on the way to a place, and is not there yet, is led on, too.
 
     Attributes:
         motion: at the last observation.
@@ -46,13 +54,13 @@ class Reference:
         events: when it began to, and when it went on.
     """
 
-    def __init__(self, targets: Targets, name: str = "reference") -> None:
+    def __init__(self, targets: Targets, name: str = "reference", leads_to_places: bool = False) -> None:
         self.motion = Motion()
         self._name = name
         self.gives_way = False
         self.events: list[Event] = []
-        self._targets = targets
-        self._target: Target | None = None
+        self._targets, self._leads_to_places = targets, leads_to_places
+        self._goal: Target | None = None  # that the profile goes to
         self._profile = profile_to_speed(self.motion, 0.0, targets.limits)
         self._begun = 0.0  # time at which the profile begins [s]
         self._free_since = 0.0  # from which on the robot has been near enough not to be held [s]
@@ -67,30 +75,51 @@ class Reference:
         """
         self.motion = self._profile.at(time - self._begun)
         target = self._targets.target(time)
-        self._give_way(time, position - self.motion.position, speed - self.motion.speed)
-        if target != self._target and not self.gives_way:
-            self._go(time, target)
-        self._target = target
+        off, slip = position - self.motion.position, speed - self.motion.speed
+        is_dragged = self._give_way(time, off, slip, self._side_ahead(target, position))
+        goal = AT_REST if self.gives_way else target
+        if is_dragged or goal != self._goal:
+            self._goal, self._begun = goal, time
+            self._profile = goal.profile(self.motion, self._targets.limits)
         return self.motion
 
-    def _give_way(self, time: float, off: float, slip: float) -> None:
-        """Begin, go on with, or end giving way to a robot that is `off` [m] and moves away at `slip` [m/s]."""
-        most, farthest = self._targets.give_way, max(abs(off), abs(off + _AHEAD * slip))
-        if farthest > _FREE * most:
+    def _side_ahead(self, target: Target, position: float) -> float:
+        """Side, ±1, where a robot at `position` [m] overtakes the reference; 0: it rests for a robot on either side."""
+        speed = self.motion.speed
+        if abs(speed) <= _STILL:
+            return 0.0
+        side = math.copysign(1.0, speed)
+        if target.speed is not None:
+            return side if target.speed else 0.0
+        return side if self._leads_to_places and (target.position - position) * side > 0.0 else 0.0
+
+    def _give_way(self, time: float, off: float, slip: float, ahead: float) -> bool:
+        """Begin, go on with, or end giving way.
+
+        Args:
+            time: of the observation [s].
+            off: of the robot, from the reference [m].
+            slip: rate of that [m/s].
+            ahead: see `_side_ahead`.
+
+        Returns:
+            Whether the place was dragged along.
+        """
+        most, farthest = self._targets.give_way, max(off, off + _AHEAD * slip, key=abs)
+        if abs(farthest) > _FREE * most:
             self._free_since = time
-        if farthest > most:
-            if not self.gives_way:
-                self._tell(time, True)
+        is_far, overtakes = abs(farthest) > most, farthest * ahead > 0.0
+        if is_far and not overtakes:
+            self._tell(time, True)
+        elif self.gives_way and (is_far or abs(farthest) < _RETURNED * most or time - self._free_since > _FREE_TIME):
+            self._tell(time, False)
+        is_dragged = abs(off) > most
+        if is_dragged:
             dragged = self.motion.position + off - min(max(off, -most), most)
             self.motion = self.motion._replace(position=dragged)
-            self._go(time, AT_REST)
-        elif self.gives_way and (farthest < _RETURNED * most or time - self._free_since > _FREE_TIME):
-            self._tell(time, False)
-            self._target = None  # so that the target is gone to anew
-
-    def _go(self, time: float, target: Target) -> None:
-        self._profile, self._begun = target.profile(self.motion, self._targets.limits), time
+        return is_dragged
 
     def _tell(self, time: float, gives_way: bool) -> None:
-        self.gives_way = gives_way
-        self.events.append(Event(time, f"the {self._name} {'gives way' if gives_way else 'goes on'}"))
+        if gives_way != self.gives_way:
+            self.gives_way = gives_way
+            self.events.append(Event(time, f"the {self._name} {'gives way' if gives_way else 'goes on'}"))

@@ -15,6 +15,7 @@ class Stream(StrEnum):
 
     START_POSE = "start pose"
     SENSOR_NOISE = "sensor noise"
+    TORQUE_NOISE = "torque noise"
     DOMAIN_RANDOMISATION = "domain randomisation"
     EXPLORATION = "exploration"
     FIT_RESTARTS = "fit restarts"
@@ -26,6 +27,7 @@ class Stream(StrEnum):
     BOOTSTRAP = "bootstrap"
     VIRTUAL_ROBOT = "virtual robot"
     GROUND_TRUTH = "ground truth"
+    PERTURBATION = "perturbation"
     ON_BOARD = "policy on board"
 
 

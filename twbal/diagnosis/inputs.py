@@ -22,6 +22,7 @@ class DataSettings:
         max_yaw_rate: see `Usability`.
         max_tilt: see `Usability`.
         next_experiment: whether an experiment is suggested where something stays open.
+        free_form: whether a free function of one variable is drawn where something remains.
     """
 
     horizons: list[float]
@@ -33,6 +34,7 @@ class DataSettings:
     max_yaw_rate: float
     max_tilt: float
     next_experiment: bool
+    free_form: bool
 
 
 @dataclass(frozen=True)

@@ -12,14 +12,16 @@ from twbal.core.gaussian import Array
 from twbal.core.robot_parameters import RobotParameters
 from twbal.diagnosis.advice import UNEXPLAINED, on_disagreements, on_falls, on_next_experiment
 from twbal.diagnosis.agreement import disagreements
-from twbal.diagnosis.candidates import tilt_offsets
+from twbal.diagnosis.candidates import always_free, tilt_offsets
 from twbal.diagnosis.effect_candidates import candidates_for
 from twbal.diagnosis.filter_result import filter_recordings
 from twbal.diagnosis.findings import FilterResult, Findings
+from twbal.diagnosis.free_form import FreeFormInputs, free_forms
+from twbal.diagnosis.free_form_record import on_free_forms
 from twbal.diagnosis.gap import Models, Stretches, measure_gaps, rollout_error
 from twbal.diagnosis.graded import contradicted, remaining_of, with_shares
 from twbal.diagnosis.inputs import DataSettings, Named, Simulated
-from twbal.diagnosis.model_comparison import is_open
+from twbal.diagnosis.model_comparison import ModelComparison, is_open
 from twbal.diagnosis.name import name_effects
 from twbal.diagnosis.next_experiment import next_experiment
 from twbal.diagnosis.record import Diagnosis, Verdict, headline
@@ -30,6 +32,7 @@ from twbal.diagnosis.wheels_off_ground import ADVICE as IN_AIR
 from twbal.diagnosis.wheels_off_ground import held, held_upright, wheels_in_air, without_rotors
 from twbal.diagnosis.where import disagreement
 from twbal.effects.library import effects_from
+from twbal.planar.parameters import twin_parameters
 from twbal.sim.replay import ReplayStart, replay
 from twbal.sysid.held_out import Split, held_out
 from twbal.sysid.recording import MEASURED, Recording, Usability, read_recordings
@@ -106,6 +109,10 @@ def diagnose_episodes(
         disagreeing = disagreements(found.comparison, whole)
         advice = (*diagnosis.advice, *on_disagreements(disagreeing))
         diagnosis = replace(diagnosis, disagreements=disagreeing, advice=advice)
+    if data.free_form and found.comparison is not None and diagnosis.has_remains:
+        progress("looking for a function of one variable in what remains")
+        formed = free_forms(free_form_inputs(found.comparison, split, acting, settings))
+        diagnosis = replace(diagnosis, free_form=formed, advice=(*diagnosis.advice, on_free_forms(formed)))
     unsettled = is_open(diagnosis.verdict, diagnosis.effects, diagnosis.rivals)
     if data.next_experiment and found.comparison is not None and len(found.comparison.rivals) > 1 and unsettled:
         suggested = next_experiment(found.comparison, robot, progress)
@@ -113,6 +120,25 @@ def diagnose_episodes(
         diagnosis = replace(diagnosis, next_experiment=suggested, no_safe_experiment=suggested is None, advice=advice)
     corrected = replace(acting, robot=robot, effects={**present, **found.named.effects})
     return DiagnosisResult(diagnosis, found, split, corrected)
+
+
+def free_form_inputs(
+    comparison: ModelComparison, split: Split, simulation: Simulated, settings: Settings
+) -> FreeFormInputs:
+    """What a free form is looked for in: the likeliest set of effects, and the data that it was not fitted to."""
+    tolerances = settings.tolerances.for_robot(simulation.robot)
+    recordings: Sequence[Recording] = split.kept_back
+    kept_back = replace(comparison.data, recordings=recordings)
+    twin = twin_parameters(simulation.robot, simulation.effects)
+    ends = comparison.chosen.fit.model.offsets
+    return FreeFormInputs(
+        comparison.data,
+        comparison.chosen,
+        always_free(tolerances, twin, len(comparison.data.recordings)),
+        kept_back,
+        ends if split.are_ends else tilt_offsets(tolerances, len(recordings)),
+        float(np.hypot(settings.lines.form, tolerances.data_sheet)),
+    )
 
 
 def _split(measured: Named, tests: Named, robot: RobotParameters, usability: Usability, share: float) -> Split:

@@ -10,6 +10,7 @@ from twbal.core.errors import DataError
 from twbal.core.files import read_json
 from twbal.core.json_records import encoded, write_record
 from twbal.diagnosis.follow_up import Disagreement, NextExperiment
+from twbal.diagnosis.free_form_record import FreeForm
 
 HEADLINE = (("tilt", "wheel_angle"), 0.15)
 """Channel (the first that was measured) and horizon [s] of the gap that stands for all: longer rollouts of this
@@ -257,6 +258,7 @@ class Diagnosis:
         next_experiment: that is expected to tell most of what is left open; None where nothing is, or none is offered.
         no_safe_experiment: whether none is offered because the robot might fall in each of those weighed.
         disagreements: recordings that disagree with the others, the surest first.
+        free_form: functions of one variable that explain a part of what remains; drawn, and not named.
     """
 
     verdict: Verdict
@@ -275,6 +277,7 @@ class Diagnosis:
     next_experiment: NextExperiment | None = None
     no_safe_experiment: bool = False
     disagreements: tuple[Disagreement, ...] = ()
+    free_form: tuple[FreeForm, ...] = ()
 
     @property
     def named_effects(self) -> tuple[ProbableEffect, ...]:
@@ -285,6 +288,11 @@ class Diagnosis:
     def likely_effects(self) -> tuple[ProbableEffect, ...]:
         """Effects that are more likely missing than not, and are not named."""
         return tuple(effect for effect in self.effects if effect.probability >= LIKELY and not effect.is_named)
+
+    @property
+    def has_remains(self) -> bool:
+        """Whether something remains that nothing named explains."""
+        return self.verdict is Verdict.UNKNOWN or self.remaining.is_beyond_noise
 
     @property
     def headline(self) -> Gap | None:

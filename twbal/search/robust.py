@@ -28,6 +28,7 @@ from twbal.policies.rbf import RbfPolicy
 from twbal.policies.squash import NARROWEST, WIDEST
 from twbal.search.linear_starts import linear_law, regulator, state_space
 from twbal.search.planar_rollouts import Driven, PlanarDraws, planar_rollouts
+from twbal.search.reliability import AS_IT_IS
 from twbal.search.sampled_rollouts import Limits, limits_of
 
 PHYSICAL = ("tilt", "tilt_rate", "speed")
@@ -65,6 +66,9 @@ class RobustSettings:
         enough: mean share of the limits that the robots use under the best, at which none is improved.
         doubt: factor on the standard deviations of what is known: where no planar model is quite right, its numbers are
             known less well than a fit says.
+        reliability_sheet: of probabilities of success where the sheet alone tells of the robot: how often policies
+            really succeeded (`success_probability`).
+        reliability_rollouts: the same where rollouts tell of it.
     """
 
     robots: int
@@ -82,6 +86,8 @@ class RobustSettings:
     improving: int
     enough: float
     doubt: float
+    reliability_sheet: tuple[float, float] = AS_IT_IS
+    reliability_rollouts: tuple[float, float] = AS_IT_IS
 
 
 class RankedPolicy(NamedTuple):
@@ -124,6 +130,7 @@ class SampledRobots:
         start: distribution of the first state.
         settings: how many, and how policies for them are designed.
         seed: of all that is drawn.
+        are_measured: whether rollouts of the robot told of its parameters, not the sheet alone.
     """
 
     distribution: RobotDistribution
@@ -133,6 +140,13 @@ class SampledRobots:
     start: Gaussian
     settings: RobustSettings
     seed: int
+    are_measured: bool = False
+
+    @property
+    def reliability(self) -> tuple[float, float]:
+        """Of probabilities of success by these robots; see `success_probability`."""
+        intercept, slope = self.settings.reliability_rollouts if self.are_measured else self.settings.reliability_sheet
+        return intercept, slope
 
     def driven(self, policy: RbfPolicy, robots: int | None = None) -> Driven:
         """What becomes of the first `robots` of them under a policy; None: of all."""

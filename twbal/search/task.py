@@ -18,9 +18,10 @@ from twbal.search.long_term_cost import propagate
 from twbal.search.particles import ParticleObjective
 from twbal.search.predicted_rollout import PredictedRollout, predicted_by_robots
 from twbal.search.predictor import Predictor
+from twbal.search.reliability import AS_IT_IS, success_probability
 from twbal.search.robust import RankedPolicy, SampledRobots
 from twbal.search.transition import TransitionModel, transition_model
-from twbal.search.validation import Validation, ValidationResult, success_probability, validate
+from twbal.search.validation import Validation, ValidationResult, validate
 
 
 @dataclass(frozen=True)
@@ -74,6 +75,7 @@ class Candidate(NamedTuple):
         earlier: which of the given earlier policies it is; None for what was searched.
         robots: of its long rollouts on robots of the parameter distribution; None where there are none.
         sampled: how many robots `judged` counts; 0: not told.
+        reliability: of the probability of success; see `success_probability`.
     """
 
     origin: str
@@ -83,11 +85,12 @@ class Candidate(NamedTuple):
     earlier: int | None = None
     robots: RankedPolicy | None = None
     sampled: int = 0
+    reliability: tuple[float, float] = AS_IT_IS
 
     @property
     def success_probability(self) -> float | None:
         """That a trial of it succeeds, by the robots that `judged` counts; None where it is not told how many."""
-        return success_probability(self.judged.success, self.sampled) if self.sampled else None
+        return success_probability(self.judged.success, self.sampled, self.reliability) if self.sampled else None
 
     @property
     def judged(self) -> ValidationResult:
@@ -153,7 +156,8 @@ class Task:
         validation = ValidationResult(*(float(np.mean(values)) for values in zip(*found, strict=True)))
         robots = self.robots.ranked(origin, policy) if self.robots is not None else None
         sampled = share.robots * len(self.models) if self.robots is None else self.robots.settings.robots
-        return Candidate(origin, policy, self.whole.value(policy), validation, earlier, robots, sampled)
+        reliability = AS_IT_IS if self.robots is None else self.robots.reliability
+        return Candidate(origin, policy, self.whole.value(policy), validation, earlier, robots, sampled, reliability)
 
     def predictions(self, candidate: Candidate) -> tuple[PredictedRollout, ...]:
         """Predictions of rollouts under a policy, first the one to take where no rollouts tell: that of the robots.

@@ -50,15 +50,6 @@ class ValidationResult(NamedTuple):
     cost: float
 
 
-def success_probability(share: float, robots: int) -> float:
-    """Probability of success of a policy under which a share of sampled robots succeeds, never 0 or 1.
-
-    With k of n it is (k + ½) / (n + 1), the mean of Jeffreys' posterior: n robots do not tell a rare success from an
-    impossible one (Brown, Cai and DasGupta, Interval estimation for a binomial proportion, Statistical Science 2001).
-    """
-    return (share * robots + 0.5) / (robots + 1)
-
-
 def validate(
     model: DynamicsModel, policy: RbfPolicy, cost: Cost, start: Gaussian, settings: Validation, seed: int
 ) -> ValidationResult:

@@ -161,14 +161,20 @@ def _riccati(F: Array, C: Array, Q: Array, R: Array, P: Array, count: int, settl
     return gains, whiteners, determinants, P
 
 
+def first_reading() -> Array:
+    """(8, 4), what the first measurement says of the state."""
+    read = np.zeros((8, 4))
+    read[:4] = np.linalg.inv([[1, 0, 0, 0], [0, 0, 1, 0], [-1, 1, 0, 0], [0, 0, -1, 1]])
+    read[4] = read[6] = read[0]
+    read[5] = read[7] = read[2]
+    return read
+
+
 def kalman_filter(linear: LinearTwin, noise: Noise) -> Filter:
     """The Kalman filter of a linear twin with noise; nothing is corrected at the first instant."""
     R = np.diag(noise.sensors**2)
     Q = (linear.B * noise.torques**2) @ linear.B.T
-    read = np.zeros((8, 4))  # what the first measurement says of the state
-    read[:4] = np.linalg.inv([[1, 0, 0, 0], [0, 0, 1, 0], [-1, 1, 0, 0], [0, 0, -1, 1]])
-    read[4] = read[6] = read[0]
-    read[5] = read[7] = read[2]
+    read = first_reading()
     P, settled = 1.5 * read @ R @ read.T, 0.0
     if len(linear.decay):
         settled = _SETTLED

@@ -230,9 +230,11 @@ class Data:
         here = np.array([True, True, True, self.sensed[1], self._has_steps, self.sensed[1]])
         return most._replace(discrepancy=np.where(here, most.discrepancy, _NOTHING))
 
-    def with_noise(self, model: Model, iterations: int, afresh: bool = False) -> Model:
-        """The model with its noise refitted; arguments as of `fit_noise`."""
-        errors = self.errors(model, self.filter(model))
+    def with_noise(
+        self, model: Model, iterations: int, afresh: bool = False, errors: Sequence[Array] | None = None
+    ) -> Model:
+        """The model with its noise refitted; arguments as of `fit_noise`, with its own errors where none are given."""
+        errors = self.errors(model, self.filter(model)) if errors is None else errors
         linear = self.linear(model)
         least, lasting = np.maximum(self.resolution, self.quietest), np.zeros(LASTING)
         if model.noise.has_discrepancy and self._has_steps:  # it has what the steps of the wheel angle make
@@ -241,4 +243,6 @@ class Data:
             Noise(np.where(self.sensed, least, UNSENSED), np.zeros(2), lasting),
             self._loudest._replace(sensors=np.where(self.sensed, self._loudest.sensors, UNSENSED)),
         )
-        return model._replace(noise=fit_noise(linear, model.noise, errors, self.usable, limits, iterations, afresh))
+        return model._replace(
+            noise=fit_noise(linear, model.noise, list(errors), self.usable, limits, iterations, afresh)
+        )

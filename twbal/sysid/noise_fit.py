@@ -24,8 +24,8 @@ _SHARED = 0.3  # of the other, where a search for white torques and a discrepanc
 
 
 @kernel()
-def _refilter(F: Array, C: Array, old: Array, new: Array, errors: Array) -> Array:
-    """Prediction errors with other gains, by the linear twin."""
+def refilter(F: Array, C: Array, old: Array, new: Array, errors: Array) -> Array:
+    """Prediction errors (T + 1, 4) with other gains, by the linear twin."""
     changed = np.empty_like(errors)
     states = len(F)
     delta, moved = np.zeros(states), np.empty(states)
@@ -78,7 +78,7 @@ def fit_noise(
             kalman = kalman_filter(linear, _levels(x))
         except np.linalg.LinAlgError:  # levels too far apart for the covariance to stay definite
             return _IMPOSSIBLE
-        moved = [_refilter(linear.F, linear.C, old.gains, kalman.gains, e) for e in errors]
+        moved = [refilter(linear.F, linear.C, old.gains, kalman.gains, e) for e in errors]
         value = cost(moved, usable, kalman) + discrepancy_penalty(_levels(x), limits[1])
         return value if np.isfinite(value) else _IMPOSSIBLE
 

@@ -73,6 +73,7 @@ class Memory(NamedTuple):
         used: of the battery, in seconds at the limit of both motors (1,) [s].
         lagged: torque behind the lag (2,) [N·m].
         torque: of each motor (2,) [N·m].
+        random_torque: on each shaft, in this control period (1,) [N·m].
         bristles: deflection (2,) [rad].
         rotor: angle relative to the body (2,) [rad].
         rotor_rate: (2,) [rad/s].
@@ -87,6 +88,7 @@ class Memory(NamedTuple):
     used: Array
     lagged: Array
     torque: Array
+    random_torque: Array
     bristles: Array
     rotor: Array
     rotor_rate: Array
@@ -160,6 +162,7 @@ def fresh_memory(c: Constants) -> Memory:
         used=np.zeros(1),
         lagged=np.zeros(2),
         torque=np.zeros(2),
+        random_torque=np.zeros(1),
         bristles=np.zeros(2),
         rotor=np.zeros(2),
         rotor_rate=np.zeros(2),

@@ -68,6 +68,7 @@ class FaultDistribution:
         gyro_walk: [rad/s/√s].
         ticks: of an encoder in a turn; rounded.
         rate_window: over which they are counted [control periods].
+        torque_noise: standard deviation of the random torque on both shafts together [N·m].
         noise: of the sensors, the same for every seed.
 
     Raises:
@@ -117,6 +118,7 @@ class FaultDistribution:
     gyro_walk: Range
     ticks: Range
     rate_window: Range
+    torque_noise: Range  # last, so that what is drawn before it is what it was without
     noise: Noise
 
     def __post_init__(self) -> None:

@@ -86,6 +86,7 @@ def _drive(drawn: _Values, sheet: RobotParameters, body: Body, torque: float, ph
         sag_use=drawn["sag_use"],
         lag=drawn["motor_lag"],
         slew_time=drawn["slew_time"],
+        torque_noise=drawn["torque_noise"] * torque,
         viscous=drawn["viscous_friction"] * torque,
         cogging=drawn["cogging"] * torque,
         cogging_count=round(drawn["cogging_count"]),

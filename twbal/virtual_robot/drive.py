@@ -77,7 +77,7 @@ def bristle_force(c: Constants, m: Memory, wheel: int, rate: float) -> tuple[flo
 def hinge_torque(c: Constants, m: Memory, wheel: int, angle: float, rate: float) -> float:
     """Torque in a wheel's hinge over the next step [N·m]; friction, cogging and back-EMF act at the motor's shaft."""
     shaft, shaft_rate = (m.rotor[wheel], m.rotor_rate[wheel]) if c.rotor > 0.0 else (angle, rate)
-    motor = m.torque[wheel] + c.cogging * np.sin(c.cogging_count * shaft + c.cogging_phase[wheel])
+    motor = m.torque[wheel] + m.random_torque[0] + c.cogging * np.sin(c.cogging_count * shaft + c.cogging_phase[wheel])
     dry, dry_slope, relaxed = 0.0, 0.0, 1.0
     if c.static > 0.0:
         dry, dry_slope, relaxed = bristle_force(c, m, wheel, shaft_rate)

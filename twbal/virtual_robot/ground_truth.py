@@ -52,6 +52,8 @@ class Drive:
         sag_use: share of the supply that is lost in a second of that [1/s].
         lag: time constant of the motors' torque [s].
         slew_time: in which a torque goes from zero to the limit; 0: at once [s].
+        torque_noise: standard deviation of a random torque on both shafts together, half on each; drawn anew for each
+            control period, and held for it [N·m].
         viscous: braking torque of each motor over its rate, back-EMF above all [N·m·s/rad].
         cogging: amplitude of each motor's cogging torque [N·m].
         cogging_count: periods of it in a turn of the wheel.
@@ -69,6 +71,7 @@ class Drive:
     sag_use: float
     lag: float
     slew_time: float
+    torque_noise: float
     viscous: float
     cogging: float
     cogging_count: int

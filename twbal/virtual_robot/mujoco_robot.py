@@ -64,7 +64,9 @@ class MujocoRobot(Plant):
             generator(Stream.SENSOR_NOISE, self._seed, trial),
             generator(Stream.SENSOR_NOISE, self._seed, trial, 1),
         )
+        self._torque_rng = generator(Stream.TORQUE_NOISE, self._seed, trial)
         self._put(self._start.draw(generator(Stream.START_POSE, self._seed, trial)))
+        self._draw_torque()
         self._speed_before = self._motion.speed
         return self._observe(self._motion.speed)
 
@@ -73,6 +75,7 @@ class MujocoRobot(Plant):
         self._drive(command, self._steps)
         self._periods, self._done = self._periods + 1, 0
         self._readout.let_bias_walk()
+        self._draw_torque()
         seen = self._observe(self._speed_before)
         self._speed_before = self._motion.speed
         return seen
@@ -96,6 +99,12 @@ class MujocoRobot(Plant):
                 c, m, self._buffers, self._periods, self._done, end, self._readout.bias, self.push
             )
             self._done = end
+
+    def _draw_torque(self) -> None:
+        """The random torque on each shaft in the control period that begins."""
+        deviation = 0.5 * self.truth.drive.torque_noise
+        if deviation > 0.0:
+            self._memory.random_torque[0] = deviation * self._torque_rng.standard_normal()
 
     def steer(self, difference: float) -> None:
         """Set the difference of the wheel torques [N·m]; see `Plant.steer`."""

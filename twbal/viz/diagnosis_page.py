@@ -39,6 +39,7 @@ class DiagnosisPictures:
     rivals: str | None
     gap: str | None
     whiteness: str
+    free_form: str | None = None
 
 
 def write_diagnosis_report(
@@ -57,6 +58,7 @@ def write_diagnosis_report(
         where=inline(pictures.where, "where", "Errors of the simulation by channel and region"),
         rivals=inline(pictures.rivals, "rivals", "Evidence for each candidate"),
         gap=inline(pictures.gap, "gap", "Error on held-out data before and after"),
+        free_form=inline(pictures.free_form, "free_form", "An added torque, force or reading over one variable"),
         whiteness=inline(pictures.whiteness, "whiteness", "Autocorrelation of the residuals before and after"),
     )
     write_atomically(path, html)

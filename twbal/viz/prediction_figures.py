@@ -63,8 +63,13 @@ def _draw_channel(axes: Axes, period: float, mean: Array, half_width: Array, cou
     bottom, top = _limits(low, high, courses)
     axes.set_ylim(bottom, top)
     if low.min() < bottom or high.max() > top:
-        note = f"band cut: {low.min():.3g} to {high.max():.3g}"
+        note = f"band: {_short(low.min())} to {_short(high.max())}"
         axes.set_title(note, loc="right", color=MUTED.light, fontsize=8, fontweight="normal")
+
+
+def _short(value: float) -> str:
+    """With two digits at least."""
+    return f"{value:.2g}" if abs(value) < 10 else f"{value:.0f}"
 
 
 def _limits(low: Array, high: Array, courses: Sequence[Array]) -> tuple[float, float]:

@@ -77,6 +77,7 @@ FAULTS = (
     Setting("faults.gyro_walk", Span(Number(0.0, 100.0, "rad/s/√s")), "random walk of that bias"),
     Setting("faults.ticks", Span(Number(0.0, 1e6)), "ticks of an encoder in a turn; 0: no steps"),
     Setting("faults.rate_window", Span(Number(0.0, 1.0, CONTROL_PERIODS)), "time over which ticks are counted"),
+    Setting("faults.torque_noise", _TORQUE, "sd of a random torque on both shafts together"),
     *(
         Setting(f"faults.noise.{name}", Number(0.0, 1e4, unit), "standard deviation of the sensor's noise")
         for name, unit in SENSORS.items()

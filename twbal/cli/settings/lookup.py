@@ -10,6 +10,7 @@ from twbal.cli.settings.kinds import Kind, holds_settings
 from twbal.cli.settings.link_settings import FAULTS, LINK
 from twbal.cli.settings.model_settings import MODEL
 from twbal.cli.settings.nested import ancestors, flattened
+from twbal.cli.settings.perturbation_settings import PERTURBATION
 from twbal.cli.settings.robot_settings import (
     CONTROL_PERIOD,
     COURSE,
@@ -44,6 +45,7 @@ GROUPS = {
     "Diagnosis": DIAGNOSIS,
     "Link": LINK,
     "Virtual robot": FAULTS,
+    "Perturbations": PERTURBATION,
     "Import": IMPORT,
 }
 """Settings that stages share, by what they are of."""

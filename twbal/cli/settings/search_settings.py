@@ -15,6 +15,7 @@ _ITERATIONS = Whole(1, 100_000)
 _HORIZON = Whole(1, 100_000, CONTROL_PERIODS)
 _FACTOR = Number(0.001, 100.0)
 _SHARES = ListOf(_FACTOR, 1, 100)
+_RELIABILITY = ListOf(Number(-20.0, 20.0), 2, 2)
 _TIME = Number(0.001, 3600.0, "s")
 _DEVIATION = 1e-6, 1e6  # in a channel's unit: only what must be a slip is refused
 
@@ -95,6 +96,8 @@ ROBUST = (
     Setting("robust.improving", Whole(1, 100_000), "robots on which they are improved"),
     Setting("robust.enough", Number(0.0, 4.0), "mean share of the limits that robots use at which none is improved"),
     Setting("robust.doubt", Number(0.0, 100.0), "factor on the doubts of what is known"),
+    Setting("robust.reliability_sheet", _RELIABILITY, "correction of probabilities of success by the sheet alone"),
+    Setting("robust.reliability_rollouts", _RELIABILITY, "the same where rollouts tell of the robot"),
 )
 
 VALIDATION = (

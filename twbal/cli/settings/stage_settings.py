@@ -105,6 +105,7 @@ STAGES: Mapping[str, tuple[Setting, ...]] = {
         Setting("max_yaw_rate", Number(0.001, 1e4, "rad/s"), "yaw rate beyond which instants do not count"),
         Setting("max_tilt", TILT_LIMIT, "tilt at which an episode is cut off"),
         Setting("next_experiment", YesNo(), "suggest an experiment where something stays open"),
+        Setting("free_form", YesNo(), "draw a function of one variable where something remains"),
     ),
     "evaluate-sim": (
         _SEED,
@@ -173,6 +174,7 @@ STAGES: Mapping[str, tuple[Setting, ...]] = {
         _SEED,
         _common("runs", PATHS, "folders of runs or sweeps of iterate; the first is the reference"),
         Setting("runs.*", PATH, "the same by name"),
+        _common("robustness", YesNo(), "drive the policies on virtual robots that `perturbation` changes"),
     ),
     "regress": (
         _common("data", PATH, "folder of logs and models"),

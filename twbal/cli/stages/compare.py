@@ -10,6 +10,7 @@ from omegaconf import DictConfig, ListConfig
 
 from twbal.algorithm.comparison import Run, latex, rows, run_values
 from twbal.algorithm.summary import read_summary
+from twbal.cli.artefacts import POLICY_ENDING
 from twbal.cli.console import run_folder
 from twbal.cli.typed_config import typed
 from twbal.cli.yaml_data import Bounds, read_yaml
@@ -27,13 +28,35 @@ class Settings:
     """See conf/compare.yaml."""
 
     seed: int
+    robustness: bool
 
 
 def main(cfg: DictConfig) -> None:
     """Run the stage in Hydra's run folder."""
     out, settings = run_folder(), typed(Settings, cfg)
     folders = _folders(cfg.runs)
-    groups = {name: _runs(folder) for name, folder in folders.items()}
+    files = [path for path in folders.values() if path.suffix == POLICY_ENDING]
+    if files and not settings.robustness:
+        raise ConfigError(f"{files[0]} is a policy; policies alone are compared by robustness=true.")
+    summaries = {name: [path] if path in files else _summaries(path) for name, path in folders.items()}
+    made = (
+        []
+        if files
+        else _compare_runs({name: list(map(_run, found)) for name, found in summaries.items()}, out, settings)
+    )
+    if settings.robustness:
+        from twbal.cli.robustness_stage import compare_robustness  # here, as it loads MuJoCo
+
+        policies = {
+            name: [each if each in files else each.parent for each in found] for name, found in summaries.items()
+        }
+        made += compare_robustness(cfg, policies, out)
+    for file in made:
+        print(f"made  {file}")
+
+
+def _compare_runs(groups: Mapping[str, Sequence[Run]], out: Path, settings: Settings) -> list[Path]:
+    """Print and write tables, figure and page of what runs came to."""
     table = rows(groups, settings.seed)
     names = list(dict.fromkeys(key for row in table for key in row))
     figure = comparison_figure(groups)
@@ -47,8 +70,7 @@ def main(cfg: DictConfig) -> None:
     write_atomically(out / "table.tex", latex(table))
     for name in names:
         print(f"{name:58}", *(f"{row.get(name, ''):>28}" for row in table))
-    for file in ("comparison.html", "comparison.svg", "table.csv", "runs.csv", "table.tex"):
-        print(f"made  {out / file}")
+    return [out / name for name in ("comparison.html", "comparison.svg", "table.csv", "runs.csv", "table.tex")]
 
 
 def _folders(given: ListConfig | DictConfig | str) -> dict[str, Path]:
@@ -65,17 +87,17 @@ def _folders(given: ListConfig | DictConfig | str) -> dict[str, Path]:
     return found
 
 
-def _runs(folder: Path) -> list[Run]:
-    """All runs below a folder.
+def _summaries(folder: Path) -> list[Path]:
+    """Those of all runs below a folder.
 
     Raises:
-        DataError: there is none, or one cannot be read.
+        DataError: there is none.
     """
     files = sorted(folder.rglob(SUMMARY))
     if not files:
         what = "has no run of `twbal iterate` in it (no summary.json)" if folder.is_dir() else "is not there"
         raise DataError(f"{folder} {what}. Give a run folder, or the folder of a sweep.")
-    return [_run(file) for file in files]
+    return files
 
 
 def _run(file: Path) -> Run:

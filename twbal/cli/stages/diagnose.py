@@ -23,6 +23,7 @@ from twbal.io.logs import read_episode
 from twbal.viz.canvas import svg
 from twbal.viz.diagnosis_figures import disagreement_figure, gap_figure, rivals_figure, whiteness_figure
 from twbal.viz.diagnosis_page import DiagnosisPictures, DiagnosisSetting, write_diagnosis_report
+from twbal.viz.free_form_figure import free_form_figure
 from twbal.viz.headline import headline_text
 
 NOT_RECORDED = ("episodes", "test_episodes")
@@ -121,6 +122,7 @@ def _draw(diagnosis: Diagnosis, folder: Path) -> tuple[DiagnosisPictures, list[P
         "rivals": rivals_figure(diagnosis.rivals, _MOST_RIVALS) if any(r.names for r in diagnosis.rivals) else None,
         "gap": gap_figure(diagnosis.gap, _UNITS, diagnosis.after) if diagnosis.gap else None,
         "whiteness": whiteness_figure(diagnosis.whiteness, diagnosis.after),
+        "free_form": free_form_figure(diagnosis.free_form[0]) if diagnosis.free_form else None,
     }
     texts = {name: None if figure is None else svg(figure) for name, figure in figures.items()}
     files = []
@@ -128,4 +130,5 @@ def _draw(diagnosis: Diagnosis, folder: Path) -> tuple[DiagnosisPictures, list[P
         if text is not None:
             files.append(folder / f"{name}.svg")
             write_atomically(files[-1], text)
-    return DiagnosisPictures(texts["where"] or "", texts["rivals"], texts["gap"], texts["whiteness"] or ""), files
+    where, whiteness = texts["where"] or "", texts["whiteness"] or ""
+    return DiagnosisPictures(where, texts["rivals"], texts["gap"], whiteness, texts["free_form"]), files

@@ -1,0 +1,1 @@
+"""What a free-form effect draws of functions that are hidden in robots of another engine."""

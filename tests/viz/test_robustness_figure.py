@@ -1,0 +1,68 @@
+"""The chart of what policies survive shows the shares that it is given."""
+
+import numpy as np
+import pytest
+
+from twbal.algorithm.robustness import AxisLevels, Cell, MethodRobustness, PolicyRobustness, Robustness
+from twbal.viz.canvas import svg
+from twbal.viz.robustness_figure import robustness_figure
+from twbal.viz.robustness_page import robustness_page, table_rows
+
+
+def cell(level, succeeded):
+    return Cell(level, 10, succeeded, min(succeeded + 2, 10), 10, 10, succeeded)
+
+
+@pytest.fixture
+def robustness():
+    axes = (AxisLevels("delay", "s", (0.01, 0.02)), AxisLevels("pushes", "N·s for 10 kg", (5.0, 10.0, 15.0)))
+    methods = []
+    for name, delay, pushes in (("one", (8, 2), (10, 5, 0)), ("other", (10, 10), (3, 2, 1))):
+        cells = {
+            axis.name: tuple(map(cell, axis.levels, counts)) for axis, counts in zip(axes, (delay, pushes), strict=True)
+        }
+        methods.append(MethodRobustness(name, (PolicyRobustness("paper", 880, cell(0.0, 10), cells),)))
+    return Robustness(0, 10, axes, tuple(methods))
+
+
+def test_each_axis_has_a_line_a_method_from_the_unchanged_robot_on(robustness):
+    figure = robustness_figure(robustness)
+    delay, pushes, _ = figure.axes
+    assert [tuple(line.get_ydata()) for line in delay.lines] == [(1.0, 0.8, 0.2), (1.0, 1.0, 1.0)]
+    assert [tuple(line.get_ydata()) for line in pushes.lines] == [(1.0, 1.0, 0.5, 0.0), (1.0, 0.3, 0.2, 0.1)]
+    assert [tick.get_text() for tick in pushes.get_xticklabels()] == ["0", "5", "10", "15"]
+    assert pushes.get_xlabel() == "[N·s for 10 kg]"
+
+
+def test_lines_of_the_same_share_do_not_lie_on_each_other(robustness):
+    first, second = robustness_figure(robustness).axes[0].lines
+    assert np.min(np.abs(np.subtract(first.get_xdata(), second.get_xdata()))) > 0.01
+
+
+def test_bars_are_means_over_levels_and_pale_ones_what_stayed_upright(robustness):
+    bars = [[bar.get_height() for bar in group] for group in robustness_figure(robustness).axes[-1].containers]
+    upright, means = bars[0], bars[1]  # of the first method: delay, pushes, overall
+    assert means == pytest.approx([0.5, 0.5, 0.5])
+    assert upright == pytest.approx([(1.0 + 0.4) / 2, (1.0 + 0.7 + 0.2) / 3, 0.5 * (0.7 + 1.9 / 3)])
+
+
+def test_the_same_shares_are_the_same_bytes(robustness):
+    assert svg(robustness_figure(robustness)) == svg(robustness_figure(robustness))
+
+
+def test_methods_beyond_the_colours_look_different(robustness):
+    methods = tuple(robustness.methods[0]._replace(name=f"m{k}") for k in range(10))
+    lines = robustness_figure(robustness._replace(methods=methods)).axes[0].lines
+    assert len({(line.get_color(), line.get_marker(), line.get_linestyle()) for line in lines}) == 10
+
+
+def test_the_table_has_each_mean_and_the_page_says_what_was_missed(robustness):
+    head, one, _ = table_rows(robustness)
+    shown = dict(zip(head, (cell.replace("\u00a0", " ") for cell in one), strict=True))
+    assert shown["unchanged"] == "100 %"
+    assert shown["delay"] == shown["pushes"] == shown["overall"] == shown["worst robot"] == "50 %"
+    assert shown["overall, upright"] == "67 %"
+    page = robustness_page(robustness, svg(robustness_figure(robustness)))
+    assert "0.01, 0.02 [s]" in page
+    assert "paper 880" in page
+    assert "WARNING" not in page

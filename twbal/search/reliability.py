@@ -1,0 +1,27 @@
+"""Probabilities of success, corrected by how often policies really succeed."""
+
+import numpy as np
+from scipy.special import expit, logit
+
+AS_IT_IS = (0.0, 1.0)
+"""Reliability of a probability that is not corrected."""
+
+_NEVER = (1e-6, 1.0 - 1e-6)
+
+
+def success_probability(share: float, robots: int, reliability: tuple[float, float] = AS_IT_IS) -> float:
+    """Probability of success of a policy under which a share of sampled robots succeeds, never 0 or 1.
+
+    With k of n it is p = (k + ½) / (n + 1), the mean of Jeffreys' posterior: n robots do not tell a rare success from
+    an impossible one (Brown, Cai and DasGupta, Interval estimation for a binomial proportion, Statistical Science
+    2001). Where it was measured how often policies of a p succeed, it is corrected to 1 / (1 + exp(-a - b logit p))
+    (J. Platt: Probabilistic outputs for support vector machines, Advances in Large Margin Classifiers, MIT Press 1999).
+
+    Args:
+        share: of the sampled robots.
+        robots: n.
+        reliability: a and b.
+    """
+    intercept, slope = reliability
+    found: float = expit(intercept + slope * logit((share * robots + 0.5) / (robots + 1)))
+    return float(np.clip(found, *_NEVER))
