@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from twbal.algorithm.comparison import METRICS, Run, estimate, latex, paired, rows, run_values
-from twbal.algorithm.summary import Iteration, PolicyFile, Search, SimData, Summary
+from twbal.algorithm.iteration import Iteration, PolicyFile, Search
+from twbal.algorithm.summary import SimData, Summary
 
 
 def run(seed, seconds, **more):

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from twbal.algorithm.findings import Findings, _note, _with_parts, summarise
-from twbal.algorithm.summary import Diagnosis, Iteration, PolicyFile, Search
+from twbal.algorithm.iteration import Diagnosis, Iteration, PolicyFile, Search
 from twbal.core.evaluation import PlaceBy, SuccessCriterion, Verdict
 
 

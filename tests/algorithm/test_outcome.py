@@ -5,8 +5,9 @@ from math import radians
 
 import pytest
 
+from twbal.algorithm.iteration import Basis, Iteration, PolicyFile, Reason, Search
 from twbal.algorithm.outcome import doubts, driving, headline, rule_in_words, summary_table
-from twbal.algorithm.summary import Basis, Iteration, PolicyFile, Reason, Search, SimData, Summary
+from twbal.algorithm.summary import SimData, Summary
 from twbal.core.errors import DataError
 from twbal.core.evaluation import PlaceBy, SuccessCriterion
 

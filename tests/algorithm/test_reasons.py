@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from twbal.algorithm.iteration import Iteration, PolicyFile, Reason
 from twbal.algorithm.prediction import Assessment, PredictedBy, Prediction
 from twbal.algorithm.reasons import reason_for, reason_in_words
-from twbal.algorithm.summary import Iteration, PolicyFile, Reason
 from twbal.core.gaussian import Gaussian
 from twbal.search.predictor import Predictor
 

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from twbal.algorithm.summary import Iteration, PolicyFile, Search, SimData, Summary, read_summary
+from twbal.algorithm.iteration import Iteration, PolicyFile, Search
+from twbal.algorithm.summary import SimData, Summary, read_summary
 from twbal.core.errors import DataError
 from twbal.core.json_records import write_record
 

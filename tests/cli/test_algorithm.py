@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from hydra import compose
 
+from twbal.algorithm.iteration import Base
 from twbal.algorithm.learning import Algorithm
 from twbal.algorithm.settings import AlgorithmSettings, InitialPolicy, ModelUpdate
 from twbal.algorithm.steps import Difference
-from twbal.algorithm.summary import Base
 from twbal.cli.artefacts import MODEL, POLICY
 from twbal.cli.composition import composing
 from twbal.cli.manifest import Manifest

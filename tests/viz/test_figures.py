@@ -14,7 +14,8 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from twbal.algorithm.summary import Iteration, PolicyFile, SimData, Summary
+from twbal.algorithm.iteration import Iteration, PolicyFile
+from twbal.algorithm.summary import SimData, Summary
 from twbal.core.cost import SaturatingCost
 from twbal.core.errors import ConfigError
 from twbal.core.evaluation import SuccessCriterion

@@ -11,7 +11,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from twbal.algorithm.summary import Basis, Diagnosis, Iteration, PolicyFile, Reason, Search, SimData, Summary
+from twbal.algorithm.iteration import Basis, Diagnosis, Iteration, PolicyFile, Reason, Search
+from twbal.algorithm.summary import SimData, Summary
 from twbal.core.errors import DataError
 from twbal.core.evaluation import SuccessCriterion
 from twbal.core.gaussian import Gaussian

@@ -8,7 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy.stats import binomtest
 
-from twbal.algorithm.summary import PARTS, Iteration, Summary
+from twbal.algorithm.iteration import PARTS, Iteration
+from twbal.algorithm.summary import Summary
 from twbal.core.streams import Stream, generator
 
 METRICS = {

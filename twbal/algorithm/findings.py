@@ -5,11 +5,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from twbal.algorithm.iteration import Diagnosis, Iteration, PolicyFile, Search
 from twbal.algorithm.learned import LearnedPolicy, RunResult
 from twbal.algorithm.prediction import Prediction
 from twbal.algorithm.reasons import reason_for, reason_in_words
 from twbal.algorithm.steps import K, M, P, R, S, Steps
-from twbal.algorithm.summary import Diagnosis, Iteration, PolicyFile, Search, SimData, Summary
+from twbal.algorithm.summary import SimData, Summary
 from twbal.core.channels import Channels
 from twbal.core.cost import Cost
 from twbal.core.coverage import coverage95, half_widths95

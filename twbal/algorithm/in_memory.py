@@ -8,6 +8,7 @@ from typing import TypeVar
 
 from twbal.algorithm.collection import RolloutPlan, explored, simulate
 from twbal.algorithm.identification import identify
+from twbal.algorithm.iteration import PolicyFile
 from twbal.algorithm.policy_search import recalibrated
 from twbal.algorithm.prediction import Prediction, prediction_of
 from twbal.algorithm.settings import RolloutSettings
@@ -23,7 +24,6 @@ from twbal.algorithm.steps import (
     Steps,
     Timed,
 )
-from twbal.algorithm.summary import PolicyFile
 from twbal.core.episode import Episode, Provenance
 from twbal.core.errors import ConfigError
 from twbal.core.plant import Plant

@@ -3,8 +3,8 @@
 from dataclasses import dataclass
 from typing import Generic, NamedTuple
 
+from twbal.algorithm.iteration import Base, Basis, Diagnosis
 from twbal.algorithm.steps import M, P, R
-from twbal.algorithm.summary import Base, Basis, Diagnosis
 
 
 @dataclass(frozen=True)

@@ -17,10 +17,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Generic
 
+from twbal.algorithm.iteration import Basis
 from twbal.algorithm.learned import LearnedPolicy, RunResult
 from twbal.algorithm.settings import AlgorithmSettings, InitialPolicy, RolloutSettings
 from twbal.algorithm.steps import Conditions, K, M, P, R, S, SearchInputs, Steps
-from twbal.algorithm.summary import Basis
 from twbal.algorithm.update import FIRST_TRIAL, REGULATOR, Update, UpdateInputs
 from twbal.core.errors import ConfigError
 from twbal.core.evaluation import SuccessCriterion

@@ -5,7 +5,8 @@ Every sentence is made from what `summary.json` notes of each iteration, none fr
 
 from math import degrees
 
-from twbal.algorithm.summary import Iteration, Summary
+from twbal.algorithm.iteration import Iteration
+from twbal.algorithm.summary import Summary
 from twbal.algorithm.tables import angle, iterations_table, trials_table
 from twbal.core.evaluation import PlaceBy, SuccessCriterion
 

@@ -2,8 +2,8 @@
 
 from collections.abc import Sequence
 
+from twbal.algorithm.iteration import Iteration, Reason
 from twbal.algorithm.prediction import Assessment, Prediction
-from twbal.algorithm.summary import Iteration, Reason
 
 
 def reason_for(index: int, recalibrates: bool, prediction: Prediction | None) -> Reason | None:

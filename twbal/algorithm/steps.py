@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Generic, NamedTuple, TypeVar
 
+from twbal.algorithm.iteration import PolicyFile
 from twbal.algorithm.prediction import Prediction
-from twbal.algorithm.summary import PolicyFile
 from twbal.core.episode import Episode
 
 R = TypeVar("R")

@@ -4,7 +4,8 @@ from collections.abc import Sequence
 from math import degrees
 
 from twbal.algorithm.following import FollowedCourse, FollowedSegment
-from twbal.algorithm.summary import PARTS, Iteration, Summary
+from twbal.algorithm.iteration import PARTS, Iteration
+from twbal.algorithm.summary import Summary
 
 _ABOVE = ("", "", "", "cost", "", "succeeds", "", "", "in 95 %", "CRPS", "tilt band,", "", "")
 _ITERATIONS = (

@@ -6,10 +6,10 @@ from math import inf
 from pathlib import Path
 from typing import Generic
 
+from twbal.algorithm.iteration import Base, Basis, Diagnosis
 from twbal.algorithm.learned import LearnedPolicy
 from twbal.algorithm.settings import AlgorithmSettings, ModelUpdate
 from twbal.algorithm.steps import Conditions, Difference, K, M, P, R, S, SearchInputs, Steps, Timed
-from twbal.algorithm.summary import Base, Basis, Diagnosis
 from twbal.core.evaluation import SuccessCriterion, judged, succeeded
 from twbal.diagnosis.record import CLOSED
 from twbal.diagnosis.usability import enough_for_diagnosis

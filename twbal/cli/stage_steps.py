@@ -8,6 +8,7 @@ from typing import Any
 from omegaconf import DictConfig, OmegaConf
 
 from twbal.algorithm.base_evidence import read_base_evidence
+from twbal.algorithm.iteration import PolicyFile
 from twbal.algorithm.prediction import Prediction, load_prediction
 from twbal.algorithm.steps import (
     AS_CONFIGURED,
@@ -19,7 +20,6 @@ from twbal.algorithm.steps import (
     Steps,
     Timed,
 )
-from twbal.algorithm.summary import PolicyFile
 from twbal.cli.artefacts import (
     AUGMENTED,
     DIAGNOSIS,

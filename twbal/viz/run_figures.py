@@ -4,7 +4,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from twbal.algorithm.findings import Findings, Measures
-from twbal.algorithm.summary import Iteration, Summary
+from twbal.algorithm.iteration import Iteration
+from twbal.algorithm.summary import Summary
 from twbal.core.channels import Channels
 from twbal.core.episode import Episode
 from twbal.core.evaluation import positions

@@ -4,8 +4,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from twbal.algorithm.iteration import Basis, Diagnosis, Iteration, Search
 from twbal.algorithm.outcome import counted, driving, headline, rule_in_words, warnings_on
-from twbal.algorithm.summary import Basis, Diagnosis, Iteration, Search, Summary
+from twbal.algorithm.summary import Summary
 from twbal.algorithm.tables import crps, policy_and_reason, tilt_band, trials_rows
 from twbal.core.errors import DataError
 from twbal.core.evaluation import SuccessCriterion

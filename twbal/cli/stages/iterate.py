@@ -10,11 +10,12 @@ from hydra.utils import instantiate
 from omegaconf import DictConfig, OmegaConf
 
 from twbal.algorithm.findings import Measures, findings, summarise
+from twbal.algorithm.iteration import Diagnosis
 from twbal.algorithm.learned import RunResult
 from twbal.algorithm.learning import Algorithm
 from twbal.algorithm.outcome import rule_in_words, summary_table
 from twbal.algorithm.settings import AlgorithmSettings
-from twbal.algorithm.summary import Diagnosis, Summary, read_summary
+from twbal.algorithm.summary import Summary, read_summary
 from twbal.cli.artefacts import POLICY, read_logs
 from twbal.cli.chain import Chain
 from twbal.cli.commands import text
