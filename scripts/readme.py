@@ -18,9 +18,10 @@ import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-HOUSE = Path(__file__).resolve().parent.parent
-sys.path.insert(0, str(HOUSE))  # `benchmarks` is not installed
+ROOT = Path(__file__).resolve().parent.parent
+sys.path.insert(0, str(ROOT))  # `benchmarks` is not installed
 
+from benchmarks.agreement.tables import agreement  # noqa: E402
 from benchmarks.diagnosis_tables import figures, mending, missed  # noqa: E402
 from benchmarks.driving.tables import driving, misses  # noqa: E402
 from benchmarks.free_form.tables import PARTS as FREE_FORM  # noqa: E402
@@ -45,18 +46,17 @@ from benchmarks.on_firmware.tables import on_firmware  # noqa: E402
 from benchmarks.other_robots.tables import PARTS as OTHER_ROBOTS  # noqa: E402
 from benchmarks.robustness.tables import robustness  # noqa: E402
 from benchmarks.speed_tables import fits, ratios, running, steps, times, validation  # noqa: E402
-from benchmarks.what_next.tables import AGREEING  # noqa: E402
 from benchmarks.what_next.tables import PARTS as WHAT_NEXT  # noqa: E402
 from twbal.diagnosis.free_form_record import FreeForm  # noqa: E402
 from twbal.viz.canvas import save  # noqa: E402
 from twbal.viz.free_form_figure import free_form_figure  # noqa: E402
 
-RESULTS = HOUSE / "benchmarks" / "results"
-PICTURES = HOUSE / "docs" / "pictures"
+RESULTS = ROOT / "benchmarks" / "results"
+PICTURES = ROOT / "docs" / "pictures"
 PAGES = (
-    HOUSE / "README.md",
+    ROOT / "README.md",
     *(
-        HOUSE / "docs" / f"{name}.md"
+        ROOT / "docs" / f"{name}.md"
         for name in ("methods", "benchmarks", "speed", "import", "firmware", "protocol", "robustness")
     ),
 )
@@ -138,7 +138,7 @@ PARTS: Mapping[str, Callable[..., list[str]]] = {
     "mending": mending,
     **OTHER_ROBOTS,
     **WHAT_NEXT,
-    **AGREEING,
+    "agreement": agreement,
     **FREE_FORM,
     "times": times,
     "ratios": ratios,

@@ -70,10 +70,10 @@ def diagnosed(each: Set, sheet: RobotParameters, recorded: Recorded) -> tuple[Di
     result = diagnose_episodes(
         Named(episodes, names), Named((), ()), simulation, settings, replace(data, free_form=False)
     )
-    contest = result.findings.contest
-    assert contest is not None
+    comparison = result.findings.comparison
+    assert comparison is not None
     began = time.process_time()
-    drawn = free_forms(free_form_inputs(contest, result.split, simulation, settings))
+    drawn = free_forms(free_form_inputs(comparison, result.split, simulation, settings))
     return result.diagnosis, list(drawn), time.process_time() - began
 
 

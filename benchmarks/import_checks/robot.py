@@ -172,6 +172,7 @@ def _speeds(build: Build, rng: np.random.Generator, count: int, dt: float) -> Ar
 
 
 def _ride(build: Build, rng: np.random.Generator) -> Ride | None:
+    """Drive a robot; None where it falls."""
     robot, dt = build.true, build.true.control_period
     steps = round(dt / _STEP)
     step = dt / steps
@@ -189,9 +190,7 @@ def _ride(build: Build, rng: np.random.Generator) -> Ride | None:
     tap = 0.0
     for k in range(count):
         tilt, roll = _angles(data.qpos[3:7])
-        speed = float(
-            np.hypot(*data.qvel[:2]) * np.sign(data.qvel[0] * np.cos(heading) + data.qvel[1] * np.sin(heading))
-        )
+        speed = _speed(data.qvel[:2], heading)
         heading = _heading(data.qpos[3:7])
         felt = tilt - np.arctan((speed - last_speed) / dt / GRAVITY) + 0.02 * rng.standard_normal()
         last_speed = speed
@@ -231,9 +230,12 @@ def _ride(build: Build, rng: np.random.Generator) -> Ride | None:
             data.xfrc_applied[1, 0] = tap if k % round(2.0 / dt) < 0.06 / dt else 0.0
             mujoco.mj_step(model, data)
         acting = command
-    table = np.array(rows)
-    first = round(0.5 / dt)
-    columns = table[first:].T
+    return _from_rows(build, np.array(rows[round(0.5 / dt) :]))
+
+
+def _from_rows(build: Build, rows: Array) -> Ride:
+    """What a robot saw and did, of one row for each period."""
+    columns = rows.T
     return Ride(
         build,
         *columns[:5],
@@ -250,6 +252,11 @@ def _angles(q: Array) -> tuple[float, float]:
     a, b, c, d = q
     forward_z, left_z, up_z = 2 * (b * d - a * c), 2 * (c * d + a * b), 1 - 2 * (b * b + c * c)
     return float(np.arctan2(-forward_z, up_z)), float(np.arcsin(left_z))
+
+
+def _speed(velocity: Array, heading: float) -> float:
+    """Of a body that drives forth or back, (2,) being its velocity over the ground."""
+    return float(np.hypot(*velocity) * np.sign(velocity[0] * np.cos(heading) + velocity[1] * np.sin(heading)))
 
 
 def _heading(q: Array) -> float:

@@ -166,6 +166,91 @@ def _wheel(y, side, sensors):
 
 
 @numba.njit(error_model="numpy")
+def _encoders(y, sensors):
+    """Mean angle and mean rate that the encoders of both wheels see."""
+    unit = 2.0 * pi / sensors.ticks
+    angles, rates = 0.0, 0.0
+    for side in range(2):
+        angle, rate = _wheel(y, side, sensors)
+        angles += 0.5 * unit * floor(angle / unit + 0.37 + 0.31 * side)
+        rates += 0.5 * rate
+    return angles, rates
+
+
+@numba.njit(error_model="numpy")
+def _fused(before, gyro, lean, ahead, above, elapsed, sensors):
+    """The complementary filter's next tilt.
+
+    Args:
+        before: its last one.
+        gyro: the tilt rate as it is measured.
+        lean: tilt at which the accelerometer stands.
+        ahead, above: what that feels along the ground and upwards [m/s²].
+        elapsed: since the last tilt [s].
+        sensors: of the robot.
+    """
+    along, across = ahead * cos(lean) - above * sin(lean), ahead * sin(lean) + above * cos(lean)
+    share = elapsed / (sensors.tilt_constant + elapsed)
+    return (1.0 - share) * (before + elapsed * gyro) + share * atan2(-along, across)
+
+
+@numba.njit(error_model="numpy")
+def _command(law, memory, seen, asked, elapsed, is_first):
+    """The command that a controller gives, and by how much it turns the robot [N·m].
+
+    Args:
+        law: the controller.
+        memory: (2,) low-passed speed and the integral of the speed that is lacking; they move on.
+        seen: (CHANNELS,) what the robot measures.
+        asked: (3,) speed, yaw rate and disturbance.
+        elapsed: since the last instant [s].
+        is_first: whether there was none.
+    """
+    lean, gyro = seen[1], seen[2]
+    speed = law.radius * (seen[5] + gyro)
+    memory[0] = speed if is_first else memory[0] + (speed - memory[0]) * elapsed / (law.smooth + elapsed)
+    lacking = asked[0] - memory[0]
+    integral = min(max(memory[1] + law.lean_integral * lacking * elapsed, -law.most_lean), law.most_lean)
+    memory[1] = integral
+    leaning = min(max(law.lean * lacking + integral, -law.most_lean), law.most_lean)
+    fade = min(max(2.0 - 2.0 * abs(lean) / law.fade, 0.0), 1.0)
+    u = law.tilt * (lean - leaning) + law.rate * gyro - law.speed * lacking + fade * asked[2]
+    turn = min(max(law.turn * (asked[1] - seen[6]), -0.05 * law.limit), 0.05 * law.limit)
+    return min(max(u, -law.limit), law.limit), turn
+
+
+@numba.njit(error_model="numpy")
+def _acting(sent, instants, acting, last, step, delay):
+    """The command that acts in a step of the physics: the last one that is older than the delay.
+
+    It may change within a step.
+
+    Args:
+        sent: (T, 2) halves of each command.
+        instants: (T + 1,) at which they are given, in steps.
+        acting: number of the command that acted in the step before; -1: none yet.
+        last: number of the last one that was given.
+        step: of the physics.
+        delay: [s].
+
+    Returns:
+        Number of the command, and torques of both motors.
+    """
+    share = 1.0
+    while acting < last and STEP * instants[acting + 1] + delay < STEP * (step + 1) - 1e-12:
+        acting += 1
+        share = STEP * (step + 1) - (STEP * instants[acting] + delay)
+        share = min(share / STEP, 1.0)
+    left = right = 0.0
+    if acting >= 0:
+        left, right = share * sent[acting, 0], share * sent[acting, 1]
+        if share < 1.0 and acting > 0:
+            left += (1.0 - share) * sent[acting - 1, 0]
+            right += (1.0 - share) * sent[acting - 1, 1]
+    return acting, left, right
+
+
+@numba.njit(error_model="numpy")
 def drive(start, m, sensors, law, instants, asked, noise, drift, lost, fallen):
     """A rollout.
 
@@ -192,8 +277,8 @@ def drive(start, m, sensors, law, instants, asked, noise, drift, lost, fallen):
     past = np.zeros((late, 2))
     for i in range(late):
         past[i, 0], past[i, 1] = tilt(y, m), y[Q]
-    unit = 2.0 * pi / sensors.ticks
-    filtered = slow = integral = angle_before = 0.0
+    memory = np.zeros(2)  # of the controller
+    filtered = angle_before = 0.0
     forth_before = down_before = speed_before = 0.0
     acting, step = -1, 0
     for k in range(periods + 1):
@@ -208,16 +293,8 @@ def drive(start, m, sensors, law, instants, asked, noise, drift, lost, fallen):
         gyro = sensors.gyro_scale * now[1] + sensors.gyro_bias + drift[k] + sensors.gyro * noise[k, 1]
         lean = now[0] + sensors.bow * now[0] ** 2 + sensors.mount + sensors.tilt * noise[k, 0]
         if sensors.tilt_constant > 0.0:
-            along, across = ahead * cos(lean) - above * sin(lean), ahead * sin(lean) + above * cos(lean)
-            felt = atan2(-along, across)
-            share = elapsed / (sensors.tilt_constant + elapsed)
-            filtered = (1.0 - share) * (filtered + elapsed * gyro) + share * felt if k else lean
-            lean = filtered
-        angles, rates = 0.0, 0.0
-        for side in range(2):
-            angle, rate = _wheel(y, side, sensors)
-            angles += 0.5 * unit * floor(angle / unit + 0.37 + 0.31 * side)
-            rates += 0.5 * rate
+            filtered = lean = _fused(filtered, gyro, lean, ahead, above, elapsed, sensors) if k else lean
+        angles, rates = _encoders(y, sensors)
         rate = rates + sensors.wheel_rate * noise[k, 3]
         if sensors.differenced > 0.0:
             rate = (angles - angle_before) / elapsed if k else 0.0
@@ -230,32 +307,13 @@ def drive(start, m, sensors, law, instants, asked, noise, drift, lost, fallen):
         if k == periods or abs(upright) > fallen:
             return k, seen[: k + 1], commands[:k], truth[: k + 1], gripped[:k]
 
-        speed = law.radius * (rate + gyro)
-        slow += (speed - slow) * elapsed / (law.smooth + elapsed) if k else speed
-        lacking = asked[k, 0] - slow
-        integral = min(max(integral + law.lean_integral * lacking * elapsed, -law.most_lean), law.most_lean)
-        leaning = min(max(law.lean * lacking + integral, -law.most_lean), law.most_lean)
-        fade = min(max(2.0 - 2.0 * abs(lean) / law.fade, 0.0), 1.0)
-        u = law.tilt * (lean - leaning) + law.rate * gyro - law.speed * lacking + fade * asked[k, 2]
-        u = min(max(u, -law.limit), law.limit)
-        turn = min(max(law.turn * (asked[k, 1] - seen[k, 6]), -0.05 * law.limit), 0.05 * law.limit)
+        u, turn = _command(law, memory, seen[k], asked[k], elapsed, k == 0)
         commands[k] = u
         sent[k, 0], sent[k, 1] = 0.5 * u - turn, 0.5 * u + turn
         if lost[k] and k:
             sent[k, 0], sent[k, 1] = sent[k - 1, 0], sent[k - 1, 1]
         while step < instants[k + 1]:
-            # The command that acts is the last one that is older than the delay; it may change within a step.
-            share = 1.0
-            while acting < k and STEP * instants[acting + 1] + m.delay < STEP * (step + 1) - 1e-12:
-                acting += 1
-                share = STEP * (step + 1) - (STEP * instants[acting] + m.delay)
-                share = min(share / STEP, 1.0)
-            left = right = 0.0
-            if acting >= 0:
-                left, right = share * sent[acting, 0], share * sent[acting, 1]
-                if share < 1.0 and acting > 0:
-                    left += (1.0 - share) * sent[acting - 1, 0]
-                    right += (1.0 - share) * sent[acting - 1, 1]
+            acting, left, right = _acting(sent, instants, acting, k, step, m.delay)
             advance(y, STEP * step, left, right, bent, m, work)
             step += 1
             past[step % late, 0], past[step % late, 1] = tilt(y, m), y[Q]

@@ -191,6 +191,48 @@ def push(y, time, m):
 
 
 @numba.njit(error_model="numpy")
+def _without_ground(y, time, joints, m):
+    """Force along the heading, torque about the axle and torque that turns, but for what the ground does.
+
+    Args:
+        y: state.
+        time: since the rollout began.
+        joints: torque of both joints together.
+        m: the machine.
+    """
+    v, q, w, pitch = y[V], y[Q], y[W], y[PITCH]
+    s, c, height = sin(pitch + m.offset), cos(pitch + m.offset), m.height
+    skewed = (m.roll_inertia - m.yaw_inertia) * sin(pitch) * cos(pitch)  # half of what J(p) grows by
+    along = m.mass * height * s * (q * q + w * w) + push(y, time, m)
+    about = -joints + m.mass * height * height * w * w * s * c + w * w * skewed
+    about += m.mass * GRAVITY * height * (cos(m.slope) * s - sin(m.slope) * cos(y[HEADING]) * c)
+    turn = -2.0 * q * w * (m.mass * height * height * s * c + skewed) - v * w * m.mass * height * s
+    turn += m.mass * GRAVITY * height * s * sin(m.slope) * sin(y[HEADING])
+    return along, about, turn
+
+
+@numba.njit(error_model="numpy")
+def _rotor_rates(y, left, right, leans, m, dy):
+    """Rates of the motors' rotors.
+
+    Args:
+        y: state.
+        left, right: torques that are left to them: of the motor, less of the gear.
+        leans: acceleration of the body's pitch.
+        m: the machine.
+        dy: (SIZE,) of which those of the wheels are known.
+    """
+    dy[ROTOR_L], dy[ROTOR_R] = y[ROTOR_RATE_L], y[ROTOR_RATE_R]
+    if m.gap > 0.0:
+        rotor = m.rotor_share * m.wheel_inertia
+        dy[ROTOR_RATE_L] = left / rotor - (1.0 - m.geared) * leans
+        dy[ROTOR_RATE_R] = right / rotor - (1.0 - m.geared) * leans
+    else:
+        dy[ROTOR_L], dy[ROTOR_R] = dy[LEFT], dy[RIGHT]
+        dy[ROTOR_RATE_L], dy[ROTOR_RATE_R] = dy[SPIN_L] - leans, dy[SPIN_R] - leans
+
+
+@numba.njit(error_model="numpy")
 def derivative(y, time, motor_l, motor_r, bent, elapsed, m, dy):
     """Rates of the state under the motors' torques.
 
@@ -211,15 +253,10 @@ def derivative(y, time, motor_l, motor_r, bent, elapsed, m, dy):
     joint_l, driven_l = joint(y, 0, motor_l, bent[0], elapsed, m)
     joint_r, driven_r = joint(y, 1, motor_r, bent[1], elapsed, m)
     on_l, on_r = joint_l + ground(y, 0, bent[2], elapsed, m), joint_r + ground(y, 1, bent[3], elapsed, m)
-    skewed = (m.roll_inertia - m.yaw_inertia) * sin(pitch) * cos(pitch)  # half of what J(p) grows by
 
-    along = m.mass * height * s * (q * q + w * w) + push(y, time, m)
-    about = -joint_l - joint_r + m.mass * height * height * w * w * s * c + w * w * skewed
-    about += m.mass * GRAVITY * height * (cos(m.slope) * s - sin(m.slope) * cos(y[HEADING]) * c)
+    along, about, turn = _without_ground(y, time, joint_l + joint_r, m)
     if m.gap > 0.0:
         about -= (1.0 - m.geared) * (motor_l + motor_r - driven_l - driven_r)
-    turn = -2.0 * q * w * (m.mass * height * height * s * c + skewed) - v * w * m.mass * height * s
-    turn += m.mass * GRAVITY * height * s * sin(m.slope) * sin(y[HEADING])
     vv, vq = m.mass + 2.0 * m.wheel_mass, m.mass * height * c
     qq = m.mass * height * height + m.pitch_inertia + 2.0 * relative
     ww = m.mass * (height * s) ** 2 + m.yaw_inertia * cos(pitch) ** 2 + m.roll_inertia * sin(pitch) ** 2
@@ -261,13 +298,7 @@ def derivative(y, time, motor_l, motor_r, bent, elapsed, m, dy):
         dy[SPIN_R] = (on_r - r * traction_r + relative * leans) / spin_inertia
     else:
         dy[SPIN_L], dy[SPIN_R] = (speeds - b * dy[W]) / r, (speeds + b * dy[W]) / r
-    dy[ROTOR_L], dy[ROTOR_R] = y[ROTOR_RATE_L], y[ROTOR_RATE_R]
-    if m.gap > 0.0:
-        dy[ROTOR_RATE_L] = (motor_l - driven_l) / rotor - (1.0 - m.geared) * leans
-        dy[ROTOR_RATE_R] = (motor_r - driven_r) / rotor - (1.0 - m.geared) * leans
-    else:
-        dy[ROTOR_L], dy[ROTOR_R] = dy[LEFT], dy[RIGHT]
-        dy[ROTOR_RATE_L], dy[ROTOR_RATE_R] = dy[SPIN_L] - leans, dy[SPIN_R] - leans
+    _rotor_rates(y, motor_l - driven_l, motor_r - driven_r, leans, m, dy)
     if m.mast_mass > 0.0:
         dy[MAST] = y[MAST_RATE]
         dy[MAST_RATE] = swing / m.mast_mass - c * speeds - m.mast_height * leans

@@ -1,6 +1,5 @@
 """Tables of what the suggested experiment decides, from the records of the sets."""
 
-from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from statistics import median
 from typing import Any
@@ -65,20 +64,3 @@ PARTS: Mapping[str, Callable[[Mapping[str, Any]], list[str]]] = {
     "what_next": what_next,
     "what_next_figures": what_next_figures,
 }
-
-
-def agreeing(results: Mapping[str, Any]) -> list[str]:
-    """One line for each change of the robot before the last of four recordings."""
-    lines = ["| before the last recording | sets | the last one disagrees | another one does | in, most often |"]
-    lines.append("|" + "---|" * 5)
-    for change in dict.fromkeys(row["change"] for row in results["sets"]):
-        rows = [row for row in results["sets"] if row["change"] == change]
-        told = [[each for each in row["disagreements"] if each[0] == row["odd"]] for row in rows]
-        others = [len(row["disagreements"]) > len(own) for row, own in zip(rows, told, strict=True)]
-        most = Counter(own[0][1].replace(".", " ").replace("_", " ") for own in told if own).most_common(3)
-        named = ", ".join(f"{name} ({count})" for name, count in most) or "-"
-        lines.append(f"| {change} | {len(rows)} | {share(map(bool, told))} | {share(others)} | {named} |")
-    return lines
-
-
-AGREEING: Mapping[str, Callable[[Mapping[str, Any]], list[str]]] = {"agreeing": agreeing}

@@ -18,13 +18,13 @@ from twbal.diagnosis.name import name_effects
 from twbal.planar.equations import coefficients
 from twbal.sysid.recording import Usability, read_recordings
 
-HOUSE = Path(__file__).parents[2] / "benchmarks" / "hidden_effects"
+ROOT = Path(__file__).parents[2] / "benchmarks" / "hidden_effects"
 FORBIDDEN = ("twbal.sim", "twbal.planar", "twbal.effects", "twbal.sysid", "twbal.diagnosis", "twbal.virtual_robot")
 
 
 @pytest.mark.parametrize("file", ["robot.py", "faults.py", "truth.py", "sets.py", "score.py"])
 def test_the_truth_shares_no_code_with_simulation_twin_or_diagnosis(file):
-    for node in ast.walk(ast.parse((HOUSE / file).read_text())):
+    for node in ast.walk(ast.parse((ROOT / file).read_text())):
         names = [a.name for a in node.names] if isinstance(node, ast.Import) else []
         names += [node.module or ""] if isinstance(node, ast.ImportFrom) else []
         assert not any(name.startswith(FORBIDDEN) for name in names)

@@ -33,7 +33,7 @@ from twbal.io.logs import write_episode
 from twbal.link.decoder import to_wire
 from twbal.link.protocol import Command, Hello, Status, Stop, Telemetry
 
-HOUSE = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[2]
 MESSAGES = [
     Hello(1),
     Command(0, 0.0, -0.0),
@@ -289,7 +289,7 @@ def test_settings_that_are_none_are_refused(words):
 
 def campaign(folder, *words):
     """What trials by the real command and a robot's process came to."""
-    environment = {**os.environ, "PYTHONPATH": str(HOUSE), "OMP_NUM_THREADS": "1"}
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "OMP_NUM_THREADS": "1"}
     command = [sys.executable, "-m", "benchmarks.link_faults", *words]
     done = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, timeout=280)
     assert done.returncode == 0, done.stderr

@@ -40,13 +40,13 @@ from twbal.effects.parameter import parameters_of
 from twbal.io.logs import read_episode
 from twbal.planar.equations import coefficients
 
-HOUSE = Path(__file__).parents[2] / "benchmarks" / "other_robots"
+ROOT = Path(__file__).parents[2] / "benchmarks" / "other_robots"
 FORBIDDEN = ("twbal.sim", "twbal.planar", "twbal.effects", "twbal.sysid", "twbal.diagnosis", "twbal.virtual_robot")
 
 
-@pytest.mark.parametrize("file", sorted(path.name for path in HOUSE.glob("*.py")))
+@pytest.mark.parametrize("file", sorted(path.name for path in ROOT.glob("*.py")))
 def test_the_robots_share_no_code_with_simulation_planar_model_or_diagnosis(file):
-    for node in ast.walk(ast.parse((HOUSE / file).read_text())):
+    for node in ast.walk(ast.parse((ROOT / file).read_text())):
         names = [a.name for a in node.names] if isinstance(node, ast.Import) else []
         names += [node.module or ""] if isinstance(node, ast.ImportFrom) else []
         assert not any(name.startswith((*FORBIDDEN, "benchmarks.hidden")) for name in names)

@@ -11,7 +11,7 @@ from hydra.utils import instantiate
 from benchmarks.other_robots.recording import driven
 from benchmarks.other_robots.sets import designed
 from benchmarks.what_next import recording
-from benchmarks.what_next.tables import agreeing, what_next, what_next_figures
+from benchmarks.what_next.tables import what_next, what_next_figures
 from twbal.cli.composition import composing
 from twbal.io.logs import read_episode
 
@@ -68,15 +68,3 @@ def test_the_table_counts_a_set_without_a_suggestion_as_not_decided():
     figures = "\n".join(what_next_figures({"sets": rows}))
     assert "| left open by the first recording | 2 of 3" in figures
     assert "| of these, the hidden robot falls in it | 0 of 1" in figures
-
-
-def test_a_disagreement_of_another_recording_counts_apart():
-    rows = [
-        {"change": "nothing", "odd": "last", "disagreements": []},
-        {"change": "nothing", "odd": "last", "disagreements": [["log_1", "a.b", 0.01, []]]},
-        {"change": "weaker", "odd": "last", "disagreements": [["last", "torque_gain.gain", 0.01, []]]},
-    ]
-    lines = agreeing({"sets": rows})
-    assert lines[2].startswith("| nothing | 2 | 0 of 2")
-    assert "1 of 2" in lines[2]
-    assert "torque gain gain (1)" in lines[3]

@@ -13,8 +13,8 @@ from twbal.cli.main import main
 from twbal.cli.stages.regress import _read, _tolerances
 from twbal.core.errors import TwbalError
 
-HOUSE = Path(__file__).resolve().parents[2]
-DATA = HOUSE / "data" / "regression"
+ROOT = Path(__file__).resolve().parents[2]
+DATA = ROOT / "data" / "regression"
 FAULTS = {
     "kernel": ("models/gp.py", "a @ b.T - 0.5 * np.sum(a * a", "a @ b.T - 0.49 * np.sum(a * a"),
     "moment matching": (
@@ -42,7 +42,7 @@ FAULTS = {
 """File of the package, a line of it, and that line with a fault."""
 
 
-def check(*words, package=HOUSE, cache=None):
+def check(*words, package=ROOT, cache=None):
     """Run the command on a copy of the package."""
     env = {**os.environ, "PYTHONPATH": str(package), "OMP_NUM_THREADS": "1"}
     if cache is not None:
@@ -115,8 +115,8 @@ def test_the_baseline_of_other_data_is_refused(tmp_path, capsys):
 def test_a_planted_fault_is_caught(fault, tmp_path):
     file, line, wrong = FAULTS[fault]
     package = tmp_path / "package"
-    shutil.copytree(HOUSE / "twbal", package / "twbal", ignore=shutil.ignore_patterns("__pycache__"))
-    shutil.copytree(HOUSE / "conf", package / "conf")
+    shutil.copytree(ROOT / "twbal", package / "twbal", ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copytree(ROOT / "conf", package / "conf")
     source = package / "twbal" / file
     text = source.read_text()
     assert text.count(line) >= 1

@@ -7,7 +7,7 @@ from scipy.linalg import solve_continuous_are
 
 from twbal.core.channels import Channels
 from twbal.core.course import Target
-from twbal.core.feed_forward import NO_LEAD, FeedForward, Leader, added
+from twbal.core.feed_forward import NO_OFFSET, FeedForward, FeedForwardGenerator, added
 from twbal.core.gaussian import Array
 from twbal.core.motion_limits import MotionLimits
 from twbal.core.motion_profile import Motion, profile_to_speed
@@ -28,22 +28,22 @@ def robot() -> RobotParameters:
     return RobotParameters(name="paper", **values, control_period=PERIOD)
 
 
-def test_a_lead_satisfies_both_equations_of_motion(robot: RobotParameters) -> None:
+def test_an_offset_satisfies_both_equations_of_motion(robot: RobotParameters) -> None:
     """While the acceleration grows steadily: φ̈ and θ̈ by second differences of way and lean."""
     forward, step, jerk = FeedForward.of_robot(robot), 0.01, 0.8
 
     def wheel_and_lean(time: float) -> tuple[float, float]:
-        lead = forward.lead(jerk * time, jerk)
-        return (jerk * time**3 / 6.0 + lead.position) / RADIUS, lead.tilt
+        offset = forward.offset(jerk * time, jerk)
+        return (jerk * time**3 / 6.0 + offset.position) / RADIUS, offset.tilt
 
     before, now, after = (np.array(wheel_and_lean(0.3 + shift)) for shift in (-step, 0.0, step))
     turning, tipping = (before - 2.0 * now + after) / step**2
-    torque = forward.lead(jerk * 0.3, jerk).torque
+    torque = forward.offset(jerk * 0.3, jerk).torque
     assert A * turning + B * tipping == pytest.approx(torque)
     assert B * turning + C * tipping - WEIGHT * now[1] == pytest.approx(-torque)
-    lead, (_, earlier) = forward.lead(jerk * 0.3, jerk), wheel_and_lean(0.3 - 1e-6)
-    assert lead.tilt_rate == pytest.approx((now[1] - earlier) / 1e-6, rel=1e-4)
-    assert lead.speed == pytest.approx((lead.position - forward.lead(jerk * (0.3 - 1e-6), jerk).position) / 1e-6)
+    offset, (_, earlier) = forward.offset(jerk * 0.3, jerk), wheel_and_lean(0.3 - 1e-6)
+    assert offset.tilt_rate == pytest.approx((now[1] - earlier) / 1e-6, rel=1e-4)
+    assert offset.speed == pytest.approx((offset.position - forward.offset(jerk * (0.3 - 1e-6), jerk).position) / 1e-6)
 
 
 def farthest_from_the_reference(robot: RobotParameters, forward: FeedForward | None) -> float:
@@ -53,14 +53,15 @@ def farthest_from_the_reference(robot: RobotParameters, forward: FeedForward | N
     dynamics[:2, 2:], dynamics[2:, 1], given[2:] = np.eye(2), inverse @ [0.0, WEIGHT], inverse @ [1.0, -1.0]
     cost = solve_continuous_are(dynamics, given[:, None], np.diag([1.0, 1.0, 1.0, 1.0]), [[1.0]])
     gain = given @ cost
-    profile, leader = profile_to_speed(Motion(), 0.8, MotionLimits.of_robot(robot)), Leader(forward or nothing())
+    profile = profile_to_speed(Motion(), 0.8, MotionLimits.of_robot(robot))
+    generator = FeedForwardGenerator(forward or nothing())
     state, off = np.zeros(4), []
     for time in np.arange(0.0, 5.0, PERIOD).tolist():
         asked = profile.at(time)
-        lead = leader.follow(asked.speed, PERIOD if time else 0.0)
-        wanted = [(asked.position + lead.position) / RADIUS, lead.tilt]
-        wanted += [(asked.speed + lead.speed) / RADIUS, lead.tilt_rate]
-        command = lead.torque - gain @ (state - wanted)
+        offset = generator.follow(asked.speed, PERIOD if time else 0.0)
+        wanted = [(asked.position + offset.position) / RADIUS, offset.tilt]
+        wanted += [(asked.speed + offset.speed) / RADIUS, offset.tilt_rate]
+        command = offset.torque - gain @ (state - wanted)
         found = solve_ivp(lambda _, x, u=command: dynamics @ x + given * u, (0.0, PERIOD), state, rtol=1e-8)
         off.append(RADIUS * state[0] - asked.position)
         state = found.y[:, -1]
@@ -79,20 +80,20 @@ def test_a_regulated_robot_follows_a_ramp_many_times_closer_with_it(robot: Robot
 
 def test_accelerations_are_those_of_the_reference_half_a_period_before(robot: RobotParameters) -> None:
     profile, forward = profile_to_speed(Motion(), 0.8, MotionLimits(1.0, 0.5, 2.0)), FeedForward.of_robot(robot)
-    leader = Leader(forward)
+    generator = FeedForwardGenerator(forward)
     for time in np.arange(0.0, 2.2, PERIOD).tolist():
-        found = leader.follow(profile.at(time).speed, PERIOD if time else 0.0)
+        found = generator.follow(profile.at(time).speed, PERIOD if time else 0.0)
         if time:
             assert found.acceleration == pytest.approx(profile.at(time - 0.5 * PERIOD).acceleration, abs=6e-3)
-    assert found == leader.leads[-1] == pytest.approx(NO_LEAD, abs=1e-9)
+    assert found == generator.offsets[-1] == pytest.approx(NO_OFFSET, abs=1e-9)
 
 
 def test_a_jump_of_the_speed_is_not_fed_forward(robot: RobotParameters) -> None:
     """As where a robot's host falls silent: within one period the reference is at rest."""
-    leader = Leader(FeedForward.of_robot(robot))
-    found = [leader.follow(speed, PERIOD) for speed in (0.0, 0.5 * PERIOD, 0.8, 0.0, 0.0)]
+    generator = FeedForwardGenerator(FeedForward.of_robot(robot))
+    found = [generator.follow(speed, PERIOD) for speed in (0.0, 0.5 * PERIOD, 0.8, 0.0, 0.0)]
     assert found[1].acceleration == pytest.approx(0.5)
-    assert found[2:] == [NO_LEAD] * 3
+    assert found[2:] == [NO_OFFSET] * 3
 
 
 class Asked:
@@ -119,7 +120,7 @@ def states(robot: RobotParameters, speed: float | None, forward: FeedForward | N
     for time in np.arange(0.0, 1.0, PERIOD).tolist():
         tracker.state(Observation(time, *rng.normal(size=6) * 0.1), commands)
         found.append(tracker.for_policy)
-        torques.append(tracker.lead.torque)
+        torques.append(tracker.offset.torque)
         commands.append(float(rng.normal()))
     return np.array(found), torques
 
@@ -137,12 +138,12 @@ def test_the_state_is_less_what_goes_with_the_acceleration_and_commands_less_wha
 ) -> None:
     forward = FeedForward.of_robot(robot)
     with_it, torques = states(robot, 0.8, forward)
-    lead = states(robot, 0.8, None)[0] - with_it
+    offset = states(robot, 0.8, None)[0] - with_it
     gained = np.array(torques) / forward.torque
-    np.testing.assert_allclose(lead[:, 0], forward.lean * gained, atol=1e-12)
-    np.testing.assert_allclose(lead[:, 2], gained, atol=1e-12)
-    np.testing.assert_allclose(lead[1:, 4], torques[:-1], atol=1e-12)
-    np.testing.assert_allclose(lead[:, 5], -forward.height * lead[:, 0], atol=1e-12)
+    np.testing.assert_allclose(offset[:, 0], forward.lean * gained, atol=1e-12)
+    np.testing.assert_allclose(offset[:, 2], gained, atol=1e-12)
+    np.testing.assert_allclose(offset[1:, 4], torques[:-1], atol=1e-12)
+    np.testing.assert_allclose(offset[:, 5], -forward.height * offset[:, 0], atol=1e-12)
     assert gained.max() == pytest.approx(0.5, abs=0.01)
 
 

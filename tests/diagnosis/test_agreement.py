@@ -12,10 +12,10 @@ from twbal.cli.composition import composing
 from twbal.diagnosis.advice import on_disagreements
 from twbal.diagnosis.agreement import Difference, Pooled, Value, disagreements
 from twbal.diagnosis.candidates import always_free
-from twbal.diagnosis.contest import Contest
 from twbal.diagnosis.effect_candidates import candidates_for
 from twbal.diagnosis.follow_up import Disagreement
 from twbal.diagnosis.hypothesis import fit_hypothesis
+from twbal.diagnosis.model_comparison import ModelComparison
 from twbal.diagnosis.select import Problem
 from twbal.diagnosis.verdict import allowed_differences
 from twbal.planar.parameters import twin_parameters
@@ -91,8 +91,8 @@ def odd_ones(paper, settings, odd, seed):
     start = Model(twin_parameters(paper, {}), 0.0, NOISE)
     chosen = fit_hypothesis(data, start, always, [candidate], 1)
     problem = Problem(data, start, always, candidates_for(paper), settings)
-    contest = Contest(data, chosen, (), problem.candidates, 1.0, allowed_differences(problem, chosen))
-    return disagreements(contest, recordings[3:])
+    comparison = ModelComparison(data, chosen, (), problem.candidates, 1.0, allowed_differences(problem, chosen))
+    return disagreements(comparison, recordings[3:])
 
 
 def test_recordings_of_one_robot_agree(paper, settings):

@@ -11,11 +11,11 @@ from synthetic_recordings import synthetic_recording
 from twbal.cli.composition import composing
 from twbal.diagnosis.advice import on_next_experiment
 from twbal.diagnosis.candidates import always_free
-from twbal.diagnosis.contest import Contender, Contest, is_open
 from twbal.diagnosis.effect_candidates import candidates_for
 from twbal.diagnosis.experiments import Experiment, Simulated, experiments_of, simulate
 from twbal.diagnosis.follow_up import NextExperiment
 from twbal.diagnosis.hypothesis import fit_hypothesis
+from twbal.diagnosis.model_comparison import ModelComparison, RivalModel, is_open
 from twbal.diagnosis.next_experiment import next_experiment
 from twbal.diagnosis.record import ProbableEffect, Rival, Verdict
 from twbal.diagnosis.separation import divergences, expected_separation, prior_of, projected
@@ -35,17 +35,17 @@ def settings():
 
 
 @pytest.fixture(scope="module")
-def contest(paper):
+def comparison(paper):
     """Two seconds of a robot with a little Coulomb friction, explained by that, or by viscous friction."""
     recording = synthetic_recording(paper, {"coulomb_friction": {"torque": 0.05}}, seed=5, periods=100)
     data = Data([recording], 5)
     always = always_free(settings().tolerances, twin_parameters(paper, {}), 1)
-    contenders = []
+    rivals = []
     for name in RIVALS:
         (candidate,) = [c for c in candidates_for(paper) if c.name == name]
         fitted = fit_hypothesis(data, Model(twin_parameters(paper, {}), 0.0, NOISE), always, [candidate], 2)
-        contenders.append(Contender((name,), fitted.fit, 0.5))
-    return Contest(data, fitted, tuple(contenders), (), 1.0, {})
+        rivals.append(RivalModel((name,), fitted.fit, 0.5))
+    return ModelComparison(data, fitted, tuple(rivals), (), 1.0, {})
 
 
 def test_a_model_that_may_adapt_keeps_what_no_change_of_it_makes_up_for():
@@ -70,19 +70,19 @@ def test_the_separation_is_the_mean_over_pairs_drawn_by_their_probabilities():
     assert expected_separation(found, p) == pytest.approx(drawn, rel=0.01)
 
 
-def test_the_divergence_is_the_mean_log_likelihood_ratio_of_data_that_one_of_them_makes(paper, contest):
+def test_the_divergence_is_the_mean_log_likelihood_ratio_of_data_that_one_of_them_makes(paper, comparison):
     """By Monte Carlo over the sensors' noise, both models being as they are (a prior that lets nothing move).
 
     The likelihood's tails, heavier than those of this noise, make the former a fifth to a quarter more.
     """
     experiment = Experiment(0.1, 0.03, 0.06, 0.2)
-    true = contest.contenders[0].fit.model._replace(noise=NOISE)
+    true = comparison.rivals[0].fit.model._replace(noise=NOISE)
     other = true.put({"coulomb_friction_torque": 1.4 * true.value("coulomb_friction_torque")})
-    priors = [prior_of(contest.data, contest.contenders[0].fit)] * 2
+    priors = [prior_of(comparison.data, comparison.rivals[0].fit)] * 2
     priors = [prior._replace(curvature=1e12 * np.diag(np.diag(prior.curvature))) for prior in priors]
     ratios, expected = [], []
     for seed in range(12):
-        data = replace(contest.data, recordings=[simulate(experiment, paper, true, contest.data, seed).recording])
+        data = replace(comparison.data, recordings=[simulate(experiment, paper, true, comparison.data, seed).recording])
         costs = [float(np.sum(data.white(model, data.filter(true)) ** 2)) for model in (true, other)]
         ratios.append(0.5 * (costs[1] - costs[0]))
         expected.append(divergences(data, [true, other], priors)[0, 1])
@@ -91,26 +91,26 @@ def test_the_divergence_is_the_mean_log_likelihood_ratio_of_data_that_one_of_the
     assert np.mean(expected) == pytest.approx(1.22 * np.mean(ratios), abs=3.0 * error)
 
 
-def test_a_fit_to_the_new_data_as_well_ends_where_the_linear_one_does(paper, contest):
+def test_a_fit_to_the_new_data_as_well_ends_where_the_linear_one_does(paper, comparison):
     """The gain of fitting the other model to both recordings is that of the closed form."""
-    true, other = (c.fit._replace(model=c.fit.model._replace(noise=NOISE)) for c in contest.contenders)
-    path = simulate(Experiment(0.1, 0.005, 0.01, 0.05), paper, true.model, contest.data, 0).recording
-    new = replace(contest.data, recordings=[path])
-    priors = [prior_of(contest.data, contender.fit) for contender in contest.contenders]
+    true, other = (c.fit._replace(model=c.fit.model._replace(noise=NOISE)) for c in comparison.rivals)
+    path = simulate(Experiment(0.1, 0.005, 0.01, 0.05), paper, true.model, comparison.data, 0).recording
+    new = replace(comparison.data, recordings=[path])
+    priors = [prior_of(comparison.data, rival.fit) for rival in comparison.rivals]
     found = divergences(new, [true.model, other.model], priors)[0, 1]
-    both = replace(contest.data, recordings=[*contest.data.recordings, path])
+    both = replace(comparison.data, recordings=[*comparison.data.recordings, path])
     model = other.model._replace(noise=true.model.noise)
     kalman = both.filter(model)
-    before = descend(contest.data, model, kalman, other.frees, 20)
+    before = descend(comparison.data, model, kalman, other.frees, 20)
     after = descend(both, before.model, kalman, other.frees, 20)
     own = float(np.sum(new.white(true.model, new.filter(true.model)) ** 2))
     assert found == pytest.approx(0.5 * (after.cost - before.cost - own), rel=0.5)
 
 
-def test_a_simulated_recording_leaves_its_own_model_nothing_but_noise(paper, contest):
-    model = contest.contenders[0].fit.model._replace(noise=NOISE)
-    recording = simulate(Experiment(0.1, 0.03, 0.06, 0.2), paper, model, contest.data, 3).recording
-    data = replace(contest.data, recordings=[recording])
+def test_a_simulated_recording_leaves_its_own_model_nothing_but_noise(paper, comparison):
+    model = comparison.rivals[0].fit.model._replace(noise=NOISE)
+    recording = simulate(Experiment(0.1, 0.03, 0.06, 0.2), paper, model, comparison.data, 3).recording
+    data = replace(comparison.data, recordings=[recording])
     kalman = data.filter(model)
     (errors,) = data.errors(model, kalman)
     white = whiten(errors, recording.usable, kalman.whiteners, 4)[50:]
@@ -118,8 +118,8 @@ def test_a_simulated_recording_leaves_its_own_model_nothing_but_noise(paper, con
     assert np.sqrt((white**2).mean(axis=0)).max() < 1.2
 
 
-def test_the_strongest_safe_disturbance_separates_two_frictions_more_than_a_repetition(paper, contest):
-    found = next_experiment(contest, paper)
+def test_the_strongest_safe_disturbance_separates_two_frictions_more_than_a_repetition(paper, comparison):
+    found = next_experiment(comparison, paper)
     assert found.settings["policy.prbs"] > 0.0
     assert found.separation > found.repetition > 0.0
     assert found.is_decisive
@@ -127,12 +127,12 @@ def test_the_strongest_safe_disturbance_separates_two_frictions_more_than_a_repe
 
 
 @pytest.mark.slow
-def test_nothing_is_offered_in_which_one_of_the_sets_falls(paper, contest):
+def test_nothing_is_offered_in_which_one_of_the_sets_falls(paper, comparison):
     """Motors of a fifth of their torque, and a delay of 60 ms, let no regulator of the data sheet stand."""
-    weak = contest.contenders[1].fit
+    weak = comparison.rivals[1].fit
     model = weak.model.put({"actuation_delay_delay": 0.2, "torque_gain_gain": 0.2})
-    falling = contest._replace(contenders=(contest.contenders[0], Contender((), weak._replace(model=model), 0.01)))
-    assert not simulate(experiments_of(paper)[0], paper, model, contest.data, 0).is_safe
+    falling = comparison._replace(rivals=(comparison.rivals[0], RivalModel((), weak._replace(model=model), 0.01)))
+    assert not simulate(experiments_of(paper)[0], paper, model, comparison.data, 0).is_safe
     assert next_experiment(falling, paper) is None
     (said, *by_hand) = on_next_experiment(None, falling, [ProbableEffect("dead_zone", 0.6, False, {}, (), "By hand.")])
     assert "near falling" in said
@@ -142,8 +142,8 @@ def test_nothing_is_offered_in_which_one_of_the_sets_falls(paper, contest):
 @pytest.mark.parametrize(
     ("most_tilt", "cut", "safe"), [(0.2, 0.0, True), (0.4, 0.0, False), (0.2, 0.1, False), (np.inf, 0.0, False)]
 )
-def test_a_robot_that_comes_near_falling_or_meets_its_limit_is_not_safe(contest, most_tilt, cut, safe):
-    assert Simulated(contest.data.recordings[0], most_tilt, cut).is_safe is safe
+def test_a_robot_that_comes_near_falling_or_meets_its_limit_is_not_safe(comparison, most_tilt, cut, safe):
+    assert Simulated(comparison.data.recordings[0], most_tilt, cut).is_safe is safe
 
 
 @pytest.mark.parametrize("robot", ["paper", "regbot", "esp32", "balboa"])
@@ -174,8 +174,8 @@ def test_what_other_effects_do_as_well_is_open_unless_no_sensor_tells_them_apart
 @pytest.mark.parametrize(
     ("separation", "repetition", "told"), [(9.0, 1.0, False), (9.0, 20.0, False), (0.5, 0.1, True)]
 )
-def test_what_to_do_by_hand_is_said_where_no_experiment_would_decide(contest, separation, repetition, told):
+def test_what_to_do_by_hand_is_said_where_no_experiment_would_decide(comparison, separation, repetition, told):
     found = NextExperiment({}, 10.0, separation, repetition, (), 0)
-    advice = on_next_experiment(found, contest, [ProbableEffect("dead_zone", 0.6, False, {}, (), "By hand.")])
+    advice = on_next_experiment(found, comparison, [ProbableEffect("dead_zone", 0.6, False, {}, (), "By hand.")])
     assert ("By hand." in advice) is told
     assert ("repetition is expected to tell more" in advice[0]) is (repetition > separation)

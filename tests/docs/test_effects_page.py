@@ -2,8 +2,8 @@ from pathlib import Path
 
 from twbal.effects.page import page
 
-HOUSE = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[2]
 
 
 def test_the_page_of_effects_says_what_the_effects_say():
-    assert (HOUSE / "docs" / "effects.md").read_text() == page(), "Run `python scripts/effects.py`."
+    assert (ROOT / "docs" / "effects.md").read_text() == page(), "Run `python scripts/effects.py`."

@@ -32,9 +32,9 @@ from twbal.planar.planar_plant import PlanarPlant
 from twbal.planar.twin_state import STRAIGHT, TwinState
 from twbal.sim.bullet_plant import SimPlant
 
-HOUSE = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[2]
 EFFECT, TEST, *_ = re.findall(
-    r"^```py(?:thon)?\n(.*?)^```", (HOUSE / "CONTRIBUTING.md").read_text(), re.DOTALL | re.MULTILINE
+    r"^```py(?:thon)?\n(.*?)^```", (ROOT / "CONTRIBUTING.md").read_text(), re.DOTALL | re.MULTILINE
 )[:2]  # behind them comes the example of a file format
 REGISTERED = EFFECT.replace("AirDrag", "SomeDrag")  # somebody may have added the example, as they should
 for before, after in {
@@ -123,7 +123,7 @@ def test_it_is_documented(SomeDrag):
 
 @pytest.mark.parametrize("how", ["variable", "entry point"])
 def test_a_command_finds_it_by_a_variable_or_an_entry_point(how, folder):
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(folder), str(HOUSE)])}
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(folder), str(ROOT)])}
     if how == "variable":
         environment["TWBAL_EFFECTS"] = "some_drag"
     else:

@@ -22,9 +22,9 @@ from twbal.search.sampled_rollouts import Draws, Limits, sampled_rollouts
 from twbal.search.starts import PolicyParametrisation, linear_policy
 from twbal.search.transition import transition_model
 
-HOUSE = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[2]
 BLOCKS = re.findall(
-    r"^```(py|python|yaml)\n(.*?)^```", (HOUSE / "CONTRIBUTING.md").read_text(), re.DOTALL | re.MULTILINE
+    r"^```(py|python|yaml)\n(.*?)^```", (ROOT / "CONTRIBUTING.md").read_text(), re.DOTALL | re.MULTILINE
 )
 COST, TEST, CHOICE = (
     next(text for kind, text in BLOCKS if kind == wanted and "SeparateCost" in text)
@@ -117,7 +117,7 @@ def test_a_command_takes_it_from_a_folder_of_choices(folder):
     (folder / "cost").mkdir()
     choice = CHOICE.partition("\n")[2].replace("twbal.core.separate_cost", "my_cost")
     (folder / "cost" / "separate.yaml").write_text(re.sub("^  ", "", choice, flags=re.MULTILINE))
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(folder), str(HOUSE)])}
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(folder), str(ROOT)])}
     done = subprocess.run(
         [sys.executable, "-m", "twbal", "lqr", f"--config-dir={folder}", "cost=separate", "hydra.run.dir=out"],
         cwd=folder,

@@ -16,7 +16,7 @@ from twbal.core.motion_profile import Motion
 from twbal.core.plant import Observation, Plant, Pose, WheelDifference
 from twbal.core.reference import Reference, Targets
 from twbal.core.streams import Stream, generator
-from twbal.policies.policy import Controller, Policy
+from twbal.policies.policy import BoundedPolicy, Controller, Policy
 
 MAX_TILT_LIMIT = math.pi / 2
 """Largest tilt limit [rad]: beyond it a robot lies on the ground."""
@@ -98,8 +98,7 @@ def _check_tilt_limit(tilt_limit: float) -> None:
 
 def _most_command(policy: Policy) -> float:
     """The largest command of a policy [N·m]; where it tells none, the plant cuts what is too large."""
-    most: float = getattr(policy, "max_command", math.inf)
-    return most
+    return policy.max_command if isinstance(policy, BoundedPolicy) else math.inf
 
 
 def _drive(
@@ -130,7 +129,7 @@ def _drive(
                 Outcome.POLICY_FAULT, f"The policy commands {command} N·m, which is no number, in state {state}."
             )
             return
-        command = added(command, record.lead_torque, most)
+        command = added(command, record.feed_forward_torque, most)
         record.tell(plant)
         if record.heading is not None:
             plant.steer(record.heading.difference(command))
@@ -204,9 +203,9 @@ class _Record:
         return self._tracker.for_policy
 
     @property
-    def lead_torque(self) -> float:
+    def feed_forward_torque(self) -> float:
         """What the reference's acceleration needs [N·m]."""
-        return self._tracker.lead.torque
+        return self._tracker.offset.torque
 
     def tell(self, plant: Plant) -> None:
         """Tell the robot the reference at the last observation, where there is one."""

@@ -17,7 +17,7 @@ from twbal.core.evaluation import Verdict, drift, judged, real_cost
 from twbal.core.plant import Plant
 from twbal.core.robot_parameters import RobotParameters
 from twbal.effects.effect import Effect
-from twbal.policies.policy import Policy
+from twbal.policies.policy import Policy, PolicyOfChannels
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,11 +145,9 @@ def _policy(policy: Policy | str | Path | None) -> Policy | None:
 
 def _state_of(policy: Policy) -> list[str]:
     """The setting by which the state, and with it the cost, is that which a policy reads; none where it says none."""
-    names = getattr(policy, "channels", None)
-    return [] if names is None else [f"state.names=[{','.join(names)}]"]
+    return [f"state.names=[{','.join(policy.channels)}]"] if isinstance(policy, PolicyOfChannels) else []
 
 
 def _channels(policy: Policy | None, configured: Channels) -> Channels:
     """The state that a policy reads; where it says none, that of the settings."""
-    names = getattr(policy, "channels", None)
-    return configured if names is None else replace(configured, names=tuple(names))
+    return replace(configured, names=tuple(policy.channels)) if isinstance(policy, PolicyOfChannels) else configured

@@ -15,7 +15,7 @@ from twbal.core.robot_parameters import RobotParameters
 from twbal.link.protocol import Clock, Sensors
 from twbal.link.real_time import punctual
 from twbal.link.serial_plant import SerialPlant
-from twbal.policies.policy import Policy
+from twbal.policies.policy import BoundedPolicy, Policy
 from twbal.virtual_robot.process import Launch
 
 
@@ -52,7 +52,7 @@ def in_time(plant: SerialPlant) -> Iterator[None]:
 
 def check_torque(policy: Policy, robot: RobotParameters) -> None:
     """Raise ConfigError where a policy commands more than the robot of a sheet takes."""
-    most = float(getattr(policy, "max_command", 0.0))
+    most = float(policy.max_command) if isinstance(policy, BoundedPolicy) else 0.0
     if not most <= robot.torque_limit * (1 + 1e-9):
         raise ConfigError(
             f"The policy commands up to {most:g} N·m; the robot {robot.name!r} takes "

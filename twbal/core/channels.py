@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from twbal.core.errors import ConfigError
-from twbal.core.feed_forward import NO_LEAD, FeedForward, Lead, Leader
+from twbal.core.feed_forward import NO_OFFSET, FeedForward, FeedForwardGenerator, FeedForwardOffset
 from twbal.core.gaussian import Array
 from twbal.core.plant import Observation
 from twbal.core.reference import Reference
@@ -214,7 +214,8 @@ class StateTracker:
 
     With feed-forward a policy sees more errors: tilt, tilt rate and acceleration are less those that go with the
     reference's acceleration, past commands less the torque that was added to them, position and its integral, and speed
-    less those of the axle of a robot that leans so (`Lead`). What is recorded stays less the reference alone.
+    less those of the axle of a robot that leans so (`FeedForwardOffset`). What is recorded stays less the reference
+    alone.
 
     Attributes:
         for_policy: the last state as a policy is to see it, (D,).
@@ -226,7 +227,9 @@ class StateTracker:
         self._channels = channels
         self._reference = reference
         self.for_policy = np.zeros(len(channels.names))
-        self._leader = Leader(feed_forward) if reference is not None and feed_forward is not None else None
+        self._generator = (
+            FeedForwardGenerator(feed_forward) if reference is not None and feed_forward is not None else None
+        )
         self._origin: float | None = None
         self._before = (0.0, 0.0)  # time and position at the last observation [s], [m]
         self._integral = 0.0
@@ -251,23 +254,23 @@ class StateTracker:
             motion = reference.follow(seen.time, values["position"], values["speed"])
             values["position"] -= motion.position
             values["speed"] -= motion.speed
-            if self._leader is not None:
-                self._leader.follow(motion.speed, seen.time - time)
-        self._before = (seen.time, values["position"] - self.lead.position)
+            if self._generator is not None:
+                self._generator.follow(motion.speed, seen.time - time)
+        self._before = (seen.time, values["position"] - self.offset.position)
         values["position_integral"] = self._integral
         for name, lag in channels.lags.items():
             values[name] = past_commands[-lag] if lag <= len(past_commands) else 0.0
         state = np.array([values[n] for n in channels.names])
-        self.for_policy = state if self._leader is None else state - self._led(self._leader.leads)
+        self.for_policy = state if self._generator is None else state - self._offsets(self._generator.offsets)
         return state
 
     @property
-    def lead(self) -> Lead:
-        """By which the robot leads now."""
-        return self._leader.leads[-1] if self._leader is not None and self._leader.leads else NO_LEAD
+    def offset(self) -> FeedForwardOffset:
+        """What goes with the reference's acceleration now."""
+        return self._generator.offsets[-1] if self._generator is not None and self._generator.offsets else NO_OFFSET
 
-    def _led(self, leads: Sequence[Lead]) -> Array:
-        """By how much each channel is led, (D,)."""
-        now = leads[-1]._asdict()
-        added = {name: leads[-1 - lag].torque for name, lag in self._channels.lags.items() if lag < len(leads)}
+    def _offsets(self, past: Sequence[FeedForwardOffset]) -> Array:
+        """The offset of each channel, (D,)."""
+        now = past[-1]._asdict()
+        added = {name: past[-1 - lag].torque for name, lag in self._channels.lags.items() if lag < len(past)}
         return np.array([added.get(name, now.get(name, 0.0)) for name in self._channels.names])

@@ -23,8 +23,8 @@ LARGEST_LEAN = radians(20.0)
 comes to rest on a robot whose host has fallen silent, and is left to the policy."""
 
 
-class Lead(NamedTuple):
-    """What a robot does that follows a reference's acceleration; all 0 where that keeps its speed.
+class FeedForwardOffset(NamedTuple):
+    """State and torque that go with a reference's acceleration; all 0 where that keeps its speed.
 
     Attributes:
         tilt: [rad].
@@ -43,7 +43,7 @@ class Lead(NamedTuple):
     torque: float = 0.0
 
 
-NO_LEAD = Lead()
+NO_OFFSET = FeedForwardOffset()
 
 
 class FeedForward(NamedTuple):
@@ -76,14 +76,16 @@ class FeedForward(NamedTuple):
             jerk=largest / (RAMP_TIME * falling_time(robot)),
         )
 
-    def lead(self, acceleration: float, jerk: float) -> Lead:
+    def offset(self, acceleration: float, jerk: float) -> FeedForwardOffset:
         """For an acceleration [m/s²] and its rate [m/s³]."""
         if acceleration == jerk == 0.0:
-            return NO_LEAD
+            return NO_OFFSET
         acceleration = acceleration if abs(acceleration) <= self.acceleration else 0.0
         jerk = jerk if abs(jerk) <= self.jerk else 0.0
         tilt, rate = self.lean * acceleration, self.lean * jerk
-        return Lead(tilt, rate, acceleration, -self.height * tilt, -self.height * rate, self.torque * acceleration)
+        return FeedForwardOffset(
+            tilt, rate, acceleration, -self.height * tilt, -self.height * rate, self.torque * acceleration
+        )
 
 
 NO_FEED_FORWARD = FeedForward(0.0, 0.0, 0.0, 0.0, 0.0)
@@ -91,12 +93,12 @@ NO_FEED_FORWARD = FeedForward(0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 def added(command: float, torque: float, most: float) -> float:
-    """A policy's command with the torque of a lead, within ± `most` [N·m]."""
+    """A policy's command with the torque of an offset, within ± `most` [N·m]."""
     return command if torque == 0.0 else min(max(command + torque, -most), most)
 
 
-class Leader:
-    """Makes the leads of a rollout from the speeds of its reference, as they come.
+class FeedForwardGenerator:
+    """Makes the offsets of a rollout from the speeds of its reference, as they come.
 
     The acceleration is the difference of the last two speeds over their time, the jerk that of the last two
     accelerations: a policy on board of the robot is told no more than place and speed, and does the same.
@@ -105,15 +107,15 @@ class Leader:
         feed_forward: of the robot's sheet.
 
     Attributes:
-        leads: of all observations so far.
+        offsets: of all observations so far.
     """
 
     def __init__(self, feed_forward: FeedForward) -> None:
-        self.leads: list[Lead] = []
+        self.offsets: list[FeedForwardOffset] = []
         self._feed_forward = feed_forward
         self._speed = self._acceleration = 0.0
 
-    def follow(self, speed: float, duration: float) -> Lead:
+    def follow(self, speed: float, duration: float) -> FeedForwardOffset:
         """Take the reference's next speed.
 
         Args:
@@ -123,5 +125,5 @@ class Leader:
         acceleration = (speed - self._speed) / duration if duration > 0.0 else 0.0
         jerk = (acceleration - self._acceleration) / duration if duration > 0.0 else 0.0
         self._speed, self._acceleration = speed, acceleration
-        self.leads.append(self._feed_forward.lead(acceleration, jerk))
-        return self.leads[-1]
+        self.offsets.append(self._feed_forward.offset(acceleration, jerk))
+        return self.offsets[-1]

@@ -3,10 +3,10 @@
 from collections.abc import Sequence
 
 from twbal.core.episode import Episode, Outcome
-from twbal.diagnosis.contest import Contest
 from twbal.diagnosis.data_sheet import DATA_SHEET
 from twbal.diagnosis.follow_up import Disagreement, NextExperiment
 from twbal.diagnosis.hypothesis import FittedHypothesis
+from twbal.diagnosis.model_comparison import ModelComparison
 from twbal.diagnosis.objections import Objection, negligible, spaced, with_values
 from twbal.diagnosis.record import LIKELY, ProbableEffect, Verdict
 from twbal.diagnosis.select import Selection, passes
@@ -65,16 +65,16 @@ def on_falls(episodes: Sequence[Episode], verdict: Verdict) -> tuple[str, ...]:
 
 
 def on_next_experiment(
-    found: NextExperiment | None, contest: Contest, effects: Sequence[ProbableEffect]
+    found: NextExperiment | None, comparison: ModelComparison, effects: Sequence[ProbableEffect]
 ) -> tuple[str, ...]:
     """What the suggested experiment is expected to tell, and what to do by hand where that is little.
 
     Args:
         found: the experiment; None where none is safe.
-        contest: what it is to decide.
+        comparison: what it is to decide.
         effects: that may be missing.
     """
-    sets = "; ".join(spaced(" + ".join(each.names)) or "the data sheet refitted" for each in contest.contenders)
+    sets = "; ".join(spaced(" + ".join(each.names)) or "the data sheet refitted" for each in comparison.rivals)
     by_hand = dict.fromkeys(
         effect.separate_by for effect in effects if effect.probability >= LIKELY and effect.separate_by
     )

@@ -22,10 +22,10 @@ from scipy.stats import t as student
 
 from twbal.core.gaussian import Array
 from twbal.diagnosis.candidates import Candidate
-from twbal.diagnosis.contest import Contest
 from twbal.diagnosis.data_sheet import DATA_SHEET
 from twbal.diagnosis.follow_up import Disagreement
 from twbal.diagnosis.hypothesis import FittedHypothesis
+from twbal.diagnosis.model_comparison import ModelComparison
 from twbal.sysid.fit import Fit, slopes
 from twbal.sysid.intervals import curvature
 from twbal.sysid.model import Data, Field, Model, TiltOffset
@@ -142,20 +142,20 @@ def _scatter(pulls: Array) -> float:
     return count / max(count - 1, 1) * float(np.sum((pulls - pulls.mean()) ** 2))
 
 
-def disagreements(contest: Contest, more: Sequence[Recording]) -> tuple[Disagreement, ...]:
+def disagreements(comparison: ModelComparison, more: Sequence[Recording]) -> tuple[Disagreement, ...]:
     """Recordings that disagree with the others, the surest first; none of fewer than two.
 
     Args:
-        contest: of effects, with the recordings that were fitted.
+        comparison: of effects, with the recordings that were fitted.
         more: whole recordings that were not fitted.
     """
-    data, chosen, allowed = contest.data, contest.chosen, contest.allowed
+    data, chosen, allowed = comparison.data, comparison.chosen, comparison.allowed
     recordings = (*data.recordings, *more)
     if len(recordings) < 2:
         return ()
     data = replace(data, recordings=recordings)
     pooled = _pooled(data, chosen.fit)
-    values = [*_shared(chosen, pooled, allowed), *_added(data, chosen, pooled, contest.candidates, allowed)]
+    values = [*_shared(chosen, pooled, allowed), *_added(data, chosen, pooled, comparison.candidates, allowed)]
     left, found = list(range(len(recordings))), list[Disagreement]()
     while len(left) > 1:
         tested = {k: [pooled.difference(k, value, left) for value in values] for k in left}

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from twbal.core.gaussian import Array
-from twbal.diagnosis.contest import Contest
+from twbal.diagnosis.model_comparison import ModelComparison
 from twbal.diagnosis.record import ProbableEffect, Rival, Shift, Verdict, Whiteness
 from twbal.sysid.noise import Noise
 
@@ -92,7 +92,7 @@ class Findings:
         nominal_errors: per recording (T + 1, 4): measured less what the simulation as it is predicts from the state of
             `named` at the instant before, in the order of `MEASURED`; 0 at the first instants.
         refitted: with its data sheet refitted within the tolerances.
-        contest: the likeliest sets with their fits; None where no sets were weighed, as of wheels in the air.
+        comparison: the likeliest sets with their fits; None where no sets were weighed, as of wheels in the air.
         without: `named` without one of its effects and fitted again, by the effect's name.
         named: with what is named too; of an `unknown`, with the likeliest effects where each is more likely missing
             than not and none has a parameter at a bound; else the same as `refitted`.
@@ -113,7 +113,7 @@ class Findings:
     refitted: FilterResult
     named: FilterResult
     without: Mapping[str, FilterResult]
-    contest: Contest | None = None
+    comparison: ModelComparison | None = None
 
     @property
     def named_effects(self) -> tuple[ProbableEffect, ...]:

@@ -11,11 +11,11 @@ from twbal.core.robot_parameters import RobotParameters
 from twbal.diagnosis.advice import advise
 from twbal.diagnosis.candidates import Candidate, always_free, tilt_offsets
 from twbal.diagnosis.constancy import inconstant_effects
-from twbal.diagnosis.contest import Contest, contest_of
 from twbal.diagnosis.data_sheet import DATA_SHEET, WHEELS
 from twbal.diagnosis.filter_result import filter_result_of, one_step_errors, with_offsets
 from twbal.diagnosis.findings import Effects, FilterResult, Findings
 from twbal.diagnosis.hypothesis import FittedHypothesis
+from twbal.diagnosis.model_comparison import ModelComparison, compare_models
 from twbal.diagnosis.objections import autocorrelation_limit, is_doubtful, negligible, objections
 from twbal.diagnosis.probable import Weights, probable_effects
 from twbal.diagnosis.record import LIKELY, ProbableEffect, Rival, Verdict, Whiteness
@@ -113,14 +113,14 @@ def name_effects(
             else _filter_result(data, without(problem, named, effect), effects)
             for effect in named.effects
         },
-        contest=_contest(problem, selection, weights),
+        comparison=_comparison(problem, selection, weights),
     )
 
 
-def _contest(problem: Problem, selection: Selection, weights: Mapping[tuple[str, ...], float]) -> Contest:
+def _comparison(problem: Problem, selection: Selection, weights: Mapping[tuple[str, ...], float]) -> ModelComparison:
     """What the selection leaves open."""
     temperature = temperature_of(selection, problem.settings)
-    return contest_of(problem, selection, weights, temperature, allowed_differences(problem, selection.chosen))
+    return compare_models(problem, selection, weights, temperature, allowed_differences(problem, selection.chosen))
 
 
 def _missing(candidates: Sequence[Candidate], effects: Effects, settings: Settings) -> list[Candidate]:

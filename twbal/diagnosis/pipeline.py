@@ -13,7 +13,6 @@ from twbal.core.robot_parameters import RobotParameters
 from twbal.diagnosis.advice import UNEXPLAINED, on_disagreements, on_falls, on_next_experiment
 from twbal.diagnosis.agreement import disagreements
 from twbal.diagnosis.candidates import always_free, tilt_offsets
-from twbal.diagnosis.contest import Contest, is_open
 from twbal.diagnosis.effect_candidates import candidates_for
 from twbal.diagnosis.filter_result import filter_recordings
 from twbal.diagnosis.findings import FilterResult, Findings
@@ -22,6 +21,7 @@ from twbal.diagnosis.free_form_record import on_free_forms
 from twbal.diagnosis.gap import Models, Stretches, measure_gaps, rollout_error
 from twbal.diagnosis.graded import contradicted, remaining_of, with_shares
 from twbal.diagnosis.inputs import DataSettings, Named, Simulated
+from twbal.diagnosis.model_comparison import ModelComparison, is_open
 from twbal.diagnosis.name import name_effects
 from twbal.diagnosis.next_experiment import next_experiment
 from twbal.diagnosis.record import Diagnosis, Verdict, headline
@@ -104,35 +104,37 @@ def diagnose_episodes(
     diagnosis, found = _reviewed(_diagnosis(found, split, acting, settings, data), found, settings)
     more = (IN_AIR,) if in_air else on_falls(measured.episodes, diagnosis.verdict)
     diagnosis = replace(diagnosis, advice=(*more, *diagnosis.advice))
-    if found.contest is not None:
+    if found.comparison is not None:
         whole = () if split.are_ends else split.kept_back
-        disagreeing = disagreements(found.contest, whole)
+        disagreeing = disagreements(found.comparison, whole)
         advice = (*diagnosis.advice, *on_disagreements(disagreeing))
         diagnosis = replace(diagnosis, disagreements=disagreeing, advice=advice)
-    if data.free_form and found.contest is not None and diagnosis.has_remains:
+    if data.free_form and found.comparison is not None and diagnosis.has_remains:
         progress("looking for a function of one variable in what remains")
-        formed = free_forms(free_form_inputs(found.contest, split, acting, settings))
+        formed = free_forms(free_form_inputs(found.comparison, split, acting, settings))
         diagnosis = replace(diagnosis, free_form=formed, advice=(*diagnosis.advice, on_free_forms(formed)))
     unsettled = is_open(diagnosis.verdict, diagnosis.effects, diagnosis.rivals)
-    if data.next_experiment and found.contest is not None and len(found.contest.contenders) > 1 and unsettled:
-        suggested = next_experiment(found.contest, robot, progress)
-        advice = (*diagnosis.advice, *on_next_experiment(suggested, found.contest, diagnosis.effects))
+    if data.next_experiment and found.comparison is not None and len(found.comparison.rivals) > 1 and unsettled:
+        suggested = next_experiment(found.comparison, robot, progress)
+        advice = (*diagnosis.advice, *on_next_experiment(suggested, found.comparison, diagnosis.effects))
         diagnosis = replace(diagnosis, next_experiment=suggested, no_safe_experiment=suggested is None, advice=advice)
     corrected = replace(acting, robot=robot, effects={**present, **found.named.effects})
     return DiagnosisResult(diagnosis, found, split, corrected)
 
 
-def free_form_inputs(contest: Contest, split: Split, simulation: Simulated, settings: Settings) -> FreeFormInputs:
+def free_form_inputs(
+    comparison: ModelComparison, split: Split, simulation: Simulated, settings: Settings
+) -> FreeFormInputs:
     """What a free form is looked for in: the likeliest set of effects, and the data that it was not fitted to."""
     tolerances = settings.tolerances.for_robot(simulation.robot)
     recordings: Sequence[Recording] = split.kept_back
-    kept_back = replace(contest.data, recordings=recordings)
+    kept_back = replace(comparison.data, recordings=recordings)
     twin = twin_parameters(simulation.robot, simulation.effects)
-    ends = contest.chosen.fit.model.offsets
+    ends = comparison.chosen.fit.model.offsets
     return FreeFormInputs(
-        contest.data,
-        contest.chosen,
-        always_free(tolerances, twin, len(contest.data.recordings)),
+        comparison.data,
+        comparison.chosen,
+        always_free(tolerances, twin, len(comparison.data.recordings)),
         kept_back,
         ends if split.are_ends else tilt_offsets(tolerances, len(recordings)),
         float(np.hypot(settings.lines.form, tolerances.data_sheet)),

@@ -29,7 +29,7 @@ _RIDGE = 1e-9  # of the curvature's diagonal, against directions that no data be
 
 
 class Prior(NamedTuple):
-    """What the first data say of a contender's free values, but for the tilt's offsets: those are of a recording.
+    """What the first data say of a rival's free values, but for the tilt's offsets: those are of a recording.
 
     Attributes:
         frees: the values.

@@ -1,7 +1,8 @@
 """What a policy is."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
@@ -27,6 +28,24 @@ class Policy(ABC):
     @abstractmethod
     def controller(self, rng: np.random.Generator) -> Controller:
         """The law for one rollout; whatever is random in it is drawn from `rng`."""
+
+
+@runtime_checkable
+class BoundedPolicy(Protocol):
+    """A policy that tells its largest command."""
+
+    @property
+    def max_command(self) -> float:
+        """u_max [N·m]."""
+
+
+@runtime_checkable
+class PolicyOfChannels(Protocol):
+    """A policy that tells which state it reads."""
+
+    @property
+    def channels(self) -> Sequence[str]:
+        """Names of the channels, in order."""
 
 
 def channels_in(payload: Payload) -> tuple[str, ...]:

@@ -136,6 +136,17 @@ def jolted(s: TwinState, by: Array) -> TwinState:
 
 
 @kernel()
+def fill(state: Array, codes: Integers, shown: tuple[float, ...], commands: Array, step: int) -> None:
+    """Write a state (D,): what is shown of each channel's code, or the command that it is to remember."""
+    for i, code in enumerate(codes):
+        lag = code - _PAST
+        if lag < 0:
+            state[i] = shown[code]
+        else:
+            state[i] = commands[step - lag] if step >= lag else 0.0
+
+
+@kernel()
 def _rollout(  # type: ignore[no-untyped-def]
     p: TwinParameters,
     k: Constants,
@@ -174,12 +185,7 @@ def _rollout(  # type: ignore[no-untyped-def]
             integral = min(max(integral + period * position, -bound), bound)
         position = path - origin
         shown = (tilt + noise[0], seen_rate, speed, (speed - before) / period, 0.0, position, integral)
-        for i, code in enumerate(codes):
-            lag = code - _PAST
-            if lag < 0:
-                state[i] = shown[code]
-            else:
-                state[i] = commands[step - lag] if step >= lag else 0.0
+        fill(state, codes, shown, commands, step)
         if step < len(states):
             states[step] = state
         if step > 0:

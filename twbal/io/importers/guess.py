@@ -48,6 +48,28 @@ class Guess(NamedTuple):
     unknown_units: tuple[str, ...]
 
 
+class _Choice(NamedTuple):
+    """Columns of a quantity.
+
+    Attributes:
+        columns: one, or a left and a right one; none where that is not certain.
+        reason: why there are none.
+        is_for_person: whether the log has the quantity, and only a person can say which column it is.
+    """
+
+    columns: Sequence[Column] = ()
+    reason: str = ""
+    is_for_person: bool = False
+
+
+class _Unit(NamedTuple):
+    """The unit of a column, what is to be said of it, and whether it is one that nothing but habit speaks for."""
+
+    unit: str
+    comment: str = ""
+    is_assumed: bool = False
+
+
 class _Proposal:
     """Lines of a mapping while it is put together."""
 
@@ -59,18 +81,18 @@ class _Proposal:
 
     def take(self, quantity: str, columns: Sequence[Column], scale: str = "", why: str = "") -> None:
         """Take columns for a quantity."""
-        unit, doubt = _unit(quantity, columns[0])
-        if doubt and _counts(quantity, columns[0]) and not scale:
-            scale, doubt = _OPEN, f"whole numbers: fill in the scale, {QUANTITIES[quantity]} for one"
+        unit, said, is_assumed = _unit(quantity, columns[0])
+        if said and _counts(quantity, columns[0]) and not scale:
+            scale, said = _OPEN, f"whole numbers: fill in the scale, {QUANTITIES[quantity]} for one"
             self.open.append(f"scale of {quantity}")
-        elif doubt.startswith("UNIT") and scale == _OPEN:
-            doubt = ""
-        elif doubt.startswith("UNIT"):
+        elif is_assumed and scale == _OPEN:
+            said = ""
+        elif is_assumed:
             self.unknown_units.append(quantity)
         sources = ", ".join(column.source for column in columns)
         sources = f"[{sources}]" if len(columns) > 1 else sources
         scaled = f", scale: {scale}" if scale else ""
-        comment = "; ".join(text for text in (why, doubt) if text)
+        comment = "; ".join(text for text in (why, said) if text)
         names = " and ".join(column.name or "without a name" for column in columns)
         told = f"{names}{': ' if comment else ''}{comment}"
         self.lines[quantity] = f"{{from: {sources}, unit: {unit}{scaled}}}  # {told}"
@@ -125,66 +147,67 @@ def _of_an_export(columns: Sequence[Column]) -> _Proposal | None:
 def _by_names(columns: Sequence[Column]) -> _Proposal:
     proposal = _Proposal()
     _time(proposal, columns)
-    chosen, reason = _choose("tilt", columns)
-    if chosen:
-        proposal.take("tilt", chosen)
+    tilt = _choose("tilt", columns)
+    if tilt.columns:
+        proposal.take("tilt", tilt.columns)
     else:
-        proposal.leave("tilt", reason or "not found among the names")
+        proposal.leave("tilt", tilt.reason or "not found among the names")
     for name in ("tilt_rate", "acceleration", "yaw_rate", "wheel_rate"):
-        chosen, reason = _choose(name, columns)
-        if chosen:
-            proposal.take(name, chosen)
-        elif reason.endswith("?"):
-            proposal.leave(name, reason)
+        choice = _choose(name, columns)
+        if choice.columns:
+            proposal.take(name, choice.columns)
+        elif choice.is_for_person:
+            proposal.leave(name, choice.reason)
         else:
-            proposal.drop(name, reason)
+            proposal.drop(name, choice.reason)
     _wheels(proposal, columns)
     _command(proposal, columns)
     return proposal
 
 
-def _choose(quantity: str, columns: Sequence[Column]) -> tuple[list[Column], str]:
-    """The column of a quantity, or a left and a right one; none and the reason, where that is not certain."""
+def _choose(quantity: str, columns: Sequence[Column]) -> _Choice:
+    """The columns of a quantity."""
     unit = QUANTITIES.get(quantity, "")
     meant = [column for column in columns if column.meaning.quantity == quantity and np.isfinite(column.values).any()]
     fitting = [c for c in meant if not c.meaning.unit or c.meaning.unit in UNITS.get(unit, {c.meaning.unit})]
     certain = [column for column in fitting if column.meaning.certain]
     sides = {column.meaning.side for column in certain}
     if len(certain) == 1 and sides == {""}:
-        return certain, ""
+        return _Choice(certain)
     if len(certain) == 2 and sides == {"left", "right"} and certain[0].meaning.stem == certain[1].meaning.stem:
-        return certain, ""
+        return _Choice(certain)
     if len(certain) == 1:
-        return [], f"{certain[0].name} is of one wheel only: is that enough?"
+        return _Choice((), f"{certain[0].name} is of one wheel only: is that enough?", is_for_person=True)
     if certain:
-        return [], f"{' or '.join(column.name for column in certain)}?"
+        return _Choice((), f"{' or '.join(column.name for column in certain)}?", is_for_person=True)
     if fitting:
-        return [], f"perhaps {' or '.join(column.name for column in fitting)}: such a name may mean other things"
+        names = " or ".join(column.name for column in fitting)
+        return _Choice((), f"perhaps {names}: such a name may mean other things")
     if meant:
-        return [], f"{meant[0].name} is in {meant[0].meaning.unit}: to take it, fill in a scale to {unit}"
-    return [], ""
+        return _Choice((), f"{meant[0].name} is in {meant[0].meaning.unit}: to take it, fill in a scale to {unit}")
+    return _Choice()
 
 
 def _time(proposal: _Proposal, columns: Sequence[Column]) -> None:
     growing = [column for column in columns if _grows(column.values)]
-    chosen, reason = _choose("time", growing)
-    if chosen:
-        proposal.take("time", chosen)
+    choice = _choose("time", growing)
+    if choice.columns:
+        proposal.take("time", choice.columns)
         return
     even = [column.name or f"column {column.source}" for column in growing if _is_even(column.values)]
     hint = f"no name says so; {' and '.join(even)} grows by even steps" if even else "not found; or null and a `rate`"
-    proposal.leave("time", reason or hint)
+    proposal.leave("time", choice.reason or hint)
 
 
 def _wheels(proposal: _Proposal, columns: Sequence[Column]) -> None:
     """What the wheels did: their angle, or a distance, or a pose, or their rate alone."""
-    chosen, reason = _choose("wheel_angle", columns)
-    pose = {name: _choose(name, columns)[0] for name in ("x", "y", "heading")}
-    if chosen:
-        proposal.take("wheel_angle", chosen)
-    elif reason.endswith("?"):
-        proposal.leave("wheel_angle", reason)
-    elif distance := _choose("distance", columns)[0]:
+    angle = _choose("wheel_angle", columns)
+    pose = {name: _choose(name, columns).columns for name in ("x", "y", "heading")}
+    if angle.columns:
+        proposal.take("wheel_angle", angle.columns)
+    elif angle.is_for_person:
+        proposal.leave("wheel_angle", angle.reason)
+    elif distance := _choose("distance", columns).columns:
         proposal.take("distance", distance)
     elif all(pose.values()):
         proposal.take("x", pose["x"])
@@ -192,7 +215,7 @@ def _wheels(proposal: _Proposal, columns: Sequence[Column]) -> None:
     elif proposal.lines["wheel_rate"] != "null" and _OPEN not in proposal.lines["wheel_rate"]:
         proposal.drop("wheel_angle", "the sum of wheel_rate")
     else:
-        proposal.leave("wheel_angle", reason or "not found among the names")
+        proposal.leave("wheel_angle", angle.reason or "not found among the names")
     if pose["heading"] and ("x" in proposal.lines or proposal.lines["yaw_rate"] == "null"):
         proposal.take("heading", pose["heading"])
     if "wheel_angle" not in proposal.lines:
@@ -201,24 +224,24 @@ def _wheels(proposal: _Proposal, columns: Sequence[Column]) -> None:
 
 def _command(proposal: _Proposal, columns: Sequence[Column]) -> None:
     """The torque; else a voltage; else a duty cycle, which is a share of a voltage."""
-    chosen, reason = _choose("command", columns)
-    if chosen:
-        both = ("2", "their sum, which is twice their mean") if len(chosen) == 2 else ("", "of both wheels together?")
-        proposal.take("command", chosen, *both)
+    torque = _choose("command", columns)
+    if torque.columns:
+        of_two = ("2", "their sum, which is twice their mean") if len(torque.columns) == 2 else None
+        proposal.take("command", torque.columns, *(of_two or ("", "of both wheels together?")))
         return
-    volts, volts_reason = _choose("voltage", [c for c in columns if np.nanmin(c.values, initial=0.0) < 0.0])
-    duty, duty_reason = _choose(DUTY, columns)
-    if not reason.endswith("?") and (volts or duty):
-        why = "their mean, for the motor is both as one" if len(volts or duty) == 2 else ""
-        if volts:
-            proposal.take("voltage", volts, why=why)
+    volts = _choose("voltage", [c for c in columns if np.nanmin(c.values, initial=0.0) < 0.0])
+    duty = _choose(DUTY, columns)
+    if not torque.is_for_person and (volts.columns or duty.columns):
+        why = "their mean, for the motor is both as one" if len(volts.columns or duty.columns) == 2 else ""
+        if volts.columns:
+            proposal.take("voltage", volts.columns, why=why)
         else:
-            _take_duty(proposal, duty, why)
+            _take_duty(proposal, duty.columns, why)
         proposal.open.append("motor")
         proposal.motor = True
         proposal.drop("command")
         return
-    proposal.leave("command", reason or volts_reason or duty_reason or "not found among the names")
+    proposal.leave("command", torque.reason or volts.reason or duty.reason or "not found among the names")
 
 
 def _take_duty(proposal: _Proposal, duty: Sequence[Column], why: str) -> None:
@@ -253,18 +276,18 @@ def _counts(quantity: str, column: Column) -> bool:
     return wheels and bool((values == np.round(values)).all()) and bool(np.ptp(values) > _WHOLE)
 
 
-def _unit(quantity: str, column: Column) -> tuple[str, str]:
-    """A unit, and what is to be said of it; a doubt begins with UNIT."""
+def _unit(quantity: str, column: Column) -> _Unit:
+    """The unit that a column's name says, or that its numbers tell; else that of the quantity."""
     stated = column.meaning.unit
     if stated in UNITS[QUANTITIES[quantity]]:
-        return stated, ""
+        return _Unit(stated)
     largest = float(np.nanmax(np.abs(column.values)))
     if quantity == "time":
         step = float(np.nanmedian(np.diff(column.values)))
         for unit, of_a_second in _STEPS.items():
             if _PERIODS[0] <= step / of_a_second <= _PERIODS[1]:
-                return unit, f"unit by its steps of {step:.6g}"
+                return _Unit(unit, f"unit by its steps of {step:.6g}")
     if quantity == "tilt" and largest > _LARGEST_TILT:
-        return "deg", f"unit by its largest value, {largest:.3g}"
+        return _Unit("deg", f"unit by its largest value, {largest:.3g}")
     unit = QUANTITIES[quantity]
-    return unit, f"UNIT NOT KNOWN, taken as {unit}; the largest value is {largest:.3g}"
+    return _Unit(unit, f"UNIT NOT KNOWN, taken as {unit}; the largest value is {largest:.3g}", is_assumed=True)

@@ -1,9 +1,9 @@
 """Four recordings of a hidden robot, of which one may be of a robot that was changed.
 
-`python -m benchmarks.what_next.agreeing [seeds=3000-3009] [root=outputs/bench/agreeing] [code=.] [results=...]`: each
-robot of the stratum `single 1/4` of `benchmarks.other_robots`, with ideal sensors, is recorded four times for 10 s; the
-last time again with what it was, with a heavier body, a weaker battery, and on another floor. Each four are diagnosed
-together. What is there already is not done again.
+`python -m benchmarks.agreement [seeds=3000-3009] [root=outputs/bench/agreement] [code=.] [results=...]`: each
+robot of the stratum `single 1/4` of `benchmarks.other_robots`, with ideal sensors, is recorded four times for 10 s. The
+last recording is made four times: of the same robot, of one with a heavier body, of one with a weaker battery, and on
+another floor. Each four are diagnosed together. What is there already is not done again.
 """
 
 import json
@@ -12,6 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from benchmarks.agreement.tables import agreement
 from benchmarks.other_robots.__main__ import sheet_of
 from benchmarks.other_robots.mechanics import GRAVITY, Machine
 from benchmarks.other_robots.recording import driven
@@ -19,7 +20,6 @@ from benchmarks.other_robots.robots import torque_unit
 from benchmarks.other_robots.sets import designed
 from benchmarks.what_next.diagnosing import diagnosis_of
 from benchmarks.what_next.recording import again
-from benchmarks.what_next.tables import AGREEING
 from twbal.core.robot_parameters import RobotParameters
 
 _LOGS = 4
@@ -47,7 +47,7 @@ CHANGES: Mapping[str, Callable[[Machine, RobotParameters], Machine]] = {
 }
 
 
-def judged(seed: int, root: Path, code: Path) -> list[dict[str, Any]]:
+def disagreements_of(seed: int, root: Path, code: Path) -> list[dict[str, Any]]:
     """What the diagnoses of a robot's four recordings say of the last one, for each change."""
     each = designed("single 1/4", seed)._replace(excitation="E", sensors="ideal")
     sheet, folder = sheet_of(each), root / each.name
@@ -69,17 +69,16 @@ def main(words: Sequence[str]) -> None:
     """Record, diagnose, and write the results."""
     settings = dict(word.split("=", 1) for word in words)
     first, last = map(int, settings.pop("seeds", "3000-3009").split("-"))
-    root, code = Path(settings.pop("root", "outputs/bench/agreeing")), Path(settings.pop("code", "."))
-    results = Path(settings.pop("results", "benchmarks/results/agreeing.json"))
+    root, code = Path(settings.pop("root", "outputs/bench/agreement")), Path(settings.pop("code", "."))
+    results = Path(settings.pop("results", "benchmarks/results/agreement.json"))
     if settings:
         raise SystemExit(f"unknown settings: {', '.join(settings)}\n{__doc__}")
     rows: list[dict[str, Any]] = []
     for seed in range(first, last + 1):
-        rows += judged(seed, root, code)
+        rows += disagreements_of(seed, root, code)
         results.write_text('{"sets": [\n' + ",\n".join(map(json.dumps, rows)) + "\n]}\n")
         print(*rows[-len(CHANGES) :], sep="\n", flush=True)
-    for part in AGREEING.values():
-        print("\n".join(part({"sets": rows})))
+    print("\n".join(agreement({"sets": rows})))
 
 
 if __name__ == "__main__":

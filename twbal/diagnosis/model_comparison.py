@@ -1,4 +1,4 @@
-"""What a selection ended with and leaves open: the likeliest sets of effects, with their fits."""
+"""The models that a selection leaves as rivals: the likeliest sets of effects, with their fits."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
@@ -12,19 +12,19 @@ from twbal.sysid.fit import Fit
 from twbal.sysid.model import Data, Field
 
 MOST = 4
-"""Contenders, at most."""
+"""Rival models, at most."""
 
 SURE = 0.8
 """Probability of the likeliest set of effects below which other data are worth recording."""
 
 
-class Contender(NamedTuple):
-    """A set of effects that is left.
+class RivalModel(NamedTuple):
+    """A set of effects that the data leave possible, fitted; `Rival` is how a diagnosis records each set.
 
     Attributes:
         names: of its effects; () is the data sheet refitted.
         fit: to the data.
-        probability: beside the other contenders.
+        probability: among the rivals.
     """
 
     names: tuple[str, ...]
@@ -32,13 +32,13 @@ class Contender(NamedTuple):
     probability: float
 
 
-class Contest(NamedTuple):
-    """What the data leave open.
+class ModelComparison(NamedTuple):
+    """What the data leave open: rival models, and how probable each is.
 
     Attributes:
         data: that all were fitted to.
         chosen: the set that the selection ended with.
-        contenders: the likeliest sets, at most `MOST`, the likeliest first.
+        rivals: the likeliest sets, at most `MOST`, the likeliest first.
         candidates: effects that might be missing.
         temperature: of their probabilities, by which log likelihood ratios are divided.
         allowed: standard deviations by which values may differ between recordings of one robot, by field.
@@ -46,24 +46,24 @@ class Contest(NamedTuple):
 
     data: Data
     chosen: FittedHypothesis
-    contenders: tuple[Contender, ...]
+    rivals: tuple[RivalModel, ...]
     candidates: Sequence[Candidate]
     temperature: float
     allowed: Mapping[Field, float]
 
     @property
     def probabilities(self) -> list[float]:
-        """Of the contenders."""
-        return [contender.probability for contender in self.contenders]
+        """Of each rival."""
+        return [rival.probability for rival in self.rivals]
 
 
-def contest_of(
+def compare_models(
     problem: Problem,
     selection: Selection,
     weights: Mapping[tuple[str, ...], float],
     temperature: float,
     allowed: Mapping[Field, float],
-) -> Contest:
+) -> ModelComparison:
     """The likeliest sets of a selection: those that are listed, and two at least where so many were fitted.
 
     Of sets that no data tell apart, the likeliest stands for all.
@@ -75,8 +75,8 @@ def contest_of(
     ordered = sorted(first, key=lambda names: -together[names])
     kept = [names for i, names in enumerate(ordered[:MOST]) if i < 2 or together[names] >= LISTED]
     total = sum(together[names] for names in kept)
-    contenders = tuple(Contender(first[n].names, first[n].fit, together[n] / total) for n in kept)
-    return Contest(problem.data, selection.chosen, contenders, problem.candidates, temperature, allowed)
+    rivals = tuple(RivalModel(first[n].names, first[n].fit, together[n] / total) for n in kept)
+    return ModelComparison(problem.data, selection.chosen, rivals, problem.candidates, temperature, allowed)
 
 
 def is_open(verdict: Verdict, effects: Sequence[ProbableEffect], rivals: Sequence[Rival]) -> bool:
