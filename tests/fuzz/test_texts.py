@@ -12,7 +12,7 @@ from twbal.cli.manifest import read_manifest
 from twbal.cli.sim_files import with_files
 from twbal.cli.stages.regress import _read as read_baseline
 from twbal.cli.stages.regress import _tolerances as read_tolerances
-from twbal.diagnosis.record import closed_share
+from twbal.diagnosis.diagnosis_file import closed_share
 from twbal.effects.library import all_effects
 
 SIM = {"physics_step": 0.001, "effects": {"dead_zone": {"width": 1.2}, "torque_gain": {"gain": 0.8}}}

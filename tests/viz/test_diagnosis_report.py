@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import pytest
 
+from twbal.diagnosis.diagnosis_file import suggested_in, write_diagnosis
 from twbal.diagnosis.follow_up import Disagreement, NextExperiment
 from twbal.diagnosis.free_form_record import FreeForm
 from twbal.diagnosis.record import (
@@ -18,8 +19,6 @@ from twbal.diagnosis.record import (
     Shift,
     Verdict,
     Whiteness,
-    suggested_in,
-    write_diagnosis,
 )
 from twbal.viz.canvas import svg
 from twbal.viz.diagnosis_page import DiagnosisPictures, DiagnosisSetting, write_diagnosis_report

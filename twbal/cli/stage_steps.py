@@ -35,7 +35,7 @@ from twbal.cli.chain import Chain, StageCall
 from twbal.cli.manifest import Manifest
 from twbal.core.episode import Episode
 from twbal.core.files import file_hash
-from twbal.diagnosis.record import closed_share
+from twbal.diagnosis.diagnosis_file import closed_share
 from twbal.diagnosis.usability import FEW_DATA
 
 _SAVED, _RANDOM = {"policy": "saved"}, {"policy": "random"}

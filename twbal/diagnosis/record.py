@@ -3,12 +3,8 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from twbal.core.errors import DataError
-from twbal.core.files import read_json
-from twbal.core.json_records import encoded, write_record
 from twbal.diagnosis.follow_up import Disagreement, NextExperiment
 from twbal.diagnosis.free_form_record import FreeForm
 
@@ -28,8 +24,6 @@ LISTED = 0.02
 LIKELY = 0.5
 """Probability from which on an effect is more likely missing than not."""
 
-SCHEMA = 2
-"""Of `diagnosis.json`. In schema 1, `effects` were the named ones only, and nothing said what remains."""
 
 _FLAT = 0.1  # share of the noise floor by which a gap must exceed it for a share of the gap to mean anything
 
@@ -313,50 +307,3 @@ def headline(gaps: Sequence[Gap]) -> Gap | None:
     known = [channel for channel in channels if any(gap.channel == channel for gap in gaps)]
     same = [gap for gap in gaps if gap.channel in known[:1]]
     return min(same, key=lambda gap: abs(gap.horizon - horizon)) if same else None
-
-
-def as_record(diagnosis: Diagnosis) -> dict[str, Any]:
-    """What is in a `diagnosis.json`."""
-    head = diagnosis.headline
-    names = ("before", "refitted", "after", "floor", "closed", "noise_floor", "closed_by_refit", "closed_by_effects")
-    gap: dict[str, Any] = {name: getattr(head, name, None) for name in names}
-    if head is not None:
-        gap["metric"] = f"rms error of {head.channel} after {head.horizon:g} s"
-    record: dict[str, Any] = encoded(diagnosis)
-    gap |= {"held_out": record.pop("held_out"), "added": record.pop("added"), "all": record["gap"]}
-    worst = {kind: max((getattr(w, kind) for w in diagnosis.whiteness), default=None) for kind in ("before", "after")}
-    return {"schema": SCHEMA} | record | {"gap": gap, "whiteness": {**worst, "channels": record["whiteness"]}}
-
-
-def write_diagnosis(path: Path, diagnosis: Diagnosis) -> None:
-    """Write `diagnosis.json`."""
-    write_record(path, as_record(diagnosis))
-
-
-def verdict_in(path: Path) -> Verdict:
-    """The verdict of a `diagnosis.json`."""
-    return Verdict(read_json(path)["verdict"])
-
-
-def suggested_in(path: Path) -> str:
-    """The command of the suggested experiment in a `diagnosis.json`; "" where there is none."""
-    return str((read_json(path).get("next_experiment") or {}).get("command", ""))
-
-
-def has_no_safe_experiment(path: Path) -> bool:
-    """Whether a `diagnosis.json` says that none of the experiments that were weighed is safe."""
-    return bool(read_json(path).get("no_safe_experiment", False))
-
-
-def closed_share(path: Path) -> float:
-    """Share of the gap on held-out data that what was found closes, by a `diagnosis.json`; 0 where there is no gap.
-
-    Raises:
-        DataError: the file cannot be read, or does not say so.
-    """
-    try:
-        return float(read_json(path)["gap"]["closed"] or 0.0)
-    except FileNotFoundError as error:
-        raise DataError(f"There is no diagnosis {path}. Has `twbal diagnose` finished there?") from error
-    except (KeyError, TypeError, ValueError, OverflowError) as error:
-        raise DataError(f"{path} is no diagnosis of this version: it says no share of the gap ({error}).") from error

@@ -6,14 +6,12 @@ windows forgive commands that were logged as samples of a faster loop, which one
 """
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import least_squares
 
-from twbal.core.compiled import kernel
-from twbal.core.errors import DataError
 from twbal.core.gaussian import Array
 from twbal.core.robot_parameters import RobotParameters
 from twbal.diagnosis.candidates import Candidate
@@ -23,16 +21,12 @@ from twbal.diagnosis.findings import Effects, FilterResult, Findings
 from twbal.diagnosis.name import first_noise, sensed_values, whiteness_of
 from twbal.diagnosis.record import LISTED, Estimate, ProbableEffect, Rival, Shift, Verdict
 from twbal.diagnosis.settings import Settings
-from twbal.planar.actuation import driver_torque
-from twbal.planar.constants import Constants, constants
+from twbal.diagnosis.wheel_turns import WINDOW, Turns, windows_of
 from twbal.planar.parameters import TwinParameters, twin_parameters
-from twbal.planar.planar_plant import hold, standing
-from twbal.planar.sensing import imu_settled
-from twbal.planar.twin_state import STRAIGHT, TwinState
 from twbal.sysid.intervals import interval
 from twbal.sysid.model import Data, Model
 from twbal.sysid.noise import LASTING
-from twbal.sysid.recording import MEASURED, Recording
+from twbal.sysid.recording import Recording
 
 FORMS = ("coulomb_friction", "viscous_friction", "dead_zone")
 """Effects that hold wheels back, in the order in which they are believed where the data cannot tell."""
@@ -40,26 +34,8 @@ FORMS = ("coulomb_friction", "viscous_friction", "dead_zone")
 SEPARATE_BY = "Turn the wheels at several speeds, both ways."
 
 _GAIN = "torque_gain_gain"
-_ANGLE = MEASURED.index("wheel_angle")
-_WINDOW = 0.3  # s, long beside the time in which wheels in the air reach their speed
-_FEWEST = 4  # windows
-_SPAN = 2  # instants before and after a window's start, from which the speed there is taken
 _LEFT = 0.5  # share of what windows are off by that a finding may leave
 _ROUNDS, _NOISE_ROUNDS = 6, 30
-
-
-class _Window(NamedTuple):
-    """A stretch of a recording.
-
-    Attributes:
-        recording: number of the recording.
-        begin: its first instant.
-        rate: of the wheels there [rad/s].
-    """
-
-    recording: int
-    begin: int
-    rate: float
 
 
 class _Form(NamedTuple):
@@ -99,46 +75,6 @@ class _Form(NamedTuple):
         return found
 
 
-@dataclass(frozen=True, eq=False)
-class _Turns:
-    """How far the wheels turned in each of K windows.
-
-    Attributes:
-        data: the recordings.
-        windows: the K windows.
-        length: of a window [control periods].
-    """
-
-    data: Data
-    windows: Sequence[_Window]
-    length: int
-
-    def off_by(self, twin: TwinParameters) -> Array:
-        """Measured less what a twin turns from each window's start on, (K,) [rad]."""
-        k = constants(twin, self.data.period / self.data.substeps)
-        off = []
-        for window in self.windows:
-            recording = self.data.recordings[window.recording]
-            angle = recording.measured[:, _ANGLE]
-            turned = _turn(
-                twin,
-                k,
-                recording.commands,
-                window.begin,
-                self.length,
-                self.data.substeps,
-                angle[window.begin],
-                window.rate,
-            )
-            off.append(angle[window.begin + self.length] - turned)
-        return np.array(off)
-
-    @property
-    def floor(self) -> float:
-        """What the sensors' steps alone make windows be off by [rad]."""
-        return float(max(2.0 * self.data.resolution[_ANGLE], 1e-6))
-
-
 def identify_friction(
     recordings: Sequence[Recording],
     robot: RobotParameters,
@@ -161,7 +97,7 @@ def identify_friction(
         DataError: no recording is as long as two windows.
     """
     data = Data(recordings, settings.substeps)
-    turns = _Turns(data, *_windows(data))
+    turns = Turns(data, *windows_of(data))
     twin = twin_parameters(robot, effects)
     forms_tried = [c for name in FORMS for c in candidates if c.name == name and name not in settings.exclude]
     settings = replace(settings, tolerances=settings.tolerances.for_robot(robot))
@@ -206,45 +142,7 @@ def identify_friction(
     )
 
 
-@kernel()
-def _turn(
-    p: TwinParameters,
-    k: Constants,
-    commands: Array,
-    begin: int,
-    length: int,
-    substeps: int,
-    angle: float,
-    rate: float,
-) -> float:
-    """Angle to which the twin's wheels turn from an angle [rad] and a rate [rad/s], after `length` periods."""
-    s = standing(k, 0.0, 0.0, rate * k.radius, angle)
-    torque = driver_torque(p, commands[max(begin - 1, 0)], begin * k.step * substeps)
-    s = TwinState(s.tilt, s.wheel, s.tilt_rate, s.wheel_speed, torque, s.rotor, s.rotor_speed, s.slip, s.position)
-    imu = imu_settled(k, s, 2 * substeps)
-    for n in range(begin, begin + length):
-        s = hold(p, k, s, commands, n, substeps, STRAIGHT, imu)
-    return s.wheel - s.tilt
-
-
-def _windows(data: Data) -> tuple[list[_Window], int]:
-    """Windows of all recordings, one after the other, and their length in control periods."""
-    length = max(1, round(_WINDOW / data.period))
-    found = []
-    for number, recording in enumerate(data.recordings):
-        angle = recording.measured[:, _ANGLE]
-        for begin in range(_SPAN, len(recording) - length, length):
-            rate = (angle[begin + _SPAN] - angle[begin - _SPAN]) / (2 * _SPAN * data.period)
-            found.append(_Window(number, begin, float(rate)))
-    if len(found) < _FEWEST:
-        raise DataError(
-            f"Wheels in the air are judged by how far they turn in windows of {_WINDOW} s; found {len(found)} windows "
-            f"of at least {_FEWEST}. Record for longer."
-        )
-    return found, length
-
-
-def _fit(turns: _Turns, twin: TwinParameters, candidate: Candidate | None, tolerance: float) -> _Form:
+def _fit(turns: Turns, twin: TwinParameters, candidate: Candidate | None, tolerance: float) -> _Form:
     """Fit one form of drag, or none, and the motors' strength within its tolerance.
 
     Both start from what the simulation has already; drag may double where that is more than robots usually have.
@@ -281,7 +179,7 @@ def _fit(turns: _Turns, twin: TwinParameters, candidate: Candidate | None, toler
     )
 
 
-def _verdict(turns: _Turns, twin: TwinParameters, base: _Form, chosen: _Form, settings: Settings) -> Verdict:
+def _verdict(turns: Turns, twin: TwinParameters, base: _Form, chosen: _Form, settings: Settings) -> Verdict:
     """What the fits come to."""
     lines = settings.lines
     shift = abs(base.strength - 1.0) / settings.tolerances.of(_GAIN)
@@ -328,10 +226,10 @@ def _probable(
     return (effect,) if effect.probability >= LISTED else ()
 
 
-def _advice(turns: _Turns, base: _Form, near: Sequence[_Form], verdict: Verdict, tolerance: float) -> tuple[str, ...]:
+def _advice(turns: Turns, base: _Form, near: Sequence[_Form], verdict: Verdict, tolerance: float) -> tuple[str, ...]:
     """What the recordings do not carry."""
     low, high = np.quantile([window.rate for window in turns.windows], [0.0, 1.0])
-    found = [f"The wheels turn at {low:.3g} to {high:.3g} rad/s in {len(turns.windows)} windows of {_WINDOW} s."]
+    found = [f"The wheels turn at {low:.3g} to {high:.3g} rad/s in {len(turns.windows)} windows of {WINDOW} s."]
     if verdict is Verdict.NAMED and len(near) > 1:
         values = [
             f"{form.candidate.name.replace('_', ' ')} of {form.value:.3g} {form.candidate.parameters[0].unit}"

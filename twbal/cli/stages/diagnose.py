@@ -14,10 +14,11 @@ from twbal.cli.manifest import Manifest, Step, perform
 from twbal.cli.sim_files import simulation_text
 from twbal.cli.typed_config import recorded
 from twbal.core.files import write_atomically
+from twbal.diagnosis.diagnosis_file import has_no_safe_experiment, suggested_in, verdict_in, write_diagnosis
 from twbal.diagnosis.findings import FilterResult
 from twbal.diagnosis.inputs import DataSettings, Named, Simulated
 from twbal.diagnosis.pipeline import DiagnosisResult, diagnose_episodes
-from twbal.diagnosis.record import Diagnosis, has_no_safe_experiment, suggested_in, verdict_in, write_diagnosis
+from twbal.diagnosis.record import Diagnosis
 from twbal.diagnosis.settings import Settings
 from twbal.io.logs import read_episode
 from twbal.viz.canvas import svg
