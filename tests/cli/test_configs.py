@@ -20,10 +20,10 @@ OPTIONS = [
     (place.parent.as_posix(), place.stem) for place in PLACES if place.parts[0] != "groups" and place.parent.name
 ]
 OPTIONS += [
-    (place.relative_to("groups").with_suffix("").as_posix(), str(option))
+    tuple(f"{place.stem}/{key}".rsplit("/", 1))
     for place in PLACES
     if place.parts[0] == "groups"
-    for option in OmegaConf.load(CONF / place)
+    for key in OmegaConf.load(CONF / place)
 ]
 OPTIONS.sort()
 NEEDED = {

@@ -16,13 +16,11 @@ TERMS, _, ON_THE_COMMAND_LINE = TEXT.partition("## Names on the command line")
 NAMES = set(re.findall(r"`([^`]+)`", TEXT))
 CONF = conf_folder()
 GROUPS = CONF / "groups"
-TOGETHER = {
-    file.relative_to(GROUPS).with_suffix("").as_posix(): set(map(str, OmegaConf.load(file)))
-    for file in GROUPS.rglob("*.yaml")
-}
+CHOICES = [f"{file.stem}/{key}".rpartition("/") for file in GROUPS.glob("*.yaml") for key in OmegaConf.load(file)]
+TOGETHER = {group: {choice for other, _, choice in CHOICES if other == group} for group, _, _ in CHOICES}
 FOLDERS = {file.parent.relative_to(CONF).as_posix(): set() for file in CONF.rglob("*.yaml")} | TOGETHER
 OWN_PAGE = ("robot", "effect", "model/search")  # choices that are named after what they describe
-NOT_CHOSEN = (".", "groups", "groups/model", "task", "model/search")
+NOT_CHOSEN = (".", "groups", "task", "model/search")
 
 
 def terms():

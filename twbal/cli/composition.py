@@ -1,8 +1,9 @@
 """What configurations are composed of: the yaml files of conf/, and nodes that share a file.
 
 Hydra takes one file a choice. Here the choices of most groups are a few lines each, so a group is one file,
-`conf/groups/<group>.yaml` (the group `model/fit_f`: `conf/groups/model/fit_f.yaml`), with a key for each of its
-choices; it begins with `# @package _global_` where these set anything in the whole configuration. And a stage's own
+`conf/groups/<group>.yaml`, with a key for each of its choices (and one such as `fit_f/exact` in `model.yaml` for the
+choice `exact` of the group `model/fit_f`); it begins with `# @package _global_` where these set anything in the whole
+configuration. And a stage's own
 settings, `stage/<name>` for the configuration of a stage that runs it, are those in the stage's file but for what names
 files, which is up to who runs it. The choices of the group `effect` are the effects of the library.
 """
@@ -63,11 +64,11 @@ def _register_files() -> None:
     """Make known what shares a file."""
     store = ConfigStore.instance()
     store.repo = SharedRepository(store.repo)
-    folder = conf_folder() / "groups"
-    for file in sorted(folder.rglob("*.yaml")):
+    for file in sorted((conf_folder() / "groups").glob("*.yaml")):
         package = _GLOBAL if file.read_text(encoding="utf-8").startswith(f"# @package {_GLOBAL}") else None
-        for choice, node in loaded(file).items():
-            _store(str(choice), node, file.relative_to(folder).with_suffix("").as_posix(), package)
+        for key, node in loaded(file).items():
+            group, choice = f"{file.stem}/{key}".rsplit("/", 1)
+            _store(choice, node, group, package)
     for stage in set(SECTIONS.values()):
         name = stage.replace("-", "_")
         _store(name, _own_settings(stage, conf_folder() / f"{name}.yaml"), "stage")

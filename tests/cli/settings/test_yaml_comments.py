@@ -53,7 +53,7 @@ def parts():
             continue
         is_global = (CONF / file).read_text().startswith("# @package _global_")
         for choice, inner in node.value:
-            own = file.relative_to("groups").with_suffix("").as_posix()
+            own = f"{file.stem}/{choice.value}".rpartition("/")[0]
             group = choice.value if own == "task" else own
             yield file, "_global_" if is_global else group, inner
 
