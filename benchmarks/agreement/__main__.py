@@ -13,12 +13,12 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.agreement.tables import agreement
+from benchmarks.diagnosing import diagnosis_of
 from benchmarks.other_robots.__main__ import sheet_of
 from benchmarks.other_robots.mechanics import GRAVITY, Machine
 from benchmarks.other_robots.recording import driven
 from benchmarks.other_robots.robots import torque_unit
 from benchmarks.other_robots.sets import designed
-from benchmarks.what_next.diagnosing import diagnosis_of
 from benchmarks.what_next.recording import again
 from twbal.core.robot_parameters import RobotParameters
 

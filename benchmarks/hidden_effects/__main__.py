@@ -8,10 +8,7 @@ has others.
 """
 
 import json
-import os
-import subprocess
 import sys
-import tempfile
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from dataclasses import replace
@@ -24,6 +21,7 @@ import numpy as np
 from hydra import compose
 from hydra.utils import instantiate
 
+from benchmarks.diagnosing import timed_diagnosis
 from benchmarks.hidden_effects.faults import parameters
 from benchmarks.hidden_effects.noise_free import closed_noise_free
 from benchmarks.hidden_effects.robot import drawn
@@ -84,21 +82,12 @@ def diagnose(each: Set, place: str = "diagnosis") -> None:
     if (out / "cpu.json").exists():
         return
     recorded = ROOT / each.name / RECORDED if each.stratum == SERIAL else ROOT / each.name
-    command = [sys.executable, "-m", "twbal", "diagnose", f"episodes={recorded}", f"hydra.run.dir={out}"]
+    words = [f"episodes={recorded}"]
     if each.left_out:
-        command.append(f"diagnosis.exclude=[{','.join(each.left_out)}]")
+        words.append(f"diagnosis.exclude=[{','.join(each.left_out)}]")
     if each.stratum == SERIAL:
-        command.append("diagnosis=loose_tolerance")
-    with tempfile.TemporaryFile("w+") as said:
-        process = subprocess.Popen(command, stdout=said, stderr=said, env={**os.environ, "OMP_NUM_THREADS": "1"})
-        _, status, used = os.wait4(process.pid, 0)
-        process.returncode = os.waitstatus_to_exitcode(status)
-        said.seek(0)
-        text = said.read()
-    out.mkdir(parents=True, exist_ok=True)
-    note = {"cpu_s": used.ru_utime + used.ru_stime, "failed": text[-500:] if process.returncode else ""}
-    (out / "cpu.json").write_text(json.dumps(note))
-    print(each.name, next((line for line in text.splitlines() if not line.startswith(" ")), ""), flush=True)
+        words.append("diagnosis=loose_tolerance")
+    timed_diagnosis(each.name, words, out)
 
 
 def again(wanted: Sequence[Set], workers: int) -> None:

@@ -64,9 +64,3 @@ def decoded(size: int, seed: int) -> dict[str, Any]:
         found["runs"] += bad.data.count(0)
         found["accepted"] += sum(payload is not None and payload != bad.payload for payload in payloads[:-1])
     return found
-
-
-def most_by_chance(runs: int) -> float:
-    """Most runs between zeros that keep a right CRC of 16 bits by chance, but for once in ten million tries."""
-    expected = runs / 2**16
-    return float(expected + 6 * expected**0.5 + 8)

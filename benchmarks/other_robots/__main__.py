@@ -14,10 +14,7 @@ Seeds below 1000 are for development; the published table has others.
 """
 
 import json
-import os
-import subprocess
 import sys
-import tempfile
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from dataclasses import dataclass, replace
@@ -28,6 +25,7 @@ from typing import Any
 from hydra import compose
 from hydra.utils import instantiate
 
+from benchmarks.diagnosing import timed_diagnosis
 from benchmarks.other_robots.score import judged
 from benchmarks.other_robots.sets import STRATA, Set, sets
 from benchmarks.other_robots.tables import PARTS
@@ -85,23 +83,13 @@ def diagnose(each: Set, places: Places) -> None:
     if (out / "cpu.json").exists():
         return
     recorded = (places.root / each.name).resolve()
-    command = [sys.executable, "-m", "twbal", "diagnose", f"episodes={recorded}", f"hydra.run.dir={out}"]
-    command += [f"robot={each.sheet}", f"robot.control_period={1.0 / each.rate}", *places.words]
+    words = [f"episodes={recorded}"]
+    words += [f"robot={each.sheet}", f"robot.control_period={1.0 / each.rate}", *places.words]
     if each.left_out:
-        command.append(f"diagnosis.exclude=[{','.join(each.left_out)}]")
+        words.append(f"diagnosis.exclude=[{','.join(each.left_out)}]")
     if each.tolerance != _USUAL_TOLERANCE:
-        command.append(f"diagnosis.tolerances.data_sheet={each.tolerance}")
-    with tempfile.TemporaryFile("w+") as said:
-        surroundings = {**os.environ, "OMP_NUM_THREADS": "1"}
-        process = subprocess.Popen(command, stdout=said, stderr=said, env=surroundings, cwd=places.code)
-        _, status, used = os.wait4(process.pid, 0)
-        process.returncode = os.waitstatus_to_exitcode(status)
-        said.seek(0)
-        text = said.read()
-    out.mkdir(parents=True, exist_ok=True)
-    note = {"cpu_s": used.ru_utime + used.ru_stime, "failed": text[-500:] if process.returncode else ""}
-    (out / "cpu.json").write_text(json.dumps(note))
-    print(each.name, next((line for line in text.splitlines() if not line.startswith(" ")), ""), flush=True)
+        words.append(f"diagnosis.tolerances.data_sheet={each.tolerance}")
+    timed_diagnosis(each.name, words, out, places.code)
 
 
 def score(wanted: Sequence[Set], places: Places) -> dict[str, Any]:

@@ -19,12 +19,12 @@ from itertools import product
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from benchmarks.diagnosing import diagnosis_of
 from benchmarks.other_robots.__main__ import seeds_of, sheet_of
 from benchmarks.other_robots.kinds import FOREIGN, equivalents
 from benchmarks.other_robots.recording import Recorded
 from benchmarks.other_robots.score import is_there
 from benchmarks.other_robots.sets import Set, designed
-from benchmarks.what_next.diagnosing import diagnosis_of
 from benchmarks.what_next.recording import SHAKEN, first_and_repetition, suggested
 from benchmarks.what_next.tables import PARTS
 

@@ -1,6 +1,6 @@
 """A policy on its way to a board: header, test vectors and self-test, what they take, and whether they are right."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
@@ -137,8 +137,3 @@ def _checked(
         return None, float("inf")
     with CompiledPolicy(text, compiler) as compiled:
         return agreement(compiled, policy, widths, count, rng), compiled.seconds_per_call
-
-
-def state_of(policy: SavedPolicy, channels: Channels) -> Channels:
-    """The channels that a policy reads, of the same wheel radius and control period."""
-    return replace(channels, names=tuple(policy.channels))

@@ -7,9 +7,6 @@ from twbal.link.message import Message
 from twbal.link.protocol import OWN, SHARED, VERSION, Hello, Welcome
 from twbal.link.version_1 import OWN_1, VERSION_1, Welcome1
 
-KINDS: tuple[type[Message], ...] = (*SHARED, *OWN, *OWN_1, Welcome1)
-"""All kinds of messages, of both versions."""
-
 _KNOWN = {None: (*SHARED, *OWN, *OWN_1), VERSION_1: (*SHARED, *OWN_1), VERSION: (*SHARED, *OWN)}
 
 
