@@ -24,6 +24,6 @@ def link_sessions(results: Mapping[str, Any]) -> list[str]:
     found = results["sessions"]
     return [
         f"In {found['sessions']:,} mutated sessions firmware and model were compared after each of {found['events']:,} "
-        f"events; the robot was armed after {found['armed']:,} of them.",
-        f"They differed in {found['wrong']:,} sessions.",
+        "events.",
+        f"The robot was armed after {found['armed']:,} of them. They differed in {found['wrong']:,} sessions.",
     ]

@@ -20,8 +20,8 @@ from typing import Any
 
 from omegaconf import OmegaConf
 
+from benchmarks.hidden_robots.lqr_baseline import dropped_by_the_data_sheet
 from benchmarks.hidden_robots.robots import iterate
-from benchmarks.hidden_robots.yardstick import dropped_by_the_data_sheet
 from twbal.algorithm.comparison import METRICS, Run, estimate, paired, run_values
 from twbal.algorithm.summary import read_summary
 from twbal.cli.conf_folder import conf_folder

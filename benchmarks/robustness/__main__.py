@@ -4,7 +4,7 @@
 
 Each recipe of `RECIPES` in benchmarks/hidden_robots learns the moderate robots with seeds from `first_seed` on, with
 six updates at most. Its best policy drives the robot changed along six axes, as in `twbal compare robustness=true`,
-with the levels of conf/groups/perturbation.yaml. What is done already in outputs/bench/robustness is not done again.
+with the levels of conf/compare.yaml. What is done already in outputs/bench/robustness is not done again.
 Raw results go to benchmarks/results/robustness.json, the chart to docs/pictures/robustness.svg, after each robot.
 """
 

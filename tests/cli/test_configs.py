@@ -7,6 +7,7 @@ from hydra import compose
 from hydra.errors import ConfigCompositionException
 from hydra.utils import instantiate
 from omegaconf import OmegaConf
+from packaged_configurations import GIVEN
 
 from twbal.cli.composition import composing
 from twbal.cli.conf_folder import conf_folder
@@ -26,17 +27,6 @@ OPTIONS += [
     for key in OmegaConf.load(CONF / place)
 ]
 OPTIONS.sort()
-NEEDED = {
-    "policy.path": "p.pt",
-    "link.port": "/dev/null",
-    "episodes": "e",
-    "dynamics": "m.pt",
-    "files": "l.csv",
-    "episode": "e.mcap",
-    "logs": "l.mcap",
-    "runs": "[r]",
-    "name": "my_robot",
-}
 OPENS = {"link": "opens a port", "policy/saved": "reads a file"}  # built up to that
 
 
@@ -56,7 +46,7 @@ def missing(cfg, prefix=""):
 
 
 def told(cfg):
-    return [f"{key}={NEEDED[key]}" for key in missing(cfg)]
+    return [f"{key}={GIVEN[key]}" for key in missing(cfg)]
 
 
 @cache

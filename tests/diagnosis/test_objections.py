@@ -18,7 +18,7 @@ from twbal.diagnosis.name import first_noise, largest_noise
 from twbal.diagnosis.objections import objections
 from twbal.diagnosis.probable import probable_effects
 from twbal.diagnosis.record import Gap, ProbableEffect, Verdict
-from twbal.diagnosis.selection import Selection
+from twbal.diagnosis.select import Selection
 from twbal.diagnosis.verdict import conclude, probabilities, review
 from twbal.planar.parameters import twin_parameters
 from twbal.sysid.fit import Fit

@@ -12,7 +12,7 @@ from synthetic_recordings import synthetic_recording
 
 from twbal.cli.composition import composing
 from twbal.cli.conf_folder import conf_folder
-from twbal.diagnosis import criteria, select, selection, tempered
+from twbal.diagnosis import select, tempered
 from twbal.diagnosis.candidates import Candidate, Parameter
 from twbal.diagnosis.effect_candidates import candidates_for
 from twbal.diagnosis.hypothesis import FittedHypothesis, Round
@@ -44,7 +44,7 @@ BASE = hypothesis(0.0)
 
 
 def problem(settings=SETTINGS):
-    return selection.Problem(None, None, (), (), settings)
+    return select.Problem(None, None, (), (), settings)
 
 
 def beside(**scores):
@@ -56,8 +56,8 @@ def beside(**scores):
 
 def test_what_does_as_well_in_the_place_of_an_effect_is_found():
     near = beside(dead_zone=500.0, actuation_delay=495.0, cogging=480.0)
-    assert criteria.substitutes(CHOSEN.candidates[1], CHOSEN, [near], SETTINGS) == ["actuation_delay"]
-    assert criteria.substitutes(CHOSEN.candidates[0], CHOSEN, [near], SETTINGS) == []
+    assert select.substitutes(CHOSEN.candidates[1], CHOSEN, [near], SETTINGS) == ["actuation_delay"]
+    assert select.substitutes(CHOSEN.candidates[0], CHOSEN, [near], SETTINGS) == []
 
 
 @pytest.mark.parametrize(
@@ -71,9 +71,7 @@ def test_what_does_as_well_in_the_place_of_an_effect_is_found():
 )
 def test_a_second_effect_for_which_anything_would_do_is_not_named(rivals, left, monkeypatch):
     monkeypatch.setattr(
-        selection,
-        "fit_hypothesis",
-        lambda data, model, always, rest, rounds: hypothesis(400.0, *(c.name for c in rest)),
+        select, "fit_hypothesis", lambda data, model, always, rest, rounds: hypothesis(400.0, *(c.name for c in rest))
     )
     found = select.without_unspecific(problem(), CHOSEN, [beside(**rivals)])
     assert found.names == left
@@ -82,7 +80,7 @@ def test_a_second_effect_for_which_anything_would_do_is_not_named(rivals, left, 
 def test_an_effect_that_gains_nothing_beside_another_goes(monkeypatch):
     scores = {("backlash",): 495.0, ("dead_zone",): 100.0}
     monkeypatch.setattr(
-        selection,
+        select,
         "fit_hypothesis",
         lambda data, model, always, rest, rounds: hypothesis(
             scores[tuple(c.name for c in rest)], *(c.name for c in rest)
@@ -101,14 +99,14 @@ def by_scores(scores):
 
 @pytest.mark.parametrize("score", [-400.0, 0.0, 19.0])
 def test_a_set_that_is_not_better_than_the_nominal_model_shrinks_to_nothing(score, monkeypatch):
-    monkeypatch.setattr(selection, "fit_hypothesis", by_scores({("backlash",): score, ("dead_zone",): score - 5.0}))
+    monkeypatch.setattr(select, "fit_hypothesis", by_scores({("backlash",): score, ("dead_zone",): score - 5.0}))
     at_once = hypothesis(score, "backlash", "dead_zone")
     assert select.without_redundant(problem(), at_once, BASE) is BASE
-    assert not criteria.at_once_wins(at_once, BASE, BASE, SETTINGS)
+    assert not select._wins(at_once, BASE, BASE, SETTINGS)
 
 
 def test_what_is_negligible_goes_however_sure_it_is(monkeypatch):
-    monkeypatch.setattr(selection, "fit_hypothesis", by_scores({("backlash",): 300.0, ("dead_zone",): 100.0}))
+    monkeypatch.setattr(select, "fit_hypothesis", by_scores({("backlash",): 300.0, ("dead_zone",): 100.0}))
     sizes = {"backlash_size": 0.5, "dead_zone_size": 0.9 * SETTINGS.lines.least * 0.5}
     trifle = hypothesis(
         500.0, "backlash", "dead_zone", model=SimpleNamespace(put=lambda values: values, value=sizes.get)
@@ -117,7 +115,7 @@ def test_what_is_negligible_goes_however_sure_it_is(monkeypatch):
 
 
 def test_no_more_effects_are_left_than_may_be_named(monkeypatch):
-    monkeypatch.setattr(selection, "fit_hypothesis", by_scores({("backlash",): 300.0, ("dead_zone",): 100.0}))
+    monkeypatch.setattr(select, "fit_hypothesis", by_scores({("backlash",): 300.0, ("dead_zone",): 100.0}))
     one = replace(SETTINGS, max_effects=1)
     assert select.without_redundant(problem(one), CHOSEN, BASE).names == ("backlash",)
 
@@ -125,10 +123,10 @@ def test_no_more_effects_are_left_than_may_be_named(monkeypatch):
 def test_what_swallows_the_commands_is_chosen_only_where_nothing_else_is_worth_it():
     swallows = hypothesis(9000.0, "torque_saturation", overriding=("torque_saturation",))
     sane = hypothesis(300.0, "backlash")
-    assert criteria.best_inside([swallows, sane], BASE, SETTINGS) is sane
-    (free,) = criteria.best_inside([swallows], BASE, SETTINGS).at_bound
+    assert select.best_inside([swallows, sane], BASE, SETTINGS) is sane
+    (free,) = select.best_inside([swallows], BASE, SETTINGS).at_bound
     assert free.name == "torque_saturation.size"
-    assert not criteria.at_once_wins(swallows, sane, BASE, SETTINGS)
+    assert not select._wins(swallows, sane, BASE, SETTINGS)
 
 
 @pytest.fixture(scope="module")
@@ -166,8 +164,8 @@ def test_a_robot_equal_to_its_data_sheet_lacks_nothing_by_several(paper):
 @pytest.mark.parametrize(("gain", "more", "low", "high"), [(300.0, 50.0, 0.9, 1.0), (9000.0, 50.0, 0.1, 0.5)])
 def test_the_same_gain_says_less_beside_a_larger_one(gain, more, low, high):
     best = hypothesis(gain + more, "dead_zone", "ground_slope")
-    made = selection.Selection(BASE, (Round(BASE, [], [hypothesis(gain, "dead_zone")]),), best)
-    found = probabilities(made, SETTINGS)
+    selection = select.Selection(BASE, (Round(BASE, [], [hypothesis(gain, "dead_zone")]),), best)
+    found = probabilities(selection, SETTINGS)
     assert sum(found.values()) == pytest.approx(1.0)
     assert found["dead_zone",] + found[best.names] > 0.999
     assert low < found[best.names] < high
@@ -185,7 +183,7 @@ def test_the_better_of_two_searches_stays(gain, is_taken, monkeypatch):
     monkeypatch.setattr(tempered, "tempered_search", lambda *arguments: (twice, [Round(twice, [], [])]))
     monkeypatch.setattr(tempered, "without_redundant", lambda problem, chosen, base, rounds: chosen)
     monkeypatch.setattr(tempered, "with_kin", lambda problem, chosen, lighter, base, rounds: chosen)
-    first = selection.Selection(BASE, (), once)
+    first = select.Selection(BASE, (), once)
     found = tempered.search_again(problem(), first, lambda line: None)
     assert (found.chosen is twice) is is_taken
     assert (found is first) is not is_taken
@@ -215,4 +213,4 @@ def test_what_is_hard_to_tell_from_an_effect_is_tried_in_its_place(score, ends_w
     assert found.names == ends_with
     last = next(c for c in found.candidates if c.name != "backlash")
     if found is CHOSEN:
-        assert criteria.substitutes(last, found, rounds, SETTINGS) == alike
+        assert select.substitutes(last, found, rounds, SETTINGS) == alike

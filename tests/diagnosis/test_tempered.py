@@ -10,7 +10,7 @@ from twbal.cli.conf_folder import conf_folder
 from twbal.diagnosis.candidates import always_free
 from twbal.diagnosis.effect_candidates import candidates_for
 from twbal.diagnosis.name import QUIETEST, first_noise, largest_noise, with_fitted_noise
-from twbal.diagnosis.selection import Problem
+from twbal.diagnosis.select import Problem
 from twbal.diagnosis.tempered import tempered_search
 from twbal.planar.parameters import twin_parameters
 from twbal.sysid.fit import descend, penalty

@@ -253,6 +253,7 @@ TABLE: Mapping[str, How] = {
     "python -m benchmarks.other_robots all": Benchmark(),
     "python -m benchmarks.what_next": Benchmark(),
     "python -m benchmarks.agreement": Benchmark(),
+    "python -m benchmarks.free_form": Benchmark(),
     "python -m benchmarks.mending": Benchmark(),
     "twbal iterate diagnose=true": Stage(slow=True),
     "twbal sim-collect +effect@sim.effects.dead_zone=dead_zone sim.effects.dead_zone.width=0.5": Stage(),

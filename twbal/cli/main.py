@@ -29,7 +29,7 @@ STAGES = {
     "new-robot": "ask for the values of a robot of your own, and write its sheet",
     "doctor": "check this computer before a robot is driven",
     "check-link": "check a robot on its link, wheels off the ground, before its first rollout",
-    "virtual-robot": "start a simulated robot behind a virtual serial port, to need no hardware",
+    "virtual-robot": "start a simulated robot behind a virtual serial port; no hardware is needed",
     "lqr": "make a linear-quadratic regulator, of the data sheet or of episodes",
     "train-agent": "train a model-free agent in simulation, as a baseline",
     "import-log": "convert logs of any robot into episodes",
@@ -43,7 +43,7 @@ STAGES = {
 
 USAGE = """usage: twbal <stage> [key=value ...] [Hydra flags]
 
-Learn to balance a two-wheeled robot from a simulation that is wrong and very little real data.
+Learn to balance a two-wheeled robot from an imperfect simulation and very little real data.
 Begin with `twbal iterate`: it learns to balance a virtual robot in a few minutes, without hardware.
 
 stages:

@@ -3,14 +3,13 @@
 from collections.abc import Sequence
 
 from twbal.core.episode import Episode, Outcome
-from twbal.diagnosis.criteria import passes
 from twbal.diagnosis.data_sheet import DATA_SHEET
 from twbal.diagnosis.follow_up import Disagreement, NextExperiment
 from twbal.diagnosis.hypothesis import FittedHypothesis
 from twbal.diagnosis.model_comparison import ModelComparison
 from twbal.diagnosis.objections import Objection, negligible, spaced, with_values
 from twbal.diagnosis.record import LIKELY, ProbableEffect, Verdict
-from twbal.diagnosis.selection import Selection
+from twbal.diagnosis.select import Selection, passes
 from twbal.diagnosis.settings import Settings
 from twbal.diagnosis.verdict import beyond_tolerance, undetectable
 

@@ -6,7 +6,7 @@ from typing import NamedTuple
 from twbal.diagnosis.candidates import Candidate
 from twbal.diagnosis.hypothesis import FittedHypothesis
 from twbal.diagnosis.record import LISTED, ProbableEffect, Rival, Verdict
-from twbal.diagnosis.selection import Problem, Selection
+from twbal.diagnosis.select import Problem, Selection
 from twbal.effects.library import library
 from twbal.sysid.fit import Fit
 from twbal.sysid.model import Data, Field

@@ -19,8 +19,7 @@ from twbal.diagnosis.model_comparison import ModelComparison, compare_models
 from twbal.diagnosis.objections import autocorrelation_limit, is_doubtful, negligible, objections
 from twbal.diagnosis.probable import Weights, probable_effects
 from twbal.diagnosis.record import LIKELY, ProbableEffect, Rival, Verdict, Whiteness
-from twbal.diagnosis.select import select, without
-from twbal.diagnosis.selection import Problem, Selection
+from twbal.diagnosis.select import Problem, Selection, select, without
 from twbal.diagnosis.settings import Settings
 from twbal.diagnosis.tempered import search_again
 from twbal.diagnosis.tolerance_test import tolerance_statistic

@@ -15,11 +15,10 @@ from statistics import NormalDist
 import numpy as np
 
 from twbal.diagnosis.candidates import Candidate
-from twbal.diagnosis.criteria import substitutes
 from twbal.diagnosis.hypothesis import FittedHypothesis
 from twbal.diagnosis.objections import Objection, negligible
 from twbal.diagnosis.record import LISTED, Estimate, ProbableEffect, Verdict
-from twbal.diagnosis.selection import Selection
+from twbal.diagnosis.select import Selection, substitutes
 from twbal.diagnosis.settings import Credence, Settings
 from twbal.sysid.fit import slopes_of
 from twbal.sysid.intervals import NORMAL95, interval, standard_errors

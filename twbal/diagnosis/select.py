@@ -1,15 +1,112 @@
 """Which effects to name: forward selection, one effect after the other, as long as the data ask for more."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
+from math import ceil, sqrt
+from typing import NamedTuple
 
 from twbal.diagnosis.candidates import Candidate
-from twbal.diagnosis.criteria import adds_enough, at_once_wins, best_inside, is_sound, passes, substitutes, threshold
-from twbal.diagnosis.hypothesis import ALIKE, FittedHypothesis, Round, add_one
+from twbal.diagnosis.hypothesis import ALIKE, FULL_ROUNDS, FittedHypothesis, Round, add_one, fit_hypothesis
 from twbal.diagnosis.score_test import score_candidates
-from twbal.diagnosis.selection import Problem, Selection
+from twbal.diagnosis.settings import Settings
+from twbal.sysid.model import Data, Free, Model
 
-_BASE_ROUNDS, _LIGHTER_ROUNDS = 8, 3
+_BASE_ROUNDS, _LIGHTER_ROUNDS, _AT_ONCE_ROUNDS = 8, 3, 12
+_BEGIN = 0.3  # share of their start values at which several effects begin at once
 _MANY = 3  # effects of other kinds that do as well in the place of one, from which on it is not named beside another
+
+
+class Selection(NamedTuple):
+    """How the selection went.
+
+    Attributes:
+        base: the data sheet refitted.
+        rounds: what was fitted, round by round.
+        chosen: the set that it ended with; `base` where nothing is worth its penalty.
+    """
+
+    base: FittedHypothesis
+    rounds: tuple[Round, ...]
+    chosen: FittedHypothesis
+
+    @property
+    def sets(self) -> tuple[FittedHypothesis, ...]:
+        """The best fit of every set of effects that was fitted."""
+        best: dict[tuple[str, ...], FittedHypothesis] = {}
+        for w in (self.base, self.chosen, *(w for step in self.rounds for w in (step.base, *step.hypotheses))):
+            if w.names not in best or w.bic < best[w.names].bic:
+                best[w.names] = w
+        return tuple(best.values())
+
+
+class Problem(NamedTuple):
+    """What a selection works on.
+
+    Attributes:
+        data: recordings.
+        start: the simulation as it is, with its noise fitted: where fits begin.
+        always: what is always free.
+        candidates: all that may be named.
+        settings: of the diagnosis.
+        rounds: of values and noise in turn, for each candidate that is fitted in full.
+    """
+
+    data: Data
+    start: Model
+    always: Sequence[Free]
+    candidates: Sequence[Candidate]
+    settings: Settings
+    rounds: int = FULL_ROUNDS
+
+    def fit(self, model: Model, candidates: Sequence[Candidate], rounds: int) -> FittedHypothesis:
+        """A set of effects, fitted in full from a model on."""
+        return fit_hypothesis(self.data, model, self.always, candidates, rounds)
+
+    def fit_at_once(self, candidates: Sequence[Candidate]) -> FittedHypothesis:
+        """Several effects from a data sheet that is still as it was.
+
+        One by one, the first has to do the work of all the others, and pulls the data sheet away to where the next is
+        not found any more.
+        """
+        small = {c.field(p): p.none + _BEGIN * (p.start - p.none) for c in candidates for p in c.parameters}
+        return self.fit(self.data.with_noise(self.start.put(small), 30), candidates, _AT_ONCE_ROUNDS)
+
+    def add_to(self, hypothesis: FittedHypothesis) -> Round:
+        """What one more effect would bring."""
+        return add_one(
+            self.data, hypothesis, self.always, self.beside(hypothesis), self.settings.shortlist, self.rounds
+        )
+
+    def beside(self, hypothesis: FittedHypothesis) -> list[Candidate]:
+        """Candidates that a set does not hold."""
+        return [candidate for candidate in self.candidates if candidate.name not in hypothesis.names]
+
+    def shortened(self, instants: int) -> "Problem":
+        """The same with the beginnings of the recordings, as many instants as asked for or a few more."""
+        share = min(instants / self.data.count, 1.0)
+        parts = [recording.part(0, ceil(share * len(recording))) for recording in self.data.recordings]
+        return self._replace(data=replace(self.data, recordings=parts))
+
+    def hastier(self, shortlist: int, rounds: int) -> "Problem":
+        """The same with so many candidates fitted in full, by so many rounds of values and noise in turn."""
+        return self._replace(settings=replace(self.settings, shortlist=shortlist), rounds=rounds)
+
+    def tempered(self, temperature: float) -> "Problem":
+        """The same with a likelihood to the power of one over the temperature, but for a factor of all scores.
+
+        That is as if all tolerances were narrower by the square root of the temperature.
+        """
+        return self._replace(always=[free._replace(sd=free.sd / sqrt(temperature)) for free in self.always])
+
+    def has_room(self, hypothesis: FittedHypothesis) -> bool:
+        """Whether one more effect may be named."""
+        most = self.settings.max_effects
+        return len(hypothesis.effects) < most and len(hypothesis.candidates) <= most
+
+    def next_from(self, step: Round) -> FittedHypothesis | None:
+        """The set of a round to go on from; None where no candidate is worth its penalty."""
+        passing = [w for w in step.hypotheses if passes(w, step.base, self.settings)]
+        return best_inside(passing, step.base, self.settings) if passing else None
 
 
 def select(problem: Problem, progress: Callable[[str], None] = lambda line: None) -> Selection:
@@ -38,7 +135,7 @@ def _greedy(
     if usual and settings.max_effects:
         progress(f"fitting the {len(usual)} usual effects at once, and fewer of them")
         at_once = without_redundant(problem, problem.fit_at_once(usual), base, afresh=True)
-        if at_once_wins(at_once, chosen, base, settings):
+        if _wins(at_once, chosen, base, settings):
             return _around(problem, at_once, base, rounds, progress), rounds
     if len(chosen.effects) > 2:
         chosen = without_redundant(problem, chosen, base)
@@ -80,14 +177,24 @@ def _around(
     settings = problem.settings
     progress(f"weighing what to add to {', '.join(at_once.names)}")
     rounds.append(problem.add_to(at_once))
-    passing = [w for w in rounds[-1].hypotheses if passes(w, at_once, settings) and is_sound(w, base, settings)]
+    passing = [w for w in rounds[-1].hypotheses if passes(w, at_once, settings) and _is_sound(w, base, settings)]
     chosen = passing[0] if passing and len(at_once.effects) < settings.max_effects else at_once
     progress("trying others in the place of each effect")
     rounds.append(_swap(problem, chosen))
     # equivalents differ by rounding alone, which must not decide
     ahead = [w for w in rounds[-1].hypotheses if w.bic < chosen.bic - ALIKE]
-    better = [w for w in ahead if is_sound(w, base, settings)]
+    better = [w for w in ahead if _is_sound(w, base, settings)]
     return better[0] if better else chosen
+
+
+def _wins(at_once: FittedHypothesis, chosen: FittedHypothesis, base: FittedHypothesis, settings: Settings) -> bool:
+    """Whether effects that were fitted at once take the place of those that were found one by one."""
+    if not at_once.candidates or not passes(at_once, base, settings):
+        return False
+    if at_once.overriding and chosen.candidates and not chosen.overriding:
+        return False
+    margin = settings.lines.score * min(at_once.autocorrelation, settings.lines.whiteness)
+    return at_once.bic < chosen.bic + margin or bool(chosen.at_bound and not at_once.at_bound)
 
 
 def _reconsider(problem: Problem, chosen: FittedHypothesis) -> Round:
@@ -132,7 +239,7 @@ def with_kin(
             step = add_one(problem.data, less, problem.always, kin, len(kin), problem.rounds)
             rounds.append(Round(less, [], [*step.hypotheses, chosen]))
             tried += step.hypotheses
-    better = [w for w in tried if w.bic < chosen.bic - ALIKE and is_sound(w, base, problem.settings)]
+    better = [w for w in tried if w.bic < chosen.bic - ALIKE and _is_sound(w, base, problem.settings)]
     return min(better, key=lambda w: w.bic) if better else chosen
 
 
@@ -165,7 +272,7 @@ def without_redundant(
         redundant = [
             less
             for less, candidate in zip(lighter, chosen.candidates, strict=True)
-            if (less.bic - chosen.bic) / autocorrelation < threshold(candidate, settings)
+            if (less.bic - chosen.bic) / autocorrelation < _threshold(candidate, settings)
             or too_many
             or chosen.size_of(candidate) < lines.least
         ]
@@ -203,3 +310,69 @@ def without_unspecific(problem: Problem, chosen: FittedHypothesis, rounds: Seque
         if rest and len(set(substitutes(candidate, chosen, rounds, problem.settings)) - kin) >= _MANY:
             return without(problem, chosen, candidate)
     return chosen
+
+
+def substitutes(
+    candidate: Candidate, chosen: FittedHypothesis, rounds: Sequence[Round], settings: Settings
+) -> list[str]:
+    """Effects that explain the data nearly as well in the place of one of a set."""
+    found: list[str] = []
+    rest = {name for name in chosen.names if name != candidate.name}
+    for w in (w for step in rounds for w in step.hypotheses):
+        others = set(w.names) - rest
+        swapped = len(w.names) == len(chosen.names) and len(others) == 1 and candidate.name not in others
+        if swapped and (w.bic - chosen.bic) / chosen.autocorrelation < settings.lines.margin:
+            found.extend(others)
+    return found
+
+
+def passes(hypothesis: FittedHypothesis, base: FittedHypothesis, settings: Settings) -> bool:
+    """Whether the data ask for what one set has beyond another, the last of its candidates.
+
+    Autocorrelated errors gain too much by chance, so a gain counts over the autocorrelation that is left; but over no
+    more than that at which nothing is named anyway, as another effect may still take it away. What is negligible is not
+    named, however sure it is: it stands for some trifle of the robot's form.
+    """
+    lines = settings.lines
+    gain = (base.bic - hypothesis.bic) / min(hypothesis.autocorrelation, lines.whiteness)
+    return gain >= _threshold(hypothesis.candidates[-1], settings) and hypothesis.size >= lines.least
+
+
+def _threshold(candidate: Candidate, settings: Settings) -> float:
+    """Gain over the autocorrelation that is left, from which on a candidate is worth its penalty."""
+    return settings.lines.sheet if candidate.in_data_sheet else settings.lines.score
+
+
+def adds_enough(
+    hypothesis: FittedHypothesis, base: FittedHypothesis, first: FittedHypothesis, settings: Settings
+) -> bool:
+    """Whether another effect gains enough beside what the others gained to be an effect of its own.
+
+    Where the form of a named effect is not quite the robot's, what is left asks for more effects, each for little.
+
+    Args:
+        hypothesis: the set with the other effect.
+        base: the set without it.
+        first: the data sheet refitted.
+        settings: of the diagnosis.
+    """
+    gain = base.bic - hypothesis.bic
+    return not base.effects or gain >= settings.lines.share * (first.bic - base.bic)
+
+
+def _is_sound(hypothesis: FittedHypothesis, base: FittedHypothesis, settings: Settings) -> bool:
+    """Whether a set is worth its penalty beside the refitted data sheet, with nothing negligible or at a bound."""
+    negligible = any(hypothesis.size_of(candidate) < settings.lines.least for candidate in hypothesis.candidates)
+    return passes(hypothesis, base, settings) and not negligible and not hypothesis.at_bound
+
+
+def best_inside(passing: Sequence[FittedHypothesis], before: FittedHypothesis, settings: Settings) -> FittedHypothesis:
+    """The best set; or one with all parameters inside their ranges, where that explains nearly as much.
+
+    One that swallows the commands explains anything; it is the best only where there is no other.
+    """
+    passing = [w for w in passing if not w.overriding] or passing
+    best = passing[0]
+    handicap = max(3.0 * settings.lines.score * best.autocorrelation, settings.lines.share * (before.bic - best.bic))
+    found = [w for w in passing if not w.at_bound and w.bic < best.bic + handicap]
+    return found[0] if found else best

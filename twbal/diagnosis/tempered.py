@@ -9,8 +9,7 @@ same as tolerances that are narrower by its square root. They widen as effects a
 from collections.abc import Callable
 
 from twbal.diagnosis.hypothesis import FittedHypothesis, Round
-from twbal.diagnosis.select import with_kin, without_redundant
-from twbal.diagnosis.selection import Problem, Selection
+from twbal.diagnosis.select import Problem, Selection, with_kin, without_redundant
 
 _INSTANTS = 2000  # of the recordings' beginnings that are searched first
 _SHORTLIST, _FULL_ROUNDS = 4, 2  # candidates that are fitted in each round; rounds of values and noise in turn
