@@ -22,6 +22,7 @@ _LATER = (
     "crps_ratio",
     "success_probability",
     "judged_success",
+    "predicted_by",
     "reason",
     "same_policy_as",
 )

@@ -155,6 +155,7 @@ def test_a_record_keeps_what_was_predicted_and_leaves_open_what_an_older_run_doe
     old |= {"coverage95": 0.05, "fit_s": 1.0, "search_s": 2.0}
     told = {"log_density": 1.0, "crps": 0.02, "crps_of_trials": 0.01, "crps_ratio": 2.0, "success_probability": 0.8}
     told |= {"reason": "first", "same_policy_as": None, "successes": 4}
+    told |= {"judged_success": 0.9, "predicted_by": "model"}
     rule = SuccessCriterion(tilt_limit=0.5, settled_tilt_limit=0.2, settle_step=5, steps=10)
     first, second = iteration_records(tmp_path, {"iterations": [old, old | told]}, Rules(rule, rule))
     assert first == old | dict.fromkeys(told) | {"trials": []}
