@@ -95,7 +95,8 @@ def test_the_measures_follow_from_the_logs(folder):
         assert iteration.crps_of_trials is None  # two trials have no spread beside one left out
         assert iteration.success_probability == prediction.best.success_probability
         assert 0.0 < iteration.success_probability < 1.0
-        assert iteration.predicted_cost == prediction.best.cost
+        assert iteration.predicted_cost == prediction.cost
+        assert iteration.predicted_by is prediction.predictors[0].by
         assert iteration.judged_success == prediction.best.judged_success
         held = [len(t) == 20 and np.abs(t.tilt).max() <= 0.5236 and np.abs(t.tilt[10:]).max() < 0.17453 for t in trials]
         placed = [len(t) == 20 and np.hypot(*t.poses[10:, :2].T).max() <= 0.15 for t in trials]
