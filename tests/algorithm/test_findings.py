@@ -2,11 +2,15 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
-from twbal.algorithm.findings import Findings, _note, _with_parts, summarise
+from twbal.algorithm.findings import Findings, _note, _predicted_by, _with_parts, summarise
 from twbal.algorithm.iteration import Diagnosis, Iteration, PolicyFile, Search
+from twbal.algorithm.prediction import Assessment, PredictedBy, Prediction
 from twbal.core.evaluation import PlaceBy, SuccessCriterion, Verdict
+from twbal.core.gaussian import Gaussian
+from twbal.search.predictor import Predictor
 
 
 def iteration(index, successes=0, real_cost=5.0, judged_success=1.0, **changes):
@@ -123,3 +127,23 @@ def test_a_place_that_odometry_told_in_one_trial_is_not_said_to_be_the_true_one(
 def test_without_trials_no_part_is_noted():
     none = _with_parts(iteration(0, 0, None), [])
     assert (none.upright, none.place_by, none.farthest_worst_m, none.oscillation) == (None,) * 4
+
+
+def predicted(*predictors):
+    best = Assessment("policy 0", 9.0, 1.0, 0.1, 0)
+    return Prediction(("tilt",), (Gaussian(np.zeros(1), np.eye(1)),), best, (best,), predictors)
+
+
+def test_which_prediction_is_taken_is_said_beside_the_best_of_the_other_kind():
+    robots = [PredictedBy(Predictor.ROBOTS, 4.2, 0.02, "mean parameters"), PredictedBy(Predictor.ROBOTS, 5.0, 0.03)]
+    model = PredictedBy(Predictor.MODEL, 17.5, 0.4)
+    assert _predicted_by(predicted(*robots, model)) == (
+        "Of 3 predictions that of the sampled robots (mean parameters) is taken: its CRPS on the calibration "
+        "rollouts is the lowest (0.02; that of the model 0.4, with an expected cost of 17.5)."
+    )
+
+
+def test_nothing_is_said_where_there_was_no_choice_or_nothing_to_score():
+    assert _predicted_by(None) == ""
+    assert _predicted_by(predicted(PredictedBy(Predictor.MODEL, 4.2, 0.02))) == ""
+    assert _predicted_by(predicted(PredictedBy(Predictor.ROBOTS, 4.2), PredictedBy(Predictor.MODEL, 17.5))) == ""

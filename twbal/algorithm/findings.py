@@ -255,10 +255,13 @@ def _predicted_by(prediction: Prediction | None) -> str:
     if prediction is None or len(prediction.predictors) < 2 or prediction.predictors[0].crps is None:
         return ""
     first, *others = prediction.predictors
-    by = f"{first.by} ({first.detail})" if first.detail else first.by
+    detail = f" ({first.detail})" if first.detail else ""
     rival = next((other for other in others if other.by is not first.by and other.crps is not None), None)
-    than = f", that of {rival.by} {rival.crps:.2g} (expected cost {rival.cost:.1f})" if rival else ""
-    return f"Predicted by {by}, of {len(others) + 1} predictions the one with the lowest CRPS: {first.crps:.2g}{than}."
+    than = f"; that of the {rival.by} {rival.crps:.2g}, with an expected cost of {rival.cost:.1f}" if rival else ""
+    return (
+        f"Of {len(others) + 1} predictions that of the {first.by}{detail} is taken: its CRPS on the calibration "
+        f"rollouts is the lowest ({first.crps:.2g}{than})."
+    )
 
 
 def _duration(episodes: Sequence[Episode]) -> float:

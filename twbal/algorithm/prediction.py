@@ -1,4 +1,4 @@
-"""`prediction.pt`: what the model expects of a policy, and what else was considered."""
+"""`prediction.pt`: what is expected of a policy, and what else was considered."""
 
 import re
 from dataclasses import asdict, dataclass
