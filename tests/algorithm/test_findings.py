@@ -38,9 +38,9 @@ def iteration(index, successes=0, real_cost=5.0, judged_success=1.0, **changes):
 RULE = SuccessCriterion(tilt_limit=0.5, settled_tilt_limit=0.2, settle_step=50, steps=100)
 
 
-def best(*iterations, improve_oscillation=None):
+def best(*iterations, oscillation_limit=None):
     found = [Findings(each, None, ()) for each in iterations]
-    return summarise(found, (), "paper", 0, 1.0, RULE, improve_oscillation).best_iteration
+    return summarise(found, (), "paper", 0, 1.0, RULE, oscillation_limit).best_iteration
 
 
 def test_the_best_policy_has_most_successes():
@@ -53,9 +53,16 @@ def test_of_equal_successes_the_lowest_cost_on_the_robot_decides():
 
 def test_of_equal_successes_one_under_which_the_tilt_hardly_oscillates_comes_before_a_cheaper_one():
     rocking, steady = iteration(0, 10, 5.0, oscillation_worst=0.11), iteration(1, 10, 6.0, oscillation_worst=0.04)
-    assert best(rocking, steady, improve_oscillation=0.09) == 1
+    assert best(rocking, steady, oscillation_limit=0.09) == 1
     assert best(rocking, steady) == 0
-    assert best(rocking, iteration(1, 9, 6.0, oscillation_worst=0.04), improve_oscillation=0.09) == 0
+    assert best(rocking, iteration(1, 9, 6.0, oscillation_worst=0.04), oscillation_limit=0.09) == 0
+
+
+def test_of_policies_that_always_succeed_one_that_was_searched_for_margin_comes_before_a_cheaper_one():
+    first, with_margin = iteration(0, 10, 5.0), iteration(1, 10, 6.0, margin=0.7)
+    assert best(first, with_margin) == 1
+    assert best(first, replace(with_margin, oscillation_worst=0.11), oscillation_limit=0.09) == 0
+    assert best(iteration(0, 9, 5.0), iteration(1, 9, 6.0, margin=0.7)) == 0
 
 
 def test_without_trials_the_newest_of_the_best_judged_is_kept():

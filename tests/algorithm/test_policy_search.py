@@ -18,6 +18,7 @@ from twbal.models.dynamics import without_simulation
 from twbal.planar.robot_distribution import prior_of
 from twbal.policies.rbf import RbfPolicy
 from twbal.search.predictor import Predictor
+from twbal.search.margin import Margin
 from twbal.search.robust import RobustSettings
 from twbal.search.starts import PolicyParametrisation
 from twbal.search.task import SearchSettings
@@ -40,6 +41,7 @@ ROBUST = RobustSettings(
     improving=2,
     enough=0.0,
     doubt=1.0,
+    margin=Margin(doubt=0.5, delay=1.0, noise=2.0, push=1.0, push_duration=0.1),
 )
 SEARCH = SearchSettings(
     horizon=6,

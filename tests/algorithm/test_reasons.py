@@ -33,6 +33,9 @@ def prediction(*candidates: Assessment) -> Prediction:
 BETTER = prediction(assessment(0.9, None), assessment(0.25, 1), assessment(0.0, 0))
 AS_LIKELY = prediction(assessment(0.88, None), assessment(0.92, 1))
 KEPT = prediction(assessment(0.9, 1), assessment(0.8, None))
+MARGIN = prediction(
+    replace(assessment(0.9, None), margin=0.7), replace(assessment(1.0, 1), margin=0.45), assessment(0.0, 0)
+)
 ALONE = prediction(assessment(0.9, None), assessment(0.8, None))
 
 
@@ -43,6 +46,7 @@ ALONE = prediction(assessment(0.9, None), assessment(0.8, None))
         (AS_LIKELY, Reason.AS_LIKELY),
         (KEPT, Reason.KEPT),
         (ALONE, Reason.ALONE),
+        (MARGIN, Reason.MARGIN),
         (None, None),
     ],
 )
@@ -63,6 +67,12 @@ def test_the_sentence_tells_both_probabilities_and_names_the_policy_by_its_first
     assert reason_in_words(Reason.AS_LIKELY, AS_LIKELY, before) == (
         "Expected to succeed about as often as policy 0 (probability 0.87 and 0.91); driven as it ranks first by how "
         "the sampled robots balance."
+    )
+
+
+def test_a_policy_that_was_searched_for_margin_tells_of_how_many_changed_robots_succeed():
+    assert reason_in_words(Reason.MARGIN, MARGIN, [iteration(0), iteration(1)]) == (
+        "Searched for more margin: it succeeds with 70% of sampled robots that changed, policy 1 with 45%."
     )
 
 

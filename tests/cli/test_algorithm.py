@@ -94,7 +94,7 @@ def learn(solved=(), words=(), diagnosable=1, useless=(), robust="none", likelie
     cfg = deepcopy(composed(f"robust={robust}", *words))
     usual = {"updates": 2, "trials": 10, "stop_when_solved": False, "sim_rounds": 1, "calibration_rollouts": 0}
     usual |= {"identified_base": True, "diagnose": False, "search_retries": 0, "on_lqr": False}
-    usual |= {"improve_oscillation": None, "min_update_time": 0.0, "max_update_rollouts": 4}
+    usual |= {"improve": False, "oscillation_limit": None, "min_update_time": 0.0, "max_update_rollouts": 4}
     usual |= {"initial_policy": InitialPolicy.SIMULATION, "model_update": ModelUpdate.RESIDUAL}
     simulated = {"sim_round_rollouts": 3, "sim_round_exploration": 0.1}
     settings = AlgorithmSettings(
@@ -245,21 +245,36 @@ def test_a_policy_that_solves_it_is_driven_as_it_is_for_the_model_and_kept():
     assert search.overrides["calibration_episodes"] == [last.rollouts[-1]]
 
 
+IMPROVING = {"stop_when_solved": True, "improve": True, "updates": 5, "calibration_rollouts": 4, "robust": "default"}
+
+
+def searches(calls):
+    """Of each update whether its search asks for margin; None for one that recalibrates."""
+    found = [call.overrides for call in only(calls, "optimise-policy") if call.folder.parent.name != "simulation"]
+    return [asked.get("with_margin", False) if asked.get("optimise", True) else None for asked in found]
+
+
+def test_the_first_policy_that_solves_it_is_followed_by_one_more_update_that_asks_for_margin():
+    calls, learning = learn(solved=(*SOLVED_TWICE, "iteration_3/trials"), **IMPROVING)
+    assert searches(calls) == [False, True, None]
+    assert only(calls, "optimise-policy")[-1].overrides["initial_policies"] == [learning.policies[2].policy / POLICY]
+
+
+def test_where_the_policy_with_margin_fails_the_one_before_is_recalibrated():
+    calls, learning = learn(solved=("iteration_1/trials", "iteration_3/trials"), **IMPROVING)
+    assert searches(calls) == [False, True, None]
+    assert only(calls, "optimise-policy")[-1].overrides["initial_policies"] == [learning.policies[1].policy / POLICY]
+    assert only(calls, "real-rollout")[-2].overrides["policy.path"] == learning.policies[1].policy / POLICY
+    assert learning.policies[-1].rollouts[:-1] == learning.policies[2].rollouts
+
+
 @pytest.mark.parametrize(
-    ("limit", "rocking", "robust", "policies"),
-    [
-        (0.08, SOLVED_TWICE, "default", 3),
-        (0.08, SOLVED_TWICE, "none", 2),
-        (0.11, SOLVED_TWICE, "default", 2),
-        (None, SOLVED_TWICE, "default", 2),
-        (0.08, (), "default", 2),
-    ],
+    "changed",
+    [{"improve": False}, {"robust": "none"}, {"updates": 1}, {"stop_when_solved": False, "updates": 2}],
 )
-def test_the_first_policy_that_solves_it_but_rocks_is_followed_by_one_more_update(limit, rocking, robust, policies):
-    solved = (*SOLVED_TWICE, "iteration_3/trials")
-    asked = {"stop_when_solved": True, "improve_oscillation": limit, "updates": 5}
-    _, learning = learn(solved=solved, rocking=rocking, robust=robust, **asked)
-    assert len(learning.policies) == policies
+def test_no_update_asks_for_margin_where_none_is_wanted_possible_or_left(changed):
+    calls, _ = learn(solved=SOLVED_TWICE, **{**IMPROVING, **changed})
+    assert True not in searches(calls)
 
 
 @pytest.mark.parametrize(("updates", "recalibrates"), [(1, [0, 0, 1]), (2, [0, 0, 1, 0]), (3, [0, 0, 1, 0, 0])])

@@ -78,14 +78,14 @@ def summarise(
     seed: int,
     wall_s: float,
     rule: SuccessCriterion,
-    improve_oscillation: float | None,
+    oscillation_limit: float | None,
 ) -> Summary:
     """The summary of a run.
 
     The best policy is the one with the largest share of successes over all of its trials. Among equals it is one under
-    which the tilt oscillates by at most `improve_oscillation` [rad] in every trial, and among these the one with the
-    lowest mean cost on the robot. Where nothing was tried, it is the newest of those that the long model rollouts liked
-    best.
+    which the tilt oscillates by at most `oscillation_limit` [rad] in every trial. Among these it is the newest that was
+    searched for margin and succeeds in all trials, or else the one with the lowest mean cost on the robot. Where
+    nothing was tried, it is the newest of those that the long model rollouts liked best.
     """
     iterations = tuple(each.iteration for each in found)
     having: dict[int, list[Iteration]] = {}
@@ -97,7 +97,7 @@ def summarise(
         wall_s=wall_s,
         sim=SimData(len(simulated), sum(map(len, simulated))),
         iterations=iterations,
-        best_iteration=min(having, key=lambda policy: _rank(having[policy], improve_oscillation)),
+        best_iteration=min(having, key=lambda policy: _rank(having[policy], oscillation_limit)),
         tilt_limit=rule.tilt_limit,
     )
 
@@ -111,7 +111,8 @@ def _rank(having: Sequence[Iteration], most: float | None) -> tuple[float, ...]:
     share = sum(i.successes for i in having) / sum(i.trials for i in having)
     swings = [i.oscillation_worst for i in having if i.oscillation_worst is not None]
     oscillates = most is not None and max(swings, default=0.0) > most
-    return (-share, float(oscillates), float(np.mean(costs)), first)
+    has_margin = share == 1.0 and any(iteration.margin is not None for iteration in having)
+    return (-share, float(oscillates), -first if has_margin else 1.0, float(np.mean(costs)), first)
 
 
 def _iteration(
@@ -155,6 +156,7 @@ def _iteration(
         base=learned.base if prediction else None,
         evidence_gain=learned.evidence_gain,
         predicted_by=prediction.predictors[0].by if prediction else None,
+        margin=prediction.best.margin if prediction else None,
     )
     iteration = _with_scores(_with_parts(iteration, verdicts), prediction, trials, measures)
     notes = (

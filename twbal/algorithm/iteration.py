@@ -71,6 +71,8 @@ class Reason(StrEnum):
     """New, and more of the sampled robots succeed, in tenths, than under any earlier policy that was a candidate."""
     AS_LIKELY = "as likely"
     """New; as many succeed as under the best earlier one, and it ranks first by how they balance."""
+    MARGIN = "more margin"
+    """New; by the use of the limits it ranks first among robots as they are known and robots that changed."""
     ALONE = "no other left"
     """New, and no earlier policy was a candidate: each was driven twice."""
     KEPT = "kept"
@@ -161,6 +163,7 @@ class Iteration:
         evidence_gain: by how much likelier the real transitions are under that f than under the next best candidate
             (difference of log evidence) [nats]; None also where there was one candidate.
         predicted_by: what `predicted_cost` and the bands come from; None without a prediction.
+        margin: share of sampled robots that changed under which it succeeds; None where that was not asked.
 
     The fields from `trial_seconds` on are None where an older `summary.json` does not note them.
     """
@@ -206,6 +209,7 @@ class Iteration:
     base: Base | None = None
     evidence_gain: float | None = None
     predicted_by: Predictor | None = None
+    margin: float | None = None
 
     def __post_init__(self) -> None:
         if not 0 <= self.successes <= self.trials:
@@ -217,7 +221,7 @@ class Iteration:
                     f"Iteration {self.index} is {PARTS[part]} in {count} of {self.trials} trials, and {self.successes} "
                     "succeeded."
                 )
-        for name in ("coverage95", "judged_success", "success_probability"):
+        for name in ("coverage95", "judged_success", "success_probability", "margin"):
             share = getattr(self, name)
             if share is not None and not 0 <= share <= 1:
                 raise DataError(f"{name} of iteration {self.index} must be a share between 0 and 1; found {share}.")

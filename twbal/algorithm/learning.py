@@ -6,8 +6,9 @@
 Beyond the paper, f is learned once more from rollouts of its own policy in simulation before the robot is touched;
 policy 0 must hold robots as the sheet says with its doubts, and later policies robots as the rollouts tell
 (`search.robust`), or the further simulated robots of an ensemble; and every policy is driven in trials that nothing is
-learned from. Once a policy succeeds in all of them, it is driven a few times more, as it is, to
-recalibrate the model: what that then predicts is what the robot does, in bands as wide as these rollouts ask for.
+learned from. The first policy that succeeds in all of them is followed by one more update, whose policy is to balance
+robots that change, too (`search.margin`). The better of the two is driven a few times more, as it is, to recalibrate
+the model: what that then predicts is what the robot does, in bands as wide as these rollouts ask for.
 
 Other methods begin elsewhere (`InitialPolicy`) or learn something else from the robot's rollouts (`ModelUpdate`).
 """
@@ -53,18 +54,30 @@ class Algorithm(Generic[R, M, P, S, K]):
     def run(self) -> RunResult[R, M, P]:
         """From nothing to the last policy."""
         simulated, first = self._first()
-        policies, updates = [self._tried(first)], 0
-        while True:
-            newest = policies[-1]
-            solved = self._is_enough(newest)
-            if updates < self._settings.updates and (not solved or self._is_to_improve(policies)):
-                policies.append(self._tried(self._updated(policies)))
-                updates += 1
-            elif solved and self._is_to_recalibrate(newest):
-                policies.append(self._tried(self._recalibrated(policies)))
-            else:
-                break
+        policies = [self._tried(first)]
+        while (found := self._next(policies)) is not None:
+            policies.append(self._tried(found))
         return RunResult(simulated, tuple(policies))
+
+    def _next(self, policies: Sequence[LearnedPolicy[R, M, P]]) -> LearnedPolicy[R, M, P] | None:
+        """What comes after these policies, without trials; None: nothing, it is enough."""
+        settings, newest = self._settings, policies[-1]
+        is_update_left = sum(not each.recalibrates for each in policies) <= settings.updates
+        solving = self._solving(policies)
+        if not solving:
+            return self._updated(policies) if is_update_left else None
+        if newest.recalibrates:
+            return None
+        if solving == [newest] and settings.improve and is_update_left and self._steps.identifies:
+            return self._updated(policies, with_margin=True)
+        if settings.calibration_rollouts and solving[-1].predicted:
+            return self._recalibrated(solving[-1], policies)
+        return None
+
+    def _solving(self, policies: Sequence[LearnedPolicy[R, M, P]]) -> list[LearnedPolicy[R, M, P]]:
+        """The policies that solved it, oldest first; none of before one failed when it was driven again."""
+        failed = [i for i, each in enumerate(policies) if each.recalibrates and not self._is_enough(each)]
+        return [each for each in policies[max(failed, default=-1) + 1 :] if self._is_enough(each)]
 
     def _first(self) -> tuple[tuple[R, ...], LearnedPolicy[R, M, P]]:
         """The simulated rollouts that policy 0 was learned from, and policy 0."""
@@ -105,22 +118,28 @@ class Algorithm(Generic[R, M, P, S, K]):
         first = LearnedPolicy[R, M, P](0, policies[-1], Basis.SIMULATION, f, f, fit_s, search_s, last + 1)
         return (*simulated, *varied), first
 
-    def _updated(self, policies: Sequence[LearnedPolicy[R, M, P]]) -> LearnedPolicy[R, M, P]:
+    def _updated(self, policies: Sequence[LearnedPolicy[R, M, P]], with_margin: bool = False) -> LearnedPolicy[R, M, P]:
         """Drive the robot by the newest policy, learn from all that was driven, and search again."""
         newest = policies[-1]
-        rollouts = self._driven_enough(newest)
-        return self._update.learned(_inputs(newest, rollouts, [each.policy for each in policies]))
+        inputs = _inputs(newest, self._driven_enough(newest), [each.policy for each in policies])
+        return self._update.learned(replace(inputs, with_margin=with_margin))
 
-    def _recalibrated(self, policies: Sequence[LearnedPolicy[R, M, P]]) -> LearnedPolicy[R, M, P]:
-        """Drive the policy that solved it again and learn again; the policy stays."""
-        settings, solving = self._settings, policies[-1]
+    def _recalibrated(
+        self, solving: LearnedPolicy[R, M, P], policies: Sequence[LearnedPolicy[R, M, P]]
+    ) -> LearnedPolicy[R, M, P]:
+        """Drive a policy that solved it again and learn again; the policy stays."""
+        settings, newest = self._settings, policies[-1]
         undisturbed = Conditions(
-            trials=settings.calibration_rollouts, steps=settings.calibration_steps, exploration=0.0
+            trials=settings.calibration_rollouts,
+            first_trial=self._first_trial(newest) + settings.max_update_rollouts * self._driving.trials,
+            steps=settings.calibration_steps,
+            exploration=0.0,
         )
-        rollouts = self._driven(solving, undisturbed)
-        inputs = _inputs(solving, (rollouts,), [solving.policy])
+        place = Path(f"iteration_{newest.index}") / "calibration"
+        rollouts = self._steps.drive(place, solving.policy, undisturbed)
+        inputs = _inputs(newest, (rollouts,), [solving.policy])
         drivers = tuple(each.policy for each in policies)
-        inputs = replace(inputs, recalibration=(rollouts,), drivers=drivers)
+        inputs = replace(inputs, f=solving.f, recalibration=(rollouts,), drivers=drivers)
         return replace(self._update.learned(inputs), recalibrates=True)
 
     def _driven_enough(self, newest: LearnedPolicy[R, M, P]) -> tuple[R, ...]:
@@ -134,12 +153,15 @@ class Algorithm(Generic[R, M, P, S, K]):
         return tuple(driven)
 
     def _driven(self, newest: LearnedPolicy[R, M, P], conditions: Conditions, again: int = 0) -> R:
-        """Rollouts of a policy to learn from, the first or again; no two of them have one number."""
-        trials = self._driving.trials
-        most = max(self._settings.max_update_rollouts * trials, self._settings.calibration_rollouts)
-        first = self._driving.first_trial + newest.index * most + again * trials
+        """Rollouts of a policy to learn from, the first or again."""
+        first = self._first_trial(newest) + again * self._driving.trials
         place = Path(f"iteration_{newest.index}") / (f"rollout_{again}" if again else "rollout")
         return self._steps.drive(place, newest.policy, replace(conditions, first_trial=first))
+
+    def _first_trial(self, newest: LearnedPolicy[R, M, P]) -> int:
+        """Number of the first rollout to learn from after a policy; no two rollouts of a run have one number."""
+        most = self._settings.max_update_rollouts * self._driving.trials + self._settings.calibration_rollouts
+        return self._driving.first_trial + newest.index * most
 
     def _tried(self, learned: LearnedPolicy[R, M, P]) -> LearnedPolicy[R, M, P]:
         """`learned` with its trials driven."""
@@ -149,17 +171,6 @@ class Algorithm(Generic[R, M, P, S, K]):
         conditions = replace(self._update.as_judged, trials=self._settings.trials, first_trial=first)
         place = Path(f"iteration_{learned.index}") / "trials"
         return replace(learned, trials=self._steps.drive(place, learned.policy, conditions))
-
-    def _is_to_recalibrate(self, solving: LearnedPolicy[R, M, P]) -> bool:
-        """Whether a policy that solved it has a prediction that no rollouts have recalibrated yet."""
-        return bool(self._settings.calibration_rollouts) and solving.predicted and not solving.recalibrates
-
-    def _is_to_improve(self, policies: Sequence[LearnedPolicy[R, M, P]]) -> bool:
-        """Whether the newest policy is the first that solved it, but lets the tilt oscillate too much."""
-        limit, (*earlier, newest) = self._settings.improve_oscillation, policies
-        if limit is None or newest.trials is None or not self._steps.identifies:
-            return False
-        return self._update.oscillation(newest.trials) > limit and not any(map(self._is_enough, earlier))
 
     def _is_enough(self, learned: LearnedPolicy[R, M, P]) -> bool:
         return self._settings.stop_when_solved and learned.trials is not None and self._update.solved(learned.trials)

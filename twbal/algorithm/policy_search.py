@@ -43,6 +43,7 @@ class PolicySearch:
         robust: how policies are found for robots of the parameter distribution; None: on models alone.
         seed: of all that is drawn.
         workers: threads; 0: one a core. What is found does not depend on it.
+        with_margin: whether policies are to balance robots that change, too; only where rollouts tell of the robot.
     """
 
     channels: Channels
@@ -55,6 +56,7 @@ class PolicySearch:
     robust: RobustSettings | None
     seed: int
     workers: int = 0
+    with_margin: bool = False
 
     def find(
         self,
@@ -120,6 +122,7 @@ class PolicySearch:
             self.robust,
             self.seed,
             are_measured=known is not None,
+            with_margin=self.with_margin,
         )
 
     def without_search(self) -> "PolicySearch":

@@ -31,6 +31,7 @@ class Assessment:
         earlier: which of the earlier policies that the search was given it is; None for what the search found.
         success_probability: that a trial succeeds, by the robots that `judged_success` counts, never 0 or 1; None in
             older files.
+        margin: share of the robots that changed under which it succeeds; None where that was not asked.
     """
 
     origin: str
@@ -39,6 +40,7 @@ class Assessment:
     judged_cost: float
     earlier: int | None
     success_probability: float | None = None
+    margin: float | None = None
 
 
 @dataclass(frozen=True)
@@ -154,9 +156,14 @@ def _predictors(found: Payload, best: Assessment, horizon: int) -> tuple[Predict
 
 def _saved_assessment(found: Payload) -> Assessment:
     cost, success, mean = (found.number(name) for name in ("cost", "judged_success", "judged_cost"))
-    is_told = "success_probability" in found.names and found["success_probability"] is not None
-    probability = found.number("success_probability", 0.0, 1.0) if is_told else None
-    return Assessment(found.text("origin"), cost, success, mean, _earlier(found), probability)
+    told = [_share(found, name) for name in ("success_probability", "margin")]
+    return Assessment(found.text("origin"), cost, success, mean, _earlier(found), *told)
+
+
+def _share(found: Payload, name: str) -> float | None:
+    """A number from 0 to 1 that may be missing, as in an older file."""
+    is_told = name in found.names and found[name] is not None
+    return found.number(name, 0.0, 1.0) if is_told else None
 
 
 def _earlier(found: Payload) -> int | None:
@@ -176,4 +183,5 @@ def _assessment(candidate: Candidate) -> Assessment:
         judged_cost=validation.cost,
         earlier=candidate.earlier,
         success_probability=candidate.success_probability,
+        margin=None if candidate.robots is None else candidate.robots.margin,
     )

@@ -5,6 +5,8 @@ from collections.abc import Sequence
 from twbal.algorithm.iteration import Iteration, Reason
 from twbal.algorithm.prediction import Assessment, Prediction
 
+_COMPARED = (Reason.BETTER, Reason.AS_LIKELY, Reason.MARGIN)
+
 
 def reason_for(index: int, recalibrates: bool, prediction: Prediction | None) -> Reason | None:
     """Why the policy of an iteration is driven.
@@ -28,6 +30,8 @@ def reason_for(index: int, recalibrates: bool, prediction: Prediction | None) ->
     rival = best_earlier(prediction)
     if rival is None:
         return Reason.ALONE
+    if prediction.best.margin is not None:
+        return Reason.MARGIN
     is_better = _in_tenths(prediction.best) > _in_tenths(rival)
     return Reason.BETTER if is_better else Reason.AS_LIKELY
 
@@ -48,17 +52,29 @@ def reason_in_words(reason: Reason | None, prediction: Prediction | None, before
     if reason is Reason.ALONE:
         return "No earlier policy was a candidate: each was driven twice."
     rival = best_earlier(prediction) if prediction is not None else None
-    if prediction is None or rival is None or rival.earlier is None or reason not in (Reason.BETTER, Reason.AS_LIKELY):
+    if prediction is None or rival is None or rival.earlier is None or reason not in _COMPARED:
         return ""
+    than = f"policy {before[rival.earlier].first_had}"
+    if reason is Reason.MARGIN:
+        return _margins(prediction.best, rival, than)
     ours, theirs = prediction.best.success_probability, rival.success_probability
     if ours is None or theirs is None:
         return ""
-    than = f"policy {before[rival.earlier].first_had}"
     if reason is Reason.BETTER:
         return f"Expected to be better: to succeed with probability {ours:.2f}, {than} with {theirs:.2f}."
     return (
         f"Expected to succeed about as often as {than} (probability {ours:.2f} and {theirs:.2f}); driven as it ranks "
         "first by how the sampled robots balance."
+    )
+
+
+def _margins(best: Assessment, rival: Assessment, than: str) -> str:
+    """Under which robots that changed both succeed; empty where that was not asked of both."""
+    if best.margin is None or rival.margin is None:
+        return ""
+    return (
+        f"Searched for more margin: it succeeds with {best.margin:.0%} of sampled robots that changed, {than} with "
+        f"{rival.margin:.0%}."
     )
 
 

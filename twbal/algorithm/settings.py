@@ -37,8 +37,10 @@ class AlgorithmSettings:
         updates: of model and policy, each by real rollouts.
         trials: of each policy, as long as the success rule says; nothing is learned from them.
         stop_when_solved: no more updates once all trials of a policy succeed.
-        improve_oscillation: of the tilt, peak to peak [rad]: if it is more in a trial of the first policy that solved
-            it, one more update follows, where robots of the parameter distribution judge; None: never.
+        improve: whether the first policy that solved it is followed by one more update, whose policy is to balance
+            robots that change, too; only where robots of the parameter distribution judge.
+        oscillation_limit: of the tilt, peak to peak [rad]; of policies that succeed as often, one that stays below it
+            in every trial is the best; None: none.
         min_update_time: that the rollouts of an update last together; where one falls at once, further ones follow [s].
         max_update_rollouts: calls of the robot for an update, at most.
         calibration_rollouts: of the policy that solved it, from which the model is recalibrated; 0: none.
@@ -62,7 +64,8 @@ class AlgorithmSettings:
     updates: int
     trials: int
     stop_when_solved: bool
-    improve_oscillation: float | None
+    improve: bool
+    oscillation_limit: float | None
     min_update_time: float
     max_update_rollouts: int
     calibration_rollouts: int

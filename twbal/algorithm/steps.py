@@ -55,6 +55,7 @@ class SearchInputs(Generic[R, M, P, K]):
         recalibration: real rollouts of the one policy in `earlier`. Where there are some, nothing is searched: that
             policy is predicted, in bands as wide as these rollouts ask for.
         known: of the robot's parameters by its rollouts; None: by its sheet.
+        with_margin: whether the policy is to balance robots that change, too.
     """
 
     models: Sequence[M]
@@ -62,6 +63,7 @@ class SearchInputs(Generic[R, M, P, K]):
     base: P | None = None
     recalibration: Sequence[R] = ()
     known: K | None = None
+    with_margin: bool = False
 
 
 class CorrectedSimulation(NamedTuple, Generic[S]):

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import inf
 from pathlib import Path
 from typing import Generic
 
@@ -10,7 +9,7 @@ from twbal.algorithm.iteration import Base, Basis, Diagnosis
 from twbal.algorithm.learned import LearnedPolicy
 from twbal.algorithm.settings import AlgorithmSettings, ModelUpdate
 from twbal.algorithm.steps import Conditions, Difference, K, M, P, R, S, SearchInputs, Steps, Timed
-from twbal.core.evaluation import SuccessCriterion, judged, succeeded
+from twbal.core.evaluation import SuccessCriterion, succeeded
 from twbal.diagnosis.record import CLOSED
 from twbal.diagnosis.usability import enough_for_diagnosis
 
@@ -32,6 +31,7 @@ class UpdateInputs(Generic[R, M, P]):
         f: of the newest policy; None where there is none.
         recalibration: rollouts of the newest policy, which stays; empty where a new one is searched.
         drivers: policies that drove the robot in `rollouts`, if not those in `earlier`.
+        with_margin: whether the policy is to balance robots that change, too.
     """
 
     index: int
@@ -41,6 +41,7 @@ class UpdateInputs(Generic[R, M, P]):
     f: M | None
     recalibration: tuple[R, ...] = ()
     drivers: tuple[P, ...] | None = None
+    with_margin: bool = False
 
 
 class Update(Generic[R, M, P, S, K]):
@@ -80,7 +81,13 @@ class Update(Generic[R, M, P, S, K]):
                 f = self._f_of(identified.value.simulation, inputs)
                 bases, fit_s = [*bases, f.value], fit_s + f.seconds
         fit = self._steps.fit_difference(inputs.place / "model", bases, inputs.rollouts)
-        searching = SearchInputs([fit.value.model], inputs.earlier, recalibration=inputs.recalibration, known=known)
+        searching = SearchInputs(
+            [fit.value.model],
+            inputs.earlier,
+            recalibration=inputs.recalibration,
+            known=known,
+            with_margin=inputs.with_margin,
+        )
         found = self.searched(inputs.place / "policy", searching)
         return LearnedPolicy(
             index=inputs.index,
@@ -141,11 +148,6 @@ class Update(Generic[R, M, P, S, K]):
     def solved(self, rollouts: R) -> bool:
         """Whether all of them succeeded."""
         return all(succeeded(episode, self._rule) for episode in self._steps.episodes([rollouts]))
-
-    def oscillation(self, rollouts: R) -> float:
-        """Of the tilt, peak to peak, once in place: the greatest [rad]; infinite where one ended before."""
-        found = [judged(episode, self._rule).oscillation for episode in self._steps.episodes([rollouts])]
-        return max(inf if each is None else each for each in found)
 
     def _with_diagnosis(self, inputs: UpdateInputs[R, M, P]) -> LearnedPolicy[R, M, P]:
         """Learn g, with a diagnosis before where that is asked for and there are rollouts enough.

@@ -11,6 +11,7 @@ from twbal.models.smoothing import compile_filter
 from twbal.planar.planar_plant import PlanarPlant
 from twbal.planar.robot_distribution import prior_of
 from twbal.policies.random import RandomPolicy
+from twbal.search.margin import Margin
 from twbal.search.robust import RobustSettings, SampledRobots
 from twbal.search.start_state import start_state
 from twbal.search.warm import compile_search, is_compiled
@@ -60,6 +61,7 @@ def compile_robots() -> None:
         improving=1,
         enough=1.0,
         doubt=1.0,
+        margin=Margin(doubt=0.0, delay=0.0, noise=1.0, push=0.0, push_duration=0.1),
     )
     known = posterior(prior_of(_ROBOT), [episode])
     SampledRobots(known, channels, cost, rule, start_state(start, channels.names), settings, 0).regulators()

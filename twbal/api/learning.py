@@ -89,7 +89,7 @@ def learn(
         setup.algorithm.seed,
         round(time.monotonic() - began, 3),
         setup.rule,
-        setup.algorithm.improve_oscillation,
+        setup.algorithm.oscillation_limit,
     )
     return LearningResult(
         policies=tuple(each.policy.policy for each in learned.policies),

@@ -110,6 +110,8 @@ class StageSteps(Steps[Path, Path, Path, Path, Path]):
             overrides["known"] = inputs.known
         if inputs.recalibration:
             overrides |= {"optimise": False, "calibration_episodes": list(inputs.recalibration)}
+        if inputs.with_margin:
+            overrides["with_margin"] = True
         if inputs.base:
             overrides["residual_on"] = inputs.base / POLICY
         return Timed(place, self._chain.run(StageCall("optimise-policy", place, overrides)).wall_s)

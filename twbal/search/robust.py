@@ -27,6 +27,7 @@ from twbal.planar.robot_distribution import RobotDistribution
 from twbal.policies.rbf import RbfPolicy
 from twbal.policies.squash import NARROWEST, WIDEST
 from twbal.search.linear_starts import linear_law, regulator, state_space
+from twbal.search.margin import Margin
 from twbal.search.planar_rollouts import Driven, PlanarDraws, planar_rollouts
 from twbal.search.reliability import AS_IT_IS
 from twbal.search.sampled_rollouts import Limits, limits_of
@@ -66,6 +67,7 @@ class RobustSettings:
         enough: mean share of the limits that the robots use under the best, at which none is improved.
         doubt: factor on the standard deviations of what is known: where no planar model is quite right, its numbers are
             known less well than a fit says.
+        margin: by how much robots change that a policy with margin is to balance, too.
         reliability_sheet: of probabilities of success where the sheet alone tells of the robot: how often policies
             really succeeded (`success_probability`).
         reliability_rollouts: the same where rollouts tell of it.
@@ -86,6 +88,7 @@ class RobustSettings:
     improving: int
     enough: float
     doubt: float
+    margin: Margin
     reliability_sheet: tuple[float, float] = AS_IT_IS
     reliability_rollouts: tuple[float, float] = AS_IT_IS
 
@@ -97,8 +100,9 @@ class RankedPolicy(NamedTuple):
         origin: what it was designed for.
         policy: the policy.
         success: share of the robots under which it succeeds.
-        use: mean share of the limits that the robots used (`Driven`).
+        use: mean share of the limits that the robots used (`Driven`), those that changed among them.
         cost: mean cost of a step.
+        margin: share of robots that changed under which it succeeds; None: not asked.
     """
 
     origin: str
@@ -106,16 +110,17 @@ class RankedPolicy(NamedTuple):
     success: float
     use: float
     cost: float
+    margin: float | None = None
 
     @property
     def rank(self) -> tuple[float, float]:
-        """Less is better: success in tenths first."""
-        return -round(self.success, 1), self.use
+        """Less is better: success in tenths first; where margin is asked, `shortfall` alone."""
+        return (-round(self.success, 1), self.use) if self.margin is None else (self.shortfall, 0.0)
 
     @property
     def shortfall(self) -> float:
         """Less is better: the use of the limits, and what is missing to full success, in one number."""
-        return self.use - self.success
+        return self.use - (self.success if self.margin is None else 0.5 * (self.success + self.margin))
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,6 +136,7 @@ class SampledRobots:
         settings: how many, and how policies for them are designed.
         seed: of all that is drawn.
         are_measured: whether rollouts of the robot told of its parameters, not the sheet alone.
+        with_margin: whether policies are to balance as many robots that changed, too.
     """
 
     distribution: RobotDistribution
@@ -141,6 +147,7 @@ class SampledRobots:
     settings: RobustSettings
     seed: int
     are_measured: bool = False
+    with_margin: bool = False
 
     @property
     def reliability(self) -> tuple[float, float]:
@@ -150,8 +157,24 @@ class SampledRobots:
 
     def driven(self, policy: RbfPolicy, robots: int | None = None) -> Driven:
         """What becomes of the first `robots` of them under a policy; None: of all."""
-        period, draws = self.distribution.robot.control_period, self._draws.first(robots)
-        return planar_rollouts(self._models[:robots], self.channels, policy, self.cost, self._limits, draws, period)
+        return self._driven(self._models, self._draws, policy, robots)
+
+    def changed(self, policy: RbfPolicy, robots: int | None = None) -> Driven:
+        """What becomes of the first `robots` of as many that changed; None: of all."""
+        return self._driven(self._changed_models, self._changed_draws, policy, robots)
+
+    def _driven(
+        self, models: Sequence[TwinParameters], draws: PlanarDraws, policy: RbfPolicy, robots: int | None
+    ) -> Driven:
+        period = self.distribution.robot.control_period
+        return planar_rollouts(
+            models[:robots], self.channels, policy, self.cost, self._limits, draws.first(robots), period
+        )
+
+    def _use(self, policy: RbfPolicy, robots: int) -> float:
+        """What the direct search makes small: mean use of the limits."""
+        use = self.driven(policy, robots).mean_use
+        return 0.5 * (use + self.changed(policy, robots).mean_use) if self.with_margin else use
 
     def states(self, policy: RbfPolicy, steps: int) -> Array:
         """The states of all n under a policy at t = 0..`steps` as the sensors show them, NaN after a fall.
@@ -166,7 +189,11 @@ class SampledRobots:
     def ranked(self, origin: str, policy: RbfPolicy, robots: int | None = None) -> RankedPolicy:
         """A policy with how it does on the first `robots` of them."""
         found = self.driven(policy, robots)
-        return RankedPolicy(origin, policy, found.success, found.mean_use, float(found.costs.mean()))
+        as_known = RankedPolicy(origin, policy, found.success, found.mean_use, float(found.costs.mean()))
+        if not self.with_margin:
+            return as_known
+        changed = self.changed(policy, robots)
+        return as_known._replace(use=0.5 * (found.mean_use + changed.mean_use), margin=changed.success)
 
     def regulators(self, workers: int = 1) -> list[RankedPolicy]:
         """The regulators under which most robots succeed, best first.
@@ -206,7 +233,7 @@ class SampledRobots:
             simplex = found + _FIRST_STEP * np.eye(len(found) + 1, len(found), -1)
             options = {"maxfev": self.settings.evaluations // _RESTARTS, "initial_simplex": simplex}
             found = scipy.optimize.minimize(
-                lambda x: self.driven(varied(x), self.settings.improving).mean_use,
+                lambda x: self._use(varied(x), self.settings.improving),
                 found,
                 method="Nelder-Mead",
                 options=options,
@@ -226,6 +253,16 @@ class SampledRobots:
     @cached_property
     def _draws(self) -> PlanarDraws:
         return self._drawn(self.rule.steps)
+
+    @cached_property
+    def _changed_models(self) -> Sequence[TwinParameters]:
+        rng, settings = generator(Stream.SAMPLED_ROBOTS, self.seed, 2), self.settings
+        return settings.margin.models(self.distribution, settings.robots, rng, settings.doubt)
+
+    @cached_property
+    def _changed_draws(self) -> PlanarDraws:
+        drawn = self._drawn(self.rule.steps)
+        return self.settings.margin.draws(drawn, self._changed_models, self.distribution.robot, len(self.channels.lags))
 
     def _drawn(self, steps: int) -> PlanarDraws:
         """Starts and noises of all robots for a rollout of `steps` control periods."""

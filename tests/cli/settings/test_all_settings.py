@@ -43,7 +43,7 @@ NOT_ZERO = (
         "policy.amplitude",
         "policy.hold",
         "policy.command_width",
-        "improve_oscillation",
+        "oscillation_limit",
     ),
     *(
         "state.wheel_radius",
@@ -174,7 +174,7 @@ def test_no_number_may_be(value):
     may_be_null = (
         "cost.command_width",
         "cost.command_change_width",
-        "improve_oscillation",
+        "oscillation_limit",
         "success.place_radii",
         "success.command_change",
         "success.heading_limit",

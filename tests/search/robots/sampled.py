@@ -9,6 +9,7 @@ from twbal.core.cost import cost_over
 from twbal.core.evaluation import SuccessCriterion
 from twbal.core.start_pose import StartPose
 from twbal.planar.robot_distribution import prior_of
+from twbal.search.margin import Margin
 from twbal.search.robust import RobustSettings, SampledRobots
 from twbal.search.start_state import start_state
 
@@ -31,6 +32,7 @@ SETTINGS = RobustSettings(
     improving=10,
     enough=0.0,
     doubt=1.0,
+    margin=Margin(doubt=0.5, delay=1.0, noise=2.0, push=1.0, push_duration=0.1),
 )
 
 
@@ -49,7 +51,7 @@ def rule_for(robot):
     )
 
 
-def sampled_robots(robot, known=None, names=NAMES, **told):
+def sampled_robots(robot, known=None, names=NAMES, with_margin=False, **told):
     channels = Channels(names, robot.wheel_radius, robot.control_period)
     return SampledRobots(
         known or prior_of(robot),
@@ -59,6 +61,7 @@ def sampled_robots(robot, known=None, names=NAMES, **told):
         start_state(START, names),
         replace(SETTINGS, **told),
         0,
+        with_margin=with_margin,
     )
 
 

@@ -19,6 +19,7 @@ SETTINGS = {
     "confirm_steps": "calibration_steps",
     "sim_collect.tilt_limit": "tilt_limit",
     "real_rollout.tilt_limit": "tilt_limit",
+    "improve_oscillation": "oscillation_limit",
     "earlier": "initial_policies",
     "base": "residual_on",
     "confirming": "calibration_episodes",

@@ -96,6 +96,11 @@ ROBUST = (
     Setting("robust.improving", Whole(1, 100_000), "robots on which they are improved"),
     Setting("robust.enough", Number(0.0, 4.0), "mean share of the limits that robots use at which none is improved"),
     Setting("robust.doubt", Number(0.0, 100.0), "factor on the doubts of what is known"),
+    Setting("robust.margin.doubt", Number(0.0, 100.0), "doubts about their numbers, as a share of those of the sheet"),
+    Setting("robust.margin.delay", Number(0.0, 10.0, CONTROL_PERIODS), "by which their commands are later, at most"),
+    Setting("robust.margin.noise", Number(0.0, 100.0), "factor on the noise of their sensors"),
+    Setting("robust.margin.push", Number(0.0, 100.0, "N·s/kg"), "impulse on every other of them, at the start"),
+    Setting("robust.margin.push_duration", Number(0.001, 2.0, "s"), "length of that push"),
     Setting("robust.reliability_sheet", _RELIABILITY, "correction of probabilities of success by the sheet alone"),
     Setting("robust.reliability_rollouts", _RELIABILITY, "the same where rollouts tell of the robot"),
 )

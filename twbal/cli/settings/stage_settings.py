@@ -57,6 +57,7 @@ STAGES: Mapping[str, tuple[Setting, ...]] = {
         Setting("known", OrNull(PATH), "run folder of identify; null: the robot by its sheet"),
         Setting("calibration_episodes", PATHS_OR_NONE, "real rollouts of the one policy in `initial_policies`"),
         Setting("optimise", YesNo(), "false: only judges the policies in `initial_policies`"),
+        Setting("with_margin", YesNo(), "search for robots that changed, too"),
         Setting("workers", _WORKERS, "threads; 0: one a core"),
     ),
     "lqr": (
@@ -129,10 +130,9 @@ STAGES: Mapping[str, tuple[Setting, ...]] = {
         _common("updates", _ROUNDS, "updates of model and policy, each by a real rollout"),
         _common("trials", Whole(0, 100_000), "trials of each policy; nothing is learned from them"),
         _common("stop_when_solved", YesNo(), "no more updates once all trials succeed"),
+        _common("improve", YesNo(), "one more update after the first policy that solved it, for more margin"),
         Setting(
-            "improve_oscillation",
-            OrNull(Number(0.001, 3.0, "rad")),
-            "swing of the tilt at which a policy that solved it is improved",
+            "oscillation_limit", OrNull(Number(0.001, 3.0, "rad")), "swing of the tilt below which a policy is best"
         ),
         Setting("min_update_time", Number(0.0, 3600.0, "s"), "time that the rollouts of an update last together"),
         Setting("max_update_rollouts", Whole(1, 1000), "rollouts of an update, at most"),

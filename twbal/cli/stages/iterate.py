@@ -151,7 +151,7 @@ def _write(
     out, found = chain.root, findings(result, steps, measures)
     simulated = steps.episodes(result.simulated)
     wall_s = round(chain.wall_s, 3)
-    summary = summarise(found, simulated, cfg.robot.name, cfg.seed, wall_s, measures.rule, cfg.improve_oscillation)
+    summary = summarise(found, simulated, cfg.robot.name, cfg.seed, wall_s, measures.rule, cfg.oscillation_limit)
     best = result.policies[summary.best_iteration].policy / POLICY
     shutil.copyfile(out / best, out / BEST_POLICY)
     commands = script(chain.commands, best, BEST_POLICY)

@@ -31,6 +31,7 @@ class Settings:
 
     seed: int
     optimise: bool
+    with_margin: bool
     workers: int
 
 
@@ -84,6 +85,7 @@ def policy_search(cfg: DictConfig, settings: Settings) -> PolicySearch:
         robust=instantiate(cfg.robust) if cfg.robust else None,
         seed=settings.seed,
         workers=settings.workers,
+        with_margin=settings.with_margin,
     )
 
 
