@@ -25,7 +25,7 @@ class Written:
 
     Attributes:
         columns: by name, (n,) each, as they are written.
-        quantities: as conf/import/ says them.
+        quantities: as the group `import` says them.
         rate: where there is no time [Hz].
         motor: where the command is a voltage.
         comes_before: whether a row's command acted before its sample.

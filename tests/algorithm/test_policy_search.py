@@ -17,8 +17,8 @@ from twbal.core.start_pose import StartPose
 from twbal.models.dynamics import without_simulation
 from twbal.planar.robot_distribution import prior_of
 from twbal.policies.rbf import RbfPolicy
-from twbal.search.predictor import Predictor
 from twbal.search.margin import Margin
+from twbal.search.predictor import Predictor
 from twbal.search.robust import RobustSettings
 from twbal.search.starts import PolicyParametrisation
 from twbal.search.task import SearchSettings

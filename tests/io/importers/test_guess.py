@@ -149,7 +149,7 @@ def test_numbered_names_are_found_and_a_range_of_them_tells_nothing(tmp_path):
 
 @pytest.mark.skipif(not MEASURED.exists(), reason="the logs of real robots are not here")
 def test_logs_of_real_robots_are_told_as_their_owners_describe_them():
-    described = yaml.safe_load((Path(__file__).resolve().parents[3] / "conf/import/regbot.yaml").read_text())
+    described = yaml.safe_load((Path(__file__).resolve().parents[3] / "conf/groups/import.yaml").read_text())["regbot"]
     for path in sorted((MEASURED / "regbot").glob("*.txt")):
         mapping, found = proposed(path)
         assert mapping["quantities"] == described["quantities"]

@@ -33,7 +33,7 @@ class Guess(NamedTuple):
 
     Attributes:
         table: one line a column: number, name, smallest, largest and first values.
-        mapping: a yaml file for conf/import/, with ??? where nothing could be told for certain.
+        mapping: a yaml file for the group `import`, with ??? where nothing could be told for certain.
         open: quantities that a person has to fill in, each with the reason.
         unknown_units: quantities of which the unit was taken to be SI.
     """

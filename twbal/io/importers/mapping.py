@@ -143,7 +143,7 @@ def mapping(
     skip: float,
     fill: int,
 ) -> Mapping:
-    """A mapping from what conf/import/ says; arguments as of `Mapping`, sources with `from`, `unit`, `scale`, `offset`.
+    """A mapping from what the group `import` says; arguments as of `Mapping`, sources with `from`, `unit`, `scale`, `offset`.
 
     Raises:
         ConfigError: what it says cannot be.
