@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from twbal.core.coverage import coverage95, widened
+from twbal.core.coverage import calibrated, coverage95
 from twbal.core.episode import Episode, Outcome, Provenance
 from twbal.core.errors import ConfigError, DataError
 from twbal.core.evaluation import (
@@ -119,20 +119,39 @@ def test_bands_that_miss_a_steady_error_are_widened_until_other_rollouts_lie_in_
         return episode(course[:, 0], course)
 
     others = [off() for _ in range(100)]
-    wide = widened(predicted, [off() for _ in range(20)], [0, 1])
+    wide = calibrated(predicted, [off() for _ in range(20)], [0, 1])
     assert coverage95(predicted, others, [1]) < 0.7
     assert coverage95(wide, others, [1]) == pytest.approx(0.95, abs=0.03)
     assert coverage95(wide, others, [0]) == pytest.approx(0.95, abs=0.03)
 
 
-def test_bands_are_never_narrowed_and_past_commands_and_the_start_stay() -> None:
+def test_bands_that_are_too_wide_are_narrowed_half_of_the_way() -> None:
+    rng = np.random.default_rng(5)
+    predicted = linear_system(40)
+    narrow = [Gaussian(p.mean, p.covariance / 9.0) for p in predicted]
+
+    def driven() -> Episode:
+        course = np.array([p.sample(1, rng)[0] for p in narrow])
+        return episode(course[:, 0], course)
+
+    found = calibrated(predicted, [driven() for _ in range(50)], [0, 1])
+    ratios = np.array([b.sd / a.sd for a, b in zip(predicted[1:], found[1:], strict=True)])
+    np.testing.assert_allclose(ratios, 1.0 / np.sqrt(3.0), rtol=0.05)
+    assert 0.95 < coverage95(found, [driven() for _ in range(100)], [0, 1]) < 1.0
+
+
+def test_past_commands_and_the_start_stay_and_no_band_gets_narrower_than_half() -> None:
     predicted = linear_system(6)
     before = np.array([p.covariance for p in predicted])
     course = np.array([p.mean for p in predicted])
-    same = widened(predicted, [episode(course[:, 0], course)], [0, 1])
-    np.testing.assert_array_equal([p.covariance for p in same], before)
+    same = calibrated(predicted, [episode(course[:, 0], course)], [0])
+    after = np.array([p.covariance for p in same])
+    np.testing.assert_array_equal(after[0], before[0])
+    np.testing.assert_allclose(after[1:, 0, 0], 0.25 * before[1:, 0, 0])
+    np.testing.assert_allclose(after[1:, 0, 1], 0.5 * before[1:, 0, 1])
+    np.testing.assert_array_equal(after[:, 1, 1], before[:, 1, 1])
     course[1:] += 1.0
-    wide = widened(predicted, [episode(course[:, 0], course)], [0])
+    wide = calibrated(predicted, [episode(course[:, 0], course)], [0])
     growth = np.array([p.covariance for p in wide]) - before
     assert not growth[0].any()
     growth = growth[1:]
@@ -142,9 +161,9 @@ def test_bands_are_never_narrowed_and_past_commands_and_the_start_stay() -> None
     assert not growth.any()
 
 
-def test_bands_cannot_be_widened_by_episodes_of_another_state() -> None:
+def test_bands_cannot_be_calibrated_by_episodes_of_another_state() -> None:
     with pytest.raises(DataError, match="2 channels, the episode 1"):
-        widened(linear_system(3), [episode(np.zeros(4))], [0])
+        calibrated(linear_system(3), [episode(np.zeros(4))], [0])
 
 
 def squared(states: Array) -> Array:

@@ -8,7 +8,7 @@ import numpy as np
 
 from twbal.core.channels import Channels
 from twbal.core.cost import Cost
-from twbal.core.coverage import widened
+from twbal.core.coverage import calibrated
 from twbal.core.episode import Episode
 from twbal.core.errors import ConfigError
 from twbal.core.gaussian import Gaussian
@@ -135,7 +135,7 @@ def recalibrated(
 ) -> SearchResult:
     """The result with the prediction that fits rollouts of that very policy best, as wide as they ask for.
 
-    The predictions are compared by CRPS (`ranked_by_crps`); the best is `widened`.
+    The predictions are compared by CRPS (`ranked_by_crps`); the best is `calibrated`.
 
     Args:
         result: of a search.
@@ -157,5 +157,5 @@ def recalibrated(
                 "initial_policies=[...], and optimise=false."
             )
     first, *others = ranked_by_crps(result.predictions, episodes, channels.measured, np.asarray(cost.widths))
-    wide = first._replace(states=widened(first.states, episodes, channels.measured))
-    return result._replace(predictions=(wide, *others))
+    first = first._replace(states=calibrated(first.states, episodes, channels.measured))
+    return result._replace(predictions=(first, *others))

@@ -8,6 +8,9 @@ from twbal.core.episode import Episode
 from twbal.core.errors import DataError
 from twbal.core.gaussian import HALF_WIDTH_95, Array, Gaussian
 
+_HELD = 0.95  # share of what was measured that calibrated bands hold
+_NARROWEST = 0.5  # factor on a standard deviation
+
 
 def coverage95(predicted: Sequence[Gaussian], episodes: Sequence[Episode], measured: Sequence[int]) -> float:
     """Share of the real states that lie inside the predicted mean ± 1.96 standard deviations.
@@ -31,29 +34,37 @@ def half_widths95(predicted: Sequence[Gaussian], channel: int) -> Array:
     return HALF_WIDTH_95 * np.array([p.sd[channel] for p in predicted[1:]])
 
 
-def widened(
+def calibrated(
     predicted: Sequence[Gaussian], episodes: Sequence[Episode], measured: Sequence[int]
 ) -> tuple[Gaussian, ...]:
-    """The prediction with as much more variance as rollouts of the same policy show to be missing.
+    """The prediction with bands as wide as rollouts of the same policy ask for.
 
     What a model gets wrong again and again (a dead zone smoothed over, a speed that is off) is no noise, and no bands
     of its noise hold it. So each measured channel gets the smallest variance v, the same at all steps, with which the
-    95 % bands hold 95 % of what these episodes measured: by split conformal prediction the same share of further
-    rollouts, were the steps of a rollout independent. Past commands are left as they are.
+    95 % bands hold 95 % of what these episodes measured: by split conformal prediction (Vovk, Gammerman and Shafer,
+    Algorithmic Learning in a Random World, Springer 2005) the same share of further rollouts, were the steps of a
+    rollout independent. A channel whose bands hold more than 95 % without it gets narrower ones: its standard
+    deviation is multiplied by the root of the factor with which they would hold 95 %. Only half of the way, in
+    logarithms, because the steps of a rollout are much alike, and a few rollouts show less than all that can come; and
+    to half of it at most. Past commands are left as they are.
 
     Args:
         predicted: p(x_t) for t = 0 .. H, of D channels as the sensors show them.
         episodes: of the predicted policy, driven without exploration; best as long as the prediction.
-        measured: channels to widen.
+        measured: channels to calibrate.
 
     Raises:
         DataError: see `coverage95`.
     """
     error, sd = _errors(predicted, episodes, measured)
-    more = np.zeros(len(predicted[0].mean))
-    more[list(measured)] = np.maximum(0.0, np.quantile((error / HALF_WIDTH_95) ** 2 - sd**2, 0.95, axis=0))
+    variance = (error / HALF_WIDTH_95) ** 2  # that the band needs to hold this error, (n, E)
+    more, factor = np.zeros(len(predicted[0].mean)), np.ones(len(predicted[0].mean))
+    more[list(measured)] = np.maximum(0.0, np.quantile(variance - sd**2, _HELD, axis=0))
+    needed = np.quantile(variance / np.maximum(sd**2, np.finfo(float).tiny), _HELD, axis=0)  # of the variance, a share
+    factor[list(measured)] = np.clip(needed, _NARROWEST**4, 1.0) ** 0.25
     first, *later = predicted
-    return (first, *(Gaussian(p.mean, p.covariance + np.diag(more)) for p in later))
+    scale = np.outer(factor, factor)
+    return (first, *(Gaussian(p.mean, scale * p.covariance + np.diag(more)) for p in later))
 
 
 def reached_states(predicted: Sequence[Gaussian], episodes: Sequence[Episode]) -> Array:

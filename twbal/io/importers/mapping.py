@@ -143,7 +143,7 @@ def mapping(
     skip: float,
     fill: int,
 ) -> Mapping:
-    """A mapping from what the group `import` says; arguments as of `Mapping`, sources with `from`, `unit`, `scale`, `offset`.
+    """A mapping as the group `import` says it: as `Mapping`, and sources with `from`, `unit`, `scale`, `offset`.
 
     Raises:
         ConfigError: what it says cannot be.
