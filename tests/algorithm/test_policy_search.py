@@ -164,7 +164,7 @@ def test_rollouts_of_the_policy_tell_which_prediction_to_take_and_how_wide_it_is
     measured = list(channels.measured)
     for wide, state in zip(found.predictions[0].states[1:], true.states[1:], strict=True):
         assert np.array_equal(wide.mean, state.mean)
-        assert (wide.sd[measured] > 0.9 * state.sd[measured]).all()  # the rollouts are as the prediction says
+        assert (wide.sd[measured] > 0.85 * state.sd[measured]).all()  # the rollouts are as the prediction says
 
 
 def test_rollouts_of_another_policy_choose_nothing(paper):
