@@ -7,17 +7,19 @@ import pytest
 from falling import PLACED, falls_at_once
 
 from twbal.algorithm.identification import identify
-from twbal.algorithm.policy_search import PolicySearch, recalibrated
+from twbal.algorithm.policy_search import PolicySearch, _calibrated_unknown, recalibrated
 from twbal.core.channels import Channels
 from twbal.core.cost import cost_over
 from twbal.core.episode import Episode, Outcome, Provenance
 from twbal.core.errors import ConfigError
 from twbal.core.evaluation import SuccessCriterion
+from twbal.core.gaussian import Gaussian
 from twbal.core.start_pose import StartPose
 from twbal.models.dynamics import without_simulation
 from twbal.planar.robot_distribution import prior_of
 from twbal.policies.rbf import RbfPolicy
 from twbal.search.margin import Margin
+from twbal.search.predicted_rollout import PredictedRollout
 from twbal.search.predictor import Predictor
 from twbal.search.robust import RobustSettings
 from twbal.search.starts import PolicyParametrisation
@@ -159,7 +161,8 @@ def test_rollouts_of_the_policy_tell_which_prediction_to_take_and_how_wide_it_is
     rng = np.random.default_rng(0)
     drawn = [np.array([state.sample(1, rng)[0] for state in true.states]) for _ in range(20)]
     found = recalibrated(result, [driven_by("abc", states) for states in drawn], ["abc"], channels, cost)
-    assert found.predictions[0]._replace(states=(), crps=None) == true._replace(states=())
+    bare = {"states": (), "crps": None, "unknown": None}
+    assert found.predictions[0]._replace(**bare) == true._replace(**bare)
     assert [each.crps for each in found.predictions] == sorted(each.crps for each in found.predictions)
     measured = list(channels.measured)
     for wide, state in zip(found.predictions[0].states[1:], true.states[1:], strict=True):
@@ -174,3 +177,12 @@ def test_rollouts_of_another_policy_choose_nothing(paper):
     cost = cost_over(PLACED, {"tilt": 1.0}, 1.0, paper.torque_limit)
     with pytest.raises(ConfigError, match="another one drove it"):
         recalibrated(result, [driven_by("other", np.zeros((7, len(PLACED))))], ["abc"], channels, cost)
+
+
+def test_what_rollouts_add_to_a_band_is_not_known_and_what_they_take_away_leaves_the_shares():
+    before = PredictedRollout(Predictor.ROBOTS, 1.0, (Gaussian(np.zeros(2), np.diag([4.0, 1.0])),) * 2)
+    before = before._replace(unknown=np.array([[1.0, 0.5], [1.0, 0.5]]))
+    wider, narrower = (Gaussian(np.zeros(2), np.diag(each)) for each in ([9.0, 1.0], [1.0, 0.25]))
+    found = _calibrated_unknown(before, (wider, narrower))
+    np.testing.assert_allclose(found, [[6.0, 0.5], [0.25, 0.125]])
+    assert _calibrated_unknown(before._replace(unknown=None), (wider, narrower)) is None

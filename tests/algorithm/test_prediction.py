@@ -52,6 +52,21 @@ def test_what_predicted_is_read_back(tmp_path):
     assert read.cost == 0.7
 
 
+def test_margins_and_what_is_not_known_are_read_back_and_may_be_missing(tmp_path):
+    unknown = np.array([[0.0], [0.25]])
+    best = replace(FOUND, margin=0.7)
+    save_prediction(tmp_path / "p.pt", Prediction(("tilt",), STATES, best, (best, KEPT), BY, unknown))
+    read = load_prediction(tmp_path / "p.pt")
+    assert [each.margin for each in (read.best, *read.candidates)] == [0.7, 0.7, None]
+    np.testing.assert_array_equal(read.unknown, unknown)
+    assert read.unknown_share(0) == 0.25
+    payload = load_checkpoint(tmp_path / "p.pt", KIND)
+    del payload["unknown"], payload["best"]["margin"]
+    save_checkpoint(tmp_path / "p.pt", KIND, payload)
+    old = load_prediction(tmp_path / "p.pt")
+    assert old.unknown is old.best.margin is old.unknown_share(0) is None
+
+
 def test_an_older_file_was_predicted_by_the_model(tmp_path):
     save_prediction(tmp_path / "p.pt", Prediction(("tilt",), STATES, KEPT, (KEPT,), BY))
     payload = load_checkpoint(tmp_path / "p.pt", KIND)

@@ -148,3 +148,31 @@ def test_where_no_channel_has_a_scale_the_order_stays():
     ranked = ranked_by_crps(predictions, [course(np.zeros((41, 2)))], [0, 1], np.full(2, np.inf))
     assert [each.by for each in ranked] == [Predictor.MODEL, Predictor.ROBOTS]
     assert [each.crps for each in ranked] == [None, None]
+
+
+def test_without_noise_all_of_the_variance_that_starts_do_not_make_is_not_known(paper, policy):
+    """The same robots under many more draws tell the variance of their means."""
+    robots = sampled_robots(paper, known_to_be(paper, spread=0.5, dead_zone_width=2.0), robots=400)
+    predicted = predicted_by_robots(robots, policy.policy, HORIZON)[0]
+    series = [robots.states(policy.policy, HORIZON)]
+    with pytest.MonkeyPatch.context() as patch:
+        for number in range(10, 30):
+            patch.setattr("twbal.search.robust._AGAIN", number)
+            series.append(robots.states(policy.policy, HORIZON, again=True))
+    means = np.mean(series, axis=0)  # (n, H + 1, D), NaN of those that fell in one of them
+    within = np.nanmean(np.var(series, axis=0, ddof=1), axis=0) / len(series)
+    between = np.nanvar(means, axis=0) - within
+    tilt = NAMES.index("tilt")
+    assert predicted.unknown[10:, tilt].sum() == pytest.approx(between[10:, tilt].sum(), rel=0.3)
+    total = sum(state.sd[tilt] ** 2 for state in predicted.states[10:])
+    assert 0.05 < predicted.unknown[10:, tilt].sum() / total < 0.95
+
+
+def test_little_is_unknown_of_robots_that_are_all_alike(sticky, policy):
+    """What is left is how old their wheel rates are, and the error of 400 samples."""
+    noisy = replace(sticky.distribution, sensor_sd=np.array([0.003, 0.02, 0.001, 0.05]))
+    robots = replace(sticky, distribution=noisy)
+    predicted = predicted_by_robots(replace(robots, settings=replace(robots.settings, robots=400)), policy.policy, 30)
+    variance = np.array([state.sd**2 for state in predicted[0].states])
+    share = predicted[0].unknown[1:].sum(axis=0) / variance[1:].sum(axis=0)
+    assert (share[: NAMES.index("command_1")] < 0.2).all()

@@ -127,6 +127,15 @@ def test_a_figure_of_another_kind_of_file_is_refused(tmp_path: Path) -> None:
         save(draw_tilt(), tmp_path / "a.gif")
 
 
+def test_what_varies_between_rollouts_is_a_darker_band_within_the_predicted_one():
+    variance = np.array([state.sd**2 for state in predicted(40)])
+    figure = prediction_figure(predicted(40), [], CHANNELS, UNITS, PERIOD, "band", unknown=0.75 * variance)
+    for axes in figure.axes[: len(CHANNELS)]:
+        whole, within = (c.get_paths()[0].vertices for c in axes.collections if isinstance(c, PolyCollection))
+        heights = [np.ptp(band[np.isclose(band[:, 0], 40 * PERIOD), 1]) for band in (whole, within)]
+        assert heights[1] == pytest.approx(0.5 * heights[0])
+
+
 def test_the_band_holds_95_percent_of_draws_from_the_prediction() -> None:
     figure = prediction_figure(predicted(40), [], CHANNELS, UNITS, PERIOD, "band")
     rng = np.random.default_rng(2)

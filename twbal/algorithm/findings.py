@@ -157,6 +157,7 @@ def _iteration(
         evidence_gain=learned.evidence_gain,
         predicted_by=prediction.predictors[0].by if prediction else None,
         margin=prediction.best.margin if prediction else None,
+        tilt_unknown=_tilt_unknown(prediction, channels),
     )
     iteration = _with_scores(_with_parts(iteration, verdicts), prediction, trials, measures)
     notes = (
@@ -219,6 +220,13 @@ def _tilt_bands(prediction: Prediction | None, channels: Channels) -> Array:
     if prediction is None or "tilt" not in channels.names:
         return np.empty(0)
     return np.minimum(half_widths95(prediction.states, channels.names.index("tilt")), np.pi)
+
+
+def _tilt_unknown(prediction: Prediction | None, channels: Channels) -> float | None:
+    """Share of the tilt's variance that is due to what is not known; None without a prediction that tells it."""
+    if prediction is None or "tilt" not in channels.names:
+        return None
+    return prediction.unknown_share(channels.names.index("tilt"))
 
 
 def _note(iteration: Iteration, before: Sequence[Iteration], searches: int) -> str:

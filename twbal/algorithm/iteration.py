@@ -164,6 +164,8 @@ class Iteration:
             (difference of log evidence) [nats]; None also where there was one candidate.
         predicted_by: what `predicted_cost` and the bands come from; None without a prediction.
         margin: share of sampled robots that changed under which it succeeds; None where that was not asked.
+        tilt_unknown: share of the tilt's predicted variance that is due to what is not known of the robot, while the
+            rest varies from rollout to rollout; None where that is not told.
 
     The fields from `trial_seconds` on are None where an older `summary.json` does not note them.
     """
@@ -210,6 +212,7 @@ class Iteration:
     evidence_gain: float | None = None
     predicted_by: Predictor | None = None
     margin: float | None = None
+    tilt_unknown: float | None = None
 
     def __post_init__(self) -> None:
         if not 0 <= self.successes <= self.trials:
@@ -221,7 +224,7 @@ class Iteration:
                     f"Iteration {self.index} is {PARTS[part]} in {count} of {self.trials} trials, and {self.successes} "
                     "succeeded."
                 )
-        for name in ("coverage95", "judged_success", "success_probability", "margin"):
+        for name in ("coverage95", "judged_success", "success_probability", "margin", "tilt_unknown"):
             share = getattr(self, name)
             if share is not None and not 0 <= share <= 1:
                 raise DataError(f"{name} of iteration {self.index} must be a share between 0 and 1; found {share}.")

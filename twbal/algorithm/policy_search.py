@@ -11,7 +11,7 @@ from twbal.core.cost import Cost
 from twbal.core.coverage import calibrated
 from twbal.core.episode import Episode
 from twbal.core.errors import ConfigError
-from twbal.core.gaussian import Gaussian
+from twbal.core.gaussian import Array, Gaussian
 from twbal.core.robot_parameters import RobotParameters
 from twbal.core.start_pose import StartPose
 from twbal.models.dynamics import DynamicsModel
@@ -19,7 +19,7 @@ from twbal.planar.robot_distribution import RobotDistribution, prior_of
 from twbal.policies.linear import LinearPolicy
 from twbal.policies.rbf import RbfPolicy
 from twbal.search.optimise import SearchResult, search_policy
-from twbal.search.predicted_rollout import ranked_by_crps
+from twbal.search.predicted_rollout import PredictedRollout, ranked_by_crps
 from twbal.search.robust import PHYSICAL, RobustSettings, SampledRobots
 from twbal.search.start_state import start_state
 from twbal.search.starts import PolicyParametrisation
@@ -157,5 +157,16 @@ def recalibrated(
                 "initial_policies=[...], and optimise=false."
             )
     first, *others = ranked_by_crps(result.predictions, episodes, channels.measured, np.asarray(cost.widths))
-    first = first._replace(states=calibrated(first.states, episodes, channels.measured))
+    states = calibrated(first.states, episodes, channels.measured)
+    first = first._replace(states=states, unknown=_calibrated_unknown(first, states))
     return result._replace(predictions=(first, *others))
+
+
+def _calibrated_unknown(before: PredictedRollout, states: Sequence[Gaussian]) -> Array | None:
+    """How much of calibrated variances is not known, (H + 1, D): what was added, too, as nothing explains it."""
+    if before.unknown is None:
+        return None
+    old, new = (np.array([state.sd**2 for state in each]) for each in (before.states, states))
+    kept = np.divide(new, old, out=np.ones_like(old), where=old > 0.0)
+    unknown: Array = before.unknown * np.minimum(kept, 1.0) + np.maximum(new - old, 0.0)
+    return unknown

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from twbal.core.errors import CheckpointError
-from twbal.core.gaussian import Gaussian
+from twbal.core.gaussian import Array, Gaussian
 from twbal.core.payload import Payload
 from twbal.io.checkpoint import load_checkpoint, save_checkpoint
 from twbal.search.optimise import SearchResult
@@ -70,6 +70,8 @@ class Prediction:
         best: what was thought of that policy.
         candidates: the same for all that were judged, the best first.
         predictors: what predicted `states`, and what else could have.
+        unknown: (H + 1, D), how much of the states' variances is due to what is not known of the robot, while the rest
+            varies from rollout to rollout; None where that is not told, as by f + g and in older files.
     """
 
     channels: tuple[str, ...]
@@ -77,11 +79,19 @@ class Prediction:
     best: Assessment
     candidates: tuple[Assessment, ...]
     predictors: tuple[PredictedBy, ...]
+    unknown: Array | None = None
 
     @property
     def cost(self) -> float:
         """Expected long-term cost over the horizon (eq. 9), by what predicted the states."""
         return self.predictors[0].cost
+
+    def unknown_share(self, channel: int) -> float | None:
+        """Share of the variance of a channel over t = 1 .. H that is due to what is not known of the robot."""
+        if self.unknown is None:
+            return None
+        total = sum(float(state.sd[channel]) ** 2 for state in self.states[1:])
+        return float(self.unknown[1:, channel].sum()) / total if total else None
 
 
 def prediction_of(result: SearchResult) -> Prediction:
@@ -89,7 +99,8 @@ def prediction_of(result: SearchResult) -> Prediction:
     candidates = tuple(_assessment(candidate) for candidate in result.candidates)
     predictors = tuple(PredictedBy(each.by, each.cost, each.crps, each.detail) for each in result.predictions)
     states = result.predictions[0].states
-    return Prediction(result.best.policy.channels, states, _assessment(result.best), candidates, predictors)
+    unknown = result.predictions[0].unknown
+    return Prediction(result.best.policy.channels, states, _assessment(result.best), candidates, predictors, unknown)
 
 
 def save_prediction(path: Path, prediction: Prediction) -> None:
@@ -101,6 +112,7 @@ def save_prediction(path: Path, prediction: Prediction) -> None:
         "best": asdict(prediction.best),
         "candidates": [asdict(candidate) for candidate in prediction.candidates],
         "predictors": [{**asdict(each), "by": each.by.value} for each in prediction.predictors],
+        "unknown": prediction.unknown,  # (H + 1, D)
     }
     save_checkpoint(path, KIND, payload)
 
@@ -129,7 +141,13 @@ def _prediction(found: Payload) -> Prediction:
         best=best,
         candidates=tuple(_saved_assessment(Payload("candidate", each)) for each in found.items("candidates")),
         predictors=_predictors(found, best, len(means) - 1),
+        unknown=_unknown(found, means.shape),
     )
+
+
+def _unknown(found: Payload, shape: tuple[int, ...]) -> Array | None:
+    is_told = "unknown" in found.names and found["unknown"] is not None
+    return found.numbers("unknown", shape) if is_told else None
 
 
 def _predictors(found: Payload, best: Assessment, horizon: int) -> tuple[PredictedBy, ...]:

@@ -36,6 +36,8 @@ class PredictedRollout(NamedTuple):
         states: (H + 1) distributions of the state, t = 0..H, as the sensors show them.
         crps: of the states on rollouts of the policy (`scores`); None where there were none to score it on.
         detail: how robots were drawn, where not as for the search, in words.
+        unknown: (H + 1, D), how much of the states' variances is due to what is not known of the robot; the rest varies
+            from rollout to rollout. None where that is not told.
     """
 
     by: Predictor
@@ -43,6 +45,7 @@ class PredictedRollout(NamedTuple):
     states: tuple[Gaussian, ...]
     crps: float | None = None
     detail: str = ""
+    unknown: Array | None = None
 
 
 def predicted_by_robots(robots: SampledRobots, policy: RbfPolicy, horizon: int) -> tuple[PredictedRollout, ...]:
@@ -107,7 +110,26 @@ def _predicted(robots: SampledRobots, policy: RbfPolicy, horizon: int, detail: s
     for seen, there in zip(shown.swapaxes(0, 1), is_there.T, strict=True):
         states.append(_distribution(seen[there]) if there.sum() >= _FEWEST else states[-1])
     cost = _mean_cost(robots.cost, shown[:, 1:], is_there[:, 1:])
-    return PredictedRollout(Predictor.ROBOTS, cost, tuple(states), detail=detail)
+    unknown = _unknown(shown, robots.states(policy, horizon, again=True), states)
+    return PredictedRollout(Predictor.ROBOTS, cost, tuple(states), detail=detail, unknown=unknown)
+
+
+def _unknown(shown: Array, again: Array, states: Sequence[Gaussian]) -> Array:
+    """How much of the variances of states is due to the robots' parameters, (H + 1, D).
+
+    By the law of total variance that is the variance of a robot's mean. Two rollouts of one robot share nothing else,
+    so it is their covariance (I. M. Sobol, Mathematical Modelling and Computational Experiments 1(4), 1993, 407-414).
+
+    Args:
+        shown: (n, H + 1, D), rollouts of n robots.
+        again: the same, other rollouts of the same robots.
+        states: their distributions at each step.
+    """
+    both = np.isfinite(shown[..., :1]) & np.isfinite(again[..., :1])  # (n, H + 1, 1)
+    count = np.maximum(both.sum(axis=0), 1)
+    first, second = np.where(both, shown, 0.0), np.where(both, again, 0.0)
+    covariance: Array = (first * second).sum(axis=0) / count - first.sum(axis=0) * second.sum(axis=0) / count**2
+    return np.clip(covariance, 0.0, np.array([state.sd**2 for state in states]))
 
 
 def _distribution(states: Array) -> Gaussian:

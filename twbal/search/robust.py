@@ -34,6 +34,7 @@ from twbal.search.sampled_rollouts import Limits, limits_of
 
 PHYSICAL = ("tilt", "tilt_rate", "speed")
 """Channels that a state needs for regulators of planar robots."""
+_FIRST, _CHANGED, _AGAIN = 1, 2, 3  # series of draws
 _DISTURBED = 1.0  # s over which a disturbing torque is forgotten: a robot crosses a wave of the floor in about that
 _OLDEST_RATE = 0.5  # control periods: of a wheel rate that is the difference of angles over a control period
 _MOST_COMPENSATION = 0.6
@@ -176,12 +177,17 @@ class SampledRobots:
         use = self.driven(policy, robots).mean_use
         return 0.5 * (use + self.changed(policy, robots).mean_use) if self.with_margin else use
 
-    def states(self, policy: RbfPolicy, steps: int) -> Array:
+    def states(self, policy: RbfPolicy, steps: int, again: bool = False) -> Array:
         """The states of all n under a policy at t = 0..`steps` as the sensors show them, NaN after a fall.
 
-        (n, `steps` + 1, D); `steps` may be other than those of a rollout by the rule.
+        (n, `steps` + 1, D); `steps` may be other than those of a rollout by the rule. `again` draws what differs from
+        rollout to rollout (start, noise, slow torques) anew; the robots stay the same.
         """
-        period, draws, cost = self.distribution.robot.control_period, self._drawn(steps), self.cost
+        draws = self._drawn(steps)
+        if again:
+            other = self._drawn(steps, _AGAIN)
+            draws = other._replace(filter_rates=draws.filter_rates, rate_ages=draws.rate_ages)
+        period, cost = self.distribution.robot.control_period, self.cost
         shown = np.full((len(self._models), steps + 1, len(self.channels.names)), np.nan)
         planar_rollouts(self._models, self.channels, policy, cost, self._limits, draws, period, shown)
         return shown
@@ -256,7 +262,7 @@ class SampledRobots:
 
     @cached_property
     def _changed_models(self) -> Sequence[TwinParameters]:
-        rng, settings = generator(Stream.SAMPLED_ROBOTS, self.seed, 2), self.settings
+        rng, settings = generator(Stream.SAMPLED_ROBOTS, self.seed, _CHANGED), self.settings
         return settings.margin.models(self.distribution, settings.robots, rng, settings.doubt)
 
     @cached_property
@@ -264,10 +270,10 @@ class SampledRobots:
         drawn = self._drawn(self.rule.steps)
         return self.settings.margin.draws(drawn, self._changed_models, self.distribution.robot, len(self.channels.lags))
 
-    def _drawn(self, steps: int) -> PlanarDraws:
+    def _drawn(self, steps: int, series: int = _FIRST) -> PlanarDraws:
         """Starts and noises of all robots for a rollout of `steps` control periods."""
         count = self.settings.robots
-        rng = generator(Stream.SAMPLED_ROBOTS, self.seed, 1)
+        rng = generator(Stream.SAMPLED_ROBOTS, self.seed, series)
         physical = [self.channels.index(name) for name in PHYSICAL]
         start = self.start.sample(count, rng)[:, physical]
         noise = rng.standard_normal((count, steps, len(self.distribution.sensor_sd)))

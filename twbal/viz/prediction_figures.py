@@ -21,8 +21,11 @@ def prediction_figure(
     units: Sequence[str],
     control_period: float,
     title: str,
+    unknown: Array | None = None,
 ) -> Figure:
     """Draw the predicted 95 % band of each channel with the real trajectories over it.
+
+    A darker band within is that of what varies from rollout to rollout, if the robot were known.
 
     Args:
         predicted: p(x_t) for t = 0 .. H.
@@ -33,14 +36,18 @@ def prediction_figure(
         units: their units.
         control_period: [s].
         title: of the whole figure.
+        unknown: (H + 1, D) variances that are due to what is not known of the robot; None: no darker band.
     """
     figure, axes = panels(len(channels), columns=3, width=3.4, height=2.6)
     mean = np.array([p.mean for p in predicted])  # (H + 1, D)
-    half_width = HALF_WIDTH_95 * np.array([p.sd for p in predicted])  # (H + 1, D)
+    variance = np.array([p.sd**2 for p in predicted])  # (H + 1, D)
+    half_width = HALF_WIDTH_95 * np.sqrt(variance)
+    varies = None if unknown is None else HALF_WIDTH_95 * np.sqrt(np.maximum(variance - unknown, 0.0))
     for i, panel in enumerate(axes):
         factor, unit = shown(units[i])
         courses = [factor * x[: len(predicted), i] for x in trajectories]
-        _draw_channel(panel, control_period, factor * mean[:, i], factor * half_width[:, i], courses)
+        within = None if varies is None else factor * varies[:, i]
+        _draw_channel(panel, control_period, factor * mean[:, i], factor * half_width[:, i], within, courses)
         panel.set_title(channels[i].replace("_", " "))
         panel.set_xlabel("time [s]")
         panel.set_ylabel(label(channels[i], unit))
@@ -49,10 +56,16 @@ def prediction_figure(
     return figure
 
 
-def _draw_channel(axes: Axes, period: float, mean: Array, half_width: Array, courses: Sequence[Array]) -> None:
+def _draw_channel(
+    axes: Axes, period: float, mean: Array, half_width: Array, varies: Array | None, courses: Sequence[Array]
+) -> None:
     time = period * np.arange(len(mean))
     low, high = mean - half_width, mean + half_width
     axes.fill_between(time, low, high, color=PREDICTED.light, alpha=0.25, linewidth=0, label="predicted, 95 %")
+    if varies is not None:
+        within = (mean - varies, mean + varies)
+        between = "of it varies between rollouts"
+        axes.fill_between(time, *within, color=PREDICTED.light, alpha=0.3, linewidth=0, label=between)
     axes.plot(time, mean, color=PREDICTED.light, linewidth=1.5, zorder=3, label="predicted, mean")
     for i, course in enumerate(courses):
         name = f"robot, {len(courses)} trials" if i == 0 else None

@@ -61,7 +61,13 @@ def _prediction(found: Findings, channels: Channels, control_period: float) -> s
         return None
     courses = [trial.states for trial in found.trials]
     figure = prediction_figure(
-        found.prediction.states, courses, channels.names, channels.units, control_period, _title(found.iteration, ": ")
+        found.prediction.states,
+        courses,
+        channels.names,
+        channels.units,
+        control_period,
+        _title(found.iteration, ": "),
+        found.prediction.unknown,
     )
     return svg(figure)
 

@@ -215,6 +215,11 @@ def _caption(iteration: Iteration, warnings: Sequence[str]) -> str:
             f" The 95 % band holds {percent(iteration.coverage95)} of the real states; that of the tilt is "
             f"{tilt_band(iteration)} wide (median, widest)."
         )
+    if iteration.tilt_unknown is not None:
+        text += (
+            f" Of the tilt's variance {percent(iteration.tilt_unknown)} is due to what is not known of the robot; the "
+            "rest varies from rollout to rollout (the darker band)."
+        )
     text += _scored(iteration)
     if iteration.trials:
         text += f" {iteration.successes} of {iteration.trials} trials succeeded"
