@@ -65,6 +65,13 @@ def test_of_policies_that_always_succeed_one_that_was_searched_for_margin_comes_
     assert best(iteration(0, 9, 5.0), iteration(1, 9, 6.0, margin=0.7)) == 0
 
 
+def test_a_policy_that_comes_close_to_failing_is_not_the_best_whatever_its_margin():
+    first, with_margin = iteration(0, 10, 5.0, used_worst=0.7), iteration(1, 10, 4.0, margin=0.7, used_worst=0.9)
+    assert best(first, with_margin) == 0
+    assert best(replace(first, used_worst=0.95), with_margin) == 1
+    assert best(first, replace(with_margin, used_worst=0.78)) == 1
+
+
 def test_without_trials_the_newest_of_the_best_judged_is_kept():
     judged = [0.5, 1.0, 1.0, 0.9]
     assert best(*(iteration(i, 0, None, success) for i, success in enumerate(judged))) == 2

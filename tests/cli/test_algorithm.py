@@ -268,6 +268,14 @@ def test_where_the_policy_with_margin_fails_the_one_before_is_recalibrated():
     assert learning.policies[-1].rollouts[:-1] == learning.policies[2].rollouts
 
 
+@pytest.mark.parametrize(("rocking", "kept"), [("iteration_2/trials", 1), ("iteration_1/trials", 2)])
+def test_of_two_policies_that_solve_it_the_one_that_rocks_is_not_kept(rocking, kept):
+    solved = (*SOLVED_TWICE, "iteration_3/trials")
+    calls, learning = learn(solved=solved, rocking=(rocking,), **IMPROVING, oscillation_limit=0.08)
+    search = only(calls, "optimise-policy")[-1]
+    assert search.overrides["initial_policies"] == [learning.policies[kept].policy / POLICY]
+
+
 @pytest.mark.parametrize(
     "changed",
     [{"improve": False}, {"robust": "none"}, {"updates": 1}, {"stop_when_solved": False, "updates": 2}],

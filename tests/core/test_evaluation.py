@@ -102,6 +102,30 @@ def test_a_short_episode_weighs_by_the_steps_that_it_has() -> None:
     assert coverage95(predicted, [episode(x[:, 0], x) for x in (inside, outside)], [0, 1]) == pytest.approx(10 / 12)
 
 
+def test_the_share_of_the_limits_is_that_of_the_limit_that_is_used_most() -> None:
+    rule = SuccessCriterion(
+        tilt_limit=0.5,
+        settled_tilt_limit=0.2,
+        settle_step=2,
+        steps=10,
+        place_step=5,
+        place_radii=1.0,
+        command_change=0.1,
+        wheel_radius=0.1,
+        torque_limit=10.0,
+    )
+    tilt = np.full(11, 0.05)
+    tilt[0] = 0.19  # before it must have settled
+    still = episode(tilt)
+    assert judged(still, rule).used == pytest.approx(0.25)
+    shaken = replace(still, commands=0.3 * (-1.0) ** np.arange(10))
+    assert judged(shaken, rule).used == pytest.approx(0.06 / 0.1)
+    away = np.zeros((11, 4))
+    away[7, 1] = 0.09
+    assert judged(replace(still, poses=away), rule).used == pytest.approx(0.9)
+    assert judged(episode(np.full(8, 0.05)), rule).used == np.inf
+
+
 def test_nothing_to_compare_is_an_error() -> None:
     with pytest.raises(DataError, match="None of the 1 episodes"):
         coverage95(linear_system(3), [episode(np.zeros(1), np.zeros((1, 2)))], [0])

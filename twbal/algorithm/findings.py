@@ -2,12 +2,14 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
+from math import inf, isfinite
 
 import numpy as np
 
 from twbal.algorithm.iteration import Diagnosis, Iteration, PolicyFile, Search
 from twbal.algorithm.learned import LearnedPolicy, RunResult
 from twbal.algorithm.prediction import Prediction
+from twbal.algorithm.ranking import Shown
 from twbal.algorithm.reasons import reason_for, reason_in_words
 from twbal.algorithm.steps import K, M, P, R, S, Steps
 from twbal.algorithm.summary import SimData, Summary
@@ -83,9 +85,10 @@ def summarise(
     """The summary of a run.
 
     The best policy is the one with the largest share of successes over all of its trials. Among equals it is one under
-    which the tilt oscillates by at most `oscillation_limit` [rad] in every trial. Among these it is the newest that was
-    searched for margin and succeeds in all trials, or else the one with the lowest mean cost on the robot. Where
-    nothing was tried, it is the newest of those that the long model rollouts liked best.
+    which the tilt oscillates by at most `oscillation_limit` [rad] in every trial, then one that no trial brings close
+    to failing (`Shown`). Among these it is the newest that was searched for margin and succeeds in all trials, or else
+    the one with the lowest mean cost on the robot. Where nothing was tried, it is the newest of those that the long
+    model rollouts liked best.
     """
     iterations = tuple(each.iteration for each in found)
     having: dict[int, list[Iteration]] = {}
@@ -110,9 +113,10 @@ def _rank(having: Sequence[Iteration], most: float | None) -> tuple[float, ...]:
         return (0.0, 0.0, -(last.judged_success or 0.0), -first)
     share = sum(i.successes for i in having) / sum(i.trials for i in having)
     swings = [i.oscillation_worst for i in having if i.oscillation_worst is not None]
-    oscillates = most is not None and max(swings, default=0.0) > most
+    used = [i.used_worst for i in having if i.used_worst is not None]
+    shown = Shown(share, max(swings, default=0.0), max(used, default=0.0))
     has_margin = share == 1.0 and any(iteration.margin is not None for iteration in having)
-    return (-share, float(oscillates), -first if has_margin else 1.0, float(np.mean(costs)), first)
+    return (*shown.rank(most), -first if has_margin else 1.0, float(np.mean(costs)), first)
 
 
 def _iteration(
@@ -183,6 +187,7 @@ def _with_parts(iteration: Iteration, verdicts: Sequence[Verdict]) -> Iteration:
     swings = [verdict.oscillation for verdict in verdicts if verdict.oscillation is not None]
     away = [verdict.farthest for verdict in verdicts if verdict.farthest is not None]
     told_by = {verdict.place_by for verdict in verdicts if verdict.farthest is not None}
+    used = max((verdict.used for verdict in verdicts), default=inf)
     return replace(
         iteration,
         upright=_count(verdict.upright for verdict in verdicts),
@@ -195,6 +200,7 @@ def _with_parts(iteration: Iteration, verdicts: Sequence[Verdict]) -> Iteration:
         command_change=_median([v.command_change for v in verdicts if v.command_change is not None]),
         oscillation=_median(swings),
         oscillation_worst=max(swings, default=None),
+        used_worst=used if isfinite(used) else None,
     )
 
 

@@ -25,6 +25,7 @@ _AMOUNTS = (
     "command_change",
     "oscillation",
     "oscillation_worst",
+    "used_worst",
     "crps",
     "crps_of_trials",
     "crps_ratio",
@@ -166,6 +167,8 @@ class Iteration:
         margin: share of sampled robots that changed under which it succeeds; None where that was not asked.
         tilt_unknown: share of the tilt's predicted variance that is due to what is not known of the robot, while the
             rest varies from rollout to rollout; None where that is not told.
+        used_worst: greatest share of a limit of success (settled tilt, place, command) that a trial used; None where
+            one ended early, or there is none.
 
     The fields from `trial_seconds` on are None where an older `summary.json` does not note them.
     """
@@ -213,6 +216,7 @@ class Iteration:
     predicted_by: Predictor | None = None
     margin: float | None = None
     tilt_unknown: float | None = None
+    used_worst: float | None = None
 
     def __post_init__(self) -> None:
         if not 0 <= self.successes <= self.trials:

@@ -7,8 +7,8 @@ Beyond the paper, f is learned once more from rollouts of its own policy in simu
 policy 0 must hold robots as the sheet says with its doubts, and later policies robots as the rollouts tell
 (`search.robust`), or the further simulated robots of an ensemble; and every policy is driven in trials that nothing is
 learned from. The first policy that succeeds in all of them is followed by one more update, whose policy is to balance
-robots that change, too (`search.margin`). The better of the two is driven a few times more, as it is, to recalibrate
-the model: what that then predicts is what the robot does, in bands as wide as these rollouts ask for.
+robots that change, too (`search.margin`). The better of the two (`ranking`) is driven a few times more, as it is, to
+recalibrate the model: what that then predicts is what the robot does, in bands as wide as these rollouts ask for.
 
 Other methods begin elsewhere (`InitialPolicy`) or learn something else from the robot's rollouts (`ModelUpdate`).
 """
@@ -68,11 +68,19 @@ class Algorithm(Generic[R, M, P, S, K]):
             return self._updated(policies) if is_update_left else None
         if newest.recalibrates:
             return None
-        if solving == [newest] and settings.improve and is_update_left and self._steps.identifies:
+        if solving[0] is newest and settings.improve and is_update_left and self._steps.identifies:
             return self._updated(policies, with_margin=True)
-        if settings.calibration_rollouts and solving[-1].predicted:
-            return self._recalibrated(solving[-1], policies)
+        best = min(solving, key=self._rank)
+        if settings.calibration_rollouts and best.predicted:
+            return self._recalibrated(best, policies)
         return None
+
+    def _rank(self, solving: LearnedPolicy[R, M, P]) -> tuple[float, ...]:
+        """Of a policy that solved it, lower is better: what its trials show, and the newer of equals."""
+        shown = (
+            () if solving.trials is None else self._update.shown(solving.trials).rank(self._settings.oscillation_limit)
+        )
+        return (*shown, -float(solving.index))
 
     def _solving(self, policies: Sequence[LearnedPolicy[R, M, P]]) -> list[LearnedPolicy[R, M, P]]:
         """The policies that solved it, oldest first; none of before one failed when it was driven again."""

@@ -7,9 +7,10 @@ from typing import Generic
 
 from twbal.algorithm.iteration import Base, Basis, Diagnosis
 from twbal.algorithm.learned import LearnedPolicy
+from twbal.algorithm.ranking import Shown, shown_by
 from twbal.algorithm.settings import AlgorithmSettings, ModelUpdate
 from twbal.algorithm.steps import Conditions, Difference, K, M, P, R, S, SearchInputs, Steps, Timed
-from twbal.core.evaluation import SuccessCriterion, succeeded
+from twbal.core.evaluation import SuccessCriterion, judged, succeeded
 from twbal.diagnosis.record import CLOSED
 from twbal.diagnosis.usability import enough_for_diagnosis
 
@@ -148,6 +149,10 @@ class Update(Generic[R, M, P, S, K]):
     def solved(self, rollouts: R) -> bool:
         """Whether all of them succeeded."""
         return all(succeeded(episode, self._rule) for episode in self._steps.episodes([rollouts]))
+
+    def shown(self, rollouts: R) -> Shown:
+        """What trials show."""
+        return shown_by(judged(episode, self._rule) for episode in self._steps.episodes([rollouts]))
 
     def _with_diagnosis(self, inputs: UpdateInputs[R, M, P]) -> LearnedPolicy[R, M, P]:
         """Learn g, with a diagnosis before where that is asked for and there are rollouts enough.

@@ -165,6 +165,8 @@ class Verdict(NamedTuple):
             controlled the heading.
         heading_off: most by which the heading was off that of its reference, from the place step on [rad]; where
             nothing controlled it, off that with which it was put. None where it is not known.
+        used: greatest share of a limit that it used, of those of settled tilt, place and command; infinite where it
+            ended early.
     """
 
     upright: bool
@@ -178,6 +180,7 @@ class Verdict(NamedTuple):
     seconds: float
     on_heading: bool | None = None
     heading_off: float | None = None
+    used: float = inf
 
     @property
     def succeeded(self) -> bool:
@@ -210,12 +213,19 @@ def judged(episode: Episode, rule: SuccessCriterion) -> Verdict:
         seconds=min(len(episode), rule.steps) * episode.control_period,
         on_heading=None if limit is None else lasted and off is not None and off <= limit,
         heading_off=off,
+        used=_used(float(tilt[rule.settle_step :].max()), farthest, change, rule) if lasted else inf,
     )
 
 
 def succeeded(episode: Episode, rule: SuccessCriterion) -> bool:
     """Whether a trial shows all that `rule` asks."""
     return judged(episode, rule).succeeded
+
+
+def _used(tilt: float, farthest: float | None, change: float | None, rule: SuccessCriterion) -> float:
+    """Greatest share of a limit; see `Verdict`."""
+    pairs = ((tilt, rule.settled_tilt_limit), (farthest, rule.place_limit), (change, rule.command_change))
+    return max(value / limit for value, limit in pairs if value is not None and limit is not None)
 
 
 def _distances(episode: Episode, part: slice, wheel_radius: float | None) -> tuple[Array, PlaceBy | None]:

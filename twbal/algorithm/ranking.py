@@ -1,0 +1,40 @@
+"""Which of several policies is the best, by what their trials show."""
+
+from collections.abc import Iterable
+from math import inf
+from typing import NamedTuple
+
+from twbal.core.evaluation import Verdict
+
+_ENOUGH = 0.8  # share of the limits of success: a policy that uses more of one is close to failing
+
+
+class Shown(NamedTuple):
+    """What the trials of a policy show.
+
+    Attributes:
+        share: of them that succeed.
+        oscillation: of the tilt, the greatest [rad].
+        used: greatest share of a limit of success that one of them used; infinite where one ended early.
+    """
+
+    share: float
+    oscillation: float
+    used: float
+
+    def rank(self, oscillation_limit: float | None) -> tuple[float, ...]:
+        """Lower is better: success first, then whether the tilt oscillates, then how close to failing it is.
+
+        Args:
+            oscillation_limit: at which the tilt oscillates [rad]; None: that does not count.
+        """
+        oscillates = oscillation_limit is not None and self.oscillation > oscillation_limit
+        return (-self.share, float(oscillates), max(self.used, _ENOUGH))
+
+
+def shown_by(verdicts: Iterable[Verdict]) -> Shown:
+    """What one or more trials show."""
+    found = list(verdicts)
+    swings = [inf if verdict.oscillation is None else verdict.oscillation for verdict in found]
+    share = sum(verdict.succeeded for verdict in found) / len(found)
+    return Shown(share, max(swings), max(verdict.used for verdict in found))
