@@ -76,6 +76,13 @@ def test_a_policy_that_was_searched_for_margin_tells_of_how_many_changed_robots_
     )
 
 
+def test_a_policy_with_margin_that_holds_no_more_changed_robots_ranks_first_for_another_reason():
+    fewer = replace(MARGIN, best=replace(MARGIN.best, margin=0.4))
+    assert reason_in_words(Reason.MARGIN, fewer, [iteration(0), iteration(1)]).endswith(
+        "policy 1 with 45%; it ranks first as the robots use less of the limits under it."
+    )
+
+
 def test_where_no_earlier_policy_was_a_candidate_that_is_said():
     assert "each was driven twice" in reason_in_words(Reason.ALONE, ALONE, [iteration(0)])
 

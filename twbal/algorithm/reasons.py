@@ -72,9 +72,10 @@ def _margins(best: Assessment, rival: Assessment, than: str) -> str:
     """Under which robots that changed both succeed; empty where that was not asked of both."""
     if best.margin is None or rival.margin is None:
         return ""
+    less = "; it ranks first as the robots use less of the limits under it" if best.margin <= rival.margin else ""
     return (
         f"Searched for more margin: it succeeds with {best.margin:.0%} of sampled robots that changed, {than} with "
-        f"{rival.margin:.0%}."
+        f"{rival.margin:.0%}{less}."
     )
 
 
