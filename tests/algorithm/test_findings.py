@@ -72,6 +72,14 @@ def test_a_policy_that_comes_close_to_failing_is_not_the_best_whatever_its_margi
     assert best(first, replace(with_margin, used_worst=0.78)) == 1
 
 
+def test_a_policy_that_was_driven_again_is_ranked_by_its_first_trials():
+    """As by these it was chosen to be driven again; that it failed counts whenever it did."""
+    first, with_margin = iteration(0, 10, 5.0, used_worst=0.85), iteration(1, 10, 4.0, margin=0.7, used_worst=0.84)
+    again = iteration(2, 10, 4.0, same_policy_as=1, used_worst=0.86, search=Search.NOT_MADE)
+    assert best(first, with_margin, again) == 1
+    assert best(first, with_margin, replace(again, successes=9)) == 0
+
+
 def test_without_trials_the_newest_of_the_best_judged_is_kept():
     judged = [0.5, 1.0, 1.0, 0.9]
     assert best(*(iteration(i, 0, None, success) for i, success in enumerate(judged))) == 2

@@ -86,9 +86,9 @@ def summarise(
 
     The best policy is the one with the largest share of successes over all of its trials. Among equals it is one under
     which the tilt oscillates by at most `oscillation_limit` [rad] in every trial, then one that no trial brings close
-    to failing (`Shown`). Among these it is the newest that was searched for margin and succeeds in all trials, or else
-    the one with the lowest mean cost on the robot. Where nothing was tried, it is the newest of those that the long
-    model rollouts liked best.
+    to failing (`Shown`), both by the first trials of a policy. Among these it is the newest that was searched for
+    margin and succeeds in all trials, or else the one with the lowest mean cost on the robot. Where nothing was tried,
+    it is the newest of those that the long model rollouts liked best.
     """
     iterations = tuple(each.iteration for each in found)
     having: dict[int, list[Iteration]] = {}
@@ -112,9 +112,8 @@ def _rank(having: Sequence[Iteration], most: float | None) -> tuple[float, ...]:
     if not costs:
         return (0.0, 0.0, -(last.judged_success or 0.0), -first)
     share = sum(i.successes for i in having) / sum(i.trials for i in having)
-    swings = [i.oscillation_worst for i in having if i.oscillation_worst is not None]
-    used = [i.used_worst for i in having if i.used_worst is not None]
-    shown = Shown(share, max(swings, default=0.0), max(used, default=0.0))
+    told = having[0]  # by whose trials a run decides which policy to recalibrate
+    shown = Shown(share, told.oscillation_worst or 0.0, told.used_worst or 0.0)
     has_margin = share == 1.0 and any(iteration.margin is not None for iteration in having)
     return (*shown.rank(most), -first if has_margin else 1.0, float(np.mean(costs)), first)
 
