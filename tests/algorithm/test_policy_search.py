@@ -64,7 +64,7 @@ SEARCH = SearchSettings(
 )
 
 
-def find(robot, known=None, names=PLACED, robust=ROBUST, earlier=()):
+def find(robot, known=None, names=PLACED, robust=ROBUST, earlier=(), with_margin=False):
     """The result of a search on a model by which nothing changes, and what it said."""
     channels = Channels(names, robot.wheel_radius, robot.control_period)
     widths = {name: 1.0 for name in names if not name.startswith("command")}
@@ -79,6 +79,7 @@ def find(robot, known=None, names=PLACED, robust=ROBUST, earlier=()):
         robust=robust,
         seed=0,
         workers=1,
+        with_margin=with_margin,
     )
     lines = []
     return search.find([without_simulation(channels)], earlier, None, known, lines.append), lines
@@ -168,6 +169,12 @@ def test_rollouts_of_the_policy_tell_which_prediction_to_take_and_how_wide_it_is
     for wide, state in zip(found.predictions[0].states[1:], true.states[1:], strict=True):
         assert np.array_equal(wide.mean, state.mean)
         assert (wide.sd[measured] > 0.85 * state.sd[measured]).all()  # the rollouts are as the prediction says
+
+
+@pytest.mark.parametrize("changed", [{}, {"robust": None}])
+def test_margin_without_rollouts_or_sampled_robots_is_refused(paper, changed):
+    with pytest.raises(ConfigError, match="give known=<run folder of identify>"):
+        find(paper, with_margin=True, **changed)
 
 
 def test_rollouts_of_another_policy_choose_nothing(paper):

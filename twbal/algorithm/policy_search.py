@@ -106,7 +106,15 @@ class PolicySearch:
         """Robots as the sheet, or what is known beyond it, says; they begin as `start` says.
 
         None where none are asked for, or the state lacks a channel that their regulators need.
+
+        Raises:
+            ConfigError: margin is asked without what it needs.
         """
+        if self.with_margin and (known is None or self.robust is None):
+            raise ConfigError(
+                "with_margin=true searches for robots that changed from what their rollouts tell: give "
+                "known=<run folder of identify>, and robust other than none."
+            )
         if self.robust is None:
             return None
         missing = [name for name in PHYSICAL if name not in self.channels.names]

@@ -54,7 +54,7 @@ class Margin:
     ) -> PlanarDraws:
         """The draws of rollouts with more noise, and pushes at the start.
 
-        A robot that is pushed stands still at its balance before.
+        A robot that is pushed stands still at its balance before. Slow torques change its rates as those of `drawn`.
 
         Args:
             drawn: of rollouts of as many robots without.

@@ -117,8 +117,9 @@ def _predicted(robots: SampledRobots, policy: RbfPolicy, horizon: int, detail: s
 def _unknown(shown: Array, again: Array, states: Sequence[Gaussian]) -> Array:
     """How much of the variances of states is due to the robots' parameters, (H + 1, D).
 
-    By the law of total variance that is the variance of a robot's mean. Two rollouts of one robot share nothing else,
-    so it is their covariance (I. M. Sobol, Mathematical Modelling and Computational Experiments 1(4), 1993, 407-414).
+    By the law of total variance that is the variance of a robot's mean. Two rollouts of one robot share nothing but the
+    robot (with its tilt filter and the age of its wheel rates), so it is their covariance (I. M. Sobol, Mathematical
+    Modelling and Computational Experiments 1(4), 1993, 407-414).
 
     Args:
         shown: (n, H + 1, D), rollouts of n robots.

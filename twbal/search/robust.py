@@ -267,8 +267,8 @@ class SampledRobots:
 
     @cached_property
     def _changed_draws(self) -> PlanarDraws:
-        drawn = self._drawn(self.rule.steps)
-        return self.settings.margin.draws(drawn, self._changed_models, self.distribution.robot, len(self.channels.lags))
+        robot, ages = self.distribution.robot, len(self.channels.lags)
+        return self.settings.margin.draws(self._draws, self._changed_models, robot, ages)
 
     def _drawn(self, steps: int, series: int = _FIRST) -> PlanarDraws:
         """Starts and noises of all robots for a rollout of `steps` control periods."""

@@ -64,7 +64,7 @@ def _draw_channel(
     axes.fill_between(time, low, high, color=PREDICTED.light, alpha=0.25, linewidth=0, label="predicted, 95 %")
     if varies is not None:
         within = (mean - varies, mean + varies)
-        between = "of it varies between rollouts"
+        between = "varies from rollout to rollout"
         axes.fill_between(time, *within, color=PREDICTED.light, alpha=0.3, linewidth=0, label=between)
     axes.plot(time, mean, color=PREDICTED.light, linewidth=1.5, zorder=3, label="predicted, mean")
     for i, course in enumerate(courses):
