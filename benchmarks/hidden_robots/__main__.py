@@ -30,7 +30,7 @@ from benchmarks.hidden_robots.data_sheet import with_integral_action
 from benchmarks.hidden_robots.reached import References
 from benchmarks.hidden_robots.record import iteration_records, robot_record
 from benchmarks.hidden_robots.reference import Reached
-from benchmarks.hidden_robots.robots import FAMILIES, Workshop, iterate, learn_words
+from benchmarks.hidden_robots.robots import FAMILIES, Workshop, identified, iterate, learn_words
 from twbal.cli.composition import composing
 from twbal.core.channels import Channels
 from twbal.core.files import write_atomically
@@ -50,11 +50,13 @@ class Recipe(NamedTuple):
         words: settings of `twbal iterate`.
         state: choice of the state that its policies see.
         learns: whether it makes updates.
+        is_identified: whether one rollout with an exciting command identifies the robot before.
     """
 
     words: tuple[str, ...] = ()
     state: str = "default"
     learns: bool = True
+    is_identified: bool = False
 
 
 RECIPES = {
@@ -65,6 +67,7 @@ RECIPES = {
     "lqr": Recipe(("method=lqr",), learns=False),
     "lqr_identified": Recipe(("method=lqr_identified",)),
     INTEGRAL: Recipe(learns=False),
+    "identified": Recipe(("updates=0", "improve=false", "calibration_rollouts=0"), learns=False, is_identified=True),
 }
 
 
@@ -105,9 +108,14 @@ class Bench:
     def _iterated(self, folder: Path, seed: int) -> dict[str, Any]:
         """What `twbal iterate` came to."""
         updates = [f"updates={self._updates}"] if self._recipe.learns else []
-        summary = iterate(folder, [*learn_words(self._family, seed), *self._recipe.words, f"seed={seed}", *updates])
+        words = [*learn_words(self._family, seed), *self._recipe.words, f"seed={seed}", *updates]
+        before: dict[str, Any] = {}
+        if self._recipe.is_identified:
+            told = identified(folder / "before", self._family, seed)
+            words, before = [*words, *told.words], {"seconds_before": told.seconds}
+        summary = iterate(folder, words)
         iterations = iteration_records(folder, summary, self._workshop.rules)
-        return {"best": summary["best_iteration"], "iterations": iterations, **self._afterwards(folder, seed)}
+        return {"best": summary["best_iteration"], **before, "iterations": iterations, **self._afterwards(folder, seed)}
 
     def _afterwards(self, folder: Path, seed: int) -> dict[str, Any]:
         """The best policy for a minute, and pushed where robots are moderate."""

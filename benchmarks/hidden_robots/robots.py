@@ -12,6 +12,7 @@ from hydra.utils import instantiate
 
 from benchmarks.hidden_robots.reference import Rules
 from twbal.algorithm.tested_robot import TestedRobot
+from twbal.cli.artefacts import read_logs
 from twbal.cli.composition import composing
 from twbal.core.robot_parameters import RobotParameters
 from twbal.virtual_robot.drawn import draw_ground_truth
@@ -87,6 +88,27 @@ def iterate(folder: Path, words: Sequence[str]) -> dict[str, Any]:
     run("iterate", folder, words)
     summary: dict[str, Any] = json.loads((folder / "summary.json").read_text())
     return summary
+
+
+class Told(NamedTuple):
+    """What a rollout tells of a robot before it is learned.
+
+    Attributes:
+        words: settings of `twbal iterate` that say it.
+        seconds: of driving.
+    """
+
+    words: list[str]
+    seconds: float
+
+
+def identified(folder: Path, family: str, seed: int) -> Told:
+    """Drive the robot `seed` of a family once, with an exciting command, and identify it."""
+    excited, told = folder / "excited", folder / "identified"
+    run("real-rollout", excited, [*learn_words(family, seed), "experiment=excite", "trials=1", f"seed={seed}"])
+    run("identify", told, [f"robot={FAMILIES[family].sheet}", f"episodes={excited}"])
+    seconds = sum(len(episode.commands) * episode.control_period for episode in read_logs([excited]))
+    return Told([f"sim={told / 'identified.yaml'}", f"known={told}"], seconds)
 
 
 def run(command: str, folder: Path, words: Sequence[str]) -> None:

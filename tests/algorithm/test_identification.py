@@ -26,7 +26,7 @@ def drawn(robot):
 
 def test_the_simulation_is_the_robot_of_the_mean(paper):
     known = drawn(paper)
-    effects = Identification(prior_of(paper), known).effects
+    effects = Identification(prior_of(paper), known, {}).effects
     assert set(effects) == {field.rsplit("_", 1)[0] for field in known.fields}
     twin = twin_parameters(paper, effects)
     assert [getattr(twin, field) for field in known.fields] == known.mean.tolist()
@@ -34,7 +34,7 @@ def test_the_simulation_is_the_robot_of_the_mean(paper):
 
 def test_rollouts_that_tell_nothing_leave_the_prior_and_say_so(paper):
     lines = []
-    found = identify(paper, [falls_at_once(paper, 3), falls_at_once(paper, 2)], lines.append)
+    found = identify(paper, {}, [falls_at_once(paper, 3), falls_at_once(paper, 2)], lines.append)
     for name in NUMBERS:
         np.testing.assert_array_equal(getattr(found.known, name), getattr(prior_of(paper), name))
     said = "None of 2 episodes has 5 control periods of a robot that stands."
@@ -42,9 +42,22 @@ def test_rollouts_that_tell_nothing_leave_the_prior_and_say_so(paper):
     assert lines == [f"the robot by its sheet alone: {said}"]
 
 
+def test_what_the_simulation_was_given_is_where_the_estimate_begins_and_stays_where_nothing_is_told(paper):
+    given = {"torque_gain": {"gain": 0.6}, "ground_slope": {"angle": 0.02}, "tilt_filter": {"rate": 0.4, "lead": 0.01}}
+    given |= {"sensor_noise": dict.fromkeys(("tilt", "tilt_rate", "wheel_rate"), 0.01)}
+    untold = identify(paper, given, [falls_at_once(paper, 3)], lambda line: None)
+    assert {name: untold.effects[name] for name in given} == given
+    told = identify(paper, given, [falls_at_once(paper, 12)], lambda line: None)
+    assert {name: told.effects[name] for name in ("tilt_filter", "sensor_noise")} == {
+        name: given[name] for name in ("tilt_filter", "sensor_noise")
+    }
+    assert told.effects["ground_slope"]["angle"] == pytest.approx(0.02, abs=0.006)  # three standard deviations
+    assert "ground_slope.angle" in "\n".join(told.table())
+
+
 def test_one_rollout_that_tells_something_is_enough(paper):
     lines = []
-    found = identify(paper, [falls_at_once(paper, 3), falls_at_once(paper, 12)], lines.append)
+    found = identify(paper, {}, [falls_at_once(paper, 3), falls_at_once(paper, 12)], lines.append)
     assert not found.nothing_told
     assert not np.array_equal(found.known.mean, found.prior.mean)
     (line,) = lines
@@ -53,7 +66,7 @@ def test_one_rollout_that_tells_something_is_enough(paper):
 
 def test_the_table_has_parameters_with_units_before_and_after(paper):
     known = drawn(paper)
-    head, *rows = Identification(prior_of(paper), known).table()
+    head, *rows = Identification(prior_of(paper), known, {}).table()
     assert head.split("  ")[0] == "parameter"
     assert len(rows) == len(known.fields) + 1  # the filter of the tilt
     (row,) = (row for row in rows if row.startswith("dead_zone.width"))

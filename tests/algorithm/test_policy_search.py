@@ -64,7 +64,7 @@ SEARCH = SearchSettings(
 )
 
 
-def find(robot, known=None, names=PLACED, robust=ROBUST, earlier=(), with_margin=False):
+def find(robot, known=None, names=PLACED, robust=ROBUST, earlier=(), with_margin=False, simulated=None):
     """The result of a search on a model by which nothing changes, and what it said."""
     channels = Channels(names, robot.wheel_radius, robot.control_period)
     widths = {name: 1.0 for name in names if not name.startswith("command")}
@@ -76,6 +76,7 @@ def find(robot, known=None, names=PLACED, robust=ROBUST, earlier=(), with_margin
         search=SEARCH,
         validation=Validation(robots=2, features=10, success=SUCCESS),
         robot=robot,
+        simulated=simulated or {},
         robust=robust,
         seed=0,
         workers=1,
@@ -99,8 +100,24 @@ def test_without_anything_known_the_sheet_tells_of_the_robots(paper):
 
 def test_what_is_known_decides_for_which_robots_is_searched(paper):
     alone, _ = find(paper)
-    found, _ = find(paper, identify(paper, [falls_at_once(paper, 12)], lambda line: None).known)
+    found, _ = find(paper, identify(paper, {}, [falls_at_once(paper, 12)], lambda line: None).known)
     assert found.best.robots.rank != alone.best.robots.rank
+
+
+def test_the_robots_are_those_of_the_simulation_until_rollouts_tell(paper):
+    alone, _ = find(paper)
+    weak = {"torque_gain": {"gain": 0.5}}
+    found, _ = find(paper, simulated=weak)
+    assert found.best.robots.rank != alone.best.robots.rank
+    given, _ = find(paper, prior_of(paper, weak))
+    assert same(found.best.policy, given.best.policy)
+    told, _ = find(paper, prior_of(paper), simulated=weak)
+    assert told.best.robots.rank == alone.best.robots.rank
+
+
+def test_what_rollouts_tell_is_refused_where_no_robots_are_asked_for(paper):
+    with pytest.raises(ConfigError, match="robust=none asks for none"):
+        find(paper, prior_of(paper), robust=None)
 
 
 def test_regulators_are_sought_anew_only_where_rollouts_tell_of_other_robots(paper):
@@ -108,7 +125,7 @@ def test_regulators_are_sought_anew_only_where_rollouts_tell_of_other_robots(pap
     (regulator,) = [c.origin for c in first.candidates if c.origin.startswith("regulator of robot")]
     by_sheet, _ = find(paper, earlier=[first.best.policy])
     assert {c.origin for c in by_sheet.candidates} == {"policy 0", "search from policy 0"}
-    known = identify(paper, [falls_at_once(paper, 12)], lambda line: None).known
+    known = identify(paper, {}, [falls_at_once(paper, 12)], lambda line: None).known
     by_rollouts, _ = find(paper, known, earlier=[first.best.policy])
     assert {c.origin for c in by_rollouts.candidates} == {"policy 0", regulator, f"search from {regulator}"}
 

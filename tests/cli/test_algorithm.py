@@ -157,6 +157,16 @@ def test_no_two_calls_share_a_folder():
     assert not any(a in b.parents for a in folders for b in folders)
 
 
+def test_what_is_known_before_serves_the_searches_in_simulation(tmp_path):
+    (tmp_path / "told").mkdir()
+    calls, _ = learn(robust="default", words=[f"known={tmp_path / 'told'}"])
+    file, identified = tmp_path / "told" / "robot_distribution.pt", Path("identify/robot_distribution.pt")
+    known = [call.overrides["known"] for call in only(calls, "optimise-policy")]
+    assert known == [file, file, *(Path(f"iteration_{i}") / identified for i in (1, 2))]
+    calls, _ = learn(robust="default")
+    assert ["known" in call.overrides for call in only(calls, "optimise-policy")] == [False, False, True, True]
+
+
 def test_the_papers_own_chain_has_one_round_in_simulation():
     calls, learning = learn(sim_rounds=0)
     assert len(only(calls, "sim-collect")) == len(only(calls, "fit-sim-gp")) == 1

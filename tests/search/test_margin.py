@@ -25,6 +25,12 @@ def test_changed_robots_are_as_doubtful_as_what_is_known_and_a_share_of_the_shee
     assert drawn.mean() == pytest.approx(1.0, abs=0.01)
 
 
+def test_a_number_that_the_sheet_does_not_tell_changes_no_more_than_it_is_doubtful(paper):
+    known = prior_of(paper, {"ground_slope": {"angle": 0.02}})
+    drawn = np.array([model.ground_slope_angle for model in models(known, CHANGE)])
+    assert drawn.std() == pytest.approx(0.002, rel=0.05)
+
+
 def test_their_commands_are_later_by_up_to_so_many_control_periods(paper):
     known = known_to_be(paper, spread=0.0, actuation_delay_delay=0.01)
     late = np.array([model.actuation_delay_delay for model in models(known, replace(CHANGE, doubt=0.0, delay=1.5))])

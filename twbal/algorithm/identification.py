@@ -23,22 +23,24 @@ class Identification:
     """What is known of a robot after rollouts.
 
     Attributes:
-        prior: by its sheet.
+        prior: by its sheet and simulation.
         known: by the rollouts too; the prior where they tell nothing.
+        simulated: effects of the simulation that the prior is about.
         nothing_told: why they tell nothing; "" where they do.
     """
 
     prior: RobotDistribution
     known: RobotDistribution
+    simulated: EffectValues
     nothing_told: str = ""
 
     @property
     def effects(self) -> EffectValues:
-        """The effects of the simulated robot that has the mean of the parameters, and its sheet's other ones."""
+        """Those of the simulated robot that has the mean of the parameters; others as simulation and sheet say."""
         known = self.known
         mean = dict(zip(known.fields, known.mean.tolist(), strict=True))
         twin = twin_parameters(known.robot, {})._replace(**mean)
-        found: EffectValues = {}
+        found: EffectValues = dict(self.simulated)
         for own in twin.effects:
             name = effect_name(own.kind)
             values = dict(zip(own.values._fields, twin[own.first : own.end], strict=True))  # type: ignore[attr-defined]
@@ -61,22 +63,25 @@ class Identification:
         return ["  ".join(f"{cell:{width}}" for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
 
 
-def identify(robot: RobotParameters, episodes: Sequence[Episode], progress: Callable[[str], None]) -> Identification:
-    """The posterior of a robot's parameters after rollouts; the prior of its sheet where they tell nothing.
+def identify(
+    robot: RobotParameters, simulated: EffectValues, episodes: Sequence[Episode], progress: Callable[[str], None]
+) -> Identification:
+    """The posterior of a robot's parameters after rollouts; the prior where they tell nothing.
 
     Args:
         robot: its sheet.
+        simulated: effects of the simulation that the prior is about.
         episodes: real rollouts of it, in which it must not turn much.
         progress: is told what came of it, a line at a time.
     """
-    prior = prior_of(robot)
+    prior = prior_of(robot, simulated)
     try:
         known = posterior(prior, episodes)
     except DataError as error:
         progress(f"the robot by its sheet alone: {error}")
-        return Identification(prior, prior, str(error))
+        return Identification(prior, prior, simulated, str(error))
     progress(f"the robot by its rollouts: {known}")
-    return Identification(prior, known)
+    return Identification(prior, known, simulated)
 
 
 def _names_and_units(known: RobotDistribution) -> tuple[list[str], list[str]]:

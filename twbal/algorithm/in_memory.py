@@ -78,6 +78,7 @@ class InMemory(Steps[Episodes, DynamicsModel, MadePolicy, Simulation, RobotDistr
         self._channels, self._robot = setup.search.channels, setup.simulation.robot
         self.ensemble = list(setup.ensemble)
         self.identifies = setup.search.robust is not None
+        self.known = setup.known
 
     def simulate(
         self,
@@ -133,7 +134,8 @@ class InMemory(Steps[Episodes, DynamicsModel, MadePolicy, Simulation, RobotDistr
         """The robot's parameters."""
 
         def work() -> Identified[RobotDistribution, Simulation]:
-            found, simulation = identify(self._robot, self.episodes(rollouts), self._say), self._setup.simulation
+            simulation = self._setup.simulation
+            found = identify(self._robot, values_of(simulation.effects), self.episodes(rollouts), self._say)
             return Identified(found.known, simulation.with_values(found.effects, simulation.physics_step))
 
         return self._timed(place, work)

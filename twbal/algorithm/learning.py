@@ -118,7 +118,7 @@ class Algorithm(Generic[R, M, P, S, K]):
             for name in steps.ensemble if i == last else ():
                 varied.append(steps.simulate_variant(_SIMULATION / f"{name}_collect", name))
                 fits.append(steps.fit_simulation(_SIMULATION / f"{name}_model", varied[-1:]))
-            inputs = SearchInputs[R, M, P, K]([fit.value for fit in fits], policies[-1:])
+            inputs = SearchInputs[R, M, P, K]([fit.value for fit in fits], policies[-1:], known=steps.known)
             found = self._update.searched(_SIMULATION / f"{i}_policy", inputs)
             policies.append(found.value)
             fit_s, search_s = fit_s + sum(fit.seconds for fit in fits), search_s + found.seconds

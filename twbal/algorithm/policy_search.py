@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from twbal.algorithm.identification import EffectValues
 from twbal.core.channels import Channels
 from twbal.core.cost import Cost
 from twbal.core.coverage import calibrated
@@ -40,6 +41,7 @@ class PolicySearch:
         search: how to search.
         validation: of the long rollouts.
         robot: its sheet.
+        simulated: effects of the simulation that learning starts from, by name and parameter.
         robust: how policies are found for robots of the parameter distribution; None: on models alone.
         seed: of all that is drawn.
         workers: threads; 0: one a core. What is found does not depend on it.
@@ -53,6 +55,7 @@ class PolicySearch:
     search: SearchSettings
     validation: Validation
     robot: RobotParameters
+    simulated: EffectValues
     robust: RobustSettings | None
     seed: int
     workers: int = 0
@@ -72,7 +75,7 @@ class PolicySearch:
             models: that the policy is to serve.
             earlier: policies of earlier iterations, oldest first.
             base: regulator that stays beneath the network that is searched; None searches the whole policy.
-            known: of the robot's parameters by its rollouts; None: by its sheet.
+            known: of the robot's parameters by its rollouts; None: by its sheet and the simulation.
             progress: is told what is being done, a line at a time.
 
         Raises:
@@ -103,18 +106,20 @@ class PolicySearch:
     def _sampled(
         self, start: Gaussian, known: RobotDistribution | None, progress: Callable[[str], None]
     ) -> SampledRobots | None:
-        """Robots as the sheet, or what is known beyond it, says; they begin as `start` says.
+        """Robots as sheet and simulation, or what is known beyond these, say; they begin as `start` says.
 
         None where none are asked for, or the state lacks a channel that their regulators need.
 
         Raises:
-            ConfigError: margin is asked without what it needs.
+            ConfigError: margin is asked, or something known, without what it needs.
         """
         if self.with_margin and (known is None or self.robust is None):
             raise ConfigError(
                 "with_margin=true searches for robots that changed from what their rollouts tell: give "
                 "known=<run folder of identify>, and robust other than none."
             )
+        if self.robust is None and known is not None:
+            raise ConfigError("known=... tells of the robots of `robust`; robust=none asks for none: leave one out.")
         if self.robust is None:
             return None
         missing = [name for name in PHYSICAL if name not in self.channels.names]
@@ -122,7 +127,7 @@ class PolicySearch:
             progress(f"no robots of the parameter distribution (robust): the state has no {', '.join(missing)}")
             return None
         return SampledRobots(
-            known or prior_of(self.robot),
+            known or prior_of(self.robot, self.simulated),
             self.channels,
             self.cost,
             self.validation.success,

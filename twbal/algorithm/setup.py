@@ -13,6 +13,7 @@ from twbal.diagnosis.settings import Settings
 from twbal.effects.effect import Effect
 from twbal.environment.agent import AgentRecipe
 from twbal.models.recipe import ModelRecipe
+from twbal.planar.robot_distribution import RobotDistribution
 from twbal.policies.policy import Policy
 
 
@@ -65,6 +66,7 @@ class Setup:
         diagnosis: how a diagnosis of the rollouts names effects.
         diagnosis_data: what it reads of them.
         agent: how a model-free agent is trained.
+        known: of the robot's parameters before the run, by rollouts; None: there were none.
     """
 
     simulation: Simulation
@@ -81,6 +83,7 @@ class Setup:
     diagnosis: Settings
     diagnosis_data: DataSettings
     agent: AgentTraining
+    known: RobotDistribution | None = None
 
     @property
     def measures(self) -> Measures:

@@ -54,7 +54,7 @@ class SearchInputs(Generic[R, M, P, K]):
         base: regulator that stays beneath the network that is searched; None searches the whole policy.
         recalibration: real rollouts of the one policy in `earlier`. Where there are some, nothing is searched: that
             policy is predicted, in bands as wide as these rollouts ask for.
-        known: of the robot's parameters by its rollouts; None: by its sheet.
+        known: of the robot's parameters by its rollouts; None: by its sheet and the simulation.
         with_margin: whether the policy is to balance robots that change, too.
     """
 
@@ -112,10 +112,12 @@ class Steps(ABC, Generic[R, M, P, S, K]):
     Attributes:
         ensemble: names of further simulated robots that policy 0 must serve.
         identifies: whether searches ask what is known of the robot's parameters.
+        known: of the robot's parameters before the run, by rollouts; None: there were none.
     """
 
     ensemble: Sequence[str]
     identifies: bool
+    known: K | None
 
     @abstractmethod
     def simulate(

@@ -3,6 +3,7 @@
 from hydra.utils import instantiate
 from omegaconf import DictConfig
 
+from twbal.algorithm.distribution_file import load_distribution
 from twbal.algorithm.settings import AlgorithmSettings
 from twbal.algorithm.setup import AgentTraining, ModelFits, Setup
 from twbal.cli.simulation_config import simulation_of
@@ -21,8 +22,9 @@ def setup_of(cfg: DictConfig, diagnose: DictConfig) -> Setup:
     """
     collecting = typed(sim_collect.Settings, section(cfg, "sim_collect"))
     searching = typed(optimise_policy.Settings, cfg.optimise_policy)
+    simulation, known = simulation_of(cfg), optimise_policy.distribution_file(cfg.known)
     return Setup(
-        simulation=simulation_of(cfg),
+        simulation=simulation,
         ensemble={str(name): members(effects) for name, effects in cfg.ensemble.items()},
         at_random=instantiate(cfg.policy),
         simulated=collecting.rollout_settings,
@@ -36,4 +38,5 @@ def setup_of(cfg: DictConfig, diagnose: DictConfig) -> Setup:
         diagnosis=instantiate(cfg.diagnosis),
         diagnosis_data=typed(DataSettings, diagnose),
         agent=AgentTraining(instantiate(cfg.agent), int(cfg.train_agent.steps), int(cfg.seed)),
+        known=None if known is None else load_distribution(known, simulation.robot),
     )

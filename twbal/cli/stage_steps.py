@@ -33,6 +33,7 @@ from twbal.cli.artefacts import (
 )
 from twbal.cli.chain import Chain, StageCall
 from twbal.cli.manifest import Manifest
+from twbal.cli.stages.optimise_policy import distribution_file
 from twbal.core.episode import Episode
 from twbal.core.files import file_hash
 from twbal.diagnosis.diagnosis_file import closed_share
@@ -53,6 +54,7 @@ class StageSteps(Steps[Path, Path, Path, Path, Path]):
         self._chain, self._cfg = chain, cfg
         self.ensemble = [str(name) for name in cfg.ensemble]
         self.identifies = bool(cfg.robust)
+        self.known = distribution_file(cfg.known)
 
     def simulate(
         self, place: Path, policy: Path | None, conditions: Conditions = AS_CONFIGURED, simulation: Path | None = None

@@ -4,6 +4,9 @@ By hand, as the closed form of the evidence (`Evidence`) is several times faster
 differentiation, and the same seed gives the same bits. Other kernels are fitted by GPyTorch (`models.kernels`).
 """
 
+import os
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from typing import NamedTuple, Self
 
 import numpy as np
@@ -12,7 +15,7 @@ from numpy.typing import NDArray
 from twbal.core.gaussian import Array
 from twbal.core.streams import Stream, generator
 from twbal.models.evidence import Evidence
-from twbal.models.fit_objective import Objective
+from twbal.models.fit_objective import Minimum, Objective
 from twbal.models.fit_settings import START_NOISE, FitSettings, Reference, check_samples, reference_of
 
 Integers = NDArray[np.int64]
@@ -61,10 +64,12 @@ def fit_hyperparameters(
     """
     check_samples(inputs, targets)
     rng = generator(Stream.FIT_RESTARTS, seed)
-    thetas = []
-    for objective, target in zip(objectives(inputs, targets, settings, reference), targets.T, strict=True):
-        thetas.append(_search(objective, inputs, target, settings, rng) + objective.origin)
-    return Hyperparameters.from_thetas(np.array(thetas))
+    searches = [
+        _Search.drawn(objective, inputs, target, settings, rng)
+        for objective, target in zip(objectives(inputs, targets, settings, reference), targets.T, strict=True)
+    ]
+    with ThreadPoolExecutor(os.cpu_count()) as pool:  # the linear algebra runs free of Python's lock
+        return Hyperparameters.from_thetas(np.array(list(pool.map(_Search.best, searches))))
 
 
 def objectives(inputs: Array, targets: Array, settings: FitSettings, reference: Reference | None) -> list[Objective]:
@@ -77,45 +82,82 @@ def objectives(inputs: Array, targets: Array, settings: FitSettings, reference: 
     ]
 
 
-def _search(
-    objective: Objective, inputs: Array, target: Array, settings: FitSettings, rng: np.random.Generator
-) -> Array:
-    """The best of several searches, (d + 2,), in the coordinates of the objective."""
-    n, d = inputs.shape
-    start = np.append(np.zeros(d), np.log([1.0 / START_NOISE, START_NOISE]))
-    moving = np.append(np.ptp(inputs, axis=0) > 0.0, [True, True])  # the data say nothing about the other inputs
-    apart = n > settings.screening_points and settings.own_choices > 0
-    count = settings.own_choices if apart else settings.starts
-    away = settings.perturbation * rng.standard_normal((count, d + 2)) * moving
-    chosen = rng.permutation(n)[: settings.screening_points]
-    if not target.any():
-        return start
-    starts = np.vstack([start, start + away[1:]])
-    if apart:
-        choices = [chosen, *(rng.permutation(n)[: len(chosen)] for _ in starts[1:])]
-        return _best_of_own_choices(objective, inputs, target, starts, choices, settings.iterations)
-    if len(chosen) < n:
-        screen = Evidence(inputs[chosen], target[chosen])
-        results = [objective.minimise(screen, theta, settings.iterations) for theta in starts]
-        results.sort(key=lambda minimum: minimum.value)
-        starts = np.array([minimum.theta for minimum in results[: settings.finalists]])
-    evidence = Evidence(inputs, target)
-    results = [objective.minimise(evidence, theta, settings.iterations) for theta in starts]
-    return min(results, key=lambda minimum: minimum.value).theta
+class _Search(NamedTuple):
+    """The searches of one output, with all that is random in them drawn.
 
-
-def _best_of_own_choices(
-    objective: Objective, inputs: Array, target: Array, starts: Array, choices: list[Integers], iterations: int
-) -> Array:
-    """The best of searches that each begin on a choice of samples and end on all, (d + 2,).
-
-    An optimum on a few samples is near one on all of them, and has its curvature but for the number of samples.
+    Attributes:
+        objective: what they minimise.
+        inputs: (n, d).
+        target: (n,).
+        starts: (S, d + 2), in the coordinates of the objective.
+        choices: of samples: the one that all starts compete on, or one for each start; none where the target is 0.
+        apart: whether there is one for each start.
+        settings: how to search.
     """
-    evidence = Evidence(inputs, target)
-    results = []
-    for start, chosen in zip(starts, choices, strict=True):
-        screen = Evidence(inputs[chosen], target[chosen])
-        near = objective.minimise(screen, start, iterations).theta
-        curvature = objective.curvature(screen, near) * (len(target) / len(chosen))
-        results.append(objective.polish(evidence, near, curvature, iterations))
+
+    objective: Objective
+    inputs: Array
+    target: Array
+    starts: Array
+    choices: list[Integers]
+    apart: bool
+    settings: FitSettings
+
+    @classmethod
+    def drawn(
+        cls, objective: Objective, inputs: Array, target: Array, settings: FitSettings, rng: np.random.Generator
+    ) -> Self:
+        """Starts about one that is a good guess."""
+        n, d = inputs.shape
+        start = np.append(np.zeros(d), np.log([1.0 / START_NOISE, START_NOISE]))
+        moving = np.append(np.ptp(inputs, axis=0) > 0.0, [True, True])  # the data say nothing about the other inputs
+        apart = n > settings.screening_points and settings.own_choices > 0
+        count = settings.own_choices if apart else settings.starts
+        away = settings.perturbation * rng.standard_normal((count, d + 2)) * moving
+        choices = [rng.permutation(n)[: settings.screening_points]]
+        starts = np.vstack([start, start + away[1:]])
+        if not target.any():
+            choices = []
+        elif apart:
+            choices += [rng.permutation(n)[: len(choices[0])] for _ in starts[1:]]
+        return cls(objective, inputs, target, starts, choices, apart, settings)
+
+    def best(self) -> Array:
+        """The best that they find, (d + 2,), in the coordinates of `Evidence`."""
+        return np.asarray(self._found() + self.objective.origin)
+
+    def _found(self) -> Array:
+        """The same in the coordinates of the objective."""
+        if not self.choices:
+            return np.asarray(self.starts[0])
+        if self.apart:
+            return self._best_of_own_choices()
+        starts, chosen, iterations = self.starts, self.choices[0], self.settings.iterations
+        if len(chosen) < len(self.target):
+            screen = Evidence(self.inputs[chosen], self.target[chosen])
+            results = [self.objective.minimise(screen, theta, iterations) for theta in starts]
+            results.sort(key=lambda minimum: minimum.value)
+            starts = np.array([minimum.theta for minimum in results[: self.settings.finalists]])
+        evidence = Evidence(self.inputs, self.target)
+        results = [self.objective.minimise(evidence, theta, iterations) for theta in starts]
+        return _least(results)
+
+    def _best_of_own_choices(self) -> Array:
+        """The best of searches that each begin on a choice of samples and end on all.
+
+        An optimum on a few samples is near one on all of them, and has its curvature but for the number of samples.
+        """
+        objective, iterations = self.objective, self.settings.iterations
+        evidence = Evidence(self.inputs, self.target)
+        results = []
+        for start, chosen in zip(self.starts, self.choices, strict=True):
+            screen = Evidence(self.inputs[chosen], self.target[chosen])
+            near = objective.minimise(screen, start, iterations).theta
+            curvature = objective.curvature(screen, near) * (len(self.target) / len(chosen))
+            results.append(objective.polish(evidence, near, curvature, iterations))
+        return _least(results)
+
+
+def _least(results: Sequence[Minimum]) -> Array:
+    """Where the best search ended."""
     return min(results, key=lambda minimum: minimum.value).theta

@@ -1,19 +1,26 @@
 """What is known of a robot before and after it was driven: a distribution over planar models."""
 
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
 from twbal.core.gaussian import Array
+from twbal.core.robot_model import UNBOUNDED
 from twbal.core.robot_parameters import GRAVITY, RobotParameters
-from twbal.planar.parameters import TwinParameters, twin_parameters
+from twbal.effects.library import library
+from twbal.effects.parameter import parameters_of
+from twbal.planar.parameters import TwinParameters, field_of, twin_parameters
 
 _LEANING = 0.0087  # rad; half a degree, by which floors lean here and there
 _FILTER_RATE = 0.3  # 1/s; time constants of complementary filters are some seconds
 _PUBLISHED = 0.03  # standard deviation of a published mass or length, as a share of it
 _SENSORS = (0.0035, 0.02, 0.001, 0.05)  # rad, rad/s: of a small IMU, and encoders of about 1000 ticks a turn
 _DRIVE_AND_FILTERS = 0.005  # s; motors answer and sensors filter within some milliseconds
+_TILT_FILTER = "tilt_filter"  # what it adds to tilts is drawn by `filter_rate`
+_SIMULATED = 0.1  # standard deviation of what a simulation was given, as a share of its distance from the neutral value
+_DOUBTED = 0.2  # ... and besides, as a share of the sheet's standard deviation
 _LEAST_CALIBRATED = 0.3  # of torque over command: gears, current sensing and a battery's charge are in it
 
 
@@ -85,8 +92,37 @@ class RobotDistribution:
         return [nominal._replace(**dict(zip(self.fields, row, strict=True))) for row in cut.tolist()]
 
 
-def prior_of(robot: RobotParameters) -> RobotDistribution:
-    """What a sheet tells of a robot.
+def prior_of(robot: RobotParameters, effects: Mapping[str, Mapping[str, float]] | None = None) -> RobotDistribution:
+    """What is known of a robot before it is driven: by its sheet, and by a simulation of it.
+
+    Args:
+        robot: its sheet.
+        effects: of the simulation, values by effect and by parameter. Somebody measured or found them, so that they are
+            nearly right. Those that no sheet tells of become further numbers; sensor noise is passed over.
+    """
+    known, filter_rate = {number.field: number for number in _by_sheet(robot)}, (0.0, _FILTER_RATE)
+    for effect, values in (effects or {}).items():
+        if effect == _TILT_FILTER:
+            filter_rate = (values["rate"], _SIMULATED * values["rate"] + _DOUBTED * _FILTER_RATE)
+        elif effect in library():
+            for number in _simulated(robot, effect, values, known):
+                known[number.field] = number
+    numbers = known.values()
+    return RobotDistribution(
+        robot,
+        tuple(known),
+        np.array([number.mean for number in numbers]),
+        np.diag([number.sd**2 for number in numbers]),
+        np.array([number.low for number in numbers]),
+        np.array([number.high for number in numbers]),
+        np.array(_SENSORS),
+        np.full(2, _LEANING * (robot.body_mass + 2.0 * robot.wheel_mass) * GRAVITY * robot.wheel_radius),
+        filter_rate,
+    )
+
+
+def _by_sheet(robot: RobotParameters) -> tuple[Known, ...]:
+    """What a sheet tells.
 
     Masses and lengths are uncertain as their provenance says. What no sheet tells (friction, dead zone, delay) has the
     size that geared motors and sampled loops have: a dead zone of some per cent of the largest torque, dry friction of
@@ -101,7 +137,7 @@ def prior_of(robot: RobotParameters) -> RobotDistribution:
 
     late = 0.5 * period + _DRIVE_AND_FILTERS
     inertia = np.hypot(factor("body_inertia_pitch"), 0.1)  # mostly computed from simple shapes
-    known = (
+    return (
         Known("torque_gain_gain", 1.0, float(np.hypot(_LEAST_CALIBRATED, factor("torque_limit"))), 0.2, 3.0),
         Known("dead_zone_width", 0.05 * limit, 0.07 * limit, 0.0, 0.3 * limit),
         Known("actuation_delay_delay", late, late, 0.0, 4.0 * late),
@@ -113,14 +149,19 @@ def prior_of(robot: RobotParameters) -> RobotDistribution:
         Known("com_height_factor", 1.0, float(np.hypot(factor("com_height"), 0.1)), 0.4, 2.5),
         Known("body_inertia_factor", 1.0, float(inertia), 0.3, 3.0),
     )
-    return RobotDistribution(
-        robot,
-        tuple(k.field for k in known),
-        np.array([k.mean for k in known]),
-        np.diag([k.sd**2 for k in known]),
-        np.array([k.low for k in known]),
-        np.array([k.high for k in known]),
-        np.array(_SENSORS),
-        np.full(2, _LEANING * (robot.body_mass + 2.0 * robot.wheel_mass) * GRAVITY * robot.wheel_radius),
-        (0.0, _FILTER_RATE),
-    )
+
+
+def _simulated(
+    robot: RobotParameters, effect: str, values: Mapping[str, float], sheet: Mapping[str, Known]
+) -> Iterator[Known]:
+    """What a simulation with an effect tells; nothing of a parameter that does nothing and is in no sheet."""
+    for name, parameter in parameters_of(library()[effect]).items():
+        field, value, size = field_of(effect, name), float(values[name]), parameter.size(robot)
+        away = value - parameter.neutral if abs(parameter.neutral) < UNBOUNDED or value >= UNBOUNDED else value
+        before = sheet.get(field)
+        if before:
+            sd = min(before.sd, float(np.hypot(_SIMULATED * away, _DOUBTED * before.sd)))
+            yield before._replace(mean=value, sd=sd, low=min(before.low, value), high=max(before.high, value))
+        elif away:
+            low, high = min(parameter.low * size, value), max(parameter.high * size, value)
+            yield Known(field, value, _SIMULATED * abs(away), low, high)

@@ -40,8 +40,10 @@ class Margin:
         self, known: RobotDistribution, count: int, rng: np.random.Generator, doubt: float
     ) -> list[TwinParameters]:
         """`count` changed robots; `doubt` is as of `RobotDistribution.models`."""
-        sheet = np.diag(prior_of(known.robot).covariance)
-        wide = replace(known, covariance=known.covariance + self.doubt**2 * np.diag(sheet))
+        sheet = prior_of(known.robot)
+        variances = dict(zip(sheet.fields, np.diag(sheet.covariance), strict=True))
+        doubts = [variances.get(field, 0.0) for field in known.fields]  # the sheet says nothing of some
+        wide = replace(known, covariance=known.covariance + self.doubt**2 * np.diag(doubts))
         late = self.delay * known.robot.control_period * rng.uniform(size=count)
         drawn = wide.models(count, rng, doubt)
         return [

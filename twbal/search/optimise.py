@@ -95,11 +95,14 @@ def search_policy(
         return found
 
     fresh = _not_driven_twice(earlier) if settings.restarts else range(len(earlier))
-    candidates = [validated(f"policy {i}", earlier[i], i) for i in fresh]
-    candidates += [validated(found.origin, found.policy) for found in robust]
     with ThreadPoolExecutor(workers) as pool:
-        for each, found in zip(chosen, pool.map(searched, chosen), strict=True):
-            candidates.append(validated(f"search from {each.origin}", found))
+        searches = [pool.submit(searched, each) for each in chosen]  # meanwhile the others are judged
+        candidates = [validated(f"policy {i}", earlier[i], i) for i in fresh]
+        candidates += [validated(found.origin, found.policy) for found in robust]
+        leading = min(candidates, key=_rank) if task.robots is not None and candidates else None
+        predictions = None if leading is None else task.predictions(leading)  # mostly it stays the best
+        for each, search in zip(chosen, searches, strict=True):
+            candidates.append(validated(f"search from {each.origin}", search.result()))
     candidates.sort(key=_rank)
     if chosen and task.robots is None and candidates[0].validation.success < settings.min_success_rate:
         patient = task.objective(settings.long_horizon)
@@ -108,7 +111,9 @@ def search_policy(
         candidates.append(validated(f"long {near.origin}", found))
         candidates.sort(key=_rank)
     best = candidates[0]
-    return SearchResult(best, tuple(candidates), task.predictions(best))
+    if predictions is None or best is not leading:
+        predictions = task.predictions(best)
+    return SearchResult(best, tuple(candidates), predictions)
 
 
 def _robust_starts(

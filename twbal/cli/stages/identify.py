@@ -7,14 +7,15 @@ from hydra.utils import instantiate
 from omegaconf import DictConfig
 
 from twbal.algorithm.distribution_file import save_distribution
-from twbal.algorithm.identification import identify
+from twbal.algorithm.identification import EffectValues, identify
 from twbal.cli.artefacts import DISTRIBUTION, IDENTIFIED, episode_files
 from twbal.cli.console import next_command, print_result, run_folder, say
 from twbal.cli.manifest import Manifest, Step, perform
 from twbal.cli.sim_files import simulation_text
-from twbal.cli.typed_config import recorded
+from twbal.cli.typed_config import members, recorded
 from twbal.core.files import write_atomically
 from twbal.core.robot_parameters import RobotParameters
+from twbal.effects.library import values_of
 from twbal.io.logs import read_episode
 
 NOT_RECORDED = ("episodes",)
@@ -23,18 +24,21 @@ NOT_RECORDED = ("episodes",)
 def main(cfg: DictConfig) -> None:
     """Run the stage in Hydra's run folder."""
     out = run_folder()
-    print_result(run(cfg, out), out, next_command("sim-collect", {"sim": out / IDENTIFIED}, "robot"))
+    print_result(run(cfg, out), out, next_command("iterate", {"sim": out / IDENTIFIED, "known": out}, "robot"))
 
 
 def run(cfg: DictConfig, out: Path) -> Manifest:
     """Identify the robot of the episodes that `cfg` names into `out`, unless that is done there already."""
     files = episode_files(cfg.episodes)
     step = Step("identify", out, recorded(cfg, NOT_RECORDED), {"episodes": files}, 0)
-    return perform(step, lambda: _identify_to_files(files, instantiate(cfg.robot), float(cfg.sim.physics_step), out))
+    simulated, physics_step = values_of(members(cfg.sim.effects)), float(cfg.sim.physics_step)
+    return perform(step, lambda: _identify_to_files(files, instantiate(cfg.robot), simulated, physics_step, out))
 
 
-def _identify_to_files(files: Sequence[Path], robot: RobotParameters, physics_step: float, out: Path) -> list[Path]:
-    found = identify(robot, [read_episode(file) for file in files], say)
+def _identify_to_files(
+    files: Sequence[Path], robot: RobotParameters, simulated: EffectValues, physics_step: float, out: Path
+) -> list[Path]:
+    found = identify(robot, simulated, [read_episode(file) for file in files], say)
     print("\n".join(f"  {line}" for line in found.table()), flush=True)
     told = "by its sheet alone, as the rollouts tell nothing" if found.nothing_told else "by its rollouts"
     title = f"Robot {robot.name} with the mean of its parameters, {told}."

@@ -14,9 +14,10 @@ from twbal.algorithm.prediction import load_prediction, prediction_of, save_pred
 from twbal.cli.artefacts import DISTRIBUTION, POLICY, PREDICTION, episode_files, hashes
 from twbal.cli.console import next_command, print_result, run_folder, say
 from twbal.cli.manifest import Manifest, Step, perform
-from twbal.cli.typed_config import recorded, typed
+from twbal.cli.typed_config import members, recorded, typed
 from twbal.core.channels import Channels
 from twbal.core.errors import ConfigError
+from twbal.effects.library import values_of
 from twbal.io.checkpoint import save_checkpoint
 from twbal.io.logs import read_episode
 from twbal.models.dynamics import DynamicsModel
@@ -51,7 +52,7 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
     settings = typed(Settings, cfg)
     dynamics, earlier = _paths(cfg.dynamics), _paths(cfg.initial_policies)
     calibration_episodes = episode_files(cfg.calibration_episodes) if cfg.calibration_episodes else []
-    known = _distribution_file(Path(cfg.known)) if cfg.known else None
+    known = distribution_file(cfg.known)
     inputs = {"dynamics": dynamics, "initial_policies": earlier}
     for name, files in (
         ("calibration_episodes", calibration_episodes),
@@ -67,9 +68,12 @@ def _paths(given: str | Sequence[str]) -> list[Path]:
     return [Path(path) for path in ([given] if isinstance(given, str) else given)]
 
 
-def _distribution_file(given: Path) -> Path:
-    """The file itself, or that of a run folder of identify."""
-    return given / DISTRIBUTION if given.is_dir() else given
+def distribution_file(given: str | None) -> Path | None:
+    """The absolute path of the file that `known=` names by itself or by the run folder of identify; None: of none."""
+    if not given:
+        return None
+    path = Path(given).absolute()
+    return path / DISTRIBUTION if path.is_dir() else path
 
 
 def policy_search(cfg: DictConfig, settings: Settings) -> PolicySearch:
@@ -82,6 +86,7 @@ def policy_search(cfg: DictConfig, settings: Settings) -> PolicySearch:
         search=instantiate(cfg.search),
         validation=instantiate(cfg.validation),
         robot=instantiate(cfg.robot),
+        simulated=values_of(members(cfg.sim.effects)),
         robust=instantiate(cfg.robust) if cfg.robust else None,
         seed=settings.seed,
         workers=settings.workers,
