@@ -11,6 +11,7 @@ RESULTS = Path(__file__).resolve().parent.parent / "results"
 RULES = {"default": "default rule", "sticky": "sticky rule"}
 COLUMNS = {**RULES, "due": "each by its own"}
 _WITHIN = (0, 1, 3, 6)  # updates
+_TRIALS = 10  # of each policy
 _BESIDE = ("", "pilco", "lqr", "lqr_integral", "lqr_identified", "one_simulation", "paper")
 
 
@@ -105,6 +106,33 @@ def beside(results: Mapping[str, Any]) -> list[str]:
             seconds = [_seconds(found, "default", name) for name in ("real_seconds", "trial_seconds")]
             lines.append(f"| {recipe or 'default'} | {len(found)} | {solved} | {' | '.join(seconds)} |")
     return lines
+
+
+def first_policies(results: Mapping[str, Any]) -> list[str]:
+    """One line a figure of policy 0, from the nominal simulation and from the one that a rollout corrected."""
+    corrected = results["robots"]
+    nominal = json.loads((RESULTS / f"hidden_robots_{results['family']}.json").read_text())["robots"]
+    by_seed = {robot["seed"]: robot for robot in nominal}
+    found = [[by_seed[robot["seed"]] for robot in corrected], corrected]
+    wins = [[successes(robot["iterations"][0], "default") for robot in robots] for robots in found]
+    upright = [
+        sum(trial["default"]["upright"] for robot in robots for trial in robot["iterations"][0]["trials"])
+        for robots in found
+    ]
+    driven = _median_worst([robot["seconds_before"] for robot in corrected], " s", ".1f")
+    of = f" of {len(corrected)}"
+    rows = [
+        ("robots on which all ten trials succeed", [f"{sum(each == _TRIALS for each in won)}{of}" for won in wins]),
+        (
+            "robots on which at least half of them do",
+            [f"{sum(2 * each >= _TRIALS for each in won)}{of}" for won in wins],
+        ),
+        ("trials that succeed", [f"{sum(won)} of {_TRIALS * len(won)}" for won in wins]),
+        ("trials in which the robot stays upright", [f"{count} of {_TRIALS * len(corrected)}" for count in upright]),
+        ("driven before, median / worst", ["-", driven]),
+    ]
+    lines = ["| figure | from the data sheet | from one rollout |", "|---|---|---|"]
+    return lines + [f"| {name} | {' | '.join(cells)} |" for name, cells in rows]
 
 
 def paper(results: Mapping[str, Any]) -> list[str]:

@@ -50,15 +50,16 @@ class Identification:
 
     def table(self) -> list[str]:
         """Lines that say each parameter's name, unit, and mean ± standard deviation before and after the rollouts."""
-        rows = [("parameter", "unit", "by the sheet", "by the rollouts")]
+        first = "by sheet and simulation" if self.simulated else "by the sheet"
+        rows = [("parameter", "unit", first, "by the rollouts")]
         rows += [
             (name, unit, _spread(*before), _spread(*after))
             for name, unit, before, after in zip(
                 *_names_and_units(self.known), _spreads(self.prior), _spreads(self.known), strict=True
             )
         ]
-        before, after = _spread(*self.prior.filter_rate), _spread(*self.known.filter_rate)
-        rows.append(("1 / time constant of the tilt's filter", "1/s", before, after))
+        rates = (_spread(*self.prior.filter_rate), _spread(*self.known.filter_rate))
+        rows.append(("1 / time constant of the tilt's filter", "1/s", *rates))
         widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
         return ["  ".join(f"{cell:{width}}" for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
 
