@@ -120,13 +120,13 @@ def first_policies(results: Mapping[str, Any]) -> list[str]:
         for robots in found
     ]
     driven = _median_worst([robot["seconds_before"] for robot in corrected], " s", ".1f")
-    of = f" of {len(corrected)}"
+
+    def with_at_least(trials: int) -> list[str]:
+        return [f"{sum(each >= trials for each in won)} of {len(won)}" for won in wins]
+
     rows = [
-        ("robots on which all ten trials succeed", [f"{sum(each == _TRIALS for each in won)}{of}" for won in wins]),
-        (
-            "robots on which at least half of them do",
-            [f"{sum(2 * each >= _TRIALS for each in won)}{of}" for won in wins],
-        ),
+        ("robots on which all ten trials succeed", with_at_least(_TRIALS)),
+        ("robots on which at least half of them do", with_at_least(_TRIALS // 2)),
         ("trials that succeed", [f"{sum(won)} of {_TRIALS * len(won)}" for won in wins]),
         ("trials in which the robot stays upright", [f"{count} of {_TRIALS * len(corrected)}" for count in upright]),
         ("driven before, median / worst", ["-", driven]),
