@@ -1,11 +1,17 @@
-"""How many threads numeric libraries may use: one, unless the person says otherwise.
+"""How many threads compute: one in numeric libraries, unless the person says otherwise, and one a core for whole tasks.
 
-The matrices here are small: more threads wait for each other (a fit took ten times as long beside another busy
-process), and sums in another order on every machine would give other hashes.
+The matrices here are small: more threads within a library wait for each other (a fit took ten times as long beside
+another busy process), and sums in another order on every machine would give other hashes. Tasks that know nothing of
+each other, each computed by one thread, come out the same on any number of cores.
 """
 
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from typing import TypeVar
+
+Task = TypeVar("Task")
+Found = TypeVar("Found")
 
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
@@ -14,6 +20,12 @@ def default_to_one_thread() -> None:
     """One thread where the environment sets no number; to be called before anything numeric is loaded."""
     for name in THREADS:
         os.environ.setdefault(name, "1")
+
+
+def in_threads(work: Callable[[Task], Found], tasks: Iterable[Task]) -> list[Found]:
+    """What comes of each task, in order, one task a core at a time; as far as it runs free of Python's lock."""
+    with ThreadPoolExecutor(os.cpu_count()) as pool:
+        return list(pool.map(work, tasks))
 
 
 def asked_threads() -> Mapping[str, str]:

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from twbal.core.gaussian import Array
+from twbal.core.threads import in_threads
 from twbal.diagnosis.candidates import Candidate
 from twbal.diagnosis.score_test import ScoredCandidate, score_candidates
 from twbal.planar.actuation import equivalent_gain
@@ -156,17 +157,17 @@ def add_one(
     screened = score_candidates(data, base.fit, candidates)
     best = max((s.gain for s in screened), default=0.0)
     chosen = [s for s in screened[:shortlist] if s.gain > max(_PROMISING * best, 3.0)]
-    light = [fit_hypothesis(data, s.model, always, (*base.candidates, s.candidate), 0) for s in chosen]
+    light = in_threads(lambda s: fit_hypothesis(data, s.model, always, (*base.candidates, s.candidate), 0), chosen)
     best = min((w.bic for w in light), default=0.0)
     close = best + max(_CLOSE * (base.bic - best), _NEAR)
-    hypothesis = [
-        fit_hypothesis(data, w.fit.model, always, w.candidates, rounds) if w.bic <= close else w for w in light
-    ]
-    best = min((w.bic for w in hypothesis), default=0.0)
+    hypotheses = in_threads(
+        lambda w: fit_hypothesis(data, w.fit.model, always, w.candidates, rounds) if w.bic <= close else w, light
+    )
+    best = min((w.bic for w in hypotheses), default=0.0)
     order = [candidate.name for candidate in candidates]
 
     def rank(w: FittedHypothesis) -> tuple[float, int]:
         """Of what fits equally well, the first in the library goes first."""
         return (max(w.bic, best + ALIKE), order.index(w.candidates[-1].name))
 
-    return Round(base, screened, sorted(hypothesis, key=rank))
+    return Round(base, screened, sorted(hypotheses, key=rank))

@@ -10,6 +10,7 @@ import numpy as np
 
 from twbal.core.gaussian import Array
 from twbal.core.robot_parameters import GRAVITY
+from twbal.core.threads import in_threads
 from twbal.diagnosis.candidates import Candidate
 from twbal.sysid.fit import Fit, descend, penalty, slopes_of
 from twbal.sysid.kalman import Filter, LinearTwin, respond
@@ -57,14 +58,12 @@ def score_candidates(data: Data, fit: Fit, candidates: Sequence[Candidate]) -> l
         candidates: which it does not hold yet.
     """
     J = slopes_of(data, fit)
-    predicted = sorted((_predict(data, fit, J, each) for each in candidates), key=lambda scored: -scored.gain)
-    found = []
-    for number, scored in enumerate(predicted):
-        if number < _FITTED and scored.gain > _LEAST:
-            found.append(_fit_briefly(data, fit, J, scored))
-        else:
-            found.append(scored._replace(gain=min(scored.gain, 0.0)))
-    return sorted(found, key=lambda scored: -scored.gain)
+    scored = in_threads(lambda each: _predict(data, fit, J, each), candidates)
+    predicted = sorted(scored, key=lambda each: -each.gain)
+    fitted = [each for each in predicted[:_FITTED] if each.gain > _LEAST]
+    found = in_threads(lambda each: _fit_briefly(data, fit, J, each), fitted)
+    found += [each._replace(gain=min(each.gain, 0.0)) for each in predicted[len(fitted) :]]
+    return sorted(found, key=lambda each: -each.gain)
 
 
 def _fit_briefly(data: Data, fit: Fit, J: Array, scored: ScoredCandidate) -> ScoredCandidate:

@@ -2,9 +2,11 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from math import ceil, sqrt
 from typing import NamedTuple
 
+from twbal.core.threads import in_threads
 from twbal.diagnosis.candidates import Candidate
 from twbal.diagnosis.hypothesis import ALIKE, FULL_ROUNDS, FittedHypothesis, Round, add_one, fit_hypothesis
 from twbal.diagnosis.score_test import score_candidates
@@ -207,13 +209,13 @@ def _reconsider(problem: Problem, chosen: FittedHypothesis) -> Round:
 
 def _swap(problem: Problem, chosen: FittedHypothesis) -> Round:
     """Fit in each effect's place those that most robots have and those that are hard to tell from it."""
-    found = []
+    tried = []
     for out in chosen.effects:
         rest = [candidate for candidate in chosen.candidates if candidate is not out]
         for candidate in problem.beside(chosen):
             if candidate.name in problem.settings.common_effects or candidate.name in out.hard_to_tell_from:
-                found.append(problem.fit_at_once([*rest, candidate]))
-    return Round(chosen, [], sorted(found, key=lambda w: w.bic))
+                tried.append([*rest, candidate])
+    return Round(chosen, [], sorted(in_threads(problem.fit_at_once, tried), key=lambda w: w.bic))
 
 
 def with_kin(
@@ -266,7 +268,7 @@ def without_redundant(
     while chosen.candidates:
         autocorrelation = min(chosen.autocorrelation, lines.whiteness)
         too_many = len(chosen.effects) > settings.max_effects
-        lighter = [_one_less(problem, chosen, candidate, base, afresh) for candidate in chosen.candidates]
+        lighter = in_threads(partial(_one_less, problem, chosen, base, afresh), chosen.candidates)
         if rounds is not None:
             rounds.append(Round(chosen, [], lighter))
         redundant = [
@@ -283,7 +285,7 @@ def without_redundant(
 
 
 def _one_less(
-    problem: Problem, chosen: FittedHypothesis, candidate: Candidate, base: FittedHypothesis, afresh: bool
+    problem: Problem, chosen: FittedHypothesis, base: FittedHypothesis, afresh: bool, candidate: Candidate
 ) -> FittedHypothesis:
     """The better fit of a set without one of its candidates; arguments as of `without_redundant`."""
     rest = [other for other in chosen.candidates if other is not candidate]

@@ -4,9 +4,7 @@ By hand, as the closed form of the evidence (`Evidence`) is several times faster
 differentiation, and the same seed gives the same bits. Other kernels are fitted by GPyTorch (`models.kernels`).
 """
 
-import os
 from collections.abc import Sequence
-from concurrent.futures import ThreadPoolExecutor
 from typing import NamedTuple, Self
 
 import numpy as np
@@ -14,6 +12,7 @@ from numpy.typing import NDArray
 
 from twbal.core.gaussian import Array
 from twbal.core.streams import Stream, generator
+from twbal.core.threads import in_threads
 from twbal.models.evidence import Evidence
 from twbal.models.fit_objective import Minimum, Objective
 from twbal.models.fit_settings import START_NOISE, FitSettings, Reference, check_samples, reference_of
@@ -68,8 +67,7 @@ def fit_hyperparameters(
         _Search.drawn(objective, inputs, target, settings, rng)
         for objective, target in zip(objectives(inputs, targets, settings, reference), targets.T, strict=True)
     ]
-    with ThreadPoolExecutor(os.cpu_count()) as pool:  # the linear algebra runs free of Python's lock
-        return Hyperparameters.from_thetas(np.array(list(pool.map(_Search.best, searches))))
+    return Hyperparameters.from_thetas(np.array(in_threads(_Search.best, searches)))
 
 
 def objectives(inputs: Array, targets: Array, settings: FitSettings, reference: Reference | None) -> list[Objective]:

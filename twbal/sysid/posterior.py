@@ -11,6 +11,7 @@ its standard deviation. The other parameters are those of the best rate of the g
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -20,6 +21,7 @@ from twbal.core.errors import DataError
 from twbal.core.gaussian import Array
 from twbal.core.plant import Observation
 from twbal.core.robot_parameters import GRAVITY
+from twbal.core.threads import in_threads
 from twbal.planar.parameters import twin_parameters
 from twbal.planar.robot_distribution import RobotDistribution
 from twbal.sysid.fit import Fit, refit, slopes_of
@@ -94,14 +96,15 @@ def _slow_torques(left: Array, prior: RobotDistribution) -> Array:
 
 def _attempts(prior: RobotDistribution, episodes: Sequence[Episode]) -> dict[float, _Attempt]:
     """A fit for each of `_FILTER_RATES`; all but the first begin where that ends."""
-    begin = None
-    found = {}
-    for rate in _FILTER_RATES:
+
+    def attempt(rate: float, begin: Model | None) -> _Attempt:
         data = _data(prior, episodes, rate)
         fit = _first_fit(data, prior) if begin is None else _fitted(data, begin, prior)
-        begin = begin or fit.model
-        found[rate] = _Attempt(data, fit, fit.cost + _penalty(prior, rate))
-    return found
+        return _Attempt(data, fit, fit.cost + _penalty(prior, rate))
+
+    first, *others = _FILTER_RATES
+    found = attempt(first, None)
+    return {first: found} | dict(zip(others, in_threads(partial(attempt, begin=found.fit.model), others), strict=True))
 
 
 def _first_fit(data: Data, prior: RobotDistribution) -> Fit:
@@ -111,7 +114,8 @@ def _first_fit(data: Data, prior: RobotDistribution) -> Fit:
     # Noise that is fitted to a model far off explains what the model should: it begins small.
     noise = Noise(np.array(_FIRST_SENSORS), np.full(2, _FIRST_TORQUES * prior.robot.torque_limit))
     starts = [begin._replace(**{_DELAY: late * data.period}) for late in _FIRST_DELAYS]
-    return min((_fitted(data, Model(start, 0.0, noise), prior) for start in starts), key=lambda found: found.cost)
+    fits = in_threads(lambda start: _fitted(data, Model(start, 0.0, noise), prior), starts)
+    return min(fits, key=lambda found: found.cost)
 
 
 def _data(prior: RobotDistribution, episodes: Sequence[Episode], filter_rate: float) -> Data:
