@@ -187,6 +187,9 @@ TABLE: Mapping[str, How] = {
     "twbal real-rollout experiment=excite policy.command_width=0.1 link.seed=7": Stage(slow=True),
     _DIAGNOSE: Stage(small=(*SMALL["diagnose"], "hydra.run.dir=outputs/diagnose/...")),
     "twbal iterate sim=outputs/diagnose/.../augmented.yaml": Stage(slow=True, after=(_DIAGNOSE,)),
+    "twbal iterate sim=outputs/identify/.../identified.yaml known=outputs/identify/... link.seed=7": Stage(
+        slow=True, after=(_IDENTIFY,)
+    ),
     "twbal iterate sim=outputs/diagnose/.../augmented.yaml link.seed=7": Stage(slow=True, after=(_DIAGNOSE,)),
     "twbal real-rollout policy.path=<policy.pt> link=serial link.port=/dev/ttyUSB0 steps=25": Stage(_DRIVES, slow=True),
     "twbal lqr --config-dir=my_conf robot=my_robot": Stage(),
@@ -230,6 +233,7 @@ TABLE: Mapping[str, How] = {
     "pip freeze": Elsewhere(None, "pip's own"),
     # docs
     "python -m benchmarks.hidden_robots family=hard": Benchmark(),
+    "python -m benchmarks.hidden_robots family=hard recipe=identified": Benchmark(),
     "python -m benchmarks.hidden_robots.reached": Benchmark(),
     "python -m benchmarks.hidden_robots family=moderate recipe=pilco": Benchmark(),
     "python -m benchmarks.hidden_robots.reproduced family=hard": Elsewhere(
@@ -249,6 +253,7 @@ TABLE: Mapping[str, How] = {
     "python -m benchmarks.latency.steering": Benchmark(),
     "python -m benchmarks.hidden_effects all": Benchmark(),
     "real-rollout experiment=excite": Stage(),
+    "real-rollout experiment=excite trials=1": Stage(),
     "python -m benchmarks.hidden_effects again": Benchmark(),
     "python -m benchmarks.other_robots all": Benchmark(),
     "python -m benchmarks.what_next": Benchmark(),
@@ -337,9 +342,6 @@ TABLE: Mapping[str, How] = {
     ),
     "twbal iterate method=...": Stage({"...": "f_alone"}, slow=True),
     "fit-diff-gp dynamics=null": Stage({"dynamics=null": f"dynamics=null episodes={RECORDED}"}),
-    "optimise-policy known=<run folder>": Stage(
-        {"<run folder>": f"outputs/identify/... dynamics={MODEL}"}, slow=True, after=(_IDENTIFY,)
-    ),
     "optimise-policy residual_on=<policy.pt>": Stage(
         {"residual_on=<policy.pt>": f"residual_on=outputs/lqr/.../policy.pt dynamics={MODEL}"},
         after=("twbal lqr",),
@@ -437,8 +439,9 @@ TABLE: Mapping[str, How] = {
     "twbal drive policy.path=<policy.pt> input=/dev/input/js0": _STEERED,
     "twbal drive policy.path=<policy.pt> view=window": _STEERED,
     _IDENTIFY: Stage(small=("hydra.run.dir=outputs/identify/...",)),
-    "twbal sim-collect sim=<run folder>/identified.yaml": Stage(
-        {"<run folder>": "outputs/identify/..."}, after=(_IDENTIFY,)
+    "twbal identify episodes=<run folder>": Stage({"<run folder>": "outputs/real-rollout/..."}),
+    "twbal iterate sim=<run folder>/identified.yaml known=<run folder>": Stage(
+        {"<run folder>": "outputs/identify/..."}, slow=True, after=(_IDENTIFY,)
     ),
     "twbal fit-sim-gp episodes=outputs/sim-collect/2026-11-20_10-00-00-000000": Stage(),
     "twbal fit-sim-gp episodes=[run1,run2] model=exact": Stage(small=("model.fit_f.settings.starts=1",)),
