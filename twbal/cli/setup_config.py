@@ -3,9 +3,9 @@
 from hydra.utils import instantiate
 from omegaconf import DictConfig
 
-from twbal.algorithm.distribution_file import load_distribution
 from twbal.algorithm.settings import AlgorithmSettings
 from twbal.algorithm.setup import AgentTraining, ModelFits, Setup
+from twbal.cli.known_robot import known_robot
 from twbal.cli.simulation_config import simulation_of
 from twbal.cli.stages import optimise_policy, sim_collect
 from twbal.cli.stages.real_rollout import rollout_settings
@@ -22,9 +22,8 @@ def setup_of(cfg: DictConfig, diagnose: DictConfig) -> Setup:
     """
     collecting = typed(sim_collect.Settings, section(cfg, "sim_collect"))
     searching = typed(optimise_policy.Settings, cfg.optimise_policy)
-    simulation, known = simulation_of(cfg), optimise_policy.distribution_file(cfg.known)
     return Setup(
-        simulation=simulation,
+        simulation=simulation_of(cfg),
         ensemble={str(name): members(effects) for name, effects in cfg.ensemble.items()},
         at_random=instantiate(cfg.policy),
         simulated=collecting.rollout_settings,
@@ -38,5 +37,5 @@ def setup_of(cfg: DictConfig, diagnose: DictConfig) -> Setup:
         diagnosis=instantiate(cfg.diagnosis),
         diagnosis_data=typed(DataSettings, diagnose),
         agent=AgentTraining(instantiate(cfg.agent), int(cfg.train_agent.steps), int(cfg.seed)),
-        known=None if known is None else load_distribution(known, simulation.robot),
+        known=known_robot(cfg),
     )

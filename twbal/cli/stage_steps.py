@@ -32,8 +32,8 @@ from twbal.cli.artefacts import (
     read_logs,
 )
 from twbal.cli.chain import Chain, StageCall
+from twbal.cli.known_robot import distribution_file
 from twbal.cli.manifest import Manifest
-from twbal.cli.stages.optimise_policy import distribution_file
 from twbal.core.episode import Episode
 from twbal.core.files import file_hash
 from twbal.diagnosis.diagnosis_file import closed_share

@@ -20,6 +20,7 @@ from twbal.cli.artefacts import POLICY, read_logs
 from twbal.cli.chain import Chain
 from twbal.cli.commands import text
 from twbal.cli.console import configuration_flags, next_command, run_folder
+from twbal.cli.known_robot import known_robot
 from twbal.cli.link_gate import HEED
 from twbal.cli.manifest import MANIFEST, Manifest, Step, is_of_this_code, perform, read_manifest
 from twbal.cli.script import HASHES, SCRIPT, hash_list, script
@@ -131,6 +132,7 @@ def _learn_and_write(
     cfg: DictConfig, chain: Chain, choices: Mapping[str, str], settings: AlgorithmSettings
 ) -> list[Path]:
     measures = Measures(instantiate(cfg.success), instantiate(cfg.cost), cfg.search.horizon, instantiate(cfg.state))
+    known_robot(cfg)  # what cannot be used is refused before any work
     check_robot_is_there(cfg)
     if not cfg.search.particles:
         check_kernel(cfg.model.kernel)

@@ -11,8 +11,9 @@ from twbal.algorithm.distribution_file import load_distribution
 from twbal.algorithm.model_file import load_model
 from twbal.algorithm.policy_search import PolicySearch, recalibrated
 from twbal.algorithm.prediction import load_prediction, prediction_of, save_prediction
-from twbal.cli.artefacts import DISTRIBUTION, POLICY, PREDICTION, episode_files, hashes
+from twbal.cli.artefacts import POLICY, PREDICTION, episode_files, hashes
 from twbal.cli.console import next_command, print_result, run_folder, say
+from twbal.cli.known_robot import distribution_file
 from twbal.cli.manifest import Manifest, Step, perform
 from twbal.cli.typed_config import members, recorded, typed
 from twbal.core.channels import Channels
@@ -66,14 +67,6 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
 
 def _paths(given: str | Sequence[str]) -> list[Path]:
     return [Path(path) for path in ([given] if isinstance(given, str) else given)]
-
-
-def distribution_file(given: str | None) -> Path | None:
-    """The absolute path of the file that `known=` names by itself or by the run folder of identify; None: of none."""
-    if not given:
-        return None
-    path = Path(given).absolute()
-    return path / DISTRIBUTION if path.is_dir() else path
 
 
 def policy_search(cfg: DictConfig, settings: Settings) -> PolicySearch:
