@@ -26,7 +26,16 @@ from benchmarks.diagnosis_tables import figures, mending, missed  # noqa: E402
 from benchmarks.driving.tables import driving, misses  # noqa: E402
 from benchmarks.free_form.tables import PARTS as FREE_FORM  # noqa: E402
 from benchmarks.hidden_robots.prediction import prediction_table, reliability_table  # noqa: E402
-from benchmarks.hidden_robots.tables import beside, first_policies, paper, reachable, reproduced, robots, summary  # noqa: E402
+from benchmarks.hidden_robots.tables import (  # noqa: E402
+    beside,
+    first_policies,
+    paper,
+    reachable,
+    reproduced,
+    robots,
+    summary,
+    three_seeds,
+)
 from benchmarks.import_tables import import_checks, import_misses  # noqa: E402
 from benchmarks.latency.tables import (  # noqa: E402
     keys,
@@ -126,6 +135,7 @@ def filled(page: str) -> str:
 PARTS: Mapping[str, Callable[..., list[str]]] = {
     "summary": summary,
     "first_policies": first_policies,
+    "three_seeds": three_seeds,
     "robots": robots,
     "beside": beside,
     "paper": paper,

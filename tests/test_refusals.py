@@ -248,6 +248,8 @@ def test_an_episode_with_other_state_channels_than_the_models_is_refused_with_bo
 def test_an_episode_of_another_robot_is_refused_with_both_names(log, refused):
     said = refused(*fit_f(log), "robot=regbot")
     assert "is an episode of the robot 'paper'; expected is 'regbot'" in said
+    said = refused("identify", f"episodes={log}", "robot=regbot")
+    assert "is an episode of the robot 'paper'; expected is 'regbot'" in said
 
 
 def test_too_few_samples_are_refused_with_how_many_there_are(made, refused, tmp_path):

@@ -183,10 +183,8 @@ TABLE: Mapping[str, How] = {
     "twbal iterate method=pilco": Stage(slow=True),
     "twbal iterate link=serial link.port=/dev/ttyUSB0": Stage(_SERIAL, slow=True),
     "twbal iterate --config-dir=my_conf robot=my_robot link=serial link.port=/dev/ttyUSB0": Stage(_SERIAL, slow=True),
-    "twbal real-rollout experiment=excite policy.command_width=0.1": Stage(slow=True),
     "twbal real-rollout experiment=excite policy.command_width=0.1 link.seed=7": Stage(slow=True),
     _DIAGNOSE: Stage(small=(*SMALL["diagnose"], "hydra.run.dir=outputs/diagnose/...")),
-    "twbal iterate sim=outputs/diagnose/.../augmented.yaml": Stage(slow=True, after=(_DIAGNOSE,)),
     "twbal iterate sim=outputs/identify/.../identified.yaml known=outputs/identify/... link.seed=7": Stage(
         slow=True, after=(_IDENTIFY,)
     ),

@@ -9,7 +9,7 @@ from omegaconf import DictConfig
 from twbal.cli.manifest import read_manifest
 from twbal.cli.typed_config import recorded
 from twbal.core.episode import Episode
-from twbal.core.errors import LogError
+from twbal.core.errors import DataError, LogError
 from twbal.core.files import file_hash
 from twbal.io.logs import read_episode
 
@@ -43,6 +43,28 @@ def episode_files(sources: str | Sequence[str]) -> list[Path]:
 def read_logs(folders: Iterable[Path]) -> tuple[Episode, ...]:
     """The episodes of run folders, in order."""
     return tuple(read_episode(file) for folder in folders for file in episode_files(str(folder)))
+
+
+def episodes_of(files: Iterable[Path], robot: str) -> list[Episode]:
+    """The episodes in logs of one robot.
+
+    Args:
+        files: the logs.
+        robot: name of its sheet.
+
+    Raises:
+        DataError: a log is of another robot.
+    """
+    found = []
+    for file in files:
+        found.append(read_episode(file))
+        of = found[-1].provenance.robot
+        if of != robot:
+            raise DataError(
+                f"{file} is an episode of the robot {of!r}; expected is {robot!r}. Choose the robot that the episodes "
+                "were made with by robot=..."
+            )
+    return found
 
 
 def _logs_in(source: Path) -> list[Path]:

@@ -22,9 +22,15 @@ def default_to_one_thread() -> None:
         os.environ.setdefault(name, "1")
 
 
-def in_threads(work: Callable[[Task], Found], tasks: Iterable[Task]) -> list[Found]:
-    """What comes of each task, in order, one task a core at a time; as far as it runs free of Python's lock."""
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
+def in_threads(work: Callable[[Task], Found], tasks: Iterable[Task], threads: int | None = None) -> list[Found]:
+    """What comes of each task, in order, several at a time as far as they run free of Python's lock.
+
+    Args:
+        work: what is done with a task; it must not depend on other tasks.
+        tasks: any number.
+        threads: how many tasks at a time; None: one a core.
+    """
+    with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
         return list(pool.map(work, tasks))
 
 

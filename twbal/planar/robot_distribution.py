@@ -157,7 +157,8 @@ def _simulated(
     """What a simulation with an effect tells; nothing of a parameter that does nothing and is in no sheet."""
     for name, parameter in parameters_of(library()[effect]).items():
         field, value, size = field_of(effect, name), float(values[name]), parameter.size(robot)
-        away = value - parameter.neutral if abs(parameter.neutral) < UNBOUNDED or value >= UNBOUNDED else value
+        neutral = parameter.neutral
+        away = value if neutral == UNBOUNDED != value else value - neutral  # a limit that is none is infinitely far
         before = sheet.get(field)
         if before:
             sd = min(before.sd, float(np.hypot(_SIMULATED * away, _DOUBTED * before.sd)))

@@ -9,6 +9,7 @@ import numpy as np
 from twbal.core.errors import SearchError
 from twbal.core.gaussian import Array
 from twbal.core.streams import Stream, generator
+from twbal.core.threads import in_threads
 from twbal.policies.rbf import RbfPolicy
 from twbal.search.descent import Minimised, descend
 from twbal.search.predicted_rollout import PredictedRollout
@@ -80,9 +81,9 @@ def search_policy(
         found = descend(short, chosen.policy, scales, linear, settings.short_iterations)
         return descend(whole, found, scales, linear, settings.iterations)
 
-    is_searched = bool(settings.restarts or not earlier)
     robust: list[RankedPolicy] = []
     chosen: list[Start] = []
+    is_searched = bool(settings.restarts or not earlier)
     if is_searched and linear and task.robots is not None:
         robust, chosen = _robust_starts(task.robots, task.seed, shape, () if are_robots_new else earlier, workers)
     if is_searched and not chosen:
@@ -105,11 +106,9 @@ def search_policy(
             candidates.append(validated(f"search from {each.origin}", search.result()))
     candidates.sort(key=_rank)
     if chosen and task.robots is None and candidates[0].validation.success < settings.min_success_rate:
-        patient = task.objective(settings.long_horizon)
         near = next(c for c in candidates if c.earlier is None)
-        found = descend(patient, near.policy, scales, linear, settings.long_iterations)
-        candidates.append(validated(f"long {near.origin}", found))
-        candidates.sort(key=_rank)
+        patient = descend(task.objective(settings.long_horizon), near.policy, scales, linear, settings.long_iterations)
+        candidates = sorted([*candidates, validated(f"long {near.origin}", patient)], key=_rank)
     best = candidates[0]
     if predictions is None or best is not leading:
         predictions = task.predictions(best)
@@ -164,8 +163,7 @@ def _promising(starts: Sequence[Start], objective: Minimised, count: int, worker
     """
     if not starts:
         return []
-    with ThreadPoolExecutor(workers) as pool:
-        costs = list(pool.map(objective.value, (start.policy for start in starts)))
+    costs = in_threads(objective.value, [start.policy for start in starts], workers)
     _, first_of_cost = np.unique(costs, return_index=True)  # by cost; of equal policies, as iterations may share, one
     order = [int(i) for i in first_of_cost if np.isfinite(costs[i])]
     if not order:

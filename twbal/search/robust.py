@@ -7,7 +7,6 @@ dry friction by a jump of the command (`policies.squash`).
 """
 
 from collections.abc import Iterator, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import product
@@ -21,6 +20,7 @@ from twbal.core.cost import Cost
 from twbal.core.evaluation import SuccessCriterion
 from twbal.core.gaussian import Array, Gaussian
 from twbal.core.streams import Stream, generator
+from twbal.core.threads import in_threads
 from twbal.planar.linearised import sampled_with_delay, torque_response
 from twbal.planar.parameters import TwinParameters
 from twbal.planar.robot_distribution import RobotDistribution
@@ -211,14 +211,12 @@ class SampledRobots:
             ConfigError: the state lacks tilt, tilt rate or speed.
         """
         settings = self.settings
-        with ThreadPoolExecutor(workers) as pool:
-            screened = list(pool.map(lambda each: self.ranked(each[0], each[1], settings.screening), self._designs()))
-            best = sorted(screened, key=lambda found: found.shortfall)[: settings.finalists]
-            finalists = sorted(
-                pool.map(lambda found: self.ranked(found.origin, found.policy), best), key=lambda found: found.shortfall
-            )
-            if finalists and finalists[0].use > settings.enough:
-                finalists += pool.map(self._improved, finalists[: settings.improved])
+        screened = in_threads(lambda each: self.ranked(*each, settings.screening), self._designs(), workers)
+        best = sorted(screened, key=lambda found: found.shortfall)[: settings.finalists]
+        driven = in_threads(lambda found: self.ranked(found.origin, found.policy), best, workers)
+        finalists = sorted(driven, key=lambda found: found.shortfall)
+        if finalists and finalists[0].use > settings.enough:
+            finalists += in_threads(self._improved, finalists[: settings.improved], workers)
         return sorted(finalists, key=lambda found: found.shortfall)
 
     def _improved(self, begin: RankedPolicy) -> RankedPolicy:

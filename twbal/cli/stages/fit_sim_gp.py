@@ -7,13 +7,11 @@ from hydra.utils import instantiate
 from omegaconf import DictConfig
 
 from twbal.algorithm.model_file import SavedModel, save_model
-from twbal.cli.artefacts import MODEL, episode_files, hashes
+from twbal.cli.artefacts import MODEL, episode_files, episodes_of, hashes
 from twbal.cli.console import next_command, print_result, run_folder
 from twbal.cli.manifest import Manifest, Step, perform
 from twbal.cli.typed_config import recorded, typed
 from twbal.core.channels import Channels
-from twbal.core.errors import DataError
-from twbal.io.logs import read_episode
 from twbal.models.recipe import ModelRecipe
 
 NOT_RECORDED = ("episodes", "model.fit_g")
@@ -48,13 +46,6 @@ def fit_to_file(files: list[Path], robot: str, channels: Channels, recipe: Model
     Raises:
         DataError: a log is of another robot, or cannot be used.
     """
-    episodes = [read_episode(file) for file in files]
-    for file, episode in zip(files, episodes, strict=True):
-        if episode.provenance.robot != robot:
-            raise DataError(
-                f"{file} is an episode of the robot {episode.provenance.robot!r}; expected is {robot!r}. Choose the "
-                "robot that the episodes were made with by robot=..."
-            )
-    learned = recipe.learn_simulation(episodes, channels, seed)
+    learned = recipe.learn_simulation(episodes_of(files, robot), channels, seed)
     save_model(path, SavedModel(learned.model, {"simulation": hashes(files)}))
     return path

@@ -8,7 +8,7 @@ from omegaconf import DictConfig
 
 from twbal.algorithm.distribution_file import save_distribution
 from twbal.algorithm.identification import EffectValues, identify
-from twbal.cli.artefacts import DISTRIBUTION, IDENTIFIED, episode_files
+from twbal.cli.artefacts import DISTRIBUTION, IDENTIFIED, episode_files, episodes_of
 from twbal.cli.console import next_command, print_result, run_folder, say
 from twbal.cli.manifest import Manifest, Step, perform
 from twbal.cli.sim_files import simulation_text
@@ -16,7 +16,6 @@ from twbal.cli.typed_config import members, recorded
 from twbal.core.files import write_atomically
 from twbal.core.robot_parameters import RobotParameters
 from twbal.effects.library import values_of
-from twbal.io.logs import read_episode
 
 NOT_RECORDED = ("episodes",)
 
@@ -38,7 +37,7 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
 def _identify_to_files(
     files: Sequence[Path], robot: RobotParameters, simulated: EffectValues, physics_step: float, out: Path
 ) -> list[Path]:
-    found = identify(robot, simulated, [read_episode(file) for file in files], say)
+    found = identify(robot, simulated, episodes_of(files, robot.name), say)
     print("\n".join(f"  {line}" for line in found.table()), flush=True)
     told = "by its sheet alone, as the rollouts tell nothing" if found.nothing_told else "by its rollouts"
     title = f"Robot {robot.name} with the mean of its parameters, {told}."
