@@ -115,3 +115,11 @@ def test_an_entry_that_is_missing_is_named(paper):
     del payload["low"]
     with pytest.raises(CheckpointError, match="has no 'low'"):
         from_payload(payload, paper)
+
+
+def test_the_table_says_how_far_a_parameter_moved(paper):
+    prior, known = prior_of(paper), drawn(paper)
+    _, *rows = Identification(prior, known, {}).table()
+    (row,) = (row for row in rows if row.startswith("dead_zone.width"))
+    moved = (known.mean[1] - prior.mean[1]) / np.sqrt(prior.covariance[1, 1])
+    assert float(row.split()[-1]) == pytest.approx(moved, abs=0.05)

@@ -148,6 +148,12 @@ _DIAGNOSE = "twbal diagnose episodes=outputs/real-rollout/... diagnosis=loose_to
 _GUESS = "twbal import-log guess=true files=ride.csv"
 _IMPORT = "twbal import-log --config-dir=<run folder> import=my_log files=[a.csv,b.csv] robot=..."
 _IMPORT_REGBOT = "twbal import-log import=regbot robot=regbot files=[test3a.txt,test4.txt]"
+_MINE = {f"outputs/{stage}/...": f"outputs/{stage}/mine" for stage in ("real-rollout", "identify")}
+_RECORD_MINE = (
+    "twbal real-rollout --config-dir=my_conf robot=my_robot experiment=excite trials=1 link=serial "
+    "link.port=/dev/ttyUSB0"
+)
+_IDENTIFY_MINE = "twbal identify --config-dir=my_conf robot=my_robot"
 _IDENTIFY = "twbal identify episodes=outputs/real-rollout/..."
 _COLLECT = "twbal sim-collect hydra.run.dir=outputs/sim"
 _FIT = "twbal fit-sim-gp episodes=outputs/sim hydra.run.dir=outputs/f"
@@ -182,7 +188,25 @@ TABLE: Mapping[str, How] = {
     "twbal iterate -m link.seed=1,2,3": Stage(slow=True),
     "twbal iterate method=pilco": Stage(slow=True),
     "twbal iterate link=serial link.port=/dev/ttyUSB0": Stage(_SERIAL, slow=True),
-    "twbal iterate --config-dir=my_conf robot=my_robot link=serial link.port=/dev/ttyUSB0": Stage(_SERIAL, slow=True),
+    _RECORD_MINE: Stage(_SERIAL, small=("steps=120", f"hydra.run.dir={_MINE['outputs/real-rollout/...']}")),
+    f"{_IDENTIFY_MINE} episodes=outputs/real-rollout/...": Stage(
+        _MINE, small=(f"hydra.run.dir={_MINE['outputs/identify/...']}",), after=(_RECORD_MINE,)
+    ),
+    (
+        "twbal evaluate-sim --config-dir=my_conf robot=my_robot sims=[nominal,outputs/identify/.../identified.yaml] "
+        "episodes=outputs/real-rollout/..."
+    ): Stage(_MINE, small=("settling=0.1",), after=(f"{_IDENTIFY_MINE} episodes=outputs/real-rollout/...",)),
+    (
+        "twbal iterate --config-dir=my_conf robot=my_robot sim=outputs/identify/.../identified.yaml "
+        "known=outputs/identify/... link=serial link.port=/dev/ttyUSB0"
+    ): Stage({**_SERIAL, **_MINE}, slow=True, after=(f"{_IDENTIFY_MINE} episodes=outputs/real-rollout/...",)),
+    (
+        "twbal real-rollout --config-dir=my_conf robot=my_robot experiment=excite policy.command_width=0.1 "
+        "link=serial link.port=/dev/ttyUSB0"
+    ): Stage(_SERIAL, slow=True),
+    (
+        "twbal diagnose --config-dir=my_conf robot=my_robot episodes=outputs/real-rollout/... diagnosis=loose_tolerance"
+    ): Stage(small=(*SMALL["diagnose"], "hydra.run.dir=outputs/diagnose/...")),
     "twbal real-rollout experiment=excite policy.command_width=0.1 link.seed=7": Stage(slow=True),
     _DIAGNOSE: Stage(small=(*SMALL["diagnose"], "hydra.run.dir=outputs/diagnose/...")),
     "twbal iterate sim=outputs/identify/.../identified.yaml known=outputs/identify/... link.seed=7": Stage(

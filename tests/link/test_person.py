@@ -20,7 +20,7 @@ def test_the_person_is_asked_and_waited_for(monkeypatch, capsys):
     keys = Terminal("\nleft over")
     monkeypatch.setattr("sys.stdin", keys)
     confirm_placed(3)
-    assert "Trial 3: place the robot" in capsys.readouterr().out
+    assert "Trial 3: hold the robot at its start" in capsys.readouterr().out
     assert keys.read() == "left over"
 
 

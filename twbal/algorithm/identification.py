@@ -49,17 +49,19 @@ class Identification:
         return found
 
     def table(self) -> list[str]:
-        """Lines that say each parameter's name, unit, and mean ± standard deviation before and after the rollouts."""
+        """Lines that say each parameter's name, unit, and mean ± standard deviation before and after the rollouts.
+
+        The last column says by how many standard deviations, of those before, the mean has moved.
+        """
         first = "by sheet and simulation" if self.simulated else "by the sheet"
-        rows = [("parameter", "unit", first, "by the rollouts")]
-        rows += [
-            (name, unit, _spread(*before), _spread(*after))
-            for name, unit, before, after in zip(
-                *_names_and_units(self.known), _spreads(self.prior), _spreads(self.known), strict=True
-            )
-        ]
-        rates = (_spread(*self.prior.filter_rate), _spread(*self.known.filter_rate))
-        rows.append(("1 / time constant of the tilt's filter", "1/s", *rates))
+        names, units = _names_and_units(self.known)
+        names, units = [*names, "1 / time constant of the tilt's filter"], [*units, "1/s"]
+        before = [*_spreads(self.prior), self.prior.filter_rate]
+        after = [*_spreads(self.known), self.known.filter_rate]
+        rows = [("parameter", "unit", first, "by the rollouts", "moved [sd]")]
+        for name, unit, (mean, sd), (mean_after, sd_after) in zip(names, units, before, after, strict=True):
+            moved = f"{(mean_after - mean) / sd:+.1f}"
+            rows.append((name, unit, _spread(mean, sd), _spread(mean_after, sd_after), moved))
         widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
         return ["  ".join(f"{cell:{width}}" for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]
 

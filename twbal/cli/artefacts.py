@@ -12,6 +12,7 @@ from twbal.core.episode import Episode
 from twbal.core.errors import DataError, LogError
 from twbal.core.files import file_hash
 from twbal.io.logs import read_episode
+from twbal.io.recorded_sheet import is_of_sheet
 
 MODEL, POLICY, PREDICTION = "model.pt", "policy.pt", "prediction.pt"
 POLICY_ENDING = ".pt"  # of a file, by which it is told from a folder
@@ -58,11 +59,11 @@ def episodes_of(files: Iterable[Path], robot: str) -> list[Episode]:
     found = []
     for file in files:
         found.append(read_episode(file))
-        of = found[-1].provenance.robot
-        if of != robot:
+        provenance = found[-1].provenance
+        if not is_of_sheet(provenance, robot):
             raise DataError(
-                f"{file} is an episode of the robot {of!r}; expected is {robot!r}. Choose the robot that the episodes "
-                "were made with by robot=..."
+                f"{file} is an episode of the robot {provenance.robot!r}; expected is {robot!r}. Choose the "
+                "robot that the episodes were made with by robot=..."
             )
     return found
 

@@ -8,6 +8,7 @@ from twbal.core.errors import DataError
 from twbal.core.robot_parameters import RobotParameters
 from twbal.diagnosis.evaluation_inputs import EvaluationSettings, GivenLog
 from twbal.diagnosis.prediction_errors import Indices, Prediction
+from twbal.io.recorded_sheet import is_of_sheet
 from twbal.sysid.model import Data
 from twbal.sysid.noise import Noise
 from twbal.sysid.open_loop import EARLIEST
@@ -42,7 +43,7 @@ def read_log(log: GivenLog, robot: RobotParameters, settings: EvaluationSettings
     Raises:
         DataError: it is of another robot, of another control period or too short.
     """
-    if log.episode.provenance.robot != robot.name:
+    if not is_of_sheet(log.episode.provenance, robot.name):
         raise DataError(
             f"Log {log.name} ({log.source}) is of the robot {log.episode.provenance.robot!r}; expected is "
             f"{robot.name!r}. Choose the robot of the logs by robot=..., and evaluate each robot by itself."

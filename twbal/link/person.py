@@ -14,7 +14,10 @@ def confirm_placed(trial: int) -> None:
     Raises:
         LinkError: nobody is at the terminal.
     """
-    _ask(f"Trial {trial}: place the robot at its start, step back, and press Enter (Ctrl-C ends the run). ", "placed")
+    _ask(
+        f"Trial {trial}: hold the robot at its start, and press Enter: it drives at once (Ctrl-C ends the run). ",
+        "placed",
+    )
 
 
 def confirm_lifted() -> None:

@@ -52,6 +52,11 @@ class Excitation(Policy):
                 f"{', '.join(missing)}. Choose a state that has them by state=..."
             )
 
+    @property
+    def reach(self) -> float:
+        """How far the asked speed takes the robot to one side of where it was put [m]."""
+        return self.speed * _LEG
+
     def is_cut(self, command: float) -> bool:
         """Whether a command of its controller is at the limit, to which it was cut."""
         return abs(command) >= self.max_command

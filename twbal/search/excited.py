@@ -6,9 +6,17 @@ import numpy as np
 import scipy.linalg
 
 from twbal.core.errors import ConfigError
+from twbal.core.motion_limits import MotionLimits
 from twbal.core.robot_parameters import RobotParameters
 from twbal.planar.linearised import sampled
 from twbal.policies.excitation import Excitation
+
+_MOST_SPEED, _SPEED_SHARE = 0.5, 0.5  # [m/s], and of the sheet's speed limit
+
+
+def usual_speed(robot: RobotParameters) -> float:
+    """The speed at which a robot is excited where none is given [m/s]: half of its sheet's limit, at most 0.5."""
+    return min(_MOST_SPEED, _SPEED_SHARE * MotionLimits.of_robot(robot).speed)
 
 
 def excited_regulator(
@@ -18,7 +26,7 @@ def excited_regulator(
     command_width: float,
     multisine: float,
     prbs: float,
-    speed: float,
+    speed: float | None,
     fade_tilt: float,
 ) -> Excitation:
     """The linear-quadratic regulator of the data sheet, sampled at its control period, with excitation on top.
@@ -28,7 +36,8 @@ def excited_regulator(
         channels: names of the state channels.
         widths: deviations of tilt [rad], tilt rate [rad/s] and speed [m/s] that cost alike (Bryson's rule).
         command_width: command that costs as much, as a share of the torque limit.
-        multisine, prbs, speed, fade_tilt: as of `Excitation`.
+        multisine, prbs, fade_tilt: as of `Excitation`.
+        speed: asked for at most [m/s]; None: half of the speed limit that the sheet gives, and no more than 0.5 m/s.
 
     Raises:
         ConfigError: the state lacks a channel, or a width is not positive.
@@ -50,6 +59,6 @@ def excited_regulator(
         robot.torque_limit,
         multisine,
         prbs,
-        speed,
+        usual_speed(robot) if speed is None else speed,
         fade_tilt,
     )

@@ -101,6 +101,8 @@ POLICY = (
     Setting("policy.command_width", Number(1e-4, 1e4), "command that costs as much, per torque limit"),
     Setting("policy.multisine", Number(0.0, 1.0), "sd of the multisine, per torque limit"),
     Setting("policy.prbs", Number(0.0, 1.0), "pseudo-random binary torque, per torque limit"),
-    Setting("policy.speed", Number(0.0, 100.0, "m/s"), "speed asked for: forth, rest and back, 3 s each"),
+    Setting(
+        "policy.speed", OrNull(Number(0.0, 100.0, "m/s")), "asked for forth, at rest and back, 3 s each; null: sheet"
+    ),
     Setting("policy.fade_tilt", TILT_LIMIT, "tilt at which the disturbance has faded"),
 )

@@ -37,7 +37,9 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
 def _identify_to_files(
     files: Sequence[Path], robot: RobotParameters, simulated: EffectValues, physics_step: float, out: Path
 ) -> list[Path]:
-    found = identify(robot, simulated, episodes_of(files, robot.name), say)
+    found = identify(robot, simulated, episodes_of(files, robot.name), progress=lambda line: None)
+    if found.nothing_told:
+        say(f"the robot by its sheet alone: {found.nothing_told}")
     print("\n".join(f"  {line}" for line in found.table()), flush=True)
     told = "by its sheet alone, as the rollouts tell nothing" if found.nothing_told else "by its rollouts"
     title = f"Robot {robot.name} with the mean of its parameters, {told}."

@@ -45,10 +45,13 @@ from twbal.io.logs import read_episode
 from twbal.link.frozen_sensors import FrozenSensors
 from twbal.link.ranges import MAX_TRIAL
 from twbal.link.serial_plant import SerialPlant
+from twbal.policies.excitation import Excitation
 from twbal.policies.policy import Policy
 from twbal.virtual_robot.process import Launch, launch
 from twbal.viz.canvas import save
 from twbal.viz.following_figure import following_figure
+
+_SPARE_FLOOR = 0.5  # m; beyond the way that an excitation asks for, as the robot may fall or drift
 
 NOT_RECORDED = ("policy.path", "link.port", "link.deploy", HEED)
 NOT_IN_EPISODES = ("policy.path", "link", HEED)  # the same robot may be reached by other ways
@@ -77,6 +80,15 @@ def _floor(need: FloorNeeded) -> str:
     behind = f"{need.behind:.1f} m behind it"
     ahead = f"the course needs {need.ahead:.1f} m of free floor ahead of the robot"
     return f"{ahead}, {behind}{sides}" if sides else f"{ahead} and {behind}"
+
+
+def _floor_of_excitation(policy: Excitation) -> str:
+    """How far an excitation drives the robot, as a sentence."""
+    needed = policy.reach + _SPARE_FLOOR
+    return (
+        f"the excitation drives the robot at up to {policy.speed:.2g} m/s, {policy.reach:.1f} m forward or backward, "
+        f"and does not bring it back to its place: have {needed:.1f} m of free floor ahead of it, and as much behind it"
+    )
 
 
 def _print_course(trials: Sequence[FollowedCourse]) -> None:
@@ -131,6 +143,8 @@ def run(cfg: DictConfig, out: Path, launch: Launch = launch, advise: bool = True
     robot: RobotParameters = instantiate(cfg.robot)
     policy: Policy = instantiate(cfg.policy)
     check_torque(policy, robot)
+    if isinstance(policy, Excitation):
+        say(_floor_of_excitation(policy))
     policy = explored(policy, settings, robot.torque_limit)
     provenance = Provenance(
         robot=robot.name,

@@ -1,0 +1,42 @@
+"""A robot on a port whose firmware has another name than its sheet: its recordings are those of the sheet's robot."""
+
+from contextlib import closing
+
+import pytest
+
+from twbal.cli.main import main
+from twbal.virtual_robot.process import VirtualRobotProcess, virtual_robot_command
+
+PATIENCE = 60.0  # s
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory):
+    """The run folder of a rollout with the sheet `paper`."""
+    folder = tmp_path_factory.mktemp("firmware_name")
+    with closing(VirtualRobotProcess(virtual_robot_command(["robot.name=its_firmware"]), PATIENCE)) as robot:
+        reached = ["link=serial", f"link.port={robot.port}", "link.confirm_placed=null"]
+        words = ["experiment=excite", "trials=1", "steps=120", "policy.command_width=0.1", f"hydra.run.dir={folder}"]
+        assert main(["real-rollout", *reached, *words]) == 0
+    return folder
+
+
+@pytest.fixture(autouse=True)
+def arguments(monkeypatch):
+    """Hydra reads them."""
+    monkeypatch.setattr("sys.argv", ["twbal"])
+
+
+def test_it_is_identified_and_its_simulation_evaluated(recorded, tmp_path, capsys):
+    out = tmp_path / "identified"
+    assert main(["identify", f"episodes={recorded}", f"hydra.run.dir={out}"]) == 0
+    sims = f"sims=[nominal,{out / 'identified.yaml'}]"
+    evaluated = f"hydra.run.dir={tmp_path / 'evaluated'}"
+    assert main(["evaluate-sim", sims, f"episodes={recorded}", "settling=0.1", evaluated]) == 0
+    assert "identified" in capsys.readouterr().out
+
+
+def test_it_is_not_the_robot_of_another_sheet(recorded, tmp_path, capsys):
+    out = f"hydra.run.dir={tmp_path / 'identified'}"
+    assert main(["identify", "robot=regbot", f"episodes={recorded}", out]) == 1
+    assert "is an episode of the robot 'its_firmware'; expected is 'regbot'" in capsys.readouterr().err
