@@ -131,7 +131,7 @@ def test_what_is_known_of_the_robot_is_an_input_and_a_search_with_it_is_repeatab
     capsys.readouterr()
     run("identify", folder / "identified", f"episodes=[{driven}]")
     said = capsys.readouterr().out
-    assert "the robot by its rollouts: " in said
+    assert "moved [sd]" in said
     assert re.search(r"coulomb_friction\.torque +N·m", said)
     (record,) = read_manifest(folder / "identified").inputs["episodes"]
     assert record.path == str(driven / "episodes" / "trial_000.mcap")

@@ -65,8 +65,7 @@ def search_policy(
         earlier: policies of earlier iterations, oldest first.
         progress: is told what is being done, a line at a time.
         workers: threads that search beside each other; what is found does not depend on it.
-        base: (D,) gain K of a regulator u = -Kx that stays as it is, while the network on top of it is searched; None
-            searches all.
+        base: (D,) gain K of a fixed regulator u = -Kx, on top of which a network is searched; None searches all.
         are_robots_new: whether the robots of the parameter distribution are others than those of the earlier policies.
 
     Raises:
@@ -77,18 +76,18 @@ def search_policy(
     short, whole = task.objective(settings.short_horizon), task.whole
     linear = shape.linear and base is None
 
-    def searched(chosen: Start) -> RbfPolicy:
-        found = descend(short, chosen.policy, scales, linear, settings.short_iterations)
+    def searched(start: Start) -> RbfPolicy:
+        found = descend(short, start.policy, scales, linear, settings.short_iterations)
         return descend(whole, found, scales, linear, settings.iterations)
 
     robust: list[RankedPolicy] = []
     chosen: list[Start] = []
-    is_searched = bool(settings.restarts or not earlier)
-    if is_searched and linear and task.robots is not None:
-        robust, chosen = _robust_starts(task.robots, task.seed, shape, () if are_robots_new else earlier, workers)
-    if is_searched and not chosen:
-        starts = _starts(task, shape, torque_limit, earlier, base)
-        chosen = _promising(starts, short, max(settings.restarts, 1), workers)
+    if settings.restarts or not earlier:
+        if linear and task.robots is not None:
+            robust, chosen = _robust_starts(task.robots, task.seed, shape, () if are_robots_new else earlier, workers)
+        if not chosen:
+            chosen = _starts(task, shape, torque_limit, earlier, base)
+            chosen = _promising(chosen, short, max(settings.restarts, 1), workers)
 
     def validated(origin: str, policy: RbfPolicy, number: int | None = None) -> Candidate:
         found = task.validated(origin, policy, number)
@@ -101,7 +100,7 @@ def search_policy(
         candidates = [validated(f"policy {i}", earlier[i], i) for i in fresh]
         candidates += [validated(found.origin, found.policy) for found in robust]
         leading = min(candidates, key=_rank) if task.robots is not None and candidates else None
-        predictions = None if leading is None else task.predictions(leading)  # mostly it stays the best
+        predictions = () if leading is None else task.predictions(leading)  # mostly it stays the best
         for each, search in zip(chosen, searches, strict=True):
             candidates.append(validated(f"search from {each.origin}", search.result()))
     candidates.sort(key=_rank)
@@ -110,9 +109,7 @@ def search_policy(
         patient = descend(task.objective(settings.long_horizon), near.policy, scales, linear, settings.long_iterations)
         candidates = sorted([*candidates, validated(f"long {near.origin}", patient)], key=_rank)
     best = candidates[0]
-    if predictions is None or best is not leading:
-        predictions = task.predictions(best)
-    return SearchResult(best, tuple(candidates), predictions)
+    return SearchResult(best, tuple(candidates), predictions if best is leading else task.predictions(best))
 
 
 def _robust_starts(
