@@ -14,6 +14,7 @@ from twbal.effects.com_offset import ComOffset
 from twbal.effects.coulomb_friction import CoulombFriction
 from twbal.effects.dead_zone import DeadZone
 from twbal.effects.effect import assemble
+from twbal.effects.friction_compensation import FrictionCompensation
 from twbal.effects.library import all_effects, nodes
 from twbal.effects.motor_lag import MotorLag
 from twbal.effects.parameter import parameters_of
@@ -64,6 +65,17 @@ def test_dead_zone_is_odd_continuous_and_flat_inside():
     out = run(DeadZone(1.5), u)
     np.testing.assert_allclose(out, np.sign(u) * np.maximum(np.abs(u) - 1.5, 0), atol=1e-15)
     assert np.abs(np.diff(out)).max() <= u[1] - u[0] + 1e-12
+
+
+def test_friction_compensation_adds_in_the_direction_of_the_command_and_nothing_to_none():
+    out = run(FrictionCompensation(0.4), [-2.0, -1e-9, 0.0, 1e-9, 2.0])
+    np.testing.assert_allclose(out, [-2.4, -0.4, 0.0, 0.4, 2.4], rtol=1e-8)
+
+
+def test_a_dead_zone_of_the_same_size_undoes_friction_compensation():
+    u = np.linspace(-4, 4, 801)
+    compensated = run(FrictionCompensation(1.5), u)
+    np.testing.assert_allclose(run(DeadZone(1.5), compensated), u, atol=1e-12)
 
 
 def test_a_delay_of_whole_steps_shifts_the_torque():

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from twbal.core.errors import DataError
 from twbal.core.gaussian import Array
 from twbal.core.threads import in_threads
 from twbal.diagnosis.candidates import Candidate
@@ -115,10 +116,18 @@ def fit_hypothesis(
         always: what is always free; a candidate's own parameters take the place of those of the same name.
         candidates: the set.
         rounds: of values and noise in turn.
+
+    Raises:
+        DataError: predictions without any of the effects run away.
     """
     own = [free for candidate in candidates for free in candidate.frees]
     frees = [free for free in always if free.field not in {o.field for o in own}] + own
     fit = refit(data, model, frees, rounds, _ITERATIONS, _NOISE_ITERATIONS)
+    if not candidates and not np.isfinite(fit.cost):
+        raise DataError(
+            "The simulation's predictions run away within the recordings. Is it the robot's data sheet (robot=...), and "
+            "has sim=... a friction, a gain or a delay that cannot be?"
+        )
     kalman = data.filter(fit.model)
     left = data.autocorrelation(data.errors(fit.model, kalman), kalman)[data.sensed]
     searched = 2.0 * sum(candidate.is_wave for candidate in candidates) * np.log(_WAVES)

@@ -121,12 +121,7 @@ def linear_errors(
     """
     predictions = data.predictions(model, kalman)
     errors = [prediction.errors for prediction in predictions]
-    columns = []
-    for free in frees:
-        value = model.value(free.field)
-        nudge = free.nudge if value + free.nudge <= free.high else -free.nudge
-        moved = data.errors(model.put({free.field: value + nudge}), kalman)
-        columns.append([(after - before) / nudge for after, before in zip(moved, errors, strict=True)])
+    columns = [_slopes_by(free, data, model, kalman, errors) for free in frees]
     precision = np.array([1.0 / free.sd**2 + _RIDGE / (free.high - free.low) ** 2 for free in frees])
     off = np.array([(free.mean - model.value(free.field)) / free.sd**2 for free in frees]) / precision
     limit = float(model.twin.torque_limit)
@@ -144,6 +139,18 @@ def linear_errors(
         of_frees = [column[number][:, :, None] for column in columns]
         slopes.append(np.concatenate([*of_frees, *of_constants], axis=2))
     return replace(found, slopes=slopes)
+
+
+def _slopes_by(free: Free, data: Data, model: Model, kalman: Filter, errors: Sequence[Array]) -> list[Array]:
+    """Derivatives of the errors of each recording by a free value; 0, so that it stays, where predictions run away."""
+    value = model.value(free.field)
+    nudges = (free.nudge, -free.nudge) if value + free.nudge <= free.high else (-free.nudge,)
+    for nudge in nudges:
+        moved = data.errors(model.put({free.field: value + nudge}), kalman)
+        slopes = [(after - before) / nudge for after, before in zip(moved, errors, strict=True)]
+        if all(np.isfinite(each).all() for each in slopes):
+            return slopes
+    return [np.zeros_like(each) for each in errors]
 
 
 def weights_of(data: Data, kalman: Filter, errors: Sequence[Array]) -> list[Array]:

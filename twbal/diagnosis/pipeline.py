@@ -32,6 +32,7 @@ from twbal.diagnosis.wheels_off_ground import ADVICE as IN_AIR
 from twbal.diagnosis.wheels_off_ground import held, held_upright, wheels_in_air, without_rotors
 from twbal.diagnosis.where import disagreement
 from twbal.effects.library import effects_from
+from twbal.planar.joint_damping import joint_damping_rate
 from twbal.planar.parameters import twin_parameters
 from twbal.sim.replay import ReplayStart, replay
 from twbal.sysid.held_out import Split, held_out
@@ -84,7 +85,8 @@ def diagnose_episodes(
         DataError: the episodes cannot be used; the message says which, why, and what to try.
         ConfigError: an effect that is to be left out is none.
     """
-    settings = settings.for_period(simulation.robot.control_period)
+    damping = joint_damping_rate(twin_parameters(simulation.robot, simulation.effects))
+    settings = settings.for_period(simulation.robot.control_period, damping)
     usability = Usability(data.min_length, data.min_samples, data.max_yaw_rate, data.max_tilt)
     robot, present, step = simulation.robot, simulation.effects, simulation.physics_step
     in_air = wheels_in_air([*measured.episodes, *tests.episodes], data.max_tilt)

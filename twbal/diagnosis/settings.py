@@ -9,6 +9,8 @@ from twbal.diagnosis.data_sheet import DATA_SHEET
 from twbal.sysid.model import Field
 
 _FINEST = 0.002  # s; physics steps that are fine enough: 10 in a control period of 20 ms
+_STIFF = 0.2  # share of the joints' rate that viscous friction may take in a physics step
+_MOST_SUBSTEPS = 200
 
 
 @dataclass(frozen=True)
@@ -99,7 +101,7 @@ class Settings:
     Attributes:
         tolerances: of what is always free.
         lines: where decisions are made.
-        substeps: physics steps of a control period, at most.
+        substeps: physics steps of a control period, at most; more only where viscous friction makes the joints stiff.
         shortlist: candidates that are fitted in each round.
         common_effects: names of effects that most robots have: a search begins with all of these at once too.
         exclude: names of effects that are known not to be there.
@@ -127,6 +129,14 @@ class Settings:
     credence: Credence
     blocks: int
 
-    def for_period(self, period: float) -> "Settings":
-        """The same with no more physics steps of a control period [s] than steps of `_FINEST` take."""
-        return replace(self, substeps=min(self.substeps, ceil(period / _FINEST - 1e-9)))
+    def for_period(self, period: float, damping_rate: float = 0.0) -> "Settings":
+        """The same with no more physics steps of a control period than steps of `_FINEST` take; more in stiff joints.
+
+        Args:
+            period: control period [s].
+            damping_rate: of the joints, as of `joint_damping_rate` [1/s]. The integration stays stable where a fit
+                makes it five times as high.
+        """
+        fine = min(self.substeps, ceil(period / _FINEST - 1e-9))
+        stiff = ceil(min(period * damping_rate / _STIFF, _MOST_SUBSTEPS))
+        return replace(self, substeps=max(fine, stiff))

@@ -87,7 +87,7 @@ def descend(
         model: where the search begins.
         kalman: the filter.
         frees: what is free.
-        iterations: at most.
+        iterations: at most; none where predictions run away. The cost is infinite where they do at `model`.
         known: slopes by the first of them, (N, K), which are taken to be the same everywhere; None: all are computed.
     """
     sds = np.array([free.sd for free in frees])
@@ -97,11 +97,13 @@ def descend(
     x = np.clip([model.value(name) for name in names], low, high)
     model = model.put(dict(zip(names, x.tolist(), strict=True)))
     white = data.white(model, kalman)
-    best = float(white @ white) + penalty(frees, x)
+    best = _cost(white, frees, x)
     damping, begin = _FIRST_DAMPING, 0 if known is None else known.shape[1]
     for _ in range(iterations):
         J = slopes(data, model, kalman, frees[begin:], white)
         J = J if known is None else np.hstack([known, J])
+        if not np.isfinite(J).all():  # predictions run away, here or a nudge from here
+            break
         H = J.T @ J + np.diag(1.0 / sds**2 + _RIDGE / (high - low) ** 2)
         gradient = J.T @ white + (x - means) / sds**2
         gained = 0.0
@@ -109,7 +111,7 @@ def descend(
             trial = _step(x, gradient, H, damping, low, high)
             moved = model.put(dict(zip(names, trial.tolist(), strict=True)))
             after = data.white(moved, kalman)
-            value = float(after @ after) + penalty(frees, trial)
+            value = _cost(after, frees, trial)
             if value < best:
                 gained, best, x, model, white = best - value, value, trial, moved, after
                 damping = max(0.01 * damping, _FIRST_DAMPING)
@@ -120,6 +122,12 @@ def descend(
         if gained < _SETTLED:
             break
     return Fit(model, tuple(frees), best, kalman, white)
+
+
+def _cost(white: Array, frees: Sequence[Free], x: Array) -> float:
+    """-2 log posterior but for a constant; infinite where predictions run away."""
+    found = float(white @ white) + penalty(frees, x)
+    return found if np.isfinite(found) else np.inf
 
 
 def _step(x: Array, gradient: Array, H: Array, damping: float, low: Array, high: Array) -> Array:

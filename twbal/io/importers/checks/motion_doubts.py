@@ -129,6 +129,12 @@ def _command_doubts(part: LogPart, found: Mechanics, sheet: Expected) -> Iterato
             "forward"
         )
         yield Doubt(Kind.SIGN, "command", sentence, evidence)
+    elif value + half < 1.0 / _RUBBED and value <= half:
+        sentence = (
+            "the accelerations in this log do not show the command: friction or back-EMF takes nearly all of it, as in "
+            "geared motors, or is the command another column?"
+        )
+        yield Doubt(Kind.COLUMN, "command", sentence, evidence)
     elif value + half < 1.0 / _RUBBED or value - half > _SHEET:
         sentence = (
             f"the robot answers the command {value:.3g} times as strongly as the data sheet of {name} says"
