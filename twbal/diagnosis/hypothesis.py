@@ -125,8 +125,8 @@ def fit_hypothesis(
     fit = refit(data, model, frees, rounds, _ITERATIONS, _NOISE_ITERATIONS)
     if not candidates and not np.isfinite(fit.cost):
         raise DataError(
-            "The simulation's predictions run away within the recordings. Is it the robot's data sheet (robot=...), and "
-            "has sim=... a friction, a gain or a delay that cannot be?"
+            "The simulation's predictions run away within the recordings. Is it the robot's data sheet (robot=...), "
+            "and has sim=... a friction, a gain or a delay that cannot be?"
         )
     kalman = data.filter(fit.model)
     left = data.autocorrelation(data.errors(fit.model, kalman), kalman)[data.sensed]
