@@ -178,7 +178,26 @@ _ONE_LEVEL = (
 )
 _COMPARED = ("twbal iterate experiment=paper",)
 
+_IMPORT_EV3 = "twbal import-log --config-dir=data/ev3 import=ev3 robot=ev3 files=datalog.json"
+_EV3_RUN = {"outputs/import-log/...": "outputs/import-log/ev3"}
+_DIAGNOSE_EV3 = (
+    "twbal diagnose --config-dir=data/ev3 robot=ev3 sim=ev3 episodes=outputs/import-log/... diagnosis=real_logs "
+    "diagnosis.tolerances.rough=0.3"
+)
+_LATE = "+effect@sim.effects.imu_delay=imu_delay sim.effects.imu_delay.delay=0.03"
+
 TABLE: Mapping[str, How] = {
+    # docs/ev3.md
+    "twbal import-log guess=true files=datalog.json": Stage(),
+    _IMPORT_EV3: Stage(small=("hydra.run.dir=outputs/import-log/ev3",)),
+    _DIAGNOSE_EV3: Stage(
+        _EV3_RUN, small=(*SMALL["diagnose"], "hydra.run.dir=outputs/diagnose/ev3"), after=(_IMPORT_EV3,)
+    ),
+    f"{_DIAGNOSE_EV3} {_LATE}": Stage(  # the made-up log does not move as a robot with such a late IMU
+        {**_EV3_RUN, "delay=0.03": "delay=0.003"},
+        small=(*SMALL["diagnose"], "hydra.run.dir=outputs/diagnose/ev3_late"),
+        after=(_IMPORT_EV3,),
+    ),
     # README
     "make run": Make(),
     "make test": Make(),

@@ -1,5 +1,6 @@
 """A folder with what the commands of README, docs and help read, where they name it."""
 
+import json
 import shutil
 from pathlib import Path
 
@@ -31,6 +32,8 @@ def furnish(folder: Path) -> None:
         (folder / name).write_text(text(_ride()[skipped:]))
     for name, skipped in (("test3a.txt", 0), ("test4.txt", 1)):
         (folder / name).write_text(regbot_log(skipped))
+    (folder / "datalog.json").write_text(ev3_log())
+    shutil.copytree(ROOT / "data" / "ev3", folder / "data" / "ev3")
     sheet = folder / "my_conf" / "robot" / "my_robot.yaml"
     sheet.parent.mkdir(parents=True)
     sheet.write_text((ROOT / "conf" / "robot" / "paper.yaml").read_text().replace("name: paper", "name: my_robot"))
@@ -59,6 +62,21 @@ def _ride() -> np.ndarray:
     rows = columns(200)
     rows[:, 0] *= 2.0
     return rows
+
+
+def ev3_log() -> str:
+    """A log as an EV3 segway's program writes it: JSON of columns."""
+    t = 0.031 * np.arange(400)
+    tilt = 0.02 * np.sin(3 * t)
+    columns = {
+        "tLoopStart": t,
+        "motorAngle": np.sin(2 * t),
+        "motorDutyCycle": 20 * np.sin(5 * t),
+        "gyroEstimatedAngle": tilt,
+        "gyroRate": np.gradient(tilt, t),
+        "motorAngularSpeed": 2 * np.cos(2 * t),
+    }
+    return json.dumps({name: values.tolist() for name, values in columns.items()})
 
 
 def regbot_log(skipped: int = 0) -> str:

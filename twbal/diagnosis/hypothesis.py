@@ -23,6 +23,12 @@ _WAVES = 200.0  # frequencies or counts among which a wave is looked for: the be
 ALIKE = 0.2  # difference in -2 log likelihood below which sets fit equally well
 _PROMISING = 0.2  # share of the best predicted gain from which on a candidate is fitted in full
 
+_RUNS_AWAY = (
+    "The simulation's predictions run away within the recordings, whatever its masses and lengths. Is it the robot's "
+    "data sheet (robot=...), has sim=... a friction, a gain or a delay that cannot be, and were the logs imported "
+    "without warnings?"
+)
+
 
 class FittedHypothesis(NamedTuple):
     """A set of effects, fitted in full.
@@ -123,13 +129,13 @@ def fit_hypothesis(
     own = [free for candidate in candidates for free in candidate.frees]
     frees = [free for free in always if free.field not in {o.field for o in own}] + own
     fit = refit(data, model, frees, rounds, _ITERATIONS, _NOISE_ITERATIONS)
-    if not candidates and not np.isfinite(fit.cost):
-        raise DataError(
-            "The simulation's predictions run away within the recordings. Is it the robot's data sheet (robot=...), "
-            "and has sim=... a friction, a gain or a delay that cannot be?"
-        )
     kalman = data.filter(fit.model)
-    left = data.autocorrelation(data.errors(fit.model, kalman), kalman)[data.sensed]
+    errors = data.errors(fit.model, kalman)
+    if not (np.isfinite(fit.cost) and all(np.isfinite(each).all() for each in errors)):
+        if not candidates:
+            raise DataError(_RUNS_AWAY)
+        fit = fit._replace(cost=np.inf)
+    left = data.autocorrelation(errors, kalman)[data.sensed]
     searched = 2.0 * sum(candidate.is_wave for candidate in candidates) * np.log(_WAVES)
     price = len(own) * float(np.log(data.count)) + float(searched)
     return FittedHypothesis(tuple(candidates), fit, left, price, overriding(data, fit.model, candidates))

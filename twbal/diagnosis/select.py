@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
-from math import ceil, sqrt
+from math import ceil, isfinite, sqrt
 from typing import NamedTuple
 
 from twbal.core.threads import in_threads
@@ -33,10 +33,10 @@ class Selection(NamedTuple):
 
     @property
     def sets(self) -> tuple[FittedHypothesis, ...]:
-        """The best fit of every set of effects that was fitted."""
+        """The best fit of every set of effects that was fitted; without sets whose predictions run away."""
         best: dict[tuple[str, ...], FittedHypothesis] = {}
         for w in (self.base, self.chosen, *(w for step in self.rounds for w in (step.base, *step.hypotheses))):
-            if w.names not in best or w.bic < best[w.names].bic:
+            if isfinite(w.bic) and (w.names not in best or w.bic < best[w.names].bic):
                 best[w.names] = w
         return tuple(best.values())
 

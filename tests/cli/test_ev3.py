@@ -1,0 +1,42 @@
+"""The log of an EV3 segway, where it is: what the import proposes, and what a person has to add (docs/ev3.md)."""
+
+from pathlib import Path
+
+import pytest
+import yaml
+
+from twbal.cli.main import main
+
+ROOT = Path(__file__).resolve().parents[2]
+LOG = ROOT.parent / "shared" / "measured" / "segway_ev3" / "datalog.json"
+OURS = ROOT / "data" / "ev3"
+
+pytestmark = pytest.mark.skipif(not LOG.is_file(), reason="the measured log is not there")
+
+
+@pytest.fixture(autouse=True)
+def arguments(monkeypatch):
+    """Hydra reads them."""
+    monkeypatch.setattr("sys.argv", ["twbal"])
+
+
+def read(file):
+    told = yaml.safe_load(file.read_text())
+    return {**told.pop("quantities"), **told}
+
+
+def test_the_proposal_needs_two_edits(tmp_path):
+    assert main(["import-log", "guess=true", f"files={LOG}", f"hydra.run.dir={tmp_path}"]) == 0
+    proposed, ours = read(tmp_path / "import" / "my_log.yaml"), read(OURS / "import" / "ev3.yaml")
+    assert set(proposed) == set(ours)
+    assert {key for key in ours if ours[key] != proposed[key]} == {"motor", "wheel_rate"}
+
+
+def test_the_log_is_imported_and_no_unit_sign_or_row_is_doubted(tmp_path, capsys):
+    words = [f"--config-dir={OURS}", "import=ev3", "robot=ev3", f"files={LOG}", f"hydra.run.dir={tmp_path}"]
+    assert main(["import-log", *words]) == 0
+    said = capsys.readouterr().out
+    assert "1 recording, 15.4 s at 32.26 Hz" in said
+    warnings = [line for line in said.splitlines() if "WARNING" in line and "imported before" not in line]
+    assert len(warnings) == 1
+    assert "friction or back-EMF takes nearly all of it" in warnings[0]
