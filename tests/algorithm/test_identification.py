@@ -123,3 +123,15 @@ def test_the_table_says_how_far_a_parameter_moved(paper):
     (row,) = (row for row in rows if row.startswith("dead_zone.width"))
     moved = (known.mean[1] - prior.mean[1]) / np.sqrt(prior.covariance[1, 1])
     assert float(row.split()[-1]) == pytest.approx(moved, abs=0.05)
+
+
+def test_a_parameter_at_a_bound_of_its_range_is_no_estimate_but_none_is_one_of_nothing(paper):
+    """A COM height at its least value is said to be; a dead zone of 0 is one that there may well be."""
+    prior = prior_of(paper)
+    mean = prior.mean.copy()
+    mean[prior.fields.index("com_height_factor")] = 0.4
+    mean[prior.fields.index("dead_zone_width")] = 0.0
+    told = Identification(prior, replace(prior, mean=mean), {})
+    assert told.at_bound == ("com_height.factor",)
+    (row,) = (row for row in told.table() if row.startswith("com_height.factor"))
+    assert row.endswith("at its bound")

@@ -104,6 +104,14 @@ def test_an_effect_of_size_zero_is_no_finding(name, field, paper, driven):
     assert found.effects == (name,)
 
 
+@pytest.mark.parametrize(("longest", "objected"), [(10.0, True), (40.0, False)])
+def test_a_wave_of_which_no_recording_holds_two_periods_is_no_finding(longest, objected, paper, driven):
+    values = {"periodic_disturbance_force": 1.2, "periodic_disturbance_frequency": 0.1}
+    found = objections(fitted(paper, ["periodic_disturbance"], values), largest_noise(paper), (), settings(), longest)
+    assert [objection.effects for objection in found] == [("periodic_disturbance",)] * objected
+    assert not objected or "The longest recording holds 1 periods" in found[0].text
+
+
 def test_residuals_with_memory_are_told_with_their_autocorrelation(paper, driven):
     hypothesis = fitted(paper, ["coulomb_friction"], {"coulomb_friction_torque": 0.3})._replace(
         autocorrelations=np.full(4, 12.0)

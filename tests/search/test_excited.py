@@ -7,6 +7,7 @@ from hydra.utils import instantiate
 from twbal.cli.composition import composing
 from twbal.cli.main import main
 from twbal.core.motion_limits import MotionLimits
+from twbal.io.logs import read_episode
 
 
 @pytest.fixture
@@ -35,4 +36,19 @@ def test_the_floor_that_it_needs_is_said_before_it_drives(tmp_path, capsys, monk
     monkeypatch.setattr("sys.argv", ["twbal"])
     words = ["experiment=excite", "policy.speed=0.2", "trials=1", "steps=10", f"hydra.run.dir={tmp_path}"]
     assert main(["real-rollout", *words]) == 0
-    assert "have 1.1 m of free floor ahead of it" in capsys.readouterr().out.splitlines()[0]
+    said = capsys.readouterr().out.splitlines()[0]
+    assert "asks for up to 0.2 m/s (0.6 m forward or backward)" in said
+    assert "0.27 m/s besides, 0.1 m within a trial" in said
+
+
+def test_a_robot_that_balances_elsewhere_rolls_off_as_fast_as_is_said(tmp_path, monkeypatch):
+    """Simulated by PyBullet, with its centre of mass 1° ahead and nothing that is asked for."""
+    monkeypatch.setattr("sys.argv", ["twbal"])
+    words = ["policy=excite", "policy.speed=0", "policy.multisine=0", "policy.prbs=0", "rollouts=1", "steps=500"]
+    offset = ["+effect@sim.effects.com_offset=com_offset", "sim.effects.com_offset.angle=0.01745"]
+    assert main(["sim-collect", *words, *offset, "start.tilt_mean=0", f"hydra.run.dir={tmp_path}"]) == 0
+    episode = read_episode(tmp_path / "episodes" / "trial_000.mcap")
+    speed = episode.states[300:, episode.channels.index("speed")].mean()
+    with composing():
+        drift = instantiate(compose("real_rollout", ["experiment=excite"]).policy).drift
+    assert abs(speed) == pytest.approx(drift * 0.01745, rel=0.1)

@@ -5,7 +5,7 @@ import pytest
 
 from twbal.core.episode import Episode, Outcome, Provenance
 from twbal.core.errors import DataError
-from twbal.sysid.recording import Usability, differenced_rates, read_recordings
+from twbal.sysid.recording import Usability, differenced_rates, read_recordings, what_is_not_used
 
 USABILITY = Usability(min_length=20, min_samples=50, max_yaw_rate=1.5, max_tilt=0.6)
 
@@ -120,3 +120,25 @@ def test_a_clock_that_runs_backwards_is_refused(paper):
     times[50] = 0.1
     with pytest.raises(DataError, match="Time does not run forward"):
         episode(channel=0, value=times)
+
+
+def test_what_is_not_read_of_an_episode_is_said(paper):
+    tilt = np.where(np.arange(101) < 60, 0.0, 1.0)
+    whole, falls, lies, short = (
+        episode(),
+        episode(channel=1, value=tilt),
+        episode(channel=1, value=1.0),
+        episode(periods=10),
+    )
+    given, names = [whole, falls, lies, short], ["whole", "falls", "lies", "short"]
+    said = what_is_not_used(given, names, read_recordings(given[:2], names[:2], paper, USABILITY), USABILITY)
+    assert said == [
+        "the tilt of episode falls is 57.3° at 1.2 s, beyond the limit of 34.4°: only its first 1.2 s of 2 s are used",
+        "the tilt of episode lies is 57.3° at 0 s, beyond the limit of 34.4°: it is left out",
+        "episode short is left out: it has 10 samples of 20",
+    ]
+
+
+def test_recordings_of_a_robot_that_lies_are_refused_with_when_and_why(paper):
+    with pytest.raises(DataError, match=r"The tilt of episode run0 is 57\.3° at 0 s, beyond the limit of 34\.4°"):
+        read_recordings([episode(channel=1, value=1.0)], ["run0"], paper, Usability(0, 0, 1.5, 0.6))

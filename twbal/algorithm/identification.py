@@ -48,10 +48,19 @@ class Identification:
                 found[name] = {parameter: float(value) for parameter, value in values.items()}
         return found
 
+    @property
+    def at_bound(self) -> tuple[str, ...]:
+        """Parameters whose estimate stands at a bound of its range; 0 is none, as friction and delay begin there."""
+        known = self.known
+        bounds = np.stack([known.low, known.high])
+        is_there = (np.isclose(known.mean, bounds, rtol=1e-6, atol=0.0) & (bounds != 0.0)).any(axis=0)
+        return tuple(name for name, there in zip(_names_and_units(known)[0], is_there, strict=True) if there)
+
     def table(self) -> list[str]:
         """Lines that say each parameter's name, unit, and mean ± standard deviation before and after the rollouts.
 
-        The last column says by how many standard deviations, of those before, the mean has moved.
+        The last column says by how many standard deviations, of those before, the mean has moved, and whether it stands
+        at a bound of its range: then it is no estimate.
         """
         first = "by sheet and simulation" if self.simulated else "by the sheet"
         names, units = _names_and_units(self.known)
@@ -60,7 +69,7 @@ class Identification:
         after = [*_spreads(self.known), self.known.filter_rate]
         rows = [("parameter", "unit", first, "by the rollouts", "moved [sd]")]
         for name, unit, (mean, sd), (mean_after, sd_after) in zip(names, units, before, after, strict=True):
-            moved = f"{(mean_after - mean) / sd:+.1f}"
+            moved = f"{(mean_after - mean) / sd:+.1f}{', at its bound' if name in self.at_bound else ''}"
             rows.append((name, unit, _spread(mean, sd), _spread(mean_after, sd_after), moved))
         widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
         return ["  ".join(f"{cell:{width}}" for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from omegaconf import DictConfig
 
+from twbal.cli.console import say
 from twbal.cli.manifest import read_manifest
 from twbal.cli.typed_config import recorded
 from twbal.core.episode import Episode
@@ -66,6 +67,15 @@ def episodes_of(files: Iterable[Path], robot: str) -> list[Episode]:
                 "robot that the episodes were made with by robot=..."
             )
     return found
+
+
+def say_duplicates(files: Sequence[Path]) -> None:
+    """Warn where logs are the same recording: it would count twice."""
+    first: dict[str, Path] = {}
+    for file in files:
+        known = first.setdefault(file_hash(file), file)
+        if known is not file:
+            say(f"WARNING: {file} is the same recording as {known}: it counts twice, so results look too sure")
 
 
 def _logs_in(source: Path) -> list[Path]:

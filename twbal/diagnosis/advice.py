@@ -103,10 +103,18 @@ def on_disagreements(found: Sequence[Disagreement]) -> tuple[str, ...]:
         where = f"Recording {each.recording} disagrees with {', '.join(each.others)}"
         said.append(
             f"{where}: in {_of_effect(each.parameter)}{like} "
-            f"it differs by {each.difference:+.2g} ± {1.96 * each.error:.2g}{unit}, where all together have "
-            f"{each.fitted:.3g} (p = {each.p_value:.1g}). Diagnose it alone, and the others without it."
+            f"it differs by about {each.difference:+.2g} ± {1.96 * each.error:.2g}{unit}, to first order, where all "
+            f"together have {each.fitted:.3g} (p = {each.p_value:.1g}).{_beyond(each)} Diagnose it alone, and the "
+            "others without it."
         )
     return tuple(said)
+
+
+def _beyond(found: Disagreement) -> str:
+    """That the difference would lead to a value that cannot be, where it does."""
+    if found.fitted * (found.fitted + found.difference) >= 0.0 or found.fitted == 0.0:
+        return ""
+    return " No robot has that value: it stands for something else that changed."
 
 
 def _of_effect(parameter: str) -> str:

@@ -83,7 +83,8 @@ def name_effects(
     inconstant = inconstant_effects(data, selection.chosen, settings.lines.steady)
     limits = {field: settings.tolerances.of(field) for field in (*DATA_SHEET, *WHEELS)}
     statistic = tolerance_statistic(data, selection.chosen.fit, limits)
-    objected = objections(selection.chosen, largest, inconstant, settings)
+    longest = max(map(len, recordings)) * data.period
+    objected = objections(selection.chosen, largest, inconstant, settings, longest)
     verdict = conclude(selection, objected, statistic, settings)
     weights = probabilities(selection, settings)
     effects_found = probable_effects(data, selection, objected, verdict, weights, settings)

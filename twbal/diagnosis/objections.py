@@ -24,6 +24,7 @@ _INSTANTS = (
     2000  # for which the limit of the autocorrelation is set; that of autocorrelated errors grows with their number
 )
 _FAR = 4.0  # times the limit, from which on autocorrelated errors speak against the whole set
+_PERIODS = 2.0  # of a wave in time, that a recording must hold
 
 
 class Objection(NamedTuple):
@@ -45,7 +46,11 @@ class Objection(NamedTuple):
 
 
 def objections(
-    chosen: FittedHypothesis, largest: Noise, inconstant: Sequence[Inconstancy], settings: Settings
+    chosen: FittedHypothesis,
+    largest: Noise,
+    inconstant: Sequence[Inconstancy],
+    settings: Settings,
+    longest: float = np.inf,
 ) -> tuple[Objection, ...]:
     """Why a set of effects is no finding; nothing where nothing speaks against it.
 
@@ -54,6 +59,7 @@ def objections(
         largest: noise with which it was fitted: its model discrepancy is three standard deviations of the prior.
         inconstant: effects of the set that are not of one size.
         settings: of the diagnosis.
+        longest: duration of the longest recording [s].
     """
     limit = autocorrelation_limit(len(chosen.fit.white) // 4, settings)
     found = list[Objection]()
@@ -69,6 +75,7 @@ def objections(
             said = f"The best guess ran to a bound of its range ({free.name}), so it is none."
             found.append(Objection(said, (free.effect,) if free.effect in chosen.names else ()))
     found += _to_sizes(chosen, settings)
+    found += _to_slow_waves(chosen, longest)
     found += [Objection(text, (name,)) for name, text in swallowing.items()]
     found += map(Objection, _to_the_data_sheet(chosen, bounded, settings))
     for effect, axis, share, _ in inconstant:
@@ -133,6 +140,20 @@ def _to_sizes(chosen: FittedHypothesis, settings: Settings) -> list[Objection]:
     least = f"less than {settings.lines.least:.0%} of its usual size"
     said = f"All that the data ask for is {with_values(chosen, trifles)}: negligible, {least}."
     return [Objection(said, tuple(candidate.name for candidate in trifles))]
+
+
+def _to_slow_waves(chosen: FittedHypothesis, longest: float) -> list[Objection]:
+    """To effects with a frequency of which no recording holds `_PERIODS` periods: any slow drift looks like one."""
+    found = []
+    for candidate in chosen.effects:
+        for parameter in candidate.parameters:
+            if parameter.name == "frequency":
+                periods = longest * chosen.fit.model.value(candidate.field(parameter))
+                if periods < _PERIODS:
+                    said = f"The longest recording holds {periods:.2g} periods of the {spaced(candidate.name)}; below"
+                    text = f"{said} {_PERIODS:g} it cannot be told from any slow change."
+                    found.append(Objection(text, (candidate.name,)))
+    return found
 
 
 def _swallowing(chosen: FittedHypothesis) -> dict[str, str]:

@@ -36,7 +36,7 @@ from twbal.planar.joint_damping import joint_damping_rate
 from twbal.planar.parameters import twin_parameters
 from twbal.sim.replay import ReplayStart, replay
 from twbal.sysid.held_out import Split, held_out
-from twbal.sysid.recording import MEASURED, Recording, Usability, read_recordings
+from twbal.sysid.recording import MEASURED, Recording, Usability, read_recordings, what_is_not_used
 
 Progress = Callable[[str], None]
 """Is told what is being done, a line at a time."""
@@ -99,7 +99,9 @@ def diagnose_episodes(
             replace(these, episodes=[held_upright(e) for e in these.episodes]) for these in (measured, tests)
         )
     split = _split(measured, tests, acting.robot, usability, data.held_out)
-    progress(f"{len(split.fitted)} recordings to fit, {len(split.kept_back)} held out")
+    for said in what_is_not_used([*measured.episodes], [*measured.names], [*split.fitted, *split.kept_back], usability):
+        progress(said)
+    progress(_how_many(split))
     name = identify_friction if in_air else name_effects
     found = name(split.fitted, acting.robot, acting.effects, candidates_for(acting.robot), settings, progress)
     progress("rollouts in PyBullet against held-out data")
@@ -141,6 +143,14 @@ def free_form_inputs(
         ends if split.are_ends else tilt_offsets(tolerances, len(recordings)),
         float(np.hypot(settings.lines.form, tolerances.data_sheet)),
     )
+
+
+def _how_many(split: Split) -> str:
+    """What is fitted and what is held out."""
+    fitted, kept_back = len(split.fitted), len(split.kept_back)
+    if split.are_ends:
+        return f"{fitted} recording{'s' * (fitted > 1)}, whose last {'parts are' if fitted > 1 else 'part is'} held out"
+    return f"{fitted} recording{'s' * (fitted > 1)} to fit, {kept_back} held out"
 
 
 def _split(measured: Named, tests: Named, robot: RobotParameters, usability: Usability, share: float) -> Split:

@@ -57,6 +57,14 @@ class Excitation(Policy):
         """How far the asked speed takes the robot to one side of where it was put [m]."""
         return self.speed * _LEG
 
+    @property
+    def drift(self) -> float:
+        """Speed with which a robot rolls off besides, for each radian by which it balances elsewhere [m/s/rad].
+
+        Leaning there it needs no torque, so that -k_tilt · tilt - k_speed · (speed - asked) is 0.
+        """
+        return self.gain[0] / self.gain[2]
+
     def is_cut(self, command: float) -> bool:
         """Whether a command of its controller is at the limit, to which it was cut."""
         return abs(command) >= self.max_command

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from math import degrees
 
 import numpy as np
 from scipy.ndimage import uniform_filter1d
@@ -20,6 +21,7 @@ _COLUMNS = [Observation._fields.index(name) for name in MEASURED]
 _ANGLES = [MEASURED.index("tilt"), MEASURED.index("wheel_angle")]
 _TIME, _YAW = Observation._fields.index("time"), Observation._fields.index("yaw_rate")
 _YAW_MEAN = 7  # instants over which the yaw rate is averaged: a robot turns slowly
+_SOME = 0.2  # s of a recording that are worth a word
 _FEW = 10  # instants of which nothing is said
 _DIFFERENCED = (
     ("tilt", "tilt_rate", 0.003),  # a filter adds up the gyro: only an exact difference was no gyro's
@@ -103,19 +105,46 @@ def read_recordings(
     if not episodes:
         raise DataError("A diagnosis needs at least one measured episode; found none.")
     found = [_read(episode, name, robot, usability) for episode, name in zip(episodes, names, strict=True)]
-    recordings = tuple(recording for recording in found if len(recording) >= usability.min_length)
+    recordings = tuple(recording for recording in found if len(recording) >= max(usability.min_length, 1))
     total = sum(map(len, recordings))
-    if total < usability.min_samples:
+    if total < max(usability.min_samples, 1):
+        not_used = what_is_not_used(episodes, names, recordings, usability)
+        cut = "".join(f"{said[0].upper()}{said[1:]}. " for said in not_used)
         raise DataError(
             f"A diagnosis needs {usability.min_samples} control periods "
             f"({usability.min_samples * robot.control_period:.3g} s) in episodes of at least {usability.min_length}, "
-            f"upright; found {total} in {len(recordings)} of {len(episodes)} episodes. "
+            f"upright; found {total} in {len(recordings)} of {len(episodes)} episodes. {cut}"
             "Record longer: twbal real-rollout experiment=excite; if the robot falls, with policy.command_width=0.1."
         )
     sensed = np.all([recording.sensed for recording in recordings], axis=0)  # by some of them only: by none
     recordings = tuple(replace(recording, sensed=sensed) for recording in recordings)
     _check_signals(recordings, usability.needs_tilt)
     return recordings
+
+
+def what_is_not_used(
+    episodes: Sequence[Episode], names: Sequence[str], recordings: Sequence[Recording], usability: Usability
+) -> list[str]:
+    """A sentence for each episode of which not all is read: where its tilt first passes the limit, or that it is short.
+
+    Args:
+        episodes: that were to be read.
+        names: of them.
+        recordings: what was read.
+        usability: by which.
+    """
+    read, found = {recording.name for recording in recordings}, list[str]()
+    for episode, name in zip(episodes, names, strict=True):
+        times, tilts = episode.observations[:, _TIME], episode.observations[:, _COLUMNS[0]]
+        fallen = np.flatnonzero(np.abs(tilts) > usability.max_tilt)
+        at, whole = times[fallen[0] if len(fallen) else -1] - times[0], times[-1] - times[0]
+        if len(fallen) and (name not in read or whole - at > _SOME):
+            used = f"only its first {at:.3g} s of {whole:.3g} s are used" if name in read else "it is left out"
+            first = f"the tilt of episode {name} is {degrees(tilts[fallen[0]]):.3g}° at {at:.3g} s"
+            found.append(f"{first}, beyond the limit of {degrees(usability.max_tilt):.3g}°: {used}")
+        elif name not in read:
+            found.append(f"episode {name} is left out: it has {len(episode)} samples of {usability.min_length}")
+    return found
 
 
 def _read(episode: Episode, name: str, robot: RobotParameters, usability: Usability) -> Recording:

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from omegaconf import DictConfig
 
-from twbal.cli.artefacts import AUGMENTED, DIAGNOSIS, episode_files
+from twbal.cli.artefacts import AUGMENTED, DIAGNOSIS, episode_files, say_duplicates
 from twbal.cli.console import next_command, print_result, run_folder, say
 from twbal.cli.diagnosis_config import diagnosis_of
 from twbal.cli.manifest import Manifest, Step, perform
@@ -57,6 +57,7 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
     """Diagnose the episodes that `cfg` names into `out`, unless that is done there already."""
     files = episode_files(cfg.episodes)
     tests = episode_files(cfg.test_episodes) if cfg.test_episodes else []
+    say_duplicates([*files, *tests])
     simulation, settings, data = diagnosis_of(cfg)
     step = Step("diagnose", out, recorded(cfg, NOT_RECORDED), {"episodes": files, "test episodes": tests}, 0)
     return perform(step, lambda: _diagnose_to_files(files, tests, simulation, settings, data, out))

@@ -8,7 +8,7 @@ from omegaconf import DictConfig
 
 from twbal.algorithm.distribution_file import save_distribution
 from twbal.algorithm.identification import EffectValues, identify
-from twbal.cli.artefacts import DISTRIBUTION, IDENTIFIED, episode_files, episodes_of
+from twbal.cli.artefacts import DISTRIBUTION, IDENTIFIED, episode_files, episodes_of, say_duplicates
 from twbal.cli.console import next_command, print_result, run_folder, say
 from twbal.cli.manifest import Manifest, Step, perform
 from twbal.cli.sim_files import simulation_text
@@ -23,12 +23,16 @@ NOT_RECORDED = ("episodes",)
 def main(cfg: DictConfig) -> None:
     """Run the stage in Hydra's run folder."""
     out = run_folder()
-    print_result(run(cfg, out), out, next_command("iterate", {"sim": out / IDENTIFIED, "known": out}, "robot"))
+    made = run(cfg, out)
+    say("the next command learns on a virtual robot, unless you add the link of the robot that was recorded to it:")
+    say("link=serial link.port=..., or link.seed=... of a virtual robot")
+    print_result(made, out, next_command("iterate", {"sim": out / IDENTIFIED, "known": out}, "robot"))
 
 
 def run(cfg: DictConfig, out: Path) -> Manifest:
     """Identify the robot of the episodes that `cfg` names into `out`, unless that is done there already."""
     files = episode_files(cfg.episodes)
+    say_duplicates(files)
     step = Step("identify", out, recorded(cfg, NOT_RECORDED), {"episodes": files}, 0)
     simulated, physics_step = values_of(members(cfg.sim.effects)), float(cfg.sim.physics_step)
     return perform(step, lambda: _identify_to_files(files, instantiate(cfg.robot), simulated, physics_step, out))
@@ -42,6 +46,11 @@ def _identify_to_files(
         say(f"the robot by its sheet alone: {found.nothing_told}")
     print("\n".join(f"  {line}" for line in found.table()), flush=True)
     told = "by its sheet alone, as the rollouts tell nothing" if found.nothing_told else "by its rollouts"
+    if found.at_bound:
+        say(
+            f"WARNING: {', '.join(found.at_bound)} ran to a bound of the range, so the robot lacks something that none "
+            "of the parameters is, or a log is faulty: see how well the estimate predicts by twbal evaluate-sim"
+        )
     title = f"Robot {robot.name} with the mean of its parameters, {told}."
     save_distribution(out / DISTRIBUTION, found.known)
     write_atomically(out / IDENTIFIED, simulation_text(found.effects, physics_step, title))

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import replace
 from functools import partial
-from math import degrees
+from math import degrees, radians
 from pathlib import Path
 
 from hydra.utils import instantiate
@@ -51,8 +51,6 @@ from twbal.virtual_robot.process import Launch, launch
 from twbal.viz.canvas import save
 from twbal.viz.following_figure import following_figure
 
-_SPARE_FLOOR = 0.5  # m; beyond the way that an excitation asks for, as the robot may fall or drift
-
 NOT_RECORDED = ("policy.path", "link.port", "link.deploy", HEED)
 NOT_IN_EPISODES = ("policy.path", "link", HEED)  # the same robot may be reached by other ways
 
@@ -82,12 +80,14 @@ def _floor(need: FloorNeeded) -> str:
     return f"{ahead}, {behind}{sides}" if sides else f"{ahead} and {behind}"
 
 
-def _floor_of_excitation(policy: Excitation) -> str:
-    """How far an excitation drives the robot, as a sentence."""
-    needed = policy.reach + _SPARE_FLOOR
+def _floor_of_excitation(policy: Excitation, seconds: float) -> str:
+    """How far an excitation may drive the robot, as sentences."""
+    per_degree = abs(policy.drift) * radians(1.0)
     return (
-        f"the excitation drives the robot at up to {policy.speed:.2g} m/s, {policy.reach:.1f} m forward or backward, "
-        f"and does not bring it back to its place: have {needed:.1f} m of free floor ahead of it, and as much behind it"
+        f"the excitation asks for up to {policy.speed:.2g} m/s ({policy.reach:.1f} m forward or backward). Nothing "
+        "keeps the robot in its place: for each degree by which it balances at another tilt than its sheet says, it "
+        f"rolls off at {per_degree:.2g} m/s besides, {per_degree * seconds:.1f} m within a trial. Have much free "
+        "floor, catch it, or press Ctrl-C before it meets anything"
     )
 
 
@@ -144,7 +144,7 @@ def run(cfg: DictConfig, out: Path, launch: Launch = launch, advise: bool = True
     policy: Policy = instantiate(cfg.policy)
     check_torque(policy, robot)
     if isinstance(policy, Excitation):
-        say(_floor_of_excitation(policy))
+        say(_floor_of_excitation(policy, settings.steps * robot.control_period))
     policy = explored(policy, settings, robot.torque_limit)
     provenance = Provenance(
         robot=robot.name,
