@@ -48,7 +48,8 @@ def on_disk(folder: Path) -> list[Iteration]:
         policy, manifest = file_hash(made / "policy.pt"), read_manifest(made)
         searches = manifest.stage == "optimise-policy" and yaml.safe_load(manifest.settings)["optimise"]
         given = {record.sha256 for record in manifest.inputs.get("initial_policies", ())}
-        before = sorted((folder / f"iteration_{index - 1}").glob("rollout*/episodes"))
+        earlier = folder / f"iteration_{index - 1}"
+        before = [*sorted(earlier.glob("rollout*/episodes")), *sorted(earlier.glob("calibration*/episodes"))]
         rollouts = [episode for driven in before for episode in read_episodes(driven)]
         trials = read_episodes(place / "trials" / "episodes")
         found.append(

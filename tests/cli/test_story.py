@@ -29,7 +29,7 @@ SMALLEST = [*OVERRIDES, "ensemble=none", "sim_rounds=0", "calibration_rollouts=1
 UPRIGHT = ["success.place_radii=null", "success.command_change=null"]  # nothing else is asked
 ALWAYS = [
     *("success.duration=0.2", "success.settle_time=0.2", *UPRIGHT),
-    *("success.tilt_limit=1.5", "success.settled_tilt_limit=1.5", "stop_when_solved=true"),
+    *("success.tilt_limit=1.5", "success.settled_tilt_limit=1.5", "stop_when_solved=true", "improve=false"),
 ]
 NEVER = ["success.settled_tilt_limit=1e-3", "success.settle_time=0.02"]
 LINEAR = ["method=lqr_identified", "link.seed=7046", "trials=2", "success.duration=3", *UPRIGHT]

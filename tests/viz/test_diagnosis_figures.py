@@ -4,7 +4,9 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
+from matplotlib.colors import to_rgb
 
+from twbal.core.palette import PALETTE
 from twbal.diagnosis.record import Gap, Region, Rival, Whiteness
 from twbal.diagnosis.where import AXES
 from twbal.viz.canvas import svg
@@ -34,20 +36,113 @@ def test_each_field_shows_the_error_of_its_region_at_its_place():
     assert np.isnan(shades[0, 1]) or np.ma.is_masked(field.get_array()[0, 1])
 
 
+def map_of(axis, edges, bias=0.0):
+    """The only panel of a map with ranges between these edges, drawn."""
+    ranges = pairwise(edges)
+    figure = disagreement_figure([Region("wheel_angle", axis, *e, 50, bias, 10.0) for e in ranges], ("wheel_angle",))
+    figure.draw_without_rendering()
+    (panel,) = figure.axes
+    return panel
+
+
+EDGES = {
+    "negative": ("speed", [-0.0475, -0.0288, -0.0163, -0.00649, 0.00464, 0.0267, 0.0663]),
+    "hardly any": ("tilt", [-7.3e-9, 1.9e-8, 5.1e-8, 1.2e-7, 4.5e-7, 6.6e-7, 7.8e-7]),
+    "near": ("speed", [0.252, 0.29, 0.294, 0.296, 0.299, 0.301, 0.32]),
+    "close": ("command", [-0.49, -0.339, -0.0516, 0.343, 0.468, 0.489, 0.49]),
+    "large": ("speed", [-1234.0, -987.0, -500.0, 0.1, 500.0, 987.0, 1234.0]),
+    "many": ("time", list(np.linspace(0.0, 300.0, 61))),
+}
+
+
+@pytest.mark.parametrize("edges", EDGES.values(), ids=EDGES)
+def test_the_ends_of_ranges_stand_apart_below_a_map(edges):
+    panel = map_of(*edges)
+    labels = panel.get_xticklabels()
+    where = [panel.transData.transform((x, 0.0))[0] for x in panel.get_xticks()]
+    room = min(later - sooner for sooner, later in pairwise(where))
+    for text in labels:
+        if text.get_rotation():
+            text.set_rotation(0.0)
+            height = text.get_window_extent().height
+            assert height * np.sqrt(2.0) < room  # lines at 45 degrees
+        else:
+            assert text.get_window_extent().width < room - 3.0
+
+
+def test_the_ends_of_ranges_are_rounded_alike_and_no_more_than_tells_them_apart():
+    def said(name):
+        return [text.get_text() for text in map_of(*EDGES[name]).get_xticklabels()]
+
+    assert said("negative") == ["-0.048", "-0.029", "-0.016", "-0.006", "0.005", "0.027", "0.066"]
+    assert said("hardly any") == ["0.00"] * 7
+    assert said("close")[-3:] == ["0.468", "0.489", "0.490"]
+    assert said("large")[:4] == ["-1234", "-987", "-500", "0"]
+    assert [text.get_text() for text in map_of("tilt", [-0.1, 0.0, 0.2]).get_xticklabels()] == ["-6", "0", "11"]
+
+
+def test_a_range_that_was_left_out_is_an_empty_field():
+    regions = [Region("tilt", "speed", *ends, 50, 0.0, 1.0) for ends in ((0.0, 1.0), (2.0, 3.0))]
+    (panel,) = disagreement_figure(regions, ("tilt",)).axes
+    assert [text.get_position() for text in panel.texts] == [(0, 0), (2, 0)]
+    assert [text.get_text() for text in panel.get_xticklabels()] == ["0.0", "1.0", "2.0", "3.0"]
+
+
+def luminance(colour):
+    parts = np.array(to_rgb(colour))
+    return float(np.where(parts <= 0.04045, parts / 12.92, ((parts + 0.055) / 1.055) ** 2.4) @ [0.2126, 0.7152, 0.0722])
+
+
+@pytest.mark.parametrize("bias", [-8.0, -2.0, -1.0, 0.0, 1.0, 2.0, 8.0])
+def test_the_number_in_a_field_can_be_read_on_its_colour(bias):
+    panel = map_of("speed", [0.0, 1.0], bias)
+    (image,), (number,) = panel.images, panel.texts
+    field = luminance(image.to_rgba(image.get_array())[0, 0, :3])
+    darker, lighter = sorted([field, luminance(number.get_color())])
+    assert (lighter + 0.05) / (darker + 0.05) > 3.8
+    assert (luminance(number.get_color()) > 0.5) == (bias == -8.0)
+
+
+def test_a_dark_page_recolours_no_number_as_it_recolours_no_field():
+    figure = disagreement_figure(REGIONS, CHANNELS)
+    colours = {text.get_color() for panel in figure.axes for text in panel.texts}
+    assert len(colours) == 2
+    assert not colours & {colour.light for colour in PALETTE}
+
+
 def test_the_best_rivals_are_drawn_from_the_top_with_their_probability():
     rivals = [Rival((), 0.0, 0.0, 9.0)] + [Rival((name,), 100.0 - i, 0.5**i, 1.0) for i, name in enumerate("abcd")]
     (panel,) = rivals_figure(rivals, most=3).axes
     assert [tick.get_text() for tick in panel.get_yticklabels()] == ["a", "b", "c", "data sheet refitted alone"]
     heights = [bar.get_y() for bar in panel.patches]
     assert heights == sorted(heights, reverse=True)
-    assert texts(panel) == ["best (100%)", "1 (50%)", "2 (25%)", "100 (0%)"]
+    assert texts(panel) == ["lowest BIC (100%, likeliest)", "1 (50%)", "2 (25%)", "100 (0%)"]
+
+
+def test_the_lowest_bic_and_the_likeliest_set_are_told_apart_and_both_drawn():
+    scores = {"a": (90.0, 0.02), "b": (80.0, 0.01), "c": (50.0, 0.48), "d": (50.0, 0.48 + 1e-9), "e": (40.0, 0.0)}
+    rivals = [Rival((name,), *weighed, 1.0) for name, weighed in scores.items()]
+    (panel,) = rivals_figure([*rivals, Rival((), 0.0, 0.01, 9.0)], most=2).axes
+    said = ["lowest BIC (2%)", "10 (1%)", "40 (48%, likeliest)", "40 (48%, likeliest)", "90 (1%)"]
+    assert texts(panel) == said
+    (alone,) = rivals_figure([Rival(("a",), 9.0, 0.4, 1.0), Rival((), 0.0, 0.6, 9.0)], most=2).axes
+    assert texts(alone) == ["lowest BIC (40%)", "9 (60%, likeliest)"]
+
+
+def test_the_rivals_say_why_the_table_of_effects_has_other_probabilities():
+    figure = rivals_figure([Rival(("a",), 1.0, 1.0, 1.0)], most=3)
+    assert "compare the fitted sets with each other" in figure.get_supxlabel()
+    assert "objections" in figure.get_supxlabel()
+    note = next(text for text in figure.texts if text.get_text() == figure.get_supxlabel())
+    figure.draw_without_rendering()
+    assert note.get_window_extent().width < figure.bbox.width
 
 
 def test_rivals_that_explain_nearly_as_well_are_told_apart_by_what_they_fall_short_of_the_best():
     rivals = [Rival((name,), 10754.0 - short, 0.1, 1.0) for name, short in {"a": 0.0, "b": 5.0, "c": 700.0}.items()]
     (panel,) = rivals_figure([*rivals, Rival((), 0.0, 0.0, 9.0)], most=10).axes
     assert [bar.get_width() for bar in panel.patches] == [0.0, 5.0, 700.0, 10754.0]
-    assert [text.split(" ")[0] for text in texts(panel)] == ["best", "5", "700", "10754"]
+    assert [text.split(" ")[0] for text in texts(panel)] == ["lowest", "5", "700", "10754"]
     ends = [panel.transData.transform((bar.get_width(), 0.0))[0] for bar in panel.patches]
     width = panel.get_window_extent().width
     assert all(later - sooner > 0.05 * width for sooner, later in pairwise(ends))
@@ -76,6 +171,19 @@ def test_gaps_are_drawn_in_degrees_over_milliseconds():
     assert refitted.get_ydata()[1] == pytest.approx(np.degrees(0.016))
     assert floor.get_ydata()[1] == pytest.approx(np.degrees(0.002))
     assert "°" in panel.get_ylabel()
+
+
+@pytest.mark.parametrize("channels", [("tilt",), ("tilt", "tilt_rate")])
+def test_the_legend_is_no_wider_than_the_figure(channels):
+    gaps = [Gap(channel, h, 0.1, 0.08, 0.02, 0.01, 0.9, 0.01) for channel in channels for h in (0.1, 0.2)]
+    figure = gap_figure(gaps, {channel: "rad" for channel in channels}, "with what was named")
+    figure.draw_without_rendering()
+    (placed,) = figure.legends
+    extent = placed.get_window_extent()
+    assert len(placed.get_texts()) == 4
+    assert figure.bbox.x0 < extent.x0 < extent.x1 < figure.bbox.x1
+    lowest = min(panel.get_tightbbox().y0 for panel in figure.axes)
+    assert extent.y1 < lowest
 
 
 def test_the_floor_is_drawn_where_it_is_and_nothing_is_drawn_twice():

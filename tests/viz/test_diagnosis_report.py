@@ -161,7 +161,10 @@ def test_the_headline_names_effect_and_equivalents_and_credits_each_with_its_sha
     said = headline_text(NAMED)
     assert "coulomb friction (or viscous friction)" in said
     assert "Refitting the nominal parameters closes 50 % of the gap; coulomb friction closes another 25 %." in said
-    assert "0.02 rad of tilt after 0.15 s as the data sheet says, 0.012 refitted, 0.008 with what was named" in said
+    assert (
+        "0.02 rad of tilt after 0.15 s as the data sheet says, 0.012 rad refitted, 0.008 rad with what was named"
+        in said
+    )
 
 
 @pytest.mark.parametrize(
@@ -184,7 +187,7 @@ def test_the_headline_claims_no_share_that_the_rollouts_do_not_show(errors, said
     text = headline_of(*errors)
     assert said in text
     assert "100 %" not in text
-    assert f"noise alone would make that {errors[-1]:.3g}" in text
+    assert f"noise alone would make that {errors[-1]:.3g} rad." in text
 
 
 def test_the_headline_of_a_data_sheet_that_is_off_says_by_how_much_and_what_is_left():
@@ -211,6 +214,29 @@ def test_the_page_gives_units_and_keeps_the_share_of_the_refit_apart(tmp_path):
     assert "<td>tilt [rad]</td>" in html
     assert "closed by refitting" in html
     assert "<td>50\u00a0%</td><td>25\u00a0%</td>" in html
+
+
+@pytest.mark.parametrize(
+    ("region", "said"),
+    [
+        (("speed", 0.5, 1.0), "for speed 0.5 to 1.0 m/s (3.2 times the noise)"),
+        (("tilt", 0.00123, 0.0345), "for tilt 0.1 to 2.0° (3.2"),
+        (("tilt", -1e-7, 2e-6), "for tilt 0.00 to 0.00° (3.2"),
+        (("command", -0.0163, -0.0065), "for command -0.016 to -0.006 N·m (3.2"),
+        (("direction", -1.0, 0.0), "for wheels that turn back (3.2"),
+    ],
+)
+def test_the_page_says_with_units_where_the_best_guess_is_most_wrong(tmp_path, region, said):
+    axis, low, high = region
+    worst = Region("wheel_rate", axis, low, high, 40, 0.3, 3.2)
+    assert said in page(tmp_path, replace(NAMED, remaining=Remaining(0.25, True, (worst,))))
+
+
+def test_the_page_says_why_sets_and_effects_have_other_probabilities(tmp_path):
+    html = page(tmp_path, NAMED)
+    for said in ("compare sets with each other", "need not be\n  the likeliest", "in the table above", "objections"):
+        assert said in html
+    assert "in the table above" not in page(tmp_path, NOTHING)
 
 
 def test_the_page_says_which_number_of_the_map_is_agreement(tmp_path):

@@ -56,6 +56,14 @@ def test_methods_beyond_the_colours_look_different(robustness):
     assert len({(line.get_color(), line.get_marker(), line.get_linestyle()) for line in lines}) == 10
 
 
+def test_long_names_of_methods_stay_inside_the_figure(robustness):
+    methods = tuple(robustness.methods[0]._replace(name=f"outputs/learn/a rather long name {k}") for k in range(6))
+    figure = robustness_figure(robustness._replace(methods=methods))
+    figure.draw_without_rendering()
+    extent = figure.legends[0].get_window_extent()
+    assert figure.bbox.x0 < extent.x0 < extent.x1 < figure.bbox.x1
+
+
 def test_the_table_has_each_mean_and_the_page_says_what_was_missed(robustness):
     head, one, _ = table_rows(robustness)
     shown = dict(zip(head, (cell.replace("\u00a0", " ") for cell in one), strict=True))

@@ -53,6 +53,7 @@ STYLE: Any = {  # Any: matplotlib's own type for this lists every setting of one
 # Matplotlib writes paths to a millionth of a point; a hundredth halves the file and cannot be seen.
 _PATH = re.compile(r' d="[^"]*"')
 _SURPLUS_DIGITS = re.compile(r"(\.\d\d)\d+")
+_LEGEND_SHARE = 0.95  # of the figure's width that a legend may take: fonts differ where an SVG is shown
 _DEGREES = {"rad": "°", "rad/s": "°/s"}
 
 P = ParamSpec("P")
@@ -95,9 +96,13 @@ def label(name: str, unit: str) -> str:
 
 
 def legend(figure: Figure, axes: Axes) -> None:
-    """Put the legend of `axes` below all panels, where it hides no data."""
+    """Put the legend of `axes` below all panels, where it hides no data, in as few rows as fit its width."""
     handles, names = axes.get_legend_handles_labels()
-    figure.legend(handles, names, loc="outside lower center", ncols=len(names))
+    for columns in range(len(names), 0, -1):
+        placed = figure.legend(handles, names, loc="outside lower center", ncols=columns)
+        if columns == 1 or placed.get_window_extent().width <= _LEGEND_SHARE * figure.bbox.width:
+            return
+        placed.remove()
 
 
 def svg(figure: Figure) -> str:

@@ -1,6 +1,7 @@
 """What a diagnosis found, as pictures: where the gap is, who explains it, and how it shrank."""
 
 from collections.abc import Mapping, Sequence
+from math import isclose
 from textwrap import fill
 
 import numpy as np
@@ -11,26 +12,28 @@ from matplotlib.figure import Figure
 from twbal.core.palette import GOOD, INK, MUTED, PAPER, PREDICTED, REAL
 from twbal.diagnosis.record import Gap, Region, Rival, Whiteness
 from twbal.viz.canvas import label, legend, panels, shown, styled
+from twbal.viz.map_axes import AXES, DIRECTION, direction_text, edge_texts
 
 _SHADES = (  # of a diverging map: predicted too high, right, too low
     (0.0, PREDICTED.light),
     (0.5, PAPER.light),
     (1.0, REAL.light),
 )
-_AXES = {
-    "speed": ("speed", "m/s"),
-    "command": ("command", "N·m"),
-    "tilt": ("tilt", "rad"),
-    "direction": ("wheels turn", ""),
-    "time": ("time", "s"),
-}
+_DARK, _LIGHT = "#000000", "#fefefe"  # text on fields; not of the palette, as pages recolour that, and never fields
+_LUMINANCE = 0.22  # of a field, above which its text is dark; on 0.18 black and white have the same contrast
+_MOST_EDGES = 9  # that are labelled on an axis
+_ROW = 36  # characters that find room side by side below a panel
 _LABEL = 46  # characters of a line of effects' names
 _WIDE = (
     9.6  # inch; about as wide as the figures of several panels, so that a page that scales all to its width keeps fonts
 )
 _NEAR = 10.0  # evidence up to which differences are drawn linearly; those beyond, by their logarithm
 _ROOM = 10.0  # times the longest bar, for what is written beside it
-_DIRECTIONS = {-1.0: "back", 0.0: "forth"}
+_COMPARED = (
+    "Probabilities compare the fitted sets with each other. The report's table adds up the sets that hold an effect,\n"
+    "and lowers its probability where objections speak against it or the chosen set."
+)
+_ALIKE = 1e-3  # relative difference of probabilities that is none
 
 
 @styled
@@ -39,7 +42,7 @@ def disagreement_figure(regions: Sequence[Region], channels: Sequence[str]) -> F
 
     The number in a field is the root mean square error over the noise as fitted, its colour the mean error over that.
     """
-    axes_names = [name for name in _AXES if any(region.axis == name for region in regions)]
+    axes_names = [name for name in AXES if any(region.axis == name for region in regions)]
     figure, drawn = panels(len(axes_names), columns=3, width=3.6, height=0.5 + 0.45 * len(channels))
     for panel, name in zip(drawn, axes_names, strict=True):
         _draw_map(panel, [region for region in regions if region.axis == name], channels, name)
@@ -48,26 +51,35 @@ def disagreement_figure(regions: Sequence[Region], channels: Sequence[str]) -> F
 
 @styled
 def rivals_figure(rivals: Sequence[Rival], most: int) -> Figure:
-    """Draw by how much evidence the best `most` candidates, and the data sheet alone, fall short of the best."""
+    """Draw how far the BIC of sets of effects is above the lowest, with their probabilities as sets compare.
+
+    Drawn are the `most` sets of the lowest BIC, the likeliest, and the data sheet alone. The likeliest need not have
+    the lowest BIC (`verdict.probabilities`); that is marked, too.
+    """
     known = sorted(rivals, key=lambda rival: -rival.score)
-    best = [rival for rival in known if rival.names][:most] + [rival for rival in known if not rival.names]
-    names = [fill(" + ".join(rival.names).replace("_", " ") or "data sheet refitted alone", _LABEL) for rival in best]
+    highest = max(rival.probability for rival in known)
+    likeliest = [rival for rival in known if isclose(rival.probability, highest, rel_tol=_ALIKE)]
+    sets = [rival for rival in known if rival.names]
+    drawn = [rival for rival in sets if rival in sets[:most] or rival in likeliest]
+    drawn += [rival for rival in known if not rival.names]
+    names = [fill(" + ".join(rival.names).replace("_", " ") or "data sheet refitted alone", _LABEL) for rival in drawn]
     lines = max((name.count("\n") + 1 for name in names), default=1)
-    figure, (panel,) = panels(1, columns=1, width=_WIDE, height=0.9 + (0.12 + 0.16 * lines) * len(best))
-    places = np.arange(len(best))[::-1]
-    short = [known[0].score - rival.score for rival in best]
-    panel.barh(places, short, height=0.5, color=MUTED.light)
+    figure, (panel,) = panels(1, columns=1, width=_WIDE, height=1.1 + (0.12 + 0.16 * lines) * len(drawn))
+    places = np.arange(len(drawn))[::-1]
+    above = [known[0].score - rival.score for rival in drawn]
+    panel.barh(places, above, height=0.5, color=MUTED.light)
     panel.set_yticks(places, names)
-    for place, rival, difference in zip(places, best, short, strict=True):
-        first = rival is known[0]
-        said = f"{'best' if first else round(difference)} ({rival.probability:.0%})"
-        colour = GOOD.light if first else INK.light
+    for place, rival, difference in zip(places, drawn, above, strict=True):
+        said = "lowest BIC" if rival is known[0] else f"{difference:.0f}"
+        said += f" ({rival.probability:.0%}{', likeliest' if rival in likeliest else ''})"
+        colour = GOOD.light if rival in likeliest else INK.light
         panel.annotate(said, (difference, place), (5, 0), textcoords="offset points", va="center", color=colour)
     panel.set_xscale("symlog", linthresh=_NEAR)
-    panel.set_xlim(0.0, _ROOM * max(*short, _NEAR))
+    panel.set_xlim(0.0, _ROOM * max(*above, _NEAR))
     panel.grid(visible=False, axis="y")
-    panel.set_xlabel(f"-2 log likelihood and price of parameters, more than the best's (logarithmic from {_NEAR:g} on)")
-    panel.set_title("how far each falls short of the best (probability)")
+    panel.set_xlabel(f"difference in BIC (logarithmic from {_NEAR:g} on)")
+    panel.set_title("BIC of each set above the lowest (probability of the set)")
+    figure.supxlabel(_COMPARED, fontsize=9, color=MUTED.light)
     return figure
 
 
@@ -126,26 +138,42 @@ def whiteness_figure(whiteness: Sequence[Whiteness], after: str | None) -> Figur
 
 
 def _draw_map(panel: Axes, regions: Sequence[Region], channels: Sequence[str], axis: str) -> None:
-    """Draw the fields of one axis."""
+    """Draw the fields of one axis; a range that was left out stays empty."""
     colours = LinearSegmentedColormap.from_list("bias", list(_SHADES))
-    lows = sorted({region.low for region in regions})
-    bias, rms = (np.full((len(channels), len(lows)), np.nan) for _ in range(2))
+    edges = sorted({region.low for region in regions} | {region.high for region in regions})
+    bias, rms = (np.full((len(channels), len(edges) - 1), np.nan) for _ in range(2))
     for region in regions:
-        place = channels.index(region.channel), lows.index(region.low)
+        place = channels.index(region.channel), edges.index(region.low)
         bias[place], rms[place] = region.bias, region.rms
-    panel.imshow(np.tanh(bias / 2.0), cmap=colours, vmin=-1.0, vmax=1.0, aspect="auto")
+    shades = np.tanh(bias / 2.0)
+    panel.imshow(shades, cmap=colours, vmin=-1.0, vmax=1.0, aspect="auto")
     for i, j in np.ndindex(*rms.shape):
         if np.isfinite(rms[i, j]):
-            panel.text(j, i, f"{rms[i, j]:.1f}", ha="center", va="center", fontsize=8.5)
-    name, unit = _AXES[axis]
-    factor, unit = shown(unit)
-    highs = {region.low: region.high for region in regions}
-    ranges = [_DIRECTIONS[low] if axis == "direction" else _range(factor * low, factor * highs[low]) for low in lows]
-    panel.set_xticks(range(len(lows)), ranges, fontsize=8)
+            ink = _text_colour(colours(float(0.5 * (1.0 + shades[i, j]))))
+            panel.text(j, i, f"{rms[i, j]:.1f}", ha="center", va="center", fontsize=8.5, color=ink)
+    if axis == DIRECTION:
+        ways = {edges.index(region.low): direction_text(region) for region in regions}
+        panel.set_xticks(list(ways), list(ways.values()), fontsize=8)
+    else:
+        _label_edges(panel, axis, edges)
+    _, unit = shown(AXES[axis].unit)
     panel.set_yticks(range(len(channels)), [channel.replace("_", " ") for channel in channels])
     panel.grid(visible=False)
-    panel.set_title(f"{name} [{unit}]" if unit else name)
+    panel.set_title(f"{AXES[axis].title} [{unit}]" if unit else AXES[axis].title)
 
 
-def _range(low: float, high: float) -> str:
-    return f"{low:.2g}\n{high:.2g}"
+def _label_edges(panel: Axes, axis: str, edges: Sequence[float]) -> None:
+    """Write the ends of ranges where they are, as many as find room, and aslant where they are long."""
+    every = -(-len(edges) // _MOST_EDGES)
+    texts = edge_texts(axis, edges[::every])
+    panel.set_xticks(np.arange(len(edges))[::every] - 0.5, texts, fontsize=8)
+    if (max(map(len, texts)) + 1) * (len(texts) - 1) > _ROW:
+        for text in panel.get_xticklabels():
+            text.set(rotation=45, ha="right", rotation_mode="anchor")
+
+
+def _text_colour(field: Sequence[float]) -> str:
+    """Dark or light for a field of a colour (red, green, blue, ...), by its relative luminance of WCAG 2."""
+    parts = np.array(field[:3])
+    linear = np.where(parts <= 0.04045, parts / 12.92, ((parts + 0.055) / 1.055) ** 2.4)
+    return _DARK if float(linear @ [0.2126, 0.7152, 0.0722]) > _LUMINANCE else _LIGHT

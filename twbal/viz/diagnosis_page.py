@@ -7,6 +7,7 @@ from pathlib import Path
 from twbal.core.files import write_atomically
 from twbal.diagnosis.record import Diagnosis
 from twbal.viz.headline import headline_text
+from twbal.viz.map_axes import range_text
 from twbal.viz.page import inline, render
 
 
@@ -55,6 +56,7 @@ def write_diagnosis_report(
         diagnosis=diagnosis,
         setting=setting,
         headline=headline_text(diagnosis),
+        worst_range=range_text(diagnosis.remaining.where[0]) if diagnosis.remaining.where else "",
         where=inline(pictures.where, "where", "Errors of the simulation by channel and region"),
         rivals=inline(pictures.rivals, "rivals", "Evidence for each candidate"),
         gap=inline(pictures.gap, "gap", "Error on held-out data before and after"),

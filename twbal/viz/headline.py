@@ -63,11 +63,11 @@ def _what_closes(head: Gap, effects: Sequence[ProbableEffect]) -> str:
 
 def _errors(head: Gap, added: str) -> str:
     """The errors of the rollouts from which shares of the gap are made; `added`: what else they had, if anything."""
-    with_it = f", {head.after:.3g} with {added}" if added else ""
+    with_it = f", {head.after:.3g} rad with {added}" if added else ""
     return (
         f"Held-out rollouts are off by {head.before:.3g} rad of {head.channel.replace('_', ' ')} after "
-        f"{head.horizon:g} s as the data sheet says, {head.refitted:.3g} refitted{with_it}; the sensors' noise alone "
-        f"would make that {head.noise_floor:.3g}."
+        f"{head.horizon:g} s as the data sheet says, {head.refitted:.3g} rad refitted{with_it}; the sensors' noise "
+        f"alone would make that {head.noise_floor:.3g} rad."
     )
 
 

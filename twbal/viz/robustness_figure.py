@@ -7,7 +7,7 @@ from matplotlib.ticker import PercentFormatter
 
 from twbal.algorithm.robustness import UPRIGHT, AxisLevels, MethodRobustness, Robustness
 from twbal.core.palette import GOOD, INK, MUTED, PREDICTED, REAL
-from twbal.viz.canvas import styled
+from twbal.viz.canvas import legend, styled
 
 _COLOURS = (REAL, PREDICTED, GOOD, INK, MUTED)  # of the methods in turn
 _FORMS = ("s-", "o-", "d-", "^-", "v-", "P--", "X--", "*--", "<--", ">--")
@@ -32,8 +32,7 @@ def robustness_figure(robustness: Robustness) -> Figure:
             panel.set_ylabel("trials that succeed")
     below = figure.add_subplot(grid[rows, :])
     _draw_means(below, robustness)
-    handles, names = figure.axes[0].get_legend_handles_labels()
-    figure.legend(handles, names, loc="outside lower center", ncols=min(len(names), 6))
+    legend(figure, figure.axes[0])
     return figure
 
 

@@ -71,6 +71,27 @@ def test_what_may_be_one_or_another_is_left_open(reason, looked_at):
     assert any(line.startswith(f"{quantity} ({reason}") for line in found.open)
 
 
+def test_a_column_called_command_is_left_open_and_the_reason_says_how_to_go_on(looked_at):
+    mapping, found = looked_at(**plain(command=COLUMN["u"]))
+    assert mapping["quantities"]["command"]["from"] == "???"
+    (reason,) = (line for line in found.open if line.startswith("command"))
+    assert "If it is the torque of both wheels" in reason and "fill in its name and unit" in reason
+    assert "belongs to `voltage`" in reason
+
+
+@pytest.mark.parametrize(
+    ("name", "unit"),
+    [
+        *(("torque (N m)", "N·m"), ("torque [N·m]", "N·m"), ("torque [N*m]", "N·m"), ("torque [Nm]", "N·m")),
+        *(("torque [mN·m]", "mNm"), ("torque [mN m]", "mNm")),
+    ],
+)
+def test_a_torque_has_its_unit_however_that_is_written(name, unit, looked_at):
+    mapping, found = looked_at(**plain(**{name: COLUMN["u"]}))
+    assert mapping["quantities"]["command"] == {"from": name, "unit": unit}
+    assert "command" not in found.unknown_units
+
+
 @pytest.mark.parametrize("name", ["cmd_vel", "torque_ref", "pitch_kp", "state_command_1", "motor_current"])
 def test_columns_about_a_quantity_are_not_taken_for_it(name, looked_at):
     mapping, found = looked_at(**plain(**{name: COLUMN["u"]}))

@@ -54,6 +54,19 @@ def test_a_block_that_comes_again_is_found_and_chance_is_not():
     assert (first, second, count) == (300, 1000, 200)
 
 
+@pytest.mark.parametrize(
+    ("quantity", "unit", "plain"),
+    [("tilt_rate", "dps", "deg/s"), ("command", "N m", "N·m"), ("command", "mN·m", "mNm"), ("command", "mN m", "mNm")],
+)
+def test_units_may_be_written_in_several_ways(quantity, unit, plain):
+    def made(unit):
+        told = {"time": {"from": 1}, "tilt": {"from": 2}, "wheel_angle": {"from": 3}, "command": {"from": 4}}
+        told[quantity] = {"from": 5, "unit": unit}
+        return mapping(told, [], None, None, False, False, 0.0, 3).quantities[quantity]
+
+    assert made(unit) == made(plain)
+
+
 def test_two_columns_may_have_a_scale_each():
     told = {"time": {"from": 1}, "tilt": {"from": 2}, "command": {"from": 3}}
     wheels = {"from": [4, 5], "scale": [1, -2]}

@@ -63,6 +63,75 @@ def test_a_last_line_that_is_cut_off_is_left_out_and_said(log):
     assert any("cut off" in note for note in read.notes)
 
 
+def ends_with(last, column="wheel_angle", scale=100.0):
+    """Rows whose last column is long numbers but for the last one, with no newline at the end."""
+    k = NAMES.index(column)
+    order = [*(j for j in range(len(NAMES)) if j != k), k]
+    values = ROWS[:, order] + 1e-3 * np.sin(np.arange(60))[:, None]
+    content = text(values * ([1.0] * 7 + [scale]), names=[NAMES[j] for j in order])
+    return content.rpartition(",")[0] + "," + last
+
+
+@pytest.mark.parametrize("last", ["1", "-1.8", "-", "1.8e", "1.83e-"])
+def test_a_last_number_that_is_cut_off_is_left_out_and_said(last, log):
+    read = read_text(log(ends_with(last, scale=1e4)), WANTED)
+    assert len(read.values) == len(ROWS) - 1
+    assert read.notes == ("its last line (61) is cut off and left out",)
+
+
+@pytest.mark.parametrize("last", ["184.9", "185", "184.856789", "1000.12345"])
+def test_a_last_number_without_a_newline_is_kept_if_it_is_near_the_others_or_long(last, log):
+    whole = text(ROWS)[:-1]
+    assert len(read_text(log(whole), WANTED).values) == len(ROWS)
+    assert len(read_text(log(ends_with(last)), WANTED).values) == len(ROWS)
+
+
+def test_a_short_last_number_before_a_newline_is_kept(log):
+    assert len(read_text(log(ends_with("1", scale=1e4) + "\n"), WANTED).values) == len(ROWS)
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "latin-1"])
+def test_headers_in_utf_8_and_latin_1_are_read_as_they_are(encoding, log):
+    names = ("time [s]", "tilt [°]", "torque [N·m]")
+    path = log(text(ROWS[:, PLACES], names=names).encode(encoding))
+    assert read_text(path, names).values == pytest.approx(ROWS[:, PLACES], abs=1e-8)
+    assert [column.meaning.unit for column in all_columns(path)] == ["s", "°", "N·m"]
+
+
+def with_second_row(second):
+    header, *rows = text(ROWS[:, PLACES], names=WANTED).splitlines()
+    return "\n".join([header, second, *rows]) + "\n"
+
+
+@pytest.mark.parametrize("second", ["ms,deg,N m", "[ms],[deg],[N m]", "(ms),(deg),(N m)"])
+def test_a_row_of_units_below_the_header_tells_the_units_and_is_no_sample(second, log):
+    path = log("# by hand\n" + with_second_row(second))
+    read = read_text(path, WANTED)
+    assert read.values == pytest.approx(ROWS[:, PLACES], abs=1e-8)
+    assert read.lines[0] == 4
+    assert any("row of units" in note for note in read.notes)
+    assert [(column.name, column.meaning.unit) for column in all_columns(path)] == [
+        ("time", "ms"),
+        ("tilt", "deg"),
+        ("command", "N·m"),
+    ]
+
+
+def test_units_may_be_missing_and_a_first_row_of_text_and_empty_fields_is_a_sample(log):
+    assert len(read_text(log(with_second_row("s,,N·m")), WANTED).values) == len(ROWS)
+    path = log("mode,tilt,command\nidle,,\n" + "run,0.1,0.2\n" * 5)
+    assert len(read_text(path, ["tilt", "command"]).values) == 6
+
+
+@pytest.mark.parametrize(
+    ("content", "wrong"),
+    [(with_second_row("float,float,float"), "float,float,float"), ("My robot\n" + text(ROWS), "My robot")],
+)
+def test_of_two_lines_of_text_the_error_says_which_to_remove(content, wrong, log):
+    with pytest.raises(LogError, match=rf"two lines of text before its numbers.* Begin '{wrong}' with # or remove"):
+        read_text(log(content), WANTED)
+
+
 def test_an_empty_field_is_no_number(log):
     lines = text(ROWS).splitlines()
     lines[5] = ",".join("" if i == 1 else field for i, field in enumerate(lines[5].split(",")))

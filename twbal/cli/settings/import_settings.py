@@ -5,12 +5,14 @@ from twbal.cli.settings.setting import Setting
 
 _COLUMN = Either(Text("name"), Whole(1, 100_000), "name or number")
 _COLUMNS = Either(_COLUMN, ListOf(_COLUMN, least=1), "column or [column,...]")
+_SCALE = Number(-1e12, 1e12)
+_SCALES = Either(_SCALE, ListOf(_SCALE, least=1), _SCALE.range)  # a list has one scale for each column
 
 IMPORT = (
     Setting("import.quantities.*", OrNull(_COLUMNS), "column, by name or by number from 1 on; null: none"),
     Setting("import.quantities.*.from", _COLUMNS, "column, or columns whose mean is taken"),
     Setting("import.quantities.*.unit", Text("unit"), "unit of the column"),
-    Setting("import.quantities.*.scale", Number(-1e12, 1e12), "factor on the column; -1 turns its sign"),
+    Setting("import.quantities.*.scale", _SCALES, "factor on the column; -1 turns its sign"),
     Setting("import.quantities.*.offset", Number(-1e12, 1e12), "offset that is added, in SI units"),
     Setting("import.names", ListOf(Text("name")), "names of all columns, where files have no header"),
     Setting("import.rate", OrNull(Number(0.1, 1e6, "Hz")), "rate of the samples, where there is no time"),

@@ -50,17 +50,21 @@ def all_columns(path: Path) -> list[Column]:
     values = np.full((len(read.values), layout.width), np.nan)
     values[:, numbers] = read.values
     if layout.names:
-        return _columns(layout.names, layout.names, list(values.T))
+        return _columns(layout.names, layout.names, list(values.T), layout.units)
     fields = [fields_of(line, layout.delimiter) for line in layout.comments]
     return _columns([], names_in_comments(layout.comments, fields, layout.width), list(values.T))
 
 
-def _columns(header: Sequence[str], names: Sequence[str], values: Sequence[Array]) -> list[Column]:
+def _columns(
+    header: Sequence[str], names: Sequence[str], values: Sequence[Array], units: Sequence[str] = ()
+) -> list[Column]:
     found = []
+    told = dict(enumerate(units))
     for k, (name, column) in enumerate(zip(names, values, strict=False)):
         plain = list(header).count(name) == 1 and name and "${" not in name  # which Hydra would fill in
         source = json.dumps(name, ensure_ascii=False) if plain else str(k + 1)
-        found.append(Column(source, name, meaning_of(name), column))
+        unit = told.get(k, "").strip("[]() ")
+        found.append(Column(source, name, meaning_of(f"{name} [{unit}]" if unit else name), column))
     return found
 
 

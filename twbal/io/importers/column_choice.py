@@ -12,6 +12,11 @@ from twbal.io.importers.mapping import QUANTITIES, UNITS
 _LARGEST_TILT = 3.5  # rad; a larger one is in degrees
 _STEPS = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
 _PERIODS = (0.0005, 0.3)  # s; of logs
+_SAID = {
+    "command": "torque of both wheels (a voltage or duty cycle belongs to `voltage`)",
+    "wheel_angle": "angle of the wheels",
+}
+"""What quantities are called where their names do not say it."""
 _WHOLE = 10  # a column of whole numbers that spans more counts something
 
 
@@ -54,7 +59,8 @@ def choose(quantity: str, columns: Sequence[Column]) -> Choice:
         return Choice((), f"{' or '.join(column.name for column in certain)}?", is_for_person=True)
     if fitting:
         names = " or ".join(column.name for column in fitting)
-        return Choice((), f"perhaps {names}: such a name may mean other things")
+        told = f"perhaps {names}: such a name may mean other things. If it is the {_SAID.get(quantity, quantity)}, "
+        return Choice((), f"{told}fill in its name and unit")
     if meant:
         return Choice((), f"{meant[0].name} is in {meant[0].meaning.unit}: to take it, fill in a scale to {unit}")
     return Choice()

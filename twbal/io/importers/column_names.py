@@ -52,6 +52,8 @@ _ALIASES = {
     **{"sec": "s", "seconds": "s", "msec": "ms", "usec": "us"},
     **{"rad_s": "rad/s", "deg_s": "deg/s", "dps": "deg/s", "degrees": "deg"},
     **{"v": "V", "volt": "V", "mv": "mV", "nm": "N·m", "mnm": "mNm"},
+    **{"n m": "N·m", "n*m": "N·m", "n⋅m": "N·m", "mn m": "mNm", "mn*m": "mNm", "mn·m": "mNm", "mn⋅m": "mNm"},
+    **{"μs": "µs", "degree": "deg", "degrees/s": "deg/s"},  # the Greek letter; else it is the micro sign
 }
 _OTHER_UNITS = {"m/s", "cm/s", "mm/s", "m/s²", "%", "A", "mA", "N", "counts", "ticks"}  # that tell what a column is not
 _TIMES = {"ms", "us", "ns"}  # units that stand for the column of the time
@@ -87,6 +89,11 @@ def meaning_of(name: str) -> Meaning:
     quantity, understood = _quantity(set(stem), unit)
     certain = not set(stem) - understood - _FILLING and len(sides) < 2
     return Meaning(quantity, certain, sides[0] if len(sides) == 1 else "", stem, unit)
+
+
+def is_unit(text: str) -> bool:
+    """Whether a text is a unit, with or without brackets."""
+    return bool(_unit(f"x [{text.strip('[]() ')}]")[0])
 
 
 def names_in_comments(comments: Sequence[str], fields: Sequence[Sequence[str]], width: int) -> list[str]:

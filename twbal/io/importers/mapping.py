@@ -32,10 +32,10 @@ QUANTITIES = {
 UNITS = {
     "s": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6, "ns": 1e-9},
     "rad": {"rad": 1.0, "deg": pi / 180, "°": pi / 180, "turn": 2 * pi},
-    "rad/s": {"rad/s": 1.0, "deg/s": pi / 180, "°/s": pi / 180, "rpm": pi / 30, "turn/s": 2 * pi},
+    "rad/s": {"rad/s": 1.0, "deg/s": pi / 180, "°/s": pi / 180, "dps": pi / 180, "rpm": pi / 30, "turn/s": 2 * pi},
     "m/s²": {"m/s²": 1.0, "m/s2": 1.0, "g": 9.80665, "mg": 9.80665e-3},
     "m": {"m": 1.0, "cm": 1e-2, "mm": 1e-3},
-    "N·m": {"N·m": 1.0, "Nm": 1.0, "mNm": 1e-3, "Ncm": 1e-2},
+    "N·m": {"N·m": 1.0, "Nm": 1.0, "N m": 1.0, "mNm": 1e-3, "mN·m": 1e-3, "mN m": 1e-3, "Ncm": 1e-2},
     "V": {"V": 1.0, "mV": 1e-3},
 }
 """Units that a column may have, by the SI unit, with their size in it."""

@@ -11,6 +11,7 @@ import pandas
 
 from twbal.core.errors import LogError, printable
 from twbal.core.gaussian import Array
+from twbal.io.importers.column_names import is_unit
 from twbal.io.importers.columns import Columns, Name, file_data, places
 from twbal.io.importers.formats import readable
 
@@ -19,6 +20,10 @@ _DELIMITERS = {";": ";", "\t": "\t", ",": ",", BLANKS: r"\s+"}  # what is looked
 _COMMENTS = "%#"
 _LOOKED_AT = 200  # lines from which the layout is told
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|[+-]?(nan|inf)|0[xX][0-9a-fA-F]+|", re.IGNORECASE)
+_BEGUN = re.compile(r"[+-]|[+-]?(\d+\.?\d*|\.\d+)[eE][+-]?")  # a number that was cut off, and none by itself
+_FEWEST = 20  # rows by which a last field is judged
+_SHORT = 0.05  # share of the other fields that are as short as one that was cut off, at most
+_FAR = 3.0  # of the largest other step, by which such a field is off
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
 
 
@@ -31,6 +36,7 @@ class Layout(NamedTuple):
         comment: character that begins comments; "" where none was seen.
         names: of the columns, from the header; empty without one.
         width: number of columns.
+        units: of the columns, from a row below the header; empty without one.
         sample: fields of some lines, for whoever guesses what they mean.
         comments: lines before the first of these that are comments, without what begins them.
     """
@@ -40,6 +46,7 @@ class Layout(NamedTuple):
     comment: str
     names: tuple[str, ...]
     width: int
+    units: tuple[str, ...]
     sample: tuple[tuple[str, ...], ...]
     comments: tuple[str, ...]
 
@@ -57,11 +64,42 @@ def layout_of(path: Path, lines: Sequence[str]) -> Layout:
     rows = [fields_of(line, delimiter) for line in first]
     comma = delimiter != "," and any(_DECIMAL_COMMA.fullmatch(field) for row in rows for field in row)
     header = rows[0] if not all(_is_number(field, comma) for field in rows[0]) else None
-    body = rows[1:] if header and len(rows) > 1 and any(_is_number(f, comma) for f in rows[1]) else rows
+    units = _units_below(path, first, rows, comma) if header and len(rows) > 2 else ()
+    if units:
+        body = rows[2:]
+    else:
+        body = rows[1:] if header and len(rows) > 1 and any(_is_number(f, comma) for f in rows[1]) else rows
     names = tuple(map(printable, header)) if header and body is not rows else ()
     if not any(_is_number(field, comma) and field for row in body for field in row):
         raise LogError(f"{path} has no columns of numbers; its first line is {first[0][:60]!r}. {readable()}.")
-    return Layout(delimiter, "," if comma else ".", comment, names, len(body[0]), tuple(map(tuple, body)), comments)
+    sample = tuple(map(tuple, body))
+    return Layout(delimiter, "," if comma else ".", comment, names, len(body[0]), units, sample, comments)
+
+
+def _units_below(path: Path, first: Sequence[str], rows: Sequence[Sequence[str]], comma: bool) -> tuple[str, ...]:
+    """The second row where it tells the units of the columns; empty where it has numbers.
+
+    Args:
+        path: of the file, for errors.
+        first: its first lines.
+        rows: their fields.
+        comma: whether numbers may have decimal commas.
+
+    Raises:
+        LogError: it has text alone that is no units, so that nobody knows which row names the columns.
+    """
+    names, told, numbers = ([field for field in row if field] for row in rows[:3])
+    if any(_is_number(field, comma) for field in told) or not any(_is_number(field, comma) for field in numbers):
+        return ()
+    if told and 2 * sum(map(is_unit, told)) >= len(told):
+        return tuple(map(printable, rows[1]))
+    if len(told) < len(rows[1]) or any(_is_number(field, comma) for field in names):
+        return ()
+    wrong = first[0] if len(rows[1]) == len(rows[2]) != len(rows[0]) else first[1]
+    raise LogError(
+        f"{path} has two lines of text before its numbers, so that it is not clear which one names the columns. "
+        f"Begin {wrong[:60]!r} with # or remove it."
+    )
 
 
 def read_text(path: Path, wanted: Sequence[Name], names: Sequence[str] = ()) -> Columns:
@@ -84,6 +122,8 @@ def read_text(path: Path, wanted: Sequence[Name], names: Sequence[str] = ()) -> 
     notes = []
     if cut:
         notes.append(f"its last line ({cut}) is cut off and left out")
+    if layout.units:
+        notes.append("the row of units below its header is not used: the mapping tells the units")
     if layout.decimal == ",":
         notes.append("numbers with decimal commas were read as such")
     values = _numbers(path, [lines[row] for row in rows], layout, where, rows)
@@ -102,12 +142,20 @@ def lines_of(path: Path) -> list[str]:
             f"{path} is no text file (it has zero bytes in it), whatever its name says. "
             f"{readable()}; an .mcap file of twbal's needs no import."
         )
-    text = data.removeprefix(b"\xef\xbb\xbf").decode("latin-1")
+    text = _decoded(data)
     looked_at = text[: 1 << 18]
     odd = sum(not (c.isprintable() or c in "\t\n\r") for c in looked_at)
     if odd > 0.02 * len(looked_at):
         raise LogError(f"{path} is no text file: {odd} of its first {len(looked_at)} bytes are no characters.")
     return text.replace("\r\n", "\n").split("\n")
+
+
+def _decoded(data: bytes) -> str:
+    """Text in UTF-8, with or without a byte-order mark; else in Latin-1, which any bytes are."""
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return data.removeprefix(b"\xef\xbb\xbf").decode("latin-1")
 
 
 def _first_lines(lines: Sequence[str]) -> tuple[list[str], str, tuple[str, ...]]:
@@ -160,7 +208,7 @@ def _rows(path: Path, lines: Sequence[str], layout: Layout) -> tuple[list[int], 
     comment = layout.comment or _COMMENTS
     rows = [k for k, line in enumerate(lines) if (stripped := line.strip()) and stripped[0] not in comment]
     if layout.names:
-        rows = rows[1:]
+        rows = rows[2:] if layout.units else rows[1:]
     if not rows:
         raise LogError(f"{path} has a header and no rows.")
     if any('"' in line for line in lines):  # a delimiter in quotation marks is none
@@ -176,7 +224,38 @@ def _rows(path: Path, lines: Sequence[str], layout: Layout) -> tuple[list[int], 
             f"Line {row + 1} of {path} has {width} columns, those before it {layout.width}. "
             "Was it damaged on its way, or is it two files in one? Mend or cut the file there."
         )
+    ends_within = rows[-1] == len(lines) - 1  # no newline at the end of the file
+    if ends_within and _is_cut([lines[row] for row in rows[-_LOOKED_AT:]], layout):
+        return rows[:-1], rows[-1] + 1
     return rows, 0
+
+
+def _is_cut(lines: Sequence[str], layout: Layout) -> bool:
+    """Whether the last field of a text that ends without a newline is the beginning of a number.
+
+    Many programs write no newline at the end, and many numbers are short. So both must tell: the field is shorter
+    than nearly all others of its column, and its number is further from the one before than any two others.
+    """
+    fields = [fields_of(line, layout.delimiter)[-1].replace(layout.decimal, ".") for line in lines]
+    last, others = fields[-1], fields[:-1]
+    if len(others) < _FEWEST or not all(_is_number(field, comma=False) for field in others):
+        return False
+    if _BEGUN.fullmatch(last):
+        return True
+    values = np.array([_value(field) for field in fields])
+    if not np.isfinite(values[-2:]).all():
+        return False
+    as_short = float(np.mean([len(field) <= len(last) for field in others]))
+    *steps, last_step = np.abs(np.diff(values))
+    return as_short < _SHORT and bool(last_step > _FAR * np.nanmax([0.0, *steps]))
+
+
+def _value(field: str) -> float:
+    """A number as a text, NaN where there is none."""
+    try:
+        return float(field)
+    except ValueError:
+        return float("nan")
 
 
 def _numbers(path: Path, lines: Sequence[str], layout: Layout, where: list[int], rows: Sequence[int]) -> Array:

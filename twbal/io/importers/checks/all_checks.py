@@ -5,6 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from twbal.core.gaussian import Array
 from twbal.io.importers.checks.command_rows import command_row_doubts
 from twbal.io.importers.checks.doubt import Doubt, Evidence, Kind, LogPart
+from twbal.io.importers.checks.jumps import without_jumps
 from twbal.io.importers.checks.mechanics import Mechanics, expected, mechanics
 from twbal.io.importers.checks.motion_doubts import motion_doubts, signs, time_doubts
 from twbal.io.importers.checks.ranges import (
@@ -42,6 +43,8 @@ def doubts(signals: Mapping[str, Array], part: LogPart) -> Iterator[Doubt]:
     yield from constant_doubts(signals)
     yield from period_doubts(part)
     yield from repeat_doubts(part)
+    jumps, part = without_jumps(part)  # which would hide, or seem to be, what other checks look for
+    yield from jumps
     tilt = list(tilt_doubts(part))
     yield from tilt
     if tilt:

@@ -20,6 +20,7 @@ class Kind(StrEnum):
     REPEATED = "repeated"
     UNINFORMATIVE = "uninformative"
     LYING = "lying"
+    JUMP = "jump"
     UNTOLD = "untold"
     """Nothing seems wrong, but the log does not tell; said as a note and no warning."""
 
