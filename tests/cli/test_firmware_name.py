@@ -39,7 +39,10 @@ def test_it_is_identified_and_its_simulation_evaluated(recorded, tmp_path, capsy
 def test_it_is_not_the_robot_of_another_sheet(recorded, tmp_path, capsys):
     out = f"hydra.run.dir={tmp_path / 'identified'}"
     assert main(["identify", "robot=regbot", f"episodes={recorded}", out]) == 1
-    assert "is an episode of the robot 'its_firmware'; expected is 'regbot'" in capsys.readouterr().err
+    assert (
+        "is an episode of the robot 'its_firmware', recorded with the sheet 'paper'; expected is 'regbot'"
+        in capsys.readouterr().err
+    )
 
 
 def test_a_recording_that_is_given_twice_is_said_to_count_twice(recorded, tmp_path, capsys):

@@ -3,7 +3,7 @@
 import pytest
 
 from twbal.core.episode import Provenance
-from twbal.io.recorded_sheet import is_of_sheet
+from twbal.io.recorded_sheet import is_of_sheet, told_robot
 
 CONFIG = "robot:\n  name: mine\n  body_mass: 1.0\nsteps: 3\n"
 
@@ -29,3 +29,8 @@ def test_a_simulation_is_only_of_its_own():
 )
 def test_a_configuration_that_says_no_sheet_is_no_error(config):
     assert not is_of_sheet(Provenance("esp32", "robot", config=config), "mine")
+
+
+def test_errors_name_the_sheet_beside_the_robot():
+    assert told_robot(Provenance("esp32", "robot", config=CONFIG)) == "'esp32', recorded with the sheet 'mine'"
+    assert told_robot(Provenance("paper", "robot")) == "'paper'"

@@ -52,3 +52,9 @@ def test_a_robot_that_balances_elsewhere_rolls_off_as_fast_as_is_said(tmp_path, 
     with composing():
         drift = instantiate(compose("real_rollout", ["experiment=excite"]).policy).drift
     assert abs(speed) == pytest.approx(drift * 0.01745, rel=0.1)
+
+
+@pytest.mark.parametrize(("robot", "steps"), [("paper", 500), ("balboa", 1000), ("lego", 2000)])
+def test_an_episode_lasts_ten_seconds_at_any_control_period(robot, steps):
+    with composing():
+        assert compose("real_rollout", ["experiment=excite", f"robot={robot}"]).steps == steps

@@ -13,7 +13,7 @@ from twbal.core.episode import Episode
 from twbal.core.errors import DataError, LogError
 from twbal.core.files import file_hash
 from twbal.io.logs import read_episode
-from twbal.io.recorded_sheet import is_of_sheet
+from twbal.io.recorded_sheet import is_of_sheet, told_robot
 
 MODEL, POLICY, PREDICTION = "model.pt", "policy.pt", "prediction.pt"
 POLICY_ENDING = ".pt"  # of a file, by which it is told from a folder
@@ -63,8 +63,8 @@ def episodes_of(files: Iterable[Path], robot: str) -> list[Episode]:
         provenance = found[-1].provenance
         if not is_of_sheet(provenance, robot):
             raise DataError(
-                f"{file} is an episode of the robot {provenance.robot!r}; expected is {robot!r}. Choose the "
-                "robot that the episodes were made with by robot=..."
+                f"{file} is an episode of the robot {told_robot(provenance)}; expected is {robot!r}. Choose the "
+                "sheet that the episodes were made with by robot=..., with the --config-dir=... in which it lies."
             )
     return found
 
@@ -88,6 +88,10 @@ def _logs_in(source: Path) -> list[Path]:
     files = sorted((inside if inside.is_dir() else source).glob("*.mcap"))
     if not files:
         what = "has no episode logs (*.mcap), nor has an episodes/ in it" if source.is_dir() else "is not there"
+        if any((source / "interrupted").glob("*.mcap")):
+            raise LogError(
+                f"{source} has only episodes that were broken off: give {source / 'interrupted'} to use them."
+            )
         raise LogError(f"{source} {what}. Give the run folder of a stage that records episodes, or a folder of logs.")
     return files
 

@@ -106,6 +106,14 @@ def seconds_of(periods: int, control_period: float) -> float:
     return periods * control_period
 
 
+def periods_of(seconds: float, control_period: float) -> int:
+    """How many control periods last so long; `${periods_of:10,${robot.control_period}}` in yaml.
+
+    A period that cannot be gives 1; it is refused when the robot is made.
+    """
+    return max(round(seconds / control_period), 1) if control_period > 0.0 else 1
+
+
 def scaled(value: float, unit: str, robot: Mapping[str, Any]) -> float:
     """A quantity of the robot `paper` for a robot of another size; `${scaled:0.5,m,${robot}}` in yaml.
 
@@ -138,5 +146,6 @@ def place_state(control_period: float, memory: float) -> list[str]:
 
 
 OmegaConf.register_new_resolver("place_state", place_state, replace=True)
+OmegaConf.register_new_resolver("periods_of", periods_of, replace=True)
 OmegaConf.register_new_resolver("scaled", scaled, replace=True)
 OmegaConf.register_new_resolver("seconds_of", seconds_of, replace=True)

@@ -18,6 +18,13 @@ def is_of_sheet(provenance: Provenance, sheet: str) -> bool:
     return provenance.robot == sheet or (provenance.source == "robot" and _configured(provenance.config) == sheet)
 
 
+def told_robot(provenance: Provenance) -> str:
+    """The name of an episode's robot in quotation marks, and of the sheet that it was recorded with if that differs."""
+    sheet = _configured(provenance.config) if provenance.source == "robot" else None
+    recorded = f", recorded with the sheet {sheet!r}" if sheet and sheet != provenance.robot else ""
+    return f"{provenance.robot!r}{recorded}"
+
+
 def _configured(config: str) -> str | None:
     """The name of the robot's sheet in a configuration, as yaml text; None where it says none."""
     try:

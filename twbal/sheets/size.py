@@ -7,6 +7,7 @@ from twbal.sheets.questions import Question, Values
 
 _MOST_TORQUE = 16.0  # times m g r; of packaged robots the Balboa has most, 15
 _USUAL_TORQUE = 0.5  # times the same; with less a robot hardly drives
+_MOST_WHEEL_INERTIA = 3.0  # times m r² of the whole robot; of packaged robots the Balboa has most, 0.4
 _LEAST_GYRATION = 5e-3  # radius of gyration of a body [m]; that of a cube of 12 mm
 _MOTORS = {"torque_limit": 1, "stall_torque": 2}  # by which the torque of both is divided
 _MASSES = ("body_mass", "wheel_mass", "wheel_radius")
@@ -45,6 +46,11 @@ def believed_range(question: Question, known: Values) -> Range:
         lifting = mass * GRAVITY * known["wheel_radius"] / _MOTORS[question.key]
         why = f"{question.what}: at most {_MOST_TORQUE:g} times what lifts {mass:.3g} kg at the rim of the wheels"
         return Range(question.low, min(question.high, _MOST_TORQUE * lifting), _USUAL_TORQUE * lifting, why)
+    if question.key == "wheel_inertia" and all(key in known for key in _MASSES):
+        mass = known["body_mass"] + 2.0 * known["wheel_mass"]
+        most = _MOST_WHEEL_INERTIA * mass * known["wheel_radius"] ** 2
+        why = f"{question.what}: at most as hard to turn as {_MOST_WHEEL_INERTIA * mass:.3g} kg at the wheel's rim"
+        return Range(question.low, min(question.high, most), question.low, why)
     if question.key.startswith("body_inertia") and "body_mass" in known:
         least = known["body_mass"] * _LEAST_GYRATION**2
         why = f"{question.what}: a body of {known['body_mass']:.3g} kg that is no lump of {_LEAST_GYRATION * 1e3:g} mm"
