@@ -105,7 +105,9 @@ def _judgement(evaluation: SimulationEvaluation, simulation: EvaluatedSimulation
         logs += " that it was found on" if told[0].is_own_data else " that it was not found on"
     worse = [score for score in told if score.is_worse]
     better = sum(score.is_better for score in told)
-    counts = f"better on {better}, worse on {len(worse)}, not told apart on {len(told) - better - len(worse)}"
+    short = sum(score.ratio95 is None and not score.is_worse and score.ratio is not None for score in told)
+    counts = f"better on {better}, worse on {len(worse)}, not told apart on {len(told) - better - len(worse) - short}"
+    counts += f", without an interval on {short}, as the recording is too short for one" if short else ""
     what = f"{simulation.name} beside {evaluation.reference}, {title(channel, horizon)}"
     return " ".join([f"{what}: of {logs} {counts}.", *_warnings(worse)])
 
