@@ -215,15 +215,17 @@ def test_a_robot_that_fell_unexplained_is_to_be_recorded_by_a_gentler_regulator(
 
 @pytest.mark.slow
 def test_a_robot_of_another_engine_is_explained_for_the_most_part_and_nothing_is_named_for_certain(tmp_path):
-    """The default virtual robot hides forty things at once, in forms that no effect has."""
+    """A virtual robot that stands hides forty things at once, in forms that no effect has (docs/tutorial.md)."""
     recorded, out = tmp_path / "recorded", tmp_path / "diagnosis"
-    excite = ["experiment=excite", "policy.command_width=0.1"]
+    excite = ["experiment=excite", "policy.command_width=0.1", "link.seed=7"]
     assert main(["real-rollout", *excite, f"hydra.run.dir={recorded}"]) == 0
     assert main(["diagnose", f"episodes={recorded}", "diagnosis=loose_tolerance", f"hydra.run.dir={out}"]) == 0
     record = json.loads((out / "diagnosis.json").read_text())
     assert record["verdict"] == "unknown"
-    assert {"actuation_delay", "com_offset"} <= set(record["gap"]["added"])
-    assert record["gap"]["closed"] > 0.75
+    likely = {effect["name"] for effect in record["effects"] if effect["probability"] >= 0.5}
+    assert {"actuation_delay", "com_offset", "tilt_filter"} <= likely
+    assert "periodic_disturbance" not in likely  # it has none, and an episode is as long as one period would be
+    assert record["gap"]["closed"] > 0.7
 
 
 def test_where_no_experiment_is_safe_none_is_the_next_command(tmp_path, monkeypatch):
