@@ -12,6 +12,9 @@ import numpy as np
 
 from benchmarks.other_robots.kinds import ALIKE, FOREIGN, SHEET, STRUCTURAL, alike
 
+KNOWN_SINCE = ("friction_compensation",)
+"""Foreign effects that the library has by now: they are left out where they are hidden, and so stay foreign."""
+
 SINGLE = {"single 1": 1.0, "single 1/4": 0.25, "single 1/8": 0.125}
 MANY = {"pairs": 2, "triples": 3, "five": 5, "eight": 8}
 STRATA = ("clean", *SINGLE, *MANY, "sheet", "foreign", "left out", "calibration")
@@ -73,7 +76,8 @@ def designed(stratum: str, seed: int) -> Set:
     elif stratum == "sheet":
         effects, tolerance = {_level(stratum, seed, "effect", tuple(SHEET)): 1.0}, min(TOLERANCES)
     elif stratum == "foreign":
-        effects = {_level(stratum, seed, "effect", tuple(FOREIGN)): 1.0}
+        name = _level(stratum, seed, "effect", tuple(FOREIGN))
+        effects, left_out = {name: 1.0}, tuple(known for known in KNOWN_SINCE if known == name)
     elif stratum == "left out":
         name = _level(stratum, seed, "effect", tuple(STRUCTURAL))
         effects, left_out = {name: 1.0}, tuple(sorted(alike(name)))

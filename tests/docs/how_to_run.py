@@ -225,7 +225,7 @@ TABLE: Mapping[str, How] = {
     ): Stage(_SERIAL, slow=True),
     (
         "twbal diagnose --config-dir=my_conf robot=my_robot episodes=outputs/real-rollout/... diagnosis=loose_tolerance"
-    ): Stage(small=(*SMALL["diagnose"], "hydra.run.dir=outputs/diagnose/...")),
+    ): Stage(small=(*SMALL["diagnose"], "hydra.run.dir=outputs/diagnose/mine")),
     "twbal real-rollout experiment=excite policy.command_width=0.1 link.seed=7": Stage(slow=True),
     _DIAGNOSE: Stage(small=(*SMALL["diagnose"], "hydra.run.dir=outputs/diagnose/...")),
     "twbal iterate sim=outputs/identify/.../identified.yaml known=outputs/identify/... link.seed=7": Stage(
