@@ -126,4 +126,13 @@ def test_the_advice_says_which_recording_in_what_and_how_surely():
     assert "Recording b disagrees with a, c: in torque gain (gain), or body mass (factor)" in said
     assert "-0.2 ± 0.039" in said
     assert "p = 0.0001" in said
+    assert "No robot has that value" not in said
     assert on_disagreements([]) == ()
+
+
+@pytest.mark.parametrize(("parameter", "impossible"), [("com_height.factor", True), ("com_offset.angle", False)])
+def test_a_difference_to_a_factor_below_0_is_said_to_be_impossible_and_an_angle_may_change_its_sign(
+    parameter, impossible
+):
+    (said,) = on_disagreements([Disagreement("b", ("a",), parameter, 0.25, -0.43, 0.06, "", 1e-6, ())])
+    assert ("No robot has that value" in said) is impossible

@@ -32,7 +32,7 @@ def test_a_given_speed_is_taken_and_says_how_far_the_robot_goes(excitation):
     assert policy.reach == pytest.approx(0.6)  # in the 3 s that it lasts
 
 
-def test_the_floor_that_it_needs_is_said_before_it_drives(tmp_path, capsys, monkeypatch):
+def test_how_far_it_may_drive_the_robot_is_said_before_it_does(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr("sys.argv", ["twbal"])
     words = ["experiment=excite", "policy.speed=0.2", "trials=1", "steps=10", f"hydra.run.dir={tmp_path}"]
     assert main(["real-rollout", *words]) == 0

@@ -127,7 +127,7 @@ def test_refitting_finds_the_truth_within_its_errors(data, start):
     np.testing.assert_allclose(fit.values[2:4], truth, rtol=0.05)
 
 
-def test_a_fit_whose_predictions_run_away_has_an_infinite_cost(data, start):
+def test_a_fit_whose_predictions_diverge_has_an_infinite_cost(data, start):
     """Joints so stiff that the planar model's steps do not integrate them."""
     stiff = start.put({"viscous_friction_coefficient": 1e4})
     found = descend(data, stiff, data.filter(start), FREES, 3)
@@ -136,16 +136,16 @@ def test_a_fit_whose_predictions_run_away_has_an_infinite_cost(data, start):
     assert found.values == pytest.approx([stiff.value(free.field) for free in FREES])
 
 
-def test_a_fit_stays_where_predictions_run_away_a_nudge_further(data, start, monkeypatch):
+def test_a_fit_stays_where_predictions_diverge_a_nudge_further(data, start, monkeypatch):
     """The cost is finite at its start, and no slope can be told there."""
     edge = start.value("torque_gain_gain")
     white = Data.white
 
-    def runs_away(self, model, kalman):
+    def diverges(self, model, kalman):
         found = white(self, model, kalman)
         return found * (np.nan if model.value("torque_gain_gain") > edge else 1.0)
 
-    monkeypatch.setattr(Data, "white", runs_away)
+    monkeypatch.setattr(Data, "white", diverges)
     found = descend(data, start, data.filter(start), FREES, 3)
     assert np.isfinite(found.cost)
     assert found.model.value("torque_gain_gain") == edge

@@ -112,7 +112,8 @@ def on_disagreements(found: Sequence[Disagreement]) -> tuple[str, ...]:
 
 def _beyond(found: Disagreement) -> str:
     """That the difference would lead to a value that cannot be, where it does."""
-    if found.fitted * (found.fitted + found.difference) >= 0.0 or found.fitted == 0.0:
+    is_factor = found.parameter in {f"{factor.effect}.{factor.parameter}" for factor in DATA_SHEET.values()}
+    if not is_factor or found.fitted + found.difference > 0.0:
         return ""
     return " No robot has that value: it stands for something else that changed."
 

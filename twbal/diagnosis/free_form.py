@@ -64,11 +64,8 @@ def free_forms(inputs: FreeFormInputs) -> tuple[FreeForm, ...]:
     whole, model = _Whole(data, chosen, inputs.always), chosen.fit.model
     kalman = data.filter(model)
     errors = data.errors(model, kalman)
-    if not all(np.isfinite(each).all() for each in errors):
-        return ()  # its predictions run away: there is nothing to add a function to
-    at = whole.without((), model, weights_of(data, kalman, errors))
     asked = [each for each in CANDIDATES if each.quantity != TILT or data.sensed[0]]
-    tried, dispersion = _ranked(at, asked)
+    tried, dispersion = _ranked(whole.without((), model, weights_of(data, kalman, errors)), asked)
     gain, p_value = tried[0].evidence.gain, _p_value(tried[0], dispersion)
     if gain < _LEAST or p_value > _SURE:
         return ()

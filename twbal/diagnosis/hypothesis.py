@@ -23,8 +23,8 @@ _WAVES = 200.0  # frequencies or counts among which a wave is looked for: the be
 ALIKE = 0.2  # difference in -2 log likelihood below which sets fit equally well
 _PROMISING = 0.2  # share of the best predicted gain from which on a candidate is fitted in full
 
-_RUNS_AWAY = (
-    "The simulation's predictions run away within the recordings, whatever its masses and lengths. Is it the robot's "
+_DIVERGES = (
+    "The simulation's predictions diverge within the recordings, whatever its masses and lengths. Is it the robot's "
     "data sheet (robot=...), has sim=... a friction, a gain or a delay that cannot be, and were the logs imported "
     "without warnings?"
 )
@@ -124,7 +124,7 @@ def fit_hypothesis(
         rounds: of values and noise in turn.
 
     Raises:
-        DataError: predictions without any of the effects run away.
+        DataError: predictions without any of the effects diverge.
     """
     own = [free for candidate in candidates for free in candidate.frees]
     frees = [free for free in always if free.field not in {o.field for o in own}] + own
@@ -133,7 +133,7 @@ def fit_hypothesis(
     errors = data.errors(fit.model, kalman)
     if not (np.isfinite(fit.cost) and all(np.isfinite(each).all() for each in errors)):
         if not candidates:
-            raise DataError(_RUNS_AWAY)
+            raise DataError(_DIVERGES)
         fit = fit._replace(cost=np.inf)
     left = data.autocorrelation(errors, kalman)[data.sensed]
     searched = 2.0 * sum(candidate.is_wave for candidate in candidates) * np.log(_WAVES)

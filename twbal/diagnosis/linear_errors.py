@@ -142,7 +142,7 @@ def linear_errors(
 
 
 def _slopes_by(free: Free, data: Data, model: Model, kalman: Filter, errors: Sequence[Array]) -> list[Array]:
-    """Derivatives of the errors of each recording by a free value; 0, so that it stays, where predictions run away."""
+    """Derivatives of the errors of each recording by a free value; 0, so that it stays, where predictions diverge."""
     value = model.value(free.field)
     nudges = (free.nudge, -free.nudge) if value + free.nudge <= free.high else (-free.nudge,)
     for nudge in nudges:

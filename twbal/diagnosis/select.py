@@ -33,7 +33,7 @@ class Selection(NamedTuple):
 
     @property
     def sets(self) -> tuple[FittedHypothesis, ...]:
-        """The best fit of every set of effects that was fitted; without sets whose predictions run away."""
+        """The best fit of every set of effects that was fitted; without sets whose predictions diverge."""
         best: dict[tuple[str, ...], FittedHypothesis] = {}
         for w in (self.base, self.chosen, *(w for step in self.rounds for w in (step.base, *step.hypotheses))):
             if isfinite(w.bic) and (w.names not in best or w.bic < best[w.names].bic):

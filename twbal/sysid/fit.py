@@ -87,7 +87,7 @@ def descend(
         model: where the search begins.
         kalman: the filter.
         frees: what is free.
-        iterations: at most; none where predictions run away. The cost is infinite where they do at `model`.
+        iterations: at most; none where predictions diverge. The cost is infinite where they do at `model`.
         known: slopes by the first of them, (N, K), which are taken to be the same everywhere; None: all are computed.
     """
     sds = np.array([free.sd for free in frees])
@@ -102,7 +102,7 @@ def descend(
     for _ in range(iterations):
         J = slopes(data, model, kalman, frees[begin:], white)
         J = J if known is None else np.hstack([known, J])
-        if not np.isfinite(J).all():  # predictions run away, here or a nudge from here
+        if not np.isfinite(J).all():  # predictions diverge, here or a nudge from here
             break
         H = J.T @ J + np.diag(1.0 / sds**2 + _RIDGE / (high - low) ** 2)
         gradient = J.T @ white + (x - means) / sds**2
@@ -125,7 +125,7 @@ def descend(
 
 
 def _cost(white: Array, frees: Sequence[Free], x: Array) -> float:
-    """-2 log posterior but for a constant; infinite where predictions run away."""
+    """-2 log posterior but for a constant; infinite where predictions diverge."""
     found = float(white @ white) + penalty(frees, x)
     return found if np.isfinite(found) else np.inf
 
