@@ -105,6 +105,15 @@ def test_table_sentences_and_report_say_which_is_better_and_which_worse(logs, fo
     assert (tmp_path / "figures" / "evaluation.svg").is_file()
 
 
+def test_an_identified_simulation_is_learned_with_and_its_run_folder_stands_for_it(logs, found, tmp_path, capsys):
+    run = tmp_path / "identified"
+    run.mkdir()
+    (run / "identified.yaml").write_text((found / "augmented.yaml").read_text())
+    (run / "robot_distribution.pt").touch()
+    assert evaluate(logs, tmp_path / "out", f"sims={{mine:{run}}}") == 0
+    assert f"next  twbal iterate sim={run / 'identified.yaml'} known={run}\n" in capsys.readouterr().out
+
+
 def test_done_work_is_not_done_again_and_other_simulations_are_other_work(logs, found, evaluated, capsys):
     before = (evaluated / "manifest.json").read_bytes()
     assert evaluate(logs, evaluated, f"sims=[nominal,{found / 'augmented.yaml'},{found / 'wrong.yaml'}]") == 0

@@ -64,11 +64,11 @@ def cfg():
         return compose("real_rollout", ["policy=random", "steps=8", "trials=2"])
 
 
-def drive(cfg, policy, out, open_link):
+def drive(cfg, policy, out, open_link, **more):
     bare = {"exploration": 0.0, "exploration_steps": None}
     settings = RolloutSettings(seed=0, trials=2, first_trial=0, steps=8, tilt_limit=0.5, **bare)
     provenance = Provenance("paper", "robot")
-    return record(open_link, instantiate(cfg.robot), policy, instantiate(cfg.state), settings, provenance, out)
+    return record(open_link, instantiate(cfg.robot), policy, instantiate(cfg.state), settings, provenance, out, **more)
 
 
 def test_only_a_robot_in_real_time_is_answered_without_garbage_collection(cfg, tmp_path, capsys, monkeypatch):
@@ -92,12 +92,32 @@ def test_only_a_robot_in_real_time_is_answered_without_garbage_collection(cfg, t
     assert capsys.readouterr().out.count("this command has no real-time priority") == 1
 
 
-def test_ctrl_c_keeps_what_there_is_and_ends_the_stage(cfg, tmp_path):
+def test_each_trial_is_told_as_soon_as_it_is_logged(cfg, tmp_path):
+    logs_then = []
+
+    def tell(episode):
+        logs_then.append((episode.provenance.trial, len(list((tmp_path / "episodes").iterdir()))))
+
+    drive(cfg, Trap(lambda: None), tmp_path, lambda: instantiate(cfg.link), tell=tell)
+    assert logs_then == [(0, 1), (1, 2)]
+
+
+def test_trials_that_were_driven_before_are_told_as_such(tmp_path, capsys):
+    words = ["policy=random", "steps=3", f"hydra.run.dir={tmp_path}"]
+    assert main(["real-rollout", *words, "trials=1"]) == 0
+    assert "trial 0: completed after 0.06 s, 3 samples\n" in capsys.readouterr().out
+    assert main(["real-rollout", *words, "trials=1"]) == 0
+    assert "trial 0: completed after 0.06 s, 3 samples, driven before\n" in capsys.readouterr().out
+
+
+def test_ctrl_c_keeps_what_there_is_says_that_the_motors_are_off_and_ends_the_stage(cfg, tmp_path, capsys):
     def press():
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
         drive(cfg, Trap(press), tmp_path, lambda: instantiate(cfg.link))
+    said = capsys.readouterr().out
+    assert "The robot confirmed that its motors are off. 5 samples of trial 0 are kept in" in said
     (kept,) = tmp_path.rglob("*.mcap")
     assert kept == tmp_path / "interrupted" / "trial_000_stopped_0.mcap"
     episode = read_episode(kept)
@@ -198,4 +218,4 @@ def test_a_policy_beside_another_programs_manifest_is_driven_to_the_end(tmp_path
     (tmp_path / "manifest.json").write_text('{"name": "of another program"}')
     words = [f"policy.path={tmp_path / 'policy.pt'}", f"hydra.run.dir={tmp_path / 'run'}", "trials=1", "steps=3"]
     assert main(["real-rollout", "state=rolling", *words]) == 0
-    assert "next  twbal diagnose" in capsys.readouterr().out
+    assert "next  twbal identify" in capsys.readouterr().out

@@ -271,10 +271,24 @@ def test_what_is_no_file_is_refused_and_not_waited_for(refused, tmp_path):
     (tmp_path / "circle.yaml").symlink_to("circle.yaml")
     (tmp_path / "nowhere.yaml").symlink_to("gone")
     assert "it is a pipe or a device" in refused(tmp_path / "pipe.yaml")
-    assert "it is a folder" in refused(tmp_path / "folder.yaml")
+    assert "holds no simulation" in refused(tmp_path / "folder.yaml")
     assert "it is a pipe or a device" in refused(tmp_path / "endless.yaml")
     assert "symbolic links" in refused(tmp_path / "circle.yaml")
     assert "There is no simulation" in refused(tmp_path / "nowhere.yaml")
+
+
+def test_the_run_folder_of_a_simulation_stands_for_it(gain, tmp_path):
+    run = tmp_path / "run"
+    run.mkdir()
+    (run / "identified.yaml").write_text(gain.read_text())
+    assert simulation(f"sim={run}") == JUST_GAIN
+
+
+def test_a_folder_without_a_simulation_or_with_two_is_refused(gain, tmp_path, refused):
+    assert "holds no simulation; expected is the run folder of `twbal diagnose`" in refused(tmp_path)
+    for name in ("identified.yaml", "augmented.yaml"):
+        (tmp_path / name).write_text(gain.read_text())
+    assert "holds two simulations" in refused(tmp_path)
 
 
 def test_a_link_to_a_simulation_is_followed(gain, tmp_path):

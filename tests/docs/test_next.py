@@ -52,8 +52,15 @@ def test_from_simulation_to_a_correction_each_next_command_runs(follow):
 
 
 def test_after_shaking_the_robot_comes_the_diagnosis(follow):
-    following = follow("real-rollout", "experiment=excite", "robot=regbot", "hydra.run.dir=my runs/shaken")
+    words = ["experiment=excite", "robot=regbot", "link.seed=7", "trials=1", "hydra.run.dir=my runs/shaken"]
+    following = follow("real-rollout", *words, small=())
     assert following == ["diagnose", "episodes=my runs/shaken", "robot=regbot", "sim=regbot"]
+    assert main([*following, "--cfg", "job"]) == 0
+
+
+def test_after_trials_that_are_too_short_for_a_diagnosis_comes_identify(follow):
+    following = follow("real-rollout", "experiment=excite", "robot=regbot", "hydra.run.dir=my runs/shaken")
+    assert following == ["identify", "episodes=my runs/shaken", "robot=regbot"]
     assert main([*following, "--cfg", "job"]) == 0
 
 

@@ -94,7 +94,7 @@ def test_no_length_mass_or_period_is_believed_in_a_thousandth_of_its_unit():
 @pytest.mark.parametrize(
     ("key", "text", "said"),
     [
-        ("com_height", "75.9", "com_height is 75.9 m; expected 0.004 to 2 m .* Is it in mm. Then write `75.9 mm`"),
+        ("com_height", "75.9", "com_height is 75.9 m; expected 0.004 to 0.85 m .* Is it in mm. Then write `75.9 mm`"),
         ("swing_period", "0.31", "Was it the time of half a swing"),
         ("body_inertia_yaw", "0.2 kg·m²", "expected at most 0.121 kg·m², as a body of 1.09 kg"),
         ("body_inertia_yaw", "8e-3", "body_inertia_yaw of robot 'mine' is 0.008 kg·m², more than"),

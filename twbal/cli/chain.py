@@ -12,6 +12,7 @@ from omegaconf.errors import OmegaConfBaseException
 
 from twbal.cli.commands import ROOT, command_line, compose_stage, stage_overrides, text
 from twbal.cli.config_check import check_configuration
+from twbal.cli.console import say
 from twbal.cli.hydra_errors import explained
 from twbal.cli.manifest import Manifest, read_manifest
 from twbal.cli.sim_files import with_files
@@ -26,6 +27,7 @@ from twbal.cli.stages import (
     sim_collect,
     train_agent,
 )
+from twbal.core.episode import Episode
 from twbal.core.errors import TwbalError
 from twbal.virtual_robot.process import Launch, launch
 
@@ -97,8 +99,13 @@ class Chain:
         self._cfg, self._choices, self._flags = cfg, choices, list(flags)
         self._run: Mapping[str, Callable[[DictConfig, Path], Manifest]] = {
             **RUN,
-            "real-rollout": partial(real_rollout.run, launch=launch, advise=False),
+            "real-rollout": partial(real_rollout.run, launch=launch, advise=False, tell=self._tell),
         }
+
+    def _tell(self, trial: Episode) -> None:
+        """Tell a person how a trial ended; there is none beside a virtual robot of the run's own."""
+        if "port" in self._cfg.link:
+            say(real_rollout.trial_in_words(trial))
 
     def run(self, call: StageCall) -> Manifest:
         """Run one stage, unless its folder says that it is done.

@@ -12,7 +12,7 @@ from omegaconf import DictConfig, ListConfig
 from twbal.cli.composed import composed
 from twbal.cli.composition import composing
 from twbal.cli.manifest import read_manifest
-from twbal.cli.sim_files import effects_in, is_simulation_file
+from twbal.cli.sim_files import effects_in, is_simulation_file, simulation_file
 from twbal.cli.typed_config import members, typed
 from twbal.core.errors import ConfigError
 from twbal.core.files import file_hash
@@ -33,9 +33,9 @@ def simulations_of(cfg: DictConfig) -> list[GivenSimulation]:
     words = _words(cfg.sims)
     found = [GivenSimulation(NOMINAL, "sim", _effects(cfg.sim, "sim"), {})]
     for name, word in words.items():
-        path = Path(word)
         if is_simulation_file(word):
-            found.append(GivenSimulation(name, word, effects_in(path), _found_on(path)))
+            path = simulation_file(word)
+            found.append(GivenSimulation(name, str(path), effects_in(path), _found_on(path)))
         else:
             found.append(GivenSimulation(name, f"sim={word}", _chosen(word), {}))
     same = [each for each in found[1:] if each.source == f"sim={NOMINAL}" and each.effects == found[0].effects]

@@ -113,7 +113,10 @@ def _no_such_key(key: str, stage: str) -> str:
     assert isinstance(tree, dict)
     known = list(dict.fromkeys(part for leaf, _ in flattened(tree) for part in (*ancestors(leaf), leaf)))
     if key in known:
-        return f"{stage} cannot set {key} to that: it has no such entries. New ones are added by +{key}.<name>=..."
+        return (
+            f"{stage} has the setting {key}, but not with what was chosen here: an experiment or a choice of a group "
+            f"has other settings in its place. `twbal {stage} --cfg job` with the same choices shows which."
+        )
     now = name_now(key)
     if now in known:
         return f"{stage} {renamed(key, now)}"

@@ -10,6 +10,9 @@ from twbal.io.logs import write_episode
 INTERRUPTED = (Outcome.STOPPED, Outcome.LINK_LOST, Outcome.POLICY_FAULT)
 """Outcomes of trials that end the stage, and that the same command drives again."""
 
+MOTORS_OFF = "The robot confirmed that its motors are off."
+"""Holds of all outcomes but a lost link: a robot that does not confirm its stop ends as one."""
+
 
 def what_is_kept(out: Path) -> str:
     """What an earlier start of the same command left in a run folder, as a sentence; that is not driven again."""
@@ -41,6 +44,6 @@ def keep_interrupted(episode: Episode, folder: Path, why: str) -> None:
     if episode.outcome is Outcome.LINK_LOST:
         raise LinkLostError(f"{why} {kept}; the same command again goes on from there.")
     if episode.outcome is Outcome.POLICY_FAULT:
-        raise DataError(f"{why} {kept}. Make that policy anew, or choose another.")
-    print(kept)
+        raise DataError(f"{why} {MOTORS_OFF} {kept}. Make that policy anew, or choose another.")
+    print(f"{MOTORS_OFF} {kept}; the same command again goes on from there.")
     raise KeyboardInterrupt

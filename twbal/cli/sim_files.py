@@ -1,9 +1,12 @@
 """A simulation from a file: `sim=outputs/diagnose/.../augmented.yaml` instead of a choice of the group `sim`.
 
+The run folder that holds such a file may stand for it.
+
 Such a file is data, and may come from anyone: it has names of effects of twbal and numbers, and nothing in it is
 looked up or called. It replaces the simulation that would have been chosen; it is not merged into it.
 """
 
+import os
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import fields
@@ -40,7 +43,7 @@ def with_files(words: Sequence[str]) -> list[str]:
     others = [word for word in words if not word.startswith(_KEY)]
     if not _is_file(chosen[-1]):
         return [chosen[-1], *others]
-    path = _path(chosen[-1])
+    path = simulation_file(_word(chosen[-1]))
     step, effects = _read(path)
     again = [name for word in others if (name := _added(word)) in effects]
     if again:
@@ -49,8 +52,28 @@ def with_files(words: Sequence[str]) -> list[str]:
 
 
 def is_simulation_file(word: str) -> bool:
-    """Whether a word names a simulation by its file."""
-    return word.endswith(_ENDINGS)
+    """Whether a word names a simulation by its file, or by the run folder that has one."""
+    return word.endswith(_ENDINGS) or (os.sep in word and Path(word).is_dir())
+
+
+def simulation_file(word: str) -> Path:
+    """The file of such a word.
+
+    Raises:
+        ConfigError: it is a folder that has none, or two.
+    """
+    from twbal.cli.artefacts import AUGMENTED, IDENTIFIED  # here, as logs need numpy, before which threads are set
+
+    path = Path(word)
+    if not path.is_dir():
+        return path
+    found = [path / name for name in (AUGMENTED, IDENTIFIED) if (path / name).is_file()]
+    if len(found) != 1:
+        raise ConfigError(
+            f"The folder {path} holds {'two simulations' if found else 'no simulation'}; expected is the run folder of "
+            f"`twbal diagnose` (with {AUGMENTED}) or of `twbal identify` (with {IDENTIFIED}), or the file itself."
+        )
+    return found[0]
 
 
 def effects_in(path: Path) -> dict[str, dict[str, float]]:
@@ -77,11 +100,11 @@ def simulation_text(effects: Mapping[str, Mapping[str, float]], physics_step: fl
 
 
 def _is_file(word: str) -> bool:
-    return is_simulation_file(str(_path(word)))
+    return is_simulation_file(_word(word))
 
 
-def _path(word: str) -> Path:
-    return Path(word.removeprefix(_KEY).strip("'\""))
+def _word(override: str) -> str:
+    return override.removeprefix(_KEY).strip("'\"")
 
 
 def _added(word: str) -> str:

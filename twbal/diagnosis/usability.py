@@ -22,7 +22,7 @@ FEW_DATA = Amount(min_length=15, min_samples=150)
 """For such rollouts, which wander and fall: they tell more than as much of a robot that stands."""
 
 
-def enough_for_diagnosis(episodes: Sequence[Episode]) -> bool:
-    """Whether the episodes are long enough, one by one and together, for a diagnosis with `FEW_DATA`."""
+def enough_for_diagnosis(episodes: Sequence[Episode], needed: Amount = FEW_DATA) -> bool:
+    """Whether the episodes are long enough, one by one and together, for a diagnosis that needs so much."""
     lengths = [len(episode) for episode in episodes]
-    return sum(length for length in lengths if length >= FEW_DATA.min_length) >= FEW_DATA.min_samples
+    return sum(length for length in lengths if length >= needed.min_length) >= needed.min_samples

@@ -9,6 +9,8 @@ _MOST_TORQUE = 16.0  # times m g r; of packaged robots the Balboa has most, 15
 _USUAL_TORQUE = 0.5  # times the same; with less a robot hardly drives
 _MOST_WHEEL_INERTIA = 3.0  # times m r² of the whole robot; of packaged robots the Balboa has most, 0.4
 _LEAST_GYRATION = 5e-3  # radius of gyration of a body [m]; that of a cube of 12 mm
+_MOST_LENGTH = 25.0  # times the wheels' radius; of packaged robots the esp32 has the widest track, 7.4
+_LEAST_BODY = 0.5  # times the mass of a wheel; of packaged robots the paper's has the lightest body, 10
 _MOTORS = {"torque_limit": 1, "stall_torque": 2}  # by which the torque of both is divided
 _MASSES = ("body_mass", "wheel_mass", "wheel_radius")
 
@@ -51,6 +53,14 @@ def believed_range(question: Question, known: Values) -> Range:
         most = _MOST_WHEEL_INERTIA * mass * known["wheel_radius"] ** 2
         why = f"{question.what}: at most as hard to turn as {_MOST_WHEEL_INERTIA * mass:.3g} kg at the wheel's rim"
         return Range(question.low, min(question.high, most), question.low, why)
+    if question.key in ("track", "com_height") and "wheel_radius" in known:
+        most = _MOST_LENGTH * known["wheel_radius"]
+        why = f"{question.what}: at most {_MOST_LENGTH:g} times the wheels' radius of {known['wheel_radius']:.3g} m"
+        return Range(question.low, min(question.high, most), question.low, why)
+    if question.key == "body_mass" and "wheel_mass" in known:
+        least = max(question.low, _LEAST_BODY * known["wheel_mass"])
+        why = f"{question.what}: at least {_LEAST_BODY:g} times the mass of a wheel, {known['wheel_mass']:.3g} kg"
+        return Range(least, question.high, least, why)
     if question.key.startswith("body_inertia") and "body_mass" in known:
         least = known["body_mass"] * _LEAST_GYRATION**2
         why = f"{question.what}: a body of {known['body_mass']:.3g} kg that is no lump of {_LEAST_GYRATION * 1e3:g} mm"

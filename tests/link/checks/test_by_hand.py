@@ -81,7 +81,7 @@ def test_an_encoder_that_counts_backward_is_found_by_its_side():
 def test_swapped_encoders_are_found():
     found = tried(swapped=True)
     assert verdicts(found) == ["ok", "problem", "problem", "ok"]
-    assert "swapped" in found["left wheel"].advice
+    assert "swap left and right encoder" in found["left wheel"].advice
 
 
 def test_a_wrong_number_of_ticks_is_a_warning():

@@ -46,7 +46,7 @@ from twbal.viz.following_figure import following_figure
 from twbal.viz.live.sample import Sampler
 from twbal.viz.live.view import FILE, LiveView, check_target, view_command
 
-NOT_RECORDED = ("policy.path", "link.port", "link.deploy", HEED, "input", "view")
+NOT_RECORDED = ("policy.path", "link.port", "link.deploy", "link.confirm_placed", HEED, "input", "view")
 NOT_IN_EPISODES = ("policy.path", "link", HEED)
 KEYBOARD = "keyboard"
 _RESTS = 0.2  # of the speed limit, below which a robot counts as at rest

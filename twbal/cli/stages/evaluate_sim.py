@@ -6,7 +6,7 @@ from pathlib import Path
 from hydra.utils import instantiate
 from omegaconf import DictConfig, OmegaConf
 
-from twbal.cli.artefacts import EVALUATION, episode_files
+from twbal.cli.artefacts import DISTRIBUTION, EVALUATION, episode_files
 from twbal.cli.console import next_command, print_result, run_folder, say
 from twbal.cli.evaluation_config import distinct_names, simulation_files, simulations_of
 from twbal.cli.manifest import Manifest, Step, perform
@@ -16,7 +16,7 @@ from twbal.core.json_records import read_record, write_record
 from twbal.core.robot_parameters import RobotParameters
 from twbal.diagnosis.evaluation import evaluate_simulations
 from twbal.diagnosis.evaluation_inputs import EvaluationSettings, GivenLog, GivenSimulation
-from twbal.diagnosis.evaluation_record import SimulationEvaluation
+from twbal.diagnosis.evaluation_record import EvaluatedSimulation, SimulationEvaluation
 from twbal.io.logs import read_episode
 from twbal.viz.canvas import svg
 from twbal.viz.evaluation_figure import evaluation_figure
@@ -40,9 +40,17 @@ def main(cfg: DictConfig) -> None:
     """Run the stage in Hydra's run folder."""
     out = run_folder()
     made = run(cfg, out)
-    best = best_simulation(read_record(SimulationEvaluation, out / EVALUATION))
-    chosen = {} if best is None else {"sim": best.source.removeprefix("sim=")}
-    print_result(made, out, next_command("sim-collect", chosen, "robot", *([] if chosen else ["sim"])))
+    print_result(made, out, _following(best_simulation(read_record(SimulationEvaluation, out / EVALUATION))))
+
+
+def _following(best: EvaluatedSimulation | None) -> str:
+    """The next command: learn with the best simulation; an identified one has the robot's distribution beside it."""
+    if best is None:
+        return next_command("sim-collect", {}, "robot", "sim")
+    source = best.source.removeprefix("sim=")
+    if (Path(source).parent / DISTRIBUTION).is_file():
+        return next_command("iterate", {"sim": source, "known": Path(source).parent}, "robot")
+    return next_command("sim-collect", {"sim": source}, "robot")
 
 
 def run(cfg: DictConfig, out: Path) -> Manifest:

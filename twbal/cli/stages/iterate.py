@@ -36,7 +36,14 @@ from twbal.viz.run_figures import pictures, save
 from twbal.viz.run_page import Setting, write_report
 
 MORE_UPDATES = 3  # than a run had that did not balance the robot
-NOT_RECORDED = ("link.port", "link.deploy", f"real_rollout.{HEED}", "sim_collect.workers", "optimise_policy.workers")
+NOT_RECORDED = (
+    "link.port",
+    "link.deploy",
+    "link.confirm_placed",
+    f"real_rollout.{HEED}",
+    "sim_collect.workers",
+    "optimise_policy.workers",
+)
 SUMMARY, REPORT, FIGURES, BEST_POLICY = "summary.json", "report.html", "figures", "best_policy.pt"
 
 

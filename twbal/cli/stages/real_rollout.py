@@ -7,6 +7,7 @@ from functools import partial
 from math import degrees, radians
 from pathlib import Path
 
+from hydra import compose
 from hydra.utils import instantiate
 from omegaconf import DictConfig
 
@@ -15,7 +16,7 @@ from twbal.algorithm.following import CourseRecord, FloorNeeded, FollowedCourse,
 from twbal.algorithm.rollout import rollout
 from twbal.algorithm.settings import RolloutSettings
 from twbal.algorithm.tables import course_table
-from twbal.cli.artefacts import COURSE, episode_file, policy_files, policy_hash
+from twbal.cli.artefacts import COURSE, episode_file, policy_files, policy_hash, read_logs
 from twbal.cli.console import next_command, print_result, run_folder, say
 from twbal.cli.kept_episodes import INTERRUPTED, keep, keep_interrupted, what_is_kept
 from twbal.cli.link_gate import HEED, heed_last_check, heeds
@@ -34,12 +35,13 @@ from twbal.cli.signals import stopped_once
 from twbal.cli.typed_config import recorded, typed
 from twbal.core.channels import Channels
 from twbal.core.course import Course, HeadingCourse
-from twbal.core.episode import Provenance
+from twbal.core.episode import Episode, Provenance
 from twbal.core.errors import ConfigError, DataError
 from twbal.core.feed_forward import FeedForward
 from twbal.core.heading_control import HeadingControl
 from twbal.core.json_records import read_record, write_record
 from twbal.core.robot_parameters import RobotParameters, parameter_hash
+from twbal.diagnosis.usability import Amount, enough_for_diagnosis
 from twbal.embedded.export import HEADER
 from twbal.io.logs import read_episode
 from twbal.link.frozen_sensors import FrozenSensors
@@ -51,7 +53,8 @@ from twbal.virtual_robot.process import Launch, launch
 from twbal.viz.canvas import save
 from twbal.viz.following_figure import following_figure
 
-NOT_RECORDED = ("policy.path", "link.port", "link.deploy", HEED)
+Tell = Callable[[Episode], None]
+NOT_RECORDED = ("policy.path", "link.port", "link.deploy", "link.confirm_placed", HEED)
 NOT_IN_EPISODES = ("policy.path", "link", HEED)  # the same robot may be reached by other ways
 
 
@@ -60,16 +63,25 @@ def main(cfg: DictConfig) -> None:
     out = run_folder()
     if cfg.course:
         say(_floor(floor_needed(instantiate(cfg.course))))
-    manifest = run(cfg, out)
-    for made in manifest.outputs:
-        if not made.path.endswith(".mcap"):
-            continue
-        episode = read_episode(out / made.path)
-        trial, outcome = episode.provenance.trial, episode.outcome.replace("_", " ")
-        print(f"trial {trial}: {outcome} after {episode.duration:.2f} s, {len(episode)} samples")
+    told = set[int]()
+
+    def tell(episode: Episode) -> None:
+        told.add(episode.provenance.trial)
+        print(trial_in_words(episode), flush=True)
+
+    manifest = run(cfg, out, tell=tell)
+    for episode in (read_episode(out / made.path) for made in manifest.outputs if made.path.endswith(".mcap")):
+        if episode.provenance.trial not in told:
+            print(f"{trial_in_words(episode)}, driven before")
     if (out / COURSE).is_file():
         _print_course(read_record(CourseRecord, out / COURSE).trials)
     print_result(manifest, out, _following(cfg, out))
+
+
+def trial_in_words(episode: Episode) -> str:
+    """How a trial ended."""
+    trial, outcome = episode.provenance.trial, episode.outcome.replace("_", " ")
+    return f"trial {trial}: {outcome} after {episode.duration:.2f} s, {len(episode)} samples"
 
 
 def _floor(need: FloorNeeded) -> str:
@@ -107,11 +119,18 @@ def _turned(trial: FollowedCourse) -> str:
 
 
 def _following(cfg: DictConfig, out: Path) -> str:
-    """The next command: where the policy was searched on a model, its correction; else a diagnosis."""
+    """The next command: where the policy was searched on a model, its correction; else a diagnosis.
+
+    Trials that are too short for one still tell `identify` something.
+    """
     for policy in policy_files(cfg.policy):
         models = _searched_on(policy)
         if models and models[0].is_file():
             return next_command("fit-diff-gp", {"dynamics": models[0], "episodes": out}, "robot", "state")
+    usual = compose("diagnose")
+    long_enough = enough_for_diagnosis(read_logs([out]), Amount(usual.min_length, usual.min_samples))
+    if not long_enough:
+        return next_command("identify", {"episodes": out}, "robot")
     return next_command("diagnose", {"episodes": out}, "robot", "sim")
 
 
@@ -129,7 +148,9 @@ def rollout_settings(cfg: DictConfig) -> RolloutSettings:
     return typed(RolloutSettings, cfg)
 
 
-def run(cfg: DictConfig, out: Path, launch: Launch = launch, advise: bool = True) -> Manifest:
+def run(
+    cfg: DictConfig, out: Path, launch: Launch = launch, advise: bool = True, tell: Tell = lambda episode: None
+) -> Manifest:
     """Drive the trials that `cfg` asks for and log them to `out`/episodes, unless they are there already.
 
     Args:
@@ -137,6 +158,7 @@ def run(cfg: DictConfig, out: Path, launch: Launch = launch, advise: bool = True
         out: the run folder.
         launch: starts the virtual robot, where `cfg` asks for one.
         advise: whether a robot whose link was never checked is worth a sentence.
+        tell: is called with each trial as soon as it is logged.
     """
     settings = rollout_settings(cfg)
     _check_trials(settings)
@@ -168,7 +190,7 @@ def run(cfg: DictConfig, out: Path, launch: Launch = launch, advise: bool = True
             say(what_is_kept(out))
         link = prepared_link(cfg, robot, channels, policy, out / FOLDER, launch)
         open_link = partial(_checked_link, cfg, link, launch, robot, advise)
-        logs = record(open_link, robot, policy, channels, settings, provenance, out, course)
+        logs = record(open_link, robot, policy, channels, settings, provenance, out, course, tell)
         made = [*logs, *(out / FOLDER).glob(HEADER)]
         return made if course is None else [*made, *_judge(logs, course, robot, out)]
 
@@ -206,6 +228,7 @@ def record(
     provenance: Provenance,
     out: Path,
     course: Course | None = None,
+    tell: Tell = lambda episode: None,
 ) -> list[Path]:
     """Drive the trials whose logs are not there yet; returns the logs of all.
 
@@ -220,6 +243,7 @@ def record(
         provenance: of all trials but for their number.
         out: for the logs.
         course: that the robot is to follow, to whose end each trial lasts; None: it is to stay where it was put.
+        tell: is called with each trial as soon as it is logged.
 
     Raises:
         LinkError: the robot cannot be reached, fell silent, or does not confirm that it has stopped.
@@ -244,6 +268,7 @@ def record(
             if episode.outcome in INTERRUPTED:
                 keep_interrupted(with_line, out / "interrupted", why=" ".join(end.text for end in episode.events))
             keep(file, with_line)
+            tell(with_line)
     return [episode_file(out / "episodes", trial) for trial in settings.numbers]
 
 

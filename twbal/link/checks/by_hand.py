@@ -107,7 +107,8 @@ def turn_check(plant: SerialPlant, turn: Recording, side: str) -> Check:
     if max(map(abs, wheels.values())) < _LEAST_TURN:
         return Check(name, Verdict.PROBLEM, found, expected, "Did you turn it? Once more; else check the encoder.")
     if abs(own) < max(map(abs, wheels.values())) / 2:
-        return Check(name, Verdict.PROBLEM, found, expected, "Left and right encoders are swapped.")
+        advice = f"Was it the {side} wheel that you turned, as seen from behind? If so, swap left and right encoder."
+        return Check(name, Verdict.PROBLEM, found, expected, advice)
     if own < 0:
         return Check(name, Verdict.PROBLEM, found, expected, "Swap the encoder's channels, or its sign.")
     if not _RATIO[0] <= (change / integral if integral else inf) <= _RATIO[1]:
