@@ -11,6 +11,9 @@ from twbal.core.gaussian import Array
 from twbal.io.importers.checks.doubt import Kind
 
 _TURN = 1.0  # rad by which the wheels must differ
+_WRAPPED = 7.0  # rad over which a wheel must turn to wrap
+_RESET = 3.0  # rad from which on it matters that an encoder is set to zero
+_SPIKES = {"tilt": (0.5, 3.0), "wheel_angle": (5.0, 50.0)}  # rad by which one sample is off
 
 
 class Planted(NamedTuple):
@@ -116,6 +119,33 @@ def _column(log: Written, rng: np.random.Generator) -> Planted:
     return Planted(replace(log, quantities={**log.quantities, name: source}), f"{name} from {wrong[name]}")
 
 
+def _jump(log: Written, rng: np.random.Generator) -> Planted:
+    """A wheel's angle that wraps at a turn or is set to zero once, or one sample of an angle that is far off."""
+    kind = str(rng.choice(["wraps", "set to zero", "spike"]))
+    name = "wheel_angle" if kind != "spike" else str(rng.choice(["tilt", "wheel_angle"]))
+    source = log.quantities[name]
+    column = source["from"] if isinstance(source["from"], str) else str(rng.choice(source["from"]))
+    radian = 180 / np.pi if source["unit"] == "deg" else 1.0
+    values = log.columns[column].copy()
+    if kind == "wraps":
+        if np.ptp(values) < _WRAPPED * radian:
+            kind = "spike"
+        else:
+            half = np.pi * radian
+            return _with_column(log, column, (values + half) % (2.0 * half) - half, f"{column} wraps")
+    at = int(rng.integers(len(values) // 4, 3 * len(values) // 4))
+    if kind == "set to zero" and abs(values[at]) > _RESET * radian:
+        values[at:] -= values[at]
+        return _with_column(log, column, values, f"{column} set to zero at row {at}")
+    least, most = _SPIKES[name]
+    values[at] += float(rng.choice([-1.0, 1.0])) * rng.uniform(least, most) * radian
+    return _with_column(log, column, values, f"{column} is off in row {at}")
+
+
+def _with_column(log: Written, column: str, values: Array, what: str) -> Planted:
+    return Planted(replace(log, columns={**log.columns, column: values}), what)
+
+
 FAULTS: Mapping[str, Fault] = {
     "sign": Fault(_sign, (Kind.SIGN,)),
     "unit": Fault(_unit, (Kind.UNIT,)),
@@ -124,4 +154,5 @@ FAULTS: Mapping[str, Fault] = {
     "wrong rate": Fault(_rate, (Kind.TIME,)),
     "duplicate": Fault(_duplicate, (Kind.REPEATED,)),
     "wrong column": Fault(_column, (Kind.COLUMN,)),
+    "jump": Fault(_jump, (Kind.JUMP,)),
 }

@@ -16,6 +16,7 @@ FAULTS = {
     "wrong rate": 12,
     "duplicate": 2,
     "wrong column": 11,
+    "jump": 12,
 }
 
 

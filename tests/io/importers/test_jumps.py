@@ -3,9 +3,12 @@
 import numpy as np
 import pytest
 
+from twbal.core.errors import ConfigError
 from twbal.io.importers.checks.all_checks import doubts
 from twbal.io.importers.checks.doubt import Kind, LogPart
 from twbal.io.importers.checks.jumps import TILT, WHEEL, jumps, without_jumps
+from twbal.io.importers.columns import Columns
+from twbal.io.importers.mapping import mapping
 
 TURN = 2 * np.pi
 
@@ -41,6 +44,30 @@ def test_a_wheel_angle_that_wraps_is_said_with_its_size_and_can_be_mended(period
     assert rest.signals["wheel_angle"] - rest.signals["wheel_angle"][0] == pytest.approx(
         wheel - wheel[0], abs=0.1 * count
     )
+
+
+@pytest.mark.parametrize(("wraps", "size"), [(360.0, 180.0 / np.pi), (65536.0, 5000.0)])
+def test_a_column_of_which_the_mapping_tells_the_range_is_unwrapped_also_where_samples_are_missing(wraps, size):
+    tilt, wheel = ride(0.01)
+    counted = (size * wheel + 0.4 * wraps) % wraps
+    missing = np.arange(500, 503)
+    counted[missing] = np.nan
+    angle = {"from": ["l", "r"], "scale": [1.0 / size, -1.0 / size], "wraps": wraps}
+    told = {"tilt": "tilt", "wheel_angle": angle, "command": "drive"}
+    columns = np.column_stack([tilt, counted, (wraps - counted) % wraps, tilt])
+    read = Columns(columns, np.arange(len(tilt)) + 1, "row", ())
+    signals = mapping(told, [], 100.0, None, False, False, 0.0, 3).signals(read)
+    there = np.isfinite(signals["wheel_angle"])
+    assert np.flatnonzero(~there).tolist() == missing.tolist()
+    for name in ("wheel_angle", "left wheel_angle", "right wheel_angle"):
+        moved = signals[name][there] - signals[name][0]
+        assert moved == pytest.approx((wheel - wheel[0])[there], abs=1e-9)
+
+
+def test_a_range_that_cannot_be_is_refused():
+    told = {"tilt": "tilt", "wheel_angle": {"from": "w", "wraps": -360}, "command": "drive"}
+    with pytest.raises(ConfigError, match=r"`wraps` of wheel_angle is the range .* found -360"):
+        mapping(told, [], 100.0, None, False, False, 0.0, 3)
 
 
 def test_a_fast_wheel_that_wraps_every_few_samples_is_said():

@@ -14,6 +14,7 @@ IMPORT = (
     Setting("import.quantities.*.unit", Text("unit"), "unit of the column"),
     Setting("import.quantities.*.scale", _SCALES, "factor on the column; -1 turns its sign"),
     Setting("import.quantities.*.offset", Number(-1e12, 1e12), "offset that is added, in SI units"),
+    Setting("import.quantities.*.wraps", OrNull(Number(1e-9, 1e12)), "range after which the column jumps back"),
     Setting("import.names", ListOf(Text("name")), "names of all columns, where files have no header"),
     Setting("import.rate", OrNull(Number(0.1, 1e6, "Hz")), "rate of the samples, where there is no time"),
     Setting("import.motor", OrNull(Part()), "motor that makes torque of a voltage; null: none"),

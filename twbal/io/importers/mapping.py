@@ -46,22 +46,31 @@ PERCENT = "%"
 SIDES = ("left", "right")
 """Of which wheel the first and the second of two columns are."""
 
-_KEYS = ("from", "unit", "scale", "offset")
+_KEYS = ("from", "unit", "scale", "offset", "wraps")
 
 
 @dataclass(frozen=True)
 class Source:
     """Where a quantity comes from: the mean over its columns of scale · unit · column, + offset.
 
+    A column that wraps is unwrapped before: it jumps back where it reaches the end of its range.
+
     Attributes:
         columns: whose mean is taken; two of them are of the left and of the right wheel.
         factors: SI units for one of each column's, with the sign.
         offset: added afterwards, in SI units.
+        wraps: range after which the columns jump back, in their own numbers; None: they do not.
     """
 
     columns: tuple[Name, ...]
     factors: tuple[float, ...]
     offset: float
+    wraps: float | None = None
+
+    def signal(self, values: Array) -> Array:
+        """(n, m) columns in SI units, of (n, m) columns as they are written."""
+        straight = values if self.wraps is None else np.column_stack([_unwrapped(c, self.wraps) for c in values.T])
+        return straight * np.array(self.factors) + self.offset
 
 
 @dataclass(frozen=True)
@@ -125,7 +134,7 @@ class Mapping:
         found, first = {}, 0
         for name, source in self.quantities.items():
             last = first + len(source.columns)
-            values = columns.values[:, first:last] * np.array(source.factors) + source.offset
+            values = source.signal(columns.values[:, first:last])
             found[name] = values.mean(axis=1)
             if len(source.columns) == len(SIDES):
                 found |= {f"{side} {name}": column for side, column in zip(SIDES, values.T, strict=True)}
@@ -143,7 +152,7 @@ def mapping(
     skip: float,
     fill: int,
 ) -> Mapping:
-    """A mapping as the group `import` says it: as `Mapping`, and sources with `from`, `unit`, `scale`, `offset`.
+    """A mapping as the group `import` says it: as `Mapping`, and sources with `from`, `unit`, `scale`, `offset`, `wraps`.
 
     Raises:
         ConfigError: what it says cannot be.
@@ -177,4 +186,15 @@ def _source(name: str, told: Any, supply: float | None) -> Source:
         )
     if not columns or not np.isfinite([*scales, offset]).all() or 0.0 in scales:
         raise ConfigError(f"The source of {name} needs columns, a scale that is not 0, and a finite offset.")
-    return Source(tuple(columns), tuple(each * known[unit] for each in scales), offset)
+    wraps = None if told.get("wraps") is None else float(told["wraps"])
+    if wraps is not None and not (np.isfinite(wraps) and wraps > 0.0):
+        raise ConfigError(f"`wraps` of {name} is the range after which a column jumps back; found {wraps}.")
+    return Source(tuple(columns), tuple(each * known[unit] for each in scales), offset, wraps)
+
+
+def _unwrapped(values: Array, wraps: float) -> Array:
+    """(n,) values without jumps by `wraps`; what is missing stays so."""
+    there = np.isfinite(values)
+    straight = values.copy()
+    straight[there] = np.unwrap(values[there], period=wraps)
+    return straight

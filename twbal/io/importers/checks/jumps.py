@@ -144,8 +144,8 @@ def _doubts(part: LogPart, quantity: str, name: str, values: Array, found: Jumps
     if len(found.steps):
         places = f"at {at}" if len(where) == 1 else f"in {len(where)} places, such as at {at}"
         sentence = (
-            f"{name} jumps by {size} rad {places}: does it wrap round, or are these faulty samples? Unwrap its column, "
-            "or empty these fields, before the import"
+            f"{name} jumps by {size} rad {places}: does it wrap round, or are these faulty samples? Tell the range of "
+            f"its column by '++import.quantities.{quantity}.wraps=...' (360, 65536), or empty these fields"
         )
     else:
         places = f"at {at}" if len(where) == 1 else f"in {len(where)} samples, such as at {at}"
