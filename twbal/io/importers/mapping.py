@@ -69,8 +69,10 @@ class Source:
 
     def signal(self, values: Array) -> Array:
         """(n, m) columns in SI units, of (n, m) columns as they are written."""
-        straight = values if self.wraps is None else np.column_stack([_unwrapped(c, self.wraps) for c in values.T])
-        return straight * np.array(self.factors) + self.offset
+        if self.wraps is not None:
+            values = np.column_stack([_unwrapped(column, self.wraps) for column in values.T])
+        si_values: Array = values * np.array(self.factors) + self.offset
+        return si_values
 
 
 @dataclass(frozen=True)
@@ -152,7 +154,7 @@ def mapping(
     skip: float,
     fill: int,
 ) -> Mapping:
-    """A mapping as the group `import` says it: as `Mapping`, and sources with `from`, `unit`, `scale`, `offset`, `wraps`.
+    """A mapping as the group `import` says it: as `Mapping`, and sources with from, unit, scale, offset, wraps.
 
     Raises:
         ConfigError: what it says cannot be.
