@@ -43,8 +43,18 @@ def shaken(recording, seed, size=0.15, seconds=0.5):
 
 def test_an_effect_has_the_weight_of_all_sets_that_hold_it_or_its_equal():
     weights = {("a",): 0.5, ("a", "b"): 0.2, ("c",): 0.2, (): 0.1}
-    assert probability_of({"a"}, weights) == pytest.approx(0.7)
-    assert probability_of({"b", "c"}, weights) == pytest.approx(0.4)
+    a, b = (Candidate(name, (), same_as, (), "") for name, same_as in (("a", ()), ("b", ("c",))))
+    assert probability_of(a, weights) == pytest.approx(0.7)
+    assert probability_of(b, weights) == pytest.approx(0.4)
+
+
+def test_what_takes_an_effects_place_counts_only_beside_the_rest_of_the_best_set():
+    """A dead zone does as well as a delay beside a friction; alone, it does the friction's work."""
+    friction, delay = (Candidate(name, (), (), (), "") for name in ("friction", "delay"))
+    weights = {("delay", "friction"): 0.1, ("dead_zone", "friction"): 0.1, ("dead_zone", "filter"): 0.8}
+    best = ("delay", "friction")
+    assert probability_of(delay, weights, ["dead_zone"], best) == pytest.approx(0.2)
+    assert probability_of(friction, weights, [], best) == pytest.approx(0.2)
 
 
 @pytest.mark.parametrize(

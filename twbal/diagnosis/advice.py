@@ -17,6 +17,8 @@ UNEXPLAINED = (
     "Something moves this robot that no effect of the library explains; the map of the disagreement says where."
 )
 
+SEVERAL = "Several sets of effects explain the recordings about as well, so none of them is named."
+
 
 def advise(
     selection: Selection, objected: Sequence[Objection], statistic: float, verdict: Verdict, settings: Settings
@@ -37,7 +39,8 @@ def advise(
     if verdict in (Verdict.UNDECIDED, Verdict.NONE) and unseen:
         found.append(f"These effects could be there without these recordings showing it: {', '.join(unseen)}.")
     if verdict is Verdict.UNKNOWN:
-        found += [UNEXPLAINED, *(objection.text for objection in objected)]
+        only_weights = all(objection.is_of_weights for objection in objected)
+        found += [SEVERAL if only_weights else UNEXPLAINED, *(objection.text for objection in objected)]
     if verdict is Verdict.NAMED:
         trifles = negligible(chosen, settings)
         if trifles:

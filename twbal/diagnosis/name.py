@@ -15,6 +15,7 @@ from twbal.diagnosis.data_sheet import DATA_SHEET, WHEELS
 from twbal.diagnosis.filter_result import filter_result_of, one_step_errors, with_offsets
 from twbal.diagnosis.findings import Effects, FilterResult, Findings
 from twbal.diagnosis.hypothesis import FittedHypothesis
+from twbal.diagnosis.likeliest import outweighed, with_likeliest
 from twbal.diagnosis.model_comparison import ModelComparison, compare_models
 from twbal.diagnosis.objections import autocorrelation_limit, is_doubtful, negligible, objections
 from twbal.diagnosis.probable import Weights, probable_effects
@@ -79,14 +80,16 @@ def name_effects(
     selection = select(problem, progress)
     if settings.tempered_search and is_doubtful(selection.chosen, settings):
         selection = search_again(problem, selection, progress)
+    selection = with_likeliest(problem, selection, progress)
     progress("checking whether what fits best is a finding")
     inconstant = inconstant_effects(data, selection.chosen, settings.lines.steady)
     limits = {field: settings.tolerances.of(field) for field in (*DATA_SHEET, *WHEELS)}
     statistic = tolerance_statistic(data, selection.chosen.fit, limits)
     longest = max(map(len, recordings)) * data.period
-    objected = objections(selection.chosen, largest, inconstant, settings, longest)
-    verdict = conclude(selection, objected, statistic, settings)
     weights = probabilities(selection, settings)
+    objected = objections(selection.chosen, largest, inconstant, settings, longest)
+    objected += tuple(outweighed(selection, weights, settings))
+    verdict = conclude(selection, objected, statistic, settings)
     effects_found = probable_effects(data, selection, objected, verdict, weights, settings)
     guessed = verdict is Verdict.UNKNOWN and _is_likely(effects_found, selection.chosen, settings)
     named = selection.chosen if guessed or verdict in (Verdict.NAMED, Verdict.DATA_SHEET) else selection.base

@@ -34,11 +34,13 @@ class Objection(NamedTuple):
         text: a sentence.
         effects: names of those that it speaks against; none where it speaks against the whole set.
         is_of_errors: whether it says no more than that the errors stay autocorrelated, and not by far.
+        is_of_weights: whether it says no more than what the probabilities of sets say already.
     """
 
     text: str
     effects: tuple[str, ...] = ()
     is_of_errors: bool = False
+    is_of_weights: bool = False
 
     def concerns(self, effect: str) -> bool:
         """Whether it speaks against an effect of the set."""

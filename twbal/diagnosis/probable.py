@@ -1,6 +1,9 @@
 """How likely each effect is missing: graded answers of a selection, whatever its verdict.
 
-The probability of an effect is the weight of all sets that hold it, or an effect that these data cannot tell from it.
+The probability of an effect is the weight of all sets that hold it, or an effect that no data tell from it. These data
+may not tell it from other effects either, in their place beside the rest of the best set; sets with one of those count
+where they hold the rest of the best set, too. (A dead zone may do as well as a delay beside a friction. Without the
+friction, it may do the friction's work, and then tells nothing of a delay.)
 The weights compare sets with each other; they do not know whether the library holds what moves the robot. What knows
 more of that are the objections to the best set. By them a probability is multiplied: with the share of effects that
 proved right, on data with a known truth, although such an objection was raised (`Credence`).
@@ -41,7 +44,8 @@ def probable_effects(
 ) -> tuple[ProbableEffect, ...]:
     """All effects that are missing with a probability of at least `LISTED`, the likeliest first.
 
-    Each has its size in the best set that holds it. Equivalents of an effect that is listed are not listed themselves.
+    Each has its size in the best set that holds it. An equivalent of an effect that is listed is not listed
+    itself, unless it is mostly held by sets in which it does something else.
 
     Args:
         data: recordings.
@@ -62,14 +66,14 @@ def probable_effects(
             continue
         sizes = estimates(data, holder, new, settings)
         for candidate in new:
-            near = substitutes(candidate, chosen, selection.rounds, settings) if holder is chosen else []
+            near = near_equivalents(candidate, selection, settings) if holder is chosen else []
             alike = tuple(dict.fromkeys([*candidate.same_as, *near]))
-            known |= {candidate.name, *alike}
+            known |= {candidate.name, *(name for name in alike if not _is_of_its_own(name, candidate, chosen, weights))}
             against = tuple(o.text for o in objected if holder is chosen and o.concerns(candidate.name))
             found.append(
                 ProbableEffect(
                     name=candidate.name,
-                    probability=probability_of({candidate.name, *alike}, weights)
+                    probability=probability_of(candidate, weights, near, chosen.names)
                     * chance_of_size(candidate, sizes[candidate.name], _TRIFLE * settings.lines.least)
                     * credence(candidate.name, objected, settings.credence),
                     is_named=verdict is Verdict.NAMED and holder is chosen and candidate.name not in trifles,
@@ -83,9 +87,37 @@ def probable_effects(
     return tuple(sorted(listed, key=lambda effect: -effect.probability))
 
 
-def probability_of(alike: set[str], weights: Weights) -> float:
-    """Of an effect or one that these data cannot tell from it: that of all sets that hold one."""
-    return min(sum(weight for names, weight in weights.items() if alike & set(names)), 1.0)
+def probability_of(candidate: Candidate, weights: Weights, near: Sequence[str] = (), best: Sequence[str] = ()) -> float:
+    """Of an effect, or one that does exactly the same, or one that these data cannot tell from it.
+
+    Args:
+        candidate: the effect.
+        weights: of the sets.
+        near: effects that do as well in its place beside the rest of the best set.
+        best: names of the best set.
+    """
+    same, rest = {candidate.name, *candidate.same_as}, set(best) - {candidate.name}
+    total = 0.0
+    for names, weight in weights.items():
+        held = set(names)
+        if held & same or (rest <= held and held & set(near)):
+            total += weight
+    return min(total, 1.0)
+
+
+def near_equivalents(candidate: Candidate, selection: Selection, settings: Settings) -> list[str]:
+    """Effects that these data cannot tell from one of the chosen set, beside the rest of that set."""
+    return substitutes(candidate, selection.chosen, selection.rounds, settings)
+
+
+def _is_of_its_own(name: str, candidate: Candidate, chosen: FittedHypothesis, weights: Weights) -> bool:
+    """Whether an equivalent of an effect is mostly held by sets in which it does not take that effect's place."""
+    if name in candidate.same_as:
+        return False
+    rest = set(chosen.names) - {candidate.name}
+    places = [weight for names, weight in weights.items() if name in names and rest <= set(names)]
+    total = sum(weight for names, weight in weights.items() if name in names)
+    return total > 2.0 * sum(places)
 
 
 def chance_of_size(candidate: Candidate, found: Mapping[str, Estimate], least: float) -> float:
@@ -107,6 +139,7 @@ def chance_of_size(candidate: Candidate, found: Mapping[str, Estimate], least: f
 
 def credence(effect: str, objected: Sequence[Objection], given: Credence) -> float:
     """Share of effects that proved right although there was such an objection; 1 without one."""
+    objected = [objection for objection in objected if not objection.is_of_weights]
     if any(effect in objection.effects for objection in objected):
         return given.objected_effect
     if any(not objection.effects and not objection.is_of_errors for objection in objected):

@@ -71,7 +71,8 @@ class ProbableEffect:
     Attributes:
         name: of the effect, as of `effects/`.
         probability: that it is missing, or one of its equivalents: the weight of all sets of effects that hold one of
-            them, times the share by which what speaks against the set has proved right (`Settings.credence`).
+            them (`probable.probability_of`), times the share by which what speaks against the set has proved right
+            (`Settings.credence`).
         is_named: whether the verdict names it: nothing speaks against it, and it is worth its penalty.
         parameters: by name, as the effect in the simulation takes them, in the best set that holds it.
         equivalents: effects that these data cannot tell from it.

@@ -179,13 +179,13 @@ def _around(
     settings = problem.settings
     progress(f"weighing what to add to {', '.join(at_once.names)}")
     rounds.append(problem.add_to(at_once))
-    passing = [w for w in rounds[-1].hypotheses if passes(w, at_once, settings) and _is_sound(w, base, settings)]
+    passing = [w for w in rounds[-1].hypotheses if passes(w, at_once, settings) and is_sound(w, base, settings)]
     chosen = passing[0] if passing and len(at_once.effects) < settings.max_effects else at_once
     progress("trying others in the place of each effect")
     rounds.append(_swap(problem, chosen))
     # equivalents differ by rounding alone, which must not decide
     ahead = [w for w in rounds[-1].hypotheses if w.bic < chosen.bic - ALIKE]
-    better = [w for w in ahead if _is_sound(w, base, settings)]
+    better = [w for w in ahead if is_sound(w, base, settings)]
     return better[0] if better else chosen
 
 
@@ -241,7 +241,7 @@ def with_kin(
             step = add_one(problem.data, less, problem.always, kin, len(kin), problem.rounds)
             rounds.append(Round(less, [], [*step.hypotheses, chosen]))
             tried += step.hypotheses
-    better = [w for w in tried if w.bic < chosen.bic - ALIKE and _is_sound(w, base, problem.settings)]
+    better = [w for w in tried if w.bic < chosen.bic - ALIKE and is_sound(w, base, problem.settings)]
     return min(better, key=lambda w: w.bic) if better else chosen
 
 
@@ -362,7 +362,7 @@ def adds_enough(
     return not base.effects or gain >= settings.lines.share * (first.bic - base.bic)
 
 
-def _is_sound(hypothesis: FittedHypothesis, base: FittedHypothesis, settings: Settings) -> bool:
+def is_sound(hypothesis: FittedHypothesis, base: FittedHypothesis, settings: Settings) -> bool:
     """Whether a set is worth its penalty beside the refitted data sheet, with nothing negligible or at a bound."""
     negligible = any(hypothesis.size_of(candidate) < settings.lines.least for candidate in hypothesis.candidates)
     return passes(hypothesis, base, settings) and not negligible and not hypothesis.at_bound
