@@ -39,7 +39,7 @@ def with_likeliest(problem: Problem, selection: Selection, progress: Callable[[s
     progress(f"weighing the likeliest set, {', '.join(best.names)}")
     rounds = [*selection.rounds, problem.add_to(best)]
     found = without_redundant(problem, best, selection.base, rounds=rounds)
-    return Selection(selection.base, tuple(rounds), found)
+    return Selection(selection.base, tuple(rounds), best if found.at_bound else found)
 
 
 def outweighed(selection: Selection, weights: Mapping[tuple[str, ...], float], settings: Settings) -> list[Objection]:
