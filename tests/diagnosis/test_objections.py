@@ -15,7 +15,7 @@ from twbal.diagnosis.candidates import always_free
 from twbal.diagnosis.effect_candidates import candidates_for
 from twbal.diagnosis.hypothesis import FittedHypothesis, Round, fit_hypothesis, overriding
 from twbal.diagnosis.name import first_noise, largest_noise
-from twbal.diagnosis.objections import objections
+from twbal.diagnosis.objections import Extent, objections
 from twbal.diagnosis.probable import probable_effects
 from twbal.diagnosis.record import Gap, ProbableEffect, Verdict
 from twbal.diagnosis.select import Selection
@@ -104,12 +104,22 @@ def test_an_effect_of_size_zero_is_no_finding(name, field, paper, driven):
     assert found.effects == (name,)
 
 
-@pytest.mark.parametrize(("longest", "objected"), [(10.0, True), (40.0, False)])
-def test_a_wave_of_which_no_recording_holds_two_periods_is_no_finding(longest, objected, paper, driven):
-    values = {"periodic_disturbance_force": 1.2, "periodic_disturbance_frequency": 0.1}
-    found = objections(fitted(paper, ["periodic_disturbance"], values), largest_noise(paper), (), settings(), longest)
-    assert [objection.effects for objection in found] == [("periodic_disturbance",)] * objected
-    assert not objected or "The longest recording holds 1 periods" in found[0].text
+@pytest.mark.parametrize(
+    ("name", "values", "extent", "objected"),
+    [
+        ("periodic_disturbance", {"force": 1.2, "frequency": 0.1}, Extent(10.0, 9.0, 9.0), True),
+        ("periodic_disturbance", {"force": 1.2, "frequency": 0.1}, Extent(40.0, 0.1, 0.1), False),
+        ("ground_waves", {"slope": 0.02, "waves": 0.5}, Extent(90.0, 1.5, 9.0), True),
+        ("ground_waves", {"slope": 0.02, "waves": 0.5}, Extent(1.0, 2.5, 0.1), False),
+        ("cogging", {"torque": 0.2, "count": 12.0}, Extent(90.0, 9.0, 0.05), True),
+        ("cogging", {"torque": 0.2, "count": 12.0}, Extent(1.0, 0.1, 0.1), False),
+    ],
+)
+def test_a_wave_of_which_no_recording_holds_enough_periods_is_no_finding(name, values, extent, objected, paper, driven):
+    hypothesis = fitted(paper, [name], {f"{name}_{key}": value for key, value in values.items()})
+    found = objections(hypothesis, largest_noise(paper), (), settings(), extent)
+    assert [objection.effects for objection in found] == [(name,)] * objected
+    assert not objected or "it cannot be told from any slow change" in found[0].text
 
 
 def test_residuals_with_memory_are_told_with_their_autocorrelation(paper, driven):

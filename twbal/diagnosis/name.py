@@ -17,7 +17,7 @@ from twbal.diagnosis.findings import Effects, FilterResult, Findings
 from twbal.diagnosis.hypothesis import FittedHypothesis
 from twbal.diagnosis.likeliest import outweighed, with_likeliest
 from twbal.diagnosis.model_comparison import ModelComparison, compare_models
-from twbal.diagnosis.objections import autocorrelation_limit, is_doubtful, negligible, objections
+from twbal.diagnosis.objections import Extent, autocorrelation_limit, is_doubtful, negligible, objections
 from twbal.diagnosis.probable import Weights, probable_effects
 from twbal.diagnosis.record import LIKELY, ProbableEffect, Rival, Verdict, Whiteness
 from twbal.diagnosis.select import Problem, Selection, select, without
@@ -85,9 +85,8 @@ def name_effects(
     inconstant = inconstant_effects(data, selection.chosen, settings.lines.steady)
     limits = {field: settings.tolerances.of(field) for field in (*DATA_SHEET, *WHEELS)}
     statistic = tolerance_statistic(data, selection.chosen.fit, limits)
-    longest = max(map(len, recordings)) * data.period
     weights = probabilities(selection, settings)
-    objected = objections(selection.chosen, largest, inconstant, settings, longest)
+    objected = objections(selection.chosen, largest, inconstant, settings, _extent(recordings, robot))
     objected += tuple(outweighed(selection, weights, settings))
     verdict = conclude(selection, objected, statistic, settings)
     effects_found = probable_effects(data, selection, objected, verdict, weights, settings)
@@ -118,6 +117,18 @@ def name_effects(
             for effect in named.effects
         },
         comparison=_comparison(problem, selection, weights),
+    )
+
+
+def _extent(recordings: Sequence[Recording], robot: RobotParameters) -> Extent:
+    """How far the recordings go."""
+    tilt, wheel_angle = MEASURED.index("tilt"), MEASURED.index("wheel_angle")
+    turned = [recording.measured[:, wheel_angle] for recording in recordings]
+    rolled = [recording.measured[:, [tilt, wheel_angle]].sum(axis=1) for recording in recordings]
+    return Extent(
+        max(len(recording) * recording.period for recording in recordings),
+        max(float(np.ptp(angle)) for angle in rolled) * robot.wheel_radius,
+        max(float(np.ptp(angle)) for angle in turned) / (2.0 * np.pi),
     )
 
 

@@ -24,7 +24,32 @@ _INSTANTS = (
     2000  # for which the limit of the autocorrelation is set; that of autocorrelated errors grows with their number
 )
 _FAR = 4.0  # times the limit, from which on autocorrelated errors speak against the whole set
-_PERIODS = 2.0  # of a wave in time, that a recording must hold
+
+
+class Extent(NamedTuple):
+    """How far recordings go: what a wave must have room in, to be told from a slow change.
+
+    Attributes:
+        seconds: duration of the longest one.
+        metres: largest distance between two places of one.
+        turns: largest angle between two places of a wheel, by the body, in turns.
+    """
+
+    seconds: float
+    metres: float
+    turns: float
+
+    def along(self) -> dict[str, float]:
+        """The same by the parameter of a wave that counts its periods there."""
+        return {"frequency": self.seconds, "waves": self.metres, "count": self.turns}
+
+
+BOUNDLESS = Extent(np.inf, np.inf, np.inf)
+"""Of recordings that hold any wave."""
+
+_PERIODS = {"frequency": 2.0, "waves": 1.0, "count": 1.0}
+"""How many periods of a wave a recording must hold, by the parameter that counts them: more in time, where a force may
+drift, than along a way, where the same comes again when the robot does."""
 
 
 class Objection(NamedTuple):
@@ -52,7 +77,7 @@ def objections(
     largest: Noise,
     inconstant: Sequence[Inconstancy],
     settings: Settings,
-    longest: float = np.inf,
+    extent: Extent = BOUNDLESS,
 ) -> tuple[Objection, ...]:
     """Why a set of effects is no finding; nothing where nothing speaks against it.
 
@@ -61,7 +86,7 @@ def objections(
         largest: noise with which it was fitted: its model discrepancy is three standard deviations of the prior.
         inconstant: effects of the set that are not of one size.
         settings: of the diagnosis.
-        longest: duration of the longest recording [s].
+        extent: how far the recordings go.
     """
     limit = autocorrelation_limit(len(chosen.fit.white) // 4, settings)
     found = list[Objection]()
@@ -77,7 +102,7 @@ def objections(
             said = f"The best guess ran to a bound of its range ({free.name}), so it is none."
             found.append(Objection(said, (free.effect,) if free.effect in chosen.names else ()))
     found += _to_sizes(chosen, settings)
-    found += _to_slow_waves(chosen, longest)
+    found += _to_slow_waves(chosen, extent)
     found += [Objection(text, (name,)) for name, text in swallowing.items()]
     found += map(Objection, _to_the_data_sheet(chosen, bounded, settings))
     for effect, axis, share, _ in inconstant:
@@ -144,16 +169,17 @@ def _to_sizes(chosen: FittedHypothesis, settings: Settings) -> list[Objection]:
     return [Objection(said, tuple(candidate.name for candidate in trifles))]
 
 
-def _to_slow_waves(chosen: FittedHypothesis, longest: float) -> list[Objection]:
-    """To effects with a frequency of which no recording holds `_PERIODS` periods: any slow drift looks like one."""
+def _to_slow_waves(chosen: FittedHypothesis, extent: Extent) -> list[Objection]:
+    """To waves of which no recording holds as many periods as `_PERIODS` asks for: any slow change looks like one."""
     found = []
     for candidate in chosen.effects:
-        for parameter in candidate.parameters:
-            if parameter.name == "frequency":
-                periods = longest * chosen.fit.model.value(candidate.field(parameter))
-                if periods < _PERIODS:
-                    said = f"The longest recording holds {periods:.2g} periods of the {spaced(candidate.name)}; below"
-                    text = f"{said} {_PERIODS:g} it cannot be told from any slow change."
+        for parameter in candidate.parameters if candidate.is_wave else ():
+            if parameter.name in _PERIODS:
+                periods = extent.along()[parameter.name] * chosen.fit.model.value(candidate.field(parameter))
+                least = _PERIODS[parameter.name]
+                if periods < least:
+                    said = f"No recording holds more than {periods:.2g} periods of the {spaced(candidate.name)}; below"
+                    text = f"{said} {least:g} it cannot be told from any slow change."
                     found.append(Objection(text, (candidate.name,)))
     return found
 
