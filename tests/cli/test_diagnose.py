@@ -129,6 +129,7 @@ def test_the_simulation_of_an_unknown_is_neither_recommended_nor_without_a_word(
     following = next(line for line in printed.splitlines() if line.startswith("next"))
     assert "augmented.yaml" not in following
     assert following.startswith("next  twbal real-rollout experiment=excite")
+    assert "the next command drives a virtual robot, unless you add the link" in printed
     assert "Verdict named" in (diagnosed / "augmented.yaml").read_text().splitlines()[0]
 
 

@@ -111,7 +111,9 @@ def test_an_identified_simulation_is_learned_with_and_its_run_folder_stands_for_
     (run / "identified.yaml").write_text((found / "augmented.yaml").read_text())
     (run / "robot_distribution.pt").touch()
     assert evaluate(logs, tmp_path / "out", f"sims={{mine:{run}}}") == 0
-    assert f"next  twbal iterate sim={run / 'identified.yaml'} known={run}\n" in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert f"next  twbal iterate sim={run / 'identified.yaml'} known={run}\n" in said
+    assert "the next command learns on a virtual robot, unless you add the link" in said
 
 
 def test_done_work_is_not_done_again_and_other_simulations_are_other_work(logs, found, evaluated, capsys):

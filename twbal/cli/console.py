@@ -85,6 +85,16 @@ def say(line: str) -> None:
     print(f"  {line}", flush=True)
 
 
+def say_link(does: str) -> None:
+    """Say that the next command is about a virtual robot, unless the link of the one that was recorded is given.
+
+    Args:
+        does: what that command does, such as `learns on`.
+    """
+    say(f"the next command {does} a virtual robot, unless you add the link of the robot that was recorded to it:")
+    say("link=serial link.port=..., or link.seed=... of a virtual robot")
+
+
 class Progress:
     """Prints how much of something is done, where it takes long.
 

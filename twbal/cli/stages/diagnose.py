@@ -8,7 +8,7 @@ import numpy as np
 from omegaconf import DictConfig
 
 from twbal.cli.artefacts import AUGMENTED, DIAGNOSIS, episode_files, say_duplicates
-from twbal.cli.console import next_command, print_result, run_folder, say
+from twbal.cli.console import next_command, print_result, run_folder, say, say_link
 from twbal.cli.diagnosis_config import diagnosis_of
 from twbal.cli.manifest import Manifest, Step, perform
 from twbal.cli.sim_files import simulation_text
@@ -41,6 +41,8 @@ def main(cfg: DictConfig) -> None:
     suggested = suggested_in(out / DIAGNOSIS)
     if suggested and not verdict_in(out / DIAGNOSIS).is_open:
         say(f"to tell apart what is left: {suggested}")
+    if verdict_in(out / DIAGNOSIS).is_open and not has_no_safe_experiment(out / DIAGNOSIS):
+        say_link("drives")
     print_result(made, out, suggested_next(out))
 
 

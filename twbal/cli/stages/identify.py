@@ -9,7 +9,7 @@ from omegaconf import DictConfig
 from twbal.algorithm.distribution_file import save_distribution
 from twbal.algorithm.identification import EffectValues, identify
 from twbal.cli.artefacts import DISTRIBUTION, IDENTIFIED, episode_files, episodes_of, say_duplicates
-from twbal.cli.console import next_command, print_result, run_folder, say
+from twbal.cli.console import next_command, print_result, run_folder, say, say_link
 from twbal.cli.manifest import Manifest, Step, perform
 from twbal.cli.sim_files import simulation_text
 from twbal.cli.typed_config import members, recorded
@@ -24,8 +24,7 @@ def main(cfg: DictConfig) -> None:
     """Run the stage in Hydra's run folder."""
     out = run_folder()
     made = run(cfg, out)
-    say("the next command learns on a virtual robot, unless you add the link of the robot that was recorded to it:")
-    say("link=serial link.port=..., or link.seed=... of a virtual robot")
+    say_link("learns on")
     print_result(made, out, next_command("iterate", {"sim": out / IDENTIFIED, "known": out}, "robot"))
 
 
