@@ -95,6 +95,11 @@ def test_a_stage_without_a_simulation_is_not_told_to_add_effects(capsys):
     assert "fit-sim-gp has no setting 'sim.effects.dead_zone.width'" in only_error(capsys)
 
 
+def test_a_node_that_is_given_another_entry_is_told_how_one_is_added(capsys):
+    assert main(["sim-collect", "start={foo: 1}"]) == 1
+    assert "cannot set start to that: it has no such entries. New ones are added by +start.<name>" in only_error(capsys)
+
+
 def test_a_setting_that_an_experiment_replaced_is_said_to_be_replaced(capsys):
     assert main(["real-rollout", "experiment=excite", "policy.path=policy.pt"]) == 1
     assert "real-rollout has the setting policy.path, but not with what was chosen here" in only_error(capsys)

@@ -2,6 +2,7 @@
 
 import os
 import pickle
+from pathlib import Path
 
 import pytest
 from hydra import compose
@@ -282,6 +283,20 @@ def test_the_run_folder_of_a_simulation_stands_for_it(gain, tmp_path):
     run.mkdir()
     (run / "identified.yaml").write_text(gain.read_text())
     assert simulation(f"sim={run}") == JUST_GAIN
+
+
+def test_a_run_folder_in_the_working_directory_is_found_by_its_plain_name(gain, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("run").mkdir()
+    Path("run/augmented.yaml").write_text(gain.read_text())
+    Path("nominal").mkdir()  # holds no simulation, so the choice of that name is meant
+    assert simulation("sim=run") == JUST_GAIN
+    assert simulation("sim=nominal")["effects"] == {}
+
+
+def test_a_folder_that_is_not_there_is_said_to_be_none(capfd, as_from_a_shell):
+    assert main(["sim-collect", "sim=outputs/typo"]) == 1
+    assert "Nor is there a file or run folder outputs/typo." in capfd.readouterr().err
 
 
 def test_a_folder_without_a_simulation_or_with_two_is_refused(gain, tmp_path, refused):

@@ -1,6 +1,7 @@
 """Graded answers: how likely each effect is, its share of the gap, and what remains, whatever the verdict."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -17,7 +18,7 @@ from twbal.diagnosis.inputs import DataSettings, Named, Simulated
 from twbal.diagnosis.name import name_effects
 from twbal.diagnosis.objections import Objection
 from twbal.diagnosis.pipeline import diagnose_episodes
-from twbal.diagnosis.probable import chance_of_size, credence, probability_of
+from twbal.diagnosis.probable import _is_of_its_own, chance_of_size, credence, probability_of
 from twbal.diagnosis.record import Estimate, Gap, ProbableEffect, Verdict
 from twbal.diagnosis.settings import Credence
 
@@ -55,6 +56,21 @@ def test_what_takes_an_effects_place_counts_only_beside_the_rest_of_the_best_set
     best = ("delay", "friction")
     assert probability_of(delay, weights, ["dead_zone"], best) == pytest.approx(0.2)
     assert probability_of(friction, weights, [], best) == pytest.approx(0.2)
+
+
+@pytest.mark.parametrize(
+    ("weights", "expected"),
+    [
+        ({("delay", "friction"): 0.5, ("dead_zone", "friction"): 0.4, ("dead_zone", "filter"): 0.1}, False),
+        ({("delay", "friction"): 0.2, ("dead_zone", "friction"): 0.1, ("dead_zone", "filter"): 0.7}, True),
+        ({("dead_zone", "delay", "friction"): 0.6, ("dead_zone", "friction"): 0.3, ("filter",): 0.1}, True),
+    ],
+    ids=["in the place of the delay", "elsewhere", "beside the delay"],
+)
+def test_an_equivalent_that_mostly_does_something_else_is_listed_of_its_own(weights, expected):
+    delay = Candidate("delay", (), (), (), "")
+    chosen = SimpleNamespace(names=("delay", "friction"))
+    assert _is_of_its_own("dead_zone", delay, chosen, weights) is expected
 
 
 @pytest.mark.parametrize(

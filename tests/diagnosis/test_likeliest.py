@@ -38,14 +38,20 @@ def selected(*others):
 
 
 @pytest.fixture
-def ended(monkeypatch):
-    """Names of the set with which a selection ends, where taking an effect off a set costs all that it gains."""
+def ended_selection(monkeypatch):
+    """How a selection ends, where taking an effect off a set costs all that it gains."""
     monkeypatch.setattr(select.Problem, "add_to", lambda self, w: Round(w, [], []))
     monkeypatch.setattr(
         select, "fit_hypothesis", lambda data, model, always, rest, rounds: hypothesis(100.0, *(c.name for c in rest))
     )
     problem = select.Problem(None, None, (), (), SETTINGS)
-    return lambda *others: likeliest.with_likeliest(problem, selected(*others), lambda line: None).chosen.names
+    return lambda *others: likeliest.with_likeliest(problem, selected(*others), lambda line: None)
+
+
+@pytest.fixture
+def ended(ended_selection):
+    """Names of the set with which it ends."""
+    return lambda *others: ended_selection(*others).chosen.names
 
 
 def test_a_likelier_set_of_other_effects_takes_the_place(ended):
@@ -66,14 +72,55 @@ def test_no_other_set_takes_the_place(other, ended):
     assert ended(other) == CHOSEN.names
 
 
+def test_the_set_whose_place_was_taken_keeps_its_weight(ended_selection):
+    selection = ended_selection(hypothesis(506.0, "dead_zone", "motor_lag"))
+    assert selection.chosen.names == ("dead_zone", "motor_lag")
+    assert probabilities(selection, SETTINGS)[CHOSEN.names] > 0.2
+
+
+@pytest.mark.parametrize(
+    ("rest", "left"),
+    [({"score": 519.0}, ("dead_zone",)), ({"score": 519.0, "value": 0.9999}, ("dead_zone", "motor_lag"))],
+    ids=["worth nothing", "worth nothing, but what is left runs to a bound"],
+)
+def test_what_is_of_no_use_in_the_likeliest_set_is_taken_off_unless_the_rest_is_unsound(
+    rest, left, ended_selection, monkeypatch
+):
+    lighter = {("dead_zone",): rest, ("motor_lag",): {"score": 100.0}, (): {"score": 0.0}}
+
+    def fit(data, model, always, candidates, rounds):
+        names = tuple(c.name for c in candidates)
+        return hypothesis(lighter[names]["score"], *names, value=lighter[names].get("value", 0.5))
+
+    monkeypatch.setattr(select, "fit_hypothesis", fit)
+    assert ended_selection(hypothesis(520.0, "dead_zone", "motor_lag")).chosen.names == left
+
+
+def outweighed(*others):
+    selection = selected(*others)
+    return likeliest.outweighed(selection, probabilities(selection, SETTINGS), SETTINGS)
+
+
 def test_what_most_of_the_weight_does_without_is_objected_to():
-    selection = selected(hypothesis(520.0, "coulomb_friction", "dead_zone", "motor_lag", value=0.9999))
-    (objection,) = likeliest.outweighed(selection, probabilities(selection, SETTINGS), SETTINGS)
+    (objection,) = outweighed(hypothesis(520.0, "coulomb_friction", "dead_zone", "motor_lag", value=0.9999))
     assert objection.effects == ("actuation_delay",)
-    likely = "the likeliest is coulomb friction, dead zone, motor lag"
-    assert f"without the actuation delay are likelier; {likely} (7" in objection.text
+    text = "Sets of effects without the actuation delay are together likelier (76%)"
+    assert objection.text == f"{text}; the likeliest of them is coulomb friction, dead zone, motor lag (76%)."
+
+
+def test_the_likeliest_set_without_an_effect_is_told_and_not_one_that_holds_it():
+    others = [hypothesis(499.5, "backlash", name) for name in ("cogging", "dead_zone", "motor_lag")]
+    objections = outweighed(*others)
+    assert [objection.effects[0] for objection in objections] == ["actuation_delay", "coulomb_friction"]
+    assert all("likeliest of them is backlash, " in objection.text for objection in objections)
 
 
 def test_an_effect_that_another_replaces_beside_the_rest_is_not_objected_to():
-    selection = selected(hypothesis(505.0, "coulomb_friction", "motor_lag"))
+    assert not outweighed(hypothesis(505.0, "coulomb_friction", "motor_lag"))
+
+
+def test_what_is_too_small_to_be_named_is_not_objected_to():
+    small = hypothesis(500.0, "actuation_delay", "coulomb_friction", value=0.01)
+    others = [hypothesis(520.0, "backlash", "cogging", value=0.9999)]
+    selection = select.Selection(BASE, (Round(BASE, [], others),), small)
     assert not likeliest.outweighed(selection, probabilities(selection, SETTINGS), SETTINGS)

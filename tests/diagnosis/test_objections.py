@@ -14,7 +14,7 @@ from twbal.diagnosis.advice import advise
 from twbal.diagnosis.candidates import always_free
 from twbal.diagnosis.effect_candidates import candidates_for
 from twbal.diagnosis.hypothesis import FittedHypothesis, Round, fit_hypothesis, overriding
-from twbal.diagnosis.name import first_noise, largest_noise
+from twbal.diagnosis.name import extent_of, first_noise, largest_noise
 from twbal.diagnosis.objections import Extent, objections
 from twbal.diagnosis.probable import probable_effects
 from twbal.diagnosis.record import Gap, ProbableEffect, Verdict
@@ -24,6 +24,7 @@ from twbal.planar.parameters import twin_parameters
 from twbal.sysid.fit import Fit
 from twbal.sysid.model import Data, Model
 from twbal.sysid.noise import LASTING
+from twbal.sysid.recording import Recording
 
 INSTANTS = 1000
 
@@ -120,6 +121,21 @@ def test_a_wave_of_which_no_recording_holds_enough_periods_is_no_finding(name, v
     found = objections(hypothesis, largest_noise(paper), (), settings(), extent)
     assert [objection.effects for objection in found] == [(name,)] * objected
     assert not objected or "it cannot be told from any slow change" in found[0].text
+
+
+def test_the_extent_of_recordings_is_that_of_the_farthest(paper):
+    """A robot that rolls half a metre upright, and one whose body turns about wheels that stand still."""
+    t = np.linspace(0.0, 1.0, 101)
+    rolls = np.stack([0.0 * t, 0.0 * t, 0.5 / paper.wheel_radius * t, 0.0 * t], axis=1)
+    leans = np.stack([2.0 * t, 0.0 * t, -2.0 * t, 0.0 * t], axis=1)
+    whole, none = np.ones(101, bool), np.zeros(101)
+    rolling, leaning = (
+        Recording("any", 0.01, none[1:], measured, none, whole, np.ones(4, bool)) for measured in (rolls, leans)
+    )
+    assert extent_of([leaning], paper) == pytest.approx((1.0, 0.0, 1.0 / np.pi), abs=1e-12)
+    assert extent_of([rolling, leaning.part(0, 50)], paper) == pytest.approx(
+        (1.0, 0.5, 0.5 / (2.0 * np.pi * paper.wheel_radius))
+    )
 
 
 def test_residuals_with_memory_are_told_with_their_autocorrelation(paper, driven):

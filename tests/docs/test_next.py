@@ -59,9 +59,17 @@ def test_after_shaking_the_robot_comes_the_diagnosis(follow):
 
 
 def test_after_trials_that_are_too_short_for_a_diagnosis_comes_identify(follow):
-    following = follow("real-rollout", "experiment=excite", "robot=regbot", "hydra.run.dir=my runs/shaken")
-    assert following == ["identify", "episodes=my runs/shaken", "robot=regbot"]
+    words = ("experiment=excite", "robot=regbot", "link.seed=7", "hydra.run.dir=my runs/shaken")
+    following = follow("real-rollout", *words, small=("trials=1", "steps=60"))
+    assert following == ["identify", "episodes=my runs/shaken", "robot=regbot", "sim=regbot"]
     assert main([*following, "--cfg", "job"]) == 0
+
+
+def test_after_trials_that_tell_nothing_the_robot_is_recorded_again_by_the_same_link(follow):
+    words = ("experiment=excite", "robot=regbot", "link.seed=7", "hydra.run.dir=my runs/shaken")
+    following = follow("real-rollout", *words)
+    gently = ["experiment=excite", "policy.command_width=0.1"]
+    assert following == ["real-rollout", *gently, "robot=regbot", "link.seed=7"]
 
 
 @pytest.mark.slow

@@ -15,7 +15,7 @@ from twbal.algorithm.rollout import rollout
 from twbal.cli.composition import composing
 from twbal.core.channels import Channels
 from twbal.core.episode import Outcome, Provenance
-from twbal.core.errors import ConfigError, LinkError, LinkLostError, ProtocolError
+from twbal.core.errors import ConfigError, LinkError, LinkLostError, MotorsOnError, ProtocolError
 from twbal.link.decoder import Decoder, to_wire
 from twbal.link.frame import wrap
 from twbal.link.protocol import Arm, Clock, Hello, Status, Stop, Telemetry, Welcome
@@ -103,6 +103,18 @@ def test_a_robot_that_stays_armed_is_told_to_stop_again_and_ends_as_a_lost_link(
     sent = {message.seq: type(message) for message in line.got}
     assert list(sent.values())[2 + STEPS :] == [Stop, Hello, Stop, Hello, Stop]
     assert isinstance(line.got[-1], Stop)
+
+
+def test_a_stop_that_was_not_confirmed_is_not_taken_for_one_later_and_closing_says_nothing_more():
+    line = Line(change=lambda seen: replace(seen, status=Status.ARMED))
+    plant = plant_on(line)
+    plant.reset(0)
+    for _ in range(2):
+        with pytest.raises(MotorsOnError, match="THEY MAY STILL BE ON"):
+            plant.stop()
+    sent = len(line.got)
+    plant.close()
+    assert len(line.got) == sent
 
 
 def test_a_robot_that_obeys_the_second_stop_has_completed():

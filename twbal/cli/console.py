@@ -19,6 +19,8 @@ from twbal.cli.manifest import Manifest
 
 LISTED = 3  # files of one folder that are named one by one
 BETWEEN_LINES = 5.0  # of progress [s]
+GENTLY = {"experiment": "excite", "policy.command_width": 0.1}
+"""Settings of `real-rollout` that record a robot which falls otherwise."""
 Item = TypeVar("Item")
 
 

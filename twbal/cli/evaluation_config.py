@@ -34,8 +34,7 @@ def simulations_of(cfg: DictConfig) -> list[GivenSimulation]:
     found = [GivenSimulation(NOMINAL, "sim", _effects(cfg.sim, "sim"), {})]
     for name, word in words.items():
         if is_simulation_file(word):
-            path = simulation_file(word)
-            found.append(GivenSimulation(name, str(path), effects_in(path), _found_on(path)))
+            found.append(GivenSimulation(name, word, effects_in(Path(word)), _found_on(Path(word))))
         else:
             found.append(GivenSimulation(name, f"sim={word}", _chosen(word), {}))
     same = [each for each in found[1:] if each.source == f"sim={NOMINAL}" and each.effects == found[0].effects]
@@ -83,12 +82,17 @@ def _words(given: ListConfig | DictConfig | str | None) -> dict[str, str]:
     if given is None:
         return {}
     if isinstance(given, DictConfig):
-        return {str(name): str(word) for name, word in given.items()}
-    words = [given] if isinstance(given, str) else [str(word) for word in given]
+        return {str(name): _resolved(str(word)) for name, word in given.items()}
+    words = [_resolved(word) for word in ([given] if isinstance(given, str) else map(str, given))]
     if len(set(words)) < len(words):
         raise ConfigError(f"sims names {Counter(words).most_common(1)[0][0]} twice; name each simulation once.")
     names = distinct_names([Path(word) for word in words])
     return {f"sim={name}" if name == word == NOMINAL else name: word for name, word in zip(names, words, strict=True)}
+
+
+def _resolved(word: str) -> str:
+    """A run folder's file in its place."""
+    return str(simulation_file(word)) if is_simulation_file(word) else word
 
 
 def _chosen(choice: str) -> Mapping[str, Mapping[str, float]]:
@@ -96,8 +100,8 @@ def _chosen(choice: str) -> Mapping[str, Mapping[str, float]]:
     choices = GlobalHydra.instance().config_loader().get_group_options("sim")
     if choice not in choices:
         raise ConfigError(
-            f"There is no simulation {choice!r}. sims takes files, such as augmented.yaml of `twbal diagnose`, and "
-            f"choices of the group sim: {', '.join(choices)}."
+            f"There is no simulation {choice!r}. sims takes files, such as augmented.yaml of `twbal diagnose`, run "
+            f"folders that have one, and choices of the group sim: {', '.join(choices)}."
         )
     return _effects(compose("evaluate_sim", [f"sim={choice}"]).sim, f"sim={choice}")
 

@@ -18,6 +18,7 @@ from twbal.core.errors import ConfigError, TwbalError, install_advice
 
 _EFFECTS = "sim.effects."
 _DEFAULTS = "Expected is a list, as in `defaults: [base, {robot: paper}, _self_]`."
+_SIMULATIONS = "sim/"
 _PLUGINS = ("hydra/launcher", "hydra/sweeper", "hydra/sweeper/sampler")
 
 
@@ -90,6 +91,8 @@ def _no_such_choice(error: MissingConfigException) -> str:
     if now is not None:
         return f"{group} has no choice {choice!r} any more: it is called {now!r} now."
     more = f" Others come with {install_advice('sweeps')}." if group in _PLUGINS else ""
+    if group.startswith(_SIMULATIONS):
+        more += f" Nor is there a file or run folder {group.removeprefix(_SIMULATIONS)}/{choice}."
     return (
         f"{group} has no choice {choice!r}{_guess(choice, error.options)}. "
         f"The choices are: {', '.join(error.options)}.{more}"
@@ -111,8 +114,11 @@ def _no_such_key(key: str, stage: str) -> str:
         cfg = compose(stage.replace("-", "_"))
     tree = OmegaConf.to_container(cfg)
     assert isinstance(tree, dict)
-    known = list(dict.fromkeys(part for leaf, _ in flattened(tree) for part in (*ancestors(leaf), leaf)))
-    if key in known:
+    leaves = [leaf for leaf, _ in flattened(tree)]
+    known = list(dict.fromkeys(part for leaf in leaves for part in (*ancestors(leaf), leaf)))
+    if key in known and key not in leaves:
+        return f"{stage} cannot set {key} to that: it has no such entries. New ones are added by +{key}.<name>=..."
+    if key in leaves:
         return (
             f"{stage} has the setting {key}, but not with what was chosen here: an experiment or a choice of a group "
             f"has other settings in its place. `twbal {stage} --cfg job` with the same choices shows which."

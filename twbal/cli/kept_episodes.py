@@ -45,5 +45,5 @@ def keep_interrupted(episode: Episode, folder: Path, why: str) -> None:
         raise LinkLostError(f"{why} {kept}; the same command again goes on from there.")
     if episode.outcome is Outcome.POLICY_FAULT:
         raise DataError(f"{why} {MOTORS_OFF} {kept}. Make that policy anew, or choose another.")
-    print(f"{MOTORS_OFF} {kept}; the same command again goes on from there.")
+    print(f"{MOTORS_OFF} {kept}")
     raise KeyboardInterrupt

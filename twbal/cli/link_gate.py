@@ -26,6 +26,9 @@ from twbal.sheets.link_record import (
 HEED = "heed_check"
 """Setting of a stage: whether the last check of the link counts; None: where the robot is on a port."""
 
+SAME_ROBOT = ("link.port", "link.deploy", "link.confirm_placed")
+"""Settings of a link that bear on no result: by which way the same robot is reached, and what its person is asked."""
+
 
 def heeds(cfg: DictConfig, link: DictConfig) -> bool:
     """Whether the last check counts.

@@ -24,6 +24,7 @@ from twbal.core.errors import ConfigError
 _KEY, _ENDINGS = "sim=", (".yaml", ".yml")
 _ADDED = re.compile(r"\+?\+?[\w/]+@sim\.effects\.(\w+)=")
 _PARTS = ("physics_step", "effects")
+_MADE = ("augmented.yaml", "identified.yaml")  # in run folders of diagnose and of identify
 _LARGEST = 1e6  # of any effect's values, in whichever SI unit
 _NUMBER = re.compile(r"[+-]?(\d{1,40}\.?\d{0,40}|\.\d{1,40})([eE][+-]?\d{1,3})?")
 
@@ -52,8 +53,12 @@ def with_files(words: Sequence[str]) -> list[str]:
 
 
 def is_simulation_file(word: str) -> bool:
-    """Whether a word names a simulation by its file, or by the run folder that has one."""
-    return word.endswith(_ENDINGS) or (os.sep in word and Path(word).is_dir())
+    """Whether a word names a simulation by its file, or by the run folder that has one.
+
+    A plain word is a folder only where it holds a simulation; else it may be a choice of the group `sim`.
+    """
+    path = Path(word)
+    return word.endswith(_ENDINGS) or (os.sep in word and path.is_dir()) or bool(_simulations_in(path))
 
 
 def simulation_file(word: str) -> Path:
@@ -62,18 +67,20 @@ def simulation_file(word: str) -> Path:
     Raises:
         ConfigError: it is a folder that has none, or two.
     """
-    from twbal.cli.artefacts import AUGMENTED, IDENTIFIED  # here, as logs need numpy, before which threads are set
-
     path = Path(word)
-    if not path.is_dir():
+    if word.endswith(_ENDINGS) and not path.is_dir():
         return path
-    found = [path / name for name in (AUGMENTED, IDENTIFIED) if (path / name).is_file()]
+    found = _simulations_in(path)
     if len(found) != 1:
         raise ConfigError(
             f"The folder {path} holds {'two simulations' if found else 'no simulation'}; expected is the run folder of "
-            f"`twbal diagnose` (with {AUGMENTED}) or of `twbal identify` (with {IDENTIFIED}), or the file itself."
+            f"`twbal diagnose` (with {_MADE[0]}) or of `twbal identify` (with {_MADE[1]}), or the file itself."
         )
     return found[0]
+
+
+def _simulations_in(folder: Path) -> list[Path]:
+    return [folder / name for name in _MADE if (folder / name).is_file()]
 
 
 def effects_in(path: Path) -> dict[str, dict[str, float]]:

@@ -17,7 +17,7 @@ UNEXPLAINED = (
     "Something moves this robot that no effect of the library explains; the map of the disagreement says where."
 )
 
-SEVERAL = "Several sets of effects explain the recordings about as well, so none of them is named."
+OUTWEIGHED = "The set of effects that was found is less likely than others are together, so it is not named."
 
 
 def advise(
@@ -40,7 +40,7 @@ def advise(
         found.append(f"These effects could be there without these recordings showing it: {', '.join(unseen)}.")
     if verdict is Verdict.UNKNOWN:
         only_weights = all(objection.is_of_weights for objection in objected)
-        found += [SEVERAL if only_weights else UNEXPLAINED, *(objection.text for objection in objected)]
+        found += [OUTWEIGHED if only_weights else UNEXPLAINED, *(objection.text for objection in objected)]
     if verdict is Verdict.NAMED:
         trifles = negligible(chosen, settings)
         if trifles:

@@ -86,7 +86,7 @@ def name_effects(
     limits = {field: settings.tolerances.of(field) for field in (*DATA_SHEET, *WHEELS)}
     statistic = tolerance_statistic(data, selection.chosen.fit, limits)
     weights = probabilities(selection, settings)
-    objected = objections(selection.chosen, largest, inconstant, settings, _extent(recordings, robot))
+    objected = objections(selection.chosen, largest, inconstant, settings, extent_of(recordings, robot))
     objected += tuple(outweighed(selection, weights, settings))
     verdict = conclude(selection, objected, statistic, settings)
     effects_found = probable_effects(data, selection, objected, verdict, weights, settings)
@@ -120,7 +120,7 @@ def name_effects(
     )
 
 
-def _extent(recordings: Sequence[Recording], robot: RobotParameters) -> Extent:
+def extent_of(recordings: Sequence[Recording], robot: RobotParameters) -> Extent:
     """How far the recordings go."""
     tilt, wheel_angle = MEASURED.index("tilt"), MEASURED.index("wheel_angle")
     turned = [recording.measured[:, wheel_angle] for recording in recordings]

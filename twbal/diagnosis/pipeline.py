@@ -10,7 +10,7 @@ import numpy as np
 from twbal.core.engine import dividing_step
 from twbal.core.gaussian import Array
 from twbal.core.robot_parameters import RobotParameters
-from twbal.diagnosis.advice import UNEXPLAINED, on_disagreements, on_falls, on_next_experiment
+from twbal.diagnosis.advice import OUTWEIGHED, UNEXPLAINED, on_disagreements, on_falls, on_next_experiment
 from twbal.diagnosis.agreement import disagreements
 from twbal.diagnosis.candidates import always_free, tilt_offsets
 from twbal.diagnosis.effect_candidates import candidates_for
@@ -222,7 +222,7 @@ def _reviewed(diagnosis: Diagnosis, found: Findings, settings: Settings) -> tupl
     if not contradiction:
         return diagnosis, found
     kept = diagnosis.advice if found.verdict in (Verdict.NONE, Verdict.UNKNOWN) else ()
-    advice = tuple(dict.fromkeys((UNEXPLAINED, contradiction, *kept)))
+    advice = tuple(dict.fromkeys((UNEXPLAINED, contradiction, *(said for said in kept if said != OUTWEIGHED))))
     effects = (
         contradicted(diagnosis.effects, contradiction, settings.credence.objected_set)
         if found.added

@@ -66,7 +66,7 @@ def probable_effects(
             continue
         sizes = estimates(data, holder, new, settings)
         for candidate in new:
-            near = near_equivalents(candidate, selection, settings) if holder is chosen else []
+            near = substitutes(candidate, chosen, selection.rounds, settings) if holder is chosen else []
             alike = tuple(dict.fromkeys([*candidate.same_as, *near]))
             known |= {candidate.name, *(name for name in alike if not _is_of_its_own(name, candidate, chosen, weights))}
             against = tuple(o.text for o in objected if holder is chosen and o.concerns(candidate.name))
@@ -96,18 +96,13 @@ def probability_of(candidate: Candidate, weights: Weights, near: Sequence[str] =
         near: effects that do as well in its place beside the rest of the best set.
         best: names of the best set.
     """
-    same, rest = {candidate.name, *candidate.same_as}, set(best) - {candidate.name}
-    total = 0.0
-    for names, weight in weights.items():
-        held = set(names)
-        if held & same or (rest <= held and held & set(near)):
-            total += weight
-    return min(total, 1.0)
+    return min(sum(weight for names, weight in weights.items() if counts_for(candidate, names, near, best)), 1.0)
 
 
-def near_equivalents(candidate: Candidate, selection: Selection, settings: Settings) -> list[str]:
-    """Effects that these data cannot tell from one of the chosen set, beside the rest of that set."""
-    return substitutes(candidate, selection.chosen, selection.rounds, settings)
+def counts_for(candidate: Candidate, names: Sequence[str], near: Sequence[str] = (), best: Sequence[str] = ()) -> bool:
+    """Whether a set of these names counts for the probability of an effect; arguments as of `probability_of`."""
+    held, rest = set(names), set(best) - {candidate.name}
+    return bool(held & {candidate.name, *candidate.same_as}) or (rest <= held and bool(held & set(near)))
 
 
 def _is_of_its_own(name: str, candidate: Candidate, chosen: FittedHypothesis, weights: Weights) -> bool:
@@ -115,9 +110,9 @@ def _is_of_its_own(name: str, candidate: Candidate, chosen: FittedHypothesis, we
     if name in candidate.same_as:
         return False
     rest = set(chosen.names) - {candidate.name}
-    places = [weight for names, weight in weights.items() if name in names and rest <= set(names)]
-    total = sum(weight for names, weight in weights.items() if name in names)
-    return total > 2.0 * sum(places)
+    holding = {names: weight for names, weight in weights.items() if name in names}
+    places = [weight for names, weight in holding.items() if rest <= set(names) and candidate.name not in names]
+    return sum(holding.values()) > 2.0 * sum(places)
 
 
 def chance_of_size(candidate: Candidate, found: Mapping[str, Estimate], least: float) -> float:

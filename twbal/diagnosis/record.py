@@ -38,7 +38,7 @@ class Verdict(StrEnum):
     DATA_SHEET = "data_sheet"
     """No effect is missing, but parameters of the data sheet are off."""
     UNKNOWN = "unknown"
-    """There is a gap, and nothing in the library explains it."""
+    """There is a gap, and nothing in the library explains it, or nothing surely enough."""
     UNDECIDED = "undecided"
     """The data are too poor to tell; another recording could."""
 

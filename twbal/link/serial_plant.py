@@ -84,6 +84,7 @@ class SerialPlant(Plant):
         self._confirm_placed, self._motor, self._on_board = confirm_placed, motor, on_board
         self._reference = (0.0, 0.0)  # position and speed, for the policy on board [m], [m/s]
         self._armed = self._lost = False
+        self._unstopped: MotorsOnError | None = None  # what is known of motors that may still be on
         self._notes = LineNotes(self._line)
         self._pose: Pose | None = None
         self._difference = 0.0  # of the wheel torques [N·m]
@@ -147,9 +148,11 @@ class SerialPlant(Plant):
         """
         if not 0 <= trial <= MAX_TRIAL:
             raise ConfigError(f"The number of a trial must be 0 to {MAX_TRIAL}; found {trial}.")
-        self.stop()
+        if self._armed:
+            self.stop()
         if self._lost:
             self._shake_hands()
+        self._unstopped = None
         if self._confirm_placed is not None:
             self._confirm_placed(trial)
         self._elapsed_us, self._difference = 0, 0.0
@@ -249,25 +252,30 @@ class SerialPlant(Plant):
         """Switch the motors off and wait until the robot says that they are.
 
         Raises:
-            MotorsOnError: it does not say so. Its own watchdog is then all that is left.
+            MotorsOnError: it does not say so, or did not at the last stop. Its own watchdog is then all that is left.
         """
+        if self._unstopped is not None:
+            raise self._unstopped
         if not self._armed:
             return
         try:
             self._switch_off()
         except LinkError as error:
-            self._armed, self._lost = False, True
-            raise MotorsOnError(
+            text = (
                 f"The robot {self.robot_name} does not confirm that its motors are off, and THEY MAY STILL BE ON: "
                 f"switch it off by hand. ({error})"
-            ) from error
+            )
+            self._lost, self._unstopped = True, MotorsOnError(text)
+            self._armed = False  # after that, so that Ctrl-C in between does not make it look stopped
+            raise self._unstopped from error
         self._armed = False  # not before: where Ctrl-C cuts this short, the next call sends the stop again
 
     def close(self) -> None:
-        """Switch the motors off and close the port; raises as `stop`."""
+        """Switch the motors off, unless that failed before, and close the port; raises as `stop`."""
         try:
             try:
-                self.stop()
+                if self._armed:
+                    self.stop()
             except KeyboardInterrupt:
                 self.stop()
                 raise

@@ -20,6 +20,8 @@ def headline_text(diagnosis: Diagnosis) -> str:
         text = f"There is a gap between simulation and measurement. Likely missing: {likely}. That is not sure enough"
         text = f"{text} to be named, or does not explain all."
         return text if head is None else f"{text} {_errors(head, 'the best guess' if diagnosis.added else '')}"
+    if diagnosis.verdict is Verdict.UNKNOWN and diagnosis.effects:
+        return "There is a gap between simulation and measurement, and no effect is more likely than not to explain it."
     if diagnosis.verdict is Verdict.DATA_SHEET:
         found = "the data sheet is off: " + "; ".join(_class(name, diagnosis) for name in diagnosis.data_sheet_class)
         if head is None or head.is_near_floor(head.after):

@@ -110,7 +110,7 @@ STAGES: Mapping[str, tuple[Setting, ...]] = {
     ),
     "evaluate-sim": (
         _SEED,
-        _common("sims", OrNull(PATHS), "simulations beside `sim`: files, or choices of that group"),
+        _common("sims", OrNull(PATHS), "simulations beside `sim`: files, run folders, or choices"),
         Setting("sims.*", PATH, "the same by name"),
         _common("episodes", PATHS, "the robot's run folders, folders of logs, or logs"),
         _common("horizons", ListOf(Number(0.001, 100.0, "s"), 1, 100), "how far predictions go"),

@@ -8,7 +8,7 @@ import numpy as np
 from omegaconf import DictConfig
 
 from twbal.cli.artefacts import AUGMENTED, DIAGNOSIS, episode_files, say_duplicates
-from twbal.cli.console import next_command, print_result, run_folder, say, say_link
+from twbal.cli.console import GENTLY, next_command, print_result, run_folder, say, say_link
 from twbal.cli.diagnosis_config import diagnosis_of
 from twbal.cli.manifest import Manifest, Step, perform
 from twbal.cli.sim_files import simulation_text
@@ -29,7 +29,6 @@ from twbal.viz.headline import headline_text
 
 NOT_RECORDED = ("episodes", "test_episodes")
 REPORT, FIGURES = "report.html", "figures"
-_GENTLY = {"experiment": "excite", "policy.command_width": 0.1}
 _UNITS = {"tilt": "rad", "tilt_rate": "rad/s", "wheel_angle": "rad", "wheel_rate": "rad/s"}
 _MOST_RIVALS = 10
 
@@ -52,7 +51,7 @@ def suggested_next(out: Path) -> str:
         return next_command("sim-collect", {"sim": out / AUGMENTED}, "robot")
     if has_no_safe_experiment(out / DIAGNOSIS):
         return f"see the advice above, and {out / REPORT}: no experiment that twbal knows is safe for this robot"
-    return suggested_in(out / DIAGNOSIS) or next_command("real-rollout", _GENTLY, "robot")
+    return suggested_in(out / DIAGNOSIS) or next_command("real-rollout", GENTLY, "robot")
 
 
 def run(cfg: DictConfig, out: Path) -> Manifest:

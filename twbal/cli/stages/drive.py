@@ -15,7 +15,7 @@ from twbal.algorithm.rollout import rollout
 from twbal.cli.artefacts import episode_file, policy_files, policy_hash
 from twbal.cli.console import next_command, print_result, run_folder, say
 from twbal.cli.kept_episodes import INTERRUPTED, keep, keep_interrupted
-from twbal.cli.link_gate import HEED, heed_last_check, heeds
+from twbal.cli.link_gate import HEED, SAME_ROBOT, heed_last_check, heeds
 from twbal.cli.manifest import Manifest, Step, perform
 from twbal.cli.policy_on_board import FOLDER, prepared_link
 from twbal.cli.robot_link import check_robot, check_sensors, check_torque, in_time, robot_link, why_not_turned
@@ -46,7 +46,7 @@ from twbal.viz.following_figure import following_figure
 from twbal.viz.live.sample import Sampler
 from twbal.viz.live.view import FILE, LiveView, check_target, view_command
 
-NOT_RECORDED = ("policy.path", "link.port", "link.deploy", "link.confirm_placed", HEED, "input", "view")
+NOT_RECORDED = ("policy.path", *SAME_ROBOT, HEED, "input", "view")
 NOT_IN_EPISODES = ("policy.path", "link", HEED)
 KEYBOARD = "keyboard"
 _RESTS = 0.2  # of the speed limit, below which a robot counts as at rest

@@ -6,7 +6,7 @@ from pathlib import Path
 from hydra.utils import instantiate
 from omegaconf import DictConfig, OmegaConf
 
-from twbal.cli.artefacts import DISTRIBUTION, EVALUATION, episode_files
+from twbal.cli.artefacts import DISTRIBUTION, EVALUATION, IDENTIFIED, episode_files
 from twbal.cli.console import next_command, print_result, run_folder, say, say_link
 from twbal.cli.evaluation_config import distinct_names, simulation_files, simulations_of
 from twbal.cli.manifest import Manifest, Step, perform
@@ -48,9 +48,10 @@ def _following(best: EvaluatedSimulation | None) -> str:
     if best is None:
         return next_command("sim-collect", {}, "robot", "sim")
     source = best.source.removeprefix("sim=")
-    if (Path(source).parent / DISTRIBUTION).is_file():
+    known = Path(source).parent
+    if Path(source).name == IDENTIFIED and (known / DISTRIBUTION).is_file():
         say_link("learns on")
-        return next_command("iterate", {"sim": source, "known": Path(source).parent}, "robot")
+        return next_command("iterate", {"sim": source, "known": known}, "robot")
     return next_command("sim-collect", {"sim": source}, "robot")
 
 

@@ -21,7 +21,7 @@ from twbal.cli.chain import Chain
 from twbal.cli.commands import text
 from twbal.cli.console import configuration_flags, next_command, run_folder
 from twbal.cli.known_robot import known_robot
-from twbal.cli.link_gate import HEED
+from twbal.cli.link_gate import HEED, SAME_ROBOT
 from twbal.cli.manifest import MANIFEST, Manifest, Step, is_of_this_code, perform, read_manifest
 from twbal.cli.script import HASHES, SCRIPT, hash_list, script
 from twbal.cli.stage_steps import StageSteps
@@ -37,9 +37,7 @@ from twbal.viz.run_page import Setting, write_report
 
 MORE_UPDATES = 3  # than a run had that did not balance the robot
 NOT_RECORDED = (
-    "link.port",
-    "link.deploy",
-    "link.confirm_placed",
+    *SAME_ROBOT,
     f"real_rollout.{HEED}",
     "sim_collect.workers",
     "optimise_policy.workers",

@@ -17,9 +17,9 @@ from twbal.algorithm.rollout import rollout
 from twbal.algorithm.settings import RolloutSettings
 from twbal.algorithm.tables import course_table
 from twbal.cli.artefacts import COURSE, episode_file, policy_files, policy_hash, read_logs
-from twbal.cli.console import next_command, print_result, run_folder, say
+from twbal.cli.console import GENTLY, next_command, print_result, run_folder, say
 from twbal.cli.kept_episodes import INTERRUPTED, keep, keep_interrupted, what_is_kept
-from twbal.cli.link_gate import HEED, heed_last_check, heeds
+from twbal.cli.link_gate import HEED, SAME_ROBOT, heed_last_check, heeds
 from twbal.cli.manifest import Manifest, Step, perform, read_manifest
 from twbal.cli.policy_on_board import FOLDER, prepared_link
 from twbal.cli.robot_link import (
@@ -41,7 +41,7 @@ from twbal.core.feed_forward import FeedForward
 from twbal.core.heading_control import HeadingControl
 from twbal.core.json_records import read_record, write_record
 from twbal.core.robot_parameters import RobotParameters, parameter_hash
-from twbal.diagnosis.usability import Amount, enough_for_diagnosis
+from twbal.diagnosis.usability import FEW_DATA, Amount, enough_for_diagnosis
 from twbal.embedded.export import HEADER
 from twbal.io.logs import read_episode
 from twbal.link.frozen_sensors import FrozenSensors
@@ -54,7 +54,14 @@ from twbal.viz.canvas import save
 from twbal.viz.following_figure import following_figure
 
 Tell = Callable[[Episode], None]
-NOT_RECORDED = ("policy.path", "link.port", "link.deploy", "link.confirm_placed", HEED)
+"""Is called with each trial as soon as it is logged."""
+
+
+def _silent(trial: Episode) -> None:
+    """Tell nothing."""
+
+
+NOT_RECORDED = ("policy.path", *SAME_ROBOT, HEED)
 NOT_IN_EPISODES = ("policy.path", "link", HEED)  # the same robot may be reached by other ways
 
 
@@ -121,17 +128,18 @@ def _turned(trial: FollowedCourse) -> str:
 def _following(cfg: DictConfig, out: Path) -> str:
     """The next command: where the policy was searched on a model, its correction; else a diagnosis.
 
-    Trials that are too short for one still tell `identify` something.
+    Trials that are too short for one may still tell `identify` something, unless there is hardly anything of them.
     """
     for policy in policy_files(cfg.policy):
         models = _searched_on(policy)
         if models and models[0].is_file():
             return next_command("fit-diff-gp", {"dynamics": models[0], "episodes": out}, "robot", "state")
-    usual = compose("diagnose")
-    long_enough = enough_for_diagnosis(read_logs([out]), Amount(usual.min_length, usual.min_samples))
-    if not long_enough:
-        return next_command("identify", {"episodes": out}, "robot")
-    return next_command("diagnose", {"episodes": out}, "robot", "sim")
+    usual, trials = compose("diagnose"), read_logs([out])
+    if enough_for_diagnosis(trials, Amount(usual.min_length, usual.min_samples)):
+        return next_command("diagnose", {"episodes": out}, "robot", "sim")
+    if max(map(len, trials)) >= FEW_DATA.min_length:
+        return next_command("identify", {"episodes": out}, "robot", "sim")
+    return next_command("real-rollout", GENTLY, "robot", "link")
 
 
 def _searched_on(policy: Path) -> list[Path]:
@@ -148,9 +156,7 @@ def rollout_settings(cfg: DictConfig) -> RolloutSettings:
     return typed(RolloutSettings, cfg)
 
 
-def run(
-    cfg: DictConfig, out: Path, launch: Launch = launch, advise: bool = True, tell: Tell = lambda episode: None
-) -> Manifest:
+def run(cfg: DictConfig, out: Path, launch: Launch = launch, advise: bool = True, tell: Tell = _silent) -> Manifest:
     """Drive the trials that `cfg` asks for and log them to `out`/episodes, unless they are there already.
 
     Args:
@@ -228,7 +234,7 @@ def record(
     provenance: Provenance,
     out: Path,
     course: Course | None = None,
-    tell: Tell = lambda episode: None,
+    tell: Tell = _silent,
 ) -> list[Path]:
     """Drive the trials whose logs are not there yet; returns the logs of all.
 

@@ -53,7 +53,8 @@ _KEYS = ("from", "unit", "scale", "offset", "wraps")
 class Source:
     """Where a quantity comes from: the mean over its columns of scale · unit · column, + offset.
 
-    A column that wraps is unwrapped before: it jumps back where it reaches the end of its range.
+    A column that wraps is unwrapped before: it jumps back where it reaches the end of its range. From one sample to the
+    next it must change by less than half of that.
 
     Attributes:
         columns: whose mean is taken; two of them are of the left and of the right wheel.
@@ -172,7 +173,10 @@ def _source(name: str, told: Any, supply: float | None) -> Source:
     told = dict(told) if isinstance(told, Mappings) else {"from": told}
     odd = sorted(set(told) - set(_KEYS))
     if odd or "from" not in told:
-        raise ConfigError(f"The source of {name} has the keys {', '.join(_KEYS)}; found {', '.join(map(str, told))}.")
+        needed = "" if "from" in told else f" It needs `from`: write {name}: {{from: <column>, ...}}."
+        raise ConfigError(
+            f"The source of {name} has the keys {', '.join(_KEYS)}; found {', '.join(map(str, told))}.{needed}"
+        )
     unit = told.get("unit", QUANTITIES[name])
     known = dict(UNITS[QUANTITIES[name]])
     if name == "voltage" and supply is not None:

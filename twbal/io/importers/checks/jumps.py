@@ -145,7 +145,8 @@ def _doubts(part: LogPart, quantity: str, name: str, values: Array, found: Jumps
         places = f"at {at}" if len(where) == 1 else f"in {len(where)} places, such as at {at}"
         sentence = (
             f"{name} jumps by {size} rad {places}: does it wrap round, or are these faulty samples? Tell the range of "
-            f"its column by '++import.quantities.{quantity}.wraps=...' (360, 65536), or empty these fields"
+            f"its column in the mapping, as {{from: ..., wraps: 360}} for degrees or wraps: 65536 for a counter of 16 "
+            "bits; or empty these fields"
         )
     else:
         places = f"at {at}" if len(where) == 1 else f"in {len(where)} samples, such as at {at}"
