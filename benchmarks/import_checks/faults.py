@@ -119,8 +119,11 @@ def _column(log: Written, rng: np.random.Generator) -> Planted:
     return Planted(replace(log, quantities={**log.quantities, name: source}), f"{name} from {wrong[name]}")
 
 
-def _jump(log: Written, rng: np.random.Generator) -> Planted:
-    """A wheel's angle that wraps at a turn or is set to zero once, or one sample of an angle that is far off."""
+def _jump(log: Written, rng: np.random.Generator) -> Planted | None:
+    """A wheel's angle that wraps at a turn or is set to zero once, or one sample of an angle that is far off.
+
+    None where the wheel does not turn so far that it would wrap, or that it matters where its zero is.
+    """
     kind = str(rng.choice(["wraps", "set to zero", "spike"]))
     name = "wheel_angle" if kind != "spike" else str(rng.choice(["tilt", "wheel_angle"]))
     source = log.quantities[name]
@@ -128,15 +131,14 @@ def _jump(log: Written, rng: np.random.Generator) -> Planted:
     radian = 180 / np.pi if source["unit"] == "deg" else 1.0
     values = log.columns[column].copy()
     if kind == "wraps":
-        if np.ptp(values) < _WRAPPED * radian:
-            kind = "spike"
-        else:
-            half = np.pi * radian
-            return _with_column(log, column, (values + half) % (2.0 * half) - half, f"{column} wraps")
+        half = np.pi * radian
+        wrapped = _with_column(log, column, (values + half) % (2.0 * half) - half, f"{column} wraps")
+        return wrapped if np.ptp(values) >= _WRAPPED * radian else None
     at = int(rng.integers(len(values) // 4, 3 * len(values) // 4))
-    if kind == "set to zero" and abs(values[at]) > _RESET * radian:
+    if kind == "set to zero":
+        is_far = abs(values[at]) >= _RESET * radian
         values[at:] -= values[at]
-        return _with_column(log, column, values, f"{column} set to zero at row {at}")
+        return _with_column(log, column, values, f"{column} set to zero at row {at}") if is_far else None
     least, most = _SPIKES[name]
     values[at] += float(rng.choice([-1.0, 1.0])) * rng.uniform(least, most) * radian
     return _with_column(log, column, values, f"{column} is off in row {at}")
