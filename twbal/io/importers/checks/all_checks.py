@@ -66,8 +66,9 @@ def doubts(signals: Mapping[str, Array], part: LogPart) -> Iterator[Doubt]:
     differ = any(pair.angle == "tilt" and (pair.has_wrong_sign or pair.is_unrelated) for pair in pairs)
     blamed = _to_blame(by_gyro, by_tilt) if differ and "tilt_rate" in part.signals else ""
     found = by_tilt if blamed == "tilt_rate" else by_gyro
-    sides = list(side_doubts(part))
-    yield from sides
+    of_sides = list(side_doubts(part))
+    yield from of_sides
+    sides = [doubt for doubt in of_sides if doubt.kind is not Kind.UNTOLD]
     motion = [] if any(doubt.kind is Kind.SIGN for doubt in sides) else list(motion_doubts(part, found, pairs))
     smooth = list(smooth_command_doubts(part)) if signs(found)[1:] == (0, 0) else []
     if smooth:
@@ -80,6 +81,12 @@ def doubts(signals: Mapping[str, Array], part: LogPart) -> Iterator[Doubt]:
     yield from (doubt for doubt in motion if not (time and doubt.kind in (Kind.TIME, Kind.UNIT)))
     if not (time or rates or motion or sides or smooth):
         yield from _row_doubts(part, pairs, found, by_gyro is found)
+    if not (time or any(doubt.kind is Kind.TIME for doubt in motion) or any(pair.agrees for pair in pairs)):
+        sentence = (
+            "whether its time is right to better than a factor of two: it has no rate that is measured apart from its "
+            "angle. Log the gyro's"
+        )
+        yield Doubt(Kind.UNTOLD, "time", sentence)
 
 
 def _row_doubts(part: LogPart, pairs: Sequence[Agreement], found: Mechanics, is_by_gyro: bool) -> Iterator[Doubt]:

@@ -19,6 +19,7 @@ _UNKNOWN = 2.0  # of a command's effect: where its interval is wider, the log te
 _AGAINST = 0.1  # of what a data sheet makes of Q, from which a negative one is more than a wrong unit
 _EXPLAINED = 0.25  # share of the wheels' acceleration from which another unit is more likely than another column
 _SAME = 1.3  # factor within which two tell the same
+_BOTH = 1.25  # factor by which a rate and the fall must both be off, where neither alone is off enough to be said
 
 
 def signs(found: Mechanics) -> tuple[int, int, int]:
@@ -158,24 +159,44 @@ def time_doubts(pairs: Sequence[Agreement], found: Mechanics, sheet: Expected | 
         found: by mechanics.
         sheet: of the robot; None where there is none to compare with.
     """
-    off = [pair for pair in pairs if pair.has_wrong_scale and pair.angle != "heading"]
+    pairs = [pair for pair in pairs if pair.angle != "heading"]
+    off = [pair for pair in pairs if pair.has_wrong_scale]
     if len(off) > 1 and max(abs(log(a.factor / b.factor)) for a in off for b in off) < log(_SAME):
-        middle = float(np.exp(np.mean([log(pair.factor) for pair in off])))
-    elif len(off) == 1 and sheet is not None and _falls_so(found, sheet, off[0].factor):
-        middle = off[0].factor
+        factor, evidence = float(np.exp(np.mean([log(pair.factor) for pair in off]))), off[0].evidence
+    elif sheet is not None and (pair := _off_as_the_fall(found, sheet, pairs, off)):
+        factor, evidence = pair.factor, pair.evidence
     else:
         return
     sentence = (
-        f"time runs {middle:.3g} times too slow in this log: every rate is that much faster than its angle changes. Is "
+        f"time runs {factor:.3g} times too slow in this log: every rate is that much faster than its angle changes. Is "
         "the rate or the unit of time wrong?"
     )
-    yield Doubt(Kind.TIME, "time", sentence, off[0].evidence)
+    yield Doubt(Kind.TIME, "time", sentence, evidence)
+
+
+def _off_as_the_fall(
+    found: Mechanics, sheet: Expected, pairs: Sequence[Agreement], off: Sequence[Agreement]
+) -> Agreement | None:
+    """A pair that is off as the robot's fall is; of those that are off by themselves (`off`), it must be the only one.
+
+    None where there is none.
+    """
+    if off:
+        return off[0] if len(off) == 1 and _falls_so(found, sheet, off[0].factor) else None
+    return next((pair for pair in pairs if pair.agrees and _both_off(found, sheet, pair)), None)
 
 
 def _falls_so(found: Mechanics, sheet: Expected, factor: float) -> bool:
     """Whether the robot falls as with a period that is `factor` times too long, rather than as with the stated one."""
     fall, within = time_factor(found, sheet)
     return abs(log(fall / factor)) < abs(log(fall)) and log(within) < abs(log(factor))
+
+
+def _both_off(found: Mechanics, sheet: Expected, pair: Agreement) -> bool:
+    """Whether a rate and the fall are both off by `_BOTH`, and by about the same factor."""
+    fall, within = time_factor(found, sheet)
+    is_clear = abs(log(pair.factor)) > log(_BOTH) and abs(log(fall)) - log(within) > log(_BOTH)
+    return is_clear and abs(log(fall / pair.factor)) < log(_SAME)
 
 
 def _wheels_and_tilt(part: LogPart, found: Mechanics, coupling: float) -> Evidence:

@@ -1,6 +1,7 @@
 """Left and right wheel: whether they are what the mapping says, by turning and by what each motor drives."""
 
 from collections.abc import Iterator
+from typing import NamedTuple
 
 import numpy as np
 
@@ -25,10 +26,28 @@ def side_doubts(part: LogPart) -> Iterator[Doubt]:
     is_angle = "wheel_angle" in part.sides or "distance" in part.sides
     against = list(_against_each_other(part, sides)) if is_angle else []
     yield from against
-    if not against:
-        apart = sides[1] - sides[0]
-        yield from _against_yaw(part, apart, is_angle)
-        yield from _against_motors(part, sides, is_angle)
+    if against:
+        return
+    told = [found for found in (_by_yaw(part, sides, is_angle), _by_motors(part, sides, is_angle)) if found]
+    yield from (each.doubt for each in told if each.sign < 0)
+    if told and not any(each.sign for each in told):
+        sentence = (
+            "which of its wheels is the left one: it hardly turns. Turn it on the spot for a while, and log the gyro's "
+            "yaw rate"
+        )
+        yield Doubt(Kind.UNTOLD, "wheel_angle", sentence)
+
+
+class _Told(NamedTuple):
+    """What tells left from right.
+
+    Attributes:
+        sign: 1 where the wheels are what the mapping says, -1 where they are swapped, 0 where it is not clear.
+        doubt: what to say where they are swapped.
+    """
+
+    sign: int
+    doubt: Doubt
 
 
 def _against_each_other(part: LogPart, sides: tuple[Array, Array]) -> Iterator[Doubt]:
@@ -57,58 +76,63 @@ def _against_each_other(part: LogPart, sides: tuple[Array, Array]) -> Iterator[D
         yield Doubt(Kind.SIGN, "wheel_angle", sentence, evidence)
 
 
-def _against_yaw(part: LogPart, apart: Array, is_angle: bool) -> Iterator[Doubt]:
-    """Whether the robot turns left while the right wheel runs ahead, as it must."""
+def _sign(fit: Regression) -> int:
+    """Of the first coefficient; 0 where it is not clear, or tells little."""
+    value, half = float(fit.coefficients[0]), float(fit.half_widths[0])
+    return int(np.sign(value)) if abs(value) > half and fit.explained > _TURNS**2 else 0
+
+
+def _by_yaw(part: LogPart, sides: tuple[Array, Array], is_angle: bool) -> _Told | None:
+    """Whether the robot turns left while the right wheel runs ahead, as it must; None where nothing tells its turns."""
     span = max(1, round(_SPAN / part.period))
     if "yaw_rate" in part.signals:
         turns, name = turned(part.signals["yaw_rate"], span, part.period), "yaw_rate"
     elif "heading" in part.signals:
         turns, name = changes(np.unwrap(part.signals["heading"]), span), "heading"
     else:
-        return
+        return None
+    apart = sides[1] - sides[0]
     wheels = changes(apart, span) if is_angle else turned(apart, span, part.period)
     if np.ptp(turns) == 0.0 or np.ptp(wheels) == 0.0:
-        return
+        return None
     fit = regression(turns, [wheels], part.period)
-    if fit.coefficients[0] + fit.half_widths[0] < 0.0 and fit.explained > _TURNS**2:
-        sentence = (
-            f"the robot turns right by its {name} while its right wheel runs ahead: are the wheels swapped (the left "
-            f"one comes first), or has {name} the wrong sign?"
-        )
-        evidence = Evidence(
-            part.period, turns, f"turn by {name} [rad]", -fit.fitted, "turn by the wheels, scaled to it [rad]"
-        )
-        yield Doubt(Kind.SIDES, "wheel_angle", sentence, evidence)
+    sentence = (
+        f"the robot turns right by its {name} while its right wheel runs ahead: are the wheels swapped (the left "
+        f"one comes first), or has {name} the wrong sign?"
+    )
+    evidence = Evidence(
+        part.period, turns, f"turn by {name} [rad]", -fit.fitted, "turn by the wheels, scaled to it [rad]"
+    )
+    return _Told(_sign(fit), Doubt(Kind.SIDES, "wheel_angle", sentence, evidence))
 
 
-def _against_motors(part: LogPart, sides: tuple[Array, Array], is_angle: bool) -> Iterator[Doubt]:
-    """Whether the right wheel speeds up where the right motor drives more."""
+def _by_motors(part: LogPart, sides: tuple[Array, Array], is_angle: bool) -> _Told | None:
+    """Whether the right wheel speeds up where the right motor drives more; None without two motors that differ."""
     motors = next((part.sides[name] for name in ("command", "voltage") if name in part.sides), None)
     if motors is None:
-        return
+        return None
     more = motors[1] - motors[0]
     if part.comes_before:
         more = np.append(more[1:], more[-1:])
     if np.ptp(more) == 0.0 or np.ptp(sides[1] - sides[0]) == 0.0:
-        return
+        return None
     first = 1 if is_angle else 0
     fit, rolling, drive = max(
         (_driven(more, sides, first, part.period, length) for length in lengths(len(more), part.period)),
         key=lambda each: abs(float(each[0].coefficients[0] / each[0].half_widths[0])),
     )
-    if fit.coefficients[0] + fit.half_widths[0] < 0.0 and fit.explained > _TURNS**2:
-        sentence = (
-            "the right wheel slows down where the right motor drives more than the left one: are the wheels swapped, "
-            "or the motors (the left one comes first)?"
-        )
-        evidence = Evidence(
-            part.period,
-            rolling,
-            "right less left wheel's acceleration [rad/s²]",
-            drive * float(np.std(rolling) / np.std(drive)),
-            "right less left motor, scaled to it [rad/s²]",
-        )
-        yield Doubt(Kind.SIDES, "wheel_angle", sentence, evidence)
+    sentence = (
+        "the right wheel slows down where the right motor drives more than the left one: are the wheels swapped, "
+        "or the motors (the left one comes first)?"
+    )
+    evidence = Evidence(
+        part.period,
+        rolling,
+        "right less left wheel's acceleration [rad/s²]",
+        drive * float(np.std(rolling) / (np.std(drive) or 1.0)),
+        "right less left motor, scaled to it [rad/s²]",
+    )
+    return _Told(_sign(fit), Doubt(Kind.SIDES, "wheel_angle", sentence, evidence))
 
 
 def _driven(
