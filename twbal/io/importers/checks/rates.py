@@ -176,9 +176,10 @@ def rate_doubts(found: Sequence[Agreement], to_blame: Mapping[str, str]) -> Iter
             yield Doubt(Kind.TIME, "time", sentence, pair.evidence)
         elif pair.has_wrong_scale:
             reason = guessed_reason(pair.factor)
+            column = "" if reason else " or from another column"
             sentence = (
                 f"{pair.rate} is {pair.factor:.3g} times as fast as {pair.angle} changes{reason}: is {which} in "
-                "another unit, or is the time base wrong?"
+                f"another unit{column}, or is the time base wrong?"
             )
             yield Doubt(Kind.UNIT, wrong or pair.rate, sentence, pair.evidence)
         elif pair.is_unrelated:
