@@ -30,7 +30,9 @@ def import_misses(results: Mapping[str, Any]) -> list[str]:
     entries = [f"robot {log['seed']}, nothing wrong: {_quoted(log)}" for log in results["logs"] if log["said"]]
     for case in results["faults"]:
         if not case["named"]:
-            said = f"taken for another: {_quoted(case)}" if case["found"] else "missed"
+            untold = f"the log does not tell, as is said, {case['untold'][0].split(':')[0]}" if case["untold"] else ""
+            silent = untold or "missed"
+            said = f"taken for another: {_quoted(case)}" if case["found"] else silent
             entries.append(f"robot {case['seed']}, {case['what']}: {said}")
     lines = []
     for entry in entries:

@@ -60,5 +60,7 @@ def test_tables_list_what_was_not_named():
     assert import_misses(results) == [
         '- robot 2, nothing wrong: "time runs slow".',
         '- robot 7, sign of tilt: taken for another: "tilt is late".',
-        "- robot 7, sign of tilt: missed.",
+        "- robot 7, sign of tilt: the log does not tell, as is said, which row.",
     ]
+    results["faults"] = [{**missed, "untold": []}]
+    assert import_misses(results)[1:] == ["- robot 7, sign of tilt: missed."]

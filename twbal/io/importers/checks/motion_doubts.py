@@ -145,8 +145,8 @@ def _command_doubts(part: LogPart, found: Mechanics, sheet: Expected) -> Iterato
         yield Doubt(Kind.UNIT, "command", sentence, evidence)
     elif half > _UNKNOWN * max(abs(value), 1.0):
         sentence = (
-            "this log does not tell what the command does: it hardly varies but as tilt and wheels do. Drive with more "
-            "excitation, such as a reference that moves or noise on the command"
+            "what the command does cannot be estimated from this log: it hardly varies but as tilt and wheels do. "
+            "Drive with more excitation, such as a reference that moves or noise on the command"
         )
         yield Doubt(Kind.UNINFORMATIVE, "command", sentence, evidence)
 
