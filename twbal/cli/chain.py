@@ -27,6 +27,7 @@ from twbal.cli.stages import (
     sim_collect,
     train_agent,
 )
+from twbal.cli.trial_words import trial_in_words
 from twbal.core.episode import Episode
 from twbal.core.errors import TwbalError
 from twbal.virtual_robot.process import Launch, launch
@@ -105,7 +106,7 @@ class Chain:
     def _tell(self, trial: Episode) -> None:
         """Tell a person how a trial ended; there is none beside a virtual robot of the run's own."""
         if "port" in self._cfg.link:
-            say(real_rollout.trial_in_words(trial))
+            say(trial_in_words(trial))
 
     def run(self, call: StageCall) -> Manifest:
         """Run one stage, unless its folder says that it is done.

@@ -4,7 +4,6 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import replace
 from functools import partial
-from math import degrees, radians
 from pathlib import Path
 
 from hydra import compose
@@ -12,10 +11,9 @@ from hydra.utils import instantiate
 from omegaconf import DictConfig
 
 from twbal.algorithm.collection import explored
-from twbal.algorithm.following import CourseRecord, FloorNeeded, FollowedCourse, floor_needed, followed
+from twbal.algorithm.following import CourseRecord, floor_needed, followed
 from twbal.algorithm.rollout import rollout
 from twbal.algorithm.settings import RolloutSettings
-from twbal.algorithm.tables import course_table
 from twbal.cli.artefacts import COURSE, episode_file, policy_files, policy_hash, read_logs
 from twbal.cli.console import GENTLY, next_command, print_result, run_folder, say
 from twbal.cli.kept_episodes import INTERRUPTED, keep, keep_interrupted, what_is_kept
@@ -32,6 +30,7 @@ from twbal.cli.robot_link import (
     why_not_turned,
 )
 from twbal.cli.signals import stopped_once
+from twbal.cli.trial_words import floor_of_course, floor_of_excitation, print_course, trial_in_words
 from twbal.cli.typed_config import recorded, typed
 from twbal.core.channels import Channels
 from twbal.core.course import Course, HeadingCourse
@@ -69,7 +68,7 @@ def main(cfg: DictConfig) -> None:
     """Run the stage in Hydra's run folder."""
     out = run_folder()
     if cfg.course:
-        say(_floor(floor_needed(instantiate(cfg.course))))
+        say(floor_of_course(floor_needed(instantiate(cfg.course))))
     told = set[int]()
 
     def tell(episode: Episode) -> None:
@@ -81,48 +80,8 @@ def main(cfg: DictConfig) -> None:
         if episode.provenance.trial not in told:
             print(f"{trial_in_words(episode)}, driven before")
     if (out / COURSE).is_file():
-        _print_course(read_record(CourseRecord, out / COURSE).trials)
+        print_course(read_record(CourseRecord, out / COURSE).trials)
     print_result(manifest, out, _following(cfg, out))
-
-
-def trial_in_words(episode: Episode) -> str:
-    """How a trial ended."""
-    trial, outcome = episode.provenance.trial, episode.outcome.replace("_", " ")
-    return f"trial {trial}: {outcome} after {episode.duration:.2f} s, {len(episode)} samples"
-
-
-def _floor(need: FloorNeeded) -> str:
-    """What the course needs, as a sentence."""
-    sides = f", {need.left:.1f} m to its left and {need.right:.1f} m to its right" if need.left or need.right else ""
-    behind = f"{need.behind:.1f} m behind it"
-    ahead = f"the course needs {need.ahead:.1f} m of free floor ahead of the robot"
-    return f"{ahead}, {behind}{sides}" if sides else f"{ahead} and {behind}"
-
-
-def _floor_of_excitation(policy: Excitation, seconds: float) -> str:
-    """How far an excitation may drive the robot, as sentences."""
-    per_degree = abs(policy.drift) * radians(1.0)
-    return (
-        f"the excitation asks for up to {policy.speed:.2g} m/s ({policy.reach:.1f} m forward or backward). Nothing "
-        "keeps the robot in its place: for each degree by which it balances at another tilt than its sheet says, it "
-        f"rolls off at {per_degree:.2g} m/s besides, {per_degree * seconds:.1f} m within a trial. Have much free "
-        "floor, catch it, or press Ctrl-C before it meets anything"
-    )
-
-
-def _print_course(trials: Sequence[FollowedCourse]) -> None:
-    """Print how the robot followed the course."""
-    print(*course_table(trials), sep="\n")
-    for trial in trials:
-        print(f"trial {trial.trial}: {'fell' if trial.fell else 'upright'}; places by {trial.place_by}{_turned(trial)}")
-
-
-def _turned(trial: FollowedCourse) -> str:
-    """What became of the heading, as the end of a line."""
-    if trial.heading_error is not None:
-        returned = "" if trial.from_start is None else f", {trial.from_start:.2f} m from its start at the end"
-        return f"; heading off by at most {degrees(trial.heading_error):.1f}° from 5 s on{returned}"
-    return "" if trial.turned is None else f", turned by {degrees(trial.turned):.0f}°, which nothing controls"
 
 
 def _following(cfg: DictConfig, out: Path) -> str:
@@ -172,7 +131,7 @@ def run(cfg: DictConfig, out: Path, launch: Launch = launch, advise: bool = True
     policy: Policy = instantiate(cfg.policy)
     check_torque(policy, robot)
     if isinstance(policy, Excitation):
-        say(_floor_of_excitation(policy, settings.steps * robot.control_period))
+        say(floor_of_excitation(policy, settings.steps * robot.control_period))
     policy = explored(policy, settings, robot.torque_limit)
     provenance = Provenance(
         robot=robot.name,
