@@ -181,14 +181,16 @@ def reachable(results: Mapping[str, Any]) -> list[str]:
 
 
 def reproduced(results: Mapping[str, Any]) -> list[str]:
-    """How many runs were made again by their own commands."""
-    same = sum(run["same"] for run in results.values())
-    different = ", ".join(name for name, run in results.items() if not run["same"]) or "none"
-    artefacts = sum(run["artefacts"] for run in results.values())
-    return [
-        f"{same} of {len(results)} runs that were done by hand again made the same bytes ({artefacts} artefacts). "
-        f"Different: {different}."
-    ]
+    """How many runs of each family and recipe were made again by their own commands."""
+    kinds: dict[tuple[str, str], list[Mapping[str, Any]]] = {}
+    for name, run in results.items():
+        family, recipe, _ = name.split("/")
+        kinds.setdefault((recipe, family), []).append(run)
+    lines = ["| recipe | family | runs made again | the same bytes | artefacts |", "|---|---|---|---|---|"]
+    for (recipe, family), runs in sorted(kinds.items(), key=lambda kind: (kind[0][0] != "default", kind[0])):
+        same, artefacts = sum(run["same"] for run in runs), sum(run["artefacts"] for run in runs)
+        lines.append(f"| {recipe} | {family} | {len(runs)} | {same} | {artefacts} |")
+    return lines
 
 
 def _by_rule(found: Sequence[Mapping[str, Any]], figure: Callable[..., str], *more: Any) -> list[str]:
