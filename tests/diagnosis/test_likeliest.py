@@ -8,7 +8,7 @@ from hydra.utils import instantiate
 from omegaconf import OmegaConf
 
 from twbal.cli.conf_folder import conf_folder
-from twbal.diagnosis import likeliest, select
+from twbal.diagnosis import likeliest, probable, select
 from twbal.diagnosis.candidates import Candidate, Parameter
 from twbal.diagnosis.hypothesis import FittedHypothesis, Round
 from twbal.diagnosis.verdict import probabilities
@@ -45,7 +45,12 @@ def ended_selection(monkeypatch):
         select, "fit_hypothesis", lambda data, model, always, rest, rounds: hypothesis(100.0, *(c.name for c in rest))
     )
     problem = select.Problem(None, None, (), (), SETTINGS)
-    return lambda *others: likeliest.with_likeliest(problem, selected(*others), lambda line: None)
+
+    def end(*others):
+        selection = selected(*others)
+        return likeliest.with_likeliest(problem, selection, probabilities(selection, SETTINGS), lambda line: None)
+
+    return end
 
 
 @pytest.fixture
@@ -98,7 +103,7 @@ def test_what_is_of_no_use_in_the_likeliest_set_is_taken_off_unless_the_rest_is_
 
 def outweighed(*others):
     selection = selected(*others)
-    return likeliest.outweighed(selection, probabilities(selection, SETTINGS), SETTINGS)
+    return probable.outweighed(selection, probabilities(selection, SETTINGS), SETTINGS)
 
 
 def test_what_most_of_the_weight_does_without_is_objected_to():
@@ -123,4 +128,4 @@ def test_what_is_too_small_to_be_named_is_not_objected_to():
     small = hypothesis(500.0, "actuation_delay", "coulomb_friction", value=0.01)
     others = [hypothesis(520.0, "backlash", "cogging", value=0.9999)]
     selection = select.Selection(BASE, (Round(BASE, [], others),), small)
-    assert not likeliest.outweighed(selection, probabilities(selection, SETTINGS), SETTINGS)
+    assert not probable.outweighed(selection, probabilities(selection, SETTINGS), SETTINGS)

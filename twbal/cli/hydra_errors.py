@@ -114,9 +114,9 @@ def _no_such_key(key: str, stage: str) -> str:
         cfg = compose(stage.replace("-", "_"))
     tree = OmegaConf.to_container(cfg)
     assert isinstance(tree, dict)
-    leaves = [leaf for leaf, _ in flattened(tree)]
+    leaves = dict(flattened(tree))
     known = list(dict.fromkeys(part for leaf in leaves for part in (*ancestors(leaf), leaf)))
-    if key in known and key not in leaves:
+    if key in known and isinstance(leaves.get(key, {}), dict):
         return f"{stage} cannot set {key} to that: it has no such entries. New ones are added by +{key}.<name>=..."
     if key in leaves:
         return (

@@ -7,17 +7,15 @@ another that it fitted on its way is much likelier by the same data.
 from collections.abc import Callable
 
 from twbal.diagnosis.hypothesis import FittedHypothesis, Round
-from twbal.diagnosis.objections import Objection, spaced
-from twbal.diagnosis.probable import Weights, counts_for
-from twbal.diagnosis.record import LIKELY
-from twbal.diagnosis.select import Problem, Selection, is_sound, substitutes, without_redundant
-from twbal.diagnosis.settings import Settings
-from twbal.diagnosis.verdict import probabilities
+from twbal.diagnosis.probable import Weights
+from twbal.diagnosis.select import Problem, Selection, without_redundant
 
 _CLEARLY = 2.0  # times as likely, from which on another set takes the place of the one that was chosen
 
 
-def with_likeliest(problem: Problem, selection: Selection, progress: Callable[[str], None]) -> Selection:
+def with_likeliest(
+    problem: Problem, selection: Selection, weights: Weights, progress: Callable[[str], None]
+) -> Selection:
     """The selection, ended with the likeliest set that is sound by itself, where that is clearly likelier.
 
     A set that holds the chosen one, or lies in it, does not take its place: what is worth naming was decided there.
@@ -25,13 +23,14 @@ def with_likeliest(problem: Problem, selection: Selection, progress: Callable[[s
     Args:
         problem: what was selected from.
         selection: how it went.
+        weights: of its sets.
         progress: is told what is being done, a line at a time.
     """
-    weights, chosen = probabilities(selection, problem.settings), set(selection.chosen.names)
+    chosen = set(selection.chosen.names)
     others = [
         w
         for w in selection.sets
-        if w.effects and is_sound(w, selection.base, problem.settings) and not _are_nested(chosen, set(w.names))
+        if w.effects and problem.is_sound(w, selection.base) and not _are_nested(chosen, set(w.names))
     ]
     best = max(others, key=lambda w: weights[w.names], default=None)
     if not chosen or best is None or weights[best.names] < _CLEARLY * _weight_of(selection.chosen, weights):
@@ -41,25 +40,6 @@ def with_likeliest(problem: Problem, selection: Selection, progress: Callable[[s
     found = without_redundant(problem, best, selection.base, rounds=rounds)
     is_another = found.candidates and not _are_nested(chosen, set(found.names))
     return Selection(selection.base, tuple(rounds), found if is_another and not found.at_bound else best)
-
-
-def outweighed(selection: Selection, weights: Weights, settings: Settings) -> list[Objection]:
-    """To effects of the chosen set that are less likely missing than not, as other sets do without them.
-
-    Not to those that are too small to be named.
-    """
-    chosen, found = selection.chosen, []
-    for candidate in chosen.effects:
-        near = substitutes(candidate, chosen, selection.rounds, settings)
-        without = {n: w for n, w in weights.items() if not counts_for(candidate, n, near, chosen.names)}
-        total = sum(without.values())
-        if total > 1.0 - LIKELY and chosen.size_of(candidate) >= settings.lines.least:
-            best = max(without, key=lambda names: without[names])
-            what = ", ".join(map(spaced, best)) or "the data sheet refitted"
-            text = f"Sets of effects without the {spaced(candidate.name)} are together likelier ({total:.0%}); the "
-            text += f"likeliest of them is {what} ({without[best]:.0%})."
-            found.append(Objection(text, (candidate.name,), is_of_weights=True))
-    return found
 
 
 def _weight_of(chosen: FittedHypothesis, weights: Weights) -> float:

@@ -15,10 +15,10 @@ from twbal.diagnosis.data_sheet import DATA_SHEET, WHEELS
 from twbal.diagnosis.filter_result import filter_result_of, one_step_errors, with_offsets
 from twbal.diagnosis.findings import Effects, FilterResult, Findings
 from twbal.diagnosis.hypothesis import FittedHypothesis
-from twbal.diagnosis.likeliest import outweighed, with_likeliest
+from twbal.diagnosis.likeliest import with_likeliest
 from twbal.diagnosis.model_comparison import ModelComparison, compare_models
 from twbal.diagnosis.objections import Extent, autocorrelation_limit, is_doubtful, negligible, objections
-from twbal.diagnosis.probable import Weights, probable_effects
+from twbal.diagnosis.probable import Weights, outweighed, probable_effects
 from twbal.diagnosis.record import LIKELY, ProbableEffect, Rival, Verdict, Whiteness
 from twbal.diagnosis.select import Problem, Selection, select, without
 from twbal.diagnosis.settings import Settings
@@ -80,7 +80,7 @@ def name_effects(
     selection = select(problem, progress)
     if settings.tempered_search and is_doubtful(selection.chosen, settings):
         selection = search_again(problem, selection, progress)
-    selection = with_likeliest(problem, selection, progress)
+    selection = with_likeliest(problem, selection, probabilities(selection, settings), progress)
     progress("checking whether what fits best is a finding")
     inconstant = inconstant_effects(data, selection.chosen, settings.lines.steady)
     limits = {field: settings.tolerances.of(field) for field in (*DATA_SHEET, *WHEELS)}

@@ -19,8 +19,8 @@ import numpy as np
 
 from twbal.diagnosis.candidates import Candidate
 from twbal.diagnosis.hypothesis import FittedHypothesis
-from twbal.diagnosis.objections import Objection, negligible
-from twbal.diagnosis.record import LISTED, Estimate, ProbableEffect, Verdict
+from twbal.diagnosis.objections import Objection, negligible, spaced
+from twbal.diagnosis.record import LIKELY, LISTED, Estimate, ProbableEffect, Verdict
 from twbal.diagnosis.select import Selection, substitutes
 from twbal.diagnosis.settings import Credence, Settings
 from twbal.sysid.fit import slopes_of
@@ -85,6 +85,25 @@ def probable_effects(
             )
     listed = [effect for effect in found if effect.is_named or effect.probability >= LISTED]
     return tuple(sorted(listed, key=lambda effect: -effect.probability))
+
+
+def outweighed(selection: Selection, weights: Weights, settings: Settings) -> list[Objection]:
+    """To effects of the chosen set that are less likely missing than not, as other sets do without them.
+
+    Not to those that are too small to be named.
+    """
+    chosen, found = selection.chosen, []
+    for candidate in chosen.effects:
+        near = substitutes(candidate, chosen, selection.rounds, settings)
+        without = {n: w for n, w in weights.items() if not counts_for(candidate, n, near, chosen.names)}
+        total = sum(without.values())
+        if total > 1.0 - LIKELY and chosen.size_of(candidate) >= settings.lines.least:
+            best = max(without, key=lambda names: without[names])
+            what = ", ".join(map(spaced, best)) or "the data sheet refitted"
+            text = f"Sets of effects without the {spaced(candidate.name)} are together likelier ({total:.0%}); the "
+            text += f"likeliest of them is {what} ({without[best]:.0%})."
+            found.append(Objection(text, (candidate.name,), is_of_weights=True))
+    return found
 
 
 def probability_of(candidate: Candidate, weights: Weights, near: Sequence[str] = (), best: Sequence[str] = ()) -> float:

@@ -105,6 +105,10 @@ class Problem(NamedTuple):
         most = self.settings.max_effects
         return len(hypothesis.effects) < most and len(hypothesis.candidates) <= most
 
+    def is_sound(self, hypothesis: FittedHypothesis, base: FittedHypothesis) -> bool:
+        """Whether a set is worth its penalty beside the refitted data sheet, with nothing negligible or at a bound."""
+        return is_sound(hypothesis, base, self.settings)
+
     def next_from(self, step: Round) -> FittedHypothesis | None:
         """The set of a round to go on from; None where no candidate is worth its penalty."""
         passing = [w for w in step.hypotheses if passes(w, step.base, self.settings)]
