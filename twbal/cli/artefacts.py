@@ -17,8 +17,8 @@ from twbal.io.recorded_sheet import is_of_sheet, told_robot
 
 MODEL, POLICY, PREDICTION = "model.pt", "policy.pt", "prediction.pt"
 POLICY_ENDING = ".pt"  # of a file, by which it is told from a folder
-DIAGNOSIS, AUGMENTED = "diagnosis.json", "augmented.yaml"
-DISTRIBUTION, IDENTIFIED = "robot_distribution.pt", "identified.yaml"
+DIAGNOSIS = "diagnosis.json"
+DISTRIBUTION = "robot_distribution.pt"
 EVIDENCE, EVALUATION, COURSE = "evidence.json", "evaluation.json", "course.json"
 
 

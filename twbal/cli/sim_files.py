@@ -21,10 +21,12 @@ from twbal.cli.settings.robot_settings import PHYSICS_STEP
 from twbal.cli.yaml_data import read_yaml
 from twbal.core.errors import ConfigError
 
+AUGMENTED, IDENTIFIED = "augmented.yaml", "identified.yaml"
+"""Names of such files in the run folders of diagnose and of identify."""
+
 _KEY, _ENDINGS = "sim=", (".yaml", ".yml")
 _ADDED = re.compile(r"\+?\+?[\w/]+@sim\.effects\.(\w+)=")
 _PARTS = ("physics_step", "effects")
-_MADE = ("augmented.yaml", "identified.yaml")  # in run folders of diagnose and of identify
 _LARGEST = 1e6  # of any effect's values, in whichever SI unit
 _NUMBER = re.compile(r"[+-]?(\d{1,40}\.?\d{0,40}|\.\d{1,40})([eE][+-]?\d{1,3})?")
 
@@ -74,13 +76,13 @@ def simulation_file(word: str) -> Path:
     if len(found) != 1:
         raise ConfigError(
             f"The folder {path} holds {'two simulations' if found else 'no simulation'}; expected is the run folder of "
-            f"`twbal diagnose` (with {_MADE[0]}) or of `twbal identify` (with {_MADE[1]}), or the file itself."
+            f"`twbal diagnose` (with {AUGMENTED}) or of `twbal identify` (with {IDENTIFIED}), or the file itself."
         )
     return found[0]
 
 
 def _simulations_in(folder: Path) -> list[Path]:
-    return [folder / name for name in _MADE if (folder / name).is_file()]
+    return [folder / name for name in (AUGMENTED, IDENTIFIED) if (folder / name).is_file()]
 
 
 def effects_in(path: Path) -> dict[str, dict[str, float]]:

@@ -20,20 +20,11 @@ from twbal.algorithm.steps import (
     Steps,
     Timed,
 )
-from twbal.cli.artefacts import (
-    AUGMENTED,
-    DIAGNOSIS,
-    DISTRIBUTION,
-    EVIDENCE,
-    IDENTIFIED,
-    MODEL,
-    POLICY,
-    PREDICTION,
-    read_logs,
-)
+from twbal.cli.artefacts import DIAGNOSIS, DISTRIBUTION, EVIDENCE, MODEL, POLICY, PREDICTION, read_logs
 from twbal.cli.chain import Chain, StageCall
 from twbal.cli.known_robot import distribution_file
 from twbal.cli.manifest import Manifest
+from twbal.cli.sim_files import AUGMENTED, IDENTIFIED
 from twbal.core.episode import Episode
 from twbal.core.files import file_hash
 from twbal.diagnosis.diagnosis_file import closed_share

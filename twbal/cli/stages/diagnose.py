@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 from omegaconf import DictConfig
 
-from twbal.cli.artefacts import AUGMENTED, DIAGNOSIS, episode_files, say_duplicates
+from twbal.cli.artefacts import DIAGNOSIS, episode_files, say_duplicates
 from twbal.cli.console import GENTLY, next_command, print_result, run_folder, say, say_link
 from twbal.cli.diagnosis_config import diagnosis_of
 from twbal.cli.manifest import Manifest, Step, perform
-from twbal.cli.sim_files import simulation_text
+from twbal.cli.sim_files import AUGMENTED, simulation_text
 from twbal.cli.typed_config import recorded
 from twbal.core.files import write_atomically
 from twbal.diagnosis.diagnosis_file import has_no_safe_experiment, suggested_in, verdict_in, write_diagnosis

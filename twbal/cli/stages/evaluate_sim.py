@@ -6,10 +6,11 @@ from pathlib import Path
 from hydra.utils import instantiate
 from omegaconf import DictConfig, OmegaConf
 
-from twbal.cli.artefacts import DISTRIBUTION, EVALUATION, IDENTIFIED, episode_files
+from twbal.cli.artefacts import DISTRIBUTION, EVALUATION, episode_files
 from twbal.cli.console import next_command, print_result, run_folder, say, say_link
 from twbal.cli.evaluation_config import distinct_names, simulation_files, simulations_of
 from twbal.cli.manifest import Manifest, Step, perform
+from twbal.cli.sim_files import IDENTIFIED
 from twbal.cli.typed_config import recorded, typed
 from twbal.core.files import file_hash, write_atomically
 from twbal.core.json_records import read_record, write_record

@@ -8,10 +8,10 @@ from omegaconf import DictConfig
 
 from twbal.algorithm.distribution_file import save_distribution
 from twbal.algorithm.identification import EffectValues, identify
-from twbal.cli.artefacts import DISTRIBUTION, IDENTIFIED, episode_files, episodes_of, say_duplicates
+from twbal.cli.artefacts import DISTRIBUTION, episode_files, episodes_of, say_duplicates
 from twbal.cli.console import next_command, print_result, run_folder, say, say_link
 from twbal.cli.manifest import Manifest, Step, perform
-from twbal.cli.sim_files import simulation_text
+from twbal.cli.sim_files import IDENTIFIED, simulation_text
 from twbal.cli.typed_config import members, recorded
 from twbal.core.files import write_atomically
 from twbal.core.robot_parameters import RobotParameters
