@@ -102,6 +102,19 @@ def test_each_trial_is_told_as_soon_as_it_is_logged(cfg, tmp_path):
     assert logs_then == [(0, 1), (1, 2)]
 
 
+def test_a_robot_that_nobody_pushes_is_driven_the_same_whether_it_would_yield_or_not(tmp_path):
+    """Beside the settings that they are recorded with, the logs are the same."""
+    made = []
+    for yields in ("true", "false"):
+        out = tmp_path / yields
+        words = ["policy=excite", "policy.speed=0", "policy.multisine=0", "policy.prbs=0", "steps=100"]
+        upright = 'link.overrides=["faults=none","start.tilt_mean=0"]'
+        assert main(["real-rollout", *words, upright, f"yield_to_pushes={yields}", f"hydra.run.dir={out}"]) == 0
+        made.append(read_episode(out / "episodes" / "trial_000.mcap"))
+    assert made[0].references is made[1].references is None
+    assert made[0].states.tobytes() == made[1].states.tobytes()
+
+
 def test_trials_that_were_driven_before_are_told_as_such(tmp_path, capsys):
     words = ["policy=random", "steps=3", f"hydra.run.dir={tmp_path}"]
     assert main(["real-rollout", *words, "trials=1"]) == 0

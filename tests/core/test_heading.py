@@ -1,6 +1,7 @@
 """Heading: estimated from gyro and wheels, and kept at that of a reference."""
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -60,6 +61,31 @@ def test_the_gyros_bias_is_learned_while_the_robot_stands() -> None:
 
 def test_a_bias_is_not_taken_from_a_turn_whose_wheels_are_of_another_radius() -> None:
     assert estimated(wheels=1.2).heading == pytest.approx(2.0, abs=1e-3)
+
+
+def stood(heading: Callable[[float], float], by_wheels: Callable[[float], float], walk: float = 0.0) -> HeadingEstimate:
+    """After a minute in which the robot is to stand, behind a gyro whose bias walks by `walk` [rad/s/√s]."""
+    robot, rng, bias = paper(), np.random.default_rng(1), 0.0
+    estimate, scale = HeadingEstimate(robot, has_gyro=True), robot.track / robot.wheel_radius
+    for time in np.arange(0.0, 60.0, PERIOD).tolist():
+        bias += walk * math.sqrt(PERIOD) * float(rng.standard_normal())
+        rate = (heading(time + 1e-4) - heading(time - 1e-4)) / 2e-4
+        estimate.follow(time, rate + bias, WheelDifference(scale * by_wheels(time), 0.0), stands=True)
+    return estimate
+
+
+def test_while_the_robot_stands_its_wheels_hold_the_heading_against_the_gyros_drift() -> None:
+    """By integration it would drift by 0.07 rad."""
+
+    def rocking(time: float) -> float:
+        return 0.02 * math.sin(2.0 * time)
+
+    assert stood(rocking, rocking, walk=0.002).heading == pytest.approx(rocking(60.0), abs=0.01)
+
+
+def test_a_robot_that_is_lifted_and_turned_while_its_wheels_stand_has_turned() -> None:
+    found = stood(lambda time: 0.8 * min(max(time - 20.0, 0.0), 1.0), lambda time: 0.0)
+    assert found.heading == pytest.approx(0.8, abs=0.15)
 
 
 def test_without_a_gyro_the_wheels_tell_the_heading() -> None:

@@ -3,13 +3,14 @@ from collections.abc import Callable, Iterator
 import numpy as np
 import pytest
 
-from twbal.core.channels import Channels
-from twbal.core.course import AT_REST, Course, Target
+from twbal.core.channels import DRIVING_INTEGRAL, Channels
+from twbal.core.course import AT_REST, Course, Standing, Target
 from twbal.core.errors import ConfigError
 from twbal.core.gaussian import Array
 from twbal.core.motion_limits import MotionLimits
+from twbal.core.motion_profile import Motion
 from twbal.core.plant import Observation
-from twbal.core.reference import Reference
+from twbal.core.reference import LARGEST_SLIP, Reference, Targets
 from twbal.core.robot_parameters import GRAVITY, RobotParameters
 
 LIMITS = MotionLimits(speed=1.0, acceleration=0.5, jerk=2.0)
@@ -29,8 +30,18 @@ class Asked:
         return self._target if time >= self._since else AT_REST
 
 
+class Stop(Asked):
+    """That speed for five seconds, and rest."""
+
+    def target(self, time: float) -> Target:
+        return AT_REST if time >= 5.0 else super().target(time)
+
+
 def followed(reference: Reference, robot: Callable[[float], float], until: float) -> Iterator[Array]:
-    """Time, the robot's place and the reference, at each instant of a robot that goes its own way."""
+    """Time, the robot's place and the reference, at each instant of a robot that goes its own way.
+
+    The robot tells no speed, so the reference is to take none from it.
+    """
     for time in np.arange(0.0, until, PERIOD).tolist():
         yield np.array([time, robot(time), *reference.follow(time, robot(time), 0.0)])
 
@@ -43,7 +54,7 @@ def paper(**other: float) -> RobotParameters:
 
 
 def test_a_robot_that_follows_never_makes_the_reference_give_way() -> None:
-    reference = Reference(Asked(0.8))
+    reference = Reference(Asked(0.8), takes_speed=False)
     rows = np.array(list(followed(reference, lambda t: 0.8 * max(t - 0.9, 0.0), 6.0)))
     assert not reference.events
     np.testing.assert_allclose(rows[-1, 3:], [0.8, 0.0], atol=1e-9)
@@ -51,7 +62,7 @@ def test_a_robot_that_follows_never_makes_the_reference_give_way() -> None:
 
 
 def test_before_a_held_robot_the_reference_stops_at_the_greatest_distance_and_comes_to_rest() -> None:
-    reference = Reference(Asked(0.8))
+    reference = Reference(Asked(0.8), takes_speed=False)
     rows = np.array(list(followed(reference, lambda t: 0.0, 12.0)))
     assert rows[:, 2].max() == pytest.approx(GIVE_WAY)
     assert rows[-1, 2:] == pytest.approx([GIVE_WAY, 0.0, 0.0], abs=1e-9)
@@ -63,7 +74,7 @@ def test_a_robot_that_is_let_go_is_led_on_from_where_it_is_within_the_limits() -
     def robot(time: float) -> float:
         return 0.0 if time < 6.0 else min(0.3 * (time - 6.0), GIVE_WAY) if time < 8.0 else 0.4 + 0.7 * (time - 8.0)
 
-    reference = Reference(Asked(0.8))
+    reference = Reference(Asked(0.8), takes_speed=False)
     rows = np.array(list(followed(reference, robot, 16.0)))
     assert [event.text for event in reference.events[:2]] == ["the reference gives way", "the reference goes on"]
     on = rows[:, 0] >= reference.events[1].time
@@ -76,7 +87,7 @@ def test_a_pushed_robot_drags_the_place_along_and_a_place_that_was_asked_for_is_
     def robot(time: float) -> float:
         return 1.0 if 2.0 <= time < 4.0 else (0.7 if 4.0 <= time < 5.0 else 0.0)
 
-    reference = Reference(Asked(None, 0.0))
+    reference = Reference(Asked(None, 0.0), takes_speed=False)
     rows = np.array(list(followed(reference, robot, 4.0)))
     assert rows[-1, 2] == pytest.approx(1.0 - GIVE_WAY)
     more = np.array([[t, *reference.follow(t, 0.65 if t < 6.0 else 0.1, 0.0)] for t in np.arange(4.0, 12.0, PERIOD)])
@@ -88,7 +99,7 @@ def test_a_robot_that_overtakes_the_reference_drags_its_place_along_and_does_not
     def robot(time: float) -> float:
         return speed * (time + max(min(time, 5.0) - 4.0, 0.0))  # it leaps ahead between 4 and 5 s
 
-    reference = Reference(Asked(speed))
+    reference = Reference(Asked(speed), takes_speed=False)
     rows = np.array(list(followed(reference, robot, 10.0)))
     assert not reference.events and not reference.gives_way
     at_speed = rows[rows[:, 0] > 3.0]
@@ -110,7 +121,7 @@ def test_a_robot_that_overtakes_on_the_way_to_a_place_is_led_on_only_where_that_
 
 
 def test_a_reference_that_rests_for_a_robot_goes_on_when_that_overtakes_it() -> None:
-    reference = Reference(Asked(0.8))
+    reference = Reference(Asked(0.8), takes_speed=False)
     behind = np.array(list(followed(reference, lambda t: 0.0, 1.4)))
     assert reference.gives_way and behind[-1, 3] > 0.1
     reference.follow(1.4, reference.motion.position + 1.1 * GIVE_WAY, 0.0)
@@ -118,11 +129,7 @@ def test_a_reference_that_rests_for_a_robot_goes_on_when_that_overtakes_it() -> 
 
 
 def test_a_stop_that_is_asked_for_is_obeyed_while_the_robot_is_ahead() -> None:
-    class Stop(Asked):
-        def target(self, time: float) -> Target:
-            return AT_REST if time >= 5.0 else super().target(time)
-
-    reference = Reference(Stop(0.8))
+    reference = Reference(Stop(0.8), takes_speed=False)
     rows = np.array(list(followed(reference, lambda t: 0.8 * t + GIVE_WAY if t < 5.0 else 4.0 + GIVE_WAY, 9.0)))
     assert rows[-1, 3:] == pytest.approx([0.0, 0.0], abs=1e-9)
     assert (np.abs(np.diff(rows[:, 3])) <= 0.5 * PERIOD + 1e-9).all()
@@ -137,7 +144,7 @@ def test_a_robot_that_stands_near_enough_is_led_on_and_one_that_is_held_farther_
     share: float, goes_on: float | None
 ) -> None:
     """It is thrown beyond the greatest distance, and then stands at a share of it, as on a slope."""
-    reference, thrown = Reference(Asked(None, 1.0, since=2.0)), 1.0
+    reference, thrown = Reference(Asked(None, 1.0, since=2.0), takes_speed=False), 1.0
     rows = followed(reference, lambda t: -1.1 * GIVE_WAY if t < thrown else -share * GIVE_WAY - 0.1 * GIVE_WAY, 6.0)
     places = np.array(list(rows))[:, 2]
     texts = [event.text for event in reference.events]
@@ -151,16 +158,34 @@ def test_a_robot_that_stands_near_enough_is_led_on_and_one_that_is_held_farther_
 
 
 def test_errors_are_what_a_frame_that_moves_with_the_reference_shows() -> None:
-    """The same wiggle about a standing and about a moving place gives the same states."""
+    """The same wiggle about a standing and about a moving place gives the same states, but for the faster integral."""
     moving, still = PLACE.tracker(reference := Reference(Asked(0.6))), PLACE.tracker()
     planned = Reference(Asked(0.6))
+    integral, off, was_moving = 0.0, 0.0, False
     for time in np.arange(0.0, 8.0, PERIOD).tolist():
         place, speed = 0.05 * np.sin(3.0 * time), 0.15 * np.cos(3.0 * time)
         motion = planned.follow(time, *planned.motion[:2])
         seen = seen_at(time, motion.position + place, motion.speed + speed, 0.02)
         expected = still.state(seen_at(time, place, speed, 0.02), [])
-        np.testing.assert_allclose(moving.state(seen, []), expected, atol=1e-9)
+        integral += PERIOD * off * (DRIVING_INTEGRAL if was_moving else 1.0) if time else 0.0
+        off, was_moving = place, motion.speed > 0.0
+        np.testing.assert_allclose(moving.state(seen, []), [*expected[:3], integral], atol=1e-9)
     assert reference.motion.speed == pytest.approx(0.6)
+
+
+def test_friction_is_made_up_for_sooner_while_the_reference_moves() -> None:
+    """A robot that stays 5 cm ahead."""
+    tracker = PLACE.tracker(reference := Reference(Stop(0.8)))
+    planned, rows = Reference(Stop(0.8)), []
+    for time in np.arange(0.0, 12.0, PERIOD).tolist():
+        motion = planned.follow(time, *planned.motion[:2])
+        state = tracker.state(seen_at(time, motion.position + (0.05 if time else 0.0), motion.speed, 0.0), [])
+        rows.append((motion.speed, state[3]))
+    speeds, integrals = np.array(rows)[1:].T
+    grown = np.diff(integrals) / (PERIOD * 0.05)
+    assert not reference.events
+    assert grown[speeds[:-1] > 0.0] == pytest.approx(DRIVING_INTEGRAL)
+    assert grown[speeds[:-1] == 0.0] == pytest.approx(1.0)
 
 
 def test_where_the_encoders_began_to_count_does_not_matter() -> None:
@@ -180,7 +205,7 @@ def test_a_reference_at_rest_changes_no_state() -> None:
 
 
 def test_the_integral_is_held_while_the_reference_gives_way() -> None:
-    tracker = PLACE.tracker(reference := Reference(Asked(0.8)))
+    tracker = PLACE.tracker(reference := Reference(Asked(0.8), takes_speed=False))
     integrals, giving = [], []
     for time in np.arange(0.0, 20.0, PERIOD).tolist():
         integrals.append(tracker.state(seen_at(time, 0.0, 0.0, 0.0), [])[3])
@@ -189,6 +214,62 @@ def test_the_integral_is_held_while_the_reference_gives_way() -> None:
     assert 0 < first < 200 and all(giving[first:])
     assert len({*integrals[first + 1 :]}) == 1
     assert abs(integrals[-1]) < 0.5 < PLACE.max_position_integral
+
+
+class Pushed:
+    """A robot that stands, is given a speed, and brakes towards its reference's speed and place."""
+
+    def __init__(self, speed: float) -> None:
+        self._push, self.place, self.speed = speed, 0.0, 0.0
+
+    def step(self, time: float, asked: Motion) -> None:
+        if 2.0 <= time < 2.1:
+            self.speed += PERIOD * self._push / 0.1
+        self.speed += PERIOD * (3.0 * (asked.speed - self.speed) + 3.0 * (asked.position - self.place))
+        self.place += PERIOD * self.speed
+
+
+def pushed(speed: float, targets: Targets) -> tuple[Reference, Array]:
+    """The reference, and rows of the robot's place and speed and the reference's, in 12 s."""
+    reference, robot, rows = Reference(targets), Pushed(speed), []
+    for time in np.arange(0.0, 12.0, PERIOD).tolist():
+        asked = reference.follow(time, robot.place, robot.speed)
+        rows.append((robot.place, robot.speed, *asked))
+        robot.step(time, asked)
+    return reference, np.array(rows)
+
+
+@pytest.mark.parametrize("speed", [0.9, -0.9, 1.5])
+def test_a_push_takes_the_reference_along_which_then_brakes_within_its_limits_and_comes_back(speed: float) -> None:
+    reference, rows = pushed(speed, Standing(LIMITS, give_way=2.0))
+    slips = rows[:, 1] - rows[:, 3]
+    assert np.abs(slips).max() == pytest.approx(LARGEST_SLIP * LIMITS.speed)
+    taken = np.flatnonzero(np.abs(np.diff(rows[:, 3])) > LIMITS.acceleration * PERIOD + 1e-9)
+    assert len(taken) and PERIOD * taken.max() < 2.3
+    assert rows[-1, :4] == pytest.approx([0.0] * 4, abs=0.02)
+    assert [event.text for event in reference.events] == ["the reference takes on speed from the robot"]
+    assert reference.events[0].time == pytest.approx(2.1, abs=0.1)
+
+
+def test_a_reference_that_takes_speed_comes_to_rest_before_a_held_robot_and_is_never_faster_by_more() -> None:
+    reference, speeds = Reference(Asked(0.8)), []
+    for time in np.arange(0.0, 12.0, PERIOD).tolist():
+        speeds.append(reference.follow(time, 0.0, 0.0).speed)
+    assert max(speeds) <= LARGEST_SLIP * LIMITS.speed + 1e-9
+    assert reference.motion == pytest.approx((GIVE_WAY, 0.0, 0.0), abs=1e-9)
+    assert reference.gives_way
+    assert np.abs(np.diff(speeds)).max() <= LIMITS.acceleration * PERIOD + 1e-9
+
+
+def test_a_light_push_is_left_to_the_policy() -> None:
+    reference, rows = pushed(0.4, Standing(LIMITS, give_way=2.0))
+    assert not reference.events
+    assert not rows[:, 2:].any()
+
+
+def test_a_heading_takes_on_no_speed() -> None:
+    reference = Reference(Standing(LIMITS, give_way=2.0), takes_speed=False)
+    assert all(not any(reference.follow(time, 0.0, 0.9)) for time in (0.0, 0.02, 0.04))
 
 
 # Limits of the sheet, and courses

@@ -6,6 +6,7 @@ from collections.abc import Callable
 import numpy as np
 
 from twbal.core.channels import Channels
+from twbal.core.course import Standing
 from twbal.core.episode import Ending, Episode, Event, Outcome, Provenance
 from twbal.core.errors import ConfigError, LinkLostError
 from twbal.core.feed_forward import FeedForward, added
@@ -49,7 +50,8 @@ def rollout(
     Args:
         tilt_limit: measured |tilt| at which the rollout ends, at most `MAX_TILT_LIMIT` [rad].
         provenance: its seed and trial seed the policy's randomness too.
-        targets: where the reference goes that the robot is to follow; None: it is to stay where it was put.
+        targets: where the reference goes that the robot is to follow; None: it is to stay where it was put, and no
+            reference gives way to what pushes or holds it.
         heading: controls the heading, for this rollout; None: nothing does.
         watch: called after each observation, before the command; None: nobody ends the rollout.
         feed_forward: of the reference's acceleration; None: nothing is fed forward.
@@ -60,7 +62,7 @@ def rollout(
     """
     _check_tilt_limit(tilt_limit)
     rng = generator(Stream.EXPLORATION, provenance.seed, provenance.trial)
-    record = _Record(channels, None if targets is None else Reference(targets), heading, feed_forward)
+    record = _Record(channels, targets, heading, feed_forward)
     try:
         try:
             controller = policy.controller(rng)
@@ -152,7 +154,7 @@ class _Record:
     def __init__(
         self,
         channels: Channels,
-        reference: Reference | None,
+        targets: Targets | None,
         heading: HeadingControl | None,
         feed_forward: FeedForward | None,
     ) -> None:
@@ -164,8 +166,9 @@ class _Record:
         self.outcome = Outcome.COMPLETED
         self.heading = heading
         self._channels = channels
-        self._reference = reference
-        self._tracker = channels.tracker(reference, feed_forward)
+        self._reference = None if targets is None else Reference(targets)
+        self._is_to_stand = isinstance(targets, Standing)
+        self._tracker = channels.tracker(self._reference, feed_forward)
         self._events: list[Event] = []
         self._ended_by: BaseException | None = None
 
@@ -246,9 +249,16 @@ class _Record:
             provenance=provenance,
             events=self._all_events(),
             poses=None if np.isnan(poses).all() else poses,
-            references=np.array(self.references[:complete]) if self._reference else None,
+            references=np.array(self.references[:complete]) if self._has_references else None,
             headings=np.array(self.heading.samples[:complete]) if self.heading else None,
         )
+
+    @property
+    def _has_references(self) -> bool:
+        """Whether there was a reference to follow; one that is to stand counts where it had to move."""
+        if self._reference is None:
+            return False
+        return not self._is_to_stand or any(motion != Motion() for motion in self.references)
 
     def _all_events(self) -> tuple[Event, ...]:
         followed = [self._reference, self.heading.reference if self.heading else None]

@@ -19,6 +19,9 @@ KINEMATIC_UNITS = {"position": "m", "position_integral": "m·s"}
 """Channels that follow from the speed without any model."""
 MAX_POSITION_INTEGRAL = 10.0
 """The position's integral stays within ± this [wheel radii · s], so that a robot that is held cannot wind it up."""
+DRIVING_INTEGRAL = 1.5
+"""Times as fast the position's integral changes behind a reference that moves: dry friction opposes the motion from the
+moment it begins, and the integral of a policy that was searched for standing is slow to make up for that."""
 _TIME = Observation._fields.index("time")
 _PAST_COMMAND = re.compile(r"command_([1-9])")
 
@@ -210,7 +213,8 @@ class StateTracker:
 
     Where the robot follows a reference, position and speed are less those of the reference: they are errors, and a
     policy that holds a place follows a moving one. While the reference gives way, the position's integral may shrink,
-    but does not grow (conditional integration; Åström and Hägglund, Advanced PID Control, 2006, §3.5).
+    but does not grow (conditional integration; Åström and Hägglund, Advanced PID Control, 2006, §3.5). While the
+    reference moves, the integral changes `DRIVING_INTEGRAL` times as fast.
 
     With feed-forward a policy sees more errors: tilt, tilt rate and acceleration are less those that go with the
     reference's acceleration, past commands less the torque that was added to them, position and its integral, and speed
@@ -249,7 +253,8 @@ class StateTracker:
         values["position"] = path - self._origin
         time, position = self._before
         if reference is None or not reference.gives_way or position * self._integral < 0:
-            self._integral = channels.integrated(self._integral, position, seen.time - time)
+            rate = DRIVING_INTEGRAL if reference is not None and reference.motion.is_moving else 1.0
+            self._integral = channels.integrated(self._integral, rate * position, seen.time - time)
         if reference is not None:
             motion = reference.follow(seen.time, values["position"], values["speed"])
             values["position"] -= motion.position

@@ -13,11 +13,12 @@ from twbal.core.robot_parameters import RobotParameters
 GIVE_WAY = 0.3
 """By default the robot may be off as far as the fastest reference goes in this time [s]. Regulators of all packaged
 sheets, without faults, lag by 0.17 to 0.28 s of it on ramps within the limits of their sheets."""
+STANDING_GIVE_WAY = 1.0
+"""The same for a robot that only stands [s]: it may start from a lean, and must not leave its place for that."""
 _SEGMENTS = (
     {"seconds", "speed"}, {"seconds", "share"}, {"seconds", "position"}, {"position"}, {"seconds", "radii"}, {"radii"},
     {"seconds", "turn"}, {"turn"},
 )  # fmt: skip
-_STILL = 1e-9  # of a speed [m/s]
 _NEARLY = 1e-9  # of a control period: a time that is a whole number of them is not rounded up
 
 
@@ -42,6 +43,29 @@ class Target(NamedTuple):
 
 
 AT_REST = Target(speed=0.0)
+
+
+@dataclass(frozen=True)
+class Standing:
+    """To stand where the robot was put.
+
+    Attributes:
+        limits: of the reference's motion, which moves only where it gives way to a robot that is pushed or held.
+        give_way: how far the robot may be from the reference before that gives way [m].
+    """
+
+    limits: MotionLimits
+    give_way: float
+
+    @classmethod
+    def of_robot(cls, robot: RobotParameters) -> Self:
+        """By the limits of a robot's sheet."""
+        limits = MotionLimits.of_robot(robot)
+        return cls(limits, STANDING_GIVE_WAY * limits.speed)
+
+    def target(self, time: float) -> Target:
+        """The place where it was put, at any time."""
+        return Target(None, 0.0)
 
 
 class Segment(NamedTuple):
@@ -184,7 +208,7 @@ class _Plan:
 
     def _turn(self, segment: Mapping[str, float]) -> None:
         """On the spot: the robot comes to rest first, if it is not."""
-        if abs(self._motion.speed) > _STILL:
+        if self._motion.is_moving:
             self._drive(AT_REST._replace(heading=self._heading), None)
         begun = self._heading
         self._heading += radians(segment["turn"])

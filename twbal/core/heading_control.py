@@ -5,7 +5,7 @@ from typing import NamedTuple
 from twbal.core.heading import HeadingEstimate, HeadingSample
 from twbal.core.mobility import falling_time, yaw_mobility
 from twbal.core.motion_limits import TURNING_SHARE
-from twbal.core.motion_profile import Motion
+from twbal.core.motion_profile import STILL, Motion
 from twbal.core.plant import Observation, WheelDifference
 from twbal.core.reference import Reference, Targets
 from twbal.core.robot_parameters import RobotParameters
@@ -14,7 +14,6 @@ PACE = 1.5
 """Triple pole of the loop, in rates at which the robot falls. The faster, the sooner friction is overcome."""
 CALMER, CALMEST = 0.85, 0.3
 """Factor on the pole each time that the loop is seen to shake, and the least share of it that is left."""
-_STILL = 1e-9  # of a speed of a reference [m/s], [rad/s]
 FRICTION_SHARE = 0.25
 """Of the torque limit, which may be integrated against friction and dead zone besides what moves the robot."""
 STEADY_SHARE = 0.2
@@ -82,7 +81,7 @@ class HeadingControl:
     """
 
     def __init__(self, robot: RobotParameters, targets: Targets, has_gyro: bool) -> None:
-        self.reference = Reference(targets, NAME, leads_to_places=True)
+        self.reference = Reference(targets, NAME, leads_to_places=True, takes_speed=False)
         self.samples: list[HeadingSample] = []
         self._estimate = HeadingEstimate(robot, has_gyro)
         self._pole, self._mobility = PACE / falling_time(robot), yaw_mobility(robot)
@@ -104,7 +103,7 @@ class HeadingControl:
             driven: the reference straight ahead.
         """
         moving = driven.speed, driven.acceleration, self.reference.motion.speed, self.reference.motion.acceleration
-        stands = max(map(abs, moving)) < _STILL
+        stands = max(map(abs, moving)) < STILL
         self._estimate.follow(seen.time, seen.yaw_rate, apart, stands)
         self._step = 0.0 if self._time is None else seen.time - self._time
         self._time = seen.time

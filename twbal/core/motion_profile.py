@@ -16,6 +16,8 @@ from scipy.optimize import brentq
 from twbal.core.motion_limits import MotionLimits
 
 _ROUNDING = 1e-12  # of a place [m] or a speed [m/s]
+STILL = 1e-9
+"""A speed [m/s] or an acceleration [m/s²] of no more than this is none, but for rounding; in rad for angles."""
 
 
 class Motion(NamedTuple):
@@ -30,6 +32,11 @@ class Motion(NamedTuple):
     position: float = 0.0
     speed: float = 0.0
     acceleration: float = 0.0
+
+    @property
+    def is_moving(self) -> bool:
+        """Whether it has a speed."""
+        return abs(self.speed) > STILL
 
     def after(self, time: float, jerk: float) -> "Motion":
         """The motion after `time` [s] of constant jerk [m/s³]."""

@@ -10,8 +10,10 @@ from twbal.core.motion_profile import Motion, profile_to_speed
 
 _AHEAD = 0.3  # s; how far ahead the robot's distance is foreseen
 _RETURNED = 0.5  # of the greatest distance: the robot has come back, and the reference goes on
-_STILL = 1e-9  # m/s, of the reference
 _FREE, _FREE_TIME = 0.8, 1.0  # of that, s: a robot that stays nearer for so long is not held, and it goes on, too
+LARGEST_SLIP = 0.5
+"""Share of the speed limit by which the robot may be faster or slower than its reference, before that takes on speed
+from it: less than a push changes the speed of a small robot by, more than ramps within the limits do."""
 
 
 class Targets(Protocol):
@@ -43,10 +45,15 @@ class Reference:
     on. On the way to a place it rests all the same, if not told otherwise: a robot that balances has to lean back
     there, and comes to its place more surely from rest.
 
+    A push gives a robot a speed that its policy would brake at once, by a lean from which small robots fall. So the
+    reference is dragged along in speed, too: the robot is never faster or slower than it by more than `LARGEST_SLIP` of
+    the speed limit. From there the reference goes on to its target within its limits, and the robot with it.
+
     Args:
         targets: where it goes.
         name: by which events speak of it.
         leads_to_places: whether a robot that overtakes it on the way to a place, and is not there yet, is led on, too.
+        takes_speed: whether it is dragged along in speed.
 
     Attributes:
         motion: at the last observation.
@@ -54,12 +61,15 @@ class Reference:
         events: when it began to, and when it went on.
     """
 
-    def __init__(self, targets: Targets, name: str = "reference", leads_to_places: bool = False) -> None:
+    def __init__(
+        self, targets: Targets, name: str = "reference", leads_to_places: bool = False, takes_speed: bool = True
+    ) -> None:
         self.motion = Motion()
         self._name = name
         self.gives_way = False
         self.events: list[Event] = []
-        self._targets, self._leads_to_places = targets, leads_to_places
+        self._targets, self._leads_to_places, self._takes_speed = targets, leads_to_places, takes_speed
+        self._is_pushed = False
         self._goal: Target | None = None  # that the profile goes to
         self._profile = profile_to_speed(self.motion, 0.0, targets.limits)
         self._begun = 0.0  # time at which the profile begins [s]
@@ -75,20 +85,32 @@ class Reference:
         """
         self.motion = self._profile.at(time - self._begun)
         target = self._targets.target(time)
+        takes_speed = self._takes_speed and self._take_speed(time, speed)
         off, slip = position - self.motion.position, speed - self.motion.speed
-        is_dragged = self._give_way(time, off, slip, self._side_ahead(target, position))
+        is_dragged = self._give_way(time, off, slip, self._side_ahead(target, position)) or takes_speed
         goal = AT_REST if self.gives_way else target
         if is_dragged or goal != self._goal:
             self._goal, self._begun = goal, time
             self._profile = goal.profile(self.motion, self._targets.limits)
         return self.motion
 
+    def _take_speed(self, time: float, speed: float) -> bool:
+        """Take on speed from a robot whose speed [m/s] is too far off; returns whether it did."""
+        most, slip = LARGEST_SLIP * self._targets.limits.speed, speed - self.motion.speed
+        if abs(slip) <= most:
+            self._is_pushed = self._is_pushed and abs(slip) > _RETURNED * most
+            return False
+        if not self._is_pushed:
+            self._is_pushed = True
+            self.events.append(Event(time, f"the {self._name} takes on speed from the robot"))
+        self.motion = Motion(self.motion.position, speed - math.copysign(most, slip))
+        return True
+
     def _side_ahead(self, target: Target, position: float) -> float:
         """Side, ±1, where a robot at `position` [m] overtakes the reference; 0: it rests for a robot on either side."""
-        speed = self.motion.speed
-        if abs(speed) <= _STILL:
+        if not self.motion.is_moving:
             return 0.0
-        side = math.copysign(1.0, speed)
+        side = math.copysign(1.0, self.motion.speed)
         if target.speed is not None:
             return side if target.speed else 0.0
         return side if self._leads_to_places and (target.position - position) * side > 0.0 else 0.0

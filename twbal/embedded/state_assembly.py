@@ -1,7 +1,8 @@
 """From observations to the state, as C: what `core.channels.StateTracker` does."""
 
-from twbal.core.channels import Channels
+from twbal.core.channels import DRIVING_INTEGRAL, Channels
 from twbal.core.feed_forward import FeedForward
+from twbal.core.motion_profile import STILL
 from twbal.embedded.c_source import real
 
 _MEASURED = {
@@ -100,7 +101,7 @@ static inline void twbal_policy_state(
         memory->origin = path;
     }}
     if (!memory->gave_way || memory->position * memory->integral < 0.0f) {{
-        memory->integral += seen->duration * memory->position;
+        memory->integral += seen->duration * (fabsf(memory->asked) > {still} ? {driving} : 1.0f) * memory->position;
         if (memory->integral > {bound}) {{
             memory->integral = {bound};
         }}
@@ -137,6 +138,8 @@ def state_assembly(channels: Channels, feed_forward: FeedForward) -> str:
     lags = channels.lags
     sources = {**_MEASURED, **{name: f"memory->commands[{lag - 1}]" for name, lag in lags.items()}}
     lines = [f"    state[{number}] = {sources[name]}; /* {name} */" for number, name in enumerate(channels.names)]
-    texts = {"radius": real(channels.wheel_radius), "bound": real(channels.max_position_integral)}
+    texts = {"radius": channels.wheel_radius, "bound": channels.max_position_integral}
+    texts |= {"driving": DRIVING_INTEGRAL, "still": STILL}
     constants = _CONSTANTS.format(**{name: real(value) for name, value in feed_forward._asdict().items()})
-    return "\n".join([constants, _RESET, _STATE.format(**texts, channels="\n".join(lines)), _REMEMBER])
+    state = _STATE.format(**{name: real(value) for name, value in texts.items()}, channels="\n".join(lines))
+    return "\n".join([constants, _RESET, state, _REMEMBER])

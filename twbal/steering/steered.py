@@ -7,7 +7,7 @@ from twbal.core.course import Target
 from twbal.core.episode import Ending, Event, Outcome
 from twbal.core.heading import HeadingSample
 from twbal.core.motion_limits import MotionLimits
-from twbal.core.motion_profile import Motion
+from twbal.core.motion_profile import STILL, Motion
 from twbal.core.plant import Observation
 from twbal.steering.asked import Asked, Key, Steering
 from twbal.steering.limits import SteeringLimits
@@ -15,7 +15,6 @@ from twbal.steering.source import Source
 
 SETTLING = 2.0
 """How long the reference has been at rest before a drive ends [s]: the robot comes to rest a little later."""
-_STILL = 1e-9  # of a speed of a reference [m/s], [rad/s]
 
 
 class Moment(NamedTuple):
@@ -98,7 +97,7 @@ class SteeredCourse:
         if self.steering.stopped:
             return Ending(Outcome.STOPPED, self.steering.stopped)
         speeds = reference.speed, reference.acceleration, heading.reference_rate if heading else 0.0
-        if max(map(abs, speeds)) > _STILL:
+        if max(map(abs, speeds)) > STILL:
             self._moved = seen.time
         if self.steering.ending and seen.time - self._moved >= SETTLING:
             return Ending(Outcome.COMPLETED, f"{self.steering.ending}, and the reference came to rest")

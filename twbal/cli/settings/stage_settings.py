@@ -76,6 +76,7 @@ STAGES: Mapping[str, tuple[Setting, ...]] = {
         _common("steps", STEPS, "length of a trial, at most"),
         _EXPLORATION,
         Setting("exploration_steps", OrNull(Whole(0, 1_000_000, CONTROL_PERIODS)), "time that has noise; null: all"),
+        Setting("yield_to_pushes", YesNo(), "a robot that stands gives way to what pushes or holds it"),
         _HEED,
     ),
     "drive": (

@@ -33,7 +33,7 @@ from twbal.cli.signals import stopped_once
 from twbal.cli.trial_words import floor_of_course, floor_of_excitation, print_course, trial_in_words
 from twbal.cli.typed_config import recorded, typed
 from twbal.core.channels import Channels
-from twbal.core.course import Course, HeadingCourse
+from twbal.core.course import Course, HeadingCourse, Standing
 from twbal.core.episode import Episode, Provenance
 from twbal.core.errors import ConfigError, DataError
 from twbal.core.feed_forward import FeedForward
@@ -221,13 +221,15 @@ def record(
         check_sensors(plant, channels)
         steps = settings.steps if course is None else course.steps(plant.control_period)
         headings = None if course is None else _heading_course(course, plant)
+        yields = settings.yield_to_pushes and "position" in channels.names
+        targets = course or (Standing.of_robot(robot) if yields else None)
         for trial in settings.numbers:
             file = episode_file(out / "episodes", trial)
             if file.exists():
                 continue
             its_own = replace(provenance, robot=plant.robot_name, trial=trial)
             heading = HeadingControl(robot, headings, plant.has_yaw_gyro) if headings else None
-            drive = partial(rollout, plant, policy, channels, steps, settings.tilt_limit, its_own, course, heading)
+            drive = partial(rollout, plant, policy, channels, steps, settings.tilt_limit, its_own, targets, heading)
             episode = drive(watch=FrozenSensors(), feed_forward=FeedForward.of_robot(robot))
             with_line = replace(episode, events=tuple(sorted((*episode.events, *plant.events))))
             if episode.outcome in INTERRUPTED:
