@@ -27,6 +27,7 @@ from hydra.utils import instantiate
 
 from benchmarks.hidden_robots.afterwards import push, stand_a_minute
 from benchmarks.hidden_robots.data_sheet import with_integral_action
+from benchmarks.hidden_robots.pushes import RESULTS_OF_PUSHES
 from benchmarks.hidden_robots.reached import References
 from benchmarks.hidden_robots.record import iteration_records, robot_record
 from benchmarks.hidden_robots.reference import Reached
@@ -97,6 +98,9 @@ class Bench:
         file = folder / "result.json"
         if file.exists():
             done: dict[str, Any] = json.loads(file.read_text())
+            if done.get("pushes") and "yielding_pushes" not in done and "position" in self._channels.names:
+                done |= self._pushed(folder, seed)  # of a run before robots yielded
+                write_atomically(file, json.dumps(done, indent=1) + "\n")
             return done
         shop = self._workshop
         known = {"seed": seed, **robot_record(shop.truth(seed), shop.sheet, reference)}
@@ -122,10 +126,18 @@ class Bench:
         policy, shop = folder / "best_policy.pt", self._workshop
         words = [*learn_words(self._family, seed), f"state={self._recipe.state}", f"seed={seed}"]
         found: dict[str, Any] = {"minute": stand_a_minute(folder / "minute", policy, words, shop.sheet, shop.rules)}
-        if FAMILIES[self._family].faults == "moderate":
-            with shop.robot(seed) as robot:
-                driver = load_policy(str(policy), list(self._channels.names))
-                found["pushes"] = push(robot, driver, self._channels, shop.sheet, shop.rules.default)
+        return {**found, **self._pushed(folder, seed)}
+
+    def _pushed(self, folder: Path, seed: int) -> dict[str, Any]:
+        """What becomes of pushes where robots are moderate; those that yield are asked for a place by the state."""
+        shop, names = self._workshop, list(self._channels.names)
+        if FAMILIES[self._family].faults != "moderate":
+            return {}
+        driver, found = load_policy(str(folder / "best_policy.pt"), names), dict[str, Any]()
+        for name, yields in RESULTS_OF_PUSHES.items():
+            if not yields or "position" in names:
+                with shop.robot(seed) as robot:
+                    found[name] = push(robot, driver, self._channels, shop.sheet, shop.rules.default, yields)
         return found
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 from math import ceil
 from pathlib import Path
 from typing import Any
@@ -13,8 +14,10 @@ from benchmarks.hidden_robots.robots import run
 from twbal.algorithm.rollout import rollout
 from twbal.cli.artefacts import read_logs
 from twbal.core.channels import Channels
+from twbal.core.course import Standing
 from twbal.core.episode import Provenance
 from twbal.core.evaluation import SuccessCriterion
+from twbal.core.feed_forward import FeedForward
 from twbal.core.plant import Pose
 from twbal.core.robot_parameters import RobotParameters
 from twbal.policies.policy import Policy
@@ -29,20 +32,32 @@ def stand_a_minute(
 ) -> list[dict[str, Any]]:
     """Records of trials of a minute with `policy`, driven by `twbal real-rollout` with these settings."""
     steps = ceil(MINUTE / robot.control_period - 1e-9)
-    given = [f"policy.path={policy}", f"steps={steps}", f"trials={MINUTES}", f"first_trial={FIRST_PUSH}", *words]
+    given = [f"policy.path={policy}", f"steps={steps}", f"trials={MINUTES}", f"first_trial={FIRST_PUSH}"]
+    given += ["yield_to_pushes=false", *words]  # the policy by itself, as in the trials before
     run("real-rollout", folder, given)
     longer = Rules(*(replace(rule, steps=steps) for rule in rules))
     return [trial_record(episode, longer) for episode in read_logs([folder])]
 
 
 def push(
-    robot: MujocoRobot, policy: Policy, channels: Channels, sheet: RobotParameters, rule: SuccessCriterion
+    robot: MujocoRobot, policy: Policy, channels: Channels, sheet: RobotParameters, rule: SuccessCriterion, yields: bool
 ) -> list[dict[str, bool]]:
-    """Whether each of ten pushes is survived, and whether the robot is back in place in time and stays there."""
+    """Whether each of ten pushes is survived, and whether the robot is back in place in time and stays there.
+
+    Args:
+        robot: that is pushed.
+        policy: that drives it.
+        channels: of the state.
+        sheet: its data sheet.
+        rule: of success.
+        yields: whether it yields to pushes, as `twbal real-rollout` lets it.
+    """
     plant, found = Pushed(robot, sheet), []
+    targets = Standing.of_robot(sheet) if yields else None
+    drive = partial(rollout, plant, policy, channels, plant.steps, rule.tilt_limit, targets=targets)
     for trial in range(FIRST_PUSH, FIRST_PUSH + PUSHES):
         provenance = Provenance(sheet.name, "robot", trial=trial)
-        episode = rollout(plant, policy, channels, plant.steps, rule.tilt_limit, provenance)
+        episode = drive(provenance, feed_forward=FeedForward.of_robot(sheet))
         assert episode.poses is not None
         poses = [Pose(*pose) for pose in episode.poses.tolist()]
         found.append(plant.verdict(episode.tilt.tolist(), poses, rule)._asdict())

@@ -13,6 +13,8 @@ from twbal.virtual_robot.pushed_robot import PushedRobot
 PUSHES = 10
 FIRST_PUSH = 1000
 """Number of the first trial; those before were driven to learn or to decide."""
+RESULTS_OF_PUSHES = {"pushes": False, "yielding_pushes": True}
+"""What the results of pushes are called, and whether the robot yields to them."""
 _PUSH_TIME, _PUSH_DURATION, _TIME_AFTER = 5.0, 0.1, 10.0  # [s]
 _BACK = 5.0  # after a push, in which it must be back in place [s]
 _IMPULSE = 10.0 / 10.0  # over the mass of the data sheet's body [N·s/kg]

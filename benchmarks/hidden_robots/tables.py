@@ -7,6 +7,8 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
+from benchmarks.hidden_robots.pushes import RESULTS_OF_PUSHES
+
 RESULTS = Path(__file__).resolve().parent.parent / "results"
 RULES = {"default": "default rule", "sticky": "sticky rule"}
 COLUMNS = {**RULES, "due": "each by its own"}
@@ -36,9 +38,13 @@ def summary(results: Mapping[str, Any]) -> list[str]:
         ("driven to decide, median / worst", _by_rule(found, _seconds, "trial_seconds")),
         ("robots that stand a minute, in five of five trials", _by_rule(found, _minutes)),
     ]
-    pushes = [push for robot in found for push in robot.get("pushes", ())]
+    alone, yielding = ([push for robot in found for push in robot.get(name, ())] for name in RESULTS_OF_PUSHES)
     reference = _reference_pushes(results["family"], [robot["seed"] for robot in found])
-    for driven, by in ((pushes, ""), (reference if pushes else [], " under the reference search")):
+    for driven, by in (
+        (yielding, ""),
+        (alone, ", resisting"),
+        (reference if alone else [], ", by the reference search"),
+    ):
         for name, words in (("survived", "pushes survived"), ("back", "and back in place within 5 s")):
             if driven:
                 cell = f"{sum(push[name] for push in driven)} of {len(driven)}"
