@@ -138,7 +138,7 @@ def test_a_robot_that_yields_to_a_push_stands_one_that_throws_over_a_robot_that_
     resists, yields = (stands(Pushed(push), yields) for yields in (False, True))
     assert resists.outcome is Outcome.TILT_LIMIT
     assert yields.outcome is Outcome.COMPLETED and np.abs(yields.tilt).max() < 0.47
-    assert set(texts(yields)) == {"the reference takes on speed from the robot"}
+    assert set(texts(yields)) == {"the reference takes on speed from the robot, which is pushed"}
     assert yields.references is not None and yields.poses is not None
     assert (sign * yields.poses[:, 0]).max() > 0.2
     assert np.abs(yields.poses[-100:, 0]).max() < 0.05  # back in its place

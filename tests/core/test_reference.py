@@ -10,6 +10,7 @@ from twbal.core.gaussian import Array
 from twbal.core.motion_limits import MotionLimits
 from twbal.core.motion_profile import Motion
 from twbal.core.plant import Observation
+from twbal.core.push_detector import PushDetector
 from twbal.core.reference import LARGEST_SLIP, Reference, Targets
 from twbal.core.robot_parameters import GRAVITY, RobotParameters
 
@@ -217,59 +218,79 @@ def test_the_integral_is_held_while_the_reference_gives_way() -> None:
 
 
 class Pushed:
-    """A robot that stands, is given a speed, and brakes towards its reference's speed and place."""
+    """A robot that stands, is pushed at 4 s for 0.1 s, and brakes towards its reference's speed and place."""
 
-    def __init__(self, speed: float) -> None:
-        self._push, self.place, self.speed = speed, 0.0, 0.0
+    def __init__(self, push: float) -> None:
+        self._push, self.place, self.speed = push, 0.0, 0.0
 
     def step(self, time: float, asked: Motion) -> None:
-        if 2.0 <= time < 2.1:
+        if 4.0 - 1e-9 <= time < 4.1 - 1e-9:
             self.speed += PERIOD * self._push / 0.1
         self.speed += PERIOD * (3.0 * (asked.speed - self.speed) + 3.0 * (asked.position - self.place))
         self.place += PERIOD * self.speed
 
 
-def pushed(speed: float, targets: Targets) -> tuple[Reference, Array]:
-    """The reference, and rows of the robot's place and speed and the reference's, in 12 s."""
-    reference, robot, rows = Reference(targets), Pushed(speed), []
-    for time in np.arange(0.0, 12.0, PERIOD).tolist():
+def pushed(push: float, targets: Targets) -> tuple[Reference, Array]:
+    """The reference, and rows of the robot's place and speed and the reference's, in 16 s."""
+    reference, robot, rows = Reference(targets), Pushed(push), []
+    for time in np.arange(0.0, 16.0, PERIOD).tolist():
         asked = reference.follow(time, robot.place, robot.speed)
         rows.append((robot.place, robot.speed, *asked))
         robot.step(time, asked)
     return reference, np.array(rows)
 
 
-@pytest.mark.parametrize("speed", [0.9, -0.9, 1.5])
-def test_a_push_takes_the_reference_along_which_then_brakes_within_its_limits_and_comes_back(speed: float) -> None:
-    reference, rows = pushed(speed, Standing(LIMITS, give_way=2.0))
-    slips = rows[:, 1] - rows[:, 3]
-    assert np.abs(slips).max() == pytest.approx(LARGEST_SLIP * LIMITS.speed)
-    taken = np.flatnonzero(np.abs(np.diff(rows[:, 3])) > LIMITS.acceleration * PERIOD + 1e-9)
-    assert len(taken) and PERIOD * taken.max() < 2.3
-    assert rows[-1, :4] == pytest.approx([0.0] * 4, abs=0.02)
-    assert [event.text for event in reference.events] == ["the reference takes on speed from the robot"]
-    assert reference.events[0].time == pytest.approx(2.1, abs=0.1)
+@pytest.mark.parametrize("push", [1.4, -1.4, 2.0])
+@pytest.mark.parametrize("targets", [Standing(LIMITS, give_way=2.0), Asked(0.0)])
+def test_a_push_takes_the_reference_along_which_then_brakes_within_its_limits_and_comes_back(
+    push: float, targets: Targets
+) -> None:
+    reference, rows = pushed(push, targets)
+    jumps = PERIOD * np.flatnonzero(np.abs(np.diff(rows[:, 3])) > LIMITS.acceleration * PERIOD + 1e-9)
+    assert len(jumps) and jumps.min() > 4.0 and jumps.max() < 4.6
+    assert np.abs(rows[jumps.max() < PERIOD * np.arange(len(rows)), 3]).max() <= abs(push)
+    assert np.abs(rows[-1, :4]) == pytest.approx([0.0] * 4, abs=0.02)
+    told = [event for event in reference.events if "is pushed" in event.text]
+    assert len(told) == 1 and told[0].time == pytest.approx(4.1, abs=0.04)
 
 
-def test_a_reference_that_takes_speed_comes_to_rest_before_a_held_robot_and_is_never_faster_by_more() -> None:
-    reference, speeds = Reference(Asked(0.8)), []
-    for time in np.arange(0.0, 12.0, PERIOD).tolist():
-        speeds.append(reference.follow(time, 0.0, 0.0).speed)
-    assert max(speeds) <= LARGEST_SLIP * LIMITS.speed + 1e-9
-    assert reference.motion == pytest.approx((GIVE_WAY, 0.0, 0.0), abs=1e-9)
-    assert reference.gives_way
-    assert np.abs(np.diff(speeds)).max() <= LIMITS.acceleration * PERIOD + 1e-9
+def test_while_it_is_pushed_a_robot_is_faster_than_its_reference_by_half_the_speed_limit_at_most() -> None:
+    _, rows = pushed(1.5, Standing(LIMITS, give_way=2.0))
+    slips = np.abs(rows[:, 1] - rows[:, 3])
+    just_pushed = slice(round(4.1 / PERIOD) + 1, round(4.5 / PERIOD))
+    assert 0.4 < slips[just_pushed].max() <= LARGEST_SLIP * LIMITS.speed + 1e-9
 
 
-def test_a_light_push_is_left_to_the_policy() -> None:
-    reference, rows = pushed(0.4, Standing(LIMITS, give_way=2.0))
+def test_a_push_while_driving_does_not_change_where_a_speed_leads() -> None:
+    _, rows = pushed(-1.6, Asked(0.6))
+    assert rows[:, 3].min() < 0.0  # it was thrown back
+    assert rows[-1, 3:5] == pytest.approx([0.6, 0.0], abs=1e-9)
+
+
+@pytest.mark.parametrize("push", [0.9, -0.9])
+def test_a_light_push_is_left_to_the_policy(push: float) -> None:
+    reference, rows = pushed(push, Standing(LIMITS, give_way=2.0))
     assert not reference.events
     assert not rows[:, 2:].any()
 
 
+def test_a_robot_that_begins_with_a_lean_is_not_pushed() -> None:
+    detector = PushDetector(LIMITS.speed)
+    assert not any(detector.follow(time, 15.0 * min(time, 0.1)) for time in np.arange(0.0, 4.0, PERIOD).tolist())
+
+
+def test_a_speed_that_changes_slowly_is_no_push_at_any_control_period() -> None:
+    for period in (0.005, 0.03):
+        slow, fast = PushDetector(LIMITS.speed), PushDetector(LIMITS.speed)
+        times = np.arange(0.0, 6.0, period).tolist()
+        assert not any(slow.follow(time, 2.0 * np.sin(4.0 * time)) for time in times)
+        found = [time for time in times if fast.follow(time, 0.0 if time < 3.0 else 1.2)]
+        assert found[0] == pytest.approx(3.0, abs=period) and found[-1] == pytest.approx(3.5, abs=2.0 * period)
+
+
 def test_a_heading_takes_on_no_speed() -> None:
     reference = Reference(Standing(LIMITS, give_way=2.0), takes_speed=False)
-    assert all(not any(reference.follow(time, 0.0, 0.9)) for time in (0.0, 0.02, 0.04))
+    assert all(not any(reference.follow(time, 0.0, 5.0 * (time > 3.0))) for time in np.arange(0.0, 3.1, PERIOD))
 
 
 # Limits of the sheet, and courses

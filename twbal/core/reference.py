@@ -7,13 +7,13 @@ from twbal.core.course import AT_REST, Target
 from twbal.core.episode import Event
 from twbal.core.motion_limits import MotionLimits
 from twbal.core.motion_profile import Motion, profile_to_speed
+from twbal.core.push_detector import PushDetector
 
 _AHEAD = 0.3  # s; how far ahead the robot's distance is foreseen
 _RETURNED = 0.5  # of the greatest distance: the robot has come back, and the reference goes on
 _FREE, _FREE_TIME = 0.8, 1.0  # of that, s: a robot that stays nearer for so long is not held, and it goes on, too
 LARGEST_SLIP = 0.5
-"""Share of the speed limit by which the robot may be faster or slower than its reference, before that takes on speed
-from it: less than a push changes the speed of a small robot by, more than ramps within the limits do."""
+"""Share of the speed limit by which a robot that is pushed may be faster or slower than its reference."""
 
 
 class Targets(Protocol):
@@ -45,15 +45,16 @@ class Reference:
     on. On the way to a place it rests all the same, if not told otherwise: a robot that balances has to lean back
     there, and comes to its place more surely from rest.
 
-    A push gives a robot a speed that its policy would brake at once, by a lean from which small robots fall. So the
-    reference is dragged along in speed, too: the robot is never faster or slower than it by more than `LARGEST_SLIP` of
-    the speed limit. From there the reference goes on to its target within its limits, and the robot with it.
+    A push (`PushDetector`) gives a robot a speed that its policy would brake at once, by a lean from which small robots
+    fall. So the reference takes on speed from it, until the robot is faster or slower by no more than `LARGEST_SLIP` of
+    the speed limit. From there the reference goes on to its target within its limits, and the robot with it. Where it
+    was to stand, it comes back to its place.
 
     Args:
         targets: where it goes.
         name: by which events speak of it.
         leads_to_places: whether a robot that overtakes it on the way to a place, and is not there yet, is led on, too.
-        takes_speed: whether it is dragged along in speed.
+        takes_speed: whether it takes on speed from a robot that is pushed.
 
     Attributes:
         motion: at the last observation.
@@ -69,7 +70,10 @@ class Reference:
         self.gives_way = False
         self.events: list[Event] = []
         self._targets, self._leads_to_places, self._takes_speed = targets, leads_to_places, takes_speed
-        self._is_pushed = False
+        self._pushes = PushDetector(targets.limits.speed)
+        self._was_pushed = False
+        self._target: Target | None = None
+        self._place: float | None = None  # where it was to come to rest before a push [m]
         self._goal: Target | None = None  # that the profile goes to
         self._profile = profile_to_speed(self.motion, 0.0, targets.limits)
         self._begun = 0.0  # time at which the profile begins [s]
@@ -85,24 +89,28 @@ class Reference:
         """
         self.motion = self._profile.at(time - self._begun)
         target = self._targets.target(time)
+        if target != self._target:
+            self._target, self._place = target, None
         takes_speed = self._takes_speed and self._take_speed(time, speed)
         off, slip = position - self.motion.position, speed - self.motion.speed
         is_dragged = self._give_way(time, off, slip, self._side_ahead(target, position)) or takes_speed
-        goal = AT_REST if self.gives_way else target
+        goal = AT_REST if self.gives_way else target if self._place is None else Target(None, self._place)
         if is_dragged or goal != self._goal:
             self._goal, self._begun = goal, time
             self._profile = goal.profile(self.motion, self._targets.limits)
         return self.motion
 
     def _take_speed(self, time: float, speed: float) -> bool:
-        """Take on speed from a robot whose speed [m/s] is too far off; returns whether it did."""
+        """Take on speed from a robot that is pushed, by its speed [m/s]; returns whether it did."""
+        is_pushed, was_pushed = self._pushes.follow(time, speed), self._was_pushed
+        self._was_pushed = is_pushed
+        if is_pushed and not was_pushed:
+            self.events.append(Event(time, f"the {self._name} takes on speed from the robot, which is pushed"))
         most, slip = LARGEST_SLIP * self._targets.limits.speed, speed - self.motion.speed
-        if abs(slip) <= most:
-            self._is_pushed = self._is_pushed and abs(slip) > _RETURNED * most
+        if not is_pushed or abs(slip) <= most:
             return False
-        if not self._is_pushed:
-            self._is_pushed = True
-            self.events.append(Event(time, f"the {self._name} takes on speed from the robot"))
+        if self._target == AT_REST and self._place is None:
+            self._place = self._profile.end.position
         self.motion = Motion(self.motion.position, speed - math.copysign(most, slip))
         return True
 

@@ -1,0 +1,40 @@
+"""Tells that a robot is pushed, by how fast its speed changes."""
+
+from collections import deque
+
+PUSH_TIME = 0.1
+"""Within which the speed of a robot that is pushed changes by more than the limit of its reference [s]. That limit is
+v² = 0.25 g h, h being the height of the centre of mass (`MotionLimits.of_robot`): a robot cannot gain so much speed in
+so little time by leaning, but by a push of 1 N·s for each kg small ones do."""
+AFTER_PUSH = 0.4
+"""For which it counts as pushed from then on [s]."""
+START = 2.0
+"""From which on pushes are told [s]: a robot that begins with a lean has to roll fast, too."""
+_NEARLY = 1e-9  # s
+
+
+class PushDetector:
+    """Is told the speed of a robot at each observation of a rollout.
+
+    Args:
+        speed_limit: of the reference that it follows [m/s].
+    """
+
+    def __init__(self, speed_limit: float) -> None:
+        self._speed_limit = speed_limit
+        self._recent: deque[tuple[float, float]] = deque()  # times and speeds of the last 0.1 s
+        self._until = 0.0  # [s]
+
+    def follow(self, time: float, speed: float) -> bool:
+        """Whether the robot is pushed, or was a short time ago.
+
+        Args:
+            time: since the rollout began, no earlier than that of the call before [s].
+            speed: of the robot [m/s].
+        """
+        self._recent.append((time, speed))
+        while self._recent[0][0] < time - PUSH_TIME - _NEARLY:
+            self._recent.popleft()
+        if time > START and abs(speed - self._recent[0][1]) > self._speed_limit:
+            self._until = time + AFTER_PUSH
+        return time < self._until
