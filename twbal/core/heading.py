@@ -12,6 +12,7 @@ WHEEL_TIME = 0.5
 short beside the drift of an integrated gyro."""
 SLIP = 0.1
 """Largest disagreement of gyro and wheels that is taken for drift [rad]; beyond, somebody turned the robot."""
+_MOST_OFF = 0.1  # rad/s, of a sample from the bias: what is more is cut (Huber, Robust estimation of a location, 1964)
 _PRIOR_SAMPLES = 4.0  # of a bias of 0: (noise of a sample / spread of biases)², both of some hundredths of a rad/s
 
 
@@ -98,4 +99,4 @@ class HeadingEstimate:
     def _learn_bias(self, disagreement: float, step: float) -> None:
         self._still += 1
         share = max(step / BIAS_TIME, 1.0 / (self._still + _PRIOR_SAMPLES))
-        self.bias += share * (disagreement - self.bias)
+        self.bias += share * min(max(disagreement - self.bias, -_MOST_OFF), _MOST_OFF)
