@@ -16,7 +16,7 @@ NO_LOAD_SPEEDS = {"regbot": 2.16, "balboa": 0.85, "esp32": 1.19}
 back-EMF and friction of a wheel, times its radius (3.4e-3 and 0.047 N·m·s/rad, see conf/robot); esp32: a JGB37-520 of
 1320 ticks a turn, 11 · 4 · 30, is that of 333 turns a minute."""
 SLOPE = radians(2.0)
-STEADY = 10.0  # for which a reference keeps a speed; the integral of a policy needs 5 s to settle after a ramp [s]
+STEADY = 14.0  # for which a reference keeps a speed; the integral of a policy needs 5 s to settle after a ramp [s]
 _REST = 2.0  # for which it rests after a ramp [s]
 _BEFORE_PUSH, _AFTER_PUSH = 3.0, 3.0  # of driving at a steady speed [s]
 _STAND = {"seconds": 3.0, "speed": 0.0}

@@ -50,7 +50,7 @@ def test_the_speed_error_is_that_along_the_robots_own_way_whichever_way_it_looks
 
 
 def test_only_the_end_of_a_ramp_counts():
-    segments = course({"seconds": 10.0, "speed": 0.5})
+    segments = course({"seconds": 14.0, "speed": 0.5})
     driven = motion(segments, lambda t: 0.5 * max(t - 5.5, 0.0))  # it stands for 5.5 s
     assert speed_errors(driven) == pytest.approx([0.0], abs=1e-6)
 
