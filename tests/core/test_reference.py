@@ -325,7 +325,8 @@ def test_robots_of_one_shape_have_limits_of_one_shape() -> None:
 
 
 def test_given_limits_take_the_place_of_those_of_the_sheet() -> None:
-    assert MotionLimits.of_robot(paper(), 2.0, 3.0, 4.0) == MotionLimits(2.0, 3.0, 4.0)
+    usual = MotionLimits.of_robot(paper()).speed
+    assert MotionLimits.of_robot(paper(), 2.0, 3.0, 4.0) == MotionLimits(2.0, 3.0, 4.0, push=usual)
 
 
 def course(*segments: dict[str, float], **settings: float) -> Course:

@@ -3,9 +3,9 @@
 from collections import deque
 
 PUSH_TIME = 0.1
-"""Within which the speed of a robot that is pushed changes by more than the limit of its reference [s]. That limit is
-v² = 0.25 g h, h being the height of the centre of mass (`MotionLimits.of_robot`): a robot cannot gain so much speed in
-so little time by leaning, but by a push of 1 N·s for each kg small ones do."""
+"""Within which the speed of a robot that is pushed changes by more than the limit that its sheet gives a reference [s],
+v² = 0.25 g h, h being the height of the centre of mass above ground (`MotionLimits.of_robot`). A robot cannot gain so
+much speed in so little time by leaning; by a push of 1 N·s for each kg small ones do."""
 AFTER_PUSH = 0.4
 """For which it counts as pushed from then on [s]."""
 START = 2.0
@@ -17,11 +17,11 @@ class PushDetector:
     """Is told the speed of a robot at each observation of a rollout.
 
     Args:
-        speed_limit: of the reference that it follows [m/s].
+        push: change of the speed that is one [m/s].
     """
 
-    def __init__(self, speed_limit: float) -> None:
-        self._speed_limit = speed_limit
+    def __init__(self, push: float) -> None:
+        self._push = push
         self._recent: deque[tuple[float, float]] = deque()  # times and speeds of the last 0.1 s
         self._until = 0.0  # [s]
 
@@ -35,6 +35,6 @@ class PushDetector:
         self._recent.append((time, speed))
         while self._recent[0][0] < time - PUSH_TIME - _NEARLY:
             self._recent.popleft()
-        if time > START and abs(speed - self._recent[0][1]) > self._speed_limit:
+        if time > START and abs(speed - self._recent[0][1]) > self._push:
             self._until = time + AFTER_PUSH
         return time < self._until

@@ -13,7 +13,8 @@ _AHEAD = 0.3  # s; how far ahead the robot's distance is foreseen
 _RETURNED = 0.5  # of the greatest distance: the robot has come back, and the reference goes on
 _FREE, _FREE_TIME = 0.8, 1.0  # of that, s: a robot that stays nearer for so long is not held, and it goes on, too
 LARGEST_SLIP = 0.5
-"""Share of the speed limit by which a robot that is pushed may be faster or slower than its reference."""
+"""Share of the change of speed that makes a push, by which a robot that is pushed may be faster or slower than its
+reference."""
 
 
 class Targets(Protocol):
@@ -47,7 +48,7 @@ class Reference:
 
     A push (`PushDetector`) gives a robot a speed that its policy would brake at once, by a lean from which small robots
     fall. So the reference takes on speed from it, until the robot is faster or slower by no more than `LARGEST_SLIP` of
-    the speed limit. From there the reference goes on to its target within its limits, and the robot with it. Where it
+    what makes a push. From there the reference goes on to its target within its limits, and the robot with it. Where it
     was to stand, it comes back to its place.
 
     Args:
@@ -70,7 +71,7 @@ class Reference:
         self.gives_way = False
         self.events: list[Event] = []
         self._targets, self._leads_to_places, self._takes_speed = targets, leads_to_places, takes_speed
-        self._pushes = PushDetector(targets.limits.speed)
+        self._pushes = PushDetector(targets.limits.push_speed)
         self._was_pushed = False
         self._target: Target | None = None
         self._place: float | None = None  # where it was to come to rest before a push [m]
@@ -106,7 +107,7 @@ class Reference:
         self._was_pushed = is_pushed
         if is_pushed and not was_pushed:
             self.events.append(Event(time, f"the {self._name} takes on speed from the robot, which is pushed"))
-        most, slip = LARGEST_SLIP * self._targets.limits.speed, speed - self.motion.speed
+        most, slip = LARGEST_SLIP * self._targets.limits.push_speed, speed - self.motion.speed
         if not is_pushed or abs(slip) <= most:
             return False
         if self._target == AT_REST and self._place is None:
