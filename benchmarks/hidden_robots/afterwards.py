@@ -32,8 +32,7 @@ def stand_a_minute(
 ) -> list[dict[str, Any]]:
     """Records of trials of a minute with `policy`, driven by `twbal real-rollout` with these settings."""
     steps = ceil(MINUTE / robot.control_period - 1e-9)
-    given = [f"policy.path={policy}", f"steps={steps}", f"trials={MINUTES}", f"first_trial={FIRST_PUSH}"]
-    given += ["yield_to_pushes=false", *words]  # the policy by itself, as in the trials before
+    given = [f"policy.path={policy}", f"steps={steps}", f"trials={MINUTES}", f"first_trial={FIRST_PUSH}", *words]
     run("real-rollout", folder, given)
     longer = Rules(*(replace(rule, steps=steps) for rule in rules))
     return [trial_record(episode, longer) for episode in read_logs([folder])]
@@ -50,7 +49,7 @@ def push(
         channels: of the state.
         sheet: its data sheet.
         rule: of success.
-        yields: whether it yields to pushes, as `twbal real-rollout` lets it.
+        yields: whether it yields to pushes (`yield_to_pushes` of `twbal real-rollout`).
     """
     plant, found = Pushed(robot, sheet), []
     targets = Standing.of_robot(sheet) if yields else None

@@ -41,9 +41,9 @@ def summary(results: Mapping[str, Any]) -> list[str]:
     alone, yielding = ([push for robot in found for push in robot.get(name, ())] for name in RESULTS_OF_PUSHES)
     reference = _reference_pushes(results["family"], [robot["seed"] for robot in found])
     for driven, by in (
-        (yielding, ""),
-        (alone, ", resisting"),
-        (reference if alone else [], ", by the reference search"),
+        (alone, ""),
+        (yielding, ", yielding"),
+        (reference if alone else [], " under the reference search"),
     ):
         for name, words in (("survived", "pushes survived"), ("back", "and back in place within 5 s")):
             if driven:

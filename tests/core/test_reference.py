@@ -39,10 +39,7 @@ class Stop(Asked):
 
 
 def followed(reference: Reference, robot: Callable[[float], float], until: float) -> Iterator[Array]:
-    """Time, the robot's place and the reference, at each instant of a robot that goes its own way.
-
-    The robot tells no speed, so the reference is to take none from it.
-    """
+    """Time, the robot's place and the reference, at each instant of a robot that goes its own way."""
     for time in np.arange(0.0, until, PERIOD).tolist():
         yield np.array([time, robot(time), *reference.follow(time, robot(time), 0.0)])
 
@@ -55,7 +52,7 @@ def paper(**other: float) -> RobotParameters:
 
 
 def test_a_robot_that_follows_never_makes_the_reference_give_way() -> None:
-    reference = Reference(Asked(0.8), takes_speed=False)
+    reference = Reference(Asked(0.8))
     rows = np.array(list(followed(reference, lambda t: 0.8 * max(t - 0.9, 0.0), 6.0)))
     assert not reference.events
     np.testing.assert_allclose(rows[-1, 3:], [0.8, 0.0], atol=1e-9)
@@ -63,7 +60,7 @@ def test_a_robot_that_follows_never_makes_the_reference_give_way() -> None:
 
 
 def test_before_a_held_robot_the_reference_stops_at_the_greatest_distance_and_comes_to_rest() -> None:
-    reference = Reference(Asked(0.8), takes_speed=False)
+    reference = Reference(Asked(0.8))
     rows = np.array(list(followed(reference, lambda t: 0.0, 12.0)))
     assert rows[:, 2].max() == pytest.approx(GIVE_WAY)
     assert rows[-1, 2:] == pytest.approx([GIVE_WAY, 0.0, 0.0], abs=1e-9)
@@ -75,7 +72,7 @@ def test_a_robot_that_is_let_go_is_led_on_from_where_it_is_within_the_limits() -
     def robot(time: float) -> float:
         return 0.0 if time < 6.0 else min(0.3 * (time - 6.0), GIVE_WAY) if time < 8.0 else 0.4 + 0.7 * (time - 8.0)
 
-    reference = Reference(Asked(0.8), takes_speed=False)
+    reference = Reference(Asked(0.8))
     rows = np.array(list(followed(reference, robot, 16.0)))
     assert [event.text for event in reference.events[:2]] == ["the reference gives way", "the reference goes on"]
     on = rows[:, 0] >= reference.events[1].time
@@ -88,7 +85,7 @@ def test_a_pushed_robot_drags_the_place_along_and_a_place_that_was_asked_for_is_
     def robot(time: float) -> float:
         return 1.0 if 2.0 <= time < 4.0 else (0.7 if 4.0 <= time < 5.0 else 0.0)
 
-    reference = Reference(Asked(None, 0.0), takes_speed=False)
+    reference = Reference(Asked(None, 0.0))
     rows = np.array(list(followed(reference, robot, 4.0)))
     assert rows[-1, 2] == pytest.approx(1.0 - GIVE_WAY)
     more = np.array([[t, *reference.follow(t, 0.65 if t < 6.0 else 0.1, 0.0)] for t in np.arange(4.0, 12.0, PERIOD)])
@@ -100,7 +97,7 @@ def test_a_robot_that_overtakes_the_reference_drags_its_place_along_and_does_not
     def robot(time: float) -> float:
         return speed * (time + max(min(time, 5.0) - 4.0, 0.0))  # it leaps ahead between 4 and 5 s
 
-    reference = Reference(Asked(speed), takes_speed=False)
+    reference = Reference(Asked(speed))
     rows = np.array(list(followed(reference, robot, 10.0)))
     assert not reference.events and not reference.gives_way
     at_speed = rows[rows[:, 0] > 3.0]
@@ -122,7 +119,7 @@ def test_a_robot_that_overtakes_on_the_way_to_a_place_is_led_on_only_where_that_
 
 
 def test_a_reference_that_rests_for_a_robot_goes_on_when_that_overtakes_it() -> None:
-    reference = Reference(Asked(0.8), takes_speed=False)
+    reference = Reference(Asked(0.8))
     behind = np.array(list(followed(reference, lambda t: 0.0, 1.4)))
     assert reference.gives_way and behind[-1, 3] > 0.1
     reference.follow(1.4, reference.motion.position + 1.1 * GIVE_WAY, 0.0)
@@ -130,7 +127,7 @@ def test_a_reference_that_rests_for_a_robot_goes_on_when_that_overtakes_it() -> 
 
 
 def test_a_stop_that_is_asked_for_is_obeyed_while_the_robot_is_ahead() -> None:
-    reference = Reference(Stop(0.8), takes_speed=False)
+    reference = Reference(Stop(0.8))
     rows = np.array(list(followed(reference, lambda t: 0.8 * t + GIVE_WAY if t < 5.0 else 4.0 + GIVE_WAY, 9.0)))
     assert rows[-1, 3:] == pytest.approx([0.0, 0.0], abs=1e-9)
     assert (np.abs(np.diff(rows[:, 3])) <= 0.5 * PERIOD + 1e-9).all()
@@ -145,7 +142,7 @@ def test_a_robot_that_stands_near_enough_is_led_on_and_one_that_is_held_farther_
     share: float, goes_on: float | None
 ) -> None:
     """It is thrown beyond the greatest distance, and then stands at a share of it, as on a slope."""
-    reference, thrown = Reference(Asked(None, 1.0, since=2.0), takes_speed=False), 1.0
+    reference, thrown = Reference(Asked(None, 1.0, since=2.0)), 1.0
     rows = followed(reference, lambda t: -1.1 * GIVE_WAY if t < thrown else -share * GIVE_WAY - 0.1 * GIVE_WAY, 6.0)
     places = np.array(list(rows))[:, 2]
     texts = [event.text for event in reference.events]
@@ -206,7 +203,7 @@ def test_a_reference_at_rest_changes_no_state() -> None:
 
 
 def test_the_integral_is_held_while_the_reference_gives_way() -> None:
-    tracker = PLACE.tracker(reference := Reference(Asked(0.8), takes_speed=False))
+    tracker = PLACE.tracker(reference := Reference(Asked(0.8)))
     integrals, giving = [], []
     for time in np.arange(0.0, 20.0, PERIOD).tolist():
         integrals.append(tracker.state(seen_at(time, 0.0, 0.0, 0.0), [])[3])
@@ -232,7 +229,7 @@ class Pushed:
 
 def pushed(push: float, targets: Targets) -> tuple[Reference, Array]:
     """The reference, and rows of the robot's place and speed and the reference's, in 16 s."""
-    reference, robot, rows = Reference(targets), Pushed(push), []
+    reference, robot, rows = Reference(targets, takes_speed=True), Pushed(push), []
     for time in np.arange(0.0, 16.0, PERIOD).tolist():
         asked = reference.follow(time, robot.place, robot.speed)
         rows.append((robot.place, robot.speed, *asked))
@@ -288,9 +285,16 @@ def test_a_speed_that_changes_slowly_is_no_push_at_any_control_period() -> None:
         assert found[0] == pytest.approx(3.0, abs=period) and found[-1] == pytest.approx(3.5, abs=2.0 * period)
 
 
-def test_a_heading_takes_on_no_speed() -> None:
-    reference = Reference(Standing(LIMITS, give_way=2.0), takes_speed=False)
+def test_a_reference_takes_on_no_speed_where_that_is_not_asked_for() -> None:
+    reference = Reference(Standing(LIMITS, give_way=2.0))
     assert all(not any(reference.follow(time, 0.0, 5.0 * (time > 3.0))) for time in np.arange(0.0, 3.1, PERIOD))
+
+
+def test_tyres_that_slip_after_a_push_are_no_further_push() -> None:
+    detector, found = PushDetector(LIMITS.speed), []
+    for time in np.arange(0.0, 5.5, PERIOD).tolist():
+        found.append(detector.follow(time, 2.0 * np.sin(50.0 * time) if time > 3.0 else 0.0))
+    assert PERIOD * sum(found) == pytest.approx(2 * 0.4, abs=0.05)  # at 3 s, and again 2 s later
 
 
 # Limits of the sheet, and courses

@@ -166,8 +166,8 @@ class _Record:
         self.outcome = Outcome.COMPLETED
         self.heading = heading
         self._channels = channels
-        self._reference = None if targets is None else Reference(targets)
         self._is_to_stand = isinstance(targets, Standing)
+        self._reference = None if targets is None else Reference(targets, takes_speed=self._is_to_stand)
         self._tracker = channels.tracker(self._reference, feed_forward)
         self._events: list[Event] = []
         self._ended_by: BaseException | None = None

@@ -46,8 +46,8 @@ class Reference:
     on. On the way to a place it rests all the same, if not told otherwise: a robot that balances has to lean back
     there, and comes to its place more surely from rest.
 
-    A push (`PushDetector`) gives a robot a speed that its policy would brake at once, by a lean from which small robots
-    fall. So the reference takes on speed from it, until the robot is faster or slower by no more than `LARGEST_SLIP` of
+    A push (`PushDetector`) gives a robot a speed that its policy would brake at once, by a lean from which some robots
+    fall. Where that is asked for, the reference takes on speed from it, until the robot is faster or slower by no more than `LARGEST_SLIP` of
     what makes a push. From there the reference goes on to its target within its limits, and the robot with it. Where it
     was to stand, it comes back to its place.
 
@@ -64,7 +64,7 @@ class Reference:
     """
 
     def __init__(
-        self, targets: Targets, name: str = "reference", leads_to_places: bool = False, takes_speed: bool = True
+        self, targets: Targets, name: str = "reference", leads_to_places: bool = False, takes_speed: bool = False
     ) -> None:
         self.motion = Motion()
         self._name = name
@@ -112,7 +112,8 @@ class Reference:
             return False
         if self._target == AT_REST and self._place is None:
             self._place = self._profile.end.position
-        self.motion = Motion(self.motion.position, speed - math.copysign(most, slip))
+        taken, limit = speed - math.copysign(most, slip), self._targets.limits.push_speed
+        self.motion = Motion(self.motion.position, min(max(taken, -limit), limit))  # wheels that slip are faster
         return True
 
     def _side_ahead(self, target: Target, position: float) -> float:
