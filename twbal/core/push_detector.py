@@ -9,7 +9,7 @@ much speed in so little time by leaning; by a push of 1 N·s for each kg small o
 AFTER_PUSH = 0.4
 """For which it counts as pushed from then on [s]."""
 PAUSE = 2.0
-"""From the beginning of a push to that of the next [s]: tyres that slip after a push change the wheels' speed as fast."""
+"""From the beginning of a push to that of the next [s]: tyres that slip after one change the wheels' speed as fast."""
 START = 2.0
 """From which on pushes are told [s]: a robot that begins with a lean has to roll fast, too."""
 _NEARLY = 1e-9  # s

@@ -47,9 +47,9 @@ class Reference:
     there, and comes to its place more surely from rest.
 
     A push (`PushDetector`) gives a robot a speed that its policy would brake at once, by a lean from which some robots
-    fall. Where that is asked for, the reference takes on speed from it, until the robot is faster or slower by no more than `LARGEST_SLIP` of
-    what makes a push. From there the reference goes on to its target within its limits, and the robot with it. Where it
-    was to stand, it comes back to its place.
+    fall. Where that is asked for, the reference takes on speed from it, until the robot is faster or slower by no more
+    than `LARGEST_SLIP` of what makes a push. From there the reference goes on to its target within its limits, and the
+    robot with it. Where it was to stand, it comes back to its place.
 
     Args:
         targets: where it goes.
