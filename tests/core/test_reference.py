@@ -238,11 +238,8 @@ def pushed(push: float, targets: Targets) -> tuple[Reference, Array]:
 
 
 @pytest.mark.parametrize("push", [1.4, -1.4, 2.0])
-@pytest.mark.parametrize("targets", [Standing(LIMITS, give_way=2.0), Asked(0.0)])
-def test_a_push_takes_the_reference_along_which_then_brakes_within_its_limits_and_comes_back(
-    push: float, targets: Targets
-) -> None:
-    reference, rows = pushed(push, targets)
+def test_a_push_takes_the_reference_along_which_then_brakes_within_its_limits_and_comes_back(push: float) -> None:
+    reference, rows = pushed(push, Standing(LIMITS, give_way=2.0))
     jumps = PERIOD * np.flatnonzero(np.abs(np.diff(rows[:, 3])) > LIMITS.acceleration * PERIOD + 1e-9)
     assert len(jumps) and jumps.min() > 4.0 and jumps.max() < 4.6
     assert np.abs(rows[jumps.max() < PERIOD * np.arange(len(rows)), 3]).max() <= abs(push)

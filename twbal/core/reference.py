@@ -49,7 +49,7 @@ class Reference:
     A push (`PushDetector`) gives a robot a speed that its policy would brake at once, by a lean from which some robots
     fall. Where that is asked for, the reference takes on speed from it, until the robot is faster or slower by no more
     than `LARGEST_SLIP` of what makes a push. From there the reference goes on to its target within its limits, and the
-    robot with it. Where it was to stand, it comes back to its place.
+    robot with it.
 
     Args:
         targets: where it goes.
@@ -73,8 +73,6 @@ class Reference:
         self._targets, self._leads_to_places, self._takes_speed = targets, leads_to_places, takes_speed
         self._pushes = PushDetector(targets.limits.push_speed)
         self._was_pushed = False
-        self._target: Target | None = None
-        self._place: float | None = None  # where it was to come to rest before a push [m]
         self._goal: Target | None = None  # that the profile goes to
         self._profile = profile_to_speed(self.motion, 0.0, targets.limits)
         self._begun = 0.0  # time at which the profile begins [s]
@@ -90,12 +88,10 @@ class Reference:
         """
         self.motion = self._profile.at(time - self._begun)
         target = self._targets.target(time)
-        if target != self._target:
-            self._target, self._place = target, None
         takes_speed = self._takes_speed and self._take_speed(time, speed)
         off, slip = position - self.motion.position, speed - self.motion.speed
         is_dragged = self._give_way(time, off, slip, self._side_ahead(target, position)) or takes_speed
-        goal = AT_REST if self.gives_way else target if self._place is None else Target(None, self._place)
+        goal = AT_REST if self.gives_way else target
         if is_dragged or goal != self._goal:
             self._goal, self._begun = goal, time
             self._profile = goal.profile(self.motion, self._targets.limits)
@@ -110,8 +106,6 @@ class Reference:
         most, slip = LARGEST_SLIP * self._targets.limits.push_speed, speed - self.motion.speed
         if not is_pushed or abs(slip) <= most:
             return False
-        if self._target == AT_REST and self._place is None:
-            self._place = self._profile.end.position
         taken, limit = speed - math.copysign(most, slip), self._targets.limits.push_speed
         self.motion = Motion(self.motion.position, min(max(taken, -limit), limit))  # wheels that slip are faster
         return True
