@@ -13,7 +13,7 @@ from twbal.core.plant import Pose
 
 STEADY_TIME = 8.0
 """At the end of a ramp, over which the speed is averaged [s]. The ground has waves of up to 3 m, and a robot at 0.3 m/s
-rolls 2.4 m in that time. Over 4 s it was where it stood on a wave that decided whether a speed was right."""
+rolls 2.4 m in that time. Over 4 s a single uneven place at the end could decide whether a speed was right."""
 STOOD_TIME = 1.0  # at the end of standing, in which the heading is looked at [s]
 PLACE_TIME = 5.0  # from which on a place is to be kept; that of the rule of success [s]
 SPEED_ERROR = 5.0  # [per cent]

@@ -98,9 +98,6 @@ class Bench:
         file = folder / "result.json"
         if file.exists():
             done: dict[str, Any] = json.loads(file.read_text())
-            if done.get("pushes") and "yielding_pushes" not in done and "position" in self._channels.names:
-                done |= self._pushed(folder, seed)  # of a run before robots yielded
-                write_atomically(file, json.dumps(done, indent=1) + "\n")
             return done
         shop = self._workshop
         known = {"seed": seed, **robot_record(shop.truth(seed), shop.sheet, reference)}
@@ -129,7 +126,7 @@ class Bench:
         return {**found, **self._pushed(folder, seed)}
 
     def _pushed(self, folder: Path, seed: int) -> dict[str, Any]:
-        """What becomes of pushes where robots are moderate; those that yield are asked for a place by the state."""
+        """What becomes of pushes where robots are moderate; only a policy that sees its place can yield."""
         shop, names = self._workshop, list(self._channels.names)
         if FAMILIES[self._family].faults != "moderate":
             return {}

@@ -8,6 +8,7 @@ import pytest
 from hydra import compose
 from hydra.utils import instantiate
 
+from twbal.algorithm.rollout import rollout
 from twbal.algorithm.settings import RolloutSettings
 from twbal.cli.composition import composing
 from twbal.cli.conf_folder import conf_folder
@@ -15,6 +16,7 @@ from twbal.cli.kept_episodes import what_is_kept
 from twbal.cli.main import main
 from twbal.cli.robot_link import in_time
 from twbal.cli.stages.real_rollout import record
+from twbal.core.course import Standing
 from twbal.core.episode import Outcome, Provenance
 from twbal.core.errors import DataError, LinkLostError
 from twbal.io.checkpoint import save_checkpoint
@@ -100,6 +102,23 @@ def test_each_trial_is_told_as_soon_as_it_is_logged(cfg, tmp_path):
 
     drive(cfg, Trap(lambda: None), tmp_path, lambda: instantiate(cfg.link), tell=tell)
     assert logs_then == [(0, 1), (1, 2)]
+
+
+@pytest.mark.parametrize(("yields", "state"), [(True, "default"), (False, "default"), (True, "paper")])
+def test_only_a_robot_that_is_to_yield_and_sees_its_place_has_a_reference_that_can_move(
+    yields, state, tmp_path, monkeypatch
+):
+    """The policy of the state `paper` does not know where it is."""
+    given = []
+
+    def watched(*asked, **more):
+        given.append(asked[6])
+        return rollout(*asked, **more)
+
+    monkeypatch.setattr("twbal.cli.stages.real_rollout.rollout", watched)
+    words = ["policy=random", "steps=3", f"state={state}", f"yield_to_pushes={yields}"]
+    assert main(["real-rollout", *words, f"hydra.run.dir={tmp_path}"]) == 0
+    assert [type(targets) for targets in given] == [Standing if yields and state == "default" else type(None)]
 
 
 def test_a_robot_that_nobody_pushes_is_driven_the_same_whether_it_would_yield_or_not(tmp_path):

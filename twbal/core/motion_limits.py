@@ -32,8 +32,6 @@ class MotionLimits:
         speed: [m/s] or [rad/s].
         acceleration: [m/s²] or [rad/s²].
         jerk: rate of the acceleration [m/s³] or [rad/s³].
-        push: change of the speed, within `push_detector.PUSH_TIME`, from which on a robot counts as pushed [m/s] or
-            [rad/s]; None: the speed limit.
 
     Raises:
         ConfigError: one is not a positive number.
@@ -42,17 +40,11 @@ class MotionLimits:
     speed: float
     acceleration: float
     jerk: float
-    push: float | None = None
-
-    @property
-    def push_speed(self) -> float:
-        """See `push`."""
-        return self.speed if self.push is None else self.push
 
     def __post_init__(self) -> None:
         for field in fields(self):
             value = getattr(self, field.name)
-            if value is not None and not 0 < value < inf:
+            if not 0 < value < inf:
                 raise ConfigError(f"A reference needs a positive, finite limit of its {field.name}; found {value}.")
 
     @classmethod
@@ -66,8 +58,7 @@ class MotionLimits:
         """The limits that are given, and from the sheet those that are None.
 
         v = √(0.25 g (l + r)); a is the acceleration with a lean of 5°, or that of a quarter of the torque limit where
-        this is less; the jerk reaches a within 2 √(c / (m g l)), c being the body's inertia about the axle. A push
-        changes the speed by more than that v, whatever limit is given.
+        this is less; the jerk reaches a within 2 √(c / (m g l)), c being the body's inertia about the axle.
 
         Args:
             robot: its sheet.
@@ -75,14 +66,14 @@ class MotionLimits:
             acceleration: [m/s²].
             jerk: [m/s³].
         """
-        usual = sqrt(FROUDE_NUMBER * GRAVITY * (robot.com_height + robot.wheel_radius))
-        speed = usual if speed is None else speed
+        if speed is None:
+            speed = sqrt(FROUDE_NUMBER * GRAVITY * (robot.com_height + robot.wheel_radius))
         if acceleration is None:
             strongest = acceleration_of_torque(robot, TORQUE_SHARE * robot.torque_limit)
             acceleration = min(leaning_acceleration(robot, LEAN), strongest)
         if jerk is None:
             jerk = acceleration / (RAMP_TIME * falling_time(robot))
-        return cls(speed, acceleration, jerk, usual)
+        return cls(speed, acceleration, jerk)
 
     @classmethod
     def of_turning(

@@ -13,8 +13,7 @@ _AHEAD = 0.3  # s; how far ahead the robot's distance is foreseen
 _RETURNED = 0.5  # of the greatest distance: the robot has come back, and the reference goes on
 _FREE, _FREE_TIME = 0.8, 1.0  # of that, s: a robot that stays nearer for so long is not held, and it goes on, too
 LARGEST_SLIP = 0.5
-"""Share of the change of speed that makes a push, by which a robot that is pushed may be faster or slower than its
-reference."""
+"""Share of the speed limit by which a robot that is pushed may be faster or slower than its reference."""
 
 
 class Targets(Protocol):
@@ -48,7 +47,7 @@ class Reference:
 
     A push (`PushDetector`) gives a robot a speed that its policy would brake at once, by a lean from which some robots
     fall. Where that is asked for, the reference takes on speed from it, until the robot is faster or slower by no more
-    than `LARGEST_SLIP` of what makes a push. From there the reference goes on to its target within its limits, and the
+    than `LARGEST_SLIP` of the speed limit. From there the reference goes on to its target within its limits, and the
     robot with it.
 
     Args:
@@ -71,7 +70,7 @@ class Reference:
         self.gives_way = False
         self.events: list[Event] = []
         self._targets, self._leads_to_places, self._takes_speed = targets, leads_to_places, takes_speed
-        self._pushes = PushDetector(targets.limits.push_speed)
+        self._pushes = PushDetector(targets.limits.speed)
         self._was_pushed = False
         self._goal: Target | None = None  # that the profile goes to
         self._profile = profile_to_speed(self.motion, 0.0, targets.limits)
@@ -103,11 +102,12 @@ class Reference:
         self._was_pushed = is_pushed
         if is_pushed and not was_pushed:
             self.events.append(Event(time, f"the {self._name} takes on speed from the robot, which is pushed"))
-        most, slip = LARGEST_SLIP * self._targets.limits.push_speed, speed - self.motion.speed
+        limit, slip = self._targets.limits.speed, speed - self.motion.speed
+        most = LARGEST_SLIP * limit
         if not is_pushed or abs(slip) <= most:
             return False
-        taken, limit = speed - math.copysign(most, slip), self._targets.limits.push_speed
-        self.motion = Motion(self.motion.position, min(max(taken, -limit), limit))  # wheels that slip are faster
+        taken = min(max(speed - math.copysign(most, slip), -limit), limit)  # wheels that slip are faster
+        self.motion = Motion(self.motion.position, taken)
         return True
 
     def _side_ahead(self, target: Target, position: float) -> float:
