@@ -56,7 +56,7 @@ def push(
     drive = partial(rollout, plant, policy, channels, plant.steps, rule.tilt_limit, targets=targets)
     for trial in range(FIRST_PUSH, FIRST_PUSH + PUSHES):
         provenance = Provenance(sheet.name, "robot", trial=trial)
-        episode = drive(provenance, feed_forward=FeedForward.of_robot(sheet))
+        episode = drive(provenance, feed_forward=FeedForward.of_robot(sheet), yields=yields)
         assert episode.poses is not None
         poses = [Pose(*pose) for pose in episode.poses.tolist()]
         found.append(plant.verdict(episode.tilt.tolist(), poses, rule)._asdict())

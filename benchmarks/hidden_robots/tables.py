@@ -8,6 +8,8 @@ from statistics import median
 from typing import Any
 
 from benchmarks.hidden_robots.pushes import RESULTS_OF_PUSHES
+from benchmarks.hidden_robots.robots import FAMILIES, Workshop
+from twbal.core.push_detector import yields_to_pushes
 
 RESULTS = Path(__file__).resolve().parent.parent / "results"
 RULES = {"default": "default rule", "sticky": "sticky rule"}
@@ -38,21 +40,32 @@ def summary(results: Mapping[str, Any]) -> list[str]:
         ("driven to decide, median / worst", _by_rule(found, _seconds, "trial_seconds")),
         ("robots that stand a minute, in five of five trials", _by_rule(found, _minutes)),
     ]
-    alone, yielding = ([push for robot in found for push in robot.get(name, ())] for name in RESULTS_OF_PUSHES)
-    reference = _reference_pushes(results["family"], [robot["seed"] for robot in found])
-    for driven, by in (
-        (alone, ""),
-        (yielding, ", yielding"),
-        (reference if alone else [], " under the reference search"),
-    ):
-        for name, words in (("survived", "pushes survived"), ("back", "and back in place within 5 s")):
-            if driven:
-                cell = f"{sum(push[name] for push in driven)} of {len(driven)}"
-                rows.append((f"{words}{by}", [cell] * len(COLUMNS)))
+    rows += [(name, [cell] * len(COLUMNS)) for name, cell in _pushes(results["family"], found)]
     lines = [f"| figure | {' | '.join(COLUMNS.values())} |", "|---|---|---|---|"]
     lines += [f"| {name} | {' | '.join(cells)} |" for name, cells in rows]
     listed = ", ".join(map(str, missing)) or "none"
     return [*lines, "", f"Left out, as the reference search finds nothing that passes: {listed}."]
+
+
+def _pushes(family: str, found: Sequence[Mapping[str, Any]]) -> list[tuple[str, str]]:
+    """What became of pushes: the way that `twbal real-rollout` drives by default first, then the other."""
+    shop = Workshop(FAMILIES[family])
+    by_default = yields_to_pushes(None, shop.sheet)
+    rows = []
+    for name, yields in sorted(RESULTS_OF_PUSHES.items(), key=lambda each: each[1] is not by_default):
+        driven = [push for robot in found for push in robot.get(name, ())]
+        way = "yielding" if yields else "resisting"
+        rows += _survived(driven, f"{way}, the default here" if yields is by_default else way)
+    reference = _reference_pushes(family, [robot["seed"] for robot in found])
+    return rows + (_survived(reference, "under the reference search") if rows else [])
+
+
+def _survived(driven: Sequence[Mapping[str, bool]], way: str) -> list[tuple[str, str]]:
+    """The two rows of pushes; none where there were no pushes."""
+    if not driven:
+        return []
+    survived, back = (f"{sum(push[name] for push in driven)} of {len(driven)}" for name in ("survived", "back"))
+    return [(f"pushes survived ({way})", survived), (f"and back in place within 5 s ({way})", back)]
 
 
 def _reference_pushes(family: str, seeds: Sequence[int]) -> list[Mapping[str, bool]]:

@@ -104,21 +104,30 @@ def test_each_trial_is_told_as_soon_as_it_is_logged(cfg, tmp_path):
     assert logs_then == [(0, 1), (1, 2)]
 
 
-@pytest.mark.parametrize(("yields", "state"), [(True, "default"), (False, "default"), (True, "paper")])
+@pytest.mark.parametrize(
+    ("asked", "robot", "state", "yields"),
+    [
+        ("true", "paper", "default", True),
+        ("false", "balboa", "default", False),
+        ("null", "paper", "default", False),
+        ("null", "balboa", "default", True),
+        ("true", "paper", "paper", False),
+    ],
+)
 def test_only_a_robot_that_is_to_yield_and_sees_its_place_has_a_reference_that_can_move(
-    yields, state, tmp_path, monkeypatch
+    asked, robot, state, yields, tmp_path, monkeypatch
 ):
     """The policy of the state `paper` does not know where it is."""
     given = []
 
     def watched(*asked, **more):
-        given.append(asked[6])
+        given.append((type(asked[6]), more["yields"]))
         return rollout(*asked, **more)
 
     monkeypatch.setattr("twbal.cli.stages.real_rollout.rollout", watched)
-    words = ["policy=random", "steps=3", f"state={state}", f"yield_to_pushes={yields}"]
+    words = ["policy=random", "steps=3", f"robot={robot}", f"state={state}", f"yield_to_pushes={asked}"]
     assert main(["real-rollout", *words, f"hydra.run.dir={tmp_path}"]) == 0
-    assert [type(targets) for targets in given] == [Standing if yields and state == "default" else type(None)]
+    assert given == [(Standing if yields else type(None), yields)]
 
 
 def test_a_robot_that_nobody_pushes_is_driven_the_same_whether_it_would_yield_or_not(tmp_path):

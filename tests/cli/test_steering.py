@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 from hydra import compose
 
+from twbal.algorithm.rollout import rollout
 from twbal.cli.composition import composing
 from twbal.cli.main import main
 from twbal.cli.stages import drive as stage
@@ -127,6 +128,22 @@ def test_the_stop_key_switches_off_and_the_drive_is_kept(robot, policy, at_termi
     drive(robot, policy, tmp_path)
     episode = read_episode(tmp_path / "episodes" / "trial_000.mcap")
     assert episode.outcome is Outcome.STOPPED and episode.events[-1].text == "stopped by a key"
+
+
+@pytest.mark.parametrize(("asked", "yields"), [("true", True), ("null", False)])
+def test_a_robot_yields_to_pushes_on_its_way_where_that_is_asked_for(
+    asked, yields, robot, policy, at_terminal, tmp_path, monkeypatch
+):
+    given = []
+
+    def watched(*asked, **more):
+        given.append(more["yields"])
+        return rollout(*asked, **more)
+
+    monkeypatch.setattr(stage, "rollout", watched)
+    at_terminal(("tilt", b"q"))
+    drive(robot, policy, tmp_path, f"yield_to_pushes={asked}")
+    assert given == [yields]
 
 
 def test_a_terminal_that_is_closed_ends_the_drive_at_rest_with_its_episode(robot, policy, at_terminal, tmp_path):

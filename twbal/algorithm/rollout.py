@@ -39,6 +39,7 @@ def rollout(
     heading: HeadingControl | None = None,
     watch: Watch | None = None,
     feed_forward: FeedForward | None = None,
+    yields: bool = False,
 ) -> Episode:
     """Drive `plant` by `policy` for at most `steps` control periods.
 
@@ -55,6 +56,7 @@ def rollout(
         heading: controls the heading, for this rollout; None: nothing does.
         watch: called after each observation, before the command; None: nobody ends the rollout.
         feed_forward: of the reference's acceleration; None: nothing is fed forward.
+        yields: whether the reference takes on speed from a robot that is pushed (`PushDetector`).
 
     Raises:
         ConfigError: the tilt limit would never end a fall.
@@ -62,7 +64,7 @@ def rollout(
     """
     _check_tilt_limit(tilt_limit)
     rng = generator(Stream.EXPLORATION, provenance.seed, provenance.trial)
-    record = _Record(channels, targets, heading, feed_forward)
+    record = _Record(channels, targets, heading, feed_forward, yields)
     try:
         try:
             controller = policy.controller(rng)
@@ -157,6 +159,7 @@ class _Record:
         targets: Targets | None,
         heading: HeadingControl | None,
         feed_forward: FeedForward | None,
+        yields: bool,
     ) -> None:
         self.seen: list[Observation] = []
         self.poses: list[Pose] = []
@@ -167,7 +170,7 @@ class _Record:
         self.heading = heading
         self._channels = channels
         self._is_to_stand = isinstance(targets, Standing)
-        self._reference = None if targets is None else Reference(targets, takes_speed=self._is_to_stand)
+        self._reference = None if targets is None else Reference(targets, takes_speed=yields)
         self._tracker = channels.tracker(self._reference, feed_forward)
         self._events: list[Event] = []
         self._ended_by: BaseException | None = None

@@ -95,7 +95,7 @@ class RolloutSettings:
         tilt_limit: at which one ends [rad].
         exploration: standard deviation of the noise on the command, as a share of the torque limit.
         exploration_steps: control periods at the beginning that have it; None: all.
-        yield_to_pushes: whether a robot that stands gives way to what pushes or holds it.
+        yield_to_pushes: whether a robot that is pushed rolls on and brakes gently; None: as its sheet says.
     """
 
     seed: int
@@ -105,7 +105,7 @@ class RolloutSettings:
     tilt_limit: float
     exploration: float
     exploration_steps: int | None = None
-    yield_to_pushes: bool = False
+    yield_to_pushes: bool | None = None
 
     @property
     def numbers(self) -> range:

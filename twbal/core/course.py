@@ -15,6 +15,9 @@ GIVE_WAY = 0.3
 sheets, without faults, lag by 0.17 to 0.28 s of it on ramps within the limits of their sheets."""
 STANDING_GIVE_WAY = 1.0
 """The same for a robot that only stands [s]: it may start from a lean, and must not leave its place for that."""
+BRAKING_LEAN = radians(10.0)
+"""Of the body, in which a robot that was pushed off its place brakes, and comes back. It is twice that of a course, as
+the robot is to be back soon; the rest of the tilt that it may have is for balancing."""
 _SEGMENTS = (
     {"seconds", "speed"}, {"seconds", "share"}, {"seconds", "position"}, {"position"}, {"seconds", "radii"}, {"radii"},
     {"seconds", "turn"}, {"turn"},
@@ -59,8 +62,8 @@ class Standing:
 
     @classmethod
     def of_robot(cls, robot: RobotParameters) -> Self:
-        """By the limits of a robot's sheet."""
-        limits = MotionLimits.of_robot(robot)
+        """By the limits of a robot's sheet, with `BRAKING_LEAN`."""
+        limits = MotionLimits.of_robot(robot, lean=BRAKING_LEAN)
         return cls(limits, STANDING_GIVE_WAY * limits.speed)
 
     def target(self, time: float) -> Target:

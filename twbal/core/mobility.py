@@ -35,6 +35,15 @@ def leaning_acceleration(robot: RobotParameters, lean: float) -> float:
     return robot.wheel_radius * weight * sin(lean) / (a + b * cos(lean))
 
 
+def share_carried(robot: RobotParameters) -> float:
+    """Speed of the centre of mass, per speed of the axle, of an upright robot whose axle is hit: 1 - m l² / c.
+
+    The wheels roll, and the blow is too short for torque or weight to matter. Then b φ̈ + c θ̈ = 0, so the body tips
+    back by m l / c for each metre that the axle moves (symbols of docs/notation.md).
+    """
+    return 1.0 - robot.body_mass * robot.com_height**2 / inertias(robot).c
+
+
 def acceleration_of_torque(robot: RobotParameters, torque: float) -> float:
     """Forward acceleration for which the wheels need a torque while the body keeps its lean, r u / a [m/s²].
 

@@ -54,23 +54,26 @@ class MotionLimits:
         speed: float | None = None,
         acceleration: float | None = None,
         jerk: float | None = None,
+        lean: float = LEAN,
     ) -> Self:
         """The limits that are given, and from the sheet those that are None.
 
-        v = √(0.25 g (l + r)); a is the acceleration with a lean of 5°, or that of a quarter of the torque limit where
-        this is less; the jerk reaches a within 2 √(c / (m g l)), c being the body's inertia about the axle.
+        v = √(0.25 g (l + r)); a is the acceleration with a lean (of 5° if not told otherwise), or that of a quarter of
+        the torque limit where this is less; the jerk reaches a within 2 √(c / (m g l)), c being the body's inertia
+        about the axle.
 
         Args:
             robot: its sheet.
             speed: [m/s].
             acceleration: [m/s²].
             jerk: [m/s³].
+            lean: by which an acceleration that is not given leans the body [rad].
         """
         if speed is None:
             speed = sqrt(FROUDE_NUMBER * GRAVITY * (robot.com_height + robot.wheel_radius))
         if acceleration is None:
             strongest = acceleration_of_torque(robot, TORQUE_SHARE * robot.torque_limit)
-            acceleration = min(leaning_acceleration(robot, LEAN), strongest)
+            acceleration = min(leaning_acceleration(robot, lean), strongest)
         if jerk is None:
             jerk = acceleration / (RAMP_TIME * falling_time(robot))
         return cls(speed, acceleration, jerk)

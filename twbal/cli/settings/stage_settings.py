@@ -37,6 +37,7 @@ _SEED = _common("seed", SEED, "seed of all that is drawn at random")
 _FIRST_TRIAL = Setting("first_trial", Whole(0, 1_000_000_000), "number of the first, which draws start and noise")
 _EXPLORATION = _common("exploration", _SHARE, "sd of noise on the command, per torque limit")
 _WORKERS = Whole(0, 1024)
+_YIELDS = Setting("yield_to_pushes", OrNull(YesNo()), "a pushed robot rolls on and brakes gently; null: by its sheet")
 _HEED = Setting("heed_check", OrNull(YesNo()), "the last check-link counts; null: for a robot on a port")
 
 STAGES: Mapping[str, tuple[Setting, ...]] = {
@@ -76,7 +77,7 @@ STAGES: Mapping[str, tuple[Setting, ...]] = {
         _common("steps", STEPS, "length of a trial, at most"),
         _EXPLORATION,
         Setting("exploration_steps", OrNull(Whole(0, 1_000_000, CONTROL_PERIODS)), "time that has noise; null: all"),
-        Setting("yield_to_pushes", YesNo(), "a robot that stands gives way to what pushes or holds it"),
+        _YIELDS,
         _HEED,
     ),
     "drive": (
@@ -85,6 +86,7 @@ STAGES: Mapping[str, tuple[Setting, ...]] = {
         _common("seconds", OrNull(Number(0.01, 1e6, "s")), "length; then to rest, and the drive ends; null: no limit"),
         _common("input", Text("keyboard, or path"), "keyboard, or a gamepad: /dev/input/js0, or its recorded events"),
         _common("view", OrNull(Text("window, file, or address")), "a live view: window, file, or a viewer's address"),
+        _YIELDS,
         _HEED,
         Setting("pace", Number(0.01, 100.0), "seconds of a virtual robot in lockstep in one of the person"),
         *STEERING,

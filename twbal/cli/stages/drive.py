@@ -26,6 +26,7 @@ from twbal.core.episode import Episode, Event, Outcome, Provenance
 from twbal.core.feed_forward import FeedForward
 from twbal.core.heading_control import HeadingControl
 from twbal.core.plant import Observation
+from twbal.core.push_detector import yields_to_pushes
 from twbal.core.robot_parameters import RobotParameters, parameter_hash
 from twbal.io.logs import read_episode
 from twbal.link.frozen_sensors import FrozenSensors
@@ -64,6 +65,7 @@ class DriveSettings:
     input: str
     view: str | None
     pace: float
+    yield_to_pushes: bool | None
 
 
 class Steered(NamedTuple):
@@ -214,6 +216,7 @@ def _record(
             *(plant, driven.policy, driven.channels, sys.maxsize, settings.tilt_limit, provenance, course, heading),
             watch=lambda *seen: frozen(*seen) or course.watch(*seen),
             feed_forward=FeedForward.of_robot(driven.robot),
+            yields=yields_to_pushes(settings.yield_to_pushes, driven.robot),
         )
     told = (*episode.events, *plant.events, *course.events, *_drives_on(episode, driven))
     episode = replace(episode, events=tuple(sorted(told)))

@@ -39,6 +39,7 @@ from twbal.core.errors import ConfigError, DataError
 from twbal.core.feed_forward import FeedForward
 from twbal.core.heading_control import HeadingControl
 from twbal.core.json_records import read_record, write_record
+from twbal.core.push_detector import yields_to_pushes
 from twbal.core.robot_parameters import RobotParameters, parameter_hash
 from twbal.diagnosis.usability import FEW_DATA, Amount, enough_for_diagnosis
 from twbal.embedded.export import HEADER
@@ -221,7 +222,7 @@ def record(
         check_sensors(plant, channels)
         steps = settings.steps if course is None else course.steps(plant.control_period)
         headings = None if course is None else _heading_course(course, plant)
-        yields = settings.yield_to_pushes and "position" in channels.names
+        yields = "position" in channels.names and yields_to_pushes(settings.yield_to_pushes, robot)
         targets = course or (Standing.of_robot(robot) if yields else None)
         for trial in settings.numbers:
             file = episode_file(out / "episodes", trial)
@@ -230,7 +231,7 @@ def record(
             its_own = replace(provenance, robot=plant.robot_name, trial=trial)
             heading = HeadingControl(robot, headings, plant.has_yaw_gyro) if headings else None
             drive = partial(rollout, plant, policy, channels, steps, settings.tilt_limit, its_own, targets, heading)
-            episode = drive(watch=FrozenSensors(), feed_forward=FeedForward.of_robot(robot))
+            episode = drive(watch=FrozenSensors(), feed_forward=FeedForward.of_robot(robot), yields=yields)
             with_line = replace(episode, events=tuple(sorted((*episode.events, *plant.events))))
             if episode.outcome in INTERRUPTED:
                 keep_interrupted(with_line, out / "interrupted", why=" ".join(end.text for end in episode.events))
