@@ -22,6 +22,7 @@ from twbal.core.episode import Episode, Provenance
 from twbal.core.feed_forward import FeedForward
 from twbal.core.heading_control import HeadingControl
 from twbal.core.plant import Plant
+from twbal.core.push_detector import yields_to_pushes
 from twbal.policies.saved import load_policy
 
 FIRST_TRIAL = 2000
@@ -80,6 +81,7 @@ class Driver:
                 targets=task.course,
                 heading=HeadingControl(sheet, task.course.heading, plant.has_yaw_gyro),
                 feed_forward=FeedForward.of_robot(sheet),
+                yields=yields_to_pushes(None, sheet),
             )
 
     def _judged(self, episode: Episode, task: Task) -> Mapping[str, Any]:
