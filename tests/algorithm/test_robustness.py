@@ -140,7 +140,7 @@ def test_after_a_push_the_rules_times_begin_anew(robot, channels):
     assert (later.steps, later.settle_step, later.place_step) == (255, 155, 205)
     assert later.tilt_limit == RULE.tilt_limit
     asked = perturbed_plant(robot, Axis.PUSHES, 12.0, 0, ASKED, 0)
-    verdict = trial_verdict(asked, POLICY, channels, "paper", 2000, RULE)
+    verdict = trial_verdict(asked, POLICY, channels, robot.sheet, 2000, RULE)
     assert verdict.seconds == pytest.approx(1.1 + 4.0)
     assert verdict.succeeded
     asked = perturbed_plant(robot, Axis.PUSHES, 12.0, 0, ASKED, 0)

@@ -7,8 +7,9 @@ Beyond the paper, f is learned once more from rollouts of its own policy in simu
 policy 0 must hold robots as the sheet says with its doubts, and later policies robots as the rollouts tell
 (`search.robust`), or the further simulated robots of an ensemble; and every policy is driven in trials that nothing is
 learned from. The first policy that succeeds in all of them is followed by one more update, whose policy is to balance
-robots that change, too (`search.margin`). The better of the two (`ranking`) is driven a few times more, as it is, to
-recalibrate the model: what that then predicts is what the robot does, in bands as wide as these rollouts ask for.
+robots that change, too (`search.margin`), and by another one where the tilt oscillates under the better of the two. The
+best (`ranking`) is driven a few times more, as it is, to recalibrate the model: what that then predicts is what the
+robot does, in bands as wide as these rollouts ask for.
 
 Other methods begin elsewhere (`InitialPolicy`) or learn something else from the robot's rollouts (`ModelUpdate`).
 """
@@ -27,6 +28,8 @@ from twbal.core.errors import ConfigError
 from twbal.core.evaluation import SuccessCriterion
 
 _SIMULATION = Path("simulation")
+MOST_IMPROVEMENTS = 2
+"""Updates after the first policy that succeeded, where the tilt oscillates under the best one; else it is one."""
 
 
 class Algorithm(Generic[R, M, P, S, K]):
@@ -68,12 +71,18 @@ class Algorithm(Generic[R, M, P, S, K]):
             return self._updated(policies) if is_update_left else None
         if newest.recalibrates:
             return None
-        if solving[0] is newest and settings.improve and is_update_left and self._steps.identifies:
-            return self._updated(policies, with_margin=True)
         best = min(solving, key=self._rank)
+        wanted = MOST_IMPROVEMENTS if self._oscillates(best) else 1
+        if settings.improve and is_update_left and newest.index - solving[0].index < wanted and self._steps.identifies:
+            return self._updated(policies, with_margin=True)
         if settings.calibration_rollouts and best.predicted:
             return self._recalibrated(best, policies)
         return None
+
+    def _oscillates(self, tried: LearnedPolicy[R, M, P]) -> bool:
+        """Whether the trials of a policy show that the tilt oscillates."""
+        limit = self._settings.oscillation_limit
+        return limit is not None and tried.trials is not None and self._update.shown(tried.trials).oscillation > limit
 
     def _rank(self, solving: LearnedPolicy[R, M, P]) -> tuple[float, ...]:
         """Of a policy that solved it, lower is better: what its trials show, and the newer of equals."""
@@ -127,10 +136,14 @@ class Algorithm(Generic[R, M, P, S, K]):
         return (*simulated, *varied), first
 
     def _updated(self, policies: Sequence[LearnedPolicy[R, M, P]], with_margin: bool = False) -> LearnedPolicy[R, M, P]:
-        """Drive the robot by the newest policy, learn from all that was driven, and search again."""
+        """Drive the robot by the newest policy, learn from all that was driven, and search again.
+
+        With margin, a policy under which the tilt oscillates is not to be chosen again: no model has predicted that.
+        """
         newest = policies[-1]
         inputs = _inputs(newest, self._driven_enough(newest), [each.policy for each in policies])
-        return self._update.learned(replace(inputs, with_margin=with_margin))
+        aside = tuple(each.index for each in policies if self._oscillates(each)) if with_margin else ()
+        return self._update.learned(replace(inputs, with_margin=with_margin, set_aside=aside))
 
     def _recalibrated(
         self, solving: LearnedPolicy[R, M, P], policies: Sequence[LearnedPolicy[R, M, P]]

@@ -46,6 +46,7 @@ class PolicySearch:
         seed: of all that is drawn.
         workers: threads; 0: one a core. What is found does not depend on it.
         with_margin: whether policies are to balance robots that change, too; only where rollouts tell of the robot.
+        set_aside: indices of earlier policies that are no candidates.
     """
 
     channels: Channels
@@ -60,6 +61,7 @@ class PolicySearch:
     seed: int
     workers: int = 0
     with_margin: bool = False
+    set_aside: Sequence[int] = ()
 
     def find(
         self,
@@ -101,6 +103,7 @@ class PolicySearch:
             workers=self.workers or os.cpu_count() or 1,
             base=None if base is None else base.gain,
             are_robots_new=known is not None,  # else they are the sheet's, as they were for the earlier policies
+            set_aside=self.set_aside,
         )
 
     def _sampled(

@@ -50,7 +50,7 @@ def reason_in_words(reason: Reason | None, prediction: Prediction | None, before
         before: the iterations before this one.
     """
     if reason is Reason.ALONE:
-        return "No earlier policy was a candidate: each was driven twice."
+        return "No earlier policy was a candidate: each was driven twice, or let the tilt oscillate."
     rival = best_earlier(prediction) if prediction is not None else None
     if prediction is None or rival is None or rival.earlier is None or reason not in _COMPARED:
         return ""

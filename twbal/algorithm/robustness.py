@@ -8,9 +8,13 @@ from twbal.algorithm.perturbations import UNITS, Axis, Perturbations
 from twbal.algorithm.rollout import rollout
 from twbal.algorithm.tested_robot import TestedRobot, perturbed_plant
 from twbal.core.channels import Channels
+from twbal.core.course import Standing
 from twbal.core.episode import Provenance
 from twbal.core.evaluation import SuccessCriterion, Verdict, judged
+from twbal.core.feed_forward import FeedForward
 from twbal.core.plant import Plant
+from twbal.core.push_detector import yields_to_pushes
+from twbal.core.robot_parameters import RobotParameters
 from twbal.policies.policy import Policy
 from twbal.virtual_robot.pushed_robot import PushedRobot
 
@@ -169,7 +173,7 @@ def policy_robustness(
         for number in range(perturbations.trials):
             trial = perturbations.first_trial + number
             plant = robot.plant() if axis is None else perturbed_plant(robot, axis, level, number, perturbations, seed)
-            verdicts.append(trial_verdict(plant, policy, channels, robot.sheet.name, trial, rule))
+            verdicts.append(trial_verdict(plant, policy, channels, robot.sheet, trial, rule))
             driven()
         return _cell(level, verdicts)
 
@@ -178,13 +182,25 @@ def policy_robustness(
 
 
 def trial_verdict(
-    plant: Plant, policy: Policy, channels: Channels, name: str, trial: int, rule: SuccessCriterion
+    plant: Plant, policy: Policy, channels: Channels, sheet: RobotParameters, trial: int, rule: SuccessCriterion
 ) -> Verdict:
-    """What becomes of one trial. Where the robot is pushed, the rule's times begin anew at the end of the push."""
+    """What becomes of one trial, driven as `twbal real-rollout` does by default.
+
+    Where the robot is pushed, the rule's times begin anew at the end of the push.
+    """
     asked = after(rule, plant.end) if isinstance(plant, PushedRobot) else rule
+    yields = "position" in channels.names and yields_to_pushes(None, sheet)
     with plant:
         episode = rollout(
-            plant, policy, channels, asked.steps, asked.tilt_limit, Provenance(name, "robot", trial=trial)
+            plant=plant,
+            policy=policy,
+            channels=channels,
+            steps=asked.steps,
+            tilt_limit=asked.tilt_limit,
+            provenance=Provenance(sheet.name, "robot", trial=trial),
+            targets=Standing.of_robot(sheet) if yields else None,
+            feed_forward=FeedForward.of_robot(sheet),
+            yields=yields,
         )
     return judged(episode, asked)
 

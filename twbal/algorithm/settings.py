@@ -38,9 +38,10 @@ class AlgorithmSettings:
         trials: of each policy, as long as the success rule says; nothing is learned from them.
         stop_when_solved: no more updates once all trials of a policy succeed.
         improve: whether the first policy that solved it is followed by one more update, whose policy is to balance
-            robots that change, too; only where robots of the parameter distribution judge.
+            robots that change, too, and by a second one where the tilt oscillates under the best of them; only where
+            robots of the parameter distribution judge.
         oscillation_limit: of the tilt, peak to peak [rad]; of policies that succeed as often, one that stays below it
-            in every trial is the best; None: none.
+            in every trial is the best, and one that does not is no candidate of these updates; None: none.
         min_update_time: that the rollouts of an update last together; where one falls at once, further ones follow [s].
         max_update_rollouts: calls of the robot for an update, at most.
         calibration_rollouts: of the policy that solved it, from which the model is recalibrated; 0: none.

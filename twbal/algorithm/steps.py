@@ -56,6 +56,7 @@ class SearchInputs(Generic[R, M, P, K]):
             policy is predicted, in bands as wide as these rollouts ask for.
         known: of the robot's parameters by its rollouts; None: by its sheet and the simulation.
         with_margin: whether the policy is to balance robots that change, too.
+        set_aside: indices of policies in `earlier` that are not to be chosen again.
     """
 
     models: Sequence[M]
@@ -64,6 +65,7 @@ class SearchInputs(Generic[R, M, P, K]):
     recalibration: Sequence[R] = ()
     known: K | None = None
     with_margin: bool = False
+    set_aside: Sequence[int] = ()
 
 
 class CorrectedSimulation(NamedTuple, Generic[S]):

@@ -33,6 +33,7 @@ class UpdateInputs(Generic[R, M, P]):
         recalibration: rollouts of the newest policy, which stays; empty where a new one is searched.
         drivers: policies that drove the robot in `rollouts`, if not those in `earlier`.
         with_margin: whether the policy is to balance robots that change, too.
+        set_aside: indices of policies in `earlier` that are not to be chosen again.
     """
 
     index: int
@@ -43,6 +44,7 @@ class UpdateInputs(Generic[R, M, P]):
     recalibration: tuple[R, ...] = ()
     drivers: tuple[P, ...] | None = None
     with_margin: bool = False
+    set_aside: tuple[int, ...] = ()
 
 
 class Update(Generic[R, M, P, S, K]):
@@ -88,6 +90,7 @@ class Update(Generic[R, M, P, S, K]):
             recalibration=inputs.recalibration,
             known=known,
             with_margin=inputs.with_margin,
+            set_aside=inputs.set_aside,
         )
         found = self.searched(inputs.place / "policy", searching)
         return LearnedPolicy(

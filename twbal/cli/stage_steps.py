@@ -105,6 +105,8 @@ class StageSteps(Steps[Path, Path, Path, Path, Path]):
             overrides |= {"optimise": False, "calibration_episodes": list(inputs.recalibration)}
         if inputs.with_margin:
             overrides["with_margin"] = True
+        if inputs.set_aside:
+            overrides["set_aside"] = list(inputs.set_aside)
         if inputs.base:
             overrides["residual_on"] = inputs.base / POLICY
         return Timed(place, self._chain.run(StageCall("optimise-policy", place, overrides)).wall_s)

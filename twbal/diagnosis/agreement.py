@@ -65,7 +65,7 @@ class Difference(NamedTuple):
     Attributes:
         value: which.
         delta: the difference, in the value's unit.
-        error: its standard error by the data alone.
+        error: its standard error by the data alone; infinite where they do not tell.
         freedom: degrees of freedom of that error.
     """
 
@@ -132,7 +132,9 @@ class Pooled:
             gradient += parts[k].sum(axis=0)
         row = np.linalg.pinv(H, hermitian=True)[-1]
         variance = sum(_scatter(pulls @ row) for pulls in parts.values())
-        error = float(np.sqrt(max(row[-1], variance)))
+        error = (
+            float(np.sqrt(max(row[-1], variance))) if row[-1] > 0.0 else np.inf
+        )  # else the pseudoinverse left it out
         return Difference(value, float(-row @ gradient), error, sum(len(pulls) - 1 for pulls in parts.values()))
 
 

@@ -49,6 +49,7 @@ def search_policy(
     workers: int = 1,
     base: Array | None = None,
     are_robots_new: bool = True,
+    set_aside: Sequence[int] = (),
 ) -> SearchResult:
     """Search from the most promising starts, judge what was found on long rollouts, and return the best.
 
@@ -57,6 +58,7 @@ def search_policy(
 
     Earlier policies are judged beside the new ones, so that a search that only made things worse shows. One that was
     chosen twice already is none of them: what it does the model has been told, and a third time would teach nothing.
+    Nor is one that is set aside.
 
     Args:
         task: what the policy is for.
@@ -67,6 +69,7 @@ def search_policy(
         workers: threads that search beside each other; what is found does not depend on it.
         base: (D,) gain K of a fixed regulator u = -Kx, on top of which a network is searched; None searches all.
         are_robots_new: whether the robots of the parameter distribution are others than those of the earlier policies.
+        set_aside: indices of earlier policies that are no candidates, as their trials showed what predictions do not.
 
     Raises:
         SearchError: no start has a finite cost on this model.
@@ -95,6 +98,7 @@ def search_policy(
         return found
 
     fresh = _not_driven_twice(earlier) if settings.restarts else range(len(earlier))
+    fresh = [i for i in fresh if i not in set_aside]
     with ThreadPoolExecutor(workers) as pool:
         searches = [pool.submit(searched, each) for each in chosen]  # meanwhile the others are judged
         candidates = [validated(f"policy {i}", earlier[i], i) for i in fresh]

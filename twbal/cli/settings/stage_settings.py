@@ -59,6 +59,7 @@ STAGES: Mapping[str, tuple[Setting, ...]] = {
         Setting("calibration_episodes", PATHS_OR_NONE, "real rollouts of the one policy in `initial_policies`"),
         Setting("optimise", YesNo(), "false: only judges the policies in `initial_policies`"),
         Setting("with_margin", YesNo(), "search for robots that changed, too"),
+        Setting("set_aside", ListOf(Whole(0, 1000), 0, 1000), "numbers of `initial_policies` that are no candidates"),
         Setting("workers", _WORKERS, "threads; 0: one a core"),
     ),
     "lqr": (

@@ -34,6 +34,7 @@ class Settings:
     seed: int
     optimise: bool
     with_margin: bool
+    set_aside: list[int]
     workers: int
 
 
@@ -84,6 +85,7 @@ def policy_search(cfg: DictConfig, settings: Settings) -> PolicySearch:
         seed=settings.seed,
         workers=settings.workers,
         with_margin=settings.with_margin,
+        set_aside=tuple(settings.set_aside),
     )
 
 
