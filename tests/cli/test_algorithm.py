@@ -287,6 +287,26 @@ def test_of_two_policies_that_solve_it_the_one_that_rocks_is_not_kept(rocking, k
 
 
 @pytest.mark.parametrize(
+    ("solved", "rocking", "asked", "aside"),
+    [
+        ([1, 2, 3], [], [False, True, None], [[]]),
+        ([1, 2, 3], [1], [False, True, None], [[1]]),
+        ([1, 2, 3, 4], [1, 2], [False, True, True, None], [[1], [1, 2]]),
+        ([1, 3, 4], [1], [False, True, True, None], [[1], [1]]),  # policy 2 fails
+        ([1, 2, 3, 4], [1, 2, 3], [False, True, True, None], [[1], [1, 2]]),  # twice is enough
+    ],
+)
+def test_a_policy_that_rocks_is_not_searched_again_and_where_it_is_the_best_there_is_a_second_improvement(
+    solved, rocking, asked, aside
+):
+    trials, rocks = ([f"iteration_{number}/trials" for number in numbers] for numbers in (solved, rocking))
+    calls, _ = learn(solved=trials, rocking=rocks, **IMPROVING, oscillation_limit=0.08)
+    assert searches(calls) == asked
+    margins = [c.overrides for c in only(calls, "optimise-policy") if c.overrides.get("with_margin")]
+    assert [each.get("set_aside", []) for each in margins] == aside
+
+
+@pytest.mark.parametrize(
     "changed",
     [{"improve": False}, {"robust": "none"}, {"updates": 1}, {"stop_when_solved": False, "updates": 2}],
 )

@@ -64,6 +64,14 @@ def test_what_a_recording_that_is_left_out_holds_does_not_count():
     assert abs(clean.delta) < 4.0 * clean.error
 
 
+def test_a_value_that_the_recordings_do_not_tell_of_differs_in_none():
+    pooled, value = linear(np.random.default_rng(3))
+    J = pooled.J * [1.0, 0.0]
+    untold = replace(pooled, J=J).difference(1, Value("c.d", "", J[:, 1], 1.0, 0.0), range(LOGS))
+    assert (untold.sigmas, untold.p_value) == (0.0, 1.0)
+    assert pooled.difference(1, value, range(LOGS)).sigmas > 0.0
+
+
 def test_a_sure_difference_that_is_smaller_than_the_form_allows_is_none():
     value = Value("a.b", "", np.zeros(0), 1.0, 0.05)
     sure = Difference(value, 0.05, 0.001, 100)

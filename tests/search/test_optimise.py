@@ -21,8 +21,9 @@ SHAPE = PolicyParametrisation(8, True, SCALE, command_scale=0.4, weight_sd=0.05)
 
 @pytest.fixture(scope="module")
 def search(make_task):
-    def run(*models, shape=SHAPE, earlier=(), seed=0, progress=lambda line: None, **told):
-        return search_policy(make_task(*models, seed=seed, **told), shape, 20.0, earlier, progress)
+    def run(*models, shape=SHAPE, earlier=(), seed=0, progress=lambda line: None, set_aside=(), **told):
+        task = make_task(*models, seed=seed, **told)
+        return search_policy(task, shape, 20.0, earlier, progress, set_aside=set_aside)
 
     return run
 
@@ -220,6 +221,12 @@ def test_candidates_whose_judgement_is_no_number_come_last(result):
     broken = [result.best._replace(validation=ValidationResult(*values)) for values in ((1.0, np.nan), (np.nan, 0.1))]
     for order in ([*broken, result.best], [result.best, *broken], [broken[0], result.best, broken[1]]):
         assert sorted(order, key=_rank)[0] is result.best
+
+
+def test_an_earlier_policy_that_is_set_aside_is_no_candidate(search, model, result):
+    earlier = [result.best.policy, replace(result.best.policy, bias=0.01)]
+    found = search(model, earlier=earlier, set_aside=[0])
+    assert {each.earlier for each in found.candidates} == {1, None}
 
 
 def test_policies_that_differ_in_friction_compensation_or_bias_are_not_the_same():

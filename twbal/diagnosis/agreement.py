@@ -132,9 +132,8 @@ class Pooled:
             gradient += parts[k].sum(axis=0)
         row = np.linalg.pinv(H, hermitian=True)[-1]
         variance = sum(_scatter(pulls @ row) for pulls in parts.values())
-        error = (
-            float(np.sqrt(max(row[-1], variance))) if row[-1] > 0.0 else np.inf
-        )  # else the pseudoinverse left it out
+        is_told = row[-1] > 0.0  # else the pseudoinverse left it out
+        error = float(np.sqrt(max(row[-1], variance))) if is_told else np.inf
         return Difference(value, float(-row @ gradient), error, sum(len(pulls) - 1 for pulls in parts.values()))
 
 

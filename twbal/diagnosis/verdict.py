@@ -9,7 +9,6 @@ from twbal.diagnosis.hypothesis import FittedHypothesis
 from twbal.diagnosis.record import Gap, Shift, Verdict
 from twbal.diagnosis.select import Problem, Selection
 from twbal.diagnosis.settings import Settings
-from twbal.sysid.fit import penalty
 from twbal.sysid.model import Field
 
 _BLIND = 0.5  # share of the candidates that poor data could not have shown, from which on nothing is decided
@@ -137,23 +136,15 @@ def probabilities(selection: Selection, settings: Settings) -> Mapping[tuple[str
     The prior odds of its effects, each of which is missing with the same probability, times the likelihood ratio by the
     Bayesian information criterion. That is tempered by the autocorrelation that the best set leaves, as autocorrelated
     errors gain by chance, and by a factor for all else that a robot's form differs in. Long data are sure of that
-    difference, too; so the factor is no less than a share of what the best set gains. The prior of the data sheet's
-    values is not tempered: it is no likelihood, and a set that needs an absurd data sheet loses by it.
+    difference, too; so the factor is no less than a share of what the best set gains.
     """
     sets = selection.sets
     temperature = temperature_of(selection, settings)
     odds = np.log(settings.prior / (1.0 - settings.prior)) * np.array([len(w.candidates) for w in sets])
-    unlikely = np.array([_sheet_penalty(w) for w in sets])
-    scores = odds - 0.5 * unlikely - (np.array([w.bic for w in sets]) - unlikely) / (2.0 * temperature)
+    scores = odds - np.array([w.bic for w in sets]) / (2.0 * temperature)
     weights = np.exp(scores - scores.max())
     weights /= weights.sum()
     return {w.names: p for w, p in zip(sets, weights.tolist(), strict=True)}
-
-
-def _sheet_penalty(hypothesis: FittedHypothesis) -> float:
-    """-2 log prior of the values of the data sheet that a fit came to, but for a constant."""
-    values = [free for free in hypothesis.fit.frees if free.field in DATA_SHEET]
-    return penalty(values, np.array([hypothesis.fit.model.value(free.field) for free in values]))
 
 
 def temperature_of(selection: Selection, settings: Settings) -> float:
