@@ -5,7 +5,6 @@ import pytest
 from analytic import G, energy, linear
 
 from twbal.core.mobility import share_carried
-from twbal.core.push_detector import yields_to_pushes
 
 SHEETS = ("balboa", "esp32", "lego", "paper", "regbot", "tumbller", "upkie")
 
@@ -121,14 +120,6 @@ def test_a_push_at_the_axle_takes_the_centre_of_mass_along_as_the_sheet_tells(sh
     motion = robot.true_motion
     carried = 1.0 + body.com_height * motion.tilt_rate / motion.speed
     assert carried == pytest.approx(share_carried(conf(f"robot/{sheet}")), abs=0.02)
-
-
-@pytest.mark.parametrize(
-    ("sheet", "yields"), [("balboa", True), ("tumbller", True), ("paper", False), ("esp32", False)]
-)
-def test_a_robot_yields_to_pushes_by_default_where_they_carry_its_body_along(sheet, yields, conf):
-    robot = conf(f"robot/{sheet}")
-    assert [yields_to_pushes(asked, robot) for asked in (None, True, False)] == [yields, True, False]
 
 
 def test_unequal_motors_turn_it_and_scrubbing_tyres_hold_it(make):

@@ -1,0 +1,55 @@
+"""Which robots yield to pushes, and whether they are better off so."""
+
+from math import radians
+
+import numpy as np
+import pytest
+from analytic import linear
+
+from twbal.algorithm.rollout import rollout
+from twbal.core.channels import Channels
+from twbal.core.course import Standing
+from twbal.core.episode import Outcome, Provenance
+from twbal.core.feed_forward import FeedForward
+from twbal.core.push_detector import yields_to_pushes
+from twbal.core.start_pose import StartPose
+from twbal.policies.linear import LinearPolicy
+from twbal.virtual_robot.pushed_robot import PushedRobot
+
+PUSH, DURATION, END = 3.0, 0.1, 10.0  # s: when, for how long, and when a rollout ends
+
+
+@pytest.mark.parametrize(
+    ("sheet", "yields"), [("balboa", True), ("tumbller", True), ("paper", False), ("upkie", False)]
+)
+def test_a_robot_yields_by_default_where_a_push_carries_its_body_along(sheet, yields, conf):
+    robot = conf(f"robot/{sheet}")
+    assert [yields_to_pushes(asked, robot) for asked in (None, True, False)] == [yields, True, False]
+
+
+@pytest.mark.parametrize(("sheet", "strong"), [("balboa", 2.0), ("tumbller", 1.5), ("upkie", 1.0), ("esp32", 1.25)])
+def test_what_the_sheet_says_is_the_way_to_survive_a_strong_push(sheet, strong, make, conf):
+    """Under the regulator of the truth, which has a gain of the place; `strong` is in N·s for each kg."""
+    robot, parameters = make(sheet, start=StartPose(0.0, 0.0, 0.0, 0.0)), conf(f"robot/{sheet}")
+    channels = Channels(("tilt", "tilt_rate", "speed", "position"), parameters.wheel_radius, parameters.control_period)
+    gain = linear(robot.truth).gain(parameters.control_period, parameters.torque_limit, position=True)
+    policy = LinearPolicy(channels.names, np.array(gain), 0.0, parameters.torque_limit)
+
+    def driven(yields):
+        return rollout(
+            plant=PushedRobot(robot, PUSH, DURATION, strong * parameters.body_mass),
+            policy=policy,
+            channels=channels,
+            steps=round(END / parameters.control_period),
+            tilt_limit=radians(30.0),
+            provenance=Provenance(sheet, "robot"),
+            targets=Standing.of_robot(parameters) if yields else None,
+            feed_forward=FeedForward.of_robot(parameters),
+            yields=yields,
+        )
+
+    episode = driven(yields_to_pushes(None, parameters))
+    assert episode.outcome is Outcome.COMPLETED
+    if yields_to_pushes(None, parameters):
+        assert driven(False).outcome is Outcome.TILT_LIMIT
+        assert max(abs(pose[0]) for pose in episode.poses[-round(1.0 / parameters.control_period) :]) < 0.08
