@@ -37,7 +37,7 @@ class Driver:
 
     Attributes:
         tasks: that each is given.
-        asked: hash of them.
+        asked: hash of them, and of whether the robots yield to pushes.
     """
 
     def __init__(self, family: Family) -> None:
@@ -46,7 +46,9 @@ class Driver:
             words = [f"robot={family.sheet}", "state=default", "policy.path=none"]
             self._channels: Channels = instantiate(compose("real_rollout", words).state)
         self.tasks = tuple(tasks(self._workshop.sheet))
-        self.asked = sha256(repr(self.tasks).encode()).hexdigest()
+        self._yields = yields_to_pushes(None, self._workshop.sheet)
+        asked = (self.tasks, "yields") if self._yields else self.tasks
+        self.asked = sha256(repr(asked).encode()).hexdigest()
 
     def drive(self, seed: int, policy: Path) -> dict[str, Any]:
         """What robot `seed` did in each task under a policy.
@@ -81,7 +83,7 @@ class Driver:
                 targets=task.course,
                 heading=HeadingControl(sheet, task.course.heading, plant.has_yaw_gyro),
                 feed_forward=FeedForward.of_robot(sheet),
-                yields=yields_to_pushes(None, sheet),
+                yields=self._yields,
             )
 
     def _judged(self, episode: Episode, task: Task) -> Mapping[str, Any]:

@@ -14,7 +14,7 @@ from benchmarks.hidden_robots.robots import run
 from twbal.algorithm.rollout import rollout
 from twbal.cli.artefacts import read_logs
 from twbal.core.channels import Channels
-from twbal.core.course import Standing
+from twbal.core.course import standing_targets
 from twbal.core.episode import Provenance
 from twbal.core.evaluation import SuccessCriterion
 from twbal.core.feed_forward import FeedForward
@@ -52,11 +52,11 @@ def push(
         yields: whether it yields to pushes (`yield_to_pushes` of `twbal real-rollout`).
     """
     plant, found = Pushed(robot, sheet), []
-    targets = Standing.of_robot(sheet) if yields else None
+    targets = standing_targets(yields, sheet, channels.names)
     drive = partial(rollout, plant, policy, channels, plant.steps, rule.tilt_limit, targets=targets)
     for trial in range(FIRST_PUSH, FIRST_PUSH + PUSHES):
         provenance = Provenance(sheet.name, "robot", trial=trial)
-        episode = drive(provenance, feed_forward=FeedForward.of_robot(sheet), yields=yields)
+        episode = drive(provenance, feed_forward=FeedForward.of_robot(sheet))
         assert episode.poses is not None
         poses = [Pose(*pose) for pose in episode.poses.tolist()]
         found.append(plant.verdict(episode.tilt.tolist(), poses, rule)._asdict())

@@ -126,7 +126,7 @@ def stands(plant: Plant, yields: bool, until: float = 12.0) -> Episode:
     robot, channels, policy, _ = parts()
     targets, source = Standing.of_robot(robot) if yields else None, Provenance("paper", "simulation")
     steps, ahead = round(until / robot.control_period), FeedForward.of_robot(robot)
-    return rollout(plant, policy, channels, steps, 0.5236, source, targets, feed_forward=ahead, yields=yields)
+    return rollout(plant, policy, channels, steps, 0.5236, source, targets, feed_forward=ahead)
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])

@@ -64,7 +64,17 @@ SEARCH = SearchSettings(
 )
 
 
-def find(robot, known=None, names=PLACED, robust=ROBUST, earlier=(), with_margin=False, simulated=None):
+def find(
+    robot,
+    known=None,
+    names=PLACED,
+    robust=ROBUST,
+    earlier=(),
+    with_margin=False,
+    simulated=None,
+    set_aside=(),
+    searches=True,
+):
     """The result of a search on a model by which nothing changes, and what it said."""
     channels = Channels(names, robot.wheel_radius, robot.control_period)
     widths = {name: 1.0 for name in names if not name.startswith("command")}
@@ -81,9 +91,21 @@ def find(robot, known=None, names=PLACED, robust=ROBUST, earlier=(), with_margin
         seed=0,
         workers=1,
         with_margin=with_margin,
+        set_aside=set_aside,
     )
+    search = search if searches else search.without_search()
     lines = []
     return search.find([without_simulation(channels)], earlier, None, known, lines.append), lines
+
+
+@pytest.mark.parametrize(
+    ("aside", "searches", "message"),
+    [((2,), True, "set_aside has policy 2; there are 1 in initial_policies"), ((0,), False, "set_aside leaves none")],
+)
+def test_what_cannot_be_set_aside_is_refused(paper, aside, searches, message):
+    policy = find(paper)[0].best.policy
+    with pytest.raises(ConfigError, match=message):
+        find(paper, earlier=[policy], set_aside=aside, searches=searches)
 
 
 def same(one: RbfPolicy, other: RbfPolicy) -> bool:

@@ -36,6 +36,7 @@ KEPT = prediction(assessment(0.9, 1), assessment(0.8, None))
 MARGIN = prediction(
     replace(assessment(0.9, None), margin=0.7), replace(assessment(1.0, 1), margin=0.45), assessment(0.0, 0)
 )
+MARGIN_ALONE = prediction(replace(assessment(0.9, None), margin=0.7), assessment(0.8, None))
 ALONE = prediction(assessment(0.9, None), assessment(0.8, None))
 
 
@@ -47,6 +48,7 @@ ALONE = prediction(assessment(0.9, None), assessment(0.8, None))
         (KEPT, Reason.KEPT),
         (ALONE, Reason.ALONE),
         (MARGIN, Reason.MARGIN),
+        (MARGIN_ALONE, Reason.MARGIN),
         (None, None),
     ],
 )
@@ -73,6 +75,13 @@ def test_the_sentence_tells_both_probabilities_and_names_the_policy_by_its_first
 def test_a_policy_that_was_searched_for_margin_tells_of_how_many_changed_robots_succeed():
     assert reason_in_words(Reason.MARGIN, MARGIN, [iteration(0), iteration(1)]) == (
         "Searched for more margin: it succeeds with 70% of sampled robots that changed, policy 1 with 45%."
+    )
+
+
+def test_where_all_earlier_policies_were_set_aside_a_policy_with_margin_says_so():
+    assert reason_in_words(Reason.MARGIN, MARGIN_ALONE, [iteration(0)]) == (
+        "Searched for more margin: it succeeds with 70% of sampled robots that changed. No earlier policy was a "
+        "candidate: under each of them the robot fell, or its tilt oscillated."
     )
 
 

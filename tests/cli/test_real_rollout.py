@@ -121,13 +121,31 @@ def test_only_a_robot_that_is_to_yield_and_sees_its_place_has_a_reference_that_c
     given = []
 
     def watched(*asked, **more):
-        given.append((type(asked[6]), more["yields"]))
+        given.append(type(asked[6]))
         return rollout(*asked, **more)
 
     monkeypatch.setattr("twbal.cli.stages.real_rollout.rollout", watched)
-    words = ["policy=random", "steps=3", f"robot={robot}", f"state={state}", f"yield_to_pushes={asked}"]
-    assert main(["real-rollout", *words, f"hydra.run.dir={tmp_path}"]) == 0
-    assert given == [(Standing if yields else type(None), yields)]
+    words = [f"policy.path={tmp_path / 'policy.pt'}", "steps=3", f"robot={robot}", f"state={state}"]
+    with composing():
+        names = instantiate(compose("real_rollout", words).state).names
+    still = LinearPolicy(names, np.zeros(len(names)), 0.0, 0.1)
+    save_checkpoint(tmp_path / "policy.pt", "policy", still.to_payload())
+    assert main(["real-rollout", *words, f"yield_to_pushes={asked}", f"hydra.run.dir={tmp_path / 'out'}"]) == 0
+    assert given == [Standing if yields else type(None)]
+
+
+@pytest.mark.parametrize("blind", ["policy=random", "experiment=excite"])
+def test_a_test_signal_is_no_push(blind, tmp_path, monkeypatch):
+    given = []
+
+    def watched(*asked, **more):
+        given.append(asked[6])
+        return rollout(*asked, **more)
+
+    monkeypatch.setattr("twbal.cli.stages.real_rollout.rollout", watched)
+    words = [blind, "robot=balboa", "steps=3", "trials=1", f"hydra.run.dir={tmp_path}"]
+    assert main(["real-rollout", *words]) == 0
+    assert given == [None]
 
 
 def test_a_robot_that_nobody_pushes_is_driven_the_same_whether_it_would_yield_or_not(tmp_path):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from analytic import G, energy, linear
 
-from twbal.core.mobility import share_carried
+from twbal.core.mobility import com_speed_ratio
 
 SHEETS = ("balboa", "esp32", "lego", "paper", "regbot", "tumbller", "upkie")
 
@@ -119,7 +119,7 @@ def test_a_push_at_the_axle_takes_the_centre_of_mass_along_as_the_sheet_tells(sh
     robot.step(0.0)
     motion = robot.true_motion
     carried = 1.0 + body.com_height * motion.tilt_rate / motion.speed
-    assert carried == pytest.approx(share_carried(conf(f"robot/{sheet}")), abs=0.02)
+    assert carried == pytest.approx(com_speed_ratio(conf(f"robot/{sheet}")), abs=0.02)
 
 
 def test_unequal_motors_turn_it_and_scrubbing_tyres_hold_it(make):

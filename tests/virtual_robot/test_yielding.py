@@ -8,9 +8,11 @@ from analytic import linear
 
 from twbal.algorithm.rollout import rollout
 from twbal.core.channels import Channels
-from twbal.core.course import Standing
+from twbal.core.course import Standing, standing_targets
 from twbal.core.episode import Outcome, Provenance
 from twbal.core.feed_forward import FeedForward
+from twbal.core.mobility import leaning_acceleration
+from twbal.core.motion_limits import MotionLimits
 from twbal.core.push_detector import yields_to_pushes
 from twbal.core.start_pose import StartPose
 from twbal.policies.linear import LinearPolicy
@@ -25,6 +27,13 @@ PUSH, DURATION, END = 3.0, 0.1, 10.0  # s: when, for how long, and when a rollou
 def test_a_robot_yields_by_default_where_a_push_carries_its_body_along(sheet, yields, conf):
     robot = conf(f"robot/{sheet}")
     assert [yields_to_pushes(asked, robot) for asked in (None, True, False)] == [yields, True, False]
+
+
+def test_a_robot_that_comes_back_from_a_push_brakes_in_a_lean_of_10_degrees_at_most(conf):
+    balboa, esp32 = (Standing.of_robot(conf(f"robot/{sheet}")).limits for sheet in ("balboa", "esp32"))
+    assert balboa.acceleration == pytest.approx(leaning_acceleration(conf("robot/balboa"), radians(10.0)))
+    assert balboa.acceleration > 1.9 * MotionLimits.of_robot(conf("robot/balboa")).acceleration
+    assert esp32.acceleration <= leaning_acceleration(conf("robot/esp32"), radians(10.0)) + 1e-9
 
 
 @pytest.mark.parametrize(("sheet", "strong"), [("balboa", 2.0), ("tumbller", 1.5), ("upkie", 1.0), ("esp32", 1.25)])
@@ -43,12 +52,11 @@ def test_what_the_sheet_says_is_the_way_to_survive_a_strong_push(sheet, strong, 
             steps=round(END / parameters.control_period),
             tilt_limit=radians(30.0),
             provenance=Provenance(sheet, "robot"),
-            targets=Standing.of_robot(parameters) if yields else None,
+            targets=standing_targets(yields, parameters, channels.names),
             feed_forward=FeedForward.of_robot(parameters),
-            yields=yields,
         )
 
-    episode = driven(yields_to_pushes(None, parameters))
+    episode = driven(None)
     assert episode.outcome is Outcome.COMPLETED
     if yields_to_pushes(None, parameters):
         assert driven(False).outcome is Outcome.TILT_LIMIT

@@ -75,7 +75,7 @@ class Reason(StrEnum):
     MARGIN = "more margin"
     """New; by the use of the limits it ranks first among robots as they are known and robots that changed."""
     ALONE = "no other left"
-    """New, and no earlier policy was a candidate: each was driven twice, or let the tilt oscillate."""
+    """New, and no earlier policy was a candidate: each was driven twice."""
     KEPT = "kept"
     """An earlier policy, which ranks before all that the search found."""
     MODEL = "new model"

@@ -28,7 +28,7 @@ from twbal.core.errors import ConfigError
 from twbal.core.evaluation import SuccessCriterion
 
 _SIMULATION = Path("simulation")
-MOST_IMPROVEMENTS = 2
+MAX_MARGIN_UPDATES = 2
 """Updates after the first policy that succeeded, where the tilt oscillates under the best one; else it is one."""
 
 
@@ -72,7 +72,7 @@ class Algorithm(Generic[R, M, P, S, K]):
         if newest.recalibrates:
             return None
         best = min(solving, key=self._rank)
-        wanted = MOST_IMPROVEMENTS if self._oscillates(best) else 1
+        wanted = MAX_MARGIN_UPDATES if self._oscillates(best) else 1
         if settings.improve and is_update_left and newest.index - solving[0].index < wanted and self._steps.identifies:
             return self._updated(policies, with_margin=True)
         if settings.calibration_rollouts and best.predicted:
@@ -80,7 +80,7 @@ class Algorithm(Generic[R, M, P, S, K]):
         return None
 
     def _oscillates(self, tried: LearnedPolicy[R, M, P]) -> bool:
-        """Whether the trials of a policy show that the tilt oscillates."""
+        """Whether the trials of a policy show that the tilt oscillates, or that the robot falls."""
         limit = self._settings.oscillation_limit
         return limit is not None and tried.trials is not None and self._update.shown(tried.trials).oscillation > limit
 
@@ -138,7 +138,8 @@ class Algorithm(Generic[R, M, P, S, K]):
     def _updated(self, policies: Sequence[LearnedPolicy[R, M, P]], with_margin: bool = False) -> LearnedPolicy[R, M, P]:
         """Drive the robot by the newest policy, learn from all that was driven, and search again.
 
-        With margin, a policy under which the tilt oscillates is not to be chosen again: no model has predicted that.
+        With margin, a policy under which the tilt oscillates or the robot falls is not to be chosen again: no model has
+        predicted that.
         """
         newest = policies[-1]
         inputs = _inputs(newest, self._driven_enough(newest), [each.policy for each in policies])

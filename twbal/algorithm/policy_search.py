@@ -82,7 +82,9 @@ class PolicySearch:
 
         Raises:
             SearchError: no start has a finite cost.
+            ConfigError: what is set aside is none of the earlier policies, or all that there is to judge.
         """
+        self._check_set_aside(len(earlier))
         if not is_compiled():
             progress("compiling the search, once for this version of twbal (about a minute)")
         start = start_state(self.start, self.channels.names)
@@ -105,6 +107,15 @@ class PolicySearch:
             are_robots_new=known is not None,  # else they are the sheet's, as they were for the earlier policies
             set_aside=self.set_aside,
         )
+
+    def _check_set_aside(self, earlier: int) -> None:
+        unknown = [number for number in self.set_aside if not 0 <= number < earlier]
+        if unknown:
+            raise ConfigError(
+                f"set_aside has policy {unknown[0]}; there are {earlier} in initial_policies, numbered from 0."
+            )
+        if not self.search.restarts and earlier and len(set(self.set_aside)) == earlier:
+            raise ConfigError("set_aside leaves none of initial_policies, and optimise=false searches no other.")
 
     def _sampled(
         self, start: Gaussian, known: RobotDistribution | None, progress: Callable[[str], None]

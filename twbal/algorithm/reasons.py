@@ -28,10 +28,10 @@ def reason_for(index: int, recalibrates: bool, prediction: Prediction | None) ->
     if prediction.best.earlier is not None:
         return Reason.KEPT
     rival = best_earlier(prediction)
-    if rival is None:
-        return Reason.ALONE
     if prediction.best.margin is not None:
         return Reason.MARGIN
+    if rival is None:
+        return Reason.ALONE
     is_better = _in_tenths(prediction.best) > _in_tenths(rival)
     return Reason.BETTER if is_better else Reason.AS_LIKELY
 
@@ -50,7 +50,9 @@ def reason_in_words(reason: Reason | None, prediction: Prediction | None, before
         before: the iterations before this one.
     """
     if reason is Reason.ALONE:
-        return "No earlier policy was a candidate: each was driven twice, or let the tilt oscillate."
+        return "No earlier policy was a candidate: each was driven twice."
+    if reason is Reason.MARGIN and prediction is not None and best_earlier(prediction) is None:
+        return _margin_alone(prediction.best)
     rival = best_earlier(prediction) if prediction is not None else None
     if prediction is None or rival is None or rival.earlier is None or reason not in _COMPARED:
         return ""
@@ -65,6 +67,14 @@ def reason_in_words(reason: Reason | None, prediction: Prediction | None, before
     return (
         f"Expected to succeed about as often as {than} (probability {ours:.2f} and {theirs:.2f}); driven as it ranks "
         "first by how the sampled robots balance."
+    )
+
+
+def _margin_alone(best: Assessment) -> str:
+    """Of a policy that was searched for more margin where no earlier policy was a candidate."""
+    return (
+        f"Searched for more margin: it succeeds with {best.margin:.0%} of sampled robots that changed. No earlier "
+        "policy was a candidate: under each of them the robot fell, or its tilt oscillated."
     )
 
 

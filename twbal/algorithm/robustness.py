@@ -8,12 +8,11 @@ from twbal.algorithm.perturbations import UNITS, Axis, Perturbations
 from twbal.algorithm.rollout import rollout
 from twbal.algorithm.tested_robot import TestedRobot, perturbed_plant
 from twbal.core.channels import Channels
-from twbal.core.course import Standing
+from twbal.core.course import standing_targets
 from twbal.core.episode import Provenance
 from twbal.core.evaluation import SuccessCriterion, Verdict, judged
 from twbal.core.feed_forward import FeedForward
 from twbal.core.plant import Plant
-from twbal.core.push_detector import yields_to_pushes
 from twbal.core.robot_parameters import RobotParameters
 from twbal.policies.policy import Policy
 from twbal.virtual_robot.pushed_robot import PushedRobot
@@ -189,7 +188,6 @@ def trial_verdict(
     Where the robot is pushed, the rule's times begin anew at the end of the push.
     """
     asked = after(rule, plant.end) if isinstance(plant, PushedRobot) else rule
-    yields = "position" in channels.names and yields_to_pushes(None, sheet)
     with plant:
         episode = rollout(
             plant=plant,
@@ -198,9 +196,8 @@ def trial_verdict(
             steps=asked.steps,
             tilt_limit=asked.tilt_limit,
             provenance=Provenance(sheet.name, "robot", trial=trial),
-            targets=Standing.of_robot(sheet) if yields else None,
+            targets=standing_targets(None, sheet, channels.names),
             feed_forward=FeedForward.of_robot(sheet),
-            yields=yields,
         )
     return judged(episode, asked)
 

@@ -56,7 +56,8 @@ def rollout(
         heading: controls the heading, for this rollout; None: nothing does.
         watch: called after each observation, before the command; None: nobody ends the rollout.
         feed_forward: of the reference's acceleration; None: nothing is fed forward.
-        yields: whether the reference takes on speed from a robot that is pushed (`PushDetector`).
+        yields: whether a reference on its way takes on speed from a robot that is pushed (`PushDetector`), as that of a
+            robot that is to stand (`Standing`) always does.
 
     Raises:
         ConfigError: the tilt limit would never end a fall.
@@ -170,7 +171,7 @@ class _Record:
         self.heading = heading
         self._channels = channels
         self._is_to_stand = isinstance(targets, Standing)
-        self._reference = None if targets is None else Reference(targets, takes_speed=yields)
+        self._reference = None if targets is None else Reference(targets, takes_speed=yields or self._is_to_stand)
         self._tracker = channels.tracker(self._reference, feed_forward)
         self._events: list[Event] = []
         self._ended_by: BaseException | None = None

@@ -8,6 +8,7 @@ from typing import NamedTuple, Self
 from twbal.core.errors import ConfigError
 from twbal.core.motion_limits import MotionLimits
 from twbal.core.motion_profile import Motion, MotionProfile, profile_to_position, profile_to_speed
+from twbal.core.push_detector import yields_to_pushes
 from twbal.core.robot_parameters import RobotParameters
 
 GIVE_WAY = 0.3
@@ -69,6 +70,17 @@ class Standing:
     def target(self, time: float) -> Target:
         """The place where it was put, at any time."""
         return Target(None, 0.0)
+
+
+def standing_targets(yields: bool | None, robot: RobotParameters, channels: Sequence[str]) -> Standing | None:
+    """Those of a robot that is to stand and yields to pushes; None for one that resists.
+
+    Args:
+        yields: whether it does; None: by its sheet (`yields_to_pushes`).
+        robot: its sheet.
+        channels: of the state; without `position` a policy does not see where the reference is, and the robot resists.
+    """
+    return Standing.of_robot(robot) if "position" in channels and yields_to_pushes(yields, robot) else None
 
 
 class Segment(NamedTuple):

@@ -19,8 +19,9 @@ from twbal.core.motion_limits import RAMP_TIME
 from twbal.core.robot_parameters import GRAVITY, RobotParameters
 
 LARGEST_LEAN = radians(20.0)
-"""Four times that of a reference within the sheet's limits [rad]. What needs more is a jump, as of a reference that
-comes to rest on a robot whose host has fallen silent, and is left to the policy."""
+"""Four times that of a course within the sheet's limits, twice that of a robot that comes back from a push [rad]. What
+needs more is a jump, as of a reference that comes to rest on a robot whose host has fallen silent, and is left to the
+policy."""
 
 
 class FeedForwardOffset(NamedTuple):

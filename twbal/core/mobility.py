@@ -35,7 +35,7 @@ def leaning_acceleration(robot: RobotParameters, lean: float) -> float:
     return robot.wheel_radius * weight * sin(lean) / (a + b * cos(lean))
 
 
-def share_carried(robot: RobotParameters) -> float:
+def com_speed_ratio(robot: RobotParameters) -> float:
     """Speed of the centre of mass, per speed of the axle, of an upright robot whose axle is hit: 1 - m l² / c.
 
     The wheels roll, and the blow is too short for torque or weight to matter. Then b φ̈ + c θ̈ = 0, so the body tips

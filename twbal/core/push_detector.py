@@ -2,7 +2,7 @@
 
 from collections import deque
 
-from twbal.core.mobility import share_carried
+from twbal.core.mobility import com_speed_ratio
 from twbal.core.robot_parameters import RobotParameters
 
 PUSH_TIME = 0.1
@@ -15,7 +15,7 @@ PAUSE = 2.0
 """From the beginning of a push to that of the next [s]: tyres that slip after one change the wheels' speed as fast."""
 START = 2.0
 """From which on pushes are told [s]: a robot that begins with a lean has to roll fast, too."""
-CARRIED = 0.5
+MIN_COM_SPEED_RATIO = 0.5
 """Speed of the centre of mass, per speed of the axle, after a push at the axle, from which on a robot had better yield.
 Of the packaged sheets, `balboa` and `tumbller` have 0.79, the others 0.2 to 0.4."""
 _NEARLY = 1e-9  # s
@@ -28,7 +28,7 @@ def yields_to_pushes(asked: bool | None, robot: RobotParameters) -> bool:
     it leans as it must, and yielding would waste that. Where the centre of mass is near the axle, the push carries the
     body along upright. Then the wheels must first run ahead to tip it, the faster the harder the policy brakes.
     """
-    return share_carried(robot) > CARRIED if asked is None else asked
+    return com_speed_ratio(robot) > MIN_COM_SPEED_RATIO if asked is None else asked
 
 
 class PushDetector:

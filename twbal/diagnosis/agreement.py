@@ -34,6 +34,7 @@ from twbal.sysid.recording import Recording
 _SURE = 0.05  # p-value below which a recording disagrees
 _BLOCK = 0.5  # length of a block [s], long beside the time for which errors remember
 _SMALL = 0.2  # share of its usual size at which an effect's slope is taken
+_LEFT_OUT = 0.5  # a pseudoinverse times its matrix has 1 on the diagonal, and 0 for a direction that it left out
 _LIKE = 0.9  # of the surest value's statistic, from which on another value explains a disagreement as well
 
 
@@ -132,7 +133,7 @@ class Pooled:
             gradient += parts[k].sum(axis=0)
         row = np.linalg.pinv(H, hermitian=True)[-1]
         variance = sum(_scatter(pulls @ row) for pulls in parts.values())
-        is_told = row[-1] > 0.0  # else the pseudoinverse left it out
+        is_told = abs(float(H[-1] @ row) - 1.0) < _LEFT_OUT  # else the pseudoinverse left it out
         error = float(np.sqrt(max(row[-1], variance))) if is_told else np.inf
         return Difference(value, float(-row @ gradient), error, sum(len(pulls) - 1 for pulls in parts.values()))
 

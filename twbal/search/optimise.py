@@ -69,12 +69,14 @@ def search_policy(
         workers: threads that search beside each other; what is found does not depend on it.
         base: (D,) gain K of a fixed regulator u = -Kx, on top of which a network is searched; None searches all.
         are_robots_new: whether the robots of the parameter distribution are others than those of the earlier policies.
-        set_aside: indices of earlier policies that are no candidates, as their trials showed what predictions do not.
+        set_aside: indices of earlier policies that are no candidates and where no search begins, as their trials showed
+            what predictions do not.
 
     Raises:
         SearchError: no start has a finite cost on this model.
     """
     settings = task.settings
+    begun = [policy for i, policy in enumerate(earlier) if i not in set_aside]
     scales = shape.scales(task.models[0].names, torque_limit)
     short, whole = task.objective(settings.short_horizon), task.whole
     linear = shape.linear and base is None
@@ -87,9 +89,9 @@ def search_policy(
     chosen: list[Start] = []
     if settings.restarts or not earlier:
         if linear and task.robots is not None:
-            robust, chosen = _robust_starts(task.robots, task.seed, shape, () if are_robots_new else earlier, workers)
+            robust, chosen = _robust_starts(task.robots, task.seed, shape, () if are_robots_new else begun, workers)
         if not chosen:
-            chosen = _starts(task, shape, torque_limit, earlier, base)
+            chosen = _starts(task, shape, torque_limit, begun, base)
             chosen = _promising(chosen, short, max(settings.restarts, 1), workers)
 
     def validated(origin: str, policy: RbfPolicy, number: int | None = None) -> Candidate:

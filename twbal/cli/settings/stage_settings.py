@@ -134,9 +134,11 @@ STAGES: Mapping[str, tuple[Setting, ...]] = {
         _common("updates", _ROUNDS, "updates of model and policy, each by a real rollout"),
         _common("trials", Whole(0, 100_000), "trials of each policy; nothing is learned from them"),
         _common("stop_when_solved", YesNo(), "no more updates once all trials succeed"),
-        _common("improve", YesNo(), "one more update after the first policy that solved it, for more margin"),
+        _common("improve", YesNo(), "one or two more updates after the first policy that solved it, for more margin"),
         Setting(
-            "oscillation_limit", OrNull(Number(0.001, 3.0, "rad")), "swing of the tilt below which a policy is best"
+            "oscillation_limit",
+            OrNull(Number(0.001, 3.0, "rad")),
+            "swing of the tilt from which on a policy is improved once more",
         ),
         Setting("min_update_time", Number(0.0, 3600.0, "s"), "time that the rollouts of an update last together"),
         Setting("max_update_rollouts", Whole(1, 1000), "rollouts of an update, at most"),

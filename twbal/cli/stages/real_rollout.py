@@ -33,7 +33,7 @@ from twbal.cli.signals import stopped_once
 from twbal.cli.trial_words import floor_of_course, floor_of_excitation, print_course, trial_in_words
 from twbal.cli.typed_config import recorded, typed
 from twbal.core.channels import Channels
-from twbal.core.course import Course, HeadingCourse, Standing
+from twbal.core.course import Course, HeadingCourse, standing_targets
 from twbal.core.episode import Episode, Provenance
 from twbal.core.errors import ConfigError, DataError
 from twbal.core.feed_forward import FeedForward
@@ -49,6 +49,7 @@ from twbal.link.ranges import MAX_TRIAL
 from twbal.link.serial_plant import SerialPlant
 from twbal.policies.excitation import Excitation
 from twbal.policies.policy import Policy
+from twbal.policies.random import RandomPolicy
 from twbal.virtual_robot.process import Launch, launch
 from twbal.viz.canvas import save
 from twbal.viz.following_figure import following_figure
@@ -130,6 +131,8 @@ def run(cfg: DictConfig, out: Path, launch: Launch = launch, advise: bool = True
     _check_trials(settings)
     robot: RobotParameters = instantiate(cfg.robot)
     policy: Policy = instantiate(cfg.policy)
+    if settings.yield_to_pushes is None and isinstance(policy, RandomPolicy):
+        settings = replace(settings, yield_to_pushes=False)  # it sees no reference
     check_torque(policy, robot)
     if isinstance(policy, Excitation):
         say(floor_of_excitation(policy, settings.steps * robot.control_period))
@@ -222,8 +225,8 @@ def record(
         check_sensors(plant, channels)
         steps = settings.steps if course is None else course.steps(plant.control_period)
         headings = None if course is None else _heading_course(course, plant)
-        yields = "position" in channels.names and yields_to_pushes(settings.yield_to_pushes, robot)
-        targets = course or (Standing.of_robot(robot) if yields else None)
+        targets = course or standing_targets(settings.yield_to_pushes, robot, channels.names)
+        yields = yields_to_pushes(settings.yield_to_pushes, robot)
         for trial in settings.numbers:
             file = episode_file(out / "episodes", trial)
             if file.exists():
