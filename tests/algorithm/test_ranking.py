@@ -17,6 +17,7 @@ def test_the_worst_trial_counts():
 
 def test_success_comes_before_oscillation_and_that_before_how_close_it_is_to_failing():
     ordered = [Shown(1.0, 0.05, 0.5), Shown(1.0, 0.05, 0.9), Shown(1.0, 0.05, 0.95), Shown(1.0, 0.12, 0.6)]
+    ordered.append(Shown(1.0, 0.13, 0.5))
     ordered.append(Shown(0.9, 0.02, 0.5))
     ranks = [shown.rank(0.087) for shown in ordered]
     assert ranks == sorted(ranks)

@@ -23,13 +23,13 @@ class Shown(NamedTuple):
     used: float
 
     def rank(self, oscillation_limit: float | None) -> tuple[float, ...]:
-        """Lower is better: success first, then whether the tilt oscillates, then how close to failing it is.
+        """Lower is better: success first, then how far the tilt oscillates, then how close to failing it is.
 
         Args:
-            oscillation_limit: at which the tilt oscillates [rad]; None: that does not count.
+            oscillation_limit: up to which the tilt counts as still [rad]; None: how far it oscillates does not count.
         """
-        oscillates = oscillation_limit is not None and self.oscillation > oscillation_limit
-        return (-self.share, float(oscillates), max(self.used, _ENOUGH))
+        oscillation = 0.0 if oscillation_limit is None else max(self.oscillation, oscillation_limit)
+        return (-self.share, oscillation, max(self.used, _ENOUGH))
 
 
 def shown_by(verdicts: Iterable[Verdict]) -> Shown:
