@@ -84,11 +84,12 @@ def summarise(
 ) -> Summary:
     """The summary of a run.
 
-    The best policy is the one with the largest share of successes over all of its trials. Among equals it is one under
-    which the tilt oscillates by at most `oscillation_limit` [rad] in every trial, or the one under which it oscillates
-    least, then one that no trial brings close to failing (`Shown`), both by the first trials of a policy. Among these it is the newest that was searched for
-    margin and succeeds in all trials, or else the one with the lowest mean cost on the robot. Where nothing was tried,
-    it is the newest of those that the long model rollouts liked best.
+    The best policy is the one with the largest share of successes over all of its trials. Among equals it is one
+    under which the tilt oscillates by at most `oscillation_limit` [rad] in every trial, or the one under which it
+    oscillates least, then one that no trial brings close to failing (`Shown`), both by the first trials of a
+    policy. Among these it is the newest that was searched for margin and succeeds in all trials, or else the one
+    with the lowest mean cost on the robot. Where nothing was tried, it is the newest of those that the long model
+    rollouts liked best.
     """
     iterations = tuple(each.iteration for each in found)
     having: dict[int, list[Iteration]] = {}
