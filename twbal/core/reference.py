@@ -15,6 +15,9 @@ _FREE, _FREE_TIME = 0.8, 1.0  # of that, s: a robot that stays nearer for so lon
 LARGEST_SLIP = 0.5
 """Share of the speed limit by which a robot that is pushed may be faster or slower than its reference."""
 
+FASTEST_TAKEN = 1.5
+"""Times the speed limit that a reference takes on at most: faster wheels slip."""
+
 
 class Targets(Protocol):
     """Where a reference is to go: a course, or what else says so while the robot drives."""
@@ -103,10 +106,10 @@ class Reference:
         if is_pushed and not was_pushed:
             self.events.append(Event(time, f"the {self._name} takes on speed from the robot, which is pushed"))
         limit, slip = self._targets.limits.speed, speed - self.motion.speed
-        most = LARGEST_SLIP * limit
+        most, fastest = LARGEST_SLIP * limit, FASTEST_TAKEN * limit
         if not is_pushed or abs(slip) <= most:
             return False
-        taken = min(max(speed - math.copysign(most, slip), -limit), limit)  # wheels that slip are faster
+        taken = min(max(speed - math.copysign(most, slip), -fastest), fastest)  # wheels that slip are faster
         self.motion = Motion(self.motion.position, taken)
         return True
 
