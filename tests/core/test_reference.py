@@ -226,9 +226,9 @@ class Pushed:
         self.place += PERIOD * self.speed
 
 
-def pushed(push: float, targets: Targets) -> tuple[Reference, Array]:
+def pushed(push: float, targets: Targets, most_taken: float = 1.0) -> tuple[Reference, Array]:
     """The reference, and rows of the robot's place and speed and the reference's, in 16 s."""
-    reference, robot, rows = Reference(targets, takes_speed=True), Pushed(push), []
+    reference, robot, rows = Reference(targets, most_taken=most_taken), Pushed(push), []
     for time in np.arange(0.0, 16.0, PERIOD).tolist():
         asked = reference.follow(time, robot.place, robot.speed)
         rows.append((robot.place, robot.speed, *asked))
@@ -257,6 +257,13 @@ def test_a_push_while_driving_does_not_change_where_a_speed_leads() -> None:
     _, rows = pushed(-1.6, Asked(0.6))
     assert rows[:, 3].min() < 0.0  # it was thrown back
     assert rows[-1, 3:5] == pytest.approx([0.6, 0.0], abs=1e-9)
+
+
+@pytest.mark.parametrize("most_taken", [1.0, 1.5])
+def test_a_reference_takes_on_no_more_than_so_many_times_its_speed_limit(most_taken: float) -> None:
+    _, rows = pushed(4.0, Asked(0.6), most_taken)
+    assert rows[:, 3].max() == pytest.approx(most_taken * LIMITS.speed)
+    assert rows[-1, 3] == pytest.approx(0.6, abs=1e-9)
 
 
 @pytest.mark.parametrize("push", [0.9, -0.9])

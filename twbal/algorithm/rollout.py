@@ -15,7 +15,7 @@ from twbal.core.heading import HeadingSample
 from twbal.core.heading_control import HeadingControl
 from twbal.core.motion_profile import Motion
 from twbal.core.plant import Observation, Plant, Pose, WheelDifference
-from twbal.core.reference import Reference, Targets
+from twbal.core.reference import FASTEST_TAKEN, Reference, Targets
 from twbal.core.streams import Stream, generator
 from twbal.policies.policy import BoundedPolicy, Controller, Policy
 
@@ -171,7 +171,8 @@ class _Record:
         self.heading = heading
         self._channels = channels
         self._is_to_stand = isinstance(targets, Standing)
-        self._reference = None if targets is None else Reference(targets, takes_speed=yields or self._is_to_stand)
+        most_taken = 1.0 if self._is_to_stand else FASTEST_TAKEN * yields
+        self._reference = None if targets is None else Reference(targets, most_taken=most_taken)
         self._tracker = channels.tracker(self._reference, feed_forward)
         self._events: list[Event] = []
         self._ended_by: BaseException | None = None

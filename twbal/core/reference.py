@@ -16,7 +16,8 @@ LARGEST_SLIP = 0.5
 """Share of the speed limit by which a robot that is pushed may be faster or slower than its reference."""
 
 FASTEST_TAKEN = 1.5
-"""Times the speed limit that a reference takes on at most: faster wheels slip."""
+"""Times its speed limit that a reference on its way takes on at most, as a course may ask for little; faster wheels
+slip. That of a robot that is to stand takes on its limit, as it has to come back."""
 
 
 class Targets(Protocol):
@@ -57,7 +58,7 @@ class Reference:
         targets: where it goes.
         name: by which events speak of it.
         leads_to_places: whether a robot that overtakes it on the way to a place, and is not there yet, is led on, too.
-        takes_speed: whether it takes on speed from a robot that is pushed.
+        most_taken: speed that it takes on at most from a robot that is pushed, in times its speed limit; 0: none.
 
     Attributes:
         motion: at the last observation.
@@ -66,13 +67,13 @@ class Reference:
     """
 
     def __init__(
-        self, targets: Targets, name: str = "reference", leads_to_places: bool = False, takes_speed: bool = False
+        self, targets: Targets, name: str = "reference", leads_to_places: bool = False, most_taken: float = 0.0
     ) -> None:
         self.motion = Motion()
         self._name = name
         self.gives_way = False
         self.events: list[Event] = []
-        self._targets, self._leads_to_places, self._takes_speed = targets, leads_to_places, takes_speed
+        self._targets, self._leads_to_places, self._most_taken = targets, leads_to_places, most_taken
         self._pushes = PushDetector(targets.limits.speed)
         self._was_pushed = False
         self._goal: Target | None = None  # that the profile goes to
@@ -90,7 +91,7 @@ class Reference:
         """
         self.motion = self._profile.at(time - self._begun)
         target = self._targets.target(time)
-        takes_speed = self._takes_speed and self._take_speed(time, speed)
+        takes_speed = self._most_taken > 0.0 and self._take_speed(time, speed)
         off, slip = position - self.motion.position, speed - self.motion.speed
         is_dragged = self._give_way(time, off, slip, self._side_ahead(target, position)) or takes_speed
         goal = AT_REST if self.gives_way else target
@@ -106,7 +107,7 @@ class Reference:
         if is_pushed and not was_pushed:
             self.events.append(Event(time, f"the {self._name} takes on speed from the robot, which is pushed"))
         limit, slip = self._targets.limits.speed, speed - self.motion.speed
-        most, fastest = LARGEST_SLIP * limit, FASTEST_TAKEN * limit
+        most, fastest = LARGEST_SLIP * limit, self._most_taken * limit
         if not is_pushed or abs(slip) <= most:
             return False
         taken = min(max(speed - math.copysign(most, slip), -fastest), fastest)  # wheels that slip are faster
