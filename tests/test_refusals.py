@@ -135,7 +135,7 @@ def test_output_that_has_no_room_is_an_error_in_one_line(made, tmp_path):
 @pytest.mark.parametrize(
     ("stage", "choice", "of_another"),
     [
-        ("iterate", "excite", "sets steps, yield_to_pushes, and iterate has no such setting"),
+        ("iterate", "excite", "sets steps, and iterate has no such setting"),
         ("real-rollout", "paper", "chooses a cost, and real-rollout has no cost"),
     ],
 )

@@ -22,7 +22,7 @@ from twbal.core.episode import Episode, Provenance
 from twbal.core.feed_forward import FeedForward
 from twbal.core.heading_control import HeadingControl
 from twbal.core.plant import Plant
-from twbal.core.push_detector import yields_to_pushes
+from twbal.core.yielding import yields_to_pushes
 from twbal.policies.saved import load_policy
 
 FIRST_TRIAL = 2000

@@ -9,7 +9,7 @@ from typing import Any
 
 from benchmarks.hidden_robots.pushes import RESULTS_OF_PUSHES
 from benchmarks.hidden_robots.robots import FAMILIES, Workshop
-from twbal.core.push_detector import yields_to_pushes
+from twbal.core.yielding import yields_to_pushes
 
 RESULTS = Path(__file__).resolve().parent.parent / "results"
 RULES = {"default": "default rule", "sticky": "sticky rule"}

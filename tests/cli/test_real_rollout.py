@@ -104,6 +104,19 @@ def test_each_trial_is_told_as_soon_as_it_is_logged(cfg, tmp_path):
     assert logs_then == [(0, 1), (1, 2)]
 
 
+@pytest.fixture
+def targets_given(monkeypatch):
+    """The targets of each rollout that the stage drives."""
+    given = []
+
+    def watched(*asked, **more):
+        given.append(asked[6])
+        return rollout(*asked, **more)
+
+    monkeypatch.setattr("twbal.cli.stages.real_rollout.rollout", watched)
+    return given
+
+
 @pytest.mark.parametrize(
     ("asked", "robot", "state", "yields"),
     [
@@ -115,37 +128,23 @@ def test_each_trial_is_told_as_soon_as_it_is_logged(cfg, tmp_path):
     ],
 )
 def test_only_a_robot_that_is_to_yield_and_sees_its_place_has_a_reference_that_can_move(
-    asked, robot, state, yields, tmp_path, monkeypatch
+    asked, robot, state, yields, tmp_path, targets_given
 ):
     """The policy of the state `paper` does not know where it is."""
-    given = []
-
-    def watched(*asked, **more):
-        given.append(type(asked[6]))
-        return rollout(*asked, **more)
-
-    monkeypatch.setattr("twbal.cli.stages.real_rollout.rollout", watched)
     words = [f"policy.path={tmp_path / 'policy.pt'}", "steps=3", f"robot={robot}", f"state={state}"]
     with composing():
         names = instantiate(compose("real_rollout", words).state).names
     still = LinearPolicy(names, np.zeros(len(names)), 0.0, 0.1)
     save_checkpoint(tmp_path / "policy.pt", "policy", still.to_payload())
     assert main(["real-rollout", *words, f"yield_to_pushes={asked}", f"hydra.run.dir={tmp_path / 'out'}"]) == 0
-    assert given == [Standing if yields else type(None)]
+    assert [type(targets) for targets in targets_given] == [Standing if yields else type(None)]
 
 
-@pytest.mark.parametrize("blind", ["policy=random", "experiment=excite"])
-def test_a_test_signal_is_no_push(blind, tmp_path, monkeypatch):
-    given = []
-
-    def watched(*asked, **more):
-        given.append(asked[6])
-        return rollout(*asked, **more)
-
-    monkeypatch.setattr("twbal.cli.stages.real_rollout.rollout", watched)
+@pytest.mark.parametrize("blind", ["policy=random", "policy=excite", "experiment=excite"])
+def test_a_test_signal_is_no_push(blind, tmp_path, targets_given):
     words = [blind, "robot=balboa", "steps=3", "trials=1", f"hydra.run.dir={tmp_path}"]
     assert main(["real-rollout", *words]) == 0
-    assert given == [None]
+    assert targets_given == [None]
 
 
 def test_a_robot_that_nobody_pushes_is_driven_the_same_whether_it_would_yield_or_not(tmp_path):

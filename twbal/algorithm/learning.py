@@ -72,14 +72,14 @@ class Algorithm(Generic[R, M, P, S, K]):
         if newest.recalibrates:
             return None
         best = min(solving, key=self._rank)
-        wanted = MAX_MARGIN_UPDATES if self._oscillates(best) else 1
+        wanted = MAX_MARGIN_UPDATES if self._falls_or_oscillates(best) else 1
         if settings.improve and is_update_left and newest.index - solving[0].index < wanted and self._steps.identifies:
             return self._updated(policies, with_margin=True)
         if settings.calibration_rollouts and best.predicted:
             return self._recalibrated(best, policies)
         return None
 
-    def _oscillates(self, tried: LearnedPolicy[R, M, P]) -> bool:
+    def _falls_or_oscillates(self, tried: LearnedPolicy[R, M, P]) -> bool:
         """Whether the trials of a policy show that the tilt oscillates, or that the robot falls."""
         limit = self._settings.oscillation_limit
         return limit is not None and tried.trials is not None and self._update.shown(tried.trials).oscillation > limit
@@ -143,7 +143,7 @@ class Algorithm(Generic[R, M, P, S, K]):
         """
         newest = policies[-1]
         inputs = _inputs(newest, self._driven_enough(newest), [each.policy for each in policies])
-        aside = tuple(each.index for each in policies if self._oscillates(each)) if with_margin else ()
+        aside = tuple(each.index for each in policies if self._falls_or_oscillates(each)) if with_margin else ()
         return self._update.learned(replace(inputs, with_margin=with_margin, set_aside=aside))
 
     def _recalibrated(

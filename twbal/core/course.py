@@ -8,8 +8,8 @@ from typing import NamedTuple, Self
 from twbal.core.errors import ConfigError
 from twbal.core.motion_limits import MotionLimits
 from twbal.core.motion_profile import Motion, MotionProfile, profile_to_position, profile_to_speed
-from twbal.core.push_detector import yields_to_pushes
 from twbal.core.robot_parameters import RobotParameters
+from twbal.core.yielding import yields_to_pushes
 
 GIVE_WAY = 0.3
 """By default the robot may be off as far as the fastest reference goes in this time [s]. Regulators of all packaged

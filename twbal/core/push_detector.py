@@ -1,9 +1,6 @@
-"""Tells that a robot is pushed, by how fast its speed changes, and which robots had better yield."""
+"""Tells that a robot is pushed, by how fast its speed changes."""
 
 from collections import deque
-
-from twbal.core.mobility import com_speed_ratio
-from twbal.core.robot_parameters import RobotParameters
 
 PUSH_TIME = 0.1
 """Within which the speed of a robot that is pushed changes by more than the limit that its sheet gives a reference [s],
@@ -15,20 +12,7 @@ PAUSE = 2.0
 """From the beginning of a push to that of the next [s]: tyres that slip after one change the wheels' speed as fast."""
 START = 2.0
 """From which on pushes are told [s]: a robot that begins with a lean has to roll fast, too."""
-MIN_COM_SPEED_RATIO = 0.5
-"""Speed of the centre of mass, per speed of the axle, after a push at the axle, from which on a robot had better yield.
-Of the packaged sheets, `balboa` and `tumbller` have 0.79, the others 0.2 to 0.4."""
 _NEARLY = 1e-9  # s
-
-
-def yields_to_pushes(asked: bool | None, robot: RobotParameters) -> bool:
-    """Whether the reference of a robot takes on speed from it where it is pushed: as asked, or by its sheet.
-
-    To brake, a robot must lean back. A push at the axle tips a body back whose centre of mass is high above the axle:
-    it leans as it must, and yielding would waste that. Where the centre of mass is near the axle, the push carries the
-    body along upright. Then the wheels must first run ahead to tip it, the faster the harder the policy brakes.
-    """
-    return com_speed_ratio(robot) > MIN_COM_SPEED_RATIO if asked is None else asked
 
 
 class PushDetector:

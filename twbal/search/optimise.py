@@ -56,9 +56,8 @@ def search_policy(
     Where robots of the parameter distribution are given, the start is the regulator that holds most of them; it is
     judged, too. Where the newest earlier policy was searched for the same robots, that is the start.
 
-    Earlier policies are judged beside the new ones, so that a search that only made things worse shows. One that was
-    chosen twice already is none of them: what it does the model has been told, and a third time would teach nothing.
-    Nor is one that is set aside.
+    Earlier policies are judged beside the new ones, so that a search that only made things worse shows. None is that
+    was chosen twice already: what it does the model has been told, and a third time would teach nothing.
 
     Args:
         task: what the policy is for.
@@ -69,14 +68,12 @@ def search_policy(
         workers: threads that search beside each other; what is found does not depend on it.
         base: (D,) gain K of a fixed regulator u = -Kx, on top of which a network is searched; None searches all.
         are_robots_new: whether the robots of the parameter distribution are others than those of the earlier policies.
-        set_aside: indices of earlier policies that are no candidates and where no search begins, as their trials showed
-            what predictions do not.
+        set_aside: indices of earlier policies that are no candidates, and from which no search begins.
 
     Raises:
         SearchError: no start has a finite cost on this model.
     """
     settings = task.settings
-    begun = [policy for i, policy in enumerate(earlier) if i not in set_aside]
     scales = shape.scales(task.models[0].names, torque_limit)
     short, whole = task.objective(settings.short_horizon), task.whole
     linear = shape.linear and base is None
@@ -85,13 +82,13 @@ def search_policy(
         found = descend(short, start.policy, scales, linear, settings.short_iterations)
         return descend(whole, found, scales, linear, settings.iterations)
 
-    robust: list[RankedPolicy] = []
-    chosen: list[Start] = []
+    robust, chosen = list[RankedPolicy](), list[Start]()
     if settings.restarts or not earlier:
+        begin = [policy for i, policy in enumerate(earlier) if i not in set_aside]
         if linear and task.robots is not None:
-            robust, chosen = _robust_starts(task.robots, task.seed, shape, () if are_robots_new else begun, workers)
+            robust, chosen = _robust_starts(task.robots, task.seed, shape, () if are_robots_new else begin, workers)
         if not chosen:
-            chosen = _starts(task, shape, torque_limit, begun, base)
+            chosen = _starts(task, shape, torque_limit, begin, base)
             chosen = _promising(chosen, short, max(settings.restarts, 1), workers)
 
     def validated(origin: str, policy: RbfPolicy, number: int | None = None) -> Candidate:
@@ -100,10 +97,9 @@ def search_policy(
         return found
 
     fresh = _not_driven_twice(earlier) if settings.restarts else range(len(earlier))
-    fresh = [i for i in fresh if i not in set_aside]
     with ThreadPoolExecutor(workers) as pool:
         searches = [pool.submit(searched, each) for each in chosen]  # meanwhile the others are judged
-        candidates = [validated(f"policy {i}", earlier[i], i) for i in fresh]
+        candidates = [validated(f"policy {i}", earlier[i], i) for i in fresh if i not in set_aside]
         candidates += [validated(found.origin, found.policy) for found in robust]
         leading = min(candidates, key=_rank) if task.robots is not None and candidates else None
         predictions = () if leading is None else task.predictions(leading)  # mostly it stays the best
@@ -111,11 +107,16 @@ def search_policy(
             candidates.append(validated(f"search from {each.origin}", search.result()))
     candidates.sort(key=_rank)
     if chosen and task.robots is None and candidates[0].validation.success < settings.min_success_rate:
-        near = next(c for c in candidates if c.earlier is None)
-        patient = descend(task.objective(settings.long_horizon), near.policy, scales, linear, settings.long_iterations)
-        candidates = sorted([*candidates, validated(f"long {near.origin}", patient)], key=_rank)
+        candidates = sorted([*candidates, validated(*_searched_long(task, candidates, scales, linear))], key=_rank)
     best = candidates[0]
     return SearchResult(best, tuple(candidates), predictions if best is leading else task.predictions(best))
+
+
+def _searched_long(task: Task, candidates: Sequence[Candidate], scales: Array, linear: bool) -> tuple[str, RbfPolicy]:
+    """The best of the new candidates, searched on over the long horizon, and what it is called."""
+    near, settings = next(c for c in candidates if c.earlier is None), task.settings
+    long = task.objective(settings.long_horizon)
+    return f"long {near.origin}", descend(long, near.policy, scales, linear, settings.long_iterations)
 
 
 def _robust_starts(

@@ -26,8 +26,8 @@ from twbal.core.episode import Episode, Event, Outcome, Provenance
 from twbal.core.feed_forward import FeedForward
 from twbal.core.heading_control import HeadingControl
 from twbal.core.plant import Observation
-from twbal.core.push_detector import yields_to_pushes
 from twbal.core.robot_parameters import RobotParameters, parameter_hash
+from twbal.core.yielding import yields_to_pushes
 from twbal.io.logs import read_episode
 from twbal.link.frozen_sensors import FrozenSensors
 from twbal.link.protocol import Clock

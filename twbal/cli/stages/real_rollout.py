@@ -39,8 +39,8 @@ from twbal.core.errors import ConfigError, DataError
 from twbal.core.feed_forward import FeedForward
 from twbal.core.heading_control import HeadingControl
 from twbal.core.json_records import read_record, write_record
-from twbal.core.push_detector import yields_to_pushes
 from twbal.core.robot_parameters import RobotParameters, parameter_hash
+from twbal.core.yielding import yields_to_pushes
 from twbal.diagnosis.usability import FEW_DATA, Amount, enough_for_diagnosis
 from twbal.embedded.export import HEADER
 from twbal.io.logs import read_episode
@@ -131,8 +131,8 @@ def run(cfg: DictConfig, out: Path, launch: Launch = launch, advise: bool = True
     _check_trials(settings)
     robot: RobotParameters = instantiate(cfg.robot)
     policy: Policy = instantiate(cfg.policy)
-    if settings.yield_to_pushes is None and isinstance(policy, RandomPolicy):
-        settings = replace(settings, yield_to_pushes=False)  # it sees no reference
+    if settings.yield_to_pushes is None and isinstance(policy, RandomPolicy | Excitation):
+        settings = replace(settings, yield_to_pushes=False)  # a test signal is no push
     check_torque(policy, robot)
     if isinstance(policy, Excitation):
         say(floor_of_excitation(policy, settings.steps * robot.control_period))
