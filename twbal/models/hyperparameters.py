@@ -4,8 +4,8 @@ By hand, as the closed form of the evidence (`Evidence`) is several times faster
 differentiation, and the same seed gives the same bits. Other kernels are fitted by GPyTorch (`models.kernels`).
 """
 
-from collections.abc import Sequence
-from typing import NamedTuple, Self
+from collections.abc import Callable, Sequence
+from typing import NamedTuple, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,7 @@ from twbal.models.fit_objective import Minimum, Objective
 from twbal.models.fit_settings import START_NOISE, FitSettings, Reference, check_samples, reference_of
 
 Integers = NDArray[np.int64]
+Begin = TypeVar("Begin")
 
 
 class Hyperparameters(NamedTuple):
@@ -67,7 +68,11 @@ def fit_hyperparameters(
         _Search.drawn(objective, inputs, target, settings, rng)
         for objective, target in zip(objectives(inputs, targets, settings, reference), targets.T, strict=True)
     ]
-    return Hyperparameters.from_thetas(np.array(in_threads(_Search.best, searches)))
+    begun = _beside_each_other(_Search.begun, [(search, search.numbers) for search in searches])
+    finalists = [search.finalists(found) for search, found in zip(searches, begun, strict=True)]
+    ended = _beside_each_other(_Search.finished, list(zip(searches, finalists, strict=True)))
+    best = [search.best(last or first) for search, first, last in zip(searches, begun, ended, strict=True)]
+    return Hyperparameters.from_thetas(np.array(best))
 
 
 def objectives(inputs: Array, targets: Array, settings: FitSettings, reference: Reference | None) -> list[Objective]:
@@ -120,42 +125,57 @@ class _Search(NamedTuple):
             choices += [rng.permutation(n)[: len(choices[0])] for _ in starts[1:]]
         return cls(objective, inputs, target, starts, choices, apart, settings)
 
-    def best(self) -> Array:
-        """The best that they find, (d + 2,), in the coordinates of `Evidence`."""
-        return np.asarray(self._found() + self.objective.origin)
+    @property
+    def numbers(self) -> Sequence[int]:
+        """Of the starts that are searched from; none where the target is 0."""
+        return range(len(self.starts)) if self.choices else ()
 
-    def _found(self) -> Array:
-        """The same in the coordinates of the objective."""
-        if not self.choices:
-            return np.asarray(self.starts[0])
+    def begun(self, number: int) -> Minimum:
+        """Where the search from one start ends: of starts that compete on a choice of samples, on that choice."""
         if self.apart:
-            return self._best_of_own_choices()
-        starts, chosen, iterations = self.starts, self.choices[0], self.settings.iterations
-        if len(chosen) < len(self.target):
-            screen = Evidence(self.inputs[chosen], self.target[chosen])
-            results = [self.objective.minimise(screen, theta, iterations) for theta in starts]
-            results.sort(key=lambda minimum: minimum.value)
-            starts = np.array([minimum.theta for minimum in results[: self.settings.finalists]])
-        evidence = Evidence(self.inputs, self.target)
-        results = [self.objective.minimise(evidence, theta, iterations) for theta in starts]
-        return _least(results)
+            return self._on_own_choice(number)
+        if not self._are_screened:
+            return self.finished(self.starts[number])
+        return self.objective.minimise(self._chosen(0), self.starts[number], self.settings.iterations)
 
-    def _best_of_own_choices(self) -> Array:
-        """The best of searches that each begin on a choice of samples and end on all.
+    def finalists(self, begun: Sequence[Minimum]) -> list[Array]:
+        """Of the starts that competed on a choice of samples, the ends of the best, (d + 2,): they go on on all."""
+        if not begun or self.apart or not self._are_screened:
+            return []
+        ranked = sorted(begun, key=lambda minimum: minimum.value)
+        return [minimum.theta for minimum in ranked[: self.settings.finalists]]
+
+    def finished(self, start: Array) -> Minimum:
+        """Where a search on all samples ends."""
+        return self.objective.minimise(Evidence(self.inputs, self.target), start, self.settings.iterations)
+
+    def best(self, results: Sequence[Minimum]) -> Array:
+        """Where the best search ended, (d + 2,), in the coordinates of `Evidence`; the first start where none was."""
+        found = min(results, key=lambda minimum: minimum.value).theta if results else self.starts[0]
+        return np.asarray(found + self.objective.origin)
+
+    @property
+    def _are_screened(self) -> bool:
+        return len(self.choices[0]) < len(self.target)
+
+    def _chosen(self, choice: int) -> Evidence:
+        chosen = self.choices[choice]
+        return Evidence(self.inputs[chosen], self.target[chosen])
+
+    def _on_own_choice(self, number: int) -> Minimum:
+        """A search that begins on a start's own choice of samples and ends on all.
 
         An optimum on a few samples is near one on all of them, and has its curvature but for the number of samples.
         """
-        objective, iterations = self.objective, self.settings.iterations
-        evidence = Evidence(self.inputs, self.target)
-        results = []
-        for start, chosen in zip(self.starts, self.choices, strict=True):
-            screen = Evidence(self.inputs[chosen], self.target[chosen])
-            near = objective.minimise(screen, start, iterations).theta
-            curvature = objective.curvature(screen, near) * (len(self.target) / len(chosen))
-            results.append(objective.polish(evidence, near, curvature, iterations))
-        return _least(results)
+        objective, iterations, screen = self.objective, self.settings.iterations, self._chosen(number)
+        near = objective.minimise(screen, self.starts[number], iterations).theta
+        curvature = objective.curvature(screen, near) * (len(self.target) / len(self.choices[number]))
+        return objective.polish(Evidence(self.inputs, self.target), near, curvature, iterations)
 
 
-def _least(results: Sequence[Minimum]) -> Array:
-    """Where the best search ended."""
-    return min(results, key=lambda minimum: minimum.value).theta
+def _beside_each_other(
+    work: Callable[[_Search, Begin], Minimum], tasks: Sequence[tuple[_Search, Sequence[Begin]]]
+) -> list[list[Minimum]]:
+    """What comes of each beginning of each search, in order; all of them share the threads."""
+    found = iter(in_threads(lambda task: work(*task), [(search, each) for search, begins in tasks for each in begins]))
+    return [[next(found) for _ in begins] for _, begins in tasks]

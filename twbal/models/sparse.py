@@ -8,9 +8,11 @@ import numpy as np
 from twbal.core.errors import ConfigError
 from twbal.core.gaussian import Array
 from twbal.core.streams import Stream, generator
+from twbal.core.threads import in_threads
 from twbal.models.bound import JITTER, Bound
 from twbal.models.evidence import Evidence
 from twbal.models.fit import Fit, fit_gp
+from twbal.models.fit_objective import Objective
 from twbal.models.fit_settings import FitSettings, Reference, check_samples
 from twbal.models.gp import SQUARED_EXPONENTIAL, GaussianProcess, squared_exponential
 from twbal.models.hyperparameters import Hyperparameters, Integers, fit_hyperparameters, objectives
@@ -155,13 +157,14 @@ def _refine(
     Where the inducing inputs are too few for an output, its bound is highest where all is noise (Bauer, van der Wilk
     and Rasmussen 2016). The exact evidence of the subset tells: it falls by nats a sample there, else by hundredths.
     """
-    thetas = []
-    for a, objective in enumerate(objectives(inputs, targets, settings.fit, reference)):
-        theta = start.theta(a)
-        if targets[:, a].any():
-            bound, exact = Bound(inputs, targets[:, a], centres), Evidence(inputs[subset], targets[subset, a])
-            moved = objective.minimise(bound, theta - objective.origin, settings.iterations).theta + objective.origin
-            if exact(theta)[0] - exact(moved)[0] < _LOSS * len(subset):
-                theta = moved
-        thetas.append(theta)
-    return Hyperparameters.from_thetas(np.array(thetas))
+
+    def refined(output: int, objective: Objective) -> Array:
+        theta, target = start.theta(output), targets[:, output]
+        if not target.any():
+            return theta
+        bound, exact = Bound(inputs, target, centres), Evidence(inputs[subset], target[subset])
+        moved = objective.minimise(bound, theta - objective.origin, settings.iterations).theta + objective.origin
+        return moved if exact(theta)[0] - exact(moved)[0] < _LOSS * len(subset) else theta
+
+    by_output = enumerate(objectives(inputs, targets, settings.fit, reference))
+    return Hyperparameters.from_thetas(np.array(in_threads(lambda each: refined(*each), by_output)))
