@@ -165,13 +165,19 @@ def test_a_replay_with_another_effect_goes_another_way(robot):
     assert np.abs(late - prompt)[:, 1].max() > 20 * np.abs(prompt - truth[FROM:])[:, 1].max()
 
 
-def test_replays_do_not_depend_on_those_before(robot):
-    truth = driven(robot, [MotorLag(0.05)])
-    starts = [start_at(robot, truth, t) for t in (3, 7)]
-    commands = np.array([COMMANDS[3:9], COMMANDS[7:13]])
-    both = replay(robot, [MotorLag(0.05)], STEP, starts, commands)
-    alone = replay(robot, [MotorLag(0.05)], STEP, starts[1:], commands[1:])
-    assert np.array_equal(both[1], alone[0])
+@pytest.mark.parametrize(
+    "effects", [[MotorLag(0.05)], [ActuationDelay(0.033), BatterySag(0.3)], [TiltFilter(3.0, 0.02)]]
+)
+def test_replays_do_not_depend_on_those_before(effects, robot):
+    """Later and earlier starts of one recording, one under other commands than were recorded, and another recording."""
+    others = -COMMANDS
+    truth, other = driven(robot, effects), driven(robot, effects, others)
+    starts = [start_at(robot, truth, t) for t in (3, 7, 7, 5)] + [start_at(robot, other, 7, others)]
+    held = [COMMANDS[3:9], COMMANDS[7:13], np.zeros(6), COMMANDS[5:11], others[7:13]]
+    together = replay(robot, effects, STEP, starts, np.array(held))
+    alone = [replay(robot, effects, STEP, [start], each[None])[0] for start, each in zip(starts, held, strict=True)]
+    assert np.array_equal(together, alone)
+    assert not np.array_equal(together[1], together[2])
 
 
 def test_each_start_needs_its_commands(robot):

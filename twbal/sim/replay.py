@@ -1,6 +1,7 @@
 """The robot in PyBullet from the middle of a recording on, under recorded commands."""
 
-from collections.abc import Sequence
+import dataclasses
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -61,9 +62,10 @@ def replay(
     machine = assemble(robot, [effect for effect in effects if not isinstance(effect, SensorNoise)])
     world = World(machine, physics_step)
     steps = substeps(robot.control_period, physics_step)
+    actuated = _Actuated(machine, physics_step, steps)
     try:
         courses = [
-            _course(world, machine, physics_step, steps, start, held)
+            _course(world, machine, physics_step, steps, start, held, actuated)
             for start, held in zip(starts, commands, strict=True)
         ]
     finally:
@@ -71,12 +73,47 @@ def replay(
     return np.array(courses)
 
 
+class _Actuated:
+    """The torques that actuators make of recorded commands, made once for all starts in a recording.
+
+    Actuators know of commands alone, so what a delay or a battery remembers at a start is what it came to on the way.
+    """
+
+    def __init__(self, machine: Machine, physics_step: float, steps: int) -> None:
+        self._machine, self._physics_step, self._steps = machine, physics_step, steps
+        self._running = self._fresh()
+        self._commands, self._torques = np.zeros(0), list[float]()  # so far
+
+    def torques(self, past: Array, held: Array) -> Iterator[float]:
+        """Of each physics step under `held` (S,), which comes after all commands of the `past` (t,) [N·m]."""
+        commands = np.concatenate([past, held])
+        known = min(len(self._commands), len(commands))
+        if not np.array_equal(self._commands[:known], commands[:known]):  # another recording
+            self._running, self._commands, self._torques = self._fresh(), np.zeros(0), []
+        for command in map(self._machine.clip, commands[len(self._commands) :]):
+            self._torques += [self._running.actuate(command) for _ in range(self._steps)]
+        self._commands = max(self._commands, commands, key=len)
+        return iter(self._torques[len(past) * self._steps : len(commands) * self._steps])
+
+    def _fresh(self) -> Running:
+        return self._machine.start(self._physics_step, np.random.default_rng(0))
+
+
 def _course(
-    world: World, machine: Machine, physics_step: float, steps: int, start: ReplayStart, commands: Array
+    world: World,
+    machine: Machine,
+    physics_step: float,
+    steps: int,
+    start: ReplayStart,
+    commands: Array,
+    actuated: _Actuated,
 ) -> list[Observation]:
     """The observations after one start."""
     period = machine.robot.control_period
-    running = _remembering(machine, physics_step, steps, start)
+    running = _remembering(machine, physics_step, start)
+    if any(actuator.remembers for actuator in machine.actuators):
+        torques = actuated.torques(start.past_commands, commands)
+        running = dataclasses.replace(running, actuators=(lambda _: next(torques),))
     time = len(start.past_commands) * period
     world.reset(start.initial, start.restart.heading)
     acceleration = 0.0
@@ -104,13 +141,9 @@ def _course(
     return seen
 
 
-def _remembering(machine: Machine, physics_step: float, steps: int, start: ReplayStart) -> Running:
-    """Actuators and sensors as the commands and the motion before the start left them."""
+def _remembering(machine: Machine, physics_step: float, start: ReplayStart) -> Running:
+    """Sensors as the motion before the start left them, and fresh actuators."""
     running = machine.start(physics_step, np.random.default_rng(0))
-    if any(actuator.remembers for actuator in machine.actuators):
-        for command in map(machine.clip, start.past_commands):
-            for _ in range(steps):
-                running.actuate(command)
     before = float(start.past_motion[0, 2]) if len(start.past_motion) else 0.0
     for tilt, rate, speed in start.past_motion.tolist() if running.sensors else ():
         running.sense(Observation(0.0, tilt, rate, (speed - before) / machine.robot.control_period, 0.0, 0.0, 0.0))
