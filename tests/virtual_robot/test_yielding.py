@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 from analytic import linear
 
+from twbal.algorithm.robustness import trial_verdict
 from twbal.algorithm.rollout import rollout
 from twbal.core.channels import Channels
 from twbal.core.course import Standing, standing_targets
 from twbal.core.episode import Outcome, Provenance
+from twbal.core.evaluation import SuccessCriterion
 from twbal.core.feed_forward import FeedForward
 from twbal.core.mobility import leaning_acceleration
 from twbal.core.motion_limits import MotionLimits
@@ -36,17 +38,23 @@ def test_a_robot_that_comes_back_from_a_push_brakes_in_a_lean_of_10_degrees_at_m
     assert esp32.acceleration <= leaning_acceleration(conf("robot/esp32"), radians(10.0)) + 1e-9
 
 
-@pytest.mark.parametrize(("sheet", "strong"), [("balboa", 2.0), ("tumbller", 1.5)])
-def test_a_robot_that_yields_by_default_survives_a_push_that_throws_it_over_if_it_resists(sheet, strong, make, conf):
-    """Under the regulator of the truth, which has a gain of the place; `strong` is in N·s for each kg."""
-    robot, parameters = make(sheet, start=StartPose(0.0, 0.0, 0.0, 0.0)), conf(f"robot/{sheet}")
+def pushed(robot, parameters, strong):
+    """A robot that is pushed by so many N·s for each kg, the regulator of its truth, and that one's state."""
     channels = Channels(("tilt", "tilt_rate", "speed", "position"), parameters.wheel_radius, parameters.control_period)
     gain = linear(robot.truth).gain(parameters.control_period, parameters.torque_limit, position=True)
     policy = LinearPolicy(channels.names, np.array(gain), 0.0, parameters.torque_limit)
+    return PushedRobot(robot, PUSH, DURATION, strong * parameters.body_mass), policy, channels
+
+
+@pytest.mark.parametrize(("sheet", "strong"), [("balboa", 2.0), ("tumbller", 1.5)])
+def test_a_robot_that_yields_by_default_survives_a_push_that_throws_it_over_if_it_resists(sheet, strong, make, conf):
+    """Under the regulator of the truth, which has a gain of the place; `strong` is in N·s for each kg."""
+    parameters = conf(f"robot/{sheet}")
+    plant, policy, channels = pushed(make(sheet, start=StartPose(0.0, 0.0, 0.0, 0.0)), parameters, strong)
 
     def driven(yields):
         return rollout(
-            plant=PushedRobot(robot, PUSH, DURATION, strong * parameters.body_mass),
+            plant=plant,
             policy=policy,
             channels=channels,
             steps=round(END / parameters.control_period),
@@ -60,3 +68,23 @@ def test_a_robot_that_yields_by_default_survives_a_push_that_throws_it_over_if_i
     assert episode.outcome is Outcome.COMPLETED
     assert np.abs(episode.poses[-round(1.0 / parameters.control_period) :, 0]).max() < 0.08  # back in its place
     assert driven(False).outcome is Outcome.TILT_LIMIT
+
+
+def test_methods_are_compared_on_robots_that_yield_by_their_sheet(make, conf):
+    parameters = conf("robot/balboa")
+    plant, policy, channels = pushed(make("balboa", start=StartPose(0.0, 0.0, 0.0, 0.0)), parameters, 2.0)
+    rule = SuccessCriterion.in_seconds(
+        tilt_limit=radians(30.0),
+        settled_tilt_limit=radians(10.0),
+        duration=6.0,
+        settle_time=2.0,
+        place_time=5.0,
+        place_radii=2.0,
+        command_change=0.5,
+        control_period=parameters.control_period,
+        wheel_radius=parameters.wheel_radius,
+        torque_limit=parameters.torque_limit,
+    )
+    verdict = trial_verdict(plant, policy, channels, parameters, 0, rule)
+    assert verdict.upright
+    assert verdict.in_place
