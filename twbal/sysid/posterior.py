@@ -11,7 +11,6 @@ its standard deviation. The other parameters are those of the best rate of the g
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -38,6 +37,7 @@ _BENT = 0.026  # rad; 1.5 degrees, by which a torque moves the tilt at which the
 _ROOM = 1.5  # factor on what second differences tell of the noise, as some are few
 _NORMAL_MEDIAN = 0.6745  # of the size of a standard normal number
 _FILTER_RATES = (0.2, 0.0, 0.1, 0.35, 0.5)  # 1/s; the first is where the search begins
+_CLEARLY = 100.0  # of -2 log posterior density; less may be fits that stopped in optima of their own
 _FIRST_DELAYS = (0.25, 1.0, 2.0, 2.75)  # control periods: fits with a delay that is far off end in optima of their own
 _DELAY, _BALANCE = "actuation_delay_delay", "com_offset_angle"
 _DELAY_SD = 0.25  # control periods; a delay stands for the lags of drive and filters, which turn the phase otherwise
@@ -95,26 +95,48 @@ def _slow_torques(left: Array, prior: RobotDistribution) -> Array:
 
 
 def _attempts(prior: RobotDistribution, episodes: Sequence[Episode]) -> dict[float, _Attempt]:
-    """A fit for each of `_FILTER_RATES`; all but the first begin where that ends."""
+    """A fit for each of `_FILTER_RATES`; all but the first begin where that ends.
 
-    def attempt(rate: float, begin: Model | None) -> _Attempt:
+    A filter that is not there can take parameters so far off that fits which begin there end in an optimum of their
+    own. So a robot without a filter is fitted from the prior's mean, too; if that is another optimum, and a better one,
+    the fits of the other rates begin there once more.
+    """
+
+    def attempt(task: tuple[float, Model | None]) -> _Attempt:
+        rate, begin = task
         data = _data(prior, episodes, rate)
         fit = _first_fit(data, prior) if begin is None else _fitted(data, begin, prior)
         return _Attempt(data, fit, fit.cost + _penalty(prior, rate))
 
     first, *others = _FILTER_RATES
-    found = attempt(first, None)
-    return {first: found} | dict(zip(others, in_threads(partial(attempt, begin=found.fit.model), others), strict=True))
+    found = {first: attempt((first, None))}
+    near = found[first].fit.model
+    *begun, unfiltered = in_threads(attempt, [*((rate, near) for rate in others), (0.0, _at_mean(prior))])
+    found |= dict(zip(others, begun, strict=True))
+    if unfiltered.cost < found[0.0].cost - _CLEARLY:
+        rates = [rate for rate in _FILTER_RATES if rate]
+        again = in_threads(attempt, [(rate, unfiltered.fit.model) for rate in rates])
+        better = [min(found[rate], other, key=_cost) for rate, other in zip(rates, again, strict=True)]
+        found |= {0.0: unfiltered} | dict(zip(rates, better, strict=True))
+    return found
+
+
+def _cost(attempt: _Attempt) -> float:
+    return attempt.cost
+
+
+def _at_mean(prior: RobotDistribution) -> Model:
+    """The prior's mean, with little noise: fitted to a model far off, noise explains what the model should."""
+    begin = twin_parameters(prior.robot, {})._replace(**dict(zip(prior.fields, prior.mean.tolist(), strict=True)))
+    return Model(begin, 0.0, Noise(np.array(_FIRST_SENSORS), np.full(2, _FIRST_TORQUES * prior.robot.torque_limit)))
 
 
 def _first_fit(data: Data, prior: RobotDistribution) -> Fit:
     """The best of the fits that begin at the prior's mean, with several delays."""
-    mean = dict(zip(prior.fields, prior.mean.tolist(), strict=True))
-    begin = twin_parameters(prior.robot, {})._replace(**mean)
-    # Noise that is fitted to a model far off explains what the model should: it begins small.
-    noise = Noise(np.array(_FIRST_SENSORS), np.full(2, _FIRST_TORQUES * prior.robot.torque_limit))
-    starts = [begin._replace(**{_DELAY: late * data.period}) for late in _FIRST_DELAYS]
-    fits = in_threads(lambda start: _fitted(data, Model(start, 0.0, noise), prior), starts)
+    mean = _at_mean(prior)
+    delays = [{_DELAY: late * data.period} for late in _FIRST_DELAYS]
+    starts = [mean._replace(twin=mean.twin._replace(**late)) for late in delays]
+    fits = in_threads(lambda start: _fitted(data, start, prior), starts)
     return min(fits, key=lambda found: found.cost)
 
 
@@ -154,14 +176,19 @@ def _penalty(prior: RobotDistribution, filter_rate: float) -> float:
 def _vertex(costs: Mapping[float, float], most: float) -> tuple[float, float]:
     """Mean and standard deviation of the normal distribution whose -2 log density runs through the least of `costs`.
 
-    Through it and its neighbours, as a parabola; the deviation is at most `most`.
+    Through it and its neighbours, as a parabola; the deviation is at most `most`. Where the parabola has no least value
+    although all others are clearly greater, each neighbour alone tells of a deviation, and the greater one holds.
     """
     rates = sorted(costs)
     middle = min(max(rates.index(min(costs, key=costs.__getitem__)), 1), len(rates) - 2)
     near = rates[middle - 1 : middle + 2]
     curvature, slope, _ = np.polyfit(near, [costs[rate] for rate in near], 2)
     if curvature <= 0.0:
-        return min(costs, key=costs.__getitem__), most
+        best = min(costs, key=costs.__getitem__)
+        rises = {rate: cost - costs[best] for rate, cost in costs.items() if rate != best}
+        if min(rises.values()) < _CLEARLY:
+            return best, most
+        return best, min(max(abs(rate - best) * rises[rate] ** -0.5 for rate in near if rate != best), most)
     return float(np.clip(-0.5 * slope / curvature, rates[0], rates[-1])), float(min(curvature**-0.5, most))
 
 
