@@ -90,6 +90,24 @@ def test_a_misspelt_override_is_one_clear_error(word, expected, capsys):
     assert expected in only_error(capsys)
 
 
+@pytest.mark.parametrize(
+    ("stage", "body", "expected"),
+    [
+        ("real-rollout", "link: {sed: 3}", "real-rollout has no setting 'link.sed' (did you mean 'link.seed'?)"),
+        ("iterate", "real_rollout: {yield_to_push: true}", "(did you mean 'real_rollout.yield_to_pushes'?)"),
+        ("iterate", "sim_collect: {rolouts: 5}", "(did you mean 'sim_collect.rollouts'?)"),
+        ("iterate", "search: {horizn: 3}", "(did you mean 'search.horizon'?). Those of search are: horizon,"),
+        ("real-rollout", "state: {nmes: [tilt]}", "(did you mean 'state.names'?)"),
+    ],
+)
+def test_a_misspelt_setting_in_an_experiment_is_refused_before_anything_runs(stage, body, expected, tmp_path, capsys):
+    (tmp_path / "experiment").mkdir()
+    (tmp_path / "experiment" / "mine.yaml").write_text(f"# @package _global_\n{body}\n")
+    words = ["experiment=mine", "policy.path=policy.pt"] if stage == "real-rollout" else ["experiment=mine"]
+    assert main([stage, f"--config-dir={tmp_path}", *words, f"hydra.run.dir={tmp_path / 'out'}"]) == 1
+    assert expected in only_error(capsys)
+
+
 def test_a_stage_without_a_simulation_is_not_told_to_add_effects(capsys):
     assert main(["fit-sim-gp", "episodes=e", "sim.effects.dead_zone.width=1"]) == 1
     assert "fit-sim-gp has no setting 'sim.effects.dead_zone.width'" in only_error(capsys)
@@ -168,11 +186,11 @@ def test_an_error_of_ours_within_the_building_of_parts_comes_out_bare(stage, cap
 def test_a_part_that_cannot_be_built_is_named(stage, capsys):
     from hydra.utils import instantiate
 
-    stage.main = lambda cfg: instantiate(cfg.state)
-    assert main(["sim-collect", "+state.colour=red"]) == 1
+    stage.main = lambda cfg: instantiate(cfg.policy)
+    assert main(["sim-collect", "+policy.path=that/of/another/kind.pt"]) == 1
     said = only_error(capsys)
-    assert said.startswith("state cannot be built")
-    assert "colour" in said
+    assert said.startswith("policy cannot be built")
+    assert "unexpected keyword argument 'path'" in said
 
 
 def test_a_missing_value_names_the_setting(stage, capsys):

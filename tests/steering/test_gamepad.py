@@ -1,4 +1,5 @@
 import os
+from pathlib import Path
 
 import pytest
 
@@ -76,3 +77,25 @@ def test_a_pad_that_is_not_there_and_a_file_without_events_are_errors_that_say_w
     (tmp_path / "empty").write_bytes(b"1234567")
     with pytest.raises(ConfigError, match=r"no event of a joystick"):
         RecordedGamepad(tmp_path / "empty", LAYOUT)
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        b"# A text that somebody took for a recording.",
+        packed((0, 1, BUTTON, 0), (1, 2, BUTTON, 0)),
+        packed((5, 0, AXIS, 0), (4, 0, AXIS, 0)),
+        packed((5, 0, 3, 0)),
+    ],
+    ids=["text", "a button of 2", "time runs back", "no button and no axis"],
+)
+def test_a_file_of_something_else_drives_no_robot(data, tmp_path):
+    (tmp_path / "other").write_bytes(data)
+    with pytest.raises(ConfigError, match=r"other is no recording of a joystick: its event \d would be .*cat /dev"):
+        gamepad(tmp_path / "other", LAYOUT)
+
+
+@pytest.mark.parametrize("path", ["/", "/dev/null"], ids=["folder", "another device"])
+def test_what_is_no_joystick_drives_no_robot(path):
+    with pytest.raises(ConfigError, match="is no joystick"):
+        gamepad(Path(path), LAYOUT)

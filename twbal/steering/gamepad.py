@@ -12,6 +12,8 @@ from twbal.steering.joystick import EVENT, JoystickDecoder, JoystickEvent, Layou
 from twbal.steering.source import Source
 
 _READ = 64 * EVENT.size  # bytes at once
+_INPUT = 13  # major number of Linux' devices for input
+_RECORD = "Record with cat /dev/input/js0 > <file>."
 
 
 class Gamepad(Source):
@@ -22,7 +24,7 @@ class Gamepad(Source):
         layout: of its axes and buttons.
 
     Raises:
-        ConfigError: it cannot be opened.
+        ConfigError: it cannot be opened, or is neither a device for input nor a pipe.
     """
 
     def __init__(self, path: Path, layout: Layout) -> None:
@@ -35,6 +37,9 @@ class Gamepad(Source):
                 f"Cannot open the gamepad {path}: {error.strerror}. Joysticks that are there: {_joysticks()}. Is it "
                 "plugged in, and may you read it (on Linux: the group input)?"
             ) from error
+        if not _is_input(os.fstat(self._device)):
+            os.close(self._device)
+            raise ConfigError(f"{path} is no joystick. Joysticks that are there: {_joysticks()}.")
 
     def __enter__(self) -> Self:
         return self
@@ -65,16 +70,20 @@ class RecordedGamepad(Source):
         layout: of axes and buttons.
 
     Raises:
-        ConfigError: there are none in it.
+        ConfigError: there are none in it, or what is in it can be none.
     """
 
     def __init__(self, path: Path, layout: Layout) -> None:
         self.name, self._pad = f"recording {path}", Pad(layout)
         self._events: list[JoystickEvent] = JoystickDecoder().feed(path.read_bytes())
         if not self._events:
-            raise ConfigError(
-                f"{path} has no event of a joystick in it (8 bytes each). Record with cat /dev/input/js0."
-            )
+            raise ConfigError(f"{path} has no event of a joystick in it (8 bytes each). {_RECORD}")
+        for number, (before, event) in enumerate(zip(self._events[:1] + self._events, self._events, strict=False), 1):
+            if not event.can_be or event.time < before.time:
+                raise ConfigError(
+                    f"{path} is no recording of a joystick: its event {number} would be {event}, after one at "
+                    f"{before.time} ms. {_RECORD}"
+                )
         self._first, self._next = self._events[0].time, 0
 
     def __enter__(self) -> Self:
@@ -99,6 +108,12 @@ def gamepad(path: Path, layout: Layout) -> Gamepad | RecordedGamepad:
     if path.is_file() and stat.S_ISREG(path.stat().st_mode):
         return RecordedGamepad(path, layout)
     return Gamepad(path, layout)
+
+
+def _is_input(status: os.stat_result) -> bool:
+    """Whether what was opened is a device for input or a pipe."""
+    is_device = stat.S_ISCHR(status.st_mode) and os.major(status.st_rdev) == _INPUT
+    return is_device or stat.S_ISFIFO(status.st_mode)
 
 
 def _joysticks() -> str:

@@ -11,7 +11,7 @@ from typing import NamedTuple
 from twbal.steering.asked import Key, Sticks
 
 EVENT = struct.Struct("=IhBB")
-_BUTTON, _AXIS = 1, 2
+_BUTTON, _AXIS, _AT_OPENING = 1, 2, 0x80
 _FULL = 32767  # value of an axis at its end
 DEAD_ZONE = 0.1
 """Share of a stick's way around its middle that asks for nothing."""
@@ -31,6 +31,12 @@ class JoystickEvent(NamedTuple):
     value: int
     kind: int
     number: int
+
+    @property
+    def can_be(self) -> bool:
+        """Whether a device can say that."""
+        kind = self.kind & ~_AT_OPENING
+        return kind == _AXIS or (kind == _BUTTON and self.value in (0, 1))
 
 
 @dataclass(frozen=True)

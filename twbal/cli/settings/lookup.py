@@ -114,6 +114,13 @@ class Table:
         """Whether rows stand under a key."""
         return key in self._parts or any(_matches(part, key) for part in self._free_parts)
 
+    def names_in(self, key: str) -> list[str]:
+        """Names of what stands directly under a key."""
+        depth = key.count(".") + 1
+        rows = [*self._rows, *(row.key for row in self._patterns)]
+        under = [row.split(".") for row in rows if row.count(".") >= depth and _matches(_first(row, depth), key)]
+        return list(dict.fromkeys(names[depth] for names in under))
+
     def row_above(self, key: str) -> Setting | None:
         """The row of a single value, under which the key would lie."""
         rows = (self.row(part) for part in ancestors(key) if not self.has_parts(part))
@@ -181,6 +188,11 @@ def _mapping(value: Any) -> Mapping[str, Any]:
 def _number(value: Any, kind: Kind, otherwise: float) -> float:
     """`value`, or another where it cannot be right."""
     return float(value) if kind.takes(value) else otherwise
+
+
+def _first(key: str, count: int) -> str:
+    """The first names of a dotted key."""
+    return ".".join(key.split(".")[:count])
 
 
 def _matches(pattern: str, key: str) -> bool:

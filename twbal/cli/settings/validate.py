@@ -1,5 +1,6 @@
 """Holds a configuration against the table of settings."""
 
+import difflib
 import math
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
@@ -42,6 +43,7 @@ def check(stage: str, tree: Mapping[str, Any]) -> None:
         ConfigError: of the first such value, in one line; it names the others.
     """
     _refuse_old_names(stage, tree)
+    _refuse_unknown_names(stage, tree)
     found = list(faults(stage, tree))
     if not found:
         return
@@ -64,6 +66,20 @@ def _refuse_old_names(stage: str, tree: Mapping[str, Any]) -> None:
         now = None if leaf.is_foreign or table.row(leaf.key) is not None else name_now(leaf.key)
         if now is not None and any(table.row(part) or table.has_parts(part) for part in (*ancestors(now), now)):
             raise ConfigError(f"{stage} {renamed(leaf.key, now)}")
+
+
+def _refuse_unknown_names(stage: str, tree: Mapping[str, Any]) -> None:
+    """Refuse a setting that nothing reads, beside known ones, as a typo in an experiment makes it."""
+    table = Table(stage, tree)
+    for leaf in leaves(tree):
+        place, _, name = leaf.key.rpartition(".")
+        is_known = table.row(leaf.key) or table.row_above(leaf.key) or table.has_parts(leaf.key)
+        if leaf.is_foreign or is_known or not table.has_parts(place):
+            continue
+        beside = table.names_in(place)
+        near = difflib.get_close_matches(name, beside, n=1)
+        guess = f" (did you mean '{place}.{near[0]}'?)" if near else ""
+        raise ConfigError(f"{stage} has no setting {leaf.key!r}{guess}. Those of {place} are: {', '.join(beside)}.")
 
 
 def faults(stage: str, tree: Mapping[str, Any]) -> Iterator[Fault]:
