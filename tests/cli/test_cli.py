@@ -83,6 +83,8 @@ def test_an_unknown_stage_suggests_the_near_one_and_lists_all(capsys):
         ),
         ("rollouts", "'rollouts' is not an override; expected key=value"),
         ("robot.name=[a=b]", "its value cannot be read. Put text with any of = , : [ ] { } in quotes"),
+        ("hydra.run.dir=Läufe", "with any of = , : [ ] { }, or with letters such as ä, in quotes"),
+        ("hydra.run.dir=", "hydra.run.dir= names no folder. Is a variable of the shell empty?"),
     ],
 )
 def test_a_misspelt_override_is_one_clear_error(word, expected, capsys):
@@ -287,6 +289,33 @@ def test_a_robot_of_ones_own_without_a_target_is_refused(tmp_path, capsys):
     (tmp_path / "mine" / "robot" / "mine.yaml").write_text(text)
     assert main(["sim-collect", f"--config-dir={tmp_path / 'mine'}", "robot=mine"]) == 1
     assert "lacks its first entry. Add `_target_: twbal.core.robot_sheet.robot_sheet`" in only_error(capsys)
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "expected"),
+    [
+        ("com_height:", "# com_height:", "The sheet of robot 'paper' lacks com_height. A sheet has name"),
+        ("com_height:", "com_heigth:", "no setting 'robot.com_heigth' (did you mean 'robot.com_height'?)"),
+        ("wheel_radius: ", "wheel_radius: m ", "cannot have robot.wheel_radius=m 0.15; expected a number from"),
+    ],
+)
+def test_what_is_wrong_with_a_sheet_of_ones_own_is_said_by_stages_whose_cost_refers_to_it(
+    right, wrong, expected, tmp_path, capsys
+):
+    (tmp_path / "mine" / "robot").mkdir(parents=True)
+    text = (conf_folder() / "robot" / "paper.yaml").read_text().replace(right, wrong)
+    (tmp_path / "mine" / "robot" / "mine.yaml").write_text(text)
+    assert main(["lqr", f"--config-dir={tmp_path / 'mine'}", "robot=mine", f"hydra.run.dir={tmp_path / 'out'}"]) == 1
+    assert expected in only_error(capsys)
+
+
+@pytest.mark.parametrize("body", ["trials: 3", "", "[3]"])
+def test_an_experiment_that_is_not_of_the_whole_configuration_is_told_so(body, tmp_path, capsys):
+    (tmp_path / "experiment").mkdir()
+    (tmp_path / "experiment" / "mine.yaml").write_text(body)
+    words = [f"--config-dir={tmp_path}", "experiment=mine", "policy.path=policy.pt", f"hydra.run.dir={tmp_path / 'o'}"]
+    assert main(["real-rollout", *words]) == 1
+    assert "its first line has to be `# @package _global_`" in only_error(capsys)
 
 
 @pytest.mark.parametrize(

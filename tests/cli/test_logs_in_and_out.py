@@ -17,6 +17,7 @@ from hydra.utils import instantiate
 
 from twbal.cli.artefacts import episode_files
 from twbal.cli.composition import composing
+from twbal.cli.conf_folder import conf_folder
 from twbal.cli.config_check import check_configuration
 from twbal.cli.main import main
 from twbal.core.files import write_atomically
@@ -91,6 +92,30 @@ def test_a_channel_that_was_worked_out_says_so_in_log_and_table(run, tmp_path):
     assert {e.channel for e in read_episode(log).estimated} == {"tilt_rate", "wheel_rate", "yaw_rate", "acceleration"}
     assert run("export", f"episodes={log}", out="csv")[0] == 0
     assert "tilt_rate_estimated" in pandas.read_csv(tmp_path / "csv" / "few.csv").columns
+
+
+@pytest.mark.parametrize("own", [False, True], ids=["packaged sheet", "own sheet"])
+def test_the_next_command_of_a_guess_works(own, run, tmp_path):
+    path = tmp_path / "theirs.csv"
+    path.write_text(text(columns()))
+    (tmp_path / "mine" / "robot").mkdir(parents=True)
+    sheet = (conf_folder() / "robot" / "paper.yaml").read_text().replace("name: paper", "name: mine")
+    (tmp_path / "mine" / "robot" / "mine.yaml").write_text(sheet)
+    words = (f"--config-dir={tmp_path / 'mine'}", "robot=mine") if own else ()
+    code, said, _ = run("import-log", "guess=true", f"files={path}", *words, out="guess")
+    assert code == 0
+    stage, *printed = shlex.split(said.splitlines()[-1].split("twbal ")[1])
+    assert run(stage, *printed, ROBOT, out="imported")[0] == 0
+    assert (tmp_path / "imported" / "episodes" / "theirs.mcap").exists()
+
+
+def test_a_mapping_of_ones_own_without_a_target_is_one_clear_error(run, log, tmp_path):
+    (tmp_path / "mine" / "import").mkdir(parents=True)
+    (tmp_path / "mine" / "import" / "bad.yaml").write_text("quantities:\n  tilt: {from: pitch, unit: deg}\n")
+    code, _, said = run("import-log", f"--config-dir={tmp_path / 'mine'}", "import=bad", f"files={log}")
+    assert code == 1
+    assert "The mapping lacks its first entry. Add `_target_: twbal.io.importers.mapping.mapping`" in said
+    assert len(said.splitlines()) == 1
 
 
 def test_a_guess_is_a_mapping_that_works(run, tmp_path):

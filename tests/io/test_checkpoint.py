@@ -144,7 +144,7 @@ def test_another_kind_is_refused(path: Path) -> None:
 
 def test_a_file_that_is_not_there_is_named(path: Path) -> None:
     assert "There is no checkpoint" in refused(path)
-    assert "Cannot read" in refused(path.parent)
+    assert "is a folder; expected is a checkpoint, such as best_policy.pt" in refused(path.parent)
 
 
 def test_another_schema_version_is_refused(path: Path) -> None:

@@ -45,6 +45,11 @@ def refuse_experiment_of_another_stage(stage: str, choices: Mapping[str, str]) -
         return
     own, with_it = compose_stage(stage, []), compose_stage(stage, [f"experiment={choice}"])
     unknown = [str(key) for key in with_it if key not in own]
+    if unknown == ["experiment"]:
+        raise ConfigError(
+            f"experiment={choice} sets nothing of {stage}: its first line has to be `# @package _global_`, and "
+            "settings have to follow."
+        )
     if unknown:
         raise ConfigError(
             f"experiment={choice} sets {', '.join(unknown)}, and {stage} has no such setting. Is the experiment one of "

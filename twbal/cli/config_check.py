@@ -5,6 +5,7 @@ from typing import Any
 
 from hydra.utils import instantiate
 from omegaconf import DictConfig, OmegaConf
+from omegaconf.errors import OmegaConfBaseException
 
 from twbal.cli.settings.lookup import is_known, leaves
 from twbal.cli.settings.validate import check
@@ -40,7 +41,14 @@ def check_configuration(cfg: DictConfig, stage: str) -> None:
         OmegaConfBaseException: a setting refers to one that there is not.
     """
     own = OmegaConf.masked_copy(cfg, [str(name) for name in cfg if name != "hydra"])
-    plain = OmegaConf.to_container(own, resolve=True)
+    try:
+        plain = OmegaConf.to_container(own, resolve=True)
+    except OmegaConfBaseException:  # of a value that refers to the robot: say what is wrong with its sheet
+        robot = own.get("robot")
+        if isinstance(robot, DictConfig) and "_target_" in robot:
+            check(stage, {"robot": OmegaConf.to_container(robot, resolve=True)})
+            _build(robot)
+        raise
     assert isinstance(plain, dict)
     tree = {str(name): value for name, value in plain.items()}
     check(stage, _without_missing(tree))

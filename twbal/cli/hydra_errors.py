@@ -103,9 +103,11 @@ def _no_override(word: str) -> str:
     key, equals, _ = word.partition("=")
     if not equals:
         return f"{word!r} is not an override; expected key=value."
+    foreign = "".join(dict.fromkeys(letter for letter in word if letter.isalpha() and not letter.isascii()))
+    also = f", or with letters such as {foreign}," if foreign else ""
     return (
-        f"{word!r} is not an override: its value cannot be read. Put text with any of = , : [ ] {{ }} in quotes that "
-        f"the shell does not take away, as in '{key}=\"text\"', or in a list '{key}=[\"text\"]'."
+        f"{word!r} is not an override: its value cannot be read. Put text with any of = , : [ ] {{ }}{also} in quotes "
+        f"that the shell does not take away, as in '{key}=\"text\"', or in a list '{key}=[\"text\"]'."
     )
 
 

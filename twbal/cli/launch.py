@@ -16,6 +16,7 @@ from twbal.cli.conf_folder import conf_folder
 from twbal.cli.hydra_errors import explained, invalid_defaults, unreadable_yaml
 from twbal.cli.sim_files import with_files
 from twbal.cli.sweeps import FailedJobError, Job, StageFailed, full_error, translated
+from twbal.core.errors import ConfigError
 
 _FLAGS_WITH_A_VALUE = (
     *("--cfg", "-c", "--info", "-i", "--package", "-p", "--config-path", "-cp", "--config-name", "-cn"),
@@ -35,6 +36,9 @@ def run_stage(stage: str, words: list[str], program: str) -> None:
         TwbalError: the configuration, the stage or a job of a sweep failed.
         SystemExit: a flag of Hydra's ended the run.
     """
+    empty = next((word for word in words if word in ("hydra.run.dir=", "hydra.sweep.dir=")), None)
+    if empty is not None:
+        raise ConfigError(f"{empty} names no folder. Is a variable of the shell empty?")
     name = stage.replace("-", "_")
     sys.argv = [program, *_overrides_first(with_files(words))]
     register_nodes()

@@ -179,6 +179,10 @@ def _read_zip(path: Path) -> bytes:
         raise CheckpointError(
             f"There is no checkpoint {path}. Check the path, or run the stage that makes it."
         ) from None
+    except IsADirectoryError as error:
+        raise CheckpointError(
+            f"{path} is a folder; expected is a checkpoint, such as best_policy.pt, policy.pt or model.pt in it."
+        ) from error
     except OSError as error:
         raise CheckpointError(f"Cannot read checkpoint {path}: {error.strerror or error}.") from error
     if not data.startswith(_ZIP_START):

@@ -108,6 +108,13 @@ def test_a_duty_cycle_is_in_percent_where_its_numbers_are(largest, unit, open_on
     assert found.open == open_ones
 
 
+def test_whole_numbers_above_100_are_no_percent(looked_at):
+    """Of an Arduino's timer, whose full value is 255, of which a robot that stands uses less than half."""
+    mapping, found = looked_at(**plain(pwm=np.round(115 * COLUMN["u"])))
+    assert mapping["quantities"]["voltage"]["scale"] == "???"
+    assert found.open == ("scale of voltage", "motor")
+
+
 def test_a_growing_encoder_is_not_the_time(looked_at):
     mapping, found = looked_at(encoder=10.0 * np.arange(400), tilt=COLUMN["tilt"], torque=COLUMN["u"])
     assert mapping["quantities"]["time"]["from"] == "???"

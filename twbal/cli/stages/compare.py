@@ -81,7 +81,7 @@ def _folders(given: ListConfig | DictConfig | str) -> dict[str, Path]:
         words = [given] if isinstance(given, str) else list(given)
         found = {Path(word).name: Path(word) for word in words}
         if len(found) < len(words):
-            raise ConfigError("Two of the folders have the same name: give groups names by runs={a:folder,b:folder}.")
+            raise ConfigError("Two of the folders have the same name: give groups names by 'runs={a:folder,b:folder}'.")
     if not found:
         raise ConfigError("No runs were given. Give folders of `twbal iterate`, or of sweeps of it, by runs=[a,b].")
     return found

@@ -10,7 +10,8 @@ from typing import NamedTuple
 from hydra.utils import instantiate
 from omegaconf import DictConfig, OmegaConf
 
-from twbal.cli.console import counted, next_command, print_result, run_folder
+from twbal.cli.commands import text
+from twbal.cli.console import configuration_flags, counted, next_command, print_result, run_folder
 from twbal.cli.imported_before import imported_before
 from twbal.cli.manifest import Manifest, Step, perform
 from twbal.cli.typed_config import recorded, typed
@@ -74,10 +75,10 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
         raise LogError(unreadable[0] if len(unreadable) == 1 else _none_of(unreadable, len(unreadable)))
     robot: RobotParameters = instantiate(cfg.robot)
     mapping: Mapping = _mapping(cfg["import"])
-    text = recorded(cfg, NOT_RECORDED)
-    provenance = Provenance(robot.name, "robot", parameter_hash=parameter_hash(robot), config=text)
+    config = recorded(cfg, NOT_RECORDED)
+    provenance = Provenance(robot.name, "robot", parameter_hash=parameter_hash(robot), config=config)
     wanted = Wanted(instantiate(cfg.state), settings.period, settings.min_length, robot)
-    step = Step("import-log", out, text, {"files": files}, 0)
+    step = Step("import-log", out, config, {"files": files}, 0)
     manifest = perform(step, lambda: _import_to_files(files, unreadable, mapping, wanted, provenance, out))
     for sentence in imported_before(manifest, out):
         print(f"  WARNING: {sentence}")
@@ -88,6 +89,11 @@ def _mapping(cfg: DictConfig) -> Mapping:
     open_ones = sorted(OmegaConf.missing_keys(cfg))
     if open_ones:
         raise ConfigError(f"The mapping has ??? for {', '.join(open_ones)}: fill these in, or write null.")
+    if "_target_" not in cfg:
+        raise ConfigError(
+            "The mapping lacks its first entry. Add `_target_: twbal.io.importers.mapping.mapping`, or have one "
+            "proposed: `twbal import-log guess=true files=...`."
+        )
     made: Mapping = instantiate(cfg, _convert_="all")
     return made
 
@@ -138,7 +144,14 @@ def _propose(group: Alike, out: Path, name: str) -> None:
     print(f"made  {out / 'import' / name}")
     given = first if len(group.files) == 1 else list(map(str, group.files))
     command = next_command("import-log", {"import": Path(name).stem, "files": given}, "robot")
-    print(f"next  look through it, then: {command} {shlex.quote(f'--config-dir={out}')}")
+    print(f"next  look through it, then: {command} {shlex.quote(_found_in(out))}")
+
+
+def _found_in(out: Path) -> str:
+    """The word by which the mapping in a run folder is found, beside a person's own folder where there is one."""
+    if any(flag.startswith("--config-dir") for flag in configuration_flags()):
+        return f"hydra.searchpath={text([out.absolute().as_uri()])}"  # Hydra takes one --config-dir alone
+    return f"--config-dir={out}"
 
 
 def _files(given: str | Sequence[str]) -> list[Path]:

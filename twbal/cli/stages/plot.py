@@ -58,7 +58,7 @@ class Settings:
 def main(cfg: DictConfig) -> None:
     """Run the stage in Hydra's run folder."""
     out = run_folder()
-    print_result(run(cfg, out), out, f"open {out}")
+    print_result(run(cfg, out), out, f"look at what lies in {out}")
 
 
 def run(cfg: DictConfig, out: Path) -> Manifest:

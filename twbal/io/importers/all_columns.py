@@ -45,7 +45,10 @@ def all_columns(path: Path) -> list[Column]:
     layout = layout_of(path, lines_of(path))
     numbers = [k for k in range(layout.width) if all(_plain(row[k]) for row in layout.sample if k < len(row))]
     if not numbers:
-        raise LogError(f"{path} has no column in which all fields are numbers.")
+        raise LogError(
+            f"{path} has no column in which all fields are numbers. Are there lines of text before its header, or does "
+            "the header come again further down? Begin such lines with # or remove them."
+        )
     read = read_text(path, [k + 1 for k in numbers])
     values = np.full((len(read.values), layout.width), np.nan)
     values[:, numbers] = read.values

@@ -14,6 +14,7 @@ from twbal.io.importers.mapping import QUANTITIES
 
 _OPEN = "'???'"  # in quotes, without which it is no yaml within braces
 _PERCENT = (2.0, 130.0)  # largest values of a duty cycle in percent, before it is clipped
+_WHOLE_PERCENT = 100.0  # above it, whole numbers are steps of a timer, such as 255 for full
 _MOTOR = """motor:  # both together, as one; from its data sheet
   _target_: twbal.core.motor.Motor
   resistance: ???       # ohm
@@ -199,7 +200,8 @@ def _take_duty(proposal: _Proposal, duty: Sequence[Column], why: str) -> None:
     """A duty cycle: percent where its largest value says so, else with a scale to fill in."""
     largest = max(float(np.nanmax(np.abs(column.values))) for column in duty)
     why = f"{why}; " if why else ""
-    if _PERCENT[0] < largest <= _PERCENT[1]:
+    is_counted = largest > _WHOLE_PERCENT and all((column.values % 1.0 == 0.0).all() for column in duty)
+    if _PERCENT[0] < largest <= _PERCENT[1] and not is_counted:
         sources = ", ".join(column.source for column in duty)
         sources = f"[{sources}]" if len(duty) > 1 else sources
         names = " and ".join(column.name for column in duty)
