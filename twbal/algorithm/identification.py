@@ -99,7 +99,10 @@ def identify(
 def _names_and_units(known: RobotDistribution) -> tuple[list[str], list[str]]:
     """Of the parameters, in the order of the fields."""
     found = {
-        field_of(effect_name(own.kind), name): (f"{effect_name(own.kind)}.{name}", parameter.unit or "1")
+        field_of(effect_name(own.kind), name): (
+            f"{effect_name(own.kind)}.{name}",
+            (parameter.unit or "1") + " a wheel" * parameter.is_of_each_wheel,
+        )
         for own in twin_parameters(known.robot, {}).effects
         for name, parameter in parameters_of(own.kind).items()
     }

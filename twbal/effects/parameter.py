@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 from twbal.core.quantities import Change, Quantity
 from twbal.core.robot_parameters import RobotParameters
 
+_EACH_WHEEL = "of each wheel"
 _TORQUE_LIMIT, _CONTROL_PERIOD, _MASS = 20.0, 0.02, 12.0  # of the robot that ranges are written for [N·m], [s], [kg]
 
 
@@ -58,6 +59,11 @@ class Parameter(NamedTuple):
     least: float
     below: float
     changes: tuple[tuple[Quantity, Change], ...]
+
+    @property
+    def is_of_each_wheel(self) -> bool:
+        """Whether it is told for one wheel, not for both together."""
+        return _EACH_WHEEL in self.meaning
 
     def size(self, robot: RobotParameters) -> float:
         """What its range is to be multiplied by for a robot."""
