@@ -192,6 +192,19 @@ def test_recorded_events_of_a_gamepad_drive_the_same_way_each_time(robot, policy
     assert first.headings[-1, 0] > 0.1 and first.outcome is Outcome.COMPLETED
 
 
+def test_a_drive_that_is_there_already_is_told_to_be(policy, tmp_path, capsys):
+    (tmp_path / "pad.bin").write_bytes(EVENT.pack(0, 1, 1, 0) + EVENT.pack(400, 1, 1, 0))
+    words = [f"policy.path={policy}", 'link.overrides=["faults=none"]', f"input={tmp_path / 'pad.bin'}", "pace=100"]
+    said = []
+    for _ in range(2):
+        assert main(["drive", *words, "seconds=1", f"hydra.run.dir={tmp_path / 'out'}"]) == 0
+        said.append(re.findall(r" samples.*", capsys.readouterr().out))
+    assert said == [
+        [" samples"],
+        [" samples, driven before; without hydra.run.dir, or with another one, it drives again"],
+    ]
+
+
 def test_a_drive_is_recorded_as_a_live_view_shows_it(robot, policy, at_terminal, tmp_path):
     pytest.importorskip("rerun", reason="comes with the extra [viewers]")
     person = at_terminal(("tilt", b"www"), (r"reference \+0\.30 ", b"q"))

@@ -2,7 +2,7 @@
 
 import os
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -87,22 +87,27 @@ class Steered(NamedTuple):
 def main(cfg: DictConfig) -> None:
     """Run the stage in Hydra's run folder."""
     out = run_folder()
-    manifest = run(cfg, out)
+    driven = list[Path]()
+    manifest = run(cfg, out, tell=driven.append)
     log = next(out / made.path for made in manifest.outputs if made.path.endswith(".mcap"))
     episode = read_episode(log)
-    print(f"{episode.outcome.replace('_', ' ')} after {episode.duration:.2f} s, {len(episode)} samples")
+    before = "" if driven else ", driven before; without hydra.run.dir, or with another one, it drives again"
+    print(f"{episode.outcome.replace('_', ' ')} after {episode.duration:.2f} s, {len(episode)} samples{before}")
     for event in episode.events:
         print(f"  {event.time:7.2f} s  {event.text}")
     print_result(manifest, out, next_command("plot", {"episode": log}, "robot", "sim"))
 
 
-def run(cfg: DictConfig, out: Path, launch: Launch = launch) -> Manifest:
+def run(
+    cfg: DictConfig, out: Path, launch: Launch = launch, tell: Callable[[Path], None] = lambda log: None
+) -> Manifest:
     """Have a person drive, and log it to `out`/episodes, unless that is done there already.
 
     Args:
         cfg: of this stage.
         out: the run folder.
         launch: starts the virtual robot, where `cfg` asks for one.
+        tell: is given the log where the robot is driven now.
     """
     settings = typed(DriveSettings, cfg)
     driven = Steered(*(instantiate(cfg[part]) for part in ("robot", "policy", "state", "steering")))
@@ -139,6 +144,7 @@ def run(cfg: DictConfig, out: Path, launch: Launch = launch) -> Manifest:
             with in_time(plant):
                 named = replace(provenance, robot=plant.robot_name)
                 log = _record(plant, source, driven, settings, named, out, view)
+        tell(log)
         figure = out / "figures" / f"{log.stem}.svg"
         save(following_figure(read_episode(log), figure.stem, driven.robot.wheel_radius), figure)
         return [log, figure, *([recording] if settings.view == FILE else [])]
