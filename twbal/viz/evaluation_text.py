@@ -13,6 +13,7 @@ from twbal.diagnosis.evaluation_record import (
 
 OWN = "*"
 """Marks the score of a simulation on a log that it was found on."""
+_SMALL = 0.1  # ratio of errors, below which two decimals tell little
 _FLOOR = "sensor noise alone"
 
 
@@ -62,7 +63,10 @@ def in_columns(rows: Sequence[Sequence[str]]) -> str:
 
 def ratio_words(score: PredictionScore) -> str:
     """How many times the error of the reference a score is, with its interval."""
-    return "-" if score.ratio is None else f"× {score.ratio:.2f}{_interval(score.ratio95, '.2f')}"
+    if score.ratio is None:
+        return "-"
+    form = _ratio_form(score.ratio)
+    return f"× {score.ratio:{form}}{_interval(score.ratio95, form)}"
 
 
 def error_words(score: PredictionScore) -> str:
@@ -84,8 +88,13 @@ def _interval(interval: Interval | None, form: str) -> str:
     return "" if interval is None else f" ({interval.low95:{form}} to {interval.high95:{form}})"
 
 
+def _ratio_form(ratio: float) -> str:
+    """Two decimals, or two digits of what they would show as nothing."""
+    return ".2f" if ratio >= _SMALL else ".2g"
+
+
 def _cell(score: PredictionScore, is_compared: bool) -> str:
-    ratio = f" × {score.ratio:.2f}" if is_compared and score.ratio is not None else ""
+    ratio = f" × {score.ratio:{_ratio_form(score.ratio)}}" if is_compared and score.ratio is not None else ""
     return f"{error_words(score)}{ratio}{OWN if score.is_own_data else ''}"
 
 

@@ -266,6 +266,15 @@ def test_time_that_is_no_time_is_refused(brought):
         brought(ROWS[:20])
 
 
+@pytest.mark.parametrize(("unit", "found"), [("s", "10 s"), ("us", "1e-05 s")])
+def test_milliseconds_that_are_taken_for_another_unit_are_refused(unit, found, brought):
+    rows = ROWS.copy()
+    rows[:, 0] = 10.0 * np.arange(len(rows))
+    assert only(brought(rows, "import.quantities.time.unit=ms")).control_period == pytest.approx(0.01)
+    with pytest.raises(LogError, match=f"a sample every {found}; expected is .*Is the unit of the time right?"):
+        brought(rows, f"import.quantities.time.unit={unit}")
+
+
 def ride(seconds=20.0, braking=0.0, wheel_gain=0.02, return_gain=0.0, noise=0.2):
     """A pendulum on wheels under a regulator, by its own equations: signs are those of mechanics.
 

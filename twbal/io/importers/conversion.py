@@ -24,6 +24,7 @@ from twbal.io.importers.sampling import stretches
 from twbal.io.importers.text_files import read_text
 
 _LOOKED_AT = 20_000  # samples that are checked
+_PERIODS = 0.0005, 1.0  # s; control periods that a robot can have
 _SAME_PERIOD = 0.02  # share of a period within which two periods are the same
 
 
@@ -74,6 +75,11 @@ def import_file(path: Path, mapping: LogMapping, wanted: Wanted, provenance: Pro
     parts, period, more, odd = stretches(path, signals, columns, mapping.fill)
     notes = [*columns.notes, *notes, *more]
     every = _every(path, period.of(1), wanted.period)
+    if not _PERIODS[0] <= every * period.of(1) <= _PERIODS[1]:
+        raise LogError(
+            f"{path} has a sample every {period.of(1):.3g} s; expected is a control period from {_PERIODS[0]:g} to "
+            f"{_PERIODS[1]:g} s. Is the unit of the time right?"
+        )
     episodes: list[Episode] = []
     short: list[int] = []
     for signal in parts:
