@@ -236,3 +236,11 @@ def test_where_no_experiment_is_safe_none_is_the_next_command(tmp_path, monkeypa
     assert "real-rollout" not in suggested_next(tmp_path)
     (tmp_path / "diagnosis.json").write_text(json.dumps({**opened, "no_safe_experiment": False}))
     assert suggested_next(tmp_path) == "twbal real-rollout"
+
+
+@pytest.mark.parametrize(("after", "sim"), [(0.0019, False), (0.0016, True), (None, True)])
+def test_a_refitted_data_sheet_that_predicts_worse_is_not_the_next_simulation(after, sim, tmp_path, monkeypatch):
+    monkeypatch.setattr("twbal.cli.stages.diagnose.next_command", lambda stage, settings, *kept: (stage, settings))
+    told = {"verdict": "none", "gap": {"before": 0.0016, "after": after}}
+    (tmp_path / "diagnosis.json").write_text(json.dumps(told))
+    assert suggested_next(tmp_path) == ("sim-collect", {"sim": tmp_path / "augmented.yaml"} if sim else {})

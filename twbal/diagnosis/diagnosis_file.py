@@ -6,7 +6,7 @@ from typing import Any
 from twbal.core.errors import DataError
 from twbal.core.files import read_json
 from twbal.core.json_records import encoded, write_record
-from twbal.diagnosis.record import Diagnosis, Verdict
+from twbal.diagnosis.record import CHANCE, Diagnosis, Verdict
 
 SCHEMA = 2
 """Of `diagnosis.json`. In schema 1, `effects` were the named ones only, and nothing said what remains."""
@@ -43,6 +43,16 @@ def suggested_in(path: Path) -> str:
 def has_no_safe_experiment(path: Path) -> bool:
     """Whether a `diagnosis.json` says that none of the experiments that were weighed is safe."""
     return bool(read_json(path).get("no_safe_experiment", False))
+
+
+def is_better_unchanged(path: Path) -> bool:
+    """Whether a `diagnosis.json` says that the simulation as it was predicts held-out data better than what came of it.
+
+    By more than `CHANCE`, as a data sheet may be refitted where nothing is missing.
+    """
+    gap = read_json(path).get("gap") or {}
+    before, after = gap.get("before"), gap.get("after")
+    return before is not None and after is not None and after > (1.0 + CHANCE) * before
 
 
 def closed_share(path: Path) -> float:

@@ -18,6 +18,9 @@ CLOSED = 0.5
 EXPLAINED = 2.0
 """Times the noise floor up to which the error of held-out rollouts counts as explained."""
 
+CHANCE = 0.05
+"""Share by which the error of held-out rollouts may be above that of another simulation, and be no worse."""
+
 LISTED = 0.02
 """Probability from which on an effect is listed."""
 

@@ -6,13 +6,12 @@ import numpy as np
 
 from twbal.diagnosis.data_sheet import DATA_SHEET
 from twbal.diagnosis.hypothesis import FittedHypothesis
-from twbal.diagnosis.record import Gap, Shift, Verdict
+from twbal.diagnosis.record import CHANCE, Gap, Shift, Verdict
 from twbal.diagnosis.select import Problem, Selection
 from twbal.diagnosis.settings import Settings
 from twbal.sysid.model import Field
 
 _BLIND = 0.5  # share of the candidates that poor data could not have shown, from which on nothing is decided
-_WORSE = 0.05  # share by which rollouts may be worse than with the data sheet refitted alone: chance
 _A_WORD = 1.0  # tolerances by which a value of a data sheet beyond its tolerances must be off to be listed
 
 
@@ -66,7 +65,7 @@ def review(verdict: Verdict, added: Sequence[str], gap: Gap | None) -> tuple[Ver
 def is_worse(gap: Gap) -> bool:
     """Whether rollouts are worse than with the data sheet as it is, or refitted (then by more than chance)."""
     lost = gap.closed is not None and gap.closed < 0.0
-    return lost or gap.after > (1.0 + _WORSE) * min(gap.before, gap.refitted)
+    return lost or gap.after > (1.0 + CHANCE) * min(gap.before, gap.refitted)
 
 
 def shifts_of(hypothesis: FittedHypothesis, settings: Settings) -> tuple[Shift, ...]:

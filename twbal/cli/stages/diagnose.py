@@ -14,7 +14,13 @@ from twbal.cli.manifest import Manifest, Step, perform
 from twbal.cli.sim_files import AUGMENTED, simulation_text
 from twbal.cli.typed_config import recorded
 from twbal.core.files import write_atomically
-from twbal.diagnosis.diagnosis_file import has_no_safe_experiment, suggested_in, verdict_in, write_diagnosis
+from twbal.diagnosis.diagnosis_file import (
+    has_no_safe_experiment,
+    is_better_unchanged,
+    suggested_in,
+    verdict_in,
+    write_diagnosis,
+)
 from twbal.diagnosis.findings import FilterResult
 from twbal.diagnosis.inputs import DataSettings, Named, Simulated
 from twbal.diagnosis.pipeline import DiagnosisResult, diagnose_episodes
@@ -40,6 +46,8 @@ def main(cfg: DictConfig) -> None:
     suggested = suggested_in(out / DIAGNOSIS)
     if suggested and not verdict_in(out / DIAGNOSIS).is_open:
         say(f"to tell apart what is left: {suggested}")
+    if not verdict_in(out / DIAGNOSIS).is_open and is_better_unchanged(out / DIAGNOSIS):
+        say("the simulation as it was predicts held-out data better than with the data sheet refitted: keep it")
     if verdict_in(out / DIAGNOSIS).is_open and not has_no_safe_experiment(out / DIAGNOSIS):
         say_link("drives")
     print_result(made, out, suggested_next(out))
@@ -48,6 +56,8 @@ def main(cfg: DictConfig) -> None:
 def suggested_next(out: Path) -> str:
     """The command that comes after the diagnosis in a folder, or what to do where none is safe."""
     if not verdict_in(out / DIAGNOSIS).is_open:
+        if is_better_unchanged(out / DIAGNOSIS):
+            return next_command("sim-collect", {}, "robot", "sim")
         return next_command("sim-collect", {"sim": out / AUGMENTED}, "robot")
     if has_no_safe_experiment(out / DIAGNOSIS):
         return f"see the advice above, and {out / REPORT}: no experiment that twbal knows is safe for this robot"
