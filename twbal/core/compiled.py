@@ -21,7 +21,7 @@ import llvmlite.binding
 import llvmlite.ir
 import numba
 from numba.core import types
-from numba.extending import intrinsic, overload
+from numba.extending import get_cython_function_address, intrinsic, overload
 
 from twbal.core.errors import ConfigError
 
@@ -124,6 +124,16 @@ def foreign_function(name: str, library: Path, pointers: int) -> Callable[..., N
     if llvmlite.binding.address_of_symbol(name) is None:
         raise OSError(f"{library} has no function {name}. Is it another version?")
     return cast(Callable[..., None], types.ExternalFunction(name, types.void(*[types.uintp] * pointers)))
+
+
+def address_in_scipy(module: str, name: str) -> int:
+    """Address of a C function that a module of scipy has for compiled code.
+
+    Args:
+        module: in scipy, dotted.
+        name: of the function.
+    """
+    return int(get_cython_function_address(f"scipy.{module}", name))
 
 
 def method_kernel(kind: type, name: str, types: tuple[Any, ...], gives: type) -> Callable[..., Any]:

@@ -8,8 +8,8 @@ import ctypes
 from collections.abc import Callable
 
 import numpy as np
-from numba.extending import get_cython_function_address
 
+from twbal.core.compiled import address_in_scipy
 from twbal.core.errors import FitError
 from twbal.core.gaussian import Array
 
@@ -19,8 +19,7 @@ _LOWER = ctypes.c_char(b"L")
 
 def _routine(name: str) -> Callable[..., None]:
     """A routine of LAPACK with five arguments, all by address; ctypes releases Python's lock while it runs."""
-    address = get_cython_function_address("scipy.linalg.cython_lapack", name)
-    return ctypes.CFUNCTYPE(None, *[_POINTER] * 5)(address)
+    return ctypes.CFUNCTYPE(None, *[_POINTER] * 5)(address_in_scipy("linalg.cython_lapack", name))
 
 
 _dpotrf, _dpotri = _routine("dpotrf"), _routine("dpotri")

@@ -12,6 +12,7 @@ from twbal.cli.settings.renamed import name_now, renamed
 from twbal.cli.settings.setting import Setting
 from twbal.core.errors import ConfigError
 
+_FREE = ("agent.options",)  # parts with names of another library, which checks them
 _NAMED = 3  # further wrong settings that are named one by one
 _LONGEST_VALUE = 60  # characters of a value that are shown
 
@@ -74,7 +75,7 @@ def _refuse_unknown_names(stage: str, tree: Mapping[str, Any]) -> None:
     for leaf in leaves(tree):
         place, _, name = leaf.key.rpartition(".")
         is_known = table.row(leaf.key) or table.row_above(leaf.key) or table.has_parts(leaf.key)
-        if leaf.is_foreign or is_known or not table.has_parts(place):
+        if leaf.is_foreign or is_known or place in _FREE or not table.has_parts(place):
             continue
         beside = table.names_in(place)
         near = difflib.get_close_matches(name, beside, n=1)

@@ -92,7 +92,7 @@ def _mapping(cfg: DictConfig) -> Mapping:
     if "_target_" not in cfg:
         raise ConfigError(
             "The mapping lacks its first entry. Add `_target_: twbal.io.importers.mapping.mapping`, or have one "
-            "proposed: `twbal import-log guess=true files=...`."
+            "proposed by `twbal import-log guess=true`."
         )
     made: Mapping = instantiate(cfg, _convert_="all")
     return made
