@@ -73,6 +73,8 @@ def test_the_table_has_parameters_with_units_before_and_after(paper):
     before, sd = prior_of(paper).mean[1], np.sqrt(prior_of(paper).covariance[1, 1])
     assert row.split()[1:5] == ["N·m", f"{before:.4g}", "±", f"{sd:.2g}"]
     assert row.split()[5] == f"{known.mean[1]:.4g}"
+    of_each_wheel = {row.split()[0] for row in rows if " a wheel " in row}
+    assert of_each_wheel == {"coulomb_friction.torque", "viscous_friction.coefficient"}
 
 
 def test_a_distribution_comes_back_from_its_file_bit_for_bit(paper, tmp_path):

@@ -16,7 +16,13 @@ class Cogging(JointTorqueEffect):
     """
 
     torque: float = parameter(
-        "amplitude of the torque of each wheel", "N·m", (0.0, 2.0), start=0.2, value=0.3, scale=Scale.TORQUE
+        "amplitude of the torque of each wheel",
+        "N·m",
+        (0.0, 2.0),
+        start=0.2,
+        value=0.3,
+        scale=Scale.TORQUE,
+        is_of_each_wheel=True,
     )
     count: float = parameter("poles: periods in a turn of the wheel", "", (1.0, 60.0), start=12.0, value=12.0)
     phase: float = parameter("phase at angle 0", "rad", (-3.2, 3.2), start=0.0, value=0.0, least=-100.0, below=100.0)

@@ -23,6 +23,7 @@ class CoulombFriction(DriveEffect):
         value=0.3,
         scale=Scale.TORQUE,
         changes=adds_to(Quantity.COULOMB_FRICTION),
+        is_of_each_wheel=True,
     )
     reference = (
         "B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit: A survey of models, analysis tools and compensation "

@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 from twbal.core.quantities import Change, Quantity
 from twbal.core.robot_parameters import RobotParameters
 
-_EACH_WHEEL = "of each wheel"
 _TORQUE_LIMIT, _CONTROL_PERIOD, _MASS = 20.0, 0.02, 12.0  # of the robot that ranges are written for [N·m], [s], [kg]
 
 
@@ -46,6 +45,7 @@ class Parameter(NamedTuple):
         least: value below which none can be.
         below: what every value is below.
         changes: of a robot's quantities that the parameter makes, for both engines.
+        is_of_each_wheel: whether it is that of one wheel, not of both together.
     """
 
     meaning: str
@@ -59,11 +59,7 @@ class Parameter(NamedTuple):
     least: float
     below: float
     changes: tuple[tuple[Quantity, Change], ...]
-
-    @property
-    def is_of_each_wheel(self) -> bool:
-        """Whether it is told for one wheel, not for both together."""
-        return _EACH_WHEEL in self.meaning
+    is_of_each_wheel: bool
 
     def size(self, robot: RobotParameters) -> float:
         """What its range is to be multiplied by for a robot."""
@@ -83,6 +79,7 @@ def parameter(
     least: float = 0.0,
     below: float = inf,
     changes: Iterable[tuple[Quantity, Change]] = (),
+    is_of_each_wheel: bool = False,
     is_optional: bool = False,
 ) -> Any:  # Any: what dataclasses.field returns stands for a value of the field's own type
     """A field of an effect with what is known of it.
@@ -90,7 +87,9 @@ def parameter(
     Args: as of `Parameter`; `prior` is (low, high). One that is optional may be left out, and is then `value`: files
     that were written before it was there are still read.
     """
-    known = Parameter(meaning, unit, *prior, neutral, start, value, scale, least, below, tuple(changes))
+    known = Parameter(
+        meaning, unit, *prior, neutral, start, value, scale, least, below, tuple(changes), is_of_each_wheel
+    )
     return field(default=value if is_optional else MISSING, metadata={"parameter": known})
 
 

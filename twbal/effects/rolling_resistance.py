@@ -22,6 +22,7 @@ class RollingResistance(GroundEffect):
         value=0.2,
         scale=Scale.TORQUE,
         changes=adds_to(Quantity.ROLLING_RESISTANCE),
+        is_of_each_wheel=True,
     )
     reference = "J. Y. Wong: Theory of Ground Vehicles, 4th ed., Wiley, 2008."
     is_linear = False

@@ -22,6 +22,7 @@ class RollingViscous(GroundEffect):
         value=0.05,
         scale=Scale.TORQUE,
         changes=adds_to(Quantity.ROLLING_VISCOUS),
+        is_of_each_wheel=True,
     )
     reference = "J. Y. Wong: Theory of Ground Vehicles, 4th ed., Wiley, 2008."
     is_linear = True

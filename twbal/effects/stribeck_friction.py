@@ -23,6 +23,7 @@ class StribeckFriction(DriveEffect):
         value=0.2,
         scale=Scale.TORQUE,
         changes=adds_to(Quantity.COULOMB_FRICTION),
+        is_of_each_wheel=True,
     )
     breakaway: float = parameter(
         "by which the friction is greater at rest",

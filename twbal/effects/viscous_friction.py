@@ -22,6 +22,7 @@ class ViscousFriction(DriveEffect):
         value=0.03,
         scale=Scale.TORQUE,
         changes=adds_to(Quantity.VISCOUS_FRICTION),
+        is_of_each_wheel=True,
     )
     reference = (
         "B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit: A survey of models, analysis tools and compensation "

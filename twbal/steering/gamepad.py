@@ -81,8 +81,8 @@ class RecordedGamepad(Source):
         for number, (before, event) in enumerate(zip(self._events[:1] + self._events, self._events, strict=False), 1):
             if not event.can_be or event.time < before.time:
                 raise ConfigError(
-                    f"{path} is no recording of a joystick: its event {number} would be {event}, after one at "
-                    f"{before.time} ms. {_RECORD}"
+                    f"{path} is no recording of a joystick: its event {number} would be of type {event.kind} with "
+                    f"value {event.value} at {event.time} ms, after one at {before.time} ms. {_RECORD}"
                 )
         self._first, self._next = self._events[0].time, 0
 

@@ -43,8 +43,9 @@ def check(stage: str, tree: Mapping[str, Any]) -> None:
     Raises:
         ConfigError: of the first such value, in one line; it names the others.
     """
-    _refuse_old_names(stage, tree)
-    _refuse_unknown_names(stage, tree)
+    table = Table(stage, tree)
+    _refuse_old_names(stage, tree, table)
+    _refuse_unknown_names(stage, tree, table)
     found = list(faults(stage, tree))
     if not found:
         return
@@ -60,18 +61,16 @@ def check(stage: str, tree: Mapping[str, Any]) -> None:
     )
 
 
-def _refuse_old_names(stage: str, tree: Mapping[str, Any]) -> None:
+def _refuse_old_names(stage: str, tree: Mapping[str, Any], table: Table) -> None:
     """Refuse a setting that has another name now, which a yaml file of one's own may still have."""
-    table = Table(stage, tree)
     for leaf in leaves(tree):
         now = None if leaf.is_foreign or table.row(leaf.key) is not None else name_now(leaf.key)
         if now is not None and any(table.row(part) or table.has_parts(part) for part in (*ancestors(now), now)):
             raise ConfigError(f"{stage} {renamed(leaf.key, now)}")
 
 
-def _refuse_unknown_names(stage: str, tree: Mapping[str, Any]) -> None:
+def _refuse_unknown_names(stage: str, tree: Mapping[str, Any], table: Table) -> None:
     """Refuse a setting that nothing reads, beside known ones, as a typo in an experiment makes it."""
-    table = Table(stage, tree)
     for leaf in leaves(tree):
         place, _, name = leaf.key.rpartition(".")
         is_known = table.row(leaf.key) or table.row_above(leaf.key) or table.has_parts(leaf.key)

@@ -47,7 +47,9 @@ def main(cfg: DictConfig) -> None:
     if suggested and not verdict_in(out / DIAGNOSIS).is_open:
         say(f"to tell apart what is left: {suggested}")
     if not verdict_in(out / DIAGNOSIS).is_open and is_better_unchanged(out / DIAGNOSIS):
-        say("the simulation as it was predicts held-out data better than with the data sheet refitted: keep it")
+        say(
+            "the simulation as it was predicts held-out data better than with the refitted data sheet: keep it as it is"
+        )
     if verdict_in(out / DIAGNOSIS).is_open and not has_no_safe_experiment(out / DIAGNOSIS):
         say_link("drives")
     print_result(made, out, suggested_next(out))
