@@ -20,7 +20,7 @@ import numpy as np
 from benchmarks.free_form.tables import PARTS
 from benchmarks.free_form.truth import comparable, hidden_function, visited
 from benchmarks.other_robots.__main__ import seeds_of, sheet_of, written
-from benchmarks.other_robots.kinds import SHAPES, alike
+from benchmarks.other_robots.kinds import KNOWN_SINCE, SHAPES, alike
 from benchmarks.other_robots.recording import Recorded, driven, episode_of
 from benchmarks.other_robots.sets import Set, designed
 from twbal.cli.diagnosis_config import composed_diagnosis, diagnosis_of
@@ -43,9 +43,14 @@ def cases(seeds: Sequence[int], clean: Sequence[int]) -> list[tuple[str, str, Se
     """Kinds of sets, what is hidden, and the sets."""
     found = []
     for seed in seeds:
-        found += [("in no library", name, _set(seed, name, ())) for name in IN_NO_LIBRARY]
+        found += [("in no library", name, _set(seed, name, _since(name))) for name in IN_NO_LIBRARY]
         found += [("left out", name, _set(seed, name, tuple(sorted(alike(name))))) for name in LEFT_OUT]
     return found + [("nothing", "", _set(seed, "", ())) for seed in clean]
+
+
+def _since(name: str) -> tuple[str, ...]:
+    """What the diagnosis must do without, so that it is still in no library."""
+    return (name,) if name in KNOWN_SINCE else ()
 
 
 def _set(seed: int, name: str, left_out: tuple[str, ...]) -> Set:

@@ -216,7 +216,10 @@ FOREIGN = {
     "quadratic_drag": Kind({"drag": 12.0}, _add("push", lambda drag: lambda now: -drag * now.speed * abs(now.speed))),
     "flexible_mast": Kind({"mast": 1.0}, None, lambda b, p: _with_mast(b, p["mast"])),
 }
-"""Effects that twbal does not know."""
+"""Effects that twbal did not know when the sets were designed."""
+
+KNOWN_SINCE = ("quadratic_drag",)
+"""Of these, the ones that it knows by now: they are left out where they are hidden."""
 
 ALIKE = ({"coulomb_friction", "stribeck_friction"}, {"com_offset", "imu_mount_angle"})
 """Effects of which one is a case of the other, or that no data of this kind tell apart: left out together."""

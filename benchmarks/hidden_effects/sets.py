@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from benchmarks.hidden_effects.faults import ALIKE, FOREIGN, SHEET, STRUCTURAL
+from benchmarks.hidden_effects.faults import ALIKE, FOREIGN, KNOWN_SINCE, SHEET, STRUCTURAL
 from benchmarks.hidden_effects.truth import Surface
 
 SERIAL = "serial"
@@ -89,7 +89,7 @@ def _stratum(stratum: str, seed: int) -> Iterator[Set]:
             yield one({name: 1.0}, left_out=tuple(sorted(alike)))
     elif stratum == "foreign":
         for name in FOREIGN:
-            yield one({name: 1.0})
+            yield one({name: 1.0}, left_out=(name,) if name in KNOWN_SINCE else ())
     elif stratum == SERIAL:
         for _ in range(_SERIAL):
             yield one({})

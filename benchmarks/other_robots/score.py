@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from benchmarks.other_robots.kinds import ALIKE, ALL, FOREIGN, equivalents
+from benchmarks.other_robots.kinds import ALIKE, ALL, FOREIGN, KNOWN_SINCE, equivalents
 
 TILT_FILTER = "tilt_filter"
 CLASSES = (
@@ -34,7 +34,8 @@ def judged(label: Mapping[str, Any], diagnosis: Mapping[str, Any] | None, cpu_s:
     known |= {"gentler": round(label["gentler"], 3), "stays_up": label["stays_up"]}
     known |= {"severity": {k: round(v, 4) for k, v in label["effects"].items()}, "cpu_s": round(cpu_s, 1)}
     hidden = label["hidden"]
-    missing = [name for name in hidden if name in FOREIGN or name in label["left_out"]]
+    foreign = set(FOREIGN).difference(KNOWN_SINCE).union(label["left_out"])
+    missing = [name for name in hidden if name in foreign]
     there = [name for name in hidden if name not in missing]
     filtered = _tilt_filter(label)
     if diagnosis is None:

@@ -10,14 +10,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from benchmarks.other_robots.kinds import ALIKE, FOREIGN, SHEET, STRUCTURAL, alike
-
-KNOWN_SINCE = ("friction_compensation",)
-"""Foreign effects that the library has by now: they are left out where they are hidden, and so stay foreign."""
+from benchmarks.other_robots.kinds import ALIKE, FOREIGN, KNOWN_SINCE, SHEET, STRUCTURAL, alike
 
 SINGLE = {"single 1": 1.0, "single 1/4": 0.25, "single 1/8": 0.125}
+ADDED = {"added 1": 1.0, "added 1/4": 0.25, "added 1/8": 0.125}
 MANY = {"pairs": 2, "triples": 3, "five": 5, "eight": 8}
-STRATA = ("clean", *SINGLE, *MANY, "sheet", "foreign", "left out", "calibration")
+STRATA = ("clean", *SINGLE, *MANY, "sheet", "foreign", "left out", "calibration", *ADDED)
 EXCITATIONS, RATES, TOLERANCES, SENSORS = ("E", "N"), (50, 100, 200), (0.03, 0.15), ("ideal", "real")
 SHEETS = ("paper", "regbot", "esp32", "balboa")
 _GEARED = ("regbot", "balboa")  # sheets on which rotors are more than a hundredth of what turns
@@ -71,6 +69,8 @@ def designed(stratum: str, seed: int) -> Set:
     left_out: tuple[str, ...] = ()
     if stratum in SINGLE:
         effects = {_level(stratum, seed, "effect", tuple(STRUCTURAL)): SINGLE[stratum]}
+    elif stratum in ADDED:
+        effects = {_level(stratum, seed, "effect", KNOWN_SINCE): ADDED[stratum]}
     elif stratum in MANY:
         effects = _several(MANY[stratum], 0.25, tolerance, rng)
     elif stratum == "sheet":

@@ -12,7 +12,7 @@ Row = Mapping[str, Any]
 NAMED, FOUND, WRONG, LEAST = 0.9, 0.5, 0.8, 0.02
 STRATA = (
     *("clean", "single 1", "single 1/4", "single 1/8", "pairs", "triples", "five", "eight"),
-    *("sheet", "foreign", "left out", "calibration"),
+    *("sheet", "foreign", "left out", "calibration", "added 1", "added 1/4", "added 1/8"),
 )
 SPLITS = ("excitation", "sheet", "rate", "sensors", "tolerance")
 

@@ -71,9 +71,9 @@ def test_a_tilt_filter_is_there_where_the_tilt_comes_from_one(constant, right):
 
 def test_what_is_foreign_or_left_out_cannot_be_found_but_can_be_said_to_remain():
     foreign = judged(
-        label({"quadratic_drag": {"drag": 9.0}}, "foreign"), said(finding("rolling_viscous"), beyond=True), 1
+        label({"flexible_mast": {"share": 0.1}}, "foreign"), said(finding("rolling_viscous"), beyond=True), 1
     )
-    assert foreign["foreign"] == ["quadratic_drag"] and foreign["hidden"] == {} and foreign["remains"]
+    assert foreign["foreign"] == ["flexible_mast"] and foreign["hidden"] == {} and foreign["remains"]
     assert not foreign["said"][0]["right"]
     absent = judged(label(DEAD_ZONE, "left out", ["dead_zone"]), said(verdict="unknown"), 1)
     assert absent["foreign"] == ["dead_zone"] and not absent["remains"]

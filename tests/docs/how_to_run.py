@@ -158,9 +158,9 @@ _IDENTIFY = "twbal identify episodes=outputs/real-rollout/..."
 _COLLECT = "twbal sim-collect hydra.run.dir=outputs/sim"
 _FIT = "twbal fit-sim-gp episodes=outputs/sim hydra.run.dir=outputs/f"
 _MY_LQR = "twbal lqr --config-dir=my_conf robot=my_robot hydra.run.dir=outputs/my_lqr"
-_DRAG = (
+_BRAKED = (
     "twbal sim-collect policy=excite policy.command_width=0.1 start.tilt_mean=0 rollouts=3 steps=500 "
-    "hydra.run.dir=drag +effect@sim.effects.sensor_noise=sensor_noise +effect@sim.effects.air_drag=air_drag"
+    "hydra.run.dir=braked +effect@sim.effects.sensor_noise=sensor_noise +effect@sim.effects.eddy_brake=eddy_brake"
 )
 _SMALL_DATA = "twbal sim-collect rollouts=6 hydra.run.dir=small/data"
 _SMALL_MODEL = "twbal fit-sim-gp episodes=small/data hydra.run.dir=small/model"
@@ -257,10 +257,10 @@ TABLE: Mapping[str, How] = {
     ".venv/bin/twbal regress": _CHECK,
     ".venv/bin/pre-commit install": Install(),
     "twbal regress update=true": _CHECK,
-    _DRAG: Stage(
-        {"air_drag": "dead_zone"}, small=("rollouts=1", "steps=120"), slow=True
+    _BRAKED: Stage(
+        {"eddy_brake": "dead_zone"}, small=("rollouts=1", "steps=120"), slow=True
     ),  # the example is in no library
-    "twbal diagnose episodes=drag diagnosis.max_effects=1": Stage(slow=True, after=(_DRAG,)),
+    "twbal diagnose episodes=braked diagnosis.max_effects=1": Stage(slow=True, after=(_BRAKED,)),
     _SMALL_DATA: Stage(),
     _SMALL_MODEL: Stage(slow=True, after=(_SMALL_DATA,)),
     "twbal optimise-policy dynamics=small/model/model.pt search.restarts=1 search.iterations=3 "

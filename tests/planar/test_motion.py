@@ -10,7 +10,7 @@ from twbal.planar.motion import step
 from twbal.planar.parameters import twin_parameters
 from twbal.planar.twin_state import Turning, TwinState
 
-REST = TwinState(*(0.0,) * 9)
+REST = TwinState(*(0.0,) * 10)
 
 
 def swing(robot, effects, start, torque, physics_step, seconds, yaw_rate=0.0, heading=0.0):
@@ -54,6 +54,7 @@ def lagrange(robot, slope, forces, offset=0.0):
     return motion
 
 
+_WEIGHT = 117.72  # of the robot of the paper [N]
 CASES = {
     "com_offset": ({"com_offset": {"angle": 0.1}}, lambda t, x, v, r: (0.0, 0.0)),
     "ground_slope": ({"ground_slope": {"angle": 0.2}}, lambda t, x, v, r: (0.0, 0.0)),
@@ -66,6 +67,14 @@ CASES = {
     "periodic_disturbance": (
         {"periodic_disturbance": {"force": 5.0, "frequency": 2.0, "phase": 0.7}},
         lambda t, x, v, r: (5.0 * np.sin(4 * np.pi * t + 0.7), 0.0),
+    ),
+    "quadratic_drag": (
+        {"quadratic_drag": {"coefficient": 20.0}},
+        lambda t, x, v, r: (-20.0 * v[0] * abs(v[0]), 0.0),
+    ),
+    "eccentric_wheel": (
+        {"eccentric_wheel": {"eccentricity": 0.05, "phase": 0.6}},
+        lambda t, x, v, r: (-0.05 * _WEIGHT * np.sin(x[0] / r + 0.6), 0.0),
     ),
     "cogging": (
         {"cogging": {"torque": 0.3, "count": 12.0, "phase": 0.4}},

@@ -10,7 +10,7 @@ class Quantity(IntEnum):
     """A number of a robot; in lower case, its name in `RobotParameters`, `Drive` or `Ground`.
 
     The physics engine alone has body_inertia_roll, body_inertia_yaw and wheel_inertia (of the wheels' links). The
-    planar model alone has the last seven, in their place and in that of code that effects have for the engine.
+    planar model alone has the last eight, in their place and in that of code that effects have for the engine.
     """
 
     BODY_MASS = 0
@@ -45,6 +45,8 @@ class Quantity(IntEnum):
     """At which a filter of the tilt follows the accelerometer [1/s]."""
     TILT_FILTER_LEAD = 24
     """By which the sum of the gyro in that filter runs ahead of the tilt [s]."""
+    SLEW_RATE = 25
+    """Fastest change of the torque that the driver asks of both motors together [N·m/s]."""
 
 
 class Change(IntEnum):

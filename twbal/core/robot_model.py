@@ -69,19 +69,27 @@ JointTorque = Callable[[float, JointMotion], float]
 
 
 class AxleMotion(NamedTuple):
-    """How the axle moves.
+    """How the axle moves, and the wheels in space as the mean of both.
+
+    One wheel is ahead of the mean by apart·heading and the other is behind it by as much, as in `JointMotion`.
 
     Attributes:
         position: along its way since the rollout began [m].
         speed: forward [m/s].
         time: since the rollout began [s].
         weight: of the whole robot [N].
+        angle: of the wheels in space: what the encoders count, and the tilt [rad].
+        apart: angle for each radian of heading; where `heading` is 1, all of it [rad].
+        heading: by which the robot has turned [rad]; 1 where only the product is known.
     """
 
     position: float
     speed: float
     time: float
     weight: float
+    angle: float = 0.0
+    apart: float = 0.0
+    heading: float = 1.0
 
 
 Push = Callable[[float, AxleMotion], float]

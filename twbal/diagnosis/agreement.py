@@ -219,8 +219,7 @@ def _added(
     found = []
     for candidate in candidates:
         size = candidate.parameters[0]
-        is_limit = size.none >= size.high
-        if candidate.name in chosen.names or candidate.in_data_sheet or candidate.is_wave or is_limit:
+        if candidate.name in chosen.names or candidate.in_data_sheet or candidate.is_wave or size.is_limit:
             continue
         step = _SMALL * (size.start - size.none)
         values = {candidate.field(p): p.start for p in candidate.parameters} | {candidate.field(size): size.none + step}

@@ -11,6 +11,7 @@ LOWEST, HIGHEST = 0.25, 2.5
 """Range of a data-sheet value, in its nominal value. So wide that the line `beyond` of every diagnosis lies inside."""
 
 _PHASE = "phase"  # parameter of waves, which has no bounds
+_COUNTERS = ("frequency", "count", "waves")
 _NUDGE = 1e-7  # of finite differences, as a share of a parameter's range; a larger one bends the gradient
 
 
@@ -32,6 +33,15 @@ class Parameter(NamedTuple):
     high: float
     start: float
     none: float
+
+    @property
+    def is_limit(self) -> bool:
+        """Whether it does nothing at its upper bound."""
+        return self.none >= self.high
+
+    def size(self, value: float) -> float:
+        """What a share of a value is a share of: of a limit the value itself, of others how far from nothing it is."""
+        return value if self.is_limit else value - self.none
 
 
 class Candidate(NamedTuple):
@@ -58,9 +68,13 @@ class Candidate(NamedTuple):
 
     @property
     def is_wave(self) -> bool:
-        """Whether it has a phase, and a frequency that is looked for among many."""
-        names = {p.name for p in self.parameters}
-        return _PHASE in names and not names.isdisjoint(("frequency", "count", "waves"))
+        """Whether it has a phase."""
+        return any(p.name == _PHASE for p in self.parameters)
+
+    @property
+    def counter(self) -> Parameter | None:
+        """Of a wave, the parameter that counts its periods, which is looked for among many values; None: one a turn."""
+        return next((p for p in self.parameters if p.name in _COUNTERS), None) if self.is_wave else None
 
     @property
     def sizes(self) -> tuple[Parameter, ...]:

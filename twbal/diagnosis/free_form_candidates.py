@@ -61,7 +61,7 @@ CANDIDATES = (
     FreeFormCandidate(JOINT, "tilt rate", "rad/s"),
     FreeFormCandidate(JOINT, "command", "N·m", _OF_COMMAND, is_beside_line=True),
     FreeFormCandidate(JOINT, "time", "s", _OF_TIME),
-    FreeFormCandidate(OUTSIDE, "speed", "m/s", _FRICTIONS),
+    FreeFormCandidate(OUTSIDE, "speed", "m/s", (*_FRICTIONS, "quadratic_drag")),
     FreeFormCandidate(OUTSIDE, "position", "m", _OF_PLACE),
     FreeFormCandidate(OUTSIDE, "time", "s", _OF_TIME),
     FreeFormCandidate(TILT, "tilt", "rad"),

@@ -136,7 +136,7 @@ def fit_hypothesis(
             raise DataError(_DIVERGES)
         fit = fit._replace(cost=np.inf)
     left = data.autocorrelation(errors, kalman)[data.sensed]
-    searched = 2.0 * sum(candidate.is_wave for candidate in candidates) * np.log(_WAVES)
+    searched = 2.0 * sum(candidate.counter is not None for candidate in candidates) * np.log(_WAVES)
     price = len(own) * float(np.log(data.count)) + float(searched)
     return FittedHypothesis(tuple(candidates), fit, left, price, overriding(data, fit.model, candidates))
 

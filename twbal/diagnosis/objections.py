@@ -173,14 +173,17 @@ def _to_slow_waves(chosen: FittedHypothesis, extent: Extent) -> list[Objection]:
     """To waves of which no recording holds as many periods as `_PERIODS` asks for: any slow change looks like one."""
     found = []
     for candidate in chosen.effects:
-        for parameter in candidate.parameters if candidate.is_wave else ():
-            if parameter.name in _PERIODS:
-                periods = extent.along()[parameter.name] * chosen.fit.model.value(candidate.field(parameter))
-                least = _PERIODS[parameter.name]
-                if periods < least:
-                    said = f"No recording holds more than {periods:.2g} periods of the {spaced(candidate.name)}; below"
-                    text = f"{said} {least:g} it cannot be told from any slow change."
-                    found.append(Objection(text, (candidate.name,)))
+        if not candidate.is_wave:
+            continue
+        counter = candidate.counter
+        along, number = "count", 1.0  # once in a turn of the wheel
+        if counter is not None:
+            along, number = counter.name, chosen.fit.model.value(candidate.field(counter))
+        periods, least = extent.along()[along] * number, _PERIODS[along]
+        if periods < least:
+            said = f"No recording holds more than {periods:.2g} periods of the {spaced(candidate.name)}; below"
+            text = f"{said} {least:g} it cannot be told from any slow change."
+            found.append(Objection(text, (candidate.name,)))
     return found
 
 

@@ -174,6 +174,6 @@ def estimates(
             field = candidate.field(p)
             value = hypothesis.fit.model.value(field)
             timing = settings.tolerances.imu_timing if p.unit == "s" else 0.0
-            error = float(np.sqrt(by_field[field] ** 2 + (settings.lines.form * (value - p.none)) ** 2 + timing**2))
+            error = float(np.sqrt(by_field[field] ** 2 + (settings.lines.form * p.size(value)) ** 2 + timing**2))
             found[candidate.name][p.name] = Estimate(value, *interval(value, error), p.unit)
     return found

@@ -84,7 +84,7 @@ def _values(candidate: Candidate, which: str) -> dict[str, float]:
 def _sizes(candidate: Candidate) -> tuple[float, ...]:
     """Shares of the way from none to its start at which a candidate is tried; a limit is tried at ever lower values."""
     size = candidate.parameters[0]
-    if size.none < size.high:
+    if not size.is_limit:
         return _SIZES
     return tuple((size.none - share * size.high) / (size.none - size.start) for share in _LIMITS)
 
@@ -143,29 +143,32 @@ def _tone(data: Data, fit: Fit, candidate: Candidate) -> dict[str, float]:
     if not candidate.is_wave:
         return {}
     parameters = {p.name: p for p in candidate.parameters}
-    linear = data.linear(fit.model)
-    if "frequency" in parameters:
-        rate = parameters["frequency"]
-        value, wave = _over_time(data, fit, linear, rate.low, rate.high)
-        scale = 1.0 / fit.model.twin.wheel_radius
-    elif "count" in parameters:
-        rate = parameters["count"]
+    linear, twin, counter = data.linear(fit.model), fit.model.twin, candidate.counter
+    apart = 0.5 * twin.track / twin.wheel_radius
+    ahead = [apart * recording.heading for recording in data.recordings]
+    of_weight = -1.0 / ((twin.body_mass + 2.0 * twin.wheel_mass) * GRAVITY * twin.wheel_radius)
+    if counter is None:  # once in a turn of the wheels
+        angles = [states[:, 1] for states in _states(data, fit)]
+        value, wave = _over_angle(data, fit, linear, _Waves(1, angles, ahead), np.ones(1))
+        scale = of_weight
+    elif counter.name == "frequency":
+        value, wave = _over_time(data, fit, linear, counter.low, counter.high)
+        scale = 1.0 / twin.wheel_radius
+    elif counter.name == "count":
         angles = [states[:, 1] - states[:, 0] for states in _states(data, fit)]
-        grid = np.arange(rate.low, rate.high + 1e-9, _COUNT_STEP)
-        apart = 0.5 * fit.model.twin.track / fit.model.twin.wheel_radius
-        ahead = [apart * recording.heading for recording in data.recordings]
+        grid = np.arange(counter.low, counter.high + 1e-9, _COUNT_STEP)
         value, wave = _over_angle(data, fit, linear, _Waves(0, angles, ahead), grid)
         scale = 0.5
     else:
-        rate = parameters["waves"]
         ways = [2.0 * np.pi * states[:, 8] for states in _states(data, fit)]
-        grid = np.arange(rate.low, rate.high + 1e-9, _WAVES_STEP)
+        grid = np.arange(counter.low, counter.high + 1e-9, _WAVES_STEP)
         value, wave = _over_angle(data, fit, linear, _Waves(1, ways, [0.0 * way for way in ways]), grid)
-        wave, twin = -wave, fit.model.twin
-        scale = 1.0 / ((twin.body_mass + 2.0 * twin.wheel_mass) * GRAVITY * twin.wheel_radius)
+        scale = of_weight
     size = candidate.parameters[0]
-    amplitude = float(np.clip(abs(wave) * scale, size.low + 1e-3 * (size.high - size.low), size.high))
-    fields = {size.name: amplitude, rate.name: value, "phase": float(np.angle(wave))}
+    amplitude = float(np.clip(abs(wave) * abs(scale), size.low + 1e-3 * (size.high - size.low), size.high))
+    fields = {size.name: amplitude, "phase": float(np.angle(wave * np.sign(scale)))}
+    if counter is not None:
+        fields[counter.name] = value
     return {candidate.field(parameters[name]): number for name, number in fields.items()}
 
 
@@ -196,7 +199,7 @@ def _over_time(data: Data, fit: Fit, linear: LinearTwin, low: float, high: float
 
 
 def _states(data: Data, fit: Fit) -> list[Array]:
-    """The predictor's states of each recording, (T + 1, 9)."""
+    """The predictor's states of each recording, (T + 1, 11)."""
     return [prediction.states for prediction in data.predictions(fit.model, fit.kalman)]
 
 

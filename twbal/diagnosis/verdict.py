@@ -90,7 +90,7 @@ def allowed_differences(problem: Problem, chosen: FittedHypothesis) -> Mapping[F
     for candidate in problem.candidates:
         for p in candidate.parameters:
             if candidate.name in chosen.names:
-                found[candidate.field(p)] = lines.form * abs(model.value(candidate.field(p)) - p.none)
+                found[candidate.field(p)] = lines.form * abs(p.size(model.value(candidate.field(p))))
             elif not candidate.in_data_sheet:
                 found[candidate.field(p)] = lines.least * abs(p.start - p.none)
     return found

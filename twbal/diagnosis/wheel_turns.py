@@ -92,7 +92,9 @@ def turned_angle(
     """Angle to which the twin's wheels turn from an angle [rad] and a rate [rad/s], after `length` periods."""
     s = standing(k, 0.0, 0.0, rate * k.radius, angle)
     torque = driver_torque(p, commands[max(begin - 1, 0)], begin * k.step * substeps)
-    s = TwinState(s.tilt, s.wheel, s.tilt_rate, s.wheel_speed, torque, s.rotor, s.rotor_speed, s.slip, s.position)
+    s = TwinState(
+        s.tilt, s.wheel, s.tilt_rate, s.wheel_speed, torque, s.rotor, s.rotor_speed, s.slip, s.position, torque
+    )
     imu = imu_settled(k, s, 2 * substeps)
     for n in range(begin, begin + length):
         s = hold(p, k, s, commands, n, substeps, STRAIGHT, imu)

@@ -49,15 +49,16 @@ class Place(IntEnum):
     COMMAND = 1
     DRIVER = 2
     GEAR = 3
-    MOTOR = 4
-    JOINT = 5
-    GROUND = 6
-    OUTSIDE = 7
-    FUSION = 8
-    LATENCY = 9
-    SENSOR = 10
-    OFFSET = 11
-    NOISE = 12
+    RAMP = 4
+    MOTOR = 5
+    JOINT = 6
+    GROUND = 7
+    OUTSIDE = 8
+    FUSION = 9
+    LATENCY = 10
+    SENSOR = 11
+    OFFSET = 12
+    NOISE = 13
 
 
 class Effect(ABC):

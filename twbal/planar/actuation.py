@@ -4,8 +4,17 @@ from math import floor
 
 from twbal.core.compiled import kernel
 from twbal.core.gaussian import Array
+from twbal.effects.slew_limit import Ramp, ramp
 from twbal.planar.parameters import TwinParameters
 from twbal.planar.terms import drive
+
+_ramp = kernel(is_kept=False, is_inlined=True)(ramp)
+
+
+@kernel(is_inlined=True)
+def slew_limited(torque: float, asked: float, most: float) -> Ramp:
+    """The way of the driver's torque to what is asked of it in one physics step, as of `ramp`."""
+    return _ramp(torque, asked, most)
 
 
 @kernel(is_inlined=True)

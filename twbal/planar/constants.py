@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 from twbal.core.compiled import kernel
 from twbal.core.quantities import Quantity
+from twbal.core.robot_model import UNBOUNDED
 from twbal.core.robot_parameters import GRAVITY
 from twbal.planar.parameters import TwinParameters
 from twbal.planar.terms import quantities
@@ -13,6 +14,8 @@ from twbal.planar.terms import quantities
 class Constants(NamedTuple):
     """The constants of the equations of motion, effects on body, drive, ground and delays applied.
 
+    They are 30 at most: numba compiles no call with more arguments in a row.
+
     Attributes:
         a, b, c: [kg·m²].
         d: [N·m].
@@ -20,7 +23,6 @@ class Constants(NamedTuple):
         turn: I_xx - I_zz + m l² [kg·m²].
         radius: r [m].
         mass: M, of all [kg].
-        weight: M g [N].
         arm: m l [kg·m].
         rotors: J [kg·m²]; 0 without backlash.
         gap: of the backlash, full width [rad].
@@ -33,6 +35,7 @@ class Constants(NamedTuple):
         delay: of commands [s].
         lag: share of the way to the asked torque that the motors go in a physics step.
         fade: weight of the torque at a step's start in the mean over it.
+        slew: most by which the asked torque changes in a physics step [N·m].
         imu_delay: [s].
         filter_rate: at which a filter of the tilt follows the accelerometer [1/s].
         filter_lead: by which the sum of the gyro in it runs ahead of the tilt [s].
@@ -47,7 +50,6 @@ class Constants(NamedTuple):
     turn: float
     radius: float
     mass: float
-    weight: float
     arm: float
     rotors: float
     gap: float
@@ -65,6 +67,7 @@ class Constants(NamedTuple):
     delay: float
     lag: float
     fade: float
+    slew: float
     imu_delay: float
     filter_rate: float
     filter_lead: float
@@ -80,6 +83,8 @@ def constants(p: TwinParameters, step: float) -> Constants:
     geared = 2.0 * q[Quantity.GEARED_SHARE] * p.wheel_inertia
     time_constant = q[Quantity.MOTOR_LAG]
     lag = -expm1(-step / time_constant) if time_constant > 0.0 else 1.0
+    fade = lag * time_constant / step if time_constant > 0.0 else 0.0
+    slew = q[Quantity.SLEW_RATE] * step if q[Quantity.SLEW_RATE] < UNBOUNDED else UNBOUNDED
     return Constants(
         mass * r * r + 2.0 * p.wheel_inertia,
         m * height * r,
@@ -89,7 +94,6 @@ def constants(p: TwinParameters, step: float) -> Constants:
         q[Quantity.TURN_INERTIA] + m * height * height,
         r,
         mass,
-        mass * GRAVITY,
         m * height,
         2.0 * q[Quantity.ROTOR_SHARE] * p.wheel_inertia if q[Quantity.GAP] > 0.0 else 0.0,
         q[Quantity.GAP],
@@ -106,7 +110,8 @@ def constants(p: TwinParameters, step: float) -> Constants:
         0.0,
         q[Quantity.COMMAND_DELAY],
         lag,
-        lag * time_constant / step if time_constant > 0.0 else 0.0,
+        fade,
+        slew,
         q[Quantity.IMU_DELAY],
         q[Quantity.TILT_FILTER_RATE],
         q[Quantity.TILT_FILTER_LEAD],

@@ -5,6 +5,7 @@ from typing import NamedTuple
 
 from twbal.core.compiled import kernel
 from twbal.core.robot_model import AxleMotion, JointMotion
+from twbal.core.robot_parameters import GRAVITY
 from twbal.planar.constants import Constants
 from twbal.planar.parameters import TwinParameters
 from twbal.planar.terms import push, turn
@@ -36,7 +37,16 @@ def tipped(k: Constants, s: TwinState, before: Turning, after: Turning) -> TwinS
     """The state in angles from the vertical, once the robot has turned on its slope."""
     by = slope_ahead(k, before) - slope_ahead(k, after)
     return TwinState(
-        s.tilt + by, s.wheel + by, s.tilt_rate, s.wheel_speed, s.torque, s.rotor + by, s.rotor_speed, s.slip, s.position
+        s.tilt + by,
+        s.wheel + by,
+        s.tilt_rate,
+        s.wheel_speed,
+        s.torque,
+        s.rotor + by,
+        s.rotor_speed,
+        s.slip,
+        s.position,
+        s.asked,
     )
 
 
@@ -54,7 +64,8 @@ def forces(p: TwinParameters, k: Constants, s: TwinState, time: float, turning: 
     alpha = s.tilt + k.offset
     sine, spin = sin(alpha), turning.rate * turning.rate
     joint = joint_torque(p, k, s, turning)
-    axle = AxleMotion(s.position, k.radius * s.wheel_speed + s.slip, time, k.weight)
+    speed, weight = k.radius * s.wheel_speed + s.slip, k.mass * GRAVITY
+    axle = AxleMotion(s.position, speed, time, weight, s.wheel, k.apart, turning.heading)
     outside = push(p, 0.0, axle)
     if k.pushed != 0.0:
         outside += k.pushed
@@ -62,7 +73,7 @@ def forces(p: TwinParameters, k: Constants, s: TwinState, time: float, turning: 
     rising = sine if slope == 0.0 else sin(alpha + slope)
     wheels = joint + k.b * (rising * s.tilt_rate * s.tilt_rate + sine * spin)
     if slope != 0.0:
-        wheels -= k.weight * k.radius * sin(slope)
+        wheels -= weight * k.radius * sin(slope)
     wheels += k.radius * outside - 2.0 * k.rolling_viscous * s.wheel_speed
     body = k.d * sine - joint + k.turn * spin * sine * cos(alpha)
     return Forces(wheels, body, outside)

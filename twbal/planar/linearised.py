@@ -88,7 +88,7 @@ def sampled_with_delay(model: TwinParameters, period: float, ages: int) -> Delay
         tilt, rate, speed = x.tolist()
         tilt -= k.offset
         turning = speed / k.radius
-        state = TwinState(tilt, 0.0, rate, turning, 0.0, 0.0, turning, 0.0, 0.0)
+        state = TwinState(tilt, 0.0, rate, turning, 0.0, 0.0, turning, 0.0, 0.0, 0.0)
         imu = imu_settled(k, state, 2 * _STEPS)
         s = hold(smooth, k, state, commands, ages, _STEPS, STRAIGHT, imu)
         return np.array([s.tilt + k.offset, s.tilt_rate, k.radius * s.wheel_speed])

@@ -18,7 +18,7 @@ from twbal.core.streams import Stream, generator
 from twbal.effects.effect import Effect
 from twbal.effects.library import values_of
 from twbal.effects.sensor_noise import SensorNoise
-from twbal.planar.actuation import command_at
+from twbal.planar.actuation import command_at, slew_limited
 from twbal.planar.constants import Constants, constants
 from twbal.planar.forces import tipped
 from twbal.planar.motion import step
@@ -51,7 +51,7 @@ def hold(
         turning: at the period's start; its rate stays.
         imu: (N, 3), as of `read_sensors`.
     """
-    reached = s.torque
+    reached, ramped = s.torque, s.asked
     late = k.delay / (k.step * substeps)
     length = 1.0 / substeps
     for i in range(substeps):
@@ -59,6 +59,8 @@ def hold(
         time = number * k.step
         command = commands[past] if late == 0.0 else command_at(commands, number * length - late, length)
         asked = drive(p, command, time)
+        if k.slew < UNBOUNDED:
+            ramped, asked = slew_limited(ramped, asked, k.slew)
         now = Turning(turning.rate, turning.heading + i * k.step * turning.rate)
         before = s
         s = step(p, k, s, asked + k.fade * (reached - asked), time, now)
@@ -66,7 +68,18 @@ def hold(
             s = tipped(k, s, now, Turning(turning.rate, now.heading + k.step * turning.rate))
         reached += k.lag * (asked - reached)
         see(p, k, before, s, imu, number + 1)
-    return TwinState(s.tilt, s.wheel, s.tilt_rate, s.wheel_speed, reached, s.rotor, s.rotor_speed, s.slip, s.position)
+    return TwinState(
+        s.tilt,
+        s.wheel,
+        s.tilt_rate,
+        s.wheel_speed,
+        reached,
+        s.rotor,
+        s.rotor_speed,
+        s.slip,
+        s.position,
+        ramped,
+    )
 
 
 @kernel()
@@ -82,7 +95,7 @@ def standing(k: Constants, tilt: float, tilt_rate: float, speed: float, wheel_an
     """
     wheel = wheel_angle + tilt
     turning = speed / k.radius
-    return TwinState(tilt, wheel, tilt_rate, turning, 0.0, wheel, turning, 0.0, 0.0)
+    return TwinState(tilt, wheel, tilt_rate, turning, 0.0, wheel, turning, 0.0, 0.0, 0.0)
 
 
 class Seen(NamedTuple):

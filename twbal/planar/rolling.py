@@ -77,4 +77,5 @@ def roll(p: TwinParameters, k: Constants, s: TwinState, torque: float, time: flo
         rotor_speed if loose else wheel_speed,
         0.0,
         s.position + h * k.radius * wheel_speed,
+        s.asked,
     )

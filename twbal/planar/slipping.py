@@ -3,6 +3,7 @@
 from math import cos, sin
 
 from twbal.core.compiled import kernel
+from twbal.core.robot_parameters import GRAVITY
 from twbal.planar.constants import Constants
 from twbal.planar.dry_friction import SWEEPS, cut, joint_bound, rub
 from twbal.planar.forces import forces, joint_torque, slope_ahead
@@ -37,7 +38,7 @@ def slide(p: TwinParameters, k: Constants, s: TwinState, torque: float, time: fl
     tilt_rate = s.tilt_rate + h * bend
     wheel_speed = s.wheel_speed + h * (torque + rubbed + rolled) / spin
 
-    weight = k.weight * cos(slope) - k.arm * (cos(alpha) * s.tilt_rate**2 + sin(alpha) * bend)
+    weight = k.mass * GRAVITY * cos(slope) - k.arm * (cos(alpha) * s.tilt_rate**2 + sin(alpha) * bend)
     grip = h * k.grip * max(weight, 0.0)
     apart = k.apart * abs(turning.rate)
     joint = h * joint_bound(k, s.wheel_speed - s.tilt_rate, apart)
@@ -63,4 +64,5 @@ def slide(p: TwinParameters, k: Constants, s: TwinState, torque: float, time: fl
     wheel = s.wheel + h * wheel_speed
     slip = speed - r * wheel_speed
     tilt = s.tilt + h * tilt_rate
-    return TwinState(tilt, wheel, tilt_rate, wheel_speed, s.torque, wheel, wheel_speed, slip, s.position + h * speed)
+    position = s.position + h * speed
+    return TwinState(tilt, wheel, tilt_rate, wheel_speed, s.torque, wheel, wheel_speed, slip, position, s.asked)

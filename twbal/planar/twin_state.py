@@ -16,6 +16,7 @@ class TwinState(NamedTuple):
         rotor_speed: [rad/s].
         slip: speed of the axle beyond r φ̇ [m/s]; 0 where the wheels roll.
         position: of the axle since the rollout began [m].
+        asked: torque to which the driver has come, of both motors together [N·m]; 0 without a slew limit.
     """
 
     tilt: float
@@ -27,6 +28,7 @@ class TwinState(NamedTuple):
     rotor_speed: float
     slip: float
     position: float
+    asked: float
 
 
 class Turning(NamedTuple):

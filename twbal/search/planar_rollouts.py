@@ -132,7 +132,7 @@ def planar_rollouts(
 def jolted(s: TwinState, by: Array) -> TwinState:
     """The state after torques have changed the rates of body and wheels."""
     rate, wheel, rotor = s.tilt_rate + by[0], s.wheel_speed + by[1], s.rotor_speed + by[1]
-    return TwinState(s.tilt, s.wheel, rate, wheel, s.torque, s.rotor, rotor, s.slip, s.position)
+    return TwinState(s.tilt, s.wheel, rate, wheel, s.torque, s.rotor, rotor, s.slip, s.position, s.asked)
 
 
 @kernel()

@@ -30,33 +30,35 @@ class Surroundings:
 
     Attributes:
         needed: whether there is anything to do in a step.
+        pushes: forces at the axle.
     """
 
     def __init__(self, machine: Machine, physics_step: float) -> None:
         ground = machine.ground
         self._bound = 2 * ground.rolling_resistance
         self._viscous = 2 * ground.rolling_viscous
-        self._pushes = machine.pushes
+        self.pushes = machine.pushes
         self._weight = (machine.robot.body_mass + 2 * machine.robot.wheel_mass) * GRAVITY
         self._physics_step = physics_step
         self._stopping = 1 / (physics_step * wheel_mobility(machine.robot))  # torque that stops a rate in one step
-        self.needed = bool(self._bound or self._viscous or self._pushes)
+        self.needed = bool(self._bound or self._viscous or self.pushes)
         self.reset()
 
     def reset(self, position: float = 0.0, time: float = 0.0) -> None:
         """Begin a rollout, or go on with one that has gone so far [m] for so long [s]."""
         self._position, self._time, self._held = position, time, 0.0
 
-    def act(self, motion: Motion) -> Outside:
-        """What acts in the step that begins with this motion."""
+    def act(self, motion: Motion, apart: float) -> Outside:
+        """What acts in the step that begins with this motion, one wheel being `apart` ahead of the mean [rad]."""
         rate = motion.wheel_rate + motion.tilt_rate
         torque = -self._viscous * rate
         if self._bound:
             stop = rate * self._stopping
             self._held = _cut(self._held - _SHARE * stop, self._bound)
             torque += _cut(self._held - stop, self._bound)
-        axle, force = AxleMotion(self._position, motion.speed, self._time, self._weight), 0.0
-        for push in self._pushes:
+        angle, force = motion.wheel_angle + motion.tilt, 0.0
+        axle = AxleMotion(self._position, motion.speed, self._time, self._weight, angle, apart)
+        for push in self.pushes:
             force = push(force, axle)
         self._position += self._physics_step * motion.speed
         self._time += self._physics_step

@@ -134,8 +134,9 @@ class World(Engine):
         motion, before = self.motion(), self._rate_before
         acceleration = self._first_acceleration if before is None else (motion.wheel_rate - before) / self._physics_step
         self._rate_before = motion.wheel_rate
+        apart = self._robot.apart() if running.joints or self._surroundings.pushes else 0.0
         if running.joints:
-            joint = JointMotion(motion.wheel_angle, motion.wheel_rate, acceleration, self._robot.apart())
+            joint = JointMotion(motion.wheel_angle, motion.wheel_rate, acceleration, apart)
             torque = running.turn(torque, joint)
         if self._gears.friction_changes:
             self._robot.hold(motion.wheel_rate)
@@ -143,7 +144,7 @@ class World(Engine):
         self._robot.drive(passed)
         if passed != torque:  # the motors push themselves off the body, whatever their rotors meet
             self._robot.turn_body(passed - torque)
-        around = self._surroundings.act(motion)
+        around = self._surroundings.act(motion, apart)
         if around.on_wheels:
             self._robot.turn_wheels(around.on_wheels)
         if around.at_axle:

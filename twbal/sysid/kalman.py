@@ -106,7 +106,7 @@ def linearise_period(twin: TwinParameters, period: float) -> LinearTwin:
 
     def after(x: Array, torque: float, outside: float) -> Array:
         tilt, wheel, tilt_rate, wheel_speed = x.tolist()
-        state = TwinState(tilt, wheel, tilt_rate, wheel_speed, 0.0, wheel, wheel_speed, 0.0, 0.0)
+        state = TwinState(tilt, wheel, tilt_rate, wheel_speed, 0.0, wheel, wheel_speed, 0.0, 0.0, 0.0)
         pushed, imu = k._replace(pushed=outside / smooth.wheel_radius), imu_settled(k, state, 2 * _STEPS)
         return np.array(hold(smooth, pushed, state, np.array([torque]), 0, _STEPS, STRAIGHT, imu)[:4])
 

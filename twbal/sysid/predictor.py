@@ -35,7 +35,7 @@ def _first(p: TwinParameters, k: Constants, measured: Array, lead: float) -> Twi
     tilt = true.tilt + (lead + k.imu_delay) * rate
     speed = true.wheel_rate + rate
     wheel = true.wheel_angle + lead * true.wheel_rate + tilt
-    return TwinState(tilt, wheel, rate, speed, 0.0, wheel, speed, 0.0, 0.0)
+    return TwinState(tilt, wheel, rate, speed, 0.0, wheel, speed, 0.0, 0.0, 0.0)
 
 
 @kernel(is_inlined=True)
@@ -69,6 +69,7 @@ def _moved(s: TwinState, k: Constants, tilt: float, wheel: float, tilt_rate: flo
         s.rotor_speed + speed,
         s.slip,
         s.position + k.radius * wheel,
+        s.asked,
     )
 
 
@@ -131,7 +132,7 @@ def run_predictor(
         decay: (6,) of the discrepancy in a period; empty without one.
         summed: as of `LinearTwin` [s].
         errors: (T + 1, 4), written: measured less predicted; 0 at the first instant.
-        states: (T + 1, 10), written: `TwinState` after the correction, and as of `TRACK`.
+        states: (T + 1, 11), written: `TwinState` after the correction, and as of `TRACK`.
     """
     h = period / substeps
     k = constants(p, h)
@@ -169,7 +170,7 @@ def run_predictor(
             errors[n, :] = 0.0
         states[n, 0], states[n, 1], states[n, 2], states[n, 3] = s.tilt, s.wheel, s.tilt_rate, s.wheel_speed
         states[n, 4], states[n, 5], states[n, 6], states[n, 7] = s.torque, s.rotor, s.rotor_speed, s.slip
-        states[n, 8], states[n, 9] = s.position, imu[n * substeps % len(imu), 2]
+        states[n, 8], states[n, 9], states[n, 10] = s.position, s.asked, imu[n * substeps % len(imu), 2]
 
 
 class Prediction(NamedTuple):
@@ -177,7 +178,7 @@ class Prediction(NamedTuple):
 
     Attributes:
         errors: (T + 1, 4), measured less predicted from the instant before, in the order of `MEASURED`.
-        states: (T + 1, 10), `TwinState` after the correction, and as of `TRACK`.
+        states: (T + 1, 11), `TwinState` after the correction, and as of `TRACK`.
     """
 
     errors: Array
