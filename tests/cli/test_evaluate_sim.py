@@ -86,6 +86,32 @@ def test_a_simulation_is_marked_where_its_manifest_names_the_log(evaluated):
     assert own == {("augmented", "day_1/0"), ("augmented", "all logs")}
 
 
+def test_a_log_of_the_same_name_is_told_from_the_one_that_a_simulation_was_found_on(logs, found, tmp_path):
+    words = [f"episodes={logs / 'day_2'}", f"sims=[{found / 'augmented.yaml'}]", f"hydra.run.dir={tmp_path}", *QUICK]
+    assert main(["evaluate-sim", *words]) == 0
+    record = read_record(SimulationEvaluation, tmp_path / "evaluation.json")
+    assert [each.name for each in record.logs] == ["0"]
+    assert record.simulations[1].found_on == ("day_1/0",)
+    assert not any(score.is_own_data for score in record.scores)
+
+
+def test_a_simulation_that_is_not_the_nominal_one_is_not_called_so(logs, found, tmp_path, capsys):
+    assert evaluate(logs, tmp_path, f"sim={found / 'wrong.yaml'}", "sims=[nominal]") == 0
+    record = read_record(SimulationEvaluation, tmp_path / "evaluation.json")
+    assert [(each.name, sorted(each.effects)) for each in record.simulations] == [
+        ("sim", ["com_offset", "viscous_friction"]),
+        ("sim=nominal", []),
+    ]
+    assert record.reference == "sim"
+
+
+def test_a_simulation_alone_ends_with_what_could_stand_beside_it(logs, tmp_path, capsys):
+    assert evaluate(logs, tmp_path) == 0
+    said = capsys.readouterr().out
+    assert "No other simulation stands beside it; name some by sims=[...].\n" in said
+    assert "\n\n\n" not in said
+
+
 def test_table_sentences_and_report_say_which_is_better_and_which_worse(logs, found, tmp_path, capsys):
     words = f"sims={{good:{found / 'augmented.yaml'},bad:{found / 'wrong.yaml'}}}"
     assert evaluate(logs, tmp_path, words) == 0

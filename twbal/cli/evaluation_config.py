@@ -18,10 +18,13 @@ from twbal.core.errors import ConfigError
 from twbal.core.files import file_hash
 from twbal.core.robot_parameters import RobotParameters
 from twbal.diagnosis.evaluation_inputs import EvaluationSettings, GivenSimulation
+from twbal.diagnosis.log_names import distinct_names
 from twbal.effects.library import values_of
 
 NOMINAL = "nominal"
-"""Name of the simulation that the group `sim` chooses, with which the others are compared."""
+"""Choice of the group `sim` that it has by itself, and name of the simulation that it is."""
+OTHER = "sim"
+"""Name of another simulation that `sim=...` chooses for the others to be compared with."""
 
 
 def simulations_of(cfg: DictConfig) -> list[GivenSimulation]:
@@ -30,8 +33,9 @@ def simulations_of(cfg: DictConfig) -> list[GivenSimulation]:
     Raises:
         ConfigError: one is not there, is no single simulation, or two have the same name.
     """
-    words = _words(cfg.sims)
-    found = [GivenSimulation(NOMINAL, "sim", _effects(cfg.sim, "sim"), {})]
+    words, first = _words(cfg.sims), _effects(cfg.sim, "sim")
+    is_nominal = first == _chosen(NOMINAL)
+    found = [GivenSimulation(NOMINAL if is_nominal else OTHER, "sim", first, {})]
     for name, word in words.items():
         if is_simulation_file(word):
             found.append(GivenSimulation(name, word, effects_in(Path(word)), _found_on(Path(word))))
@@ -43,7 +47,7 @@ def simulations_of(cfg: DictConfig) -> list[GivenSimulation]:
     if twice:
         raise ConfigError(
             f"Two simulations have the name {twice[0]!r}. Give names by sims={{first:<file>,second:<file>}}; "
-            f"{NOMINAL!r} is the one that sim=... chooses."
+            f"{found[0].name!r} is the one that sim=... chooses."
         )
     return kept
 
@@ -64,17 +68,6 @@ def composed_evaluation(
 def simulation_files(simulations: Sequence[GivenSimulation]) -> list[Path]:
     """Files of those that came from files."""
     return [Path(each.source) for each in simulations if is_simulation_file(each.source)]
-
-
-def distinct_names(paths: Sequence[Path]) -> list[str]:
-    """A name for each file, as short as tells them apart: the file's, with the folder's, or the path."""
-    folders = [path.parent.parent if path.parent.name == "episodes" else path.parent for path in paths]
-    choices = (
-        [path.stem for path in paths],
-        [f"{folder.name}/{path.stem}" for folder, path in zip(folders, paths, strict=True)],
-        [str(path) for path in paths],
-    )
-    return next((names for names in choices if len(set(names)) == len(paths)), choices[-1])
 
 
 def _words(given: ListConfig | DictConfig | str | None) -> dict[str, str]:
@@ -113,10 +106,10 @@ def _effects(sim: DictConfig, what: str) -> Mapping[str, Mapping[str, float]]:
 
 
 def _found_on(path: Path) -> dict[str, str]:
-    """Names of the logs by their sha256 that a simulation was found on, by the manifest beside it; else none."""
+    """Paths of the logs by their sha256 that a simulation was found on, by the manifest beside it; else none."""
     made_by = read_manifest(path.parent)
     if made_by is None or not any(
         made.path == path.name and made.sha256 == file_hash(path) for made in made_by.outputs
     ):
         return {}
-    return {log.sha256: Path(log.path).stem for log in made_by.inputs.get("episodes", ())}
+    return {log.sha256: log.path for log in made_by.inputs.get("episodes", ())}

@@ -1,6 +1,7 @@
 """How well given simulations predict logs of a robot, nothing refitted."""
 
 from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
 
 import numpy as np
 
@@ -19,6 +20,7 @@ from twbal.diagnosis.evaluation_record import (
     SimulationEvaluation,
 )
 from twbal.diagnosis.filter_result import with_offsets
+from twbal.diagnosis.log_names import distinct_names
 from twbal.diagnosis.prediction_errors import PredictionErrors, prediction_errors
 from twbal.planar.constants import Constants, constants
 from twbal.planar.parameters import TwinParameters, twin_parameters
@@ -133,8 +135,10 @@ def _scores(
 
 def _evaluated(simulation: GivenSimulation, logs: Sequence[GivenLog]) -> EvaluatedSimulation:
     here = {log.sha256: log.name for log in logs if log.sha256}
-    names = tuple(here.get(sha256, name) for sha256, name in simulation.found_on.items())
-    return EvaluatedSimulation(simulation.name, simulation.source, simulation.effects, names)
+    elsewhere = {sha256: Path(path) for sha256, path in simulation.found_on.items() if sha256 not in here}
+    names = here | dict(zip(elsewhere, distinct_names(list(elsewhere.values()), here.values()), strict=True))
+    found_on = tuple(names[sha256] for sha256 in simulation.found_on)
+    return EvaluatedSimulation(simulation.name, simulation.source, simulation.effects, found_on)
 
 
 def _log(log: GivenLog, read: ReadLog) -> EvaluatedLog:

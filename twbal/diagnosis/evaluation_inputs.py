@@ -49,7 +49,7 @@ class GivenSimulation:
         name: in tables.
         source: its file, or its choice of the group `sim`.
         effects: that it has, by name.
-        found_on: name by the sha256 of each log that it was found on.
+        found_on: path by the sha256 of each log that it was found on.
     """
 
     name: str

@@ -8,7 +8,7 @@ from omegaconf import DictConfig, OmegaConf
 
 from twbal.cli.artefacts import DISTRIBUTION, EVALUATION, episode_files
 from twbal.cli.console import next_command, print_result, run_folder, say, say_link
-from twbal.cli.evaluation_config import distinct_names, simulation_files, simulations_of
+from twbal.cli.evaluation_config import simulation_files, simulations_of
 from twbal.cli.manifest import Manifest, Step, perform
 from twbal.cli.sim_files import IDENTIFIED
 from twbal.cli.typed_config import recorded, typed
@@ -18,6 +18,7 @@ from twbal.core.robot_parameters import RobotParameters
 from twbal.diagnosis.evaluation import evaluate_simulations
 from twbal.diagnosis.evaluation_inputs import EvaluationSettings, GivenLog, GivenSimulation
 from twbal.diagnosis.evaluation_record import EvaluatedSimulation, SimulationEvaluation
+from twbal.diagnosis.log_names import distinct_names
 from twbal.io.logs import read_episode
 from twbal.viz.canvas import svg
 from twbal.viz.evaluation_figure import evaluation_figure
@@ -34,6 +35,7 @@ from twbal.viz.evaluation_text import (
 )
 
 NOT_RECORDED = ("episodes", "sims")
+ALONE = "No other simulation stands beside it; name some by sims=[...]."
 REPORT, FIGURE = "report.html", "figures/evaluation.svg"
 
 
@@ -93,4 +95,5 @@ def _print(evaluation: SimulationEvaluation) -> None:
         print(in_columns(found_on_tested_on(evaluation, channel, horizon)))
     if any(score.is_own_data for score in evaluation.scores):
         print(f"{OWN} the simulation was found on this log")
-    print(*judgements(evaluation), sep="\n", flush=True)
+    for line in judgements(evaluation) or [ALONE]:
+        print(line, flush=True)
