@@ -59,7 +59,7 @@ def test_the_commands_by_hand_make_the_same_files(undisturbed, tmp_path):
     program.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m twbal "$@"\n')
     program.chmod(0o755)
     path = f"{program.parent}{os.pathsep}{os.environ['PATH']}"
-    out = tmp_path / "by hand"
+    out = tmp_path / "Anna's run ü"
     words = ["sh", str(undisturbed / "commands.sh"), str(out)]
     done = subprocess.run(words, env=environment(PATH=path), cwd=tmp_path, capture_output=True, text=True)
     assert done.returncode == 0, done.stdout + done.stderr

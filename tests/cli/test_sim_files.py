@@ -52,6 +52,11 @@ def test_a_stage_takes_the_simulation_that_a_file_says(content, gain):
     assert simulation(f"sim={gain}") == JUST_GAIN
 
 
+def test_a_path_in_quotes_is_read_as_hydra_reads_it(gain):
+    assert "\\'" in text(str(gain))
+    assert simulation(f"sim={text(str(gain))}") == JUST_GAIN
+
+
 def test_the_command_line_takes_it(gain, capsys):
     assert main(["sim-collect", f"sim={gain}", "--cfg", "job"]) == 0
     said = capsys.readouterr().out

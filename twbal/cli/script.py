@@ -3,8 +3,6 @@
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from twbal.cli.commands import ROOT
-
 SCRIPT, HASHES = "commands.sh", "artefacts.sha256"
 
 _HEAD = f"""\
@@ -13,11 +11,12 @@ _HEAD = f"""\
 #     sh {SCRIPT} [folder]
 set -eu
 here=$(cd "$(dirname "$0")" && pwd)
-OUT=${{1:-"$here/by_hand"}}
+out=${{1:-"$here/by_hand"}}
+OUT=$(printf %s "$out" | sed "s/'/\\\\\\\\'/g")  # as it stands in a text of Hydra's, between apostrophes
 """
 
 _TAIL = f"""\
-cd "$OUT" && sha256sum --check --quiet "$here/{HASHES}" && echo "The same hashes as in $here"
+cd "$out" && sha256sum --check --quiet "$here/{HASHES}" && echo "The same hashes as in $here"
 """
 
 
@@ -25,11 +24,11 @@ def script(commands: Sequence[str], best: Path, kept_as: str) -> str:
     """The text of `commands.sh`.
 
     Args:
-        commands: in order; `$OUT` stands for the run folder.
+        commands: in order; `$OUT` in them stands for the run folder, as Hydra reads it.
         best: the best policy, within the run folder.
         kept_as: what its copy is called there.
     """
-    copy = f'cp "{ROOT / best}" "{ROOT / kept_as}"'
+    copy = f'cp "$out/{best}" "$out/{kept_as}"'
     return "\n".join([_HEAD, *commands, copy, "", _TAIL])
 
 

@@ -14,6 +14,8 @@ from pathlib import Path
 from textwrap import wrap
 from typing import Any
 
+from hydra.core.override_parser.overrides_parser import OverridesParser
+from hydra.errors import HydraException
 from omegaconf import OmegaConf
 
 from twbal.cli.commands import text
@@ -113,7 +115,14 @@ def _is_file(word: str) -> bool:
 
 
 def _word(override: str) -> str:
-    return override.removeprefix(_KEY).strip("'\"")
+    """The value of a word `sim=...`, as Hydra reads it where it stands in quotes."""
+    word = override.removeprefix(_KEY)
+    if word[:1] not in ("'", '"'):
+        return word
+    try:
+        return str(OverridesParser.create().parse_override(override).value())
+    except HydraException:  # which Hydra refuses in words of its own, later
+        return word.strip("'\"")
 
 
 def _added(word: str) -> str:

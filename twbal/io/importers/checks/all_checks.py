@@ -29,6 +29,7 @@ from twbal.io.importers.checks.wheel_sides import side_doubts
 
 _CLOSE = 0.95  # share of the wheels' acceleration that the tilt must explain for a lag to be told
 _EARLY_ROWS, _EARLY = 0.3, 0.001  # rows and s by which wheels may well be read later than the gyro
+_DIFFERENCED = 0.5  # rows by which a rate comes later than the angle that it is differenced from
 _TOLD = 0.5  # rows within which the lag must be known, so that a row would be seen
 _SHORTEST = 2.0  # s of motion, below which mechanics is not asked
 
@@ -127,9 +128,11 @@ def _lag_doubts(part: LogPart, found: Mechanics, is_by_gyro: bool) -> Iterator[D
     """A sentence on a tilt that comes late behind the wheels, or before them.
 
     Filters make a gyro late, and nothing makes it early. A filtered tilt, where there is no gyro, may well be early.
+    Where there is no angle of the wheels, their rate may be differenced from one.
     """
     lag, half = found.lag
-    before = is_by_gyro and lag + half < -(_EARLY_ROWS + _EARLY / part.period)
+    early = _EARLY_ROWS + _EARLY / part.period + (0.0 if "wheel_angle" in part.signals else _DIFFERENCED)
+    before = is_by_gyro and lag + half < -early
     if found.motion.explained > _CLOSE and (before or abs(lag) - half > LATE_ROWS + LATE / part.period):
         last, first = ("tilt", "the wheels") if lag > 0 else ("the wheels", "tilt")
         sentence = (

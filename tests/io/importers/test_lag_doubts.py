@@ -1,0 +1,49 @@
+"""Whether tilt and wheels are of one row, on a planar robot that a regulator shakes."""
+
+import numpy as np
+import pytest
+
+from twbal.core.start_pose import StartPose
+from twbal.io.importers.checks.all_checks import doubts
+from twbal.io.importers.checks.doubt import Kind, LogPart
+from twbal.planar.planar_plant import PlanarPlant
+
+PERIODS = 1500
+
+
+@pytest.fixture(scope="module")
+def driven(paper):
+    """Readings (T, 7) of a robot that stays upright, and its commands (T - 1,)."""
+    rng = np.random.default_rng(2)
+    start = StartPose(0.05, 0.0, 0.0, 0.0)
+    with PlanarPlant(robot=paper, effects=[], start=start, physics_step=0.002, seed=0) as plant:
+        seen, commands = [plant.reset(0)], []
+        for push in np.repeat(rng.normal(0.0, 2.0, PERIODS // 15), 15):
+            now = seen[-1]
+            speed = paper.wheel_radius * (now.wheel_rate + now.tilt_rate)
+            commands.append(80 * now.tilt + 14 * now.tilt_rate + 6 * speed + push)
+            seen.append(plant.step(commands[-1]))
+    return np.array(seen), np.array(commands)
+
+
+def rows(driven, paper, wheel_rate):
+    """Doubts on rows of a log whose wheels have a rate alone."""
+    seen, commands = driven
+    rng, period = np.random.default_rng(5), paper.control_period
+    noises = {"tilt": 0.002, "tilt_rate": 0.01}
+    signals = {name: seen[:, i] for i, name in ((1, "tilt"), (2, "tilt_rate"))}
+    signals = {name: values + noises[name] * rng.standard_normal(len(seen)) for name, values in signals.items()}
+    signals["wheel_rate"] = wheel_rate
+    signals = {name: values[3:] for name, values in signals.items()}
+    part = LogPart(period, signals, commands[3:], {}, False, False, paper)
+    return [doubt.sentence for doubt in doubts({"time": seen[3:, 0], **signals}, part) if doubt.kind is Kind.ROW]
+
+
+def test_a_rate_that_is_differenced_from_counts_is_half_a_row_late_and_no_doubt(driven, paper):
+    counts = np.round(driven[0][:, 4] / 0.0002) * 0.0002
+    assert rows(driven, paper, np.diff(counts, prepend=counts[:1]) / paper.control_period) == []
+
+
+def test_a_rate_of_the_row_before_is_doubted(driven, paper):
+    (sentence,) = rows(driven, paper, np.roll(driven[0][:, 5], 1))
+    assert "after tilt: is one of them from another row, or filtered?" in sentence
