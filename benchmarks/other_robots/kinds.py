@@ -167,13 +167,13 @@ FOREIGN: dict[str, Kind] = {
         own={"own_frequency": between(3.0, 8.0)},
     ),
     "slew_limit": Kind({"rate": 0.0}, machine=lambda v: {"slew": v["rate"]}, neutral=inf, met=0.2),
-    "friction_compensation": Kind({"torque": 0.3}, "torque", lambda v: {"compensation": v["torque"]}),
+    "friction_feedforward": Kind({"torque": 0.3}, "torque", lambda v: {"compensation": v["torque"]}),
     "command_loss": Kind({"share": 0.25}),
     "gyro_bias_walk": Kind({"walk": 0.03}),
 }
 """Effects that twbal's library did not have when the sets were designed."""
 
-KNOWN_SINCE = ("quadratic_drag", "slew_limit", "friction_compensation")
+KNOWN_SINCE = ("quadratic_drag", "slew_limit", "friction_feedforward")
 """Of these, the ones that it has by now. They are left out where they are hidden as foreign, and so stay foreign."""
 
 SHAPES: dict[str, Kind] = {

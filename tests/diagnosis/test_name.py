@@ -23,6 +23,7 @@ MISSING = {
     "coulomb_friction": {"torque": 0.1},
     "dead_zone": {"width": 0.3},
     "eccentric_wheel": {"eccentricity": 0.005, "phase": 1.0},
+    "friction_feedforward": {"torque": 0.1, "rate": 0.3},
     "ground_slope": {"angle": 0.01},
     "ground_waves": {"slope": 0.004, "waves": 1.5, "phase": 0.5},
     "gyro_bias": {"rate": 0.02},

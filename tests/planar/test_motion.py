@@ -68,6 +68,13 @@ CASES = {
         {"periodic_disturbance": {"force": 5.0, "frequency": 2.0, "phase": 0.7}},
         lambda t, x, v, r: (5.0 * np.sin(4 * np.pi * t + 0.7), 0.0),
     ),
+    "friction_feedforward": (
+        {"friction_feedforward": {"torque": 0.2, "rate": 0.5}},
+        lambda t, x, v, r: (
+            0.4 * np.tanh((v[0] / r - v[1]) / 0.5) / r,
+            -0.4 * np.tanh((v[0] / r - v[1]) / 0.5),
+        ),
+    ),
     "quadratic_drag": (
         {"quadratic_drag": {"coefficient": 20.0}},
         lambda t, x, v, r: (-20.0 * v[0] * abs(v[0]), 0.0),

@@ -18,7 +18,10 @@ JOINT, OUTSIDE, TILT = "torque in the joints", "force at the axle", "tilt readin
 UNITS = {JOINT: "N·m", OUTSIDE: "N", TILT: "rad"}
 """Quantities that a free-form effect adds to, with their units; the torque is that of both joints together."""
 
-_FRICTIONS = ("coulomb_friction", "viscous_friction", "stribeck_friction", "rolling_resistance", "rolling_viscous")
+_FRICTIONS = (
+    *("coulomb_friction", "viscous_friction", "stribeck_friction", "friction_feedforward"),
+    *("rolling_resistance", "rolling_viscous"),
+)
 _OF_COMMAND = ("dead_zone", "torque_saturation")
 _OF_PLACE = ("cable_spring", "ground_waves")
 _OF_TIME = ("periodic_disturbance", "battery_sag")

@@ -216,3 +216,34 @@ def test_a_text_of_which_no_column_has_only_numbers_is_refused(tmp_path):
     (tmp_path / "log.txt").write_text("a b\n1 x\nx 1\n")
     with pytest.raises(LogError, match="no column in which all fields are numbers"):
         guess(tmp_path / "log.txt")
+
+
+@pytest.mark.parametrize(("factor", "unit"), [(1.0, "rad/s"), (180 / np.pi, "deg/s"), (-180 / np.pi, "deg/s")])
+@pytest.mark.parametrize("degrees", [False, True])
+def test_the_unit_of_a_gyro_goes_by_the_changes_of_the_tilt(factor, unit, degrees, looked_at):
+    rng, size = np.random.default_rng(3), 100 if degrees else 1  # degrees are told by a largest value above 3.5
+    noise = 0.02 * rng.standard_normal(len(ROWS))
+    gyro = factor * (size * np.pi / 180 if degrees else 1) * (COLUMN["rate"] + noise + 0.01)
+    mapping, found = looked_at(time=COLUMN["t"], tilt=size * COLUMN["tilt"], gyro_y=gyro, torque=COLUMN["u"])
+    assert mapping["quantities"]["tilt_rate"] == {"from": "gyro_y", "unit": unit}
+    assert "unit by the changes of tilt" in found.mapping
+    assert "tilt_rate" not in found.unknown_units
+
+
+def test_a_gyro_that_is_no_rate_of_the_tilt_has_no_known_unit(looked_at):
+    gyro = np.random.default_rng(4).standard_normal(len(ROWS))
+    _, found = looked_at(time=COLUMN["t"], tilt=COLUMN["tilt"], gyro_y=gyro, torque=COLUMN["u"])
+    assert "tilt_rate" in found.unknown_units
+
+
+@pytest.mark.parametrize("names", [("rpm_l", "rpm_r"), ("left_rpm", "right_rpm"), ("rpm_left", "rpm_right")])
+def test_a_left_and_a_right_rate_are_the_wheels(names, looked_at):
+    turned = np.rad2deg(COLUMN["wheel"])
+    rates = dict.fromkeys(names, COLUMN["wheel_rate"] * 30 / np.pi)
+    mapping, _ = looked_at(time=COLUMN["t"], tilt=COLUMN["tilt"], wheel_angle_deg=turned, **rates)
+    assert mapping["quantities"]["wheel_rate"] == {"from": list(names), "unit": "rpm"}
+
+
+def test_a_unit_with_a_slash_is_part_of_no_name(looked_at):
+    mapping, _ = looked_at(**plain(**{"gyro_y_deg/s": COLUMN["rate"]}))
+    assert mapping["quantities"]["tilt_rate"] == {"from": "gyro_y_deg/s", "unit": "deg/s"}

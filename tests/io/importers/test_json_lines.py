@@ -44,3 +44,26 @@ def test_an_empty_entry_is_not_a_number_and_its_column_stays(empty, tmp_path):
     command = named_arrays(path)["command"]
     assert command[:-1] == pytest.approx(ROWS[:, -1])
     assert np.isnan(command[-1])
+
+
+def nested(row):
+    """A row in which the tilt and its rate lie in an object of their own, and one of them in a deeper one."""
+    plain = dict(zip(NAMES, row, strict=True))
+    inner = {"pitch": plain.pop("tilt"), "gyro": {"y": plain.pop("tilt_rate")}}
+    return {**plain, "imu": inner, "note": {"text": "run"}}
+
+
+@pytest.mark.parametrize("form", ["rows", "lines", "lists"])
+def test_objects_in_objects_are_columns_with_both_names(form, tmp_path):
+    rows = [nested(row) for row in ROWS.tolist()]
+    path = tmp_path / ("log.jsonl" if form == "lines" else "log.json")
+    if form == "lists":
+        plain = dict(zip(NAMES, ROWS.T.tolist(), strict=True))
+        whole = {**plain, "imu": {"pitch": plain.pop("tilt"), "gyro": {"y": plain.pop("tilt_rate")}}}
+        path.write_text(json.dumps(whole))
+    else:
+        path.write_text("\n".join(map(json.dumps, rows)) if form == "lines" else json.dumps(rows))
+    found = named_arrays(path)
+    assert found["imu.pitch"] == pytest.approx(ROWS[:, list(NAMES).index("tilt")])
+    assert found["imu.gyro.y"] == pytest.approx(ROWS[:, list(NAMES).index("tilt_rate")])
+    assert not any(name.startswith("note") for name in found)

@@ -15,7 +15,8 @@ from twbal.io.importers.formats import formats
 def named_arrays(path: Path) -> dict[str, Array]:
     """The columns of such a file by name: (n,) each, all of the length that most numbers have.
 
-    A matrix `data` gives the columns `data:1`, `data:2`, ...; a structure `log` with a field `tilt` gives `log.tilt`.
+    A matrix `data` gives the columns `data:1`, `data:2`, ...; a structure or object `log`
+    with a field `tilt` gives `log.tilt`.
 
     Raises:
         LogError: the file cannot be read, or has no columns.
@@ -60,7 +61,9 @@ def _columns(prefix: str, tree: Mapping[str, Any]) -> list[tuple[str, Array]]:
     found: list[tuple[str, Array]] = []
     for name, value in tree.items():
         if hasattr(value, "_fieldnames"):  # a MATLAB structure
-            found += _columns(f"{prefix}{name}.", {field: getattr(value, field) for field in value._fieldnames})
+            value = {field: getattr(value, field) for field in value._fieldnames}
+        if isinstance(value, Mapping):
+            found += _columns(f"{prefix}{name}.", value)
             continue
         array = _array(value)
         if array.dtype.kind not in "fiub" or array.ndim not in (1, 2):

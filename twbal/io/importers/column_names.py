@@ -47,7 +47,9 @@ _GLUED = (  # words that are written as one
     (r"(?i)(wheel|motor|encoder|pitch|tilt|yaw|roll|body)(?=angle|rate|speed|vel|pos|dot|count|tick)", r"\1 "),
     (r"([A-Za-z])(\d)", r"\1 \2"),
 )
-_UNIT = re.compile(r"[\[(]([^\])]+)[\])]|(?<=.)_(s|ms|us|ns|rad|deg|rad_s|deg_s|dps|rpm|m|mm|cm|v|mv|nm|mnm)$", re.I)
+_UNIT = re.compile(
+    r"[\[(]([^\])]+)[\])]|(?<=.)_(s|ms|us|ns|rad|deg|rad_s|deg_s|rad/s|deg/s|dps|rpm|m|mm|cm|v|mv|nm|mnm)$", re.I
+)
 _ALIASES = {
     **{"sec": "s", "seconds": "s", "msec": "ms", "usec": "us"},
     **{"rad_s": "rad/s", "deg_s": "deg/s", "dps": "deg/s", "degrees": "deg"},
@@ -82,11 +84,14 @@ def meaning_of(name: str) -> Meaning:
     """What a column's name says."""
     unit, bare = _unit(name)
     words = _words(bare)
-    sides = [_SIDES[word] for word in words if word in _SIDES] if len(words) > 1 else []
+    is_told = len(words) > 1 or unit in UNITS["rad/s"]  # a letter alone may be anything
+    sides = [_SIDES[word] for word in words if word in _SIDES] if is_told else []
     stem = tuple(word for word in words if not (sides and word in _SIDES))
     if _ELSE & set(stem):
         return Meaning(None, False, "", stem, unit)
     quantity, understood = _quantity(set(stem), unit)
+    if quantity is None and sides and not set(stem) - _RATE and (stem or unit in UNITS["rad/s"]):
+        quantity, understood = "wheel_rate", _RATE  # what else has a left and a right rate
     certain = not set(stem) - understood - _FILLING and len(sides) < 2
     return Meaning(quantity, certain, sides[0] if len(sides) == 1 else "", stem, unit)
 

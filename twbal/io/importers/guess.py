@@ -8,9 +8,10 @@ import numpy as np
 
 from twbal.core.plant import Observation
 from twbal.io.importers.all_columns import Column, all_columns, row_of
-from twbal.io.importers.column_choice import choose, counts, grows, is_even, unit_of
+from twbal.io.importers.column_choice import Unit, choose, counts, grows, is_even, unit_of
 from twbal.io.importers.column_names import DUTY
-from twbal.io.importers.mapping import QUANTITIES
+from twbal.io.importers.mapping import QUANTITIES, UNITS
+from twbal.io.importers.rate_units import rate_unit
 
 _OPEN = "'???'"  # in quotes, without which it is no yaml within braces
 _PERCENT = (2.0, 130.0)  # largest values of a duty cycle in percent, before it is clipped
@@ -54,9 +55,11 @@ class _Proposal:
         self.unknown_units: list[str] = []
         self.motor = False
 
-    def take(self, quantity: str, columns: Sequence[Column], scale: str = "", why: str = "") -> None:
-        """Take columns for a quantity."""
-        unit, said, is_assumed = unit_of(quantity, columns[0])
+    def take(
+        self, quantity: str, columns: Sequence[Column], scale: str = "", why: str = "", by_others: Unit | None = None
+    ) -> None:
+        """Take columns for a quantity, in the unit that others tell, or that they have by themselves."""
+        unit, said, is_assumed = by_others or unit_of(quantity, columns[0])
         if said and counts(quantity, columns[0]) and not scale:
             scale, said = _OPEN, f"whole numbers: fill in the scale, {QUANTITIES[quantity]} for one"
             self.open.append(f"scale of {quantity}")
@@ -130,7 +133,7 @@ def _by_names(columns: Sequence[Column]) -> _Proposal:
     for name in ("tilt_rate", "acceleration", "yaw_rate", "wheel_rate"):
         choice = choose(name, columns)
         if choice.columns:
-            proposal.take(name, choice.columns)
+            proposal.take(name, choice.columns, by_others=_of_angle(name, choice.columns, columns))
         elif choice.is_for_person:
             proposal.leave(name, choice.reason)
         else:
@@ -138,6 +141,21 @@ def _by_names(columns: Sequence[Column]) -> _Proposal:
     _wheels(proposal, columns)
     _command(proposal, columns)
     return proposal
+
+
+def _of_angle(rate: str, columns: Sequence[Column], others: Sequence[Column]) -> Unit | None:
+    """The unit of a rate by the changes of its angle; None where its name says it, or they do not."""
+    name = {"tilt_rate": "tilt", "wheel_rate": "wheel_angle"}.get(rate, "")
+    angle, time = choose(name, others).columns, choose("time", [each for each in others if grows(each.values)]).columns
+    if columns[0].meaning.unit or not angle or not time or counts(name, angle[0]):
+        return None
+    unit, _, is_assumed = unit_of(name, angle[0])
+    if is_assumed and name == "wheel_angle":  # both may be in degrees; a tilt in degrees is larger than one in radians
+        return None
+    seconds = UNITS["s"][unit_of("time", time[0]).unit] * time[0].values
+    turned = UNITS["rad"][unit] * np.mean([each.values for each in angle], axis=0)
+    found = rate_unit(seconds, turned, np.mean([each.values for each in columns], axis=0))
+    return Unit(found, f"unit by the changes of {' and '.join(each.name for each in angle)}") if found else None
 
 
 def _time(proposal: _Proposal, columns: Sequence[Column]) -> None:

@@ -1,4 +1,4 @@
-"""JSON: an object of lists, or a list of objects."""
+"""JSON: an object of lists, or a list of objects; within them objects may lie in others."""
 
 import json
 from collections.abc import Mapping
@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from twbal.io.importers.columns import file_data
+from twbal.io.importers.nested import columns_of
 
 ENDINGS = (".json",)
 
@@ -14,5 +15,5 @@ def content(path: Path) -> Mapping[str, Any]:
     """The lists by name."""
     whole = json.loads(file_data(path))
     if isinstance(whole, list):
-        whole = {name: [row[name] for row in whole] for name in whole[0]}
-    return {name: value for name, value in whole.items() if isinstance(value, list)}
+        return columns_of(whole)
+    return {name: value for name, value in whole.items() if isinstance(value, list | dict)}

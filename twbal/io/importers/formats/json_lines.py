@@ -7,6 +7,7 @@ from typing import Any
 
 from twbal.core.errors import LogError
 from twbal.io.importers.columns import file_data
+from twbal.io.importers.nested import columns_of
 
 ENDINGS = (".jsonl", ".ndjson")
 
@@ -25,4 +26,4 @@ def content(path: Path) -> Mapping[str, Any]:
         if not isinstance(row, dict) or (rows and row.keys() != rows[0].keys()):
             raise LogError(f"Line {number} of {path} is no object with the names of the first line.")
         rows.append(row)
-    return {name: [row[name] for row in rows] for name in (rows[0] if rows else ())}
+    return columns_of(rows)
