@@ -223,6 +223,9 @@ def test_what_an_earlier_call_imported_is_said(run, log, tmp_path):
     _, again, _ = run("import-log", f"files={renamed}", ROBOT, "import.skip=0.01", out="again")
     assert f"{renamed} has been imported before, into " in again
     assert "first" in again.split("imported before, into ")[1].splitlines()[0]
+    _, third, _ = run("import-log", f"files={log}", ROBOT, out="third")
+    assert third.count("has been imported before") == 1
+    assert "again and 1 other folder: give later stages one of them" in third
     _, part, _ = run("import-log", f"files={cut}", ROBOT, out="part")
     assert "cut has 300 of its 300 rows in common with " in part
     other = tmp_path / "other.csv"
@@ -246,6 +249,14 @@ def test_a_doubt_comes_with_a_picture(run, tmp_path, drawn):
     assert pictures
     with Image.open(pictures[0]) as picture:
         assert np.asarray(picture.convert("L")).std() > 5  # something is drawn
+
+
+def test_what_was_not_measured_is_said_with_how_well_it_is_known(run, log):
+    left_out = [f"import.quantities.{name}=null" for name in ("wheel_angle", "yaw_rate", "tilt_rate")]
+    code, said, error = run("import-log", f"files={log}", ROBOT, *left_out)
+    assert code == 0, error
+    assert "tilt_rate (to ±" in said and "wheel_angle (the sum of its rate)" in said and "yaw_rate (taken as 0)" in said
+    assert "inf" not in said
 
 
 def test_where_no_file_can_be_imported_nothing_is_made(run, tmp_path):

@@ -21,16 +21,17 @@ def imported_before(manifest: Manifest, out: Path) -> Iterator[str]:
         out: its run folder.
     """
     others = _others(out)
+    before = [(folder, {record.sha256 for record in other.inputs.get("files", ())}) for folder, other in others]
     known = set()
-    for folder, other in others:
-        before = {record.sha256: record.path for record in other.inputs.get("files", ())}
-        for record in manifest.inputs.get("files", ()):
-            if record.sha256 in before:
-                known.add(Path(record.path).stem)
-                yield (
-                    f"{record.path} has been imported before, into {folder}: give later stages one of the two folders, "
-                    "as recordings that count twice make a diagnosis too certain"
-                )
+    for record in manifest.inputs.get("files", ()):
+        if folders := [folder for folder, hashes in before if record.sha256 in hashes]:
+            known.add(Path(record.path).stem)
+            more = len(folders) - 1
+            and_others = f" and {more} other folder{'s' if more > 1 else ''}" if more else ""
+            yield (
+                f"{record.path} has been imported before, into {folders[0]}{and_others}: give later stages one of them "
+                "or this one, as recordings that count twice make a diagnosis too certain"
+            )
     mine = {
         name: episode
         for name, episode in _episodes(out, manifest)

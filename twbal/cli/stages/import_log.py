@@ -7,6 +7,7 @@ from functools import partial
 from pathlib import Path, PurePosixPath
 from typing import NamedTuple
 
+from hydra.core.hydra_config import HydraConfig
 from hydra.utils import instantiate
 from omegaconf import DictConfig, OmegaConf
 
@@ -88,7 +89,8 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
 def _mapping(cfg: DictConfig) -> Mapping:
     open_ones = sorted(OmegaConf.missing_keys(cfg))
     if open_ones:
-        raise ConfigError(f"The mapping has ??? for {', '.join(open_ones)}: fill these in, or write null.")
+        chosen = f" import={HydraConfig.get().runtime.choices['import']}" if HydraConfig.initialized() else ""
+        raise ConfigError(f"The mapping{chosen} has ??? for {', '.join(open_ones)}: fill these in, or write null.")
     if "_target_" not in cfg:
         raise ConfigError(
             "The mapping lacks its first entry. Add `_target_: twbal.io.importers.mapping.mapping`, or have one "

@@ -245,7 +245,11 @@ def record(
 
 def _heading_course(course: Course, plant: SerialPlant) -> HeadingCourse | None:
     """Where the heading is to go; None where nothing can control it, which is said."""
-    if course.heading is None or not (why := why_not_turned(plant)):
+    if course.heading is None:
+        if course.turns:
+            say("course.control_heading=false: the turns of the course are left out")
+        return None
+    if not (why := why_not_turned(plant)):
         return course.heading
     left_out = "the turns of the course are left out" if course.turns else "nothing controls its heading"
     say(f"the robot {plant.robot_name} cannot be turned: {why}; {left_out}")

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
+from math import isfinite
 from pathlib import Path
 from typing import NamedTuple
 
@@ -100,7 +101,7 @@ def import_file(path: Path, mapping: LogMapping, wanted: Wanted, provenance: Pro
         )
     if mapping.skip:
         notes.append(f"the first {mapping.skip:g} s of each recording are left out")
-    worked_out = dict.fromkeys(f"{e.channel} (to ±{e.sd:.2g})" for episode in episodes for e in episode.estimated)
+    worked_out = dict.fromkeys(f"{e.channel} ({_accuracy(e)})" for episode in episodes for e in episode.estimated)
     if worked_out:
         notes.append(f"not measured, and worked out: {', '.join(worked_out)}")
     looked_at = _part(max(parts, key=lambda part: len(part["time"])), period.of(1, wanted.period), mapping, wanted)
@@ -110,6 +111,13 @@ def import_file(path: Path, mapping: LogMapping, wanted: Wanted, provenance: Pro
     untold = tuple(doubt.sentence for doubt in found if doubt.kind is Kind.UNTOLD)
     doubted = tuple(doubt for doubt in found if doubt.kind is not Kind.UNTOLD)
     return Imported(tuple(episodes), tuple(notes), doubted, untold)
+
+
+def _accuracy(of: Estimated) -> str:
+    """How well what was not measured is known."""
+    if isfinite(of.sd):
+        return f"to ±{of.sd:.2g}"
+    return "the sum of its rate" if of.channel == "wheel_angle" else "taken as 0"
 
 
 def _part(signals: Mapping[str, Array], period: float, mapping: LogMapping, wanted: Wanted) -> LogPart:
