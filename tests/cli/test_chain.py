@@ -188,7 +188,7 @@ def test_the_simulation_says_how_often_the_robot_fell_and_when(tmp_path, capsys)
 
 def test_other_settings_do_not_touch_a_run_folder(chain, capsys):
     before = output_hashes(chain / "sim")
-    assert "other settings (now new: rollouts: 5)" in fails(
+    assert "other settings (now new: rollouts=5)" in fails(
         capsys, "sim-collect", chain / "sim", "rollouts=5", "steps=12"
     )
     assert output_hashes(chain / "sim") == before

@@ -7,6 +7,7 @@ from hydra import compose
 from twbal.algorithm.distribution_file import save_distribution
 from twbal.cli.composition import composing
 from twbal.cli.known_robot import known_robot
+from twbal.cli.main import main
 from twbal.core.errors import CheckpointError, ConfigError
 from twbal.planar.robot_distribution import prior_of
 
@@ -41,3 +42,10 @@ def test_a_file_that_is_not_there_or_of_another_robot_is_refused(paper, tmp_path
     save_distribution(tmp_path / "robot_distribution.pt", prior_of(paper))
     with pytest.raises(ConfigError, match="is one of robot 'paper'"):
         told(f"known={tmp_path}", "robot=regbot")
+
+
+def test_iterate_says_nothing_of_going_on_where_it_cannot_begin(tmp_path, capsys):
+    assert main(["iterate", "known=nowhere", f"hydra.run.dir={tmp_path / 'run'}"]) == 1
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert "nowhere cannot be used" in said.err

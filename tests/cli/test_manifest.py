@@ -86,8 +86,8 @@ def test_results_that_are_not_whole_are_made_anew(step, harm):
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"settings": "factor: 2\n"}, "other settings (now new: factor: 2)"),
-        ({"settings": "a:\n  limit: 0.8\nb:\n  limit: 0.8\n"}, "(now new: a:, limit: 0.8, b:)"),
+        ({"settings": "factor: 2\n"}, "other settings (now new: factor=2)"),
+        ({"settings": "a:\n  limit: 0.8\nb:\n  limit: 0.8\n"}, "(now new: a.limit=0.8, b.limit=0.8)"),
         ({"seed": 8}, "seed 7"),
         ({"stage": "sum"}, "stage count"),
         ({"inputs": {"data": []}}, "other inputs"),

@@ -10,7 +10,10 @@ from functools import cache
 from importlib import metadata
 from pathlib import Path
 
+import yaml
+
 from twbal import __version__
+from twbal.cli.settings.nested import flattened
 from twbal.core.errors import ConfigError, DataError
 from twbal.core.files import alone_in, file_hash
 from twbal.core.json_records import read_record, write_record
@@ -212,6 +215,15 @@ def _outputs_are_whole(folder: Path, manifest: Manifest) -> bool:
     )
 
 
+def _told(settings: str) -> list[str]:
+    """Settings as they are given on a command line, by their dotted keys."""
+    tree = yaml.load(settings, yaml.BaseLoader)  # all values as text
+    if not isinstance(tree, Mapping):
+        return []
+    values = {key: f"[{','.join(map(str, v))}]" if isinstance(v, list) else v for key, v in flattened(tree)}
+    return [f"{key}={value}" for key, value in values.items()]
+
+
 def _other_work(step: Step, inputs: Mapping[str, tuple[FileRecord, ...]], before: Manifest) -> str:
     """Why `before` is not a manifest of `step`."""
     if before.stage != step.stage:
@@ -219,11 +231,8 @@ def _other_work(step: Step, inputs: Mapping[str, tuple[FileRecord, ...]], before
     elif before.seed != step.seed:
         what = f"seed {before.seed}"
     elif before.settings != step.settings:
-        old, new = before.settings.splitlines(), step.settings.splitlines()
-        changed = [line.strip() for line in new if line not in old] + [f"seed: {step.seed}"] * (
-            before.seed != step.seed
-        )
-        changed = list(dict.fromkeys(changed))  # what several parts take is told once
+        old, new = set(_told(before.settings)), _told(step.settings)
+        changed = [setting for setting in new if setting not in old]
         what = f"other settings (now new: {', '.join(changed[:3]) or 'some are gone'})"
     elif inputs != before.inputs:
         what = "other inputs"

@@ -232,3 +232,9 @@ def test_damaged_files_are_read_or_refused_and_never_crash(log):
         except LogError:
             continue
         assert read.values.shape == (len(read.lines), 3)
+
+
+def test_a_header_that_comes_again_is_said_to_be_one(log):
+    path = log(text(ROWS[:20]) + text(ROWS[20:]))
+    with pytest.raises(LogError, match=r"Line 22 of .* is its header again: expected is one recording a file"):
+        read_text(path, WANTED)

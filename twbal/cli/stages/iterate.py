@@ -54,6 +54,7 @@ def main(cfg: DictConfig) -> float | None:
     """
     out, hydra, flags = run_folder(), HydraConfig.get(), configuration_flags()
     words = [word for word in hydra.overrides.task if not word.startswith("hydra.")]
+    known_robot(cfg)  # what cannot be used is refused before any word of going on
     print(f"After an interruption, this goes on where it was: {_again(flags, words, out)}\n", flush=True)
     run(cfg, out, hydra.runtime.choices, flags)
     summary = read_summary(out / SUMMARY)

@@ -301,5 +301,10 @@ def _complaint(path: Path, texts: pandas.DataFrame, layout: Layout, where: list[
             field = str(texts[k].iloc[row])
             hint = "hexadecimal; leave that column out of the mapping" if field[:2].lower() == "0x" else "no number"
             name = f" ({layout.names[k]})" if k < len(layout.names) else ""
+            if k < len(layout.names) and field == layout.names[k]:
+                return LogError(
+                    f"Line {rows[row] + 1} of {path} is its header again: expected is one recording a file. Cut the "
+                    "file there."
+                )
             return LogError(f"Line {rows[row] + 1} of {path} has {field[:40]!r} in column {k + 1}{name}: {hint}.")
     return LogError(f"{path} has a field that is no number.")
