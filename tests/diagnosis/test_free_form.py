@@ -9,6 +9,7 @@ from hydra.utils import instantiate
 from synthetic_recordings import synthetic_recording
 
 from twbal.cli.composition import composing
+from twbal.core.robot_parameters import GRAVITY
 from twbal.diagnosis.candidates import always_free
 from twbal.diagnosis.free_form import FreeFormInputs, free_forms
 from twbal.diagnosis.free_form_candidates import CANDIDATES, JOINT, OUTSIDE, TILT, courses
@@ -60,7 +61,7 @@ def test_a_force_leaves_what_a_slope_explains(plain):
     """The errors that a force leaves go where a model has it: what the model adds is what the robot lacks."""
     data, model = plain
     angle = 1e-3
-    weight = constants(model.twin, data.period).weight
+    weight = GRAVITY * constants(model.twin, data.period).mass
     found = responses(at(plain), OUTSIDE, np.ones((len(data.recordings[0]), 1)))[:, :, 0]
     agree(weight * angle * found, change(plain, ground_slope_angle=angle))
 

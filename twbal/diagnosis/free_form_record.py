@@ -41,13 +41,15 @@ class FreeForm(NamedTuple):
 
     @property
     def text(self) -> str:
-        """As a sentence: what depends on what, how much that explains, and its shape."""
+        """As sentences: what depends on what, how much that explains, its size and its shape."""
         place = f" in place of {', '.join(self.in_place_of).replace('_', ' ')}" if self.in_place_of else ""
         alike = f" ({', or '.join(self.alike)}, does about as well)" if self.alike else ""
         return (
             f"What remains goes with one variable: an added {self.quantity} that depends on the {self.variable}{place}"
             f" takes away {self.share:.0%} of the mean square error of predictions over 0.15 s on held-out data{alike}."
-            f" The figure has the curve, whose form may tell what it is: {self.shape}."
+            f" It lies between {min(self.mean):.2g} and {max(self.mean):.2g} {self.unit} for a {self.variable} from"
+            f" {self.grid[0]:.2g} to {self.grid[-1]:.2g} {self.variable_unit}. The figure has the curve, whose form may"
+            f" tell what it is: {self.shape}."
         )
 
 
