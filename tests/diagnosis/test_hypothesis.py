@@ -13,13 +13,13 @@ from twbal.cli.conf_folder import conf_folder
 from twbal.diagnosis.candidates import LOWEST, always_free
 from twbal.diagnosis.data_sheet import DATA_SHEET, WHEELS
 from twbal.diagnosis.effect_candidates import candidates_for
-from twbal.diagnosis.hypothesis import FittedHypothesis, fit_hypothesis
+from twbal.diagnosis.hypothesis import FittedHypothesis, fit_hypothesis, is_at_bound
 from twbal.diagnosis.name import first_noise
 from twbal.diagnosis.settings import Tolerances
 from twbal.planar.actuation import equivalent_gain
 from twbal.planar.parameters import twin_parameters
 from twbal.sysid.fit import Fit
-from twbal.sysid.model import Data, Model
+from twbal.sysid.model import Data, Free, Model
 
 PRESETS = [str(name) for name in OmegaConf.load(conf_folder() / "groups" / "diagnosis.yaml")]
 TOLERANCES = Tolerances(0.15, 0.15, 0.0003, 0.00025, 0.0)
@@ -74,3 +74,9 @@ def test_a_saturation_that_nearly_all_commands_exceed_is_no_value(paper, start, 
     assert found.overriding == ("torque_saturation",) * is_stuck
     if is_stuck:
         assert "torque_saturation.limit" in [free.name for free in found.at_bound]
+
+
+@pytest.mark.parametrize(("value", "reached"), [(0.0105, True), (0.05, False), (0.15, False), (19.9, True)])
+def test_a_limit_near_a_low_bound_is_there_only_where_the_bound_itself_is_near(value, reached):
+    free = Free("torque_saturation_limit", 0.01, 20.0, 5.0, 1.0, 1e-6)
+    assert is_at_bound(free, value) == reached

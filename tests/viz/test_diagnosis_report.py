@@ -126,9 +126,10 @@ def test_the_page_and_the_json_have_the_curve_of_what_remains_and_what_it_looks_
     )  # fmt: skip
     unknown = replace(NAMED, verdict=Verdict.UNKNOWN, free_form=(curve,))
     html = page(tmp_path, unknown, replace(PICTURES, free_form=svg(free_form_figure(curve))))
-    for said in ("over one variable", "in place of rolling viscous", "between -5 and 5 N for a speed from -1 to 1 m/s"):
+    for said in ("over one variable", "in place of rolling viscous", "it falls throughout"):
         assert said in html
     assert "over one variable" not in page(tmp_path, NAMED)
+    assert "It lies between -5 and 5 N for a speed from -1 to 1 m/s." in curve.text
     write_diagnosis(tmp_path / "diagnosis.json", unknown)
     (kept,) = json.loads((tmp_path / "diagnosis.json").read_text())["free_form"]
     assert kept["mean"] == [5.0, 0.0, -5.0]

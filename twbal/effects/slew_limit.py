@@ -44,7 +44,7 @@ class SlewLimit(ActuatorEffect):
     rate: float = parameter(
         "fastest change of the summed torque",
         "N·m/s",
-        (10.0, 2000.0),
+        (0.2, 2000.0),
         start=200.0,
         value=200.0,
         neutral=UNBOUNDED,

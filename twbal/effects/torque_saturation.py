@@ -15,7 +15,7 @@ class TorqueSaturation(DriverEffect):
     """
 
     limit: float = parameter(
-        "largest summed torque", "N·m", (0.2, 20.0), start=8.0, value=8.0, neutral=UNBOUNDED, scale=Scale.TORQUE
+        "largest summed torque", "N·m", (0.01, 20.0), start=8.0, value=8.0, neutral=UNBOUNDED, scale=Scale.TORQUE
     )
     place = Place.DRIVER
     reference = (
