@@ -20,7 +20,20 @@ from twbal.sysid.recording import Recording
 
 _SIZES = (0.001, 0.1, 0.4, 1.0, 1.7, 3.0, -0.001, -0.3, -1.0)
 """Sizes at which a candidate is tried, as shares of the way from none to its start value."""
-_LIMITS = (0.98, 0.7, 0.5, 0.35, 0.25, 0.17, 0.1, 0.05, 0.03, 0.015, 0.005, 0.0015)  # of the highest value, at which a limit is tried
+_LIMITS = (
+    0.98,
+    0.7,
+    0.5,
+    0.35,
+    0.25,
+    0.17,
+    0.1,
+    0.05,
+    0.03,
+    0.015,
+    0.005,
+    0.0015,
+)  # of the highest value, at which a limit is tried
 _FAR = 30.0  # penalty of the data sheet's shifts from which on it is tried to put it back
 _SMALL = 0.01  # sizes up to this one predict, larger ones are too far off for a parabola
 _ITERATIONS = 3
