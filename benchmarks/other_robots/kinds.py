@@ -1,7 +1,7 @@
 """What can be hidden: its size at severity 1, how its values are drawn, and what it changes of a robot.
 
 Names and values are those of docs/effects.md, for which they are its defaults, in units of the robot; forms are those
-of `mechanics` and `drive`. What has no name there is foreign.
+of `mechanics` and `drive`. Some are foreign: the library has them not, or did not when the sets were designed.
 """
 
 from collections.abc import Callable, Mapping
@@ -167,7 +167,9 @@ FOREIGN: dict[str, Kind] = {
         own={"own_frequency": between(3.0, 8.0)},
     ),
     "slew_limit": Kind({"rate": 0.0}, machine=lambda v: {"slew": v["rate"]}, neutral=inf, met=0.2),
-    "friction_feedforward": Kind({"torque": 0.3}, "torque", lambda v: {"compensation": v["torque"]}),
+    "friction_feedforward": Kind(
+        {"torque": 0.3}, "torque", lambda v: {"compensation": v["torque"]}, unfit=("torque",)
+    ),  # added before the driver's gain
     "command_loss": Kind({"share": 0.25}),
     "gyro_bias_walk": Kind({"walk": 0.03}),
 }

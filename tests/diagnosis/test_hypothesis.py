@@ -76,7 +76,17 @@ def test_a_saturation_that_nearly_all_commands_exceed_is_no_value(paper, start, 
         assert "torque_saturation.limit" in [free.name for free in found.at_bound]
 
 
-@pytest.mark.parametrize(("value", "reached"), [(0.0105, True), (0.05, False), (0.15, False), (19.9, True)])
+@pytest.mark.parametrize(("value", "reached"), [(0.0105, True), (0.05, False), (0.15, False), (20.0, False)])
 def test_a_limit_near_a_low_bound_is_there_only_where_the_bound_itself_is_near(value, reached):
-    free = Free("torque_saturation_limit", 0.01, 20.0, 5.0, 1.0, 1e-6)
+    free = Free("torque_saturation_limit", 0.01, 20.0, 20.0, np.inf, 1e-6)
     assert is_at_bound(free, value) == reached
+
+
+def test_a_candidate_that_is_taken_away_leaves_nothing_behind(paper):
+    """A limit at the upper end of its range is no such thing: a slew limit still takes 2 ms for a step of 4 N·m."""
+    data = Data([synthetic_recording(paper, {}, seed=2, periods=200)], 10)
+    model = Model(twin_parameters(paper, {}), 0.0, first_noise(paper, np.ones(4, bool)))
+    kalman = data.filter(model)
+    plain = data.white(model, kalman)
+    for candidate in candidates_for(paper):
+        np.testing.assert_array_equal(data.white(model.put(candidate.none), kalman), plain, candidate.name)

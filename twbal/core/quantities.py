@@ -9,8 +9,9 @@ from enum import IntEnum
 class Quantity(IntEnum):
     """A number of a robot; in lower case, its name in `RobotParameters`, `Drive` or `Ground`.
 
-    The physics engine alone has body_inertia_roll, body_inertia_yaw and wheel_inertia (of the wheels' links). The
-    planar model alone has the last eight, in their place and in that of code that effects have for the engine.
+    The physics engine alone has body_inertia_roll, body_inertia_yaw, wheel_inertia (of the wheels' links) and
+    imbalance. The planar model alone has those from turn_inertia to slew_rate, in their place and in that of code that
+    effects have for the engine.
     """
 
     BODY_MASS = 0
@@ -47,6 +48,8 @@ class Quantity(IntEnum):
     """By which the sum of the gyro in that filter runs ahead of the tilt [s]."""
     SLEW_RATE = 25
     """Fastest change of the torque that the driver asks of both motors together [N·m/s]."""
+    IMBALANCE = 26
+    """By which the right motor is stronger than the mean of both."""
 
 
 class Change(IntEnum):

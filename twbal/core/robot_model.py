@@ -121,7 +121,7 @@ class Joint(Protocol):
 
 @dataclass(frozen=True)
 class Drive:
-    """Friction of each wheel's joint, which acts between wheel and body.
+    """What lies between motors and wheels, friction of each wheel's joint above all.
 
     Attributes:
         coulomb_friction: torque that opposes turning, or holds the wheel to the body [N·m].
@@ -130,6 +130,7 @@ class Drive:
         stribeck_rate: [rad/s].
         gap: play between rotor and wheel, full width [rad]; the rotors then turn by themselves.
         rotor_share: share of the wheels' inertia that lies on the motors' side of that play.
+        imbalance: share by which the right motor is stronger than the mean of both.
     """
 
     coulomb_friction: float = 0.0
@@ -138,6 +139,7 @@ class Drive:
     stribeck_rate: float = 1.0
     gap: float = 0.0
     rotor_share: float = 0.5
+    imbalance: float = 0.0
 
     def dry_friction(self, rate: float) -> float:
         """Largest dry friction of each joint [N·m] at a rate relative to the body [rad/s]."""

@@ -2,6 +2,7 @@
 
 from typing import NamedTuple
 
+from twbal.core.robot_model import UNBOUNDED
 from twbal.diagnosis.data_sheet import DATA_SHEET, WHEELS
 from twbal.diagnosis.settings import Tolerances
 from twbal.planar.parameters import TwinParameters
@@ -24,7 +25,7 @@ class Parameter(NamedTuple):
         low: lower bound.
         high: upper bound.
         start: where its gradient is not zero.
-        none: where it does nothing, within the bounds.
+        none: where it does nothing, or next to nothing, within the bounds.
     """
 
     name: str
@@ -68,7 +69,7 @@ class Candidate(NamedTuple):
 
     @property
     def is_wave(self) -> bool:
-        """Whether it has a phase."""
+        """Whether it has a phase; without a `counter` its period is a turn of the wheels, and a force from outside."""
         return any(p.name == _PHASE for p in self.parameters)
 
     @property
@@ -88,8 +89,8 @@ class Candidate(NamedTuple):
 
     @property
     def none(self) -> dict[str, float]:
-        """Values with which it does nothing, by field."""
-        return {self.field(p): p.none for p in self.parameters}
+        """Values with which it does nothing at all, by field: of a limit none that its range has."""
+        return {self.field(p): UNBOUNDED if p.is_limit else p.none for p in self.parameters}
 
     @property
     def frees(self) -> tuple[Free, ...]:

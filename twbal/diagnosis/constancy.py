@@ -1,8 +1,8 @@
 """Whether a named effect is of one size wherever it acts.
 
 An effect of the wrong form is fitted to a mean: it would have to be larger in one part of the data and smaller in the
-other. A drag that grows with the square of the speed closes the gap as a viscous one, which would have to be twice as
-large where the robot is fast.
+other. A friction that grows with the cube of the rate closes the gap as a viscous one, which would have to be larger
+where the wheels are fast.
 """
 
 from collections.abc import Mapping
@@ -50,7 +50,7 @@ def inconstant_effects(data: Data, hypothesis: FittedHypothesis, most: float) ->
     for candidate in hypothesis.effects:
         size = candidate.parameters[0]
         column = fields.index(candidate.field(size))
-        value = model.value(fields[column]) - size.none
+        value = size.size(model.value(fields[column]))
         if value == 0.0:
             continue
         for axis, values in axes.items():

@@ -116,7 +116,7 @@ def error_noise(kalman: Filter) -> Array:
 
 
 def _trajectory(radius: float, lead: float, recording: Recording, states: Array) -> Trajectory:
-    """The motion in the predictor's states (T + 1, 10), of wheels of a radius [m]; its angles run ahead by a time."""
+    """The motion in the predictor's states (T + 1, 11), of wheels of a radius [m]; its angles run ahead by a time."""
     tilt, wheel, tilt_rate, wheel_speed, torque, rotor, _, slip, position, *_ = states.T
     return Trajectory(
         tilt=tilt - lead * tilt_rate,

@@ -22,8 +22,8 @@ _FRICTIONS = (
     *("coulomb_friction", "viscous_friction", "stribeck_friction", "friction_feedforward"),
     *("rolling_resistance", "rolling_viscous"),
 )
-_OF_COMMAND = ("dead_zone", "torque_saturation")
-_OF_PLACE = ("cable_spring", "ground_waves")
+_OF_COMMAND = ("dead_zone", "torque_saturation", "friction_compensation")
+_OF_PLACE = ("cable_spring", "ground_waves", "eccentric_wheel")
 _OF_TIME = ("periodic_disturbance", "battery_sag")
 
 
@@ -59,7 +59,7 @@ class FreeFormCandidate(NamedTuple):
 
 CANDIDATES = (
     FreeFormCandidate(JOINT, "wheel rate", "rad/s", _FRICTIONS),
-    FreeFormCandidate(JOINT, "wheel angle", "rad", ("cogging",), is_periodic=True),
+    FreeFormCandidate(JOINT, "wheel angle", "rad", ("cogging", "eccentric_wheel"), is_periodic=True),
     FreeFormCandidate(JOINT, "tilt", "rad"),
     FreeFormCandidate(JOINT, "tilt rate", "rad/s"),
     FreeFormCandidate(JOINT, "command", "N·m", _OF_COMMAND, is_beside_line=True),

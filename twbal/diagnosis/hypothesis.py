@@ -18,7 +18,7 @@ _ITERATIONS, _NOISE_ITERATIONS = 4, 12
 FULL_ROUNDS = 6  # of values and noise in turn, in the fit of a candidate
 _CLOSE, _NEAR = 0.5, 50.0  # share of the best gain, and -2 log likelihood, within which the noise is fitted, too
 _AT_BOUND = 0.01  # share of its range from a bound at which a parameter has run to it
-_OF_BOUND = 0.1  # of a bound, within which it counts as reached; 0 has none
+_OF_BOUND = 0.1  # of a limit's low bound, within which it has run there
 _LEAST_INFLUENCE = 0.1  # equivalent gain of the driver below which its nonlinearity takes the place of the commands
 _WAVES = 200.0  # frequencies or counts among which a wave is looked for: the best of many is good by chance
 ALIKE = 0.2  # difference in -2 log likelihood below which sets fit equally well
@@ -94,12 +94,12 @@ class FittedHypothesis(NamedTuple):
 def is_at_bound(free: Free, value: float) -> bool:
     """Whether a free value ran to a bound; the mean of its prior is none, and a phase has none.
 
-    Limits have ranges over decades: near a low bound, the bound itself says how near is there.
+    Limits have ranges over decades: how near their low bound is, that bound says.
     """
-    whole = _AT_BOUND * (free.high - free.low)
+    is_limit = free.mean == free.high
+    margin = _OF_BOUND * free.low if is_limit else _AT_BOUND * (free.high - free.low)
     ends = [end for end in (free.low, free.high) if end != free.mean]
-    margins = [min(whole, _OF_BOUND * abs(end)) if end else whole for end in ends]
-    return not free.is_periodic and any(abs(value - end) < m for end, m in zip(ends, margins, strict=True))
+    return not free.is_periodic and any(abs(value - end) < margin for end in ends)
 
 
 class Round(NamedTuple):

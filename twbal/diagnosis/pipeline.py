@@ -22,6 +22,8 @@ from twbal.diagnosis.gap import Models, Stretches, measure_gaps, rollout_error
 from twbal.diagnosis.graded import contradicted, remaining_of, with_shares
 from twbal.diagnosis.inputs import DataSettings, Named, Simulated
 from twbal.diagnosis.model_comparison import ModelComparison, is_open
+from twbal.diagnosis.motor_difference import motor_difference
+from twbal.diagnosis.motor_difference_record import UNEQUAL
 from twbal.diagnosis.name import name_effects
 from twbal.diagnosis.next_experiment import next_experiment
 from twbal.diagnosis.record import Diagnosis, Verdict, headline
@@ -123,6 +125,11 @@ def diagnose_episodes(
         advice = (*diagnosis.advice, *on_next_experiment(suggested, found.comparison, diagnosis.effects))
         diagnosis = replace(diagnosis, next_experiment=suggested, no_safe_experiment=suggested is None, advice=advice)
     corrected = replace(acting, robot=robot, effects={**present, **found.named.effects})
+    if found.comparison is not None and UNEQUAL not in present:
+        twin = found.comparison.chosen.fit.model.twin
+        if uneven := motor_difference([*measured.episodes, *tests.episodes], robot, twin, data.max_tilt):
+            diagnosis = replace(diagnosis, motor_difference=uneven, advice=(*diagnosis.advice, uneven.text))
+            corrected = replace(corrected, effects={**corrected.effects, **uneven.effects})
     return DiagnosisResult(diagnosis, found, split, corrected)
 
 

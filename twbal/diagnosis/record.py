@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from twbal.diagnosis.follow_up import Disagreement, NextExperiment
 from twbal.diagnosis.free_form_record import FreeForm
+from twbal.diagnosis.motor_difference_record import MotorDifference
 
 HEADLINE = (("tilt", "wheel_angle"), 0.15)
 """Channel (the first that was measured) and horizon [s] of the gap that stands for all: longer rollouts of this
@@ -257,6 +258,7 @@ class Diagnosis:
         no_safe_experiment: whether none is offered because the robot might fall in each of those weighed.
         disagreements: recordings that disagree with the others, the surest first.
         free_form: functions of one variable that explain a part of what remains; drawn, and not named.
+        motor_difference: by how much one motor is stronger than the other; None where the yaw rate does not show it.
     """
 
     verdict: Verdict
@@ -276,6 +278,7 @@ class Diagnosis:
     no_safe_experiment: bool = False
     disagreements: tuple[Disagreement, ...] = ()
     free_form: tuple[FreeForm, ...] = ()
+    motor_difference: MotorDifference | None = None
 
     @property
     def named_effects(self) -> tuple[ProbableEffect, ...]:

@@ -21,19 +21,10 @@ from twbal.sysid.recording import Recording
 _SIZES = (0.001, 0.1, 0.4, 1.0, 1.7, 3.0, -0.001, -0.3, -1.0)
 """Sizes at which a candidate is tried, as shares of the way from none to its start value."""
 _LIMITS = (
-    0.98,
-    0.7,
-    0.5,
-    0.35,
-    0.25,
-    0.17,
-    0.1,
-    0.05,
-    0.03,
-    0.015,
-    0.005,
-    0.0015,
-)  # of the highest value, at which a limit is tried
+    *(0.98, 0.7, 0.5, 0.35, 0.25, 0.17, 0.1),
+    *(0.05, 0.03, 0.015, 0.005, 0.0015, 0.0005, 0.00015),
+)
+"""Shares of the highest value at which a limit is tried."""
 _FAR = 30.0  # penalty of the data sheet's shifts from which on it is tried to put it back
 _SMALL = 0.01  # sizes up to this one predict, larger ones are too far off for a parabola
 _ITERATIONS = 3
@@ -110,7 +101,7 @@ def _predict(data: Data, fit: Fit, J: Array, candidate: Candidate) -> ScoredCand
     data sheet put back, where the lack of the candidate has pulled it far away.
     """
     start = _values(candidate, "start") | _tone(data, fit, candidate)
-    none, low, high = candidate.none, _values(candidate, "low"), _values(candidate, "high")
+    none, low, high = (_values(candidate, which) for which in ("none", "low", "high"))
     if candidate.is_wave:  # of a wave, only the size is tried at several values
         none = {f: value if i else none[f] for i, (f, value) in enumerate(start.items())}
     kept = [i for i, free in enumerate(fit.frees) if free.field not in start]

@@ -19,6 +19,7 @@ from typing import Any, TypeVar, cast
 
 import twbal.effects
 from twbal.core.errors import ConfigError
+from twbal.core.quantities import Quantity
 from twbal.effects.effect import AxleTerm, Effect, JointTerm, SensorTerm, TorqueTerm
 from twbal.effects.parameter import parameters_of
 
@@ -71,7 +72,15 @@ def effect_name(effect: Effect | type[Effect]) -> str:
 
 def is_planar(kind: type[Effect]) -> bool:
     """Whether the planar model has an effect: by a term, or as quantities that its parameters change."""
-    return issubclass(kind, _TERMS) or any(parameter.changes for parameter in parameters_of(kind).values())
+    changed = {quantity for parameter in parameters_of(kind).values() for quantity, _ in parameter.changes}
+    return issubclass(kind, _TERMS) or bool(changed - {Quantity.IMBALANCE})
+
+
+def turns_alone(name: str) -> bool:
+    """Whether an effect does nothing to a robot but turn it: the planar model passes it over."""
+    kind = all_effects().get(name)
+    changes = kind is not None and any(parameter.changes for parameter in parameters_of(kind).values())
+    return kind is not None and changes and not is_planar(kind)
 
 
 def values_of(effects: Iterable[Effect]) -> dict[str, dict[str, float]]:

@@ -16,7 +16,7 @@ class TwinState(NamedTuple):
         rotor_speed: [rad/s].
         slip: speed of the axle beyond r φ̇ [m/s]; 0 where the wheels roll.
         position: of the axle since the rollout began [m].
-        asked: torque to which the driver has come, of both motors together [N·m]; 0 without a slew limit.
+        asked: torque to which the driver has come, of both motors together [N·m]; of no meaning without a slew limit.
     """
 
     tilt: float

@@ -40,6 +40,7 @@ class BulletRobot:
 
     def __init__(self, client: Client, robot: RobotParameters, machine: Machine) -> None:
         self._client, self._robot, self._drive = client, robot, machine.drive
+        self._shares = [0.5 * (1.0 + side * machine.drive.imbalance) for side in _SIDES]  # of the motors' torque
         height, offset = robot.com_height, robot.com_offset
         self._arm = height * sin(offset), height * cos(offset)  # axle to centre of mass, in the body's x and z [m]
         self._id = client.load(urdf_text(robot), {}, pybullet.URDF_USE_INERTIA_FROM_FILE)
@@ -107,8 +108,8 @@ class BulletRobot:
             )
 
     def drive(self, torque: float) -> None:
-        """Give the joints half of a torque each for the next physics step [N·m]."""
-        self._control(forces=[0.5 * torque] * 2)
+        """Give the joints their shares of a torque for the next physics step [N·m]."""
+        self._control(forces=[share * torque for share in self._shares])
 
     def turn_body(self, torque: float) -> None:
         """Turn the body about the axle from outside for the next physics step [N·m], positive forward."""

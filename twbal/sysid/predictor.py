@@ -2,7 +2,8 @@
 
 At each control instant the measurement corrects the predicted state by a gain that depends on the instant's number
 alone (`noise`), and the twin carries the corrected state to the next instant with all its effects: past commands for a
-delay, the torques of a lag and of a slew limit, the rotor of a backlash, the IMU's past. A correction moves the past of a late IMU along.
+delay, the torques of a lag and of a slew limit, the rotor of a backlash, the IMU's past. A correction moves the past of
+a late IMU along.
 """
 
 from typing import NamedTuple

@@ -226,14 +226,36 @@ def test_the_unit_of_a_gyro_goes_by_the_changes_of_the_tilt(factor, unit, degree
     gyro = factor * (size * np.pi / 180 if degrees else 1) * (COLUMN["rate"] + noise + 0.01)
     mapping, found = looked_at(time=COLUMN["t"], tilt=size * COLUMN["tilt"], gyro_y=gyro, torque=COLUMN["u"])
     assert mapping["quantities"]["tilt_rate"] == {"from": "gyro_y", "unit": unit}
-    assert "unit by the changes of tilt" in found.mapping
-    assert "tilt_rate" not in found.unknown_units
+    is_told = degrees or unit != "rad/s"  # else both may be in degrees
+    assert ("unit by the changes of tilt" in found.mapping) == is_told
+    assert ("tilt_rate" not in found.unknown_units) == is_told
 
 
 def test_a_gyro_that_is_no_rate_of_the_tilt_has_no_known_unit(looked_at):
     gyro = np.random.default_rng(4).standard_normal(len(ROWS))
     _, found = looked_at(time=COLUMN["t"], tilt=COLUMN["tilt"], gyro_y=gyro, torque=COLUMN["u"])
     assert "tilt_rate" in found.unknown_units
+
+
+def test_a_gyro_beside_a_tilt_that_may_be_in_degrees_has_no_known_unit(looked_at):
+    tilt, gyro = 40 * COLUMN["tilt"], 40 * COLUMN["rate"]  # degrees, of a robot that hardly moves
+    _, found = looked_at(time=COLUMN["t"], tilt=tilt, gyro_y=gyro, torque=COLUMN["u"])
+    assert {"tilt", "tilt_rate"} <= set(found.unknown_units)
+
+
+@pytest.mark.parametrize("radius", [0.03, 0.05, 0.08, 0.1, 0.12, 0.15, 0.2])
+@pytest.mark.parametrize("per_metre", [1.0, 100.0, 1000.0])
+def test_a_speed_of_the_wheels_way_is_no_rate(radius, per_metre, looked_at):
+    turned = np.rad2deg(COLUMN["wheel"])
+    speeds = dict.fromkeys(("speed_l", "speed_r"), per_metre * radius * COLUMN["wheel_rate"])
+    mapping, _ = looked_at(time=COLUMN["t"], tilt=COLUMN["tilt"], wheel_angle_deg=turned, **speeds)
+    assert mapping["quantities"]["wheel_rate"] is None
+
+
+@pytest.mark.parametrize("name", ["r_dps", "r (rad/s)", "l_rpm"])
+def test_a_letter_alone_is_no_side(name, looked_at):
+    mapping, _ = looked_at(**plain(**{name: COLUMN["yaw"]}))
+    assert mapping["quantities"]["wheel_rate"] is None
 
 
 @pytest.mark.parametrize("names", [("rpm_l", "rpm_r"), ("left_rpm", "right_rpm"), ("rpm_left", "rpm_right")])

@@ -67,3 +67,22 @@ def test_objects_in_objects_are_columns_with_both_names(form, tmp_path):
     assert found["imu.pitch"] == pytest.approx(ROWS[:, list(NAMES).index("tilt")])
     assert found["imu.gyro.y"] == pytest.approx(ROWS[:, list(NAMES).index("tilt_rate")])
     assert not any(name.startswith("note") for name in found)
+
+
+def test_an_object_that_is_null_is_a_row_without_its_numbers(tmp_path):
+    rows = [nested(row) for row in ROWS.tolist()]
+    rows[7]["imu"] = None
+    path = tmp_path / "log.jsonl"
+    path.write_text("\n".join(map(json.dumps, rows)))
+    found = named_arrays(path)
+    assert np.flatnonzero(np.isnan(found["imu.pitch"])).tolist() == [7]
+    assert np.flatnonzero(np.isnan(found["imu.gyro.y"])).tolist() == [7]
+
+
+def test_an_object_with_other_names_is_refused_by_its_row(tmp_path):
+    rows = [nested(row) for row in ROWS.tolist()]
+    del rows[7]["imu"]["pitch"]
+    path = tmp_path / "log.json"
+    path.write_text(json.dumps(rows))
+    with pytest.raises(LogError, match="Row 8 has the names of imu gyro; expected are those of the first row: pitch"):
+        named_arrays(path)

@@ -62,9 +62,11 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
     """Evaluate the simulations on the episodes that `cfg` names into `out`, unless that is done there already."""
     files, simulations, robot = episode_files(cfg.episodes), simulations_of(cfg), instantiate(cfg.robot)
     settings = typed(EvaluationSettings, cfg)
-    names = OmegaConf.to_yaml(OmegaConf.create({each.name: dict(each.effects) for each in simulations}))
+    names = OmegaConf.to_yaml(
+        OmegaConf.create({"simulations": {each.name: dict(each.effects) for each in simulations}})
+    )
     inputs = {"episodes": files, "simulations": simulation_files(simulations)}
-    step = Step("evaluate-sim", out, f"{recorded(cfg, NOT_RECORDED)}# simulations\n{names}", inputs, settings.seed)
+    step = Step("evaluate-sim", out, f"{recorded(cfg, NOT_RECORDED)}{names}", inputs, settings.seed)
     return perform(step, lambda: _evaluate_to_files(files, simulations, robot, settings, out))
 
 

@@ -84,14 +84,14 @@ def meaning_of(name: str) -> Meaning:
     """What a column's name says."""
     unit, bare = _unit(name)
     words = _words(bare)
-    is_told = len(words) > 1 or unit in UNITS["rad/s"]  # a letter alone may be anything
+    is_told = len(words) > 1 or (unit in UNITS["rad/s"] and words not in (["l"], ["r"]))  # `r` may be a yaw rate
     sides = [_SIDES[word] for word in words if word in _SIDES] if is_told else []
     stem = tuple(word for word in words if not (sides and word in _SIDES))
     if _ELSE & set(stem):
         return Meaning(None, False, "", stem, unit)
     quantity, understood = _quantity(set(stem), unit)
-    if quantity is None and sides and not set(stem) - _RATE and (stem or unit in UNITS["rad/s"]):
-        quantity, understood = "wheel_rate", _RATE  # what else has a left and a right rate
+    if quantity is None and sides and not set(stem) - {"rpm"} and (stem or unit in UNITS["rad/s"]):
+        quantity, understood = "wheel_rate", {"rpm"}  # what else has a left and a right one
     certain = not set(stem) - understood - _FILLING and len(sides) < 2
     return Meaning(quantity, certain, sides[0] if len(sides) == 1 else "", stem, unit)
 

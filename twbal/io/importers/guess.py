@@ -13,6 +13,9 @@ from twbal.io.importers.column_names import DUTY
 from twbal.io.importers.mapping import QUANTITIES, UNITS
 from twbal.io.importers.rate_units import rate_unit
 
+_OFF = {"tilt": 1.5, "wheel_angle": 1.1}
+"""Times by which a rate and the changes of its angle may differ: a tilt is filtered, and its gyro is of few per cent; a
+speed in cm/s may look like one in rpm."""
 _OPEN = "'???'"  # in quotes, without which it is no yaml within braces
 _PERCENT = (2.0, 130.0)  # largest values of a duty cycle in percent, before it is clipped
 _WHOLE_PERCENT = 100.0  # above it, whole numbers are steps of a timer, such as 255 for full
@@ -150,11 +153,13 @@ def _of_angle(rate: str, columns: Sequence[Column], others: Sequence[Column]) ->
     if columns[0].meaning.unit or not angle or not time or counts(name, angle[0]):
         return None
     unit, _, is_assumed = unit_of(name, angle[0])
-    if is_assumed and name == "wheel_angle":  # both may be in degrees; a tilt in degrees is larger than one in radians
+    if is_assumed and name == "wheel_angle":
         return None
     seconds = UNITS["s"][unit_of("time", time[0]).unit] * time[0].values
     turned = UNITS["rad"][unit] * np.mean([each.values for each in angle], axis=0)
-    found = rate_unit(seconds, turned, np.mean([each.values for each in columns], axis=0))
+    found = rate_unit(seconds, turned, np.mean([each.values for each in columns], axis=0), _OFF[name])
+    if is_assumed and found == QUANTITIES[rate]:  # both may be in degrees
+        return None
     return Unit(found, f"unit by the changes of {' and '.join(each.name for each in angle)}") if found else None
 
 

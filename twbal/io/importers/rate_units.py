@@ -7,16 +7,16 @@ from twbal.io.importers.mapping import UNITS
 
 _WINDOW = 0.25  # s; over which a rate is summed, so that the noise of the angle is small beside its change
 _ALIKE = 0.8  # correlation of sums and changes, from which on they are of one motion
-_OFF = 1.5  # times by which their sizes may differ from those of a unit: of filtered angles and early gyros
 
 
-def rate_unit(time: Array, angle: Array, rate: Array) -> str | None:
+def rate_unit(time: Array, angle: Array, rate: Array, off: float) -> str | None:
     """The unit of a rate; None where its sums are not alike to the changes of its angle, or fit no unit.
 
     Args:
         time: of each row [s], growing.
         angle: [rad], with either sign.
         rate: in its own unit.
+        off: times by which their sizes may differ from those of a unit.
     """
     there = np.isfinite(time) & np.isfinite(angle) & np.isfinite(rate)
     time, angle, rate = time[there], angle[there], rate[there]
@@ -32,4 +32,4 @@ def rate_unit(time: Array, angle: Array, rate: Array) -> str | None:
     size = abs(float(sums @ changes)) / float(sums @ sums)  # rad/s for one
     fitting = {unit: max(size / of_it, of_it / size) for unit, of_it in UNITS["rad/s"].items()}
     best = min(fitting, key=lambda unit: fitting[unit])
-    return best if fitting[best] < _OFF else None
+    return best if fitting[best] < off else None
