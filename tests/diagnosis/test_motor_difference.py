@@ -7,10 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import twbal
 from twbal.core.episode import Episode, Estimated, Outcome, Provenance
 from twbal.core.mobility import yaw_mobility
 from twbal.core.plant import Observation
 from twbal.core.start_pose import StartPose
+from twbal.diagnosis.diagnosis_file import as_record
 from twbal.diagnosis.motor_difference import motor_difference
 from twbal.diagnosis.motor_difference_record import MotorDifference
 from twbal.effects.dead_zone import DeadZone
@@ -107,6 +109,20 @@ def test_the_physics_engine_turns_with_unequal_motors_as_the_sheet_tells(conf): 
 def test_the_planar_model_passes_it_over_and_no_diagnosis_weighs_it(paper):
     assert twin_parameters(paper, values_of([UnequalMotors(0.2)])) == twin_parameters(paper, {})
     assert "unequal_motors" not in library()
+
+
+def test_a_diagnosis_says_so_and_its_simulation_turns_with_the_command(make, conf):  # noqa: F811
+    sheet, share = conf("robot/paper"), -0.15
+    log = driven(make("paper", start=0.02, drive={"gain": (1 - share, 1 + share)}), sheet)
+    quick = ["diagnosis.max_effects=1", "diagnosis.tempered_search=false", "starts=4", "next_experiment=false"]
+    result = twbal.diagnose([log], overrides=quick)
+    told = result.diagnosis.motor_difference
+    assert told.share == pytest.approx(share, rel=0.1)
+    assert result.diagnosis.advice[-1] == told.text
+    assert result.simulation.effects["unequal_motors"] == {"share": told.share}
+    assert as_record(result.diagnosis)["motor_difference"]["share"] == told.share
+    known = [*quick, "+effect@sim.effects.unequal_motors=unequal_motors", f"sim.effects.unequal_motors.share={share}"]
+    assert twbal.diagnose([log], overrides=known).diagnosis.motor_difference is None
 
 
 def test_the_sentence_has_side_and_interval():
