@@ -81,7 +81,7 @@ CASES = {
     ),
     "eccentric_wheel": (
         {"eccentric_wheel": {"eccentricity": 0.05, "phase": 0.6}},
-        lambda t, x, v, r: (-0.05 * _WEIGHT * np.sin(x[0] / r + 0.6), 0.0),
+        lambda t, x, v, r: (-0.05 * _WEIGHT * (1.0 + v[0] ** 2 / (r * GRAVITY)) * np.sin(x[0] / r + 0.6), 0.0),
     ),
     "cogging": (
         {"cogging": {"torque": 0.3, "count": 12.0, "phase": 0.4}},

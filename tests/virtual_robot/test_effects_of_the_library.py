@@ -14,13 +14,13 @@ SAME = {
     "eccentric_wheel": (
         EccentricWheel(0.02, 0.8),
         {"body": {"eccentricity": 0.003, "eccentric_phase": (0.8, 0.8)}},
-        0.1,
+        0.05,
     ),
     "slew_limit": (SlewLimit(100.0), {"drive": {"slew_time": 0.2}}, 0.02),
 }
 """Effect, fault, and the largest difference as a share of what the effect does.
 
-The robot in MuJoCo leaves nothing out of an eccentric wheel: the way of a turn varies, too."""
+The robot in MuJoCo leaves nothing out of an eccentric wheel: what an acceleration takes varies in a turn, too."""
 
 
 def regulated(plant, radius):

@@ -79,6 +79,7 @@ class AxleMotion(NamedTuple):
         time: since the rollout began [s].
         weight: of the whole robot [N].
         angle: of the wheels in space: what the encoders count, and the tilt [rad].
+        rate: of that [rad/s].
         apart: angle for each radian of heading; where `heading` is 1, all of it [rad].
         heading: by which the robot has turned [rad]; 1 where only the product is known.
     """
@@ -88,6 +89,7 @@ class AxleMotion(NamedTuple):
     time: float
     weight: float
     angle: float = 0.0
+    rate: float = 0.0
     apart: float = 0.0
     heading: float = 1.0
 

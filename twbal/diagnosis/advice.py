@@ -41,6 +41,9 @@ def advise(
     if verdict is Verdict.UNKNOWN:
         only_weights = all(objection.is_of_weights for objection in objected)
         found += [OUTWEIGHED if only_weights else UNEXPLAINED, *(objection.text for objection in objected)]
+        if settings.exclude:
+            listed = ", ".join(sorted(name.replace("_", " ") for name in settings.exclude))
+            found.append(f"Not weighed, as the settings leave them out (diagnosis.exclude): {listed}.")
     if verdict is Verdict.NAMED:
         trifles = negligible(chosen, settings)
         if trifles:

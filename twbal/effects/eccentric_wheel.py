@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from math import cos, sin
 
 from twbal.core.robot_model import AxleMotion
+from twbal.core.robot_parameters import GRAVITY
 from twbal.effects.effect import OutsideEffect
 from twbal.effects.parameter import parameter
 
@@ -13,9 +14,12 @@ class EccentricWheel(OutsideEffect):
     """The axle is off the middle of each wheel, by a share `eccentricity` of the radius.
 
     The robot then rises and falls once in a turn of the wheels, as on a floor with waves, and its weight M g pulls it
-    into the dips: a force -M g·eccentricity·sin(angle + phase) at the axle, angle being that of the wheels in space,
-    from where the encoders count. That the way of a turn varies by a share of `eccentricity`, too, is left out. The
-    wheels of a robot that turns rise and fall out of step.
+    into the dips. Its mass M goes faster where the axle is high, which takes a force, too. With the angle φ of the
+    wheels in space, from where the encoders count, and the speed v, both together are a force at the axle,
+    -M (g + v φ')·eccentricity·sin(φ + phase), to first order (Lagrange's equation of a mass at the axle, where the
+    wheels turn evenly). Left out is that in a turn the inertia varies by 2·`eccentricity`, so that a robot that speeds
+    up and slows down much seems to have some more of it, and a little cogging once a turn. The wheels of a robot that
+    turns rise and fall out of step.
     """
 
     eccentricity: float = parameter(
@@ -33,8 +37,9 @@ class EccentricWheel(OutsideEffect):
     separate_by = "Begin the recording elsewhere on the floor, with the wheels turned by half a turn."
 
     def push(self, force: float, at: AxleMotion) -> float:
-        """Add the pull of the weight, along the ground."""
+        """Add the pull of weight and inertia, along the ground."""
         if self.eccentricity == 0.0:
             return force
         in_step = cos(at.apart * at.heading)
-        return force - at.weight * self.eccentricity * in_step * sin(at.angle + self.phase)
+        pull = at.weight * (1.0 + at.speed * at.rate / GRAVITY)
+        return force - pull * self.eccentricity * in_step * sin(at.angle + self.phase)

@@ -65,7 +65,7 @@ def forces(p: TwinParameters, k: Constants, s: TwinState, time: float, turning: 
     sine, spin = sin(alpha), turning.rate * turning.rate
     joint = joint_torque(p, k, s, turning)
     speed, weight = k.radius * s.wheel_speed + s.slip, k.mass * GRAVITY
-    axle = AxleMotion(s.position, speed, time, weight, s.wheel, k.apart, turning.heading)
+    axle = AxleMotion(s.position, speed, time, weight, s.wheel, s.wheel_speed, k.apart, turning.heading)
     outside = push(p, 0.0, axle)
     if k.pushed != 0.0:
         outside += k.pushed

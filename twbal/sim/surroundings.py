@@ -57,7 +57,7 @@ class Surroundings:
             self._held = _cut(self._held - _SHARE * stop, self._bound)
             torque += _cut(self._held - stop, self._bound)
         angle, force = motion.wheel_angle + motion.tilt, 0.0
-        axle = AxleMotion(self._position, motion.speed, self._time, self._weight, angle, apart)
+        axle = AxleMotion(self._position, motion.speed, self._time, self._weight, angle, rate, apart)
         for push in self.pushes:
             force = push(force, axle)
         self._position += self._physics_step * motion.speed

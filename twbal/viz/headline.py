@@ -37,6 +37,19 @@ def headline_text(diagnosis: Diagnosis) -> str:
     }[diagnosis.verdict]
 
 
+def effect_lines(diagnosis: Diagnosis) -> list[str]:
+    """Size, interval and probability of each effect that is named or likely, a line each."""
+    return [_sized(effect) for effect in (*diagnosis.named_effects, *diagnosis.likely_effects)]
+
+
+def _sized(effect: ProbableEffect) -> str:
+    sizes = [
+        f"{name} {of.value:.3g}{' ' * bool(of.unit)}{of.unit} ({of.low95:.3g} to {of.high95:.3g})"
+        for name, of in effect.parameters.items()
+    ]
+    return f"{effect.name.replace('_', ' ')}: {', '.join(sizes)} (95 %), probability {effect.probability:.2f}"
+
+
 def _class(name: str, diagnosis: Diagnosis) -> str:
     """A class of the data sheet that is off, with its values."""
     inside = [shift.text for shift in diagnosis.data_sheet if shift.group == name]

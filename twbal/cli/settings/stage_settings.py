@@ -159,7 +159,7 @@ STAGES: Mapping[str, tuple[Setting, ...]] = {
         Setting("method", Text("name"), "name of the method, for reports"),
     ),
     "import-log": (
-        _common("files", PATHS, "logs: text, NumPy or MATLAB"),
+        _common("files", PATHS, "logs: text, JSON, NumPy, MATLAB or Parquet"),
         _common("guess", YesNo(), "only proposes a mapping for each file"),
         _common("period", OrNull(Number(1e-4, 10.0, "s")), "control period of the episodes; null: the log's"),
         Setting("min_length", Whole(4, 1_000_000, "samples"), "shortest recording that is kept"),

@@ -31,7 +31,7 @@ from twbal.viz.canvas import svg
 from twbal.viz.diagnosis_figures import disagreement_figure, gap_figure, rivals_figure, whiteness_figure
 from twbal.viz.diagnosis_page import DiagnosisPictures, DiagnosisSetting, write_diagnosis_report
 from twbal.viz.free_form_figure import free_form_figure
-from twbal.viz.headline import headline_text
+from twbal.viz.headline import effect_lines, headline_text
 
 NOT_RECORDED = ("episodes", "test_episodes")
 REPORT, FIGURES = "report.html", "figures"
@@ -95,7 +95,7 @@ def _diagnose_to_files(
         settings_of_it = {"experiment": "excite", **diagnosis.next_experiment.settings}
         command = next_command("real-rollout", settings_of_it, "robot")
         diagnosis = replace(diagnosis, next_experiment=diagnosis.next_experiment._replace(command=command))
-    print("\n  ".join([headline_text(diagnosis), *diagnosis.advice]))
+    print("\n  ".join([headline_text(diagnosis), *effect_lines(diagnosis), *diagnosis.advice]))
     write_diagnosis(out / DIAGNOSIS, diagnosis)
     write_atomically(out / AUGMENTED, simulation_text(result.simulation.effects, result.simulation.physics_step, title))
     pictures, drawn = _draw(diagnosis, out / FIGURES)

@@ -152,7 +152,7 @@ def _propose(group: Alike, out: Path, name: str) -> None:
 def _found_in(out: Path) -> str:
     """The word by which the mapping in a run folder is found, beside a person's own folder where there is one."""
     if any(flag.startswith("--config-dir") for flag in configuration_flags()):
-        return f"hydra.searchpath={text([out.absolute().as_uri()])}"  # Hydra takes one --config-dir alone
+        return f"hydra.searchpath={text([f'file://{out.absolute()}'])}"  # Hydra takes one --config-dir, and no %20
     return f"--config-dir={out}"
 
 

@@ -17,6 +17,7 @@ from twbal.core.robot_parameters import RobotParameters
 from twbal.io.importers.arrays import read_arrays
 from twbal.io.importers.checks.all_checks import doubts
 from twbal.io.importers.checks.doubt import Doubt, Evidence, Kind, LogPart
+from twbal.io.importers.checks.smoothing import noise_sd
 from twbal.io.importers.columns import Columns
 from twbal.io.importers.formats import formats
 from twbal.io.importers.mapping import SIDES, UNITS
@@ -235,7 +236,8 @@ def _episode(
         speed = radius * (wheel_rate + tilt_rate)
         acceleration = np.concatenate([[0.0], np.diff(speed)]) / period
         doubt = sum(e.sd**2 for e in estimated if e.channel in ("tilt_rate", "wheel_rate"))
-        estimated.append(Estimated("acceleration", radius * float(np.sqrt(2.0 * doubt)) / period))
+        off = max(radius * float(np.sqrt(doubt)), noise_sd(speed))  # measured rates have noise, too
+        estimated.append(Estimated("acceleration", float(np.sqrt(2.0)) * off / period))
     time = taken["time"] - taken["time"][0]
     columns = {
         "time": time,
