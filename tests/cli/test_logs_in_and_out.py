@@ -16,6 +16,7 @@ from hydra import compose
 from hydra.utils import instantiate
 
 from twbal.cli.artefacts import episode_files
+from twbal.cli.commands import text as text_of
 from twbal.cli.composition import composing
 from twbal.cli.conf_folder import conf_folder
 from twbal.cli.config_check import check_configuration
@@ -94,15 +95,20 @@ def test_a_channel_that_was_worked_out_says_so_in_log_and_table(run, tmp_path):
     assert "tilt_rate_estimated" in pandas.read_csv(tmp_path / "csv" / "few.csv").columns
 
 
-@pytest.mark.parametrize("own", [False, True], ids=["packaged sheet", "own sheet"])
-def test_the_next_command_of_a_guess_works(own, run, tmp_path):
+@pytest.mark.parametrize(
+    ("own", "out"),
+    [(False, "guess"), (True, "guess"), (True, "Anna's guess ü")],
+    ids=["packaged sheet", "own sheet", "own sheet and a folder with all sorts of letters"],
+)
+def test_the_next_command_of_a_guess_works(own, out, run, tmp_path, capsys):
     path = tmp_path / "theirs.csv"
     path.write_text(text(columns()))
     (tmp_path / "mine" / "robot").mkdir(parents=True)
     sheet = (conf_folder() / "robot" / "paper.yaml").read_text().replace("name: paper", "name: mine")
     (tmp_path / "mine" / "robot" / "mine.yaml").write_text(sheet)
     words = (f"--config-dir={tmp_path / 'mine'}", "robot=mine") if own else ()
-    code, said, _ = run("import-log", "guess=true", f"files={path}", *words, out="guess")
+    code = main(["import-log", "guess=true", f"files={path}", *words, f"hydra.run.dir={text_of(str(tmp_path / out))}"])
+    said = capsys.readouterr().out
     assert code == 0
     stage, *printed = shlex.split(said.splitlines()[-1].split("twbal ")[1])
     assert run(stage, *printed, ROBOT, out="imported")[0] == 0
@@ -257,6 +263,20 @@ def test_what_was_not_measured_is_said_with_how_well_it_is_known(run, log):
     assert code == 0, error
     assert "tilt_rate (to ±" in said and "wheel_angle (the sum of its rate)" in said and "yaw_rate (taken as 0)" in said
     assert "inf" not in said
+
+
+def test_an_acceleration_from_measured_rates_is_known_no_better_than_their_noise(run, tmp_path):
+    rows = columns(600)
+    noisy = rows[:, 6] + 0.1 * np.random.default_rng(0).standard_normal(len(rows))
+    path = tmp_path / "noisy.csv"
+    path.write_text(
+        text(np.column_stack([rows[:, :3], rows[:, 4:6], noisy, rows[:, 7]]), names=[*NAMES[:3], *NAMES[4:]])
+    )
+    code, _, error = run("import-log", f"files={path}", ROBOT, "import.quantities.acceleration=null")
+    assert code == 0, error
+    (known,) = read_episode(tmp_path / "out" / "episodes" / "noisy.mcap").estimated
+    assert known.channel == "acceleration"
+    assert known.sd == pytest.approx(0.15 * 0.1 * np.sqrt(2.0) / PERIOD, rel=0.2)  # of wheels of 0.15 m
 
 
 def test_where_no_file_can_be_imported_nothing_is_made(run, tmp_path):

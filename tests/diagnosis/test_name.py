@@ -91,6 +91,16 @@ def test_what_no_candidate_explains_is_unknown(paper):
     assert diagnose(paper, [recording], candidates=innocent).verdict is Verdict.UNKNOWN
 
 
+def test_what_settings_leave_out_is_said_where_nothing_explains_the_data(paper):
+    recording = synthetic_recording(paper, {"com_offset": {"angle": 0.02}}, seed=13, periods=1000)
+    names = ("battery_sag", "imu_delay", "torque_gain", "com_offset", "motor_lag")
+    few = [c for c in candidates_for(paper) if c.name in names]
+    settings = replace(SETTINGS, exclude=["motor_lag", "com_offset"])
+    found = name_effects([recording], paper, {}, few, settings)
+    assert found.verdict is Verdict.UNKNOWN
+    assert "Not weighed, as the settings leave them out (diagnosis.exclude): com offset, motor lag." in found.advice
+
+
 @pytest.mark.parametrize(
     ("effects", "group"),
     [

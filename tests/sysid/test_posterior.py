@@ -6,12 +6,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from filtered_tilt import FilteredTilt
+from scipy.signal import savgol_filter
 
 from twbal.algorithm.rollout import rollout
 from twbal.core.channels import Channels
 from twbal.core.cost import cost_over
 from twbal.core.episode import Episode, Outcome, Provenance
 from twbal.core.errors import DataError
+from twbal.core.robot_parameters import GRAVITY
 from twbal.core.robot_sheet import robot_sheet
 from twbal.core.start_pose import StartPose
 from twbal.effects.library import effects_from
@@ -113,12 +115,12 @@ def test_the_truth_lies_within_4_standard_deviations_and_these_are_small(paper, 
     np.testing.assert_allclose(found.sensor_sd, list(NOISE.values()), rtol=0.5)
 
 
-def test_a_robot_without_a_filter_that_is_as_its_sheet_says_is_found_so():
-    """Fits that began where that with a filter of 5 s ends gave a geared rotor 73 % of the wheels' inertia.
+def ideal_robot(tilt=lambda seen, radius, period: seen[:, 1]):
+    """The sheet of a robot that is as that says, and ten seconds of it; `tilt` gives what it shows of its tilt.
 
-    Ten seconds of a planar robot without friction, delay and geared rotors that follows a speed to and fro, under a
-    regulator and steps of torque. A simulator that shares nothing with twbal made the log (Euler at 0.5 ms, encoders of
-    1560 ticks a turn, commands in 255 steps), and `import-log` read it.
+    A planar robot without friction, delay and geared rotors follows a speed to and fro, under a regulator and steps of
+    torque. A simulator that shares nothing with twbal made the log (Euler at 0.5 ms, encoders of 1560 ticks a turn,
+    commands in 255 steps), and `import-log` read it.
     """
     measured = ["wheel_mass", "body_mass", "wheel_radius", "wheel_width", "track", "com_height"]
     sources = {"measured": measured, "data_sheet": ["control_period", "wheel_inertia", "torque_limit"]}
@@ -127,8 +129,14 @@ def test_a_robot_without_a_filter_that_is_as_its_sheet_says_is_found_so():
     log = np.load(Path(__file__).with_name("ideal_robot.npz"))
     seen = np.zeros((len(log["seen"]), 7))
     seen[:, 0], seen[:, [1, 2, 4, 5]] = robot.control_period * np.arange(len(seen)), log["seen"]
+    seen[:, 1] = tilt(seen, robot.wheel_radius, robot.control_period)
     told = Provenance("small", "robot", seed=0, trial=0)
-    episode = Episode(("tilt",), robot.control_period, seen, seen[:, 1:2], log["commands"], Outcome.COMPLETED, told)
+    return robot, Episode(("tilt",), robot.control_period, seen, seen[:, 1:2], log["commands"], Outcome.COMPLETED, told)
+
+
+def test_a_robot_without_a_filter_that_is_as_its_sheet_says_is_found_so():
+    """Fits that began where that with a filter of 5 s ends gave a geared rotor 73 % of the wheels' inertia."""
+    robot, episode = ideal_robot()
     prior = prior_of(robot)
     found = posterior(prior, [episode])
     by_name = dict(zip(prior.fields, found.mean, strict=True))
@@ -136,6 +144,27 @@ def test_a_robot_without_a_filter_that_is_as_its_sheet_says_is_found_so():
     assert by_name["com_height_factor"] == pytest.approx(1.0, abs=0.02)
     assert by_name["body_inertia_factor"] == pytest.approx(1.0, abs=0.03)
     assert found.filter_rate[0] + found.filter_rate[1] < 0.02
+
+
+@pytest.mark.parametrize("share", [0.99, 0.98])
+def test_a_complementary_filter_of_a_usual_share_is_found(share):
+    """At 100 Hz, shares of 0.99 and 0.98 of the gyro's sum are time constants of 1 and 0.5 s."""
+
+    def filtered(seen, radius, period):
+        speed = radius * savgol_filter(seen[:, 4] + seen[:, 1], 9, 3, deriv=1, delta=period)
+        leaning = seen[:, 1] - np.arctan(np.gradient(speed, period) / GRAVITY)  # as an accelerometer sees it
+        shown = [seen[0, 1]]
+        for rate, by_accelerometer in zip(seen[1:, 2], leaning[1:], strict=True):
+            shown.append(share * (shown[-1] + period * rate) + (1.0 - share) * by_accelerometer)
+        return np.array(shown)
+
+    robot, episode = ideal_robot(filtered)
+    prior = prior_of(robot)
+    found = posterior(prior, [episode])
+    by_name = dict(zip(prior.fields, found.mean, strict=True))
+    assert found.filter_rate[0] == pytest.approx((1.0 - share) / robot.control_period, rel=0.1)
+    assert by_name["com_height_factor"] == pytest.approx(1.0, abs=0.03)
+    assert by_name["torque_gain_gain"] == pytest.approx(1.0, abs=0.05)
 
 
 @pytest.mark.slow

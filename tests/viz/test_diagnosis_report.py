@@ -23,7 +23,7 @@ from twbal.diagnosis.record import (
 from twbal.viz.canvas import svg
 from twbal.viz.diagnosis_page import DiagnosisPictures, DiagnosisSetting, write_diagnosis_report
 from twbal.viz.free_form_figure import free_form_figure
-from twbal.viz.headline import headline_text
+from twbal.viz.headline import effect_lines, headline_text
 
 SVG = '<svg width="10pt" height="10pt" xmlns="http://www.w3.org/2000/svg"><g id="a"/></svg>'
 PICTURES = DiagnosisPictures(SVG, SVG, SVG, SVG)
@@ -143,6 +143,15 @@ def test_the_page_trusts_no_text(tmp_path):
     assert "&lt;hides&gt;" in html
     assert "&lt;b&gt;sim&lt;/b&gt;" in html
     assert "<hides>" not in html
+
+
+def test_sizes_and_probabilities_are_a_line_for_each_effect_that_is_named_or_likely():
+    likely = replace(FRICTION, name="dead_zone", is_named=False, probability=0.6)
+    unlikely = replace(FRICTION, name="motor_lag", is_named=False, probability=0.2)
+    assert effect_lines(replace(NAMED, effects=(FRICTION, likely, unlikely))) == [
+        "coulomb friction: torque 0.31 N·m (0.27 to 0.35) (95 %), probability 0.97",
+        "dead zone: torque 0.31 N·m (0.27 to 0.35) (95 %), probability 0.60",
+    ]
 
 
 @pytest.mark.parametrize("verdict", list(Verdict))
