@@ -118,7 +118,7 @@ def _judgement(evaluation: SimulationEvaluation, simulation: EvaluatedSimulation
     counts = f"better on {better}, worse on {len(worse)}, not told apart on {len(told) - better - len(worse) - short}"
     counts += f", without an interval on {short}, as the recording is too short for one" if short else ""
     what = f"{simulation.name} beside {evaluation.reference}, {title(channel, horizon)}"
-    return " ".join([f"{what}: of {logs} {counts}.", *_warnings(worse)])
+    return " ".join([f"{what}: {counts}, of {logs}.", *_warnings(worse)])
 
 
 def _warnings(worse: Sequence[PredictionScore]) -> Iterator[str]:
