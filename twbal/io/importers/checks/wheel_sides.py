@@ -14,6 +14,7 @@ from twbal.io.importers.checks.smoothing import lengths, smoothed
 
 _SPAN = 0.3  # s over which turns are taken
 _TURNS = 0.5  # correlation of wheels and yaw from which its sign counts
+_OFF = 3.0  # times by which turns may be larger or smaller than the wheels tell: tyres scrub, tracks are guesses
 _CREEP = 0.3  # rad/s below which dry friction has not its full size
 _MORE = 0.2  # of the wheels' acceleration by which their difference must tell more than their mean
 
@@ -30,6 +31,7 @@ def side_doubts(part: LogPart) -> Iterator[Doubt]:
         return
     told = [found for found in (_by_yaw(part, sides, is_angle), _by_motors(part, sides, is_angle)) if found]
     yield from (each.doubt for each in told if each.sign < 0)
+    yield from (each.of_size for each in told if each.sign > 0 and each.of_size is not None)
     if told and not any(each.sign for each in told):
         sentence = (
             "which of its wheels is the left one: it hardly turns. Turn it on the spot for a while, and log the gyro's "
@@ -44,10 +46,12 @@ class _Told(NamedTuple):
     Attributes:
         sign: 1 where the wheels are what the mapping says, -1 where they are swapped, 0 where it is not clear.
         doubt: what to say where they are swapped.
+        of_size: what to say where they are not, and turns are of another size than they tell; None where they are not.
     """
 
     sign: int
     doubt: Doubt
+    of_size: Doubt | None = None
 
 
 def _against_each_other(part: LogPart, sides: tuple[Array, Array]) -> Iterator[Doubt]:
@@ -103,7 +107,24 @@ def _by_yaw(part: LogPart, sides: tuple[Array, Array], is_angle: bool) -> _Told 
     evidence = Evidence(
         part.period, turns, f"turn by {name} [rad]", -fit.fitted, "turn by the wheels, scaled to it [rad]"
     )
-    return _Told(_sign(fit), Doubt(Kind.SIDES, "wheel_angle", sentence, evidence))
+    return _Told(_sign(fit), Doubt(Kind.SIDES, "wheel_angle", sentence, evidence), _of_size(part, fit, turns, name))
+
+
+def _of_size(part: LogPart, fit: Regression, turns: Array, name: str) -> Doubt | None:
+    """Turns that are far larger or smaller than the wheels, their radius and the track tell: of another unit."""
+    if part.robot is None:
+        return None
+    size = abs(float(fit.coefficients[0])) * part.robot.track / part.robot.wheel_radius
+    if 1.0 / _OFF < size < _OFF:
+        return None
+    sentence = (
+        f"the robot turns {size:.2g} times as far by its {name} as its wheels and the data sheet's track tell: has "
+        f"{name} another unit?"
+    )
+    evidence = Evidence(
+        part.period, turns, f"turn by {name} [rad]", fit.fitted, "turn by the wheels, scaled to it [rad]"
+    )
+    return Doubt(Kind.UNIT, name, sentence, evidence)
 
 
 def _by_motors(part: LogPart, sides: tuple[Array, Array], is_angle: bool) -> _Told | None:

@@ -1,4 +1,4 @@
-"""Whether tilt and wheels are of one row, on a planar robot that a regulator shakes."""
+"""Whether tilt and wheels are of one row, and turns of one size, on a planar robot that a regulator shakes."""
 
 import numpy as np
 import pytest
@@ -6,6 +6,7 @@ import pytest
 from twbal.core.start_pose import StartPose
 from twbal.io.importers.checks.all_checks import doubts
 from twbal.io.importers.checks.doubt import Kind, LogPart
+from twbal.io.importers.checks.wheel_sides import side_doubts
 from twbal.planar.planar_plant import PlanarPlant
 
 PERIODS = 1500
@@ -47,3 +48,27 @@ def test_a_rate_that_is_differenced_from_counts_is_half_a_row_late_and_no_doubt(
 def test_a_rate_of_the_row_before_is_doubted(driven, paper):
     (sentence,) = rows(driven, paper, np.roll(driven[0][:, 5], 1))
     assert "after tilt: is one of them from another row, or filtered?" in sentence
+
+
+def turning(driven, paper, size):
+    """Doubts on the sides of a log of that robot, turning to and fro, whose yaw rate is `size` times too large."""
+    seen, commands = driven
+    rng, time = np.random.default_rng(6), seen[:, 0]
+    heading = 0.5 * np.sin(0.8 * time)
+    apart = 0.5 * heading * paper.track / paper.wheel_radius
+    sides = {"wheel_angle": (seen[:, 4] - apart, seen[:, 4] + apart)}
+    yaw_rate = size * (0.4 * np.cos(0.8 * time) + 0.01 * rng.standard_normal(len(time)))
+    signals = {"tilt": seen[:, 1], "tilt_rate": seen[:, 2], "wheel_angle": seen[:, 4], "yaw_rate": yaw_rate}
+    return list(side_doubts(LogPart(paper.control_period, signals, commands, sides, False, False, paper)))
+
+
+@pytest.mark.parametrize("size", [0.5, 1.0, 2.0])
+def test_turns_about_as_far_as_the_wheels_tell_are_no_doubt(driven, paper, size):
+    assert turning(driven, paper, size) == []
+
+
+@pytest.mark.parametrize("size", [180.0 / np.pi, np.pi / 180.0])
+def test_a_yaw_rate_in_another_unit_is_doubted(driven, paper, size):
+    (doubt,) = turning(driven, paper, size)
+    assert doubt.kind is Kind.UNIT and doubt.quantity == "yaw_rate"
+    assert f"the robot turns {size:.2g} times as far by its yaw_rate" in doubt.sentence
