@@ -120,8 +120,8 @@ def test_table_sentences_and_report_say_which_is_better_and_which_worse(logs, fo
     row = next(line for line in said.splitlines() if line.startswith("good "))
     assert row.count("*") == 2  # the log that it was found on, and the pool
     assert (
-        "good beside nominal, error of tilt after 0.16 s [rad]: better on 1, worse on 0, not told apart on 0, of 1 log that"
-        " it was not found on." in said
+        "good beside nominal, error of tilt after 0.16 s [rad]: better on 1, worse on 0, not told apart on 0, of 1 log "
+        "that it was not found on." in said
     )
     assert "bad beside nominal, error of tilt after 0.16 s [rad]: better on 0, worse on 2" in said
     warning = next(line for line in said.splitlines() if line.startswith("bad beside"))
