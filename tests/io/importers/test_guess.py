@@ -231,6 +231,16 @@ def test_the_unit_of_a_gyro_goes_by_the_changes_of_the_tilt(factor, unit, degree
     assert ("tilt_rate" not in found.unknown_units) == is_told
 
 
+def test_the_other_axes_of_a_gyro_have_its_unit(looked_at):
+    degrees = 180 / np.pi
+    gyro = {"gyro_y": degrees * COLUMN["rate"], "gyro_z": degrees * COLUMN["yaw"]}
+    mapping, found = looked_at(**plain(**gyro))
+    assert mapping["quantities"]["yaw_rate"] == {"from": "gyro_z", "unit": "deg/s"}
+    assert "unit as that of gyro_y" in found.mapping and "yaw_rate" not in found.unknown_units
+    mapping, _ = looked_at(**plain(gyro_y=degrees * COLUMN["rate"], yaw_speed=COLUMN["yaw"]))
+    assert mapping["quantities"]["yaw_rate"]["unit"] == "rad/s"
+
+
 def test_a_gyro_that_is_no_rate_of_the_tilt_has_no_known_unit(looked_at):
     gyro = np.random.default_rng(4).standard_normal(len(ROWS))
     _, found = looked_at(time=COLUMN["t"], tilt=COLUMN["tilt"], gyro_y=gyro, torque=COLUMN["u"])

@@ -16,6 +16,7 @@ from twbal.io.importers.rate_units import rate_unit
 _OFF = {"tilt": 1.5, "wheel_angle": 1.1}
 """Times by which a rate and the changes of its angle may differ: a tilt is filtered, and its gyro is of few per cent; a
 speed in cm/s may look like one in rpm."""
+_AXES = {"x", "y", "z"}
 _OPEN = "'???'"  # in quotes, without which it is no yaml within braces
 _PERCENT = (2.0, 130.0)  # largest values of a duty cycle in percent, before it is clipped
 _WHOLE_PERCENT = 100.0  # above it, whole numbers are steps of a timer, such as 255 for full
@@ -128,7 +129,7 @@ def _of_an_export(columns: Sequence[Column]) -> _Proposal | None:
 def _by_names(columns: Sequence[Column]) -> _Proposal:
     proposal = _Proposal()
     _time(proposal, columns)
-    tilt = choose("tilt", columns)
+    tilt, gyro = choose("tilt", columns), None
     if tilt.columns:
         proposal.take("tilt", tilt.columns)
     else:
@@ -136,7 +137,12 @@ def _by_names(columns: Sequence[Column]) -> _Proposal:
     for name in ("tilt_rate", "acceleration", "yaw_rate", "wheel_rate"):
         choice = choose(name, columns)
         if choice.columns:
-            proposal.take(name, choice.columns, by_others=_of_angle(name, choice.columns, columns))
+            told = _of_angle(name, choice.columns, columns)
+            if name == "yaw_rate" and gyro is not None and _are_alike(gyro[0], choice.columns[0]):
+                told = gyro[1]._replace(comment=f"unit as that of {gyro[0].name}")
+            if name == "tilt_rate" and told is not None:
+                gyro = choice.columns[0], told
+            proposal.take(name, choice.columns, by_others=told)
         elif choice.is_for_person:
             proposal.leave(name, choice.reason)
         else:
@@ -144,6 +150,11 @@ def _by_names(columns: Sequence[Column]) -> _Proposal:
     _wheels(proposal, columns)
     _command(proposal, columns)
     return proposal
+
+
+def _are_alike(one: Column, other: Column) -> bool:
+    """Whether two columns are axes of one gyro whose names tell no unit: `gyro_y` and `gyro_z`."""
+    return not other.meaning.unit and set(one.meaning.stem) - _AXES == set(other.meaning.stem) - _AXES
 
 
 def _of_angle(rate: str, columns: Sequence[Column], others: Sequence[Column]) -> Unit | None:
