@@ -3,17 +3,17 @@
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.special import stdtrit
+from scipy.special import ndtri
 
+from twbal.core.block_regression import CREEP, ERROR_RATE, jackknife
 from twbal.core.episode import Episode
 from twbal.core.gaussian import Array
 from twbal.core.heading import HeadingSample
 from twbal.core.mobility import yaw_mobility
 from twbal.core.plant import Observation
 from twbal.core.robot_parameters import RobotParameters
+from twbal.core.smoothing import smoothed
 from twbal.diagnosis.motor_difference_record import MotorDifference
-from twbal.io.importers.checks.block_regression import ERROR_RATE, jackknife
-from twbal.io.importers.checks.smoothing import smoothed
 from twbal.planar.actuation import driver_torque
 from twbal.planar.constants import constants
 from twbal.planar.parameters import TwinParameters
@@ -21,7 +21,6 @@ from twbal.planar.parameters import TwinParameters
 _KERNEL, _TAPS = 0.3, 8.0  # s, and samples, of the bump through which all is seen, at least
 _LEAST = 0.02  # share that is worth a word
 _INERTIA = 0.15  # of the yaw inertia by the data sheet, by which it may be off (a standard deviation)
-_CREEP = 0.3  # rad/s below which dry friction has not its full size
 _FEWEST = 10.0  # s of driving, in all
 _YAW, _TILT, _TILT_RATE, _WHEEL_RATE = (
     Observation._fields.index(name) for name in ("yaw_rate", "tilt", "tilt_rate", "wheel_rate")
@@ -56,14 +55,9 @@ def motor_difference(
     share, half = float(fit.coefficients[0]) / mobility, float(fit.half_widths[0]) / mobility
     if not abs(share) > max(half, _LEAST) or abs(share) >= 1.0:
         return None
-    error = half * _normal(0.975) / _normal(1.0 - 0.5 * ERROR_RATE)
+    error = half * float(ndtri(0.975) / ndtri(1.0 - 0.5 * ERROR_RATE))
     either = float(np.hypot(error, 2.0 * _INERTIA * share))
     return MotorDifference(share, share - either, share + either)
-
-
-def _normal(probability: float) -> float:
-    """Quantile of the standard normal distribution."""
-    return float(stdtrit(1e6, probability))
 
 
 def _seen(
@@ -85,5 +79,5 @@ def _seen(
     acting = [smoothed(np.append(u, u[-1:])[:end], period, length, 0, late) for u in (torque, steered)]
     yaw, wheel = (smoothed(seen[:end, i], period, length) for i in (_YAW, _WHEEL_RATE))
     turning = smoothed(seen[:end, _YAW], period, length, 1)
-    columns = [*acting, yaw, wheel, np.tanh(wheel / _CREEP), np.ones(len(turning))]
+    columns = [*acting, yaw, wheel, np.tanh(wheel / CREEP), np.ones(len(turning))]
     return turning, np.column_stack(columns)

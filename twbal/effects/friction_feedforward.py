@@ -15,8 +15,7 @@ class FrictionFeedforward(JointTorqueEffect):
     Motor controllers do that to make up for Coulomb friction once a wheel turns. Where the log has the command before
     it is added, the joints seem to have less friction than none. Another way, by the direction of the command, is
     friction_compensation. Where the joints rub as well, little more than the difference of the two is well known. It
-    acts between wheel and body, so that neither a dead zone nor a limit of the driver takes
-    anything from it.
+    acts between wheel and body, so that neither a dead zone nor a limit of the driver takes anything from it.
     """
 
     torque: float = parameter(

@@ -79,8 +79,9 @@ def is_planar(kind: type[Effect]) -> bool:
 def turns_alone(name: str) -> bool:
     """Whether an effect does nothing to a robot but turn it: the planar model passes it over."""
     kind = all_effects().get(name)
-    changes = kind is not None and any(parameter.changes for parameter in parameters_of(kind).values())
-    return kind is not None and changes and not is_planar(kind)
+    if kind is None or is_planar(kind):
+        return False
+    return any(parameter.changes for parameter in parameters_of(kind).values())
 
 
 def values_of(effects: Iterable[Effect]) -> dict[str, dict[str, float]]:

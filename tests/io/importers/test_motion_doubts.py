@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from twbal.io.importers.checks.block_regression import Regression
+from twbal.core.block_regression import Regression
 from twbal.io.importers.checks.doubt import Kind, LogPart
 from twbal.io.importers.checks.mechanics import Mechanics, expected
 from twbal.io.importers.checks.motion_doubts import motion_doubts

@@ -14,10 +14,10 @@ from twbal.core.errors import LogError
 from twbal.core.gaussian import Array
 from twbal.core.plant import Observation
 from twbal.core.robot_parameters import RobotParameters
+from twbal.core.smoothing import noise_sd
 from twbal.io.importers.arrays import read_arrays
 from twbal.io.importers.checks.all_checks import doubts
 from twbal.io.importers.checks.doubt import Doubt, Evidence, Kind, LogPart
-from twbal.io.importers.checks.smoothing import noise_sd
 from twbal.io.importers.columns import Columns
 from twbal.io.importers.formats import formats
 from twbal.io.importers.mapping import SIDES, UNITS

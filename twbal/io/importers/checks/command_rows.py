@@ -9,8 +9,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from twbal.core.block_regression import Regression, regression
 from twbal.core.gaussian import Array
-from twbal.io.importers.checks.block_regression import Regression, regression
 from twbal.io.importers.checks.doubt import Doubt, Evidence, Kind, LogPart
 
 _CREEP = 0.3  # rad/s below which dry friction has not its full size

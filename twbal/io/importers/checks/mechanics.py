@@ -18,13 +18,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from twbal.core.block_regression import CREEP, Regression, regression
 from twbal.core.gaussian import Array
 from twbal.core.robot_parameters import GRAVITY, RobotParameters
-from twbal.io.importers.checks.block_regression import Regression, regression
+from twbal.core.smoothing import lengths, smoothed
 from twbal.io.importers.checks.doubt import LogPart
-from twbal.io.importers.checks.smoothing import lengths, smoothed
-
-_CREEP = 0.3  # rad/s below which dry friction has not its full size
 
 
 class Expected(NamedTuple):
@@ -121,7 +119,7 @@ def _through(part: LogPart, theta: Array, phi: Array, first: int, is_integral: b
     trend = [at, at**2, at**3] if is_integral else []
     commands = np.append(part.commands, part.commands[-1:])
     torque, steeper = (smoothed(commands, dt, length, order, 0.5 * dt) for order in (0, 1))
-    acting = [torque, steeper, angle, rate, np.tanh(rate / _CREEP), *trend]
+    acting = [torque, steeper, angle, rate, np.tanh(rate / CREEP), *trend]
     motion = regression(rolling, [angle, turning, *trend], dt)
     gravity, coupling = motion.coefficients[:2]
     late = regression(rolling, [angle, turning, third + gravity / (coupling or 1.0) * tilting, *trend], dt)

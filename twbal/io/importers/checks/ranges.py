@@ -5,8 +5,8 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from twbal.core.gaussian import Array
+from twbal.core.smoothing import noise_sd
 from twbal.io.importers.checks.doubt import Doubt, Evidence, Kind, LogPart
-from twbal.io.importers.checks.smoothing import noise_sd
 
 _LYING = 0.9  # rad; a robot that tilts more does not balance
 _STILL = 0.15  # rad by which the tilt of a robot that lies changes at most

@@ -5,11 +5,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from twbal.core.block_regression import regression
 from twbal.core.gaussian import Array
-from twbal.io.importers.checks.block_regression import regression
+from twbal.core.smoothing import noise_sd
 from twbal.io.importers.checks.doubt import Doubt, Evidence, Kind, LogPart
 from twbal.io.importers.checks.factors import guessed_reason
-from twbal.io.importers.checks.smoothing import noise_sd
 
 PAIRS = {"tilt": "tilt_rate", "wheel_angle": "wheel_rate", "heading": "yaw_rate"}
 """Angles and their rates."""

@@ -10,10 +10,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from twbal.core.block_regression import Regression, regression
 from twbal.core.gaussian import Array
-from twbal.io.importers.checks.block_regression import Regression, regression
+from twbal.core.smoothing import noise_sd
 from twbal.io.importers.checks.doubt import Doubt, Evidence, Kind, LogPart
-from twbal.io.importers.checks.smoothing import noise_sd
 
 _BEFORE = 6  # rows that are left out at the beginning, for lags
 _RATES, _STEPS = 4, 3  # rows of the gyro and of the wheels before, from which the tilt's change is predicted

@@ -5,17 +5,16 @@ from typing import NamedTuple
 
 import numpy as np
 
+from twbal.core.block_regression import CREEP, Regression, regression
 from twbal.core.gaussian import Array
-from twbal.io.importers.checks.block_regression import Regression, regression
+from twbal.core.smoothing import lengths, smoothed
 from twbal.io.importers.checks.doubt import Doubt, Evidence, Kind, LogPart
 from twbal.io.importers.checks.mechanics import mechanics
 from twbal.io.importers.checks.rates import changes, turned
-from twbal.io.importers.checks.smoothing import lengths, smoothed
 
 _SPAN = 0.3  # s over which turns are taken
 _TURNS = 0.5  # correlation of wheels and yaw from which its sign counts
 _OFF = 3.0  # times by which turns may be larger or smaller than the wheels tell: tyres scrub, tracks are guesses
-_CREEP = 0.3  # rad/s below which dry friction has not its full size
 _MORE = 0.2  # of the wheels' acceleration by which their difference must tell more than their mean
 
 
@@ -166,5 +165,5 @@ def _driven(
     drive, steeper = (smoothed(more, dt, length, order, 0.5 * dt) for order in (0, 1))
     left, right = (smoothed(values, dt, length, first) for values in sides)
     rolling = smoothed(sides[1] - sides[0], dt, length, first + 1)
-    rubbed = np.tanh(right / _CREEP) - np.tanh(left / _CREEP)
+    rubbed = np.tanh(right / CREEP) - np.tanh(left / CREEP)
     return regression(rolling, [drive, steeper, right - left, rubbed], dt), rolling, drive

@@ -15,6 +15,9 @@ from twbal.core.gaussian import Array
 ERROR_RATE = 1e-4
 """Share of tests that may be wrong by chance: a log is put to some twenty, so that one log in 500 gets a false one."""
 
+CREEP = 0.3
+"""Rate of a wheel below which dry friction has not its full size [rad/s], for regressions on its sign."""
+
 _BLOCK = 0.8  # s; balancing robots swing at 0.5 to 3 Hz
 _FEWEST, _MOST = 8, 40  # blocks
 
