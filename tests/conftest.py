@@ -1,3 +1,4 @@
+import gc
 import sys
 from contextlib import ExitStack, nullcontext
 from pathlib import Path
@@ -21,6 +22,12 @@ def pytest_addoption(parser):
         help="try this robot alone: its port, or a program that prints `port <path>`; {clock} in it becomes lockstep "
         "and real_time",
     )
+
+
+def pytest_collection_finish():
+    """Take the modules out of all later garbage collections, which else go through them again and again."""
+    gc.collect()
+    gc.freeze()
 
 
 def from_yaml(name):

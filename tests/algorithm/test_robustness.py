@@ -96,6 +96,7 @@ def test_a_level_of_each_axis_changes_what_the_robot_does(axis, robot, channels)
     assert not np.allclose(changed.poses, plain.poses, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_unchanged_is_the_plain_evaluation_and_a_hopeless_level_fails(robot, channels):
     found = policy_robustness(POLICY, channels, robot, ASKED, RULE, 0)
     plain = [judged(episode(robot.plant(), channels, trial, RULE.steps), RULE) for trial in (2000, 2001)]

@@ -297,6 +297,7 @@ def campaign(folder, *words):
     return {each["kind"]: each for each in found}
 
 
+@pytest.mark.slow
 def test_some_faults_in_lockstep(tmp_path):
     rides = ("bytes corrupted, 0.1 %", "silence to the host, 50 ms", "clock wraps")
     ends = ("port vanishes and comes back", "host killed", "IMU frozen", "tilt becomes NaN")

@@ -36,6 +36,7 @@ def small():
     return each, sheet, driven(each, sheet)
 
 
+@pytest.mark.slow
 def test_the_suggested_command_is_followed_by_its_own_regulator(small):
     _, sheet, recorded = small
     with composing():
@@ -45,6 +46,7 @@ def test_the_suggested_command_is_followed_by_its_own_regulator(small):
     assert (law.limit, law.fade) == (told.max_command, told.fade_tilt)
 
 
+@pytest.mark.slow
 def test_the_same_robot_is_recorded_anew_under_the_settings_of_the_command(small, tmp_path):
     each, sheet, recorded = small
     settings = {"policy.command_width": 0.1, "policy.multisine": 0.0, "policy.prbs": 0.0, "policy.speed": 0.3}

@@ -128,6 +128,7 @@ def test_an_unknown_kernel_is_refused_with_those_there_are(chain, tmp_path, caps
     assert "there is no kernel 'matern5'. Expected se, matern12, matern32, matern52, rq, linear" in message
 
 
+@pytest.mark.slow
 def test_a_variational_model_is_fitted_and_searched_by_moment_matching(chain, tmp_path):
     few = [f"model.fit_f.settings.{name}" for name in ("inducing=20", "steps=5", "subset=40")]
     run("fit-sim-gp", tmp_path / "f", f"episodes={chain / 'sim'}", "model=variational", *few, QUICK[0])

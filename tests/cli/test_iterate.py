@@ -109,6 +109,7 @@ def test_no_model_has_seen_a_trial(folder):
     assert load_model(folder / "iteration_1/model/model.pt").episodes["robot"] == [rollout]
 
 
+@pytest.mark.slow
 def test_the_library_comes_to_the_same_in_memory(folder):
     with twbal.connect() as plant:
         result = twbal.learn(plant, overrides=OVERRIDES)

@@ -147,6 +147,7 @@ def test_a_test_signal_is_no_push(blind, tmp_path, targets_given):
     assert targets_given == [None]
 
 
+@pytest.mark.slow
 def test_a_robot_that_nobody_pushes_is_driven_the_same_whether_it_would_yield_or_not(tmp_path):
     """Beside the settings that they are recorded with, the logs are the same."""
     made = []

@@ -82,19 +82,18 @@ def test_policies_of_runs_are_driven_and_shown(runs, tmp_path, capsys):
     assert [line.split()[0] for line in said.splitlines() if line.count("\u00a0%") > 1] == ["good", "late"]
 
 
-def test_what_was_driven_is_not_driven_again_and_gives_the_same_bytes(runs, tmp_path, capsys):
+def test_what_was_driven_is_not_driven_again(runs, tmp_path, capsys):
     out, made = tmp_path / "out", {}
     for go in range(2):
         assert compare(f"[{runs / 'good'}]", out) == 0
         assert ("best_policy.pt on paper 880" in capsys.readouterr().out) == (go == 0)
         made[go] = [(out / f"robustness.{ending}").read_bytes() for ending in ("json", "svg", "html")]
     assert made[0] == made[1]
-    assert compare(f"[{runs / 'good'}]", tmp_path / "other") == 0
-    assert (tmp_path / "other" / "robustness.json").read_bytes() == made[0][0]
     assert compare(f"[{runs / 'good'}]", out, "perturbation.delay=[0.03]") == 1
     assert "holds the work of other settings" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_policy_files_are_driven_on_the_robot_that_the_command_chooses(runs, tmp_path):
     file = runs / "good" / "a" / "best_policy.pt"
     assert compare(f"[{runs / 'good'}]", tmp_path / "run") == 0
@@ -105,6 +104,7 @@ def test_policy_files_are_driven_on_the_robot_that_the_command_chooses(runs, tmp
     assert not (tmp_path / "file" / "comparison.html").exists()
 
 
+@pytest.mark.slow
 def test_the_unchanged_robot_is_the_one_behind_the_serial_port(runs, tmp_path):
     """Trials of `real-rollout`, through the protocol, are judged as those that are driven directly."""
     from twbal.cli.artefacts import read_logs

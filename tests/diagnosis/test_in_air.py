@@ -85,6 +85,7 @@ def test_more_of_a_drag_that_is_there_already_is_named(regbot, diagnosed):
     assert estimate["low95"] < 0.006 < estimate["high95"]
 
 
+@pytest.mark.slow
 def test_one_steady_speed_tells_no_forms_apart(regbot, diagnosed):
     found, said = diagnosed(spun(regbot, np.full(170, 10.0), coulomb=0.02))
     (effect,) = found["effects"]
@@ -99,6 +100,7 @@ def test_nothing_is_named_where_nothing_is_missing(regbot, diagnosed):
     assert all(effect["probability"] < 0.5 for effect in found["effects"])
 
 
+@pytest.mark.slow
 def test_motors_far_off_their_data_sheet_are_no_finding(regbot, diagnosed):
     found, _ = diagnosed(spun(regbot, SPEEDS, strength=0.4))
     assert found["verdict"] == "unknown"
@@ -108,6 +110,7 @@ def test_motors_far_off_their_data_sheet_are_no_finding(regbot, diagnosed):
 GAIN = "++sim.effects.torque_gain={_target_:twbal.effects.torque_gain.TorqueGain,gain:0.7}"
 
 
+@pytest.mark.slow
 def test_motors_as_strong_as_the_simulation_has_them_are_nothing_new(regbot, diagnosed):
     found, _ = diagnosed(spun(regbot, SPEEDS, strength=0.7), GAIN)
     assert found["verdict"] == "none"
@@ -115,12 +118,14 @@ def test_motors_as_strong_as_the_simulation_has_them_are_nothing_new(regbot, dia
     assert shift["factor"] == pytest.approx(1.0, abs=0.03)
 
 
+@pytest.mark.slow
 def test_a_simulation_with_more_drag_than_robots_usually_have_is_diagnosed(regbot, diagnosed):
     strong = "sim.effects.viscous_friction.coefficient=0.02"
     found, _ = diagnosed(spun(regbot, 0.5 * SPEEDS, viscous=0.02), strong)
     assert found["verdict"] == "none"
 
 
+@pytest.mark.slow
 def test_a_control_period_of_no_whole_milliseconds_is_diagnosed(regbot, diagnosed, tmp_path, capsys):
     """And the simulation that is written down runs as it is."""
     period = "robot.control_period=0.0142857142857"

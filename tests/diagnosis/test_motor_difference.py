@@ -111,6 +111,7 @@ def test_the_planar_model_passes_it_over_and_no_diagnosis_weighs_it(paper):
     assert "unequal_motors" not in library()
 
 
+@pytest.mark.slow
 def test_a_diagnosis_says_so_and_its_simulation_turns_with_the_command(make, conf):  # noqa: F811
     sheet, share = conf("robot/paper"), -0.15
     log = driven(make("paper", start=0.02, drive={"gain": (1 - share, 1 + share)}), sheet)

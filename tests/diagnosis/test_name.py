@@ -78,6 +78,7 @@ def test_a_missing_delay_is_named_with_its_value(paper):
     assert found.named.effects["actuation_delay"]["delay"] == pytest.approx(estimate.value, rel=0.01)
 
 
+@pytest.mark.slow
 def test_what_the_simulation_has_already_is_not_missed(paper):
     effects = {"actuation_delay": {"delay": 0.008}}
     found = diagnose(paper, [synthetic_recording(paper, effects, seed=12, periods=1000)], effects)

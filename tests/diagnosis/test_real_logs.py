@@ -53,6 +53,7 @@ def test_friction_is_named_without_a_gyro(paper):
     assert set(found.noise) == {"tilt", "wheel_angle"}
 
 
+@pytest.mark.slow
 def test_nothing_is_missed_of_a_clean_robot_without_a_gyro(paper):
     recording = without_rates(synthetic_recording(paper, {}, seed=32, periods=1000))
     found = name_effects([recording], paper, {}, candidates_for(paper), settings("default"))

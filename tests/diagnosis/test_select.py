@@ -144,6 +144,7 @@ def test_few_candidates_or_none_are_enough(paper, nominal_data, names, most, usu
     assert found.named_effects == ()
 
 
+@pytest.mark.slow
 def test_a_robot_equal_to_its_data_sheet_lacks_nothing_where_a_search_begins_with_usual_effects(paper, nominal_data):
     usual = ("com_offset", "dead_zone", "motor_lag")
     few = [c for c in candidates_for(paper) if c.name in usual]

@@ -68,6 +68,7 @@ def test_the_shortened_problem_has_the_beginning_of_each_recording(problem):
     assert problem.shortened(10**6).data.count == problem.data.count
 
 
+@pytest.mark.slow
 def test_the_search_finds_what_is_hidden(problem):
     said = []
     base = problem.fit(problem.start, (), 3)

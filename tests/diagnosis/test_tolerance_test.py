@@ -79,6 +79,7 @@ def test_a_body_too_heavy_is_seen_although_no_value_stands_out(paper):
     assert max(abs(shift.sigmas) for shift in found.data_sheet) < SETTINGS.lines.shift
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("choice", "told"), [("default", True), ("loose_tolerance", False)])
 def test_a_data_sheet_that_is_far_off_is_no_finding_unless_it_is_said_to_be_rough(paper, choice, told):
     with composing():

@@ -191,11 +191,12 @@ TABLE: Mapping[str, How] = {
     "twbal import-log guess=true files=datalog.json": Stage(),
     _IMPORT_EV3: Stage(small=("hydra.run.dir=outputs/import-log/ev3",)),
     _DIAGNOSE_EV3: Stage(
-        _EV3_RUN, small=(*SMALL["diagnose"], "hydra.run.dir=outputs/diagnose/ev3"), after=(_IMPORT_EV3,)
+        _EV3_RUN, small=(*SMALL["diagnose"], "hydra.run.dir=outputs/diagnose/ev3"), slow=True, after=(_IMPORT_EV3,)
     ),
     f"{_DIAGNOSE_EV3} {_LATE}": Stage(  # the made-up log does not move as a robot with such a late IMU
         {**_EV3_RUN, "delay=0.03": "delay=0.003"},
         small=(*SMALL["diagnose"], "hydra.run.dir=outputs/diagnose/ev3_late"),
+        slow=True,
         after=(_IMPORT_EV3,),
     ),
     # README
@@ -225,7 +226,7 @@ TABLE: Mapping[str, How] = {
     ): Stage(_SERIAL, slow=True),
     (
         "twbal diagnose --config-dir=my_conf robot=my_robot episodes=outputs/real-rollout/... diagnosis=loose_tolerance"
-    ): Stage(small=(*SMALL["diagnose"], "hydra.run.dir=outputs/diagnose/mine")),
+    ): Stage(small=(*SMALL["diagnose"], "hydra.run.dir=outputs/diagnose/mine"), slow=True),
     "twbal real-rollout experiment=excite policy.command_width=0.1 link.seed=7": Stage(slow=True),
     _DIAGNOSE: Stage(small=(*SMALL["diagnose"], "hydra.run.dir=outputs/diagnose/...")),
     "twbal iterate sim=outputs/identify/.../identified.yaml known=outputs/identify/... link.seed=7": Stage(

@@ -81,6 +81,7 @@ def test_a_diagnosis_ends_with_a_command_that_takes_its_simulation(follow):
     follow(*following)
 
 
+@pytest.mark.slow
 def test_a_diagnosis_without_a_finding_ends_with_a_command_that_records_again(follow):
     shutil.copytree(DATA / "real", "my logs")
     following = follow("diagnose", "episodes=my logs", "robot.body_mass=9", "hydra.run.dir=my runs/d")

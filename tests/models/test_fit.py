@@ -80,6 +80,7 @@ def test_prediction_equals_gpytorchs_posterior_in_raw_units(noise):
         )
 
 
+@pytest.mark.slow
 def test_no_optimiser_of_gpytorch_finds_more_evidence():
     inputs, targets = samples(n=40)
     unpenalised = FitSettings(**{**VALUES, "max_relative_length_scale": 1e5})

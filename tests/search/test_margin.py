@@ -65,6 +65,7 @@ def stiff(paper):
     return with_margin, robots.regulators()[0].policy, with_margin.regulators()[0]
 
 
+@pytest.mark.slow
 def test_a_search_for_margin_holds_more_of_the_robots_that_changed(stiff):
     robots, without, found = stiff
     assert found.margin == robots.changed(found.policy).success

@@ -113,6 +113,7 @@ def test_sampled_robots_pay_it(SeparateCost, model, policy):
     np.testing.assert_allclose(compiled.costs, plain.costs, rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_command_takes_it_from_a_folder_of_choices(folder):
     (folder / "cost").mkdir()
     choice = CHOICE.partition("\n")[2].replace("twbal.core.separate_cost", "my_cost")

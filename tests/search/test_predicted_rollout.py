@@ -150,6 +150,7 @@ def test_where_no_channel_has_a_scale_the_order_stays():
     assert [each.crps for each in ranked] == [None, None]
 
 
+@pytest.mark.slow
 def test_without_noise_all_of_the_variance_that_starts_do_not_make_is_not_known(paper, policy):
     """The same robots under many more draws tell the variance of their means."""
     robots = sampled_robots(paper, known_to_be(paper, spread=0.5, dead_zone_width=2.0), robots=400)

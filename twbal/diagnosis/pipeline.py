@@ -21,6 +21,8 @@ from twbal.diagnosis.free_form_record import on_free_forms
 from twbal.diagnosis.gap import Models, Stretches, measure_gaps, rollout_error
 from twbal.diagnosis.graded import contradicted, remaining_of, with_shares
 from twbal.diagnosis.inputs import DataSettings, Named, Simulated
+from twbal.diagnosis.lost_commands import LostFound, lost_commands
+from twbal.diagnosis.lost_commands_record import LOST
 from twbal.diagnosis.model_comparison import ModelComparison, is_open
 from twbal.diagnosis.motor_difference import motor_difference
 from twbal.diagnosis.motor_difference_record import UNEQUAL
@@ -37,7 +39,7 @@ from twbal.effects.library import effects_from
 from twbal.planar.joint_damping import joint_damping_rate
 from twbal.planar.parameters import twin_parameters
 from twbal.sim.replay import ReplayStart, replay
-from twbal.sysid.held_out import Split, held_out
+from twbal.sysid.held_out import Split, held_out, with_commands
 from twbal.sysid.recording import MEASURED, Recording, Usability, read_recordings, what_is_not_used
 
 Progress = Callable[[str], None]
@@ -106,6 +108,11 @@ def diagnose_episodes(
     progress(_how_many(split))
     name = identify_friction if in_air else name_effects
     found = name(split.fitted, acting.robot, acting.effects, candidates_for(acting.robot), settings, progress)
+    loss = None if LOST in present else _lost_commands(found.comparison)
+    if loss is not None:
+        progress(f"{loss.record.share:.1%} of the commands were lost; the effects are searched again without these")
+        split = with_commands(split, loss.acting)
+        found = name(split.fitted, acting.robot, acting.effects, candidates_for(acting.robot), settings, progress)
     progress("rollouts in PyBullet against held-out data")
     diagnosis, found = _reviewed(_diagnosis(found, split, acting, settings, data), found, settings)
     more = (IN_AIR,) if in_air else on_falls(measured.episodes, diagnosis.verdict)
@@ -125,6 +132,9 @@ def diagnose_episodes(
         advice = (*diagnosis.advice, *on_next_experiment(suggested, found.comparison, diagnosis.effects))
         diagnosis = replace(diagnosis, next_experiment=suggested, no_safe_experiment=suggested is None, advice=advice)
     corrected = replace(acting, robot=robot, effects={**present, **found.named.effects})
+    if loss is not None:
+        diagnosis = replace(diagnosis, lost_commands=loss.record, advice=(*diagnosis.advice, loss.record.text))
+        corrected = replace(corrected, effects={**corrected.effects, **loss.record.effects})
     if found.comparison is not None and UNEQUAL not in present:
         twin = found.comparison.chosen.fit.model.twin
         if uneven := motor_difference([*measured.episodes, *tests.episodes], robot, twin, data.max_tilt):
@@ -150,6 +160,11 @@ def free_form_inputs(
         ends if split.are_ends else tilt_offsets(tolerances, len(recordings)),
         float(np.hypot(settings.lines.form, tolerances.data_sheet)),
     )
+
+
+def _lost_commands(comparison: ModelComparison | None) -> LostFound | None:
+    """Which of the commands the robot did not get, by the likeliest set of effects."""
+    return None if comparison is None else lost_commands(comparison.data, comparison.chosen.fit.model)
 
 
 def _how_many(split: Split) -> str:

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from twbal.diagnosis.follow_up import Disagreement, NextExperiment
 from twbal.diagnosis.free_form_record import FreeForm
+from twbal.diagnosis.lost_commands_record import CommandLoss
 from twbal.diagnosis.motor_difference_record import MotorDifference
 
 HEADLINE = (("tilt", "wheel_angle"), 0.15)
@@ -259,6 +260,7 @@ class Diagnosis:
         disagreements: recordings that disagree with the others, the surest first.
         free_form: functions of one variable that explain a part of what remains; drawn, and not named.
         motor_difference: by how much one motor is stronger than the other; None where the yaw rate does not show it.
+        lost_commands: how many commands did not reach the robot; None where the measurements show none.
     """
 
     verdict: Verdict
@@ -279,6 +281,7 @@ class Diagnosis:
     disagreements: tuple[Disagreement, ...] = ()
     free_form: tuple[FreeForm, ...] = ()
     motor_difference: MotorDifference | None = None
+    lost_commands: CommandLoss | None = None
 
     @property
     def named_effects(self) -> tuple[ProbableEffect, ...]:

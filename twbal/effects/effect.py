@@ -46,19 +46,20 @@ class Place(IntEnum):
     """Where along the way from the command to the measurement an effect acts; effects act in this order."""
 
     BODY = 0
-    COMMAND = 1
-    DRIVER = 2
-    GEAR = 3
-    RAMP = 4
-    MOTOR = 5
-    JOINT = 6
-    GROUND = 7
-    OUTSIDE = 8
-    FUSION = 9
-    LATENCY = 10
-    SENSOR = 11
-    OFFSET = 12
-    NOISE = 13
+    LINK = 1
+    COMMAND = 2
+    DRIVER = 3
+    GEAR = 4
+    RAMP = 5
+    MOTOR = 6
+    JOINT = 7
+    GROUND = 8
+    OUTSIDE = 9
+    FUSION = 10
+    LATENCY = 11
+    SENSOR = 12
+    OFFSET = 13
+    NOISE = 14
 
 
 class Effect(ABC):
@@ -78,6 +79,8 @@ class Effect(ABC):
         separate_by: the experiment that would.
         is_last: whether, in the planar model, it acts after the others of its place. (The last digits of a product
             depend on its order.)
+        told_apart: whether a diagnosis asks for it apart from all other effects, so that the planar model passes it
+            over.
     """
 
     place: ClassVar[Place]
@@ -87,6 +90,7 @@ class Effect(ABC):
     nearly_same_as: ClassVar[tuple[str, ...]] = ()
     separate_by: ClassVar[str]
     is_last: ClassVar[bool] = False
+    told_apart: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         """Raise ConfigError where a parameter has a value that cannot be."""

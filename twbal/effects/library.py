@@ -19,7 +19,6 @@ from typing import Any, TypeVar, cast
 
 import twbal.effects
 from twbal.core.errors import ConfigError
-from twbal.core.quantities import Quantity
 from twbal.effects.effect import AxleTerm, Effect, JointTerm, SensorTerm, TorqueTerm
 from twbal.effects.parameter import parameters_of
 
@@ -72,16 +71,14 @@ def effect_name(effect: Effect | type[Effect]) -> str:
 
 def is_planar(kind: type[Effect]) -> bool:
     """Whether the planar model has an effect: by a term, or as quantities that its parameters change."""
-    changed = {quantity for parameter in parameters_of(kind).values() for quantity, _ in parameter.changes}
-    return issubclass(kind, _TERMS) or bool(changed - {Quantity.IMBALANCE})
+    changes = any(parameter.changes for parameter in parameters_of(kind).values())
+    return not kind.told_apart and (issubclass(kind, _TERMS) or changes)
 
 
-def turns_alone(name: str) -> bool:
-    """Whether an effect does nothing to a robot but turn it: the planar model passes it over."""
+def is_told_apart(name: str) -> bool:
+    """Whether a diagnosis asks for an effect apart from all others: the planar model passes it over."""
     kind = all_effects().get(name)
-    if kind is None or is_planar(kind):
-        return False
-    return any(parameter.changes for parameter in parameters_of(kind).values())
+    return kind is not None and kind.told_apart
 
 
 def values_of(effects: Iterable[Effect]) -> dict[str, dict[str, float]]:

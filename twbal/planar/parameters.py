@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, cast
 from twbal.core.errors import ConfigError
 from twbal.core.robot_parameters import RobotParameters
 from twbal.effects.effect import Effect
-from twbal.effects.library import library, outside_digest, turns_alone
+from twbal.effects.library import is_told_apart, library, outside_digest
 from twbal.effects.parameter import parameters_of
 
 NOISE = "sensor_noise"
@@ -66,7 +66,7 @@ def twin_parameters(robot: RobotParameters, effects: Mapping[str, Mapping[str, f
     Args:
         robot: data sheet.
         effects: values by effect and by parameter, as the effects of the simulation take them. `sensor_noise` is no
-            part of the motion and is passed over, as is an effect that only turns the robot.
+            part of the motion and is passed over, as is an effect that a diagnosis asks for apart from all others.
 
     Raises:
         ConfigError: the planar model has no such effect or parameter.
@@ -84,7 +84,7 @@ def changed(twin: TwinParameters, effects: Mapping[str, Mapping[str, float]]) ->
     """
     values: dict[str, float] = {}
     for effect, parameters in effects.items():
-        if effect == NOISE or turns_alone(effect):
+        if effect == NOISE or is_told_apart(effect):
             continue
         for name, value in parameters.items():
             if field_of(effect, name) not in twin._field_defaults:

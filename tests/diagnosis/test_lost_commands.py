@@ -1,0 +1,175 @@
+"""Whether commands were lost, told from single control periods of robots in MuJoCo."""
+
+import json
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from twbal.cli.main import main
+from twbal.core.episode import Episode, Outcome, Provenance
+from twbal.diagnosis.held_commands import acting, held_scores
+from twbal.diagnosis.lost_commands import lost_commands
+from twbal.diagnosis.lost_commands_record import CommandLoss
+from twbal.diagnosis.name import QUIETEST, first_noise, largest_noise, with_fitted_noise
+from twbal.effects.library import library
+from twbal.effects.lost_commands import LostCommands
+from twbal.io.logs.writer import write_episode
+from twbal.planar.parameters import twin_parameters
+from twbal.sysid.model import Data, Model
+from twbal.sysid.recording import Usability, read_recordings
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "virtual_robot"))
+from conftest import conf, make  # noqa: F401 - fixtures
+
+USABILITY = Usability(min_length=100, min_samples=200, max_yaw_rate=3.0, max_tilt=0.6)
+
+
+def driven(robot, sheet, share, periods=800, seed=7, kicks=0.0):
+    """An episode of a robot that a regulator shakes, with the commands as sent, and which of these it did not get.
+
+    `kicks` is the standard deviation of torques [N·m] that act now and then, beside the commands.
+    """
+    rng, limit = np.random.default_rng(seed), sheet.torque_limit
+    pushes = np.repeat(rng.normal(0.0, 0.1 * limit, periods // 5), 5)
+    lost = rng.uniform(size=periods) < share
+    lost[0] = False
+    kick = np.where(rng.uniform(size=periods) < 0.1, rng.normal(0.0, kicks, periods), 0.0) if kicks else 0.0 * pushes
+    seen, commands, acts = [robot.reset(seed)], [], 0.0
+    for push, is_lost, more in zip(pushes, lost, kick, strict=True):
+        now = seen[-1]
+        speed = sheet.wheel_radius * (now.wheel_rate + now.tilt_rate)
+        command = 80 * now.tilt + 14 * now.tilt_rate + 6 * speed + push
+        commands.append(float(np.clip(command, -limit, limit)))
+        acts = acts if is_lost else commands[-1]
+        seen.append(robot.step(acts + more))
+    observations = np.array(seen)
+    source = Provenance(sheet.name, "robot")
+    return Episode(
+        ("tilt",),
+        sheet.control_period,
+        observations,
+        observations[:, 1:2],
+        np.array(commands),
+        Outcome.COMPLETED,
+        source,
+    ), lost
+
+
+def asked(episodes, sheet):
+    """The data, and the model of the data sheet with its noise fitted."""
+    recordings = read_recordings(episodes, [f"log {i}" for i, _ in enumerate(episodes)], sheet, USABILITY)
+    data = Data(recordings, 2, largest_noise(sheet), QUIETEST)
+    return data, with_fitted_noise(
+        data, Model(twin_parameters(sheet, {}), 0.0, first_noise(sheet, data.sensed), (0.0,) * len(recordings))
+    )
+
+
+@pytest.mark.parametrize("share", [0.02, 0.15])
+def test_lost_commands_of_a_robot_in_mujoco_are_found_one_by_one(share, make, conf):  # noqa: F811
+    sheet = conf("robot/paper")
+    logs, lost = zip(*(driven(make("paper", start=0.02), sheet, share, seed=seed) for seed in (1, 2)), strict=True)
+    found = lost_commands(*asked(logs, sheet))
+    assert found.record.low95 < np.concatenate(lost).mean() < found.record.high95
+    assert found.record.high95 - found.record.low95 < 0.06
+    right = [np.mean((a != log.commands) == those) for a, log, those in zip(found.acting, logs, lost, strict=True)]
+    assert min(right) > 0.98
+
+
+@pytest.mark.parametrize("faults", ["none", "moderate"])
+def test_none_is_found_of_a_robot_that_gets_all(faults, make, conf):  # noqa: F811
+    sheet = conf("robot/paper")
+    assert lost_commands(*asked([driven(make("paper", faults, seed=3, start=0.02), sheet, 0.0)[0]], sheet)) is None
+
+
+def test_large_errors_of_another_kind_are_not_taken_for_lost_commands(make, conf):  # noqa: F811
+    sheet = conf("robot/paper")
+    log, _ = driven(make("paper", start=0.02), sheet, 0.0, kicks=2.0)
+    assert lost_commands(*asked([log], sheet)) is None
+
+
+def test_too_few_commands_tell_nothing(make, conf):  # noqa: F811
+    sheet = conf("robot/paper")
+    data, model = asked([driven(make("paper", start=0.02), sheet, 0.2, periods=400)[0]], sheet)
+    short = replace(data, recordings=[data.recordings[0].part(0, 150)])
+    assert lost_commands(short, model) is None
+
+
+def test_what_acts_is_the_last_command_that_came_through():
+    rng = np.random.default_rng(5)
+    sent, lost = rng.normal(size=300), rng.uniform(size=300) < 0.4
+    expected = [sent[0]]
+    for command, is_lost in zip(sent[1:], lost[1:], strict=True):
+        expected.append(expected[-1] if is_lost else command)
+    lost[0] = True  # nothing came before
+    np.testing.assert_array_equal(acting(sent, lost), expected)
+
+
+def test_a_score_is_what_the_prediction_errors_change_by(make, conf):  # noqa: F811
+    """By one command changed alone, where others are changed with it in between, a window apart."""
+    sheet = conf("robot/paper")
+    log, lost = driven(make("paper", start=0.02), sheet, 0.1, periods=400)
+    data, model = asked([log], sheet)
+    kalman, at = data.filter(model), 77
+    found = held_scores(data, model, kalman, 0, lost)
+    errors = []
+    for is_lost in (False, True):
+        these = lost.copy()
+        these[at] = is_lost
+        one = replace(data, recordings=[replace(data.recordings[0], commands=acting(log.commands, these))])
+        (white,) = (e @ kalman.whiteners[-1].T for e in one.errors(model, kalman))
+        errors.append(white[at + 1 : at + 16].ravel())
+    change = errors[0] - errors[1]
+    assert found.sizes[at] == pytest.approx(np.linalg.norm(change), rel=0.01)
+    assert found.scores[at] == pytest.approx(errors[0] @ change / np.linalg.norm(change), rel=0.01, abs=0.02)
+
+
+def test_the_effect_holds_a_share_of_the_commands_that_change():
+    link = LostCommands(0.3).start(0.001, np.random.default_rng(2))
+    sent = np.arange(1.0, 4001.0)
+    acts = np.array([[link(command) for _ in range(3)] for command in sent])  # three physics steps each
+    assert np.all(acts == acts[:, :1])
+    came = acts[:, 0] == sent
+    assert np.mean(came) == pytest.approx(0.7, abs=4 * np.sqrt(0.21 / 4000))
+    np.testing.assert_array_equal(acts[~came, 0], np.concatenate([[0.0], acts[:-1, 0]])[~came])
+    neighbours = np.corrcoef(came[1:], came[:-1])[0, 1]  # each is drawn for itself
+    assert abs(neighbours) < 4 / np.sqrt(4000)
+    assert [LostCommands(0.0).start(0.001, np.random.default_rng(2))(command) for command in sent] == list(sent)
+
+
+def test_the_planar_model_does_without_it(conf):  # noqa: F811
+    sheet = conf("robot/paper")
+    assert "lost_commands" not in library()
+    assert twin_parameters(sheet, {"lost_commands": {"share": 0.1}}) == twin_parameters(sheet, {})
+
+
+def test_the_sentence_says_how_many():
+    text = CommandLoss(0.0512, 0.043, 0.061, 52, 980).text
+    assert "did not get 5.1 % of its commands (4.3 to 6.1 %)" in text
+    assert "52 of 980" in text
+
+
+@pytest.mark.slow
+def test_a_diagnosis_finds_the_rest_by_the_commands_that_acted(make, conf, tmp_path):  # noqa: F811
+    sheet, share = conf("robot/paper"), 0.1
+    files = [tmp_path / f"{seed}.mcap" for seed in (1, 2)]
+    for seed, file in enumerate(files, start=1):
+        robot = make("paper", start=0.02, drive={"delay": 0.012})
+        write_episode(file, driven(robot, sheet, share, periods=1000, seed=seed)[0])
+    out = tmp_path / "out"
+    listed = f"episodes=[{','.join(map(str, files))}]"
+    assert main(["diagnose", listed, f"hydra.run.dir={out}"]) == 0
+    record = json.loads((out / "diagnosis.json").read_text())
+    loss = record["lost_commands"]
+    assert loss["low95"] < share < loss["high95"]
+    (delay,) = (effect for effect in record["effects"] if effect["is_named"])
+    assert delay["name"] in ("actuation_delay", "imu_delay")
+    assert "did not get" in (out / "report.html").read_text()
+    again = tmp_path / "again"
+    assert main(["diagnose", listed, f"sim={out / 'augmented.yaml'}", f"hydra.run.dir={again}"]) == 0
+    assert json.loads((again / "diagnosis.json").read_text())["lost_commands"] is None
+    assert (
+        main(["sim-collect", f"sim={out / 'augmented.yaml'}", "rollouts=1", f"hydra.run.dir={tmp_path / 'sim'}"]) == 0
+    )
