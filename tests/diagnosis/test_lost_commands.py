@@ -20,6 +20,7 @@ from twbal.io.logs.writer import write_episode
 from twbal.planar.parameters import twin_parameters
 from twbal.sysid.model import Data, Model
 from twbal.sysid.recording import Usability, read_recordings
+from twbal.virtual_robot.ground_truth import Noise
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "virtual_robot"))
 from conftest import conf, make  # noqa: F401 - fixtures
@@ -72,10 +73,11 @@ def test_lost_commands_of_a_robot_in_mujoco_are_found_one_by_one(share, make, co
     sheet = conf("robot/paper")
     logs, lost = zip(*(driven(make("paper", start=0.02), sheet, share, seed=seed) for seed in (1, 2)), strict=True)
     found = lost_commands(*asked(logs, sheet))
-    assert found.record.low95 < np.concatenate(lost).mean() < found.record.high95
+    assert found.record.low95 < np.mean(np.concatenate(lost)) < found.record.high95
     assert found.record.high95 - found.record.low95 < 0.06
-    right = [np.mean((a != log.commands) == those) for a, log, those in zip(found.acting, logs, lost, strict=True)]
-    assert min(right) > 0.98
+    told, lost = np.concatenate(found.lost), np.concatenate(lost)
+    assert np.sum(told & ~lost) <= 0.01 * np.sum(lost)
+    assert np.mean(told[lost]) > 0.6  # by the noise that lost commands make, too: a diagnosis asks again, see below
 
 
 @pytest.mark.parametrize("faults", ["none", "moderate"])
@@ -154,18 +156,23 @@ def test_the_sentence_says_how_many():
 @pytest.mark.slow
 def test_a_diagnosis_finds_the_rest_by_the_commands_that_acted(make, conf, tmp_path):  # noqa: F811
     sheet, share = conf("robot/paper"), 0.1
-    files = [tmp_path / f"{seed}.mcap" for seed in (1, 2)]
+    files, lost = [tmp_path / f"{seed}.mcap" for seed in (1, 2)], []
     for seed, file in enumerate(files, start=1):
-        robot = make("paper", start=0.02, drive={"delay": 0.012})
-        write_episode(file, driven(robot, sheet, share, periods=1000, seed=seed)[0])
+        noise = Noise(1e-3, 0.01, 0.1, 1e-3, 0.03, 0.01)
+        robot = make("paper", start=0.02, drive={"delay": 0.012}, sensors={"noise": noise})
+        log, those = driven(robot, sheet, share, periods=1000, seed=seed)
+        write_episode(file, log)
+        lost.append(those)
     out = tmp_path / "out"
     listed = f"episodes=[{','.join(map(str, files))}]"
     assert main(["diagnose", listed, f"hydra.run.dir={out}"]) == 0
     record = json.loads((out / "diagnosis.json").read_text())
     loss = record["lost_commands"]
-    assert loss["low95"] < share < loss["high95"]
+    assert loss["low95"] < np.mean(lost) < loss["high95"]
     (delay,) = (effect for effect in record["effects"] if effect["is_named"])
-    assert delay["name"] in ("actuation_delay", "imu_delay")
+    assert delay["name"] == "actuation_delay"
+    found = delay["parameters"]["delay"]
+    assert found["low95"] < 0.012 < found["high95"]
     assert "did not get" in (out / "report.html").read_text()
     again = tmp_path / "again"
     assert main(["diagnose", listed, f"sim={out / 'augmented.yaml'}", f"hydra.run.dir={again}"]) == 0

@@ -1,7 +1,6 @@
 """Whether a robot did not get all commands: whether it held the one before, in some control periods."""
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -11,19 +10,18 @@ from scipy.special import expit, gammaln, logit
 from scipy.stats import chi2
 
 from twbal.core.gaussian import Array, Mask
-from twbal.diagnosis.held_commands import HeldScores, acting, held_scores
+from twbal.diagnosis.held_commands import HeldScores, held_scores
 from twbal.diagnosis.lost_commands_record import CommandLoss
 from twbal.sysid.model import Data, Model
 
 _SEEN = 0.3  # standard deviations of the errors' change that a command must make to be asked
 _FEWEST = 200  # commands that are asked, at least
+_EXACT = 0.002  # share of the commands' deviation that white torques have at least: no model is truer
 _CERTAIN = 12.0  # nats by which lost commands must be likelier than none
 _NEIGHBOURS = 3  # commands before and after one, which show alike
 _PASSES = 12  # over the commands, each with what the one before found
 _STARTS = (0.003, 0.03, 0.2)  # shares from which the search begins
 _LEAST_DEGREES, _DEGREES = 2.0, 10.0  # of freedom of the scatter: least, as it has a variance, and to begin with
-_ROUNDS = 2  # over the noise, which lost commands had made larger
-_NOISE_ITERATIONS = 30
 _TOLERANCE = 1e-4  # of the search, in nats and in its variables
 
 
@@ -32,11 +30,11 @@ class LostFound(NamedTuple):
 
     Attributes:
         record: how many commands are lost.
-        acting: of each recording (T,), the commands that acted.
+        lost: of each recording (T,), the commands that are more likely lost than not.
     """
 
     record: CommandLoss
-    acting: tuple[Array, ...]
+    lost: tuple[Mask, ...]
 
 
 class _Mixture(NamedTuple):
@@ -55,7 +53,7 @@ class _Mixture(NamedTuple):
     degrees: float
 
 
-def lost_commands(data: Data, model: Model) -> LostFound | None:
+def lost_commands(data: Data, model: Model, known: Sequence[Mask] | None = None) -> LostFound | None:
     r"""Which commands the robot did not get; None where the errors show none.
 
     A lost command leaves the one before acting. By a model whose filter is known, that changes the prediction errors
@@ -68,46 +66,35 @@ def lost_commands(data: Data, model: Model) -> LostFound | None:
     for all commands, and the scatter's own scale σ and degrees of freedom ν. Lost commands must be likelier than none
     by `_CERTAIN` nats, and by as much likelier than commands that do the very opposite: errors that are now and then
     large for another reason would show these, too. As commands follow each other, what is likely lost is taken to be
-    so, and all are asked again, until nothing changes. Then the noise is fitted to the commands that acted, and all is
-    done once more.
+    so, and all are asked again, until nothing changes.
 
     Args:
         data: recordings, with the commands that were sent.
-        model: the likeliest without lost commands.
+        model: predicts them.
+        known: of each recording (T,), what was found by another model, to begin with; that some were lost is certain
+            then.
     """
-    lost = [np.zeros(len(recording), dtype=bool) for recording in data.recordings]
-    fitted = _fitted(_joined(_asked(data, model, lost)))
+    loud = _EXACT * float(np.std(np.concatenate([recording.commands for recording in data.recordings])))
+    model = model._replace(noise=model.noise._replace(torques=np.maximum(model.noise.torques, loud)))
+    lost = [np.zeros(len(recording), dtype=bool) for recording in data.recordings] if known is None else [*known]
+    fitted = _fitted(_joined(_asked(data, model, lost)), is_certain=known is not None)
     if fitted is None:
         return None
-    for _ in range(_ROUNDS):
-        fitted, lost = _settled(data, model, fitted, lost)
-        model = _acting(data, lost).with_noise(model, _NOISE_ITERATIONS)
-    asked = _joined(_asked(data, model, lost))
-    record = _loss(_with_losses(asked, fitted)[0], asked, sum(int(each.sum()) for each in lost))
-    return LostFound(record, tuple(recording.commands for recording in _acting(data, lost).recordings))
-
-
-def _asked(data: Data, model: Model, lost: Sequence[Mask]) -> list[HeldScores]:
-    """What each recording says of each of its commands, given what is taken to be lost of the others."""
-    kalman = data.filter(model)
-    return [held_scores(data, model, kalman, number, those) for number, those in enumerate(lost)]
-
-
-def _acting(data: Data, lost: Sequence[Mask]) -> Data:
-    """The data with the commands that acted."""
-    pairs = zip(data.recordings, lost, strict=True)
-    return replace(data, recordings=[replace(one, commands=acting(one.commands, those)) for one, those in pairs])
-
-
-def _settled(data: Data, model: Model, fitted: _Mixture, lost: list[Mask]) -> tuple[_Mixture, list[Mask]]:
-    """Ask all commands again and again, until the answers stay."""
+    asked: list[HeldScores] = []
     for _ in range(_PASSES):
         asked = _asked(data, model, lost)
         fitted = _with_losses(_joined(asked), fitted)[0]
         before, lost = lost, [_decided(those, _log_odds(fitted, each)) for those, each in zip(lost, asked, strict=True)]
         if all(np.array_equal(a, b) for a, b in zip(before, lost, strict=True)):
             break
-    return fitted, lost
+    record = _loss(fitted, _joined(asked), sum(int(each.sum()) for each in lost))
+    return LostFound(record, tuple(lost))
+
+
+def _asked(data: Data, model: Model, lost: Sequence[Mask]) -> list[HeldScores]:
+    """What each recording says of each of its commands, given what is taken to be lost of the others."""
+    kalman = data.filter(model)
+    return [held_scores(data, model, kalman, number, those) for number, those in enumerate(lost)]
 
 
 def _joined(asked: Sequence[HeldScores]) -> HeldScores:
@@ -132,13 +119,15 @@ def _log_likelihood(mixture: _Mixture, asked: HeldScores, direction: float = 1.0
     return float(np.logaddexp(np.log1p(-mixture.share) + acted, np.log(mixture.share) + held).sum())
 
 
-def _fitted(asked: HeldScores) -> _Mixture | None:
-    """The likeliest mixture with lost commands; None where none, or what is no loss, is as likely."""
-    if len(asked.sizes) < _FEWEST:
+def _fitted(asked: HeldScores, is_certain: bool) -> _Mixture | None:
+    """The likeliest mixture with lost commands; None where none, or what is no loss, is as likely, if not certain."""
+    if len(asked.sizes) < (1 if is_certain else _FEWEST):
         return None
     spread = float(np.median(np.abs(asked.scores - np.median(asked.scores))))
     none, log_none = _likeliest(asked, _Mixture(0.0, 0.0, max(1.5 * spread, 1e-6), _DEGREES), 1.0)
     found, log_found = _with_losses(asked, none)
+    if is_certain:
+        return found
     _, log_opposite = _with_losses(asked, none, -1.0)
     return found if log_found - max(log_none, log_opposite) > _CERTAIN else None
 

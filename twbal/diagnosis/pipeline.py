@@ -13,6 +13,7 @@ from twbal.core.robot_parameters import RobotParameters
 from twbal.diagnosis.advice import OUTWEIGHED, UNEXPLAINED, on_disagreements, on_falls, on_next_experiment
 from twbal.diagnosis.agreement import disagreements
 from twbal.diagnosis.candidates import always_free, tilt_offsets
+from twbal.diagnosis.commands_that_acted import without_lost_commands
 from twbal.diagnosis.effect_candidates import candidates_for
 from twbal.diagnosis.filter_result import filter_recordings
 from twbal.diagnosis.findings import FilterResult, Findings
@@ -21,7 +22,6 @@ from twbal.diagnosis.free_form_record import on_free_forms
 from twbal.diagnosis.gap import Models, Stretches, measure_gaps, rollout_error
 from twbal.diagnosis.graded import contradicted, remaining_of, with_shares
 from twbal.diagnosis.inputs import DataSettings, Named, Simulated
-from twbal.diagnosis.lost_commands import LostFound, lost_commands
 from twbal.diagnosis.lost_commands_record import LOST
 from twbal.diagnosis.model_comparison import ModelComparison, is_open
 from twbal.diagnosis.motor_difference import motor_difference
@@ -39,7 +39,7 @@ from twbal.effects.library import effects_from
 from twbal.planar.joint_damping import joint_damping_rate
 from twbal.planar.parameters import twin_parameters
 from twbal.sim.replay import ReplayStart, replay
-from twbal.sysid.held_out import Split, held_out, with_commands
+from twbal.sysid.held_out import Split, held_out
 from twbal.sysid.recording import MEASURED, Recording, Usability, read_recordings, what_is_not_used
 
 Progress = Callable[[str], None]
@@ -94,27 +94,32 @@ def diagnose_episodes(
     usability = Usability(data.min_length, data.min_samples, data.max_yaw_rate, data.max_tilt)
     robot, present, step = simulation.robot, simulation.effects, simulation.physics_step
     in_air = wheels_in_air([*measured.episodes, *tests.episodes], data.max_tilt)
-    acting = Simulated(robot, present, dividing_step(robot.control_period, step))
+    simulated = Simulated(robot, present, dividing_step(robot.control_period, step))
     if in_air:
         settings = replace(settings, tolerances=replace(settings.tolerances, tilt_offset=0.0))
-        acting = replace(acting, robot=held(robot), effects=without_rotors(present))
+        simulated = replace(simulated, robot=held(robot), effects=without_rotors(present))
         usability = replace(usability, min_samples=data.min_length, needs_tilt=False)
         measured, tests = (
             replace(these, episodes=[held_upright(e) for e in these.episodes]) for these in (measured, tests)
         )
-    split = _split(measured, tests, acting.robot, usability, data.held_out)
+    split = _split(measured, tests, simulated.robot, usability, data.held_out)
     for said in what_is_not_used([*measured.episodes], [*measured.names], [*split.fitted, *split.kept_back], usability):
         progress(said)
     progress(_how_many(split))
     name = identify_friction if in_air else name_effects
-    found = name(split.fitted, acting.robot, acting.effects, candidates_for(acting.robot), settings, progress)
-    loss = None if LOST in present else _lost_commands(found.comparison)
-    if loss is not None:
-        progress(f"{loss.record.share:.1%} of the commands were lost; the effects are searched again without these")
-        split = with_commands(split, loss.acting)
-        found = name(split.fitted, acting.robot, acting.effects, candidates_for(acting.robot), settings, progress)
+    search = partial(
+        name,
+        robot=simulated.robot,
+        effects=simulated.effects,
+        candidates=candidates_for(simulated.robot),
+        settings=settings,
+        progress=progress,
+    )
+    found, loss = search(split.fitted), None
+    if LOST not in present:
+        found, split, loss = without_lost_commands(found, split, search, progress)
     progress("rollouts in PyBullet against held-out data")
-    diagnosis, found = _reviewed(_diagnosis(found, split, acting, settings, data), found, settings)
+    diagnosis, found = _reviewed(_diagnosis(found, split, simulated, settings, data), found, settings)
     more = (IN_AIR,) if in_air else on_falls(measured.episodes, diagnosis.verdict)
     diagnosis = replace(diagnosis, advice=(*more, *diagnosis.advice))
     if found.comparison is not None:
@@ -124,17 +129,17 @@ def diagnose_episodes(
         diagnosis = replace(diagnosis, disagreements=disagreeing, advice=advice)
     if data.free_form and found.comparison is not None and diagnosis.has_remains:
         progress("looking for a function of one variable in what remains")
-        formed = free_forms(free_form_inputs(found.comparison, split, acting, settings))
+        formed = free_forms(free_form_inputs(found.comparison, split, simulated, settings))
         diagnosis = replace(diagnosis, free_form=formed, advice=(*diagnosis.advice, on_free_forms(formed)))
     unsettled = is_open(diagnosis.verdict, diagnosis.effects, diagnosis.rivals)
     if data.next_experiment and found.comparison is not None and len(found.comparison.rivals) > 1 and unsettled:
         suggested = next_experiment(found.comparison, robot, progress)
         advice = (*diagnosis.advice, *on_next_experiment(suggested, found.comparison, diagnosis.effects))
         diagnosis = replace(diagnosis, next_experiment=suggested, no_safe_experiment=suggested is None, advice=advice)
-    corrected = replace(acting, robot=robot, effects={**present, **found.named.effects})
+    corrected = replace(simulated, robot=robot, effects={**present, **found.named.effects})
     if loss is not None:
-        diagnosis = replace(diagnosis, lost_commands=loss.record, advice=(*diagnosis.advice, loss.record.text))
-        corrected = replace(corrected, effects={**corrected.effects, **loss.record.effects})
+        diagnosis = replace(diagnosis, lost_commands=loss, advice=(*diagnosis.advice, loss.text))
+        corrected = replace(corrected, effects={**corrected.effects, **loss.effects})
     if found.comparison is not None and UNEQUAL not in present:
         twin = found.comparison.chosen.fit.model.twin
         if uneven := motor_difference([*measured.episodes, *tests.episodes], robot, twin, data.max_tilt):
@@ -160,11 +165,6 @@ def free_form_inputs(
         ends if split.are_ends else tilt_offsets(tolerances, len(recordings)),
         float(np.hypot(settings.lines.form, tolerances.data_sheet)),
     )
-
-
-def _lost_commands(comparison: ModelComparison | None) -> LostFound | None:
-    """Which of the commands the robot did not get, by the likeliest set of effects."""
-    return None if comparison is None else lost_commands(comparison.data, comparison.chosen.fit.model)
 
 
 def _how_many(split: Split) -> str:

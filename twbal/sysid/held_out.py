@@ -6,7 +6,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from twbal.core.gaussian import Array
 from twbal.sysid.recording import Recording
 
 _WHOLE = 4  # recordings, from which on whole ones are kept back
@@ -43,18 +42,6 @@ def held_out(recordings: Sequence[Recording], share: float) -> Split:
     parted = [_cut(recording, round((1 - share) * len(recording))) for recording in recordings]
     first, last = zip(*parted, strict=True)
     return Split(first, last, tuple(recording.name for recording in last), are_ends=True)
-
-
-def with_commands(split: Split, commands: Sequence[Array]) -> Split:
-    """The same, with other commands (T,) of each of the fitted recordings, wherever these are read."""
-    fitted = tuple(replace(r, commands=those) for r, those in zip(split.fitted, commands, strict=True))
-    if not split.are_ends:
-        return split._replace(fitted=fitted)
-    back = [
-        replace(whole, commands=np.concatenate([first.commands, whole.commands[len(first) :]]))
-        for first, whole in zip(fitted, split.kept_back, strict=True)
-    ]
-    return split._replace(fitted=fitted, kept_back=tuple(back))
 
 
 def _cut(recording: Recording, at: int) -> tuple[Recording, Recording]:
