@@ -29,6 +29,7 @@ def judged(label: Mapping[str, Any], diagnosis: Mapping[str, Any] | None, cpu_s:
         said: name, probability, whether it is right, and the same for its equivalents.
         intervals: (effect, parameter, true value, value, low, high, whether it holds).
         remains: whether something is said to remain that nothing explains.
+        lost: share of the commands that are lost, and what was said of it: share, low and high end, or None.
     """
     known = {key: label[key] for key in ("stratum", "seed", "excitation", "rate", "sheet", "tolerance", "sensors")}
     known |= {"gentler": round(label["gentler"], 3), "stays_up": label["stays_up"]}
@@ -40,7 +41,7 @@ def judged(label: Mapping[str, Any], diagnosis: Mapping[str, Any] | None, cpu_s:
     filtered = _tilt_filter(label)
     if diagnosis is None:
         return {**known, "verdict": "no diagnosis", "hidden": dict.fromkeys(there, 0.0), "foreign": missing} | {
-            "said": [], "intervals": [], "remains": False,
+            "said": [], "intervals": [], "remains": False, "lost": _lost(hidden, {}),
         }  # fmt: skip
     said = [
         {"name": e["name"], "probability": round(e["probability"], 4), "right": is_there(e, [*there, *filtered])}
@@ -63,6 +64,7 @@ def judged(label: Mapping[str, Any], diagnosis: Mapping[str, Any] | None, cpu_s:
         "said": said,
         "intervals": [row for effect in diagnosis["effects"] for row in _intervals(effect, {**hidden, **filtered})],
         "remains": _remains(diagnosis),
+        "lost": _lost(hidden, diagnosis),
     }
 
 
@@ -108,6 +110,12 @@ def _intervals(effect: Mapping[str, Any], hidden: Mapping[str, Mapping[str, floa
         true, ends = hidden[name][key], (found["low95"], found["high95"])
         rows.append([name, key, true, found["value"], *ends, ends[0] <= true <= ends[1]])
     return rows
+
+
+def _lost(hidden: Mapping[str, Mapping[str, float]], diagnosis: Mapping[str, Any]) -> list[Any]:
+    told = diagnosis.get("lost_commands")
+    said = None if told is None else [round(told[key], 5) for key in ("share", "low95", "high95")]
+    return [hidden.get("command_loss", {}).get("share", 0.0), said]
 
 
 def _remains(diagnosis: Mapping[str, Any]) -> bool:

@@ -15,7 +15,7 @@ from benchmarks.other_robots.kinds import ALIKE, FOREIGN, KNOWN_SINCE, SHEET, ST
 SINGLE = {"single 1": 1.0, "single 1/4": 0.25, "single 1/8": 0.125}
 ADDED = {"added 1": 1.0, "added 1/4": 0.25, "added 1/8": 0.125}
 MANY = {"pairs": 2, "triples": 3, "five": 5, "eight": 8}
-STRATA = ("clean", *SINGLE, *MANY, "sheet", "foreign", "left out", "calibration", *ADDED)
+STRATA = ("clean", *SINGLE, *MANY, "sheet", "foreign", "left out", "calibration", *ADDED, "lost")
 EXCITATIONS, RATES, TOLERANCES, SENSORS = ("E", "N"), (50, 100, 200), (0.03, 0.15), ("ideal", "real")
 SHEETS = ("paper", "regbot", "esp32", "balboa")
 _GEARED = ("regbot", "balboa")  # sheets on which rotors are more than a hundredth of what turns
@@ -81,6 +81,8 @@ def designed(stratum: str, seed: int) -> Set:
     elif stratum == "left out":
         name = _level(stratum, seed, "effect", tuple(STRUCTURAL))
         effects, left_out = {name: 1.0}, tuple(sorted(alike(name)))
+    elif stratum == "lost":
+        effects = {"command_loss": float(np.exp(rng.uniform(np.log(1.0 / 32.0), 0.0)))}
     elif stratum == "calibration":
         effects = _several(int(rng.choice([0, 1, 1, 1, 2, 3])), 1.0 / 32.0, tolerance, rng)
     else:

@@ -12,8 +12,9 @@ Row = Mapping[str, Any]
 NAMED, FOUND, WRONG, LEAST = 0.9, 0.5, 0.8, 0.02
 STRATA = (
     *("clean", "single 1", "single 1/4", "single 1/8", "pairs", "triples", "five", "eight"),
-    *("sheet", "foreign", "left out", "calibration", "added 1", "added 1/4", "added 1/8"),
+    *("sheet", "foreign", "left out", "calibration", "added 1", "added 1/4", "added 1/8", "lost"),
 )
+_LOST = (0.0, 0.001, 0.03, 0.1, 0.4)
 SPLITS = ("excitation", "sheet", "rate", "sensors", "tolerance")
 
 
@@ -71,6 +72,22 @@ def other_robots_effects(results: Mapping[str, Any]) -> list[str]:
             s["name"] == name and not s["right"] and s["probability"] >= FOUND for r in rows for s in r["said"]
         )
         lines.append(f"| {name} | {sum(alone)} of {len(alone)} | {sum(among)} of {len(among)} | {falsely} |")
+    return lines
+
+
+def other_robots_lost(results: Mapping[str, Any]) -> list[str]:
+    """One line a size of the share of commands that is lost: how often that was told, and how well."""
+    lines = ["| share of the commands that is lost | sets | told | interval holds | excitation E told | N told |"]
+    lines.append("|" + "---|" * 6)
+    for low, high in zip(_LOST[:-1], _LOST[1:], strict=True):
+        rows = [row for row in results["sets"] if low <= row["lost"][0] < high]
+        if not rows:
+            continue
+        told = {e: [row["lost"][1] is not None for row in rows if row["excitation"] == e] for e in ("E", "N")}
+        held = [said[1] <= true <= said[2] for true, said in (row["lost"] for row in rows) if said is not None]
+        name = "none" if low == 0.0 else f"{100 * low:g} to {100 * high:g} %"
+        both = share([*told["E"], *told["N"]])
+        lines.append(f"| {name} | {len(rows)} | {both} | {share(held)} | {share(told['E'])} | {share(told['N'])} |")
     return lines
 
 
@@ -154,4 +171,5 @@ PARTS: Mapping[str, Callable[[Mapping[str, Any]], list[str]]] = {
     "other_robots_severities": other_robots_severities,
     "other_robots_figures": other_robots_figures,
     "other_robots_effects": other_robots_effects,
+    "other_robots_lost": other_robots_lost,
 }
