@@ -1,7 +1,7 @@
 """Tables of the other robots, from the records of their sets."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from itertools import product
+from itertools import pairwise, product
 from statistics import median
 from typing import Any
 
@@ -79,7 +79,7 @@ def other_robots_lost(results: Mapping[str, Any]) -> list[str]:
     """One line a size of the share of commands that is lost: how often that was told, and how well."""
     lines = ["| share of the commands that is lost | sets | told | interval holds | excitation E told | N told |"]
     lines.append("|" + "---|" * 6)
-    for low, high in zip(_LOST[:-1], _LOST[1:], strict=True):
+    for low, high in pairwise(_LOST):
         rows = [row for row in results["sets"] if low <= row["lost"][0] < high]
         if not rows:
             continue

@@ -8,11 +8,13 @@ from pathlib import Path
 
 import pytest
 
+from twbal.algorithm.distribution_file import save_distribution
 from twbal.cli.main import main
 from twbal.core.episode import Provenance
 from twbal.core.json_records import read_record
 from twbal.diagnosis.evaluation_record import SimulationEvaluation
 from twbal.io.logs import write_episode
+from twbal.planar.robot_distribution import prior_of
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "diagnosis"))
 from evaluated_logs import TRUE, log
@@ -132,15 +134,45 @@ def test_table_sentences_and_report_say_which_is_better_and_which_worse(logs, fo
     assert (tmp_path / "figures" / "evaluation.svg").is_file()
 
 
-def test_an_identified_simulation_is_learned_with_and_its_run_folder_stands_for_it(logs, found, tmp_path, capsys):
-    run = tmp_path / "identified"
-    run.mkdir()
-    (run / "identified.yaml").write_text((found / "augmented.yaml").read_text())
-    (run / "robot_distribution.pt").touch()
+def identified(folder, found, robot, filter_rate):
+    """A run folder of identify, with a rate of the tilt's filter and its standard deviation [1/s]."""
+    folder.mkdir()
+    (folder / "identified.yaml").write_text((found / "augmented.yaml").read_text())
+    save_distribution(folder / "robot_distribution.pt", replace(prior_of(robot), filter_rate=filter_rate))
+    return folder
+
+
+def test_an_identified_simulation_is_learned_with_and_its_run_folder_stands_for_it(
+    logs, found, paper, tmp_path, capsys
+):
+    run = identified(tmp_path / "identified", found, paper, (0.1, 0.05))
     assert evaluate(logs, tmp_path / "out", f"sims={{mine:{run}}}") == 0
     said = capsys.readouterr().out
+    assert "filter" not in said  # a rate that may as well be 0
     assert f"next  twbal iterate sim={run / 'identified.yaml'} known={run}\n" in said
     assert "the next command learns on a virtual robot, unless you add the link" in said
+
+
+def test_an_identified_simulation_measures_the_tilt_through_the_filter_that_was_found(
+    logs, found, paper, tmp_path, capsys
+):
+    run, errors = identified(tmp_path / "identified", found, paper, (1.2, 0.02)), {}
+    text = (run / "identified.yaml").read_text()
+    (tmp_path / "with_filter.yaml").write_text(f"{text}  tilt_filter: {{rate: 1.2, lead: 0.01}}\n")  # half a period
+    assert evaluate(logs, tmp_path / "out", f"sims={{mine:{run},same:{tmp_path / 'with_filter.yaml'}}}") == 0
+    assert f"mine measures the tilt through the filter that identify found: 1.2 1/s ({run}" in capsys.readouterr().out
+    for score in read_record(SimulationEvaluation, tmp_path / "out" / "evaluation.json").scores:
+        errors.setdefault(score.simulation, []).append(score.error)
+    assert errors["mine"] == errors["same"]
+    assert errors["mine"] != errors["nominal"]
+
+
+def test_what_identify_found_of_another_robot_is_one_clear_error(logs, found, regbot, tmp_path, capsys):
+    run = identified(tmp_path / "identified", found, regbot, (1.2, 0.02))
+    assert evaluate(logs, tmp_path / "out", f"sims={{mine:{run}}}") == 1
+    (said,) = capsys.readouterr().err.splitlines()
+    assert "robot_distribution.pt" in said
+    assert "regbot" in said
 
 
 def test_done_work_is_not_done_again_and_other_simulations_are_other_work(logs, found, evaluated, capsys):

@@ -2,6 +2,7 @@
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from hydra import compose
@@ -9,10 +10,12 @@ from hydra.core.global_hydra import GlobalHydra
 from hydra.utils import instantiate
 from omegaconf import DictConfig, ListConfig
 
+from twbal.algorithm.distribution_file import load_distribution
+from twbal.cli.artefacts import DISTRIBUTION
 from twbal.cli.composed import composed
 from twbal.cli.composition import composing
 from twbal.cli.manifest import read_manifest
-from twbal.cli.sim_files import effects_in, is_simulation_file, simulation_file
+from twbal.cli.sim_files import IDENTIFIED, effects_in, is_simulation_file, simulation_file
 from twbal.cli.typed_config import members, typed
 from twbal.core.errors import ConfigError
 from twbal.core.files import file_hash
@@ -20,6 +23,7 @@ from twbal.core.robot_parameters import RobotParameters
 from twbal.diagnosis.evaluation_inputs import EvaluationSettings, GivenSimulation
 from twbal.diagnosis.log_names import distinct_names
 from twbal.effects.library import values_of
+from twbal.planar.robot_distribution import TILT_FILTER
 
 NOMINAL = "nominal"
 """Choice of the group `sim` that it has by itself, and name of the simulation that it is."""
@@ -38,7 +42,7 @@ def simulations_of(cfg: DictConfig) -> list[GivenSimulation]:
     found = [GivenSimulation(NOMINAL if is_nominal else OTHER, "sim", first, {})]
     for name, word in words.items():
         if is_simulation_file(word):
-            found.append(GivenSimulation(name, word, effects_in(Path(word)), _found_on(Path(word))))
+            found.append(_in_file(name, word, instantiate(cfg.robot)))
         else:
             found.append(GivenSimulation(name, f"sim={word}", _chosen(word), {}))
     same = [each for each in found[1:] if each.source == f"sim={NOMINAL}" and each.effects == found[0].effects]
@@ -103,6 +107,24 @@ def _effects(sim: DictConfig, what: str) -> Mapping[str, Mapping[str, float]]:
     if sim.get("draws"):
         raise ConfigError(f"{what} draws another robot for each rollout; evaluate-sim needs one simulation.")
     return values_of(members(sim.effects))
+
+
+def _in_file(name: str, word: str, robot: RobotParameters) -> GivenSimulation:
+    """The simulation in a file.
+
+    One that `twbal identify` made is that of the true tilt, with which policies are learned. A robot may measure its
+    tilt through a filter; what was found of that lies in the file beside it, and enters here.
+    """
+    path = Path(word)
+    effects, beside = effects_in(path), path.parent / DISTRIBUTION
+    given = GivenSimulation(name, word, effects, _found_on(path))
+    if path.name != IDENTIFIED or TILT_FILTER in effects or not beside.is_file():
+        return given
+    values = dict(load_distribution(beside, robot).tilt_filter)
+    if not values:
+        return given
+    note = f"{name} measures the tilt through the filter that identify found: {values['rate']:.3g} 1/s ({beside})"
+    return replace(given, effects={**effects, TILT_FILTER: values}, note=note)
 
 
 def _found_on(path: Path) -> dict[str, str]:

@@ -50,12 +50,14 @@ class GivenSimulation:
         source: its file, or its choice of the group `sim`.
         effects: that it has, by name.
         found_on: path by the sha256 of each log that it was found on.
+        note: what the effects have that the source has not, in a sentence; "" where that is nothing.
     """
 
     name: str
     source: str
     effects: Mapping[str, Mapping[str, float]]
     found_on: Mapping[str, str]
+    note: str = ""
 
 
 @dataclass(frozen=True)

@@ -18,10 +18,24 @@ _FILTER_RATE = 0.3  # 1/s; time constants of complementary filters are some seco
 _PUBLISHED = 0.03  # standard deviation of a published mass or length, as a share of it
 _SENSORS = (0.0035, 0.02, 0.001, 0.05)  # rad, rad/s: of a small IMU, and encoders of about 1000 ticks a turn
 _DRIVE_AND_FILTERS = 0.005  # s; motors answer and sensors filter within some milliseconds
-_TILT_FILTER = "tilt_filter"  # what it adds to tilts is drawn by `filter_rate`
+_CERTAIN = 3.0  # standard deviations from 0 at which a filter's rate is taken to be there
 _SIMULATED = 0.1  # standard deviation of what a simulation was given, as a share of its distance from the neutral value
 _DOUBTED = 0.2  # ... and besides, as a share of the sheet's standard deviation
 _LEAST_CALIBRATED = 0.3  # of torque over command: gears, current sensing and a battery's charge are in it
+
+
+TILT_FILTER = "tilt_filter"
+"""Effect whose rate is `RobotDistribution.filter_rate`."""
+SLOW_FILTERS = (0.2, 0.0, 0.1, 0.35, 0.5)
+"""Rates of filters that are tried for any robot [1/s]; the first is where a search begins."""
+
+
+def filter_lead(rate: float, period: float) -> float:
+    """By how much the sum of the gyro in a filter of a rate [1/s] runs ahead of the tilt [s].
+
+    Filters faster than `SLOW_FILTERS` are firmware's, which adds up rectangles a control period [s] wide.
+    """
+    return 0.5 * period if rate > max(SLOW_FILTERS) else 0.0
 
 
 class Known(NamedTuple):
@@ -78,6 +92,14 @@ class RobotDistribution:
             f"{field} {mean:.3g} ± {sd:.1g}" for field, mean, sd in zip(self.fields, self.mean, sds, strict=True)
         )
 
+    @property
+    def tilt_filter(self) -> Mapping[str, float]:
+        """Values of the effect `TILT_FILTER` where the tilt clearly comes from one; else none."""
+        rate, sd = self.filter_rate
+        if rate <= _CERTAIN * sd:
+            return {}
+        return {"rate": rate, "lead": filter_lead(rate, self.robot.control_period)}
+
     def possible(self, commands: Array) -> Array:
         """Commands [N·m] as the robot takes them: cut at its torque limit."""
         return np.clip(commands, -self.robot.torque_limit, self.robot.torque_limit)
@@ -102,7 +124,7 @@ def prior_of(robot: RobotParameters, effects: Mapping[str, Mapping[str, float]] 
     """
     known, filter_rate = {number.field: number for number in _by_sheet(robot)}, (0.0, _FILTER_RATE)
     for effect, values in (effects or {}).items():
-        if effect == _TILT_FILTER:
+        if effect == TILT_FILTER:
             filter_rate = (values["rate"], _SIMULATED * values["rate"] + _DOUBTED * _FILTER_RATE)
         elif effect in library():
             for number in _simulated(robot, effect, values, known):

@@ -22,7 +22,7 @@ from twbal.core.plant import Observation
 from twbal.core.robot_parameters import GRAVITY
 from twbal.core.threads import in_threads
 from twbal.planar.parameters import twin_parameters
-from twbal.planar.robot_distribution import RobotDistribution
+from twbal.planar.robot_distribution import SLOW_FILTERS, RobotDistribution, filter_lead
 from twbal.sysid.fit import Fit, refit, slopes_of
 from twbal.sysid.model import Data, Free, Model
 from twbal.sysid.noise import Noise
@@ -36,7 +36,6 @@ _FIRST_TORQUES, _LOUDEST_TORQUES = 0.005, 0.05  # of the torque limit; likewise
 _BENT = 0.026  # rad; 1.5 degrees, by which a torque moves the tilt at which the body balances
 _ROOM = 1.5  # factor on what second differences tell of the noise, as some are few
 _NORMAL_MEDIAN = 0.6745  # of the size of a standard normal number
-_FILTER_RATES = (0.2, 0.0, 0.1, 0.35, 0.5)  # 1/s; the first is where the search begins
 _FASTER, _FASTEST = 1.6, 6.0  # factor from rate to rate where the highest is the best one so far, and up to where [1/s]
 _REFINED = 2  # times that the steps between such rates are halved about the best one
 _CLEARLY = 100.0  # of -2 log posterior density; less may be fits that stopped in optima of their own
@@ -97,7 +96,7 @@ def _slow_torques(left: Array, prior: RobotDistribution) -> Array:
 
 
 def _attempts(prior: RobotDistribution, episodes: Sequence[Episode]) -> dict[float, _Attempt]:
-    """A fit for each of `_FILTER_RATES`; all but the first begin where that ends.
+    """A fit for each of `SLOW_FILTERS`; all but the first begin where that ends.
 
     A filter that is not there can take parameters so far off that fits which begin there end in an optimum of their
     own. So a robot without a filter is fitted from the prior's mean, too; if that is another optimum, and a better one,
@@ -112,19 +111,19 @@ def _attempts(prior: RobotDistribution, episodes: Sequence[Episode]) -> dict[flo
         fit = _first_fit(data, prior) if begin is None else _fitted(data, begin, prior)
         return _Attempt(data, fit, fit.cost + _penalty(prior, rate))
 
-    first, *others = _FILTER_RATES
+    first, *others = SLOW_FILTERS
     found = {first: attempt((first, None))}
     near = found[first].fit.model
     *begun, unfiltered = in_threads(attempt, [*((rate, near) for rate in others), (0.0, _at_mean(prior))])
     found |= dict(zip(others, begun, strict=True))
     if unfiltered.cost < found[0.0].cost - _CLEARLY:
-        rates = [rate for rate in _FILTER_RATES if rate]
+        rates = [rate for rate in SLOW_FILTERS if rate]
         again = in_threads(attempt, [(rate, unfiltered.fit.model) for rate in rates])
         better = [min(found[rate], other, key=_cost) for rate, other in zip(rates, again, strict=True)]
         found |= {0.0: unfiltered} | dict(zip(rates, better, strict=True))
     while (best := _best(found)) == max(found) and best < _FASTEST:
         found[_FASTER * best] = attempt((_FASTER * best, found[best].fit.model))
-    for _ in range(_REFINED if best > max(_FILTER_RATES) else 0):
+    for _ in range(_REFINED if best > max(SLOW_FILTERS) else 0):
         best, rates = _best(found), sorted(found)
         beside = [rates[max(rates.index(best) - 1, 0)], rates[min(rates.index(best) + 1, len(rates) - 1)]]
         between = [float(np.sqrt(best * other)) for other in beside if other != best]
@@ -244,8 +243,7 @@ def tilt_error(observations: Array, wheel_radius: float, period: float, filter_r
     seen = Observation(*observations.T)
     gained = np.diff(wheel_radius * (seen.wheel_rate + seen.tilt_rate)) / GRAVITY
     error = np.zeros(len(observations))
-    ahead = 0.5 * period if filter_rate > max(_FILTER_RATES) else 0.0
-    lead = ahead * np.diff(seen.tilt_rate)
+    lead = filter_lead(filter_rate, period) * np.diff(seen.tilt_rate)
     for t, gain in enumerate(gained):
         error[t + 1] = error[t] - filter_rate * (gain + period * error[t]) + lead[t]
     return error

@@ -77,6 +77,9 @@ def _evaluate_to_files(
     settings: EvaluationSettings,
     out: Path,
 ) -> list[Path]:
+    for simulation in simulations:
+        if simulation.note:
+            say(simulation.note)
     logs = [
         GivenLog(name, str(file), file_hash(file), read_episode(file))
         for name, file in zip(distinct_names(files), files, strict=True)
