@@ -94,6 +94,15 @@ def test_what_was_driven_is_not_driven_again(runs, tmp_path, capsys):
 
 
 @pytest.mark.slow
+def test_another_folder_gets_the_same_bytes(runs, tmp_path):
+    made = []
+    for out in (tmp_path / "out", tmp_path / "other"):
+        assert compare(f"[{runs / 'good'}]", out) == 0
+        made.append((out / "robustness.json").read_bytes())
+    assert made[0] == made[1]
+
+
+@pytest.mark.slow
 def test_policy_files_are_driven_on_the_robot_that_the_command_chooses(runs, tmp_path):
     file = runs / "good" / "a" / "best_policy.pt"
     assert compare(f"[{runs / 'good'}]", tmp_path / "run") == 0

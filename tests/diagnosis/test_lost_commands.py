@@ -10,8 +10,9 @@ import pytest
 
 from twbal.cli.main import main
 from twbal.core.episode import Episode, Outcome, Provenance
-from twbal.diagnosis.held_commands import acting, held_scores
-from twbal.diagnosis.lost_commands import lost_commands
+from twbal.diagnosis.held_commands import HeldScores, acting, held_scores, sent_commands, with_several_lost
+from twbal.diagnosis.lost_commands import _found as found_among
+from twbal.diagnosis.lost_commands import lost_by, lost_commands
 from twbal.diagnosis.lost_commands_record import CommandLoss
 from twbal.diagnosis.name import QUIETEST, first_noise, largest_noise, with_fitted_noise
 from twbal.effects.library import library
@@ -25,6 +26,7 @@ from twbal.virtual_robot.ground_truth import Noise
 sys.path.insert(0, str(Path(__file__).parents[1] / "virtual_robot"))
 from conftest import conf, make  # noqa: F401 - fixtures
 
+NOISE = Noise(1e-3, 0.01, 0.1, 1e-3, 0.03, 0.01)
 USABILITY = Usability(min_length=100, min_samples=200, max_yaw_rate=3.0, max_tilt=0.6)
 
 
@@ -110,35 +112,87 @@ def test_what_acts_is_the_last_command_that_came_through():
 
 
 def test_a_score_is_what_the_prediction_errors_change_by(make, conf):  # noqa: F811
-    """By one command changed alone, where others are changed with it in between, a window apart."""
+    """By one command changed alone, where others are changed with it in between, `_SPACING` apart."""
     sheet = conf("robot/paper")
-    log, lost = driven(make("paper", start=0.02), sheet, 0.1, periods=400)
-    data, model = asked([log], sheet)
-    kalman, at = data.filter(model), 77
-    found = held_scores(data, model, kalman, 0, lost)
-    errors = []
+    log, lost = driven(make("paper", start=0.02, sensors={"noise": NOISE}), sheet, 0.1, periods=400)
+    (sent,) = sent_commands(*asked([log], sheet))
+    found, at, errors = held_scores(sent, lost), 77, []
     for is_lost in (False, True):
         these = lost.copy()
         these[at] = is_lost
-        one = replace(data, recordings=[replace(data.recordings[0], commands=acting(log.commands, these))])
-        (white,) = (e @ kalman.whiteners[-1].T for e in one.errors(model, kalman))
-        errors.append(white[at + 1 : at + 16].ravel())
+        errors.append(sent.errors(these)[at + 1 : at + 16].ravel())
     change = errors[0] - errors[1]
-    assert found.sizes[at] == pytest.approx(np.linalg.norm(change), rel=0.01)
-    assert found.scores[at] == pytest.approx(errors[0] @ change / np.linalg.norm(change), rel=0.01, abs=0.02)
+    assert found.sizes[at] == pytest.approx(np.linalg.norm(change), rel=0.02)
+    assert found.scores[at] == pytest.approx(errors[0] @ change / np.linalg.norm(change), abs=0.1)
 
 
-def test_the_effect_holds_a_share_of_the_commands_that_change():
-    link = LostCommands(0.3).start(0.001, np.random.default_rng(2))
-    sent = np.arange(1.0, 4001.0)
-    acts = np.array([[link(command) for _ in range(3)] for command in sent])  # three physics steps each
+def test_noise_alone_has_no_lost_commands():
+    for seed in range(15):
+        rng = np.random.default_rng(seed)
+        scores = HeldScores(rng.lognormal(1.0, 1.0, 500), rng.normal(size=500))
+        assert found_among(scores) is None
+
+
+def test_several_lost_neighbours_are_found_where_no_single_change_helps(make, conf):  # noqa: F811
+    sheet = conf("robot/paper")
+    log, lost = driven(make("paper", start=0.02, sensors={"noise": NOISE}), sheet, 0.3, periods=400)
+    _, model = asked([replace(log, commands=acting(log.commands, lost))], sheet)
+    (sent,) = sent_commands(asked([log], sheet)[0], model)
+    begun = lost.copy()
+    begun[100:104] = ~lost[100:104]
+    found = with_several_lost(sent, begun, np.ones(len(lost), dtype=bool), -1.0)
+    shown = np.abs(np.diff(log.commands, prepend=0.0)) > 0.3
+    assert np.sum((begun != lost) & shown) >= 2
+    assert np.sum((found != lost)[95:110] & shown[95:110]) == 0
+    kept = with_several_lost(sent, begun, np.zeros(len(lost), dtype=bool), -1.0)
+    np.testing.assert_array_equal(kept, begun)
+
+
+def test_what_another_model_takes_for_lost_is_taken_back(make, conf):  # noqa: F811
+    """As where the model that is found with the commands that acted explains the data without lost ones."""
+    sheet = conf("robot/paper")
+    log, _ = driven(make("paper", start=0.02, sensors={"noise": NOISE}), sheet, 0.0)
+    data, model = asked([log], sheet)
+    assert lost_commands(data, model, [np.zeros(len(log.commands), dtype=bool)]) is None
+
+
+def test_of_held_out_data_only_what_is_not_known_is_asked(make, conf):  # noqa: F811
+    sheet = conf("robot/paper")
+    log, lost = driven(make("paper", start=0.02, sensors={"noise": NOISE}), sheet, 0.1)
+    data, model = asked([log], sheet)
+    found = lost_commands(data, model)
+    begun, free = np.zeros(len(lost), dtype=bool), np.arange(len(lost)) >= 600
+    begun[:600] = lost[:600]
+    (told,) = lost_by(found.mixture, data, model, [begun], [free])
+    np.testing.assert_array_equal(told[:600], lost[:600])
+    assert np.mean(told[600:][lost[600:]]) > 0.6
+    assert np.sum(told[600:] & ~lost[600:]) <= 2
+
+
+def link(conf, share, steps=3, seed=2):  # noqa: F811
+    """The link to a robot whose control period has so many physics steps."""
+    robot = conf("robot/paper")
+    return LostCommands(share).on(robot).start(robot.control_period / steps, np.random.default_rng(seed))
+
+
+def test_the_effect_holds_a_share_of_the_commands(conf):  # noqa: F811
+    through, sent = link(conf, 0.3), np.arange(1.0, 4001.0)
+    acts = np.array([[through(command) for _ in range(3)] for command in sent])
     assert np.all(acts == acts[:, :1])
     came = acts[:, 0] == sent
     assert np.mean(came) == pytest.approx(0.7, abs=4 * np.sqrt(0.21 / 4000))
     np.testing.assert_array_equal(acts[~came, 0], np.concatenate([[0.0], acts[:-1, 0]])[~came])
-    neighbours = np.corrcoef(came[1:], came[:-1])[0, 1]  # each is drawn for itself
-    assert abs(neighbours) < 4 / np.sqrt(4000)
-    assert [LostCommands(0.0).start(0.001, np.random.default_rng(2))(command) for command in sent] == list(sent)
+    assert abs(np.corrcoef(came[1:], came[:-1])[0, 1]) < 4 / np.sqrt(4000)  # each is drawn for itself
+    through = link(conf, 0.0)
+    assert [through(command) for command in sent for _ in range(3)] == np.repeat(sent, 3).tolist()
+
+
+def test_a_command_that_stays_comes_through_at_last(conf):  # noqa: F811
+    for seed in range(50):
+        through = link(conf, 0.5, steps=4, seed=seed)
+        for _ in range(30 * 4):
+            last = through(1.0)
+        assert last == 1.0
 
 
 def test_the_planar_model_does_without_it(conf):  # noqa: F811
@@ -149,7 +203,7 @@ def test_the_planar_model_does_without_it(conf):  # noqa: F811
 
 def test_the_sentence_says_how_many():
     text = CommandLoss(0.0512, 0.043, 0.061, 52, 980).text
-    assert "did not get 5.1 % of its commands (4.3 to 6.1 %)" in text
+    assert "did not get 5.1 % of its commands in time (4.3 to 6.1 %)" in text
     assert "52 of 980" in text
 
 
@@ -158,8 +212,7 @@ def test_a_diagnosis_finds_the_rest_by_the_commands_that_acted(make, conf, tmp_p
     sheet, share = conf("robot/paper"), 0.1
     files, lost = [tmp_path / f"{seed}.mcap" for seed in (1, 2)], []
     for seed, file in enumerate(files, start=1):
-        noise = Noise(1e-3, 0.01, 0.1, 1e-3, 0.03, 0.01)
-        robot = make("paper", start=0.02, drive={"delay": 0.012}, sensors={"noise": noise})
+        robot = make("paper", start=0.02, drive={"delay": 0.012}, sensors={"noise": NOISE})
         log, those = driven(robot, sheet, share, periods=1000, seed=seed)
         write_episode(file, log)
         lost.append(those)
@@ -176,7 +229,8 @@ def test_a_diagnosis_finds_the_rest_by_the_commands_that_acted(make, conf, tmp_p
     assert "did not get" in (out / "report.html").read_text()
     again = tmp_path / "again"
     assert main(["diagnose", listed, f"sim={out / 'augmented.yaml'}", f"hydra.run.dir={again}"]) == 0
-    assert json.loads((again / "diagnosis.json").read_text())["lost_commands"] is None
-    assert (
-        main(["sim-collect", f"sim={out / 'augmented.yaml'}", "rollouts=1", f"hydra.run.dir={tmp_path / 'sim'}"]) == 0
-    )
+    second = json.loads((again / "diagnosis.json").read_text())
+    assert second["lost_commands"]["low95"] < np.mean(lost) < second["lost_commands"]["high95"]
+    assert second["verdict"] == "none"
+    made = f"hydra.run.dir={tmp_path / 'sim'}"
+    assert main(["sim-collect", f"sim={out / 'augmented.yaml'}", "rollouts=1", made]) == 0

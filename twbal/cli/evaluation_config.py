@@ -22,6 +22,7 @@ from twbal.core.files import file_hash
 from twbal.core.robot_parameters import RobotParameters
 from twbal.diagnosis.evaluation_inputs import EvaluationSettings, GivenSimulation
 from twbal.diagnosis.log_names import distinct_names
+from twbal.diagnosis.lost_commands_record import LOST
 from twbal.effects.library import values_of
 from twbal.planar.robot_distribution import TILT_FILTER
 
@@ -46,7 +47,7 @@ def simulations_of(cfg: DictConfig) -> list[GivenSimulation]:
         else:
             found.append(GivenSimulation(name, f"sim={word}", _chosen(word), {}))
     same = [each for each in found[1:] if each.source == f"sim={NOMINAL}" and each.effects == found[0].effects]
-    kept = [each for each in found if each not in same]  # the one that is always there may be named, too
+    kept = [_with_note(each) for each in found if each not in same]  # the one that is always there may be named, too
     twice = [name for name, count in Counter(each.name for each in kept).items() if count > 1]
     if twice:
         raise ConfigError(
@@ -71,7 +72,11 @@ def composed_evaluation(
 
 def simulation_files(simulations: Sequence[GivenSimulation]) -> list[Path]:
     """Files of those that came from files."""
-    return [Path(each.source) for each in simulations if is_simulation_file(each.source)]
+    files = [Path(each.source) for each in simulations if is_simulation_file(each.source)]
+    return [
+        *files,
+        *(path for file in files if file.name == IDENTIFIED and (path := file.parent / DISTRIBUTION).is_file()),
+    ]
 
 
 def _words(given: ListConfig | DictConfig | str | None) -> dict[str, str]:
@@ -107,6 +112,14 @@ def _effects(sim: DictConfig, what: str) -> Mapping[str, Mapping[str, float]]:
     if sim.get("draws"):
         raise ConfigError(f"{what} draws another robot for each rollout; evaluate-sim needs one simulation.")
     return values_of(members(sim.effects))
+
+
+def _with_note(given: GivenSimulation) -> GivenSimulation:
+    """The same, with a word on what predictions do without."""
+    if LOST not in given.effects:
+        return given
+    said = f"{given.name} loses commands at random; predictions take all of them as they were sent"
+    return replace(given, note="; ".join(filter(None, (given.note, said))))
 
 
 def _in_file(name: str, word: str, robot: RobotParameters) -> GivenSimulation:

@@ -9,7 +9,7 @@ import numpy as np
 from twbal.core.gaussian import Array, Mask
 from twbal.diagnosis.findings import Findings
 from twbal.diagnosis.held_commands import acting
-from twbal.diagnosis.lost_commands import LostFound, lost_commands
+from twbal.diagnosis.lost_commands import LostFound, lost_by, lost_commands
 from twbal.diagnosis.lost_commands_record import CommandLoss
 from twbal.diagnosis.model_comparison import ModelComparison
 from twbal.sysid.held_out import Split
@@ -49,49 +49,43 @@ def without_lost_commands(
         search: finds the effects that recordings show to be missing.
         progress: is told what is being done.
     """
-    told: LostFound | None = None
-    comparison = found.comparison
+    as_sent, told = found, None
     for _ in range(_SEARCHES):
-        if comparison is None:
+        if found.comparison is None:
             break
-        data = replace(comparison.data, recordings=split.fitted)
-        now = lost_commands(data, comparison.chosen.fit.model, told and told.lost)
-        if now is None or (told is not None and _are_alike(now.lost, told.lost)):
-            break
+        data = replace(found.comparison.data, recordings=split.fitted)
+        now = lost_commands(data, found.comparison.chosen.fit.model, told and told.lost)
+        if now is None:  # by a model that is nearer to the robot, what was taken for them is something else
+            return WithoutLosses(as_sent, split, None)
+        settled = told is not None and all(np.array_equal(a, b) for a, b in zip(told.lost, now.lost, strict=True))
         told = now
-        progress(f"{told.record.share:.1%} of the commands were lost; the effects are searched again without these")
-        found = search([_with(recording, lost) for recording, lost in zip(split.fitted, told.lost, strict=True)])
-        comparison = found.comparison
-    if told is None:
-        return WithoutLosses(found, split, None)
+        if settled:
+            break
+        progress(
+            f"{now.record.share:.1%} of the commands were lost; the effects are searched again by those that acted"
+        )
+        found = search([_with(recording, lost) for recording, lost in zip(split.fitted, now.lost, strict=True)])
+    if told is None or found.comparison is None:
+        return WithoutLosses(as_sent, split, None)
     fitted = tuple(_with(recording, lost) for recording, lost in zip(split.fitted, told.lost, strict=True))
-    kept_back = split.kept_back if comparison is None else _kept_back(comparison, split, told.lost)
-    return WithoutLosses(found, split._replace(fitted=fitted, kept_back=kept_back), told.record)
+    return WithoutLosses(found, Split(fitted, _kept_back(found.comparison, split, told), *split[2:]), told.record)
 
 
-def _kept_back(comparison: ModelComparison, split: Split, lost: Sequence[Mask]) -> tuple[Recording, ...]:
-    """What was kept back, with the commands that acted."""
+def _kept_back(comparison: ModelComparison, split: Split, told: LostFound) -> tuple[Recording, ...]:
+    """What was kept back, with the commands that acted, as the model that was found tells them."""
     model = comparison.chosen.fit.model
-    data = replace(comparison.data, recordings=split.kept_back)
     begun = [np.zeros(len(recording), dtype=bool) for recording in split.kept_back]
-    if split.are_ends:
-        for whole, first in zip(begun, lost, strict=True):
-            whole[: len(first)] = first
+    free = [np.ones(len(recording), dtype=bool) for recording in split.kept_back]
+    if split.are_ends:  # they begin with what was fitted, of which it is known
+        for whole, may_change, first in zip(begun, free, told.lost, strict=True):
+            whole[: len(first)], may_change[: len(first)] = first, False
     else:
         model = model._replace(offsets=())
-    told = lost_commands(data, model, begun)
-    masks = begun if told is None else list(told.lost)
-    if split.are_ends:  # what was fitted does not count there, and so tells nothing
-        for whole, first in zip(masks, lost, strict=True):
-            whole[: len(first)] = first
-    return tuple(_with(recording, mask) for recording, mask in zip(split.kept_back, masks, strict=True))
+    lost = lost_by(told.mixture, replace(comparison.data, recordings=split.kept_back), model, begun, free)
+    return tuple(_with(recording, those) for recording, those in zip(split.kept_back, lost, strict=True))
 
 
 def _with(recording: Recording, lost: Mask) -> Recording:
     """The recording with the commands that acted."""
     commands: Array = acting(recording.commands, lost)
     return replace(recording, commands=commands)
-
-
-def _are_alike(a: Sequence[Mask], b: Sequence[Mask]) -> bool:
-    return all(np.array_equal(one, other) for one, other in zip(a, b, strict=True))

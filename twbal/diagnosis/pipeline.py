@@ -22,7 +22,6 @@ from twbal.diagnosis.free_form_record import on_free_forms
 from twbal.diagnosis.gap import Models, Stretches, measure_gaps, rollout_error
 from twbal.diagnosis.graded import contradicted, remaining_of, with_shares
 from twbal.diagnosis.inputs import DataSettings, Named, Simulated
-from twbal.diagnosis.lost_commands_record import LOST
 from twbal.diagnosis.model_comparison import ModelComparison, is_open
 from twbal.diagnosis.motor_difference import motor_difference
 from twbal.diagnosis.motor_difference_record import UNEQUAL
@@ -115,9 +114,7 @@ def diagnose_episodes(
         settings=settings,
         progress=progress,
     )
-    found, loss = search(split.fitted), None
-    if LOST not in present:
-        found, split, loss = without_lost_commands(found, split, search, progress)
+    found, split, loss = without_lost_commands(search(split.fitted), split, search, progress)
     progress("rollouts in PyBullet against held-out data")
     diagnosis, found = _reviewed(_diagnosis(found, split, simulated, settings, data), found, settings)
     more = (IN_AIR,) if in_air else on_falls(measured.episodes, diagnosis.verdict)

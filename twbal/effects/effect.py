@@ -25,6 +25,7 @@ from twbal.core.errors import ConfigError
 from twbal.core.plant import Observation
 from twbal.core.quantities import changed
 from twbal.core.robot_model import (
+    Actuator,
     AxleMotion,
     Drive,
     Ground,
@@ -79,8 +80,8 @@ class Effect(ABC):
         separate_by: the experiment that would.
         is_last: whether, in the planar model, it acts after the others of its place. (The last digits of a product
             depend on its order.)
-        told_apart: whether a diagnosis asks for it apart from all other effects, so that the planar model passes it
-            over.
+        diagnosed_separately: whether a diagnosis asks for it apart from all other effects, so that the planar model
+            passes it over.
     """
 
     place: ClassVar[Place]
@@ -90,7 +91,7 @@ class Effect(ABC):
     nearly_same_as: ClassVar[tuple[str, ...]] = ()
     separate_by: ClassVar[str]
     is_last: ClassVar[bool] = False
-    told_apart: ClassVar[bool] = False
+    diagnosed_separately: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         """Raise ConfigError where a parameter has a value that cannot be."""
@@ -183,6 +184,10 @@ class ActuatorEffect(Effect):
     def start(self, physics_step: float, rng: np.random.Generator) -> TorqueFilter:
         """A fresh link for one rollout: summed torque in, summed torque out [N·m], once a physics step [s]."""
 
+    def on(self, robot: RobotParameters) -> Actuator:
+        """What it is on a robot: itself, unless it has to know its control period."""
+        return self
+
 
 class DriverEffect(ActuatorEffect, TorqueTerm):
     """Stands between the command and the motors, and remembers nothing."""
@@ -262,6 +267,6 @@ def assemble(robot: RobotParameters, effects: Sequence[Effect]) -> Machine:
         ground=ground,
         joints=tuple(e for e in ordered if isinstance(e, JointEffect)),
         pushes=tuple(e.push for e in ordered if isinstance(e, AxleTerm)),
-        actuators=tuple(e for e in ordered if isinstance(e, ActuatorEffect)),
+        actuators=tuple(e.on(robot) for e in ordered if isinstance(e, ActuatorEffect)),
         sensors=tuple(e.beside(ordered) for e in ordered if isinstance(e, SensorEffect)),
     )

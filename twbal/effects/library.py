@@ -72,13 +72,13 @@ def effect_name(effect: Effect | type[Effect]) -> str:
 def is_planar(kind: type[Effect]) -> bool:
     """Whether the planar model has an effect: by a term, or as quantities that its parameters change."""
     changes = any(parameter.changes for parameter in parameters_of(kind).values())
-    return not kind.told_apart and (issubclass(kind, _TERMS) or changes)
+    return not kind.diagnosed_separately and (issubclass(kind, _TERMS) or changes)
 
 
-def is_told_apart(name: str) -> bool:
+def is_diagnosed_separately(name: str) -> bool:
     """Whether a diagnosis asks for an effect apart from all others: the planar model passes it over."""
     kind = all_effects().get(name)
-    return kind is not None and kind.told_apart
+    return kind is not None and kind.diagnosed_separately
 
 
 def values_of(effects: Iterable[Effect]) -> dict[str, dict[str, float]]:

@@ -48,7 +48,7 @@ def _comparison(kind: type[Effect]) -> Iterator[str]:
         yield f"Indistinguishable from {_listed(kind.same_as)}."
     if others:
         yield f"Nearly indistinguishable from {_listed(others)}."
-    if is_planar(kind):
+    if is_planar(kind) or kind.diagnosed_separately:
         yield f"How to tell: {kind.separate_by}"
     yield f"Reference: {kind.reference}"
 

@@ -30,5 +30,5 @@ class UnequalMotors(DriveEffect):
         "Transactions on Robotics and Automation 12 (6), 1996, 869-880."
     )
     is_linear = True
-    told_apart = True
+    diagnosed_separately = True
     separate_by = "Lift the robot and compare how fast both wheels come up to speed under the same command."

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, cast
 from twbal.core.errors import ConfigError
 from twbal.core.robot_parameters import RobotParameters
 from twbal.effects.effect import Effect
-from twbal.effects.library import is_told_apart, library, outside_digest
+from twbal.effects.library import is_diagnosed_separately, library, outside_digest
 from twbal.effects.parameter import parameters_of
 
 NOISE = "sensor_noise"
@@ -84,7 +84,7 @@ def changed(twin: TwinParameters, effects: Mapping[str, Mapping[str, float]]) ->
     """
     values: dict[str, float] = {}
     for effect, parameters in effects.items():
-        if effect == NOISE or is_told_apart(effect):
+        if effect == NOISE or is_diagnosed_separately(effect):
             continue
         for name, value in parameters.items():
             if field_of(effect, name) not in twin._field_defaults:

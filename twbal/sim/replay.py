@@ -14,9 +14,12 @@ from twbal.core.robot_model import Machine, Running
 from twbal.core.robot_parameters import RobotParameters
 from twbal.core.start_pose import InitialState
 from twbal.effects.effect import Effect, assemble
+from twbal.effects.lost_commands import LostCommands
 from twbal.effects.sensor_noise import SensorNoise
 from twbal.sim.restart_state import RestartState
 from twbal.sim.world import World
+
+_LEFT_OUT = (SensorNoise, LostCommands)
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +51,7 @@ def replay(
 
     Args:
         robot: data sheet.
-        effects: of the simulation; noise of the sensors is left out.
+        effects: of the simulation; noise of the sensors is left out, and lost commands: recorded ones acted.
         physics_step: [s].
         starts: n motions.
         commands: (n, S) [N·m].
@@ -59,7 +62,7 @@ def replay(
     """
     if len(starts) != len(commands):
         raise DataError(f"A replay needs commands for each of {len(starts)} starts; found {len(commands)}.")
-    machine = assemble(robot, [effect for effect in effects if not isinstance(effect, SensorNoise)])
+    machine = assemble(robot, [effect for effect in effects if not isinstance(effect, _LEFT_OUT)])
     world = World(machine, physics_step)
     steps = substeps(robot.control_period, physics_step)
     actuated = _Actuated(machine, physics_step, steps)

@@ -7,6 +7,14 @@ from twbal.diagnosis.record import CLOSED, Diagnosis, Gap, ProbableEffect, Verdi
 
 def headline_text(diagnosis: Diagnosis) -> str:
     """What the diagnosis comes to, in a few sentences."""
+    text, loss = _verdict(diagnosis), diagnosis.lost_commands
+    if loss is None:
+        return text
+    lost = f"The robot did not get {100 * loss.share:.2g} % of its commands in time."
+    return f"{lost} With those that acted: {text[0].lower()}{text[1:]}"
+
+
+def _verdict(diagnosis: Diagnosis) -> str:
     head = diagnosis.headline
     if diagnosis.verdict is Verdict.NAMED:
         text = f"The simulation lacks {_listed(map(_described, diagnosis.named_effects))}."

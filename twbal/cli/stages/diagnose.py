@@ -119,6 +119,8 @@ def _title(result: DiagnosisResult) -> str:
     content = f"the simulation of robot {result.simulation.robot.name} with its data sheet refitted"
     if added:
         content += " and " + ", ".join(added).replace("_", " ")
+    if result.diagnosis.lost_commands is not None:
+        content += ", and lost commands"
     return f"No finding (verdict {verdict}): {content}." if verdict.is_open else f"Verdict {verdict}: {content}."
 
 
