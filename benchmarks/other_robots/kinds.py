@@ -173,7 +173,7 @@ FOREIGN: dict[str, Kind] = {
     "command_loss": Kind({"share": 0.25}),
     "gyro_bias_walk": Kind({"walk": 0.03}),
 }
-"""Effects that twbal's library did not have when the sets were designed."""
+"""Effects that twbal's library did not have when the sets were designed. It tells lost commands by now."""
 
 KNOWN_SINCE = ("quadratic_drag", "slew_limit", "friction_feedforward")
 """Of these, the ones that it has by now. They are left out where they are hidden as foreign, and so stay foreign."""

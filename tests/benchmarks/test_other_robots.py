@@ -33,7 +33,9 @@ from benchmarks.other_robots.mechanics import (
 )
 from benchmarks.other_robots.recording import driven, record
 from benchmarks.other_robots.robots import cascade, drawn_sensors, nominal, regulator
+from benchmarks.other_robots.score import judged
 from benchmarks.other_robots.sets import EXCITATIONS, RATES, SENSORS, SHEETS, STRATA, designed, sets
+from benchmarks.other_robots.tables import other_robots_lost
 from twbal.cli.composition import composing
 from twbal.effects.library import library
 from twbal.effects.parameter import parameters_of
@@ -337,3 +339,29 @@ def test_a_clean_robot_stays_up_in_all_its_episodes(seed, sheets):
     each = designed("clean", seed)
     found = driven(each, replace(sheets[each.sheet], control_period=1.0 / each.rate))
     assert found.stays_up and found.gentler == 1.0 and not found.hidden
+
+
+def test_the_table_of_lost_commands_counts_what_was_told_and_whether_intervals_hold():
+    rows = [
+        {"excitation": "E", "lost": [0.0, None]},
+        {"excitation": "N", "lost": [0.0, [0.01, 0.005, 0.02]]},
+        {"excitation": "E", "lost": [0.05, [0.05, 0.04, 0.06]]},
+        {"excitation": "N", "lost": [0.06, [0.04, 0.03, 0.05]]},
+        {"excitation": "N", "lost": [0.07, None]},
+    ]
+    _, _, none, some = other_robots_lost({"sets": rows})
+    assert none.startswith("| none | 2 | 1 of 2")
+    assert some.startswith("| 3 to 10 % | 3 | 2 of 3")
+    assert "| 1 of 2 (1-99 %) | 1 of 1" in some
+
+
+def test_commands_that_are_lost_are_in_the_label_and_in_what_was_said():
+    each = designed("lost", 3)
+    assert list(each.effects) == ["command_loss"] and 1 / 32 <= each.effects["command_loss"] <= 1
+    label = {**each._asdict(), "hidden": {"command_loss": {"share": 0.1}}, "gentler": 1.0, "stays_up": True}
+    label["sensor_values"] = {"tilt_constant": 0.0}
+    told = {"effects": [], "verdict": "none", "schema": 2, "remaining": {"is_beyond_noise": False}}
+    said = {"share": 0.09, "low95": 0.08, "high95": 0.11, "lost": 9, "tested": 100}
+    assert judged(label, {**told, "lost_commands": said}, 1.0)["lost"] == [0.1, [0.09, 0.08, 0.11]]
+    assert judged(label, {**told, "lost_commands": None}, 1.0)["lost"] == [0.1, None]
+    assert judged(label, None, 1.0)["lost"] == [0.1, None]
