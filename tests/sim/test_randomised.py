@@ -36,6 +36,15 @@ def test_a_trial_is_that_of_a_simulation_with_the_drawn_effects(paper):
         np.testing.assert_array_equal(found, course(plant, 3))
 
 
+def test_effects_that_the_planar_model_does_not_have_are_drawn_too(paper):
+    draws = {"lost_commands": {"share": [0.3, 0.5]}}
+    with randomised(paper, draws) as plant:
+        found, (effect,) = course(plant, 3), plant.drawn(3)
+    assert 0.3 <= effect.share <= 0.5
+    with randomised(paper, {}) as plant:
+        assert np.abs(found - course(plant, 3)).max() > 1e-3
+
+
 def test_draws_fill_their_ranges(paper):
     with randomised(paper) as plant:
         gains = [next(iter(asdict(effect).values())) for trial in range(300) for effect in plant.drawn(trial)[:1]]

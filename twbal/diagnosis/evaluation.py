@@ -138,7 +138,7 @@ def _evaluated(simulation: GivenSimulation, logs: Sequence[GivenLog]) -> Evaluat
     elsewhere = {sha256: Path(path) for sha256, path in simulation.found_on.items() if sha256 not in here}
     names = here | dict(zip(elsewhere, distinct_names(list(elsewhere.values()), here.values()), strict=True))
     found_on = tuple(names[sha256] for sha256 in simulation.found_on)
-    return EvaluatedSimulation(simulation.name, simulation.source, simulation.effects, found_on)
+    return EvaluatedSimulation(simulation.name, simulation.source, simulation.effects, found_on, simulation.note)
 
 
 def _log(log: GivenLog, read: ReadLog) -> EvaluatedLog:

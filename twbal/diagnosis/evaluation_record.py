@@ -76,12 +76,14 @@ class EvaluatedSimulation:
         source: its file, or its choice of the group `sim`.
         effects: that it has, with their values.
         found_on: logs that it was found on, by name; none where nothing tells.
+        note: what its effects have that its source has not, and what predictions do without; "" where that is nothing.
     """
 
     name: str
     source: str
     effects: Mapping[str, Mapping[str, float]]
     found_on: tuple[str, ...]
+    note: str = ""
 
 
 class EvaluatedLog(NamedTuple):

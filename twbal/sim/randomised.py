@@ -8,7 +8,7 @@ from twbal.core.robot_parameters import RobotParameters
 from twbal.core.start_pose import StartPose
 from twbal.core.streams import Stream, generator
 from twbal.effects.effect import Effect
-from twbal.effects.library import library
+from twbal.effects.library import all_effects
 from twbal.effects.parameter import parameters_of
 from twbal.sim.bullet_plant import SimPlant
 
@@ -45,9 +45,9 @@ class RandomisedPlant(Plant):
         self._robot, self._effects, self._draws = robot, list(effects), draws
         self._start, self._physics_step, self._seed = start, physics_step, seed
         for name, ranges in draws.items():
-            if name not in library():
-                raise ConfigError(f"There is no effect {name!r} to draw; the effects are: {', '.join(library())}.")
-            known = parameters_of(library()[name])
+            if name not in all_effects():
+                raise ConfigError(f"There is no effect {name!r} to draw; the effects are: {', '.join(all_effects())}.")
+            known = parameters_of(all_effects()[name])
             for parameter, pair in ranges.items():
                 if parameter not in known:
                     raise ConfigError(f"{name} has no parameter {parameter!r}; it has: {', '.join(known)}.")
@@ -59,7 +59,7 @@ class RandomisedPlant(Plant):
         """What the robot of a trial has beyond those effects that all have."""
         rng = generator(Stream.DOMAIN_RANDOMISATION, self._seed, trial)
         return [
-            library()[name](**{key: float(rng.uniform(pair[0], pair[1])) for key, pair in ranges.items()})
+            all_effects()[name](**{key: float(rng.uniform(pair[0], pair[1])) for key, pair in ranges.items()})
             for name, ranges in self._draws.items()
         ]
 

@@ -36,9 +36,10 @@ def title(channel: str, horizon: float) -> str:
 
 
 def judgements(evaluation: SimulationEvaluation) -> list[str]:
-    """A sentence for each simulation beside the reference, on the channel and horizon that stand for all."""
+    """Notes, and a sentence for each simulation beside the reference, on the channel that stands for all."""
     channel, horizon = headline_channel(evaluation), evaluation.headline_horizon
-    return [
+    notes = [f"{simulation.note}." for simulation in evaluation.simulations if simulation.note]
+    return notes + [
         _judgement(evaluation, simulation, channel, horizon)
         for simulation in evaluation.simulations
         if simulation.name != evaluation.reference

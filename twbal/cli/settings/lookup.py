@@ -164,7 +164,7 @@ def is_known(target: str) -> bool:
 def _effect_rows(tree: Mapping[str, Any]) -> Iterator[Setting]:
     """Rows of the effects that a configuration has."""
     from twbal.cli.settings.effect_settings import effect_settings
-    from twbal.effects.library import effect_of, library
+    from twbal.effects.library import all_effects, effect_of
 
     robot = _mapping(tree.get("robot"))
     limit = _number(robot.get("torque_limit"), TORQUE_LIMIT, 20.0)
@@ -175,7 +175,7 @@ def _effect_rows(tree: Mapping[str, Any]) -> Iterator[Setting]:
         found = effect_of(str(effect.get("_target_", "")))
         if found is not None:
             yield from effect_settings(key, found, *sizes)
-    known = library()
+    known = all_effects()
     for name in _mapping(_mapping(tree.get("sim")).get("draws")):
         if name in known:
             yield from effect_settings(f"sim.draws.{name}", known[name], *sizes, drawn=True)

@@ -77,9 +77,6 @@ def _evaluate_to_files(
     settings: EvaluationSettings,
     out: Path,
 ) -> list[Path]:
-    for simulation in simulations:
-        if simulation.note:
-            say(simulation.note)
     logs = [
         GivenLog(name, str(file), file_hash(file), read_episode(file))
         for name, file in zip(distinct_names(files), files, strict=True)
@@ -100,5 +97,5 @@ def _print(evaluation: SimulationEvaluation) -> None:
         print(in_columns(found_on_tested_on(evaluation, channel, horizon)))
     if any(score.is_own_data for score in evaluation.scores):
         print(f"{OWN} the simulation was found on this log")
-    for line in judgements(evaluation) or [ALONE]:
+    for line in (*judgements(evaluation), *([ALONE] if len(evaluation.simulations) == 1 else ())):
         print(line, flush=True)
