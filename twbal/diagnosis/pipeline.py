@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from twbal.core.engine import dividing_step
+from twbal.core.episode import Episode
 from twbal.core.gaussian import Array
 from twbal.core.robot_parameters import RobotParameters
 from twbal.diagnosis.advice import OUTWEIGHED, UNEXPLAINED, on_disagreements, on_falls, on_next_experiment
@@ -24,7 +25,7 @@ from twbal.diagnosis.graded import contradicted, remaining_of, with_shares
 from twbal.diagnosis.inputs import DataSettings, Named, Simulated
 from twbal.diagnosis.model_comparison import ModelComparison, is_open
 from twbal.diagnosis.motor_difference import motor_difference
-from twbal.diagnosis.motor_difference_record import UNEQUAL
+from twbal.diagnosis.motor_difference_record import UNEQUAL, MotorDifference
 from twbal.diagnosis.name import name_effects
 from twbal.diagnosis.next_experiment import next_experiment
 from twbal.diagnosis.record import Diagnosis, Verdict, headline
@@ -91,58 +92,58 @@ def diagnose_episodes(
     damping = joint_damping_rate(twin_parameters(simulation.robot, simulation.effects))
     settings = settings.for_period(simulation.robot.control_period, damping)
     usability = Usability(data.min_length, data.min_samples, data.max_yaw_rate, data.max_tilt)
-    robot, present, step = simulation.robot, simulation.effects, simulation.physics_step
+    robot, present = simulation.robot, simulation.effects
     in_air = wheels_in_air([*measured.episodes, *tests.episodes], data.max_tilt)
-    simulated = Simulated(robot, present, dividing_step(robot.control_period, step))
+    simulated = Simulated(robot, present, dividing_step(robot.control_period, simulation.physics_step))
     if in_air:
         settings = replace(settings, tolerances=replace(settings.tolerances, tilt_offset=0.0))
         simulated = replace(simulated, robot=held(robot), effects=without_rotors(present))
         usability = replace(usability, min_samples=data.min_length, needs_tilt=False)
-        measured, tests = (
-            replace(these, episodes=[held_upright(e) for e in these.episodes]) for these in (measured, tests)
-        )
+        measured, tests = _upright(measured), _upright(tests)
     split = _split(measured, tests, simulated.robot, usability, data.held_out)
     for said in what_is_not_used([*measured.episodes], [*measured.names], [*split.fitted, *split.kept_back], usability):
         progress(said)
     progress(_how_many(split))
     name = identify_friction if in_air else name_effects
-    search = partial(
-        name,
-        robot=simulated.robot,
-        effects=simulated.effects,
-        candidates=candidates_for(simulated.robot),
-        settings=settings,
-        progress=progress,
-    )
+    candidates = candidates_for(simulated.robot)
+
+    def search(recordings: Sequence[Recording]) -> Findings:
+        return name(recordings, simulated.robot, simulated.effects, candidates, settings, progress)
+
     found, split, loss = without_lost_commands(search(split.fitted), split, search, progress)
     progress("rollouts in PyBullet against held-out data")
     diagnosis, found = _reviewed(_diagnosis(found, split, simulated, settings, data), found, settings)
-    more = (IN_AIR,) if in_air else on_falls(measured.episodes, diagnosis.verdict)
-    diagnosis = replace(diagnosis, advice=(*more, *diagnosis.advice))
+    first = (IN_AIR,) if in_air else on_falls(measured.episodes, diagnosis.verdict)
+    diagnosis = replace(diagnosis, advice=(*first, *diagnosis.advice))
     if found.comparison is not None:
-        whole = () if split.are_ends else split.kept_back
-        disagreeing = disagreements(found.comparison, whole)
+        disagreeing = disagreements(found.comparison, () if split.are_ends else split.kept_back)
         advice = (*diagnosis.advice, *on_disagreements(disagreeing))
         diagnosis = replace(diagnosis, disagreements=disagreeing, advice=advice)
     if data.free_form and found.comparison is not None and diagnosis.has_remains:
         progress("looking for a function of one variable in what remains")
         formed = free_forms(free_form_inputs(found.comparison, split, simulated, settings))
         diagnosis = replace(diagnosis, free_form=formed, advice=(*diagnosis.advice, on_free_forms(formed)))
-    unsettled = is_open(diagnosis.verdict, diagnosis.effects, diagnosis.rivals)
-    if data.next_experiment and found.comparison is not None and len(found.comparison.rivals) > 1 and unsettled:
+    if data.next_experiment and found.comparison is not None and _is_unsettled(found.comparison, diagnosis):
         suggested = next_experiment(found.comparison, robot, progress)
         advice = (*diagnosis.advice, *on_next_experiment(suggested, found.comparison, diagnosis.effects))
         diagnosis = replace(diagnosis, next_experiment=suggested, no_safe_experiment=suggested is None, advice=advice)
     corrected = replace(simulated, robot=robot, effects={**present, **found.named.effects})
-    if loss is not None:
-        diagnosis = replace(diagnosis, lost_commands=loss, advice=(*diagnosis.advice, loss.text))
-        corrected = replace(corrected, effects={**corrected.effects, **loss.effects})
-    if found.comparison is not None and UNEQUAL not in present:
-        twin = found.comparison.chosen.fit.model.twin
-        if uneven := motor_difference([*measured.episodes, *tests.episodes], robot, twin, data.max_tilt):
-            diagnosis = replace(diagnosis, motor_difference=uneven, advice=(*diagnosis.advice, uneven.text))
-            corrected = replace(corrected, effects={**corrected.effects, **uneven.effects})
+    uneven = _motor_difference(found, [*measured.episodes, *tests.episodes], corrected, data)
+    told = [each for each in (loss, uneven) if each is not None]
+    advice = (*diagnosis.advice, *(each.text for each in told))
+    diagnosis = replace(diagnosis, lost_commands=loss, motor_difference=uneven, advice=advice)
+    for each in told:
+        corrected = replace(corrected, effects={**corrected.effects, **each.effects})
     return DiagnosisResult(diagnosis, found, split, corrected)
+
+
+def _motor_difference(
+    found: Findings, episodes: Sequence[Episode], simulation: Simulated, data: DataSettings
+) -> MotorDifference | None:
+    """By how much one motor is the stronger one; None where nothing shows it, or the simulation knows already."""
+    if found.comparison is None or UNEQUAL in simulation.effects:
+        return None
+    return motor_difference(episodes, simulation.robot, found.comparison.chosen.fit.model.twin, data.max_tilt)
 
 
 def free_form_inputs(
@@ -162,6 +163,16 @@ def free_form_inputs(
         ends if split.are_ends else tilt_offsets(tolerances, len(recordings)),
         float(np.hypot(settings.lines.form, tolerances.data_sheet)),
     )
+
+
+def _is_unsettled(comparison: ModelComparison, diagnosis: Diagnosis) -> bool:
+    """Whether other data could tell more, and there are sets of effects to tell apart."""
+    return len(comparison.rivals) > 1 and is_open(diagnosis.verdict, diagnosis.effects, diagnosis.rivals)
+
+
+def _upright(these: Named) -> Named:
+    """Episodes of a robot that lies, as if it were held upright."""
+    return replace(these, episodes=[held_upright(episode) for episode in these.episodes])
 
 
 def _how_many(split: Split) -> str:
