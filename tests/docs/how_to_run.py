@@ -298,6 +298,7 @@ TABLE: Mapping[str, How] = {
     "real-rollout experiment=excite trials=1": Stage(),
     "python -m benchmarks.hidden_effects again": Benchmark(),
     "python -m benchmarks.other_robots all": Benchmark(),
+    "python -m benchmarks.other_robots all strata=lost,clean,foreign seeds=1126-1134": Benchmark(),
     "python -m benchmarks.what_next": Benchmark(),
     "python -m benchmarks.agreement": Benchmark(),
     "python -m benchmarks.free_form": Benchmark(),
