@@ -4,21 +4,24 @@ import json
 import sys
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from twbal.cli.main import main
 from twbal.core.episode import Episode, Outcome, Provenance
+from twbal.diagnosis import commands_that_acted
 from twbal.diagnosis.held_commands import HeldScores, acting, held_scores, sent_commands, with_several_lost
+from twbal.diagnosis.lost_commands import LostFound, Mixture, lost_by, lost_commands
 from twbal.diagnosis.lost_commands import _found as found_among
-from twbal.diagnosis.lost_commands import lost_by, lost_commands
 from twbal.diagnosis.lost_commands_record import CommandLoss
 from twbal.diagnosis.name import QUIETEST, first_noise, largest_noise, with_fitted_noise
 from twbal.effects.library import library
 from twbal.effects.lost_commands import LostCommands
 from twbal.io.logs.writer import write_episode
 from twbal.planar.parameters import twin_parameters
+from twbal.sysid.held_out import Split
 from twbal.sysid.model import Data, Model
 from twbal.sysid.recording import Usability, read_recordings
 from twbal.virtual_robot.ground_truth import Noise
@@ -154,6 +157,25 @@ def test_what_another_model_takes_for_lost_is_taken_back(make, conf):  # noqa: F
     log, _ = driven(make("paper", start=0.02, sensors={"noise": NOISE}), sheet, 0.0)
     data, model = asked([log], sheet)
     assert lost_commands(data, model, [np.zeros(len(log.commands), dtype=bool)]) is None
+
+
+def test_the_first_findings_stand_where_a_later_model_shows_no_losses(make, conf, monkeypatch):  # noqa: F811
+    sheet = conf("robot/paper")
+    data, model = asked([driven(make("paper", start=0.02), sheet, 0.0, periods=400)[0]], sheet)
+    split = Split(tuple(data.recordings), tuple(data.recordings), ("log",), are_ends=False)
+    first, second = (
+        SimpleNamespace(comparison=SimpleNamespace(data=data, chosen=SimpleNamespace(fit=SimpleNamespace(model=model))))
+        for _ in range(2)
+    )
+    lost = np.arange(len(data.recordings[0])) % 20 == 7
+    told = iter([LostFound(CommandLoss(0.05, 0.04, 0.06, 20, 400), (lost,), Mixture(0.05, 0.0, 1.0, 5.0)), None])
+    monkeypatch.setattr(commands_that_acted, "lost_commands", lambda *given: next(told))
+    searched = []
+    found = commands_that_acted.without_lost_commands(first, split, lambda r: searched.append(r) or second, print)
+    assert found.findings is first
+    assert found.split is split
+    assert found.loss is None
+    assert not np.array_equal(searched[0][0].commands, data.recordings[0].commands)
 
 
 def test_of_held_out_data_only_what_is_not_known_is_asked(make, conf):  # noqa: F811

@@ -121,11 +121,12 @@ def with_several_lost(sent: SentCommands, lost: Mask, may_change: Mask, log_odds
         log_odds: of any one to be lost, before its errors are seen.
     """
     tried = np.zeros(len(lost) + 1, dtype=bool)
-    losses = _losses(sent.errors(lost))
+    white = sent.errors(lost)
     for _ in range(_ROUNDS):
-        places = _apart(np.flatnonzero((_squares(sent.errors(lost)) > _LARGE) & ~tried).tolist())
+        places = _apart(np.flatnonzero((_squares(white) > _LARGE) & ~tried).tolist())
         if not places:
             break
+        losses = _losses(white)
         tried[places] = True
         choices, costs = list[Mask](), list[list[float]]()
         for bits in product((False, True), repeat=_TOGETHER):
@@ -141,9 +142,8 @@ def with_several_lost(sent: SentCommands, lost: Mask, may_change: Mask, log_odds
             if costs[number][place] < _near(t, losses, lost, log_odds) - _GAIN:
                 best[t - _TOGETHER : t] = choices[number][t - _TOGETHER : t]
                 tried[t : t + _SPACING] = False
-        if np.array_equal(best, lost):
-            continue
-        lost, losses = best, _losses(sent.errors(best))
+        if not np.array_equal(best, lost):
+            lost, white = best, sent.errors(best)
     return lost
 
 
