@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 from hydra.utils import instantiate
+from kept_configurations import keep_configurations
 from omegaconf import OmegaConf
 
 from twbal.core.threads import default_to_one_thread
@@ -22,6 +23,12 @@ def pytest_addoption(parser):
         help="try this robot alone: its port, or a program that prints `port <path>`; {clock} in it becomes lockstep "
         "and real_time",
     )
+
+
+def pytest_configure(config):
+    """Tests compose the same files again and again."""
+    keep_configurations(patch := pytest.MonkeyPatch())
+    config.add_cleanup(patch.undo)
 
 
 def pytest_collection_finish():

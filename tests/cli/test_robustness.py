@@ -130,6 +130,7 @@ def test_the_unchanged_robot_is_the_one_behind_the_serial_port(runs, tmp_path):
     assert method.policies[0].unchanged.succeeded == succeeded
 
 
+@pytest.mark.slow
 def test_groups_on_other_robots_are_warned_of(runs, tmp_path, capsys):
     write_run(tmp_path / "other" / "a", seed=881)
     assert compare(f"[{runs / 'good'},{tmp_path / 'other'}]", tmp_path / "out") == 0

@@ -70,6 +70,7 @@ def test_strain_is_what_a_bounded_fit_loses(paper):
     assert found == pytest.approx(2.0 * bounded.cost - unbounded, rel=0.35)
 
 
+@pytest.mark.slow
 def test_a_body_too_heavy_is_seen_although_no_value_stands_out(paper):
     """Mass, inertia and gain share what the mass is off by, and each is within two standard deviations."""
     recording = synthetic_recording(paper, scaled(body_mass=1.11), seed=22, periods=1500, tolerance=0.0)

@@ -73,6 +73,7 @@ def test_a_search_for_margin_holds_more_of_the_robots_that_changed(stiff):
     assert robots.driven(found.policy).success > 0.9
 
 
+@pytest.mark.slow
 def test_where_margin_is_asked_it_counts_as_much_as_success_with_the_robots_as_they_are(stiff):
     robots, without, found = stiff
     plain = robots.ranked("without", without)

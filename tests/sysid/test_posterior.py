@@ -134,6 +134,7 @@ def ideal_robot(tilt=lambda seen, radius, period: seen[:, 1]):
     return robot, Episode(("tilt",), robot.control_period, seen, seen[:, 1:2], log["commands"], Outcome.COMPLETED, told)
 
 
+@pytest.mark.slow
 def test_a_robot_without_a_filter_that_is_as_its_sheet_says_is_found_so():
     """Fits that began where that with a filter of 5 s ends gave a geared rotor 73 % of the wheels' inertia."""
     robot, episode = ideal_robot()

@@ -8,10 +8,10 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path, PurePosixPath
 from typing import Any, TypeVar
 
-from hydra import compose
 from hydra.conf import HydraConf
 from hydra.core.global_hydra import GlobalHydra
 from hydra.core.hydra_config import HydraConfig
+from hydra.types import RunMode
 
 from twbal.cli.commands import text
 from twbal.cli.conf_folder import conf_folder
@@ -66,8 +66,10 @@ def _default_choices(hydra: HydraConf) -> Mapping[str, Any]:
     chosen = {word.split("=", 1)[0] for word in hydra.overrides.task}
     if not any(key in made or key.startswith(("+", "~")) for key in chosen):  # composing takes as long as short stages
         return made
-    default: Mapping[str, Any] = compose(hydra.job.config_name, return_hydra_config=True).hydra.runtime.choices
-    return default
+    loader = GlobalHydra.instance().config_loader()
+    defaults = loader.compute_defaults_list(hydra.job.config_name, [], RunMode.RUN)  # half the time of composing
+    choices: Mapping[str, Any] = defaults.overrides.known_choices
+    return choices
 
 
 def next_command(stage: str, settings: Mapping[str, Any], *groups: str) -> str:
