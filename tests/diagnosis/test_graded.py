@@ -113,7 +113,7 @@ def test_rollouts_that_get_worse_leave_nothing_named_and_no_share():
 
 
 def test_shares_of_the_gap_are_not_clipped():
-    head = Gap("tilt", 0.15, 0.05, 0.04, 0.012, 0.01, 0.95, 0.01)
+    head = Gap("tilt", 0.15, 0.05, 0.04, 0.012, 0.01, 0.95, 0.01, -3.0)
     (found,) = with_shares([EFFECT], head, {"dead_zone": 0.092})
     assert found.share == pytest.approx((0.092 - 0.012) / (0.05 - 0.01))
     assert head.remaining == pytest.approx((0.012 - 0.01) / (0.05 - 0.01))

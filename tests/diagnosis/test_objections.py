@@ -217,11 +217,11 @@ def test_values_of_the_data_sheet_that_are_off_are_listed_with_their_factors(pap
     assert "body mass x 1.06 (+2.0 tolerances), com height x 0.95 (-1.7 tolerances)." in exceeds_tolerances
 
 
-def gap(before, refitted, after, noise_floor):
+def gap(before, refitted, after, noise_floor, excess=3.0):
     """As `measure_gaps` makes it."""
     least = min(noise_floor, after)
     closed = (before - after) / (before - least) if before > 1.1 * least else None
-    return Gap("tilt", 0.15, before, refitted, after, least, closed, noise_floor)
+    return Gap("tilt", 0.15, before, refitted, after, least, closed, noise_floor, excess)
 
 
 @pytest.mark.parametrize(
@@ -242,7 +242,10 @@ def test_what_makes_held_out_rollouts_worse_is_no_finding(error, verdict):
         assert f"{number:.3g}" in sentence
 
 
-@pytest.mark.parametrize("error", [gap(0.020, 0.010, 0.006, 0.005), gap(0.020, 0.0060, 0.0061, 0.005), None])
+@pytest.mark.parametrize(
+    "error",
+    [gap(0.020, 0.010, 0.006, 0.005), gap(0.020, 0.0060, 0.0061, 0.005), gap(0.020, 0.006, 0.009, 0.005, 1.5), None],
+)
 def test_what_makes_rollouts_better_or_no_worse_than_by_chance_stays_named(error):
     assert review(Verdict.NAMED, ("imu_delay",), error) == (Verdict.NAMED, "")
 

@@ -149,7 +149,7 @@ def test_rivals_that_explain_nearly_as_well_are_told_apart_by_what_they_fall_sho
 
 
 def test_figures_that_a_page_scales_to_its_width_keep_fonts_of_about_one_size():
-    gaps = [Gap(channel, 0.1, 0.01, 0.008, 0.002, 0.001, 0.9, 0.001) for channel in ("tilt", "tilt_rate")]
+    gaps = [Gap(channel, 0.1, 0.01, 0.008, 0.002, 0.001, 0.9, 0.001, -3.0) for channel in ("tilt", "tilt_rate")]
     units = {"tilt": "rad", "tilt_rate": "rad/s"}
     figures = [
         rivals_figure([Rival(("a",), 1.0, 1.0, 1.0)], most=3),
@@ -162,7 +162,7 @@ def test_figures_that_a_page_scales_to_its_width_keep_fonts_of_about_one_size():
 
 
 def test_gaps_are_drawn_in_degrees_over_milliseconds():
-    gaps = [Gap("tilt", h, 0.1 * h, 0.08 * h, 0.02 * h, 0.01 * h, 0.9, 0.01 * h) for h in (0.1, 0.2)]
+    gaps = [Gap("tilt", h, 0.1 * h, 0.08 * h, 0.02 * h, 0.01 * h, 0.9, 0.01 * h, -3.0) for h in (0.1, 0.2)]
     (panel,) = gap_figure(gaps, {"tilt": "rad"}, "with what was named").axes
     before, refitted, after, floor = panel.lines
     np.testing.assert_allclose(before.get_xdata(), [100.0, 200.0])
@@ -175,7 +175,7 @@ def test_gaps_are_drawn_in_degrees_over_milliseconds():
 
 @pytest.mark.parametrize("channels", [("tilt",), ("tilt", "tilt_rate")])
 def test_the_legend_is_no_wider_than_the_figure(channels):
-    gaps = [Gap(channel, h, 0.1, 0.08, 0.02, 0.01, 0.9, 0.01) for channel in channels for h in (0.1, 0.2)]
+    gaps = [Gap(channel, h, 0.1, 0.08, 0.02, 0.01, 0.9, 0.01, -3.0) for channel in channels for h in (0.1, 0.2)]
     figure = gap_figure(gaps, {channel: "rad" for channel in channels}, "with what was named")
     figure.draw_without_rendering()
     (placed,) = figure.legends
@@ -188,7 +188,7 @@ def test_the_legend_is_no_wider_than_the_figure(channels):
 
 def test_the_floor_is_drawn_where_it_is_and_nothing_is_drawn_twice():
     """Noise alone may leave more than the rollouts do, and without effects these are those of the refit."""
-    gaps = [Gap("tilt", h, 0.1 * h, 0.02 * h, 0.02 * h, 0.02 * h, 1.0, 0.03 * h) for h in (0.1, 0.2)]
+    gaps = [Gap("tilt", h, 0.1 * h, 0.02 * h, 0.02 * h, 0.02 * h, 1.0, 0.03 * h, -3.0) for h in (0.1, 0.2)]
     (panel,) = gap_figure(gaps, {"tilt": "rad"}, None).axes
     assert [line.get_label() for line in panel.lines] == ["data sheet", "data sheet refitted", "sensor noise alone"]
     assert panel.lines[-1].get_ydata()[1] == pytest.approx(np.degrees(0.006))

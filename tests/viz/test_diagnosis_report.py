@@ -48,8 +48,8 @@ NAMED = Diagnosis(
     rivals=(Rival(("coulomb_friction",), 120.0, 0.97, 1.1), Rival((), 0.0, 0.0, 9.0)),
     where=(Region("tilt", "speed", -1.0, 0.0, 50, 0.2, 1.1),),
     gap=(
-        Gap("tilt", 0.06, 0.01, 0.009, 0.004, 0.003, 0.86, 0.003),
-        Gap("tilt", 0.15, 0.02, 0.012, 0.008, 0.004, 0.75, 0.004),
+        Gap("tilt", 0.06, 0.01, 0.009, 0.004, 0.003, 0.86, 0.003, -3.0),
+        Gap("tilt", 0.15, 0.02, 0.012, 0.008, 0.004, 0.75, 0.004, -3.0),
     ),
     held_out=("trial_000, 30-40 s",),
     whiteness=(Whiteness("tilt", 9.0, 1.1), Whiteness("tilt_rate", 4.0, 1.2)),
@@ -163,7 +163,7 @@ def test_every_verdict_has_a_sentence(verdict):
 def headline_of(before, refitted, after, floor, verdict=Verdict.NAMED, **changes):
     """The headline with this error over 0.15 s."""
     least = min(floor, after)
-    error = Gap("tilt", 0.15, before, refitted, after, least, (before - after) / (before - least), floor)
+    error = Gap("tilt", 0.15, before, refitted, after, least, (before - after) / (before - least), floor, 3.0)
     return headline_text(replace(NAMED, verdict=verdict, gap=(error,), **changes))
 
 

@@ -15,7 +15,17 @@ SCHEMA = 2
 def as_record(diagnosis: Diagnosis) -> dict[str, Any]:
     """What is in a `diagnosis.json`."""
     head = diagnosis.headline
-    names = ("before", "refitted", "after", "floor", "closed", "noise_floor", "closed_by_refit", "closed_by_effects")
+    names = (
+        "before",
+        "refitted",
+        "after",
+        "floor",
+        "closed",
+        "noise_floor",
+        "closed_by_refit",
+        "closed_by_effects",
+        "excess",
+    )
     gap: dict[str, Any] = {name: getattr(head, name, None) for name in names}
     if head is not None:
         gap["metric"] = f"rms error of {head.channel} after {head.horizon:g} s"

@@ -107,6 +107,7 @@ def filter_result_of(data: Data, model: Model, effects: Effects) -> FilterResult
         model.angle_lead,
         model.offsets,
         kalman.covariance,
+        model.twin.tilt_filter_rate,
     )
 
 

@@ -61,6 +61,7 @@ class FilterResult:
         offsets: of the tilt of each recording [rad]; none where they are all 0.
         posterior_covariance: (4, 4) of what a trajectory gets wrong of tilt, wheel angle in space, tilt rate and wheel
             rate in space, where the model is right.
+        filter_rate: of the complementary filter that makes the tilt; 0 without one [1/s].
     """
 
     effects: Effects
@@ -71,6 +72,7 @@ class FilterResult:
     angle_lead: float
     offsets: tuple[float, ...]
     posterior_covariance: Array
+    filter_rate: float
 
 
 @dataclass(frozen=True, eq=False)

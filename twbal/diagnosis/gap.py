@@ -36,6 +36,20 @@ class Models(NamedTuple):
     named: FilterResult
 
 
+class _Rollouts(NamedTuple):
+    """Rollouts of one model.
+
+    Attributes:
+        starts: (n,) of them.
+        courses: (n, S + 1, 4) that they take in the engine, in the order of `MEASURED`.
+        errors: (n, S + 1, 4) predicted less measured.
+    """
+
+    starts: Sequence[ReplayStart]
+    courses: Array
+    errors: Array
+
+
 class Stretches(NamedTuple):
     """Where rollouts begin.
 
@@ -79,29 +93,32 @@ def measure_gaps(
     if not places:
         return ()
     commands = np.array([recordings[r].commands[t : t + stretches.ahead] for r, t in places])
-    seen = np.array([recordings[r].measured[t : t + stretches.ahead + 1] for r, t in places])  # (n, S + 1, 4)
-    errors: list[Array] = []  # (n, S + 1, 4) of each model
-    starts: list[ReplayStart] = []
-    courses = np.empty(0)
-    before: FilterResult | None = None
-    for result in models:
-        if result is not before:  # where nothing was named, the last two are one
-            starts = [_start(result.trajectories[r], recordings[r], t) for r, t in places]
-            courses = replay(result, starts, commands)[:, :, _COLUMNS]
-        errors.append(courses - seen)
-        before = result
-        if result.offsets:  # the engine knows of no offset that changes from recording to recording
-            errors[-1][:, :, 0] += np.array([result.offsets[r] for r, _ in places])[:, None]
-    floor = _floor(models.named, starts, courses, replay, commands, noise, radius)
+    nominal, refitted = (_rollouts(model, recordings, replay, places, commands) for model in models[:2])
+    named = refitted
+    if models.named is not models.refitted:
+        named = _rollouts(models.named, recordings, replay, places, commands)
+    floor = _floor(models.named, named, replay, commands, noise, radius)
     gaps = []
     for i in np.flatnonzero(recordings[0].sensed):
         for steps in horizons:
-            nominal, refitted, after = (_rms(each[:, steps, i]) for each in errors)
+            before, middle, after = (_rms(each.errors[:, steps, i]) for each in (nominal, refitted, named))
             least = min(float(floor[steps, i]), after)
-            closed = (nominal - after) / (nominal - least) if nominal > (1.0 + _FLAT) * least else None
+            closed = (before - after) / (before - least) if before > (1.0 + _FLAT) * least else None
             horizon = steps * recordings[0].period
-            gaps.append(Gap(MEASURED[i], horizon, nominal, refitted, after, least, closed, float(floor[steps, i])))
+            better = nominal if before < middle else refitted
+            excess = _excess(named.errors[:, steps, i], better.errors[:, steps, i])
+            gaps.append(Gap(MEASURED[i], horizon, before, middle, after, least, closed, float(floor[steps, i]), excess))
     return tuple(gaps)
+
+
+def _excess(errors: Array, others: Array) -> float:
+    """Mean square of errors (n,) less that of others from the same starts, in standard errors of the difference.
+
+    0 where they are too few to tell, or all alike.
+    """
+    differences = errors**2 - others**2
+    standard_error = np.std(differences, ddof=1) / np.sqrt(len(differences)) if len(differences) > 1 else 0.0
+    return float(np.mean(differences) / standard_error) if standard_error > 0.0 else 0.0
 
 
 def rollout_error(
@@ -117,13 +134,33 @@ def rollout_error(
     """
     column, steps = MEASURED.index(gap.channel), round(gap.horizon / recordings[0].period)
     places = _places(recordings, stretches.ahead, stretches)
-    starts = [_start(result.trajectories[r], recordings[r], t) for r, t in places]
     commands = np.array([recordings[r].commands[t : t + steps] for r, t in places])
-    seen = np.array([recordings[r].measured[t + steps, column] for r, t in places])
-    reached = replay(result, starts, commands)[:, -1, _COLUMNS[column]]
-    if result.offsets and column == 0:
-        reached = reached + np.array([result.offsets[r] for r, _ in places])
-    return _rms(reached - seen)
+    return _rms(_rollouts(result, recordings, replay, places, commands).errors[:, -1, column])
+
+
+def _rollouts(
+    result: FilterResult,
+    recordings: Sequence[Recording],
+    replay: Replay,
+    places: Sequence[tuple[int, int]],
+    commands: Array,
+) -> "_Rollouts":
+    """Rollouts of a model from some instants of recordings, under (n, S) commands, and how far they stray.
+
+    The engine knows of no tilt offset that changes from recording to recording; that is added here. What a filter of
+    the tilt shows is all that it remembers, so in a model that has one the tilt begins at what was measured. By as much
+    as the engine's own filter shows something else there, it is off later, less what it forgets.
+    """
+    starts = [_start(result.trajectories[r], recordings[r], t) for r, t in places]
+    seen = np.array([recordings[r].measured[t : t + commands.shape[1] + 1] for r, t in places])  # (n, S + 1, 4)
+    courses = replay(result, starts, commands)[:, :, _COLUMNS]
+    errors = courses - seen
+    if result.offsets:
+        errors[:, :, 0] += np.array([result.offsets[r] for r, _ in places])[:, None]
+    if result.filter_rate > 0.0:
+        ahead = recordings[0].period * np.arange(errors.shape[1])
+        errors[:, :, 0] -= errors[:, :1, 0] * np.exp(-result.filter_rate * ahead)
+    return _Rollouts(starts, courses, errors)
 
 
 def _places(recordings: Sequence[Recording], ahead: int, stretches: Stretches) -> list[tuple[int, int]]:
@@ -157,25 +194,19 @@ def _start(trajectory: Trajectory, recording: Recording, t: int) -> ReplayStart:
 
 
 def _floor(
-    result: FilterResult,
-    starts: Sequence[ReplayStart],
-    courses: Array,
-    replay: Replay,
-    commands: Array,
-    noise: Array,
-    radius: float,
+    result: FilterResult, rollouts: _Rollouts, replay: Replay, commands: Array, noise: Array, radius: float
 ) -> Array:
     """What noise alone leaves of each channel after each number of periods, (S + 1, 4).
 
     Args:
         result: of the model that is taken to be right.
-        starts: of rollouts.
-        courses: that they take, (n, S + 1, 4).
+        rollouts: of it.
         replay: runs the model in the physics engine.
         commands: of the rollouts, (n, S).
         noise: as of `measure_gaps`.
         radius: as of `measure_gaps`.
     """
+    starts, courses, _ = rollouts
     some = np.linspace(0, len(starts) - 1, min(len(starts), _FLOOR_STARTS)).astype(int)
     held, right = commands[some], courses[some]
     values, vectors = np.linalg.eigh(result.posterior_covariance)

@@ -23,6 +23,9 @@ EXPLAINED = 2.0
 CHANCE = 0.05
 """Share by which the error of held-out rollouts may be above that of another simulation, and be no worse."""
 
+BEYOND_CHANCE = 2.0
+"""Standard errors by which it must be above that: a perfect simulation is by so much in one of 44 cases."""
+
 LISTED = 0.02
 """Probability from which on an effect is listed."""
 
@@ -183,6 +186,8 @@ class Gap(NamedTuple):
         floor: what sensor noise alone would leave, but `after` where that is less.
         closed: share of before - floor that is closed; None where before is within 10 % of the floor.
         noise_floor: what sensor noise alone would leave if the simulation of `after` were right.
+        excess: mean square of `after` less that of the better of `before` and `refitted`, in standard errors of the
+            difference of rollouts from the same start.
     """
 
     channel: str
@@ -193,6 +198,7 @@ class Gap(NamedTuple):
     floor: float
     closed: float | None
     noise_floor: float
+    excess: float
 
     @property
     def closed_by_refit(self) -> float | None:
@@ -203,6 +209,13 @@ class Gap(NamedTuple):
     def closed_by_effects(self) -> float | None:
         """Share of before - noise_floor that what was added to the refitted data sheet closes beyond it."""
         return self._share(self.refitted - self.after)
+
+    @property
+    def is_worse(self) -> bool:
+        """Whether rollouts are worse than with the data sheet as it is, or refitted, by more than chance."""
+        is_lost = self.closed is not None and self.closed < 0.0
+        is_higher = self.after > (1.0 + CHANCE) * min(self.before, self.refitted)
+        return (is_lost or is_higher) and self.excess > BEYOND_CHANCE
 
     @property
     def remaining(self) -> float | None:

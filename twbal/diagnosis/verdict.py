@@ -6,7 +6,7 @@ import numpy as np
 
 from twbal.diagnosis.data_sheet import DATA_SHEET
 from twbal.diagnosis.hypothesis import FittedHypothesis
-from twbal.diagnosis.record import CHANCE, Gap, Shift, Verdict
+from twbal.diagnosis.record import Gap, Shift, Verdict
 from twbal.diagnosis.select import Problem, Selection
 from twbal.diagnosis.settings import Settings
 from twbal.sysid.model import Field
@@ -47,7 +47,7 @@ def review(verdict: Verdict, added: Sequence[str], gap: Gap | None) -> tuple[Ver
     if gap is None:
         return verdict, ""
     error = f"{gap.channel.replace('_', ' ')} after {gap.horizon:g} s is off by {gap.after:.3g} rad"
-    if is_worse(gap) and (added or verdict is Verdict.DATA_SHEET):
+    if gap.is_worse and (added or verdict is Verdict.DATA_SHEET):
         best = ", ".join(added).replace("_", " ") or "the data sheet refitted"
         return Verdict.UNKNOWN, (
             f"WARNING: what fits best ({best}) makes rollouts on held-out data worse: with it the {error}, with the "
@@ -60,12 +60,6 @@ def review(verdict: Verdict, added: Sequence[str], gap: Gap | None) -> tuple[Ver
             f"{gap.after / gap.noise_floor:.2g} times what the sensors' noise alone would make it."
         )
     return verdict, ""
-
-
-def is_worse(gap: Gap) -> bool:
-    """Whether rollouts are worse than with the data sheet as it is, or refitted (then by more than chance)."""
-    lost = gap.closed is not None and gap.closed < 0.0
-    return lost or gap.after > (1.0 + CHANCE) * min(gap.before, gap.refitted)
 
 
 def shifts_of(hypothesis: FittedHypothesis, settings: Settings) -> tuple[Shift, ...]:
