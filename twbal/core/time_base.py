@@ -66,12 +66,16 @@ def places_of(times: Array, period: float) -> Places:
     return Places(numbers, late)
 
 
-def evened(times: Array, values: Array, commands: Array, period: float, angles: Sequence[int]) -> Even:
+def evened(
+    times: Array, values: Array, commands: Array, period: float, angles: Sequence[int], rates: Sequence[int]
+) -> Even:
     """Samples at the instants of an even loop.
 
-    A loop that is late by δ reads an angle that has moved on by δ times its rate, so angles are moved back by that.
-    Stamps may jitter where the loop does not: angles are moved only if their changes follow the stamps. Rates stay, as
-    they change little within δ. What was lost is interpolated.
+    A loop that is late by δ reads an angle that has moved on by δ times its rate, so angles are moved back by that, and
+    rates by δ times their change in the period that ends, or, of an early loop, that begins then. A command that comes
+    late leaves the one before it more time: each is replaced by the mean of what acted between two even instants.
+    Stamps may jitter where the loop does not: all this is done only if changes of the angles follow the stamps. What
+    was lost is interpolated.
 
     Args:
         times: (T + 1,) that increase [s].
@@ -79,6 +83,7 @@ def evened(times: Array, values: Array, commands: Array, period: float, angles: 
         commands: (T,).
         period: control period [s].
         angles: columns of `values` that are.
+        rates: columns of `values` that change with the commands.
     """
     if len(times) < _FEW:
         return Even(values, commands, np.ones(len(times), bool))
@@ -90,6 +95,8 @@ def evened(times: Array, values: Array, commands: Array, period: float, angles: 
         moved = late[:, None] * np.gradient(values[:, angles], times, axis=0)
         if _follow(values[:, angles], moved, numbers) > 0.5:
             values[:, angles] -= moved
+            values[:, rates] -= late[:, None] * _slopes(values[:, rates], times, late)
+            commands = _means(commands, late / period, numbers)
     every = np.arange(numbers[-1] + 1)
     measured = np.zeros(len(every), bool)
     measured[numbers] = True
@@ -97,6 +104,27 @@ def evened(times: Array, values: Array, commands: Array, period: float, angles: 
         values = np.column_stack([np.interp(every, numbers, column) for column in values.T])
         commands = np.repeat(commands, np.diff(numbers))
     return Even(values, commands, measured)
+
+
+def _slopes(rates: Array, times: Array, late: Array) -> Array:
+    """Slopes (T + 1, C) of rates at each sample: before it where that is late, after it where it is early.
+
+    A command changes at the sample, and with it the slope.
+    """
+    steps = np.diff(rates, axis=0) / np.diff(times)[:, None]
+    before, after = np.concatenate([steps[:1], steps]), np.concatenate([steps, steps[-1:]])
+    return np.where(late[:, None] > 0.0, before, after)
+
+
+def _means(commands: Array, late: Array, numbers: NDArray[np.int64]) -> Array:
+    """Means (T,) of the commands over periods of an even loop, where each came late by a share of a period, or early.
+
+    Where rows were lost between two samples, their command acts longer, and what its neighbours take of it is less.
+    """
+    lengths = np.diff(numbers)
+    before, after = np.concatenate([commands[:1], commands[:-1]]), np.concatenate([commands[1:], commands[-1:]])
+    means = commands + np.maximum(late[:-1], 0.0) / lengths * (before - commands)
+    return np.asarray(means + np.maximum(-late[1:], 0.0) / lengths * (after - commands))
 
 
 def _follow(angles: Array, moved: Array, numbers: NDArray[np.int64]) -> float:

@@ -19,6 +19,7 @@ MEASURED = ("tilt", "tilt_rate", "wheel_angle", "wheel_rate")
 
 _COLUMNS = [Observation._fields.index(name) for name in MEASURED]
 _ANGLES = [MEASURED.index("tilt"), MEASURED.index("wheel_angle")]
+_RATES = [MEASURED.index("tilt_rate"), MEASURED.index("wheel_rate")]
 _TIME, _YAW = Observation._fields.index("time"), Observation._fields.index("yaw_rate")
 _YAW_MEAN = 7  # instants over which the yaw rate is averaged: a robot turns slowly
 _SOME = 0.2  # s of a recording that are worth a word
@@ -166,7 +167,8 @@ def _read(episode: Episode, name: str, robot: RobotParameters, usability: Usabil
     worked_out = {channel for channel, _ in episode.estimated}
     worked_out |= differenced_rates(measured[:end], seen[:end, _TIME])
     sensed = np.array([channel not in worked_out for channel in MEASURED])
-    even = evened(seen[:end, _TIME], seen[:end, [*_COLUMNS, _YAW]], commands, robot.control_period, _ANGLES)
+    values = seen[:end, [*_COLUMNS, _YAW]]
+    even = evened(seen[:end, _TIME], values, commands, robot.control_period, _ANGLES, _RATES)
     usable = even.measured & (np.abs(even.values[:, -1]) <= usability.max_yaw_rate)
     smooth = uniform_filter1d(even.values[:, -1], _YAW_MEAN, mode="nearest")
     return Recording(name, robot.control_period, even.commands, even.values[:, :-1], smooth, usable, sensed)
