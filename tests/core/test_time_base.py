@@ -86,7 +86,7 @@ def test_places_increase_whatever_the_stamps():
 
 @pytest.fixture(scope="module")
 def pushed():
-    """A mass that commands push, whose loop is uneven: instants, angle and rate there and at even instants, commands."""
+    """A mass under commands of an uneven loop: instants, angle and rate there and at even instants, commands."""
     times = jittered(0.1, 7)
     commands = np.random.default_rng(8).choice([-1.0, 0.0, 1.0], len(times) - 1)
     lengths = np.diff(times)
@@ -110,7 +110,7 @@ def test_rates_and_commands_of_an_uneven_loop_are_those_of_an_even_one(pushed):
 
 
 def test_a_lost_row_lengthens_its_command(pushed):
-    times, seen, true, commands = pushed
+    times, seen, _, commands = pushed
     lost = np.zeros(len(times), bool)
     lost[[200, 400]] = True
     kept = np.flatnonzero(~lost)

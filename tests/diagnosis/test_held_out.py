@@ -1,11 +1,14 @@
 """The right model on data that nothing was fitted to: the planar twin makes them at fine steps, PyBullet is tried."""
 
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 from synthetic_recordings import NOISE, synthetic_recording
 
+from twbal.core.plant import Observation
 from twbal.diagnosis.filter_result import filter_recordings
 from twbal.diagnosis.gap import Models, Stretches, measure_gaps
 from twbal.effects.library import effects_from
@@ -23,6 +26,7 @@ LASTING = {
 """Effects that depend on the time, the place or the charge since a recording began."""
 
 LEVELS = np.array([NOISE[name] for name in MEASURED])
+COLUMNS = [Observation._fields.index(name) for name in MEASURED]
 SUBSTEPS = 10
 
 
@@ -52,6 +56,60 @@ def test_in_pybullet_it_leaves_no_more_than_noise_on_the_end_of_a_recording(pape
     assert {(gap.channel, round(gap.horizon, 2)) for gap in gaps} == {(c, h) for c in MEASURED for h in (0.06, 0.14)}
     for gap in gaps:
         assert gap.after < 1.3 * gap.noise_floor, gap
+
+
+def test_rollouts_of_a_filtered_tilt_begin_at_what_the_filter_showed(paper):
+    """An accelerometer's noise drives such a filter off by 8 mrad, which lasts, and which no simulation knows of."""
+    rate, off, rng = 1.5, 0.008, np.random.default_rng(4)
+    filtered = {"tilt_filter": {"rate": rate, "lead": 0.0}}
+    recording = synthetic_recording(paper, filtered, seed=4, periods=1600, tolerance=0.0)
+    stays = np.exp(-rate * recording.period)
+    error = lfilter([1.0], [1.0, -stays], np.sqrt(1.0 - stays**2) * off * rng.standard_normal(len(recording) + 1))
+    measured = recording.measured.copy()
+    measured[:, MEASURED.index("tilt")] += error
+    kept_back = held_out([replace(recording, measured=measured)], 0.25).kept_back
+    noise = Noise(LEVELS, np.array([0.01, 0.01]), np.array([1e-9, 1e-9, off, 1e-9, 1e-9, 1e-9]))
+    seen = filter_recordings(paper, filtered, noise, 0.0, kept_back, SUBSTEPS)
+    gaps = measure_gaps(
+        Models(seen, seen, seen),
+        kept_back,
+        partial(run, paper),
+        [3],
+        Stretches(5, 5, 40, 3),
+        LEVELS,
+        paper.wheel_radius,
+    )
+    (tilt,) = (gap for gap in gaps if gap.channel == "tilt")
+    assert tilt.after < 0.6 * off
+    assert tilt.excess == 0.0  # all three are one model
+
+
+def test_worse_is_what_is_worse_rollout_by_rollout(split, seen, paper):
+    """A model that is off by a fifth more everywhere is worse; one with one rollout to blame may be so by chance."""
+    rng = np.random.default_rng(5)
+
+    def gap_of(*offs):
+        """With rollouts of nominal, refitted and named model whose tilt is off by these, (40,) each."""
+        given = iter(offs)
+
+        def off(result, starts, commands):
+            courses = np.zeros((len(starts), commands.shape[1] + 1, 7))
+            if len(starts) == 40:
+                at = [start.past_commands.shape[0] for start in starts]
+                courses[:, :, COLUMNS] = np.array([measured[t : t + commands.shape[1] + 1] for t in at])
+                courses[:, :, COLUMNS[0]] += next(given)[:, None]
+            return courses
+
+        measured = split.kept_back[0].measured
+        models = Models(seen, seen, replace(seen))
+        found = measure_gaps(models, split.kept_back, off, [3], Stretches(5, 5, 40, 3), LEVELS, paper.wheel_radius)
+        return found[0]
+
+    usual = 0.01 * rng.standard_normal(40)
+    assert gap_of(usual, usual, 1.2 * usual).is_worse
+    by_chance = gap_of(usual, usual, usual * np.where(np.arange(40) == np.argmax(np.abs(usual)), 1.6, 1.0))
+    assert by_chance.after > 1.05 * by_chance.before
+    assert not by_chance.is_worse
 
 
 def run(robot, result, starts, commands):
