@@ -4,6 +4,7 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -144,11 +145,22 @@ def test_a_lost_link_to_a_dead_robot_says_how_it_died():
         raise LinkError("no answer.")
 
 
+def running(word):
+    """Numbers of the processes that were started with a word."""
+    found = []
+    for file in Path("/proc").glob("[0-9]*/cmdline"):
+        with suppress(OSError):  # it ended
+            found += [file.parent.name] if word.encode() in file.read_bytes().split(b"\0") else []
+    return found
+
+
 def test_other_errors_pass_and_the_robot_ends_with_the_body():
-    with pytest.raises(ZeroDivisionError), launch(virtual_robot_command([]), START) as port:
+    seed = "seed=51966"
+    with pytest.raises(ZeroDivisionError), launch(virtual_robot_command([seed]), START) as port:
         assert os.path.exists(port)
+        assert len(running(seed)) == 1
         raise ZeroDivisionError
-    assert not os.path.exists(port)
+    assert not running(seed)  # the name of its port may be another terminal's by now
 
 
 def test_asked_to_end_it_ends_cleanly():
