@@ -1,6 +1,6 @@
 """Keeps what Hydra read and composed of the packaged configuration, for the length of a session of tests.
 
-Tests compose some 2,000 configurations, each of the same files, which takes Hydra 0.13 s each. With what it read before
+Tests compose over a thousand configurations of the same files, which takes Hydra 0.13 s each. With what it read before
 it takes 0.05 s. Each composition that is asked for the first time is made by Hydra alone, and what is handed out is a
 copy. Where a test has configuration files or effects of its own, nothing is kept.
 """

@@ -94,7 +94,7 @@ def test_worse_is_what_is_worse_rollout_by_rollout(split, seen, paper):
 
         def off(result, starts, commands):
             courses = np.zeros((len(starts), commands.shape[1] + 1, 7))
-            if len(starts) == 40:
+            if len(starts) == 40:  # else the floor is found
                 at = [start.past_commands.shape[0] for start in starts]
                 courses[:, :, COLUMNS] = np.array([measured[t : t + commands.shape[1] + 1] for t in at])
                 courses[:, :, COLUMNS[0]] += next(given)[:, None]

@@ -144,7 +144,7 @@ def _rollouts(
     replay: Replay,
     places: Sequence[tuple[int, int]],
     commands: Array,
-) -> "_Rollouts":
+) -> _Rollouts:
     """Rollouts of a model from some instants of recordings, under (n, S) commands, and how far they stray.
 
     The engine knows of no tilt offset that changes from recording to recording; that is added here. What a filter of
