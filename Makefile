@@ -46,7 +46,7 @@ $(STAMP): pyproject.toml constraints.txt
 	rm -rf $(VENV)
 	"$(PYTHON)" -m venv $(VENV)
 	$(VENV)/bin/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable ".[dev]"
-	$(VENV)/bin/python -m twbal.algorithm.warm
+	$(VENV)/bin/python -m twbal.cli.warm
 	@touch $@
 
 $(BENCH_STAMP): $(STAMP)

@@ -193,12 +193,44 @@ def test_where_the_encoders_began_to_count_does_not_matter() -> None:
         np.testing.assert_allclose(elsewhere.state(shifted, []), at_zero.state(seen, []), atol=1e-9)
 
 
-def test_a_reference_at_rest_changes_no_state() -> None:
+def test_a_reference_at_rest_changes_no_state_of_a_robot_that_is_near() -> None:
+    """Within a wheel radius."""
     rng = np.random.default_rng(3)
     with_one, without = PLACE.tracker(Reference(Asked(0.0))), PLACE.tracker()
     for time in np.arange(0.0, 4.0, PERIOD).tolist():
-        seen = seen_at(time, *rng.uniform(-0.1, 0.1, 2), 0.1)
+        seen = seen_at(time, *rng.uniform(-0.4 * RADIUS, 0.4 * RADIUS, 2), 0.1)
         assert with_one.state(seen, []).tolist() == without.state(seen, []).tolist()
+
+
+def integrals_behind_rest(place: float, seconds: float) -> Array:
+    """Of a robot that is put down and stands at `place` from then on, behind a reference at rest."""
+    tracker = PLACE.tracker(reference := Reference(Asked(0.0)))
+    times = np.arange(0.0, seconds, PERIOD).tolist()
+    found = [tracker.state(seen_at(time, place if time else 0.0, 0.0, 0.0), [])[3] for time in times]
+    assert not reference.events
+    return np.array(found)
+
+
+@pytest.mark.parametrize(
+    ("place", "rate"), [(0.9, 1.0), (-0.9, 1.0), (1.1, DRIVING_INTEGRAL), (-1.1, DRIVING_INTEGRAL)]
+)
+def test_a_slope_is_made_up_for_sooner_where_the_robot_is_more_than_a_wheel_radius_off(
+    place: float, rate: float
+) -> None:
+    place *= PLACE.wheel_radius
+    grown = np.diff(integrals_behind_rest(place, 2.0))[1:] / (PERIOD * place)
+    assert grown == pytest.approx(rate)
+
+
+def test_the_integral_may_be_larger_behind_a_reference() -> None:
+    place = 2.0 * PLACE.wheel_radius
+    assert place < GIVE_WAY
+    behind, standing = integrals_behind_rest(place, 20.0), PLACE.tracker()
+    alone = [
+        standing.state(seen_at(t, place if t else 0.0, 0.0, 0.0), [])[3] for t in (PERIOD * np.arange(1000)).tolist()
+    ]
+    assert behind[-1] == pytest.approx(PLACE.max_driving_integral) == pytest.approx(20.0 * PLACE.wheel_radius)
+    assert alone[-1] == pytest.approx(PLACE.max_position_integral) == pytest.approx(10.0 * PLACE.wheel_radius)
 
 
 def test_the_integral_is_held_while_the_reference_gives_way() -> None:

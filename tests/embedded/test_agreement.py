@@ -131,6 +131,26 @@ def test_a_reference_that_gives_way_holds_the_integral_as_in_twbal(paper, rng):
     assert np.abs(standing.states[:, -1] - found.states[:, -1]).max() > 0.01
 
 
+@pytest.mark.parametrize("moves", [True, False])
+def test_a_robot_that_is_held_off_has_the_integral_of_twbal(moves, paper):
+    """On board a reference that never moved is none."""
+    policy, count, place = POLICIES["place"], 1000, 2.0 * paper.wheel_radius
+    observations = np.zeros((count, 7))
+    observations[:, 0] = paper.control_period * np.arange(count)
+    observations[1:, 4] = place / paper.wheel_radius  # wheel angle
+    asked = np.zeros((count, 3))
+    asked[1:3, 1] = 0.1 * moves
+    with compiled(policy, paper) as header_:
+        found = header_.rollout(observations, asked)
+    made = exported(policy, paper)
+    tracker = StateTracker(made.channels, Asked(asked) if moves else None, made.feed_forward if moves else None)
+    seen = [Observation(*row) for row in observations]
+    expected = [tracker.state(row, list(found.commands[:n]))[-1] for n, row in enumerate(seen)]
+    np.testing.assert_allclose(found.states[:, -1], expected, rtol=1e-4, atol=1e-4)
+    bound = made.channels.max_driving_integral if moves else made.channels.max_position_integral
+    assert found.states[-1, -1] == pytest.approx(bound)
+
+
 def test_its_error_function_is_one_of_single_precision(paper, tmp_path):
     (tmp_path / "policy.h").write_text(header(exported(POLICIES["friction"], paper)))
     (tmp_path / "erf.c").write_text('#include "policy.h"\nfloat found(float x) { return twbal_policy_erf(x); }\n')

@@ -43,7 +43,7 @@ def test_it_passes_without_a_warning(name, language, paper, tmp_path):
         ("a += TWBAL_READ(twbal_policy_gain[i]) * x[i];", "a += 1.001f * TWBAL_READ(twbal_policy_gain[i]) * x[i];"),
         ("memory->commands[0]; /* command_1 */", "memory->commands[1]; /* command_1 */"),
         ("speed - asked->speed", "1.001f * speed - asked->speed"),
-        ("memory->integral += seen->duration", "memory->integral += 1.01f * seen->duration"),
+        ("memory->integral + seen->duration", "memory->integral + 1.01f * seen->duration"),
     ],
 )
 def test_it_fails_where_the_header_is_wrong(right, wrong, paper, tmp_path):

@@ -20,8 +20,13 @@ KINEMATIC_UNITS = {"position": "m", "position_integral": "m·s"}
 MAX_POSITION_INTEGRAL = 10.0
 """The position's integral stays within ± this [wheel radii · s], so that a robot that is held cannot wind it up."""
 DRIVING_INTEGRAL = 1.5
-"""Times as fast the position's integral changes behind a reference that moves: dry friction opposes the motion from the
-moment it begins, and the integral of a policy that was searched for standing is slow to make up for that."""
+"""Times as fast the position's integral changes behind a reference that moves, or that the robot is more than a wheel
+radius off: dry friction opposes the motion from the moment it begins, a slope lasts, and the integral of a policy that
+was searched for standing is slow to make up for them."""
+MAX_DRIVING_INTEGRAL = 20.0
+"""The bound of the integral behind a reference [wheel radii · s]. A robot that is held cannot wind that up, as the
+reference gives way; and one whose centre of mass is little above the axle needs more than `MAX_POSITION_INTEGRAL` on a
+slope."""
 _TIME = Observation._fields.index("time")
 _PAST_COMMAND = re.compile(r"command_([1-9])")
 
@@ -171,8 +176,13 @@ class Channels:
 
     @property
     def max_position_integral(self) -> float:
-        """Bound of the position's integral, either way [m·s]."""
+        """Bound of the position's integral of a robot that stands, either way [m·s]."""
         return MAX_POSITION_INTEGRAL * self.wheel_radius
+
+    @property
+    def max_driving_integral(self) -> float:
+        """Bound of the position's integral behind a reference, either way [m·s]."""
+        return MAX_DRIVING_INTEGRAL * self.wheel_radius
 
     def _integrals(self, positions: Array, times: Array) -> Array:
         found = np.zeros(len(positions))
@@ -253,8 +263,7 @@ class StateTracker:
         values["position"] = path - self._origin
         time, position = self._before
         if reference is None or not reference.gives_way or position * self._integral < 0:
-            rate = DRIVING_INTEGRAL if reference is not None and reference.motion.is_moving else 1.0
-            self._integral = channels.integrated(self._integral, rate * position, seen.time - time)
+            self._integral = self._integrated(position, seen.time - time)
         if reference is not None:
             motion = reference.follow(seen.time, values["position"], values["speed"])
             values["position"] -= motion.position
@@ -268,6 +277,15 @@ class StateTracker:
         state = np.array([values[n] for n in channels.names])
         self.for_policy = state if self._generator is None else state - self._offsets(self._generator.offsets)
         return state
+
+    def _integrated(self, position: float, duration: float) -> float:
+        """The position's integral [m·s] after an error of `position` [m] for `duration` [s]."""
+        channels, reference = self._channels, self._reference
+        if reference is None:
+            return channels.integrated(self._integral, position, duration)
+        is_faster = reference.motion.is_moving or abs(position) > channels.wheel_radius
+        rate, bound = DRIVING_INTEGRAL if is_faster else 1.0, channels.max_driving_integral
+        return min(max(self._integral + duration * rate * position, -bound), bound)
 
     @property
     def offset(self) -> FeedForwardOffset:

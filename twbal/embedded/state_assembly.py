@@ -1,4 +1,8 @@
-"""From observations to the state, as C: what `core.channels.StateTracker` does."""
+"""From observations to the state, as C: what `core.channels.StateTracker` does.
+
+The tracker knows from the beginning whether it has a reference. The C knows once that has moved: a policy on board has
+one always, and it rests where the robot is just to stand.
+"""
 
 from twbal.core.channels import DRIVING_INTEGRAL, Channels
 from twbal.core.feed_forward import FeedForward
@@ -37,6 +41,7 @@ typedef struct {
 /* What a rollout remembers. */
 typedef struct {
     int started;
+    int follows;    /* not 0: the reference has moved since the rollout began */
     int gave_way;
     float origin;   /* path at the first observation [m] */
     float position; /* less that of the reference, at the last observation [m] */
@@ -63,7 +68,7 @@ _RESET = """\
 static inline void twbal_policy_reset(twbal_policy_memory* memory)
 {
     int k;
-    memory->started = memory->gave_way = 0;
+    memory->started = memory->follows = memory->gave_way = 0;
     memory->origin = memory->position = memory->integral = 0.0f;
     memory->asked = memory->gained = memory->torque = 0.0f;
     for (k = 0; k < TWBAL_POLICY_LAGS; ++k) {
@@ -101,14 +106,12 @@ static inline void twbal_policy_state(
         memory->origin = path;
     }}
     if (!memory->gave_way || memory->position * memory->integral < 0.0f) {{
-        memory->integral += seen->duration * (fabsf(memory->asked) > {still} ? {driving} : 1.0f) * memory->position;
-        if (memory->integral > {bound}) {{
-            memory->integral = {bound};
-        }}
-        if (memory->integral < -{bound}) {{
-            memory->integral = -{bound};
-        }}
+        const int faster = fabsf(memory->asked) > {still} || (memory->follows && fabsf(memory->position) > {radius});
+        memory->integral = twbal_policy_within(
+            memory->integral + seen->duration * (faster ? {driving} : 1.0f) * memory->position,
+            memory->follows ? {driving_bound} : {bound});
     }}
+    memory->follows = memory->follows || asked->position != 0.0f || asked->speed != 0.0f;
     memory->position = path - memory->origin - (asked->position - TWBAL_POLICY_HEIGHT * tilt);
     memory->gave_way = asked->gives_way;
     memory->asked = asked->speed;
@@ -139,7 +142,7 @@ def state_assembly(channels: Channels, feed_forward: FeedForward) -> str:
     sources = {**_MEASURED, **{name: f"memory->commands[{lag - 1}]" for name, lag in lags.items()}}
     lines = [f"    state[{number}] = {sources[name]}; /* {name} */" for number, name in enumerate(channels.names)]
     texts = {"radius": channels.wheel_radius, "bound": channels.max_position_integral}
-    texts |= {"driving": DRIVING_INTEGRAL, "still": STILL}
+    texts |= {"driving": DRIVING_INTEGRAL, "driving_bound": channels.max_driving_integral, "still": STILL}
     constants = _CONSTANTS.format(**{name: real(value) for name, value in feed_forward._asdict().items()})
     state = _STATE.format(**{name: real(value) for name, value in texts.items()}, channels="\n".join(lines))
     return "\n".join([constants, _RESET, state, _REMEMBER])

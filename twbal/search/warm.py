@@ -1,4 +1,4 @@
-"""Compile what the search runs, once, as a part of setting up (`twbal.algorithm.warm`)."""
+"""Compile what the search runs, once, as a part of setting up (`twbal.cli.warm`)."""
 
 from dataclasses import replace
 from pathlib import Path

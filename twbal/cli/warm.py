@@ -1,12 +1,22 @@
-"""Compile what learning runs, once: `python -m twbal.algorithm.warm`, as a part of setting up."""
+"""Compile what commands run, once: `python -m twbal.cli.warm`, as a part of setting up."""
+
+import io
+import multiprocessing
+import tempfile
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import redirect_stdout
+from pathlib import Path
 
 from twbal.algorithm.rollout import rollout
+from twbal.cli.main import main as twbal
 from twbal.core.channels import Channels
 from twbal.core.cost import cost_over
 from twbal.core.episode import Provenance
+from twbal.core.errors import TwbalError
 from twbal.core.evaluation import SuccessCriterion
 from twbal.core.robot_parameters import RobotParameters
 from twbal.core.start_pose import StartPose
+from twbal.effects.library import library
 from twbal.models.smoothing import compile_filter
 from twbal.planar.planar_plant import PlanarPlant
 from twbal.planar.robot_distribution import prior_of
@@ -67,9 +77,46 @@ def compile_robots() -> None:
     SampledRobots(known, channels, cost, rule, start_state(start, channels.names), settings, 0).regulators()
 
 
+def compile_robot_and_diagnosis() -> None:
+    """Record the virtual robot and diagnose the record, as small as can be.
+
+    Raises:
+        TwbalError: a command failed.
+    """
+    others = sorted(set(library()) - {"dead_zone"})
+    with tempfile.TemporaryDirectory() as folder:
+        record = Path(folder, "record")
+        _run("real-rollout", record, "experiment=excite", "trials=3", "steps=60", 'link.overrides=["faults=none"]')
+        _run(
+            *("diagnose", Path(folder, "diagnosis"), f"episodes='{record}'", "horizons=[0.06]", "starts=2", "bins=2"),
+            *("min_length=15", "min_samples=90", "diagnosis.max_effects=1", "diagnosis.substeps=4"),
+            *("diagnosis.shortlist=1", "diagnosis.common_effects=[]", f"diagnosis.exclude=[{','.join(others)}]"),
+        )
+
+
+def _run(stage: str, out: Path, *words: str) -> None:
+    with redirect_stdout(io.StringIO()):
+        code = twbal([stage, *words, f"hydra.run.dir='{out}'"])
+    if code:  # it has said why
+        raise TwbalError(
+            f"What `twbal {stage}` runs was not compiled. Set up once more; commands compile it otherwise."
+        )
+
+
+def main() -> None:
+    """Compile everything, the policy search beside the rest: it takes half of the time."""
+    print("compiling, once for this version (about two minutes) ...", flush=True)
+    with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as beside:
+        search = None if is_compiled() else beside.submit(compile_search)
+        compile_filter()
+        compile_robots()
+        compile_robot_and_diagnosis()
+        if search is not None:
+            search.result()
+
+
 if __name__ == "__main__":
-    if not is_compiled():
-        print("compiling the policy search, once for this version (about a minute) ...", flush=True)
-        compile_search()
-    compile_filter()
-    compile_robots()
+    try:
+        main()
+    except TwbalError as error:
+        raise SystemExit(f"twbal: {error}") from None
