@@ -173,6 +173,12 @@ def is_of_this_code(manifest: Manifest) -> bool:
 
 def versions() -> dict[str, str]:
     """Versions of Python, twbal and the packages that numbers depend on; a package that is not there is left out."""
+    return dict(_versions())
+
+
+@cache
+def _versions() -> dict[str, str]:
+    """The same, looked up once: each takes a few milliseconds, and they do not change while a process runs."""
     found = {"python": platform.python_version(), "twbal": __version__}
     for package in PACKAGES:
         try:
