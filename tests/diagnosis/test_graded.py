@@ -13,7 +13,7 @@ from twbal.cli.composition import composing
 from twbal.core.episode import Episode, Outcome, Provenance
 from twbal.diagnosis.candidates import Candidate, Parameter
 from twbal.diagnosis.effect_candidates import candidates_for
-from twbal.diagnosis.graded import contradicted, with_shares
+from twbal.diagnosis.graded import contradicted, widened, with_shares
 from twbal.diagnosis.inputs import DataSettings, Named, Simulated
 from twbal.diagnosis.name import name_effects
 from twbal.diagnosis.objections import Objection
@@ -129,6 +129,19 @@ def part_explained(paper):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(
+    ("after", "noise_floor", "channel", "scale"),
+    [(0.02, 0.01, "tilt", 2.0), (0.009, 0.01, "tilt", 1.0), (0.02, 0.01, "wheel_angle", 1.0), (0.02, 0.0, "tilt", 1.0)],
+)
+def test_intervals_are_as_wide_as_rollouts_on_held_out_data_ask_for(after, noise_floor, channel, scale):
+    head = Gap(channel, 0.15, 0.1, 0.1, after, min(after, noise_floor), 0.9, noise_floor, -3.0)
+    effect = replace(EFFECT, parameters={"width": Estimate(0.5, 0.4, 0.7, "N·m")})
+    (found,) = widened([effect], head)
+    low, high = 0.5 - 0.1 * scale, 0.5 + 0.2 * scale
+    assert found.parameters["width"][:3] == pytest.approx((0.5, low, high))
+    assert widened([effect], None) == (effect,)
+
+
 def test_a_finding_is_not_lost_where_not_all_is_explained(part_explained):
     assert part_explained.verdict is Verdict.UNKNOWN
     (friction,) = (e for e in part_explained.effects if "coulomb_friction" in (e.name, *e.equivalents))

@@ -151,7 +151,22 @@ def test_sizes_and_probabilities_are_a_line_for_each_effect_that_is_named_or_lik
     assert effect_lines(replace(NAMED, effects=(FRICTION, likely, unlikely))) == [
         "coulomb friction: torque 0.31 N·m (0.27 to 0.35) (95 %), probability 0.97",
         "dead zone: torque 0.31 N·m (0.27 to 0.35) (95 %), probability 0.60",
+        "(Intervals are 2 times as wide as the fit alone makes them: held-out rollouts are as much farther off than "
+        "the sensors' noise alone would make them.)",
     ]
+    near = tuple(gap._replace(after=1.03 * gap.noise_floor) for gap in NAMED.gap)
+    assert len(effect_lines(replace(NAMED, effects=(FRICTION,), gap=near))) == 1
+    assert effect_lines(replace(NAMED, effects=(unlikely,))) == []
+
+
+def test_the_page_and_the_json_say_by_how_much_intervals_are_widened(tmp_path):
+    said = "times as wide as the standard errors of the fit make them"
+    assert f"Intervals are 2 {said}" in page(tmp_path, NAMED)
+    near = replace(NAMED, gap=tuple(gap._replace(after=gap.noise_floor) for gap in NAMED.gap))
+    assert said not in page(tmp_path, near)
+    for diagnosis, scale in ((NAMED, 2.0), (near, 1.0)):
+        write_diagnosis(tmp_path / "diagnosis.json", diagnosis)
+        assert json.loads((tmp_path / "diagnosis.json").read_text())["gap"]["interval_scale"] == scale
 
 
 @pytest.mark.parametrize("verdict", list(Verdict))

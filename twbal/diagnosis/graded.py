@@ -31,6 +31,15 @@ def with_shares(
     )
 
 
+def widened(effects: Sequence[ProbableEffect], head: Gap | None) -> tuple[ProbableEffect, ...]:
+    """Effects with intervals as wide as rollouts on held-out data ask for; arguments as of `with_shares`."""
+    scale = 1.0 if head is None else head.interval_scale
+    return tuple(
+        replace(effect, parameters={name: of.widened(scale) for name, of in effect.parameters.items()})
+        for effect in effects
+    )
+
+
 def remaining_of(found: Findings, recordings: Sequence[Recording], head: Gap | None, bins: int) -> Remaining:
     """What nothing explains: of the gap on held-out data, and of the residuals of the fit.
 

@@ -21,7 +21,7 @@ from twbal.diagnosis.findings import FilterResult, Findings
 from twbal.diagnosis.free_form import FreeFormInputs, free_forms
 from twbal.diagnosis.free_form_record import on_free_forms
 from twbal.diagnosis.gap import Models, Stretches, measure_gaps, rollout_error
-from twbal.diagnosis.graded import contradicted, remaining_of, with_shares
+from twbal.diagnosis.graded import contradicted, remaining_of, widened, with_shares
 from twbal.diagnosis.inputs import DataSettings, Named, Simulated
 from twbal.diagnosis.model_comparison import ModelComparison, is_open
 from twbal.diagnosis.motor_difference import motor_difference
@@ -228,7 +228,7 @@ def _diagnosis(
     }
     return Diagnosis(
         verdict=found.verdict,
-        effects=with_shares(found.effects, head, errors),
+        effects=widened(with_shares(found.effects, head, errors), head),
         remaining=remaining_of(found, split.fitted, head, data.bins),
         added=found.added,
         data_sheet=found.data_sheet,

@@ -71,6 +71,11 @@ class Estimate(NamedTuple):
     high95: float
     unit: str
 
+    def widened(self, scale: float) -> "Estimate":
+        """With an interval that is `scale` times as wide."""
+        low, high = (self.value + scale * (end - self.value) for end in (self.low95, self.high95))
+        return self._replace(low95=low, high95=high)
+
 
 @dataclass(frozen=True)
 class ProbableEffect:
@@ -221,6 +226,17 @@ class Gap(NamedTuple):
     def remaining(self) -> float | None:
         """Share of before - noise_floor that is left, not clipped; None where there is hardly a gap."""
         return self._share(self.after - self.noise_floor)
+
+    @property
+    def interval_scale(self) -> float:
+        """By how much 95 % intervals are wider than standard errors make them: `after` over `noise_floor`, at least 1.
+
+        Where the simulation with all that was found is farther off than noise alone would make it, something is wrong
+        that standard errors do not know of (Birge, Phys. Rev. 40, 1932; the scale factor of the Particle Data Group's
+        Review of Particle Physics, introduction). Only the tilt is asked, as in `is_near_floor`.
+        """
+        is_known = self.channel == "tilt" and self.noise_floor > 0.0
+        return max(1.0, self.after / self.noise_floor) if is_known else 1.0
 
     def is_near_floor(self, error: float) -> bool:
         """Whether an error is no more than `EXPLAINED` times what sensor noise alone would leave.
