@@ -188,6 +188,32 @@ def test_an_effect_that_a_fit_leaves_at_nothing_is_not_named_beside_another(pape
     assert objections(hypothesis, largest_noise(paper), (), settings()) == ()
 
 
+@pytest.mark.parametrize(("seconds", "share"), [(1.0, 0.45), (10.0, 1.0)])
+def test_a_slow_wave_is_as_unlikely_in_a_set_that_was_not_chosen(seconds, share, paper):
+    """Of less than two periods in a recording: any slow change looks like that."""
+    hidden = {
+        "coulomb_friction": {"torque": 0.1},
+        "periodic_disturbance": {"force": 5.0, "frequency": 1.0, "phase": 0.0},
+    }
+    data = Data([synthetic_recording(paper, hidden, seed=52, periods=500)], 10)
+    start = data.with_noise(Model(twin_parameters(paper, {}), 0.0, first_noise(paper, data.sensed)), 30)
+    always = always_free(settings().tolerances, twin_parameters(paper, {}), 1)
+    by_name = {candidate.name: candidate for candidate in candidates_for(paper)}
+    friction, wave = by_name["coulomb_friction"], by_name["periodic_disturbance"]
+    chosen = fit_hypothesis(data, start, always, [friction], 4)
+    other = fit_hypothesis(data, start, always, [friction, wave], 4)
+    true = {f"periodic_disturbance_{name}": value for name, value in hidden["periodic_disturbance"].items()}
+    other = other._replace(fit=other.fit._replace(model=other.fit.model.put(true)))
+    selection = Selection(chosen, (Round(chosen, [], [other]),), chosen)
+    weights = {chosen.names: 0.2, other.names: 0.8}
+    found = probable_effects(data, selection, (), Verdict.NAMED, weights, settings(), Extent(seconds, 1.0, 1.0))
+    told = {effect.name: effect for effect in found}
+    assert told["periodic_disturbance"].probability == pytest.approx(0.8 * share, rel=0.05)
+    assert ("No recording holds" in " ".join(told["periodic_disturbance"].objections)) == (share < 1.0)
+    assert told["coulomb_friction"].probability == pytest.approx(1.0)
+    assert settings().credence.objected_effect == 0.45
+
+
 def advice_of(paper, *others):
     """Advice on Coulomb friction that was named, where these sets were hypothesis in the last round."""
     base = fitted(paper, [], {}, 1000.0)

@@ -86,14 +86,14 @@ def name_effects(
     limits = {field: settings.tolerances.of(field) for field in (*DATA_SHEET, *WHEELS)}
     statistic = tolerance_statistic(data, selection.chosen.fit, limits)
     weights = probabilities(selection, settings)
-    objected = objections(selection.chosen, largest, inconstant, settings, extent_of(recordings, robot))
+    extent = extent_of(recordings, robot)
+    objected = objections(selection.chosen, largest, inconstant, settings, extent)
     objected += tuple(outweighed(selection, weights, settings))
     verdict = conclude(selection, objected, statistic, settings)
-    effects_found = probable_effects(data, selection, objected, verdict, weights, settings)
+    effects_found = probable_effects(data, selection, objected, verdict, weights, settings, extent)
     guessed = verdict is Verdict.UNKNOWN and _is_likely(effects_found, selection.chosen, settings)
     named = selection.chosen if guessed or verdict in (Verdict.NAMED, Verdict.DATA_SHEET) else selection.base
-    nominal = with_offsets(data, start._replace(noise=selection.base.fit.model.noise), offsets)
-    nominal = with_fitted_noise(data, nominal)
+    nominal = with_fitted_noise(data, with_offsets(data, start._replace(noise=selection.base.fit.model.noise), offsets))
     refitted = _filter_result(data, selection.base, effects)
     return Findings(
         verdict=verdict,

@@ -102,7 +102,7 @@ def objections(
             said = f"The best guess ran to a bound of its range ({free.name}), so it is none."
             found.append(Objection(said, (free.effect,) if free.effect in chosen.names else ()))
     found += _to_sizes(chosen, settings)
-    found += _to_slow_waves(chosen, extent)
+    found += to_slow_waves(chosen, extent)
     found += [Objection(text, (name,)) for name, text in swallowing.items()]
     found += map(Objection, _to_the_data_sheet(chosen, bounded, settings))
     for effect, axis, share, _ in inconstant:
@@ -169,7 +169,7 @@ def _to_sizes(chosen: FittedHypothesis, settings: Settings) -> list[Objection]:
     return [Objection(said, tuple(candidate.name for candidate in trifles))]
 
 
-def _to_slow_waves(chosen: FittedHypothesis, extent: Extent) -> list[Objection]:
+def to_slow_waves(chosen: FittedHypothesis, extent: Extent) -> list[Objection]:
     """To waves of which no recording holds as many periods as `_PERIODS` asks for: any slow change looks like one."""
     found = []
     for candidate in chosen.effects:

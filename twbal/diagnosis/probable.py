@@ -19,7 +19,7 @@ import numpy as np
 
 from twbal.diagnosis.candidates import Candidate
 from twbal.diagnosis.hypothesis import FittedHypothesis
-from twbal.diagnosis.objections import Objection, negligible, spaced
+from twbal.diagnosis.objections import BOUNDLESS, Extent, Objection, negligible, spaced, to_slow_waves
 from twbal.diagnosis.record import LIKELY, LISTED, Estimate, ProbableEffect, Verdict
 from twbal.diagnosis.select import Selection, substitutes
 from twbal.diagnosis.settings import Credence, Settings
@@ -41,6 +41,7 @@ def probable_effects(
     verdict: Verdict,
     weights: Weights,
     settings: Settings,
+    extent: Extent = BOUNDLESS,
 ) -> tuple[ProbableEffect, ...]:
     """All effects that are missing with a probability of at least `LISTED`, the likeliest first.
 
@@ -54,6 +55,7 @@ def probable_effects(
         verdict: that it came to.
         weights: of the sets (`verdict.probabilities`).
         settings: of the diagnosis.
+        extent: how far the recordings go; what is too slow a wave for them is so in sets that were not chosen, too.
     """
     chosen = selection.chosen
     trifles = {candidate.name for candidate in negligible(chosen, settings)}
@@ -65,17 +67,19 @@ def probable_effects(
         if not new:
             continue
         sizes = estimates(data, holder, new, settings)
+        raised = objected if holder is chosen else (*objected, *to_slow_waves(holder, extent))
         for candidate in new:
             near = substitutes(candidate, chosen, selection.rounds, settings) if holder is chosen else []
             alike = tuple(dict.fromkeys([*candidate.same_as, *near]))
             known |= {candidate.name, *(name for name in alike if not _is_of_its_own(name, candidate, chosen, weights))}
-            against = tuple(o.text for o in objected if holder is chosen and o.concerns(candidate.name))
+            of_holder = raised if holder is chosen else raised[len(objected) :]
+            against = tuple(o.text for o in of_holder if o.concerns(candidate.name))
             found.append(
                 ProbableEffect(
                     name=candidate.name,
                     probability=probability_of(candidate, weights, near, chosen.names)
                     * chance_of_size(candidate, sizes[candidate.name], _TRIFLE * settings.lines.least)
-                    * credence(candidate.name, objected, settings.credence),
+                    * credence(candidate.name, raised, settings.credence),
                     is_named=verdict is Verdict.NAMED and holder is chosen and candidate.name not in trifles,
                     parameters=sizes[candidate.name],
                     equivalents=alike,
