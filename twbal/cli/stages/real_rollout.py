@@ -51,8 +51,6 @@ from twbal.policies.excitation import Excitation
 from twbal.policies.policy import Policy
 from twbal.policies.random import RandomPolicy
 from twbal.virtual_robot.process import Launch, launch
-from twbal.viz.canvas import save
-from twbal.viz.following_figure import following_figure
 
 Tell = Callable[[Episode], None]
 """Is called with each trial as soon as it is logged."""
@@ -179,6 +177,9 @@ def _checked_link(
 
 def _judge(logs: Sequence[Path], course: Course, robot: RobotParameters, out: Path) -> list[Path]:
     """Write and draw how the trials followed the course; returns the files."""
+    from twbal.viz.canvas import save  # a second, and few rollouts draw anything
+    from twbal.viz.following_figure import following_figure
+
     episodes = [read_episode(log) for log in logs]
     figures = [out / "figures" / f"{log.stem}.svg" for log in logs]
     for episode, figure in zip(episodes, figures, strict=True):
