@@ -67,7 +67,7 @@ def exported(policy: SavedPolicy, robot: RobotParameters) -> Exported:
 def widths_of(policy: SavedPolicy, robot: RobotParameters) -> Array:
     """Half widths of its working range (D,)."""
     channels = exported(policy, robot).channels
-    return half_widths(channels.names, channels.max_driving_integral, robot, TILT_LIMIT)
+    return half_widths(channels.names, channels.max_position_integral, robot, TILT_LIMIT)
 
 
 def compiled(policy: SavedPolicy, robot: RobotParameters) -> CompiledPolicy:

@@ -222,17 +222,6 @@ def test_a_slope_is_made_up_for_sooner_where_the_robot_is_more_than_a_wheel_radi
     assert grown == pytest.approx(rate)
 
 
-def test_the_integral_may_be_larger_behind_a_reference() -> None:
-    place = 2.0 * PLACE.wheel_radius
-    assert place < GIVE_WAY
-    behind, standing = integrals_behind_rest(place, 20.0), PLACE.tracker()
-    alone = [
-        standing.state(seen_at(t, place if t else 0.0, 0.0, 0.0), [])[3] for t in (PERIOD * np.arange(1000)).tolist()
-    ]
-    assert behind[-1] == pytest.approx(PLACE.max_driving_integral) == pytest.approx(20.0 * PLACE.wheel_radius)
-    assert alone[-1] == pytest.approx(PLACE.max_position_integral) == pytest.approx(10.0 * PLACE.wheel_radius)
-
-
 def test_the_integral_is_held_while_the_reference_gives_way() -> None:
     tracker = PLACE.tracker(reference := Reference(Asked(0.8)))
     integrals, giving = [], []

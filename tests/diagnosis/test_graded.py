@@ -128,7 +128,6 @@ def part_explained(paper):
     return name_effects([recording], paper, {}, candidates_for(paper), settings())
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(
     ("after", "noise_floor", "channel", "scale"),
     [(0.02, 0.01, "tilt", 2.0), (0.009, 0.01, "tilt", 1.0), (0.02, 0.01, "wheel_angle", 1.0), (0.02, 0.0, "tilt", 1.0)],
@@ -142,6 +141,7 @@ def test_intervals_are_as_wide_as_rollouts_on_held_out_data_ask_for(after, noise
     assert widened([effect], None) == (effect,)
 
 
+@pytest.mark.slow
 def test_a_finding_is_not_lost_where_not_all_is_explained(part_explained):
     assert part_explained.verdict is Verdict.UNKNOWN
     (friction,) = (e for e in part_explained.effects if "coulomb_friction" in (e.name, *e.equivalents))

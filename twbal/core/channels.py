@@ -23,10 +23,6 @@ DRIVING_INTEGRAL = 1.5
 """Times as fast the position's integral changes behind a reference that moves, or that the robot is more than a wheel
 radius off: dry friction opposes the motion from the moment it begins, a slope lasts, and the integral of a policy that
 was searched for standing is slow to make up for them."""
-MAX_DRIVING_INTEGRAL = 20.0
-"""The bound of the integral behind a reference [wheel radii · s]. A robot that is held cannot wind that up, as the
-reference gives way; and one whose centre of mass is little above the axle needs more than `MAX_POSITION_INTEGRAL` on a
-slope."""
 _TIME = Observation._fields.index("time")
 _PAST_COMMAND = re.compile(r"command_([1-9])")
 
@@ -176,13 +172,8 @@ class Channels:
 
     @property
     def max_position_integral(self) -> float:
-        """Bound of the position's integral of a robot that stands, either way [m·s]."""
+        """Bound of the position's integral, either way [m·s]."""
         return MAX_POSITION_INTEGRAL * self.wheel_radius
-
-    @property
-    def max_driving_integral(self) -> float:
-        """Bound of the position's integral behind a reference, either way [m·s]."""
-        return MAX_DRIVING_INTEGRAL * self.wheel_radius
 
     def _integrals(self, positions: Array, times: Array) -> Array:
         found = np.zeros(len(positions))
@@ -281,11 +272,8 @@ class StateTracker:
     def _integrated(self, position: float, duration: float) -> float:
         """The position's integral [m·s] after an error of `position` [m] for `duration` [s]."""
         channels, reference = self._channels, self._reference
-        if reference is None:
-            return channels.integrated(self._integral, position, duration)
-        is_faster = reference.motion.is_moving or abs(position) > channels.wheel_radius
-        rate, bound = DRIVING_INTEGRAL if is_faster else 1.0, channels.max_driving_integral
-        return min(max(self._integral + duration * rate * position, -bound), bound)
+        is_faster = reference is not None and (reference.motion.is_moving or abs(position) > channels.wheel_radius)
+        return channels.integrated(self._integral, (DRIVING_INTEGRAL if is_faster else 1.0) * position, duration)
 
     @property
     def offset(self) -> FeedForwardOffset:

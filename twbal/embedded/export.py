@@ -88,7 +88,7 @@ def export_to(
     Raises:
         ConfigError: the policy cannot be exported, or not be made smaller so.
     """
-    widths = half_widths(channels.names, channels.max_driving_integral, robot, tilt_limit)
+    widths = half_widths(channels.names, channels.max_position_integral, robot, tilt_limit)
     cost = None
     if basis is not None and not _has_no_more(policy, basis):
         policy, cost = _smaller(policy, basis, widths, rng)

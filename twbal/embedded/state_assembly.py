@@ -108,8 +108,7 @@ static inline void twbal_policy_state(
     if (!memory->gave_way || memory->position * memory->integral < 0.0f) {{
         const int faster = fabsf(memory->asked) > {still} || (memory->follows && fabsf(memory->position) > {radius});
         memory->integral = twbal_policy_within(
-            memory->integral + seen->duration * (faster ? {driving} : 1.0f) * memory->position,
-            memory->follows ? {driving_bound} : {bound});
+            memory->integral + seen->duration * (faster ? {driving} : 1.0f) * memory->position, {bound});
     }}
     memory->follows = memory->follows || asked->position != 0.0f || asked->speed != 0.0f;
     memory->position = path - memory->origin - (asked->position - TWBAL_POLICY_HEIGHT * tilt);
@@ -142,7 +141,7 @@ def state_assembly(channels: Channels, feed_forward: FeedForward) -> str:
     sources = {**_MEASURED, **{name: f"memory->commands[{lag - 1}]" for name, lag in lags.items()}}
     lines = [f"    state[{number}] = {sources[name]}; /* {name} */" for number, name in enumerate(channels.names)]
     texts = {"radius": channels.wheel_radius, "bound": channels.max_position_integral}
-    texts |= {"driving": DRIVING_INTEGRAL, "driving_bound": channels.max_driving_integral, "still": STILL}
+    texts |= {"driving": DRIVING_INTEGRAL, "still": STILL}
     constants = _CONSTANTS.format(**{name: real(value) for name, value in feed_forward._asdict().items()})
     state = _STATE.format(**{name: real(value) for name, value in texts.items()}, channels="\n".join(lines))
     return "\n".join([constants, _RESET, state, _REMEMBER])
