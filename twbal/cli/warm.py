@@ -2,6 +2,7 @@
 
 import io
 import multiprocessing
+import sys
 import tempfile
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import redirect_stdout
@@ -44,6 +45,8 @@ _ROBOT = RobotParameters(
     control_period=0.02,
 )
 _STEPS = 12
+INTERRUPTED = 130
+"""Exit code of a command that was stopped by Ctrl-C."""
 
 
 def compile_robots() -> None:
@@ -104,12 +107,15 @@ def _run(stage: str, out: Path, *words: str) -> None:
 
 
 def main() -> None:
-    """Compile everything, the policy search beside the rest: it takes half of the time."""
-    print("compiling, once for this version (about two minutes) ...", flush=True)
+    """Compile everything, the policy search beside what it shares no kernels with: it takes half of the time.
+
+    Two processes must not add to the index of one kernel in numba's cache at once.
+    """
+    print("compiling, once for this version (two to three minutes) ...", flush=True)
+    compile_filter()
+    compile_robots()
     with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as beside:
         search = None if is_compiled() else beside.submit(compile_search)
-        compile_filter()
-        compile_robots()
         compile_robot_and_diagnosis()
         if search is not None:
             search.result()
@@ -118,5 +124,7 @@ def main() -> None:
 if __name__ == "__main__":
     try:
         main()
-    except TwbalError as error:
-        raise SystemExit(f"twbal: {error}") from None
+    except TwbalError as error:  # the environment is well all the same
+        print(f"twbal: {error}", file=sys.stderr)
+    except KeyboardInterrupt:
+        raise SystemExit(INTERRUPTED) from None

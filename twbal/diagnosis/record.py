@@ -231,9 +231,9 @@ class Gap(NamedTuple):
     def interval_scale(self) -> float:
         """By how much 95 % intervals are wider than standard errors make them: `after` over `noise_floor`, at least 1.
 
-        Where the simulation with all that was found is farther off than noise alone would make it, something is wrong
-        that standard errors do not know of (Birge, Phys. Rev. 40, 1932; the scale factor of the Particle Data Group's
-        Review of Particle Physics, introduction). Only the tilt is asked, as in `is_near_floor`.
+        Where the simulation that the diagnosis comes to is farther off than noise alone would make it, something is
+        wrong that standard errors do not know of (Birge, Phys. Rev. 40, 1932; the scale factor of the Particle Data
+        Group's Review of Particle Physics, introduction). Only the tilt is asked, as in `is_near_floor`.
         """
         is_known = self.channel == "tilt" and self.noise_floor > 0.0
         return max(1.0, self.after / self.noise_floor) if is_known else 1.0

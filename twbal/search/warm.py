@@ -21,7 +21,11 @@ from twbal.search.validation import Validation, validate
 
 def is_compiled() -> bool:
     """Whether the machine code of the search is there already."""
-    return all(any(Path(folder).glob("*.nbc")) for folder in (machine_code_folder(), rollouts_folder()))
+    kernels = (
+        (machine_code_folder(), "long_term_cost._long_term_cost"),
+        (rollouts_folder(), "sampled_rollouts._drive"),
+    )
+    return all(any(Path(folder).glob(f"{name}-*.nbc")) for folder, name in kernels)  # others share these folders
 
 
 def compile_search() -> None:
