@@ -11,6 +11,7 @@ from synthetic_recordings import synthetic_recording
 
 from twbal.cli.composition import composing
 from twbal.core.episode import Episode, Outcome, Provenance
+from twbal.diagnosis import pipeline
 from twbal.diagnosis.candidates import Candidate, Parameter
 from twbal.diagnosis.effect_candidates import candidates_for
 from twbal.diagnosis.graded import contradicted, widened, with_shares
@@ -168,9 +169,10 @@ def episodes_of(recording):
 
 
 @pytest.mark.slow
-def test_what_remains_is_said_beside_what_was_found(paper):
+def test_what_remains_is_said_beside_what_was_found(paper, monkeypatch):
     """The walking gyro remains; a robot with friction alone leaves nothing, and friction has nearly all of the gap."""
-    results = []
+    results, asked = [], []
+    monkeypatch.setattr(pipeline, "widened", lambda effects, head: (asked.append(head), widened(effects, head))[1])
     for recording in (
         synthetic_recording(paper, FRICTION, seed=62, periods=1200),
         shaken(synthetic_recording(paper, FRICTION, seed=62, periods=1200), 63),
@@ -191,6 +193,7 @@ def test_what_remains_is_said_beside_what_was_found(paper):
         simulation = Simulated(paper, {}, 0.001)
         results.append(diagnose_episodes(measured, Named([], []), simulation, settings(), data).diagnosis)
     plain, walking = results
+    assert asked == [plain.headline, walking.headline]  # by which intervals are widened
     assert [effect.name for effect in plain.named_effects] == ["coulomb_friction"]
     assert plain.effects[0].share == pytest.approx(1.0, abs=0.3)
     assert plain.remaining.share == pytest.approx(0.0, abs=0.2)
