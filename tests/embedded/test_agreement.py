@@ -134,7 +134,7 @@ def test_a_reference_that_gives_way_holds_the_integral_as_in_twbal(paper, rng):
 @pytest.mark.parametrize("moves", [True, False])
 def test_a_robot_that_is_off_its_place_has_the_integral_of_twbal(moves, paper):
     """On board a reference that never moved is none: by two wheel radii the integral grows at one rate or the other."""
-    policy, count, place = POLICIES["place"], 200, 2.0 * paper.wheel_radius
+    policy, count, place = POLICIES["place"], 150, 2.0 * paper.wheel_radius
     observations = np.zeros((count, 7))
     observations[:, 0] = paper.control_period * np.arange(count)
     observations[1:, 4] = place / paper.wheel_radius  # wheel angle
