@@ -81,6 +81,7 @@ def state(machine, tilt=0.0, tilt_rate=0.0, speed=0.0, yaw_rate=0.0):
     return y
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SHEETS)
 @pytest.mark.parametrize("change", [{}, {"slope": 0.1}, {"rotor_share": 0.6, "geared": 1.0}, {"offset": 0.1}])
 def test_without_friction_a_turning_robot_keeps_its_energy(name, change, sheets):
@@ -210,6 +211,7 @@ def shown(sheet, machine, sensors, seconds=2.0, law=None, noise=None, speed=0.0)
     return drive(start, machine, sensors, law, instants, asked, noise, still, still > 0, 0.6)
 
 
+@pytest.mark.slow
 def test_commands_act_late_by_the_delay_to_the_fraction_of_a_period(paper):
     machine, sensors = nominal(paper), drawn_sensors(False, paper, np.random.default_rng(0))
     prompt, late = (shown(paper, machine._replace(delay=d), sensors, 0.02)[1] for d in (0.0, 0.007))

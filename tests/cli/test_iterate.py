@@ -153,6 +153,7 @@ def test_a_second_go_does_nothing_and_says_the_same(folder, capsys):
     assert searched.searched and updated.searched  # what this kind of run is
 
 
+@pytest.mark.slow
 def test_what_got_lost_is_made_again_from_what_is_there_wherever_the_command_runs(folder, monkeypatch, capsys):
     listed, report = listed_hashes(folder), (folder / "report.html").read_bytes()
     summary = without_times(folder)

@@ -82,6 +82,7 @@ def test_policies_of_runs_are_driven_and_shown(runs, tmp_path, capsys):
     assert [line.split()[0] for line in said.splitlines() if line.count("\u00a0%") > 1] == ["good", "late"]
 
 
+@pytest.mark.slow
 def test_what_was_driven_is_not_driven_again(runs, tmp_path, capsys):
     out, made = tmp_path / "out", {}
     for go in range(2):

@@ -73,7 +73,7 @@ def asked(episodes, sheet):
     )
 
 
-@pytest.mark.parametrize("share", [0.02, 0.15])
+@pytest.mark.parametrize("share", [0.02, pytest.param(0.15, marks=pytest.mark.slow)])
 def test_lost_commands_of_a_robot_in_mujoco_are_found_one_by_one(share, make, conf):  # noqa: F811
     sheet = conf("robot/paper")
     logs, lost = zip(*(driven(make("paper", start=0.02), sheet, share, seed=seed) for seed in (1, 2)), strict=True)

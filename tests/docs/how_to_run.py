@@ -482,7 +482,7 @@ TABLE: Mapping[str, How] = {
     "twbal drive policy.path=<policy.pt> input=/dev/input/js0": _STEERED,
     "twbal drive policy.path=<policy.pt> view=window": _STEERED,
     _IDENTIFY: Stage(small=("hydra.run.dir=outputs/identify/...",)),
-    "twbal identify episodes=<run folder>": Stage({"<run folder>": "outputs/real-rollout/..."}),
+    "twbal identify episodes=<run folder>": Stage({"<run folder>": "outputs/real-rollout/..."}, slow=True),
     "twbal iterate sim=<run folder>/identified.yaml known=<run folder>": Stage(
         {"<run folder>": "outputs/identify/..."}, slow=True, after=(_IDENTIFY,)
     ),
