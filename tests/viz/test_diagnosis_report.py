@@ -151,8 +151,8 @@ def test_sizes_and_probabilities_are_a_line_for_each_effect_that_is_named_or_lik
     assert effect_lines(replace(NAMED, effects=(FRICTION, likely, unlikely))) == [
         "coulomb friction: torque 0.31 N·m (0.27 to 0.35) (95 %), probability 0.97",
         "dead zone: torque 0.31 N·m (0.27 to 0.35) (95 %), probability 0.60",
-        "(Intervals are 2 times as wide as the fit alone makes them: held-out rollouts are as much farther off than "
-        "the sensors' noise alone would make them.)",
+        "(Intervals are 2 times as wide as the fit alone makes them: held-out rollouts are so many times as far off "
+        "as the sensors' noise alone would make them.)",
     ]
     near = tuple(gap._replace(after=1.03 * gap.noise_floor) for gap in NAMED.gap)
     assert len(effect_lines(replace(NAMED, effects=(FRICTION,), gap=near))) == 1

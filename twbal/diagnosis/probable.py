@@ -67,19 +67,18 @@ def probable_effects(
         if not new:
             continue
         sizes = estimates(data, holder, new, settings)
-        raised = objected if holder is chosen else (*objected, *to_slow_waves(holder, extent))
+        own = objected if holder is chosen else to_slow_waves(holder, extent)
         for candidate in new:
             near = substitutes(candidate, chosen, selection.rounds, settings) if holder is chosen else []
             alike = tuple(dict.fromkeys([*candidate.same_as, *near]))
             known |= {candidate.name, *(name for name in alike if not _is_of_its_own(name, candidate, chosen, weights))}
-            of_holder = raised if holder is chosen else raised[len(objected) :]
-            against = tuple(o.text for o in of_holder if o.concerns(candidate.name))
+            against = tuple(o.text for o in own if o.concerns(candidate.name))
             found.append(
                 ProbableEffect(
                     name=candidate.name,
                     probability=probability_of(candidate, weights, near, chosen.names)
                     * chance_of_size(candidate, sizes[candidate.name], _TRIFLE * settings.lines.least)
-                    * credence(candidate.name, raised, settings.credence),
+                    * credence(candidate.name, [*objected, *own], settings.credence),
                     is_named=verdict is Verdict.NAMED and holder is chosen and candidate.name not in trifles,
                     parameters=sizes[candidate.name],
                     equivalents=alike,

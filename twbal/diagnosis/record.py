@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 from twbal.diagnosis.follow_up import Disagreement, NextExperiment
 from twbal.diagnosis.free_form_record import FreeForm
@@ -71,7 +71,7 @@ class Estimate(NamedTuple):
     high95: float
     unit: str
 
-    def widened(self, scale: float) -> "Estimate":
+    def widened(self, scale: float) -> Self:
         """With an interval that is `scale` times as wide."""
         low, high = (self.value + scale * (end - self.value) for end in (self.low95, self.high95))
         return self._replace(low95=low, high95=high)
@@ -179,6 +179,9 @@ class Remaining(NamedTuple):
     where: tuple[Region, ...] = ()
 
 
+_SAID_SCALE = 1.05
+
+
 class Gap(NamedTuple):
     """Error of the simulation over one horizon on held-out episodes, rms of a channel [its unit].
 
@@ -237,6 +240,11 @@ class Gap(NamedTuple):
         """
         is_known = self.channel == "tilt" and self.noise_floor > 0.0
         return max(1.0, self.after / self.noise_floor) if is_known else 1.0
+
+    @property
+    def widens_intervals(self) -> bool:
+        """Whether `interval_scale` is worth a sentence."""
+        return self.interval_scale > _SAID_SCALE
 
     def is_near_floor(self, error: float) -> bool:
         """Whether an error is no more than `EXPLAINED` times what sensor noise alone would leave.

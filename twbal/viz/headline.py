@@ -45,18 +45,14 @@ def _verdict(diagnosis: Diagnosis) -> str:
     }[diagnosis.verdict]
 
 
-_WIDER = 1.05
-"""Scale of intervals beyond which it is said."""
-
-
 def effect_lines(diagnosis: Diagnosis) -> list[str]:
     """Size, interval and probability of each effect that is named or likely, a line each; how wide intervals are."""
     lines = [_sized(effect) for effect in (*diagnosis.named_effects, *diagnosis.likely_effects)]
-    scale = 1.0 if diagnosis.headline is None else diagnosis.headline.interval_scale
-    if not lines or scale <= _WIDER:
+    head = diagnosis.headline
+    if not lines or head is None or not head.widens_intervals:
         return lines
-    why = "held-out rollouts are as much farther off than the sensors' noise alone would make them"
-    return [*lines, f"(Intervals are {scale:.2g} times as wide as the fit alone makes them: {why}.)"]
+    why = "held-out rollouts are so many times as far off as the sensors' noise alone would make them"
+    return [*lines, f"(Intervals are {head.interval_scale:.2g} times as wide as the fit alone makes them: {why}.)"]
 
 
 def _sized(effect: ProbableEffect) -> str:
