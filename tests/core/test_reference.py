@@ -104,17 +104,38 @@ def test_a_robot_that_overtakes_the_reference_drags_its_place_along_and_does_not
     np.testing.assert_allclose(at_speed[:, 3], speed, atol=1e-9)
 
 
-@pytest.mark.parametrize(("leads", "place"), [(False, 1.0), (True, 1.0), (True, 0.2)])
-def test_a_robot_that_overtakes_on_the_way_to_a_place_is_led_on_only_where_that_is_asked_for(
-    leads: bool, place: float
+@pytest.mark.parametrize(
+    ("leads", "place", "rests"),
+    [(False, 1.0, False), (False, 0.95, False), (False, 0.85, True), (True, 0.85, False), (True, 0.2, True)],
+)
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_a_robot_that_overtakes_is_led_on_where_its_place_is_far_or_where_that_is_asked_for_until_it_is_there(
+    leads: bool, place: float, rests: bool, side: float
 ) -> None:
-    """It leaps to 0.5 m while the reference is on its way, which is beyond a place at 0.2 m."""
-    reference = Reference(Asked(None, place), leads_to_places=leads)
+    """It leaps to 0.5 m while the reference is on its way, slowly still; a place at 0.2 m it has passed."""
+    reference = Reference(Asked(None, side * place), leads_all_the_way=leads)
     for time in np.arange(0.0, 0.4, PERIOD).tolist():
         reference.follow(time, 0.0, 0.0)
-    reference.follow(0.4, 0.5, 0.0)
-    assert 0.0 < reference.motion.position < 0.2 and reference.motion.speed > 0.01
-    assert reference.gives_way == (not leads or place == 0.2)
+    reference.follow(0.4, side * 0.5, 0.0)
+    braking = reference.motion.speed**2 / (2.0 * LIMITS.acceleration)
+    assert 0.0 < side * reference.motion.position < 0.2 and 1e-4 < braking < 0.03
+    assert reference.gives_way == rests
+
+
+def test_the_faster_the_reference_the_farther_from_its_place_it_rests_for_a_robot_that_overtakes_it() -> None:
+    """At 1 m/s it needs 1 m to come to rest; the robot leaps ahead to 4 m."""
+
+    def leapt(left: float) -> Reference:
+        reference = Reference(Asked(None, 4.0 + left))
+        rows = followed(reference, lambda t: reference.motion.position, 4.0)
+        end = np.array(list(rows))[-1]
+        assert end[3] == pytest.approx(LIMITS.speed)
+        reference.follow(4.0, 4.0, LIMITS.speed)
+        return reference
+
+    to_rest = LIMITS.speed**2 / (2.0 * LIMITS.acceleration)
+    assert not leapt(to_rest + GIVE_WAY + 0.05).gives_way
+    assert leapt(to_rest + GIVE_WAY - 0.05).gives_way
 
 
 def test_a_reference_that_rests_for_a_robot_goes_on_when_that_overtakes_it() -> None:

@@ -81,7 +81,7 @@ class HeadingControl:
     """
 
     def __init__(self, robot: RobotParameters, targets: Targets, has_gyro: bool) -> None:
-        self.reference = Reference(targets, NAME, leads_to_places=True)
+        self.reference = Reference(targets, NAME, leads_all_the_way=True)
         self.samples: list[HeadingSample] = []
         self._estimate = HeadingEstimate(robot, has_gyro)
         self._pole, self._mobility = PACE / falling_time(robot), yaw_mobility(robot)

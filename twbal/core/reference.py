@@ -46,8 +46,9 @@ class Reference:
 
     A robot that overtakes a reference with a speed for its target is not held: only the place is dragged along. Going
     to rest, the reference would ask a robot that is too fast already to stop, which must then speed up again, and so
-    on. On the way to a place it rests all the same, if not told otherwise: a robot that balances has to lean back
-    there, and comes to its place more surely from rest.
+    on. On the way to a place it is so as long as the robot is far from that: farther than the reference needs to come
+    to rest, and `give_way` beside. Nearer, the reference rests, if not told otherwise: a robot that balances has to
+    lean back there, and comes to its place more surely from rest.
 
     A push (`PushDetector`) gives a robot a speed that its policy would brake at once, by a lean from which some robots
     fall. Where that is asked for, the reference takes on speed from it, until the robot is faster or slower by no more
@@ -57,7 +58,7 @@ class Reference:
     Args:
         targets: where it goes.
         name: by which events speak of it.
-        leads_to_places: whether a robot that overtakes it on the way to a place, and is not there yet, is led on, too.
+        leads_all_the_way: whether a robot that overtakes it near its place is led on, too, as long as it is not there.
         most_taken: speed that it takes on at most from a robot that is pushed, in times its speed limit; 0: none.
 
     Attributes:
@@ -67,13 +68,13 @@ class Reference:
     """
 
     def __init__(
-        self, targets: Targets, name: str = "reference", leads_to_places: bool = False, most_taken: float = 0.0
+        self, targets: Targets, name: str = "reference", leads_all_the_way: bool = False, most_taken: float = 0.0
     ) -> None:
         self.motion = Motion()
         self._name = name
         self.gives_way = False
         self.events: list[Event] = []
-        self._targets, self._leads_to_places, self._most_taken = targets, leads_to_places, most_taken
+        self._targets, self._leads_all_the_way, self._most_taken = targets, leads_all_the_way, most_taken
         self._pushes = PushDetector(targets.limits.speed)
         self._was_pushed = False
         self._goal: Target | None = None  # that the profile goes to
@@ -121,7 +122,9 @@ class Reference:
         side = math.copysign(1.0, self.motion.speed)
         if target.speed is not None:
             return side if target.speed else 0.0
-        return side if self._leads_to_places and (target.position - position) * side > 0.0 else 0.0
+        braking = self.motion.speed**2 / (2.0 * self._targets.limits.acceleration)  # way to rest, but for the jerk [m]
+        near = 0.0 if self._leads_all_the_way else braking + self._targets.give_way
+        return side if (target.position - position) * side > near else 0.0
 
     def _give_way(self, time: float, off: float, slip: float, ahead: float) -> bool:
         """Begin, go on with, or end giving way.
