@@ -106,7 +106,7 @@ def driven(each: Set, sheet: RobotParameters) -> Recorded:
 def _tried(each: Set, sheet: RobotParameters, gentler: float, stiffness: float) -> Recorded:
     rng = each.generator(_VALUES)
     machine = built(sheet, each.tolerance, each.generator(_BUILT))
-    sensors = drawn_sensors(each.sensors == "real", sheet, each.generator(_SENSORS))
+    sensors = drawn_sensors(each.sensors, sheet, each.generator(_SENSORS))
     severities = {name: gentler * severity for name, severity in each.effects.items()}
     hidden = {name: drawn_values(name, severity, sheet, rng) for name, severity in severities.items()}
     met = [name for name in hidden if ALL[name].met]
@@ -155,7 +155,7 @@ def _rollouts(
         asked = _asked(each, sheet, periods, rng)
         noise = rng.standard_normal((periods + 1, 6))
         walk = hidden.get("gyro_bias_walk", {}).get("walk", 0.0)
-        walk += rng.uniform(0.0005, 0.002) if each.sensors == "real" else 0.0
+        walk += rng.uniform(0.0005, 0.002) if each.has("bias walk") else 0.0
         drift = np.cumsum(walk * np.sqrt(sheet.control_period) * rng.standard_normal(periods + 1))
         lost = rng.uniform(size=periods + 1) < hidden.get("command_loss", {}).get("share", 0.0)
         found.append(Rollout(*drive(start, machine, sensors, law, instants, asked, noise, drift, lost, _FALLEN)))
@@ -175,14 +175,14 @@ def _start(machine: Machine, rng: np.random.Generator) -> np.ndarray:
 
 def _jitter(each: Set) -> float:
     """Standard deviation of the instants of a set's loop over the period."""
-    return float(each.generator(_CLOCK).uniform(*_JITTER)) if each.sensors == "real" else 0.0
+    return float(each.generator(_CLOCK).uniform(*_JITTER)) if each.has("jitter") else 0.0
 
 
 def _instants(periods: int, period: float, jitter: float, rng: np.random.Generator) -> np.ndarray:
     """Of the loop, in steps of the physics; jitter is of each instant and does not add up."""
     late = jitter * period * rng.standard_normal(periods + 1)
     late[0] = 0.0
-    places = np.arange(periods + 1) * round(period / STEP)
+    places = np.round(np.arange(periods + 1) * (period / STEP))
     return (places + np.round(np.clip(late, -0.35 * period, 0.35 * period) / STEP)).astype(np.int64)
 
 
@@ -222,7 +222,7 @@ def _steps(time: np.ndarray, most: float, slope: float, rng: np.random.Generator
 def episode_of(rollout: Rollout, each: Set, period: float, channels: Channels, source: Provenance) -> Episode:
     """A rollout as it is logged; a log of real quality lacks some rows."""
     seen, commands = rollout.seen, rollout.given
-    if each.sensors == "real":
+    if each.has("lost rows"):
         rng = each.generator(_LOSSES + source.trial)
         kept = rng.uniform(size=len(seen)) >= _LOST_ROWS
         kept[0] = kept[-1] = True

@@ -9,6 +9,8 @@ from benchmarks.other_robots.drive import Law, Sensors
 from benchmarks.other_robots.mechanics import GRAVITY, Machine, unstable_pole
 from twbal.core.robot_parameters import RobotParameters
 
+ITEMS = ("tilt filter", "coarse encoder", "shaft encoder", "bias walk", "jitter", "lost rows", "odd rate", "real")
+"""Of real sensors and loops: each alone, and all but an odd rate together."""
 _USUAL = 0.68  # torque limit of the paper's robot over the torque of its weight, lying
 
 
@@ -57,22 +59,15 @@ def torque_unit(sheet: RobotParameters) -> float:
     return sqrt(sheet.torque_limit * min(sheet.torque_limit, needed)) / 20.0
 
 
-def drawn_sensors(is_real: bool, sheet: RobotParameters, rng: np.random.Generator) -> Sensors:
-    """Fine sensors with white noise, or a tilt by a filter and coarse encoders whose angles are differenced."""
+def is_real(item: str, sensors: str) -> bool:
+    """Whether an item of ITEMS is real in a set whose `sensors` are these."""
+    return sensors in ("real", item)
+
+
+def drawn_sensors(quality: str, sheet: RobotParameters, rng: np.random.Generator) -> Sensors:
+    """Fine sensors with white noise, but for what is real of them, which `quality` says: see `sets.Set.sensors`."""
     quiet = rng.uniform(0.5, 1.5, 4)
-    if is_real:
-        return Sensors(
-            tilt=0.002 * quiet[0],
-            gyro=0.01 * quiet[1],
-            wheel_rate=0.0,
-            acceleration=0.2 * quiet[2],
-            tilt_constant=float(np.exp(rng.uniform(np.log(0.3), np.log(2.0)))),
-            height=rng.uniform(0.2, 1.2) * sheet.com_height,
-            ticks=float(round(np.exp(rng.uniform(np.log(300), np.log(2000))))),
-            differenced=1.0,
-            on_shaft=float(rng.integers(2)),
-        )
-    return Sensors(
+    ideal = Sensors(
         tilt=0.002 * quiet[0],
         gyro=0.01 * quiet[1],
         wheel_rate=0.03 * quiet[3],
@@ -83,6 +78,18 @@ def drawn_sensors(is_real: bool, sheet: RobotParameters, rng: np.random.Generato
         differenced=0.0,
         on_shaft=0.0,
     )
+    constant = float(np.exp(rng.uniform(np.log(0.3), np.log(2.0))))
+    height = rng.uniform(0.2, 1.2) * sheet.com_height
+    ticks = float(round(np.exp(rng.uniform(np.log(300), np.log(2000)))))
+    shaft = float(rng.integers(2))
+    found = ideal
+    if is_real("tilt filter", quality):
+        found = found._replace(acceleration=0.2 * quiet[2], tilt_constant=constant, height=height)
+    if is_real("coarse encoder", quality):
+        found = found._replace(wheel_rate=0.0, ticks=ticks, differenced=1.0)
+    if is_real("shaft encoder", quality):
+        found = found._replace(on_shaft=shaft if quality == "real" else 1.0)
+    return found
 
 
 def _linear(m: Machine) -> tuple[np.ndarray, np.ndarray]:

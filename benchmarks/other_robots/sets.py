@@ -11,11 +11,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from benchmarks.other_robots.kinds import ALIKE, FOREIGN, KNOWN_SINCE, SHEET, STRUCTURAL, alike
+from benchmarks.other_robots.robots import ITEMS, is_real
 
 SINGLE = {"single 1": 1.0, "single 1/4": 0.25, "single 1/8": 0.125}
 ADDED = {"added 1": 1.0, "added 1/4": 0.25, "added 1/8": 0.125}
 MANY = {"pairs": 2, "triples": 3, "five": 5, "eight": 8}
-STRATA = ("clean", *SINGLE, *MANY, "sheet", "foreign", "left out", "calibration", *ADDED, "lost")
+ONE_SENSOR = {"sensors clean": 0.0, "sensors 1": 1.0, "sensors 1/4": 0.25}
+STRATA = ("clean", *SINGLE, *MANY, "sheet", "foreign", "left out", "calibration", *ADDED, "lost", *ONE_SENSOR)
 EXCITATIONS, RATES, TOLERANCES, SENSORS = ("E", "N"), (50, 100, 200), (0.03, 0.15), ("ideal", "real")
 SHEETS = ("paper", "regbot", "esp32", "balboa")
 _GEARED = ("regbot", "balboa")  # sheets on which rotors are more than a hundredth of what turns
@@ -28,10 +30,10 @@ class Set(NamedTuple):
     Attributes:
         stratum, seed: name it, and determine all of it.
         excitation: "E", a balancing robot is shaken, or "N", it follows steps of the speed.
-        rate: of its control [Hz].
+        rate: of its control [Hz]; an odd one is 70 Hz, or a period of 30 ms on `paper` robots.
         sheet: name of its data sheet.
         tolerance: by which its numbers may be off those of the sheet.
-        sensors: "ideal" or "real".
+        sensors: "ideal", "real", or the one item of ITEMS that is real.
         effects: what is hidden, with its severity.
         left_out: effects that the diagnosis must do without.
     """
@@ -39,7 +41,7 @@ class Set(NamedTuple):
     stratum: str
     seed: int
     excitation: str
-    rate: int
+    rate: float
     sheet: str
     tolerance: float
     sensors: str
@@ -50,6 +52,10 @@ class Set(NamedTuple):
     def name(self) -> str:
         """Of its folder; says nothing of what is hidden."""
         return "set_" + hashlib.sha256(f"{self.stratum} {self.seed}".encode()).hexdigest()[:10]
+
+    def has(self, item: str) -> bool:
+        """Whether an item of its sensors or its loop is real."""
+        return is_real(item, self.sensors)
 
     def generator(self, purpose: int) -> np.random.Generator:
         """Of random numbers for one purpose."""
@@ -81,6 +87,9 @@ def designed(stratum: str, seed: int) -> Set:
     elif stratum == "left out":
         name = _level(stratum, seed, "effect", tuple(STRUCTURAL))
         effects, left_out = {name: 1.0}, tuple(sorted(alike(name)))
+    elif stratum in ONE_SENSOR:
+        severity = ONE_SENSOR[stratum]
+        effects = {_level(stratum, seed, "effect", tuple(STRUCTURAL)): severity} if severity else {}
     elif stratum == "lost":
         effects = {"command_loss": float(np.exp(rng.uniform(np.log(1.0 / 32.0), 0.0)))}
     elif stratum == "calibration":
@@ -89,7 +98,9 @@ def designed(stratum: str, seed: int) -> Set:
         effects = {}
     if "rotor_inertia" in effects and sheet not in _GEARED:
         sheet = _GEARED[seed % 2]
-    sensors = _level(stratum, seed, "sensors", SENSORS)
+    sensors = _level(stratum, seed, "sensors", ITEMS if stratum in ONE_SENSOR else SENSORS)
+    if sensors == "odd rate":
+        rate = 1.0 / 0.03 if sheet == "paper" else 70
     return Set(stratum, seed, excitation, rate, sheet, tolerance, sensors, effects, left_out)
 
 

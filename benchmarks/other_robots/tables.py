@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 from scipy.stats import beta
 
+from benchmarks.other_robots.robots import ITEMS
+
 Row = Mapping[str, Any]
 NAMED, FOUND, WRONG, LEAST = 0.9, 0.5, 0.8, 0.02
 STRATA = (
@@ -91,6 +93,29 @@ def other_robots_lost(results: Mapping[str, Any]) -> list[str]:
     return lines
 
 
+def other_robots_sensors(results: Mapping[str, Any]) -> list[str]:
+    """One line an item of real sensors: what is said of clean robots, and of one effect of two sizes."""
+    columns = ("what is real", "clean: something named", "severity 1: named", "found", "1/4: named", "found")
+    columns = (*columns, "wrong (P > 0.8)", "remains", "intervals hold")
+    lines = [f"| {' | '.join(columns)} |", "|" + "---|" * len(columns)]
+    for item in ITEMS:
+        lines.append(_sensor_line(item, [row for row in results["sets"] if row["sensors"] == item]))
+    for name, sheets in (("all, `paper`", ("paper",)), ("all, small sheets", ("regbot", "esp32", "balboa"))):
+        lines.append(_sensor_line(name, [row for row in results["sets"] if row["sheet"] in sheets]))
+    return [*lines, _sensor_line("all", results["sets"])]
+
+
+def _sensor_line(name: str, rows: Sequence[Row]) -> str:
+    clean, whole, quarter = ([r for r in rows if r["stratum"] == f"sensors {kind}"] for kind in ("clean", "1", "1/4"))
+    cells = [share(any(_is_false(s, NAMED) for s in row["said"]) for row in clean)]
+    for part in (whole, quarter):
+        cells += [share(p >= least for row in part for p in row["hidden"].values()) for least in (NAMED, FOUND)]
+    cells.append(share(any(_is_false(s, WRONG + 1e-9) for s in row["said"]) for row in rows))
+    cells.append(share(row["remains"] for row in rows))
+    cells.append(share(interval[-1] for row in rows for interval in row["intervals"]))
+    return f"| {name} | {' | '.join(cells)} |"
+
+
 def figures(rows: Sequence[Row]) -> dict[str, str]:
     """Figures over all sets that are no stratum's."""
     held = [interval[-1] for row in rows for interval in row["intervals"]]
@@ -172,4 +197,5 @@ PARTS: Mapping[str, Callable[[Mapping[str, Any]], list[str]]] = {
     "other_robots_figures": other_robots_figures,
     "other_robots_effects": other_robots_effects,
     "other_robots_lost": other_robots_lost,
+    "other_robots_sensors": other_robots_sensors,
 }

@@ -32,9 +32,9 @@ from benchmarks.other_robots.mechanics import (
     energy,
 )
 from benchmarks.other_robots.recording import driven, record
-from benchmarks.other_robots.robots import cascade, drawn_sensors, nominal, regulator
+from benchmarks.other_robots.robots import ITEMS, cascade, drawn_sensors, nominal, regulator
 from benchmarks.other_robots.score import judged
-from benchmarks.other_robots.sets import EXCITATIONS, RATES, SENSORS, SHEETS, STRATA, designed, sets
+from benchmarks.other_robots.sets import EXCITATIONS, ONE_SENSOR, RATES, SENSORS, SHEETS, STRATA, designed, sets
 from benchmarks.other_robots.tables import other_robots_lost
 from twbal.cli.composition import composing
 from twbal.effects.library import library
@@ -213,7 +213,7 @@ def shown(sheet, machine, sensors, seconds=2.0, law=None, noise=None, speed=0.0)
 
 @pytest.mark.slow
 def test_commands_act_late_by_the_delay_to_the_fraction_of_a_period(paper):
-    machine, sensors = nominal(paper), drawn_sensors(False, paper, np.random.default_rng(0))
+    machine, sensors = nominal(paper), drawn_sensors("ideal", paper, np.random.default_rng(0))
     prompt, late = (shown(paper, machine._replace(delay=d), sensors, 0.02)[1] for d in (0.0, 0.007))
     unforced = moved(machine, state(machine, 0.03), 0.02)
     gained, later = prompt[1, 2] - unforced[Q], late[1, 2] - unforced[Q]
@@ -222,7 +222,7 @@ def test_commands_act_late_by_the_delay_to_the_fraction_of_a_period(paper):
 
 def test_sensors_show_what_is_said_of_them(paper):
     machine = nominal(paper)
-    plain = drawn_sensors(False, paper, np.random.default_rng(0))._replace(tilt=0.0, gyro=0.0, ticks=1e9)
+    plain = drawn_sensors("ideal", paper, np.random.default_rng(0))._replace(tilt=0.0, gyro=0.0, ticks=1e9)
     law = regulator(paper, 1.0)._replace(tilt=0.0, rate=0.0, speed=0.0, turn=0.0)
     askew = plain._replace(gyro_bias=0.1, gyro_scale=1.2, mount=0.05)
     true, seen = (shown(paper, machine, s, 0.2, law) for s in (plain, askew))
@@ -235,7 +235,7 @@ def test_sensors_show_what_is_said_of_them(paper):
 
 def test_coarse_encoders_count_ticks_and_their_rates_are_differences(paper):
     rng = np.random.default_rng(1)
-    sensors = drawn_sensors(True, paper, rng)._replace(ticks=300.0)
+    sensors = drawn_sensors("real", paper, rng)._replace(ticks=300.0)
     _, seen, *_ = shown(paper, nominal(paper), sensors, 2.0, None, rng.standard_normal((101, 6)))
     halves = seen[:, 4] / (np.pi / 300.0)
     assert halves == pytest.approx(np.round(halves), abs=1e-9)
@@ -245,7 +245,7 @@ def test_coarse_encoders_count_ticks_and_their_rates_are_differences(paper):
 def test_a_complementary_filter_trusts_the_accelerometer_slowly(paper):
     """A robot that leans at rest upon its cable would be misread for a time constant after a slip of the gyro."""
     machine = nominal(paper)
-    sensors = drawn_sensors(True, paper, np.random.default_rng(0))._replace(
+    sensors = drawn_sensors("real", paper, np.random.default_rng(0))._replace(
         tilt=0.0, gyro=0.0, tilt_constant=0.5, gyro_bias=0.02
     )
     count, seen, _, true, _ = shown(paper, machine, sensors, 8.0)
@@ -261,7 +261,7 @@ def test_each_effect_changes_what_the_robot_shows(name, law, sheets):
         return
     sheet = sheets["regbot"]
     rng = np.random.default_rng(3)
-    machine, sensors = nominal(sheet), drawn_sensors(False, sheet, rng)
+    machine, sensors = nominal(sheet), drawn_sensors("ideal", sheet, rng)
     values = drawn_values(name, 1.0, sheet, rng)
     if ALL[name].met:
         values |= {"torque_saturation": {"limit": 0.02}, "wheel_slip": {"friction": 0.02}}.get(name, {"rate": 0.5})
@@ -307,7 +307,7 @@ def test_severity_scales_towards_doing_nothing(paper):
 
 def test_the_first_sets_of_each_stratum_are_balanced():
     for stratum in STRATA:
-        if stratum == "sheet":  # of one tolerance
+        if stratum == "sheet" or stratum in ONE_SENSOR:  # of one tolerance; of other sensors, and an odd rate
             continue
         found = [designed(stratum, seed) for seed in range(12)]
         for levels, of in ((EXCITATIONS, "excitation"), (RATES, "rate"), (SENSORS, "sensors")):
@@ -315,12 +315,44 @@ def test_the_first_sets_of_each_stratum_are_balanced():
             assert len(set(counts)) == 1
 
 
+@pytest.mark.parametrize("stratum", ONE_SENSOR)
+def test_each_item_of_real_sensors_is_there_once_in_each_block(stratum):
+    found = [designed(stratum, seed) for seed in range(8, 16)]
+    assert {each.sensors for each in found} == set(ITEMS)
+    assert all((each.rate in RATES) == (each.sensors != "odd rate") for each in found)
+
+
+@pytest.mark.parametrize("item", ITEMS[:-1])
+def test_what_is_real_alone_is_as_real_as_among_all_and_the_rest_is_ideal(item, paper):
+    alone, ideal, real = (drawn_sensors(q, paper, np.random.default_rng(3))._asdict() for q in (item, "ideal", "real"))
+    changed = {name for name, value in alone.items() if value != ideal[name]}
+    expected = {
+        "tilt filter": {"acceleration", "tilt_constant", "height"},
+        "coarse encoder": {"wheel_rate", "ticks", "differenced"},
+        "shaft encoder": {"on_shaft"},
+    }
+    assert changed == expected.get(item, set())
+    assert all(alone[name] == real[name] for name in changed - {"on_shaft"})
+
+
+@pytest.mark.parametrize(("item", "period"), [("odd rate", 0.03), ("odd rate", 1.0 / 70.0), ("jitter", 0.02)])
+def test_a_loop_keeps_its_period_in_the_mean_whatever_that_is(item, period, sheets):
+    seed = next(
+        s for s in range(99) if (e := designed("sensors clean", s)).sensors == item and round(e.rate * period, 9) == 1
+    )
+    each = designed("sensors clean", seed)
+    sheet = replace(sheets[each.sheet], control_period=1.0 / each.rate)
+    times = driven(each, sheet).rollouts[0].seen[:, 0]
+    assert np.mean(np.diff(times)) == pytest.approx(sheet.control_period, rel=1e-3)
+    assert (np.ptp(np.diff(times)) > 2.1 * STEP) == (item == "jitter")
+
+
 def test_names_of_sets_differ():
     names = [each.name for each in sets(STRATA, range(50))]
     assert len(set(names)) == len(names) == 50 * len(STRATA)
 
 
-@pytest.mark.parametrize(("stratum", "seed"), [("pairs", 0), ("single 1/8", 1), ("eight", 0)])
+@pytest.mark.parametrize(("stratum", "seed"), [("pairs", 0), ("single 1/8", 1), ("eight", 0), ("sensors 1/4", 3)])
 def test_the_same_seed_gives_the_same_bytes_and_a_complete_label(stratum, seed, sheets, tmp_path):
     each = designed(stratum, seed)
     sheet = replace(sheets[each.sheet], control_period=1.0 / each.rate)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from benchmarks.other_robots.robots import ITEMS
 from benchmarks.other_robots.score import judged
 from benchmarks.other_robots.tables import (
     PARTS,
@@ -11,6 +12,7 @@ from benchmarks.other_robots.tables import (
     clopper_pearson,
     figures,
     log_score,
+    other_robots_sensors,
     share,
 )
 
@@ -120,3 +122,23 @@ def test_tables_count_what_was_named_found_false_and_wrong():
     assert "| motor_lag | 0 of 0 | 0 of 0 | 1 |" in lines["other_robots_effects"]
     assert figures(rows)["CPU seconds of the command, median / 90th percentile"] == "4.0 / 5.6"
     assert len(lines["other_robots_splits"]) == 2 + 5
+
+
+def test_the_table_of_sensors_has_a_line_for_each_item_and_counts_by_severity():
+    def row(stratum, sensors, hidden, *findings):
+        return judged({**label(hidden, stratum), "sensors": sensors}, said(*findings), 1.0)
+
+    rows = [
+        row("sensors clean", "jitter", {}, finding("gyro_scale", 0.92)),
+        row("sensors clean", "jitter", {}, finding("gyro_scale", 0.85)),
+        row("sensors 1", "jitter", DEAD_ZONE, finding("dead_zone")),
+        row("sensors 1/4", "real", DEAD_ZONE, finding("dead_zone", 0.6)),
+    ]
+    lines = {line.split("|")[1].strip(): line for line in other_robots_sensors({"sets": rows})[2:]}
+    assert set(lines) == {*ITEMS, "all, `paper`", "all, small sheets", "all"}
+    none, both, one = "0 of 1 (0-98 %)", "2 of 2 (16-100 %)", "1 of 1 (3-100 %)"
+    cells = [cell.strip() for cell in lines["jitter"].split("|")[2:-1]]
+    assert cells[:6] == ["1 of 2 (1-99 %)", one, one, "-", "-", "2 of 3 (9-99 %)"]
+    cells = [cell.strip() for cell in lines["real"].split("|")[2:-1]]
+    assert cells[:6] == ["-", "-", "-", none, one, none]
+    assert lines["all"].split("|")[2].strip() == "1 of 2 (1-99 %)" and both not in lines["all"]
