@@ -8,7 +8,17 @@ import numpy as np
 
 from benchmarks.other_robots.drive import STEP, Law, Sensors, drive
 from benchmarks.other_robots.kinds import ALL, Values, drawn_values, put
-from benchmarks.other_robots.mechanics import PITCH, SIZE, SPIN_L, SPIN_R, Machine, Q, V
+from benchmarks.other_robots.mechanics import (
+    PITCH,
+    ROTOR_RATE_L,
+    ROTOR_RATE_R,
+    SIZE,
+    SPIN_L,
+    SPIN_R,
+    Machine,
+    Q,
+    V,
+)
 from benchmarks.other_robots.robots import (
     built,
     cascade,
@@ -170,6 +180,8 @@ def _start(machine: Machine, rng: np.random.Generator) -> np.ndarray:
     tilt, rate, speed = rng.normal(0.0, [0.03, 0.05, 0.02])
     y[PITCH], y[Q], y[V] = tilt - machine.offset, rate, speed
     y[SPIN_L] = y[SPIN_R] = speed / machine.radius
+    if machine.gap == 0.0:  # else the rotors begin at rest, within the play
+        y[ROTOR_RATE_L] = y[ROTOR_RATE_R] = y[SPIN_L] - y[Q]
     return y
 
 

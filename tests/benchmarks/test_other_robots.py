@@ -335,6 +335,15 @@ def test_what_is_real_alone_is_as_real_as_among_all_and_the_rest_is_ideal(item, 
     assert all(alone[name] == real[name] for name in changed - {"on_shaft"})
 
 
+def test_without_play_an_encoder_on_the_shaft_sees_what_one_on_the_wheel_does(sheets):
+    seed = next(s for s in range(99) if designed("sensors clean", s).sensors == "shaft encoder")
+    each = designed("sensors clean", seed)
+    sheet = replace(sheets[each.sheet], control_period=1.0 / each.rate)
+    on_shaft, on_wheel = driven(each, sheet), driven(each._replace(sensors="odd rate"), sheet)
+    for shaft, wheel in zip(on_shaft.rollouts, on_wheel.rollouts, strict=True):
+        np.testing.assert_allclose(shaft.seen, wheel.seen, atol=1e-6)
+
+
 @pytest.mark.parametrize(("item", "period"), [("odd rate", 0.03), ("odd rate", 1.0 / 70.0), ("jitter", 0.02)])
 def test_a_loop_keeps_its_period_in_the_mean_whatever_that_is(item, period, sheets):
     seed = next(

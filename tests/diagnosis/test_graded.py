@@ -1,5 +1,6 @@
 """Graded answers: how likely each effect is, its share of the gap, and what remains, whatever the verdict."""
 
+import math
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -120,6 +121,12 @@ def test_shares_of_the_gap_are_not_clipped():
     assert head.remaining == pytest.approx((0.012 - 0.01) / (0.05 - 0.01))
     (flat,) = with_shares([EFFECT], head._replace(before=0.0105), {"dead_zone": 0.092})
     assert flat.share is None
+
+
+def test_an_effect_without_which_the_model_cannot_follow_the_data_has_no_share():
+    head = Gap("tilt", 0.15, 0.05, 0.04, 0.012, 0.01, 0.95, 0.01, -3.0)
+    (found,) = with_shares([EFFECT], head, {"dead_zone": math.inf})
+    assert found.share is None and found.is_named
 
 
 @pytest.fixture(scope="module")

@@ -10,7 +10,7 @@ from synthetic_recordings import NOISE, synthetic_recording
 
 from twbal.core.plant import Observation
 from twbal.diagnosis.filter_result import filter_recordings
-from twbal.diagnosis.gap import Models, Stretches, measure_gaps
+from twbal.diagnosis.gap import Models, Stretches, measure_gaps, rollout_error
 from twbal.effects.library import effects_from
 from twbal.sim.replay import replay
 from twbal.sysid.held_out import held_out
@@ -110,6 +110,35 @@ def test_worse_is_what_is_worse_rollout_by_rollout(split, seen, paper):
     by_chance = gap_of(usual, usual, usual * np.where(np.arange(40) == np.argmax(np.abs(usual)), 1.6, 1.0))
     assert by_chance.after > 1.05 * by_chance.before
     assert not by_chance.is_worse
+
+
+def diverged(seen, instant):
+    """The same with a filter that has diverged from an instant on."""
+    (path,) = seen.trajectories
+    lost = np.arange(len(path.tilt)) >= instant
+    return replace(seen, trajectories=(replace(path, tilt=np.where(lost, np.nan, path.tilt)),))
+
+
+@pytest.mark.parametrize("which", range(3))
+def test_no_rollout_begins_where_the_filter_of_a_model_has_diverged(split, seen, paper, which):
+    recording, begun = split.kept_back[0], []
+
+    def resting(result, starts, commands):
+        begun.append([len(start.past_commands) for start in starts])
+        return np.zeros((len(starts), commands.shape[1] + 1, 7))
+
+    last = int(np.flatnonzero(recording.usable)[0]) + 200
+    given = [replace(seen), replace(seen), replace(seen)]
+    given[which] = diverged(seen, last)
+    kept, stretches = split.kept_back, Stretches(5, 5, 4000, 3)
+    gaps = measure_gaps(Models(*given), kept, resting, [3], stretches, LEVELS, paper.wheel_radius)
+    assert all(np.isfinite([gap.before, gap.refitted, gap.after, gap.noise_floor]).all() for gap in gaps)
+    assert 30 < len(begun[0]) <= 40 and max(begun[0]) < last
+    assert rollout_error(seen, kept, resting, gaps[0], stretches) > 0.0
+    assert len(begun[-1]) > 40
+    assert rollout_error(diverged(seen, 0), kept, resting, gaps[0], stretches) == np.inf
+    given[which] = diverged(seen, 0)
+    assert measure_gaps(Models(*given), kept, resting, [3], stretches, LEVELS, paper.wheel_radius) == ()
 
 
 def run(robot, result, starts, commands):

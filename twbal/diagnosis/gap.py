@@ -5,6 +5,7 @@ far and runs under the recorded commands. Longer rollouts of an unstable robot s
 wrong.
 """
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import NamedTuple
@@ -25,6 +26,7 @@ Replay = Callable[[FilterResult, Sequence[ReplayStart], Array], Array]
 
 _COLUMNS = [Observation._fields.index(name) for name in MEASURED]
 _FLOOR_STARTS = 12  # from which the floor is found
+_DIVERGED = math.pi  # rad; a filter that sees a larger tilt, or no number, has diverged
 _FLAT = 0.1  # share of the floor by which `before` must exceed it for a share of the gap to mean anything
 
 
@@ -78,7 +80,8 @@ def measure_gaps(
     """The gap of each measured channel over each horizon.
 
     The floor is what the sensors' noise leaves where the model is right: that of the measurement at the horizon's end,
-    and that of the start, carried there by the named model (four rollouts from starts that are off by a little).
+    and that of the start, carried there by the named model (four rollouts from starts that are off by a little). Where
+    the filter of one of the models has diverged, no rollouts begin, of no model.
 
     Args:
         models: with the trajectories of these recordings.
@@ -89,7 +92,7 @@ def measure_gaps(
         noise: (4,) standard deviations of the sensors, in the order of `MEASURED`.
         radius: of the wheels [m].
     """
-    places = _places(recordings, stretches.ahead, stretches)
+    places = _places(recordings, stretches, models)
     if not places:
         return ()
     commands = np.array([recordings[r].commands[t : t + stretches.ahead] for r, t in places])
@@ -130,10 +133,13 @@ def rollout_error(
 ) -> float:
     """Root mean square error of rollouts of another model, in the channel and over the horizon of a gap.
 
-    Arguments as of `measure_gaps`; the rollouts begin where its own do.
+    Arguments as of `measure_gaps`; the rollouts begin where its own do, but where the filter of this model has
+    diverged: infinite where it has everywhere.
     """
     column, steps = MEASURED.index(gap.channel), round(gap.horizon / recordings[0].period)
-    places = _places(recordings, stretches.ahead, stretches)
+    places = _places(recordings, stretches, [result])
+    if not places:
+        return math.inf
     commands = np.array([recordings[r].commands[t : t + steps] for r, t in places])
     return _rms(_rollouts(result, recordings, replay, places, commands).errors[:, -1, column])
 
@@ -163,13 +169,20 @@ def _rollouts(
     return _Rollouts(starts, courses, errors)
 
 
-def _places(recordings: Sequence[Recording], ahead: int, stretches: Stretches) -> list[tuple[int, int]]:
-    """(recording, instant) of the starts, spread evenly, where all instants of the rollout are usable."""
+def _places(
+    recordings: Sequence[Recording], stretches: Stretches, results: Sequence[FilterResult]
+) -> list[tuple[int, int]]:
+    """(recording, instant) of the starts, spread evenly.
+
+    All instants of the rollout are usable, and no filter has diverged.
+    """
+    ahead = stretches.ahead
     found = [
         (r, t)
         for r, recording in enumerate(recordings)
         for t in range(stretches.history, len(recording) - ahead, stretches.spacing)
         if recording.usable[t : t + ahead + 1].all()
+        and all(abs(each.trajectories[r].tilt[t]) < _DIVERGED for each in results)
     ]
     if len(found) <= stretches.most:
         return found

@@ -1,5 +1,6 @@
 """What rollouts on held-out data add to the graded answers: shares of the gap, and what remains."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
@@ -20,15 +21,13 @@ def with_shares(
         effects: that may be missing.
         head: the gap that stands for all; None where none was measured.
         errors: of rollouts without one of the effects that `head.after` was measured with, by its name, in the channel
-            and over the horizon of `head`.
+            and over the horizon of `head`; infinite where that model cannot follow the data at all.
     """
     if head is None or head.remaining is None:
         return tuple(effects)
-    before = head.before - head.noise_floor
-    return tuple(
-        replace(effect, share=(errors[effect.name] - head.after) / before) if effect.name in errors else effect
-        for effect in effects
-    )
+    before, after = head.before - head.noise_floor, head.after
+    known = {name: (error - after) / before for name, error in errors.items() if math.isfinite(error)}
+    return tuple(replace(effect, share=known.get(effect.name)) for effect in effects)
 
 
 def widened(effects: Sequence[ProbableEffect], head: Gap | None) -> tuple[ProbableEffect, ...]:

@@ -92,8 +92,9 @@ class ProbableEffect:
         separate_by: the experiment that would tell them apart; "" where there are none.
         objections: what speaks against it, a sentence each.
         share: of the gap on held-out data, by which it grows where this effect is left out of the best guess and all
-            else is fitted again; None where it is not in the best guess, or there is hardly a gap. Shares need not add
-            up to 1, as what is left can do a part of the work of what is left out.
+            else is fitted again; None where it is not in the best guess, or there is hardly a gap, or the model without
+            it cannot follow the data. Shares need not add up to 1, as what is left can do a part of the work of what is
+            left out.
     """
 
     name: str
