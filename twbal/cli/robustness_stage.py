@@ -48,20 +48,32 @@ class Tested(NamedTuple):
     found: FoundRobot
 
 
-def compare_robustness(cfg: DictConfig, groups: Mapping[str, Sequence[Path]], out: Path) -> list[Path]:
-    """Drive the policies of all groups, and return what was made of it. A policy that is done is not driven again.
+def tested_policies(cfg: DictConfig, groups: Mapping[str, Sequence[Path]]) -> Mapping[str, Sequence[Tested]]:
+    """The policies of all groups, with their robots.
 
     Args:
         cfg: of the stage.
         groups: policy files and folders of runs, by the name of their group.
+
+    Raises:
+        ConfigError: a robot is no virtual one, or its configuration has what is not taken here.
+        DataError: a run has no policy, or does not say what it drove.
+    """
+    return {name: [_tested(path, cfg) for path in paths] for name, paths in groups.items()}
+
+
+def compare_robustness(cfg: DictConfig, tested: Mapping[str, Sequence[Tested]], out: Path) -> list[Path]:
+    """Drive the policies of all groups, and return what was made of it. A policy that is done is not driven again.
+
+    Args:
+        cfg: of the stage.
+        tested: policies and their robots, by the name of their group.
         out: run folder.
 
     Raises:
-        ConfigError: a robot is no virtual one, or the folder holds the work of other settings.
-        DataError: a run has no policy, or does not say what it drove.
+        ConfigError: a policy commands more than its robot takes, or the folder holds the work of other settings.
     """
     perturbations: Perturbations = instantiate(cfg.perturbation)
-    tested = {name: [_tested(path, cfg) for path in paths] for name, paths in groups.items()}  # all of it first
     methods = []
     for number, (name, policies) in enumerate(tested.items()):
         driven = [

@@ -39,18 +39,19 @@ def main(cfg: DictConfig) -> None:
     if files and not settings.robustness:
         raise ConfigError(f"{files[0]} is a policy; policies alone are compared by robustness=true.")
     summaries = {name: [path] if path in files else _summaries(path) for name, path in folders.items()}
+    tested = None
+    if settings.robustness:  # found before anything is drawn, so that what is wrong with them is said at once
+        from twbal.cli.robustness_stage import compare_robustness, tested_policies  # here, as it loads MuJoCo
+
+        groups = {name: [each if each in files else each.parent for each in found] for name, found in summaries.items()}
+        tested = tested_policies(cfg, groups)
     made = (
         []
         if files
         else _compare_runs({name: list(map(_run, found)) for name, found in summaries.items()}, out, settings)
     )
-    if settings.robustness:
-        from twbal.cli.robustness_stage import compare_robustness  # here, as it loads MuJoCo
-
-        policies = {
-            name: [each if each in files else each.parent for each in found] for name, found in summaries.items()
-        }
-        made += compare_robustness(cfg, policies, out)
+    if tested is not None:
+        made += compare_robustness(cfg, tested, out)
     for file in made:
         print(f"made  {file}")
 
