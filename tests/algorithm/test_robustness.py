@@ -107,6 +107,7 @@ def test_unchanged_is_the_plain_evaluation_and_a_hopeless_level_fails(robot, cha
     assert found.axes["pushes"][1].upright == 0
 
 
+@pytest.mark.slow
 def test_the_same_seed_is_the_same_bytes_and_each_trial_is_counted(robot, channels):
     asked, driven = replace(ASKED, delay=[0.02], pushes=[5.0], sensor_noise=[3.0]), []
 

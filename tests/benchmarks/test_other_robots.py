@@ -94,6 +94,7 @@ def test_without_friction_a_turning_robot_keeps_its_energy(name, change, sheets)
     assert energy(y, machine) == pytest.approx(before, abs=1e-7 * moving)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SHEETS)
 def test_it_falls_as_the_equations_of_another_derivation_say(name, sheets):
     k = coefficients(sheets[name])
@@ -102,6 +103,7 @@ def test_it_falls_as_the_equations_of_another_derivation_say(name, sheets):
     assert y[PITCH] == pytest.approx(1e-5 * cosh(pole * 0.3), rel=1e-6)
 
 
+@pytest.mark.slow
 def test_it_moves_as_a_robot_of_another_engine_does(paper):
     ride, machine = Ride(drawn(paper, np.random.default_rng(0), 0.0, 0.0)), nominal(paper)
     ride.place(0.1, 0.2, 0.3)
@@ -114,6 +116,7 @@ def test_it_moves_as_a_robot_of_another_engine_does(paper):
     )
 
 
+@pytest.mark.slow
 def test_play_that_is_never_crossed_is_a_stiff_gear(paper):
     """Both flanks touch where a gap is nearly nothing."""
     machine = nominal(paper)
@@ -122,6 +125,7 @@ def test_play_that_is_never_crossed_is_a_stiff_gear(paper):
     assert loose[[PITCH, V]] == pytest.approx(rigid[[PITCH, V]], rel=0.02)
 
 
+@pytest.mark.slow
 def test_a_rotor_turns_freely_within_its_play_and_then_takes_its_wheel_along(paper):
     machine = nominal(paper)._replace(gap=0.2, rotor_share=0.5)
     y = moved(machine, state(machine), 0.05, (0.1, 0.1))
@@ -133,6 +137,7 @@ def test_a_rotor_turns_freely_within_its_play_and_then_takes_its_wheel_along(pap
     assert y[X] > 0.001 and y[ROTOR_RATE_L] == pytest.approx(y[SPIN_L] - y[Q], rel=0.1)
 
 
+@pytest.mark.slow
 def test_lugre_settles_at_its_kinetic_torque_and_holds_what_is_less():
     bent, torque = bristles(0.0, 5.0, 1.0, 0.2, 0.5, 0.5, 0.003)
     assert torque == pytest.approx(0.2, rel=1e-6)
@@ -142,6 +147,7 @@ def test_lugre_settles_at_its_kinetic_torque_and_holds_what_is_less():
     assert back == pytest.approx(-0.2, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_dry_friction_brakes_a_robot_that_is_held_upright_as_its_torque_says(paper):
     """Against a robot that gets the same torque from its motors: the joints cannot tell."""
     machine = nominal(paper)
@@ -150,12 +156,14 @@ def test_dry_friction_brakes_a_robot_that_is_held_upright_as_its_torque_says(pap
     assert braked[[V, Q]] == pytest.approx(driven_back[[V, Q]], rel=0.05)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("asked", "given"), [(0.4, 0.0), (0.8, 0.3), (-0.8, -0.3), (-1.5, -1.0)])
 def test_a_dead_zone_takes_its_half_width_of_both_motors_together(asked, given, paper):
     machine = nominal(paper)._replace(dead_zone=1.0)
     assert motor(asked, 0.0, 0, 0.0, machine) == pytest.approx(given, abs=1e-3)
 
 
+@pytest.mark.slow
 def test_limit_gain_and_battery_act_on_the_torque_as_said(paper):
     machine = nominal(paper)
     assert motor(9.0, 0.0, 0, 0.0, machine._replace(limit=4.0)) == pytest.approx(2.0, rel=1e-3)
@@ -164,17 +172,20 @@ def test_limit_gain_and_battery_act_on_the_torque_as_said(paper):
     assert motor(1.0, 0.0, 0, 10.0, machine._replace(sag=0.05)) == pytest.approx(1.0 / 1.5)
 
 
+@pytest.mark.slow
 def test_a_lag_answers_as_a_first_order_system(paper):
     machine = nominal(paper)._replace(lag=0.02)
     y = moved(machine, state(machine), 0.03, (1.0, 1.0))
     assert y[TORQUE_L] == pytest.approx(1.0 - exp(-1.5), rel=1e-6)
 
 
+@pytest.mark.slow
 def test_a_slew_limit_holds_the_rate_of_the_torque(paper):
     y = moved(nominal(paper)._replace(slew=4.0), state(nominal(paper)), 0.1, (1.0, 1.0))
     assert y[TORQUE_L] == pytest.approx(0.2, rel=0.01)
 
 
+@pytest.mark.slow
 def test_tyres_that_slip_pull_no_more_than_their_grip(paper):
     machine = nominal(paper)._replace(grip=0.1)
     y = moved(machine, state(machine), 0.1, (8.0, 8.0))
@@ -184,6 +195,7 @@ def test_tyres_that_slip_pull_no_more_than_their_grip(paper):
     assert machine.radius * y[SPIN_L] > 2.0 * y[V]
 
 
+@pytest.mark.slow
 def test_tyres_with_enough_grip_roll(paper):
     machine = nominal(paper)
     rolled = moved(machine, state(machine, 0.05), 0.2, (0.5, 0.5))
@@ -191,6 +203,7 @@ def test_tyres_with_enough_grip_roll(paper):
     assert slipped[[PITCH, V]] == pytest.approx(rolled[[PITCH, V]], rel=0.02, abs=1e-3)
 
 
+@pytest.mark.slow
 def test_a_cable_pulls_towards_its_place_wherever_the_robot_heads(paper):
     machine = nominal(paper)._replace(cable=10.0, cable_x=0.4)
     forth, back, across = (state(machine) for _ in range(3))
@@ -220,6 +233,7 @@ def test_commands_act_late_by_the_delay_to_the_fraction_of_a_period(paper):
     assert later / gained == pytest.approx(13.0 / 20.0, rel=0.02)
 
 
+@pytest.mark.slow
 def test_sensors_show_what_is_said_of_them(paper):
     machine = nominal(paper)
     plain = drawn_sensors("ideal", paper, np.random.default_rng(0))._replace(tilt=0.0, gyro=0.0, ticks=1e9)
@@ -233,6 +247,7 @@ def test_sensors_show_what_is_said_of_them(paper):
     assert true[1][:, 4] == pytest.approx(true[3][:, 3], abs=1e-6)
 
 
+@pytest.mark.slow
 def test_coarse_encoders_count_ticks_and_their_rates_are_differences(paper):
     rng = np.random.default_rng(1)
     sensors = drawn_sensors("real", paper, rng)._replace(ticks=300.0)
@@ -242,6 +257,7 @@ def test_coarse_encoders_count_ticks_and_their_rates_are_differences(paper):
     assert seen[1:, 5] == pytest.approx(np.diff(seen[:, 4]) / 0.02)
 
 
+@pytest.mark.slow
 def test_a_complementary_filter_trusts_the_accelerometer_slowly(paper):
     """A robot that leans at rest upon its cable would be misread for a time constant after a slip of the gyro."""
     machine = nominal(paper)
@@ -254,6 +270,7 @@ def test_a_complementary_filter_trusts_the_accelerometer_slowly(paper):
     assert error.mean() == pytest.approx(0.5 * 0.02, rel=0.2)  # bias times time constant
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", sorted(ALL))
 @pytest.mark.parametrize("law", [regulator, cascade])
 def test_each_effect_changes_what_the_robot_shows(name, law, sheets):
@@ -273,6 +290,7 @@ def test_each_effect_changes_what_the_robot_shows(name, law, sheets):
     assert np.abs(before[:rows, 1] - after[:rows, 1]).max() > 1e-4
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["command_loss", "gyro_bias_walk"])
 def test_what_acts_in_the_loop_changes_what_the_robot_shows(name, sheets):
     seed = next(s for s in range(100) if name in designed("foreign", s).effects)
@@ -335,6 +353,7 @@ def test_what_is_real_alone_is_as_real_as_among_all_and_the_rest_is_ideal(item, 
     assert all(alone[name] == real[name] for name in changed - {"on_shaft"})
 
 
+@pytest.mark.slow
 def test_without_play_an_encoder_on_the_shaft_sees_what_one_on_the_wheel_does(sheets):
     seed = next(s for s in range(99) if designed("sensors clean", s).sensors == "shaft encoder")
     each = designed("sensors clean", seed)
@@ -344,6 +363,7 @@ def test_without_play_an_encoder_on_the_shaft_sees_what_one_on_the_wheel_does(sh
         np.testing.assert_allclose(shaft.seen, wheel.seen, atol=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("item", "period"), [("odd rate", 0.03), ("odd rate", 1.0 / 70.0), ("jitter", 0.02)])
 def test_a_loop_keeps_its_period_in_the_mean_whatever_that_is(item, period, sheets):
     seed = next(
@@ -361,6 +381,7 @@ def test_names_of_sets_differ():
     assert len(set(names)) == len(names) == 50 * len(STRATA)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("stratum", "seed"), [("pairs", 0), ("single 1/8", 1), ("eight", 0), ("sensors 1/4", 3)])
 def test_the_same_seed_gives_the_same_bytes_and_a_complete_label(stratum, seed, sheets, tmp_path):
     each = designed(stratum, seed)
@@ -377,6 +398,7 @@ def test_the_same_seed_gives_the_same_bytes_and_a_complete_label(stratum, seed, 
     assert total >= 0.98 * 40.0 * each.rate
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(4))
 def test_a_clean_robot_stays_up_in_all_its_episodes(seed, sheets):
     each = designed("clean", seed)

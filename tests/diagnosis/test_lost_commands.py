@@ -129,6 +129,7 @@ def test_a_score_is_what_the_prediction_errors_change_by(make, conf):  # noqa: F
     assert found.scores[at] == pytest.approx(errors[0] @ change / np.linalg.norm(change), abs=0.1)
 
 
+@pytest.mark.slow
 def test_noise_alone_has_no_lost_commands():
     for seed in range(15):
         rng = np.random.default_rng(seed)

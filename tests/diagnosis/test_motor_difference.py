@@ -46,7 +46,7 @@ def found(episodes, sheet, effects=None):
     return motor_difference(episodes, sheet, twin_parameters(sheet, effects or {}), 0.7)
 
 
-@pytest.mark.parametrize("share", [0.05, -0.15])
+@pytest.mark.parametrize("share", [pytest.param(0.05, marks=pytest.mark.slow), -0.15])
 def test_the_stronger_motor_of_a_robot_in_mujoco_is_told_with_its_share(share, make, conf):  # noqa: F811
     sheet = conf("robot/paper")
     log = driven(make("paper", start=0.02, drive={"gain": (1 - share, 1 + share)}), sheet)
@@ -57,7 +57,7 @@ def test_the_stronger_motor_of_a_robot_in_mujoco_is_told_with_its_share(share, m
     assert UnequalMotors(**told.effects["unequal_motors"]).share == told.share
 
 
-@pytest.mark.parametrize("faults", ["none", "moderate"])
+@pytest.mark.parametrize("faults", ["none", pytest.param("moderate", marks=pytest.mark.slow)])
 def test_equal_motors_are_not_told_apart(faults, make, conf):  # noqa: F811
     sheet = conf("robot/paper")
     assert found([driven(make("paper", faults, seed=4, start=0.02, drive={"gain": (1.0, 1.0)}), sheet)], sheet) is None

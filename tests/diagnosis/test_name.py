@@ -102,11 +102,12 @@ def test_what_settings_leave_out_is_said_where_nothing_explains_the_data(paper):
     assert "Not weighed, as the settings leave them out (diagnosis.exclude): com offset, motor lag." in found.advice
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("effects", "group"),
     [
         ({"torque_gain": {"gain": 0.75}}, "gain, mass and inertia"),
-        pytest.param({"com_height": {"factor": 1.25}}, "COM height and wheel radius", marks=pytest.mark.slow),
+        ({"com_height": {"factor": 1.25}}, "COM height and wheel radius"),
     ],
 )
 def test_a_data_sheet_that_is_off_is_called_so_with_its_class(paper, effects, group):

@@ -147,7 +147,8 @@ def test_a_robot_without_a_filter_that_is_as_its_sheet_says_is_found_so():
     assert found.filter_rate[0] + found.filter_rate[1] < 0.02
 
 
-@pytest.mark.parametrize("share", [pytest.param(0.99, marks=pytest.mark.slow), 0.98])
+@pytest.mark.slow
+@pytest.mark.parametrize("share", [0.99, 0.98])
 def test_a_complementary_filter_of_a_usual_share_is_found(share):
     """At 100 Hz, shares of 0.99 and 0.98 of the gyro's sum are time constants of 1 and 0.5 s."""
 

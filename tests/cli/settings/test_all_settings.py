@@ -132,6 +132,7 @@ def all_refused(composed, change, applies=lambda key, value: True):
     assert not accepted, (composed.stage, composed.words)
 
 
+@pytest.mark.slow
 def test_what_is_packaged_is_accepted():
     for composed in all_composed():
         assert list(faults(composed.stage, composed.tree)) == [], composed.words

@@ -34,6 +34,7 @@ def data(n=12):
     return inputs, targets + rng.standard_normal((n, 2)) * [0.1, 1.0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kernel", WAVES)
 def test_waves_have_the_kernels_covariance(kernel):
     module = prior(kernel).module
