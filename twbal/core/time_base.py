@@ -8,12 +8,14 @@ from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 
 from twbal.core.gaussian import Array, Mask
+from twbal.core.lost_rows import refilled
 
 LATE = 0.5
 """Share of a control period by which an instant may be off and its sample be moved to where it belongs."""
 _FOLLOWED = 0.05  # share of an instant's deviation by which those after it are expected: clocks run fast or slow
 _AHEAD = 8  # rows within which those that are late catch up
 _NEAR = 51  # samples whose mean deviation is not that of one instant
+_STEADY = 2.0  # times the deviation of the mean of so many white ones, which it may have beside a steady clock
 _EVEN = 1e-6  # share of a control period by which the instants of an even loop vary
 _FEW = 5  # samples of which nothing is said
 _LEAST = 1e-24  # variance of an angle that does not move
@@ -25,12 +27,24 @@ class Even(NamedTuple):
     Attributes:
         values: (K + 1, C).
         commands: (K,), each of which acted between an instant and the next.
-        measured: (K + 1,), False at instants whose row was lost: their values are interpolated.
+        measured: (K + 1,), False at instants whose row was lost: their values are worked out from the others.
     """
 
     values: Array
     commands: Array
     measured: Mask
+
+
+class Pace(NamedTuple):
+    """What angles tell of whether a loop is as uneven as its time stamps.
+
+    Attributes:
+        found: of the changes that such a loop would make, how much is in the angles.
+        wanted: how much it would make; 0 where the stamps are even.
+    """
+
+    found: float
+    wanted: float
 
 
 class Places(NamedTuple):
@@ -67,15 +81,20 @@ def places_of(times: Array, period: float) -> Places:
 
 
 def evened(
-    times: Array, values: Array, commands: Array, period: float, angles: Sequence[int], rates: Sequence[int]
+    times: Array,
+    values: Array,
+    commands: Array,
+    period: float,
+    angles: Sequence[int],
+    rates: Sequence[int],
+    uneven: bool,
 ) -> Even:
     """Samples at the instants of an even loop.
 
     A loop that is late by δ reads an angle that has moved on by δ times its rate, so angles are moved back by that, and
     rates by δ times their change in the period that ends, or, of an early loop, that begins then. A command that comes
     late leaves the one before it more time: each is replaced by the mean of what acted between two even instants.
-    Stamps may jitter where the loop does not: all this is done only if changes of the angles follow the stamps. What
-    was lost is interpolated.
+    Rows that were lost are filled (`refilled`), or else interpolated.
 
     Args:
         times: (T + 1,) that increase [s].
@@ -84,26 +103,73 @@ def evened(
         period: control period [s].
         angles: columns of `values` that are.
         rates: columns of `values` that change with the commands.
+        uneven: whether the loop is as uneven as its stamps (`is_uneven`); else only lost rows are made up for.
     """
     if len(times) < _FEW:
         return Even(values, commands, np.ones(len(times), bool))
-    numbers, late = places_of(times, period)
-    if np.abs(late).max() > _EVEN * period:
+    numbers, late = _late(times, period)
+    if uneven and np.abs(late).max() > _EVEN * period:
         values = values.copy()
-        late = late - uniform_filter1d(late, _NEAR, mode="nearest")  # what stays is a clock that runs fast or slow
-        late = np.where(np.abs(late) <= LATE * period, late, 0.0)
         moved = late[:, None] * np.gradient(values[:, angles], times, axis=0)
-        if _follow(values[:, angles], moved, numbers) > 0.5:
-            values[:, angles] -= moved
-            values[:, rates] -= late[:, None] * _slopes(values[:, rates], times, late)
-            commands = _means(commands, late / period, numbers)
+        values[:, angles] -= moved
+        values[:, rates] -= late[:, None] * _slopes(values[:, rates], times, late)
+        commands = _means(commands, late / period, numbers)
     every = np.arange(numbers[-1] + 1)
     measured = np.zeros(len(every), bool)
     measured[numbers] = True
     if not measured.all():
         values = np.column_stack([np.interp(every, numbers, column) for column in values.T])
         commands = np.repeat(commands, np.diff(numbers))
+        values, commands = refilled(values, commands, measured)
     return Even(values, commands, measured)
+
+
+def pace_of(times: Array, angles: Array, period: float) -> Pace:
+    """What one recording tells of whether its loop is as uneven as its stamps: these may jitter where it does not.
+
+    A motion is smooth, so it leaves little in second differences of its angles; there the changes that an uneven loop
+    would make are looked for, with each channel weighted by its noise.
+
+    Args:
+        times: (T + 1,) that increase [s].
+        angles: (T + 1, C).
+        period: control period [s].
+    """
+    if len(times) < _FEW:
+        return Pace(0.0, 0.0)
+    numbers, late = _late(times, period)
+    if np.abs(late).max() <= _EVEN * period:
+        return Pace(0.0, 0.0)
+    moved = late[:, None] * np.gradient(angles, times, axis=0)
+    whole = np.diff(numbers, 2) + 2 * np.diff(numbers)[:-1] == 2  # differences over lost rows do not count
+    found, wanted = np.diff(angles, 2, axis=0)[whole], np.diff(moved, 2, axis=0)[whole]
+    weights = 1.0 / np.maximum(found.var(axis=0), _LEAST)
+    return Pace(float((weights * found * wanted).sum()), float((weights * wanted**2).sum()))
+
+
+def is_uneven(paces: Sequence[Pace]) -> bool:
+    """Whether the loop of one robot is as uneven as its stamps, by all of its recordings.
+
+    Together they tell it where one alone could not: the slope of found on wanted is about 1, or 0 where only the stamps
+    jitter.
+    """
+    wanted = sum(pace.wanted for pace in paces)
+    return wanted > 0.0 and sum(pace.found for pace in paces) > 0.5 * wanted
+
+
+def _late(times: Array, period: float) -> tuple[NDArray[np.int64], Array]:
+    """Numbers of the instants (T + 1,), and how late each sample was taken [s], beside a clock that is fast or slow.
+
+    Where samples are late each by itself, such a clock is a straight line through all stamps. Else it wanders, and is
+    the mean of those near each.
+    """
+    numbers, late = places_of(times, period)
+    if np.abs(late).max() > _EVEN * period:
+        off = times - np.polyval(np.polyfit(numbers, times, 1), numbers)
+        slow = uniform_filter1d(off, _NEAR, mode="nearest")
+        is_steady = np.std(slow) < _STEADY * np.std(off - slow) / np.sqrt(_NEAR)
+        late = off if is_steady else late - uniform_filter1d(late, _NEAR, mode="nearest")
+    return numbers, np.where(np.abs(late) <= LATE * period, late, 0.0)
 
 
 def _slopes(rates: Array, times: Array, late: Array) -> Array:
@@ -125,21 +191,3 @@ def _means(commands: Array, late: Array, numbers: NDArray[np.int64]) -> Array:
     before, after = np.concatenate([commands[:1], commands[:-1]]), np.concatenate([commands[1:], commands[-1:]])
     means = commands + np.maximum(late[:-1], 0.0) / lengths * (before - commands)
     return np.asarray(means + np.maximum(-late[1:], 0.0) / lengths * (after - commands))
-
-
-def _follow(angles: Array, moved: Array, numbers: NDArray[np.int64]) -> float:
-    """Share of what a loop's jitter would do to angles that is found in them: about 1, or 0 where only stamps jitter.
-
-    It is the slope of a regression of their second differences, in which a smooth motion leaves little, with each
-    channel weighted by its noise.
-
-    Args:
-        angles: (T + 1, C).
-        moved: (T + 1, C) what jitter would do to them.
-        numbers: (T + 1,) of the instants; second differences over lost rows do not count.
-    """
-    whole = np.diff(numbers, 2) + 2 * np.diff(numbers)[:-1] == 2
-    found, wanted = np.diff(angles, 2, axis=0)[whole], np.diff(moved, 2, axis=0)[whole]
-    weights = 1.0 / np.maximum(found.var(axis=0), _LEAST)
-    power = float((weights * wanted**2).sum())
-    return float((weights * found * wanted).sum()) / power if power > 0.0 else 0.0

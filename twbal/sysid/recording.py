@@ -12,7 +12,7 @@ from twbal.core.errors import DataError
 from twbal.core.gaussian import Array, Mask
 from twbal.core.plant import Observation
 from twbal.core.robot_parameters import RobotParameters
-from twbal.core.time_base import LATE, evened, places_of
+from twbal.core.time_base import LATE, Pace, evened, is_uneven, pace_of, places_of
 
 MEASURED = ("tilt", "tilt_rate", "wheel_angle", "wheel_rate")
 """Channels whose prediction errors count, in this order."""
@@ -105,7 +105,10 @@ def read_recordings(
     """
     if not episodes:
         raise DataError("A diagnosis needs at least one measured episode; found none.")
-    found = [_read(episode, name, robot, usability) for episode, name in zip(episodes, names, strict=True)]
+    for episode, name in zip(episodes, names, strict=True):
+        _check_episode(episode, name, robot)
+    uneven = is_uneven([_pace(episode, usability) for episode in episodes])
+    found = [_read(episode, name, robot, usability, uneven) for episode, name in zip(episodes, names, strict=True)]
     recordings = tuple(recording for recording in found if len(recording) >= max(usability.min_length, 1))
     total = sum(map(len, recordings))
     if total < max(usability.min_samples, 1):
@@ -148,8 +151,8 @@ def what_is_not_used(
     return found
 
 
-def _read(episode: Episode, name: str, robot: RobotParameters, usability: Usability) -> Recording:
-    """One episode, up to the instant at which the robot has fallen."""
+def _check_episode(episode: Episode, name: str, robot: RobotParameters) -> None:
+    """Raise where an episode has another control period than the robot, a value that is no number, or no clock."""
     if abs(episode.control_period - robot.control_period) > 1e-6:
         raise DataError(
             f"Episode {name} has a control period of {episode.control_period} s, robot {robot.name!r} one of "
@@ -160,15 +163,30 @@ def _read(episode: Episode, name: str, robot: RobotParameters, usability: Usabil
     if not np.isfinite(seen).all() or not np.isfinite(episode.commands).all():
         raise DataError(f"Episode {name} has values that are not finite numbers. Leave it out.")
     _check_clock(seen[:, _TIME], name, robot.control_period)
+
+
+def _end(episode: Episode, usability: Usability) -> int:
+    """Instants of an episode up to that at which the robot has fallen."""
+    fallen = np.flatnonzero(np.abs(episode.observations[:, _COLUMNS[0]]) > usability.max_tilt)
+    return int(fallen[0]) if len(fallen) else len(episode.observations)
+
+
+def _pace(episode: Episode, usability: Usability) -> Pace:
+    """What one episode tells of whether the loop is as uneven as its stamps."""
+    seen = episode.observations[: _end(episode, usability)]
+    return pace_of(seen[:, _TIME], seen[:, _COLUMNS][:, _ANGLES], episode.control_period)
+
+
+def _read(episode: Episode, name: str, robot: RobotParameters, usability: Usability, uneven: bool) -> Recording:
+    """One episode, up to the instant at which the robot has fallen."""
+    seen, end = episode.observations, _end(episode, usability)
     measured = seen[:, _COLUMNS]
-    fallen = np.flatnonzero(np.abs(measured[:, 0]) > usability.max_tilt)
-    end = int(fallen[0]) if len(fallen) else len(seen)
     commands = np.clip(episode.commands[: max(end - 1, 0)], -robot.torque_limit, robot.torque_limit)
     worked_out = {channel for channel, _ in episode.estimated}
     worked_out |= differenced_rates(measured[:end], seen[:end, _TIME])
     sensed = np.array([channel not in worked_out for channel in MEASURED])
     values = seen[:end, [*_COLUMNS, _YAW]]
-    even = evened(seen[:end, _TIME], values, commands, robot.control_period, _ANGLES, _RATES)
+    even = evened(seen[:end, _TIME], values, commands, robot.control_period, _ANGLES, _RATES, uneven)
     usable = even.measured & (np.abs(even.values[:, -1]) <= usability.max_yaw_rate)
     smooth = uniform_filter1d(even.values[:, -1], _YAW_MEAN, mode="nearest")
     return Recording(name, robot.control_period, even.commands, even.values[:, :-1], smooth, usable, sensed)
