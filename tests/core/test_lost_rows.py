@@ -64,6 +64,16 @@ def test_a_channel_that_no_regression_explains_keeps_its_straight_line():
     assert np.abs(filled[:, 3] - smooth).max() < 3e-4
 
 
+def test_a_channel_that_never_moves_tells_nothing_and_disturbs_nothing():
+    values, commands, measured = recorded()
+    lines, held = lossy(values, commands, measured)
+    still = np.column_stack([lines, np.full(len(lines), 3.0)])
+    _, alone = refilled(lines, held, measured)
+    filled, beside = refilled(still, held, measured)
+    np.testing.assert_allclose(filled[:, 3], 3.0, atol=1e-9)
+    np.testing.assert_allclose(beside, alone, atol=1e-6)
+
+
 def test_rows_that_were_lost_side_by_side_are_left_as_they_are():
     values, commands, measured = recorded(share=0.0)
     measured[[300, 301, 500]] = False

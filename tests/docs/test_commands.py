@@ -149,7 +149,7 @@ def test_what_pip_installs_is_there(text, how):
 
 @pytest.mark.parametrize(("text", "how"), told(Benchmark))
 def test_a_benchmark_starts(text, how, monkeypatch, tmp_path):
-    _, _, module, *words = text.split()
+    _, _, module, *words = shlex.split(text)
     if how.measures:
         assert importlib.util.find_spec(f"{module}.__main__")
         assert callable(getattr(importlib.import_module("benchmarks.measure"), "measure", None))

@@ -6,7 +6,7 @@ from twbal.core.gaussian import Array, Mask
 
 _LAGS = 3  # commands that move the robot in one control period: the present one, and two that may act late
 _ENOUGH = 10  # whole rows for each coefficient of the regression, at least
-_LEAST = 1e-12  # share of a channel's variance that counts as noise where a regression leaves less
+_LEAST = 1e-9  # share of a channel's variance that counts as noise where a regression leaves less
 
 
 def refilled(values: Array, commands: Array, measured: Mask) -> tuple[Array, Array]:
@@ -41,9 +41,10 @@ def refilled(values: Array, commands: Array, measured: Mask) -> tuple[Array, Arr
     changes = np.diff(values[first:], axis=0)
     fitted = np.linalg.lstsq(regressors[whole] / scales, changes[whole], rcond=None)[0] / scales[:, None]
     left = changes[whole] - regressors[whole] @ fitted
-    floor = _LEAST * np.maximum(changes[whole].var(axis=0), np.finfo(float).tiny)
-    precision = np.linalg.inv(np.cov(left.T) + np.diag(floor))
-    by_command = fitted[-1 - _LAGS : -1]  # (3, C), of the present command, and of those one and two periods before
+    moving = np.flatnonzero(changes[whole].std(axis=0) > 0.0)
+    floor = _LEAST * changes[whole][:, moving].var(axis=0)
+    precision = np.linalg.inv(np.atleast_2d(np.cov(left[:, moving].T)) + np.diag(floor))
+    by_command = fitted[-1 - _LAGS : -1, moving]  # of the present command, and of those one and two periods before
     prior = 1.0 / max(float(np.var(np.diff(commands))), np.finfo(float).tiny)
     bent = 0.5 * np.diff(changes, axis=0)[whole[1:] & whole[:-1]]  # by which a line through both neighbours is off
     is_better = left.std(axis=0) < bent.std(axis=0)
@@ -55,7 +56,7 @@ def refilled(values: Array, commands: Array, measured: Mask) -> tuple[Array, Arr
             at = row + lag
             given = commands[at - np.arange(_LAGS)] * (np.arange(_LAGS) != lag)
             expected = np.concatenate([values[at], given, [1.0]]) @ fitted
-            off = values[at + 1] - values[at] - expected
+            off = (values[at + 1] - values[at] - expected)[moving]
             weight += effect @ precision @ effect
             found += effect @ precision @ off
         commands[row] = found / weight
