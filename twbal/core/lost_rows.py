@@ -46,8 +46,8 @@ def refilled(values: Array, commands: Array, measured: Mask) -> tuple[Array, Arr
     precision = np.linalg.inv(np.atleast_2d(np.cov(left[:, moving].T)) + np.diag(floor))
     by_command = fitted[-1 - _LAGS : -1, moving]  # of the present command, and of those one and two periods before
     prior = 1.0 / max(float(np.var(np.diff(commands))), np.finfo(float).tiny)
-    bent = 0.5 * np.diff(changes, axis=0)[whole[1:] & whole[:-1]]  # by which a line through both neighbours is off
-    is_better = left.std(axis=0) < bent.std(axis=0)
+    off_line = 0.5 * np.diff(changes, axis=0)[whole[1:] & whole[:-1]]  # of known rows, from between their neighbours
+    is_better = left.std(axis=0) < off_line.std(axis=0)
     values, commands = values.copy(), commands.copy()
     for row in single:
         values[row] = np.where(is_better, values[row - 1] + regressors[row - 1 - first] @ fitted, values[row])
