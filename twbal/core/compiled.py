@@ -22,10 +22,12 @@ import llvmlite.ir
 import numba
 from numba.core import types
 from numba.extending import get_cython_function_address, intrinsic, overload
+from numba.np.unsafe.ndarray import to_fixed_tuple
 
 from twbal.core.errors import ConfigError
 
 Kernel = TypeVar("Kernel", bound=Callable[..., Any])
+Numbers = TypeVar("Numbers")
 
 _NUMBER = types.float64
 _PACKAGE = Path(__file__).parents[1]
@@ -102,6 +104,17 @@ def specialised(choose: Callable[..., Callable[..., Any]]) -> Callable[[Kernel],
         return function
 
     return decorate
+
+
+def _from_row(like: Any, row: Any) -> Callable[..., Any]:
+    kind, length = like.instance_class, len(like.instance_class._fields)
+    return lambda like, row: kind(*to_fixed_tuple(row, length))  # type: ignore[call-arg]  # one is numba's own
+
+
+@specialised(_from_row)
+def of_row(like: Numbers, row: Any) -> Numbers:
+    """A named tuple of numbers of the class of another one, from a row that has them; for kernels."""
+    raise NotImplementedError
 
 
 def foreign_function(name: str, library: Path, pointers: int) -> Callable[..., None]:

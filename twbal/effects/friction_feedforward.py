@@ -46,4 +46,6 @@ class FrictionFeedforward(JointTorqueEffect):
 
     def turn(self, torque: float, at: JointMotion) -> float:
         """Add what the firmware adds."""
+        if self.torque == 0.0:
+            return torque
         return torque + 2.0 * self.torque * tanh(at.rate / self.rate)

@@ -17,6 +17,7 @@ from twbal.core.compiled import kernel
 from twbal.core.episode import Episode
 from twbal.core.errors import ConfigError
 from twbal.core.gaussian import Array
+from twbal.core.threads import in_threads
 from twbal.models.dataset import Transitions
 from twbal.models.dynamics import DynamicsModel
 
@@ -133,7 +134,8 @@ def _likeliest(
         return 0.5 * float(np.sum(((logs - centre) / prior_sd) ** 2)) - float(likelihood)
 
     begin = 0.5 * np.log(np.concatenate(start))
-    found = scipy.optimize.minimize(negative, begin, method="L-BFGS-B", options={"maxiter": settings.iterations})
+    options = {"maxiter": settings.iterations, "workers": in_threads}  # for the finite differences
+    found = scipy.optimize.minimize(negative, begin, method="L-BFGS-B", options=options)
     variances = np.exp(2.0 * found.x)
     return NoiseLevels(variances[:E], variances[E:])
 

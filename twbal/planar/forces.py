@@ -75,5 +75,7 @@ def forces(p: TwinParameters, k: Constants, s: TwinState, time: float, turning: 
     if slope != 0.0:
         wheels -= weight * k.radius * sin(slope)
     wheels += k.radius * outside - 2.0 * k.rolling_viscous * s.wheel_speed
-    body = k.d * sine - joint + k.turn * spin * sine * cos(alpha)
+    body = k.d * sine - joint
+    if spin != 0.0:
+        body += k.turn * spin * sine * cos(alpha)
     return Forces(wheels, body, outside)

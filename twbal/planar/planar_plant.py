@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import astuple
+from math import exp
 from typing import NamedTuple
 
 import numpy as np
@@ -54,6 +55,7 @@ def hold(
     reached, ramped = s.torque, s.asked
     late = k.delay / (k.step * substeps)
     length = 1.0 / substeps
+    row, kept = past * substeps % len(imu), exp(-k.filter_rate * k.step)
     for i in range(substeps):
         number = past * substeps + i
         time = number * k.step
@@ -67,7 +69,8 @@ def hold(
         if k.slope != 0.0 and turning.rate != 0.0:
             s = tipped(k, s, now, Turning(turning.rate, now.heading + k.step * turning.rate))
         reached += k.lag * (asked - reached)
-        see(p, k, before, s, imu, number + 1)
+        row = row + 1 if row + 1 < len(imu) else 0  # a remainder takes as long as a tenth of the step
+        see(p, k, before, s, imu, row, kept, (number + 1) * k.step)
     return TwinState(
         s.tilt,
         s.wheel,

@@ -1,6 +1,6 @@
 """What the sensors make of the twin's motion."""
 
-from math import atan, exp, floor
+from math import atan, floor
 
 import numpy as np
 
@@ -39,8 +39,10 @@ def imu_settled(k: Constants, s: TwinState, rows: int) -> Array:
 
 
 @kernel(is_inlined=True)
-def see(p: TwinParameters, k: Constants, before: TwinState, s: TwinState, imu: Array, number: int) -> None:
-    """Write to the ring what the IMU sees of a state, `number` physics steps after the rollout began.
+def see(
+    p: TwinParameters, k: Constants, before: TwinState, s: TwinState, imu: Array, row: int, kept: float, time: float
+) -> None:
+    """Write to the ring what the IMU sees of a state.
 
     Args:
         p: the twin.
@@ -48,14 +50,16 @@ def see(p: TwinParameters, k: Constants, before: TwinState, s: TwinState, imu: A
         before: state a physics step before.
         s: state now.
         imu: as of `read_sensors`.
-        number: of physics steps.
+        row: of the ring, which is written.
+        kept: share of what misleads it that a filter of the tilt keeps in a physics step.
+        time: since the rollout began [s].
     """
-    now, row = _misleading(k, s), number % len(imu)
-    imu[row, 2] = now - exp(-k.filter_rate * k.step) * (now - imu[(number - 1) % len(imu), 2])
+    now, last = _misleading(k, s), row - 1 if row > 0 else len(imu) - 1
+    imu[row, 2] = now - kept * (now - imu[last, 2])
     if k.filter_rate > 0.0:  # gravity and acceleration add up to a direction, whose angle is no more than a right one
         a = (k.radius * (s.wheel_speed - before.wheel_speed) + s.slip - before.slip) / (k.step * GRAVITY)
         imu[row, 2] -= k.filter_rate * k.step * (a - atan(a))
-        gyro = sense(p, Reading(0.0, s.tilt_rate, 0.0, 0.0), number * k.step).tilt_rate  # which the filter adds up
+        gyro = sense(p, Reading(0.0, s.tilt_rate, 0.0, 0.0), time).tilt_rate  # which the filter adds up
         imu[row, 2] -= k.step * (gyro - s.tilt_rate)
     imu[row, 0], imu[row, 1] = filtered_tilt(k, s, imu[row, 2]), s.tilt_rate
 

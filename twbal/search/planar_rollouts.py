@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from twbal.core.channels import Channels
-from twbal.core.compiled import kernel
+from twbal.core.compiled import kernel, of_row
 from twbal.core.cost import Cost, CostNumbers, price
 from twbal.core.gaussian import Array
 from twbal.core.robot_parameters import GRAVITY
@@ -110,22 +110,20 @@ def planar_rollouts(
     substeps = max(round(control_period / _MAX_STEP), 1)
     bound = channels.max_position_integral
     shown = np.empty((len(models), 0, len(codes))) if shown is None else shown
-    found = [
-        _rollout(
-            model,
-            constants(model, control_period / substeps),
-            substeps,
-            codes,
-            bound,
-            policy.network,
-            cost.numbers,
-            limits,
-            states,
-            *drawn,
-        )
-        for model, states, *drawn in zip(models, shown, *draws, strict=True)
-    ]
-    return Driven(*(np.array(part) for part in zip(*found, strict=True)))
+    found = _rollouts(
+        models[0],
+        np.array(models),
+        control_period / substeps,
+        substeps,
+        codes,
+        bound,
+        policy.network,
+        cost.numbers,
+        limits,
+        shown,
+        draws,
+    )
+    return Driven(*found)
 
 
 @kernel()
@@ -147,6 +145,51 @@ def fill(state: Array, codes: Integers, shown: tuple[float, ...], commands: Arra
 
 
 @kernel()
+def _rollouts(  # type: ignore[no-untyped-def]
+    like: TwinParameters,
+    models: Array,
+    step: float,
+    substeps: int,
+    codes: Integers,
+    bound: float,
+    network: Network,
+    cost: CostNumbers,
+    limits: Limits,
+    shown: Array,
+    draws: PlanarDraws,
+):
+    """What became of all robots, (n,) each as of `Driven`; in one call, as each call costs as much as many steps.
+
+    Args:
+        like: of the class of the models.
+        models: (n, P), their numbers.
+        step: of the physics [s].
+        others: as of `_rollout`.
+    """
+    n = len(models)
+    used, swings, costs = np.empty(n), np.empty(n), np.empty(n)
+    for i in range(n):
+        p = of_row(like, models[i])
+        used[i], swings[i], costs[i] = _rollout(
+            p,
+            constants(p, step),
+            substeps,
+            codes,
+            bound,
+            network,
+            cost,
+            limits,
+            shown[i],
+            draws.start[i],
+            draws.sensors[i],
+            draws.jolts[i],
+            draws.filter_rates[i],
+            draws.rate_ages[i],
+        )
+    return used, swings, costs
+
+
+@kernel(is_kept=False)
 def _rollout(  # type: ignore[no-untyped-def]
     p: TwinParameters,
     k: Constants,

@@ -10,6 +10,7 @@ import numpy as np
 
 from twbal.core.cost import Cost
 from twbal.core.gaussian import Array, Gaussian, moment_matched_mixture
+from twbal.core.threads import in_threads
 from twbal.models.dynamics import DynamicsModel
 from twbal.models.moments.truncation import DEGREES, Truncation
 from twbal.policies.rbf import RbfPolicy
@@ -159,16 +160,22 @@ class Task:
         reliability = AS_IT_IS if self.robots is None else self.robots.reliability
         return Candidate(origin, policy, self.whole.value(policy), validation, earlier, robots, sampled, reliability)
 
-    def predictions(self, candidate: Candidate) -> tuple[PredictedRollout, ...]:
+    def predictions(self, candidate: Candidate, workers: int = 1) -> tuple[PredictedRollout, ...]:
         """Predictions of rollouts under a policy, first the one to take where no rollouts tell: that of the robots.
 
-        Where there are none, the models predict alone.
+        Where there are none, the models predict alone. `workers` threads do not change what is found.
         """
         policy, horizon = candidate.policy, self.settings.horizon
-        cost = min(candidate.cost, float(horizon))
-        by_models = PredictedRollout(Predictor.MODEL, cost, self.predicted(policy))
-        by_robots = predicted_by_robots(self.robots, policy, horizon) if self.robots is not None else ()
-        return (*by_robots[:1], by_models, *by_robots[1:])
+
+        def by_models() -> tuple[PredictedRollout, ...]:
+            cost = min(candidate.cost, float(horizon))
+            return (PredictedRollout(Predictor.MODEL, cost, self.predicted(policy)),)
+
+        def by_robots() -> tuple[PredictedRollout, ...]:
+            return predicted_by_robots(self.robots, policy, horizon) if self.robots is not None else ()
+
+        models, robots = in_threads(lambda find: find(), (by_models, by_robots), workers)
+        return (*robots[:1], *models, *robots[1:])
 
     def predicted(self, policy: RbfPolicy) -> tuple[Gaussian, ...]:
         """Distributions of what the sensors show under a policy, t = 0..H; by longer series than the search takes.
