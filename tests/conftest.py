@@ -67,7 +67,7 @@ def kept_robots():
     from twbal.virtual_robot import process
 
     with ExitStack() as stack, pytest.MonkeyPatch.context() as patch:
-        kept, new = {}, process.KeptRobot
+        kept, new = {}, process.KeptRobots
 
         class Kept:
             def launch(self, command, start_timeout):
@@ -76,7 +76,7 @@ def kept_robots():
                     kept[words] = stack.enter_context(new())
                 return kept[words].launch(command, start_timeout)
 
-        patch.setattr(process, "KeptRobot", lambda: nullcontext(Kept()))
+        patch.setattr(process, "KeptRobots", lambda: nullcontext(Kept()))
         yield
 
 

@@ -27,7 +27,7 @@ from twbal.io.logs import read_episode
 from twbal.policies.linear import LinearPolicy
 from twbal.steering.joystick import EVENT
 from twbal.steering.limits import SteeringLimits
-from twbal.virtual_robot.process import KeptRobot
+from twbal.virtual_robot.process import KeptRobots
 
 CHANNELS = ("tilt", "tilt_rate", "speed", "command_1", "command_2", "position", "position_integral")
 GAIN = [-71.6, -11.7, -11.2, 0.0, 0.0, -14.5, -4.0]  # of a linear-quadratic regulator of the sheet, with a place
@@ -37,7 +37,7 @@ LONGEST = 60.0  # s of the robot's time, after which a drive ends whatever the p
 
 @pytest.fixture(scope="module")
 def robot():
-    with KeptRobot() as kept:
+    with KeptRobots() as kept:
         yield kept
 
 

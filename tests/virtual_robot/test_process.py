@@ -19,7 +19,7 @@ from twbal.core.errors import LinkError
 from twbal.link.protocol import Clock
 from twbal.link.serial_plant import SerialPlant
 from twbal.policies.policy import Policy
-from twbal.virtual_robot.process import KeptRobot, VirtualRobotProcess, launch, virtual_robot_command
+from twbal.virtual_robot.process import KeptRobots, VirtualRobotProcess, launch, virtual_robot_command
 
 CONF = Path(__file__).parents[2] / "conf"
 START = 60.0
@@ -207,13 +207,13 @@ def test_an_unknown_clock_is_an_error_that_lists_them():
 def test_a_kept_robot_starts_once_and_does_what_a_fresh_one_does():
     command = virtual_robot_command(["robot=paper", "seed=3"])
     episodes, ports = [], []
-    with KeptRobot() as kept:
+    with KeptRobots() as kept:
         for _ in range(2):
             with kept.launch(command, START) as port, connect(port) as plant:
                 ports.append(port)
                 episodes.append([drive(plant, trial) for trial in (0, 1)])
         assert ports[0] == ports[1]
-        pid = kept._process.pid
+        pid = kept._free[0].pid
     assert ends(pid)  # its port may be another's by now
     with launch(command, START) as port, connect(port) as plant:
         episodes.append([drive(plant, trial) for trial in (0, 1)])
@@ -223,7 +223,7 @@ def test_a_kept_robot_starts_once_and_does_what_a_fresh_one_does():
 
 
 def test_a_kept_robot_is_another_for_another_command():
-    with KeptRobot() as kept:
+    with KeptRobots() as kept:
         pids = [pid_of(kept, ["seed=3"]), pid_of(kept, ["seed=3"]), pid_of(kept, ["seed=4"])]
         assert pids[0] == pids[1] != pids[2]
         assert ends(pids[0])
@@ -232,7 +232,7 @@ def test_a_kept_robot_is_another_for_another_command():
 
 @pytest.mark.parametrize("error", [LinkError("no answer."), ZeroDivisionError("any")], ids=["link", "other"])
 def test_a_kept_robot_with_which_something_failed_is_not_used_again(error):
-    with KeptRobot() as kept:
+    with KeptRobots() as kept:
         pid = pid_of(kept, [])
         with pytest.raises(type(error), match=str(error)), kept.launch(talking([]), START):
             raise error
@@ -241,7 +241,7 @@ def test_a_kept_robot_with_which_something_failed_is_not_used_again(error):
 
 
 def test_a_kept_robot_that_has_ended_is_started_anew():
-    with KeptRobot() as kept:
+    with KeptRobots() as kept:
         pid = pid_of(kept, [])
         os.kill(pid, signal.SIGKILL)
         assert ends(pid)

@@ -5,6 +5,7 @@ import select
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
@@ -104,14 +105,16 @@ class VirtualRobotProcess:
         )
 
 
-class KeptRobot:
-    """A virtual robot that one body after the other has for itself, so that its process starts once.
+class KeptRobots:
+    """Virtual robots that one body after the other has for itself, so that their processes start once.
 
     Seed and trial decide all of a rollout, so that a body sees what it would see of a robot that was just started.
+    Bodies in several threads have a robot each.
     """
 
     def __init__(self) -> None:
-        self._process: VirtualRobotProcess | None = None
+        self._free: list[VirtualRobotProcess] = []
+        self._lock = threading.Lock()
 
     def __enter__(self) -> Self:
         return self
@@ -121,35 +124,38 @@ class KeptRobot:
 
     @contextmanager
     def launch(self, command: Sequence[str], start_timeout: float) -> Iterator[str]:
-        """The robot for the length of the body, which gets the path of its port; see the function `launch`.
+        """A robot for the length of the body, which gets the path of its port; see the function `launch`.
 
-        Where another command is asked for, the last body failed or the robot has ended, one is started.
+        Where another command is asked for, the last body failed or the robots have ended, one is started.
         """
-        process = self._running(command, start_timeout)
+        process = self._taken(command) or VirtualRobotProcess(command, start_timeout)
         try:
             yield process.port
         except LinkError as error:
             words = process.last_words()
-            self.close()
+            process.close()
             if words is None:
                 raise
             raise type(error)(f"{error} The virtual robot is gone. {words}") from error
         except BaseException:
-            self.close()
+            process.close()
             raise
+        self._free.append(process)
 
     def close(self) -> None:
-        """End it. Safe to call twice."""
-        if self._process is not None:
-            self._process.close()
-            self._process = None
+        """End those that no body has. Safe to call twice."""
+        while self._free:
+            self._free.pop().close()
 
-    def _running(self, command: Sequence[str], start_timeout: float) -> VirtualRobotProcess:
-        kept = self._process
-        if kept is None or kept.command != tuple(command) or not kept.is_running:
-            self.close()
-            kept = self._process = VirtualRobotProcess(command, start_timeout)
-        return kept
+    def _taken(self, command: Sequence[str]) -> VirtualRobotProcess | None:
+        """A robot of the command that no body has; those of other commands, and those that have ended, are ended."""
+        with self._lock:
+            fit = [process for process in self._free if process.command == tuple(command) and process.is_running]
+            others = [process for process in self._free if process not in fit]
+            self._free = fit[1:]
+        for process in others:
+            process.close()
+        return fit[0] if fit else None
 
 
 def virtual_robot_command(overrides: Sequence[str]) -> list[str]:
@@ -172,7 +178,7 @@ def launch(command: Sequence[str], start_timeout: float) -> Iterator[str]:
     Raises:
         LinkError: it did not start; or the body met a LinkError because it had ended, and then with its last words.
     """
-    with KeptRobot() as robot, robot.launch(command, start_timeout) as port:
+    with KeptRobots() as robots, robots.launch(command, start_timeout) as port:
         yield port
 
 

@@ -31,7 +31,7 @@ from twbal.core.files import write_atomically
 from twbal.core.json_records import write_record
 from twbal.diagnosis.usability import FEW_DATA, enough_for_diagnosis
 from twbal.search.transition import check_kernel
-from twbal.virtual_robot.process import KeptRobot
+from twbal.virtual_robot.process import KeptRobots
 from twbal.viz.run_figures import pictures, save
 from twbal.viz.run_page import Setting, write_report
 
@@ -118,8 +118,8 @@ def run(cfg: DictConfig, out: Path, choices: Mapping[str, str], flags: Sequence[
     settings = typed(AlgorithmSettings, cfg)
     _allow_more_updates(cfg, out, settings.updates)
     step = Step("iterate", out, recorded(cfg, NOT_RECORDED), {}, settings.seed)
-    with KeptRobot() as robot:
-        chain = Chain(cfg, choices, out, flags, robot.launch)
+    with KeptRobots() as robots:
+        chain = Chain(cfg, choices, out, flags, robots.launch)
         return perform(step, lambda: _learn_and_write(cfg, chain, choices, settings))
 
 

@@ -31,6 +31,7 @@ from twbal.cli.robot_link import (
 )
 from twbal.cli.signals import stopped_once
 from twbal.cli.trial_words import floor_of_course, floor_of_excitation, print_course, trial_in_words
+from twbal.cli.trials_at_once import IsStopping, beside_each_other, never, robots_at_once, until
 from twbal.cli.typed_config import recorded, typed
 from twbal.core.channels import Channels
 from twbal.core.course import Course, HeadingCourse, standing_targets
@@ -157,7 +158,11 @@ def run(cfg: DictConfig, out: Path, launch: Launch = launch, advise: bool = True
             say(what_is_kept(out))
         link = prepared_link(cfg, robot, channels, policy, out / FOLDER, launch)
         open_link = partial(_checked_link, cfg, link, launch, robot, advise)
-        logs = record(open_link, robot, policy, channels, settings, provenance, out, course, tell)
+
+        def trials(part: RolloutSettings, is_stopping: IsStopping) -> list[Path]:
+            return record(open_link, robot, policy, channels, part, provenance, out, course, tell, is_stopping)
+
+        logs = beside_each_other(trials, settings, 1 if course else robots_at_once(link, settings))
         made = [*logs, *(out / FOLDER).glob(HEADER)]
         return made if course is None else [*made, *_judge(logs, course, robot, out)]
 
@@ -199,6 +204,7 @@ def record(
     out: Path,
     course: Course | None = None,
     tell: Tell = _silent,
+    is_stopping: IsStopping = never,
 ) -> list[Path]:
     """Drive the trials whose logs are not there yet; returns the logs of all.
 
@@ -214,6 +220,7 @@ def record(
         out: for the logs.
         course: that the robot is to follow, to whose end each trial lasts; None: it is to stay where it was put.
         tell: is called with each trial as soon as it is logged.
+        is_stopping: tells that the trial that is driven is the last, and to end now.
 
     Raises:
         LinkError: the robot cannot be reached, fell silent, or does not confirm that it has stopped.
@@ -230,12 +237,13 @@ def record(
         yields = yields_to_pushes(settings.yield_to_pushes, robot)
         for trial in settings.numbers:
             file = episode_file(out / "episodes", trial)
-            if file.exists():
+            if file.exists() or is_stopping():
                 continue
             its_own = replace(provenance, robot=plant.robot_name, trial=trial)
             heading = HeadingControl(robot, headings, plant.has_yaw_gyro) if headings else None
+            watch = until(is_stopping, FrozenSensors())
             drive = partial(rollout, plant, policy, channels, steps, settings.tilt_limit, its_own, targets, heading)
-            episode = drive(watch=FrozenSensors(), feed_forward=FeedForward.of_robot(robot), yields=yields)
+            episode = drive(watch=watch, feed_forward=FeedForward.of_robot(robot), yields=yields)
             with_line = replace(episode, events=tuple(sorted((*episode.events, *plant.events))))
             if episode.outcome in INTERRUPTED:
                 keep_interrupted(with_line, out / "interrupted", why=" ".join(end.text for end in episode.events))
