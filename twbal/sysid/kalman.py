@@ -74,6 +74,20 @@ class LinearTwin(NamedTuple):
         return np.ascontiguousarray(self.B[:4].T)
 
 
+class Covariances(NamedTuple):
+    """What a Kalman filter begins from, each linear in the squares of the levels of noise.
+
+    Attributes:
+        first: (S, S) of the state at the first instant, after it is read.
+        process: (S, S) of what is added to the state in a control period.
+        sensors: (4, 4) of the sensors' noise.
+    """
+
+    first: Array
+    process: Array
+    sensors: Array
+
+
 class Filter(NamedTuple):
     """A Kalman filter, instant by instant; the last row serves all later instants.
 
@@ -135,15 +149,16 @@ def _true_readings(late: float) -> Array:
 
 
 @kernel()
-def _riccati(F: Array, C: Array, Q: Array, R: Array, P: Array, count: int, settled: float):  # type: ignore[no-untyped-def]
-    """Gains, whiteners and log determinants of `count` instants, and the covariance after the last one.
+def riccati(F: Array, C: Array, Q: Array, R: Array, P: Array, count: int, settled: float):  # type: ignore[no-untyped-def]
+    """Gains, whiteners and log determinants of `count` instants, and the covariance after each, (count, S, S).
 
     P is the covariance at the first instant, after it is read. Once no gain changes by more than `settled` from one
-    instant to the next, all later ones are taken to be alike.
+    instant to the next, all later ones are taken to be alike; the last number is that of this instant.
     """
     gains, whiteners = np.zeros((count, len(F), 4)), np.zeros((count, 4, 4))
-    determinants = np.zeros(count)
+    determinants, after = np.zeros(count), np.zeros((count, len(F), len(F)))
     eye = np.eye(len(F))
+    after[0], last = P, count - 1
     for n in range(1, count):
         P = F @ P @ F.T + Q
         S = C @ P @ C.T + R
@@ -155,10 +170,11 @@ def _riccati(F: Array, C: Array, Q: Array, R: Array, P: Array, count: int, settl
         whiteners[n] = np.linalg.inv(L)
         for i in range(4):
             determinants[n] += 2.0 * np.log(L[i, i])
+        after[n] = P
         if np.abs(K - gains[n - 1]).max() < settled:
-            gains[n:], whiteners[n:], determinants[n:] = K, whiteners[n], determinants[n]
+            gains[n:], whiteners[n:], determinants[n:], last = K, whiteners[n], determinants[n], n
             break
-    return gains, whiteners, determinants, P
+    return gains, whiteners, determinants, after, last
 
 
 def first_reading() -> Array:
@@ -170,19 +186,29 @@ def first_reading() -> Array:
     return read
 
 
-def kalman_filter(linear: LinearTwin, noise: Noise) -> Filter:
-    """The Kalman filter of a linear twin with noise; nothing is corrected at the first instant."""
+def covariances(linear: LinearTwin, noise: Noise) -> Covariances:
+    """What the Kalman filter of a linear twin with noise begins from."""
     R = np.diag(noise.sensors**2)
     Q = (linear.B * noise.torques**2) @ linear.B.T
     read = first_reading()
-    P, settled = 1.5 * read @ R @ read.T, 0.0
+    P = 1.5 * read @ R @ read.T
     if len(linear.decay):
-        settled = _SETTLED
         P, Q = _with_discrepancy(P, Q, read, noise.discrepancy**2, linear)
+    return Covariances(P, Q, R)
+
+
+def instants(linear: LinearTwin) -> tuple[int, float]:
+    """How many instants `riccati` goes through at most, and the change of gains at which it takes them for settled."""
+    return _INSTANTS, _SETTLED if len(linear.decay) else 0.0
+
+
+def kalman_filter(linear: LinearTwin, noise: Noise) -> Filter:
+    """The Kalman filter of a linear twin with noise; nothing is corrected at the first instant."""
+    P, Q, R = covariances(linear, noise)
     measured = int((noise.sensors < 0.5 * UNSENSED).sum())
-    gains, whiteners, determinants, after = _riccati(linear.F, linear.C, Q, R, P, _INSTANTS, settled)
+    gains, whiteners, determinants, after, last = riccati(linear.F, linear.C, Q, R, P, *instants(linear))
     of_linear = linear.pushes, linear.decay, linear.summed
-    return Filter(gains, whiteners, determinants, measured, after[:4, :4], *of_linear)
+    return Filter(gains, whiteners, determinants, measured, after[last, :4, :4], *of_linear)
 
 
 def _with_discrepancy(P: Array, Q: Array, read: Array, variances: Array, linear: LinearTwin) -> tuple[Array, Array]:

@@ -10,7 +10,8 @@ from twbal.core.compiled import kernel
 from twbal.core.gaussian import Array, Mask
 from twbal.sysid.kalman import Filter
 
-_TAIL = 10.0  # degrees of freedom of the errors' distribution
+TAIL = 10.0
+"""Degrees of freedom of the errors' distribution."""
 
 
 @kernel()
@@ -28,7 +29,7 @@ def _square(errors: Array, W: Array, white: Array) -> float:
 @kernel()
 def _heavy(square: float, dimension: int) -> float:
     """-2 log density, but for a constant, of errors of a squared length: Student's t of unit covariance."""
-    tail: float = (_TAIL + dimension) * np.log1p(square / (_TAIL - 2.0))
+    tail: float = (TAIL + dimension) * np.log1p(square / (TAIL - 2.0))
     return tail
 
 

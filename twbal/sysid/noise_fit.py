@@ -8,15 +8,17 @@ so noise is fitted without running the twin again.
 """
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from scipy.optimize import minimize
 
 from twbal.core.compiled import kernel
 from twbal.core.gaussian import Array, Mask
-from twbal.sysid.kalman import LinearTwin, kalman_filter
+from twbal.sysid.kalman import Filter, LinearTwin, kalman_filter
 from twbal.sysid.likelihood import cost
-from twbal.sysid.noise import LASTING, Noise, discrepancy_penalty
+from twbal.sysid.noise import LASTING, Noise, discrepancy_penalty, discrepancy_sigmas
+from twbal.sysid.noise_slope import of_one_level_each, slope_of_levels
 
 _IMPOSSIBLE = 1e12
 _LEAST_LEVEL = 1e-12
@@ -28,23 +30,25 @@ def refilter(F: Array, C: Array, old: Array, new: Array, errors: Array) -> Array
     """Prediction errors (T + 1, 4) with other gains, by the linear twin."""
     changed = np.empty_like(errors)
     states = len(F)
-    delta, moved = np.zeros(states), np.empty(states)
+    ahead, shown = F.T.copy(), C.T.copy()  # so that the compiler makes vectors of the inner loops
+    delta, moved, seen = np.zeros(states), np.empty(states), np.empty(4)
     last = len(old) - 1
     for n in range(len(errors)):
         K, L = old[min(n, last)], new[min(n, last)]
+        seen[:] = 0.0
+        for i in range(states):
+            for j in range(4):
+                seen[j] += shown[i, j] * delta[i]
         for j in range(4):
-            seen = 0.0
-            for i in range(states):
-                seen += C[j, i] * delta[i]
-            changed[n, j] = errors[n, j] - seen
+            changed[n, j] = errors[n, j] - seen[j]
         for i in range(states):
             moved[i] = delta[i]
             for j in range(4):
                 moved[i] += L[i, j] * changed[n, j] - K[i, j] * errors[n, j]
-        for i in range(states):
-            delta[i] = 0.0
-            for j in range(states):
-                delta[i] += F[i, j] * moved[j]
+        delta[:] = 0.0
+        for j in range(states):
+            for i in range(states):
+                delta[i] += ahead[j, i] * moved[j]
     return changed
 
 
@@ -69,32 +73,50 @@ def fit_noise(
         afresh: whether a second search begins where white torques and a discrepancy share what is missing.
     """
     old = kalman_filter(linear, noise)
+    units = of_one_level_each(linear)
     begin = np.log(np.maximum(_fitted_levels(noise), _LEAST_LEVEL))
     low, high = (np.log(np.maximum(np.concatenate(limit), _LEAST_LEVEL))[: len(begin)] for limit in limits)
     begin = np.clip(begin, low, np.maximum(low, high))
 
+    def filtered(x: Array) -> tuple[Filter, list[Array]]:
+        kalman = kalman_filter(linear, _levels(x))
+        return kalman, [refilter(linear.F, linear.C, old.gains, kalman.gains, e) for e in errors]
+
+    def value(x: Array, kalman: Filter, moved: list[Array]) -> float:
+        found = cost(moved, usable, kalman) + discrepancy_penalty(_levels(x), limits[1])
+        return found if np.isfinite(found) else _IMPOSSIBLE
+
     def objective(x: Array) -> float:
         try:
-            kalman = kalman_filter(linear, _levels(x))
+            return value(x, *filtered(x))
         except np.linalg.LinAlgError:  # levels too far apart for the covariance to stay definite
             return _IMPOSSIBLE
-        moved = [refilter(linear.F, linear.C, old.gains, kalman.gains, e) for e in errors]
-        value = cost(moved, usable, kalman) + discrepancy_penalty(_levels(x), limits[1])
-        return value if np.isfinite(value) else _IMPOSSIBLE
 
-    found = [_descend(objective, start, low, high, iterations) for start in _noise_starts(noise, afresh)]
+    def objective_and_slope(x: Array) -> tuple[float, Array]:
+        try:
+            kalman, moved = filtered(x)
+            found, levels = value(x, kalman, moved), _levels(x)
+            slope = slope_of_levels(linear, units, levels, moved, usable, kalman.measured)
+        except np.linalg.LinAlgError:
+            return _IMPOSSIBLE, np.zeros_like(x)
+        slope[6:] += 2.0 * discrepancy_sigmas(levels, limits[1]) ** 2
+        return (found, slope) if np.isfinite(slope).all() else (_IMPOSSIBLE, np.zeros_like(x))
+
+    # Without a discrepancy there are 6 levels instead of 12 and the state is small: finite differences serve.
+    function, has_slope = (objective_and_slope, True) if noise.has_discrepancy else (objective, None)
+    found = [_descend(function, has_slope, start, low, high, iterations) for start in _noise_starts(noise, afresh)]
     levels, least = min(found, key=lambda pair: pair[1])
     return _levels(levels if least <= objective(begin) else begin)
 
 
 def _descend(
-    objective: Callable[[Array], float], begin: Array, low: Array, high: Array, iterations: int
+    function: Callable[[Array], Any], has_slope: bool | None, begin: Array, low: Array, high: Array, iterations: int
 ) -> tuple[Array, float]:
-    """The logarithms of levels where L-BFGS ends, and the objective there."""
+    """The logarithms of levels where L-BFGS ends, and the objective there; None: the function does not give a slope."""
     begin = np.clip(begin, low, np.maximum(low, high))
     bounds = [(max(x - 4.0, low[i]), max(min(x + 4.0, high[i]), low[i])) for i, x in enumerate(begin)]
     options = {"maxiter": iterations, "ftol": 1e-7}
-    found = minimize(objective, begin, method="L-BFGS-B", bounds=bounds, options=options)
+    found = minimize(function, begin, jac=has_slope, method="L-BFGS-B", bounds=bounds, options=options)
     return found.x, float(found.fun)
 
 

@@ -40,21 +40,26 @@ def _first(p: TwinParameters, k: Constants, measured: Array, lead: float) -> Twi
 
 
 @kernel(is_inlined=True)
-def _correct_past(imu: Array, steps: int, substeps: int, gain: Array, error: Array) -> None:
-    """Move the IMU's past along with a correction, interpolated between the instants that the gain is for."""
+def _correct_past(k: Constants, imu: Array, now: int, steps: int, substeps: int, gain: Array, error: Array) -> None:
+    """Move the IMU's past along with a correction, interpolated between the instants that the gain is for.
+
+    Row `now` is of this instant, `steps` physics steps after the first. An IMU that is not late never reads its past.
+    """
     moves = np.zeros((3, 2))  # of tilt and tilt rate: now, one control period ago, two ago
     for j in range(4):
         for c in range(2):
             moves[0, c] += gain[2 * c, j] * error[j]
             moves[1, c] += gain[4 + c, j] * error[j]
             moves[2, c] += gain[6 + c, j] * error[j]
-    for i in range(min(2 * substeps, steps) + 1):
-        age = i // substeps
+    row, age = now, 0
+    for i in range(min(2 * substeps, steps) + 1 if k.imu_delay > 0.0 else 1):
+        if i == (age + 1) * substeps:
+            age += 1
         share = i / substeps - age
-        row = (steps - i) % len(imu)
         for c in range(2):
             later = moves[age + 1, c] if age < 2 else 0.0
             imu[row, c] += (1.0 - share) * moves[age, c] + share * later
+        row = row - 1 if row > 0 else len(imu) - 1  # no remainders: each takes as long as the rest of the loop
 
 
 @kernel(is_inlined=True)
@@ -75,9 +80,7 @@ def _moved(s: TwinState, k: Constants, tilt: float, wheel: float, tilt_rate: flo
 
 
 @kernel(is_inlined=True)
-def _push(
-    s: TwinState, k: Constants, missing: Array, pushes: Array, imu: Array, steps: int, substeps: int
-) -> TwinState:
+def _push(s: TwinState, k: Constants, missing: Array, pushes: Array, imu: Array, now: int, substeps: int) -> TwinState:
     """The state with what the torques of a model discrepancy added in the last control period, and the IMU's past, too.
 
     A torque adds to the tilt rate in proportion to the time for which it acts, and to the tilt to the square of it.
@@ -86,10 +89,12 @@ def _push(
     for i in range(2):
         for c in range(4):
             add[c] += missing[i] * pushes[i, c]
-    for i in range(substeps):
-        row, share = (steps - i) % len(imu), 1.0 - i / substeps
+    row = now
+    for i in range(substeps if k.imu_delay > 0.0 else 1):
+        share = 1.0 - i / substeps
         imu[row, 0] += share * share * add[0]
         imu[row, 1] += share * add[2]
+        row = row - 1 if row > 0 else len(imu) - 1
     return _moved(s, k, add[0], add[1], add[2], add[3])
 
 
@@ -142,12 +147,13 @@ def run_predictor(
     missing = np.zeros(LASTING)
     imu = imu_settled(k, s, _RING * substeps)
     for n in range(len(measured)):
+        now = n * substeps % len(imu)
         if n > 0:
             turning = Turning(0.5 * (yaw_rate[n - 1] + yaw_rate[n]), heading)
             s = hold(p, k, s, commands, n - 1, substeps, turning, imu)
             heading += period * turning.rate
             if len(decay) > 0:
-                s = _push(s, k, missing, pushes, imu, n * substeps, substeps)
+                s = _push(s, k, missing, pushes, imu, now, substeps)
                 _carry(missing, decay, summed)
             seen = read_sensors(p, k, s, imu, n * substeps, lead)
             error = errors[n]
@@ -166,12 +172,12 @@ def run_predictor(
                 tilt_rate += gain[2, j] * error[j]
                 speed += gain[3, j] * error[j]
             s = _moved(s, k, tilt, wheel, tilt_rate, speed)
-            _correct_past(imu, n * substeps, substeps, gain, error)
+            _correct_past(k, imu, now, n * substeps, substeps, gain, error)
         else:
             errors[n, :] = 0.0
         states[n, 0], states[n, 1], states[n, 2], states[n, 3] = s.tilt, s.wheel, s.tilt_rate, s.wheel_speed
         states[n, 4], states[n, 5], states[n, 6], states[n, 7] = s.torque, s.rotor, s.rotor_speed, s.slip
-        states[n, 8], states[n, 9], states[n, 10] = s.position, s.asked, imu[n * substeps % len(imu), 2]
+        states[n, 8], states[n, 9], states[n, 10] = s.position, s.asked, imu[now, 2]
 
 
 class Prediction(NamedTuple):

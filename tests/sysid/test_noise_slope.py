@@ -1,0 +1,51 @@
+"""The slope by the levels of noise is that of finite differences."""
+
+import numpy as np
+import pytest
+from scipy.optimize import approx_fprime
+from synthetic_recordings import synthetic_recording
+
+from twbal.planar.parameters import twin_parameters
+from twbal.sysid.kalman import kalman_filter
+from twbal.sysid.likelihood import cost
+from twbal.sysid.model import Data, Model
+from twbal.sysid.noise import UNSENSED, Noise
+from twbal.sysid.noise_fit import refilter
+from twbal.sysid.noise_slope import of_one_level_each, slope_of_levels
+
+SENSORS, TORQUES = np.array([0.004, 0.02, 0.002, 0.05]), np.array([0.05, 0.08])
+LASTING = np.array([0.05, 0.1, 0.002, 0.01, 0.003, 0.01])
+EFFECTS = {"filtered tilt": {"tilt_filter": {"rate": 1.5, "lead": 0.0}}, "tilt": {}}
+STEP = 1e-5
+
+
+@pytest.mark.parametrize("unsensed", [None, 1, 3])
+@pytest.mark.parametrize("effects", EFFECTS.values(), ids=EFFECTS)
+def test_the_slope_is_that_of_central_differences(paper, effects, unsensed):
+    recordings = [synthetic_recording(paper, effects, seed=seed, periods=300, tolerance=0.0) for seed in (3, 4)]
+    recordings[1].usable[100:110] = False
+    sensors = SENSORS.copy()
+    if unsensed is not None:
+        sensors[unsensed] = UNSENSED
+    data = Data(recordings, 10)
+    model = Model(twin_parameters(paper, effects), 0.0, Noise(sensors, TORQUES, LASTING))
+    before, linear = data.filter(model), data.linear(model)
+    errors = data.errors(model, before)
+    if unsensed is not None:
+        for each in errors:
+            each[:, unsensed] = 0.0
+
+    def moved(kalman):
+        return [refilter(linear.F, linear.C, before.gains, kalman.gains, each) for each in errors]
+
+    def value(logs):
+        levels = np.exp(logs)
+        kalman = kalman_filter(linear, Noise(levels[:4], levels[4:6], levels[6:]))
+        return cost(moved(kalman), data.usable, kalman)
+
+    logs = np.log(np.concatenate([0.7 * sensors, 1.5 * TORQUES, 2.0 * LASTING]))
+    here = Noise(0.7 * sensors, 1.5 * TORQUES, 2.0 * LASTING)
+    kalman = kalman_filter(linear, here)
+    slope = slope_of_levels(linear, of_one_level_each(linear), here, moved(kalman), data.usable, kalman.measured)
+    central = 0.5 * (approx_fprime(logs, value, STEP) + approx_fprime(logs, value, -STEP))
+    np.testing.assert_allclose(slope, central, rtol=1e-4, atol=1e-4 * np.abs(central).max())
