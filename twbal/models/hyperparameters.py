@@ -147,6 +147,8 @@ class _Search(NamedTuple):
 
     def finished(self, start: Array) -> Minimum:
         """Where a search on all samples ends."""
+        if self.choices and self._are_screened:
+            return self._polished(start, 0)
         return self.objective.minimise(Evidence(self.inputs, self.target), start, self.settings.iterations)
 
     def best(self, results: Sequence[Minimum]) -> Array:
@@ -163,14 +165,19 @@ class _Search(NamedTuple):
         return Evidence(self.inputs[chosen], self.target[chosen])
 
     def _on_own_choice(self, number: int) -> Minimum:
-        """A search that begins on a start's own choice of samples and ends on all.
+        """A search that begins on a start's own choice of samples and ends on all."""
+        near = self.objective.minimise(self._chosen(number), self.starts[number], self.settings.iterations)
+        return self._polished(near.theta, number)
 
-        An optimum on a few samples is near one on all of them, and has its curvature but for the number of samples.
+    def _polished(self, near: Array, choice: int) -> Minimum:
+        """Where a search on all samples ends that begins at an optimum on some of them.
+
+        That is near one on all of them, and has its curvature but for the number of samples.
         """
-        objective, iterations, screen = self.objective, self.settings.iterations, self._chosen(number)
-        near = objective.minimise(screen, self.starts[number], iterations).theta
-        curvature = objective.curvature(screen, near) * (len(self.target) / len(self.choices[number]))
-        return objective.polish(Evidence(self.inputs, self.target), near, curvature, iterations)
+        curvature = self.objective.curvature(self._chosen(choice), near)
+        scaled = curvature * (len(self.target) / len(self.choices[choice]))
+        all_samples = Evidence(self.inputs, self.target)
+        return self.objective.polish(all_samples, near, scaled, self.settings.iterations)
 
 
 def _beside_each_other(
