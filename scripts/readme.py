@@ -56,6 +56,7 @@ from benchmarks.other_robots.tables import PARTS as OTHER_ROBOTS  # noqa: E402
 from benchmarks.robustness.tables import robustness  # noqa: E402
 from benchmarks.speed_tables import fits, ratios, running, steps, times, validation  # noqa: E402
 from benchmarks.what_next.tables import PARTS as WHAT_NEXT  # noqa: E402
+from benchmarks.whole_run import whole_run  # noqa: E402
 from twbal.diagnosis.free_form_record import FreeForm  # noqa: E402
 from twbal.viz.canvas import save  # noqa: E402
 from twbal.viz.free_form_figure import free_form_figure  # noqa: E402
@@ -157,6 +158,7 @@ PARTS: Mapping[str, Callable[..., list[str]]] = {
     "fits": fits,
     "running": running,
     "validation": validation,
+    "whole_run": whole_run,
     "on_firmware": on_firmware,
     "latency": latency,
     "latency_asked": latency_asked,

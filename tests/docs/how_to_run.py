@@ -287,6 +287,7 @@ TABLE: Mapping[str, How] = {
     "twbal iterate seed=<robot> link.seed=<robot> updates=6": Stage({"<robot>": "6012"}, slow=True),
     "python -m benchmarks.driving": Benchmark(),
     "python -m benchmarks.robustness": Benchmark(),
+    "python -m benchmarks.whole_run": Benchmark(),
     "python -m benchmarks.link_faults robot=virtual clock=real_time times=10": Benchmark(),
     "python -m benchmarks.hidden_robots": Benchmark(),
     "python -m benchmarks.import_checks": Benchmark(),
