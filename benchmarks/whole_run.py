@@ -5,6 +5,7 @@ slower in the meantime is slower for all. The first run of each version compiles
 benchmarks/results/whole_run.json.
 """
 
+import hashlib
 import json
 import os
 import subprocess
@@ -44,7 +45,7 @@ def once(code: Path) -> dict[str, Any]:
             manifest = json.loads(file.read_text())
             stages[manifest["stage"]] += manifest["wall_s"]
         summary = json.loads(Path(folder, "run", "summary.json").read_text())
-        policy = subprocess.check_output(["sha256sum", f"{folder}/run/best_policy.pt"], text=True)[:12]
+        policy = hashlib.sha256(Path(folder, "run", "best_policy.pt").read_bytes()).hexdigest()[:12]
     cpu_s = after.children_user + after.children_system - before.children_user - before.children_system
     successes = [iteration["successes"] for iteration in summary["iterations"]]
     return {"wall_s": wall_s, "cpu_s": cpu_s, "stages": dict(stages), "policy": policy, "successes": successes}
@@ -68,14 +69,19 @@ def whole_run(results: Mapping[str, Any]) -> list[str]:
 
 
 def _version(code: Path) -> str:
-    return subprocess.check_output(["git", "-C", str(code), "rev-parse", "--short", "HEAD"], text=True).strip()
+    """Commit of a folder, with a + where files differ from it."""
+
+    def git(*words: str) -> str:
+        return subprocess.check_output(["git", "-C", str(code), *words], text=True).strip()
+
+    return git("rev-parse", "--short", "HEAD") + ("+" if git("status", "--porcelain", "--", "twbal", "conf") else "")
 
 
 def main(words: Sequence[str]) -> None:
     """Measure, and write the results after each round."""
-    texts = dict(word.split("=", 1) for word in words)
-    codes = [Path(text).resolve() for text in texts.pop("code", ".").split(",")]
-    repeats = number_settings({"repeats": 3}, [f"{key}={value}" for key, value in texts.items()])["repeats"]
+    given = [word.removeprefix("code=") for word in words if word.startswith("code=")] or ["."]
+    codes = [Path(text).resolve() for text in given[-1].split(",")]
+    repeats = number_settings({"repeats": 3}, [word for word in words if not word.startswith("code=")])["repeats"]
     found: list[dict[str, Any]] = [{"version": _version(code), "runs": []} for code in codes]
     for round_number in range(repeats + 1):
         for code, version in zip(codes, found, strict=True):

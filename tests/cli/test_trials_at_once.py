@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -12,106 +13,158 @@ from omegaconf import OmegaConf
 
 from twbal.algorithm.settings import RolloutSettings
 from twbal.cli.main import main
-from twbal.cli.trials_at_once import beside_each_other, never, robots_at_once
+from twbal.cli.trials_at_once import beside_each_other, robots_at_once
 from twbal.core.errors import LinkLostError
+from twbal.io.logs import read_episode
 
 PATIENCE = 60.0  # s
 
 
-def settings(trials):
-    return RolloutSettings(seed=0, trials=trials, first_trial=7, steps=10, tilt_limit=0.5, exploration=0.0)
-
-
-def link(**told):
-    return OmegaConf.create({"overrides": [], "clock": "lockstep", **told})
+def link(*overrides, **told):
+    return OmegaConf.create({"overrides": list(overrides), "clock": "lockstep", **told})
 
 
 @pytest.mark.parametrize(
-    ("trials", "robot", "cores", "expected"),
+    ("robot", "trials", "workers", "expected"),
     [
-        (10, link(), 2, 2),
-        (10, link(), 64, 5),
-        (3, link(), 2, 1),
-        (10, link(), None, 1),
-        (10, link(clock="real_time"), 2, 1),
-        (10, link(program="firmware/build/robot_posix"), 2, 1),
-        (10, OmegaConf.create({"port": "/dev/ttyUSB0"}), 2, 1),
+        (link(), 10, 2, 2),
+        (link(), 10, 64, 5),
+        (link(), 3, 2, 1),
+        (link("idle_timeout=300"), 10, 2, 2),
+        (link(), 10, 1, 1),
+        (link(clock="real_time"), 10, 2, 1),
+        (link("clock=real_time"), 10, 2, 1),
+        (link("firmware=firmware/build/robot_posix"), 10, 2, 1),
+        (link(program="firmware/build/robot_posix"), 10, 2, 1),
+        (OmegaConf.create({"port": "/dev/ttyUSB0"}), 10, 2, 1),
     ],
 )
-def test_only_virtual_robots_in_lockstep_are_several(trials, robot, cores, expected, monkeypatch):
-    monkeypatch.setattr("os.cpu_count", lambda: cores)
-    assert robots_at_once(robot, settings(trials)) == expected
+def test_only_virtual_robots_in_lockstep_are_several(robot, trials, workers, expected):
+    assert robots_at_once(robot, trials, workers) == expected
 
 
-@pytest.mark.parametrize("robots", [1, 2, 3])
-def test_every_trial_is_driven_once_and_logs_are_in_order(robots):
-    assert beside_each_other(lambda part, _: list(part.numbers), settings(7), robots) == list(range(7, 14))
+def test_a_robot_a_core_is_the_default(monkeypatch):
+    monkeypatch.setattr("os.sched_getaffinity", lambda pid: {0, 1, 5}, raising=False)
+    assert robots_at_once(link(), 10, 0) == 3
+
+
+@pytest.mark.parametrize(("count", "sizes"), [(1, [7]), (2, [4, 3]), (3, [3, 2, 2])])
+def test_parts_have_every_trial_once_and_in_order(count, sizes):
+    settings = RolloutSettings(seed=0, trials=7, first_trial=5, steps=10, tilt_limit=0.5, exploration=0.0)
+    parts = settings.parts(count)
+    assert [part.trials for part in parts] == sizes
+    assert [number for part in parts for number in part.numbers] == list(range(5, 12))
+
+
+def test_logs_are_in_the_order_of_the_drives():
+    def slow(why_stop):
+        time.sleep(0.1)
+        return ["first", "second"]
+
+    assert beside_each_other([slow, lambda why_stop: ["third"]]) == ["first", "second", "third"]
+
+
+def until_stopped(reasons):
+    """Drives until it is to stop, and ends as a trial that was stopped."""
+
+    def drive(why_stop):
+        deadline = time.monotonic() + PATIENCE
+        while why_stop() is None and time.monotonic() < deadline:
+            time.sleep(0.01)
+        reasons.append(why_stop())
+        raise KeyboardInterrupt
+
+    return drive
+
+
+def failing(error):
+    def drive(why_stop):
+        raise error
+
+    return drive
 
 
 def test_one_trial_that_fails_ends_those_beside_it_and_its_error_is_raised():
-    ended = []
-
-    def drive(part, is_stopping):
-        if part.first_trial != 7:
-            raise LinkLostError("the robot fell silent")
-        deadline = time.monotonic() + PATIENCE
-        while not is_stopping() and time.monotonic() < deadline:
-            time.sleep(0.01)
-        ended.append(is_stopping())
-        raise KeyboardInterrupt  # as of a trial that was stopped
-
+    reasons = []
     with pytest.raises(LinkLostError, match="fell silent"):
-        beside_each_other(drive, settings(4), 2)
-    assert ended == [True]
+        beside_each_other([until_stopped(reasons), failing(LinkLostError("the robot fell silent"))])
+    assert reasons == ["stopped, as a trial beside it failed"]
 
 
-def test_none_is_to_end_where_there_is_one_robot():
-    assert beside_each_other(lambda part, is_stopping: [is_stopping is never], settings(4), 1) == [True]
+def test_of_two_that_fail_the_error_of_one_is_raised_and_that_of_the_other_said(capsys):
+    with pytest.raises(LinkLostError, match="silent"):
+        beside_each_other([failing(LinkLostError("fell silent")), failing(LinkLostError("motors may still be on"))])
+    assert "motors may still be on" in capsys.readouterr().out
+
+
+def test_ctrl_c_ends_all_and_an_error_on_the_way_is_not_lost():
+    reasons = []
+
+    def pressed(why_stop):
+        os.kill(os.getpid(), signal.SIGINT)
+        return until_stopped(reasons)(why_stop)
+
+    with pytest.raises(KeyboardInterrupt):
+        beside_each_other([pressed, until_stopped(reasons)])
+    assert reasons == 2 * ["stopped by the person"]
+
+    def ends_badly(why_stop):
+        with suppress(KeyboardInterrupt):
+            pressed(why_stop)
+        raise LinkLostError("motors may still be on")
+
+    with pytest.raises(LinkLostError, match="motors may still be on"):
+        beside_each_other([until_stopped(reasons), ends_badly])
 
 
 @pytest.mark.usefixtures("kept_robots")
-def test_the_same_episodes_are_logged_on_any_number_of_cores(tmp_path, monkeypatch):
-    """But for the time at which each was recorded, which logs do not have."""
+def test_the_same_episodes_are_logged_by_any_number_of_robots(tmp_path):
+    """Also where some were there before."""
     logs = []
-    for cores in (1, 2):
-        monkeypatch.setattr("os.cpu_count", lambda cores=cores: cores)
-        out = tmp_path / str(cores)
-        assert main(["real-rollout", "policy=random", "trials=4", "steps=30", f"hydra.run.dir={out}"]) == 0
+    for workers in (1, 2):
+        out = tmp_path / str(workers)
+        words = ["real-rollout", "policy=random", "trials=5", "steps=30", f"hydra.run.dir={out}"]
+        assert main([*words, f"workers={workers}"]) == 0
         logs.append({file.name: file.read_bytes() for file in (out / "episodes").iterdir()})
-    assert len(logs[0]) == 4
+    assert len(logs[0]) == 5
     assert logs[0] == logs[1]
+    (out / "manifest.json").unlink()
+    for number in (0, 1, 3, 4):
+        (out / "episodes" / f"trial_{number:03d}.mcap").unlink()
+    assert main([*words, "workers=2"]) == 0
+    assert {file.name: file.read_bytes() for file in (out / "episodes").iterdir()} == logs[0]
 
 
 def test_ctrl_c_ends_all_trials_keeps_what_there_is_and_leaves_no_robot(tmp_path):
-    words = ["experiment=excite", "trials=4", "steps=1000000", f"hydra.run.dir={tmp_path / 'out'}"]
-    program = "import os, signal, sys; os.cpu_count = lambda: 2; from twbal.cli.main import main; sys.exit(main())"
-    command = [sys.executable, "-c", program, "real-rollout", *words, 'link.overrides=["faults=none"]', "seed=0"]
+    out = tmp_path / "out"
+    words = ["experiment=excite", "trials=60", "steps=500", "workers=2", f"hydra.run.dir={out}"]
+    command = [sys.executable, "-m", "twbal", "real-rollout", *words, 'link.overrides=["faults=none"]']
     process = subprocess.Popen(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     try:
-        robots = _robots_of(process.pid)
-        time.sleep(5.0)  # they shake hands
+        deadline = time.monotonic() + PATIENCE
+        first = [out / "episodes" / f"trial_{number:03d}.mcap" for number in (0, 30)]
+        while not all(file.exists() for file in first) and time.monotonic() < deadline:
+            time.sleep(0.05)
+        robots = virtual_robots_of(process.pid)
         process.send_signal(signal.SIGINT)
         said, _ = process.communicate(timeout=PATIENCE)
     finally:
         process.kill()
     assert process.returncode == 130, said
-    assert said.count("The robot confirmed that its motors are off.") == 2
-    kept = sorted(file.name for file in (tmp_path / "out" / "interrupted").iterdir())
-    assert kept == ["trial_000_stopped_0.mcap", "trial_002_stopped_0.mcap"]
-    assert not [pid for pid in robots if _is_running(pid)]
+    assert len(robots) == 2
+    assert not [pid for pid in robots if os.path.exists(f"/proc/{pid}/exe")]
+    kept = [read_episode(file) for file in out.rglob("*.mcap")]
+    assert 2 <= len(kept) < 60
+    stopped = [episode.events[-1].text for episode in kept if episode.outcome == "stopped"]
+    assert set(stopped) <= {"stopped by the person"}
+    assert said.count("The robot confirmed that its motors are off.") == len(stopped)
 
 
-def _robots_of(pid):
-    """The two virtual robots of a process, once they are there."""
-    deadline = time.monotonic() + PATIENCE
-    while time.monotonic() < deadline:
-        threads = Path(f"/proc/{pid}/task").glob("*/children")  # each has its own
-        found = [child for children in threads for child in children.read_text().split()]
-        if len(found) == 2:
-            return found
-        time.sleep(0.1)
-    raise AssertionError("no two robots")
-
-
-def _is_running(pid):
-    return os.path.exists(f"/proc/{pid}/exe")
+def virtual_robots_of(pid):
+    """The processes of virtual robots that belong to a process."""
+    found = []
+    for path in Path("/proc").glob("[0-9]*/cmdline"):
+        with suppress(OSError):
+            if f"\0parent={pid}\0".encode() in path.read_bytes():
+                found.append(path.parent.name)
+    return found

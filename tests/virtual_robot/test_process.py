@@ -230,6 +230,16 @@ def test_a_kept_robot_is_another_for_another_command():
     assert ends(pids[2])
 
 
+def test_bodies_within_each_other_have_a_robot_each_and_both_are_kept():
+    with KeptRobots() as kept:
+        with kept.launch(talking([]), START) as one, kept.launch(talking([]), START) as other:
+            assert one != other
+        with kept.launch(talking([]), START) as one_again, kept.launch(talking([]), START) as other_again:
+            assert {one_again, other_again} == {one, other}
+    assert ends(int(one))
+    assert ends(int(other))
+
+
 @pytest.mark.parametrize("error", [LinkError("no answer."), ZeroDivisionError("any")], ids=["link", "other"])
 def test_a_kept_robot_with_which_something_failed_is_not_used_again(error):
     with KeptRobots() as kept:

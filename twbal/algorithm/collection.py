@@ -2,7 +2,6 @@
 
 import math
 import multiprocessing
-import os
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
@@ -15,6 +14,7 @@ from twbal.core.channels import Channels
 from twbal.core.episode import Episode, Outcome, Provenance
 from twbal.core.errors import ConfigError, DataError
 from twbal.core.plant import Plant
+from twbal.core.threads import cores
 from twbal.policies.exploring import ExploringPolicy
 from twbal.policies.policy import Policy
 
@@ -109,7 +109,7 @@ def collect(plan: RolloutPlan, provenances: Sequence[Provenance], workers: int) 
     if workers < 0:
         raise ConfigError(f"The number of workers must be 0 (one a core) or more; found {workers}.")
     useful = math.ceil(len(provenances) / WORTH_A_PROCESS)
-    workers = min(workers or os.cpu_count() or 1, useful)
+    workers = min(workers or cores(), useful)
     if workers <= 1:
         yield from plan.drive(provenances)
         return

@@ -1,6 +1,5 @@
 """Policy search and recalibration, as Algorithm 1 asks for them."""
 
-import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
@@ -15,6 +14,7 @@ from twbal.core.errors import ConfigError
 from twbal.core.gaussian import Array, Gaussian
 from twbal.core.robot_parameters import RobotParameters
 from twbal.core.start_pose import StartPose
+from twbal.core.threads import cores
 from twbal.models.dynamics import DynamicsModel
 from twbal.planar.robot_distribution import RobotDistribution, prior_of
 from twbal.policies.linear import LinearPolicy
@@ -102,7 +102,7 @@ class PolicySearch:
             torque_limit=self.robot.torque_limit,
             earlier=earlier,
             progress=progress,
-            workers=self.workers or os.cpu_count() or 1,
+            workers=self.workers or cores(),
             base=None if base is None else base.gain,
             are_robots_new=known is not None,  # else they are the sheet's, as they were for the earlier policies
             set_aside=self.set_aside,

@@ -1,7 +1,8 @@
 """Settings of a run of Algorithm 1."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
+from itertools import accumulate
 
 
 class InitialPolicy(StrEnum):
@@ -112,3 +113,10 @@ class RolloutSettings:
     def numbers(self) -> range:
         """Of the rollouts."""
         return range(self.first_trial, self.first_trial + self.trials)
+
+    def parts(self, count: int) -> list["RolloutSettings"]:
+        """The same rollouts in so many parts of consecutive numbers, at most one longer than another."""
+        each, more = divmod(self.trials, count)
+        sizes = [each + (part < more) for part in range(count)]
+        begins = accumulate(sizes, initial=self.first_trial)
+        return [replace(self, first_trial=begin, trials=size) for begin, size in zip(begins, sizes, strict=False)]

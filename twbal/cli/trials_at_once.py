@@ -1,82 +1,101 @@
 """Trials of virtual robots in lockstep, several at a time."""
 
-import os
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import FIRST_EXCEPTION, Future, ThreadPoolExecutor, wait
-from dataclasses import replace
 from pathlib import Path
 
-import numpy as np
 from omegaconf import DictConfig
 
 from twbal.algorithm.rollout import Watch
-from twbal.algorithm.settings import RolloutSettings
+from twbal.cli.console import say
 from twbal.cli.signals import stopped_once
-from twbal.core.episode import Ending, Outcome
+from twbal.core.episode import Ending, Episode, Outcome
 from twbal.core.heading import HeadingSample
 from twbal.core.motion_profile import Motion
 from twbal.core.plant import Observation
+from twbal.core.threads import cores
 from twbal.link.protocol import Clock
 
-IsStopping = Callable[[], bool]
-"""Whether trials are to end, as one beside them failed or the person asked for it."""
+WhyStop = Callable[[], str | None]
+"""Why trials are to end now; None: they are not."""
 
-_LEAST = 2  # trials for which starting another robot is worth it
+Tell = Callable[[Episode], None]
+"""Is called with each trial as soon as it is logged; trials that are driven at a time end in any order."""
+
+_EACH = 2  # trials, at least, that make another robot worth its start
+_OTHER_ROBOT = ("clock=", "firmware=")  # settings of a virtual robot that no longer waits, or must be alone
 
 
-def never() -> bool:
-    """Nothing is to end."""
-    return False
+def go_on() -> str | None:
+    """No reason to stop."""
+    return None
 
 
-def robots_at_once(link: DictConfig, settings: RolloutSettings) -> int:
-    """How many robots drive the trials: of virtual ones in lockstep as many as there are cores, else one.
+def robots_at_once(link: DictConfig, trials: int, workers: int) -> int:
+    """How many robots drive the trials: of virtual ones in lockstep up to one for two trials, of others one.
 
     Seed and trial decide all of a rollout of a virtual robot: any number of them logs the same episodes.
+
+    Args:
+        link: to the robot.
+        trials: that are to be driven.
+        workers: most robots; 0: one a core.
     """
-    waits = link.get("clock") == Clock.LOCKSTEP.name.lower() and not link.get("program")
-    return max(min(os.cpu_count() or 1, settings.trials // _LEAST), 1) if waits else 1
+    is_alone = any(str(word).startswith(_OTHER_ROBOT) for word in link.get("overrides", ())) or link.get("program")
+    if is_alone or link.get("clock") != Clock.LOCKSTEP.name.lower():
+        return 1
+    return max(min(workers or cores(), trials // _EACH), 1)
 
 
-def until(is_stopping: IsStopping, watch: Watch) -> Watch:
+def until(why_stop: WhyStop, watch: Watch) -> Watch:
     """What `watch` says, or that the rollout ends."""
 
     def watching(seen: Observation, reference: Motion, heading: HeadingSample | None, command: float) -> Ending | None:
-        if is_stopping():
-            return Ending(Outcome.STOPPED, "stopped with the trials beside it")
-        return watch(seen, reference, heading, command)
+        why = why_stop()
+        return watch(seen, reference, heading, command) if why is None else Ending(Outcome.STOPPED, why)
 
     return watching
 
 
-def beside_each_other(
-    drive: Callable[[RolloutSettings, IsStopping], list[Path]], settings: RolloutSettings, robots: int
-) -> list[Path]:
-    """The logs of all trials, which so many robots drive; once one trial fails, all end.
+def one_at_a_time(tell: Tell) -> Tell:
+    """The same for trials that are driven in several threads."""
+    lock = threading.Lock()
+
+    def told(trial: Episode) -> None:
+        with lock:
+            tell(trial)
+
+    return told
+
+
+def beside_each_other(drives: Sequence[Callable[..., list[Path]]]) -> list[Path]:
+    """The logs of trials that are driven in a thread each; once one fails, or the person presses Ctrl-C, all end.
 
     Args:
-        drive: drives a part of the trials, on a robot of its own, and returns their logs.
-        settings: of all trials.
-        robots: how many.
+        drives: each drives some trials and returns their logs; asks `why_stop` before each and within them.
 
     Raises:
-        TwbalError: what `drive` raised.
+        TwbalError: what the first to fail raised; errors of others are said.
         KeyboardInterrupt: the person pressed Ctrl-C.
     """
-    if robots == 1:
-        return drive(settings, never)
-    stopping = threading.Event()
-    parts = [replace(settings, first_trial=int(n[0]), trials=len(n)) for n in np.array_split(settings.numbers, robots)]
-    with stopped_once(), ThreadPoolExecutor(robots) as pool:
+    reasons, running = list[str](), list[Future[list[Path]]]()
+    with stopped_once(), ThreadPoolExecutor(len(drives)) as pool:
         try:
-            running = [pool.submit(drive, part, stopping.is_set) for part in parts]
+            for drive in drives:
+                running.append(pool.submit(drive, why_stop=lambda: reasons[0] if reasons else None))
             wait(running, return_when=FIRST_EXCEPTION)
-        finally:  # all are done, or the others are to end
-            stopping.set()
-    return [log for each in sorted(running, key=_was_only_stopped) for log in each.result()]
-
-
-def _was_only_stopped(trials: Future[list[Path]]) -> bool:
-    """Whether these trials ended because others did: then the error of those is the one to raise."""
-    return isinstance(trials.exception(), KeyboardInterrupt)
+            reasons.append("stopped, as a trial beside it failed")  # which nothing reads where none did
+            wait(running)
+        except KeyboardInterrupt:  # the only one that `stopped_once` lets through
+            reasons.insert(0, "stopped by the person")
+            wait(running)
+    ends = [each.exception() for each in running]
+    errors = [end for end in ends if end is not None and not isinstance(end, KeyboardInterrupt)]
+    for error in errors[1:]:
+        say(str(error))
+    if errors:
+        raise errors[0]
+    if any(ends) or reasons[0] == "stopped by the person":
+        raise KeyboardInterrupt
+    return [log for each in running for log in each.result()]

@@ -22,6 +22,11 @@ def default_to_one_thread() -> None:
         os.environ.setdefault(name, "1")
 
 
+def cores() -> int:
+    """Cores that this process may compute on."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
 def in_threads(work: Callable[[Task], Found], tasks: Iterable[Task], threads: int | None = None) -> list[Found]:
     """What comes of each task, in order, several at a time as far as they run free of Python's lock.
 
@@ -30,7 +35,7 @@ def in_threads(work: Callable[[Task], Found], tasks: Iterable[Task], threads: in
         tasks: any number.
         threads: how many tasks at a time; None: one a core.
     """
-    with ThreadPoolExecutor(threads or os.cpu_count()) as pool:
+    with ThreadPoolExecutor(threads or cores()) as pool:
         return list(pool.map(work, tasks))
 
 

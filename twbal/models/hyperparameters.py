@@ -135,7 +135,8 @@ class _Search(NamedTuple):
         if self.apart:
             return self._on_own_choice(number)
         if not self._are_screened:
-            return self.finished(self.starts[number])
+            all_samples = Evidence(self.inputs, self.target)
+            return self.objective.minimise(all_samples, self.starts[number], self.settings.iterations)
         return self.objective.minimise(self._chosen(0), self.starts[number], self.settings.iterations)
 
     def finalists(self, begun: Sequence[Minimum]) -> list[Array]:
@@ -146,10 +147,8 @@ class _Search(NamedTuple):
         return [minimum.theta for minimum in ranked[: self.settings.finalists]]
 
     def finished(self, start: Array) -> Minimum:
-        """Where a search on all samples ends."""
-        if self.choices and self._are_screened:
-            return self._polished(start, 0)
-        return self.objective.minimise(Evidence(self.inputs, self.target), start, self.settings.iterations)
+        """Where a search on all samples ends that begins at the end of one on the common choice of samples."""
+        return self._polished(start, 0)
 
     def best(self, results: Sequence[Minimum]) -> Array:
         """Where the best search ended, (d + 2,), in the coordinates of `Evidence`; the first start where none was."""

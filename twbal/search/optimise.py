@@ -67,7 +67,7 @@ def search_policy(
         torque_limit: [N·m].
         earlier: policies of earlier iterations, oldest first.
         progress: is told what is being done, a line at a time.
-        workers: threads that search beside each other; what is found does not depend on it.
+        workers: threads that search, and as many that judge meanwhile; what is found does not depend on it.
         base: (D,) gain K of a fixed regulator u = -Kx, on top of which a network is searched; None searches all.
         are_robots_new: whether the robots of the parameter distribution are others than those of the earlier policies.
         set_aside: indices of earlier policies that are no candidates, and from which no search begins.
@@ -105,7 +105,8 @@ def search_policy(
     judged += [(found.origin, found.policy, None) for found in robust]
     with ThreadPoolExecutor(workers) as pool:
         searches = [pool.submit(searched, each) for each in chosen]  # meanwhile the others are judged
-        candidates = [told(found) for found in in_threads(lambda each: task.validated(*each), judged, workers)]
+        with ThreadPoolExecutor(workers) as judges:
+            candidates = [told(found) for found in judges.map(lambda each: task.validated(*each), judged)]
         leading = min(candidates, key=_rank) if task.robots is not None and candidates else None
         predictions = () if leading is None else task.predictions(leading, workers)  # mostly it stays the best
         for each, search in zip(chosen, searches, strict=True):

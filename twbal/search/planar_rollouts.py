@@ -110,6 +110,8 @@ def planar_rollouts(
     substeps = max(round(control_period / _MAX_STEP), 1)
     bound = channels.max_position_integral
     shown = np.empty((len(models), 0, len(codes))) if shown is None else shown
+    if wrong := [len(part) for part in (*draws, shown) if len(part) != len(models)]:  # a kernel does not look
+        raise ValueError(f"{len(models)} robots have draws, or states to be shown, of {wrong[0]}")
     found = _rollouts(
         models[0],
         np.array(models),
@@ -164,7 +166,7 @@ def _rollouts(  # type: ignore[no-untyped-def]
         like: of the class of the models.
         models: (n, P), their numbers.
         step: of the physics [s].
-        others: as of `_rollout`.
+        others: as of `planar_rollouts`.
     """
     n = len(models)
     used, swings, costs = np.empty(n), np.empty(n), np.empty(n)

@@ -75,7 +75,7 @@ class LinearTwin(NamedTuple):
 
 
 class Covariances(NamedTuple):
-    """What a Kalman filter begins from, each linear in the squares of the levels of noise.
+    """Of the noise that a Kalman filter knows, each linear in the squares of the levels.
 
     Attributes:
         first: (S, S) of the state at the first instant, after it is read.
@@ -153,7 +153,8 @@ def riccati(F: Array, C: Array, Q: Array, R: Array, P: Array, count: int, settle
     """Gains, whiteners and log determinants of `count` instants, and the covariance after each, (count, S, S).
 
     P is the covariance at the first instant, after it is read. Once no gain changes by more than `settled` from one
-    instant to the next, all later ones are taken to be alike; the last number is that of this instant.
+    instant to the next, all later ones are taken to be alike. The last value returned is the index of that instant,
+    beyond which covariances are left 0.
     """
     gains, whiteners = np.zeros((count, len(F), 4)), np.zeros((count, 4, 4))
     determinants, after = np.zeros(count), np.zeros((count, len(F), len(F)))
@@ -187,7 +188,7 @@ def first_reading() -> Array:
 
 
 def covariances(linear: LinearTwin, noise: Noise) -> Covariances:
-    """What the Kalman filter of a linear twin with noise begins from."""
+    """Those of a linear twin with noise."""
     R = np.diag(noise.sensors**2)
     Q = (linear.B * noise.torques**2) @ linear.B.T
     read = first_reading()

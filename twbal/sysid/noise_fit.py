@@ -7,15 +7,15 @@ Another gain K' in place of K changes the prediction errors as the linear twin s
 so noise is fitted without running the twin again.
 """
 
-from collections.abc import Callable
-from typing import Any
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.optimize import minimize
 
 from twbal.core.compiled import kernel
 from twbal.core.gaussian import Array, Mask
-from twbal.sysid.kalman import Filter, LinearTwin, kalman_filter
+from twbal.sysid.kalman import Covariances, Filter, LinearTwin, kalman_filter
 from twbal.sysid.likelihood import cost
 from twbal.sysid.noise import LASTING, Noise, discrepancy_penalty, discrepancy_sigmas
 from twbal.sysid.noise_slope import of_one_level_each, slope_of_levels
@@ -72,51 +72,78 @@ def fit_noise(
         iterations: of L-BFGS, at most.
         afresh: whether a second search begins where white torques and a discrepancy share what is missing.
     """
-    old = kalman_filter(linear, noise)
-    units = of_one_level_each(linear)
+    objective = _Objective(linear, kalman_filter(linear, noise).gains, errors, usable, limits[1])
     begin = np.log(np.maximum(_fitted_levels(noise), _LEAST_LEVEL))
     low, high = (np.log(np.maximum(np.concatenate(limit), _LEAST_LEVEL))[: len(begin)] for limit in limits)
     begin = np.clip(begin, low, np.maximum(low, high))
+    found = [_descend(objective, start, low, high, iterations) for start in _noise_starts(noise, afresh)]
+    levels, least = min(found, key=lambda pair: pair[1])
+    return _levels(levels if least <= objective.value(begin) else begin)
 
-    def filtered(x: Array) -> tuple[Filter, list[Array]]:
-        kalman = kalman_filter(linear, _levels(x))
-        return kalman, [refilter(linear.F, linear.C, old.gains, kalman.gains, e) for e in errors]
 
-    def value(x: Array, kalman: Filter, moved: list[Array]) -> float:
-        found = cost(moved, usable, kalman) + discrepancy_penalty(_levels(x), limits[1])
-        return found if np.isfinite(found) else _IMPOSSIBLE
+@dataclass(frozen=True, eq=False)
+class _Objective:
+    """-2 log posterior of the logarithms of levels, (6,) or (12,) with a model discrepancy, but for a constant.
 
-    def objective(x: Array) -> float:
+    Attributes:
+        linear: the twin about its balance.
+        gains: (G, S, 4), of the filter that made the errors.
+        errors: (T + 1, 4) of each recording.
+        usable: (T + 1,) of each recording.
+        largest: levels, by which those of a discrepancy have a prior.
+    """
+
+    linear: LinearTwin
+    gains: Array
+    errors: list[Array]
+    usable: list[Mask]
+    largest: Noise
+
+    def value(self, x: Array) -> float:
+        """It, at `x`."""
         try:
-            return value(x, *filtered(x))
+            return self._of(_levels(x), *self._filtered(x))
         except np.linalg.LinAlgError:  # levels too far apart for the covariance to stay definite
             return _IMPOSSIBLE
 
-    def objective_and_slope(x: Array) -> tuple[float, Array]:
+    def with_slope(self, x: Array) -> tuple[float, Array]:
+        """It and its slope, with a model discrepancy."""
+        levels, nowhere = _levels(x), (_IMPOSSIBLE, np.zeros_like(x))
         try:
-            kalman, moved = filtered(x)
-            found, levels = value(x, kalman, moved), _levels(x)
-            slope = slope_of_levels(linear, units, levels, moved, usable, kalman.measured)
+            kalman, moved = self._filtered(x)
+            slope = slope_of_levels(self.linear, self._units, levels, moved, self.usable, kalman.measured)
         except np.linalg.LinAlgError:
-            return _IMPOSSIBLE, np.zeros_like(x)
-        slope[6:] += 2.0 * discrepancy_sigmas(levels, limits[1]) ** 2
-        return (found, slope) if np.isfinite(slope).all() else (_IMPOSSIBLE, np.zeros_like(x))
+            return nowhere
+        slope[6:] += 2.0 * discrepancy_sigmas(levels, self.largest) ** 2
+        value = self._of(levels, kalman, moved)
+        return (value, slope) if value < _IMPOSSIBLE and np.isfinite(slope).all() else nowhere
 
-    # Without a discrepancy there are 6 levels instead of 12 and the state is small: finite differences serve.
-    function, has_slope = (objective_and_slope, True) if noise.has_discrepancy else (objective, None)
-    found = [_descend(function, has_slope, start, low, high, iterations) for start in _noise_starts(noise, afresh)]
-    levels, least = min(found, key=lambda pair: pair[1])
-    return _levels(levels if least <= objective(begin) else begin)
+    def _filtered(self, x: Array) -> tuple[Filter, list[Array]]:
+        """The filter of the levels, and the errors that it would make."""
+        kalman = kalman_filter(self.linear, _levels(x))
+        F, C = self.linear.F, self.linear.C
+        return kalman, [refilter(F, C, self.gains, kalman.gains, errors) for errors in self.errors]
+
+    def _of(self, levels: Noise, kalman: Filter, moved: list[Array]) -> float:
+        found = cost(moved, self.usable, kalman) + discrepancy_penalty(levels, self.largest)
+        return found if np.isfinite(found) else _IMPOSSIBLE
+
+    @cached_property
+    def _units(self) -> Covariances:
+        return of_one_level_each(self.linear)
 
 
-def _descend(
-    function: Callable[[Array], Any], has_slope: bool | None, begin: Array, low: Array, high: Array, iterations: int
-) -> tuple[Array, float]:
-    """The logarithms of levels where L-BFGS ends, and the objective there; None: the function does not give a slope."""
+def _descend(objective: _Objective, begin: Array, low: Array, high: Array, iterations: int) -> tuple[Array, float]:
+    """The logarithms of levels where L-BFGS ends, and the objective there.
+
+    Without a model discrepancy there are half as many levels and the state is small: finite differences serve.
+    """
+    has_slope = len(begin) > 6
+    function = objective.with_slope if has_slope else objective.value
     begin = np.clip(begin, low, np.maximum(low, high))
     bounds = [(max(x - 4.0, low[i]), max(min(x + 4.0, high[i]), low[i])) for i, x in enumerate(begin)]
     options = {"maxiter": iterations, "ftol": 1e-7}
-    found = minimize(function, begin, jac=has_slope, method="L-BFGS-B", bounds=bounds, options=options)
+    found = minimize(function, begin, jac=has_slope or None, method="L-BFGS-B", bounds=bounds, options=options)
     return found.x, float(found.fun)
 
 
@@ -135,7 +162,7 @@ def _noise_starts(noise: Noise, afresh: bool) -> list[Array]:
 
 
 def _fitted_levels(noise: Noise) -> Array:
-    """(6,) levels of noise, (11,) with those of a model discrepancy."""
+    """(6,) levels of noise, (12,) with those of a model discrepancy."""
     discrepancy = noise.discrepancy if noise.has_discrepancy else noise.discrepancy[:0]
     return np.concatenate([noise.sensors, noise.torques, discrepancy])
 

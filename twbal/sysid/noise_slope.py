@@ -1,7 +1,8 @@
-r"""Slope of the likelihood by the levels of noise, in reverse mode: as dear as two likelihoods, however many there are.
+r"""Slope of the likelihood by the levels of noise, in reverse mode.
 
-The likelihood of `noise_fit` depends on a level by the filter alone. Its derivatives by the gains K_n and by the
-covariances S_n of the errors follow from one pass backward over the recordings (λ_n is the derivative by δ_n),
+It costs about two evaluations of the likelihood, whatever the number of levels. The likelihood of `noise_fit` depends
+on a level by the filter alone. Its derivatives by the gains K_n and by the covariances S_n of the errors follow from
+one pass backward over the recordings (λ_n is the derivative by δ_n),
 
     μ = Fᵀ λ_{n+1},   ∂J/∂K'_n = μ e'_nᵀ,   λ_n = μ - Cᵀ (∂J/∂e'_n + K'_nᵀ μ),
 

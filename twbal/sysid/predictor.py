@@ -43,7 +43,8 @@ def _first(p: TwinParameters, k: Constants, measured: Array, lead: float) -> Twi
 def _correct_past(k: Constants, imu: Array, now: int, steps: int, substeps: int, gain: Array, error: Array) -> None:
     """Move the IMU's past along with a correction, interpolated between the instants that the gain is for.
 
-    Row `now` is of this instant, `steps` physics steps after the first. An IMU that is not late never reads its past.
+    Row `now` is of this instant, `steps` physics steps after the first. An IMU that is not late reads its past with
+    weight 0.
     """
     moves = np.zeros((3, 2))  # of tilt and tilt rate: now, one control period ago, two ago
     for j in range(4):

@@ -5,7 +5,6 @@ import select
 import subprocess
 import sys
 import tempfile
-import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
@@ -109,12 +108,11 @@ class KeptRobots:
     """Virtual robots that one body after the other has for itself, so that their processes start once.
 
     Seed and trial decide all of a rollout, so that a body sees what it would see of a robot that was just started.
-    Bodies in several threads have a robot each.
+    Bodies within each other have a robot each. All bodies are of one thread.
     """
 
     def __init__(self) -> None:
         self._free: list[VirtualRobotProcess] = []
-        self._lock = threading.Lock()
 
     def __enter__(self) -> Self:
         return self
@@ -126,7 +124,7 @@ class KeptRobots:
     def launch(self, command: Sequence[str], start_timeout: float) -> Iterator[str]:
         """A robot for the length of the body, which gets the path of its port; see the function `launch`.
 
-        Where another command is asked for, the last body failed or the robots have ended, one is started.
+        One is started where no body left one of this command that still runs.
         """
         process = self._taken(command) or VirtualRobotProcess(command, start_timeout)
         try:
@@ -149,13 +147,12 @@ class KeptRobots:
 
     def _taken(self, command: Sequence[str]) -> VirtualRobotProcess | None:
         """A robot of the command that no body has; those of other commands, and those that have ended, are ended."""
-        with self._lock:
-            fit = [process for process in self._free if process.command == tuple(command) and process.is_running]
-            others = [process for process in self._free if process not in fit]
-            self._free = fit[1:]
-        for process in others:
+        while self._free:
+            process = self._free.pop()
+            if process.command == tuple(command) and process.is_running:
+                return process
             process.close()
-        return fit[0] if fit else None
+        return None
 
 
 def virtual_robot_command(overrides: Sequence[str]) -> list[str]:

@@ -1,7 +1,7 @@
 """Drive the robot on the other end of a link by a policy and log what it does."""
 
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager, nullcontext
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -31,7 +31,15 @@ from twbal.cli.robot_link import (
 )
 from twbal.cli.signals import stopped_once
 from twbal.cli.trial_words import floor_of_course, floor_of_excitation, print_course, trial_in_words
-from twbal.cli.trials_at_once import IsStopping, beside_each_other, never, robots_at_once, until
+from twbal.cli.trials_at_once import (
+    Tell,
+    WhyStop,
+    beside_each_other,
+    go_on,
+    one_at_a_time,
+    robots_at_once,
+    until,
+)
 from twbal.cli.typed_config import recorded, typed
 from twbal.core.channels import Channels
 from twbal.core.course import Course, HeadingCourse, standing_targets
@@ -53,16 +61,13 @@ from twbal.policies.policy import Policy
 from twbal.policies.random import RandomPolicy
 from twbal.virtual_robot.process import Launch, launch
 
-Tell = Callable[[Episode], None]
-"""Is called with each trial as soon as it is logged."""
-
 
 def _silent(trial: Episode) -> None:
     """Tell nothing."""
 
 
-NOT_RECORDED = ("policy.path", *SAME_ROBOT, HEED)
-NOT_IN_EPISODES = ("policy.path", "link", HEED)  # the same robot may be reached by other ways
+NOT_RECORDED = ("policy.path", "workers", *SAME_ROBOT, HEED)
+NOT_IN_EPISODES = ("policy.path", "workers", "link", HEED)  # the same robot may be reached by other ways
 
 
 def main(cfg: DictConfig) -> None:
@@ -158,11 +163,21 @@ def run(cfg: DictConfig, out: Path, launch: Launch = launch, advise: bool = True
             say(what_is_kept(out))
         link = prepared_link(cfg, robot, channels, policy, out / FOLDER, launch)
         open_link = partial(_checked_link, cfg, link, launch, robot, advise)
-
-        def trials(part: RolloutSettings, is_stopping: IsStopping) -> list[Path]:
-            return record(open_link, robot, policy, channels, part, provenance, out, course, tell, is_stopping)
-
-        logs = beside_each_other(trials, settings, 1 if course else robots_at_once(link, settings))
+        missing = [trial for trial in settings.numbers if not episode_file(out / "episodes", trial).exists()]
+        robots = 1 if course else robots_at_once(link, len(missing), int(cfg.workers))
+        driven = partial(record, robot=robot, policy=policy, channels=channels, provenance=provenance, out=out)
+        if robots == 1:
+            logs = driven(open_link, settings=settings, course=course, tell=tell)
+        else:
+            with stopped_once(), ExitStack() as stack:  # here, as only the main thread hears Ctrl-C while one starts
+                plants = [stack.enter_context(open_link()) for _ in range(robots)]
+                told = one_at_a_time(tell)
+                logs = beside_each_other(
+                    [
+                        partial(driven, partial(nullcontext, plant), settings=part, tell=told)
+                        for plant, part in zip(plants, settings.parts(robots), strict=True)
+                    ]
+                )
         made = [*logs, *(out / FOLDER).glob(HEADER)]
         return made if course is None else [*made, *_judge(logs, course, robot, out)]
 
@@ -204,11 +219,12 @@ def record(
     out: Path,
     course: Course | None = None,
     tell: Tell = _silent,
-    is_stopping: IsStopping = never,
+    why_stop: WhyStop = go_on,
 ) -> list[Path]:
     """Drive the trials whose logs are not there yet; returns the logs of all.
 
-    A trial that the person, a lost link or a faulty policy ended is logged to `out`/interrupted, and ends the stage.
+    A trial that the person, a lost link, a faulty policy or a trial beside it ended is logged to `out`/interrupted, and
+    ends the stage.
 
     Args:
         open_link: opens the robot.
@@ -220,7 +236,7 @@ def record(
         out: for the logs.
         course: that the robot is to follow, to whose end each trial lasts; None: it is to stay where it was put.
         tell: is called with each trial as soon as it is logged.
-        is_stopping: tells that the trial that is driven is the last, and to end now.
+        why_stop: tells whether the trial that is driven is to end now, as the last one.
 
     Raises:
         LinkError: the robot cannot be reached, fell silent, or does not confirm that it has stopped.
@@ -237,11 +253,11 @@ def record(
         yields = yields_to_pushes(settings.yield_to_pushes, robot)
         for trial in settings.numbers:
             file = episode_file(out / "episodes", trial)
-            if file.exists() or is_stopping():
+            if file.exists() or why_stop():
                 continue
             its_own = replace(provenance, robot=plant.robot_name, trial=trial)
             heading = HeadingControl(robot, headings, plant.has_yaw_gyro) if headings else None
-            watch = until(is_stopping, FrozenSensors())
+            watch = until(why_stop, FrozenSensors())
             drive = partial(rollout, plant, policy, channels, steps, settings.tilt_limit, its_own, targets, heading)
             episode = drive(watch=watch, feed_forward=FeedForward.of_robot(robot), yields=yields)
             with_line = replace(episode, events=tuple(sorted((*episode.events, *plant.events))))
