@@ -101,6 +101,7 @@ def test_ctrl_c_ends_all_and_an_error_on_the_way_is_not_lost():
     reasons = []
 
     def pressed(why_stop):
+        time.sleep(0.2)  # until the main thread waits for both
         os.kill(os.getpid(), signal.SIGINT)
         return until_stopped(reasons)(why_stop)
 
