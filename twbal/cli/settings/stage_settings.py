@@ -79,6 +79,7 @@ STAGES: Mapping[str, tuple[Setting, ...]] = {
         _EXPLORATION,
         Setting("exploration_steps", OrNull(Whole(0, 1_000_000, CONTROL_PERIODS)), "time that has noise; null: all"),
         _YIELDS,
+        Setting("workers", _WORKERS, "virtual robots in lockstep that drive trials at a time; 0: one a core"),
         _HEED,
     ),
     "drive": (
