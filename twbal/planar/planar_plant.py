@@ -69,7 +69,7 @@ def hold(
         if k.slope != 0.0 and turning.rate != 0.0:
             s = tipped(k, s, now, Turning(turning.rate, now.heading + k.step * turning.rate))
         reached += k.lag * (asked - reached)
-        row = row + 1 if row + 1 < len(imu) else 0  # a remainder takes as long as a tenth of the step
+        row = row + 1 if row + 1 < len(imu) else 0  # cheaper than a remainder
         see(p, k, before, s, imu, row, kept, (number + 1) * k.step)
     return TwinState(
         s.tilt,

@@ -25,6 +25,14 @@ from twbal.search.starts import (
 from twbal.search.task import Candidate, Task
 
 
+class _Judged(NamedTuple):
+    """A policy that is to be judged; see `Candidate`."""
+
+    origin: str
+    policy: RbfPolicy
+    earlier: int | None = None
+
+
 class SearchResult(NamedTuple):
     """What a search found.
 
@@ -54,9 +62,7 @@ def search_policy(
     """Search from the most promising starts, judge what was found on long rollouts, and return the best.
 
     Where robots of the parameter distribution are given, the start is the regulator that holds most of them; it is
-    judged, too. Where the newest earlier policy was searched for the same robots, that is the start. Where policies
-    are to balance robots that change, too, there is no search from that regulator: the models know no such robots, and
-    in the updates of 64 robots it found no policy that ranked first.
+    judged, too. Where the newest earlier policy was searched for the same robots, that is the start.
 
     Earlier policies are judged beside the new ones, so that a search that only made things worse shows. None is that
     was chosen twice already: what it does the model has been told, and a third time would teach nothing.
@@ -75,34 +81,29 @@ def search_policy(
     Raises:
         SearchError: no start has a finite cost on this model.
     """
-    settings = task.settings
+    settings, linear = task.settings, shape.linear and base is None
     scales = shape.scales(task.models[0].names, torque_limit)
     short, whole = task.objective(settings.short_horizon), task.whole
-    linear = shape.linear and base is None
 
     def searched(start: Start) -> RbfPolicy:
         found = descend(short, start.policy, scales, linear, settings.short_iterations)
         return descend(whole, found, scales, linear, settings.iterations)
 
     robust, chosen = list[RankedPolicy](), list[Start]()
-    if settings.restarts or not earlier:
-        begin = [policy for i, policy in enumerate(earlier) if i not in set_aside]
-        if linear and task.robots is not None:
-            robust, chosen = _robust_starts(task.robots, task.seed, shape, () if are_robots_new else begin, workers)
-        if robust and task.robots is not None and task.robots.with_margin:
-            chosen = []
-        elif not chosen:
-            chosen = _starts(task, shape, torque_limit, begin, base)
-            chosen = _promising(chosen, short, max(settings.restarts, 1), workers)
+    begin = [policy for i, policy in enumerate(earlier) if i not in set_aside]
+    searches_anew = settings.restarts > 0 or not earlier
+    if searches_anew and linear and task.robots is not None:
+        robust, chosen = _robust_starts(task.robots, task.seed, shape, () if are_robots_new else begin, workers)
+    if searches_anew and not (robust or chosen):
+        chosen = _promising(_starts(task, shape, torque_limit, begin, base), short, max(settings.restarts, 1), workers)
 
     def told(found: Candidate) -> Candidate:
         progress(f"{found.origin}: cost {found.cost:.2f}, {found.judged.success:.0%} of the long rollouts succeed")
         return found
 
     fresh = _not_driven_twice(earlier) if settings.restarts else range(len(earlier))
-    judged: list[tuple[str, RbfPolicy, int | None]]
-    judged = [(f"policy {i}", earlier[i], i) for i in fresh if i not in set_aside]
-    judged += [(found.origin, found.policy, None) for found in robust]
+    judged = [_Judged(f"policy {i}", earlier[i], i) for i in fresh if i not in set_aside]
+    judged += [_Judged(found.origin, found.policy) for found in robust]
     with ThreadPoolExecutor(workers) as pool:
         searches = [pool.submit(searched, each) for each in chosen]  # meanwhile the others are judged
         with ThreadPoolExecutor(workers) as judges:
@@ -129,11 +130,15 @@ def _searched_long(task: Task, candidates: Sequence[Candidate], scales: Array, l
 def _robust_starts(
     robots: SampledRobots, seed: int, shape: PolicyParametrisation, same: Sequence[RbfPolicy], workers: int
 ) -> tuple[list[RankedPolicy], list[Start]]:
-    """The regulator that holds most robots, and the start that it is; of `same` robots' policies the newest instead."""
+    """The regulator that holds most robots, and the start that it is; of `same` robots' policies the newest instead.
+
+    Where policies are to balance robots that change, too, it is no start: models know no such robots, and in the
+    updates of 64 robots a search from it found no policy that ranked first.
+    """
     if same:
         return [], [earlier_start(same)]
     found = robots.regulators(workers)[:1]
-    return found, [robust_start(shape, each, seed) for each in found]
+    return found, [] if robots.with_margin else [robust_start(shape, each, seed) for each in found]
 
 
 def _starts(

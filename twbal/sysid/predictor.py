@@ -60,7 +60,7 @@ def _correct_past(k: Constants, imu: Array, now: int, steps: int, substeps: int,
         for c in range(2):
             later = moves[age + 1, c] if age < 2 else 0.0
             imu[row, c] += (1.0 - share) * moves[age, c] + share * later
-        row = row - 1 if row > 0 else len(imu) - 1  # no remainders: each takes as long as the rest of the loop
+        row = row - 1 if row > 0 else len(imu) - 1  # cheaper than a remainder
 
 
 @kernel(is_inlined=True)
