@@ -6,7 +6,7 @@ import threading
 import numpy as np
 import pytest
 
-from twbal.core.threads import in_threads
+from twbal.core.threads import in_threads, made_once
 from twbal.models.fit import fit_gp
 from twbal.models.fit_settings import FitSettings
 
@@ -30,6 +30,25 @@ def test_results_come_in_the_order_of_the_tasks_whichever_is_done_first(monkeypa
 def test_an_error_of_a_task_is_that_of_all():
     with pytest.raises(ZeroDivisionError):
         in_threads(lambda number: 1 / number, [1, 0])
+
+
+def test_threads_that_ask_at_the_same_time_get_one_and_the_same():
+    """As the classes for which kernels are compiled must be: for another one, each would be compiled again."""
+    asking, made = threading.Barrier(2), []
+
+    @made_once
+    def make(name):
+        made.append(name)
+        threading.Event().wait(0.1)  # in which another thread asks
+        return object()
+
+    def ask(name):
+        asking.wait(10.0)
+        return make(name)
+
+    first, second = in_threads(ask, ["a", "a"], 2)
+    assert first is second
+    assert made == ["a"]
 
 
 def test_a_fit_is_the_same_on_any_number_of_cores(monkeypatch):

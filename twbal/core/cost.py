@@ -7,7 +7,6 @@ from abc import ABC, abstractmethod
 from collections import namedtuple
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
-from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -16,6 +15,7 @@ import numpy as np
 from twbal.core.compiled import kernel, method_kernel, specialised
 from twbal.core.errors import ConfigError
 from twbal.core.gaussian import Array, Gaussian
+from twbal.core.threads import made_once
 
 
 class ExpectedCost(NamedTuple):
@@ -113,7 +113,7 @@ CostNumbers = Any
 _CLASS = "CostNumbers_"
 
 
-@cache
+@made_once
 def _numbers_class(kind: type[Cost]) -> Any:
     # Machine code is kept by the name of this class, which therefore stands for the code of costs from outside.
     source = Path(inspect.getfile(kind)).read_bytes() + kind.__qualname__.encode()

@@ -8,10 +8,13 @@ each other, each computed by one thread, come out the same on any number of core
 import os
 from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
-from typing import TypeVar
+from functools import cache, wraps
+from threading import RLock
+from typing import ParamSpec, TypeVar, cast
 
 Task = TypeVar("Task")
 Found = TypeVar("Found")
+Asked = ParamSpec("Asked")
 
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 
@@ -37,6 +40,22 @@ def in_threads(work: Callable[[Task], Found], tasks: Iterable[Task], threads: in
     """
     with ThreadPoolExecutor(threads or cores()) as pool:
         return list(pool.map(work, tasks))
+
+
+def made_once(make: Callable[Asked, Found]) -> Callable[Asked, Found]:
+    """The decorated function, called once for each set of arguments, which must be hashable.
+
+    Of threads that ask for the same at the same time, `functools.cache` lets each make its own. Classes for which
+    kernels are compiled must be one and the same: a kernel is compiled anew for each.
+    """
+    cached, lock = cast(Callable[Asked, Found], cache(make)), RLock()
+
+    @wraps(make)
+    def ask(*args: Asked.args, **named: Asked.kwargs) -> Found:
+        with lock:
+            return cached(*args, **named)
+
+    return ask
 
 
 def asked_threads() -> Mapping[str, str]:

@@ -3,11 +3,11 @@
 import sys
 from collections import namedtuple
 from collections.abc import Mapping
-from functools import cache
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, cast
 
 from twbal.core.errors import ConfigError
 from twbal.core.robot_parameters import RobotParameters
+from twbal.core.threads import made_once
 from twbal.effects.effect import Effect
 from twbal.effects.library import is_diagnosed_separately, library, outside_digest
 from twbal.effects.parameter import parameters_of
@@ -111,7 +111,7 @@ def parameters_class() -> type[TwinParameters]:
     return _class_of(tuple(library().items()), outside_digest())
 
 
-@cache
+@made_once
 def _class_of(effects: tuple[tuple[str, type[Effect]], ...], digest: str) -> type[TwinParameters]:
     defaults = {
         field_of(name, key): known.neutral for name, kind in effects for key, known in parameters_of(kind).items()
