@@ -18,6 +18,7 @@ from twbal.core.start_pose import StartPose
 from twbal.models.dynamics import without_simulation
 from twbal.planar.robot_distribution import prior_of
 from twbal.policies.rbf import RbfPolicy
+from twbal.search import optimise
 from twbal.search.margin import Margin
 from twbal.search.predicted_rollout import PredictedRollout
 from twbal.search.predictor import Predictor
@@ -74,6 +75,7 @@ def find(
     simulated=None,
     set_aside=(),
     searches=True,
+    recalibrates=False,
 ):
     """The result of a search on a model by which nothing changes, and what it said."""
     channels = Channels(names, robot.wheel_radius, robot.control_period)
@@ -94,6 +96,7 @@ def find(
         set_aside=set_aside,
     )
     search = search if searches else search.without_search()
+    search = search.recalibrating() if recalibrates else search
     lines = []
     return search.find([without_simulation(channels)], earlier, None, known, lines.append), lines
 
@@ -152,6 +155,22 @@ def test_regulators_are_sought_anew_only_where_rollouts_tell_of_other_robots(pap
     assert {c.origin for c in by_rollouts.candidates} == {"policy 0", regulator, f"search from {regulator}"}
 
 
+@pytest.mark.parametrize(("is_known", "turned", "searches"), [(True, -1.0, 1), (True, 1.0, 2), (False, -1.0, 2)])
+def test_a_search_that_loses_the_robots_of_the_rollouts_ends_after_the_short_horizon(
+    monkeypatch, paper, is_known, turned, searches
+):
+    begun = []
+
+    def descend(objective, policy, scales, linear, iterations):
+        begun.append(policy)
+        return replace(policy, gain=turned * policy.gain)  # driven backwards, every robot falls
+
+    monkeypatch.setattr(optimise, "descend", descend)
+    result, _ = find(paper, prior_of(paper) if is_known else None)
+    assert result.best.robots.success > 0.0
+    assert len(begun) == searches
+
+
 def test_probabilities_of_success_are_corrected_by_what_tells_of_the_robot(paper):
     robust = replace(ROBUST, reliability_sheet=(-5.0, 0.0), reliability_rollouts=(5.0, 0.0))
     by_sheet, _ = find(paper, robust=robust)
@@ -182,10 +201,13 @@ def driven_by(driver, states, trial=0):
     return Episode(PLACED, 0.02, observations, states, np.zeros(len(states) - 1), Outcome.COMPLETED, told)
 
 
-def test_without_rollouts_the_sampled_robots_predict_and_the_model_stands_beside(paper):
+def test_without_rollouts_the_sampled_robots_predict_alone_and_else_all_that_can(paper):
     alone, _ = find(paper)
-    assert [each.by for each in alone.predictions[:2]] == [Predictor.ROBOTS, Predictor.MODEL]
-    assert [each.crps for each in alone.predictions] == [None] * len(alone.predictions)
+    assert [each.by for each in alone.predictions] == [Predictor.ROBOTS]
+    all_of_them, _ = find(paper, recalibrates=True)
+    assert [each.by for each in all_of_them.predictions[:2]] == [Predictor.ROBOTS, Predictor.MODEL]
+    assert [each.crps for each in all_of_them.predictions] == [None] * len(all_of_them.predictions)
+    assert len(all_of_them.predictions) > 2
     by_model, _ = find(paper, robust=None)
     assert [each.by for each in by_model.predictions] == [Predictor.MODEL]
 
@@ -193,7 +215,7 @@ def test_without_rollouts_the_sampled_robots_predict_and_the_model_stands_beside
 @pytest.mark.parametrize("best", [0, 1])
 def test_rollouts_of_the_policy_tell_which_prediction_to_take_and_how_wide_it_is(paper, best):
     first, _ = find(paper)
-    result, _ = find(paper, earlier=[first.best.policy])
+    result, _ = find(paper, earlier=[first.best.policy], recalibrates=True)
     result = result._replace(best=result.best._replace(earlier=0))
     channels = Channels(PLACED, paper.wheel_radius, paper.control_period)
     cost = cost_over(PLACED, {name: 1.0 for name in PLACED if not name.startswith("command")}, 1.0, paper.torque_limit)

@@ -62,7 +62,7 @@ def policy(paper):
 def test_robots_that_are_known_predict_the_trials_of_a_plant(paper, sticky, effects, policy):
     """Their mean course and cost are those of many trials; what differs is the draw of the starts."""
     trials = trials_of(paper, policy.policy, effects, 60)
-    first = predicted_by_robots(sticky, policy.policy, HORIZON)[0]
+    first = next(predicted_by_robots(sticky, policy.policy, HORIZON))
     costs = [real_cost(trial, sticky.cost, HORIZON) for trial in trials]
     error = np.std(costs) * np.sqrt(2.0 / len(costs))
     assert first.cost == pytest.approx(np.mean(costs), abs=4.0 * error)
@@ -75,7 +75,7 @@ def test_robots_that_are_known_predict_the_trials_of_a_plant(paper, sticky, effe
 
 def test_a_robot_that_falls_costs_one_a_step_from_there_and_is_in_no_state(sticky, policy):
     backwards = replace(policy.policy, gain=-policy.policy.gain)
-    predicted = predicted_by_robots(sticky, backwards, HORIZON)[0]
+    predicted = next(predicted_by_robots(sticky, backwards, HORIZON))
     fallen = np.isnan(sticky.states(backwards, HORIZON)[..., 0])
     assert fallen[:, -1].all()
     assert not fallen[:, 1].any()
@@ -90,7 +90,7 @@ def test_robots_are_driven_as_the_search_drives_them_first(paper, policy):
     """Over the rule's whole time, with the same draws, so the costs are the same."""
     robots = sampled_robots(paper)
     steps = robots.rule.steps
-    first = predicted_by_robots(robots, policy.policy, steps)[0]
+    first = next(predicted_by_robots(robots, policy.policy, steps))
     assert (first.by, first.detail) == (Predictor.ROBOTS, "")
     assert first.cost == pytest.approx(steps * robots.driven(policy.policy).costs.mean(), rel=1e-9)
 
@@ -154,7 +154,7 @@ def test_where_no_channel_has_a_scale_the_order_stays():
 def test_without_noise_all_of_the_variance_that_starts_do_not_make_is_not_known(paper, policy):
     """The same robots under many more draws tell the variance of their means."""
     robots = sampled_robots(paper, known_to_be(paper, spread=0.5, dead_zone_width=2.0), robots=400)
-    predicted = predicted_by_robots(robots, policy.policy, HORIZON)[0]
+    predicted = next(predicted_by_robots(robots, policy.policy, HORIZON))
     series = [robots.states(policy.policy, HORIZON)]
     with pytest.MonkeyPatch.context() as patch:
         for number in range(10, 30):

@@ -145,7 +145,7 @@ class InMemory(Steps[Episodes, DynamicsModel, MadePolicy, Simulation, RobotDistr
     ) -> Timed[MadePolicy]:
         """A policy search, or a recalibration."""
         search = replace(self._setup.search, with_margin=inputs.with_margin, set_aside=inputs.set_aside)
-        search = search.without_search() if inputs.recalibration else search
+        search = search.without_search().recalibrating() if inputs.recalibration else search
         earlier = [_of_kind(RbfPolicy, made) for made in inputs.earlier]
         base = _of_kind(LinearPolicy, inputs.base) if inputs.base else None
 

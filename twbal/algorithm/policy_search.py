@@ -47,6 +47,7 @@ class PolicySearch:
         workers: threads; 0: one a core. What is found does not depend on it.
         with_margin: whether policies are to balance robots that change, too; only where rollouts tell of the robot.
         set_aside: indices of earlier policies that are no candidates.
+        is_recalibrating: whether `recalibrated` follows, which compares all predictions.
     """
 
     channels: Channels
@@ -62,6 +63,7 @@ class PolicySearch:
     workers: int = 0
     with_margin: bool = False
     set_aside: Sequence[int] = ()
+    is_recalibrating: bool = False
 
     def find(
         self,
@@ -106,6 +108,7 @@ class PolicySearch:
             base=None if base is None else base.gain,
             are_robots_new=known is not None,  # else they are the sheet's, as they were for the earlier policies
             set_aside=self.set_aside,
+            are_predictions_compared=self.is_recalibrating,
         )
 
     def _check_set_aside(self, earlier: int) -> None:
@@ -156,6 +159,10 @@ class PolicySearch:
         """Only judges earlier policies."""
         return replace(self, search=replace(self.search, restarts=0))
 
+    def recalibrating(self) -> "PolicySearch":
+        """The same, for `recalibrated` to compare its predictions with rollouts."""
+        return replace(self, is_recalibrating=True)
+
 
 def recalibrated(
     result: SearchResult, episodes: Sequence[Episode], drivers: Sequence[str], channels: Channels, cost: Cost
@@ -165,7 +172,7 @@ def recalibrated(
     The predictions are compared by CRPS (`ranked_by_crps`); the best is `calibrated`.
 
     Args:
-        result: of a search.
+        result: of a search that is `recalibrating`.
         episodes: of the policy that it found best.
         drivers: sha256 of the earlier policies that the search was given.
         channels: the state.

@@ -24,6 +24,8 @@ from twbal.search.starts import (
 )
 from twbal.search.task import Candidate, Task
 
+_LEAST_KEPT = 0.5  # of the robots that a start holds: a search that loses more over the short horizon ends there
+
 
 class _Judged(NamedTuple):
     """A policy that is to be judged; see `Candidate`."""
@@ -40,7 +42,7 @@ class SearchResult(NamedTuple):
         best: the candidate that the long rollouts say is best.
         candidates: all that were judged, best first.
         predictions: of rollouts under the best policy, by robots of the parameter distribution and by the models; the
-            first is the one to take.
+            first is the one to take, and alone where they are not to be compared.
     """
 
     best: Candidate
@@ -58,6 +60,7 @@ def search_policy(
     base: Array | None = None,
     are_robots_new: bool = True,
     set_aside: Sequence[int] = (),
+    are_predictions_compared: bool = False,
 ) -> SearchResult:
     """Search from the most promising starts, judge what was found on long rollouts, and return the best.
 
@@ -77,6 +80,7 @@ def search_policy(
         base: (D,) gain K of a fixed regulator u = -Kx, on top of which a network is searched; None searches all.
         are_robots_new: whether the robots of the parameter distribution are others than those of the earlier policies.
         set_aside: indices of earlier policies that are no candidates, and from which no search begins.
+        are_predictions_compared: whether all predictions are wanted, for rollouts to tell which is the best.
 
     Raises:
         SearchError: no start has a finite cost on this model.
@@ -87,6 +91,8 @@ def search_policy(
 
     def searched(start: Start) -> RbfPolicy:
         found = descend(short, start.policy, scales, linear, settings.short_iterations)
+        if task.robots is not None and _loses_robots(task.robots, start.policy, found):
+            return found
         return descend(whole, found, scales, linear, settings.iterations)
 
     robust, chosen = list[RankedPolicy](), list[Start]()
@@ -96,6 +102,9 @@ def search_policy(
         robust, chosen = _robust_starts(task.robots, task.seed, shape, () if are_robots_new else begin, workers)
     if searches_anew and not (robust or chosen):
         chosen = _promising(_starts(task, shape, torque_limit, begin, base), short, max(settings.restarts, 1), workers)
+
+    def predicted(best: Candidate) -> tuple[PredictedRollout, ...]:
+        return task.predictions(best, workers) if are_predictions_compared else (task.prediction(best),)
 
     def told(found: Candidate) -> Candidate:
         progress(f"{found.origin}: cost {found.cost:.2f}, {found.judged.success:.0%} of the long rollouts succeed")
@@ -109,7 +118,7 @@ def search_policy(
         with ThreadPoolExecutor(workers) as judges:
             candidates = [told(found) for found in judges.map(lambda each: task.validated(*each), judged)]
         leading = min(candidates, key=_rank) if task.robots is not None and candidates else None
-        predictions = () if leading is None else task.predictions(leading, workers)  # mostly it stays the best
+        predictions = () if leading is None else predicted(leading)  # mostly it stays the best
         for each, search in zip(chosen, searches, strict=True):
             candidates.append(told(task.validated(f"search from {each.origin}", search.result())))
     candidates.sort(key=_rank)
@@ -117,7 +126,7 @@ def search_policy(
         long = told(task.validated(*_searched_long(task, candidates, scales, linear)))
         candidates = sorted([*candidates, long], key=_rank)
     best = candidates[0]
-    return SearchResult(best, tuple(candidates), predictions if best is leading else task.predictions(best, workers))
+    return SearchResult(best, tuple(candidates), predictions if best is leading else predicted(best))
 
 
 def _searched_long(task: Task, candidates: Sequence[Candidate], scales: Array, linear: bool) -> tuple[str, RbfPolicy]:
@@ -139,6 +148,14 @@ def _robust_starts(
         return [], [earlier_start(same)]
     found = robots.regulators(workers)[:1]
     return found, [] if robots.with_margin else [robust_start(shape, each, seed) for each in found]
+
+
+def _loses_robots(robots: SampledRobots, start: RbfPolicy, found: RbfPolicy) -> bool:
+    """Whether the robot is known by rollouts, and most robots like it that a search's start holds fall when it goes on.
+
+    The models then know something else than the robots, by which policies are ranked.
+    """
+    return robots.are_measured and robots.driven(found).success < _LEAST_KEPT * robots.driven(start).success
 
 
 def _starts(

@@ -6,7 +6,7 @@ that no parameter describes, and the search drives them more cautiously than is 
 are too short to tell. Which prediction knows the robot best is told by rollouts of that very policy, by a proper score.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import product
 from math import inf
@@ -48,7 +48,7 @@ class PredictedRollout(NamedTuple):
     unknown: Array | None = None
 
 
-def predicted_by_robots(robots: SampledRobots, policy: RbfPolicy, horizon: int) -> tuple[PredictedRollout, ...]:
+def predicted_by_robots(robots: SampledRobots, policy: RbfPolicy, horizon: int) -> Iterator[PredictedRollout]:
     """What robots of the parameter distribution do under a policy, by Monte Carlo; first as the search drives them.
 
     The further ones have the mean parameters instead of drawn ones, or a share of the slow torques, or both.
@@ -61,14 +61,13 @@ def predicted_by_robots(robots: SampledRobots, policy: RbfPolicy, horizon: int) 
         policy: drives them.
         horizon: H [control periods].
 
-    Returns:
-        Those under which three robots at least take the first step.
+    Yields:
+        Those under which three robots at least take the first step; each is computed when it is asked for.
     """
-    found = [
-        _predicted(_varied(robots, spread, torques), policy, horizon, _in_words(spread, torques))
-        for spread, torques in product(_SPREADS, _TORQUES)
-    ]
-    return tuple(each for each in found if each is not None)
+    for spread, torques in product(_SPREADS, _TORQUES):
+        found = _predicted(_varied(robots, spread, torques), policy, horizon, _in_words(spread, torques))
+        if found is not None:
+            yield found
 
 
 def ranked_by_crps(

@@ -1,7 +1,7 @@
 """What a policy is searched for: the models that it is to serve, what states cost, and what is made of them."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -12,7 +12,7 @@ from twbal.core.cost import Cost
 from twbal.core.gaussian import Array, Gaussian, moment_matched_mixture
 from twbal.core.threads import in_threads
 from twbal.models.dynamics import DynamicsModel
-from twbal.models.moments.truncation import DEGREES, Truncation
+from twbal.models.moments.truncation import Truncation
 from twbal.policies.rbf import RbfPolicy
 from twbal.search.descent import MeanObjective, Minimised, Objective
 from twbal.search.long_term_cost import propagate
@@ -160,25 +160,39 @@ class Task:
         reliability = AS_IT_IS if self.robots is None else self.robots.reliability
         return Candidate(origin, policy, self.whole.value(policy), validation, earlier, robots, sampled, reliability)
 
-    def predictions(self, candidate: Candidate, workers: int = 1) -> tuple[PredictedRollout, ...]:
-        """Predictions of rollouts under a policy, first the one to take where no rollouts tell: that of the robots.
+    def prediction(self, candidate: Candidate) -> PredictedRollout:
+        """The prediction of rollouts under a policy that is to be taken where no rollouts tell: that of the robots.
 
-        Where there are none, the models predict alone. `workers` threads do not change what is found.
+        Where there are none, the models predict.
         """
-        policy, horizon = candidate.policy, self.settings.horizon
+        return next(self._by_robots(candidate), None) or self._by_models(candidate)
 
-        def by_models() -> tuple[PredictedRollout, ...]:
-            cost = min(candidate.cost, float(horizon))
-            return (PredictedRollout(Predictor.MODEL, cost, self.predicted(policy)),)
+    def predictions(self, candidate: Candidate, workers: int = 1) -> tuple[PredictedRollout, ...]:
+        """All predictions of rollouts under a policy, `prediction` first.
 
-        def by_robots() -> tuple[PredictedRollout, ...]:
-            return predicted_by_robots(self.robots, policy, horizon) if self.robots is not None else ()
+        `workers` threads do not change what is found.
+        """
+
+        def by_models() -> list[PredictedRollout]:
+            return [self._by_models(candidate)]
+
+        def by_robots() -> list[PredictedRollout]:
+            return list(self._by_robots(candidate))
 
         models, robots = in_threads(lambda find: find(), (by_models, by_robots), workers)
         return (*robots[:1], *models, *robots[1:])
 
+    def _by_models(self, candidate: Candidate) -> PredictedRollout:
+        cost = min(candidate.cost, float(self.settings.horizon))
+        return PredictedRollout(Predictor.MODEL, cost, self.predicted(candidate.policy))
+
+    def _by_robots(self, candidate: Candidate) -> Iterator[PredictedRollout]:
+        if self.robots is None:
+            return iter(())
+        return predicted_by_robots(self.robots, candidate.policy, self.settings.horizon)
+
     def predicted(self, policy: RbfPolicy) -> tuple[Gaussian, ...]:
-        """Distributions of what the sensors show under a policy, t = 0..H; by longer series than the search takes.
+        """Distributions of what the sensors show under a policy, t = 0..H; exact where the search's series are not.
 
         Of several models: the mean and covariance of their mixture.
         """
@@ -186,7 +200,7 @@ class Task:
         if self.settings.particles:
             courses = [part.distributions(policy) for part in self._particles(horizon)]
         else:
-            truncation = Truncation(self.settings.tolerance, DEGREES, fall_back=False)
+            truncation = Truncation(self.settings.tolerance, tuple(self.settings.degrees))
             courses = [
                 [step.next_state for step in propagate(transition, policy, self.start, horizon, truncation)]
                 for transition in self._transitions

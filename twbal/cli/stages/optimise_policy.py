@@ -107,6 +107,7 @@ def _search_to_files(
     base = load_regulator(cfg.residual_on, names) if cfg.residual_on else None
     policies = [load_searched_policy(path, names) for path in earlier]
     search = search if settings.optimise else search.without_search()
+    search = search.recalibrating() if calibration_episodes else search
     told = load_distribution(known, search.robot) if known else None
     result = search.find(models, policies, base, told, say)
     if calibration_episodes:
