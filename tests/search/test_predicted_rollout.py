@@ -115,7 +115,7 @@ def test_the_others_have_less_spread_and_smaller_torques(paper, policy):
 
 
 def test_the_same_seed_predicts_the_same(paper, policy):
-    one, other = (predicted_by_robots(sampled_robots(paper), policy.policy, HORIZON)[1] for _ in range(2))
+    one, other = (list(predicted_by_robots(sampled_robots(paper), policy.policy, HORIZON))[1] for _ in range(2))
     assert one.cost == other.cost
     assert all(np.array_equal(a.covariance, b.covariance) for a, b in zip(one.states, other.states, strict=True))
 
@@ -173,7 +173,8 @@ def test_little_is_unknown_of_robots_that_are_all_alike(sticky, policy):
     """What is left is how old their wheel rates are, and the error of 400 samples."""
     noisy = replace(sticky.distribution, sensor_sd=np.array([0.003, 0.02, 0.001, 0.05]))
     robots = replace(sticky, distribution=noisy)
-    predicted = predicted_by_robots(replace(robots, settings=replace(robots.settings, robots=400)), policy.policy, 30)
+    many = replace(robots, settings=replace(robots.settings, robots=400))
+    predicted = list(predicted_by_robots(many, policy.policy, 30))
     variance = np.array([state.sd**2 for state in predicted[0].states])
     share = predicted[0].unknown[1:].sum(axis=0) / variance[1:].sum(axis=0)
     assert (share[: NAMES.index("command_1")] < 0.2).all()
