@@ -70,6 +70,9 @@ def kept_robots():
         kept, new = {}, process.KeptRobots
 
         class Kept:
+            def begin(self, command, robots):
+                pass
+
             def launch(self, command, start_timeout):
                 words = tuple(command)
                 if words not in kept:

@@ -316,7 +316,9 @@ def drive(port: str, *words: str) -> list[str]:
 
 @pytest.mark.parametrize("clock", ["lockstep", "real_time"])
 def test_a_robot_killed_in_mid_rollout_leaves_the_episode_so_far_marked_link_lost(clock, refused, tmp_path):
-    with closing(VirtualRobotProcess(virtual_robot_command([f"clock={clock}", "self_stop_tilt=100"]), 60.0)) as robot:
+    with closing(
+        VirtualRobotProcess.ready(virtual_robot_command([f"clock={clock}", "self_stop_tilt=100"]), 60.0)
+    ) as robot:
         (tmp_path / "conf" / "policy").mkdir(parents=True)
         policy = f"_target_: {Killer.__module__}.Killer\npid: {robot.pid}\n"
         (tmp_path / "conf" / "policy" / "killer.yaml").write_text(policy)

@@ -64,7 +64,7 @@ def robot(rate: int) -> Iterator[str]:
     settings = [period_of(rate), f"firmware={firmware(rate)}", "faults=none", "clock=real_time", "idle_timeout=60"]
     settings.append(f"physics_step={_PHYSICS_STEP}")
     command = ["chrt", "--fifo", str(PRIORITY), *virtual_robot_command(settings)]
-    with closing(VirtualRobotProcess(command, _START)) as process:
+    with closing(VirtualRobotProcess.ready(command, _START)) as process:
         yield process.port
 
 

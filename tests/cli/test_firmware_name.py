@@ -14,7 +14,7 @@ PATIENCE = 60.0  # s
 def recorded(tmp_path_factory):
     """The run folder of a rollout with the sheet `paper`."""
     folder = tmp_path_factory.mktemp("firmware_name")
-    with closing(VirtualRobotProcess(virtual_robot_command(["robot.name=its_firmware"]), PATIENCE)) as robot:
+    with closing(VirtualRobotProcess.ready(virtual_robot_command(["robot.name=its_firmware"]), PATIENCE)) as robot:
         reached = ["link=serial", f"link.port={robot.port}", "link.confirm_placed=null"]
         words = ["experiment=excite", "trials=1", "steps=120", "policy.command_width=0.1", f"hydra.run.dir={folder}"]
         assert main(["real-rollout", *reached, *words]) == 0

@@ -32,9 +32,9 @@ def folder(tmp_path_factory, started):
     folder = tmp_path_factory.mktemp("iterate") / "run"
     arguments, start = sys.argv, VirtualRobotProcess.__init__
 
-    def noted(process, command, start_timeout):
+    def noted(process, command):
         started.append(command)
-        start(process, command, start_timeout)
+        start(process, command)
 
     try:
         with pytest.MonkeyPatch.context() as patch:

@@ -179,7 +179,7 @@ def test_a_rollout_of_a_policy_that_is_not_on_board_stops_with_its_header_and_go
 @pytest.mark.usefixtures("as_from_a_shell")
 def test_a_robot_on_a_port_without_a_policy_is_learned_for_until_one_is_to_drive_on_board(capfd):
     """Its check before the learning asks for no policy; the first rollout of one does."""
-    with closing(VirtualRobotProcess(virtual_robot_command([]), 200.0)) as robot:
+    with closing(VirtualRobotProcess.ready(virtual_robot_command([]), 200.0)) as robot:
         words = ["link=serial", f"link.port={robot.port}", "link.on_board=true", "link.confirm_placed=null"]
         with composing():
             check_robot_is_there(compose("iterate", words))

@@ -252,7 +252,7 @@ def test_a_virtual_robot_finds_a_sheet_of_ones_own(tmp_path):
 
 def test_a_robot_killed_in_mid_rollout_leaves_an_episode_marked_link_lost(cfg, tmp_path):
     patience = 30.0
-    with closing(VirtualRobotProcess(virtual_robot_command([]), patience)) as robot:
+    with closing(VirtualRobotProcess.ready(virtual_robot_command([]), patience)) as robot:
         kill = Trap(lambda: os.kill(robot.pid, signal.SIGKILL))
         with pytest.raises(LinkLostError, match=r"5 samples of trial 0 are kept in .*marked link lost"):
             drive(cfg, kill, tmp_path, lambda: SerialPlant.open(robot.port, 921600, patience, patience, patience))

@@ -45,7 +45,7 @@ def scratch(tmp_path_factory):
 @pytest.fixture(scope="module")
 def port():
     """Of a virtual robot that waits for a host, as a robot on a serial port does."""
-    robot = VirtualRobotProcess(virtual_robot_command(["seed=3"]), 60.0)
+    robot = VirtualRobotProcess.ready(virtual_robot_command(["seed=3"]), 60.0)
     yield robot.port
     robot.close()
 
@@ -67,7 +67,7 @@ def run(scratch, port, monkeypatch):
         if whole in done:  # shown with and without `twbal`, or by a path and by a placeholder
             return
         if stage == "virtual-robot":  # which serves until it is ended
-            VirtualRobotProcess(virtual_robot_command(words), 60.0).close()
+            VirtualRobotProcess.ready(virtual_robot_command(words), 60.0).close()
             return
         unasked = ["link.confirm_placed=null"] if "link=serial" in words else []
         assert main([stage, *words, *unasked, *small]) == 0, text

@@ -1,6 +1,7 @@
 import subprocess
 import sys
 import warnings
+from dataclasses import replace
 
 import gpytorch
 import numpy as np
@@ -11,6 +12,7 @@ from gpytorch_models import exact_model, log_evidence
 from twbal.core.errors import ConfigError, FitError
 from twbal.models.evidence import Evidence
 from twbal.models.fit import fit_gp
+from twbal.models.fit_objective import Objective
 from twbal.models.fit_settings import FitSettings, LogNormalPrior, Reference
 from twbal.models.gp import condition, squared_exponential
 from twbal.models.hyperparameters import Hyperparameters
@@ -120,6 +122,22 @@ def test_the_same_seed_gives_the_same_fit():
     inputs, targets = samples(n=200)
     one, other = (fit_gp(inputs, targets, SETTINGS, seed=3).gp for _ in range(2))
     assert np.array_equal(one.weights, other.weights)
+
+
+def test_of_starts_that_end_at_one_optimum_one_goes_on_on_all_samples(monkeypatch):
+    polish, begins = Objective.polish, []
+
+    def counted(objective, evidence, start, *settings):
+        begins.append(start)
+        return polish(objective, evidence, start, *settings)
+
+    monkeypatch.setattr(Objective, "polish", counted)
+    inputs, targets = samples(200)
+    alone = fit_gp(inputs, targets, replace(SETTINGS, finalists=1), seed=0)
+    assert len(begins) == 2  # one for each output
+    together = fit_gp(inputs, targets, SETTINGS, seed=0)
+    assert len(begins) == 4
+    np.testing.assert_array_equal(together.log_evidence, alone.log_evidence)
 
 
 def test_searches_that_begin_on_choices_of_their_own_end_where_searches_on_all_samples_do():

@@ -87,7 +87,7 @@ def test_one_seed_and_trial_is_the_same_episode_in_every_process():
 
 
 def test_a_robot_killed_in_mid_rollout_leaves_the_episode_so_far_and_its_last_words():
-    robot = VirtualRobotProcess(virtual_robot_command(["faults=none"]), START)
+    robot = VirtualRobotProcess.ready(virtual_robot_command(["faults=none"]), START)
 
     def kill(step):
         if step == 10:
@@ -172,7 +172,7 @@ def test_asked_to_end_it_ends_cleanly():
 
 
 def test_it_ends_when_its_host_has_gone_for_long_and_not_when_the_next_one_comes():
-    robot = VirtualRobotProcess(virtual_robot_command(["idle_timeout=1"]), START)
+    robot = VirtualRobotProcess.ready(virtual_robot_command(["idle_timeout=1"]), START)
     for _ in range(2):
         with connect(robot.port) as plant:
             plant.reset(0)
@@ -185,7 +185,7 @@ def test_it_ends_when_the_process_that_started_it_was_killed():
     starter = (
         "import sys, time\n"
         "from twbal.virtual_robot.process import VirtualRobotProcess, virtual_robot_command\n"
-        f"robot = VirtualRobotProcess(virtual_robot_command([]), {START})\n"
+        f"robot = VirtualRobotProcess.ready(virtual_robot_command([]), {START})\n"
         "print(robot.pid, flush=True)\n"
         "time.sleep(600)\n"
     )
@@ -238,6 +238,31 @@ def test_bodies_within_each_other_have_a_robot_each_and_both_are_kept():
             assert {one_again, other_again} == {one, other}
     assert ends(int(one))
     assert ends(int(other))
+
+
+def test_robots_that_were_begun_are_those_that_are_launched():
+    with KeptRobots() as kept:
+        kept.begin(talking([]), 2)
+        pids = {process.pid for process in kept._free}
+        with kept.launch(talking([]), START) as one, kept.launch(talking([]), START) as other:
+            assert {int(one), int(other)} == pids
+    assert all(map(ends, pids))
+
+
+def test_robots_that_were_begun_and_never_launched_end():
+    with KeptRobots() as kept:
+        kept.begin(talking([]), 1)
+        pid = kept._free[0].pid
+    assert ends(pid)
+
+
+def test_a_robot_that_was_begun_and_cannot_start_is_told_of_when_it_is_launched():
+    command = virtual_robot_command(["clock=sundial"])
+    with KeptRobots() as kept:
+        kept.begin(command, 1)
+        with pytest.raises(LinkError, match=r"did not start.*clock=sundial"), kept.launch(command, START):
+            pass
+        assert not kept._free
 
 
 @pytest.mark.parametrize("error", [LinkError("no answer."), ZeroDivisionError("any")], ids=["link", "other"])

@@ -16,16 +16,25 @@ from twbal.link.protocol import Clock, Sensors
 from twbal.link.real_time import punctual
 from twbal.link.serial_plant import SerialPlant
 from twbal.policies.policy import BoundedPolicy, Policy
-from twbal.virtual_robot.process import Launch
+from twbal.virtual_robot.process import Launch, settings_of, virtual_robot_command
 
 
 def robot_link(link: DictConfig, launch: Launch) -> AbstractContextManager[SerialPlant]:
     """The link, not opened yet; a virtual robot finds the configuration that this run was given by its flags."""
     if "overrides" not in link:
         return cast(AbstractContextManager[SerialPlant], instantiate(link))
-    flags = configuration_flags() if HydraConfig.initialized() else []
-    virtual = instantiate(link, overrides=[*flags, *link.overrides], _partial_=True)
+    virtual = instantiate(link, overrides=_overrides(link), _partial_=True)
     return cast(AbstractContextManager[SerialPlant], virtual(launch=launch))
+
+
+def virtual_command(link: DictConfig) -> list[str]:
+    """The command by which `robot_link` launches the virtual robot of a link."""
+    return virtual_robot_command(settings_of(link.robot, link.seed, link.clock, _overrides(link), link.get("program")))
+
+
+def _overrides(link: DictConfig) -> list[str]:
+    flags = configuration_flags() if HydraConfig.initialized() else []
+    return [*flags, *link.overrides]
 
 
 def commanded_from_here(link: DictConfig) -> DictConfig:

@@ -20,6 +20,8 @@ from twbal.models.fit_settings import START_NOISE, FitSettings, Reference, check
 Integers = NDArray[np.int64]
 Begin = TypeVar("Begin")
 
+_SAME = 0.02  # ends of searches that are closer than that, in each of their logarithms, are one optimum
+
 
 class Hyperparameters(NamedTuple):
     """Of E GPs.
@@ -140,11 +142,15 @@ class _Search(NamedTuple):
         return self.objective.minimise(self._chosen(0), self.starts[number], self.settings.iterations)
 
     def finalists(self, begun: Sequence[Minimum]) -> list[Array]:
-        """Of the starts that competed on a choice of samples, the ends of the best, (d + 2,): they go on on all."""
+        """Of the starts that competed on a choice of samples, the ends of the best, (d + 2,): they go on on all.
+
+        Most starts end at the same optimum, from which one goes on.
+        """
         if not begun or self.apart or not self._are_screened:
             return []
-        ranked = sorted(begun, key=lambda minimum: minimum.value)
-        return [minimum.theta for minimum in ranked[: self.settings.finalists]]
+        ends = [minimum.theta for minimum in sorted(begun, key=lambda minimum: minimum.value)]
+        new = [end for i, end in enumerate(ends) if all(np.abs(end - other).max() > _SAME for other in ends[:i])]
+        return new[: self.settings.finalists]
 
     def finished(self, start: Array) -> Minimum:
         """Where a search on all samples ends that begins at the end of one on the common choice of samples."""

@@ -26,20 +26,16 @@ class VirtualRobotProcess:
     """A running virtual robot.
 
     Attributes:
-        port: path of its port.
+        port: path of its port; None until `wait_for_port` was told.
         pid: of the process.
         command: that started it.
     """
 
-    def __init__(self, command: Sequence[str], start_timeout: float) -> None:
-        """Start it and wait for its port.
+    def __init__(self, command: Sequence[str]) -> None:
+        """Start it, and do not wait.
 
         Args:
             command: program and arguments; must print `port <path>` when ready.
-            start_timeout: how long that may take [s].
-
-        Raises:
-            LinkError: it ended, or said nothing; the message has its last words.
         """
         self._errors = tempfile.TemporaryFile()  # noqa: SIM115, a pipe that nobody empties would block it; closed below
         self._process = subprocess.Popen(
@@ -52,11 +48,14 @@ class VirtualRobotProcess:
         )
         self.pid = self._process.pid
         self.command = tuple(command)
-        try:
-            self.port = self._wait_for_port(start_timeout)
-        except BaseException:
-            self.close()
-            raise
+        self.port: str | None = None
+
+    @classmethod
+    def ready(cls, command: Sequence[str], start_timeout: float) -> Self:
+        """One that has said its port; see `wait_for_port`."""
+        process = cls(command)
+        process.wait_for_port(start_timeout)
+        return process
 
     @property
     def is_running(self) -> bool:
@@ -89,7 +88,24 @@ class VirtualRobotProcess:
         self._errors.seek(max(0, size - _TAIL))
         return self._errors.read().decode(errors="replace").strip() or "none"
 
-    def _wait_for_port(self, start_timeout: float) -> str:
+    def wait_for_port(self, start_timeout: float) -> str:
+        """Its port, for which it is waited if it has not said it yet.
+
+        Args:
+            start_timeout: how long that may take from now on [s].
+
+        Raises:
+            LinkError: it ended, or said nothing, and is ended then; the message has its last words.
+        """
+        if self.port is None:
+            try:
+                self.port = self._said_port(start_timeout)
+            except BaseException:
+                self.close()
+                raise
+        return self.port
+
+    def _said_port(self, start_timeout: float) -> str:
         assert self._process.stdout is not None
         deadline = time.monotonic() + start_timeout
         while select.select([self._process.stdout], [], [], max(deadline - time.monotonic(), 0.0))[0]:
@@ -120,15 +136,20 @@ class KeptRobots:
     def __exit__(self, *exception: object) -> None:
         self.close()
 
+    def begin(self, command: Sequence[str], robots: int) -> None:
+        """Start robots that bodies will have later, and do not wait for them."""
+        self._free += [VirtualRobotProcess(command) for _ in range(robots)]
+
     @contextmanager
     def launch(self, command: Sequence[str], start_timeout: float) -> Iterator[str]:
         """A robot for the length of the body, which gets the path of its port; see the function `launch`.
 
-        One is started where no body left one of this command that still runs.
+        One is started where none of this command is left that still runs.
         """
-        process = self._taken(command) or VirtualRobotProcess(command, start_timeout)
+        process = self._taken(command) or VirtualRobotProcess(command)
+        port = process.wait_for_port(start_timeout)
         try:
-            yield process.port
+            yield port
         except LinkError as error:
             words = process.last_words()
             process.close()
@@ -179,6 +200,12 @@ def launch(command: Sequence[str], start_timeout: float) -> Iterator[str]:
         yield port
 
 
+def settings_of(robot: str, seed: int, clock: str, overrides: Sequence[str], program: str | None) -> list[str]:
+    """The settings of a virtual robot, as on the command line; see `virtual_plant`."""
+    settings = [f"robot={robot}", f"seed={seed}", f"clock={clock}", *overrides]
+    return settings if program is None else [*settings, f"firmware={_quoted(program)}"]
+
+
 @contextmanager
 def virtual_plant(
     robot: str,
@@ -215,11 +242,8 @@ def virtual_plant(
     Raises:
         LinkError: see `launch` and `SerialPlant`.
     """
-    settings = [f"robot={robot}", f"seed={seed}", f"clock={clock}", *overrides]
-    if program is not None:
-        settings.append(f"firmware={_quoted(program)}")
     with (
-        launch(virtual_robot_command(settings), start_timeout) as port,
+        launch(virtual_robot_command(settings_of(robot, seed, clock, overrides, program)), start_timeout) as port,
         SerialPlant.open(
             port, baud_rate, connect_timeout, arm_timeout, timeout, on_board=on_board, deploy=deploy
         ) as plant,

@@ -43,7 +43,7 @@ def robot_of(kind, clock, standing=None):
     elif standing:
         yield lambda: standing
     else:
-        process = VirtualRobotProcess(_command(kind, clock.name.lower()), _START)
+        process = VirtualRobotProcess.ready(_command(kind, clock.name.lower()), _START)
         try:
             yield lambda: PortHost(process.port, kind in ("mujoco", "firmware", PERL_ROBOT))
         finally:

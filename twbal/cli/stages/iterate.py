@@ -23,9 +23,11 @@ from twbal.cli.console import configuration_flags, next_command, run_folder
 from twbal.cli.known_robot import known_robot
 from twbal.cli.link_gate import HEED, SAME_ROBOT
 from twbal.cli.manifest import MANIFEST, Manifest, Step, is_of_this_code, perform, read_manifest
+from twbal.cli.robot_link import virtual_command
 from twbal.cli.script import HASHES, SCRIPT, hash_list, script
 from twbal.cli.stage_steps import StageSteps
 from twbal.cli.stages.real_rollout import check_robot_is_there, rollout_settings
+from twbal.cli.trials_at_once import robots_at_once
 from twbal.cli.typed_config import recorded, section, typed
 from twbal.core.files import write_atomically
 from twbal.core.json_records import write_record
@@ -120,7 +122,7 @@ def run(cfg: DictConfig, out: Path, choices: Mapping[str, str], flags: Sequence[
     step = Step("iterate", out, recorded(cfg, NOT_RECORDED), {}, settings.seed)
     with KeptRobots() as robots:
         chain = Chain(cfg, choices, out, flags, robots.launch)
-        return perform(step, lambda: _learn_and_write(cfg, chain, choices, settings))
+        return perform(step, lambda: _learn_and_write(cfg, chain, choices, settings, robots))
 
 
 def _allow_more_updates(cfg: DictConfig, out: Path, updates: int) -> None:
@@ -135,13 +137,15 @@ def _allow_more_updates(cfg: DictConfig, out: Path, updates: int) -> None:
 
 
 def _learn_and_write(
-    cfg: DictConfig, chain: Chain, choices: Mapping[str, str], settings: AlgorithmSettings
+    cfg: DictConfig, chain: Chain, choices: Mapping[str, str], settings: AlgorithmSettings, robots: KeptRobots
 ) -> list[Path]:
     measures = Measures(instantiate(cfg.success), instantiate(cfg.cost), cfg.search.horizon, instantiate(cfg.state))
     known_robot(cfg)  # what cannot be used is refused before any work
     check_robot_is_there(cfg)
     if not cfg.search.particles:
         check_kernel(cfg.model.kernel)
+    if "overrides" in cfg.link and not (chain.root / "iteration_0").exists():  # they start while policy 0 is found
+        robots.begin(virtual_command(cfg.link), robots_at_once(cfg.link, settings.trials, cfg.real_rollout.workers))
     steps = StageSteps(chain, cfg)
     result = Algorithm(steps, settings, rollout_settings(section(cfg, "real_rollout")), measures.rule).run()
     return _write(cfg, chain, steps, result, measures, choices)
