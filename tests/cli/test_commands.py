@@ -1,11 +1,15 @@
+import re
 import shlex
 import subprocess
 from pathlib import Path
 
 import pytest
+from hydra import compose
 from hydra.core.override_parser.overrides_parser import OverridesParser
+from hydra.errors import HydraException
 from omegaconf import OmegaConf
 
+from twbal.cli import commands
 from twbal.cli.commands import ROOT, command_line, compose_stage, stage_overrides, text
 from twbal.cli.composition import composing
 
@@ -45,6 +49,59 @@ def within_a_stage():
 def test_a_value_survives_the_way_through_an_override(value):
     parsed = OverridesParser.create().parse_override(f"key={text(value)}").value()
     assert OmegaConf.to_container(OmegaConf.create({"key": _plain(parsed)}))["key"] == value
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        [],
+        ["seed=4", "rollouts=7"],
+        ["policy=saved", "policy.path='a b.pt'", "robot=regbot", "robot.body_mass=1.5"],
+        ["robot.body_mass=1.5", "robot=regbot"],  # a choice comes first, wherever it stands
+        ["start.tilt=null", "seed=1", "seed=2"],
+        ["sim=nominal", "++sim.effects.dead_zone={width:2.0}", "sim.physics_step=0.0005"],
+        ["++sim.effects.dead_zone={width:2.0}", "sim.effects.dead_zone.width=3.0"],
+        ["sim.effects={}", "+effect@sim.effects.dead_zone=dead_zone"],
+        ["+robot.colour=red", "robot.colour=blue", "~robot.track"],
+        ["start={tilt:0.1}", "state.lags=[1,2]", "success={tilt_limit:0.3}"],
+        ["start={tilt_sd:0.1}", "exploration=0.25"],
+    ],
+)
+def test_a_stage_is_composed_as_hydra_composes_it(words):
+    for _ in range(2):  # the second time from what is kept
+        try:
+            expected = compose("sim_collect", words)
+        except HydraException as error:
+            with pytest.raises(type(error), match=re.escape(str(error).splitlines()[0])):
+                compose_stage("sim-collect", words)
+            continue
+        found = compose_stage("sim-collect", words)
+        assert OmegaConf.to_container(found) == OmegaConf.to_container(expected)
+        assert list(found) == list(expected)
+        assert OmegaConf.is_struct(found)
+
+
+@pytest.mark.parametrize("word", ["sed=4", "robot.mass=1.0", "robot=nobody", "seed=1,2", "seed=[1", "hydra.jub=x"])
+def test_what_hydra_refuses_is_refused_in_its_words(word):
+    with pytest.raises(HydraException) as expected:
+        compose("sim_collect", [word])
+    with pytest.raises(HydraException) as found:
+        compose_stage("sim-collect", [word])
+    assert str(found.value) == str(expected.value)
+
+
+def test_values_alone_let_hydra_compose_once(monkeypatch):
+    composed = []
+
+    def counted(*arguments, **named):
+        composed.append(arguments)
+        return compose(*arguments, **named)
+
+    monkeypatch.setattr(commands, "compose", counted)
+    commands._composed.cache_clear()
+    seeds = [compose_stage("sim-collect", [f"seed={seed}", "policy=saved"]).seed for seed in range(3)]
+    assert seeds == [0, 1, 2]
+    assert len(composed) == 2  # the defaults, and the choice
 
 
 def test_what_equals_the_defaults_needs_no_override():
