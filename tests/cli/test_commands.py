@@ -61,6 +61,8 @@ def test_a_value_survives_the_way_through_an_override(value):
         ["start.tilt=null", "seed=1", "seed=2"],
         ["sim=nominal", "++sim.effects.dead_zone={width:2.0}", "sim.physics_step=0.0005"],
         ["++sim.effects.dead_zone={width:2.0}", "sim.effects.dead_zone.width=3.0"],
+        ["policy=saved", "policy.path=a.pt"],  # that is missing otherwise
+        ["++robot.colour=red", "++robot.track=0.3", "robot.colour=blue"],
         ["sim.effects={}", "+effect@sim.effects.dead_zone=dead_zone"],
         ["+robot.colour=red", "robot.colour=blue", "~robot.track"],
         ["start={tilt:0.1}", "state.lags=[1,2]", "success={tilt_limit:0.3}"],
@@ -99,8 +101,9 @@ def test_values_alone_let_hydra_compose_once(monkeypatch):
 
     monkeypatch.setattr(commands, "compose", counted)
     commands._composed.cache_clear()
-    seeds = [compose_stage("sim-collect", [f"seed={seed}", "policy=saved"]).seed for seed in range(3)]
-    assert seeds == [0, 1, 2]
+    words = ["policy=saved", "++sim.effects.dead_zone={width:2.0}"]
+    paths = [compose_stage("sim-collect", [*words, f"policy.path={number}.pt"]).policy.path for number in range(3)]
+    assert paths == ["0.pt", "1.pt", "2.pt"]
     assert len(composed) == 2  # the defaults, and the choice
 
 

@@ -21,7 +21,7 @@ from twbal.core.errors import ConfigError
 
 ROOT = Path("$OUT")  # stands for the run folder in commands that are written down
 _PLAIN = re.compile(r"[A-Za-z_./]([\w./:@ -]*[\w./:@-])?")  # blanks within it are kept
-_SETS = re.compile(r"(?!hydra\b)([A-Za-z_][\w.]*)=")  # a word that sets a value, or chooses of a group
+_SETS = re.compile(r"(?:\+\+)?(?!hydra\b)([A-Za-z_][\w.]*)=")  # a word that sets a value, or chooses of a group
 _OTHER_THAN_TEXT = ("null", "true", "false", "nan", "inf")
 
 
@@ -44,7 +44,7 @@ def compose_stage(stage: str, overrides: Sequence[str]) -> DictConfig:
         for each in OverridesParser.create().parse_overrides(values):
             if each.is_sweep_override():
                 raise HydraException(f"{each.input_line} has several values")
-            OmegaConf.update(cfg, each.key_or_group, each.value(), merge=True)
+            OmegaConf.update(cfg, each.key_or_group, each.value(), merge=True, force_add=each.is_force_add())
     except (HydraException, OmegaConfBaseException):
         return compose(_config_name(stage), list(overrides))  # where it cannot either, it says why
     return cfg
@@ -148,12 +148,12 @@ def _composed(loader: ConfigLoader, stage: str, overrides: tuple[str, ...]) -> D
 
 
 def _values_to_set(cfg: DictConfig, overrides: Sequence[str]) -> list[str]:
-    """The overrides that choose, add and delete nothing, but set values of a composed configuration.
+    """The overrides that choose and delete nothing, but set values within what a configuration has.
 
     None where another override touches the same values: their order then matters.
     """
     plain = {word: found[1] for word in overrides if (found := _SETS.match(word))}
-    plain = {word: key for word, key in plain.items() if key.partition(".")[0] in cfg}
+    plain = {word: key for word, key in plain.items() if key.partition(".")[0] in cfg.keys()}  # noqa: SIM118, also ???
     values = {word: key for word, key in plain.items() if key not in cfg.hydra.runtime.choices}
     others = [re.split(r"[@=]", word.lstrip("+~"), maxsplit=1)[0] for word in overrides if word not in values]
     others = [key for key in others if key not in cfg.hydra.runtime.choices]  # what these choose, values may change
