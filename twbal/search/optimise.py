@@ -87,14 +87,7 @@ def search_policy(
     """
     settings, linear = task.settings, shape.linear and base is None
     scales = shape.scales(task.models[0].names, torque_limit)
-    short, whole = task.objective(settings.short_horizon), task.whole
-
-    def searched(start: Start) -> RbfPolicy:
-        found = descend(short, start.policy, scales, linear, settings.short_iterations)
-        if task.robots is not None and _loses_robots(task.robots, start.policy, found):
-            return found
-        return descend(whole, found, scales, linear, settings.iterations)
-
+    short = task.objective(settings.short_horizon)
     robust, chosen = list[RankedPolicy](), list[Start]()
     begin = [policy for i, policy in enumerate(earlier) if i not in set_aside]
     searches_anew = settings.restarts > 0 or not earlier
@@ -114,12 +107,12 @@ def search_policy(
     judged = [_Judged(f"policy {i}", earlier[i], i) for i in fresh if i not in set_aside]
     judged += [_Judged(found.origin, found.policy) for found in robust]
     with ThreadPoolExecutor(workers) as pool:
-        searches = [pool.submit(searched, each) for each in chosen]  # meanwhile the others are judged
-        with ThreadPoolExecutor(workers) as judges:
+        begun = [pool.submit(_searched, task, short, each, scales, linear) for each in chosen]
+        with ThreadPoolExecutor(workers) as judges:  # meanwhile
             candidates = [told(found) for found in judges.map(lambda each: task.validated(*each), judged)]
         leading = min(candidates, key=_rank) if task.robots is not None and candidates else None
         predictions = () if leading is None else predicted(leading)  # mostly it stays the best
-        for each, search in zip(chosen, searches, strict=True):
+        for each, search in zip(chosen, begun, strict=True):
             candidates.append(told(task.validated(f"search from {each.origin}", search.result())))
     candidates.sort(key=_rank)
     if chosen and task.robots is None and candidates[0].validation.success < settings.min_success_rate:
@@ -127,6 +120,14 @@ def search_policy(
         candidates = sorted([*candidates, long], key=_rank)
     best = candidates[0]
     return SearchResult(best, tuple(candidates), predictions if best is leading else predicted(best))
+
+
+def _searched(task: Task, short: Minimised, start: Start, scales: Array, linear: bool) -> RbfPolicy:
+    """What a search from a start finds: over the short horizon, whose objective is `short`, then over the whole one."""
+    found = descend(short, start.policy, scales, linear, task.settings.short_iterations)
+    if task.robots is not None and _loses_robots(task.robots, start.policy, found):
+        return found
+    return descend(task.whole, found, scales, linear, task.settings.iterations)
 
 
 def _searched_long(task: Task, candidates: Sequence[Candidate], scales: Array, linear: bool) -> tuple[str, RbfPolicy]:
