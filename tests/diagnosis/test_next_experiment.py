@@ -9,6 +9,7 @@ from hydra.utils import instantiate
 from synthetic_recordings import synthetic_recording
 
 from twbal.cli.composition import composing
+from twbal.core.streams import Stream, generator
 from twbal.diagnosis.advice import on_next_experiment
 from twbal.diagnosis.candidates import always_free
 from twbal.diagnosis.effect_candidates import candidates_for
@@ -105,6 +106,18 @@ def test_a_fit_to_the_new_data_as_well_ends_where_the_linear_one_does(paper, com
     after = descend(both, before.model, kalman, other.frees, 20)
     own = float(np.sum(new.white(true.model, new.filter(true.model)) ** 2))
     assert found == pytest.approx(0.5 * (after.cost - before.cost - own), rel=0.5)
+
+
+def test_a_simulated_recording_is_driven_by_the_law_of_the_policy(paper, comparison):
+    """Asked for the command of each measurement, the policy's own controller gives what the recording has."""
+    experiment = Experiment(0.1, 0.03, 0.06, 0.2)
+    model = comparison.rivals[0].fit.model._replace(noise=NOISE)
+    recording = simulate(experiment, paper, model, comparison.data, 3).recording
+    controller = experiment.policy(paper).controller(generator(Stream.EXPLORATION, 3))
+    tilt, rate, _, wheel_rate = recording.measured[:-1].T
+    states = np.stack([tilt, rate, paper.wheel_radius * (wheel_rate + rate)], axis=1)
+    np.testing.assert_allclose(recording.commands, [controller(state) for state in states], rtol=1e-12, atol=1e-12)
+    assert np.std(recording.commands) > 0.1
 
 
 def test_a_simulated_recording_leaves_its_own_model_nothing_but_noise(paper, comparison):

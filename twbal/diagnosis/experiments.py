@@ -2,18 +2,21 @@
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
+from itertools import islice
 from typing import NamedTuple
 
 import numpy as np
 
+from twbal.core.compiled import kernel
 from twbal.core.gaussian import Array
 from twbal.core.motion_limits import MotionLimits
 from twbal.core.robot_parameters import RobotParameters
 from twbal.core.streams import Stream, generator
-from twbal.planar.constants import constants
+from twbal.planar.constants import Constants, constants
+from twbal.planar.parameters import TwinParameters
 from twbal.planar.planar_plant import hold, standing
 from twbal.planar.sensing import imu_settled, read_sensors
-from twbal.planar.twin_state import STRAIGHT
+from twbal.planar.twin_state import STRAIGHT, TwinState
 from twbal.policies.excitation import Excitation
 from twbal.search.excited import excited_regulator
 from twbal.sysid.model import Data, Model
@@ -110,22 +113,72 @@ def simulate(experiment: Experiment, robot: RobotParameters, model: Model, data:
     levels = np.where(model.noise.sensors < 0.5 * UNSENSED, model.noise.sensors, 0.0)
     noise = levels * generator(Stream.SENSOR_NOISE, seed).standard_normal((steps + 1, 4))
     policy = experiment.policy(robot)
-    controller = policy.controller(generator(Stream.EXPLORATION, seed))
+    law = _Law(*policy.gain, policy.fade_tilt, policy.max_command, robot.wheel_radius)
+    drawn = np.array(list(islice(policy.drawn(generator(Stream.EXPLORATION, seed)), steps)))
     state = standing(k, _START_TILT - k.offset, 0.0, 0.0, 0.0)
     imu = imu_settled(k, state, _RING * data.substeps)
     commands, measured = np.zeros(steps), np.empty((steps + 1, 4))
-    most, cut = abs(state.tilt), 0
-    measured[0] = read_sensors(twin, k, state, imu, 0, lead) + noise[0]
-    for n in range(steps):
-        tilt, rate, _, wheel_rate = measured[n].tolist()
-        commands[n] = controller(np.array([tilt, rate, robot.wheel_radius * (wheel_rate + rate)]))
-        cut += policy.is_cut(commands[n])
-        state = hold(twin, k, state, commands, n, data.substeps, STRAIGHT, imu)
+    most, cut = _driven(twin, k, state, imu, law, drawn, noise, data.substeps, lead, commands, measured)
+    if not most < np.pi / 2:
+        return Simulated(None, np.inf, cut)
+    return Simulated(_recording(commands, measured, data), most, cut)
+
+
+class _Law(NamedTuple):
+    """The numbers of an `Excitation`, and the wheel radius [m]."""
+
+    by_tilt: float
+    by_tilt_rate: float
+    by_speed: float
+    fade_tilt: float
+    limit: float
+    radius: float
+
+
+@kernel()
+def _driven(
+    twin: TwinParameters,
+    k: Constants,
+    state: TwinState,
+    imu: Array,
+    law: _Law,
+    drawn: Array,
+    noise: Array,
+    substeps: int,
+    lead: float,
+    commands: Array,
+    measured: Array,
+) -> tuple[float, float]:
+    """Drive a twin through an experiment, up to a fall: its largest tilt, and the share of commands that were cut.
+
+    Args:
+        twin, k, state, imu: as of `hold`.
+        law: that drives it.
+        drawn: (T, 2) the speed that is asked for, and the disturbance as a share of the torque limit.
+        noise: (T + 1, 4) of the sensors.
+        substeps, lead: as of `hold` and `read_sensors`.
+        commands: (T,) is written [N·m].
+        measured: (T + 1, 4) is written, in the order of `MEASURED`.
+    """
+    most, cut, steps = abs(state.tilt), 0, len(commands)
+    for n in range(steps + 1):
+        seen = read_sensors(twin, k, state, imu, n * substeps, lead)
+        measured[n, 0], measured[n, 1] = seen.tilt + noise[n, 0], seen.tilt_rate + noise[n, 1]
+        measured[n, 2], measured[n, 3] = seen.wheel_angle + noise[n, 2], seen.wheel_rate + noise[n, 3]
+        if n == steps:
+            break
+        tilt, rate = measured[n, 0], measured[n, 1]
+        speed = law.radius * (measured[n, 3] + rate)
+        fade = min(max(2.0 - 2.0 * abs(tilt) / law.fade_tilt, 0.0), 1.0)
+        command = fade * law.limit * drawn[n, 1]
+        command -= law.by_tilt * tilt + law.by_tilt_rate * rate + law.by_speed * (speed - drawn[n, 0])
+        commands[n] = min(max(command, -law.limit), law.limit)
+        cut += abs(command) >= law.limit
+        state = hold(twin, k, state, commands, n, substeps, STRAIGHT, imu)
         most = max(most, abs(state.tilt))
         if not most < np.pi / 2:
-            return Simulated(None, np.inf, cut / steps)
-        measured[n + 1] = read_sensors(twin, k, state, imu, (n + 1) * data.substeps, lead) + noise[n + 1]
-    return Simulated(_recording(commands, measured, data), most, cut / steps)
+            break
+    return most, cut / steps
 
 
 def _recording(commands: Array, measured: Array, data: Data) -> Recording:

@@ -3,7 +3,7 @@
 The noise and the filter stay those of the model so far; a few steps are fitted from the best of several starts.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -13,7 +13,7 @@ from twbal.core.robot_parameters import GRAVITY
 from twbal.core.threads import in_threads
 from twbal.diagnosis.candidates import Candidate
 from twbal.sysid.fit import Fit, descend, penalty, slopes_of
-from twbal.sysid.kalman import Filter, LinearTwin, respond
+from twbal.sysid.kalman import Filter, LinearTwin, respond_each
 from twbal.sysid.likelihood import whiten
 from twbal.sysid.model import Data, Model
 from twbal.sysid.recording import Recording
@@ -29,6 +29,7 @@ _FAR = 30.0  # penalty of the data sheet's shifts from which on it is tried to p
 _SMALL = 0.01  # sizes up to this one predict, larger ones are too far off for a parabola
 _ITERATIONS = 3
 _FITTED, _LEAST = 14, 6.0  # candidates that are fitted by a few steps, and what they must be predicted to gain
+_TOGETHER = 16  # waves whose answers are computed together
 _FRACTIONS = 5  # of a control period, over which a torque that depends on the wheels' angle is averaged
 _TONES = 8192  # frequencies of the Fourier transform
 _COUNT_STEP, _WAVES_STEP = 0.25, 0.1
@@ -232,33 +233,51 @@ def _over_angle(data: Data, fit: Fit, linear: LinearTwin, waves: _Waves, counts:
         counts: that are tried.
     """
     white = fit.white
-    shares = (np.arange(_FRACTIONS) + 0.5) / _FRACTIONS
-    between = [a[:-1, None] + shares * np.diff(a)[:, None] for a in waves.angles]  # (T, fractions) each
     push = linear.B[:, waves.which].copy()
+    between = [_within_periods(angles) for angles in waves.angles]
     best, value, wave = -np.inf, float(counts[0]), np.zeros((len(white), 2))
-    for count in counts:
-        columns = []
-        for part in (np.sin, np.cos):
-            pieces = [
-                _answer(linear, fit.kalman, push, _over_periods(part, count, angles, ahead), recording)
-                for angles, ahead, recording in zip(between, waves.ahead, data.recordings, strict=True)
-            ]
-            columns.append(np.concatenate(pieces).ravel())
-        X = np.stack(columns, axis=1)
-        pull = X.T @ white
-        gain = float(pull @ np.linalg.lstsq(X.T @ X, pull, rcond=None)[0])
-        if gain > best:
-            best, value, wave = gain, float(count), X
+    for begin in range(0, len(counts), _TOGETHER):
+        tried = counts[begin : begin + _TOGETHER]
+        pieces = [
+            _answers(linear, fit.kalman, push, _over_periods(tried, angles, ahead), recording)
+            for angles, ahead, recording in zip(between, waves.ahead, data.recordings, strict=True)
+        ]
+        columns = np.concatenate(pieces, axis=1)  # (2 · tried, N), of each count that of its sine and of its cosine
+        for count, pair in zip(tried, columns.reshape(len(tried), 2, -1), strict=True):
+            X = np.stack(list(pair), axis=1)
+            pull = X.T @ white
+            gain = float(pull @ np.linalg.lstsq(X.T @ X, pull, rcond=None)[0])
+            if gain > best:
+                best, value, wave = gain, float(count), X
     sizes, *_ = np.linalg.lstsq(wave, white, rcond=None)
     return value, complex(sizes[0], sizes[1])
 
 
-def _over_periods(part: Callable[[Array], Array], count: float, angles: Array, ahead: Array) -> Array:
-    """Mean of a wave over each control period and both wheels, (T,); angles are (T, fractions)."""
-    return np.asarray(np.cos(count * ahead[:-1]) * part(count * angles).mean(axis=1))
+def _within_periods(angles: Array) -> Array:
+    """Angles (T + 1,) at instants within each control period, (fractions, T)."""
+    shares = (np.arange(_FRACTIONS) + 0.5) / _FRACTIONS
+    return np.asarray(angles[:-1] + shares[:, None] * np.diff(angles))
 
 
-def _answer(linear: LinearTwin, kalman: Filter, push: Array, torques: Array, recording: Recording) -> Array:
-    """Whitened prediction errors that torques leave."""
-    errors = respond(linear.F, linear.C, kalman.gains, push, torques)
-    return np.asarray(whiten(errors, recording.usable, kalman.whiteners, kalman.measured))
+def _over_periods(counts: Array, angles: Array, ahead: Array) -> Array:
+    """Means of sine and cosine of waves over each control period and both wheels, (T, 2 · counts).
+
+    Args:
+        counts: evenly spaced.
+        angles: (fractions, T).
+        ahead: (T + 1,).
+    """
+    found = np.empty((angles.shape[1], 2 * len(counts)))
+    turned = np.exp(1j * counts[0] * angles)
+    by = np.exp(1j * (counts[1] - counts[0]) * angles) if len(counts) > 1 else turned
+    for number, count in enumerate(counts):
+        wave = np.cos(count * ahead[:-1]) * turned.mean(axis=0)
+        found[:, 2 * number], found[:, 2 * number + 1] = wave.imag, wave.real
+        turned = turned * by  # as sines and cosines of each count take ten times as long
+    return found
+
+
+def _answers(linear: LinearTwin, kalman: Filter, push: Array, torques: Array, recording: Recording) -> Array:
+    """Whitened prediction errors that series of torques (T, m) leave, (m, 4 T)."""
+    found = respond_each(linear.F, linear.C, kalman.gains, push, torques)
+    return np.array([whiten(each, recording.usable, kalman.whiteners, kalman.measured).ravel() for each in found])

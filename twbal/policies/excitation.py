@@ -1,6 +1,8 @@
 """A balancing law with excitation on top, so that the data tell effects apart."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+from itertools import count
 
 import numpy as np
 
@@ -65,30 +67,29 @@ class Excitation(Policy):
         """
         return self.gain[0] / self.gain[2]
 
-    def is_cut(self, command: float) -> bool:
-        """Whether a command of its controller is at the limit, to which it was cut."""
-        return abs(command) >= self.max_command
-
     def controller(self, rng: np.random.Generator) -> Controller:
         """The law with a disturbance drawn from `rng`; it counts control periods from its first call."""
-        frequencies = rng.uniform(_SLOWEST, _FASTEST, _SINES)  # [Hz]
-        phases = rng.uniform(0.0, 2.0 * np.pi, _SINES)
-        forth = rng.choice([-1.0, 1.0])
-        size = self.multisine * np.sqrt(2.0 / _SINES)
         places = [self.channels.index(name) for name in ("tilt", "tilt_rate", "speed")]
-        periods, sign = 0, 1.0
+        drawn = self.drawn(rng)
 
         def excited(state: Array) -> float:
-            nonlocal periods, sign
-            time = periods * self.control_period
-            if periods % _BINARY_PERIODS == 0:
-                sign = rng.choice([-1.0, 0.0, 1.0])
-            periods += 1
-            asked = self.speed * forth * (0.0, 1.0, 0.0, -1.0)[int(time / _LEG) % 4]
+            asked, disturbance = next(drawn)
             off = state[places] - [0.0, 0.0, asked]
             fade = min(max(2.0 - 2.0 * abs(off[0]) / self.fade_tilt, 0.0), 1.0)
-            disturbance = size * np.sin(2.0 * np.pi * frequencies * time + phases).sum() + self.prbs * sign
             command = -np.dot(self.gain, off) + fade * self.max_command * disturbance
             return float(np.clip(command, -self.max_command, self.max_command))
 
         return excited
+
+    def drawn(self, rng: np.random.Generator) -> Iterator[tuple[float, float]]:
+        """The asked speed [m/s] and the disturbance d(t) as a share of u_max, of one control period after the other."""
+        frequencies = rng.uniform(_SLOWEST, _FASTEST, _SINES)  # [Hz]
+        phases = rng.uniform(0.0, 2.0 * np.pi, _SINES)
+        forth = rng.choice([-1.0, 1.0])
+        size, sign = self.multisine * np.sqrt(2.0 / _SINES), 1.0
+        for period in count():
+            time = period * self.control_period
+            if period % _BINARY_PERIODS == 0:
+                sign = rng.choice([-1.0, 0.0, 1.0])
+            asked = self.speed * forth * (0.0, 1.0, 0.0, -1.0)[int(time / _LEG) % 4]
+            yield asked, size * np.sin(2.0 * np.pi * frequencies * time + phases).sum() + self.prbs * sign

@@ -268,3 +268,42 @@ def respond(F: Array, C: Array, gains: Array, B: Array, torques: Array) -> Array
             for j in range(states):
                 delta[i] += F[i, j] * moved[j]
     return errors
+
+
+@kernel()
+def respond_each(F: Array, C: Array, gains: Array, B: Array, torques: Array) -> Array:
+    """Of m series of torques (T, m) the prediction errors (m, T + 1, 4), each as `respond` gives it, bit for bit.
+
+    All series take a step together, so that the compiler makes vectors of them; entries of F and C that are 0, most of
+    them, are left out.
+    """
+    steps, count = torques.shape
+    errors = np.zeros((count, steps + 1, 4))
+    states = len(F)
+    delta, moved, seen = np.zeros((states, count)), np.empty((states, count)), np.empty((4, count))
+    last = len(gains) - 1
+    for n in range(steps + 1):
+        K = gains[min(n, last)]
+        for j in range(4):
+            seen[j] = 0.0
+            for i in range(states):
+                if C[j, i] != 0.0:
+                    for m in range(count):
+                        seen[j, m] += C[j, i] * delta[i, m]
+            errors[:, n, j] = seen[j]
+        if n == steps:
+            break
+        for i in range(states):
+            for m in range(count):
+                moved[i, m] = delta[i, m]
+            for j in range(4):
+                for m in range(count):
+                    moved[i, m] -= K[i, j] * seen[j, m]
+        for i in range(states):
+            for m in range(count):
+                delta[i, m] = B[i] * torques[n, m]
+            for j in range(states):
+                if F[i, j] != 0.0:
+                    for m in range(count):
+                        delta[i, m] += F[i, j] * moved[j, m]
+    return errors
