@@ -8,6 +8,8 @@ from concurrent.futures import ProcessPoolExecutor
 from contextlib import redirect_stdout
 from pathlib import Path
 
+import numpy as np
+
 from twbal.algorithm.rollout import rollout
 from twbal.cli.main import main as twbal
 from twbal.core.channels import Channels
@@ -17,8 +19,10 @@ from twbal.core.errors import TwbalError
 from twbal.core.evaluation import SuccessCriterion
 from twbal.core.robot_parameters import RobotParameters
 from twbal.core.start_pose import StartPose
+from twbal.diagnosis.experiments import experiments_of, simulate
 from twbal.effects.library import library
 from twbal.models.smoothing import compile_filter
+from twbal.planar.parameters import twin_parameters
 from twbal.planar.planar_plant import PlanarPlant
 from twbal.planar.robot_distribution import prior_of
 from twbal.policies.random import RandomPolicy
@@ -26,7 +30,11 @@ from twbal.search.margin import Margin
 from twbal.search.robust import RobustSettings, SampledRobots
 from twbal.search.start_state import start_state
 from twbal.search.warm import compile_search, is_compiled
+from twbal.sysid.kalman import respond_each
+from twbal.sysid.model import Data, Model
+from twbal.sysid.noise import Noise
 from twbal.sysid.posterior import posterior
+from twbal.sysid.recording import Recording
 
 _ROBOT = RobotParameters(
     name="any",
@@ -97,6 +105,19 @@ def compile_robot_and_diagnosis() -> None:
         )
 
 
+def compile_what_few_diagnoses_need() -> None:
+    """Simulate an experiment that one may suggest, and try a wave; the machine code stays in the cache folder."""
+    nothing = np.zeros((4, 4))
+    seen = Recording(
+        "any", _ROBOT.control_period, nothing[:3, 0], nothing, nothing[0], nothing[0] == 0, nothing[0] == 0
+    )
+    model = Model(twin_parameters(_ROBOT, {}), 0.0, Noise(np.full(4, 0.01), np.zeros(2)))
+    data = Data([seen], 1)
+    simulate(experiments_of(_ROBOT)[0], _ROBOT, model, data, 0)
+    linear = data.linear(model)
+    respond_each(linear.F, linear.C, data.filter(model).gains, linear.B[:, 0].copy(), np.zeros((3, 2)))
+
+
 def _run(stage: str, out: Path, *words: str) -> None:
     with redirect_stdout(io.StringIO()):
         code = twbal([stage, *words, f"hydra.run.dir='{out}'"])
@@ -117,6 +138,7 @@ def main() -> None:
     with ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as beside:
         search = None if is_compiled() else beside.submit(compile_search)
         compile_robot_and_diagnosis()
+        compile_what_few_diagnoses_need()
         if search is not None:
             search.result()
 
