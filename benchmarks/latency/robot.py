@@ -65,7 +65,7 @@ def robot(rate: int) -> Iterator[str]:
     settings.append(f"physics_step={_PHYSICS_STEP}")
     command = ["chrt", "--fifo", str(PRIORITY), *virtual_robot_command(settings)]
     with closing(VirtualRobotProcess.ready(command, _START)) as process:
-        yield process.port
+        yield process.wait_for_port(_START)
 
 
 def without_priority() -> list[str]:

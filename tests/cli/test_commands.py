@@ -1,4 +1,3 @@
-import re
 import shlex
 import subprocess
 from pathlib import Path
@@ -56,34 +55,33 @@ def test_a_value_survives_the_way_through_an_override(value):
     [
         [],
         ["seed=4", "rollouts=7"],
+        ["seed=1", "seed=2", "seed=1"],
         ["policy=saved", "policy.path='a b.pt'", "robot=regbot", "robot.body_mass=1.5"],
+        ["policy=saved", "policy.path=a.pt", "policy={path:b.pt}"],
         ["robot.body_mass=1.5", "robot=regbot"],  # a choice comes first, wherever it stands
-        ["start.tilt=null", "seed=1", "seed=2"],
+        ["robot.body_mass=1.5", "robot={body_mass:2.0}", "++robot.colour=blue", "++robot={colour:red}"],
+        ["robot={body_mass:2.0}", "robot.body_mass=${robot.wheel_mass}"],
+        ["start.tilt_sd=null", "policy.amplitude=[1,2]", "exploration=0.25"],
         ["sim=nominal", "++sim.effects.dead_zone={width:2.0}", "sim.physics_step=0.0005"],
         ["++sim.effects.dead_zone={width:2.0}", "sim.effects.dead_zone.width=3.0"],
-        ["policy=saved", "policy.path=a.pt"],  # that is missing otherwise
         ["++robot.colour=red", "++robot.track=0.3", "robot.colour=blue"],
         ["sim.effects={}", "+effect@sim.effects.dead_zone=dead_zone"],
         ["+robot.colour=red", "robot.colour=blue", "~robot.track"],
-        ["start={tilt:0.1}", "state.lags=[1,2]", "success={tilt_limit:0.3}"],
-        ["start={tilt_sd:0.1}", "exploration=0.25"],
+        ["hydra.job.name=x", "seed=3"],
     ],
 )
 def test_a_stage_is_composed_as_hydra_composes_it(words):
+    expected = compose("sim_collect", words)
     for _ in range(2):  # the second time from what is kept
-        try:
-            expected = compose("sim_collect", words)
-        except HydraException as error:
-            with pytest.raises(type(error), match=re.escape(str(error).splitlines()[0])):
-                compose_stage("sim-collect", words)
-            continue
         found = compose_stage("sim-collect", words)
         assert OmegaConf.to_container(found) == OmegaConf.to_container(expected)
         assert list(found) == list(expected)
         assert OmegaConf.is_struct(found)
 
 
-@pytest.mark.parametrize("word", ["sed=4", "robot.mass=1.0", "robot=nobody", "seed=1,2", "seed=[1", "hydra.jub=x"])
+@pytest.mark.parametrize(
+    "word", ["sed=4", "robot.mass=1.0", "robot=nobody", "seed=1,2", "seed=[1", "hydra.jub=x", "start={tilt:0.1}"]
+)
 def test_what_hydra_refuses_is_refused_in_its_words(word):
     with pytest.raises(HydraException) as expected:
         compose("sim_collect", [word])

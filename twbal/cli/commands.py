@@ -12,6 +12,7 @@ from hydra import compose
 from hydra.core.config_loader import ConfigLoader
 from hydra.core.global_hydra import GlobalHydra
 from hydra.core.override_parser.overrides_parser import OverridesParser
+from hydra.core.override_parser.types import Override, OverrideType
 from hydra.errors import HydraException
 from omegaconf import DictConfig, OmegaConf, open_dict
 from omegaconf.errors import OmegaConfBaseException
@@ -21,7 +22,6 @@ from twbal.core.errors import ConfigError
 
 ROOT = Path("$OUT")  # stands for the run folder in commands that are written down
 _PLAIN = re.compile(r"[A-Za-z_./]([\w./:@ -]*[\w./:@-])?")  # blanks within it are kept
-_SETS = re.compile(r"(?:\+\+)?(?!hydra\b)([A-Za-z_][\w.]*)=")  # a word that sets a value, or chooses of a group
 _OTHER_THAN_TEXT = ("null", "true", "false", "nan", "inf")
 
 
@@ -35,15 +35,12 @@ def compose_stage(stage: str, overrides: Sequence[str]) -> DictConfig:
         overrides: key=value, as on the command line.
     """
     loader = GlobalHydra.instance().config_loader()
-    values = _values_to_set(_composed(loader, stage, ()), overrides)
-    others = tuple(word for word in overrides if word not in values)
     try:
+        values, others = _values_apart(loader, _composed(loader, stage, ()), overrides)
         cfg = deepcopy(_composed(loader, stage, others))
         with open_dict(cfg):
             del cfg["hydra"]
-        for each in OverridesParser.create().parse_overrides(values):
-            if each.is_sweep_override():
-                raise HydraException(f"{each.input_line} has several values")
+        for each in values:
             OmegaConf.update(cfg, each.key_or_group, each.value(), merge=True, force_add=each.is_force_add())
     except (HydraException, OmegaConfBaseException):
         return compose(_config_name(stage), list(overrides))  # where it cannot either, it says why
@@ -147,17 +144,34 @@ def _composed(loader: ConfigLoader, stage: str, overrides: tuple[str, ...]) -> D
     return compose(_config_name(stage), list(overrides), return_hydra_config=True)
 
 
-def _values_to_set(cfg: DictConfig, overrides: Sequence[str]) -> list[str]:
-    """The overrides that choose and delete nothing, but set values within what a configuration has.
+def _values_apart(
+    loader: ConfigLoader, cfg: DictConfig, overrides: Sequence[str]
+) -> tuple[list[Override], tuple[str, ...]]:
+    """The overrides that set values within what a configuration has, and the others: choices, additions, deletions.
 
-    None where another override touches the same values: their order then matters.
+    None is apart where additions and deletions touch the same values: their order then matters. That of choices does
+    not, as Hydra takes them first.
     """
-    plain = {word: found[1] for word in overrides if (found := _SETS.match(word))}
-    plain = {word: key for word, key in plain.items() if key.partition(".")[0] in cfg.keys()}  # noqa: SIM118, also ???
-    values = {word: key for word, key in plain.items() if key not in cfg.hydra.runtime.choices}
-    others = [re.split(r"[@=]", word.lstrip("+~"), maxsplit=1)[0] for word in overrides if word not in values]
-    others = [key for key in others if key not in cfg.hydra.runtime.choices]  # what these choose, values may change
-    return [] if any(_any_overlap(key, others) for key in values.values()) else list(values)
+    parsed = OverridesParser.create().parse_overrides(list(overrides))
+    sets = [_sets_a_value(loader, cfg, each) for each in parsed]
+    values, others = ([each for each, does in zip(parsed, sets, strict=True) if does is of] for of in (True, False))
+    ordered = [each.key_or_group for each in others if not _chooses(loader, each)]
+    if any(_any_overlap(each.key_or_group, ordered) for each in values):
+        return [], tuple(overrides)
+    return values, tuple(word for word, does in zip(overrides, sets, strict=True) if not does)
+
+
+def _sets_a_value(loader: ConfigLoader, cfg: DictConfig, override: Override) -> bool:
+    """Whether it sets a value of the stage, or within a part of it; those that come to several values do not."""
+    top = override.key_or_group.partition(".")[0]
+    is_plain = override.type in (OverrideType.CHANGE, OverrideType.FORCE_ADD) and override.package is None
+    is_of_stage = top != "hydra" and top in cfg.keys()  # noqa: SIM118, which has what is ???, too
+    return is_plain and is_of_stage and not override.is_sweep_override() and not _chooses(loader, override)
+
+
+def _chooses(loader: ConfigLoader, override: Override) -> bool:
+    """Whether it chooses of a group, by Hydra's rule."""
+    return bool(loader.get_group_options(override.key_or_group)) and not isinstance(override.value(), dict)
 
 
 def _shell_word(word: str) -> str:

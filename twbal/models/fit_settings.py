@@ -37,7 +37,7 @@ class FitSettings:
         starts: searches an output: the first from std(X), std(y), std(y)/10, the others from perturbations of that.
         perturbation: standard deviation of the starts' logarithms.
         screening_points: with more samples than this, the starts are searched on a random choice of so many first ...
-        finalists: ... on which they compete, and this many of the best are searched to the end on all samples.
+        finalists: ... on which they compete, and so many different ends at most, the best, go on to all samples.
         iterations: at most, of L-BFGS, in each search.
         max_signal_to_noise: α/σ above which the penalty rises.
         max_relative_length_scale: ℓ/std(X) above which the penalty rises.

@@ -24,7 +24,7 @@ from twbal.search.starts import (
 )
 from twbal.search.task import Candidate, Task
 
-_LEAST_KEPT = 0.5  # of the robots that a start holds: a search that loses more over the short horizon ends there
+_MOST, _LEAST_KEPT = 0.5, 0.5  # of the robots; a search that keeps less of them over the short horizon ends there
 
 
 class _Judged(NamedTuple):
@@ -152,11 +152,14 @@ def _robust_starts(
 
 
 def _loses_robots(robots: SampledRobots, start: RbfPolicy, found: RbfPolicy) -> bool:
-    """Whether the robot is known by rollouts, and most robots like it that a search's start holds fall when it goes on.
+    """Whether the robot is known by rollouts, and of most robots like it that succeed under a start half no longer do.
 
     The models then know something else than the robots, by which policies are ranked.
     """
-    return robots.are_measured and robots.driven(found).success < _LEAST_KEPT * robots.driven(start).success
+    if not robots.are_measured:
+        return False
+    before = robots.driven(start).success
+    return before >= _MOST and robots.driven(found).success < _LEAST_KEPT * before
 
 
 def _starts(

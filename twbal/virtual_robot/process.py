@@ -26,7 +26,7 @@ class VirtualRobotProcess:
     """A running virtual robot.
 
     Attributes:
-        port: path of its port; None until `wait_for_port` was told.
+        port: path of its port; None until `wait_for_port` has returned.
         pid: of the process.
         command: that started it.
     """
@@ -138,7 +138,8 @@ class KeptRobots:
 
     def begin(self, command: Sequence[str], robots: int) -> None:
         """Start robots that bodies will have later, and do not wait for them."""
-        self._free += [VirtualRobotProcess(command) for _ in range(robots)]
+        for _ in range(robots):
+            self._free.append(VirtualRobotProcess(command))
 
     @contextmanager
     def launch(self, command: Sequence[str], start_timeout: float) -> Iterator[str]:

@@ -14,7 +14,7 @@ def _fit(place: str) -> Iterator[Setting]:
     yield Setting(f"{place}.starts", Whole(1, 1000), "starts of the search of hyper-parameters")
     yield Setting(f"{place}.perturbation", Number(0.0, 10.0), "sd of the starts' logarithms")
     yield Setting(f"{place}.screening_points", _POINTS, "samples on which starts compete first")
-    yield Setting(f"{place}.finalists", Whole(1, 1000), "starts that go on to all samples")
+    yield Setting(f"{place}.finalists", Whole(1, 1000), "different ends of these that go on to all samples, at most")
     yield Setting(f"{place}.iterations", Whole(1, 100_000), "L-BFGS iterations of a search, at most")
     yield Setting(f"{place}.max_signal_to_noise", Number(1.001, 1e9), "signal over noise where a penalty rises")
     yield Setting(f"{place}.max_relative_length_scale", Number(1.001, 1e9), "length-scale where a penalty rises")

@@ -144,10 +144,12 @@ def _learn_and_write(
     check_robot_is_there(cfg)
     if not cfg.search.particles:
         check_kernel(cfg.model.kernel)
-    if "overrides" in cfg.link and not (chain.root / "iteration_0").exists():  # they start while policy 0 is found
-        robots.begin(virtual_command(cfg.link), robots_at_once(cfg.link, settings.trials, cfg.real_rollout.workers))
     steps = StageSteps(chain, cfg)
-    result = Algorithm(steps, settings, rollout_settings(section(cfg, "real_rollout")), measures.rule).run()
+    algorithm = Algorithm(steps, settings, rollout_settings(section(cfg, "real_rollout")), measures.rule)
+    if "overrides" in cfg.link and settings.trials and not (chain.root / "iteration_0").exists():
+        count = robots_at_once(cfg.link, settings.trials, cfg.real_rollout.workers)
+        robots.begin(virtual_command(cfg.link), count)  # they start while policy 0 is found
+    result = algorithm.run()
     return _write(cfg, chain, steps, result, measures, choices)
 
 
