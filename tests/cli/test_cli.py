@@ -82,14 +82,22 @@ def test_an_unknown_stage_suggests_the_near_one_and_lists_all(capsys):
             "robot has no choice 'papr' (did you mean 'paper'?). The choices are: balboa, esp32, lego",
         ),
         ("rollouts", "'rollouts' is not an override; expected key=value"),
-        ("robot.name=[a=b]", "its value cannot be read. Put text with any of = , : [ ] { } in quotes"),
-        ("hydra.run.dir=Läufe", "with any of = , : [ ] { }, or with letters such as ä, in quotes"),
+        ("robot.name=[a=b]", "its value cannot be read. Put text with any of = , : ( ) [ ] { } in quotes"),
+        ("hydra.run.dir=Läufe", "with any of = , : ( ) [ ] { }, or with letters such as ä, in quotes"),
         ("hydra.run.dir=", "hydra.run.dir= names no folder. Is a variable of the shell empty?"),
     ],
 )
 def test_a_misspelt_override_is_one_clear_error(word, expected, capsys):
     assert main(["sim-collect", word]) == 1
     assert expected in only_error(capsys)
+
+
+def test_a_choice_in_a_folder_that_was_not_named_is_pointed_to(tmp_path, monkeypatch, capsys):
+    (tmp_path / "my_conf" / "robot").mkdir(parents=True)
+    (tmp_path / "my_conf" / "robot" / "mine.yaml").write_text("name: mine\n")
+    monkeypatch.chdir(tmp_path)
+    assert main(["sim-collect", "robot=mine"]) == 1
+    assert "There is one in the folder my_conf: add --config-dir=my_conf." in only_error(capsys)
 
 
 @pytest.mark.parametrize(

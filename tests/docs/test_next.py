@@ -92,7 +92,7 @@ def test_a_diagnosis_without_a_finding_ends_with_a_command_that_records_again(fo
 def test_recovered_logs_can_be_shown(follow):
     shutil.copytree(DATA / "real", "my logs")
     following = follow("repair", "logs=my logs", "hydra.run.dir=what is left")
-    assert following == ["plot", "episode=what is left/episodes/trial_000.mcap"]
+    assert following == ["plot", "episode=what is left/episodes/trial_000.mcap", "simulate=false", "film=false"]
 
 
 def test_imported_logs_are_diagnosed_as_measured_ones(follow):

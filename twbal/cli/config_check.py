@@ -52,9 +52,11 @@ def check_configuration(cfg: DictConfig, stage: str) -> None:
     assert isinstance(plain, dict)
     tree = {str(name): value for name, value in plain.items()}
     check(stage, _without_missing(tree))
-    absent = next((leaf.key for leaf in leaves(tree) if leaf.value == _MISSING), None)
-    if absent is not None:
-        raise ConfigError(f"{stage} needs {absent}=...; `twbal {stage} --help` says what it is.")
+    absent = [leaf.key for leaf in leaves(tree) if leaf.value == _MISSING]
+    if of_mapping := [key for key in absent if key.startswith("import.")]:
+        raise ConfigError(f"The mapping has ??? for {', '.join(of_mapping)}: fill these in, or write null.")
+    if absent:
+        raise ConfigError(f"{stage} needs {absent[0]}=...; `twbal {stage} --help` says what it is.")
     robot = own.get("robot")
     if isinstance(robot, DictConfig) and "_target_" not in robot:
         raise ConfigError(

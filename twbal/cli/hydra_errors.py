@@ -4,6 +4,7 @@ import difflib
 import re
 import traceback
 from collections.abc import Sequence
+from pathlib import Path
 
 import yaml
 from hydra import compose
@@ -91,6 +92,9 @@ def _no_such_choice(error: MissingConfigException) -> str:
     if now is not None:
         return f"{group} has no choice {choice!r} any more: it is called {now!r} now."
     more = f" Others come with {install_advice('sweeps')}." if group in _PLUGINS else ""
+    for file in sorted(Path.cwd().glob(f"*/{group}/{choice}.yaml"))[:1]:
+        folder = file.relative_to(Path.cwd()).parts[0]
+        more += f" There is one in the folder {folder}: add --config-dir={folder}."
     if group.startswith(_SIMULATIONS):
         more += f" Nor is there a file or run folder {group.removeprefix(_SIMULATIONS)}/{choice}."
     return (
@@ -106,8 +110,8 @@ def _no_override(word: str) -> str:
     foreign = "".join(dict.fromkeys(letter for letter in word if letter.isalpha() and not letter.isascii()))
     also = f", or with letters such as {foreign}," if foreign else ""
     return (
-        f"{word!r} is not an override: its value cannot be read. Put text with any of = , : [ ] {{ }}{also} in quotes "
-        f"that the shell does not take away, as in '{key}=\"text\"', or in a list '{key}=[\"text\"]'."
+        f"{word!r} is not an override: its value cannot be read. Put text with any of = , : ( ) [ ] {{ }}{also} in "
+        f"quotes that the shell does not take away, as in '{key}=\"text\"', or in a list '{key}=[\"text\"]'."
     )
 
 

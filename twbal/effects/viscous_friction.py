@@ -17,7 +17,7 @@ class ViscousFriction(DriveEffect):
     coefficient: float = parameter(
         "friction of each wheel over its rate",
         "N·m·s/rad",
-        (0.0, 0.3),
+        (0.0, 1.0),  # the back-EMF of motors that turn at 10 rad/s without load, if torque_limit is the stall torque
         start=0.02,
         value=0.03,
         scale=Scale.TORQUE,

@@ -12,7 +12,7 @@ from twbal.viz.canvas import legend, panels, styled
 
 _SHOWN = 6.0  # s; of a longer log, those in which most happens
 _MOST_POINTS = 2000
-_WIDTH = 85  # characters of a line of the title
+_WIDTH = 44  # characters of a line of the title for each panel
 
 
 @styled
@@ -41,7 +41,7 @@ def doubt_figure(sentence: str, evidence: Evidence) -> Figure:
         axes[1].set_xlabel(name)
         axes[1].set_ylabel("found")
         axes[1].set_title("grey: as expected", color=MUTED.light)
-    figure.suptitle("\n".join(textwrap.wrap(sentence, _WIDTH)))
+    figure.suptitle("\n".join(textwrap.wrap(sentence, _WIDTH * len(axes))))
     legend(figure, axes[0])
     return figure
 

@@ -115,6 +115,27 @@ def test_whole_numbers_above_100_are_no_percent(looked_at):
     assert found.open == ("scale of voltage", "motor")
 
 
+@pytest.mark.parametrize(
+    ("name", "largest", "unit"),
+    [("pwm", 78, "V"), ("pwm [-255..255]", 78, "V"), ("pwm [%]", 78, "%"), ("duty", 78, "%"), ("duty [%]", 140, "%")],
+)
+def test_whole_numbers_are_percent_where_their_name_says_so(name, largest, unit, looked_at):
+    """A gentle drive uses less than 100 of a timer's 255 steps."""
+    mapping, found = looked_at(**plain(**{name: np.round(largest * COLUMN["u"] / np.abs(COLUMN["u"]).max())}))
+    assert mapping["quantities"]["voltage"]["unit"] == unit
+    assert mapping["quantities"]["voltage"].get("scale") == (None if unit == "%" else "???")
+    assert found.open == (("motor",) if unit == "%" else ("scale of voltage", "motor"))
+
+
+@pytest.mark.parametrize("unit", ["ticks", "counts", "steps"])
+def test_encoders_whose_header_says_that_they_count_are_taken_with_a_scale_to_fill_in(unit, looked_at):
+    encoder = np.round(500 * np.cumsum(COLUMN["u"]))
+    columns = {f"enc_l [{unit}]": encoder, f"enc_r [{unit}]": encoder + 3.0}
+    mapping, found = looked_at(time=COLUMN["t"], tilt=COLUMN["tilt"], torque=COLUMN["u"], **columns)
+    assert mapping["quantities"]["wheel_angle"] == {"from": list(columns), "unit": "rad", "scale": "???"}
+    assert "scale of wheel_angle" in found.open
+
+
 def test_a_growing_encoder_is_not_the_time(looked_at):
     mapping, found = looked_at(encoder=10.0 * np.arange(400), tilt=COLUMN["tilt"], torque=COLUMN["u"])
     assert mapping["quantities"]["time"]["from"] == "???"

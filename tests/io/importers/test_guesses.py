@@ -39,11 +39,20 @@ def test_files_that_are_mapped_alike_are_put_together_and_the_others_differences
 def test_each_file_is_looked_at_and_one_that_cannot_be_read_spoils_none(files, tmp_path, capsys):
     (tmp_path / "bad.csv").write_text("a b\n1 x\nx 1\n")
     given = ",".join(map(str, [tmp_path / "bad.csv", *files]))
-    assert main(["import-log", "guess=true", f"files=[{given}]", f"hydra.run.dir={tmp_path / 'out'}"]) == 0
-    said = capsys.readouterr().out
+    assert main(["import-log", "guess=true", f"files=[{given}]", f"hydra.run.dir={tmp_path / 'out'}"]) == 1
+    said, error = capsys.readouterr()
+    assert "1 of 4 files cannot be read" in error and "bad.csv" in error
     assert "not looked at" in said and "bad.csv" in said and "the same mapping fits" in said
     assert "differs: tilt:" in said and "these files need 2 mappings" in said
     made = tmp_path / "out" / "import"
     assert (made / "my_log.yaml").exists() and (made / "my_log_2.yaml").exists()
+    (tmp_path / "conf" / "import").mkdir(parents=True)
+    (tmp_path / "conf" / "import" / "my_log.yaml").write_text("period: 0.02\n")
+    words = [f"--config-dir={tmp_path / 'conf'}", "guess=true", f"files={files[0]}", f"hydra.run.dir={tmp_path / 'o'}"]
+    assert main(["import-log", *words]) == 0
+    assert [file.name for file in (tmp_path / "o" / "import").iterdir()] == [
+        "my_log_2.yaml"
+    ]  # the other would be found
+    assert "import=my_log_2" in capsys.readouterr().out
     words = ["import-log", "guess=true", f"files={tmp_path / 'bad.csv'}", f"hydra.run.dir={tmp_path / 'none'}"]
     assert main(words) == 1

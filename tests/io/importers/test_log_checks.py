@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 
 from twbal.core.errors import ConfigError
+from twbal.io.importers.checks.doubt import LogPart
+from twbal.io.importers.checks.ranges import constant_doubts, torque_doubts
 from twbal.io.importers.checks.repeated_rows import longest_repeat
 from twbal.io.importers.columns import Columns
 from twbal.io.importers.mapping import mapping
@@ -42,3 +44,21 @@ def test_two_columns_may_have_a_scale_each():
     assert (signals["left wheel_angle"][0], signals["right wheel_angle"][0]) == (3.0, 2.0)
     with pytest.raises(ConfigError, match="has 1 scales for 2 columns"):
         mapping({**told, "wheel_angle": {"from": [4, 5], "scale": [1]}}, [], None, None, False, False, 0.0, 3)
+
+
+def test_two_wheels_that_cancel_out_are_told_from_a_sensor_that_was_off():
+    turned = np.arange(5.0)
+    (found,) = constant_doubts({"wheel_angle": np.zeros(5)}, {"wheel_angle": (turned, -turned)})
+    assert "each moves: give each its scale" in found.sentence
+    (found,) = constant_doubts({"wheel_angle": np.zeros(5)}, {})
+    assert "its sensor was off" in found.sentence
+
+
+@pytest.mark.parametrize(("largest", "is_doubted"), [(19.0, False), (45.0, False), (255.0, True)])
+def test_commands_far_beyond_the_torque_limit_are_doubted(paper, largest, is_doubted):
+    """The sheet has 20 N·m; of steps of a timer that were taken for N·m nothing else need be wrong."""
+    commands = largest * np.sin(np.arange(50.0))
+    part = LogPart(0.02, {}, commands * largest / np.abs(commands).max(), {}, False, False, paper)
+    found = list(torque_doubts(part))
+    assert [doubt.quantity for doubt in found] == ["command"] * is_doubted
+    assert not list(torque_doubts(part._replace(robot=None)))

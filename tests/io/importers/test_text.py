@@ -37,6 +37,15 @@ def test_columns_are_read_whatever_parts_them(delimiter, comment, newline, log):
     assert read.notes == ()
 
 
+@pytest.mark.parametrize("order", ["utf-16-le", "utf-16-be"])
+def test_text_in_utf_16_is_read_as_it_is(order, log):
+    """As Excel and PowerShell write it, with a byte-order mark."""
+    content = ("\ufeff" + text(ROWS, "\t").replace("\n", "\r\n")).encode(order)
+    assert read_text(log(content), WANTED).values == pytest.approx(ROWS[:, PLACES], abs=1e-8)
+    with pytest.raises(LogError, match="begins as text in UTF-16, and breaks off"):
+        read_text(log(content[:-1]), WANTED)
+
+
 @pytest.mark.parametrize("delimiter", [";", "\t", " "])
 def test_decimal_commas_are_read_and_said(delimiter, log):
     read = read_text(log(text(ROWS, delimiter, decimal=",")), WANTED)

@@ -4,9 +4,11 @@ import shlex
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import count
 from pathlib import Path, PurePosixPath
 from typing import NamedTuple
 
+from hydra.core.global_hydra import GlobalHydra
 from hydra.core.hydra_config import HydraConfig
 from hydra.utils import instantiate
 from omegaconf import DictConfig, OmegaConf
@@ -111,9 +113,10 @@ def propose(files: Sequence[Path], out: Path) -> None:
     """Print what files look like, and write a mapping to fill in; one for each kind of file, where they differ.
 
     Raises:
-        DataError: none of the files can be read.
+        DataError: a file cannot be read; the mappings of the others are written.
     """
     found: list[tuple[Path, Guess]] = []
+    unread: list[Path] = []
     for file in files:
         try:
             found.append((file, guess(file)))
@@ -121,12 +124,24 @@ def propose(files: Sequence[Path], out: Path) -> None:
             if len(files) == 1 or (not found and file is files[-1]):
                 raise
             print(f"  WARNING: not looked at: {_naming(file, error)}")
+            unread.append(file)
     groups = alike(found)
-    for number, group in enumerate(groups, start=1):
-        name = MAPPING if number == 1 else MAPPING.replace(".yaml", f"_{number}.yaml")
+    for group, name in zip(groups, _free_names(), strict=False):
         _propose(group, out, name)
     if len(groups) > 1:
         print(f"these files need {len(groups)} mappings: import them by {len(groups)} calls")
+    if unread:
+        names = ", ".join(map(str, unread))
+        raise DataError(f"{len(unread)} of {len(files)} files cannot be read, as said above: {names}")
+
+
+def _free_names() -> Iterator[str]:
+    """Names of files for mappings, which no other choice of the group has: that would be found in their place."""
+    taken = GlobalHydra.instance().config_loader().get_group_options("import") if GlobalHydra().is_initialized() else []
+    for number in count(1):
+        name = MAPPING if number == 1 else MAPPING.replace(".yaml", f"_{number}.yaml")
+        if Path(name).stem not in taken:
+            yield name
 
 
 def _propose(group: Alike, out: Path, name: str) -> None:

@@ -85,10 +85,12 @@ def _draw(
 ) -> list[Path]:
     episodes = [read_episode(file) for file in files]
     first = episodes[0]
-    if abs(first.control_period - robot.control_period) > 1e-6:
+    shows_robot = settings.simulate or settings.film or settings.rrd or first.references is not None
+    if shows_robot and abs(first.control_period - robot.control_period) > 1e-6:
         raise ConfigError(
             f"{files[0]} has a control period of {first.control_period} s, robot {robot.name!r} one of "
-            f"{robot.control_period} s. Choose the robot by robot=..."
+            f"{robot.control_period} s. Choose the robot by robot=..., or draw its channels alone by "
+            "simulate=false film=false."
         )
     pieces: list[Stretch] = []
     if settings.simulate:

@@ -16,7 +16,8 @@ def main(cfg: DictConfig) -> None:
     """Run the stage in Hydra's run folder."""
     out = run_folder()
     manifest = run(cfg, out)
-    print_result(manifest, out, next_command("plot", {"episode": out / manifest.outputs[0].path}))
+    shown = {"episode": out / manifest.outputs[0].path, "simulate": False, "film": False}  # of any robot
+    print_result(manifest, out, next_command("plot", shown))
 
 
 def run(cfg: DictConfig, out: Path) -> Manifest:

@@ -7,6 +7,7 @@ import numpy as np
 
 from twbal.core.gaussian import Array
 from twbal.io.importers.all_columns import Column
+from twbal.io.importers.column_names import COUNTED
 from twbal.io.importers.mapping import QUANTITIES, UNITS
 
 _LARGEST_TILT = 3.5  # rad; a larger one is in degrees
@@ -17,6 +18,7 @@ _SAID = {
     "wheel_angle": "angle of the wheels",
 }
 """What quantities are called where their names do not say it."""
+_OF_WHEELS = ("wheel_angle", "wheel_rate", "distance")  # what an encoder may count
 _WHOLE = 10  # a column of whole numbers that spans more counts something
 
 
@@ -46,7 +48,8 @@ def choose(quantity: str, columns: Sequence[Column]) -> Choice:
     """The columns of a quantity."""
     unit = QUANTITIES.get(quantity, "")
     meant = [column for column in columns if column.meaning.quantity == quantity and np.isfinite(column.values).any()]
-    fitting = [c for c in meant if not c.meaning.unit or c.meaning.unit in UNITS.get(unit, {c.meaning.unit})]
+    units = {"", *UNITS.get(unit, ()), *(COUNTED if quantity in _OF_WHEELS else ())}
+    fitting = [c for c in meant if c.meaning.unit in units or not unit]
     certain = [column for column in fitting if column.meaning.certain]
     sides = {column.meaning.side for column in certain}
     if len(certain) == 1 and sides == {""}:
@@ -81,8 +84,8 @@ def is_even(values: Array) -> bool:
 def counts(quantity: str, column: Column) -> bool:
     """Whether a column of what the wheels did is in counts of an encoder."""
     values = column.values[np.isfinite(column.values)]
-    wheels = quantity in ("wheel_angle", "wheel_rate", "distance")
-    return wheels and bool((values == np.round(values)).all()) and bool(np.ptp(values) > _WHOLE)
+    is_whole = bool((values == np.round(values)).all()) and bool(np.ptp(values) > _WHOLE)
+    return quantity in _OF_WHEELS and (is_whole or column.meaning.unit in COUNTED)
 
 
 def unit_of(quantity: str, column: Column) -> Unit:

@@ -55,9 +55,13 @@ _ALIASES = {
     **{"rad_s": "rad/s", "deg_s": "deg/s", "dps": "deg/s", "degrees": "deg"},
     **{"v": "V", "volt": "V", "mv": "mV", "nm": "N·m", "mnm": "mNm"},
     **{"n m": "N·m", "n*m": "N·m", "n⋅m": "N·m", "mn m": "mNm", "mn*m": "mNm", "mn·m": "mNm", "mn⋅m": "mNm"},
+    **{"count": "counts", "tick": "ticks", "steps": "counts"},
     **{"μs": "µs", "degree": "deg", "degrees/s": "deg/s"},  # the Greek letter; else it is the micro sign
 }
-_OTHER_UNITS = {"m/s", "cm/s", "mm/s", "m/s²", "%", "A", "mA", "N", "counts", "ticks"}  # that tell what a column is not
+COUNTED = ("counts", "ticks")
+"""Units of an encoder's numbers."""
+_OTHER_UNITS = {"m/s", "cm/s", "mm/s", "m/s²", "%", "A", "mA", "N", *COUNTED}  # that tell what a column is not
+_RANGE = re.compile(r"[+-]?\d+\s*(?:\.\.+|…|-|–|to)\s*[+-]?\d+")  # in the place of a unit, as in `pwm [-255..255]`
 _TIMES = {"ms", "us", "ns"}  # units that stand for the column of the time
 _NUMBERED = re.compile(r"((?:\d+\s+)+)([A-Za-z].*)")
 
@@ -149,6 +153,8 @@ def _unit(name: str) -> tuple[str, str]:
     if not found:
         return "", name
     unit = (found[1] or found[2]).strip()
+    if _RANGE.fullmatch(unit):
+        return "", name.replace(found[0], " ")
     unit = _ALIASES.get(unit.lower(), unit)
     known = any(unit in units for units in UNITS.values()) or unit in _OTHER_UNITS
     return (unit, name.replace(found[0], " ")) if known else ("", name)

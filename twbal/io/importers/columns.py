@@ -67,5 +67,8 @@ def places(path: Path, names: Sequence[str], count: int, wanted: Sequence[Name])
             found.append(list(names).index(name))
         else:
             known = ", ".join(names) if names else f"none by name, but numbers 1 to {count}: it has no header"
-            raise LogError(f"{path} has no column {name!r}; it has: {known}. Mend the mapping (import=...).")
+            raise LogError(
+                f"{path} has no column {name!r}; it has: {known}. Mend the mapping (import=...), or have one "
+                "proposed by `twbal import-log guess=true`."
+            )
     return found

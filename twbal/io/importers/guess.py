@@ -231,16 +231,23 @@ def _command(proposal: _Proposal, columns: Sequence[Column]) -> None:
 
 
 def _take_duty(proposal: _Proposal, duty: Sequence[Column], why: str) -> None:
-    """A duty cycle: percent where its largest value says so, else with a scale to fill in."""
+    """A duty cycle: percent where its unit or its largest value says so, else with a scale to fill in.
+
+    Whole numbers of a `pwm` may be steps of a timer, whose full value a robot that stands does not come near.
+    """
     largest = max(float(np.nanmax(np.abs(column.values))) for column in duty)
     why = f"{why}; " if why else ""
-    is_counted = largest > _WHOLE_PERCENT and all((column.values % 1.0 == 0.0).all() for column in duty)
-    if _PERCENT[0] < largest <= _PERCENT[1] and not is_counted:
+    is_whole = all((column.values % 1.0 == 0.0).all() for column in duty)
+    is_counted = is_whole and (largest > _WHOLE_PERCENT or any("pwm" in column.meaning.stem for column in duty))
+    is_told = all(column.meaning.unit == "%" for column in duty)
+    if is_told or (_PERCENT[0] < largest <= _PERCENT[1] and not is_counted):
         sources = ", ".join(column.source for column in duty)
         sources = f"[{sources}]" if len(duty) > 1 else sources
         names = " and ".join(column.name for column in duty)
         told = f"{names}: {why}a duty cycle, in percent of the supply by its largest value, {largest:.3g}"
         proposal.lines["voltage"] = f"{{from: {sources}, unit: '%'}}  # {told}"
         return
-    proposal.take("voltage", duty, _OPEN, f"{why}a duty cycle: fill in the scale, V for one")
+    known = f", the supply over the timer's full value (such as 255), or unit '%'; largest value {largest:.3g}"
+    told = f"a duty cycle: fill in the scale, V for one{known if is_whole else ''}"
+    proposal.take("voltage", duty, _OPEN, f"{why}{told}")
     proposal.open.append("scale of voltage")

@@ -1,5 +1,6 @@
 """Text files of columns: commas, semicolons, tabs or blanks between them, comments, a header or none."""
 
+import codecs
 import io
 import re
 from collections.abc import Sequence
@@ -137,6 +138,11 @@ def lines_of(path: Path) -> list[str]:
         LogError: it cannot be read, or is no text.
     """
     data = file_data(path)
+    if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):  # as Excel and PowerShell write it
+        try:
+            return data.decode("utf-16").replace("\r\n", "\n").split("\n")
+        except UnicodeDecodeError as error:
+            raise LogError(f"{path} begins as text in UTF-16, and breaks off or is none: {error}.") from error
     if b"\0" in data[:65536]:
         raise LogError(
             f"{path} is no text file (it has zero bytes in it), whatever its name says. "

@@ -14,6 +14,7 @@ from twbal.io.importers.checks.ranges import (
     period_doubts,
     smooth_command_doubts,
     tilt_doubts,
+    torque_doubts,
 )
 from twbal.io.importers.checks.rates import (
     LATE,
@@ -41,7 +42,7 @@ def doubts(signals: Mapping[str, Array], part: LogPart) -> Iterator[Doubt]:
         signals: of the whole log, as mapped.
         part: its longest part without a gap.
     """
-    yield from constant_doubts(signals)
+    yield from constant_doubts(signals, part.sides)
     yield from period_doubts(part)
     yield from repeat_doubts(part)
     jumps, part = without_jumps(part)  # which would hide, or seem to be, what other checks look for
@@ -51,6 +52,7 @@ def doubts(signals: Mapping[str, Array], part: LogPart) -> Iterator[Doubt]:
     if tilt:
         return
     yield from one_way_doubts(part)
+    yield from torque_doubts(part)
     pairs = agreements(part)
     seen = [mechanics(part, by_gyro) for by_gyro in (True, False)] if _is_long(part) else [None, None]
     by_gyro, by_tilt = seen

@@ -64,7 +64,7 @@ def command_row_doubts(part: LogPart) -> Iterator[Doubt]:
         sentence = (
             f"the body answers the command a row before it is given: commands stand a row too late{_advice(part, True)}"
         )
-        yield Doubt(Kind.ROW, "command", sentence, _evidence(part, later, new))
+        yield Doubt(Kind.ROW, "command", sentence, _evidence(part, -later, new, "-command"))
         return
     if own.coefficients[0] < -own.half_widths[0]:
         sentence = (
@@ -121,8 +121,8 @@ def _partial(y: Array, x: Array, others: list[Array], period: float) -> tuple[Re
     return whole, float(np.sign(whole.coefficients[0]) * np.sqrt(max(share, 0.0)))
 
 
-def _evidence(part: LogPart, commands: Array, rate: Array) -> Evidence:
+def _evidence(part: LogPart, commands: Array, rate: Array, name: str = "command") -> Evidence:
     n = min(len(commands), len(rate))
     scale = float(np.std(rate)) / (float(np.std(commands)) or 1.0)
     centred = (commands[:n] - commands.mean()) * scale
-    return Evidence(part.period, rate[:n] - rate.mean(), "tilt rate [rad/s]", centred, "command, scaled to it [rad/s]")
+    return Evidence(part.period, rate[:n] - rate.mean(), "tilt rate [rad/s]", centred, f"{name}, scaled to it [rad/s]")

@@ -7,21 +7,27 @@ import numpy as np
 from twbal.core.gaussian import Array
 from twbal.core.smoothing import noise_sd
 from twbal.io.importers.checks.doubt import Doubt, Evidence, Kind, LogPart
+from twbal.io.importers.checks.wheel_sides import SCALE_OF_EACH
 
 _LYING = 0.9  # rad; a robot that tilts more does not balance
 _STILL = 0.15  # rad by which the tilt of a robot that lies changes at most
 _WHOLE_TURN = 6.3  # rad; no tilt is more
 _PERIODS = (0.0005, 0.3)  # s; of what balances
 _ONE_WAY = 0.995  # share of the commands of one sign from which a drive has none
+_BEYOND = 3.0  # times the torque limit, from which a command is none: sheets often have less than the stall torque
 _SMOOTH, _SMOOTHER = 0.02, 0.25  # noise per standard deviation, of itself and per that of the tilt rate
 _NOISY = 0.01  # noise per standard deviation of a tilt rate, from which it is no smooth motion
 _SPREAD = 1.5  # standard deviations that the mean of such commands is from zero at least
 
 
-def constant_doubts(signals: Mapping[str, Array]) -> Iterator[Doubt]:
-    """Sentences on channels that never change."""
+def constant_doubts(signals: Mapping[str, Array], sides: Mapping[str, tuple[Array, Array]]) -> Iterator[Doubt]:
+    """Sentences on channels that never change; `sides` are those of the left and of the right wheel."""
     for name, values in signals.items():
         if name != "time" and np.ptp(values) == 0.0:
+            if name in sides and np.ptp(sides[name][0]) > 0.0:
+                of_both = f"the mean of both wheels' {name} is {values[0]:g} throughout, and each moves"
+                yield Doubt(Kind.SIGN, name, f"{of_both}: {SCALE_OF_EACH}")
+                continue
             sentence = f"{name} is {values[0]:g} throughout: its sensor was off, or it is another column"
             yield Doubt(Kind.COLUMN, name, sentence)
 
@@ -34,6 +40,18 @@ def period_doubts(part: LogPart) -> Iterator[Doubt]:
             "is the unit of time wrong?"
         )
         yield Doubt(Kind.TIME, "time", sentence)
+
+
+def torque_doubts(part: LogPart) -> Iterator[Doubt]:
+    """A sentence on commands far beyond what the robot's motors can give."""
+    largest = float(np.abs(part.commands).max(initial=0.0))
+    if part.robot is not None and largest > _BEYOND * part.robot.torque_limit:
+        sentence = (
+            f"the command reaches {largest:.3g} N·m, and the sheet of robot {part.robot.name!r} has a torque_limit of "
+            f"{part.robot.torque_limit:.3g} N·m: is it no torque (a voltage or duty cycle belongs to `voltage`), or is "
+            "its unit, its scale or the motor another?"
+        )
+        yield Doubt(Kind.UNIT, "command", sentence, Evidence(part.period, part.commands, "command [N·m]"))
 
 
 def tilt_doubts(part: LogPart) -> Iterator[Doubt]:

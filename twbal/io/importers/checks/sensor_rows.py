@@ -49,8 +49,8 @@ def tilt_row_doubts(part: LogPart) -> Iterator[Doubt]:
             f"the tilt takes the gyro in a row ({1e3 * part.period:.2g} ms) late: is its column shifted, or is it a "
             "value of the loop before?"
         )
-        names = "change of the tilt [rad]", "of the gyro's rows [rad]"
-        yield Doubt(Kind.ROW, "tilt", sentence, Evidence(part.period, change[_BEFORE:], names[0], fit.fitted, names[1]))
+        names = "change of the tilt [rad]", "turn by the gyro's rate of the same row [rad]"
+        yield Doubt(Kind.ROW, "tilt", sentence, Evidence(part.period, change[_BEFORE:], names[0], own, names[1]))
     elif beyond > -half:
         yield Doubt(
             Kind.UNTOLD,
@@ -79,8 +79,10 @@ def wheel_row_doubts(part: LogPart) -> Iterator[Doubt]:
             f"the wheels' rate has changes of their angle in it that come a row ({1e3 * part.period:.2g} ms) after "
             "it: is the angle's column shifted?"
         )
-        names = "wheel_rate [rad/s]", "changes of wheel_angle, a row ahead too [rad/s]"
-        yield Doubt(Kind.ROW, "wheel_angle", sentence, Evidence(part.period, rate, names[0], fit.fitted, names[1]))
+        angle = part.signals["wheel_angle"]
+        change = np.diff(angle, prepend=angle[:1])[_BEFORE : _BEFORE + len(rate)] / part.period
+        names = "wheel_rate [rad/s]", "change of wheel_angle up to the same row [rad/s]"
+        yield Doubt(Kind.ROW, "wheel_angle", sentence, Evidence(part.period, rate, names[0], change, names[1]))
 
 
 def _rest_of_rate(part: LogPart) -> tuple[Regression, bool]:

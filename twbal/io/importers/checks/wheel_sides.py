@@ -12,6 +12,8 @@ from twbal.io.importers.checks.doubt import Doubt, Evidence, Kind, LogPart
 from twbal.io.importers.checks.mechanics import mechanics
 from twbal.io.importers.checks.rates import changes, turned
 
+SCALE_OF_EACH = "give each its scale: [s, -s] in the place of a scale s"
+"""What to do where one of two columns has the wrong sign."""
 _SPAN = 0.3  # s over which turns are taken
 _TURNS = 0.5  # correlation of wheels and yaw from which its sign counts
 _OFF = 3.0  # times by which turns may be larger or smaller than the wheels tell: tyres scrub, tracks are guesses
@@ -66,16 +68,12 @@ def _against_each_other(part: LogPart, sides: tuple[Array, Array]) -> Iterator[D
     if answered and apart.motion.explained > of_mean + _MORE:
         sentence = (
             "left and right wheel count against each other: the body answers their difference and not their mean; "
-            "give one of them a sign of its own (scale: [1, -1])"
+            f"{SCALE_OF_EACH}"
         )
         told = apart.motion.fitted
-        evidence = Evidence(
-            part.period,
-            apart.wheel_acceleration,
-            "difference of the wheels' accelerations [rad/s²]",
-            told,
-            "what the tilt demands [rad/s²]",
-        )
+        mean = np.zeros_like(told) if together is None else together.wheel_acceleration
+        names = "mean of the wheels' accelerations [rad/s²]", "what the tilt demands of it [rad/s²]"
+        evidence = Evidence(part.period, mean, names[0], told, names[1])
         yield Doubt(Kind.SIGN, "wheel_angle", sentence, evidence)
 
 
