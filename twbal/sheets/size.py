@@ -56,7 +56,11 @@ def believed_range(question: Question, known: Values) -> Range:
     if question.key in ("track", "com_height") and "wheel_radius" in known:
         most = _MOST_LENGTH * known["wheel_radius"]
         why = f"{question.what}: at most {_MOST_LENGTH:g} times the wheels' radius of {known['wheel_radius']:.3g} m"
-        return Range(question.low, min(question.high, most), question.low, why)
+        least = question.low
+        if question.key == "track" and known.get("wheel_width", 0.0) > least:
+            least = known["wheel_width"]
+            why = f"{why}, and no less than the wheels' width of {least:.3g} m, or they would touch"
+        return Range(least, min(question.high, most), least, why)
     if question.key == "body_mass" and "wheel_mass" in known:
         least = max(question.low, _LEAST_BODY * known["wheel_mass"])
         why = f"{question.what}: at least {_LEAST_BODY:g} times the mass of a wheel, {known['wheel_mass']:.3g} kg"

@@ -22,6 +22,7 @@ _CYLINDER = re.compile(
 )
 _CORNERS = 32  # of a wheel's rim
 _SPOKES = 2  # bars across a wheel: without them nobody sees that it turns
+_NEAREST = 0.86  # of the size that the camera shows, by which the nearest robot may be nearer than the middle
 _TILES = 14  # of the floor, that the camera sees
 _PALE, _DARK = (0.93, 0.94, 0.95, 1.0), (0.83, 0.85, 0.87, 1.0)
 _WHEEL, _SPOKE = (0.15, 0.17, 0.2, 1.0), (0.75, 0.77, 0.8, 1.0)
@@ -50,8 +51,10 @@ def film(robot: RobotParameters, cast: Sequence[Role], width: int, height: int) 
     """
     client = Client()
     try:
-        size = max(2 * robot.com_height + robot.wheel_radius, 2 * robot.wheel_radius)
-        lanes = [1.6 * (robot.track + robot.wheel_width) * (i - 0.5 * (len(cast) - 1)) for i in range(len(cast))]
+        wide = robot.track + robot.wheel_width
+        lanes = [1.6 * wide * (i - 0.5 * (len(cast) - 1)) for i in range(len(cast))]
+        nearest = 0.5 * wide - lanes[0]  # to the camera
+        size = max(2 * robot.com_height + robot.wheel_radius, 2 * robot.wheel_radius, nearest / _NEAREST)
         actors = [_load(client, robot, role.colour) for role in cast]
         tile = 0.5 * size
         tiles = _floor(client, tile, 4.0 * size + len(cast) * robot.track)
