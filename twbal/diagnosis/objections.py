@@ -99,7 +99,11 @@ def objections(
     swallowing, bounded = _swallowing(chosen), _bounded_values(chosen)
     for free in chosen.at_bound:
         if (free.effect or free.name) not in {*swallowing, *bounded}:
-            said = f"The best guess ran to a bound of its range ({free.name}), so it is none."
+            value = chosen.fit.model.value(free.field)
+            said = (
+                f"The best guess ran to a bound of its range ({free.name}: {value:.3g}), so it is none. If the robot "
+                "has as much of that, give the simulation as much first (docs/effects.md says how), and diagnose again."
+            )
             found.append(Objection(said, (free.effect,) if free.effect in chosen.names else ()))
     found += _to_sizes(chosen, settings)
     found += to_slow_waves(chosen, extent)
