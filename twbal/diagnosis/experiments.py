@@ -17,7 +17,7 @@ from twbal.planar.parameters import TwinParameters
 from twbal.planar.planar_plant import hold, standing
 from twbal.planar.sensing import imu_settled, read_sensors
 from twbal.planar.twin_state import STRAIGHT, TwinState
-from twbal.policies.excitation import Excitation
+from twbal.policies.excitation import Excitation, ExcitationLaw, excited_command
 from twbal.search.excited import excited_regulator
 from twbal.sysid.model import Data, Model
 from twbal.sysid.noise import UNSENSED
@@ -113,26 +113,15 @@ def simulate(experiment: Experiment, robot: RobotParameters, model: Model, data:
     levels = np.where(model.noise.sensors < 0.5 * UNSENSED, model.noise.sensors, 0.0)
     noise = levels * generator(Stream.SENSOR_NOISE, seed).standard_normal((steps + 1, 4))
     policy = experiment.policy(robot)
-    law = _Law(*policy.gain, policy.fade_tilt, policy.max_command, robot.wheel_radius)
     drawn = np.array(list(islice(policy.drawn(generator(Stream.EXPLORATION, seed)), steps)))
     state = standing(k, _START_TILT - k.offset, 0.0, 0.0, 0.0)
     imu = imu_settled(k, state, _RING * data.substeps)
     commands, measured = np.zeros(steps), np.empty((steps + 1, 4))
-    most, cut = _driven(twin, k, state, imu, law, drawn, noise, data.substeps, lead, commands, measured)
+    radius = robot.wheel_radius
+    most, cut = _driven(twin, k, state, imu, policy.law, radius, drawn, noise, data.substeps, lead, commands, measured)
     if not most < np.pi / 2:
         return Simulated(None, np.inf, cut)
     return Simulated(_recording(commands, measured, data), most, cut)
-
-
-class _Law(NamedTuple):
-    """The numbers of an `Excitation`, and the wheel radius [m]."""
-
-    by_tilt: float
-    by_tilt_rate: float
-    by_speed: float
-    fade_tilt: float
-    limit: float
-    radius: float
 
 
 @kernel()
@@ -141,7 +130,8 @@ def _driven(
     k: Constants,
     state: TwinState,
     imu: Array,
-    law: _Law,
+    law: ExcitationLaw,
+    radius: float,
     drawn: Array,
     noise: Array,
     substeps: int,
@@ -154,6 +144,7 @@ def _driven(
     Args:
         twin, k, state, imu: as of `hold`.
         law: that drives it.
+        radius: of the wheels by the sheet [m].
         drawn: (T, 2) the speed that is asked for, and the disturbance as a share of the torque limit.
         noise: (T + 1, 4) of the sensors.
         substeps, lead: as of `hold` and `read_sensors`.
@@ -168,12 +159,9 @@ def _driven(
         if n == steps:
             break
         tilt, rate = measured[n, 0], measured[n, 1]
-        speed = law.radius * (measured[n, 3] + rate)
-        fade = min(max(2.0 - 2.0 * abs(tilt) / law.fade_tilt, 0.0), 1.0)
-        command = fade * law.limit * drawn[n, 1]
-        command -= law.by_tilt * tilt + law.by_tilt_rate * rate + law.by_speed * (speed - drawn[n, 0])
-        commands[n] = min(max(command, -law.limit), law.limit)
-        cut += abs(command) >= law.limit
+        speed = radius * (measured[n, 3] + rate)
+        commands[n], is_cut = excited_command(law, tilt, rate, speed, drawn[n])
+        cut += is_cut
         state = hold(twin, k, state, commands, n, substeps, STRAIGHT, imu)
         most = max(most, abs(state.tilt))
         if not most < np.pi / 2:

@@ -3,9 +3,11 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import count
+from typing import NamedTuple
 
 import numpy as np
 
+from twbal.core.compiled import kernel
 from twbal.core.errors import ConfigError
 from twbal.core.gaussian import Array
 from twbal.policies.policy import Controller, Policy
@@ -13,6 +15,31 @@ from twbal.policies.policy import Controller, Policy
 _SINES, _SLOWEST, _FASTEST = 8, 0.2, 5.0  # of the multisine; frequencies in Hz
 _BINARY_PERIODS = 5  # for which the pseudo-random binary torque keeps its sign
 _LEG = 3.0  # time for which the robot is asked to drive one way, stand, or drive the other way [s]
+
+
+class ExcitationLaw(NamedTuple):
+    """The numbers of an `Excitation`, for kernels; see there.
+
+    Attributes:
+        by_tilt, by_tilt_rate, by_speed: k.
+        fade_tilt: [rad].
+        limit: u_max [N·m].
+    """
+
+    by_tilt: float
+    by_tilt_rate: float
+    by_speed: float
+    fade_tilt: float
+    limit: float
+
+
+@kernel()
+def excited_command(law: ExcitationLaw, tilt: float, rate: float, speed: float, drawn: Array) -> tuple[float, bool]:
+    """The command [N·m] of an `Excitation`, and whether it was cut; `drawn` has what that yields for the period."""
+    fade = min(max(2.0 - 2.0 * abs(tilt) / law.fade_tilt, 0.0), 1.0)
+    command = fade * law.limit * drawn[1]
+    command -= law.by_tilt * tilt + law.by_tilt_rate * rate + law.by_speed * (speed - drawn[0])
+    return min(max(command, -law.limit), law.limit), abs(command) >= law.limit
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,6 +93,11 @@ class Excitation(Policy):
         Leaning there it needs no torque, so that -k_tilt · tilt - k_speed · (speed - asked) is 0.
         """
         return self.gain[0] / self.gain[2]
+
+    @property
+    def law(self) -> ExcitationLaw:
+        """Its numbers."""
+        return ExcitationLaw(*self.gain, self.fade_tilt, self.max_command)
 
     def controller(self, rng: np.random.Generator) -> Controller:
         """The law with a disturbance drawn from `rng`; it counts control periods from its first call."""
