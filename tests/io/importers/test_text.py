@@ -28,7 +28,7 @@ def log(tmp_path):
 
 @pytest.mark.parametrize("delimiter", [",", ";", "\t", "  "])
 @pytest.mark.parametrize("comment", ["", "# made by hand\n", "% one\n\n%% two\n"])
-@pytest.mark.parametrize("newline", ["\n", "\r\n"])
+@pytest.mark.parametrize("newline", ["\n", "\r\n", "\r"])
 def test_columns_are_read_whatever_parts_them(delimiter, comment, newline, log):
     content = (comment + text(ROWS, delimiter)).replace("\n", newline)
     read = read_text(log(content), WANTED)

@@ -140,7 +140,7 @@ def lines_of(path: Path) -> list[str]:
     data = file_data(path)
     if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):  # as Excel and PowerShell write it
         try:
-            return data.decode("utf-16").replace("\r\n", "\n").split("\n")
+            return _parted(data.decode("utf-16"))
         except UnicodeDecodeError as error:
             raise LogError(f"{path} begins as text in UTF-16, and breaks off or is none: {error}.") from error
     if b"\0" in data[:65536]:
@@ -153,7 +153,13 @@ def lines_of(path: Path) -> list[str]:
     odd = sum(not (c.isprintable() or c in "\t\n\r") for c in looked_at)
     if odd > 0.02 * len(looked_at):
         raise LogError(f"{path} is no text file: {odd} of its first {len(looked_at)} bytes are no characters.")
-    return text.replace("\r\n", "\n").split("\n")
+    return _parted(text)
+
+
+def _parted(text: str) -> list[str]:
+    """The lines of a text, whose ends are LF, CR LF, or CR throughout."""
+    text = text.replace("\r\n", "\n")
+    return text.split("\n" if "\n" in text else "\r")
 
 
 def _decoded(data: bytes) -> str:
