@@ -102,7 +102,7 @@ def objections(
             value = chosen.fit.model.value(free.field)
             said = (
                 f"The best guess ran to a bound of its range ({free.name}: {value:.3g}), so it is none. If the robot "
-                "has as much of that, give the simulation as much first (docs/effects.md says how), and diagnose again."
+                "may have that much, put the effect into the simulation first (docs/effects.md), and diagnose again."
             )
             found.append(Objection(said, (free.effect,) if free.effect in chosen.names else ()))
     found += _to_sizes(chosen, settings)
