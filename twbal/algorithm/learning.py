@@ -15,6 +15,7 @@ Other methods begin elsewhere (`InitialPolicy`) or learn something else from the
 """
 
 from collections.abc import Sequence
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import Generic
@@ -57,9 +58,9 @@ class Algorithm(Generic[R, M, P, S, K]):
     def run(self) -> RunResult[R, M, P]:
         """From nothing to the last policy."""
         simulated, first = self._first()
-        policies = [self._tried(first)]
+        policies = [self._tried(first, ())]
         while (found := self._next(policies)) is not None:
-            policies.append(self._tried(found))
+            policies.append(self._tried(found, policies))
         return RunResult(simulated, tuple(policies))
 
     def _next(self, policies: Sequence[LearnedPolicy[R, M, P]]) -> LearnedPolicy[R, M, P] | None:
@@ -141,10 +142,13 @@ class Algorithm(Generic[R, M, P, S, K]):
         With margin, a policy under which the tilt oscillates or the robot falls is not to be chosen again: no model has
         predicted that.
         """
-        newest = policies[-1]
-        inputs = _inputs(newest, self._driven_enough(newest), [each.policy for each in policies])
+        inputs = self._driven_for_update(policies)
         aside = tuple(each.index for each in policies if self._falls_or_oscillates(each)) if with_margin else ()
         return self._update.learned(replace(inputs, with_margin=with_margin, set_aside=aside))
+
+    def _driven_for_update(self, policies: Sequence[LearnedPolicy[R, M, P]]) -> UpdateInputs[R, M, P]:
+        """Drive the robot by the newest policy: what the update after it learns from."""
+        return _inputs(policies[-1], self._driven_enough(policies[-1]), [each.policy for each in policies])
 
     def _recalibrated(
         self, solving: LearnedPolicy[R, M, P], policies: Sequence[LearnedPolicy[R, M, P]]
@@ -162,7 +166,9 @@ class Algorithm(Generic[R, M, P, S, K]):
         inputs = _inputs(newest, (rollouts,), [solving.policy])
         drivers = tuple(each.policy for each in policies)
         inputs = replace(inputs, f=solving.f, recalibration=(rollouts,), drivers=drivers)
-        return replace(self._update.learned(inputs), recalibrates=True)
+        with self._trials_begun(inputs.index, solving.policy):
+            learned = self._update.learned(inputs)
+        return replace(learned, recalibrates=True, trials=self._trials(inputs.index, solving.policy))
 
     def _driven_enough(self, newest: LearnedPolicy[R, M, P]) -> tuple[R, ...]:
         """Rollouts of a policy until they last long enough together: of a robot that falls at once, several."""
@@ -185,14 +191,40 @@ class Algorithm(Generic[R, M, P, S, K]):
         most = self._settings.max_update_rollouts * self._driving.trials + self._settings.calibration_rollouts
         return self._driving.first_trial + newest.index * most
 
-    def _tried(self, learned: LearnedPolicy[R, M, P]) -> LearnedPolicy[R, M, P]:
-        """`learned` with its trials driven."""
-        if not self._settings.trials:
+    def _tried(
+        self, learned: LearnedPolicy[R, M, P], before: Sequence[LearnedPolicy[R, M, P]]
+    ) -> LearnedPolicy[R, M, P]:
+        """`learned`, which comes after others, with its trials driven."""
+        if learned.trials is not None:
             return learned
-        first = FIRST_TRIAL * (learned.index + 1)
+        if self._steps.robot_waits and self._is_updated_anyway(learned, before):
+            inputs = self._driven_for_update([*before, learned])
+            with self._trials_begun(learned.index, learned.policy):
+                self._update.begin(inputs)
+        return replace(learned, trials=self._trials(learned.index, learned.policy))
+
+    def _is_updated_anyway(self, newest: LearnedPolicy[R, M, P], before: Sequence[LearnedPolicy[R, M, P]]) -> bool:
+        """Whether an update comes after the newest policy, whatever its trials show: the next policy, or for margin."""
+        settings = self._settings
+        if not settings.trials or sum(not each.recalibrates for each in before) >= settings.updates:
+            return False
+        return not settings.stop_when_solved or (
+            settings.improve and self._steps.identifies and not self._solving(before)
+        )
+
+    def _trials_begun(self, index: int, policy: P) -> AbstractContextManager[None]:
+        """Lets trials begin while the body learns, if the robot waits for its host."""
+        if not self._steps.robot_waits:
+            return nullcontext()
+        return self._steps.begun_ahead(lambda: self._trials(index, policy))
+
+    def _trials(self, index: int, policy: P) -> R | None:
+        """Trials of a policy, as those of iteration `index`; None where none are asked for."""
+        if not self._settings.trials:
+            return None
+        first = FIRST_TRIAL * (index + 1)
         conditions = replace(self._update.as_judged, trials=self._settings.trials, first_trial=first)
-        place = Path(f"iteration_{learned.index}") / "trials"
-        return replace(learned, trials=self._steps.drive(place, learned.policy, conditions))
+        return self._steps.drive(Path(f"iteration_{index}") / "trials", policy, conditions)
 
     def _is_enough(self, learned: LearnedPolicy[R, M, P]) -> bool:
         return self._settings.stop_when_solved and learned.trials is not None and self._update.solved(learned.trials)

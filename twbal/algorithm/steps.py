@@ -1,7 +1,8 @@
 """The steps of Algorithm 1: what it asks to be done, whoever does it, and wherever the results lie."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Generic, NamedTuple, TypeVar
@@ -115,11 +116,18 @@ class Steps(ABC, Generic[R, M, P, S, K]):
         ensemble: names of further simulated robots that policy 0 must serve.
         identifies: whether searches ask what is known of the robot's parameters.
         known: of the robot's parameters before the run, by rollouts; None: there were none.
+        robot_waits: whether the robot waits for its host, so that it does not matter what else is computed meanwhile.
     """
 
     ensemble: Sequence[str]
     identifies: bool
     known: K | None
+    robot_waits: bool = False
+
+    @contextmanager
+    def begun_ahead(self, work: Callable[[], object]) -> Iterator[None]:
+        """Let steps begin, as far as they can, while the body runs; they are asked for again after it."""
+        yield
 
     @abstractmethod
     def simulate(

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Generic
 
@@ -75,15 +76,7 @@ class Update(Generic[R, M, P, S, K]):
 
     def with_g(self, inputs: UpdateInputs[R, M, P], basis: Basis) -> LearnedPolicy[R, M, P]:
         """Learn g on top of the likeliest f there is, or the whole dynamics without one, and search."""
-        known: K | None = None
-        bases, fit_s = [] if inputs.f is None else [inputs.f], 0.0
-        if self._steps.identifies:
-            identified = self._steps.identify(inputs.place / "identify", inputs.rollouts)
-            known, fit_s = identified.value.known, identified.seconds
-            if bases and self._settings.identified_base:
-                f = self._f_of(identified.value.simulation, inputs)
-                bases, fit_s = [*bases, f.value], fit_s + f.seconds
-        fit = self._steps.fit_difference(inputs.place / "model", bases, inputs.rollouts)
+        known, fit = self._model(inputs)
         searching = SearchInputs(
             [fit.value.model],
             inputs.earlier,
@@ -99,12 +92,30 @@ class Update(Generic[R, M, P, S, K]):
             basis=basis,
             model=fit.value.model,
             f=inputs.f,
-            fit_s=fit_s + fit.seconds,
+            fit_s=fit.seconds,
             search_s=found.seconds,
             rollouts=inputs.rollouts,
             base=Base.IDENTIFIED if fit.value.base else Base.GIVEN,
             evidence_gain=_gain(fit.value),
         )
+
+    def begin(self, inputs: UpdateInputs[R, M, P]) -> None:
+        """Learn the model that `learned` begins with; what policies it chooses among does not matter yet."""
+        if self._settings.model_update is ModelUpdate.RESIDUAL and not self._settings.diagnose:
+            self._model(inputs)
+
+    def _model(self, inputs: UpdateInputs[R, M, P]) -> tuple[K | None, Timed[Difference[M]]]:
+        """What is known of the robot's parameters, and the model."""
+        known: K | None = None
+        bases, fit_s = [] if inputs.f is None else [inputs.f], 0.0
+        if self._steps.identifies:
+            identified = self._steps.identify(inputs.place / "identify", inputs.rollouts)
+            known, fit_s = identified.value.known, identified.seconds
+            if bases and self._settings.identified_base:
+                f = self._f_of(identified.value.simulation, inputs)
+                bases, fit_s = [*bases, f.value], fit_s + f.seconds
+        fit = self._steps.fit_difference(inputs.place / "model", bases, inputs.rollouts)
+        return known, Timed(fit.value, fit_s + fit.seconds)
 
     def _f_of(self, simulation: S, inputs: UpdateInputs[R, M, P]) -> Timed[M]:
         """f of the identified simulation: of random rollouts there, and of some by each policy that drove the robot.
@@ -113,14 +124,18 @@ class Update(Generic[R, M, P, S, K]):
         robot fall at once, f would say nothing of how it stands.
         """
         drivers = inputs.earlier if inputs.drivers is None else inputs.drivers
-        simulated = [self.simulated(inputs.place / "identified_collect", 0, None, simulation)]
+        place, simulate = inputs.place, partial(self.simulated, simulation=simulation)
+        collecting = [partial(simulate, place / "identified_collect", 0, None)]
         for number, driver in enumerate(drivers, start=1):
-            driven = inputs.place / f"identified_driven_{number - 1}"
-            simulated.append(self.simulated(driven, number, driver, simulation))
+            collecting.append(partial(simulate, place / f"identified_driven_{number - 1}", number, driver))
             if inputs.recalibration:
-                calm = inputs.place / f"identified_undisturbed_{number - 1}"
-                simulated.append(self.simulated(calm, len(drivers) + number, driver, simulation, exploration=0.0))
-        return self._steps.fit_simulation(inputs.place / "identified_model", simulated)
+                calm = place / f"identified_undisturbed_{number - 1}"
+                collecting.append(partial(simulate, calm, len(drivers) + number, driver, exploration=0.0))
+        begun = len(collecting) // 2  # about as long as the others, as most are at random
+        with self._steps.begun_ahead(lambda: [collect() for collect in collecting[begun:]]):
+            simulated = [collect() for collect in collecting[:begun]]
+        simulated += [collect() for collect in collecting[begun:]]
+        return self._steps.fit_simulation(place / "identified_model", simulated)
 
     def searched(self, place: Path, inputs: SearchInputs[R, M, P, K]) -> Timed[P]:
         """Search a policy: the whole of it, or a network on top of the regulator of the nominal parameters."""

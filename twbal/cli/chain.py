@@ -14,7 +14,7 @@ from twbal.cli.commands import ROOT, command_line, compose_stage, stage_override
 from twbal.cli.config_check import check_configuration
 from twbal.cli.console import say
 from twbal.cli.hydra_errors import explained
-from twbal.cli.manifest import Manifest, read_manifest
+from twbal.cli.manifest import MANIFEST, Manifest, read_manifest
 from twbal.cli.sim_files import with_files
 from twbal.cli.stages import (
     fit_diff_gp,
@@ -79,7 +79,6 @@ class Chain:
         root: the run folder.
         commands: a shell command for each call so far; `$OUT` stands for the run folder.
         outputs: what the calls made, by path within the run folder, with sha256.
-        wall_s: how long the calls took; of those that were there already, how long they took then [s].
     """
 
     def __init__(
@@ -102,12 +101,19 @@ class Chain:
         self.root = root
         self.commands: list[str] = []
         self.outputs: dict[str, str] = {}
-        self.wall_s = 0.0
+        self._before_s = 0.0
+        self._began, self._clock = time.time(), time.monotonic()
+        self._made: dict[Path, Manifest] = {}
         self._cfg, self._choices, self._flags = cfg, choices, list(flags)
         self._run: Mapping[str, Callable[[DictConfig, Path], Manifest]] = {
             **RUN,
             "real-rollout": partial(real_rollout.run, launch=launch, advise=False, tell=self._tell),
         }
+
+    @property
+    def wall_s(self) -> float:
+        """How long it takes so far; for calls that were there already it counts how long they took then [s]."""
+        return self._before_s + time.monotonic() - self._clock
 
     def _tell(self, trial: Episode) -> None:
         """Tell a person how a trial ended; there is none beside a virtual robot of the run's own."""
@@ -120,6 +126,8 @@ class Chain:
         Raises:
             TwbalError: of the stage's kind, with its name and folder before the message.
         """
+        if call.folder in self._made:
+            return self._made[call.folder]
         out = self.root / call.folder
         print(f"{call.stage} -> {out}", flush=True)
         began = time.monotonic()
@@ -136,11 +144,13 @@ class Chain:
             raise _named(error, call, out) from error
         kept = manifest == before
         wall_s = manifest.wall_s if kept else time.monotonic() - began
-        print("  is there already" if kept else f"  {wall_s:.1f} s", flush=True)
+        is_old = kept and (out / MANIFEST).stat().st_mtime < self._began  # else it was begun ahead, in this run
+        print("  is there already" if is_old else f"  {wall_s:.1f} s", flush=True)
         inherited = words[: len(words) - len(overrides)]
         self.commands.append(command_line(call.stage, [*self._flags, *inherited, *by_hand], ROOT / call.folder))
         self.outputs |= {(call.folder / made.path).as_posix(): made.sha256 for made in manifest.outputs}
-        self.wall_s += wall_s
+        self._before_s += wall_s if is_old else 0.0
+        self._made[call.folder] = manifest
         return manifest
 
 

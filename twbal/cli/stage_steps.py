@@ -1,7 +1,8 @@
 """The steps of Algorithm 1 as stages: each result lies in a folder within the run folder."""
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -25,10 +26,13 @@ from twbal.cli.chain import Chain, StageCall
 from twbal.cli.known_robot import distribution_file
 from twbal.cli.manifest import Manifest
 from twbal.cli.sim_files import AUGMENTED, IDENTIFIED
+from twbal.cli.trials_at_once import waits
+from twbal.core.copies import begun_ahead
 from twbal.core.episode import Episode
 from twbal.core.files import file_hash
 from twbal.diagnosis.diagnosis_file import closed_share
 from twbal.diagnosis.usability import FEW_DATA
+from twbal.virtual_robot.process import KeptRobots
 
 _SAVED, _RANDOM = {"policy": "saved"}, {"policy": "random"}
 
@@ -39,13 +43,23 @@ class StageSteps(Steps[Path, Path, Path, Path, Path]):
     Args:
         chain: runs the stages.
         cfg: of iterate, with a section for each stage.
+        robots: virtual ones that the chain's stages drive.
     """
 
-    def __init__(self, chain: Chain, cfg: DictConfig) -> None:
-        self._chain, self._cfg = chain, cfg
+    def __init__(self, chain: Chain, cfg: DictConfig, robots: KeptRobots) -> None:
+        self._chain, self._cfg, self._robots = chain, cfg, robots
         self.ensemble = [str(name) for name in cfg.ensemble]
         self.identifies = bool(cfg.robust)
         self.known = distribution_file(cfg.known)
+        self.robot_waits = waits(cfg.link)
+
+    @contextmanager
+    def begun_ahead(self, work: Callable[[], object]) -> Iterator[None]:
+        """In a copy of this process: the same stages are asked for after it, and found in their folders."""
+        if self.robot_waits:
+            self._robots.wait_for_ports(self._cfg.link.start_timeout)  # what a robot says is read once
+        with begun_ahead(work):
+            yield
 
     def simulate(
         self, place: Path, policy: Path | None, conditions: Conditions = AS_CONFIGURED, simulation: Path | None = None

@@ -42,10 +42,13 @@ def robots_at_once(link: DictConfig, trials: int, workers: int) -> int:
         trials: that are to be driven.
         workers: most robots; 0: one a core.
     """
+    return max(min(workers or cores(), trials // _EACH), 1) if waits(link) else 1
+
+
+def waits(link: DictConfig) -> bool:
+    """Whether a link is to virtual robots that wait for their host, and of which there may be several."""
     is_alone = any(str(word).startswith(_OTHER_ROBOT) for word in link.get("overrides", ())) or link.get("program")
-    if is_alone or link.get("clock") != Clock.LOCKSTEP.name.lower():
-        return 1
-    return max(min(workers or cores(), trials // _EACH), 1)
+    return not is_alone and link.get("clock") == Clock.LOCKSTEP.name.lower()
 
 
 def until(why_stop: WhyStop, watch: Watch) -> Watch:

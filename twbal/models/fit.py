@@ -8,7 +8,7 @@ from twbal.core.gaussian import Array
 from twbal.models.evidence import Evidence
 from twbal.models.fit_settings import FitSettings, Reference
 from twbal.models.gp import SQUARED_EXPONENTIAL, Posterior, condition
-from twbal.models.hyperparameters import fit_hyperparameters
+from twbal.models.hyperparameters import Hyperparameters, fit_hyperparameters
 
 
 class Fit(NamedTuple):
@@ -30,6 +30,7 @@ def fit_gp(
     seed: int,
     reference: Reference | None = None,
     kernel: str = SQUARED_EXPONENTIAL,
+    near: Hyperparameters | None = None,
 ) -> Fit:
     """Exact GPs whose hyper-parameters maximise the evidence, less penalties and, where given, with priors.
 
@@ -41,6 +42,7 @@ def fit_gp(
         reference: what the priors are relative to; None means std(X) and std(y)/10.
         kernel: the squared exponential one, by closed forms; or an expression of names (`models.kernels.expression`),
             by GPyTorch.
+        near: hyper-parameters of much the same samples, from which the search goes on (`fit_hyperparameters`).
 
     Raises:
         ConfigError: `kernel` is none.
@@ -51,7 +53,7 @@ def fit_gp(
         from twbal.models.kernels.exact import fit_exact  # here, as GPyTorch takes a while to import
 
         return fit_exact(inputs, targets, kernel, settings, seed, reference)
-    found = fit_hyperparameters(inputs, targets, settings, seed, reference)
+    found = fit_hyperparameters(inputs, targets, settings, seed, reference, near)
     gp = condition(inputs, targets, *found)
     evidence = [Evidence(inputs, target)(found.theta(a))[0] for a, target in enumerate(targets.T)]
     return Fit(gp, np.array(evidence))

@@ -50,7 +50,12 @@ class Hyperparameters(NamedTuple):
 
 
 def fit_hyperparameters(
-    inputs: Array, targets: Array, settings: FitSettings, seed: int, reference: Reference | None = None
+    inputs: Array,
+    targets: Array,
+    settings: FitSettings,
+    seed: int,
+    reference: Reference | None = None,
+    near: Hyperparameters | None = None,
 ) -> Hyperparameters:
     """Hyper-parameters that maximise the evidence, less penalties and, where given, with priors.
 
@@ -60,6 +65,7 @@ def fit_hyperparameters(
         settings: how to search.
         seed: of the perturbed starts and of the samples that they compete on.
         reference: what the priors are relative to; None means std(X) and std(y)/10.
+        near: of much the same samples. They and the usual first start are searched from, instead of all starts.
 
     Raises:
         FitError: too few samples, shapes that do not fit, a value that is not finite.
@@ -70,6 +76,8 @@ def fit_hyperparameters(
         _Search.drawn(objective, inputs, target, settings, rng)
         for objective, target in zip(objectives(inputs, targets, settings, reference), targets.T, strict=True)
     ]
+    if near is not None:
+        searches = [search.beginning_at(near.theta(a)) for a, search in enumerate(searches)]
     begun = _beside_each_other(_Search.begun, [(search, search.numbers) for search in searches])
     finalists = [search.finalists(found) for search, found in zip(searches, begun, strict=True)]
     ended = _beside_each_other(_Search.finished, list(zip(searches, finalists, strict=True)))
@@ -126,6 +134,11 @@ class _Search(NamedTuple):
         elif apart:
             choices += [rng.permutation(n)[: len(choices[0])] for _ in starts[1:]]
         return cls(objective, inputs, target, starts, choices, apart, settings)
+
+    def beginning_at(self, theta: Array) -> Self:
+        """The same, but searched from two starts: a point, in the coordinates of `Evidence`, and the good guess."""
+        starts = np.vstack([theta - self.objective.origin, self.starts[0]])
+        return self._replace(starts=starts, choices=self.choices[:1], apart=False)
 
     @property
     def numbers(self) -> Sequence[int]:

@@ -13,15 +13,28 @@ from twbal.models.dataset import Transitions, residuals, transitions
 from twbal.models.dynamics import DynamicsModel, without_simulation
 from twbal.models.fit import Fit
 from twbal.models.fit_settings import Reference, input_scales
-from twbal.models.gp import SQUARED_EXPONENTIAL
+from twbal.models.gp import SQUARED_EXPONENTIAL, GaussianProcess, Posterior
+from twbal.models.hyperparameters import Hyperparameters
 from twbal.models.smoothing import NoiseLevels, SmoothingSettings, samples, smooth
 
 
 class GpFit(Protocol):
     """Fits E GPs to inputs (n, d) and targets (n, E); `fit_gp` and `fit_sparse_gp`, their settings bound, are such."""
 
-    def __call__(self, inputs: Array, targets: Array, *, seed: int, reference: Reference | None, kernel: str) -> Fit:
-        """Fit GPs with a kernel, with priors relative to `reference` where there are priors."""
+    def __call__(
+        self,
+        inputs: Array,
+        targets: Array,
+        *,
+        seed: int,
+        reference: Reference | None,
+        kernel: str,
+        near: Hyperparameters | None = None,
+    ) -> Fit:
+        """Fit GPs with a kernel, with priors relative to `reference` where there are priors.
+
+        `near` is a fit to much the same samples, of which some of the search can be spared.
+        """
         ...
 
 
@@ -108,19 +121,23 @@ class ModelRecipe:
         levels = NoiseLevels(self.smoothing.sensor_variances(names), learned.model.process_noise)
         for _ in range(self.smoothing.rounds):
             levels, states = smooth(learned.model, episodes, levels, self.smoothing)
-            learned = self._fit_difference(base, samples(episodes, states, base), seed)
+            learned = self._fit_difference(base, samples(episodes, states, base), seed, learned.model.g)
             levels = NoiseLevels(self.smoothing.sensor_variances(names), levels.process)
         levels, _ = smooth(learned.model, episodes, levels, self.smoothing)
         model = replace(learned.model, process_noise=levels.process, observation_noise=levels.sensors)
         return learned._replace(model=model)
 
-    def _fit_difference(self, model: DynamicsModel, data: Transitions, seed: int) -> LearnedModel:
-        """`model` with a g from `data`, whose noise counts as process noise."""
-        reference = None
+    def _fit_difference(
+        self, model: DynamicsModel, data: Transitions, seed: int, before: Posterior | None = None
+    ) -> LearnedModel:
+        """`model` with a g from `data`, whose noise counts as process noise; `before` is one of the data before."""
+        reference, near = None, None
+        if isinstance(before, GaussianProcess):
+            near = Hyperparameters(before.length_scales, before.signal_variance, before.noise_variance)
         if model.has_simulation:
             length_scales = np.tile(input_scales(model.f.centres), (model.f.outputs, 1))
             reference = Reference(length_scales, np.sqrt(model.f.noise_variance))
-        fit = self.fit_g(data.inputs, data.targets, seed=seed, reference=reference, kernel=self.kernel)
+        fit = self.fit_g(data.inputs, data.targets, seed=seed, reference=reference, kernel=self.kernel, near=near)
         noise = fit.gp.noise_variance
         with_g = replace(model, g=fit.gp, process_noise=noise)
         return LearnedModel(with_g, data, fit.log_evidence)

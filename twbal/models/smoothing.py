@@ -144,26 +144,58 @@ def _likeliest(
 def _filter(  # type: ignore[no-untyped-def]
     measured: Array, ahead: Array, slope: Array, sensors: Array, process: Array
 ):
-    """Log likelihood of the innovations; filtered means and covariances; predicted means and covariances."""
+    """Log likelihood of the innovations; filtered means and covariances; predicted means and covariances.
+
+    By loops, as the matrices are of a few channels: calls of LAPACK take ten times as long. With S = L Lᵀ, w = L⁻¹ of
+    the innovation and G = L⁻¹ P, the innovation moves the mean by Gᵀ w and the covariance by -Gᵀ G.
+    """
     steps, E = ahead.shape
     means, covariances = np.zeros((steps + 1, E)), np.zeros((steps + 1, E, E))
     ahead_means, ahead_covariances = np.zeros((steps + 1, E)), np.zeros((steps + 1, E, E))
-    mean, covariance = measured[0].copy(), np.diag(sensors)
-    means[0], covariances[0] = mean, covariance
+    means[0], covariances[0] = measured[0], np.diag(sensors)
+    carried, L, G, w = np.empty((E, E)), np.zeros((E, E)), np.empty((E, E)), np.empty(E)
     likelihood = 0.0
     for t in range(steps):
-        predicted = ahead[t] + slope[t] @ (mean - measured[t])
-        P = slope[t] @ covariance @ slope[t].T + np.diag(process)
-        innovation = measured[t + 1] - predicted
-        S = P + np.diag(sensors)
-        inverse = np.linalg.inv(S)
-        likelihood -= 0.5 * (innovation @ inverse @ innovation + np.linalg.slogdet(S)[1])
-        gain = P @ inverse
-        mean = predicted + gain @ innovation
-        covariance = P - gain @ P
-        covariance = 0.5 * (covariance + covariance.T)
-        means[t + 1], covariances[t + 1] = mean, covariance
-        ahead_means[t + 1], ahead_covariances[t + 1] = predicted, P
+        A, C, P, predicted = slope[t], covariances[t], ahead_covariances[t + 1], ahead_means[t + 1]
+        for a in range(E):
+            predicted[a] = ahead[t, a]
+            for b in range(E):
+                predicted[a] += A[a, b] * (means[t, b] - measured[t, b])
+                carried[a, b] = 0.0
+                for c in range(E):
+                    carried[a, b] += A[a, c] * C[c, b]
+        for a in range(E):
+            for b in range(a + 1):
+                total = process[a] if a == b else 0.0
+                for c in range(E):
+                    total += carried[a, c] * A[b, c]
+                P[a, b] = P[b, a] = total
+        for a in range(E):
+            for b in range(a + 1):
+                left = P[a, b] + (sensors[a] if a == b else 0.0)
+                for c in range(b):
+                    left -= L[a, c] * L[b, c]
+                L[a, b] = np.sqrt(left) if a == b else left / L[b, b]
+        for a in range(E):
+            w[a] = measured[t + 1, a] - predicted[a]
+            for c in range(a):
+                w[a] -= L[a, c] * w[c]
+            w[a] /= L[a, a]
+            likelihood -= 0.5 * w[a] ** 2 + np.log(L[a, a])
+            for b in range(E):
+                G[a, b] = P[a, b]
+                for c in range(a):
+                    G[a, b] -= L[a, c] * G[c, b]
+                G[a, b] /= L[a, a]
+        for a in range(E):
+            means[t + 1, a] = predicted[a]
+            for c in range(E):
+                means[t + 1, a] += G[c, a] * w[c]
+            for b in range(a + 1):
+                left = P[a, b]
+                for c in range(E):
+                    left -= G[c, a] * G[c, b]
+                covariances[t + 1, a, b] = covariances[t + 1, b, a] = left
     return likelihood, means, covariances, ahead_means, ahead_covariances
 
 

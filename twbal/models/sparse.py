@@ -50,6 +50,7 @@ def fit_sparse_gp(
     seed: int,
     reference: Reference | None = None,
     kernel: str = SQUARED_EXPONENTIAL,
+    near: Hyperparameters | None = None,
 ) -> Fit:
     """GPs by Titsias' bound (2009) over inducing inputs that all outputs share; its log evidence is the bound.
 
@@ -62,20 +63,21 @@ def fit_sparse_gp(
         settings: how to fit.
         seed: of the subset and of the starts.
         reference: what the priors are relative to; None means std(X) and std(y)/10.
-        kernel: see `fit_gp`.
+        kernel: see `fit_gp` for this and the next.
+        near: of much the same samples.
 
     Raises:
         FitError: too few samples, shapes that do not fit, a value that is not finite.
     """
     check_samples(inputs, targets)
     if len(inputs) <= settings.inducing:
-        return fit_gp(inputs, targets, settings.fit, seed, reference, kernel)
+        return fit_gp(inputs, targets, settings.fit, seed, reference, kernel, near)
     if kernel != SQUARED_EXPONENTIAL:
         from twbal.models.kernels.induced import fit_induced  # here, as GPyTorch takes a while to import
 
         return fit_induced(inputs, targets, kernel, settings, seed, reference)
     subset = random_subset(len(inputs), settings.subset, seed)
-    found = fit_hyperparameters(inputs[subset], targets[subset], settings.fit, seed, reference)
+    found = fit_hyperparameters(inputs[subset], targets[subset], settings.fit, seed, reference, near)
     if settings.iterations:
         centres = choose_inducing(inputs, found, settings.inducing, settings.tolerance)
         found = _refine(inputs, targets, centres, found, settings, reference, subset)

@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -16,13 +16,15 @@ from twbal.models.moments.truncation import Truncation
 from twbal.policies.rbf import RbfPolicy
 from twbal.search.descent import MeanObjective, Minimised, Objective
 from twbal.search.long_term_cost import propagate
-from twbal.search.particles import ParticleObjective
 from twbal.search.predicted_rollout import PredictedRollout, predicted_by_robots
 from twbal.search.predictor import Predictor
 from twbal.search.reliability import AS_IT_IS, success_probability
 from twbal.search.robust import RankedPolicy, SampledRobots
 from twbal.search.transition import TransitionModel, transition_model
 from twbal.search.validation import Validation, ValidationResult, validate
+
+if TYPE_CHECKING:
+    from twbal.search.particles import ParticleObjective
 
 
 @dataclass(frozen=True)
@@ -142,7 +144,9 @@ class Task:
             for transition in self._transitions
         ]
 
-    def _particles(self, horizon: int) -> list[ParticleObjective]:
+    def _particles(self, horizon: int) -> list["ParticleObjective"]:
+        from twbal.search.particles import ParticleObjective  # here, as PyTorch takes two seconds to import
+
         count = math.ceil(self.settings.particles / len(self.models))
         features, penalty = self.validation.features, self.settings.weight_penalty
         return [

@@ -18,9 +18,7 @@ from twbal.models.dynamics import DynamicsModel
 from twbal.models.function_samples import FunctionSamples
 from twbal.models.gp import GaussianProcess
 from twbal.policies.rbf import RbfPolicy
-from twbal.search.robots import Robots
 from twbal.search.sampled_rollouts import Draws, limits_of, sampled_rollouts
-from twbal.search.torch_functions import sampled_functions
 
 
 @dataclass(frozen=True)
@@ -70,6 +68,9 @@ def validate(
     if isinstance(model.f, GaussianProcess) and (model.g is None or samples):
         stayed, costs = sampled_rollouts(model, samples, policy, cost, limits, draws)
     else:  # other kernels have no compiled form
+        from twbal.search.robots import Robots  # here, as PyTorch takes two seconds to import
+        from twbal.search.torch_functions import sampled_functions
+
         g = sampled_functions(model.g, n, settings.features, rng) if model.g else None
         stayed, costs = Robots.of(model, g, draws).balanced(policy.command, cost, limits)
     return ValidationResult(float(stayed.mean()), float(costs.mean()))

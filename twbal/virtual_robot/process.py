@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from typing import Self
 
+from twbal.core.copies import is_copy, original_process
 from twbal.core.errors import LinkError
 from twbal.link.serial_plant import SerialPlant
 
@@ -59,11 +60,13 @@ class VirtualRobotProcess:
 
     @property
     def is_running(self) -> bool:
-        """Whether it has not ended."""
-        return self._process.poll() is None
+        """Whether it has not ended. A copy of the process that started it (`core.copies`) takes it to run."""
+        return is_copy() or self._process.poll() is None
 
     def close(self) -> None:
-        """End it. Safe to call twice."""
+        """End it, which is not for a copy of the process that started it. Safe to call twice."""
+        if is_copy():
+            return
         if self._process.poll() is None:
             self._process.terminate()
             try:
@@ -141,6 +144,11 @@ class KeptRobots:
         for _ in range(robots):
             self._free.append(VirtualRobotProcess(command))
 
+    def wait_for_ports(self, start_timeout: float) -> None:
+        """Wait until those that no body has said their ports; see `VirtualRobotProcess.wait_for_port`."""
+        for process in self._free:
+            process.wait_for_port(start_timeout)
+
     @contextmanager
     def launch(self, command: Sequence[str], start_timeout: float) -> Iterator[str]:
         """A robot for the length of the body, which gets the path of its port; see the function `launch`.
@@ -183,7 +191,7 @@ def virtual_robot_command(overrides: Sequence[str]) -> list[str]:
     Args:
         overrides: such as `seed=3`.
     """
-    return [sys.executable, "-m", "twbal", "virtual-robot", f"parent={os.getpid()}", *overrides]
+    return [sys.executable, "-m", "twbal", "virtual-robot", f"parent={original_process()}", *overrides]
 
 
 @contextmanager

@@ -1,12 +1,14 @@
 """The pictures of a run of Algorithm 1, as its report shows them."""
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 
 from twbal.algorithm.findings import Findings, Measures
 from twbal.algorithm.iteration import Iteration
 from twbal.algorithm.summary import Summary
 from twbal.core.channels import Channels
+from twbal.core.copies import shared
 from twbal.core.episode import Episode
 from twbal.core.evaluation import positions
 from twbal.core.files import write_atomically
@@ -35,13 +37,17 @@ def pictures(summary: Summary, found: Sequence[Findings], measures: Measures, co
     rolled = _grouped(tried, lambda trial: positions(trial, channels.wheel_radius), "\n")
     first_and_best = [each for each in tried if each.iteration.index in (0, summary.best_iteration)]
     tilted = _grouped(first_and_best, lambda trial: trial.tilt, ": ")
-    return Pictures(
-        tilt=svg(tilt_figure(tilted, control_period, rule)) if tilted else None,
-        predictions=[_prediction(each, channels, control_period) for each in found],
-        learning=svg(learning_curve_figure(summary)),
-        drift=svg(drift_figure(rolled, control_period, rule)) if rolled else None,
-        cost=svg(cost_figure(SHAPES, measures.cost, channels.names, channels.units)),
-    )
+    tasks: list[Callable[[], str | None]] = [
+        lambda: svg(tilt_figure(tilted, control_period, rule)) if tilted else None,
+        lambda: svg(drift_figure(rolled, control_period, rule)) if rolled else None,
+        lambda: svg(learning_curve_figure(summary)),
+        lambda: svg(cost_figure(SHAPES, measures.cost, channels.names, channels.units)),
+        *(partial(_prediction, each, channels, control_period) for each in found),
+    ]
+    tilt, drift, learning, cost, *predictions = shared(tasks)
+    assert learning is not None
+    assert cost is not None
+    return Pictures(tilt, predictions, learning, drift, cost)
 
 
 def save(drawn: Pictures, folder: Path) -> list[Path]:

@@ -144,7 +144,7 @@ def _learn_and_write(
     check_robot_is_there(cfg)
     if not cfg.search.particles:
         check_kernel(cfg.model.kernel)
-    steps = StageSteps(chain, cfg)
+    steps = StageSteps(chain, cfg, robots)
     algorithm = Algorithm(steps, settings, rollout_settings(section(cfg, "real_rollout")), measures.rule)
     if "overrides" in cfg.link and settings.trials and not (chain.root / "iteration_0").exists():
         count = robots_at_once(cfg.link, settings.trials, cfg.real_rollout.workers)

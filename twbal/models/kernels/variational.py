@@ -12,6 +12,7 @@ from twbal.core.streams import Stream, generator
 from twbal.models.fit import Fit, fit_gp
 from twbal.models.fit_settings import FitSettings, Reference, check_samples
 from twbal.models.gp import SQUARED_EXPONENTIAL, GaussianProcess
+from twbal.models.hyperparameters import Hyperparameters
 from twbal.models.kernels.expression import positive
 from twbal.models.kernels.induced import choose_inducing, condition_induced, fit_on_subset
 from twbal.models.kernels.process import KernelProcess
@@ -80,6 +81,7 @@ def fit_variational_gp(
     seed: int,
     reference: Reference | None = None,
     kernel: str = SQUARED_EXPONENTIAL,
+    near: Hyperparameters | None = None,
 ) -> Fit:
     """GPs over inducing inputs that minibatches of all samples choose; the log evidence is Titsias' bound.
 
@@ -94,6 +96,7 @@ def fit_variational_gp(
         seed: of the subset, its starts and the minibatches.
         reference: what the subset's priors are relative to; None means std(X) and std(y)/10.
         kernel: as of `fit_gp`; with the squared exponential one the posterior can be moment matched.
+        near: of use only where the fit is exact, as samples are few.
 
     Raises:
         ConfigError: `kernel` is none.
@@ -101,7 +104,7 @@ def fit_variational_gp(
     """
     check_samples(inputs, targets)
     if len(inputs) <= settings.inducing:
-        return fit_gp(inputs, targets, settings.fit, seed, reference, kernel)
+        return fit_gp(inputs, targets, settings.fit, seed, reference, kernel, near)
     with one_thread():
         prior = fit_on_subset(inputs, targets, kernel, settings.subset, settings.fit, seed, reference)
         candidates = inputs[random_subset(len(inputs), _CANDIDATES, seed)]
