@@ -75,7 +75,7 @@ def find(
     simulated=None,
     set_aside=(),
     searches=True,
-    recalibrates=False,
+    judges=False,
 ):
     """The result of a search on a model by which nothing changes, and what it said."""
     channels = Channels(names, robot.wheel_radius, robot.control_period)
@@ -96,9 +96,10 @@ def find(
         set_aside=set_aside,
     )
     search = search if searches else search.without_search()
-    search = search.recalibrating() if recalibrates else search
-    lines = []
-    return search.find([without_simulation(channels)], earlier, None, known, lines.append), lines
+    models, lines = [without_simulation(channels)], []
+    if judges:
+        return search.judge(models, earlier[0], known, lines.append), lines
+    return search.find(models, earlier, None, known, lines.append), lines
 
 
 @pytest.mark.parametrize(
@@ -204,7 +205,7 @@ def driven_by(driver, states, trial=0):
 def test_without_rollouts_the_sampled_robots_predict_alone_and_else_all_that_can(paper):
     alone, _ = find(paper)
     assert [each.by for each in alone.predictions] == [Predictor.ROBOTS]
-    all_of_them, _ = find(paper, recalibrates=True)
+    all_of_them, _ = find(paper, earlier=[alone.best.policy], judges=True)
     assert [each.by for each in all_of_them.predictions[:2]] == [Predictor.ROBOTS, Predictor.MODEL]
     assert [each.crps for each in all_of_them.predictions] == [None] * len(all_of_them.predictions)
     assert len(all_of_them.predictions) > 2
@@ -215,14 +216,14 @@ def test_without_rollouts_the_sampled_robots_predict_alone_and_else_all_that_can
 @pytest.mark.parametrize("best", [0, 1])
 def test_rollouts_of_the_policy_tell_which_prediction_to_take_and_how_wide_it_is(paper, best):
     first, _ = find(paper)
-    result, _ = find(paper, earlier=[first.best.policy], recalibrates=True)
+    result, _ = find(paper, earlier=[first.best.policy], judges=True)
     result = result._replace(best=result.best._replace(earlier=0))
     channels = Channels(PLACED, paper.wheel_radius, paper.control_period)
     cost = cost_over(PLACED, {name: 1.0 for name in PLACED if not name.startswith("command")}, 1.0, paper.torque_limit)
     true = result.predictions[best]
     rng = np.random.default_rng(0)
     drawn = [np.array([state.sample(1, rng)[0] for state in true.states]) for _ in range(20)]
-    found = recalibrated(result, [driven_by("abc", states) for states in drawn], ["abc"], channels, cost)
+    found = recalibrated(result, [driven_by("abc", states) for states in drawn], "abc", channels, cost)
     bare = {"states": (), "crps": None, "unknown": None}
     assert found.predictions[0]._replace(**bare) == true._replace(**bare)
     assert [each.crps for each in found.predictions] == sorted(each.crps for each in found.predictions)
@@ -244,7 +245,7 @@ def test_rollouts_of_another_policy_choose_nothing(paper):
     channels = Channels(PLACED, paper.wheel_radius, paper.control_period)
     cost = cost_over(PLACED, {"tilt": 1.0}, 1.0, paper.torque_limit)
     with pytest.raises(ConfigError, match="another one drove it"):
-        recalibrated(result, [driven_by("other", np.zeros((7, len(PLACED))))], ["abc"], channels, cost)
+        recalibrated(result, [driven_by("other", np.zeros((7, len(PLACED))))], "abc", channels, cost)
 
 
 def test_what_rollouts_add_to_a_band_is_not_known_and_what_they_take_away_leaves_the_shares():

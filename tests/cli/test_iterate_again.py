@@ -70,3 +70,18 @@ def test_another_seed_gives_other_policies(undisturbed, tmp_path):
     other = [*command(tmp_path / "run"), "seed=1"]
     subprocess.run(other, env=environment(), check=True, capture_output=True)
     assert listed_hashes(tmp_path / "run")["best_policy.pt"] != listed_hashes(undisturbed)["best_policy.pt"]
+
+
+@pytest.mark.skipif(not hasattr(os, "sched_setaffinity"), reason="a process is kept on one core on Linux")
+def test_on_one_core_all_is_done_by_one_process_and_comes_to_the_same(undisturbed, tmp_path):
+    """On several, copies of the process do some of it (`core.copies`)."""
+    core = min(os.sched_getaffinity(0))
+    alone = [
+        sys.executable,
+        "-c",
+        f"import os, sys; os.sched_setaffinity(0, {{{core}}}); os.execv(sys.argv[1], sys.argv[1:])",
+    ]
+    subprocess.run([*alone, *command(tmp_path / "run")], env=environment(), check=True, capture_output=True)
+    assert listed_hashes(tmp_path / "run") == listed_hashes(undisturbed)
+    by_hand = "commands.sh"
+    assert (tmp_path / "run" / by_hand).read_text() == (undisturbed / by_hand).read_text()

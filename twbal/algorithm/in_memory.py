@@ -145,15 +145,16 @@ class InMemory(Steps[Episodes, DynamicsModel, MadePolicy, Simulation, RobotDistr
     ) -> Timed[MadePolicy]:
         """A policy search, or a recalibration."""
         search = replace(self._setup.search, with_margin=inputs.with_margin, set_aside=inputs.set_aside)
-        search = search.without_search().recalibrating() if inputs.recalibration else search
         earlier = [_of_kind(RbfPolicy, made) for made in inputs.earlier]
         base = _of_kind(LinearPolicy, inputs.base) if inputs.base else None
 
         def find() -> MadePolicy:
-            result = search.find(inputs.models, earlier, base, inputs.known, self._say)
             if inputs.recalibration:
-                drivers = [made.sha256 for made in inputs.earlier]
-                result = recalibrated(result, self.episodes(inputs.recalibration), drivers, self._channels, search.cost)
+                result = search.judge(inputs.models, earlier[0], inputs.known, self._say)
+                driven, driver = self.episodes(inputs.recalibration), inputs.earlier[0].sha256
+                result = recalibrated(result, driven, driver, self._channels, search.cost)
+            else:
+                result = search.find(inputs.models, earlier, base, inputs.known, self._say)
             return _made(place, result.best.policy, prediction_of(result))
 
         return self._timed(place, find)

@@ -19,7 +19,7 @@ from twbal.models.dynamics import DynamicsModel
 from twbal.planar.robot_distribution import RobotDistribution, prior_of
 from twbal.policies.linear import LinearPolicy
 from twbal.policies.rbf import RbfPolicy
-from twbal.search.optimise import SearchResult, search_policy
+from twbal.search.optimise import SearchResult, judge_policy, search_policy
 from twbal.search.predicted_rollout import PredictedRollout, ranked_by_crps
 from twbal.search.robust import PHYSICAL, RobustSettings, SampledRobots
 from twbal.search.start_state import start_state
@@ -47,7 +47,6 @@ class PolicySearch:
         workers: threads; 0: one a core. What is found does not depend on it.
         with_margin: whether policies are to balance robots that change, too; only where rollouts tell of the robot.
         set_aside: indices of earlier policies that are no candidates.
-        is_recalibrating: whether `recalibrated` follows, which compares all predictions.
     """
 
     channels: Channels
@@ -63,7 +62,6 @@ class PolicySearch:
     workers: int = 0
     with_margin: bool = False
     set_aside: Sequence[int] = ()
-    is_recalibrating: bool = False
 
     def find(
         self,
@@ -87,19 +85,8 @@ class PolicySearch:
             ConfigError: what is set aside is none of the earlier policies, or all that there is to judge.
         """
         self._check_set_aside(len(earlier))
-        if not is_compiled():
-            progress("compiling the search, once for this version of twbal (about a minute)")
-        start = start_state(self.start, self.channels.names)
         return search_policy(
-            task=Task(
-                models,
-                start,
-                self.cost,
-                self.search,
-                self.validation,
-                self.seed,
-                self._sampled(start, known, progress),
-            ),
+            task=self._task(models, known, progress),
             shape=self.shape,
             torque_limit=self.robot.torque_limit,
             earlier=earlier,
@@ -108,8 +95,26 @@ class PolicySearch:
             base=None if base is None else base.gain,
             are_robots_new=known is not None,  # else they are the sheet's, as they were for the earlier policies
             set_aside=self.set_aside,
-            are_predictions_compared=self.is_recalibrating,
         )
+
+    def judge(
+        self,
+        models: Sequence[DynamicsModel],
+        policy: RbfPolicy,
+        known: RobotDistribution | None,
+        progress: Callable[[str], None],
+    ) -> SearchResult:
+        """What is to be expected of a policy, without a search; for `recalibrated`. Arguments as of `find`."""
+        return judge_policy(self._task(models, known, progress), policy, progress, self.workers or cores())
+
+    def _task(
+        self, models: Sequence[DynamicsModel], known: RobotDistribution | None, progress: Callable[[str], None]
+    ) -> Task:
+        if not is_compiled():
+            progress("compiling the search, once for this version of twbal (about a minute)")
+        start = start_state(self.start, self.channels.names)
+        robots = self._sampled(start, known, progress)
+        return Task(models, start, self.cost, self.search, self.validation, self.seed, robots)
 
     def _check_set_aside(self, earlier: int) -> None:
         unknown = [number for number in self.set_aside if not 0 <= number < earlier]
@@ -159,36 +164,30 @@ class PolicySearch:
         """Only judges earlier policies."""
         return replace(self, search=replace(self.search, restarts=0))
 
-    def recalibrating(self) -> "PolicySearch":
-        """The same, for `recalibrated` to compare its predictions with rollouts."""
-        return replace(self, is_recalibrating=True)
-
 
 def recalibrated(
-    result: SearchResult, episodes: Sequence[Episode], drivers: Sequence[str], channels: Channels, cost: Cost
+    result: SearchResult, episodes: Sequence[Episode], driver: str, channels: Channels, cost: Cost
 ) -> SearchResult:
     """The result with the prediction that fits rollouts of that very policy best, as wide as they ask for.
 
     The predictions are compared by CRPS (`ranked_by_crps`); the best is `calibrated`.
 
     Args:
-        result: of a search that is `recalibrating`.
-        episodes: of the policy that it found best.
-        drivers: sha256 of the earlier policies that the search was given.
+        result: of `PolicySearch.judge`.
+        episodes: of the policy.
+        driver: its sha256.
         channels: the state.
         cost: of a state; its widths are the units in which channels are compared.
 
     Raises:
         ConfigError: another policy drove an episode.
     """
-    best = result.best
-    driver = None if best.earlier is None else drivers[best.earlier]
     for episode in episodes:
         if episode.provenance.policy_hash != driver:
             raise ConfigError(
-                f"Trial {episode.provenance.trial} is to confirm the prediction of the best policy ({best.origin}), "
-                "but another one drove it. Give calibration_episodes=[...] the rollouts of the one policy in "
-                "initial_policies=[...], and optimise=false."
+                f"Trial {episode.provenance.trial} is to confirm the prediction of the policy in "
+                "initial_policies=[...], but another one drove it. Give calibration_episodes=[...] rollouts of that "
+                "very policy."
             )
     first, *others = ranked_by_crps(result.predictions, episodes, channels.measured, np.asarray(cost.widths))
     states = calibrated(first.states, episodes, channels.measured)

@@ -60,7 +60,6 @@ def search_policy(
     base: Array | None = None,
     are_robots_new: bool = True,
     set_aside: Sequence[int] = (),
-    are_predictions_compared: bool = False,
 ) -> SearchResult:
     """Search from the most promising starts, judge what was found on long rollouts, and return the best.
 
@@ -80,7 +79,6 @@ def search_policy(
         base: (D,) gain K of a fixed regulator u = -Kx, on top of which a network is searched; None searches all.
         are_robots_new: whether the robots of the parameter distribution are others than those of the earlier policies.
         set_aside: indices of earlier policies that are no candidates, and from which no search begins.
-        are_predictions_compared: whether all predictions are wanted, for rollouts to tell which is the best.
 
     Raises:
         SearchError: no start has a finite cost on this model.
@@ -96,11 +94,8 @@ def search_policy(
     if searches_anew and not (robust or chosen):
         chosen = _promising(_starts(task, shape, torque_limit, begin, base), short, max(settings.restarts, 1), workers)
 
-    def predicted(best: Candidate) -> tuple[PredictedRollout, ...]:
-        return task.predictions(best, workers) if are_predictions_compared else (task.prediction(best),)
-
     def told(found: Candidate) -> Candidate:
-        progress(f"{found.origin}: cost {found.cost:.2f}, {found.judged.success:.0%} of the long rollouts succeed")
+        progress(_in_words(found))
         return found
 
     fresh = _not_driven_twice(earlier) if settings.restarts else range(len(earlier))
@@ -111,7 +106,7 @@ def search_policy(
         with ThreadPoolExecutor(workers) as judges:  # meanwhile
             candidates = [told(found) for found in judges.map(lambda each: task.validated(*each), judged)]
         leading = min(candidates, key=_rank) if task.robots is not None and candidates else None
-        predictions = () if leading is None else predicted(leading)  # mostly it stays the best
+        prediction = None if leading is None else task.prediction(leading)  # mostly it stays the best
         for each, search in zip(chosen, begun, strict=True):
             candidates.append(told(task.validated(f"search from {each.origin}", search.result())))
     candidates.sort(key=_rank)
@@ -119,7 +114,27 @@ def search_policy(
         long = told(task.validated(*_searched_long(task, candidates, scales, linear)))
         candidates = sorted([*candidates, long], key=_rank)
     best = candidates[0]
-    return SearchResult(best, tuple(candidates), predictions if best is leading else predicted(best))
+    predicted = prediction if prediction is not None and best is leading else task.prediction(best)
+    return SearchResult(best, tuple(candidates), (predicted,))
+
+
+def judge_policy(task: Task, policy: RbfPolicy, progress: Callable[[str], None], workers: int = 1) -> SearchResult:
+    """One earlier policy, without a search: judged, and predicted in all ways, for rollouts to tell which is the best.
+
+    Args:
+        task: what the policy is for.
+        policy: it.
+        progress: is told how the policy was judged.
+        workers: threads; what is found does not depend on it.
+    """
+    found, predictions = task.judged("policy 0", policy, 0, workers)
+    progress(_in_words(found))
+    return SearchResult(found, (found,), predictions)
+
+
+def _in_words(found: Candidate) -> str:
+    """How a candidate was judged."""
+    return f"{found.origin}: cost {found.cost:.2f}, {found.judged.success:.0%} of the long rollouts succeed"
 
 
 def _searched(task: Task, short: Minimised, start: Start, scales: Array, linear: bool) -> RbfPolicy:

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
@@ -10,7 +11,6 @@ import numpy as np
 
 from twbal.core.cost import Cost
 from twbal.core.gaussian import Array, Gaussian, moment_matched_mixture
-from twbal.core.threads import in_threads
 from twbal.models.dynamics import DynamicsModel
 from twbal.models.moments.truncation import Truncation
 from twbal.policies.rbf import RbfPolicy
@@ -169,31 +169,31 @@ class Task:
 
         Where there are none, the models predict.
         """
-        return next(self._by_robots(candidate), None) or self._by_models(candidate)
+        by_robots = next(self._by_robots(candidate.policy), None)
+        return by_robots or self._by_models(candidate.cost, self.predicted(candidate.policy))
 
-    def predictions(self, candidate: Candidate, workers: int = 1) -> tuple[PredictedRollout, ...]:
-        """All predictions of rollouts under a policy, `prediction` first.
+    def judged(
+        self, origin: str, policy: RbfPolicy, earlier: int | None, workers: int = 1
+    ) -> tuple[Candidate, tuple[PredictedRollout, ...]]:
+        """A policy as `validated`, and all predictions of rollouts under it, `prediction` first.
 
         `workers` threads do not change what is found.
         """
+        with ThreadPoolExecutor(workers) as pool:
+            states = pool.submit(self.predicted, policy)  # takes longest
+            validated = pool.submit(self.validated, origin, policy, earlier)
+            robots = pool.submit(lambda: list(self._by_robots(policy)))
+        candidate, by_robots = validated.result(), robots.result()
+        by_models = self._by_models(candidate.cost, states.result())
+        return candidate, (*by_robots[:1], by_models, *by_robots[1:])
 
-        def by_models() -> list[PredictedRollout]:
-            return [self._by_models(candidate)]
+    def _by_models(self, cost: float, states: tuple[Gaussian, ...]) -> PredictedRollout:
+        return PredictedRollout(Predictor.MODEL, min(cost, float(self.settings.horizon)), states)
 
-        def by_robots() -> list[PredictedRollout]:
-            return list(self._by_robots(candidate))
-
-        models, robots = in_threads(lambda find: find(), (by_models, by_robots), workers)
-        return (*robots[:1], *models, *robots[1:])
-
-    def _by_models(self, candidate: Candidate) -> PredictedRollout:
-        cost = min(candidate.cost, float(self.settings.horizon))
-        return PredictedRollout(Predictor.MODEL, cost, self.predicted(candidate.policy))
-
-    def _by_robots(self, candidate: Candidate) -> Iterator[PredictedRollout]:
+    def _by_robots(self, policy: RbfPolicy) -> Iterator[PredictedRollout]:
         if self.robots is None:
             return iter(())
-        return predicted_by_robots(self.robots, candidate.policy, self.settings.horizon)
+        return predicted_by_robots(self.robots, policy, self.settings.horizon)
 
     def predicted(self, policy: RbfPolicy) -> tuple[Gaussian, ...]:
         """Distributions of what the sensors show under a policy, t = 0..H; exact where the search's series are not.

@@ -54,6 +54,11 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
     settings = typed(Settings, cfg)
     dynamics, earlier = _paths(cfg.dynamics), _paths(cfg.initial_policies)
     calibration_episodes = episode_files(cfg.calibration_episodes) if cfg.calibration_episodes else []
+    if calibration_episodes and (settings.optimise or len(earlier) != 1):
+        raise ConfigError(
+            "calibration_episodes=[...] are rollouts of the one policy in initial_policies=[...], with optimise=false; "
+            f"found {len(earlier)} of them and optimise={str(settings.optimise).lower()}."
+        )
     known = distribution_file(cfg.known)
     inputs = {"dynamics": dynamics, "initial_policies": earlier}
     for name, files in (
@@ -107,12 +112,13 @@ def _search_to_files(
     base = load_regulator(cfg.residual_on, names) if cfg.residual_on else None
     policies = [load_searched_policy(path, names) for path in earlier]
     search = search if settings.optimise else search.without_search()
-    search = search.recalibrating() if calibration_episodes else search
     told = load_distribution(known, search.robot) if known else None
-    result = search.find(models, policies, base, told, say)
     if calibration_episodes:
         driven = [read_episode(file) for file in calibration_episodes]
-        result = recalibrated(result, driven, hashes(earlier), search.channels, search.cost)
+        result = search.judge(models, policies[0], told, say)
+        result = recalibrated(result, driven, hashes(earlier)[0], search.channels, search.cost)
+    else:
+        result = search.find(models, policies, base, told, say)
     save_checkpoint(out / POLICY, "policy", result.best.policy.to_payload())
     save_prediction(out / PREDICTION, prediction_of(result))
     return [out / POLICY, out / PREDICTION]
