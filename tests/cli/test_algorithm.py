@@ -22,26 +22,29 @@ from twbal.core.episode import Episode, Outcome, Provenance
 from twbal.core.errors import ConfigError
 from twbal.core.evaluation import SuccessCriterion
 from twbal.diagnosis.usability import FEW_DATA
+from twbal.virtual_robot.process import KeptRobots
 
 RULE = SuccessCriterion(tilt_limit=0.5, settled_tilt_limit=0.2, settle_step=100, steps=500, place_step=250)
 
 
 class NotingChain:
-    """Notes calls and does none of them."""
+    """Notes calls, each once, and does none of them."""
 
     def __init__(self):
         self.calls = []
 
     def run(self, call):
-        self.calls.append(call)
+        if call not in self.calls:
+            self.calls.append(call)
         return Manifest(call.stage, True, "", 0, "", {}, (), {}, "", 1.0)
 
 
 class NotedSteps(StageSteps):
     """Stages that are not run, with episodes and gaps as they are asked for."""
 
-    def __init__(self, chain, cfg, solved, samples, useless, likeliest, rocking):
-        super().__init__(chain, cfg)
+    def __init__(self, chain, cfg, solved, samples, useless, likeliest, rocking, waits):
+        super().__init__(chain, cfg, KeptRobots())
+        self.robot_waits = waits
         self._rocking = rocking
         self._solved, self._samples, self._useless, self._likeliest = solved, samples, useless, likeliest
 
@@ -78,7 +81,9 @@ def composed(*words):
         return compose("iterate", ["seed=5", "ensemble=none", *words])
 
 
-def learn(solved=(), words=(), diagnosable=1, useless=(), robust="none", likeliest=0, rocking=(), **changed):
+def learn(
+    solved=(), words=(), diagnosable=1, useless=(), robust="none", likeliest=0, rocking=(), waits=False, **changed
+):
     """The calls of a run and what it learned.
 
     Args:
@@ -89,6 +94,7 @@ def learn(solved=(), words=(), diagnosable=1, useless=(), robust="none", likelie
         robust: choice of the robots that a policy must hold.
         rocking: the trials in which the tilt oscillates by 0.1 rad.
         likeliest: index of the base under which real rollouts are likeliest.
+        waits: whether the robot waits for its host.
         changed: settings.
     """
     cfg = deepcopy(composed(f"robust={robust}", *words))
@@ -109,7 +115,7 @@ def learn(solved=(), words=(), diagnosable=1, useless=(), robust="none", likelie
         }
     )
     chain = NotingChain()
-    steps = NotedSteps(chain, cfg, solved, FEW_DATA.min_samples // diagnosable, useless, likeliest, rocking)
+    steps = NotedSteps(chain, cfg, solved, FEW_DATA.min_samples // diagnosable, useless, likeliest, rocking, waits)
     result = Algorithm(steps, settings, rollout_settings(section(cfg, "real_rollout")), RULE).run()
     return chain.calls, result
 
@@ -253,6 +259,45 @@ def test_a_policy_that_solves_it_is_driven_as_it_is_for_the_model_and_kept():
     assert not search.overrides["optimise"]
     assert search.overrides["initial_policies"] == [learning.policies[1].policy / POLICY]
     assert search.overrides["calibration_episodes"] == [last.rollouts[-1]]
+
+
+def places(calls):
+    return [call.folder.as_posix() for call in calls]
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        {},
+        {"robust": "default"},
+        {"stop_when_solved": True, "solved": SOLVED_TWICE, "calibration_rollouts": 4},
+        {"stop_when_solved": True, "solved": SOLVED_TWICE, "improve": True, "robust": "default", "updates": 5},
+        {"stop_when_solved": True, "updates": 0},
+        {"diagnose": True},
+        {"model_update": ModelUpdate.LINEAR},
+    ],
+)
+def test_a_robot_that_waits_for_its_host_changes_the_order_alone(settings):
+    calls, learned = learn(**settings)
+    waiting, as_well = learn(**settings, waits=True)
+    assert sorted(places(waiting)) == sorted(places(calls))
+    by_place = {call.folder: call for call in calls}
+    drivers = [(call.stage, call.overrides) for call in waiting]
+    assert drivers == [(by_place[call.folder].stage, by_place[call.folder].overrides) for call in waiting]
+    assert as_well == learned
+
+
+def test_what_is_learned_anyway_is_begun_before_the_trials_of_a_robot_that_waits():
+    order = places(learn(waits=True, robust="default")[0])
+    trials, model, policy = (
+        order.index(f"iteration_{i}/{name}") for i, name in ((0, "trials"), (1, "model"), (1, "policy"))
+    )
+    assert order.index("iteration_0/rollout") < model < trials < policy
+
+
+def test_trials_that_decide_whether_anything_is_learned_come_first():
+    order = places(learn(waits=True, stop_when_solved=True)[0])
+    assert order.index("iteration_0/trials") < order.index("iteration_0/rollout")
 
 
 IMPROVING = {"stop_when_solved": True, "improve": True, "updates": 5, "calibration_rollouts": 4, "robust": "default"}
