@@ -16,6 +16,7 @@ from twbal.algorithm.rollout import rollout
 from twbal.core.channels import Channels
 from twbal.core.episode import Outcome, Provenance
 from twbal.core.errors import LinkError
+from twbal.core.threads import cores
 from twbal.link.protocol import Clock
 from twbal.link.serial_plant import SerialPlant
 from twbal.policies.policy import Policy
@@ -247,6 +248,46 @@ def test_robots_that_were_begun_are_those_that_are_launched():
         with kept.launch(talking([]), START) as one, kept.launch(talking([]), START) as other:
             assert {int(one), int(other)} == pids
     assert all(map(ends, pids))
+
+
+def test_robots_are_made_ready_as_far_as_they_are_missing():
+    command = virtual_robot_command(["seed=3"])
+    with KeptRobots() as robots:
+        with robots.launch(command, START) as first:
+            pass
+        robots.make_ready(command, 2, START)
+        robots.make_ready(command, 1, START)
+        with robots.launch(command, START) as one, robots.launch(command, START) as other:
+            assert first in (one, other)
+            assert one != other
+
+
+BY_A_COPY = """
+import os, sys
+from pathlib import Path
+from twbal.core.copies import begun_ahead
+from twbal.virtual_robot.process import KeptRobots, virtual_robot_command
+file = Path(sys.argv[1])
+
+def launched():
+    with robots.launch(virtual_robot_command(["seed=3"]), 60.0) as port:
+        file.write_text(port)
+    robots.close()
+
+with KeptRobots() as robots:
+    robots.make_ready(virtual_robot_command(["seed=3"]), 1, 60.0)
+    with begun_ahead(launched):
+        pass
+    with robots.launch(virtual_robot_command(["seed=3"]), 60.0) as port:
+        print(port == file.read_text())
+"""
+
+
+@pytest.mark.skipif(not Path("/proc/self/task").is_dir() or cores() < 2, reason="copies are made on Linux")
+def test_a_copy_of_the_process_drives_its_robots_and_leaves_them_running(tmp_path):
+    words = [sys.executable, "-c", BY_A_COPY, str(tmp_path / "port")]
+    done = subprocess.run(words, capture_output=True, text=True, timeout=120)
+    assert (done.stdout, done.stderr) == ("True\n", "")
 
 
 def test_robots_that_were_begun_and_never_launched_end():

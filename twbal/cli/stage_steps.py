@@ -25,9 +25,10 @@ from twbal.cli.artefacts import DIAGNOSIS, DISTRIBUTION, EVIDENCE, MODEL, POLICY
 from twbal.cli.chain import Chain, StageCall
 from twbal.cli.known_robot import distribution_file
 from twbal.cli.manifest import Manifest
+from twbal.cli.robot_link import virtual_command
 from twbal.cli.sim_files import AUGMENTED, IDENTIFIED
-from twbal.cli.trials_at_once import waits
-from twbal.core.copies import begun_ahead
+from twbal.cli.trials_at_once import robots_at_once, waits
+from twbal.core.copies import begun_ahead, may_be_copied
 from twbal.core.episode import Episode
 from twbal.core.files import file_hash
 from twbal.diagnosis.diagnosis_file import closed_share
@@ -56,8 +57,10 @@ class StageSteps(Steps[Path, Path, Path, Path, Path]):
     @contextmanager
     def begun_ahead(self, work: Callable[[], object]) -> Iterator[None]:
         """In a copy of this process: the same stages are asked for after it, and found in their folders."""
-        if self.robot_waits:
-            self._robots.wait_for_ports(self._cfg.link.start_timeout)  # what a robot says is read once
+        if self.robot_waits and self._cfg.trials and may_be_copied():
+            link = self._cfg.link
+            robots = robots_at_once(link, self._cfg.trials, self._cfg.real_rollout.workers)
+            self._robots.make_ready(virtual_command(link), robots, link.start_timeout)
         with begun_ahead(work):
             yield
 

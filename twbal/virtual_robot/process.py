@@ -144,8 +144,16 @@ class KeptRobots:
         for _ in range(robots):
             self._free.append(VirtualRobotProcess(command))
 
-    def wait_for_ports(self, start_timeout: float) -> None:
-        """Wait until those that no body has said their ports; see `VirtualRobotProcess.wait_for_port`."""
+    def make_ready(self, command: Sequence[str], robots: int, start_timeout: float) -> None:
+        """Have so many robots of a command, of those that no body has, and wait until they have said their ports.
+
+        A copy of this process (`core.copies`) cannot start any: a robot ends with the process that it is a child of.
+
+        Raises:
+            LinkError: see `VirtualRobotProcess.wait_for_port`.
+        """
+        ready = [process for process in self._free if process.command == tuple(command) and process.is_running]
+        self.begin(command, robots - len(ready))
         for process in self._free:
             process.wait_for_port(start_timeout)
 
