@@ -186,6 +186,6 @@ def check_step(index: int, step: str, iteration: Iteration, disk: list[Iteration
 
 
 def untimed(summary: Summary) -> Summary:
-    """A summary without how long its stages took."""
+    """A summary without how long it took."""
     iterations = tuple(replace(iteration, fit_s=0.0, search_s=0.0) for iteration in summary.iterations)
     return replace(summary, iterations=iterations, wall_s=0.0)

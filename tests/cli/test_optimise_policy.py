@@ -112,6 +112,16 @@ def test_rollouts_of_the_policy_itself_calibrate_its_bands(folder):
     assert any((w.sd != p.sd).any() for w, p in zip(wide, plain, strict=True))
 
 
+@pytest.mark.parametrize("words", [["optimise=true"], ["initial_policies=[p,p]", "optimise=false"]])
+def test_rollouts_that_confirm_are_of_one_policy_and_nothing_is_searched(folder, capsys, words):
+    policy = str(folder / "p" / "policy.pt")
+    words = [word.replace("[p,p]", f"[{policy},{policy}]") for word in words]
+    given = [f"dynamics={folder / 'f' / 'model.pt'}", f"initial_policies=[{policy}]", *words]
+    out = f"hydra.run.dir={folder / 'refused'}"
+    assert main(["optimise-policy", out, *QUICK, *given, f"calibration_episodes=[{folder / 'sim'}]"]) == 1
+    assert "are rollouts of the one policy in initial_policies" in capsys.readouterr().err
+
+
 def test_rollouts_of_another_policy_do_not_confirm(folder, capsys):
     search(folder, "other", "seed=9")
     assert confirm(folder, "unconfirmed", "other") != 0

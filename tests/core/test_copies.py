@@ -116,6 +116,10 @@ print((folder / "work").exists())
 print(beside(os.getpid, os.getpid) == (os.getpid(), os.getpid()))
 end.set()
 thread.join()
+for _ in range(1000):  # the system needs a moment to take it off its list
+    if may_be_copied():
+        break
+    time.sleep(0.01)
 print(may_be_copied())
 """
     assert printed(body, tmp_path).split() == ["False", "False", "True", "True"]
@@ -178,6 +182,31 @@ with begun_ahead(work):
     process.communicate(timeout=60)
     assert process.returncode == 0
     assert (tmp_path / "went_on").exists()
+
+
+def test_where_the_system_has_no_process_left_all_is_done_here(tmp_path):
+    body = """
+def refuse():
+    raise BlockingIOError("Resource temporarily unavailable")
+
+os.fork = refuse
+with begun_ahead(lambda: note("work")):
+    print((folder / "work").exists())
+print(shared([os.getpid] * 2) == [os.getpid()] * 2)
+"""
+    assert printed(body, tmp_path).split() == ["False", "True"]
+
+
+def test_what_is_told_to_be_ignored_is_ignored_by_a_copy_too(tmp_path):
+    body = """
+import signal
+signal.signal(signal.SIGHUP, signal.SIG_IGN)  # as nohup does
+handlers = lambda: [signal.getsignal(number) for number in (signal.SIGHUP, signal.SIGINT, signal.SIGTERM)]
+print(beside(lambda: None, lambda: [str(each) for each in map(int, handlers())])[1])
+"""
+    assert printed(body, tmp_path).strip() == str(
+        [str(int(each)) for each in (signal.SIG_IGN, signal.SIG_IGN, signal.SIG_DFL)]
+    )
 
 
 def test_results_come_back_in_order(tmp_path):

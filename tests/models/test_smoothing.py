@@ -4,6 +4,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+import scipy.stats
 
 from twbal.core.channels import Channels
 from twbal.core.episode import Episode, Outcome, Provenance
@@ -11,7 +12,7 @@ from twbal.core.errors import ConfigError
 from twbal.models.fit import fit_gp
 from twbal.models.fit_settings import FitSettings
 from twbal.models.recipe import ModelRecipe
-from twbal.models.smoothing import NoiseLevels, SmoothingSettings, samples, smooth
+from twbal.models.smoothing import NoiseLevels, SmoothingSettings, _filter, samples, smooth
 
 CHANNELS = Channels(("tilt", "command_1", "tilt_rate"), 0.15)
 MEASURED = [0, 2]
@@ -59,6 +60,27 @@ def test_noise_levels_are_recovered_from_a_prior_that_is_off_by_three():
     found, _ = smooth(linear_model(), episodes, PRIOR, SETTINGS)
     np.testing.assert_allclose(np.sqrt(found.sensors), np.sqrt(SENSORS), rtol=0.1)
     np.testing.assert_allclose(np.sqrt(found.process), np.sqrt(PROCESS), rtol=0.2)
+
+
+@pytest.mark.parametrize("channels", [1, 2, 3, 4])
+def test_the_filter_says_the_density_of_all_measurements_together(channels):
+    """Against the joint normal distribution of all measurements after the first."""
+    rng, steps = np.random.default_rng(channels), 5
+    measured, ahead = rng.standard_normal((2, steps + 1, channels))
+    slope = rng.standard_normal((steps, channels, channels))
+    sensors, process = rng.uniform(0.1, 1.0, (2, channels))
+    mean, parts = measured[0], [np.diag(np.sqrt(sensors))]  # of the state: x = mean + sum over parts times unit noises
+    means, rows = [], []
+    for t in range(steps):
+        mean = ahead[t] + slope[t] @ (mean - measured[t])
+        parts = [*(slope[t] @ part for part in parts), np.diag(np.sqrt(process))]
+        means.append(mean)
+        rows.append(np.hstack([*parts, np.zeros((channels, channels * (steps - t - 1)))]))
+    joint = np.vstack(rows)
+    covariance = joint @ joint.T + np.diag(np.tile(sensors, steps))
+    density = scipy.stats.multivariate_normal(np.concatenate(means), covariance).logpdf(measured[1:].ravel())
+    found = _filter(measured, np.ascontiguousarray(ahead[:steps]), slope, sensors, process)[0]
+    assert found - 0.5 * channels * steps * np.log(2.0 * np.pi) == pytest.approx(density, rel=1e-10)
 
 
 def test_a_firm_prior_holds_the_noise_levels():

@@ -250,16 +250,22 @@ def test_robots_that_were_begun_are_those_that_are_launched():
     assert all(map(ends, pids))
 
 
-def test_robots_are_made_ready_as_far_as_they_are_missing():
-    command = virtual_robot_command(["seed=3"])
+def test_robots_are_ready_where_so_many_of_the_command_are_kept_and_run():
+    command = talking([])
     with KeptRobots() as robots:
-        with robots.launch(command, START) as first:
-            pass
-        robots.make_ready(command, 2, START)
-        robots.make_ready(command, 1, START)
-        with robots.launch(command, START) as one, robots.launch(command, START) as other:
-            assert first in (one, other)
-            assert one != other
+        assert not robots.are_ready(command, 1, START)
+        robots.begin(command, 2)
+        assert robots.are_ready(command, 2, START)
+        assert all(process.port for process in robots._free)
+        assert not robots.are_ready(command, 3, START)
+        assert not robots.are_ready(["another"], 1, START)
+
+
+def test_robots_that_cannot_start_are_not_ready_and_told_of_later():
+    command = virtual_robot_command(["clock=sundial"])
+    with KeptRobots() as robots:
+        robots.begin(command, 1)
+        assert not robots.are_ready(command, 1, START)
 
 
 BY_A_COPY = """
@@ -275,7 +281,8 @@ def launched():
     robots.close()
 
 with KeptRobots() as robots:
-    robots.make_ready(virtual_robot_command(["seed=3"]), 1, 60.0)
+    robots.begin(virtual_robot_command(["seed=3"]), 1)
+    robots.are_ready(virtual_robot_command(["seed=3"]), 1, 60.0)
     with begun_ahead(launched):
         pass
     with robots.launch(virtual_robot_command(["seed=3"]), 60.0) as port:

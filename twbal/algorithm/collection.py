@@ -11,6 +11,7 @@ from twbal.algorithm.rollout import rollout
 from twbal.algorithm.settings import RolloutSettings
 from twbal.algorithm.simulation import Simulation
 from twbal.core.channels import Channels
+from twbal.core.copies import is_copy
 from twbal.core.episode import Episode, Outcome, Provenance
 from twbal.core.errors import ConfigError, DataError
 from twbal.core.plant import Plant
@@ -109,7 +110,7 @@ def collect(plan: RolloutPlan, provenances: Sequence[Provenance], workers: int) 
     if workers < 0:
         raise ConfigError(f"The number of workers must be 0 (one a core) or more; found {workers}.")
     useful = math.ceil(len(provenances) / WORTH_A_PROCESS)
-    workers = min(workers or cores(), useful)
+    workers = 1 if is_copy() else min(workers or cores(), useful)  # a copy may be ended at any instant, without them
     if workers <= 1:
         yield from plan.drive(provenances)
         return

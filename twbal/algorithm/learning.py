@@ -204,9 +204,12 @@ class Algorithm(Generic[R, M, P, S, K]):
         return replace(learned, trials=self._trials(learned.index, learned.policy))
 
     def _is_updated_anyway(self, newest: LearnedPolicy[R, M, P], before: Sequence[LearnedPolicy[R, M, P]]) -> bool:
-        """Whether an update comes after the newest policy, whatever its trials show: the next policy, or for margin."""
+        """Whether an update that learns a model at once comes after the newest policy, whatever its trials show."""
         settings = self._settings
-        if not settings.trials or sum(not each.recalibrates for each in before) >= settings.updates:
+        if (
+            not (settings.trials and self._update.begins)
+            or sum(not each.recalibrates for each in before) >= settings.updates
+        ):
             return False
         return not settings.stop_when_solved or (
             settings.improve and self._steps.identifies and not self._solving(before)
@@ -216,7 +219,7 @@ class Algorithm(Generic[R, M, P, S, K]):
         """Lets trials begin while the body learns, if the robot waits for its host."""
         if not self._steps.robot_waits:
             return nullcontext()
-        return self._steps.begun_ahead(lambda: self._trials(index, policy))
+        return self._steps.begun_ahead(lambda: self._trials(index, policy), drives=True)
 
     def _trials(self, index: int, policy: P) -> R | None:
         """Trials of a policy, as those of iteration `index`; None where none are asked for."""

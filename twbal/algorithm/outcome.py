@@ -149,7 +149,7 @@ def summary_table(summary: Summary) -> str:
     lines = [
         *iterations_table(summary),
         *(["", *trials] if trials else []),
-        *("", headline(summary), f"{driving(summary)} The stages took {summary.wall_s:.0f} s."),
+        *("", headline(summary), f"{driving(summary)} Learning took {summary.wall_s:.0f} s."),
         *notes,
         *warnings,
         f"Best policy: {best.policy.path} (sha256 {best.policy.sha256[:12]})",

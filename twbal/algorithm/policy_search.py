@@ -105,6 +105,7 @@ class PolicySearch:
         progress: Callable[[str], None],
     ) -> SearchResult:
         """What is to be expected of a policy, without a search; for `recalibrated`. Arguments as of `find`."""
+        self.without_search()._check_set_aside(1)
         return judge_policy(self._task(models, known, progress), policy, progress, self.workers or cores())
 
     def _task(

@@ -1,8 +1,8 @@
 """The steps of Algorithm 1: what it asks to be done, whoever does it, and wherever the results lie."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Generic, NamedTuple, TypeVar
@@ -124,10 +124,14 @@ class Steps(ABC, Generic[R, M, P, S, K]):
     known: K | None
     robot_waits: bool = False
 
-    @contextmanager
-    def begun_ahead(self, work: Callable[[], object]) -> Iterator[None]:
-        """Let steps begin, as far as they can, while the body runs; they are asked for again after it."""
-        yield
+    def begun_ahead(self, work: Callable[[], object], drives: bool = False) -> AbstractContextManager[None]:
+        """Lets steps begin, as far as they can, while a body runs; they are asked for again after it.
+
+        Args:
+            work: asks for these steps.
+            drives: whether they drive the robot.
+        """
+        return nullcontext()
 
     @abstractmethod
     def simulate(

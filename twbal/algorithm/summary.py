@@ -36,7 +36,7 @@ class Summary:
     Attributes:
         robot: name of the robot.
         seed: of the run.
-        wall_s: time its stages took [s], each as long as the go that finished it.
+        wall_s: how long it took [s]; of stages that were there when it went on, how long they had taken.
         sim: what f was learned from.
         iterations: in order, index 0 first.
         best_iteration: the first iteration that had the policy to use.

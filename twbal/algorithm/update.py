@@ -99,10 +99,14 @@ class Update(Generic[R, M, P, S, K]):
             evidence_gain=_gain(fit.value),
         )
 
+    @property
+    def begins(self) -> bool:
+        """Whether there is something to `begin`."""
+        return self._settings.model_update is ModelUpdate.RESIDUAL and not self._settings.diagnose
+
     def begin(self, inputs: UpdateInputs[R, M, P]) -> None:
         """Learn the model that `learned` begins with; what policies it chooses among does not matter yet."""
-        if self._settings.model_update is ModelUpdate.RESIDUAL and not self._settings.diagnose:
-            self._model(inputs)
+        self._model(inputs)
 
     def _model(self, inputs: UpdateInputs[R, M, P]) -> tuple[K | None, Timed[Difference[M]]]:
         """What is known of the robot's parameters, and the model."""

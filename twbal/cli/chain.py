@@ -14,7 +14,7 @@ from twbal.cli.commands import ROOT, command_line, compose_stage, stage_override
 from twbal.cli.config_check import check_configuration
 from twbal.cli.console import say
 from twbal.cli.hydra_errors import explained
-from twbal.cli.manifest import MANIFEST, Manifest, read_manifest
+from twbal.cli.manifest import Manifest, now_utc, read_manifest
 from twbal.cli.sim_files import with_files
 from twbal.cli.stages import (
     fit_diff_gp,
@@ -102,8 +102,8 @@ class Chain:
         self.commands: list[str] = []
         self.outputs: dict[str, str] = {}
         self._before_s = 0.0
-        self._began, self._clock = time.time(), time.monotonic()
-        self._made: dict[Path, Manifest] = {}
+        self._began, self._clock = now_utc(), time.monotonic()
+        self._made: dict[Path, tuple[StageCall, Manifest]] = {}
         self._cfg, self._choices, self._flags = cfg, choices, list(flags)
         self._run: Mapping[str, Callable[[DictConfig, Path], Manifest]] = {
             **RUN,
@@ -112,7 +112,7 @@ class Chain:
 
     @property
     def wall_s(self) -> float:
-        """How long it takes so far; for calls that were there already it counts how long they took then [s]."""
+        """How long it takes so far; calls that were there already count as long as each of them took then [s]."""
         return self._before_s + time.monotonic() - self._clock
 
     def _tell(self, trial: Episode) -> None:
@@ -126,8 +126,9 @@ class Chain:
         Raises:
             TwbalError: of the stage's kind, with its name and folder before the message.
         """
-        if call.folder in self._made:
-            return self._made[call.folder]
+        asked, manifest = self._made.get(call.folder, (None, None))
+        if manifest is not None and asked == call:
+            return manifest
         out = self.root / call.folder
         print(f"{call.stage} -> {out}", flush=True)
         began = time.monotonic()
@@ -144,13 +145,13 @@ class Chain:
             raise _named(error, call, out) from error
         kept = manifest == before
         wall_s = manifest.wall_s if kept else time.monotonic() - began
-        is_old = kept and (out / MANIFEST).stat().st_mtime < self._began  # else it was begun ahead, in this run
+        is_old = kept and manifest.started < self._began  # else it was begun ahead, in this run
         print("  is there already" if is_old else f"  {wall_s:.1f} s", flush=True)
         inherited = words[: len(words) - len(overrides)]
         self.commands.append(command_line(call.stage, [*self._flags, *inherited, *by_hand], ROOT / call.folder))
         self.outputs |= {(call.folder / made.path).as_posix(): made.sha256 for made in manifest.outputs}
         self._before_s += wall_s if is_old else 0.0
-        self._made[call.folder] = manifest
+        self._made[call.folder] = call, manifest
         return manifest
 
 

@@ -131,7 +131,7 @@ def _do(
     fingerprint: str,
     work: Callable[[], Sequence[Path]],
 ) -> Manifest:
-    started = time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())
+    started = now_utc()
     clock = time.monotonic()
 
     def note(outputs: Sequence[Path], complete: bool) -> Manifest:
@@ -145,6 +145,11 @@ def _do(
 
     note([], complete=False)
     return note(work(), complete=True)
+
+
+def now_utc() -> str:
+    """Date and time as manifests note them; later ones are greater."""
+    return time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime())
 
 
 def read_manifest(folder: Path) -> Manifest | None:

@@ -1,8 +1,8 @@
 """The steps of Algorithm 1 as stages: each result lies in a folder within the run folder."""
 
 import dataclasses
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from typing import Any
 
@@ -54,15 +54,17 @@ class StageSteps(Steps[Path, Path, Path, Path, Path]):
         self.known = distribution_file(cfg.known)
         self.robot_waits = waits(cfg.link)
 
-    @contextmanager
-    def begun_ahead(self, work: Callable[[], object]) -> Iterator[None]:
+    def begun_ahead(self, work: Callable[[], object], drives: bool = False) -> AbstractContextManager[None]:
         """In a copy of this process: the same stages are asked for after it, and found in their folders."""
-        if self.robot_waits and self._cfg.trials and may_be_copied():
-            link = self._cfg.link
-            robots = robots_at_once(link, self._cfg.trials, self._cfg.real_rollout.workers)
-            self._robots.make_ready(virtual_command(link), robots, link.start_timeout)
-        with begun_ahead(work):
-            yield
+        return begun_ahead(work) if not drives or self._robots_are_ready() else nullcontext()
+
+    def _robots_are_ready(self) -> bool:
+        """Whether there are robots that a copy of this process can drive."""
+        link = self._cfg.link
+        if not (self.robot_waits and may_be_copied()):
+            return False
+        robots = robots_at_once(link, self._cfg.trials, self._cfg.real_rollout.workers)
+        return self._robots.are_ready(virtual_command(link), robots, link.start_timeout)
 
     def simulate(
         self, place: Path, policy: Path | None, conditions: Conditions = AS_CONFIGURED, simulation: Path | None = None

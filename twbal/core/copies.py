@@ -10,7 +10,7 @@ import pickle
 import signal
 import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager, nullcontext, suppress
 from pathlib import Path
 from typing import NoReturn, TypeVar
 
@@ -21,7 +21,7 @@ There = TypeVar("There")
 
 _THREADS = Path("/proc/self/task")  # one folder for each thread, those of libraries too
 _ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-_NICE = 19  # a copy computes where a core is idle: what it is copied from is waited for
+_NICE = 5  # what is begun ahead gets a third of a core that others want: what it is copied from is waited for
 _SIGNAL_AT_PARENTS_END = 1  # PR_SET_PDEATHSIG of prctl(2)
 
 
@@ -54,10 +54,12 @@ def begun_ahead(work: Callable[[], object]) -> Iterator[None]:
     Args:
         work: may be ended at any instant.
     """
-    if not may_be_copied():
-        yield
-        return
-    with _copy_at(work):
+
+    def gently() -> None:
+        os.nice(_NICE)
+        work()
+
+    with _copy_at(gently) if may_be_copied() else nullcontext():
         yield
 
 
@@ -76,11 +78,10 @@ def beside(here: Callable[[], Here], there: Callable[[], There]) -> tuple[Here, 
         with os.fdopen(sink, "wb") as stream:
             pickle.dump(there(), stream)
 
-    with _copy_at(sent):
+    with os.fdopen(source, "rb") as stream, _copy_at(sent):
         os.close(sink)
-        with os.fdopen(source, "rb") as stream:
-            found = here()
-            data = stream.read()
+        found = here()
+        data = stream.read()
     try:
         made: There = pickle.loads(data)
     except (EOFError, pickle.UnpicklingError):
@@ -96,18 +97,24 @@ def shared(tasks: Sequence[Callable[[], Here]]) -> list[Here]:
 
 @contextmanager
 def _copy_at(work: Callable[[], object]) -> Iterator[None]:
-    """A copy that does some work beside the body, which is waited for; it is ended where the body or the wait fails."""
+    """A copy that does some work beside the body, which is waited for; it is ended where the body or the wait fails.
+
+    Where the system has no process left, there is none.
+    """
     for stream in (sys.stdout, sys.stderr):
         stream.flush()  # or the copy would have the same words to say
     parent = os.getpid()
     unheard = signal.pthread_sigmask(signal.SIG_BLOCK, _ENDING)  # none may lead a copy out of here
     try:
         copy = os.fork()
-        if copy == 0:
-            _work_and_end(work, parent, unheard)
-    finally:
+    except OSError:
         signal.pthread_sigmask(signal.SIG_SETMASK, unheard)
+        yield
+        return
+    if copy == 0:
+        _work_and_end(work, parent, unheard)
     try:
+        signal.pthread_sigmask(signal.SIG_SETMASK, unheard)
         yield
         os.waitpid(copy, 0)
     except BaseException:
@@ -121,10 +128,10 @@ def _work_and_end(work: Callable[[], object], parent: int, unheard: Iterable[int
     """The life of a copy: what this process began is not for it to clean up, so it ends without."""
     try:
         _original.append(parent)
-        os.nice(_NICE)
         signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the process, which ends its copy
         for number in _ENDING[1:]:
-            signal.signal(number, signal.SIG_DFL)
+            if signal.getsignal(number) is not signal.SIG_IGN:  # as by nohup
+                signal.signal(number, signal.SIG_DFL)
         signal.pthread_sigmask(signal.SIG_SETMASK, unheard)
         ctypes.CDLL(None).prctl(_SIGNAL_AT_PARENTS_END, signal.SIGKILL)
         nowhere = os.open(os.devnull, os.O_WRONLY)

@@ -14,7 +14,6 @@ import numpy as np
 
 from twbal.core.episode import Episode
 from twbal.core.gaussian import Array
-from twbal.core.threads import in_threads
 from twbal.models.dynamics import DynamicsModel
 from twbal.models.recipe import LearnedModel, ModelRecipe
 
@@ -53,7 +52,7 @@ def learn_on_likeliest(
         DataError: the episodes have other channels than a base, or cannot be used together.
         FitError: a model cannot be learned from them.
     """
-    begun = in_threads(lambda base: recipe.learn_measured(base, episodes, seed), bases)
+    begun = [recipe.learn_measured(base, episodes, seed) for base in bases]
     log_evidences = np.array([learned.log_evidence for learned in begun])  # (B, E)
     index = int(np.argmax(_totals(log_evidences)))
     return ChosenBase(recipe.learn_smoothed(begun[index], episodes, seed), index, log_evidences)

@@ -21,6 +21,8 @@ from twbal.core.threads import in_threads
 from twbal.models.dataset import Transitions
 from twbal.models.dynamics import DynamicsModel
 
+_UNLIKELY = 1e12  # [nats]; stands for a likelihood that cannot be computed
+
 
 class NoiseLevels(NamedTuple):
     """Of the measured channels.
@@ -131,7 +133,8 @@ def _likeliest(
     def negative(logs: Array) -> float:
         variances = np.exp(2.0 * np.clip(logs, -20.0, 10.0))
         likelihood = sum(_filter(*piece, variances[:E], variances[E:])[0] for piece in pieces)
-        return 0.5 * float(np.sum(((logs - centre) / prior_sd) ** 2)) - float(likelihood)
+        found = 0.5 * float(np.sum(((logs - centre) / prior_sd) ** 2)) - float(likelihood)
+        return found if np.isfinite(found) else _UNLIKELY
 
     begin = 0.5 * np.log(np.concatenate(start))
     options = {"maxiter": settings.iterations, "workers": in_threads}  # for the finite differences

@@ -144,18 +144,18 @@ class KeptRobots:
         for _ in range(robots):
             self._free.append(VirtualRobotProcess(command))
 
-    def make_ready(self, command: Sequence[str], robots: int, start_timeout: float) -> None:
-        """Have so many robots of a command, of those that no body has, and wait until they have said their ports.
+    def are_ready(self, command: Sequence[str], robots: int, start_timeout: float) -> bool:
+        """Whether so many robots of a command are there that no body has; it is waited until they have their ports.
 
-        A copy of this process (`core.copies`) cannot start any: a robot ends with the process that it is a child of.
-
-        Raises:
-            LinkError: see `VirtualRobotProcess.wait_for_port`.
+        A copy of this process (`core.copies`) may then have them. One that it starts would end with it.
         """
         ready = [process for process in self._free if process.command == tuple(command) and process.is_running]
-        self.begin(command, robots - len(ready))
-        for process in self._free:
-            process.wait_for_port(start_timeout)
+        try:
+            for process in ready:
+                process.wait_for_port(start_timeout)
+        except LinkError:  # which is told of where the robot is launched
+            return False
+        return len(ready) >= robots
 
     @contextmanager
     def launch(self, command: Sequence[str], start_timeout: float) -> Iterator[str]:
