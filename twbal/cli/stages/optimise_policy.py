@@ -113,12 +113,12 @@ def _search_to_files(
     policies = [load_searched_policy(path, names) for path in earlier]
     search = search if settings.optimise else search.without_search()
     told = load_distribution(known, search.robot) if known else None
-    if calibration_episodes:
+    if not calibration_episodes:
+        result = search.find(models, policies, base, told, say)
+    else:
         driven = [read_episode(file) for file in calibration_episodes]
         result = search.judge(models, policies[0], told, say)
         result = recalibrated(result, driven, hashes(earlier)[0], search.channels, search.cost)
-    else:
-        result = search.find(models, policies, base, told, say)
     save_checkpoint(out / POLICY, "policy", result.best.policy.to_payload())
     save_prediction(out / PREDICTION, prediction_of(result))
     return [out / POLICY, out / PREDICTION]
