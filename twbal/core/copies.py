@@ -21,7 +21,7 @@ There = TypeVar("There")
 
 _THREADS = Path("/proc/self/task")  # one folder for each thread, those of libraries too
 _ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
-_NICE = 5  # what is begun ahead gets a fifth of a core that another process wants, mostly that which waits for it
+_NICE = 5  # what is begun ahead gets a quarter of a core that another process wants, too
 _SIGNAL_AT_PARENTS_END = 1  # PR_SET_PDEATHSIG of prctl(2)
 
 _original: list[int] = []  # in a copy: the process that it is a copy of
