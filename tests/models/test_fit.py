@@ -42,6 +42,24 @@ def of(gp):
     return Hyperparameters(gp.length_scales, gp.signal_variance, gp.noise_variance)
 
 
+@pytest.mark.parametrize("n", [80, 300])  # on all samples at once, and on some of them first
+def test_a_fit_goes_on_from_one_to_much_the_same_samples_and_from_the_usual_start(monkeypatch, n):
+    evaluated, evaluate = [], Evidence.__call__
+    monkeypatch.setattr(Evidence, "__call__", lambda self, theta: evaluated.append(theta) or evaluate(self, theta))
+    inputs, targets = samples(n)
+    before = of(fit_gp(*samples(n, noise=0.12), SETTINGS, seed=0).gp)
+    evaluated.clear()
+    anew = fit_gp(inputs, targets, SETTINGS, seed=0)
+    count = len(evaluated)
+    evaluated.clear()
+    on = fit_gp(inputs, targets, SETTINGS, seed=0, near=before)
+    assert len(evaluated) < 0.8 * count
+    np.testing.assert_allclose(on.log_evidence, anew.log_evidence, atol=0.05)
+    all_is_noise = Hyperparameters(30.0 * before.length_scales, 1e-4 * before.signal_variance, targets.var(axis=0))
+    misled = fit_gp(inputs, targets, SETTINGS, seed=0, near=all_is_noise)
+    np.testing.assert_allclose(misled.log_evidence, anew.log_evidence, atol=0.05)
+
+
 @pytest.mark.parametrize("theta", [[0.0, 0.5, -0.3, 1.0, -1.0], [2.0, 3.0, 1.0, 6.0, -6.0]])
 def test_evidence_and_its_gradient_equal_gpytorchs(theta):
     inputs, targets = samples()

@@ -110,7 +110,9 @@ def collect(plan: RolloutPlan, provenances: Sequence[Provenance], workers: int) 
     if workers < 0:
         raise ConfigError(f"The number of workers must be 0 (one a core) or more; found {workers}.")
     useful = math.ceil(len(provenances) / WORTH_A_PROCESS)
-    workers = 1 if is_copy() else min(workers or cores(), useful)  # a copy may be ended at any instant, without them
+    workers = (
+        1 if is_copy() else min(workers or cores(), useful)
+    )  # it may be ended at any instant, and others would stay
     if workers <= 1:
         yield from plan.drive(provenances)
         return

@@ -15,7 +15,7 @@ Other methods begin elsewhere (`InitialPolicy`) or learn something else from the
 """
 
 from collections.abc import Sequence
-from contextlib import AbstractContextManager, nullcontext
+from contextlib import AbstractContextManager
 from dataclasses import replace
 from pathlib import Path
 from typing import Generic
@@ -217,8 +217,6 @@ class Algorithm(Generic[R, M, P, S, K]):
 
     def _trials_begun(self, index: int, policy: P) -> AbstractContextManager[None]:
         """Lets trials begin while the body learns, if the robot waits for its host."""
-        if not self._steps.robot_waits:
-            return nullcontext()
         return self._steps.begun_ahead(lambda: self._trials(index, policy), drives=True)
 
     def _trials(self, index: int, policy: P) -> R | None:

@@ -42,7 +42,7 @@ def fit_gp(
         reference: what the priors are relative to; None means std(X) and std(y)/10.
         kernel: the squared exponential one, by closed forms; or an expression of names (`models.kernels.expression`),
             by GPyTorch.
-        near: hyper-parameters of much the same samples, from which the search goes on (`fit_hyperparameters`).
+        near: hyper-parameters of much the same samples, from which the search of the closed forms goes on.
 
     Raises:
         ConfigError: `kernel` is none.

@@ -149,8 +149,8 @@ def _filter(  # type: ignore[no-untyped-def]
 ):
     """Log likelihood of the innovations; filtered means and covariances; predicted means and covariances.
 
-    By loops, as the matrices are of a few channels: calls of LAPACK take ten times as long. With S = L Lᵀ, w = L⁻¹ of
-    the innovation and G = L⁻¹ P, the innovation moves the mean by Gᵀ w and the covariance by -Gᵀ G.
+    By loops, as the matrices are of a few channels, and calls of LAPACK take longer than the work. With S = L Lᵀ, w =
+    L⁻¹ of the innovation and G = L⁻¹ P, the innovation moves the mean by Gᵀ w and the covariance by -Gᵀ G.
     """
     steps, E = ahead.shape
     means, covariances = np.zeros((steps + 1, E)), np.zeros((steps + 1, E, E))
