@@ -83,6 +83,22 @@ The last bits of k + `ROUNDING` are those of k, and are added to the exponent of
 """
 
 
+def _rarely(typing: Any, condition: Any) -> Any:
+    boolean = llvmlite.ir.IntType(1)
+
+    def generate(context: Any, builder: Any, signature: Any, values: Any) -> Any:
+        expect = builder.module.declare_intrinsic(
+            "llvm.expect.i1", (), llvmlite.ir.FunctionType(boolean, [boolean, boolean])
+        )
+        return builder.call(expect, [*values, llvmlite.ir.Constant(boolean, 0)])
+
+    return types.boolean(types.boolean), generate
+
+
+rarely = cast(Callable[[Any], bool], intrinsic(_rarely))
+"""A condition that hardly ever holds, for kernels: what is done then is put out of the way of what is always done."""
+
+
 def specialised(choose: Callable[..., Callable[..., Any]]) -> Callable[[Kernel], Kernel]:
     """The decorated function, which kernels alone may call, has another body for each class of its first argument.
 

@@ -2,7 +2,7 @@
 
 from math import exp
 
-from twbal.core.compiled import kernel
+from twbal.core.compiled import kernel, rarely
 from twbal.planar.constants import Constants
 
 SWEEPS = 50
@@ -19,7 +19,7 @@ def joint_bound(k: Constants, relative: float, apart: float) -> float:
         apart: by which one wheel is faster than that and the other slower [rad/s].
     """
     bound = 2.0 * k.coulomb
-    if k.breakaway > 0.0:
+    if rarely(k.breakaway > 0.0):
         for rate in (relative + apart, relative - apart):
             share = rate / k.stribeck_rate
             bound += k.breakaway * exp(-share * share)
@@ -33,7 +33,7 @@ def cut(value: float, bound: float) -> float:
 
 
 @kernel(is_inlined=True)
-def rub(so_far: float, rate: float, inverse: float, bound: float, apart: float) -> float:
+def rub(so_far: float, rate: float, inertia: float, bound: float, apart: float) -> float:
     """Change of the dry friction's impulse on both wheels.
 
     Alone, the impulse would bring a rate beyond what the wheels are apart back to that, where one of them stands still.
@@ -41,9 +41,9 @@ def rub(so_far: float, rate: float, inverse: float, bound: float, apart: float) 
     Args:
         so_far: impulse of the rounds before.
         rate: mean of the wheels, with that impulse.
-        inverse: inverse inertia.
+        inertia: against which an impulse changes that rate [kg·m²].
         bound: of the impulse.
         apart: as of `joint_bound`.
     """
-    wanted = cut(rate - inverse * so_far, apart) if apart > 0.0 else 0.0
-    return cut(so_far - (rate - wanted) / inverse, bound) - so_far
+    wanted = cut(rate - so_far / inertia, apart) if apart > 0.0 else 0.0
+    return cut(so_far - (rate - wanted) * inertia, bound) - so_far

@@ -1,11 +1,12 @@
 """The smooth forces on the twin: gravity, inertia, what is in the joints, and what pushes from outside."""
 
-from math import cos, sin
+from math import cos
 from typing import NamedTuple
 
-from twbal.core.compiled import kernel
+from twbal.core.compiled import kernel, rarely
 from twbal.core.robot_model import AxleMotion, JointMotion
 from twbal.core.robot_parameters import GRAVITY
+from twbal.core.sine_cosine import sine_and_cosine
 from twbal.planar.constants import Constants
 from twbal.planar.parameters import TwinParameters
 from twbal.planar.terms import push, turn
@@ -19,11 +20,13 @@ class Forces(NamedTuple):
         on_wheels: generalised force on φ [N·m].
         on_body: on θ [N·m].
         outside: force at the axle, contained in `on_wheels` [N].
+        leaning: cosine of the angle between the body and the ground's normal, α + σ.
     """
 
     on_wheels: float
     on_body: float
     outside: float
+    leaning: float
 
 
 @kernel(is_inlined=True)
@@ -62,20 +65,22 @@ def joint_torque(p: TwinParameters, k: Constants, s: TwinState, turning: Turning
 def forces(p: TwinParameters, k: Constants, s: TwinState, time: float, turning: Turning) -> Forces:
     """Smooth forces: gravity, inertia, turning, what is in the joints, and what pushes from outside."""
     alpha = s.tilt + k.offset
-    sine, spin = sin(alpha), turning.rate * turning.rate
+    (sine, cosine), spin = sine_and_cosine(alpha), turning.rate * turning.rate
     joint = joint_torque(p, k, s, turning)
     speed, weight = k.radius * s.wheel_speed + s.slip, k.mass * GRAVITY
     axle = AxleMotion(s.position, speed, time, weight, s.wheel, s.wheel_speed, k.apart, turning.heading)
     outside = push(p, 0.0, axle)
-    if k.pushed != 0.0:
+    if rarely(k.pushed != 0.0):
         outside += k.pushed
     slope = slope_ahead(k, turning)
-    rising = sine if slope == 0.0 else sin(alpha + slope)
+    rising, leaning = sine, cosine
+    if rarely(slope != 0.0):
+        rising, leaning = sine_and_cosine(alpha + slope)
     wheels = joint + k.b * (rising * s.tilt_rate * s.tilt_rate + sine * spin)
-    if slope != 0.0:
-        wheels -= weight * k.radius * sin(slope)
+    if rarely(slope != 0.0):
+        wheels -= weight * k.radius * sine_and_cosine(slope).sine
     wheels += k.radius * outside - 2.0 * k.rolling_viscous * s.wheel_speed
     body = k.d * sine - joint
-    if spin != 0.0:
-        body += k.turn * spin * sine * cos(alpha)
-    return Forces(wheels, body, outside)
+    if rarely(spin != 0.0):
+        body += k.turn * spin * sine * cosine
+    return Forces(wheels, body, outside, leaning)

@@ -23,7 +23,7 @@ With a backlash the rotors, of inertia J (both), turn by an angle ρ of their ow
 have a - J in place of a. The contact is plastic and keeps |ρ - φ| within half of the gap.
 """
 
-from twbal.core.compiled import kernel
+from twbal.core.compiled import kernel, rarely
 from twbal.core.robot_model import UNBOUNDED
 from twbal.planar.constants import Constants
 from twbal.planar.parameters import TwinParameters
@@ -35,6 +35,6 @@ from twbal.planar.twin_state import Turning, TwinState
 @kernel(is_inlined=True)
 def step(p: TwinParameters, k: Constants, s: TwinState, torque: float, time: float, turning: Turning) -> TwinState:
     """One physics step, as of `roll` or `slide`."""
-    if k.grip < UNBOUNDED:
+    if rarely(k.grip < UNBOUNDED):
         return slide(p, k, s, torque, time, turning)
     return roll(p, k, s, torque, time, turning)

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from twbal.core.compiled import kernel
+from twbal.core.compiled import kernel, rarely
 from twbal.core.engine import substeps
 from twbal.core.errors import ConfigError
 from twbal.core.gaussian import Array
@@ -61,12 +61,12 @@ def hold(
         time = number * k.step
         command = commands[past] if late == 0.0 else command_at(commands, number * length - late, length)
         asked = drive(p, command, time)
-        if k.slew < UNBOUNDED:
+        if rarely(k.slew < UNBOUNDED):
             ramped, asked = slew_limited(ramped, asked, k.slew)
         now = Turning(turning.rate, turning.heading + i * k.step * turning.rate)
         before = s
         s = step(p, k, s, asked + k.fade * (reached - asked), time, now)
-        if k.slope != 0.0 and turning.rate != 0.0:
+        if rarely(k.slope != 0.0 and turning.rate != 0.0):
             s = tipped(k, s, now, Turning(turning.rate, now.heading + k.step * turning.rate))
         reached += k.lag * (asked - reached)
         row = row + 1 if row + 1 < len(imu) else 0  # cheaper than a remainder
@@ -113,7 +113,7 @@ class Seen(NamedTuple):
     reading: Reading
 
 
-@kernel()
+@kernel(is_inlined=True)
 def drive_on(
     p: TwinParameters, k: Constants, s: TwinState, commands: Array, past: int, substeps: int, imu: Array
 ) -> Seen:

@@ -1,11 +1,9 @@
 """One physics step of the twin whose wheels roll; the equations are those of `twbal.planar.motion`."""
 
-from math import cos
-
-from twbal.core.compiled import kernel
+from twbal.core.compiled import kernel, rarely
 from twbal.planar.constants import Constants
 from twbal.planar.dry_friction import SWEEPS, cut, joint_bound, rub
-from twbal.planar.forces import forces, slope_ahead
+from twbal.planar.forces import forces
 from twbal.planar.parameters import TwinParameters
 from twbal.planar.twin_state import Turning, TwinState
 
@@ -26,10 +24,11 @@ def roll(p: TwinParameters, k: Constants, s: TwinState, torque: float, time: flo
     f = forces(p, k, s, time, turning)
     loose = k.rotors > 0.0
     a = k.a - k.rotors
-    coupling = k.b * cos(s.tilt + k.offset + slope_ahead(k, turning)) - k.geared
+    coupling = k.b * f.leaning - k.geared
     determinant = a * k.c - coupling * coupling
-    w, v = k.c / determinant, -coupling / determinant  # inverse inertia: wheel by wheel, wheel by body
-    q = a / determinant  # body by body
+    inverse = 1.0 / determinant
+    w, v = k.c * inverse, -coupling * inverse  # inverse inertia: wheel by wheel, wheel by body
+    q = a * inverse  # body by body
     on_wheels = f.on_wheels if loose else f.on_wheels + torque
     on_body = f.on_body - torque
     wheel_speed = s.wheel_speed + h * (w * on_wheels + v * on_body)
@@ -42,25 +41,26 @@ def roll(p: TwinParameters, k: Constants, s: TwinState, torque: float, time: flo
     if joint > 0.0 or ground > 0.0 or loose:
         half = 0.5 * k.gap
         contact = rubbing = rolling = 0.0
+        of_joint = determinant / (a + 2.0 * coupling + k.c)  # inertia against a change of the joint's rate
         alone = (joint > 0.0) + (ground > 0.0) + loose == 1
         for _ in range(1 if alone else SWEEPS):
             before = contact, rolling, rubbing
-            if loose:
-                inverse = w + 1.0 / k.rotors
-                wanted = cut(s.rotor - s.wheel + h * (rotor_speed - wheel_speed) + h * inverse * contact, half)
-                free = rotor_speed - wheel_speed + inverse * contact
-                change = (free - (wanted - s.rotor + s.wheel) / h) / inverse - contact
+            if rarely(loose):
+                apart_by = w + 1.0 / k.rotors  # what an impulse between rotors and wheels adds to their difference
+                wanted = cut(s.rotor - s.wheel + h * (rotor_speed - wheel_speed) + h * apart_by * contact, half)
+                free = rotor_speed - wheel_speed + apart_by * contact
+                change = (free - (wanted - s.rotor + s.wheel) / h) / apart_by - contact
                 contact += change
                 rotor_speed -= change / k.rotors
                 wheel_speed += w * change
                 tilt_rate += v * change
-            if ground > 0.0:
-                change = rub(rolling, wheel_speed, w, ground, apart)
+            if rarely(ground > 0.0):
+                change = rub(rolling, wheel_speed, determinant / k.c, ground, apart)
                 rolling += change
                 wheel_speed += w * change
                 tilt_rate += v * change
             if joint > 0.0:
-                change = rub(rubbing, wheel_speed - tilt_rate, w - 2.0 * v + q, joint, apart)
+                change = rub(rubbing, wheel_speed - tilt_rate, of_joint, joint, apart)
                 rubbing += change
                 wheel_speed += (w - v) * change
                 tilt_rate += (v - q) * change

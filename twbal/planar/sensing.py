@@ -13,11 +13,13 @@ from twbal.planar.parameters import TwinParameters
 from twbal.planar.terms import sense
 from twbal.planar.twin_state import TwinState
 
+_PER_GRAVITY = 1.0 / GRAVITY  # [s²/m]
+
 
 @kernel(is_inlined=True)
 def _misleading(k: Constants, s: TwinState) -> float:
     """What a filter of the tilt makes an error of as it changes, and forgets at its rate; see `TiltFilter` [rad]."""
-    return k.filter_lead * s.tilt_rate - (k.radius * s.wheel_speed + s.slip) * k.filter_rate / GRAVITY
+    return k.filter_lead * s.tilt_rate - (k.radius * s.wheel_speed + s.slip) * (k.filter_rate * _PER_GRAVITY)
 
 
 @kernel(is_inlined=True)
@@ -54,6 +56,9 @@ def see(
         kept: share of what misleads it that a filter of the tilt keeps in a physics step.
         time: since the rollout began [s].
     """
+    if k.filter_rate == 0.0 and k.filter_lead == 0.0:  # nothing misleads
+        imu[row, 0], imu[row, 1], imu[row, 2] = s.tilt, s.tilt_rate, 0.0
+        return
     now, last = _misleading(k, s), row - 1 if row > 0 else len(imu) - 1
     imu[row, 2] = now - kept * (now - imu[last, 2])
     if k.filter_rate > 0.0:  # gravity and acceleration add up to a direction, whose angle is no more than a right one

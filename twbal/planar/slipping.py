@@ -1,9 +1,8 @@
 """One physics step of the twin whose tyres may slip; the equations are those of `twbal.planar.motion`."""
 
-from math import cos, sin
-
 from twbal.core.compiled import kernel
 from twbal.core.robot_parameters import GRAVITY
+from twbal.core.sine_cosine import sine_and_cosine
 from twbal.planar.constants import Constants
 from twbal.planar.dry_friction import SWEEPS, cut, joint_bound, rub
 from twbal.planar.forces import forces, joint_torque, slope_ahead
@@ -25,7 +24,7 @@ def slide(p: TwinParameters, k: Constants, s: TwinState, torque: float, time: fl
     slope = slope_ahead(k, turning)
     spin = k.a - k.mass * r * r  # of both wheels about the axle
     alpha = s.tilt + k.offset
-    coupling = k.arm * cos(alpha + slope)
+    coupling = k.arm * f.leaning
     c = k.c - k.geared
     determinant = k.mass * c - coupling * coupling
     w, v, q = c / determinant, -coupling / determinant, k.mass / determinant  # axle by axle, by body; body by body
@@ -38,7 +37,8 @@ def slide(p: TwinParameters, k: Constants, s: TwinState, torque: float, time: fl
     tilt_rate = s.tilt_rate + h * bend
     wheel_speed = s.wheel_speed + h * (torque + rubbed + rolled) / spin
 
-    weight = k.mass * GRAVITY * cos(slope) - k.arm * (cos(alpha) * s.tilt_rate**2 + sin(alpha) * bend)
+    sine, cosine = sine_and_cosine(alpha)
+    weight = k.mass * GRAVITY * sine_and_cosine(slope).cosine - k.arm * (cosine * s.tilt_rate**2 + sine * bend)
     grip = h * k.grip * max(weight, 0.0)
     apart = k.apart * abs(turning.rate)
     joint = h * joint_bound(k, s.wheel_speed - s.tilt_rate, apart)
@@ -51,10 +51,10 @@ def slide(p: TwinParameters, k: Constants, s: TwinState, torque: float, time: fl
         speed += w * change
         tilt_rate += v * change
         wheel_speed -= r * change / spin
-        change = rub(rolling, wheel_speed, 1.0 / spin, ground, apart)
+        change = rub(rolling, wheel_speed, spin, ground, apart)
         rolling += change
         wheel_speed += change / spin
-        change = rub(rubbing, wheel_speed - tilt_rate, 1.0 / spin + q, joint, apart)
+        change = rub(rubbing, wheel_speed - tilt_rate, spin / (1.0 + spin * q), joint, apart)
         rubbing += change
         wheel_speed += change / spin
         tilt_rate -= q * change
