@@ -1,4 +1,4 @@
-"""Sine and cosine of one angle together, for loops in which a call of the C library takes most of the time."""
+"""Sine and cosine of one angle together, for loops in which calls of the C library would take much of the time."""
 
 import math
 from math import cos, sin
