@@ -59,6 +59,9 @@ def test_the_best_policy_is_measured_by_all_of_its_trials_and_its_newest_band():
     assert (values["success"], values["cost"], values["drift"]) == (0.9, 9.0, 3.0)
     assert (values["coverage"], values["tilt_band"]) == (1.0, 1.5)
     assert (values["seconds"], values["trial_seconds"]) == (0.0, 100.0)
+    stays = replace(again, index=2, search=Search.KEPT, trials_of=0, successes=10, real_cost=8.0, coverage95=0.9)
+    values = run_values(Summary("paper", 0, 1.0, SimData(1, 2), (first, again, stays), 0))
+    assert (values["success"], values["cost"], values["coverage"]) == (0.9, 9.0, 0.9)
 
 
 def test_pairs_share_robot_and_seed_and_the_sign_test_is_that_of_the_binomial():

@@ -95,6 +95,13 @@ def test_all_trials_of_a_policy_count():
     assert best(iteration(0, 5), iteration(1, 10), again) == 1
 
 
+def test_trials_of_before_do_not_count_twice():
+    stays = iteration(2, 10, 3.0, same_policy_as=1, trials_of=1, search=Search.KEPT)
+    again = iteration(3, 4, 9.0, same_policy_as=1, search=Search.NOT_MADE)
+    assert best(iteration(0, 7, 6.5), iteration(1, 10), stays, again) == 0  # 14 of 20, at a mean cost of 7
+    assert best(iteration(0, 7, 7.5), iteration(1, 10), stays, again) == 1
+
+
 @pytest.mark.parametrize(("successes", "worse"), [(10, False), (9, True), (0, True)])
 def test_an_update_that_made_things_worse_is_named(successes, worse):
     before = [iteration(0, 2), iteration(1, 10, real_cost=4.0)]
@@ -105,6 +112,15 @@ def test_an_update_that_made_things_worse_is_named(successes, worse):
 def test_a_search_that_found_nothing_better_is_named():
     note = _note(iteration(1, 10, same_policy_as=0, search=Search.KEPT), [iteration(0, 10)], 1)
     assert note == "The same policy as iteration 0: the search found nothing better."
+
+
+def test_a_policy_that_was_not_driven_again_says_whose_trials_are_shown():
+    stays = iteration(2, 10, same_policy_as=1, trials_of=1, search=Search.KEPT)
+    note = _note(stays, [iteration(0, 0), iteration(1, 10)], 1)
+    assert note == (
+        "The same policy as iteration 1: the search found nothing better. It was not driven in trials again: those "
+        "shown are of iteration 1."
+    )
 
 
 def test_policy_0_that_an_earlier_round_in_simulation_found_is_no_repetition():

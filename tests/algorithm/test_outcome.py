@@ -238,6 +238,10 @@ def test_parts_of_all_trials_of_a_policy_count() -> None:
     about = summary(iteration(0, 3, **PARTS), again)
     assert about.parts(0) == {"upright": 20, "settled": 18, "in place": 7}
     assert summary(iteration(0, 3)).parts(0) == {}
+    stays = dataclasses.replace(again, trials_of=0)
+    assert summary(iteration(0, 3, **PARTS), stays).parts(0) == {"upright": 10, "settled": 9, "in place": 3}
+    table = summary_table(summary(iteration(0, 3, trial_seconds=40.0), dataclasses.replace(stays, trial_seconds=0.0)))
+    assert ("those of 0" in table, "and for 40.0 s in trials" in table) == (True, True)
 
 
 @pytest.mark.parametrize("part", ["upright", "settled", "in_place", "quiet"])

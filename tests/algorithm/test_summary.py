@@ -77,11 +77,19 @@ def test_trials_of_one_policy_count_together_and_a_recalibration_is_no_update(tm
     assert read_summary(tmp_path / "summary.json") == about
 
 
+def test_trials_of_an_earlier_iteration_count_once() -> None:
+    found = (iteration(0, successes=9), again(1, 0, Search.KEPT, successes=9, trials_of=0, trial_seconds=0.0))
+    about = dataclasses.replace(summary(), iterations=found, best_iteration=0)
+    assert (about.count(0), about.iterations[1].own_trials) == ((9, 10), 0)
+    assert [len(found) for found in (about.having(0), about.tried(0))] == [2, 1]
+
+
 @pytest.mark.parametrize(
     ("field", "value", "message"),
     [
         ("search", "guessed", "must be one of 'found', 'kept', 'not made'"),
         ("same_policy_as", 1, "an earlier iteration"),
+        ("trials_of", 1, "an earlier iteration"),
     ],
 )
 def test_a_story_that_cannot_be_is_refused(tmp_path: Path, field: str, value: object, message: str) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from hydra import compose
 
-from twbal.algorithm.iteration import Base
+from twbal.algorithm.iteration import Base, PolicyFile
 from twbal.algorithm.learning import Algorithm
 from twbal.algorithm.settings import AlgorithmSettings, InitialPolicy, ModelUpdate
 from twbal.algorithm.steps import Difference
@@ -42,10 +42,10 @@ class NotingChain:
 class NotedSteps(StageSteps):
     """Stages that are not run, with episodes and gaps as they are asked for."""
 
-    def __init__(self, chain, cfg, solved, samples, useless, likeliest, rocking, waits):
+    def __init__(self, chain, cfg, solved, samples, useless, likeliest, rocking, waits, kept):
         super().__init__(chain, cfg, KeptRobots())
         self.robot_waits = waits
-        self._rocking = rocking
+        self._rocking, self._kept = rocking, kept
         self._solved, self._samples, self._useless, self._likeliest = solved, samples, useless, likeliest
 
     def episodes(self, rollouts):
@@ -54,6 +54,9 @@ class NotedSteps(StageSteps):
     def _episode(self, rollout):
         rocked = 0.1 if rollout in self._rocking else 0.0
         return upright(500, rocked) if rollout in self._solved else upright(self._samples)
+
+    def policy_file(self, policy):
+        return PolicyFile(f"{policy}/policy.pt", self._kept.get(str(policy), str(policy)))
 
     def chosen(self, place):
         return Difference(place / MODEL, self._likeliest, (-70.0, -90.0) if self._likeliest == 0 else (-70.0, -40.0))
@@ -82,7 +85,16 @@ def composed(*words):
 
 
 def learn(
-    solved=(), words=(), diagnosable=1, useless=(), robust="none", likeliest=0, rocking=(), waits=False, **changed
+    solved=(),
+    words=(),
+    diagnosable=1,
+    useless=(),
+    robust="none",
+    likeliest=0,
+    rocking=(),
+    waits=False,
+    kept=None,
+    **changed,
 ):
     """The calls of a run and what it learned.
 
@@ -95,6 +107,7 @@ def learn(
         rocking: the trials in which the tilt oscillates by 0.1 rad.
         likeliest: index of the base under which real rollouts are likeliest.
         waits: whether the robot waits for its host.
+        kept: the earlier policy that a search came to, by the search's folder, where it found nothing better.
         changed: settings.
     """
     cfg = deepcopy(composed(f"robust={robust}", *words))
@@ -115,7 +128,9 @@ def learn(
         }
     )
     chain = NotingChain()
-    steps = NotedSteps(chain, cfg, solved, FEW_DATA.min_samples // diagnosable, useless, likeliest, rocking, waits)
+    steps = NotedSteps(
+        chain, cfg, solved, FEW_DATA.min_samples // diagnosable, useless, likeliest, rocking, waits, kept or {}
+    )
     result = Algorithm(steps, settings, rollout_settings(section(cfg, "real_rollout")), RULE).run()
     return chain.calls, result
 
@@ -261,6 +276,36 @@ def test_a_policy_that_solves_it_is_driven_as_it_is_for_the_model_and_kept():
     assert search.overrides["calibration_episodes"] == [last.rollouts[-1]]
 
 
+STAYS = {"iteration_2/policy": "iteration_1/policy"}
+"""The search of update 2 finds nothing better than policy 1."""
+
+
+@pytest.mark.parametrize("waits", [False, True])
+def test_a_policy_that_stays_is_not_driven_in_trials_again(waits):
+    calls, learning = learn(updates=3, kept=STAYS, waits=waits)
+    assert [learned.trials_of for learned in learning.policies] == [None, None, 1, None]
+    assert [learned.trials for learned in learning.policies][1:3] == 2 * [Path("iteration_1/trials")]
+    assert Path("iteration_2/trials") not in [call.folder for call in calls]
+    assert Path("iteration_2/rollout") in [call.folder for call in calls]  # what it teaches is driven
+
+
+def test_a_policy_that_stays_is_driven_in_trials_again_where_its_model_is_recalibrated():
+    calls, learning = learn(solved=("iteration_1/trials", "iteration_3/trials"), kept=STAYS, **IMPROVING)
+    assert searches(calls) == [False, True, None]
+    assert [(learned.trials_of, learned.recalibrates) for learned in learning.policies] == [
+        *((None, False), (None, False), (1, False), (None, True))
+    ]
+    assert learning.policies[-1].trials == Path("iteration_3/trials")
+
+
+def test_trials_that_failed_when_the_model_was_recalibrated_stand_for_a_policy_that_stays():
+    settings = {"stop_when_solved": True, "calibration_rollouts": 4, "updates": 3}
+    kept = {f"iteration_{i}/policy": "iteration_1/policy" for i in (2, 3)}
+    _, learning = learn(solved=("iteration_1/trials",), kept=kept, **settings)
+    recalibrated, stayed = learning.policies[2:4]
+    assert (recalibrated.recalibrates, stayed.trials_of) == (True, 2)
+
+
 def places(calls):
     return [call.folder.as_posix() for call in calls]
 
@@ -275,6 +320,8 @@ def places(calls):
         {"stop_when_solved": True, "updates": 0},
         {"diagnose": True},
         {"model_update": ModelUpdate.LINEAR},
+        {"kept": {"iteration_1/policy": "simulation/1_policy"}},
+        {"kept": {"iteration_1/policy": "simulation/1_policy"}, "robust": "default", "updates": 3},
     ],
 )
 def test_a_robot_that_waits_for_its_host_changes_the_order_alone(settings):

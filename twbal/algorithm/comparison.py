@@ -88,22 +88,23 @@ def run_values(summary: Summary) -> dict[str, float]:
     The best policy is measured by the trials of all iterations that had it, and its band is that of the newest model.
     """
     successes, trials = summary.count(summary.best_iteration)
-    having, shown = summary.having(summary.best_iteration), summary.parts(summary.best_iteration)
+    tried, shown = summary.tried(summary.best_iteration), summary.parts(summary.best_iteration)
+    newest = summary.having(summary.best_iteration)[-1]
     solved = [i for i in summary.iterations if i.trials and i.successes == i.trials]
     return {
         "success": successes / trials if trials else math.nan,
         "seconds": solved[0].real_seconds if solved else math.inf,
         "trial_seconds": _trial_seconds(summary, solved[0].index) if solved else math.inf,
-        "cost": _mean(i.real_cost for i in having),
-        "coverage": _or_nan(having[-1].coverage95),
-        "crps_ratio": _or_nan(having[-1].crps_ratio),
-        "tilt_band": _or_nan(having[-1].tilt_band_widest),
+        "cost": _mean(i.real_cost for i in tried),
+        "coverage": _or_nan(newest.coverage95),
+        "crps_ratio": _or_nan(newest.crps_ratio),
+        "tilt_band": _or_nan(newest.tilt_band_widest),
         **{part: shown.get(name, math.nan) / trials if trials else math.nan for part, name in PARTS.items()},
-        "farthest": _mean(i.farthest_median_m for i in having),
-        "farthest_worst": max((i.farthest_worst_m for i in having if i.farthest_worst_m is not None), default=math.nan),
-        "command_change": _mean(i.command_change for i in having),
-        "oscillation": _mean(i.oscillation for i in having),
-        "drift": _mean(i.drift_m for i in having),
+        "farthest": _mean(i.farthest_median_m for i in tried),
+        "farthest_worst": max((i.farthest_worst_m for i in tried if i.farthest_worst_m is not None), default=math.nan),
+        "command_change": _mean(i.command_change for i in tried),
+        "oscillation": _mean(i.oscillation for i in tried),
+        "drift": _mean(i.drift_m for i in tried),
         "search": sum(_worked(i) for i in summary.iterations),
     }
 

@@ -109,10 +109,11 @@ def summarise(
 def _rank(having: Sequence[Iteration], most: float | None) -> tuple[float, ...]:
     """Of a policy, by the iterations that had it; lower is better."""
     first, last = having[0].index, having[-1]
-    costs = [iteration.real_cost for iteration in having if iteration.real_cost is not None]
+    tried = [iteration for iteration in having if iteration.trials_of is None]
+    costs = [iteration.real_cost for iteration in tried if iteration.real_cost is not None]
     if not costs:
         return (0.0, 0.0, -(last.judged_success or 0.0), -first)
-    share = sum(i.successes for i in having) / sum(i.trials for i in having)
+    share = sum(i.successes for i in tried) / sum(i.trials for i in tried)
     told = having[0]  # by whose trials a run decides which policy to recalibrate
     shown = Shown(share, told.oscillation_worst or 0.0, told.used_worst or 0.0)
     has_margin = share == 1.0 and any(iteration.margin is not None for iteration in having)
@@ -148,7 +149,7 @@ def _iteration(
         judged_success=prediction.best.judged_success if prediction else None,
         policy=policy,
         note="",
-        trial_seconds=_duration(trials),
+        trial_seconds=_duration(trials if learned.trials_of is None else ()),
         same_policy_as=next((i.index for i in before if i.policy.sha256 == policy.sha256), None),
         basis=learned.basis,
         search=_search(learned, prediction),
@@ -162,6 +163,7 @@ def _iteration(
         predicted_by=prediction.predictors[0].by if prediction else None,
         margin=prediction.best.margin if prediction else None,
         tilt_unknown=_tilt_unknown(prediction, channels),
+        trials_of=learned.trials_of,
     )
     iteration = _with_scores(_with_parts(iteration, verdicts), prediction, trials, measures)
     notes = (
@@ -252,6 +254,8 @@ def _note(iteration: Iteration, before: Sequence[Iteration], searches: int) -> s
         notes.append(f"The same policy as iteration {same}: the search found nothing better.")
     elif same is not None:
         notes.append(f"The same policy as iteration {same}.")
+    if iteration.trials_of is not None:
+        notes.append(f"It was not driven in trials again: those shown are of iteration {iteration.trials_of}.")
     if iteration.base is not None and iteration.evidence_gain is not None:
         notes.append(
             f"g was learned on the {iteration.base} simulation's f, under which the rollouts are likelier by "

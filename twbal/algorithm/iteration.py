@@ -169,6 +169,8 @@ class Iteration:
             rest varies from rollout to rollout; None where that is not told.
         used_worst: greatest share of a limit of success (settled tilt, place, command) that a trial used; None where
             one ended early, or there is none.
+        trials_of: the earlier iteration whose trials these are, as the policy was not driven in new ones; None where
+            they are its own.
 
     The fields from `trial_seconds` on are None where an older `summary.json` does not note them.
     """
@@ -217,6 +219,7 @@ class Iteration:
     margin: float | None = None
     tilt_unknown: float | None = None
     used_worst: float | None = None
+    trials_of: int | None = None
 
     def __post_init__(self) -> None:
         if not 0 <= self.successes <= self.trials:
@@ -238,15 +241,20 @@ class Iteration:
                 raise DataError(f"{name} of iteration {self.index} must be a number from 0 up; found {amount}.")
         if self.log_density is not None and not math.isfinite(self.log_density):
             raise DataError(f"log_density of iteration {self.index} must be finite; found {self.log_density}.")
-        if self.same_policy_as is not None and not 0 <= self.same_policy_as < self.index:
-            raise DataError(
-                f"same_policy_as of iteration {self.index} must be an earlier iteration; found {self.same_policy_as}."
-            )
+        for name in ("same_policy_as", "trials_of"):
+            earlier = getattr(self, name)
+            if earlier is not None and not 0 <= earlier < self.index:
+                raise DataError(f"{name} of iteration {self.index} must be an earlier iteration; found {earlier}.")
 
     @property
     def first_had(self) -> int:
         """The first iteration that had this policy: the number that the policy goes by."""
         return self.index if self.same_policy_as is None else self.same_policy_as
+
+    @property
+    def own_trials(self) -> int:
+        """How many trials were driven in this iteration."""
+        return self.trials if self.trials_of is None else 0
 
     @property
     def recalibrates(self) -> bool:

@@ -25,6 +25,7 @@ class LearnedPolicy(Generic[R, M, P]):
         searches: how often it was searched until it balanced in simulation.
         rollouts: real ones that it was learned from.
         trials: of it; None where none were driven.
+        trials_of: the earlier policy, the same as this, that was driven in them; None where this one was.
         diagnosis: what became of a diagnosis of the rollouts.
         recalibrates: the policy is that of the iteration before, and only the model is new.
     """
@@ -39,6 +40,7 @@ class LearnedPolicy(Generic[R, M, P]):
     searches: int = 1
     rollouts: tuple[R, ...] = ()
     trials: R | None = None
+    trials_of: int | None = None
     diagnosis: Diagnosis = Diagnosis.NOT_MADE
     recalibrates: bool = False
     base: Base = Base.GIVEN

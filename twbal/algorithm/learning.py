@@ -5,11 +5,11 @@
 
 Beyond the paper, f is learned once more from rollouts of its own policy in simulation before the robot is touched;
 policy 0 must hold robots as the sheet says with its doubts, and later policies robots as the rollouts tell
-(`search.robust`), or the further simulated robots of an ensemble; and every policy is driven in trials that nothing is
-learned from. The first policy that succeeds in all of them is followed by one more update, whose policy is to balance
-robots that change, too (`search.margin`), and by another one where the tilt oscillates under the better of the two. The
-best (`ranking`) is driven a few times more, as it is, to recalibrate the model: what that then predicts is what the
-robot does, in bands as wide as these rollouts ask for.
+(`search.robust`), or the further simulated robots of an ensemble; and every new policy is driven in trials that
+nothing is learned from. The first policy that succeeds in all of them is followed by one more update, whose policy is
+to balance robots that change, too (`search.margin`), and by another one where the tilt oscillates under the better of
+the two. The best (`ranking`) is driven a few times more, as it is, to recalibrate the model: what that then predicts is
+what the robot does, in bands as wide as these rollouts ask for. New trials show whether it does.
 
 Other methods begin elsewhere (`InitialPolicy`) or learn something else from the robot's rollouts (`ModelUpdate`).
 """
@@ -194,9 +194,14 @@ class Algorithm(Generic[R, M, P, S, K]):
     def _tried(
         self, learned: LearnedPolicy[R, M, P], before: Sequence[LearnedPolicy[R, M, P]]
     ) -> LearnedPolicy[R, M, P]:
-        """`learned`, which comes after others, with its trials driven."""
+        """`learned`, which comes after others, with its trials: driven, or the newest of before if it stayed."""
         if learned.trials is not None:
             return learned
+        file = self._steps.policy_file(learned.policy)
+        for each in reversed(before):
+            if each.trials is not None and self._steps.policy_file(each.policy).sha256 == file.sha256:
+                of = each.index if each.trials_of is None else each.trials_of
+                return replace(learned, trials=each.trials, trials_of=of)
         if self._steps.robot_waits and self._is_updated_anyway(learned, before):
             inputs = self._driven_for_update([*before, learned])
             with self._trials_begun(learned.index, learned.policy):

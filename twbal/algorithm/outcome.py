@@ -26,7 +26,7 @@ def headline(summary: Summary) -> str:
     if not trials:
         return f"No trial was driven, so nothing is known of how policy {best.index} balances the robot."
     if not successes:
-        driven, upright = sum(iteration.trials for iteration in summary.iterations), summary.parts(best.index)
+        driven, upright = sum(each.own_trials for each in summary.iterations), summary.parts(best.index)
         fails = "stays upright, but not as is asked" if upright.get("upright") == trials else "is not balanced"
         return f"The robot {fails}: no policy succeeded in any of {counted(driven, 'trial')}.{_parts(summary)}"
     if successes == trials:

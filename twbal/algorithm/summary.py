@@ -23,7 +23,7 @@ class SimData:
 
 
 class Count(NamedTuple):
-    """Trials of one policy, over all iterations that had it."""
+    """Trials of one policy, over all iterations that drove it in some."""
 
     successes: int
     trials: int
@@ -78,7 +78,7 @@ class Summary:
         Args:
             policy: the first iteration that had it.
         """
-        counted = {name: [getattr(i, part) for i in self.having(policy) if i.trials] for part, name in PARTS.items()}
+        counted = {name: [getattr(i, part) for i in self.tried(policy) if i.trials] for part, name in PARTS.items()}
         return {name: sum(counts) for name, counts in counted.items() if counts and None not in counts}
 
     @property
@@ -96,10 +96,14 @@ class Summary:
         """All iterations with the policy that iteration `policy` had first."""
         return tuple(i for i in self.iterations if i.first_had == policy)
 
+    def tried(self, policy: int) -> tuple[Iteration, ...]:
+        """Those of them that have trials of their own, or none at all."""
+        return tuple(i for i in self.having(policy) if i.trials_of is None)
+
     def count(self, policy: int) -> Count:
         """The trials of the policy that iteration `policy` had first."""
-        having = self.having(policy)
-        return Count(sum(i.successes for i in having), sum(i.trials for i in having))
+        tried = self.tried(policy)
+        return Count(sum(i.successes for i in tried), sum(i.trials for i in tried))
 
 
 def read_summary(path: Path) -> Summary:

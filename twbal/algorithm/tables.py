@@ -55,6 +55,13 @@ def policy_and_reason(iteration: Iteration) -> str:
     return which if iteration.reason is None else f"{which}, {iteration.reason}"
 
 
+def trials_driven(iteration: Iteration) -> str:
+    """How long the robot was driven in trials, or whose trials are shown."""
+    if iteration.trials_of is not None:
+        return f"those of {iteration.trials_of}"
+    return _number(iteration.trial_seconds, ".1f", " s")
+
+
 def distances(iteration: Iteration) -> str:
     """Late distance from where the robot was put, its median over the trials and its worst, in metres."""
     if iteration.farthest_median_m is None or iteration.farthest_worst_m is None:
@@ -96,7 +103,7 @@ def _of_learning(iteration: Iteration, index: str) -> tuple[str, ...]:
         _number(iteration.real_cost, ".1f"),
         _number(iteration.success_probability, ".2f"),
         f"{iteration.successes} of {iteration.trials}" if iteration.trials else "-",
-        _number(iteration.trial_seconds, ".1f", " s"),
+        trials_driven(iteration),
         _number(iteration.coverage95, ".2f"),
         crps(iteration),
         tilt_band(iteration),

@@ -7,7 +7,7 @@ from pathlib import Path
 from twbal.algorithm.iteration import Basis, Diagnosis, Iteration, Search
 from twbal.algorithm.outcome import counted, driving, headline, rule_in_words, warnings_on
 from twbal.algorithm.summary import Summary
-from twbal.algorithm.tables import crps, policy_and_reason, tilt_band, trials_rows
+from twbal.algorithm.tables import crps, policy_and_reason, tilt_band, trials_driven, trials_rows
 from twbal.core.errors import DataError
 from twbal.core.evaluation import SuccessCriterion
 from twbal.core.files import write_atomically
@@ -85,6 +85,7 @@ def write_report(path: Path, summary: Summary, setting: Setting, pictures: Pictu
         corrected=any(iteration.diagnosis is Diagnosis.USED for iteration in summary.iterations),
         steps=what_was_done(summary, setting.ensemble),
         doubts=warnings_on(summary, summary.iterations[-1]),
+        driven=[trials_driven(iteration) for iteration in summary.iterations],
         policies=[policy_and_reason(iteration) for iteration in summary.iterations],
         crps=[crps(iteration) for iteration in summary.iterations],
         tilt_bands=[tilt_band(iteration) for iteration in summary.iterations],
@@ -178,7 +179,7 @@ def _recalibrated(iteration: Iteration) -> str:
 
 
 def _trials(iteration: Iteration) -> str:
-    if not iteration.trials:
+    if not iteration.own_trials:
         return ""
     return f" In its trials policy {iteration.first_had} succeeded in {iteration.successes} of {iteration.trials}."
 
