@@ -1,6 +1,6 @@
 import numpy as np
 
-from twbal.core.exponential import expm1_in_place
+from twbal.core.exponential import exp_in_place, expm1_in_place
 
 
 def test_it_is_the_librarys_to_two_units_in_the_last_place():
@@ -15,3 +15,17 @@ def test_numbers_beyond_what_doubles_can_hold_stay_finite():
     values = np.array([-1e300, -1e4, 1e4, 1e300])
     expm1_in_place(values)
     np.testing.assert_allclose(values, [-1.0, -1.0, np.expm1(600.0), np.expm1(600.0)], rtol=1e-12)
+
+
+def test_the_exponential_is_the_librarys_to_digits_of_x():
+    x = np.concatenate([np.linspace(-60.0, 60.0, 5001), -np.logspace(-18, 0, 500), [0.0, -692.0, 599.9]])
+    values = x.copy()
+    exp_in_place(values)
+    exact = np.exp(x.astype(np.longdouble))
+    assert np.max(np.abs(values / exact - 1.0) / np.maximum(np.abs(x), 2.0)) < 2e-16
+
+
+def test_the_exponential_of_what_is_far_below_zero_is_next_to_nothing():
+    values = np.array([-1e300, -1e4, -700.0])
+    exp_in_place(values)
+    assert np.all((values > 0.0) & (values < 1e-300))

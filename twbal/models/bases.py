@@ -8,10 +8,12 @@ data for each base.
 """
 
 from collections.abc import Sequence
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
+from twbal.core.copies import shared
 from twbal.core.episode import Episode
 from twbal.core.gaussian import Array
 from twbal.models.dynamics import DynamicsModel
@@ -52,7 +54,7 @@ def learn_on_likeliest(
         DataError: the episodes have other channels than a base, or cannot be used together.
         FitError: a model cannot be learned from them.
     """
-    begun = [recipe.learn_measured(base, episodes, seed) for base in bases]
+    begun = shared([partial(recipe.learn_measured, base, episodes, seed) for base in bases])
     log_evidences = np.array([learned.log_evidence for learned in begun])  # (B, E)
     index = int(np.argmax(_totals(log_evidences)))
     return ChosenBase(recipe.learn_smoothed(begun[index], episodes, seed), index, log_evidences)

@@ -29,7 +29,8 @@ class _Factors(NamedTuple):
     kernel: Array  # (m, m), K_mm with jitter
     cross: Array  # (m, n), K_mn
     root_inverse: Array  # (m, m), L⁻¹ of K_mm = LLᵀ
-    whitened: Array  # (m, n), L⁻¹ K_mn
+    whitened: Array  # (m, n), V = L⁻¹ K_mn
+    gram: Array  # (m, m), V Vᵀ
     inner_inverse: Array  # (m, m), B⁻¹ of B = I + σ⁻² L⁻¹ K_mn K_nm L⁻ᵀ
     log_determinant: float  # of B
     weights: Array  # (m,), β
@@ -53,16 +54,15 @@ class Bound:
         signal = noise * np.exp(2.0 * theta[-2])
         f = self._factors(theta)
         residual = y - f.weights @ f.cross
-        slack = n * signal - np.sum(f.whitened**2)  # tr(K_nn - Q)
+        slack = n * signal - np.trace(f.gram)  # tr(K_nn - Q)
         value = -0.5 * (n * np.log(2.0 * np.pi * noise) + f.log_determinant + (y @ residual + slack) / noise)
 
-        induced = f.root_inverse.T @ f.inner_inverse @ f.whitened  # A⁻¹ K_mn
-        projection = f.root_inverse.T @ f.whitened  # K_mm⁻¹ K_mn
-        by_cross = (np.outer(f.weights, residual) + projection - induced) / noise
         inner = np.eye(len(f.kernel)) - f.inner_inverse
-        by_kernel = f.root_inverse.T @ inner @ f.root_inverse
-        by_kernel -= np.outer(f.weights, f.weights) + projection @ projection.T / noise
-        by_cross *= f.cross
+        by_cross = f.root_inverse.T @ inner @ f.whitened  # (K_mm⁻¹ - A⁻¹) K_mn
+        by_cross += np.outer(f.weights, residual)
+        by_cross *= f.cross / noise
+        by_kernel = f.root_inverse.T @ (inner - f.gram / noise) @ f.root_inverse
+        by_kernel -= np.outer(f.weights, f.weights)
         by_kernel *= 0.5 * f.kernel
         scales = _by_log_length_scales(by_cross, self._centres, self._inputs) / np.exp(2.0 * theta[:-2])
         scales += _by_log_length_scales(by_kernel, self._centres, self._centres) / np.exp(2.0 * theta[:-2])
@@ -91,11 +91,12 @@ class Bound:
         identity = np.eye(len(kernel))
         root_inverse = scipy.linalg.solve_triangular(np.linalg.cholesky(kernel), identity, lower=True)
         whitened = root_inverse @ cross
-        factor = scipy.linalg.cho_factor(identity + whitened @ whitened.T / noise, lower=True)
+        gram = whitened @ whitened.T
+        factor = scipy.linalg.cho_factor(identity + gram / noise, lower=True)
         inner_inverse = scipy.linalg.cho_solve(factor, identity)
         weights = root_inverse.T @ scipy.linalg.cho_solve(factor, whitened @ self._target) / noise
         log_determinant = 2.0 * np.log(np.diag(factor[0])).sum()
-        return _Factors(kernel, cross, root_inverse, whitened, inner_inverse, float(log_determinant), weights)
+        return _Factors(kernel, cross, root_inverse, whitened, gram, inner_inverse, float(log_determinant), weights)
 
 
 def _by_log_length_scales(weighted: Array, left: Array, right: Array) -> Array:

@@ -3,10 +3,10 @@
 import numpy as np
 import scipy.linalg
 
+from twbal.core.compiled import kernel
+from twbal.core.exponential import exp_in_place
 from twbal.core.gaussian import Array
 from twbal.core.lapack import factor, invert
-
-_BLOCK = 64  # rows of a covariance at a time: they stay in the cache
 
 
 class Evidence:
@@ -21,40 +21,56 @@ class Evidence:
         """Keep the data of one output: inputs (n, d), target (n,)."""
         self._inputs = inputs - inputs.mean(axis=0)
         self._target = target
-        self._work = np.empty((2, len(target), len(target)))  # kept, as fresh memory takes as long as the exponentials
+        self._work = np.empty((2, len(target), len(target)))  # kept, as fresh memory takes longer than the exponentials
 
     def __call__(self, theta: Array) -> tuple[float, Array]:
         """Log evidence [nats] and its gradient (d + 2,) at `theta` (d + 2,); -inf where K cannot be factored."""
         n, y = len(self._target), self._target
         noise = np.exp(2.0 * theta[-1])
         scaled = self._inputs / np.exp(theta[:-2])  # (n, d)
-        signal = self._signal_covariance(scaled, noise * np.exp(2.0 * theta[-2]))  # (n, n), column-major
-        total = self._work[1].T
-        total[:] = signal
-        total[np.diag_indices(n)] += noise
+        products, sums = self._work
+        np.matmul(scaled, scaled.T, out=products)
+        half_squares = 0.5 * np.sum(scaled * scaled, axis=1)
+        _covariances(products, sums, half_squares, noise * np.exp(2.0 * theta[-2]), noise)
+        signal, total = products.T, sums.T  # column-major, as LAPACK wants it; only the lower half counts
         if not factor(total):
             return -np.inf, np.zeros_like(theta)
-        alpha = scipy.linalg.cho_solve((total, True), y)
+        alpha, _ = scipy.linalg.lapack.dpotrs(total, y, lower=1)
         value = -0.5 * y @ alpha - np.log(np.diag(total)).sum() - 0.5 * n * np.log(2.0 * np.pi)
         invert(total)
-        total *= -1.0
-        weighted = scipy.linalg.blas.dger(1.0, alpha, alpha, a=total, overwrite_a=1)
-        weighted *= signal  # M; only its lower half is meant from here on
+        _weigh(products, sums, alpha)
         sides = np.column_stack([scaled, np.ones(n)])
-        products = scipy.linalg.blas.dsymm(1.0, weighted, np.asfortranarray(sides), lower=1)  # M [Z, 1]
-        rows = products[:, -1]
-        scales = rows @ scaled**2 - np.einsum("nk,nk->k", scaled, products[:, :-1])
+        weighted = scipy.linalg.blas.dsymm(1.0, signal, np.asfortranarray(sides), lower=1)  # M [Z, 1]
+        rows = weighted[:, -1]
+        scales = rows @ scaled**2 - np.einsum("nk,nk->k", scaled, weighted[:, :-1])
         return float(value), np.concatenate([scales, [rows.sum(), y @ alpha - n]])
 
-    def _signal_covariance(self, scaled: Array, signal_variance: float) -> Array:
-        """(n, n), column-major, as LAPACK wants it; only its lower half is meant."""
-        squares = 0.5 * np.sum(scaled * scaled, axis=1)
-        exponent = np.matmul(scaled, scaled.T, out=self._work[0])
-        for begin in range(0, len(scaled), _BLOCK):
-            part = exponent[begin : begin + _BLOCK, begin:]
-            part -= squares[begin : begin + _BLOCK, None]
-            part -= squares[begin:]
-            np.minimum(part, 0.0, out=part)
-            np.exp(part, out=part)
-            part *= signal_variance
-        return np.asarray(exponent.T)
+
+@kernel()
+def _covariances(products: Array, total: Array, half_squares: Array, signal_variance: float, noise: float) -> None:
+    """Write α²C of scaled inputs z over the upper half of `products`, and K over that of `total`.
+
+    Args:
+        products: zᵢᵀzⱼ (n, n), row-major like `total`.
+        total: (n, n).
+        half_squares: ½ zᵢᵀzᵢ (n,).
+    """
+    n = len(half_squares)
+    for i in range(n):
+        here, with_noise = products[i, i:], total[i, i:]
+        for j in range(n - i):
+            here[j] = min(here[j] - half_squares[i] - half_squares[i + j], 0.0)
+        exp_in_place(here)
+        for j in range(n - i):
+            here[j] *= signal_variance
+            with_noise[j] = here[j]
+        with_noise[0] += noise
+
+
+@kernel()
+def _weigh(signal: Array, inverse: Array, alpha: Array) -> None:
+    """Write M = (aaᵀ - K⁻¹) ∘ α²C over the upper half of α²C, all (n, n) and row-major."""
+    n = len(alpha)
+    for i in range(n):
+        for j in range(i, n):
+            signal[i, j] *= alpha[i] * alpha[j] - inverse[i, j]

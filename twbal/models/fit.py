@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from twbal.core.gaussian import Array
+from twbal.core.threads import in_threads
 from twbal.models.evidence import Evidence
 from twbal.models.fit_settings import FitSettings, Reference
 from twbal.models.gp import SQUARED_EXPONENTIAL, Posterior, condition
@@ -55,5 +56,5 @@ def fit_gp(
         return fit_exact(inputs, targets, kernel, settings, seed, reference)
     found = fit_hyperparameters(inputs, targets, settings, seed, reference, near)
     gp = condition(inputs, targets, *found)
-    evidence = [Evidence(inputs, target)(found.theta(a))[0] for a, target in enumerate(targets.T)]
+    evidence = in_threads(lambda a: Evidence(inputs, targets[:, a])(found.theta(a))[0], range(targets.shape[1]))
     return Fit(gp, np.array(evidence))

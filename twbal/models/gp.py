@@ -9,8 +9,11 @@ import numpy as np
 import scipy.linalg
 
 from twbal.core.errors import FitError
+from twbal.core.exponential import exp_in_place
 from twbal.core.gaussian import Array
+from twbal.core.lapack import factor, invert
 from twbal.core.payload import Payload
+from twbal.core.threads import in_threads
 
 SQUARED_EXPONENTIAL = "se"
 """Name of the kernel that evidence and moment matching have closed forms for."""
@@ -32,8 +35,11 @@ def squared_exponential(left: Array, right: Array, length_scales: Array) -> Arra
     """Correlation exp(-½ (x - x')ᵀ Λ⁻¹ (x - x')) of eq. 1, (n, m), between rows of (n, d) and (m, d)."""
     shift = left.mean(axis=0)  # distances are differences: centring only saves digits
     a, b = (left - shift) / length_scales, (right - shift) / length_scales
-    exponent = a @ b.T - 0.5 * np.sum(a * a, axis=1)[:, None] - 0.5 * np.sum(b * b, axis=1)
-    correlation: Array = np.exp(np.minimum(exponent, 0.0))
+    correlation: Array = a @ b.T
+    correlation -= 0.5 * np.sum(a * a, axis=1)[:, None]
+    correlation -= 0.5 * np.sum(b * b, axis=1)
+    np.minimum(correlation, 0.0, out=correlation)
+    exp_in_place(correlation.reshape(-1))
     return correlation
 
 
@@ -213,12 +219,13 @@ def condition(
     Raises:
         FitError: a covariance matrix is not positive definite, for want of noise.
     """
-    solved = []
-    for a, target in enumerate(targets.T):
+
+    def solved(a: int) -> tuple[Array, Array]:
         covariance = signal_variance[a] * squared_exponential(inputs, inputs, length_scales[a])
         covariance[np.diag_indices_from(covariance)] = signal_variance[a] + noise_variance[a]
-        solved.append(solve(covariance, target, a))
-    weights, inverses = zip(*solved, strict=True)
+        return solve(covariance, targets[:, a], a)
+
+    weights, inverses = zip(*in_threads(solved, range(targets.shape[1])), strict=True)
     return GaussianProcess(
         inputs, length_scales, signal_variance, noise_variance, np.array(weights), np.array(inverses)
     )
@@ -230,12 +237,12 @@ def solve(covariance: Array, target: Array, output: int) -> tuple[Array, Array]:
     Raises:
         FitError: K, of output `output`, is not positive definite, for want of noise.
     """
-    try:
-        factor = scipy.linalg.cho_factor(covariance, lower=True)
-    except np.linalg.LinAlgError as error:
+    held = np.array(covariance, order="F")
+    if not factor(held):
         raise FitError(
             f"The covariance of output {output} is not positive definite; its variances are about "
             f"{np.median(np.diag(covariance)):.3g}. Lower the largest signal-to-noise ratio of the fit."
-        ) from error
-    inverse = scipy.linalg.cho_solve(factor, np.eye(len(target)))
-    return scipy.linalg.cho_solve(factor, target), 0.5 * (inverse + inverse.T)
+        )
+    weights = scipy.linalg.cho_solve((held, True), target)
+    invert(held)
+    return weights, np.tril(held) + np.tril(held, -1).T
