@@ -9,22 +9,17 @@ import pickle
 import re
 import sys
 import zipfile
-from collections.abc import Callable
-from importlib import import_module
 from io import BytesIO
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 
-from twbal.core.copies import beside
 from twbal.core.errors import CheckpointError
 from twbal.core.files import read_bounded, write_atomically
 
 FORMAT = "twbal checkpoint"
 SCHEMA_VERSION = 1
-Made = TypeVar("Made")
-
 _ALLOWED = "dict (with text keys), list, tuple, str, int, float, bool, None, numpy arrays of numbers and torch tensors"
 _ZIP_START = b"PK\x03\x04"
 _LARGEST = 2**32  # bytes of a file
@@ -48,19 +43,6 @@ def save_checkpoint(path: Path, kind: str, payload: dict[str, Any]) -> str:
     data = _content(kind, payload)
     write_atomically(path, data)
     return hashlib.sha256(data).hexdigest()
-
-
-def while_torch_loads(work: Callable[[], Made]) -> Made:
-    """What comes of work whose result is to be saved, done by a copy of this process while PyTorch is loaded here.
-
-    Where PyTorch is loaded already, or there can be no copy, the work is done here.
-
-    Args:
-        work: what comes of it must be picklable.
-    """
-    if "torch" in sys.modules:
-        return work()
-    return beside(lambda: import_module("torch"), work)[1]
 
 
 def checkpoint_hash(kind: str, payload: dict[str, Any]) -> str:

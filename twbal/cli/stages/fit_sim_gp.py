@@ -12,7 +12,6 @@ from twbal.cli.console import next_command, print_result, run_folder
 from twbal.cli.manifest import Manifest, Step, perform
 from twbal.cli.typed_config import recorded, typed
 from twbal.core.channels import Channels
-from twbal.io.checkpoint import while_torch_loads
 from twbal.models.recipe import ModelRecipe
 
 NOT_RECORDED = ("episodes", "model.fit_g")
@@ -47,7 +46,6 @@ def fit_to_file(files: list[Path], robot: str, channels: Channels, recipe: Model
     Raises:
         DataError: a log is of another robot, or cannot be used.
     """
-    episodes = episodes_of(files, robot)
-    learned = while_torch_loads(lambda: recipe.learn_simulation(episodes, channels, seed))
+    learned = recipe.learn_simulation(episodes_of(files, robot), channels, seed)
     save_model(path, SavedModel(learned.model, {"simulation": hashes(files)}))
     return path
