@@ -46,6 +46,7 @@ $(STAMP): pyproject.toml constraints.txt
 	rm -rf $(VENV)
 	"$(PYTHON)" -m venv $(VENV)
 	$(VENV)/bin/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt --editable ".[dev]"
+	$(VENV)/bin/python -m compileall -q twbal
 	$(VENV)/bin/python -m twbal.cli.warm
 	@touch $@
 

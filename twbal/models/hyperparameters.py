@@ -5,11 +5,13 @@ differentiation, and the same seed gives the same bits. Other kernels are fitted
 """
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import NamedTuple, Self, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from twbal.core.copies import may_be_copied, shared
 from twbal.core.gaussian import Array
 from twbal.core.streams import Stream, generator
 from twbal.core.threads import in_threads
@@ -78,7 +80,8 @@ def fit_hyperparameters(
     ]
     if near is not None:
         searches = [search.beginning_at(near.theta(a)) for a, search in enumerate(searches)]
-    begun = _beside_each_other(_Search.begun, [(search, search.numbers) for search in searches])
+    are_short = not any(search.apart for search in searches)  # then few samples compete, or there are few
+    begun = _beside_each_other(_Search.begun, [(search, search.numbers) for search in searches], are_short)
     finalists = [search.finalists(found) for search, found in zip(searches, begun, strict=True)]
     ended = _beside_each_other(_Search.finished, list(zip(searches, finalists, strict=True)))
     best = [search.best(last or first) for search, first, last in zip(searches, begun, ended, strict=True)]
@@ -199,8 +202,15 @@ class _Search(NamedTuple):
 
 
 def _beside_each_other(
-    work: Callable[[_Search, Begin], Minimum], tasks: Sequence[tuple[_Search, Sequence[Begin]]]
+    work: Callable[[_Search, Begin], Minimum],
+    tasks: Sequence[tuple[_Search, Sequence[Begin]]],
+    are_short: bool = False,
 ) -> list[list[Minimum]]:
-    """What comes of each beginning of each search, in order; all of them share the threads."""
-    found = iter(in_threads(lambda task: work(*task), [(search, each) for search, begins in tasks for each in begins]))
+    """What comes of each beginning of each search, in order; all of them share the cores.
+
+    Of evidences of few samples many calls hold Python's lock, for which threads would wait: a copy of this process has
+    its own.
+    """
+    calls = [partial(work, search, each) for search, begins in tasks for each in begins]
+    found = iter(shared(calls) if are_short and may_be_copied() else in_threads(lambda call: call(), calls))
     return [[next(found) for _ in begins] for _, begins in tasks]

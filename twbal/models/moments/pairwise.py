@@ -7,13 +7,29 @@ the heat equation, that by S is ½ (Wδδᵀ W - W) times itself.
 
 import numpy as np
 
-from twbal.core.compiled import kernel
+from twbal.core.compiled import fused, kernel
 from twbal.core.exponential import expm1_in_place
 from twbal.core.gaussian import Array
 from twbal.models.moments.kernel_sum import KernelSum
 from twbal.models.moments.taylor import smoothed_weights
 
 _ROWS = 32  # that are summed at once: as many as stay in the processor's cache
+
+
+@kernel(is_kept=False)
+def _add_products(exponents: Array, factors: Array, betas: Array) -> None:
+    """Add factors · betas[:, j], (d,) and (d, n), to each of some of the exponents: those of the first columns."""
+    d, n, k = len(factors), len(exponents), 0
+    while k + 2 < d:
+        a, b, c = factors[k], factors[k + 1], factors[k + 2]
+        for j in range(n):
+            exponents[j] = fused(betas[k, j], a, fused(betas[k + 1, j], b, fused(betas[k + 2, j], c, exponents[j])))
+        k += 3
+    while k < d:
+        a = factors[k]
+        for j in range(n):
+            exponents[j] = fused(betas[k, j], a, exponents[j])
+        k += 1
 
 
 @kernel()
@@ -32,30 +48,26 @@ def _pair_sums(  # type: ignore[no-untyped-def]
     """
     d = alpha.shape[1]
     n_a, n_b = len(weights_a), len(weights_b)
-    centred, total = 0.0, 0.0
-    rows, columns = np.zeros(n_a), np.zeros(n_b)
-    exponents, products, ones = np.empty(n_b), np.empty(n_b), np.ones(n_b)
-    cross = np.zeros((n_a, d))
+    centred, columns, cross = 0.0, np.zeros(n_b), np.empty((n_a, d + 1))
     betas = np.ascontiguousarray(beta.T)  # (d, n_b)
-    for i in range(n_a):
-        base = shift + half_a[i]
-        for j in range(n_b):
-            exponents[j] = base + half_b[j]
-        for k in range(d):
-            factor = alpha[i, k]
+    sides = np.hstack((beta, np.ones((n_b, 1))))
+    block = np.empty((_ROWS, n_b))
+    for start in range(0, n_a, _ROWS):
+        end = min(start + _ROWS, n_a)
+        for i in range(start, end):
+            here, base, weight = block[i - start], shift + half_a[i], weights_a[i]
             for j in range(n_b):
-                exponents[j] += factor * betas[k, j]
-        expm1_in_place(exponents)
-        for j in range(n_b):
-            products[j] = weights_a[i] * weights_b[j]
-        centred += np.dot(products, exponents)
-        for j in range(n_b):
-            products[j] += products[j] * exponents[j]
-            columns[j] += products[j]
-        rows[i] = np.dot(products, ones)
-        total += rows[i]
-        cross[i] = np.dot(betas, products)
-    return centred, total, rows, columns, cross
+                here[j] = base + half_b[j]
+            _add_products(here, alpha[i], betas)
+            expm1_in_place(here)
+            centred += weight * np.dot(weights_b, here)
+            for j in range(n_b):
+                both = weight * weights_b[j]
+                here[j] = fused(both, here[j], both)
+                columns[j] += here[j]
+        cross[start:end] = block[: end - start] @ sides
+    rows = np.ascontiguousarray(cross[:, d])
+    return centred, rows.sum(), rows, columns, np.ascontiguousarray(cross[:, :d])
 
 
 @kernel()
@@ -86,10 +98,7 @@ def _symmetric_sums(  # type: ignore[no-untyped-def]
             base = shift + half[i]
             for j in range(i + 1):
                 here[j] = base + half[j]
-            for k in range(d):
-                factor = alpha[i, k]
-                for j in range(i + 1):
-                    here[j] += factor * betas[k, j]
+            _add_products(here, alpha[i], betas)
             expm1_in_place(here)
             if weighted:
                 centred += qw[i] * (2.0 * np.dot(here, qw[: i + 1]) - here[i] * qw[i])
