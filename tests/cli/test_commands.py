@@ -9,7 +9,7 @@ from hydra.errors import HydraException
 from omegaconf import OmegaConf
 
 from twbal.cli import commands
-from twbal.cli.commands import ROOT, command_line, compose_stage, stage_overrides, text
+from twbal.cli.commands import ROOT, command_line, compose_stage, stage_overrides, text, tree_of
 from twbal.cli.composition import composing
 
 
@@ -107,7 +107,7 @@ def test_values_alone_let_hydra_compose_once(monkeypatch):
 
 def test_what_equals_the_defaults_needs_no_override():
     cfg = compose_stage("sim-collect", [])
-    assert stage_overrides("sim-collect", cfg, {"robot": "paper", "state": "default"}, []) == []
+    assert stage_overrides("sim-collect", tree_of(cfg), {"robot": "paper", "state": "default"}, []) == []
 
 
 def test_choices_values_and_sections_are_handed_on():
@@ -117,7 +117,9 @@ def test_choices_values_and_sections_are_handed_on():
     OmegaConf.set_struct(cfg, False)
     del cfg["rollouts"]
     cfg.sim_collect = {"rollouts": 7}
-    found = stage_overrides("sim-collect", cfg, {"robot": "regbot", "state": "paper", "model": "exact"}, ["seed=4"])
+    found = stage_overrides(
+        "sim-collect", tree_of(cfg), {"robot": "regbot", "state": "paper", "model": "exact"}, ["seed=4"]
+    )
     assert found[:2] in (["robot=regbot", "state=paper"], ["state=paper", "robot=regbot"])
     assert sorted(found[2:-1]) == ["robot.body_mass=1.5", "rollouts=7", "sim.physics_step=0.0005"]
     assert found[-1] == "seed=4"
@@ -130,26 +132,26 @@ def test_choices_values_and_sections_are_handed_on():
 
 def test_keys_may_come_and_go():
     cfg = compose_stage("sim-collect", ["+robot.colour=red", "~robot.track"])
-    found = stage_overrides("sim-collect", cfg, {"robot": "paper"}, [])
+    found = stage_overrides("sim-collect", tree_of(cfg), {"robot": "paper"}, [])
     assert found == ["++robot.colour=red", "~robot.track"]
     assert compose_stage("sim-collect", found) == cfg
 
 
 def test_an_effect_may_be_added_to_a_simulation_that_has_none():
     cfg = compose_stage("sim-collect", ["+effect@sim.effects.dead_zone=dead_zone"])
-    assert compose_stage("sim-collect", stage_overrides("sim-collect", cfg, {}, [])) == cfg
+    assert compose_stage("sim-collect", stage_overrides("sim-collect", tree_of(cfg), {}, [])) == cfg
 
 
 def test_a_part_may_be_taken_out_as_a_whole():
     cfg = compose_stage("fit-diff-gp", ["model.smoothing=null"])
-    found = stage_overrides("fit-diff-gp", cfg, {}, ["dynamics=m", "episodes=e"])
+    found = stage_overrides("fit-diff-gp", tree_of(cfg), {}, ["dynamics=m", "episodes=e"])
     assert compose_stage("fit-diff-gp", found).model == cfg.model
 
 
 def test_what_is_told_comes_before_the_choice_of_the_asking_stage():
     cfg = compose_stage("sim-collect", ["policy=random"])
     told = ["policy=saved", "policy.path=p.pt"]
-    found = stage_overrides("real-rollout", cfg, {"policy": "random", "robot": "paper"}, told)
+    found = stage_overrides("real-rollout", tree_of(cfg), {"policy": "random", "robot": "paper"}, told)
     assert found[-2:] == told
     assert compose_stage("real-rollout", found).policy.path == "p.pt"
 
@@ -157,7 +159,7 @@ def test_what_is_told_comes_before_the_choice_of_the_asking_stage():
 def test_what_an_experiment_came_to_is_handed_on_and_not_the_experiment():
     cfg = compose_stage("iterate", ["experiment=paper"])
     choices = {"experiment": "paper", "state": "paper", "link": "virtual"}
-    found = stage_overrides("real-rollout", cfg, choices, ["policy=saved", "policy.path=p.pt"])
+    found = stage_overrides("real-rollout", tree_of(cfg), choices, ["policy=saved", "policy.path=p.pt"])
     assert not [word for word in found if word.startswith("experiment")]
     assert compose_stage("real-rollout", found).state == cfg.state
 

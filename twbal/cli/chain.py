@@ -10,7 +10,7 @@ from hydra.errors import HydraException
 from omegaconf import DictConfig
 from omegaconf.errors import OmegaConfBaseException
 
-from twbal.cli.commands import ROOT, command_line, compose_stage, stage_overrides, text
+from twbal.cli.commands import ROOT, command_line, compose_stage, stage_overrides, text, tree_of
 from twbal.cli.config_check import check_configuration
 from twbal.cli.console import say
 from twbal.cli.hydra_errors import explained
@@ -104,7 +104,7 @@ class Chain:
         self._before_s = 0.0
         self._began, self._clock = now_utc(), time.monotonic()
         self._made: dict[Path, tuple[StageCall, Manifest]] = {}
-        self._cfg, self._choices, self._flags = cfg, choices, list(flags)
+        self._cfg, self._tree, self._choices, self._flags = cfg, tree_of(cfg), choices, list(flags)
         self._run: Mapping[str, Callable[[DictConfig, Path], Manifest]] = {
             **RUN,
             "real-rollout": partial(real_rollout.run, launch=launch, advise=False, tell=self._tell),
@@ -135,7 +135,7 @@ class Chain:
         overrides, by_hand = call.words(self.root), call.words(ROOT)
         try:
             before = read_manifest(out)
-            words = stage_overrides(call.stage, self._cfg, self._choices, overrides)
+            words = stage_overrides(call.stage, self._tree, self._choices, overrides)
             cfg = compose_stage(call.stage, with_files(words))
             check_configuration(cfg, call.stage)
             manifest = self._run[call.stage](cfg, out)

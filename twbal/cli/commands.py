@@ -37,9 +37,7 @@ def compose_stage(stage: str, overrides: Sequence[str]) -> DictConfig:
     loader = GlobalHydra.instance().config_loader()
     try:
         values, others = _values_apart(loader, _composed(loader, stage, ()), overrides)
-        cfg = deepcopy(_composed(loader, stage, others))
-        with open_dict(cfg):
-            del cfg["hydra"]
+        cfg = deepcopy(_own_part(loader, stage, others))
         for each in values:
             OmegaConf.update(cfg, each.key_or_group, each.value(), merge=True, force_add=each.is_force_add())
     except (HydraException, OmegaConfBaseException):
@@ -74,17 +72,19 @@ def refuse_experiment_of_another_stage(stage: str, choices: Mapping[str, str]) -
         )
 
 
-def stage_overrides(stage: str, cfg: DictConfig, choices: Mapping[str, str], overrides: Sequence[str]) -> list[str]:
-    """The overrides with which `stage` runs as `cfg` says, and nothing beside what differs from its own defaults.
+def stage_overrides(
+    stage: str, whole: Mapping[str, Any], choices: Mapping[str, str], overrides: Sequence[str]
+) -> list[str]:
+    """The overrides with which `stage` runs as another one says, and nothing beside what differs from its own defaults.
 
-    What the stage's settings are is looked up in this order: `overrides`; the section of `cfg` that has the stage's
-    name (with underscores); the top level of `cfg`; the stage's own default. A group that the stage chooses nothing of
-    (`experiment`) is no part of a configuration but a list of overrides, and `cfg` has what they came to.
+    What the stage's settings are is looked up in this order: `overrides`; the section of `whole` that has the stage's
+    name (with underscores); the top level of `whole`; the stage's own default. A group that the stage chooses nothing
+    of (`experiment`) is no part of a configuration but a list of overrides, and `whole` has what they came to.
 
     Args:
         stage: its name on the command line.
-        cfg: of the stage that asks, with the groups that both share.
-        choices: which choice `cfg` has of each group, as in Hydra's `runtime.choices`.
+        whole: configuration of the stage that asks, with the groups that both share, as `tree_of` has it.
+        choices: which choice that has of each group, as in Hydra's `runtime.choices`.
         overrides: that come before all else.
     """
     decided = {re.split(r"[@=]", word.lstrip("+~"), maxsplit=1)[0] for word in overrides}
@@ -98,7 +98,7 @@ def stage_overrides(stage: str, cfg: DictConfig, choices: Mapping[str, str], ove
         and not group.startswith("hydra/")
         and group not in decided
     ]
-    base, whole = _tree(_composed(loader, stage, tuple(chosen))), _tree(cfg)
+    base = _own_tree(loader, stage, tuple(chosen))
     section = whole.get(_config_name(stage))
     known = {**whole, **(section if isinstance(section, dict) else {})}
     shared = [key for key in base if key in known]
@@ -144,6 +144,27 @@ def _composed(loader: ConfigLoader, stage: str, overrides: tuple[str, ...]) -> D
     return compose(_config_name(stage), list(overrides), return_hydra_config=True)
 
 
+@lru_cache(maxsize=64)
+def _own_part(loader: ConfigLoader, stage: str, overrides: tuple[str, ...]) -> DictConfig:
+    """A configuration without what Hydra keeps in it; not to be changed."""
+    cfg = _composed(loader, stage, overrides).copy()
+    with open_dict(cfg):
+        del cfg["hydra"]
+    return cfg
+
+
+@lru_cache(maxsize=64)
+def _own_tree(loader: ConfigLoader, stage: str, overrides: tuple[str, ...]) -> dict[str, Any]:
+    """The same as `tree_of` has it; not to be changed."""
+    return tree_of(_own_part(loader, stage, overrides))
+
+
+@lru_cache(maxsize=1024)
+def _parsed(override: str) -> Override:
+    """An override, read by Hydra's grammar, which takes milliseconds."""
+    return OverridesParser.create().parse_overrides([override])[0]
+
+
 def _values_apart(
     loader: ConfigLoader, cfg: DictConfig, overrides: Sequence[str]
 ) -> tuple[list[Override], tuple[str, ...]]:
@@ -152,7 +173,7 @@ def _values_apart(
     None is apart where additions and deletions touch the same values: their order then matters. That of choices does
     not, as Hydra takes them first.
     """
-    parsed = OverridesParser.create().parse_overrides(list(overrides))
+    parsed = [_parsed(word) for word in overrides]
     sets = [_sets_a_value(loader, cfg, each) for each in parsed]
     values, others = ([each for each, does in zip(parsed, sets, strict=True) if does is of] for of in (True, False))
     ordered = [each.key_or_group for each in others if not _chooses(loader, each)]
@@ -194,8 +215,8 @@ def _config_name(stage: str) -> str:
     return stage.replace("-", "_")
 
 
-def _tree(cfg: DictConfig) -> dict[str, Any]:
-    """`cfg` as plain dicts and lists, with its interpolations as they are written, without what Hydra keeps in it."""
+def tree_of(cfg: DictConfig) -> dict[str, Any]:
+    """`cfg` as plain dicts and lists, with its interpolations as they are written."""
     tree = OmegaConf.to_container(cfg)
     assert isinstance(tree, dict)
     return {str(key): value for key, value in tree.items() if key != "hydra"}

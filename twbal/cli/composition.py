@@ -85,13 +85,15 @@ def _own_settings(stage: str, file: Path) -> dict[str, Any]:
     return {key: value for key, value in loaded(file).items() if key not in (*_OF_HYDRA, *inputs)}
 
 
+FLOAT = ("tag:yaml.org,2002:float", re.compile(r"[-+]?[0-9]+(\.[0-9]*)?[eE][-+]?[0-9]+$"), list("-+0123456789"))
+"""What reads as a number beside those of YAML 1.1: `1e3`; a tag, an expression and first characters."""
+
+
 class _Loader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignore[misc]
     """Reads numbers as `OmegaConf.load` does, many times as fast."""
 
 
-_Loader.add_implicit_resolver(
-    "tag:yaml.org,2002:float", re.compile(r"[-+]?[0-9]+(\.[0-9]*)?[eE][-+]?[0-9]+$"), list("-+0123456789")
-)
+_Loader.add_implicit_resolver(*FLOAT)
 
 
 def loaded(file: Path) -> dict[str, Any]:

@@ -1,5 +1,6 @@
 """Refuses a configuration that cannot be right before anything runs."""
 
+import json
 from collections.abc import Mapping
 from typing import Any
 
@@ -25,6 +26,9 @@ _HOLD_RULES = (
     "ensemble",
 )
 """Parts that are built at once, for the rules between their values; they are plain values, and read no files."""
+_built: set[tuple[str, str]] = set()
+"""Parts that were built already in this process, and so are right: the stages of a run have most in common."""
+
 _FIND_THEIR_STEP = ("diagnose", "evaluate-sim")
 """Stages that find a physics step which divides the control period of the logs."""
 
@@ -40,7 +44,7 @@ def check_configuration(cfg: DictConfig, stage: str) -> None:
         ConfigError: a setting cannot be right, or was not given.
         OmegaConfBaseException: a setting refers to one that there is not.
     """
-    own = OmegaConf.masked_copy(cfg, [str(name) for name in cfg if name != "hydra"])
+    own = OmegaConf.masked_copy(cfg, [str(name) for name in cfg if name != "hydra"]) if "hydra" in cfg else cfg
     try:
         plain = OmegaConf.to_container(own, resolve=True)
     except OmegaConfBaseException:  # of a value that refers to the robot: say what is wrong with its sheet
@@ -65,8 +69,10 @@ def check_configuration(cfg: DictConfig, stage: str) -> None:
         )
     for place in _HOLD_RULES:
         node = OmegaConf.select(own, place)
-        if isinstance(node, DictConfig):
+        values = json.dumps(_at(tree, place), default=str)
+        if isinstance(node, DictConfig) and (place, values) not in _built:
             _build(node)
+            _built.add((place, values))
     if stage not in _FIND_THEIR_STEP:
         _check_step(own)
 
@@ -78,6 +84,13 @@ def _check_step(cfg: DictConfig) -> None:
     step, period = OmegaConf.select(cfg, "sim.physics_step"), OmegaConf.select(cfg, "robot.control_period")
     if step is not None and period is not None:
         substeps(period, step)
+
+
+def _at(tree: Any, place: str) -> Any:
+    """What lies at a dotted key; None where nothing does."""
+    for name in place.split("."):
+        tree = tree.get(name) if isinstance(tree, dict) else None
+    return tree
 
 
 def _build(node: DictConfig) -> None:
