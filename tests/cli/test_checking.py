@@ -100,6 +100,13 @@ def test_rules_between_settings_are_held_before_anything_runs(word, expected, re
     assert expected in refused("iterate", *word.split())
 
 
+def test_what_breaks_a_rule_is_refused_each_time_whatever_was_right_before(refused):
+    check_configuration(composed("iterate"), "iterate")
+    said = {refused("iterate", "success.settled_tilt_limit=1") for _ in range(2)}
+    assert len(said) == 1
+    check_configuration(composed("iterate"), "iterate")
+
+
 def test_a_bad_job_of_a_sweep_fails_by_itself(capfd, tmp_path):
     assert main(["sim-collect", "-m", "steps=3", "rollouts=1", "robot.body_mass=10,nan"]) == 1
     said = capfd.readouterr().err

@@ -45,14 +45,15 @@ def expm1_in_place(values: Array) -> None:
         values[j] = fused(power, p, power - 1.0)
 
 
-@kernel(fastmath=_NUMBERS)
+@kernel()
 def exp_in_place(values: Array) -> None:
-    """Replace each x <= 600 of `values` (n,) by e^x, with x cut to at least -693. Absolute error about 2e-16.
+    """Replace each x <= 0 of `values` (n,) by e^x, with x cut to at least -693, within 2e-16. What is NaN stays NaN.
 
-    As 2^z with z = x log2(e), so that of z there are digits as of x: relatively the error is up to |x| times as large.
+    As 2^z with z = x log2(e), which is rounded: relatively the error is up to |x| 2e-16.
     """
     for j in range(len(values)):
-        z = max(values[j], _LEAST) * _LOG2_E
+        x = values[j]
+        z = (_LEAST if x < _LEAST else x) * _LOG2_E
         shifted = z + ROUNDING
         r = z - (shifted - ROUNDING)  # within ±½
         p = fused(_OF_2[12], r, _OF_2[11])

@@ -59,7 +59,8 @@ def _covariances(products: Array, total: Array, half_squares: Array, signal_vari
     for i in range(n):
         here, with_noise = products[i, i:], total[i, i:]
         for j in range(n - i):
-            here[j] = min(here[j] - half_squares[i] - half_squares[i + j], 0.0)
+            exponent = here[j] - half_squares[i] - half_squares[i + j]
+            here[j] = 0.0 if exponent > 0.0 else exponent
         exp_in_place(here)
         for j in range(n - i):
             here[j] *= signal_variance
