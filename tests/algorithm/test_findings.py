@@ -118,8 +118,8 @@ def test_a_policy_that_was_not_driven_again_says_whose_trials_are_shown():
     stays = iteration(2, 10, same_policy_as=1, trials_of=1, search=Search.KEPT)
     note = _note(stays, [iteration(0, 0), iteration(1, 10)], 1)
     assert note == (
-        "The same policy as iteration 1: the search found nothing better. It was not driven in trials again: those "
-        "shown are of iteration 1."
+        "The same policy as iteration 1: the search found nothing better. It was not tested again: the trials "
+        "shown are those of iteration 1."
     )
 
 

@@ -30,6 +30,9 @@ def test_what_bears_on_no_result_is_left_out_and_interpolations_are_resolved():
 def test_a_value_that_was_not_given_is_named():
     with pytest.raises(MissingMandatoryValue, match=r"b\.c"):
         recorded(OmegaConf.create({"b": {"c": "???"}}), ())
+    with pytest.raises(MissingMandatoryValue, match=r"b\[1\]"):
+        recorded(OmegaConf.create({"b": [1, "???"]}), ())
+    assert recorded(OmegaConf.create({"b": "what???", "c": "???"}), ("c",)) == "b: what???\n"
 
 
 def test_one_list_in_two_places_is_written_twice():

@@ -255,7 +255,7 @@ def _note(iteration: Iteration, before: Sequence[Iteration], searches: int) -> s
     elif same is not None:
         notes.append(f"The same policy as iteration {same}.")
     if iteration.trials_of is not None:
-        notes.append(f"It was not driven in trials again: those shown are of iteration {iteration.trials_of}.")
+        notes.append(f"It was not tested again: the trials shown are those of iteration {iteration.trials_of}.")
     if iteration.base is not None and iteration.evidence_gain is not None:
         notes.append(
             f"g was learned on the {iteration.base} simulation's f, under which the rollouts are likelier by "

@@ -194,7 +194,7 @@ class Algorithm(Generic[R, M, P, S, K]):
     def _tried(
         self, learned: LearnedPolicy[R, M, P], before: Sequence[LearnedPolicy[R, M, P]]
     ) -> LearnedPolicy[R, M, P]:
-        """`learned`, which comes after others, with its trials: driven, or the newest of before if it stayed."""
+        """`learned`, which comes after others, with its trials: driven now, or the newest of that policy."""
         if learned.trials is not None:
             return learned
         file = self._steps.policy_file(learned.policy)

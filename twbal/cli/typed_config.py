@@ -7,10 +7,9 @@ from typing import Any, TypeVar, get_type_hints
 
 import yaml
 from hydra.utils import instantiate
-from omegaconf import MISSING, DictConfig, MissingMandatoryValue, OmegaConf
+from omegaconf import MISSING, DictConfig, OmegaConf
 
 from twbal.cli.composition import FLOAT
-from twbal.cli.settings.nested import flattened
 
 Settings = TypeVar("Settings")
 
@@ -75,7 +74,7 @@ def recorded(cfg: DictConfig, without: Iterable[str]) -> str:
             node = node.get(parent) if isinstance(node, dict) else None
         if isinstance(node, dict):
             node.pop(name, None)
-    missing = next((key for key, value in flattened(plain) if value == MISSING), None)
-    if missing is not None:
-        raise MissingMandatoryValue(f"Missing mandatory value: {missing}")
-    return str(yaml.dump(plain, Dumper=_Dumper, default_flow_style=False, allow_unicode=True))
+    text = str(yaml.dump(plain, Dumper=_Dumper, default_flow_style=False, allow_unicode=True))
+    if MISSING in text:
+        OmegaConf.to_container(OmegaConf.create(plain), throw_on_missing=True)
+    return text
