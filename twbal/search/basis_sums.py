@@ -10,8 +10,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from twbal.core.compiled import ROUNDING, fused, kernel, times_power
+from twbal.core.compiled import fused, kernel
 from twbal.core.cosine import cosine_of_turns
+from twbal.core.exponential import power_of_two
 from twbal.core.gaussian import Array
 from twbal.models.function_samples import FunctionSamples
 from twbal.models.gp import GaussianProcess
@@ -23,9 +24,6 @@ _AT_ONCE = 6  # inputs that the last loop takes, which knows their number
 _NUMBERS = {"nnan", "ninf"}  # what comes in is a number; nothing that would change a digit
 
 _LOWEST = -1000.0  # powers of two below it are 0 next to 1
-
-_POWER = tuple(math.log(2.0) ** k / math.factorial(k) for k in range(13))
-"""2^r by Taylor: beyond r^12 there is less than 2e-16 of it for |r| <= ½."""
 
 
 class BasisSum(NamedTuple):
@@ -145,21 +143,7 @@ def _bells(directions: Array, start: Array, constant: float, place: Array, row: 
         z = fused(directions[k, j], a, fused(directions[k + 1, j], b, start[j] + constant))
         z = fused(directions[k + 2, j], c, fused(directions[k + 3, j], d, z))
         z = fused(directions[k + 4, j], e, fused(directions[k + 5, j], f, z))
-        z = max(z, _LOWEST)
-        shifted = z + ROUNDING
-        r = z - (shifted - ROUNDING)  # within ±½
-        p = fused(_POWER[12], r, _POWER[11])
-        p = fused(p, r, _POWER[10])
-        p = fused(p, r, _POWER[9])
-        p = fused(p, r, _POWER[8])
-        p = fused(p, r, _POWER[7])
-        p = fused(p, r, _POWER[6])
-        p = fused(p, r, _POWER[5])
-        p = fused(p, r, _POWER[4])
-        p = fused(p, r, _POWER[3])
-        p = fused(p, r, _POWER[2])
-        p = fused(p, r, _POWER[1])
-        row[j] = times_power(fused(p, r, 1.0), shifted)
+        row[j] = power_of_two(max(z, _LOWEST))
 
 
 @kernel(fastmath=_NUMBERS)
