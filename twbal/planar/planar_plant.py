@@ -55,7 +55,7 @@ def hold(
     reached, ramped = s.torque, s.asked
     late = k.delay / (k.step * substeps)
     length = 1.0 / substeps
-    row, kept = past * substeps % len(imu), exp(-k.filter_rate * k.step)
+    row, kept = past * substeps % len(imu), exp(-k.filter_rate * k.step) if k.filter_rate > 0.0 else 1.0
     for i in range(substeps):
         number = past * substeps + i
         time = number * k.step

@@ -87,7 +87,8 @@ def read_sensors(p: TwinParameters, k: Constants, s: TwinState, imu: Array, step
     back = k.imu_delay / k.step
     whole = floor(back)
     share = back - whole
-    near, far = max(steps - whole, 0) % len(imu), max(steps - whole - 1, 0) % len(imu)
+    near = max(steps - whole, 0) % len(imu)
+    far = near if steps <= whole else near - 1 if near > 0 else len(imu) - 1  # cheaper than another remainder
     tilt = (1.0 - share) * imu[near, 0] + share * imu[far, 0]
     rate = (1.0 - share) * imu[near, 1] + share * imu[far, 1]
     relative = s.wheel_speed - s.tilt_rate

@@ -6,6 +6,7 @@ delay, the torques of a lag and of a slew limit, the rotor of a backlash, the IM
 a late IMU along.
 """
 
+from math import floor
 from typing import NamedTuple
 
 import numpy as np
@@ -40,27 +41,32 @@ def _first(p: TwinParameters, k: Constants, measured: Array, lead: float) -> Twi
 
 
 @kernel(is_inlined=True)
-def _correct_past(k: Constants, imu: Array, now: int, steps: int, substeps: int, gain: Array, error: Array) -> None:
+def _correct_past(
+    imu: Array, now: int, steps: int, substeps: int, late: int, gains: Array, instant: int, error: Array
+) -> None:
     """Move the IMU's past along with a correction, interpolated between the instants that the gain is for.
 
-    Row `now` is of this instant, `steps` physics steps after the first. An IMU that is not late reads its past with
-    weight 0.
+    Row `now` is of this instant, `steps` physics steps after the first, and has been moved. Of the others, those are
+    that an IMU which is `late` whole physics steps reads from the next instant on.
     """
+    oldest = min(late + 1 - substeps, 2 * substeps, steps)
+    if oldest < 1:
+        return
     moves = np.zeros((3, 2))  # of tilt and tilt rate: now, one control period ago, two ago
     for j in range(4):
         for c in range(2):
-            moves[0, c] += gain[2 * c, j] * error[j]
-            moves[1, c] += gain[4 + c, j] * error[j]
-            moves[2, c] += gain[6 + c, j] * error[j]
+            moves[0, c] += gains[instant, 2 * c, j] * error[j]
+            moves[1, c] += gains[instant, 4 + c, j] * error[j]
+            moves[2, c] += gains[instant, 6 + c, j] * error[j]
     row, age = now, 0
-    for i in range(min(2 * substeps, steps) + 1 if k.imu_delay > 0.0 else 1):
+    for i in range(1, oldest + 1):
+        row = row - 1 if row > 0 else len(imu) - 1  # cheaper than a remainder
         if i == (age + 1) * substeps:
             age += 1
         share = i / substeps - age
         for c in range(2):
-            later = moves[age + 1, c] if age < 2 else 0.0
-            imu[row, c] += (1.0 - share) * moves[age, c] + share * later
-        row = row - 1 if row > 0 else len(imu) - 1  # cheaper than a remainder
+            older = moves[age + 1, c] if age < 2 else 0.0
+            imu[row, c] += (1.0 - share) * moves[age, c] + share * older
 
 
 @kernel(is_inlined=True)
@@ -81,22 +87,28 @@ def _moved(s: TwinState, k: Constants, tilt: float, wheel: float, tilt_rate: flo
 
 
 @kernel(is_inlined=True)
-def _push(s: TwinState, k: Constants, missing: Array, pushes: Array, imu: Array, now: int, substeps: int) -> TwinState:
+def _push(
+    s: TwinState, k: Constants, missing: Array, pushes: Array, imu: Array, now: int, substeps: int, late: int
+) -> TwinState:
     """The state with what the torques of a model discrepancy added in the last control period, and the IMU's past, too.
 
-    A torque adds to the tilt rate in proportion to the time for which it acts, and to the tilt to the square of it.
+    A torque adds to the tilt rate in proportion to the time for which it acts, and to the tilt to the square of it. Of
+    the IMU's past, those rows are changed that one which is `late` whole physics steps reads.
     """
-    add = np.zeros(4)
-    for i in range(2):
-        for c in range(4):
-            add[c] += missing[i] * pushes[i, c]
-    row = now
-    for i in range(substeps if k.imu_delay > 0.0 else 1):
+    tilt, wheel, tilt_rate, speed = (
+        missing[0] * pushes[0, 0] + missing[1] * pushes[1, 0],
+        missing[0] * pushes[0, 1] + missing[1] * pushes[1, 1],
+        missing[0] * pushes[0, 2] + missing[1] * pushes[1, 2],
+        missing[0] * pushes[0, 3] + missing[1] * pushes[1, 3],
+    )
+    first, last = (late, late + 1) if late + 1 < substeps else (0, substeps - 1)
+    row = now - first if now >= first else now - first + len(imu)
+    for i in range(first, last + 1):
         share = 1.0 - i / substeps
-        imu[row, 0] += share * share * add[0]
-        imu[row, 1] += share * add[2]
+        imu[row, 0] += share * share * tilt
+        imu[row, 1] += share * tilt_rate
         row = row - 1 if row > 0 else len(imu) - 1
-    return _moved(s, k, add[0], add[1], add[2], add[3])
+    return _moved(s, k, tilt, wheel, tilt_rate, speed)
 
 
 @kernel(is_inlined=True)
@@ -143,39 +155,42 @@ def run_predictor(
     """
     h = period / substeps
     k = constants(p, h)
+    late = max(floor(k.imu_delay / k.step), 0)
     s = _first(p, k, measured[0], lead)
     heading = 0.0
-    missing = np.zeros(LASTING)
+    missing, error = np.zeros(LASTING), np.zeros(4)
     imu = imu_settled(k, s, _RING * substeps)
+    now = 0
     for n in range(len(measured)):
-        now = n * substeps % len(imu)
         if n > 0:
+            now = now + substeps if now + substeps < len(imu) else 0  # n substeps % len(imu)
             turning = Turning(0.5 * (yaw_rate[n - 1] + yaw_rate[n]), heading)
             s = hold(p, k, s, commands, n - 1, substeps, turning, imu)
             heading += period * turning.rate
             if len(decay) > 0:
-                s = _push(s, k, missing, pushes, imu, now, substeps)
+                s = _push(s, k, missing, pushes, imu, now, substeps, late)
                 _carry(missing, decay, summed)
             seen = read_sensors(p, k, s, imu, n * substeps, lead)
-            error = errors[n]
             error[0] = measured[n, 0] - seen.tilt - missing[2]
             error[1] = measured[n, 1] - seen.tilt_rate - missing[3] - missing[5]
             error[2] = measured[n, 2] - seen.wheel_angle - missing[4]
             error[3] = measured[n, 3] - seen.wheel_rate
-            gain = gains[min(n, len(gains) - 1)]
+            instant = min(n, len(gains) - 1)
             for i in range(len(decay)):
                 for j in range(4):
-                    missing[i] += gain[8 + i, j] * error[j]
+                    missing[i] += gains[instant, 8 + i, j] * error[j]
             tilt = wheel = tilt_rate = speed = 0.0
             for j in range(4):
-                tilt += gain[0, j] * error[j]
-                wheel += gain[1, j] * error[j]
-                tilt_rate += gain[2, j] * error[j]
-                speed += gain[3, j] * error[j]
+                tilt += gains[instant, 0, j] * error[j]
+                wheel += gains[instant, 1, j] * error[j]
+                tilt_rate += gains[instant, 2, j] * error[j]
+                speed += gains[instant, 3, j] * error[j]
             s = _moved(s, k, tilt, wheel, tilt_rate, speed)
-            _correct_past(k, imu, now, n * substeps, substeps, gain, error)
-        else:
-            errors[n, :] = 0.0
+            imu[now, 0] += tilt
+            imu[now, 1] += tilt_rate
+            _correct_past(imu, now, n * substeps, substeps, late, gains, instant, error)
+        for j in range(4):
+            errors[n, j] = error[j]
         states[n, 0], states[n, 1], states[n, 2], states[n, 3] = s.tilt, s.wheel, s.tilt_rate, s.wheel_speed
         states[n, 4], states[n, 5], states[n, 6], states[n, 7] = s.torque, s.rotor, s.rotor_speed, s.slip
         states[n, 8], states[n, 9], states[n, 10] = s.position, s.asked, imu[now, 2]
