@@ -6,7 +6,7 @@ from scipy.optimize import approx_fprime
 from synthetic_recordings import synthetic_recording
 
 from twbal.planar.parameters import twin_parameters
-from twbal.sysid.kalman import kalman_filter
+from twbal.sysid.kalman import kalman_filter, solution
 from twbal.sysid.likelihood import cost
 from twbal.sysid.model import Data, Model
 from twbal.sysid.noise import UNSENSED, Noise
@@ -52,7 +52,9 @@ def test_the_slope_is_that_of_central_differences(paper, effects, unsensed, monk
     logs = np.log(np.concatenate([0.7 * sensors, 1.5 * TORQUES, 2.0 * LASTING]))
     here = Noise(0.7 * sensors, 1.5 * TORQUES, 2.0 * LASTING)
     kalman = kalman_filter(linear, here)
-    slope = slope_of_levels(linear, of_one_level_each(linear), here, moved(kalman), data.usable, kalman.measured)
+    slope = slope_of_levels(
+        linear, of_one_level_each(linear), here, solution(linear, here), moved(kalman), data.usable, kalman.measured
+    )
     central = 0.5 * (approx_fprime(logs, value, STEP) + approx_fprime(logs, value, -STEP))
     np.testing.assert_allclose(slope, central, rtol=1e-4, atol=1e-6 * np.abs(central).max())
 

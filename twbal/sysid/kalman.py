@@ -198,18 +198,47 @@ def covariances(linear: LinearTwin, noise: Noise) -> Covariances:
     return Covariances(P, Q, R)
 
 
-def instants(linear: LinearTwin) -> tuple[int, float]:
+def _instants(linear: LinearTwin) -> tuple[int, float]:
     """How many instants `riccati` goes through at most, and the change of gains at which it takes them for settled."""
     return _INSTANTS, _SETTLED if len(linear.decay) else 0.0
 
 
+class Solution(NamedTuple):
+    """What `riccati` finds of a linear twin with noise.
+
+    Attributes:
+        covariances: of the noise.
+        gains, whiteners, log_determinants, after, last: as `riccati` returns them.
+    """
+
+    covariances: Covariances
+    gains: Array
+    whiteners: Array
+    log_determinants: Array
+    after: Array
+    last: int
+
+    def filter(self, linear: LinearTwin, noise: Noise) -> Filter:
+        """The Kalman filter; nothing is corrected at the first instant."""
+        measured = int((noise.sensors < 0.5 * UNSENSED).sum())
+        of_linear = linear.pushes, linear.decay, linear.summed
+        state = self.after[self.last, :4, :4]
+        return Filter(self.gains, self.whiteners, self.log_determinants, measured, state, *of_linear)
+
+
+def solution(linear: LinearTwin, noise: Noise) -> Solution:
+    """Solve the Riccati equation of a linear twin with noise.
+
+    Raises:
+        LinAlgError: levels are too far apart for the covariance to stay definite.
+    """
+    of = covariances(linear, noise)
+    return Solution(of, *riccati(linear.F, linear.C, of.process, of.sensors, of.first, *_instants(linear)))
+
+
 def kalman_filter(linear: LinearTwin, noise: Noise) -> Filter:
-    """The Kalman filter of a linear twin with noise; nothing is corrected at the first instant."""
-    P, Q, R = covariances(linear, noise)
-    measured = int((noise.sensors < 0.5 * UNSENSED).sum())
-    gains, whiteners, determinants, after, last = riccati(linear.F, linear.C, Q, R, P, *instants(linear))
-    of_linear = linear.pushes, linear.decay, linear.summed
-    return Filter(gains, whiteners, determinants, measured, after[last, :4, :4], *of_linear)
+    """The Kalman filter of a linear twin with noise; errors as of `solution`."""
+    return solution(linear, noise).filter(linear, noise)
 
 
 def _with_discrepancy(P: Array, Q: Array, read: Array, variances: Array, linear: LinearTwin) -> tuple[Array, Array]:

@@ -15,7 +15,7 @@ from scipy.optimize import minimize
 
 from twbal.core.compiled import kernel
 from twbal.core.gaussian import Array, Mask
-from twbal.sysid.kalman import Covariances, Filter, LinearTwin, kalman_filter
+from twbal.sysid.kalman import Covariances, Filter, LinearTwin, kalman_filter, solution
 from twbal.sysid.likelihood import cost
 from twbal.sysid.noise import LASTING, Noise, discrepancy_penalty, discrepancy_sigmas
 from twbal.sysid.noise_slope import of_one_level_each, slope_of_levels
@@ -102,7 +102,8 @@ class _Objective:
     def value(self, x: Array) -> float:
         """It, at `x`."""
         try:
-            return self._of(_levels(x), *self._filtered(x))
+            kalman = kalman_filter(self.linear, _levels(x))
+            return self._of(_levels(x), kalman, self._moved(kalman))
         except np.linalg.LinAlgError:  # levels too far apart for the covariance to stay definite
             return _IMPOSSIBLE
 
@@ -110,19 +111,20 @@ class _Objective:
         """It and its slope, with a model discrepancy."""
         levels, nowhere = _levels(x), (_IMPOSSIBLE, np.zeros_like(x))
         try:
-            kalman, moved = self._filtered(x)
-            slope = slope_of_levels(self.linear, self._units, levels, moved, self.usable, kalman.measured)
+            solved = solution(self.linear, levels)
+            kalman = solved.filter(self.linear, levels)
+            moved = self._moved(kalman)
+            slope = slope_of_levels(self.linear, self._units, levels, solved, moved, self.usable, kalman.measured)
         except np.linalg.LinAlgError:
             return nowhere
         slope[6:] += 2.0 * discrepancy_sigmas(levels, self.largest) ** 2
         value = self._of(levels, kalman, moved)
         return (value, slope) if value < _IMPOSSIBLE and np.isfinite(slope).all() else nowhere
 
-    def _filtered(self, x: Array) -> tuple[Filter, list[Array]]:
-        """The filter of the levels, and the errors that it would make."""
-        kalman = kalman_filter(self.linear, _levels(x))
+    def _moved(self, kalman: Filter) -> list[Array]:
+        """The errors that another filter would make."""
         F, C = self.linear.F, self.linear.C
-        return kalman, [refilter(F, C, self.gains, kalman.gains, errors) for errors in self.errors]
+        return [refilter(F, C, self.gains, kalman.gains, errors) for errors in self.errors]
 
     def _of(self, levels: Noise, kalman: Filter, moved: list[Array]) -> float:
         found = cost(moved, self.usable, kalman) + discrepancy_penalty(levels, self.largest)

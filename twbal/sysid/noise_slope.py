@@ -15,13 +15,19 @@ import numpy as np
 
 from twbal.core.compiled import kernel
 from twbal.core.gaussian import Array, Mask
-from twbal.sysid.kalman import Covariances, LinearTwin, covariances, instants, riccati
+from twbal.sysid.kalman import Covariances, LinearTwin, Solution, covariances
 from twbal.sysid.likelihood import TAIL
 from twbal.sysid.noise import LASTING, Noise
 
 
 def slope_of_levels(
-    linear: LinearTwin, units: Covariances, noise: Noise, errors: list[Array], usable: list[Mask], measured: int
+    linear: LinearTwin,
+    units: Covariances,
+    noise: Noise,
+    solved: Solution,
+    errors: list[Array],
+    usable: list[Mask],
+    measured: int,
 ) -> Array:
     """Derivatives of `likelihood.cost` by the logarithms of the levels, (12,), with a model discrepancy.
 
@@ -29,13 +35,12 @@ def slope_of_levels(
         linear: the twin about its balance.
         units: of the same, as of `of_one_level_each`.
         noise: levels at which the slope is.
+        solved: the Riccati equation with that noise.
         errors: (T + 1, 4) of each recording, as the filter of that noise makes them.
         usable: (T + 1,) of each recording.
         measured: channels that a sensor measured.
     """
-    of = covariances(linear, noise)
-    kept = riccati(linear.F, linear.C, of.process, of.sensors, of.first, *instants(linear))
-    gains, whiteners, _, after, last = kept
+    of, gains, whiteners, _, after, last = solved
     by_gains, by_errors = np.zeros_like(gains), np.zeros_like(whiteners)
     for each, counts in zip(errors, usable, strict=True):
         _through_errors(linear.F, linear.C, gains, whiteners, each, counts, measured, by_gains, by_errors)

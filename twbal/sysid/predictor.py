@@ -47,11 +47,9 @@ def _correct_past(
     """Move the IMU's past along with a correction, interpolated between the instants that the gain is for.
 
     Row `now` is of this instant, `steps` physics steps after the first, and has been moved. Of the others, those are
-    that an IMU which is `late` whole physics steps reads from the next instant on.
+    that an IMU which is `late` whole physics steps, a control period or more, reads from the next instant on.
     """
     oldest = min(late + 1 - substeps, 2 * substeps, steps)
-    if oldest < 1:
-        return
     moves = np.zeros((3, 2))  # of tilt and tilt rate: now, one control period ago, two ago
     for j in range(4):
         for c in range(2):
@@ -188,7 +186,8 @@ def run_predictor(
             s = _moved(s, k, tilt, wheel, tilt_rate, speed)
             imu[now, 0] += tilt
             imu[now, 1] += tilt_rate
-            _correct_past(imu, now, n * substeps, substeps, late, gains, instant, error)
+            if late >= substeps:  # the call costs as much as a physics step even where it does nothing
+                _correct_past(imu, now, n * substeps, substeps, late, gains, instant, error)
         for j in range(4):
             errors[n, j] = error[j]
         states[n, 0], states[n, 1], states[n, 2], states[n, 3] = s.tilt, s.wheel, s.tilt_rate, s.wheel_speed
