@@ -34,8 +34,8 @@ FAULTS = {
     "twin": ("planar/dry_friction.py", "bound = 2.0 * k.coulomb", "bound = 1.5 * k.coulomb"),
     "predictor": (
         "sysid/predictor.py",
-        "tilt_rate += gain[2, j] * error[j]",
-        "tilt_rate += 0.5 * gain[2, j] * error[j]",
+        "tilt_rate += gains[instant, 2, j] * error[j]",
+        "tilt_rate += 0.5 * gains[instant, 2, j] * error[j]",
     ),
     "smoothing": ("models/recipe.py", "if self.smoothing is None:", "if True:"),
 }
