@@ -18,7 +18,7 @@ from typing import Any, Self
 
 import yaml
 from hydra import initialize_config_dir
-from hydra.core.config_store import ConfigStore
+from hydra.core.config_store import ConfigNode, ConfigStore
 from omegaconf import OmegaConf
 
 from twbal.cli.conf_folder import conf_folder
@@ -40,6 +40,20 @@ class SharedRepository(dict[str, Any]):
 
     def __deepcopy__(self, memo: dict[int, Any]) -> Self:
         return self
+
+
+class Choice(ConfigNode):
+    """A node of Hydra's store that is made of its values where it is asked for: few of all choices ever are."""
+
+    def __init__(self, name: str, values: Any, group: str, package: str | None) -> None:
+        self.name, self.group, self.package, self.provider = f"{name}.yaml", group, package, "twbal"
+        self._values = values
+
+    def __getattr__(self, name: str) -> Any:
+        if name != "node":
+            raise AttributeError(name)
+        self.node = OmegaConf.structured(self._values)
+        return self.node
 
 
 @contextmanager
@@ -74,9 +88,13 @@ def _register_files() -> None:
         _store(name, _own_settings(stage, conf_folder() / f"{name}.yaml"), "stage")
 
 
-def _store(name: str, node: Any, group: str, package: str | None = None) -> None:
-    """Make `node` known to Hydra as the choice `name` of a group."""
-    ConfigStore.instance().store(name, node, group, package, provider="twbal")
+def _store(name: str, values: Any, group: str, package: str | None = None) -> None:
+    """Make `values` known to Hydra as the choice `name` of a group."""
+    choices = ConfigStore.instance().repo
+    for part in group.split("/"):
+        choices = choices.setdefault(part, {})
+    node = Choice(name, values, group, package)
+    choices[node.name] = node
 
 
 def _own_settings(stage: str, file: Path) -> dict[str, Any]:
