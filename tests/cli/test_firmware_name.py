@@ -27,6 +27,7 @@ def arguments(monkeypatch):
     monkeypatch.setattr("sys.argv", ["twbal"])
 
 
+@pytest.mark.slow
 def test_it_is_identified_and_its_simulation_evaluated(recorded, tmp_path, capsys):
     out = tmp_path / "identified"
     assert main(["identify", f"episodes={recorded}", f"hydra.run.dir={out}"]) == 0

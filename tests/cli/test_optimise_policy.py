@@ -300,6 +300,7 @@ def test_a_policy_can_be_for_several_models(folder):
     assert [record.path for record in read_manifest(folder / "two_models").inputs["dynamics"]] == [str(model)] * 2
 
 
+@pytest.mark.slow
 def test_a_search_for_several_models_starts_from_the_regulator_of_each(folder, capsys):
     models = ",".join([str(folder / "f" / "model.pt")] * 2)
     run("optimise-policy", folder / "searched", f"dynamics=[{models}]", *QUICK, "search.restarts=3")

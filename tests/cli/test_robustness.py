@@ -62,6 +62,7 @@ def refused(capsys):
     return said
 
 
+@pytest.mark.slow
 def test_policies_of_runs_are_driven_and_shown(runs, tmp_path, capsys):
     out = tmp_path / "out"
     assert compare(f"{{good:{runs / 'good'},late:{runs / 'late'}}}", out) == 0

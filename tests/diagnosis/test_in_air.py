@@ -63,6 +63,7 @@ def diagnosed(tmp_path, capsys):
     return run
 
 
+@pytest.mark.slow
 def test_friction_is_named_from_several_speeds(regbot, diagnosed):
     found, said = diagnosed(spun(regbot, SPEEDS, coulomb=0.02))
     assert found["verdict"] == "named"

@@ -484,7 +484,7 @@ TABLE: Mapping[str, How] = {
     "twbal drive policy.path=<policy.pt> link=serial link.port=/dev/ttyUSB0": _STEERED,
     "twbal drive policy.path=<policy.pt> input=/dev/input/js0": _STEERED,
     "twbal drive policy.path=<policy.pt> view=window": _STEERED,
-    _IDENTIFY: Stage(small=("hydra.run.dir=outputs/identify/...",)),
+    _IDENTIFY: Stage(small=("hydra.run.dir=outputs/identify/...",), slow=True),
     "twbal identify episodes=<run folder>": Stage({"<run folder>": "outputs/real-rollout/..."}, slow=True),
     "twbal iterate sim=<run folder>/identified.yaml known=<run folder>": Stage(
         {"<run folder>": "outputs/identify/..."}, slow=True, after=(_IDENTIFY,)
@@ -526,7 +526,7 @@ TABLE: Mapping[str, How] = {
     "twbal sim-collect rollouts=40 seed=1": Stage(),
     "twbal sim-collect robot=regbot policy.amplitude=0.5": Stage(),
     "twbal train-agent seed=1": Stage(slow=True, extra="stable_baselines3"),
-    "twbal train-agent agent=sac steps=16000": Stage(small=_SAC, extra="stable_baselines3"),
+    "twbal train-agent agent=sac steps=16000": Stage(small=_SAC, slow=True, extra="stable_baselines3"),
     "twbal train-agent robot=regbot sim=regbot": Stage(slow=True, extra="stable_baselines3"),
     "twbal real-rollout policy.path=<policy.pt> link=serial link.port=<path> link.confirm_placed=null": Stage(_DRIVES),
     "twbal virtual-robot robot=regbot faults=none": Stage(slow=True),

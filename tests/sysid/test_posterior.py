@@ -223,6 +223,7 @@ def test_a_robot_that_lies_on_the_ground_tells_nothing(paper):
         posterior(prior_of(paper), [replace(episode, observations=lying)] * 2)
 
 
+@pytest.mark.slow
 def test_what_comes_after_a_fall_is_not_used(paper):
     prior, episode = prior_of(paper), episodes_of(paper, {}, 8, steps=100)[0]
     fallen, wild = np.array(episode.observations), np.array(episode.observations)

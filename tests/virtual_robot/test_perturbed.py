@@ -58,6 +58,7 @@ def test_a_lagging_motor_has_given_the_wheel_what_a_first_order_lag_gives_it(of,
     assert lagging / full == pytest.approx(1.0 - lag / t * (1.0 - np.exp(-t / lag)), rel=0.03)
 
 
+@pytest.mark.slow
 def test_random_torque_is_white_with_its_deviation_and_does_what_such_a_command_does(of, ideal):
     """With ideal motors, commands of the same size move the robot as the random torque does, to rounding."""
     noisy, quiet = of(with_torque_noise(ideal, 1.5)), of(ideal)

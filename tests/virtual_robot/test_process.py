@@ -73,6 +73,7 @@ def virtual(clock="lockstep", seed=3, overrides=()):
     return instantiate(cfg)
 
 
+@pytest.mark.slow
 def test_one_seed_and_trial_is_the_same_episode_in_every_process():
     episodes = []
     for seed in (3, 3, 4):

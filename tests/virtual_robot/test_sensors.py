@@ -52,6 +52,7 @@ def test_a_mounting_angle_is_added_and_moves_nothing(make):
     np.testing.assert_allclose(seen[:, 1] - plain[:, 1], 0.02, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_a_gyro_bias_is_seen_in_the_rate_and_walks_as_it_says(make):
     plain = driven(make(start=-0.1))[0]
     biased = driven(make(start=-0.1, sensors={"gyro_bias": 0.01}))[0]
