@@ -10,7 +10,7 @@ from twbal.effects.library import library
 from twbal.effects.parameter import parameters_of
 from twbal.planar.linearised import linearise
 from twbal.planar.parameters import twin_parameters
-from twbal.sysid.kalman import kalman_filter, linearise_period, respond, respond_each
+from twbal.sysid.kalman import kalman_filter, linearise_period, respond_each
 from twbal.sysid.likelihood import cost, whiten
 from twbal.sysid.model import Data, Model
 from twbal.sysid.noise import UNSENSED, Noise
@@ -102,12 +102,13 @@ def test_torques_that_the_model_lacks_show_as_the_predictor_says(paper):
     lacks = Model(twin_parameters(paper, {}), 0.0, LEVELS)
     kalman, linear = data.filter(lacks), linearise_period(lacks.twin, data.period)
     seen = data.errors(lacks, kalman)[0] - data.errors(knows, kalman)[0]
-    said = respond(linear.F, linear.C, kalman.gains, linear.B[:, 1].copy(), np.full(period, push))
+    (said,) = respond_each(linear.F, linear.C, kalman.gains, linear.B[:, 1].copy(), np.full((period, 1), push))
     assert np.abs(seen - said).max() < 0.05 * np.abs(said).max()
 
 
 @pytest.mark.parametrize("has_discrepancy", [False, True])
-def test_torques_that_are_answered_together_are_answered_as_one_by_one(paper, has_discrepancy):
+def test_torques_leave_what_the_recursion_says(paper, has_discrepancy):
+    """Each series by itself, with all entries of the matrices, as the truth."""
     noise = LEVELS._replace(discrepancy=np.full(6, 0.01)) if has_discrepancy else LEVELS
     linear = linearise_period(twin_parameters(paper, {}), 0.02)
     linear = linear.with_discrepancy(0.02, 3.0, 0.5) if has_discrepancy else linear
@@ -115,8 +116,13 @@ def test_torques_that_are_answered_together_are_answered_as_one_by_one(paper, ha
     torques = np.random.default_rng(0).standard_normal((80, 7))
     push = linear.B[:, 1].copy()
     together = respond_each(linear.F, linear.C, gains, push, torques)
-    apart = [respond(linear.F, linear.C, gains, push, np.ascontiguousarray(each)) for each in torques.T]
-    np.testing.assert_array_equal(together, apart)
+    for found, series in zip(together, torques.T, strict=True):
+        delta = np.zeros(len(linear.F))
+        for n, error in enumerate(found):
+            np.testing.assert_allclose(error, linear.C @ delta, rtol=1e-12, atol=1e-14)
+            if n < len(series):
+                K = gains[min(n, len(gains) - 1)]
+                delta = linear.F @ (delta - K @ (linear.C @ delta)) + push * series[n]
 
 
 @pytest.mark.parametrize("sensed", [(True, True, True, True), (True, False, True, False), (True, True, True, False)])

@@ -18,7 +18,7 @@ from twbal.diagnosis.free_form_candidates import (
     values_of,
 )
 from twbal.planar.constants import constants
-from twbal.sysid.kalman import Filter, LinearTwin, first_reading, respond
+from twbal.sysid.kalman import Filter, LinearTwin, first_reading, respond_each
 from twbal.sysid.model import Data, Free, Model
 from twbal.sysid.noise_fit import refilter
 from twbal.sysid.smooth_function import Smooth, smooth_over
@@ -183,21 +183,21 @@ def responses(at: LinearErrors, quantity: str, inputs: Array) -> Array:
         inputs: torques [N·m] or forces [N] of control periods (T, m), or readings of the tilt [rad] (T + 1, m).
     """
     linear, kalman = at.linear, at.kalman
-    gains = kalman.gains
     if quantity == TILT:  # the first one makes the first state
-        gains = gains.copy()
+        gains = kalman.gains.copy()
         gains[0, :8] = first_reading()
-    columns = []
-    for column in np.ascontiguousarray(inputs.T):
-        if quantity == TILT:
-            readings = np.zeros((len(column), 4))
-            readings[:, 0] = column
-            errors = refilter(linear.F, linear.C, np.zeros_like(gains), gains, readings)
-            errors[0] = 0.0
-        else:
-            push = np.ascontiguousarray(linear.B[:, int(quantity == OUTSIDE)])
-            scale = constants(at.model.twin, at.data.period).radius if quantity == OUTSIDE else 1.0
-            errors = scale * respond(linear.F, linear.C, gains, push, column)
-        errors[:, ~at.data.sensed] = 0.0
-        columns.append(errors)
-    return np.stack(columns, axis=2)
+        return np.stack([_misread(at, gains, each) for each in inputs.T], axis=2)
+    push = np.ascontiguousarray(linear.B[:, int(quantity == OUTSIDE)])
+    scale = constants(at.model.twin, at.data.period).radius if quantity == OUTSIDE else 1.0
+    errors = scale * respond_each(linear.F, linear.C, kalman.gains, push, np.ascontiguousarray(inputs))
+    errors[:, :, ~at.data.sensed] = 0.0
+    return np.ascontiguousarray(np.moveaxis(errors, 0, 2))
+
+
+def _misread(at: LinearErrors, gains: Array, tilt: Array) -> Array:
+    """Errors (T + 1, 4) that readings of the tilt [rad] leave which are off by so much (T + 1,)."""
+    readings = np.zeros((len(tilt), 4))
+    readings[:, 0] = tilt
+    errors = refilter(at.linear.F, at.linear.C, np.zeros_like(gains), gains, readings)
+    errors[0], errors[:, ~at.data.sensed] = 0.0, 0.0
+    return errors

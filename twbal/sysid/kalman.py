@@ -272,37 +272,10 @@ def error_variances(kalman: Filter) -> Array:
 
 
 @kernel()
-def respond(F: Array, C: Array, gains: Array, B: Array, torques: Array) -> Array:
-    """Prediction errors (T + 1, 4) that torques (T,) leave, of which the model does not know; B is (S,).
-
-    With δ the true state less the predicted one, e_n = C δ_n and δ_{n+1} = F (δ_n - K_n e_n) + B τ_n.
-    """
-    errors = np.zeros((len(torques) + 1, 4))
-    states = len(F)
-    delta, moved = np.zeros(states), np.empty(states)
-    last = len(gains) - 1
-    for n in range(len(torques) + 1):
-        K = gains[min(n, last)]
-        for j in range(4):
-            for i in range(states):
-                errors[n, j] += C[j, i] * delta[i]
-        if n == len(torques):
-            break
-        for i in range(states):
-            moved[i] = delta[i]
-            for j in range(4):
-                moved[i] -= K[i, j] * errors[n, j]
-        for i in range(states):
-            delta[i] = B[i] * torques[n]
-            for j in range(states):
-                delta[i] += F[i, j] * moved[j]
-    return errors
-
-
-@kernel()
 def respond_each(F: Array, C: Array, gains: Array, B: Array, torques: Array) -> Array:
-    """Of m series of torques (T, m) the prediction errors (m, T + 1, 4), each as `respond` gives it, bit for bit.
+    """Prediction errors (m, T + 1, 4) that m series of torques (T, m) leave, of which the model does not know.
 
+    B is (S,). With δ the true state less the predicted one, e_n = C δ_n and δ_{n+1} = F (δ_n - K_n e_n) + B τ_n.
     All series take a step together, so that the compiler makes vectors of them; entries of F and C that are 0, most of
     them, are left out.
     """
