@@ -18,12 +18,12 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
 
 from twbal.core.gaussian import Array
 from twbal.sysid.fit import Fit, slopes
 from twbal.sysid.intervals import curvature
 from twbal.sysid.model import Data, Free, Model, TiltOffset
+from twbal.sysid.normal_equations import solve_normal
 
 _RIDGE = 1e-9  # of the curvature's diagonal, against directions that no data bear on
 
@@ -76,8 +76,8 @@ def divergences(data: Data, models: Sequence[Model], priors: Sequence[Prior]) ->
 def projected(distance: Array, J: Array, H: Array) -> float:
     """½ min_δ ( |d + J δ|² + δᵀ H δ ), for d (N,), J (N, P) and H (P, P)."""
     pull = J.T @ distance
-    moved = cho_solve(cho_factor(J.T @ J + H), pull)
-    return 0.5 * float(max(distance @ distance - pull @ moved, 0.0))
+    moved = solve_normal(J.T @ J + H, pull)
+    return 0.5 * max(float(distance @ distance - pull @ moved), 0.0)
 
 
 def expected_separation(divergences: Array, probabilities: Sequence[float]) -> float:

@@ -13,9 +13,9 @@ Machine Learning, 2006, section 5.4.1). Its distribution without a function is t
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
 
 from twbal.core.gaussian import Array
+from twbal.sysid.normal_equations import solve_normal
 
 _SIZES = np.geomspace(1e-2, 1e10, 37)  # of σ², over what makes prior and data weigh the same in the best known weight
 _DRAWS = 1000  # of the null, for each function that is tried
@@ -72,9 +72,8 @@ def projected(A: Array, y: Array, J: Array, precision: Array) -> Projected:
         J: (N, P) derivatives of the whitened errors by nuisance parameters.
         precision: (P,) Λ, of their prior.
     """
-    factor = cho_factor(J.T @ J + np.diag(precision))
-    JA, Jy = J.T @ A, J.T @ y
-    shift, moved = cho_solve(factor, JA), -cho_solve(factor, Jy)
+    H, JA, Jy = J.T @ J + np.diag(precision), J.T @ A, J.T @ y
+    shift, moved = solve_normal(H, JA), -solve_normal(H, Jy)
     M = A.T @ A - JA.T @ shift
     return Projected(0.5 * (M + M.T), A.T @ y + JA.T @ moved, float(y @ y + Jy @ moved), shift, moved)
 
