@@ -55,6 +55,10 @@ class Choice(ConfigNode):
         self.node = OmegaConf.structured(self._values)
         return self.node
 
+    def __copy__(self) -> ConfigNode:
+        """Of which Hydra then copies the node: that is made once."""
+        return ConfigNode(self.name, self.node, self.group, self.package, self.provider)
+
 
 @contextmanager
 def composing() -> Iterator[None]:
