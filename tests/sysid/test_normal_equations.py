@@ -33,7 +33,7 @@ def test_a_value_on_which_nothing_bears_stays_and_two_that_do_the_same_share():
 
 
 def test_nuisance_that_cannot_be_told_apart_is_taken_out_once():
-    """A wheel that never slips tells nothing of its grip; such a recording once ended a diagnosis."""
+    """Singular normal equations once ended a diagnosis."""
     rng = np.random.default_rng(2)
     A, J, y = rng.normal(size=(60, 5)), slopes(rng), rng.normal(size=60)
     idle = np.hstack([J, np.zeros((60, 1)), J[:, :1] + J[:, 1:2]])

@@ -1,4 +1,4 @@
-"""Solves the normal equations of a linear least-squares fit, whatever the data tell apart."""
+"""Solves the normal equations of a linear least-squares fit, also where they are singular."""
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve

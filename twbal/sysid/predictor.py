@@ -151,14 +151,12 @@ def run_predictor(
         errors: (T + 1, 4), written: measured less predicted; 0 at the first instant.
         states: (T + 1, 11), written: `TwinState` after the correction, and as of `TRACK`.
     """
-    h = period / substeps
-    k = constants(p, h)
+    k = constants(p, period / substeps)
     late = max(floor(k.imu_delay / k.step), 0)
     s = _first(p, k, measured[0], lead)
-    heading = 0.0
+    heading, now = 0.0, 0
     missing, error = np.zeros(LASTING), np.zeros(4)
     imu = imu_settled(k, s, _RING * substeps)
-    now = 0
     for n in range(len(measured)):
         if n > 0:
             now = now + substeps if now + substeps < len(imu) else 0  # n substeps % len(imu)
@@ -184,12 +182,10 @@ def run_predictor(
                 tilt_rate += gains[instant, 2, j] * error[j]
                 speed += gains[instant, 3, j] * error[j]
             s = _moved(s, k, tilt, wheel, tilt_rate, speed)
-            imu[now, 0] += tilt
-            imu[now, 1] += tilt_rate
+            imu[now, 0], imu[now, 1] = imu[now, 0] + tilt, imu[now, 1] + tilt_rate
             if late >= substeps:  # the call costs as much as a physics step even where it does nothing
                 _correct_past(imu, now, n * substeps, substeps, late, gains, instant, error)
-        for j in range(4):
-            errors[n, j] = error[j]
+        errors[n, :] = error
         states[n, 0], states[n, 1], states[n, 2], states[n, 3] = s.tilt, s.wheel, s.tilt_rate, s.wheel_speed
         states[n, 4], states[n, 5], states[n, 6], states[n, 7] = s.torque, s.rotor, s.rotor_speed, s.slip
         states[n, 8], states[n, 9], states[n, 10] = s.position, s.asked, imu[now, 2]
