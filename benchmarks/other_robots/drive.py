@@ -111,8 +111,8 @@ def motor(asked, rate, side, time, m):
 
 @numba.njit(error_model="numpy")
 def _paced(target, now, m):
-    """Rate of a motor's torque, by its lag and its slew limit."""
-    change = (target - now) / max(m.lag, 4.0 * STEP)
+    """Rate of a motor's torque, by its lag and its slew limit; half a step is the least lag that RK4 bears well."""
+    change = (target - now) / max(m.lag, 0.5 * STEP)
     return min(max(change, -0.5 * m.slew), 0.5 * m.slew) if m.slew > 0.0 else change
 
 
