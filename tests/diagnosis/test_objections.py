@@ -15,7 +15,7 @@ from twbal.diagnosis.candidates import always_free
 from twbal.diagnosis.effect_candidates import candidates_for
 from twbal.diagnosis.hypothesis import FittedHypothesis, Round, fit_hypothesis, overriding
 from twbal.diagnosis.name import extent_of, first_noise, largest_noise
-from twbal.diagnosis.objections import Extent, objections
+from twbal.diagnosis.objections import Extent, is_doubtful, objections
 from twbal.diagnosis.probable import probable_effects
 from twbal.diagnosis.record import Gap, ProbableEffect, Verdict
 from twbal.diagnosis.select import Selection
@@ -51,6 +51,21 @@ def driven(paper):
 def test_nothing_speaks_against_an_effect_of_usual_size(paper, driven):
     hypothesis = fitted(paper, ["coulomb_friction"], {"coulomb_friction_torque": 0.3})
     assert objections(hypothesis, largest_noise(paper), (), settings()) == ()
+
+
+@pytest.mark.parametrize(
+    ("names", "factor", "doubtful"),
+    [
+        (["coulomb_friction"], 1.03, False),  # one tolerance off
+        (["coulomb_friction"], 1.06, True),
+        (["coulomb_friction", "com_height"], 1.06, False),  # and said to be off
+    ],
+)
+def test_a_set_that_pulls_the_data_sheet_away_is_searched_for_another(names, factor, doubtful, paper):
+    values = {"coulomb_friction_torque": 0.3, "com_height_factor": factor}
+    hypothesis = fitted(paper, names, values)
+    assert is_doubtful(hypothesis, settings()) is doubtful
+    assert objections(hypothesis, largest_noise(paper), (), settings()) == ()  # it may be named all the same
 
 
 def bounds(robot, field):

@@ -24,6 +24,7 @@ _INSTANTS = (
     2000  # for which the limit of the autocorrelation is set; that of autocorrelated errors grows with their number
 )
 _FAR = 4.0  # times the limit, from which on autocorrelated errors speak against the whole set
+_PULLED = 1.5  # tolerances by which a set may pull a value of the data sheet, before another search is worth its time
 
 
 class Extent(NamedTuple):
@@ -124,11 +125,13 @@ def autocorrelation_limit(instants: int, settings: Settings) -> float:
 def is_doubtful(chosen: FittedHypothesis, settings: Settings) -> bool:
     """Whether a set leaves something unexplained, so that it is no finding and another may be better.
 
-    Its errors stay autocorrelated, a parameter is at a bound, or the data sheet is far out of its tolerances.
+    Its errors stay autocorrelated, a parameter is at a bound, or a value of the data sheet that it does not name is out
+    of its tolerances, as where the set of a robot that lacks other effects makes up for them.
     """
     limit = autocorrelation_limit(len(chosen.fit.white) // 4, settings)
-    far = _to_the_data_sheet(chosen, _bounded_values(chosen), settings)
-    return chosen.autocorrelation > limit or bool(chosen.at_bound) or bool(far)
+    shifts = [shift for shift in shifts_of(chosen, settings) if shift.name not in chosen.names]
+    pulled = bool(_bounded_values(chosen)) or any(abs(shift.sigmas) > _PULLED for shift in shifts)
+    return chosen.autocorrelation > limit or bool(chosen.at_bound) or pulled
 
 
 def negligible(hypothesis: FittedHypothesis, settings: Settings) -> tuple[Candidate, ...]:
