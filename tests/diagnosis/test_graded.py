@@ -175,6 +175,32 @@ def episodes_of(recording):
     return found
 
 
+DATA = DataSettings(
+    horizons=[0.15],
+    held_out=0.25,
+    starts=20,
+    bins=4,
+    min_length=50,
+    min_samples=300,
+    max_yaw_rate=1.5,
+    max_tilt=0.7,
+    next_experiment=True,
+    free_form=True,
+)
+
+
+def test_what_was_found_is_not_lost_where_a_later_step_ends_with_an_error(paper, monkeypatch):
+    def singular(*_):
+        raise np.linalg.LinAlgError("Singular matrix")
+
+    monkeypatch.setattr(pipeline, "disagreements", singular)
+    measured = Named(episodes_of(synthetic_recording(paper, FRICTION, seed=62, periods=600)), ["one", "two"])
+    hurried = replace(settings(), shortlist=2, max_effects=1)
+    found = diagnose_episodes(measured, Named([], []), Simulated(paper, {}, 0.001), hurried, DATA).diagnosis
+    assert [effect.name for effect in found.named_effects] == ["coulomb_friction"]
+    assert any("LinAlgError: Singular matrix" in said and "all else stands" in said for said in found.advice)
+
+
 @pytest.mark.slow
 def test_what_remains_is_said_beside_what_was_found(paper, monkeypatch):
     """The walking gyro remains; a robot with friction alone leaves nothing, and friction has nearly all of the gap."""
@@ -185,20 +211,8 @@ def test_what_remains_is_said_beside_what_was_found(paper, monkeypatch):
         shaken(synthetic_recording(paper, FRICTION, seed=62, periods=1200), 63),
     ):
         measured = Named(episodes_of(recording), ["one", "two"])
-        data = DataSettings(
-            horizons=[0.15],
-            held_out=0.25,
-            starts=20,
-            bins=4,
-            min_length=50,
-            min_samples=300,
-            max_yaw_rate=1.5,
-            max_tilt=0.7,
-            next_experiment=True,
-            free_form=True,
-        )
         simulation = Simulated(paper, {}, 0.001)
-        results.append(diagnose_episodes(measured, Named([], []), simulation, settings(), data).diagnosis)
+        results.append(diagnose_episodes(measured, Named([], []), simulation, settings(), DATA).diagnosis)
     plain, walking = results
     assert asked == [plain.headline, walking.headline]  # by which intervals are widened
     assert [effect.name for effect in plain.named_effects] == ["coulomb_friction"]

@@ -115,18 +115,17 @@ def diagnose_episodes(
     diagnosis, found = _reviewed(_diagnosis(found, split, simulated, settings, data), found, settings)
     first = (IN_AIR,) if in_air else on_falls(measured.episodes, diagnosis.verdict)
     diagnosis = replace(diagnosis, advice=(*first, *diagnosis.advice))
-    if found.comparison is not None:
-        disagreeing = disagreements(found.comparison, () if split.are_ends else split.kept_back)
-        advice = (*diagnosis.advice, *on_disagreements(disagreeing))
-        diagnosis = replace(diagnosis, disagreements=disagreeing, advice=advice)
-    if data.free_form and found.comparison is not None and diagnosis.has_remains:
-        progress("looking for a function of one variable in what remains")
-        formed = free_forms(free_form_inputs(found.comparison, split, simulated, settings))
-        diagnosis = replace(diagnosis, free_form=formed, advice=(*diagnosis.advice, on_free_forms(formed)))
-    if data.next_experiment and found.comparison is not None and _is_unsettled(found.comparison, diagnosis):
-        suggested = next_experiment(found.comparison, robot, progress)
-        advice = (*diagnosis.advice, *on_next_experiment(suggested, found.comparison, diagnosis.effects))
-        diagnosis = replace(diagnosis, next_experiment=suggested, no_safe_experiment=suggested is None, advice=advice)
+    comparison = found.comparison
+    if comparison is not None:
+        for what, step in (
+            ("comparing the recordings", partial(_with_disagreements, comparison, split)),
+            (
+                "looking for a function of one variable",
+                partial(_with_free_forms, comparison, split, simulated, settings),
+            ),
+            ("choosing the next experiment", partial(_with_next_experiment, comparison, robot)),
+        ):
+            diagnosis = _with_step(what, partial(step, data, progress), diagnosis)
     corrected = replace(simulated, robot=robot, effects={**present, **found.named.effects})
     uneven = _motor_difference(found, [*measured.episodes, *tests.episodes], corrected, data)
     told = [each for each in (loss, uneven) if each is not None]
@@ -135,6 +134,50 @@ def diagnose_episodes(
     for each in told:
         corrected = replace(corrected, effects={**corrected.effects, **each.effects})
     return DiagnosisResult(diagnosis, found, split, corrected)
+
+
+def _with_step(what: str, step: Callable[[Diagnosis], Diagnosis], diagnosis: Diagnosis) -> Diagnosis:
+    """What a further step adds; where its numbers fail, a sentence about it, as nothing found before depends on it."""
+    try:
+        return step(diagnosis)
+    except (ArithmeticError, ValueError) as error:
+        said = (
+            f"WARNING: {what} ended with an error ({type(error).__name__}: {error}). It is left out; all else stands."
+        )
+        return replace(diagnosis, advice=(*diagnosis.advice, said))
+
+
+def _with_disagreements(
+    comparison: ModelComparison, split: Split, data: DataSettings, progress: Progress, diagnosis: Diagnosis
+) -> Diagnosis:
+    disagreeing = disagreements(comparison, () if split.are_ends else split.kept_back)
+    return replace(diagnosis, disagreements=disagreeing, advice=(*diagnosis.advice, *on_disagreements(disagreeing)))
+
+
+def _with_free_forms(
+    comparison: ModelComparison,
+    split: Split,
+    simulation: Simulated,
+    settings: Settings,
+    data: DataSettings,
+    progress: Progress,
+    diagnosis: Diagnosis,
+) -> Diagnosis:
+    if not (data.free_form and diagnosis.has_remains):
+        return diagnosis
+    progress("looking for a function of one variable in what remains")
+    formed = free_forms(free_form_inputs(comparison, split, simulation, settings))
+    return replace(diagnosis, free_form=formed, advice=(*diagnosis.advice, on_free_forms(formed)))
+
+
+def _with_next_experiment(
+    comparison: ModelComparison, robot: RobotParameters, data: DataSettings, progress: Progress, diagnosis: Diagnosis
+) -> Diagnosis:
+    if not (data.next_experiment and _is_unsettled(comparison, diagnosis)):
+        return diagnosis
+    suggested = next_experiment(comparison, robot, progress)
+    advice = (*diagnosis.advice, *on_next_experiment(suggested, comparison, diagnosis.effects))
+    return replace(diagnosis, next_experiment=suggested, no_safe_experiment=suggested is None, advice=advice)
 
 
 def _motor_difference(
