@@ -86,7 +86,7 @@ def diagnose(each: Set, place: str = "diagnosis") -> None:
     if each.left_out:
         words.append(f"diagnosis.exclude=[{','.join(each.left_out)}]")
     if each.stratum == SERIAL:
-        words.append("diagnosis=loose_tolerance")
+        words.append("diagnosis.tolerances.data_sheet=0.15")
     timed_diagnosis(each.name, words, out)
 
 

@@ -29,17 +29,20 @@ from twbal.sysid.recording import Recording
 INSTANTS = 1000
 
 
-def settings(choice="default"):
+ROUGH = "diagnosis.tolerances.data_sheet=0.15"
+
+
+def settings(*words):
     with composing():
-        return instantiate(compose("diagnose", ["episodes=e", f"diagnosis={choice}"]).diagnosis)
+        return instantiate(compose("diagnose", ["episodes=e", *words]).diagnosis)
 
 
-def fitted(robot, names, values, total=0.0, choice="default"):
+def fitted(robot, names, values, total=0.0, words=()):
     """A set of effects as a fit with white residuals would leave it, with these values."""
     twin = twin_parameters(robot, {})
     chosen = tuple(c for name in names for c in candidates_for(robot) if c.name == name)
     model = Model(twin, 0.0, first_noise(robot, np.ones(4, bool))).put(values)
-    frees = (*always_free(settings(choice).tolerances, twin, 1), *(free for c in chosen for free in c.frees))
+    frees = (*always_free(settings(*words).tolerances, twin, 1), *(free for c in chosen for free in c.frees))
     return FittedHypothesis(chosen, Fit(model, frees, total, None, np.zeros(4 * INSTANTS)), np.ones(4), 0.0)
 
 
@@ -79,12 +82,10 @@ def bounds(robot, field):
 )
 def test_a_rough_data_sheet_that_ran_to_its_bounds_is_no_finding(fields, end, side, paper, driven):
     """However many tolerances that is: with 15 % of tolerance a bound may come before the guard of 4.5 of them."""
-    rough = settings("loose_tolerance")
+    rough = settings(ROUGH)
     rough = replace(rough, lines=replace(rough.lines, beyond=1e9))
     values = {f"{field}_factor": bounds(paper, f"{field}_factor")[end] for field in fields}
-    hypothesis = fitted(
-        paper, ["coulomb_friction"], {"coulomb_friction_torque": 0.3, **values}, choice="loose_tolerance"
-    )
+    hypothesis = fitted(paper, ["coulomb_friction"], {"coulomb_friction_torque": 0.3, **values}, words=(ROUGH,))
     found = objections(hypothesis, largest_noise(paper), (), rough)
     assert len(found) == len(fields)
     for field, factor in zip(fields, values.values(), strict=True):
@@ -99,7 +100,7 @@ def test_a_wheel_that_ran_to_its_bound_is_no_finding(paper, driven):
     found, rough = objections(hypothesis, largest_noise(paper), (), settings())
     assert "wheel inertia of" in found.text
     assert "the upper bound" in found.text
-    assert "diagnosis=loose_tolerance" in rough.text
+    assert ROUGH in rough.text
 
 
 @pytest.mark.parametrize(("limit", "objected"), [(0.0335, True), (5.0, False)])

@@ -107,7 +107,7 @@ def test_many_effects_at_once_are_found_with_their_values(paper):
         "com_offset": {"angle": 0.05},
     }
     recordings = [synthetic_recording(paper, hidden, seed=s, periods=250) for s in (37, 38)]
-    found = name_effects(recordings, paper, {}, candidates_for(paper), settings("multi_effect"))
+    found = name_effects(recordings, paper, {}, candidates_for(paper), settings("default"))
     assert found.verdict is Verdict.NAMED
     values = {effect.name: next(iter(effect.parameters.values())).value for effect in found.named_effects}
     assert set(hidden) <= set(values)

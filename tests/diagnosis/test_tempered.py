@@ -1,5 +1,7 @@
 """The problem that a tempered search works on, and the search itself."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hydra.utils import instantiate
@@ -11,7 +13,8 @@ from twbal.diagnosis.candidates import always_free
 from twbal.diagnosis.effect_candidates import candidates_for
 from twbal.diagnosis.name import QUIETEST, first_noise, largest_noise, with_fitted_noise
 from twbal.diagnosis.select import Problem
-from twbal.diagnosis.tempered import tempered_search
+from twbal.diagnosis.tempered import settled, tempered_search
+from twbal.diagnosis.verdict import shifts_of
 from twbal.planar.parameters import twin_parameters
 from twbal.sysid.fit import descend, penalty
 from twbal.sysid.model import Data, Model
@@ -79,3 +82,18 @@ def test_the_search_finds_what_is_hidden(problem):
     assert found.fit.model.value("coulomb_friction_torque") == pytest.approx(0.4, rel=0.1)
     assert found.fit.model.value("actuation_delay_delay") == pytest.approx(0.012, rel=0.1)
     assert any("likelihood tempered" in line for line in said)
+
+
+def test_what_a_set_lacks_does_not_move_the_data_sheet_of_a_robot_equal_to_it(paper, problem):
+    """Friction without the delay that is there, too."""
+    recordings = [synthetic_recording(paper, HIDDEN, seed=s, periods=300, tolerance=0.0) for s in (53, 54)]
+    problem = problem._replace(data=replace(problem.data, recordings=recordings))
+    (friction,) = (c for c in problem.candidates if c.name == "coulomb_friction")
+    chosen = problem.fit_at_once([friction])
+    found = settled(problem, chosen)
+    assert found.temperature > 2.0
+    before, after = (max(abs(shift.sigmas) for shift in shifts_of(w, SETTINGS)) for w in (chosen, found))
+    assert before > 3.0 * after
+    assert after < 1.5
+    assert found.bic == chosen.bic  # it is judged by the likelihood as it is
+    assert problem.tempered(found.temperature).always == list(found.fit.frees[: len(problem.always)])

@@ -144,7 +144,7 @@ _SAC = (
     "agent.options.batch_size=4",
 )
 _CHECK = Stage(slow=True)
-_DIAGNOSE = "twbal diagnose episodes=outputs/real-rollout/... diagnosis=loose_tolerance"
+_DIAGNOSE = "twbal diagnose episodes=outputs/real-rollout/... diagnosis.tolerances.data_sheet=0.15"
 _GUESS = "twbal import-log guess=true files=ride.csv"
 _IMPORT = "twbal import-log --config-dir=<run folder> import=my_log files=[a.csv,b.csv] robot=..."
 _IMPORT_REGBOT = "twbal import-log import=regbot robot=regbot files=[test3a.txt,test4.txt]"
@@ -225,7 +225,7 @@ TABLE: Mapping[str, How] = {
         "link=serial link.port=/dev/ttyUSB0"
     ): Stage(_SERIAL, slow=True),
     (
-        "twbal diagnose --config-dir=my_conf robot=my_robot episodes=outputs/real-rollout/... diagnosis=loose_tolerance"
+        "twbal diagnose --config-dir=my_conf robot=my_robot episodes=outputs/real-rollout/... diagnosis.tolerances.data_sheet=0.15"
     ): Stage(small=(*SMALL["diagnose"], "hydra.run.dir=outputs/diagnose/mine"), slow=True),
     "twbal real-rollout experiment=excite policy.command_width=0.1 link.seed=7": Stage(slow=True),
     _DIAGNOSE: Stage(small=(*SMALL["diagnose"], "hydra.run.dir=outputs/diagnose/..."), slow=True),

@@ -14,7 +14,7 @@ from omegaconf.errors import MissingMandatoryValue, OmegaConfBaseException
 
 from twbal.cli.composition import composing
 from twbal.cli.settings.nested import ancestors, flattened
-from twbal.cli.settings.renamed import CHOICES, name_now, renamed
+from twbal.cli.settings.renamed import CHOICES, CHOICES_INSTEAD, name_now, renamed
 from twbal.core.errors import ConfigError, TwbalError, install_advice
 
 _EFFECTS = "sim.effects."
@@ -91,6 +91,9 @@ def _no_such_choice(error: MissingConfigException) -> str:
     now = CHOICES.get(group, {}).get(choice)
     if now is not None:
         return f"{group} has no choice {choice!r} any more: it is called {now!r} now."
+    instead = CHOICES_INSTEAD.get(group, {}).get(choice)
+    if instead is not None:
+        return f"{group} has no choice {choice!r} any more: {instead}."
     more = f" Others come with {install_advice('sweeps')}." if group in _PLUGINS else ""
     for file in sorted(Path.cwd().glob(f"*/{group}/{choice}.yaml"))[:1]:
         folder = file.relative_to(Path.cwd()).parts[0]

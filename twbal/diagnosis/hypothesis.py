@@ -40,6 +40,7 @@ class FittedHypothesis(NamedTuple):
         autocorrelations: of the errors that it leaves, in each channel that was measured; 1 is white.
         price: of its parameters, in -2 log likelihood.
         overriding: names of effects that swallow nearly all the commands' variation (`actuation.equivalent_gain`).
+        temperature: by which the log likelihood was divided for its values (`tempered.settled`).
     """
 
     candidates: tuple[Candidate, ...]
@@ -47,6 +48,7 @@ class FittedHypothesis(NamedTuple):
     autocorrelations: Array
     bic_penalty: float
     overriding: tuple[str, ...] = ()
+    temperature: float = 1.0
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -17,12 +17,19 @@ from twbal.diagnosis.findings import Effects, FilterResult, Findings
 from twbal.diagnosis.hypothesis import FittedHypothesis
 from twbal.diagnosis.likeliest import with_likeliest
 from twbal.diagnosis.model_comparison import ModelComparison, compare_models
-from twbal.diagnosis.objections import Extent, autocorrelation_limit, is_doubtful, negligible, objections
+from twbal.diagnosis.objections import (
+    Extent,
+    autocorrelation_limit,
+    is_doubtful,
+    negligible,
+    objections,
+    pulls_the_data_sheet,
+)
 from twbal.diagnosis.probable import Weights, outweighed, probable_effects
 from twbal.diagnosis.record import LIKELY, ProbableEffect, Rival, Verdict, Whiteness
 from twbal.diagnosis.select import Problem, Selection, select, without
 from twbal.diagnosis.settings import Settings
-from twbal.diagnosis.tempered import search_again
+from twbal.diagnosis.tempered import search_again, settled
 from twbal.diagnosis.tolerance_test import tolerance_statistic
 from twbal.diagnosis.verdict import (
     allowed_differences,
@@ -86,6 +93,10 @@ def name_effects(
     limits = {field: settings.tolerances.of(field) for field in (*DATA_SHEET, *WHEELS)}
     statistic = tolerance_statistic(data, selection.chosen.fit, limits)
     weights = probabilities(selection, settings)
+    comparison = _comparison(problem, selection, weights)
+    if selection.chosen.effects and pulls_the_data_sheet(selection.chosen, settings):
+        selection = selection._replace(chosen=settled(problem, selection.chosen))
+    problem = problem.tempered(selection.chosen.temperature)
     extent = extent_of(recordings, robot)
     objected = objections(selection.chosen, largest, inconstant, settings, extent)
     objected += tuple(outweighed(selection, weights, settings))
@@ -116,7 +127,7 @@ def name_effects(
             else _filter_result(data, without(problem, named, effect), effects)
             for effect in named.effects
         },
-        comparison=_comparison(problem, selection, weights),
+        comparison=comparison,
     )
 
 

@@ -129,9 +129,13 @@ def is_doubtful(chosen: FittedHypothesis, settings: Settings) -> bool:
     of its tolerances, as where the set of a robot that lacks other effects makes up for them.
     """
     limit = autocorrelation_limit(len(chosen.fit.white) // 4, settings)
+    return chosen.autocorrelation > limit or bool(chosen.at_bound) or pulls_the_data_sheet(chosen, settings)
+
+
+def pulls_the_data_sheet(chosen: FittedHypothesis, settings: Settings) -> bool:
+    """Whether a set needs a value of the data sheet that it does not name out of its tolerance."""
     shifts = [shift for shift in shifts_of(chosen, settings) if shift.name not in chosen.names]
-    pulled = bool(_bounded_values(chosen)) or any(abs(shift.sigmas) > _PULLED for shift in shifts)
-    return chosen.autocorrelation > limit or bool(chosen.at_bound) or pulled
+    return bool(_bounded_values(chosen)) or any(abs(shift.sigmas) > _PULLED for shift in shifts)
 
 
 def negligible(hypothesis: FittedHypothesis, settings: Settings) -> tuple[Candidate, ...]:
@@ -222,7 +226,8 @@ def _to_the_data_sheet(
     rough = settings.tolerances.rough
     if found and settings.tolerances.data_sheet < rough:
         found.append(
-            f"If the data sheet may be as wrong as that (by {rough:.0%} or so), say diagnosis=loose_tolerance."
+            f"If the data sheet may be as wrong as that (by {rough:.0%} or so), say "
+            f"diagnosis.tolerances.data_sheet={rough:g}."
         )
     return found
 

@@ -194,10 +194,16 @@ def _around(
 
 
 def _wins(at_once: FittedHypothesis, chosen: FittedHypothesis, base: FittedHypothesis, settings: Settings) -> bool:
-    """Whether effects that were fitted at once take the place of those that were found one by one."""
+    """Whether effects that were fitted at once take the place of those that were found one by one.
+
+    Not with a parameter at a bound where those have none there: two logs of a REGBOT were explained by a centre of mass
+    at the lowest height that a fit may try.
+    """
     if not at_once.candidates or not passes(at_once, base, settings):
         return False
     if at_once.overriding and chosen.candidates and not chosen.overriding:
+        return False
+    if at_once.at_bound and chosen.candidates and not chosen.at_bound:
         return False
     margin = settings.lines.score * min(at_once.autocorrelation, settings.lines.whiteness)
     return at_once.bic < chosen.bic + margin or bool(chosen.at_bound and not at_once.at_bound)

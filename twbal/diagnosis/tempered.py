@@ -4,6 +4,9 @@ While several effects are missing, the prediction errors stay autocorrelated, an
 as a new one is far too sure. It pulls the data sheet out of its tolerances to make up for what is missing, and from
 there no single effect helps. Here it counts over the autocorrelation of the errors (a power likelihood), which is the
 same as tolerances that are narrower by its square root. They widen as effects are found.
+
+Where the set that is found in the end still pulls the data sheet away, so does what no effect explains. Then its values
+are those of such a likelihood, too (`settled`).
 """
 
 from collections.abc import Callable
@@ -14,6 +17,7 @@ from twbal.diagnosis.select import Problem, Selection, with_kin, without_redunda
 _INSTANTS = 2000  # of the recordings' beginnings that are searched first
 _SHORTLIST, _FULL_ROUNDS = 4, 2  # candidates that are fitted in each round; rounds of values and noise in turn
 _ROUNDS, _LAST_ROUNDS = 3, 8  # of values and noise in turn, of the set so far and of the last one
+_SETTLING = 3  # fits in turn with the temperature that the last one leaves
 
 
 def search_again(problem: Problem, selection: Selection, progress: Callable[[str], None]) -> Selection:
@@ -74,3 +78,26 @@ def _begun(problem: Problem, base: FittedHypothesis, progress: Callable[[str], N
             return before
         found = better
     return found
+
+
+def settled(problem: Problem, chosen: FittedHypothesis) -> FittedHypothesis:
+    """A set with the values of a likelihood that counts over the autocorrelation of the errors.
+
+    A model that lacks something leaves autocorrelated errors, and a likelihood that counts every instant as a new one
+    pays for each small gain with values of the data sheet that the robot cannot have. What the set gains, and the
+    autocorrelation that it can be brought to, are still those of the likelihood as it is.
+
+    Args:
+        problem: what it was selected from.
+        chosen: the set.
+    """
+    found = chosen
+    for _ in range(_SETTLING):
+        temperature = found.autocorrelation
+        fitted = problem.tempered(temperature).fit(found.fit.model, chosen.candidates, _LAST_ROUNDS)
+        found = fitted._replace(temperature=temperature)
+    return found._replace(
+        fit=found.fit._replace(cost=chosen.fit.cost),
+        autocorrelations=chosen.autocorrelations,
+        overriding=chosen.overriding,
+    )

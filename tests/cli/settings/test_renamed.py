@@ -76,6 +76,15 @@ def test_an_old_choice_is_one_error_that_says_the_new_one(old, now, capsys):
     assert said == f"twbal: error: diagnosis has no choice {old!r} any more: it is called {now!r} now."
 
 
+@pytest.mark.parametrize("old", ["rough", "loose_tolerance"])
+def test_a_choice_that_has_gone_is_one_error_that_says_what_to_do(old, capsys):
+    said = refusal(capsys, "diagnose", "episodes=e", f"diagnosis={old}")
+    assert said == (
+        f"twbal: error: diagnosis has no choice {old!r} any more: give the tolerance itself, "
+        "diagnosis.tolerances.data_sheet=0.15."
+    )
+
+
 def test_an_old_setting_in_a_yaml_of_ones_own_is_refused(tmp_path, capsys):
     (tmp_path / "mine" / "experiment").mkdir(parents=True)
     (tmp_path / "mine" / "experiment" / "mine.yaml").write_text("# @package _global_\nrule:\n  steps: 30\n")

@@ -63,7 +63,7 @@ SETTINGS = {
 """Settings and groups by their dotted keys; what lies under one that is not named itself has kept its name there."""
 
 CHOICES = {
-    "diagnosis": {"several": "multi_effect", "rough": "loose_tolerance", "measured": "real_logs"},
+    "diagnosis": {"several": "default", "multi_effect": "default", "measured": "real_logs"},
     "ensemble": {"late": "latency"},
     "faults": {"recipe": "hard", "random": "hard"},
     "model/fit_g": {"whole": "full"},
@@ -83,6 +83,10 @@ INSTEAD = dict.fromkeys(
     "something speaks against them is 'diagnosis.credence.objected_set')",
 )
 """What happens now without a setting that has gone."""
+
+_ROUGH = "give the tolerance itself, diagnosis.tolerances.data_sheet=0.15"
+CHOICES_INSTEAD = {"diagnosis": {"rough": _ROUGH, "loose_tolerance": _ROUGH}}
+"""What to do now without a choice that has gone, by its group."""
 
 ALIKE = {"update": "updates"}
 """Settings of today that differ from an earlier name by a slip of the finger."""
