@@ -220,7 +220,8 @@ def test_a_robot_of_another_engine_is_explained_for_the_most_part_and_nothing_is
     recorded, out = tmp_path / "recorded", tmp_path / "diagnosis"
     excite = ["experiment=excite", "policy.command_width=0.1", "link.seed=7"]
     assert main(["real-rollout", *excite, f"hydra.run.dir={recorded}"]) == 0
-    assert main(["diagnose", f"episodes={recorded}", "diagnosis.tolerances.data_sheet=0.15", f"hydra.run.dir={out}"]) == 0
+    rough = "diagnosis.tolerances.data_sheet=0.15"
+    assert main(["diagnose", f"episodes={recorded}", rough, f"hydra.run.dir={out}"]) == 0
     record = json.loads((out / "diagnosis.json").read_text())
     assert record["verdict"] == "unknown"
     likely = {effect["name"] for effect in record["effects"] if effect["probability"] >= 0.5}

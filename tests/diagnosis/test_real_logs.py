@@ -161,3 +161,34 @@ def test_the_import_of_a_real_log_raises_no_false_alarm(log, tmp_path, capsys):
     words = ["import=regbot", f"files={log}", "robot=regbot", f"hydra.run.dir={tmp_path}"]
     assert main(["import-log", *words]) == 0
     assert "WARNING" not in capsys.readouterr().out
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(len(LOGS) < 2, reason="the logs of the real robot are not here")
+def test_the_real_robots_friction_is_found_on_both_logs_together_and_nothing_absurd_with_it(tmp_path):
+    found = {}
+    for name, logs in {"one": LOGS[:1], "other": LOGS[1:], "both": LOGS}.items():
+        imported, out = tmp_path / f"imported_{name}", tmp_path / name
+        files = ",".join(f"'{log}'" for log in logs)
+        robot = ["robot=regbot", f"hydra.run.dir={imported}"]
+        assert main(["import-log", "import=regbot", f"files=[{files}]", *robot]) == 0
+        words = ["robot=regbot", "sim=regbot", "diagnosis=real_logs", f"hydra.run.dir={out}"]
+        assert main(["diagnose", f"episodes={imported}", *words]) == 0
+        found[name] = json.loads((out / "diagnosis.json").read_text())
+    likely = {
+        name: [effect for effect in each["effects"] if effect["probability"] >= 0.5] for name, each in found.items()
+    }
+    assert all([effect["name"] for effect in effects] == ["coulomb_friction"] for effects in likely.values())
+    torque = {name: effects[0]["parameters"]["torque"] for name, effects in likely.items()}
+    width = {name: each["high95"] - each["low95"] for name, each in torque.items()}
+    assert width["both"] < min(width["one"], width["other"])
+    for each in ("one", "other"):
+        assert torque["both"]["low95"] < torque[each]["value"] < torque["both"]["high95"]
+    for each in found.values():
+        assert max(abs(shift["sigmas"]) for shift in each["data_sheet"]) < 2.0
+        (path,) = [
+            gap
+            for gap in each["gap"]["all"]
+            if gap["channel"] == "wheel_angle" and gap["horizon"] == pytest.approx(0.15)
+        ]
+        assert path["after"] < 0.26 * path["before"]

@@ -225,7 +225,8 @@ TABLE: Mapping[str, How] = {
         "link=serial link.port=/dev/ttyUSB0"
     ): Stage(_SERIAL, slow=True),
     (
-        "twbal diagnose --config-dir=my_conf robot=my_robot episodes=outputs/real-rollout/... diagnosis.tolerances.data_sheet=0.15"
+        "twbal diagnose --config-dir=my_conf robot=my_robot episodes=outputs/real-rollout/... "
+        "diagnosis.tolerances.data_sheet=0.15"
     ): Stage(small=(*SMALL["diagnose"], "hydra.run.dir=outputs/diagnose/mine"), slow=True),
     "twbal real-rollout experiment=excite policy.command_width=0.1 link.seed=7": Stage(slow=True),
     _DIAGNOSE: Stage(small=(*SMALL["diagnose"], "hydra.run.dir=outputs/diagnose/..."), slow=True),
