@@ -84,19 +84,15 @@ def name_effects(
     start = Model(twin, 0.0, first_noise(robot, data.sensed), (0.0,) * len(offsets))
     always = always_free(settings.tolerances, twin, len(recordings))
     problem = Problem(data, with_fitted_noise(data, start), always, _missing(candidates, effects, settings), settings)
-    selection = select(problem, progress)
-    if settings.tempered_search and is_doubtful(selection.chosen, settings):
-        selection = search_again(problem, selection, progress)
-    selection = with_likeliest(problem, selection, probabilities(selection, settings), progress)
+    selection = _search(problem, progress)
+    weights = probabilities(selection, settings)
+    comparison = _comparison(problem, selection, weights)
+    selection = _with_settled_values(problem, selection, progress)
+    problem = problem.tempered(selection.chosen.temperature)
     progress("checking whether what fits best is a finding")
     inconstant = inconstant_effects(data, selection.chosen, settings.lines.steady)
     limits = {field: settings.tolerances.of(field) for field in (*DATA_SHEET, *WHEELS)}
     statistic = tolerance_statistic(data, selection.chosen.fit, limits)
-    weights = probabilities(selection, settings)
-    comparison = _comparison(problem, selection, weights)
-    if selection.chosen.effects and pulls_the_data_sheet(selection.chosen, settings):
-        selection = selection._replace(chosen=settled(problem, selection.chosen))
-    problem = problem.tempered(selection.chosen.temperature)
     extent = extent_of(recordings, robot)
     objected = objections(selection.chosen, largest, inconstant, settings, extent)
     objected += tuple(outweighed(selection, weights, settings))
@@ -123,12 +119,28 @@ def name_effects(
         named=refitted if named is selection.base else _filter_result(data, named, effects),
         without={
             effect.name: refitted
-            if len(named.candidates) == 1
+            if len(named.candidates) == 1 and named.temperature == 1.0
             else _filter_result(data, without(problem, named, effect), effects)
             for effect in named.effects
         },
         comparison=comparison,
     )
+
+
+def _search(problem: Problem, progress: Callable[[str], None]) -> Selection:
+    """The set of effects that fits best, by both searches."""
+    selection = select(problem, progress)
+    if problem.settings.tempered_search and is_doubtful(selection.chosen, problem.settings):
+        selection = search_again(problem, selection, progress)
+    return with_likeliest(problem, selection, probabilities(selection, problem.settings), progress)
+
+
+def _with_settled_values(problem: Problem, selection: Selection, progress: Callable[[str], None]) -> Selection:
+    """The selection, whose set has values by a tempered likelihood where it pulls the data sheet."""
+    if not (selection.chosen.effects and pulls_the_data_sheet(selection.chosen, problem.settings)):
+        return selection
+    progress("fitting the values of what fits best again, by a tempered likelihood")
+    return selection._replace(chosen=settled(problem, selection.chosen))
 
 
 def extent_of(recordings: Sequence[Recording], robot: RobotParameters) -> Extent:

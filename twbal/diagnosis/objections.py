@@ -123,7 +123,7 @@ def autocorrelation_limit(instants: int, settings: Settings) -> float:
 
 
 def is_doubtful(chosen: FittedHypothesis, settings: Settings) -> bool:
-    """Whether a set leaves something unexplained, so that it is no finding and another may be better.
+    """Whether a set leaves something unexplained, so that another may be better.
 
     Its errors stay autocorrelated, a parameter is at a bound, or a value of the data sheet that it does not name is out
     of its tolerances, as where the set of a robot that lacks other effects makes up for them.

@@ -140,7 +140,7 @@ def _with_step(what: str, step: Callable[[Diagnosis], Diagnosis], diagnosis: Dia
     """What a further step adds; where its numbers fail, a sentence about it, as nothing found before depends on it."""
     try:
         return step(diagnosis)
-    except (ArithmeticError, ValueError) as error:
+    except (ArithmeticError, ValueError) as error:  # scipy tells of numbers that are not finite by a ValueError
         said = (
             f"WARNING: {what} ended with an error ({type(error).__name__}: {error}). It is left out; all else stands."
         )

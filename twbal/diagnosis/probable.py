@@ -168,7 +168,8 @@ def estimates(
     data: Data, hypothesis: FittedHypothesis, candidates: Sequence[Candidate], settings: Settings
 ) -> dict[str, dict[str, Estimate]]:
     """Parameters of effects of a fitted set with their 95 % intervals, by effect and parameter."""
-    errors = standard_errors(hypothesis.fit, slopes_of(data, hypothesis.fit), settings.blocks)
+    slopes = slopes_of(data, hypothesis.fit)
+    errors = standard_errors(hypothesis.fit, slopes, settings.blocks, hypothesis.temperature)
     by_field = dict(zip([free.field for free in hypothesis.fit.frees], errors.tolist(), strict=True))
     found: dict[str, dict[str, Estimate]] = {}
     for candidate in candidates:

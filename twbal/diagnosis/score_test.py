@@ -246,9 +246,10 @@ def _over_angle(data: Data, fit: Fit, linear: LinearTwin, waves: _Waves, counts:
         for count, pair in zip(tried, columns.reshape(len(tried), 2, -1), strict=True):
             X = np.stack(list(pair), axis=1)
             pull = X.T @ white
-            if not np.isfinite(pull).all():  # a filter that does not hold these errors tells nothing of the wave
-                continue
-            gain = float(pull @ np.linalg.lstsq(X.T @ X, pull, rcond=None)[0])
+            squares = X.T @ X
+            if not (np.isfinite(pull).all() and np.isfinite(squares).all()):
+                continue  # errors that grow without end, by a filter that does not hold them, tell nothing of a wave
+            gain = float(pull @ np.linalg.lstsq(squares, pull, rcond=None)[0])
             if gain > best:
                 best, value, wave = gain, float(count), X
     sizes, *_ = np.linalg.lstsq(wave, white, rcond=None)

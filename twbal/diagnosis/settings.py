@@ -106,7 +106,7 @@ class Settings:
         common_effects: names of effects that most robots have: a search begins with all of these at once too.
         exclude: names of effects that are known not to be there.
         max_effects: that are named together, at most.
-        tempered_search: whether a search by a tempered likelihood follows, where the first ends with no finding.
+        tempered_search: whether a search by a tempered likelihood follows, where the first leaves a doubt.
         prior: probability that an effect is missing, before anything was recorded.
         temperature: of the probabilities: scores are divided by it.
         misfit_share: of the best set's gain, which is the temperature where that is more. What effects gain by a form

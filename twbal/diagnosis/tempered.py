@@ -10,8 +10,10 @@ are those of such a likelihood, too (`settled`).
 """
 
 from collections.abc import Callable
+from math import isfinite
 
 from twbal.diagnosis.hypothesis import FittedHypothesis, Round
+from twbal.diagnosis.objections import autocorrelation_limit
 from twbal.diagnosis.select import Problem, Selection, with_kin, without_redundant
 
 _INSTANTS = 2000  # of the recordings' beginnings that are searched first
@@ -22,6 +24,8 @@ _SETTLING = 3  # fits in turn with the temperature that the last one leaves
 
 def search_again(problem: Problem, selection: Selection, progress: Callable[[str], None]) -> Selection:
     """The better of a selection and of what a tempered likelihood finds.
+
+    One with a parameter at a bound is no finding, so it does not take the place of a set that may be one.
 
     Args:
         problem: what is selected from.
@@ -35,7 +39,9 @@ def search_again(problem: Problem, selection: Selection, progress: Callable[[str
         return selection
     progress(f"second search: trying similar effects in the place of each of {', '.join(found.names)}")
     found = with_kin(problem, found, rounds[-1].hypotheses, selection.base, rounds)
-    if found.bic >= selection.chosen.bic:
+    chosen, limit = selection.chosen, autocorrelation_limit(len(selection.chosen.fit.white) // 4, problem.settings)
+    may_be_one = chosen.candidates and not chosen.at_bound and chosen.autocorrelation <= limit
+    if found.bic >= chosen.bic or (found.at_bound and may_be_one):
         return selection
     return Selection(selection.base, (*selection.rounds, *rounds), found)
 
@@ -84,8 +90,8 @@ def settled(problem: Problem, chosen: FittedHypothesis) -> FittedHypothesis:
     """A set with the values of a likelihood that counts over the autocorrelation of the errors.
 
     A model that lacks something leaves autocorrelated errors, and a likelihood that counts every instant as a new one
-    pays for each small gain with values of the data sheet that the robot cannot have. What the set gains, and the
-    autocorrelation that it can be brought to, are still those of the likelihood as it is.
+    pays for each small gain with values of the data sheet that the robot cannot have. What the set gains is still that
+    of the likelihood as it is, as other sets are compared with it.
 
     Args:
         problem: what it was selected from.
@@ -95,9 +101,7 @@ def settled(problem: Problem, chosen: FittedHypothesis) -> FittedHypothesis:
     for _ in range(_SETTLING):
         temperature = found.autocorrelation
         fitted = problem.tempered(temperature).fit(found.fit.model, chosen.candidates, _LAST_ROUNDS)
+        if not (isfinite(fitted.bic) and isfinite(fitted.autocorrelation)):  # predictions diverge
+            return chosen
         found = fitted._replace(temperature=temperature)
-    return found._replace(
-        fit=found.fit._replace(cost=chosen.fit.cost),
-        autocorrelations=chosen.autocorrelations,
-        overriding=chosen.overriding,
-    )
+    return found._replace(fit=found.fit._replace(cost=chosen.fit.cost))

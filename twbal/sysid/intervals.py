@@ -6,6 +6,7 @@ little of them. Blocks of some seconds are nearly independent: how their slopes 
 
 from collections.abc import Sequence
 from itertools import pairwise
+from math import sqrt
 
 import numpy as np
 
@@ -32,15 +33,17 @@ def curvature(frees: Sequence[Free], J: Array) -> Array:
     return H
 
 
-def standard_errors(fit: Fit, J: Array, blocks: int) -> Array:
+def standard_errors(fit: Fit, J: Array, blocks: int, temperature: float = 1.0) -> Array:
     """Standard errors of the free values, (P,): of the curvature or of the sandwich, whichever is larger.
 
     Args:
         fit: at its optimum.
         J: (N, P), slopes of its whitened errors.
         blocks: into which the data are cut.
+        temperature: of a power likelihood, by the square root of which the fit's priors are narrower than they are.
     """
-    inverse = np.linalg.inv(curvature(fit.frees, J))
+    frees = [free._replace(sd=free.sd * sqrt(temperature)) for free in fit.frees]
+    inverse = np.linalg.inv(curvature(frees, J))
     pulls = np.array([J[part].T @ fit.white[part] for part in _parts(len(fit.white), blocks)])  # (B, P)
     pulls -= pulls.mean(axis=0)
     spread = pulls.T @ pulls * blocks / (blocks - 1)

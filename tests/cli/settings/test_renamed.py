@@ -76,13 +76,18 @@ def test_an_old_choice_is_one_error_that_says_the_new_one(old, now, capsys):
     assert said == f"twbal: error: diagnosis has no choice {old!r} any more: it is called {now!r} now."
 
 
-@pytest.mark.parametrize("old", ["rough", "loose_tolerance"])
-def test_a_choice_that_has_gone_is_one_error_that_says_what_to_do(old, capsys):
+@pytest.mark.parametrize(
+    ("old", "instead"),
+    [
+        ("rough", "give the tolerance itself, diagnosis.tolerances.data_sheet=0.15."),
+        ("loose_tolerance", "give the tolerance itself, diagnosis.tolerances.data_sheet=0.15."),
+        ("several", "the default finds several effects, too; leave it out."),
+        ("multi_effect", "the default finds several effects, too; leave it out."),
+    ],
+)
+def test_a_choice_that_has_gone_is_one_error_that_says_what_to_do(old, instead, capsys):
     said = refusal(capsys, "diagnose", "episodes=e", f"diagnosis={old}")
-    assert said == (
-        f"twbal: error: diagnosis has no choice {old!r} any more: give the tolerance itself, "
-        "diagnosis.tolerances.data_sheet=0.15."
-    )
+    assert said == f"twbal: error: diagnosis has no choice {old!r} any more: {instead}"
 
 
 def test_an_old_setting_in_a_yaml_of_ones_own_is_refused(tmp_path, capsys):

@@ -63,7 +63,7 @@ SETTINGS = {
 """Settings and groups by their dotted keys; what lies under one that is not named itself has kept its name there."""
 
 CHOICES = {
-    "diagnosis": {"several": "default", "multi_effect": "default", "measured": "real_logs"},
+    "diagnosis": {"measured": "real_logs"},
     "ensemble": {"late": "latency"},
     "faults": {"recipe": "hard", "random": "hard"},
     "model/fit_g": {"whole": "full"},
@@ -85,7 +85,10 @@ INSTEAD = dict.fromkeys(
 """What happens now without a setting that has gone."""
 
 _ROUGH = "give the tolerance itself, diagnosis.tolerances.data_sheet=0.15"
-CHOICES_INSTEAD = {"diagnosis": {"rough": _ROUGH, "loose_tolerance": _ROUGH}}
+_SEVERAL = "the default finds several effects, too; leave it out"
+CHOICES_INSTEAD = {
+    "diagnosis": {"rough": _ROUGH, "loose_tolerance": _ROUGH, "several": _SEVERAL, "multi_effect": _SEVERAL}
+}
 """What to do now without a choice that has gone, by its group."""
 
 ALIKE = {"update": "updates"}
