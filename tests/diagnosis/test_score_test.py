@@ -1,8 +1,12 @@
 """The score test of waves: means over control periods against quadrature of the functions themselves."""
 
-import numpy as np
+from types import SimpleNamespace
 
-from twbal.diagnosis.score_test import _over_periods, _within_periods
+import numpy as np
+import pytest
+
+from twbal.diagnosis import score_test
+from twbal.diagnosis.score_test import _over_angle, _over_periods, _Waves, _within_periods
 
 
 def test_waves_are_averaged_over_control_periods_and_both_wheels():
@@ -25,3 +29,16 @@ def test_a_single_wave_needs_no_next_one():
     found = _over_periods(np.ones(1), _within_periods(angles), np.zeros(11))
     assert found.shape == (10, 2)
     np.testing.assert_allclose(found[:, 0], np.sin(0.5 * (angles[1:] + angles[:-1])), atol=0.005)
+
+
+@pytest.mark.parametrize("grown", [np.inf, np.nan, 1e200])
+def test_errors_that_grow_without_end_tell_of_no_wave(grown, monkeypatch):
+    """A filter that does not hold them may be that of a fit which nothing else speaks against."""
+    monkeypatch.setattr(score_test, "_answers", lambda *arguments: np.full((4, 8), grown))
+    data = SimpleNamespace(recordings=[None])
+    waves = _Waves(0, [np.zeros(3)], [np.zeros(3)])
+    fit = SimpleNamespace(white=np.ones(8), kalman=None)
+    with np.errstate(over="ignore", invalid="ignore"):
+        count, size = _over_angle(data, fit, SimpleNamespace(B=np.zeros((2, 2))), waves, np.array([3.0, 4.0]))
+    assert count == 3.0
+    assert size == 0.0

@@ -26,6 +26,7 @@ SETTINGS = instantiate(OmegaConf.load(conf_folder() / "groups" / "diagnosis.yaml
 KIN = {"dead_zone": ("coulomb_friction",)}
 COLOUR = 2.0
 MODEL = SimpleNamespace(put=lambda values: values, value=lambda field: 0.5)
+AT_BOUND = SimpleNamespace(put=lambda values: values, value=lambda field: 1.0)
 
 
 def candidate(name):
@@ -188,6 +189,20 @@ def test_the_better_of_two_searches_stays(gain, is_taken, monkeypatch):
     found = tempered.search_again(problem(), first, lambda line: None)
     assert (found.chosen is twice) is is_taken
     assert (found is first) is not is_taken
+
+
+@pytest.mark.parametrize(("autocorrelation", "is_taken"), [(1.0, False), (30.0, True)])
+def test_a_set_at_a_bound_takes_no_finding_away(autocorrelation, is_taken, monkeypatch):
+    """But it may take the place of a set that leaves so much that it is none."""
+    once = white_fit(500.0, "dead_zone")._replace(autocorrelations=np.full(4, autocorrelation))
+    twice = white_fit(900.0, "actuation_delay")
+    twice = twice._replace(fit=twice.fit._replace(frees=twice.candidates[0].frees, model=AT_BOUND))
+    assert twice.at_bound
+    monkeypatch.setattr(tempered, "tempered_search", lambda *arguments: (twice, [Round(twice, [], [])]))
+    monkeypatch.setattr(tempered, "without_redundant", lambda problem, chosen, base, rounds: chosen)
+    monkeypatch.setattr(tempered, "with_kin", lambda problem, chosen, lighter, base, rounds: chosen)
+    found = tempered.search_again(problem(), select.Selection(BASE, (), once), lambda line: None)
+    assert (found.chosen is twice) is is_taken
 
 
 @pytest.mark.parametrize(

@@ -127,6 +127,13 @@ def test_refitting_finds_the_truth_within_its_errors(data, start):
     np.testing.assert_allclose(fit.values[2:4], truth, rtol=0.05)
 
 
+def test_intervals_know_that_a_power_likelihood_narrows_priors_only_for_the_fit(data, start):
+    fit, temperature = refit(data, start, FREES, 1, 2, 12), 9.0
+    narrower = fit._replace(frees=tuple(free._replace(sd=free.sd / 3.0) for free in fit.frees))
+    J = slopes_of(data, fit)
+    np.testing.assert_allclose(standard_errors(narrower, J, 14, temperature), standard_errors(fit, J, 14), rtol=1e-9)
+
+
 def test_a_fit_whose_predictions_diverge_has_an_infinite_cost(data, start):
     """Joints so stiff that the planar model's steps do not integrate them."""
     stiff = start.put({"viscous_friction_coefficient": 1e4})
