@@ -12,7 +12,7 @@ from synthetic_recordings import synthetic_recording
 
 from twbal.cli.composition import composing
 from twbal.cli.conf_folder import conf_folder
-from twbal.diagnosis import select, tempered
+from twbal.diagnosis import name, select, tempered
 from twbal.diagnosis.candidates import Candidate, Parameter
 from twbal.diagnosis.effect_candidates import candidates_for
 from twbal.diagnosis.hypothesis import FittedHypothesis, Round
@@ -198,10 +198,11 @@ def test_a_set_at_a_bound_takes_no_finding_away(autocorrelation, is_taken, monke
     twice = white_fit(900.0, "actuation_delay")
     twice = twice._replace(fit=twice.fit._replace(frees=twice.candidates[0].frees, model=AT_BOUND))
     assert twice.at_bound
-    monkeypatch.setattr(tempered, "tempered_search", lambda *arguments: (twice, [Round(twice, [], [])]))
-    monkeypatch.setattr(tempered, "without_redundant", lambda problem, chosen, base, rounds: chosen)
-    monkeypatch.setattr(tempered, "with_kin", lambda problem, chosen, lighter, base, rounds: chosen)
-    found = tempered.search_again(problem(), select.Selection(BASE, (), once), lambda line: None)
+    monkeypatch.setattr(name, "is_doubtful", lambda chosen, settings: True)
+    for stage, found in (("select", once), ("search_again", twice)):
+        monkeypatch.setattr(name, stage, lambda *arguments, found=found: select.Selection(BASE, (), found))
+    monkeypatch.setattr(name, "with_likeliest", lambda problem, selection, weights, progress: selection)
+    found = name._search(problem(), lambda line: None)
     assert (found.chosen is twice) is is_taken
 
 

@@ -21,6 +21,7 @@ from twbal.diagnosis.objections import (
     Extent,
     autocorrelation_limit,
     is_doubtful,
+    may_be_a_finding,
     negligible,
     objections,
     pulls_the_data_sheet,
@@ -128,11 +129,17 @@ def name_effects(
 
 
 def _search(problem: Problem, progress: Callable[[str], None]) -> Selection:
-    """The set of effects that fits best, by both searches."""
-    selection = select(problem, progress)
-    if problem.settings.tempered_search and is_doubtful(selection.chosen, problem.settings):
-        selection = search_again(problem, selection, progress)
-    return with_likeliest(problem, selection, probabilities(selection, problem.settings), progress)
+    """The set of effects that fits best, by both searches.
+
+    A set with a parameter at a bound is no finding, so it does not take the place of one that may be.
+    """
+    selection, settings = select(problem, progress), problem.settings
+    if settings.tempered_search and is_doubtful(selection.chosen, settings):
+        again = search_again(problem, selection, progress)
+        is_kept = selection.chosen.candidates and may_be_a_finding(selection.chosen, settings)
+        if not (is_kept and again.chosen.at_bound):
+            selection = again
+    return with_likeliest(problem, selection, probabilities(selection, settings), progress)
 
 
 def _with_settled_values(problem: Problem, selection: Selection, progress: Callable[[str], None]) -> Selection:

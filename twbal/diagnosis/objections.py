@@ -128,8 +128,13 @@ def is_doubtful(chosen: FittedHypothesis, settings: Settings) -> bool:
     Its errors stay autocorrelated, a parameter is at a bound, or a value of the data sheet that it does not name is out
     of its tolerances, as where the set of a robot that lacks other effects makes up for them.
     """
+    return not may_be_a_finding(chosen, settings) or pulls_the_data_sheet(chosen, settings)
+
+
+def may_be_a_finding(chosen: FittedHypothesis, settings: Settings) -> bool:
+    """Whether a set's errors are little autocorrelated, with no parameter at a bound."""
     limit = autocorrelation_limit(len(chosen.fit.white) // 4, settings)
-    return chosen.autocorrelation > limit or bool(chosen.at_bound) or pulls_the_data_sheet(chosen, settings)
+    return chosen.autocorrelation <= limit and not chosen.at_bound
 
 
 def pulls_the_data_sheet(chosen: FittedHypothesis, settings: Settings) -> bool:

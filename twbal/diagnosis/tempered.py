@@ -13,7 +13,6 @@ from collections.abc import Callable
 from math import isfinite
 
 from twbal.diagnosis.hypothesis import FittedHypothesis, Round
-from twbal.diagnosis.objections import autocorrelation_limit
 from twbal.diagnosis.select import Problem, Selection, with_kin, without_redundant
 
 _INSTANTS = 2000  # of the recordings' beginnings that are searched first
@@ -24,8 +23,6 @@ _SETTLING = 3  # fits in turn with the temperature that the last one leaves
 
 def search_again(problem: Problem, selection: Selection, progress: Callable[[str], None]) -> Selection:
     """The better of a selection and of what a tempered likelihood finds.
-
-    One with a parameter at a bound is no finding, so it does not take the place of a set that may be one.
 
     Args:
         problem: what is selected from.
@@ -39,9 +36,7 @@ def search_again(problem: Problem, selection: Selection, progress: Callable[[str
         return selection
     progress(f"second search: trying similar effects in the place of each of {', '.join(found.names)}")
     found = with_kin(problem, found, rounds[-1].hypotheses, selection.base, rounds)
-    chosen, limit = selection.chosen, autocorrelation_limit(len(selection.chosen.fit.white) // 4, problem.settings)
-    may_be_one = chosen.candidates and not chosen.at_bound and chosen.autocorrelation <= limit
-    if found.bic >= chosen.bic or (found.at_bound and may_be_one):
+    if found.bic >= selection.chosen.bic:
         return selection
     return Selection(selection.base, (*selection.rounds, *rounds), found)
 
