@@ -24,7 +24,7 @@ _INSTANTS = (
     2000  # for which the limit of the autocorrelation is set; that of autocorrelated errors grows with their number
 )
 _FAR = 4.0  # times the limit, from which on autocorrelated errors speak against the whole set
-_PULLED = 1.5  # tolerances by which a set may pull a value of the data sheet, before another search is worth its time
+_PULLED = 1.5  # tolerances by which a set may pull a value of the data sheet without another search or settled values
 
 
 class Extent(NamedTuple):

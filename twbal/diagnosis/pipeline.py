@@ -121,11 +121,11 @@ def diagnose_episodes(
             ("comparing the recordings", partial(_with_disagreements, comparison, split)),
             (
                 "looking for a function of one variable",
-                partial(_with_free_forms, comparison, split, simulated, settings),
+                partial(_with_free_forms, comparison, split, simulated, settings, data, progress),
             ),
-            ("choosing the next experiment", partial(_with_next_experiment, comparison, robot)),
+            ("choosing the next experiment", partial(_with_next_experiment, comparison, robot, data, progress)),
         ):
-            diagnosis = _with_step(what, partial(step, data, progress), diagnosis)
+            diagnosis = _with_step(what, step, diagnosis)
     corrected = replace(simulated, robot=robot, effects={**present, **found.named.effects})
     uneven = _motor_difference(found, [*measured.episodes, *tests.episodes], corrected, data)
     told = [each for each in (loss, uneven) if each is not None]
@@ -147,9 +147,7 @@ def _with_step(what: str, step: Callable[[Diagnosis], Diagnosis], diagnosis: Dia
         return replace(diagnosis, advice=(*diagnosis.advice, said))
 
 
-def _with_disagreements(
-    comparison: ModelComparison, split: Split, data: DataSettings, progress: Progress, diagnosis: Diagnosis
-) -> Diagnosis:
+def _with_disagreements(comparison: ModelComparison, split: Split, diagnosis: Diagnosis) -> Diagnosis:
     disagreeing = disagreements(comparison, () if split.are_ends else split.kept_back)
     return replace(diagnosis, disagreements=disagreeing, advice=(*diagnosis.advice, *on_disagreements(disagreeing)))
 
