@@ -1,4 +1,5 @@
 import gc
+import signal
 import sys
 from contextlib import ExitStack, nullcontext
 from pathlib import Path
@@ -11,6 +12,9 @@ from omegaconf import OmegaConf
 from twbal.core.threads import default_to_one_thread
 
 default_to_one_thread()  # as the commands do; test modules, which load what is numeric, are imported after this
+
+# A job in the background of a shell ignores Ctrl-C, and so do the commands that it starts; tests press it.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 CONF = Path(__file__).parents[1] / "conf"
 

@@ -31,6 +31,8 @@ def iteration(index, successes=0, real_cost=5.0, judged_success=1.0, **changes):
         policy=PolicyFile("policy.pt", f"{index:064x}"),
         note="",
         search=Search.FOUND,
+        used_worst=0.5,
+        oscillation_worst=0.01,
     )
     return replace(found, **changes)
 
@@ -70,6 +72,11 @@ def test_a_policy_that_comes_close_to_failing_is_not_the_best_whatever_its_margi
     assert best(first, with_margin) == 0
     assert best(replace(first, used_worst=0.95), with_margin) == 1
     assert best(first, replace(with_margin, used_worst=0.78)) == 1
+
+
+def test_a_trial_that_ended_early_used_all_of_a_limit():
+    fell, stayed = iteration(0, 0, 99.0, used_worst=None), iteration(1, 0, 6.0, used_worst=1.4, oscillation_worst=0.2)
+    assert best(fell, stayed) == best(fell, stayed, oscillation_limit=0.09) == 1
 
 
 def test_a_policy_that_was_driven_again_is_ranked_by_its_first_trials():

@@ -198,6 +198,14 @@ def test_segments_that_were_not_reached_are_not_told_of_and_the_table_has_a_line
     assert len(lines) == 2 and "to 1.00 m" in lines[1] and lines[0].split()[0] == "7"
 
 
+def test_a_segment_between_two_samples_is_left_out() -> None:
+    course = Course.from_settings(
+        parts().robot, ({"seconds": 0.11, "speed": 0.1}, {"seconds": 0.005, "speed": 0.2}, {"seconds": 0.2, "speed": 0})
+    )
+    found = followed(made_up(np.zeros(16), np.zeros(16)), course, 0.15)
+    assert [segment.asked_speed for segment in found.segments] == [0.1, 0.0]
+
+
 def test_the_floor_that_a_course_needs_is_the_way_of_its_trapezoids() -> None:
     course = Course.from_settings(
         parts().robot,

@@ -7,7 +7,8 @@ import pytest
 
 import twbal
 from twbal.cli.main import main
-from twbal.core.errors import ConfigError
+from twbal.core.errors import ConfigError, LinkError, LinkLostError
+from twbal.core.plant import Observation, Plant
 from twbal.effects.dead_zone import DeadZone
 from twbal.effects.torque_gain import TorqueGain
 
@@ -55,3 +56,50 @@ def test_trials_on_a_plant_are_those_in_its_simulation(policy):
 def test_a_setting_that_there_is_not_is_one_clear_error(policy):
     with pytest.raises(ConfigError, match=r"no setting 'success\.lasts'"):
         twbal.evaluate(policy, overrides=["success.lasts=3"])
+
+
+class Unread(Plant):
+    """A robot whose IMU is not read: its tilt stands still while its time goes on."""
+
+    def __init__(self, control_period=0.02, falls_silent_after=10**6):
+        self.control_period, self._left, self._time = control_period, falls_silent_after, 0.0
+
+    def reset(self, trial):
+        self._time = 0.0
+        return Observation(self._time, 0.1, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+    def step(self, command):
+        self._left -= 1
+        if self._left < 0:
+            raise LinkLostError("It fell silent.")
+        self._time += self.control_period
+        moved = 1e-3 * self._left if self._left < 1000 else 0.0
+        return Observation(self._time, 0.1 + 1e-3 * moved, 0.0, 0.0, 0.0, 0.0, 0.0)
+
+    def stop(self):
+        pass
+
+    def close(self):
+        pass
+
+
+def test_a_robot_whose_imu_is_frozen_is_no_success(policy):
+    with pytest.raises(LinkError, match=r"the same for 0\.1"):
+        twbal.evaluate(policy, plant=Unread(), trials=1)
+
+
+def test_a_robot_that_falls_silent_is_a_link_that_was_lost(policy):
+    with pytest.raises(LinkError, match="It fell silent"):
+        twbal.evaluate(policy, plant=Unread(falls_silent_after=4), trials=1)
+
+
+def test_a_robot_of_another_control_period_is_not_driven(policy):
+    for drive in (lambda plant: twbal.evaluate(policy, plant=plant), twbal.learn):
+        with pytest.raises(ConfigError, match=r"control period of 0\.005 s; the data sheet 'paper' says 0\.02 s"):
+            drive(Unread(0.005))
+
+
+def test_a_robot_on_a_link_that_takes_less_than_its_sheet_says_is_not_driven(policy):
+    stronger = replace(twbal.robot(), torque_limit=40.0)
+    with twbal.connect() as plant, pytest.raises(ConfigError, match=r"takes at most 20 N·m.*says 40 N·m"):
+        twbal.evaluate(policy, stronger, plant=plant)

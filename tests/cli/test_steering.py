@@ -21,9 +21,11 @@ from twbal.cli.main import main
 from twbal.cli.stages import drive as stage
 from twbal.core.channels import Channels
 from twbal.core.episode import Episode, Outcome, Provenance
+from twbal.core.errors import LinkLostError
 from twbal.core.robot_parameters import RobotParameters
 from twbal.io.checkpoint import save_checkpoint
 from twbal.io.logs import read_episode
+from twbal.link.serial_plant import SerialPlant
 from twbal.policies.linear import LinearPolicy
 from twbal.steering.joystick import EVENT
 from twbal.steering.limits import SteeringLimits
@@ -128,6 +130,20 @@ def test_the_stop_key_switches_off_and_the_drive_is_kept(robot, policy, at_termi
     drive(robot, policy, tmp_path)
     episode = read_episode(tmp_path / "episodes" / "trial_000.mcap")
     assert episode.outcome is Outcome.STOPPED and episode.events[-1].text == "stopped by a key"
+
+
+def test_motors_that_may_be_on_after_the_stop_key_are_an_error(robot, policy, at_terminal, tmp_path, monkeypatch):
+    stop = SerialPlant.stop
+
+    def unconfirmed(plant):
+        stop(plant)
+        raise LinkLostError("The robot does not confirm that its motors are off.")
+
+    monkeypatch.setattr(SerialPlant, "stop", unconfirmed)
+    at_terminal(("tilt", b"w"), (r"asked \+0\.10", b"x"))
+    with pytest.raises(LinkLostError, match=r"does not confirm that its motors are off\. .* are kept in .*lost_0"):
+        drive(robot, policy, tmp_path)
+    assert not (tmp_path / "episodes").exists()
 
 
 @pytest.mark.parametrize(("asked", "yields"), [("true", True), ("null", False)])

@@ -63,6 +63,16 @@ def test_a_constant_that_is_a_thousandth_off_is_seen(name, array, paper, rng):
         assert not agreement(header_, policy, widths_of(policy, paper), 2000, rng).is_equal
 
 
+def test_a_header_that_computes_no_number_is_not_equal(paper, rng):
+    class Broken:
+        def commands(self, states):
+            return np.where(np.arange(len(states)) % 100 == 7, np.nan, policy.command(states))
+
+    policy = POLICIES["linear"]
+    found = agreement(Broken(), policy, widths_of(policy, paper), 2000, rng)
+    assert not found.is_equal and found.max_error == np.inf
+
+
 @pytest.mark.parametrize("array", ["gain", "centres", "weights", "inverse_lengths"])
 def test_an_array_of_the_wrong_size_does_not_compile(array, paper):
     text = header(exported(POLICIES["place"], paper))

@@ -3,16 +3,21 @@
 import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from pendulum import MemoryTransport, Pendulum
 
+from twbal.algorithm.rollout import rollout
+from twbal.core.channels import Channels
+from twbal.core.episode import Outcome, Provenance
 from twbal.core.errors import ConfigError, DataError, LinkLostError, ProtocolError
 from twbal.core.motor import Motor
 from twbal.core.plant import WheelDifference
 from twbal.link.decoder import Decoder, to_wire
-from twbal.link.protocol import NEEDED, Clock, Hello, Sensors, Telemetry, Welcome
+from twbal.link.protocol import NEEDED, Arm, Clock, Command, Drive, Follow, Hello, Sensors, Telemetry, Welcome
 from twbal.link.serial_plant import SerialPlant
 from twbal.link.version_1 import VERSION_1
+from twbal.policies.linear import LinearPolicy
 from twbal.virtual_robot.firmware import Firmware, Identity
 
 LOCKSTEP = Identity("pendulum", torque_limit=20.0, tilt_limit=1.0, watchdog=0.1, clock=Clock.LOCKSTEP)
@@ -134,6 +139,45 @@ def test_voltages_are_cut_to_the_supply_balancing_first():
     plant.steer(5.0)
     plant.step(2.0)  # 16 V of the 24 V that both motors have together
     assert (line.got[-1].total, line.got[-1].difference) == pytest.approx((16.0, 8.0))
+
+
+def test_a_robot_takes_no_more_than_its_motors_give_by_the_largest_voltage():
+    weak = replace(MOTOR, supply=12.0)
+    plant, line = plant_of(Turning(), replace(LOCKSTEP, motor=weak), motor=weak)
+    assert plant.torque_limit == pytest.approx(3.0)  # of 24 V, at 0.125 N·m/V
+    plant.reset(0)
+    plant.step(4.0)
+    assert line.got[-1].total == pytest.approx(24.0)
+    assert "command of 4 N·m clipped to the robot's limit of 3 N·m" in [event.text for event in plant.events]
+
+
+class OnBoard(Firmware):
+    """Its own policy gives the motors 0.5 N·m."""
+
+    def _welcome(self):
+        return replace(super()._welcome(), policy=7)
+
+    def _act(self, message, now_us):
+        if isinstance(message, Arm):
+            message = replace(message, drive=Drive.TORQUE)
+        return super()._act(Command(message.seq, 0.5) if isinstance(message, Follow) else message, now_us)
+
+
+@pytest.mark.parametrize("odd", [math.nan, 1e30, None])
+def test_what_a_policy_on_board_cannot_have_given_ends_the_rollout_and_the_episode_is_kept(odd):
+    def change(said):
+        is_third = isinstance(said, Telemetry) and said.time_us == 60_000
+        return replace(said, applied=odd) if is_third and odd is not None else said
+
+    plant = SerialPlant(Line(OnBoard(Pendulum(), LOCKSTEP), change), 0.5, 0.5, 0.5, on_board=True)
+    channels = Channels(("tilt", "tilt_rate"), wheel_radius=0.15)
+    unheard = LinearPolicy(channels.names, np.zeros(2), 0.0, 20.0)
+    episode = rollout(plant, unheard, channels, 5, 1.0, Provenance("pendulum", "robot"))
+    if odd is None:
+        assert episode.outcome is Outcome.COMPLETED and episode.commands.tolist() == [0.5] * 5
+    else:
+        assert (episode.outcome, episode.commands.tolist()) == (Outcome.LINK_LOST, [0.5] * 2)
+        assert f"gave the motors {odd:g} N·m" in episode.events[0].text
 
 
 def test_a_robot_that_takes_no_voltages_is_refused_with_a_motor():

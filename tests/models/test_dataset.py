@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -28,6 +30,23 @@ def test_input_plus_change_is_the_next_state_and_no_sample_is_lost():
     assert np.array_equal(data.inputs[:, 3], np.concatenate([e.commands for e in episodes]))
 
 
+def test_a_change_over_two_periods_is_none_of_one():
+    told = episode(6, 0)
+    kept = [0, 1, 2, 4, 5, 6]  # the host was too late for sample 3
+    late = replace(
+        told,
+        observations=told.observations[kept],
+        states=told.states[kept],
+        commands=told.commands[[0, 1, 2, 4, 5]],
+    )
+    whole, data = transitions([told], CHANNELS), transitions([late], CHANNELS)
+    np.testing.assert_array_equal(data.inputs, whole.inputs[[0, 1, 4, 5]])
+    np.testing.assert_array_equal(data.targets, whole.targets[[0, 1, 4, 5]])
+    torn = replace(told, observations=told.observations * np.array([2.0, *np.ones(6)]))
+    with pytest.raises(DataError, match="no control period with both of its samples"):
+        transitions([torn], CHANNELS)
+
+
 def test_samples_do_not_tell_where_the_robot_was():
     placed = Channels(("position", "tilt", "speed", "position_integral"), 0.15, 0.02)
     told = episode(5, 0, placed.names)
@@ -48,7 +67,7 @@ def test_mixed_control_periods_are_refused():
 
 @pytest.mark.parametrize("episodes", [[], [episode(0, 0)]])
 def test_no_samples_at_all_is_an_error(episodes):
-    with pytest.raises(DataError, match=f"no control period in {len(episodes)} episodes"):
+    with pytest.raises(DataError, match=f"both of its samples in {len(episodes)} episodes"):
         transitions(episodes, CHANNELS)
 
 

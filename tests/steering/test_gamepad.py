@@ -9,7 +9,7 @@ from twbal.steering.gamepad import Gamepad, RecordedGamepad, gamepad
 from twbal.steering.joystick import DEAD_ZONE, EVENT, JoystickDecoder, Layout
 
 LAYOUT = Layout(speed_axis=1, turn_axis=0, rest_button=0, stop_button=1, end_button=7)
-BUTTON, AXIS, AT_OPENING = 1, 2, 0x80
+BUTTON, AXIS, STATE = 1, 2, 0x80
 
 
 def packed(*events):
@@ -44,8 +44,17 @@ def test_forward_and_left_are_the_negative_ends_of_axes_and_the_middle_asks_for_
 
 def test_what_stood_so_at_the_opening_and_other_axes_count_not(pipe):
     pad, end = pipe
-    end.write(packed((0, -32767, AXIS | AT_OPENING, 1), (0, 1, BUTTON | AT_OPENING, 1), (1, 32767, AXIS, 5)))
+    end.write(packed((0, -32767, AXIS | STATE, 1), (0, 1, BUTTON | STATE, 1), (1, 32767, AXIS, 5)))
     assert pad.read(0.0) == [] and not pad.lost
+
+
+def test_a_stick_that_was_let_go_and_a_stop_that_was_pressed_while_events_were_lost_count(pipe):
+    """After an overflow of its queue Linux tells how all stands (joydev_fetch_next_event in drivers/input/joydev.c)."""
+    pad, end = pipe
+    end.write(packed((0, 0, AXIS | STATE, 1), (1, -32767, AXIS, 1)))
+    assert pad.read(0.0) == [Sticks(1.0, 0.0)]
+    end.write(packed((9, 0, BUTTON | STATE, 0), (9, 1, BUTTON | STATE, 1), (9, 0, AXIS | STATE, 1)))
+    assert pad.read(0.0) == [Key.STOP, Sticks(0.0, 0.0)]
 
 
 def test_buttons_count_when_they_are_pressed(pipe):

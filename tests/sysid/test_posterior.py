@@ -11,8 +11,9 @@ from scipy.signal import savgol_filter
 from twbal.algorithm.rollout import rollout
 from twbal.core.channels import Channels
 from twbal.core.cost import cost_over
-from twbal.core.episode import Episode, Outcome, Provenance
+from twbal.core.episode import Episode, Estimated, Outcome, Provenance
 from twbal.core.errors import DataError
+from twbal.core.plant import Observation
 from twbal.core.robot_parameters import GRAVITY
 from twbal.core.robot_sheet import robot_sheet
 from twbal.core.start_pose import StartPose
@@ -181,6 +182,52 @@ def test_ten_likely_robots_lie_where_their_posteriors_say(paper):
     assert np.mean(np.abs(off) < 2) > 0.85
     assert np.abs(off).max() < 5
     assert 0.5 < np.sqrt(np.mean(off**2)) < 1.5
+
+
+@pytest.fixture(scope="module")
+def rubbing(paper):
+    """A rollout of a robot with dry friction, and the posterior of what its sensors measured."""
+    found = episodes_of(paper, {"coulomb_friction": {"torque": 0.3}, "actuation_delay": {"delay": 0.012}}, 3)
+    return found, posterior(prior_of(paper), found)
+
+
+def sds_apart(one, other):
+    return np.abs(one.mean - other.mean) / np.sqrt(np.maximum(np.diag(one.covariance), np.diag(other.covariance)))
+
+
+def test_rates_that_were_worked_out_from_angles_are_not_taken_for_measured(paper, rubbing):
+    measured, known = rubbing
+    worked_out = []
+    for episode in measured:
+        seen = episode.observations.copy()
+        for angle, rate in (("tilt", "tilt_rate"), ("wheel_angle", "wheel_rate")):
+            a, r = Observation._fields.index(angle), Observation._fields.index(rate)
+            seen[:, r] = savgol_filter(seen[:, a], 9, 3, deriv=1, delta=paper.control_period)
+        told = tuple(Estimated(name, 0.1) for name in ("tilt_rate", "wheel_rate"))
+        worked_out.append(replace(episode, observations=seen, estimated=told))
+    found = posterior(prior_of(paper), worked_out)
+    assert sds_apart(found, known).max() < 2.0
+    np.testing.assert_array_equal(found.sensor_sd[[1, 3]], prior_of(paper).sensor_sd[[1, 3]])
+    alike = posterior(prior_of(paper), [replace(episode, estimated=()) for episode in worked_out])
+    assert sds_apart(alike, known).max() > 3.0  # so the rates would have misled it
+
+
+def test_missed_periods_mislead_nothing(paper, rubbing):
+    whole, known = rubbing
+    rng, late = np.random.default_rng(5), []
+    for episode in whole:
+        kept = np.sort(rng.permutation(np.arange(1, 200))[:185])
+        kept = np.concatenate([[0], kept, [200]])
+        late.append(
+            replace(
+                episode,
+                observations=episode.observations[kept],
+                states=episode.states[kept],
+                commands=episode.commands[kept[:-1]],
+                poses=None,
+            )
+        )
+    assert sds_apart(posterior(prior_of(paper), late), known).max() < 2.5
 
 
 @pytest.mark.slow

@@ -54,7 +54,7 @@ def test_commands_beyond_the_torque_limit_are_cut_as_the_robot_cuts_them(paper):
 
 BAD = {
     "at least one": [],
-    "needs 50 control periods": [episode(periods=30)],
+    "Needed are 50 control periods": [episode(periods=30)],
     "Channel wheel_rate is 0.5 throughout": [episode(channel=5, value=0.5)],
     "The command is 1 N·m throughout": [episode(commands=np.ones(100))],
     "control period of 0.01 s, .* set its period by robot.control_period=0.01": [episode(period=0.01)],

@@ -7,13 +7,13 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from functools import partial
 
-from twbal.algorithm.rollout import rollout
+from twbal.algorithm.rollout import Watch, rollout
 from twbal.algorithm.settings import RolloutSettings
 from twbal.algorithm.simulation import Simulation
 from twbal.core.channels import Channels
 from twbal.core.copies import is_copy
 from twbal.core.episode import Episode, Outcome, Provenance
-from twbal.core.errors import ConfigError, DataError
+from twbal.core.errors import ConfigError, DataError, LinkLostError
 from twbal.core.plant import Plant
 from twbal.core.threads import cores
 from twbal.policies.exploring import ExploringPolicy
@@ -32,6 +32,7 @@ class RolloutPlan:
         channels: the state.
         steps: control periods at most.
         tilt_limit: at which a rollout ends [rad].
+        new_watch: makes what looks at the observations of a rollout and may end it; None: nothing does.
     """
 
     make_plant: Callable[[], Plant]
@@ -39,12 +40,14 @@ class RolloutPlan:
     channels: Channels
     steps: int
     tilt_limit: float
+    new_watch: Callable[[], Watch] | None = None
 
     def drive(self, provenances: Sequence[Provenance]) -> Iterator[Episode]:
         """One rollout for each provenance, all on one plant.
 
         Raises:
             KeyboardInterrupt: the person stopped it; a simulated rollout that was cut short is worth nothing.
+            LinkLostError: the robot fell silent, or does not confirm that it has stopped.
             DataError: the policy or the simulation came to what is no number.
         """
         with self.make_plant() as plant:
@@ -53,11 +56,15 @@ class RolloutPlan:
     def drive_on(self, plant: Plant, provenances: Sequence[Provenance]) -> Iterator[Episode]:
         """The same on a plant that is there already, and stays open."""
         for provenance in provenances:
-            episode = rollout(plant, self.policy, self.channels, self.steps, self.tilt_limit, provenance)
+            watch = None if self.new_watch is None else self.new_watch()
+            of = self.policy, self.channels, self.steps, self.tilt_limit, provenance
+            episode = rollout(plant, *of, watch=watch)
             if episode.outcome is Outcome.STOPPED:
                 raise KeyboardInterrupt
             if episode.outcome in (Outcome.POLICY_FAULT, Outcome.LINK_LOST):
-                raise DataError(f"Rollout {provenance.trial} broke off: {episode.events[-1].text}")
+                error = DataError if episode.outcome is Outcome.POLICY_FAULT else LinkLostError
+                why = " ".join(event.text for event in episode.events)
+                raise error(f"Rollout {provenance.trial} broke off: {why}")
             yield episode
 
     def drive_all(self, provenances: Sequence[Provenance]) -> list[Episode]:

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from math import inf, isfinite
+from math import inf, isfinite, isinf
 
 import numpy as np
 
@@ -115,7 +115,9 @@ def _rank(having: Sequence[Iteration], most: float | None) -> tuple[float, ...]:
         return (0.0, 0.0, -(last.judged_success or 0.0), -first)
     share = sum(i.successes for i in tried) / sum(i.trials for i in tried)
     told = having[0]  # by whose trials a run decides which policy to recalibrate
-    shown = Shown(share, told.oscillation_worst or 0.0, told.used_worst or 0.0)
+    used = inf if told.used_worst is None else told.used_worst
+    oscillation = inf if isinf(used) or told.oscillation_worst is None else told.oscillation_worst
+    shown = Shown(share, oscillation, used)
     has_margin = share == 1.0 and any(iteration.margin is not None for iteration in having)
     return (*shown.rank(most), -first if has_margin else 1.0, float(np.mean(costs)), first)
 

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from twbal.core.channels import Channels
 from twbal.core.course import Course, Segment
@@ -67,7 +68,7 @@ class FollowedCourse:
         heading_error: most by which the heading was off that of its reference from 5 s on [rad], by true poses where
             there are any, else by the robot's own estimate; None where nothing controlled it, or the trial was shorter.
         from_start: distance in the plane from where the robot was put, at the end [m]; None where no poses tell it.
-        segments: as far as they were driven.
+        segments: in which a sample falls: none after the end, none that is much shorter than a control period.
     """
 
     trial: int
@@ -141,7 +142,7 @@ def followed(episode: Episode, course: Course, wheel_radius: float) -> FollowedC
     times = episode.observations[:, _TIME]
     off = None if episode.headings is None else episode.heading_errors
     late = np.empty(0) if off is None else np.abs(off[times >= HEADING_TIME])
-    driven = [segment for segment in course.segments if segment.begin <= times[-1]]
+    driven = [segment for segment in course.segments if _within(segment, times).any()]
     return FollowedCourse(
         trial=episode.provenance.trial,
         outcome=episode.outcome,
@@ -169,8 +170,13 @@ def _way(poses: Array) -> Array:
     return np.concatenate([[0.0], np.cumsum(np.diff(x) * np.cos(middle) + np.diff(y) * np.sin(middle))])
 
 
+def _within(segment: Segment, times: Array) -> NDArray[np.bool_]:
+    """Which samples fall into a segment; none, where it is shorter than a control period."""
+    return np.asarray((times >= segment.begin) & (times <= segment.end))
+
+
 def _segment(segment: Segment, times: Array, places: Array, references: Array, off: Array | None) -> FollowedSegment:
-    part = (times >= segment.begin) & (times <= segment.end)
+    part = _within(segment, times)
     away = places[part] - references[part, _POSITION]
     asked = segment.target.speed
     speed = None if asked is None else _steady_speed(asked, times[part], places[part], references[part, _SPEED])

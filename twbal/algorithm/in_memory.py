@@ -33,6 +33,7 @@ from twbal.diagnosis.pipeline import diagnose_episodes
 from twbal.diagnosis.usability import FEW_DATA
 from twbal.effects.library import values_of
 from twbal.io.checkpoint import checkpoint_hash
+from twbal.link.frozen_sensors import FrozenSensors
 from twbal.models.bases import learn_on_likeliest
 from twbal.models.dynamics import DynamicsModel
 from twbal.planar.robot_distribution import RobotDistribution
@@ -103,7 +104,8 @@ class InMemory(Steps[Episodes, DynamicsModel, MadePolicy, Simulation, RobotDistr
         self._say(f"driving the robot {place}")
         settings, source = self._settings(self._setup.driving, conditions), self._source(None, policy)
         driver = explored(policy.policy if policy else self._setup.at_random, settings, self._robot.torque_limit)
-        plan = RolloutPlan(lambda: self._plant, driver, self._channels, settings.steps, settings.tilt_limit)
+        limits = settings.steps, settings.tilt_limit
+        plan = RolloutPlan(lambda: self._plant, driver, self._channels, *limits, new_watch=FrozenSensors)
         return tuple(plan.drive_on(self._plant, [replace(source, trial=trial) for trial in settings.numbers]))
 
     def fit_simulation(self, place: Path, rollouts: Sequence[Episodes]) -> Timed[DynamicsModel]:

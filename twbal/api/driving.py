@@ -17,6 +17,8 @@ from twbal.core.evaluation import Verdict, drift, judged, real_cost
 from twbal.core.plant import Plant
 from twbal.core.robot_parameters import RobotParameters
 from twbal.effects.effect import Effect
+from twbal.link.frozen_sensors import FrozenSensors
+from twbal.link.sheet_check import check_robot, check_sensors
 from twbal.policies.policy import Policy, PolicyOfChannels
 
 
@@ -105,9 +107,9 @@ def evaluate(
         overrides: settings of `twbal iterate`, such as `["success.place_radii=null"]`.
 
     Raises:
-        ConfigError: a setting cannot be right.
+        ConfigError: a setting cannot be right, or the plant is not the robot that was named.
         CheckpointError: the policy cannot be read.
-        LinkError: the robot fell silent.
+        LinkError: the robot fell silent, measures the same again and again, or does not confirm that it has stopped.
 
     >>> import twbal
     >>> shorter = ["success.duration=4", "success.place_radii=null"]
@@ -125,7 +127,9 @@ def evaluate(
         source = Provenance(name, "simulation", seed=seed)
         episodes = tuple(driven(setup.simulation.having(effects), driver, channels, settings, source))
     else:
-        plan = RolloutPlan(lambda: plant, driver, channels, rule.steps, rule.tilt_limit)
+        check_robot(plant, setup.simulation.robot)
+        check_sensors(plant, channels)
+        plan = RolloutPlan(lambda: plant, driver, channels, rule.steps, rule.tilt_limit, new_watch=FrozenSensors)
         source = Provenance(name, "robot", seed=seed)
         episodes = tuple(plan.drive_on(plant, [replace(source, trial=trial) for trial in settings.numbers]))
     verdicts = tuple(judged(episode, rule) for episode in episodes)

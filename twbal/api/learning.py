@@ -13,6 +13,7 @@ from twbal.api.configured import setup as configured
 from twbal.core.episode import Episode
 from twbal.core.plant import Plant
 from twbal.core.robot_parameters import RobotParameters
+from twbal.link.sheet_check import check_robot, check_sensors
 from twbal.models.dynamics import DynamicsModel
 from twbal.policies.saved import SavedPolicy
 
@@ -59,8 +60,8 @@ def learn(
         progress: is told what is being done, a line at a time; `print` shows it.
 
     Raises:
-        ConfigError: a setting cannot be right.
-        LinkError: the robot fell silent.
+        ConfigError: a setting cannot be right, or the plant is not the robot that was named.
+        LinkError: the robot fell silent, measures the same again and again, or does not confirm that it has stopped.
         FitError: a model cannot be learned from the rollouts.
         SearchError: no policy has a finite cost.
 
@@ -79,6 +80,8 @@ def learn(
     (1, 1)
     """
     setup = configured(robot, overrides) if setup is None else setup
+    check_robot(plant, setup.simulation.robot)
+    check_sensors(plant, setup.search.channels)
     began, steps = time.monotonic(), InMemory(plant, setup, progress)
     learned = Algorithm(steps, setup.algorithm, setup.driving, setup.rule).run()
     found = findings(learned, steps, setup.measures)

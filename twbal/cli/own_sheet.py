@@ -10,7 +10,6 @@ from hydra.core.hydra_config import HydraConfig
 
 from twbal.cli.conf_folder import conf_folder
 from twbal.cli.console import say
-from twbal.cli.robot_link import is_beyond
 from twbal.core.check import Check, Measurement, Verdict
 from twbal.core.errors import ConfigError
 from twbal.core.files import write_atomically
@@ -18,6 +17,7 @@ from twbal.core.robot_parameters import RobotParameters
 from twbal.core.robot_sheet import VALUES, Provenance, robot_sheet
 from twbal.link.checks.line import CONTROL_PERIOD
 from twbal.link.checks.procedure import LinkReport
+from twbal.link.sheet_check import is_beyond
 from twbal.sheets.editing import Change, edited, noted, renamed, sheet_values
 from twbal.sheets.link_record import build_number
 from twbal.sheets.writing import is_of_interview, number, written, written_at_most

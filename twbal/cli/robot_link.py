@@ -9,10 +9,9 @@ from hydra.utils import instantiate
 from omegaconf import DictConfig, OmegaConf
 
 from twbal.cli.console import configuration_flags, say
-from twbal.core.channels import Channels
 from twbal.core.errors import ConfigError
 from twbal.core.robot_parameters import RobotParameters
-from twbal.link.protocol import Clock, Sensors
+from twbal.link.protocol import Clock
 from twbal.link.real_time import punctual
 from twbal.link.serial_plant import SerialPlant
 from twbal.policies.policy import BoundedPolicy, Policy
@@ -67,36 +66,6 @@ def check_torque(policy: Policy, robot: RobotParameters) -> None:
             f"The policy commands up to {most:g} N·m; the robot {robot.name!r} takes "
             f"{robot.torque_limit:g} N·m. Choose the robot that it was made for by robot=..., or make one for it."
         )
-
-
-def is_beyond(torque: float, limit: float) -> bool:
-    """Whether a sheet's torque limit is more than a robot's, by more than single precision rounds [N·m]."""
-    return not limit >= torque * (1 - 1e-6)
-
-
-def check_robot(plant: SerialPlant, robot: RobotParameters) -> None:
-    """Raise ConfigError where a robot is not that of the sheet."""
-    if not abs(plant.control_period - robot.control_period) <= 1e-6:
-        raise ConfigError(
-            f"The robot {plant.robot_name!r} on the link has a control period of {plant.control_period} s; the data "
-            f"sheet {robot.name!r} says {robot.control_period} s. Is it the right one (robot=...)?"
-        )
-    if is_beyond(robot.torque_limit, plant.torque_limit):
-        raise ConfigError(
-            f"The robot {plant.robot_name!r} on the link takes at most {plant.torque_limit:g} N·m; the data sheet "
-            f"{robot.name!r} says {robot.torque_limit:g} N·m. Commands beyond would be recorded but not act. Is it the "
-            f"right one (robot=...)? Or set robot.torque_limit={plant.torque_limit:g} throughout."
-        )
-
-
-def check_sensors(plant: SerialPlant, channels: Channels) -> None:
-    """Raise ConfigError where a robot does not measure what the state needs."""
-    for name in ("acceleration", "yaw_rate"):
-        if name in channels.names and Sensors[name.upper()] not in plant.sensors:
-            raise ConfigError(
-                f"The robot {plant.robot_name!r} on the link does not measure its {name.replace('_', ' ')}, which is a "
-                "channel of the state. Choose a state without it, such as state=default."
-            )
 
 
 def why_not_turned(plant: SerialPlant) -> str:

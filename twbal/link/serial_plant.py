@@ -23,7 +23,7 @@ from twbal.link.protocol import (
     Stop,
     Telemetry,
 )
-from twbal.link.ranges import MAX_CLOCK_STEP_US, MAX_TRIAL, check_timeouts, odd_values
+from twbal.link.ranges import MAX_CLOCK_STEP_US, MAX_TORQUE, MAX_TRIAL, check_timeouts, odd_values
 from twbal.link.telemetry_meaning import advice_on_silence, observation_of, says_off, why_stopped
 from twbal.link.transport import SerialTransport, Transport
 from twbal.link.version_1 import VERSION_1
@@ -38,7 +38,8 @@ class SerialPlant(Plant):
     Attributes:
         control_period: as the robot announced it [s].
         robot_name: as announced.
-        torque_limit: as announced; commands are clipped to it [N·m].
+        torque_limit: to which commands are clipped: as announced, or what its motors give at a standstill by the
+            largest voltage, if they are sent voltages [N·m].
         clock: lockstep, or real time.
         version: of the protocol that it speaks.
         firmware: number of its build, as announced; 0: unknown.
@@ -195,6 +196,11 @@ class SerialPlant(Plant):
             reason, advice = why_stopped(self._last), advice_on_silence(before, self._last)
             raise LinkLostError(f"The robot {self.robot_name} stopped itself: {reason}.{advice}")
         self._follow_clock(before, self._last)
+        if self._on_board and not abs(self._last.applied) <= MAX_TORQUE:  # not so of a NaN
+            raise LinkLostError(
+                f"The robot {self.robot_name} says that its policy gave the motors {self._last.applied:g} N·m; "
+                f"expected its limit of {self.torque_limit:g} N·m at most."
+            )
         return self._observation(self._last)
 
     def _order(self, command: float) -> Message:
@@ -303,10 +309,14 @@ class SerialPlant(Plant):
         needs = Needs(voltages=self._motor is not None, policy_on_board=self._on_board)
         welcome = shake_hands(self._line, self._port, self._connect_timeout, needs)
         self.control_period = welcome.control_period_us * 1e-6
-        self.robot_name, self.torque_limit, self.clock = welcome.name, welcome.torque_limit, welcome.clock
+        self.robot_name, self.clock = welcome.name, welcome.clock
         self.firmware, self.policy = welcome.firmware, welcome.policy
-        self.version, self.sensors, self._voltage_limit = welcome.version, welcome.sensors, welcome.voltage_limit
-        self._limits = WheelLimits(welcome.torque_limit, welcome.difference_limit)
+        self.version, self.sensors = welcome.version, welcome.sensors
+        self.torque_limit, most = welcome.torque_limit, math.inf
+        if self._motor is not None:
+            most = 2.0 * min(self._motor.supply, welcome.voltage_limit)
+            self.torque_limit = min(self.torque_limit, most * torque_per_voltage(self._motor))
+        self._limits, self._voltages = WheelLimits(self.torque_limit, welcome.difference_limit), WheelLimits(most, most)
         self.turns = welcome.difference_limit > 0 and not self._on_board
         self.has_yaw_gyro = Sensors.YAW_RATE in welcome.sensors
         self._lost = False
@@ -326,8 +336,7 @@ class SerialPlant(Plant):
         done = self._limits.cut(WheelCommands(command, self._difference))
         if self._motor is None:
             return done
-        most = 2.0 * min(self._motor.supply, self._voltage_limit)
-        return WheelLimits(most, most).cut(done.times(1.0 / torque_per_voltage(self._motor)))
+        return self._voltages.cut(done.times(1.0 / torque_per_voltage(self._motor)))
 
     def _follow_clock(self, before: Telemetry, now: Telemetry) -> None:
         advance = (now.time_us - before.time_us) % 2**32

@@ -8,8 +8,12 @@ import numpy as np
 from twbal.core.channels import Channels
 from twbal.core.episode import Episode
 from twbal.core.errors import DataError
-from twbal.core.gaussian import Array
+from twbal.core.gaussian import Array, Mask
+from twbal.core.plant import Observation
 from twbal.models.gp import Posterior
+
+_TIME = Observation._fields.index("time")
+_MISSING = 1.5  # control periods between two samples: one or more of them is missing
 
 
 class Transitions(NamedTuple):
@@ -25,13 +29,15 @@ class Transitions(NamedTuple):
 
 
 def transitions(episodes: Sequence[Episode], channels: Channels) -> Transitions:
-    """Every control period of every episode, in order; none is left out.
+    """The control periods of all episodes, in order.
 
-    Past commands among the channels are inputs only: they are copied from step to step, so there is nothing to learn.
-    Of an episode with a reference the states are those over ground.
+    Left out are those at whose end a sample is missing: a host that was late, or a row that was lost, makes a change of
+    two periods or more. Past commands among the channels are inputs only: they are copied from step to step, so there
+    is nothing to learn. Of an episode with a reference the states are those over ground.
 
     Raises:
-        DataError: an episode has other channels than `channels`, the control periods differ, or there is no sample.
+        DataError: an episode has other channels than `channels`, the control periods differ, or there is no change over
+            one period.
     """
     for number, episode in enumerate(episodes):
         if episode.channels != channels.names:
@@ -45,12 +51,24 @@ def transitions(episodes: Sequence[Episode], channels: Channels) -> Transitions:
         raise DataError(
             f"The episodes have control periods of {periods} s; a model of one-step changes needs a single one."
         )
-    if not sum(len(episode) for episode in episodes):
-        raise DataError(f"There is no control period in {len(episodes)} episodes. Collect at least one rollout.")
-    kept = list(channels.inputs)
-    inputs = [np.column_stack([episode.states[:-1], episode.commands])[:, kept] for episode in episodes]
-    changes = [np.diff(episode.states, axis=0)[:, list(channels.measured)] for episode in episodes]
+    whole = [_is_one_period(episode) for episode in episodes]
+    if not any(each.any() for each in whole):
+        raise DataError(
+            f"There is no control period with both of its samples in {len(episodes)} episodes. Collect at least one "
+            "rollout."
+        )
+    kept, measured = list(channels.inputs), list(channels.measured)
+    rows = [np.column_stack([episode.states[:-1], episode.commands])[:, kept] for episode in episodes]
+    inputs = [row[one] for row, one in zip(rows, whole, strict=True)]
+    steps = [np.diff(episode.states, axis=0)[:, measured] for episode in episodes]
+    changes = [step[one] for step, one in zip(steps, whole, strict=True)]
     return Transitions(np.concatenate(inputs), np.concatenate(changes))
+
+
+def _is_one_period(episode: Episode) -> Mask:
+    """(T,) whether no sample is missing between the two that begin and end a control period."""
+    steps = np.diff(episode.observations[:, _TIME])
+    return np.asarray(steps < _MISSING * episode.control_period)
 
 
 def residuals(data: Transitions, f: Posterior) -> Transitions:

@@ -1,7 +1,8 @@
 """From the events of a Linux joystick to sticks and buttons.
 
 An event has 8 bytes, in the machine's own order: time u32 [ms], value s16, type u8 (1 a button, 2 an axis; 0x80
-besides: it stood so when the device was opened) and number u8 (Linux, joystick-api.rst).
+besides: it tells how all stands) and number u8 (Linux, joystick-api.rst). Linux tells how all stands when the device is
+opened, and again where events were lost, as the host was too late for its queue (drivers/input/joydev.c).
 """
 
 import struct
@@ -11,7 +12,7 @@ from typing import NamedTuple
 from twbal.steering.asked import Key, Sticks
 
 EVENT = struct.Struct("=IhBB")
-_BUTTON, _AXIS, _AT_OPENING = 1, 2, 0x80
+_BUTTON, _AXIS, _STATE = 1, 2, 0x80
 _FULL = 32767  # value of an axis at its end
 DEAD_ZONE = 0.1
 """Share of a stick's way around its middle that asks for nothing."""
@@ -35,7 +36,7 @@ class JoystickEvent(NamedTuple):
     @property
     def can_be(self) -> bool:
         """Whether a device can say that."""
-        kind = self.kind & ~_AT_OPENING
+        kind = self.kind & ~_STATE
         return kind == _AXIS or (kind == _BUTTON and self.value in (0, 1))
 
 
@@ -86,12 +87,17 @@ class Pad:
     def __init__(self, layout: Layout) -> None:
         self._layout = layout
         self._sticks = Sticks(0.0, 0.0)
+        self._was_moved = False
 
     def take(self, event: JoystickEvent) -> Key | Sticks | None:
         """What an event asks for; None where nothing new."""
-        if event.kind == _BUTTON:
+        kind = event.kind & ~_STATE
+        self._was_moved = self._was_moved or kind == event.kind
+        if not self._was_moved:
+            return None
+        if kind == _BUTTON:
             return self._layout.key(event.number) if event.value else None
-        if event.kind != _AXIS or event.number not in (self._layout.speed_axis, self._layout.turn_axis):
+        if kind != _AXIS or event.number not in (self._layout.speed_axis, self._layout.turn_axis):
             return None
         share = -_share(event.value)
         if event.number == self._layout.speed_axis:

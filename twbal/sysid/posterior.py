@@ -17,15 +17,16 @@ import numpy as np
 
 from twbal.core.episode import Episode
 from twbal.core.errors import DataError
-from twbal.core.gaussian import Array
+from twbal.core.gaussian import Array, Mask
 from twbal.core.plant import Observation
 from twbal.core.robot_parameters import GRAVITY
 from twbal.core.threads import in_threads
+from twbal.core.time_base import evened
 from twbal.planar.parameters import twin_parameters
 from twbal.planar.robot_distribution import SLOW_FILTERS, RobotDistribution, filter_lead
 from twbal.sysid.fit import Fit, refit, slopes_of
 from twbal.sysid.model import Data, Free, Model
-from twbal.sysid.noise import Noise
+from twbal.sysid.noise import UNSENSED, Noise
 from twbal.sysid.recording import MEASURED, Recording
 
 _SUBSTEPS = 10  # physics steps of a control period
@@ -43,6 +44,7 @@ _FIRST_DELAYS = (0.25, 1.0, 2.0, 2.75)  # control periods: fits with a delay tha
 _DELAY, _BALANCE = "actuation_delay_delay", "com_offset_angle"
 _DELAY_SD = 0.25  # control periods; a delay stands for the lags of drive and filters, which turn the phase otherwise
 _BALANCE_SD = 0.003  # rad; a filter of the tilt drifts by as much with the noise of its gyro, from rollout to rollout
+_TIME = Observation._fields.index("time")
 _COLUMNS = [Observation._fields.index(name) for name in MEASURED]
 _NUDGE = 2e-5  # of finite differences, in prior standard deviations: posterior ones can be a hundredth of these
 _FALLEN = 0.3  # rad; what comes after is no balancing, but saturation and wheels that slip
@@ -73,7 +75,7 @@ def posterior(prior: RobotDistribution, episodes: Sequence[Episode]) -> RobotDis
     Raises:
         DataError: no episode has a few control periods of a robot that stands.
     """
-    if not any(len(_recording(e, prior, 0.0)) >= _SHORTEST for e in episodes):
+    if not _recordings(prior, episodes, 0.0):
         raise DataError(f"None of {len(episodes)} episodes has {_SHORTEST} control periods of a robot that stands.")
     attempts = _attempts(prior, episodes)
     costs = {rate: attempt.cost for rate, attempt in attempts.items()}
@@ -82,7 +84,7 @@ def posterior(prior: RobotDistribution, episodes: Sequence[Episode]) -> RobotDis
         prior,
         mean=fit.values,
         covariance=_covariance(data, fit, prior),
-        sensor_sd=fit.model.noise.sensors,
+        sensor_sd=np.where(data.sensed, fit.model.noise.sensors, prior.sensor_sd),
         torque_sd=_slow_torques(fit.model.noise.torques, prior),
         filter_rate=_vertex(costs, prior.filter_rate[1]),
     )
@@ -114,7 +116,8 @@ def _attempts(prior: RobotDistribution, episodes: Sequence[Episode]) -> dict[flo
     first, *others = SLOW_FILTERS
     found = {first: attempt((first, None))}
     near = found[first].fit.model
-    *begun, unfiltered = in_threads(attempt, [*((rate, near) for rate in others), (0.0, _at_mean(prior))])
+    mean = _at_mean(prior, found[first].data.sensed)
+    *begun, unfiltered = in_threads(attempt, [*((rate, near) for rate in others), (0.0, mean)])
     found |= dict(zip(others, begun, strict=True))
     if unfiltered.cost < found[0.0].cost - _CLEARLY:
         rates = [rate for rate in SLOW_FILTERS if rate]
@@ -140,15 +143,16 @@ def _cost(attempt: _Attempt) -> float:
     return attempt.cost
 
 
-def _at_mean(prior: RobotDistribution) -> Model:
+def _at_mean(prior: RobotDistribution, sensed: Mask) -> Model:
     """The prior's mean, with little noise: fitted to a model far off, noise explains what the model should."""
     begin = twin_parameters(prior.robot, {})._replace(**dict(zip(prior.fields, prior.mean.tolist(), strict=True)))
-    return Model(begin, 0.0, Noise(np.array(_FIRST_SENSORS), np.full(2, _FIRST_TORQUES * prior.robot.torque_limit)))
+    sensors = np.where(sensed, _FIRST_SENSORS, UNSENSED)
+    return Model(begin, 0.0, Noise(sensors, np.full(2, _FIRST_TORQUES * prior.robot.torque_limit)))
 
 
 def _first_fit(data: Data, prior: RobotDistribution) -> Fit:
     """The best of the fits that begin at the prior's mean, with several delays."""
-    mean = _at_mean(prior)
+    mean = _at_mean(prior, data.sensed)
     delays = [{_DELAY: late * data.period} for late in _FIRST_DELAYS]
     starts = [mean._replace(twin=mean.twin._replace(**late)) for late in delays]
     fits = in_threads(lambda start: _fitted(data, start, prior), starts)
@@ -160,7 +164,7 @@ def _data(prior: RobotDistribution, episodes: Sequence[Episode], filter_rate: fl
 
     Bounds on noise keep a fit from calling noise what the model should explain.
     """
-    recordings = [r for e in episodes if len(r := _recording(e, prior, filter_rate)) >= _SHORTEST]
+    recordings = _recordings(prior, episodes, filter_rate)
     data = Data(recordings, _SUBSTEPS)
     seen = np.maximum(_ROOM * roughness(recordings), 2.0 * data.resolution)
     sensors = np.clip(seen, _FIRST_SENSORS, _LOUDEST_SENSORS)
@@ -207,20 +211,32 @@ def _vertex(costs: Mapping[float, float], most: float) -> tuple[float, float]:
     return float(np.clip(-0.5 * slope / curvature, rates[0], rates[-1])), float(min(curvature**-0.5, most))
 
 
+def _recordings(robots: RobotDistribution, episodes: Sequence[Episode], filter_rate: float) -> list[Recording]:
+    """The episodes that are long enough, each with what all of them measured; a rate that was worked out is none."""
+    found = [r for e in episodes if len(r := _recording(e, robots, filter_rate)) >= _SHORTEST]
+    return [replace(recording, sensed=np.all([r.sensed for r in found], axis=0)) for recording in found]
+
+
 def _recording(episode: Episode, robots: RobotDistribution, filter_rate: float) -> Recording:
-    """An episode up to `_FALLEN`, its tilt without the error of a filter of a rate [1/s]."""
-    seen = episode.observations.copy()
+    """An episode up to `_FALLEN`, its tilt without the error of a filter of a rate [1/s]; missed periods do not count.
+
+    What the robot did in a period whose sample is missing is worked out from the others: the command before was held.
+    """
+    times, angles, rates = episode.observations[:, _TIME], _COLUMNS[::2], _COLUMNS[1::2]
+    even = evened(times, episode.observations, episode.commands, episode.control_period, angles, rates, uneven=False)
+    seen = even.values.copy()
     seen[:, _COLUMNS[0]] -= tilt_error(seen, robots.robot.wheel_radius, episode.control_period, filter_rate)
     fallen = np.flatnonzero(np.abs(seen[:, _COLUMNS[0]]) > _FALLEN)
     end = int(fallen[0]) if len(fallen) else len(seen)
+    worked_out = {channel for channel, _ in episode.estimated}
     return Recording(
         "",
         episode.control_period,
-        robots.possible(episode.commands[: max(end - 1, 0)]),
+        robots.possible(even.commands[: max(end - 1, 0)]),
         np.ascontiguousarray(seen[:end, _COLUMNS]),
         np.zeros(end),
-        np.ones(end, dtype=bool),
-        np.ones(4, dtype=bool),
+        even.measured[:end],
+        np.array([channel not in worked_out for channel in MEASURED]),
     )
 
 

@@ -110,15 +110,15 @@ def read_recordings(
     uneven = is_uneven([_pace(episode, usability) for episode in episodes])
     found = [_read(episode, name, robot, usability, uneven) for episode, name in zip(episodes, names, strict=True)]
     recordings = tuple(recording for recording in found if len(recording) >= max(usability.min_length, 1))
-    total = sum(map(len, recordings))
-    if total < max(usability.min_samples, 1):
+    total, needed = sum(map(len, recordings)), max(usability.min_samples, 1)
+    if total < needed:
         not_used = what_is_not_used(episodes, names, recordings, usability)
         cut = "".join(f"{said[0].upper()}{said[1:]}. " for said in not_used)
         raise DataError(
-            f"A diagnosis needs {usability.min_samples} control periods "
-            f"({usability.min_samples * robot.control_period:.3g} s) in episodes of at least {usability.min_length}, "
-            f"upright; found {total} in {len(recordings)} of {len(episodes)} episodes. {cut}"
-            "Record longer: twbal real-rollout experiment=excite; if the robot falls, with policy.command_width=0.1."
+            f"Needed are {needed} control periods ({needed * robot.control_period:.3g} s) in episodes of at least "
+            f"{max(usability.min_length, 1)}, upright; found {total} in {len(recordings)} of {len(episodes)} episodes. "
+            f"{cut}Record longer: twbal real-rollout experiment=excite; if the robot falls, with "
+            "policy.command_width=0.1."
         )
     sensed = np.all([recording.sensed for recording in recordings], axis=0)  # by some of them only: by none
     recordings = tuple(replace(recording, sensed=sensed) for recording in recordings)
@@ -147,7 +147,7 @@ def what_is_not_used(
             first = f"the tilt of episode {name} is {degrees(tilts[fallen[0]]):.3g}° at {at:.3g} s"
             found.append(f"{first}, beyond the limit of {degrees(usability.max_tilt):.3g}°: {used}")
         elif name not in read:
-            found.append(f"episode {name} is left out: it has {len(episode)} samples of {usability.min_length}")
+            found.append(f"episode {name} is left out: it has {len(episode)} samples of {max(usability.min_length, 1)}")
     return found
 
 

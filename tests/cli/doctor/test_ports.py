@@ -68,8 +68,15 @@ def test_a_port_that_is_not_there_is_a_problem_and_the_adapter_is_not_looked_at(
 def test_a_file_and_a_folder_are_no_ports(tmp_path):
     (tmp_path / "file").touch()
     for path in (tmp_path / "file", tmp_path):
-        check = port_check(path)
-        assert (check.verdict, check.found) == (Verdict.PROBLEM, f"{path} is no device")
+        check = port_check(path, Path("/sys"))
+        assert (check.verdict, check.found) == (Verdict.PROBLEM, f"{path} is no serial device")
+
+
+@pytest.mark.skipif(not Path("/sys/dev/char").is_dir(), reason="this system does not tell of its devices")
+def test_a_device_that_is_no_terminal_is_no_port(terminal):
+    check = port_check(Path("/dev/null"), Path("/sys"))
+    assert (check.verdict, check.found) == (Verdict.PROBLEM, "/dev/null is no serial device")
+    assert port_check(Path(terminal), Path("/sys")).verdict is Verdict.OK
 
 
 @pytest.mark.skipif(os.geteuid() != 0, reason="only root may become another user")
@@ -83,11 +90,11 @@ def test_a_port_of_others_says_how_to_be_let_at_it(terminal, mode, advice):
         pytest.skip("this system has no group dialout")
     os.chown(terminal, 0, number)
     os.chmod(terminal, mode)
-    said = as_user(NOBODY, lambda: port_check(Path(terminal)).line(12))
+    said = as_user(NOBODY, lambda: port_check(Path(terminal), Path("/sys")).line(12))
     assert said.startswith("problem")
     assert "may not be used by you: it is of root and group dialout" in said
     assert advice in said
-    assert as_user(0, lambda: port_check(Path(terminal)).verdict) == "ok"
+    assert as_user(0, lambda: port_check(Path(terminal), Path("/sys")).verdict) == "ok"
 
 
 @pytest.mark.parametrize(("text", "verdict"), [("16\n", "warning"), ("1\n", "ok"), ("4\n", "ok"), ("?", "warning")])

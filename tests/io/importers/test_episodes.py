@@ -171,7 +171,7 @@ def test_repeated_rows_backward_time_and_nan_are_handled_and_said(brought):
     imported = brought(rows)
     assert [len(episode) for episode in imported.episodes] == [len(ROWS) - 1] * 2
     said = " ".join(imported.notes)
-    assert "1 rows with an empty field, NaN or infinity are left out, the first in line 22" in said
+    assert "1 rows with an empty field, NaN, infinity or more than 1e+30 are left out, the first in line 22" in said
     assert "1 rows that repeat the one before" in said
     assert f"time runs backwards before line {len(ROWS) + 3}" in said
     pair = list(duplicated(imported.episodes, ["a", "b"]))

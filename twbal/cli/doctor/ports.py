@@ -28,15 +28,16 @@ def port_checks(port: str | None, sysfs: Path) -> list[Check]:
         ]
     if "://" in port:
         return [Check("serial port", Verdict.SKIPPED, f"{port} is on the network", "", "Try it by `twbal check-link`.")]
-    check = port_check(Path(port))
+    check = port_check(Path(port), sysfs)
     return [check] if check.verdict is Verdict.PROBLEM else [check, latency_check(Path(port), sysfs)]
 
 
-def port_check(port: Path) -> Check:
-    """Whether the port is there, and may be read and written.
+def port_check(port: Path, sysfs: Path) -> Check:
+    """Whether the port is there, is one, and may be read and written.
 
     Args:
         port: path of the device, or a link to it.
+        sysfs: see `port_checks`.
     """
     name = "serial port"
     try:
@@ -45,9 +46,9 @@ def port_check(port: Path) -> Check:
         there = ", ".join(serial_ports()) or "none"
         advice = f"Plug the robot in, or choose another link.port; ports that are there: {there}."
         return Check(name, Verdict.PROBLEM, f"{port}: {error.strerror}", "a serial port", advice)
-    if not stat.S_ISCHR(found.st_mode):
+    if not stat.S_ISCHR(found.st_mode) or _is_of_another_kind(found.st_rdev, sysfs):
         advice = "Choose another link.port, such as /dev/ttyUSB0."
-        return Check(name, Verdict.PROBLEM, f"{port} is no device", "a serial port", advice)
+        return Check(name, Verdict.PROBLEM, f"{port} is no serial device", "a serial port", advice)
     if not os.access(port, os.R_OK | os.W_OK, effective_ids=True):
         who = f"{_owner(found.st_uid)} and group {_group(found.st_gid)}, {stat.filemode(found.st_mode)}"
         return Check(name, Verdict.PROBLEM, f"{port} may not be used by you: it is of {who}", "", _permit(found))
@@ -76,6 +77,12 @@ def latency_check(port: Path, sysfs: Path) -> Check:
         "opens the port."
     )
     return Check(name, Verdict.WARNING, f"the adapter holds bytes for up to {milliseconds} ms", "1 ms", advice)
+
+
+def _is_of_another_kind(device: int, sysfs: Path) -> bool:
+    """Whether the kernel says that a device is no terminal; pseudo-terminals it does not list."""
+    listed = sysfs / "dev" / "char" / f"{os.major(device)}:{os.minor(device)}"
+    return listed.exists() and (listed / "subsystem").resolve().name != "tty"
 
 
 def _permit(found: os.stat_result) -> str:

@@ -18,7 +18,7 @@ from twbal.cli.kept_episodes import INTERRUPTED, keep, keep_interrupted
 from twbal.cli.link_gate import HEED, SAME_ROBOT, heed_last_check, heeds
 from twbal.cli.manifest import Manifest, Step, perform
 from twbal.cli.policy_on_board import FOLDER, prepared_link
-from twbal.cli.robot_link import check_robot, check_sensors, check_torque, in_time, robot_link, why_not_turned
+from twbal.cli.robot_link import check_torque, in_time, robot_link, why_not_turned
 from twbal.cli.signals import on_hang_up, stopped_once
 from twbal.cli.typed_config import recorded, typed
 from twbal.core.channels import Channels
@@ -32,6 +32,7 @@ from twbal.io.logs import read_episode
 from twbal.link.frozen_sensors import FrozenSensors
 from twbal.link.protocol import Clock
 from twbal.link.serial_plant import SerialPlant
+from twbal.link.sheet_check import check_robot, check_sensors
 from twbal.policies.policy import Policy
 from twbal.steering.gamepad import gamepad
 from twbal.steering.joystick import Layout
@@ -224,10 +225,12 @@ def _record(
             feed_forward=FeedForward.of_robot(driven.robot),
             yields=yields_to_pushes(settings.yield_to_pushes, driven.robot),
         )
+    why = episode.events[-1].text if episode.events else ""
     told = (*episode.events, *plant.events, *course.events, *_drives_on(episode, driven))
     episode = replace(episode, events=tuple(sorted(told)))
-    if episode.outcome in INTERRUPTED and not course.steering.stopped:
-        keep_interrupted(episode, out / "interrupted", why=_last_words(episode))
+    by_key = course.steering.stopped and episode.outcome is Outcome.STOPPED
+    if episode.outcome in INTERRUPTED and not by_key:
+        keep_interrupted(episode, out / "interrupted", why)
     keep(log, episode)
     return log
 
@@ -265,7 +268,3 @@ def _course(
             view.show(sampler.sample(moment.seen, moment.reference, moment.heading, moment.command, asked))
 
     return SteeredCourse(driven.limits, source, settings.seconds, wait, show)
-
-
-def _last_words(episode: Episode) -> str:
-    return episode.events[-1].text if episode.events else ""

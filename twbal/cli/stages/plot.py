@@ -171,8 +171,8 @@ def _film(
     robot: RobotParameters, names: Sequence[str], tracks: Sequence[tuple[Array, Array]], settings: Settings, path: Path
 ) -> None:
     """A robot whose track has ended stays as it lies."""
-    end = min(max(float(time[-1]) for time, _ in tracks), settings.seconds)
-    times = np.arange(0.0, end, 1.0 / settings.frame_rate)
+    end, each = min(max(float(time[-1]) for time, _ in tracks), settings.seconds), 1.0 / settings.frame_rate
+    times = np.arange(0.0, max(end, each), each)
     cast = [
         Role(poses[np.minimum(np.searchsorted(time, times), len(time) - 1)], colour.parts)
         for (time, poses), colour in zip(tracks, _COLOURS, strict=False)
@@ -183,4 +183,4 @@ def _film(
         if len(drawn) % _FRAMES_A_LINE == 0 or len(drawn) == len(times):
             print(f"  {len(drawn)} of {len(times)} frames of the film are drawn", flush=True)
     who = ", ".join(f"{name} ({colour})" for name, colour in zip(names, ("orange", "blue", "green"), strict=False))
-    write_film(path, drawn, 1.0 / settings.frame_rate, [f"{time:4.1f} s   {who}" for time in times])
+    write_film(path, drawn, each, [f"{time:4.1f} s   {who}" for time in times])

@@ -21,8 +21,6 @@ from twbal.cli.link_gate import HEED, SAME_ROBOT, heed_last_check, heeds
 from twbal.cli.manifest import Manifest, Step, perform, read_manifest
 from twbal.cli.policy_on_board import FOLDER, prepared_link
 from twbal.cli.robot_link import (
-    check_robot,
-    check_sensors,
     check_torque,
     commanded_from_here,
     in_time,
@@ -56,6 +54,7 @@ from twbal.io.logs import read_episode
 from twbal.link.frozen_sensors import FrozenSensors
 from twbal.link.ranges import MAX_TRIAL
 from twbal.link.serial_plant import SerialPlant
+from twbal.link.sheet_check import check_robot, check_sensors
 from twbal.policies.excitation import Excitation
 from twbal.policies.policy import Policy
 from twbal.policies.random import RandomPolicy

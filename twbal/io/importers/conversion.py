@@ -27,6 +27,7 @@ from twbal.io.importers.text_files import read_text
 
 _LOOKED_AT = 20_000  # samples that are checked
 _PERIODS = 0.0005, 1.0  # s; control periods that a robot can have
+_LARGEST = 1e30  # of a number in a log, whose square is one, too
 _SAME_PERIOD = 0.02  # share of a period within which two periods are the same
 
 
@@ -167,15 +168,15 @@ def _of_one_wheel(mapping: LogMapping) -> Iterator[Doubt]:
 
 
 def _without_nan(path: Path, columns: Columns) -> tuple[Columns, list[str]]:
-    """The columns without rows that have an empty field or no finite number."""
-    good = np.isfinite(columns.values).all(axis=1)
+    """The columns without rows that have an empty field, no finite number, or one so large that its square is none."""
+    good = (np.abs(columns.values) <= _LARGEST).all(axis=1)  # not so of a NaN
     if good.all():
         return columns, []
     if not good.any():
         empty = int(np.argmin(np.isfinite(columns.values).any(axis=0)))
         raise LogError(f"{path} has no row with all numbers: the mapping's column {empty + 1} is empty throughout.")
     first = columns.lines[np.argmin(good)]
-    what = f"{int((~good).sum())} rows with an empty field, NaN or infinity are left out"
+    what = f"{int((~good).sum())} rows with an empty field, NaN, infinity or more than {_LARGEST:g} are left out"
     kept = columns._replace(values=columns.values[good], lines=columns.lines[good])
     return kept, [f"{what}, the first in {columns.row} {first}"]
 

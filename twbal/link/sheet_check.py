@@ -1,0 +1,41 @@
+"""Whether the robot on a link is that of a data sheet, before it is armed."""
+
+from twbal.core.channels import Channels
+from twbal.core.errors import ConfigError
+from twbal.core.plant import Plant
+from twbal.core.robot_parameters import RobotParameters
+from twbal.link.protocol import Sensors
+from twbal.link.serial_plant import SerialPlant
+
+
+def is_beyond(torque: float, limit: float) -> bool:
+    """Whether a sheet's torque limit is more than a robot's, by more than single precision rounds [N·m]."""
+    return not limit >= torque * (1 - 1e-6)
+
+
+def check_robot(plant: Plant, robot: RobotParameters) -> None:
+    """Raise ConfigError where a robot is not that of the sheet; only one on a link tells its name and its limit."""
+    if not abs(plant.control_period - robot.control_period) <= 1e-6:
+        which = f"robot {plant.robot_name!r} on the link" if isinstance(plant, SerialPlant) else "robot"
+        raise ConfigError(
+            f"The {which} has a control period of {plant.control_period} s; the data sheet {robot.name!r} says "
+            f"{robot.control_period} s. Is it the right one (robot=...)?"
+        )
+    if isinstance(plant, SerialPlant) and is_beyond(robot.torque_limit, plant.torque_limit):
+        raise ConfigError(
+            f"The robot {plant.robot_name!r} on the link takes at most {plant.torque_limit:g} N·m; the data sheet "
+            f"{robot.name!r} says {robot.torque_limit:g} N·m. Commands beyond would be recorded but not act. Is it the "
+            f"right one (robot=...)? Or set robot.torque_limit={plant.torque_limit:g} throughout."
+        )
+
+
+def check_sensors(plant: Plant, channels: Channels) -> None:
+    """Raise ConfigError where a robot on a link does not measure what the state needs."""
+    if not isinstance(plant, SerialPlant):
+        return
+    for name in ("acceleration", "yaw_rate"):
+        if name in channels.names and Sensors[name.upper()] not in plant.sensors:
+            raise ConfigError(
+                f"The robot {plant.robot_name!r} on the link does not measure its {name.replace('_', ' ')}, which is a "
+                "channel of the state. Choose a state without it, such as state=default."
+            )
