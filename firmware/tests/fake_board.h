@@ -10,14 +10,18 @@ struct FakeBoard {
     twbal::Sensed seen;
     twbal::WheelCommands applied = {0.0f, 0.0f}; // in the last period
     bool arms = true;
+    float elapsed = 0.0f; // [s] before the last look
+    int looks = 0;
     uint8_t sent[65536];
     size_t size = 0;
 
     FakeBoard() { seen.tilt = seen.tilt_rate = seen.wheel_angle = seen.wheel_rate = 0.0f; }
     bool arm(uint32_t) { return arms; }
-    twbal::Sensed sense(twbal::WheelCommands given, uint8_t)
+    twbal::Sensed sense(twbal::WheelCommands given, uint8_t, float since)
     {
         applied = given;
+        elapsed = since;
+        ++looks;
         return seen;
     }
     bool pose(twbal_pose_report&) const { return false; }

@@ -165,10 +165,10 @@ static void body()
     for (int k = 0; k < 100; ++k) {
         wheels.sample(0.002f, false);
     }
-    check(wheels.arm(0) && near(wheels.sense(none, 0).tilt, 0.2f, 0.001f), "tilt at arming");
+    check(wheels.arm(0) && near(wheels.sense(none, 0, 0.0f).tilt, 0.2f, 0.001f), "tilt at arming");
     bench.left = 66;
     bench.right = -132; // counts backward, and rolls forward
-    const twbal::Sensed seen = wheels.sense(none, 0);
+    const twbal::Sensed seen = wheels.sense(none, 0, 0.01f);
     const float turn = 6.2831853f;
     check(near(seen.wheel_angle, 0.15f * turn, 1e-4f) && near(seen.wheel_difference, 0.1f * turn, 1e-4f), "wheels");
     check(near(seen.wheel_rate, 15.0f * turn, 1e-2f) && seen.battery == 12.0f && isnan(seen.acceleration), "the rest");
@@ -186,15 +186,15 @@ static void body()
     for (int k = 0; k < 300; ++k) {
         wheels.sample(0.002f, true);
     }
-    check(isnan(wheels.sense(none, 0).tilt) && !wheels.arm(0), "an IMU that does not answer has no tilt");
+    check(isnan(wheels.sense(none, 0, 0.01f).tilt) && !wheels.arm(0), "an IMU that does not answer has no tilt");
     bench.answers = true;
     wheels.sample(0.002f, true);
-    check(!isnan(wheels.sense(none, 0).tilt), "and has one again");
+    check(!isnan(wheels.sense(none, 0, 0.01f).tilt), "and has one again");
     for (int k = 0; k < 20; ++k) {
         bench.imu.yaw_rate -= 1e-6f;
         wheels.sample(0.002f, true);
     }
-    check(isnan(wheels.sense(none, 0).tilt), "an IMU that repeats itself is frozen");
+    check(isnan(wheels.sense(none, 0, 0.01f).tilt), "an IMU that repeats itself is frozen");
 }
 
 template <class Message>
@@ -242,6 +242,53 @@ static void part_of_a_period()
     check(robot.since_tick_us(armed + 20007u) == 7u, "and of the next");
 }
 
+// A loop that is late looks late: rates are over the time that passed, and the next look comes after less of it.
+static void late_looks()
+{
+    const twbal::Identity me = fake_identity(TWBAL_CLOCK_REAL_TIME);
+    FakeBoard board;
+    FakePolicy policy;
+    FakeRobot robot(me, board, policy);
+    const uint32_t armed = 0xFFFFF000u; // the clock overflows within the first period
+    tell(robot, twbal_hello{TWBAL_TYPE_HELLO, 1, 2}, armed);
+    tell(robot, twbal_arm{TWBAL_TYPE_ARM, 2, 0, TWBAL_DRIVE_ON_BOARD}, armed);
+    check(board.elapsed == 0.0f, "no time has passed at arming");
+    const uint32_t looks[] = {20000u, 65000u, 80000u};
+    const float elapsed[] = {0.02f, 0.045f, 0.015f};
+    for (int k = 0; k < 3; ++k) {
+        robot.skip_missed(armed + looks[k]);
+        robot.run(armed + looks[k]);
+        check(board.looks == k + 2 && near(board.elapsed, elapsed[k], 1e-6f), "time since the look before");
+    }
+}
+
+// An Arm that cannot be followed leaves a robot that has stopped itself as it is, in state, clock and telemetry.
+static void refused_arming()
+{
+    const twbal::Identity me = fake_identity(TWBAL_CLOCK_REAL_TIME);
+    FakeBoard board;
+    FakePolicy policy;
+    FakeRobot robot(me, board, policy);
+    const uint32_t armed = 3000000000u;
+    tell(robot, twbal_hello{TWBAL_TYPE_HELLO, 1, 2}, armed);
+    tell(robot, twbal_arm{TWBAL_TYPE_ARM, 2, 0, TWBAL_DRIVE_TORQUE}, armed);
+    board.seen.tilt = NAN;
+    board.arms = false;
+    robot.run(armed + 20000u);
+    check(robot.state() == twbal::State::TRIPPED, "a sensor that died stops it");
+    tell(robot, twbal_arm{TWBAL_TYPE_ARM, 3, 1, TWBAL_DRIVE_TORQUE}, armed + 30000u);
+    check(robot.state() == twbal::State::TRIPPED, "and stays");
+    const int looks = board.looks;
+    robot.run(armed + 40000u);
+    check(board.looks == looks + 1, "one telemetry a period, as before");
+    board.seen.tilt = 0.0f;
+    board.arms = true;
+    tell(robot, twbal_arm{TWBAL_TYPE_ARM, 4, 1, TWBAL_DRIVE_TORQUE}, armed + 50000u);
+    board.arms = false;
+    tell(robot, twbal_arm{TWBAL_TYPE_ARM, 5, 2, TWBAL_DRIVE_TORQUE}, armed + 55000u);
+    check(robot.state() == twbal::State::ARMED, "an armed one stays armed");
+}
+
 static void on_board()
 {
     const twbal::Identity me = fake_identity(TWBAL_CLOCK_REAL_TIME);
@@ -279,6 +326,8 @@ int main()
     body();
     watchdog();
     part_of_a_period();
+    late_looks();
+    refused_arming();
     on_board();
     printf(failed ? "%d checks failed\n" : "units: all checks hold\n", failed);
     return failed != 0;

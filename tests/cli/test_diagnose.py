@@ -13,6 +13,7 @@ from omegaconf import OmegaConf
 
 from twbal.algorithm.rollout import rollout
 from twbal.cli.composition import composing
+from twbal.cli.console import gently
 from twbal.cli.main import main
 from twbal.cli.stages.diagnose import suggested_next
 from twbal.core.episode import Outcome, Provenance
@@ -228,6 +229,11 @@ def test_a_robot_of_another_engine_is_explained_for_the_most_part_and_nothing_is
     assert {"actuation_delay", "com_offset", "tilt_filter"} <= likely
     assert "periodic_disturbance" not in likely  # it has none, and an episode is as long as one period would be
     assert record["gap"]["closed"] > 0.7
+
+
+@pytest.mark.parametrize(("width", "expected"), [(None, 0.1), (0.2, 0.1), (0.1, 0.05), (0.04, 0.02)])
+def test_the_next_regulator_is_gentler_than_the_one_under_which_it_fell(width, expected):
+    assert gently(width) == {"experiment": "excite", "policy.command_width": expected}
 
 
 def test_where_no_experiment_is_safe_none_is_the_next_command(tmp_path, monkeypatch):

@@ -219,6 +219,24 @@ def test_files_of_one_name_are_told_apart_by_their_folders(run, tmp_path):
     assert made == {"monday_ride.mcap", "friday_ride.mcap"}
 
 
+def test_a_part_of_one_file_and_another_file_of_its_name_are_both_kept(run, tmp_path):
+    rows = columns()
+    (tmp_path / "ride.csv").write_text(text(np.delete(rows, np.arange(150, 200), axis=0)))
+    (tmp_path / "ride_1.csv").write_text(text(rows + np.where(np.array(NAMES) == "tilt", 1e-3, 0.0)))
+    files = f"files=[{tmp_path / 'ride.csv'},{tmp_path / 'ride_1.csv'}]"
+    code, _, _ = run("import-log", files, ROBOT)
+    assert code == 0
+    found = sorted(path.name for path in (tmp_path / "out" / "episodes").glob("*.mcap"))
+    assert found == ["ride_0.mcap", "ride_1.mcap", "ride_1_2.mcap"]
+    assert len(read_episode(tmp_path / "out" / "episodes" / "ride_1_2.mcap")) == len(rows) - 1
+    logs = ",".join(str(tmp_path / folder / "ride.mcap") for folder in ("a", "b"))
+    for folder, name in (("a", "ride"), ("b", "ride"), ("c", "ride_0")):
+        (tmp_path / folder).mkdir()
+        shutil.copy(tmp_path / "out" / "episodes" / "ride_0.mcap", tmp_path / folder / f"{name}.mcap")
+    code, _, _ = run("export", f"episodes=[{logs},{tmp_path / 'c' / 'ride_0.mcap'}]", out="tables")
+    assert code == 0 and len(list((tmp_path / "tables").glob("*.csv"))) == 3
+
+
 def test_what_an_earlier_call_imported_is_said(run, log, tmp_path):
     code, first, _ = run("import-log", f"files={log}", ROBOT, out="first")
     assert code == 0

@@ -98,6 +98,28 @@ def test_an_effect_of_the_wrong_form_is_not_of_one_size(paper, candidate, is_ste
         assert all(each.share < 0 for each in found if each.axis == "speed")  # less for each rad/s, where they are many
 
 
+def test_a_negative_size_is_larger_where_it_is_further_from_none(paper):
+    halves = [
+        synthetic_recording(paper, {"com_offset": {"angle": angle}}, seed=41 + k, periods=400)
+        for k, angle in enumerate((-0.01, -0.03))
+    ]
+    first, second = halves
+    measured = np.concatenate([first.measured, second.measured[1:]])
+    joined = replace(
+        first,
+        commands=np.concatenate([first.commands, second.commands]),
+        measured=measured,
+        yaw_rate=np.zeros(len(measured)),
+        usable=np.ones(len(measured), bool),
+    )
+    data = Data([joined], 10)
+    always = always_free(settings("default").tolerances, twin_parameters(paper, {}), 1)
+    (chosen,) = [c for c in candidates_for(paper) if c.name == "com_offset"]
+    fitted = fit_hypothesis(data, Model(twin_parameters(paper, {}), 0.0, NOISE), always, [chosen], 6)
+    shares = [each.share for each in inconstant_effects(data, fitted, 0.3) if each.axis == "time"]
+    assert shares and shares[0] > 0.5
+
+
 @pytest.mark.slow
 def test_many_effects_at_once_are_found_with_their_values(paper):
     hidden = {

@@ -61,6 +61,32 @@ def test_what_does_as_well_in_the_place_of_an_effect_is_found():
     assert select.substitutes(CHOSEN.candidates[0], CHOSEN, [near], SETTINGS) == []
 
 
+def test_what_does_far_better_or_swallows_the_commands_does_not_as_well():
+    others = [
+        hypothesis(720.0, "backlash", "actuation_delay"),
+        hypothesis(499.0, "backlash", "torque_saturation", overriding=("torque_saturation",)),
+    ]
+    tried = Round(hypothesis(400.0, "backlash"), [], others)
+    assert select.substitutes(CHOSEN.candidates[1], CHOSEN, [tried], SETTINGS) == []
+
+
+def test_a_set_whose_values_were_settled_is_compared_by_the_errors_that_it_left_before():
+    near = beside(actuation_delay=300.0)
+    louder = CHOSEN._replace(autocorrelations=np.full(4, 60.0 * COLOUR))
+    assert select.substitutes(CHOSEN.candidates[1], louder, [near], SETTINGS) == ["actuation_delay"]
+    settled = louder._replace(temperature=60.0, unsettled=COLOUR)
+    assert select.substitutes(CHOSEN.candidates[1], settled, [near], SETTINGS) == []
+
+
+def test_a_set_that_swallows_the_commands_has_no_probability_beside_one_that_does_not():
+    swallows = hypothesis(900.0, "torque_saturation", overriding=("torque_saturation",))
+    tried = [Round(BASE, [], [CHOSEN, swallows])]
+    beside_another = probabilities(select.Selection(BASE, tuple(tried), CHOSEN), SETTINGS)
+    assert beside_another[("torque_saturation",)] == 0.0 and beside_another[CHOSEN.names] > 0.99
+    alone = probabilities(select.Selection(BASE, tuple(tried), swallows), SETTINGS)
+    assert alone[("torque_saturation",)] > 0.99
+
+
 @pytest.mark.parametrize(
     ("rivals", "left"),
     [

@@ -244,7 +244,7 @@ def test_the_page_gives_units_and_keeps_the_share_of_the_refit_apart(tmp_path):
 @pytest.mark.parametrize(
     ("region", "said"),
     [
-        (("speed", 0.5, 1.0), "for speed 0.5 to 1.0 m/s (3.2 times the noise)"),
+        (("speed", 0.5, 1.0), "for speed 0.5 to 1.0 m/s (3.2 times the error that the fit expects)"),
         (("tilt", 0.00123, 0.0345), "for tilt 0.1 to 2.0° (3.2"),
         (("tilt", -1e-7, 2e-6), "for tilt 0.00 to 0.00° (3.2"),
         (("command", -0.0163, -0.0065), "for command -0.016 to -0.006 N·m (3.2"),

@@ -42,9 +42,12 @@ def diagnose(
     True
     """
     simulation, settings, data = diagnosis_of(composed_diagnosis(words_for(robot, overrides)))
-    measured, tests = (Named(these, _names(these)) for these in (episodes, test_episodes))
+    measured, tests = (
+        Named(episodes, _names("episode", episodes)),
+        Named(test_episodes, _names("test episode", test_episodes)),
+    )
     return diagnose_episodes(measured, tests, simulation, settings, data, progress)
 
 
-def _names(episodes: Sequence[Episode]) -> list[str]:
-    return [f"episode {number}" for number in range(len(episodes))]
+def _names(what: str, episodes: Sequence[Episode]) -> list[str]:
+    return [f"{what} {number}" for number in range(len(episodes))]

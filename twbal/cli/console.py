@@ -19,9 +19,21 @@ from twbal.cli.manifest import Manifest
 
 LISTED = 3  # files of one folder that are named one by one
 BETWEEN_LINES = 5.0  # of progress [s]
-GENTLY = {"experiment": "excite", "policy.command_width": 0.1}
-"""Settings of `real-rollout` that record a robot which falls otherwise."""
+_GENTLE = 0.1  # command that costs as much as a width of the state, as a share of the torque limit
 Item = TypeVar("Item")
+
+
+def gently(recorded_by: object = None) -> dict[str, str | float]:
+    """Settings of `real-rollout` that record a robot which falls otherwise.
+
+    Args:
+        recorded_by: `policy.command_width` of the regulator under which it fell, which is then halved if it is as small
+            already; anything else: it is not known.
+    """
+    width = _GENTLE
+    if isinstance(recorded_by, float) and 0.0 < recorded_by <= _GENTLE:
+        width = 0.5 * recorded_by
+    return {"experiment": "excite", "policy.command_width": width}
 
 
 def run_folder() -> Path:

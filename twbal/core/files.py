@@ -8,9 +8,10 @@ import os
 import secrets
 import stat
 import sys
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from contextlib import contextmanager, suppress
 from io import BufferedReader
+from itertools import count
 from pathlib import Path
 from typing import Any, BinaryIO
 
@@ -157,3 +158,8 @@ def _sync_folder(folder: Path) -> None:
         os.fsync(handle)
     finally:
         os.close(handle)
+
+
+def unused(name: str, used: Collection[str]) -> str:
+    """The name of a file; with a number behind it, from 2 on, where another is called so."""
+    return name if name not in used else next(other for k in count(2) if (other := f"{name}_{k}") not in used)

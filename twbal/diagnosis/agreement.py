@@ -27,7 +27,7 @@ from twbal.diagnosis.follow_up import Disagreement
 from twbal.diagnosis.hypothesis import FittedHypothesis
 from twbal.diagnosis.model_comparison import ModelComparison
 from twbal.sysid.fit import Fit, slopes
-from twbal.sysid.intervals import curvature
+from twbal.sysid.intervals import curvature, prior_slopes
 from twbal.sysid.model import Data, Field, Model, TiltOffset
 from twbal.sysid.recording import Recording
 
@@ -241,11 +241,9 @@ def _pooled(data: Data, fit: Fit) -> Pooled:
         frees, model = (*frees, *more), model._replace(offsets=(*model.offsets, *(0.0 for _ in more)))
     white = data.white(model, fit.kalman)
     J = slopes(data, model, fit.kalman, frees, white)
-    means, sds = np.array([free.mean for free in frees]), np.array([free.sd for free in frees])
-    values = np.array([model.value(free.field) for free in frees])
     ends = np.cumsum([0, *(len(recording) for recording in data.recordings)])
     blocks = [_blocks(begin, end, data.period) for begin, end in pairwise(ends.tolist())]
-    return Pooled(model, J, white, curvature(frees, J[:0]), (values - means) / sds**2, blocks)
+    return Pooled(model, J, white, curvature(frees, J[:0]), prior_slopes(frees, model), blocks)
 
 
 def _blocks(begin: int, end: int, period: float) -> list[slice]:

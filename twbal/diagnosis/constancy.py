@@ -13,7 +13,7 @@ import numpy as np
 from twbal.core.gaussian import Array
 from twbal.diagnosis.hypothesis import FittedHypothesis
 from twbal.sysid.fit import slopes_of
-from twbal.sysid.intervals import curvature
+from twbal.sysid.intervals import curvature, prior_slopes
 from twbal.sysid.model import Data
 
 _SURE = 5.0  # standard errors of the difference, below which it may be chance
@@ -25,7 +25,7 @@ class Inconstancy(NamedTuple):
     Attributes:
         effect: its name.
         axis: what parts the halves: `speed` of the wheels, `time` since the start, or size of the `command`.
-        share: by which it would be larger in the upper half than in the lower, of its size.
+        share: by which it would be larger in the upper half than in the lower, of its size, whatever its sign.
         sigmas: that difference in standard errors.
     """
 
@@ -43,7 +43,7 @@ def inconstant_effects(data: Data, hypothesis: FittedHypothesis, most: float) ->
     if not hypothesis.effects:
         return ()
     model, frees, white = hypothesis.fit.model, hypothesis.fit.frees, hypothesis.fit.white
-    J = slopes_of(data, hypothesis.fit)
+    J, pull = slopes_of(data, hypothesis.fit), prior_slopes(frees, model)
     fields = [free.field for free in frees]
     axes = _axes(data, [prediction.states for prediction in data.predictions(model, hypothesis.fit.kalman)])
     found = []
@@ -59,11 +59,12 @@ def inconstant_effects(data: Data, hypothesis: FittedHypothesis, most: float) ->
             H = np.zeros((len(frees) + 1,) * 2)
             H[:-1, :-1] = curvature(frees, J) - J.T @ J
             H += A.T @ A
-            covariance = np.linalg.pinv(H)
-            difference = float(-(covariance @ (A.T @ white))[-1])
+            covariance, gradient = np.linalg.pinv(H), A.T @ white
+            gradient[:-1] += pull
+            difference = float(-(covariance @ gradient)[-1])
             error = float(np.sqrt(covariance[-1, -1]))
             if abs(difference) > most * abs(value) and abs(difference) > _SURE * error > 0.0:
-                found.append(Inconstancy(candidate.name, axis, difference / abs(value), difference / error))
+                found.append(Inconstancy(candidate.name, axis, difference / value, difference / error))
     return tuple(sorted(found, key=lambda inconstant: -abs(inconstant.share)))
 
 

@@ -125,7 +125,7 @@ def _sandwich(fitted: Fitted, weights: Weights, dispersion: float) -> Array:
 def held_out_share(
     fitted: Fitted, before: Model, kept_back: Data, offsets: tuple[float, ...] | Sequence[Free], dispersion: float
 ) -> float:
-    """Share of the mean square error of predictions over 0.15 s on held-out data that goes with a function.
+    """Share of the mean square error of predictions over about 0.15 s on held-out data that goes with it.
 
     Of the tilt, or of the wheel angle where no tilt was measured; where the variable stays within the range of the data
     that the function was fitted to. Predictions are those of a filter, carried on by the linear twin; both with the

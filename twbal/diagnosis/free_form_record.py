@@ -14,7 +14,7 @@ class FreeForm(NamedTuple):
         variable_unit: its unit.
         gain: in log evidence over the best set of effects, over the autocorrelation that is left [nats].
         p_value: probability of such a gain in any candidate if there is no such function.
-        share: of the mean square error of predictions over 0.15 s on held-out data that goes with it.
+        share: of the mean square error of predictions over about 0.15 s on held-out data that goes with it.
         in_place_of: effects of the best set that it takes the place of, sorted.
         alike: other functions that do about as well, as "force at the axle over the speed".
         shape: what can be measured of its form, in words.
@@ -46,7 +46,8 @@ class FreeForm(NamedTuple):
         alike = f" ({', or '.join(self.alike)}, does about as well)" if self.alike else ""
         return (
             f"What remains goes with one variable: an added {self.quantity} that depends on the {self.variable}{place}"
-            f" takes away {self.share:.0%} of the mean square error of predictions over 0.15 s on held-out data{alike}."
+            f" takes away {self.share:.0%} of the mean square error of predictions over about 0.15 s on held-out"
+            f" data{alike}."
             f" It lies between {min(self.mean):.2g} and {max(self.mean):.2g} {self.unit} for a {self.variable} from"
             f" {self.grid[0]:.2g} to {self.grid[-1]:.2g} {self.variable_unit}. The figure has the curve, whose form may"
             f" tell what it is: {self.shape}."

@@ -41,6 +41,7 @@ class FittedHypothesis(NamedTuple):
         price: of its parameters, in -2 log likelihood.
         overriding: names of effects that swallow nearly all the commands' variation (`actuation.equivalent_gain`).
         temperature: by which the log likelihood was divided for its values (`tempered.settled`).
+        unsettled: autocorrelation that it left before; None where its values are those of the likelihood as it is.
     """
 
     candidates: tuple[Candidate, ...]
@@ -49,6 +50,7 @@ class FittedHypothesis(NamedTuple):
     bic_penalty: float
     overriding: tuple[str, ...] = ()
     temperature: float = 1.0
+    unsettled: float | None = None
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -69,6 +71,11 @@ class FittedHypothesis(NamedTuple):
     def autocorrelation(self) -> float:
         """Residual autocorrelation of the channels together; at least 1."""
         return max(float(np.mean(self.autocorrelations)), 1.0)
+
+    @property
+    def compared_by(self) -> float:
+        """Autocorrelation by which its gain was compared with those of other sets."""
+        return self.autocorrelation if self.unsettled is None else self.unsettled
 
     @property
     def size(self) -> float:

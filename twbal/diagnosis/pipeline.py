@@ -232,7 +232,9 @@ def _split(measured: Named, tests: Named, robot: RobotParameters, usability: Usa
     kept_back = read_recordings(
         tests.episodes, tests.names, robot, replace(usability, min_samples=usability.min_length)
     )
-    return Split(recordings, kept_back, tuple(recording.name for recording in kept_back), are_ends=False)
+    sensed = np.all([recording.sensed for recording in (*recordings, *kept_back)], axis=0)
+    fitted, tested = (tuple(replace(r, sensed=sensed) for r in these) for these in (recordings, kept_back))
+    return Split(fitted, tested, tuple(recording.name for recording in kept_back), are_ends=False)
 
 
 def _diagnosis(

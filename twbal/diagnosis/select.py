@@ -327,13 +327,14 @@ def without_unspecific(problem: Problem, chosen: FittedHypothesis, rounds: Seque
 def substitutes(
     candidate: Candidate, chosen: FittedHypothesis, rounds: Sequence[Round], settings: Settings
 ) -> list[str]:
-    """Effects that explain the data nearly as well in the place of one of a set."""
+    """Effects that explain the data as well in the place of one of a set, but for the margin; none that override."""
     found: list[str] = []
     rest = {name for name in chosen.names if name != candidate.name}
     for w in (w for step in rounds for w in step.hypotheses):
         others = set(w.names) - rest
         swapped = len(w.names) == len(chosen.names) and len(others) == 1 and candidate.name not in others
-        if swapped and (w.bic - chosen.bic) / chosen.autocorrelation < settings.lines.margin:
+        alike = abs(w.bic - chosen.bic) / chosen.compared_by < settings.lines.margin
+        if swapped and alike and not w.overriding:
             found.extend(others)
     return found
 

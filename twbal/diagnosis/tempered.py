@@ -99,4 +99,4 @@ def settled(problem: Problem, chosen: FittedHypothesis) -> FittedHypothesis:
         if not (isfinite(fitted.bic) and isfinite(fitted.autocorrelation)):  # predictions diverge
             return chosen
         found = fitted._replace(temperature=temperature)
-    return found._replace(fit=found.fit._replace(cost=chosen.fit.cost))
+    return found._replace(fit=found.fit._replace(cost=chosen.fit.cost), unsettled=chosen.autocorrelation)

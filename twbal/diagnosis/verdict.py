@@ -129,12 +129,14 @@ def probabilities(selection: Selection, settings: Settings) -> Mapping[tuple[str
     The prior odds of its effects, each of which is missing with the same probability, times the likelihood ratio by the
     Bayesian information criterion. That is tempered by the autocorrelation that the best set leaves, as autocorrelated
     errors gain by chance, and by a factor for all else that a robot's form differs in. Long data are sure of that
-    difference, too; so the factor is no less than a share of what the best set gains.
+    difference, too; so the factor is no less than a share of what the best set gains. A set that swallows the commands
+    explains anything; it has no probability beside a chosen one that does not.
     """
     sets = selection.sets
     temperature = temperature_of(selection, settings)
     odds = np.log(settings.prior / (1.0 - settings.prior)) * np.array([len(w.candidates) for w in sets])
     scores = odds - np.array([w.bic for w in sets]) / (2.0 * temperature)
+    scores[[not _is_weighed(w, selection.chosen) for w in sets]] = -np.inf
     weights = np.exp(scores - scores.max())
     weights /= weights.sum()
     return {w.names: p for w, p in zip(sets, weights.tolist(), strict=True)}
@@ -142,5 +144,9 @@ def probabilities(selection: Selection, settings: Settings) -> Mapping[tuple[str
 
 def temperature_of(selection: Selection, settings: Settings) -> float:
     """By which log likelihood ratios of sets are divided; see `probabilities`."""
-    gain = selection.base.bic - min(w.bic for w in selection.sets)
+    gain = selection.base.bic - min(w.bic for w in selection.sets if _is_weighed(w, selection.chosen))
     return max(settings.temperature * selection.chosen.autocorrelation, settings.misfit_share * gain)
+
+
+def _is_weighed(hypothesis: FittedHypothesis, chosen: FittedHypothesis) -> bool:
+    return not hypothesis.overriding or bool(chosen.overriding)

@@ -12,7 +12,7 @@ import numpy as np
 
 from twbal.core.gaussian import Array
 from twbal.sysid.fit import Fit
-from twbal.sysid.model import Free
+from twbal.sysid.model import Free, Model
 
 NORMAL95 = 1.959964
 """Half the width of a 95 % interval of a normal value, in standard errors."""
@@ -31,6 +31,13 @@ def curvature(frees: Sequence[Free], J: Array) -> Array:
     ranges = np.array([free.high - free.low for free in frees])
     H: Array = J.T @ J + np.diag(1.0 / sds**2 + _RIDGE / ranges**2)
     return H
+
+
+def prior_slopes(frees: Sequence[Free], model: Model) -> Array:
+    """Half the slopes of the priors' part of a fit's cost, (P,), at the values of a model."""
+    means, sds = np.array([free.mean for free in frees]), np.array([free.sd for free in frees])
+    values = np.array([model.value(free.field) for free in frees])
+    return np.asarray((values - means) / sds**2)
 
 
 def standard_errors(fit: Fit, J: Array, blocks: int, temperature: float = 1.0) -> Array:

@@ -42,7 +42,7 @@ public:
         tell(PhysicsOrder{'P', 0, since_us, given.total, given.difference});
     }
 
-    Sensed sense(WheelCommands applied, uint8_t)
+    Sensed sense(WheelCommands applied, uint8_t, float)
     {
         if (is_fresh_) { // the first look after arming: no time has passed
             is_fresh_ = false;

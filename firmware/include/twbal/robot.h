@@ -2,7 +2,8 @@
 //
 // `Board` has
 //     bool arm(uint32_t trial);                 reset angles and filters; false: the robot cannot be armed now
-//     Sensed sense(WheelCommands, uint8_t drive); what the sensors say now, after a period with these commands
+//     Sensed sense(WheelCommands, uint8_t drive, float elapsed); what the sensors say now, after a period with these
+//                                               commands, `elapsed` [s] after they were asked last; 0 after arming
 //     bool pose(twbal_pose_report&);            true pose, where something knows it
 //     void write(const uint8_t*, size_t);       to the host
 // and `Policy` has
@@ -83,7 +84,7 @@ public:
         while (is_timed() && reached(next_tick_us(), now_us)) {
             watch(next_tick_us());
             tick_us_ = next_tick_us();
-            finish_period();
+            finish_period(now_us);
         }
         if (is_timed()) {
             watch(now_us);
@@ -191,7 +192,7 @@ private:
         }
         if (last_reply_ == Reply::STREAM && !in_real_time()) {
             tick_us_ += me_.control_period_us;
-            finish_period();
+            finish_period(now_us);
         } else if (last_reply_ != Reply::STREAM) {
             repeat();
         }
@@ -203,9 +204,10 @@ private:
             fault_ = "there is no policy on board";
         } else if (order.drive == TWBAL_DRIVE_VOLTAGE && !(me_.voltage_limit > 0.0f)) {
             fault_ = "the motors take no voltages";
+        } else if (!board_.arm(order.trial)) {
+            fault_ = "the sensors do not answer";
         } else {
             stand();
-            fault_ = board_.arm(order.trial) ? nullptr : "the sensors do not answer";
         }
         last_reply_ = safety_.on(fault_ ? Event::ARM_REFUSED : Event::ARM);
         if (fault_) {
@@ -213,11 +215,12 @@ private:
             return;
         }
         drive_ = order.drive;
-        tick_us_ = in_real_time() ? now_us : 0;
+        tick_us_ = seen_tick_us_ = in_real_time() ? now_us : 0;
+        seen_us_ = tick_us_;
         told(now_us);
         policy_.reset();
         follow_ = twbal_follow{TWBAL_TYPE_FOLLOW, 0, 0.0f, 0.0f, NAN, 0.0f};
-        look(0.0f);
+        look(now_us);
         report();
     }
 
@@ -281,7 +284,7 @@ private:
     }
 
     // The period that ends now: what it did, what is seen, and what the next one gets.
-    void finish_period()
+    void finish_period(uint32_t now_us)
     {
         applied_ = output();
         ++period_;
@@ -289,14 +292,17 @@ private:
             ++late_;
         }
         is_fresh_ = false;
-        look(1e-6f * static_cast<float>(me_.control_period_us));
+        look(now_us);
         report();
     }
 
-    void look(float period)
+    void look(uint32_t now_us)
     {
-        seen_ = board_.sense(applied_, drive_);
-        since_ = period;
+        const uint32_t at = in_real_time() ? now_us : tick_us_; // a late loop looks late
+        seen_ = board_.sense(applied_, drive_, 1e-6f * static_cast<float>(at - seen_us_));
+        since_ = 1e-6f * static_cast<float>(tick_us_ - seen_tick_us_); // more than a period, where some were missed
+        seen_us_ = at;
+        seen_tick_us_ = tick_us_;
         if (!safety_.motors_may_be_on()) {
             return;
         }
@@ -421,6 +427,7 @@ private:
     uint16_t period_ = 0, late_ = 0;
     uint32_t tick_us_ = 0; // when the last control period ended, on the robot's clock
     uint32_t command_us_ = 0;
+    uint32_t seen_us_ = 0, seen_tick_us_ = 0; // when the sensors were asked last, and the period that had ended then
     bool is_fresh_ = false, is_limited_ = false, host_is_silent_ = false, is_decided_ = false;
 };
 

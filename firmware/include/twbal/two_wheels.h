@@ -93,20 +93,19 @@ public:
 
     bool arm(uint32_t)
     {
+        if (!imu_lives()) {
+            return false;
+        }
         left_.zero(hardware_.left_count());
         right_.zero(hardware_.right_count());
         heading_ = 0.0f;
-        is_fresh_ = true;
-        return imu_lives();
+        return true;
     }
 
-    Sensed sense(WheelCommands, uint8_t)
+    Sensed sense(WheelCommands, uint8_t, float elapsed)
     {
-        if (!is_fresh_) { // the first look after arming: no time has passed
-            left_.update(hardware_.left_count(), build_.control_period);
-            right_.update(hardware_.right_count(), build_.control_period);
-        }
-        is_fresh_ = false;
+        left_.update(hardware_.left_count(), elapsed);
+        right_.update(hardware_.right_count(), elapsed);
         Sensed seen;
         seen.tilt = imu_lives() ? filter_.tilt() : NAN;
         seen.tilt_rate = imu_lives() ? filter_.rate() : NAN;
@@ -146,7 +145,6 @@ private:
     float heading_ = 0.0f, yaw_rate_ = 0.0f;
     RestingBias yaw_bias_;
     uint8_t odd_samples_ = FROZEN; // until the first good one
-    bool is_fresh_ = true;
 };
 
 } // namespace twbal

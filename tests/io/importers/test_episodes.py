@@ -179,6 +179,44 @@ def test_repeated_rows_backward_time_and_nan_are_handled_and_said(brought):
     assert "in common" in pair[0]
 
 
+def test_a_heading_that_wraps_is_one_that_turns_on(brought):
+    """Once round a circle at 0.5 m/s, with a heading in (-π, π]; one row is lost at the wrap."""
+    time = 0.02 * np.arange(400)
+    heading = 2.0 * np.pi * time / time[-1]
+    radius = 0.5 * time[-1] / (2.0 * np.pi)
+    rows = np.column_stack(
+        [time, 0.01 * np.sin(time), radius * np.sin(heading), -radius * np.cos(heading), heading, np.sin(time)]
+    )
+    rows[:, 4] = np.angle(np.exp(1j * rows[:, 4]))
+    lost = int(np.argmin(np.diff(rows[:, 4])))
+    sources = [f"import.quantities.{name}=null" for name in ("tilt_rate", "acceleration", "wheel_angle", "wheel_rate")]
+    sources += [f"import.quantities.{name}={{from:{name},unit:{unit}}}" for name, unit in (("x", "m"), ("y", "m"))]
+    sources += ["import.quantities.heading={from:heading,unit:rad}", "import.quantities.yaw_rate=null"]
+    names = ("time", "tilt", "x", "y", "heading", "command")
+    episode = only(brought(np.delete(rows, lost, axis=0), *sources, names=names))
+    assert seen(episode, "wheel_angle")[-1] * RADIUS == pytest.approx(0.5 * time[-1], rel=2e-3)
+    assert np.diff(seen(episode, "wheel_angle")).min() > 0
+
+
+@pytest.mark.parametrize("between", ["\n", "# event\n"])
+def test_lines_that_are_no_rows_are_no_samples(between, brought, tmp_path):
+    brought(ROWS)
+    lines = (tmp_path / "log.csv").read_text().splitlines(keepends=True)
+    (tmp_path / "log.csv").write_text("".join([*lines[:90], between, *lines[90:200], between, between, *lines[200:]]))
+    chosen = mapping("import.quantities.time=null", f"import.rate={1 / PERIOD}")
+    found = import_file(tmp_path / "log.csv", chosen, Wanted(CHANNELS, None, 50), SOURCE)
+    np.testing.assert_allclose(np.diff(seen(only(found), "time")), PERIOD)
+    assert not any("missing" in note for note in found.notes)
+
+
+def test_sensors_that_are_logged_in_different_rows_are_told_to_be(brought):
+    rows = ROWS.copy()
+    rows[::2, NAMES.index("tilt")] = np.nan
+    rows[1::2, NAMES.index("wheel_angle")] = np.nan
+    with pytest.raises(LogError, match="its sensors are logged in different rows"):
+        brought(rows)
+
+
 def test_many_short_parts_are_one_line(brought):
     keep = np.ones(len(ROWS), bool)
     keep[100:] = np.arange(300) % 10 < 2  # two samples, then eight missing

@@ -43,6 +43,21 @@ def test_a_left_and_a_right_torque_become_their_sum(looked_at):
     assert "their sum" in found.mapping
 
 
+def test_wheels_of_which_nothing_is_known_for_sure_are_asked_for(looked_at):
+    """`phi` may be an angle of the wheels; a rate that may be another's is no reason to go without it."""
+    names = {"t": "t", "theta": "tilt", "dtheta": "rate", "phi": "wheel", "dphi": "wheel_rate", "u": "u"}
+    mapping, found = looked_at(**{name: COLUMN[column] for name, column in names.items()})
+    assert mapping["quantities"]["wheel_angle"] is not None
+    assert any("wheel_angle" in each for each in found.open)
+
+
+def test_the_ending_of_a_file_may_be_in_capital_letters(tmp_path):
+    path = tmp_path / "LOG.JSON"
+    path.write_text(json.dumps({name: values.tolist() for name, values in plain(torque=COLUMN["u"]).items()}))
+    mapping, _ = proposed(path)
+    assert mapping["quantities"]["tilt"]["from"] == "tilt"
+
+
 def test_wheels_and_voltages_become_their_mean(looked_at):
     wheels, volts = {"encL": "wheel", "encR": "wheel"}, {"motor_left_v": "u", "motor_right_v": "u"}
     mapping, _ = looked_at(

@@ -55,7 +55,7 @@ def test_a_column_of_which_the_mapping_tells_the_range_is_unwrapped_also_where_s
     angle = {"from": ["l", "r"], "scale": [1.0 / size, -1.0 / size], "wraps": wraps}
     told = {"tilt": "tilt", "wheel_angle": angle, "command": "drive"}
     columns = np.column_stack([tilt, counted, (wraps - counted) % wraps, tilt])
-    read = Columns(columns, np.arange(len(tilt)) + 1, "row", ())
+    read = Columns(columns, np.arange(len(tilt)) + 1, np.arange(len(tilt)), "row", ())
     signals = mapping(told, [], 100.0, None, False, False, 0.0, 3).signals(read)
     there = np.isfinite(signals["wheel_angle"])
     assert np.flatnonzero(~there).tolist() == missing.tolist()

@@ -39,7 +39,7 @@ def test_two_columns_may_have_a_scale_each():
     wheels = {"from": [4, 5], "scale": [1, -2]}
     made = mapping({**told, "wheel_angle": wheels}, [], None, None, False, False, 0.0, 3)
     values = np.array([[0.0, 0.1, 1.0, 3.0, -1.0]])
-    signals = made.signals(Columns(values, np.array([1]), "row", ()))
+    signals = made.signals(Columns(values, np.array([1]), np.array([0]), "row", ()))
     assert signals["wheel_angle"] == pytest.approx([2.5])
     assert (signals["left wheel_angle"][0], signals["right wheel_angle"][0]) == (3.0, 2.0)
     with pytest.raises(ConfigError, match="has 1 scales for 2 columns"):

@@ -53,6 +53,12 @@ def test_decimal_commas_are_read_and_said(delimiter, log):
     assert any("decimal commas" in note for note in read.notes)
 
 
+def test_decimal_commas_in_quotation_marks_need_no_other_delimiter(log):
+    rows = [",".join(f'"{x:.9g}"'.replace(".", ",") for x in row) for row in ROWS]
+    read = read_text(log("\n".join([",".join(NAMES), *rows]) + "\n"), WANTED)
+    np.testing.assert_allclose(read.values, ROWS[:, PLACES], rtol=1e-8)
+
+
 def test_columns_without_a_header_go_by_number_or_by_the_mappings_names(log):
     path = log(text(ROWS, names=None))
     assert read_text(path, [1, 2, 8]).values == pytest.approx(ROWS[:, PLACES], abs=1e-8)

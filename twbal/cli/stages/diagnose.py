@@ -5,10 +5,10 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-from omegaconf import DictConfig
+from omegaconf import DictConfig, OmegaConf
 
 from twbal.cli.artefacts import DIAGNOSIS, episode_files, say_duplicates
-from twbal.cli.console import GENTLY, next_command, print_result, run_folder, say, say_link
+from twbal.cli.console import gently, next_command, print_result, run_folder, say, say_link
 from twbal.cli.diagnosis_config import diagnosis_of
 from twbal.cli.manifest import Manifest, Step, perform
 from twbal.cli.sim_files import AUGMENTED, simulation_text
@@ -52,18 +52,29 @@ def main(cfg: DictConfig) -> None:
         )
     if verdict_in(out / DIAGNOSIS).is_open and not has_no_safe_experiment(out / DIAGNOSIS):
         say_link("drives")
-    print_result(made, out, suggested_next(out))
+    print_result(made, out, suggested_next(out, _recorded_by(episode_files(cfg.episodes))))
 
 
-def suggested_next(out: Path) -> str:
-    """The command that comes after the diagnosis in a folder, or what to do where none is safe."""
+def _recorded_by(files: Sequence[Path]) -> object:
+    """The `policy.command_width` of the regulator under which the first episode was recorded; None: it had none."""
+    recorded_with = OmegaConf.create(read_episode(files[0]).provenance.config)
+    return OmegaConf.select(recorded_with, "policy.command_width")
+
+
+def suggested_next(out: Path, recorded_by: object = None) -> str:
+    """The command that comes after the diagnosis in a folder, or what to do where none is safe.
+
+    Args:
+        out: the folder.
+        recorded_by: as of `gently`.
+    """
     if not verdict_in(out / DIAGNOSIS).is_open:
         if is_better_unchanged(out / DIAGNOSIS):
             return next_command("sim-collect", {}, "robot", "sim")
         return next_command("sim-collect", {"sim": out / AUGMENTED}, "robot")
     if has_no_safe_experiment(out / DIAGNOSIS):
         return f"see the advice above, and {out / REPORT}: no experiment that twbal knows is safe for this robot"
-    return suggested_in(out / DIAGNOSIS) or next_command("real-rollout", GENTLY, "robot")
+    return suggested_in(out / DIAGNOSIS) or next_command("real-rollout", gently(recorded_by), "robot")
 
 
 def run(cfg: DictConfig, out: Path) -> Manifest:

@@ -14,7 +14,7 @@ from twbal.cli.manifest import Manifest, Step, perform
 from twbal.cli.typed_config import recorded, typed
 from twbal.core.episode import Episode
 from twbal.core.errors import ConfigError, install_advice
-from twbal.core.files import replacing
+from twbal.core.files import replacing, unused
 from twbal.core.heading import HeadingSample
 from twbal.core.motion_profile import Motion
 from twbal.core.plant import Observation, Pose
@@ -68,11 +68,11 @@ def table(episode: Episode) -> pandas.DataFrame:
 
 
 def _export(files: Sequence[Path], kind: str, out: Path) -> list[Path]:
-    made = []
+    made, names = list[Path](), list[str]()
     for number, file in enumerate(files):
         twins = [other for other in files if other.stem == file.stem]
-        name = file.stem if len(twins) == 1 else f"{file.stem}_{number}"
-        made.append(out / f"{name}.{kind}")
+        names.append(unused(file.stem if len(twins) == 1 else f"{file.stem}_{number}", names))
+        made.append(out / f"{names[-1]}.{kind}")
         _WRITERS[kind](table(read_episode(file)), made[-1])
     return made
 

@@ -20,7 +20,7 @@ from twbal.cli.manifest import Manifest, Step, perform
 from twbal.cli.typed_config import recorded, typed
 from twbal.core.episode import Episode, Provenance
 from twbal.core.errors import ConfigError, DataError, LogError
-from twbal.core.files import file_hash, write_atomically
+from twbal.core.files import file_hash, unused, write_atomically
 from twbal.core.robot_parameters import RobotParameters, parameter_hash
 from twbal.io.importers.checks.doubt import Doubt
 from twbal.io.importers.conversion import Imported, Wanted, import_file
@@ -274,9 +274,13 @@ def _imported(files: Sequence[Path], mapping: Mapping, wanted: Wanted, provenanc
             continue
         _tell(file, imported)
         whole = len(imported.episodes) == 1
-        found.names.extend(name if whole else f"{name}_{k}" for k in range(len(imported.episodes)))
+        for k in range(len(imported.episodes)):  # a part of one file may be called as another file
+            found.names.append(unused(name if whole else f"{name}_{k}", found.names))
         found.episodes.extend(imported.episodes)
-        found.pictures.extend((f"{name}_{k}", doubt) for k, doubt in enumerate(imported.doubts, start=1))
+        drawn = [picture for picture, _ in found.pictures]
+        for k, doubt in enumerate(imported.doubts, start=1):
+            drawn.append(unused(f"{name}_{k}", drawn))
+            found.pictures.append((drawn[-1], doubt))
     return found
 
 

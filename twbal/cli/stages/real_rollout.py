@@ -15,7 +15,7 @@ from twbal.algorithm.following import CourseRecord, floor_needed, followed
 from twbal.algorithm.rollout import rollout
 from twbal.algorithm.settings import RolloutSettings
 from twbal.cli.artefacts import COURSE, episode_file, policy_files, policy_hash, read_logs
-from twbal.cli.console import GENTLY, next_command, print_result, run_folder, say
+from twbal.cli.console import gently, next_command, print_result, run_folder, say
 from twbal.cli.kept_episodes import INTERRUPTED, keep, keep_interrupted, what_is_kept
 from twbal.cli.link_gate import HEED, SAME_ROBOT, heed_last_check, heeds
 from twbal.cli.manifest import Manifest, Step, perform, read_manifest
@@ -103,7 +103,7 @@ def _following(cfg: DictConfig, out: Path) -> str:
         return next_command("diagnose", {"episodes": out}, "robot", "sim")
     if max(map(len, trials)) >= FEW_DATA.min_length:
         return next_command("identify", {"episodes": out}, "robot", "sim")
-    return next_command("real-rollout", GENTLY, "robot", "link")
+    return next_command("real-rollout", gently(cfg.policy.get("command_width")), "robot", "link")
 
 
 def _searched_on(policy: Path) -> list[Path]:

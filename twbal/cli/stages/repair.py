@@ -9,6 +9,7 @@ from twbal.cli.console import next_command, print_result, run_folder
 from twbal.cli.manifest import Manifest, Step, perform
 from twbal.cli.typed_config import recorded
 from twbal.core.errors import LogError
+from twbal.core.files import unused
 from twbal.io.logs import recover_episode, write_episode
 
 
@@ -40,17 +41,16 @@ def _logs(given: str | Sequence[str]) -> list[Path]:
 
 
 def _recover(files: Sequence[Path], out: Path) -> list[Path]:
-    made, hopeless = [], []
-    for number, file in enumerate(files):
+    made, hopeless, names = list[Path](), list[str](), list[str]()
+    for file in files:
         try:
             found = recover_episode(file)
         except LogError as error:
             hopeless.append(str(error))
             print(error)
             continue
-        stem = file.name.removeprefix(".").split(".mcap")[0]
-        path = out / "episodes" / f"{stem}.mcap"
-        made.append(path if path not in made else path.with_name(f"{stem}_{number}.mcap"))
+        names.append(unused(file.name.removeprefix(".").split(".mcap")[0], names))
+        made.append(out / "episodes" / f"{names[-1]}.mcap")
         write_episode(made[-1], found.episode)
         kept = len(found.episode) + 1
         state = f"{found.damage}; {kept} samples saved, {found.lost_samples} lost" if found.damage else "is whole"

@@ -11,7 +11,7 @@ from twbal.core.errors import LogError
 from twbal.core.gaussian import Array
 from twbal.io.importers.arrays import named_arrays
 from twbal.io.importers.column_names import Meaning, meaning_of, names_in_comments
-from twbal.io.importers.formats import formats
+from twbal.io.importers.formats import reader_of
 from twbal.io.importers.text_files import fields_of, layout_of, lines_of, read_text
 
 _SHOWN = 5
@@ -39,7 +39,7 @@ def all_columns(path: Path) -> list[Column]:
     Raises:
         LogError: it cannot be read.
     """
-    if path.suffix in formats():
+    if reader_of(path) is not None:
         arrays = named_arrays(path)
         return _columns(list(arrays), list(arrays), list(arrays.values()))
     layout = layout_of(path, lines_of(path))

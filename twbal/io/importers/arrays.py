@@ -9,7 +9,7 @@ import numpy as np
 from twbal.core.errors import LogError, printable
 from twbal.core.gaussian import Array
 from twbal.io.importers.columns import Columns, Name, places
-from twbal.io.importers.formats import formats
+from twbal.io.importers.formats import reader_of
 
 
 def named_arrays(path: Path) -> dict[str, Array]:
@@ -21,8 +21,10 @@ def named_arrays(path: Path) -> dict[str, Array]:
     Raises:
         LogError: the file cannot be read, or has no columns.
     """
+    read = reader_of(path)
+    assert read is not None
     try:
-        found = dict(_columns("", formats()[path.suffix](path)))
+        found = dict(_columns("", read(path)))
     except LogError:
         raise
     except OSError as error:
@@ -47,7 +49,8 @@ def read_arrays(path: Path, wanted: Sequence[Name], names: Sequence[str] = ()) -
     where = places(path, known, len(found), wanted)
     columns = list(found.values())
     values = np.column_stack([columns[k] for k in where])
-    return Columns(values, np.arange(1, len(values) + 1), "row", ())
+    numbers = np.arange(len(values))
+    return Columns(values, numbers + 1, numbers, "row", ())
 
 
 def _array(value: Any) -> Array:

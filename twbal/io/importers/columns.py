@@ -23,12 +23,14 @@ class Columns(NamedTuple):
     Attributes:
         values: (n, k), in the order in which columns were asked for; NaN where a field is empty.
         lines: (n,) number of the line (of a text) or row (of arrays) that each comes from, from 1 on.
+        rows: (n,) the same among rows of numbers alone, from 0 on: empty lines and comments do not count.
         row: what such a number counts, "line" or "row".
         notes: what was odd, and what was done about it.
     """
 
     values: Array
     lines: NDArray[np.int64]
+    rows: NDArray[np.int64]
     row: str
     notes: tuple[str, ...]
 

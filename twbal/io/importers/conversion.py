@@ -19,7 +19,7 @@ from twbal.io.importers.arrays import read_arrays
 from twbal.io.importers.checks.all_checks import doubts
 from twbal.io.importers.checks.doubt import Doubt, Evidence, Kind, LogPart
 from twbal.io.importers.columns import Columns
-from twbal.io.importers.formats import formats
+from twbal.io.importers.formats import reader_of
 from twbal.io.importers.mapping import SIDES, UNITS
 from twbal.io.importers.mapping import Mapping as LogMapping
 from twbal.io.importers.sampling import stretches
@@ -69,12 +69,14 @@ def import_file(path: Path, mapping: LogMapping, wanted: Wanted, provenance: Pro
     Raises:
         LogError: it cannot be read; the message says where and why.
     """
-    read = read_arrays if path.suffix in formats() else read_text
+    read = read_text if reader_of(path) is None else read_arrays
     columns = read(path, mapping.wanted, mapping.names)
     columns, notes = _without_nan(path, _with_last_command(columns, mapping))
     signals = mapping.signals(columns)
     if mapping.rate is not None:
-        signals["time"] = (columns.lines - columns.lines[0]) / mapping.rate  # rows left out leave gaps
+        signals["time"] = (columns.rows - columns.rows[0]) / mapping.rate  # rows left out leave gaps
+    if "heading" in signals:
+        signals["heading"] = np.unwrap(signals["heading"])  # means and lost samples are between two of one turn
     parts, period, more, odd = stretches(path, signals, columns, mapping.fill)
     notes = [*columns.notes, *notes, *more]
     every = _every(path, period.of(1), wanted.period)
@@ -173,11 +175,14 @@ def _without_nan(path: Path, columns: Columns) -> tuple[Columns, list[str]]:
     if good.all():
         return columns, []
     if not good.any():
-        empty = int(np.argmin(np.isfinite(columns.values).any(axis=0)))
-        raise LogError(f"{path} has no row with all numbers: the mapping's column {empty + 1} is empty throughout.")
+        has_some = np.isfinite(columns.values).any(axis=0)
+        why = f"the mapping's column {int(np.argmin(has_some)) + 1} is empty throughout"
+        if has_some.all():
+            why = "its sensors are logged in different rows. Fill each column with its last value before the import"
+        raise LogError(f"{path} has no row with a number in each of the mapping's columns: {why}.")
     first = columns.lines[np.argmin(good)]
     what = f"{int((~good).sum())} rows with an empty field, NaN, infinity or more than {_LARGEST:g} are left out"
-    kept = columns._replace(values=columns.values[good], lines=columns.lines[good])
+    kept = columns._replace(values=columns.values[good], lines=columns.lines[good], rows=columns.rows[good])
     return kept, [f"{what}, the first in {columns.row} {first}"]
 
 
@@ -230,7 +235,7 @@ def _episode(
     if "yaw_rate" in taken:
         yaw_rate = taken["yaw_rate"]
     else:
-        yaw_rate = rate_of("yaw_rate", np.unwrap(taken["heading"])) if "heading" in taken else absent("yaw_rate")
+        yaw_rate = rate_of("yaw_rate", taken["heading"]) if "heading" in taken else absent("yaw_rate")
     if "acceleration" in taken:
         acceleration = taken["acceleration"]
     else:

@@ -198,11 +198,11 @@ def _wheels(proposal: _Proposal, columns: Sequence[Column]) -> None:
     elif all(pose.values()):
         proposal.take("x", pose["x"])
         proposal.take("y", pose["y"])
-    elif proposal.lines["wheel_rate"] != "null" and _OPEN not in proposal.lines["wheel_rate"]:
+    elif not proposal.lines["wheel_rate"].startswith("null") and _OPEN not in proposal.lines["wheel_rate"]:
         proposal.drop("wheel_angle", "the sum of wheel_rate")
     else:
         proposal.leave("wheel_angle", angle.reason or "not found among the names")
-    if pose["heading"] and ("x" in proposal.lines or proposal.lines["yaw_rate"] == "null"):
+    if pose["heading"] and ("x" in proposal.lines or proposal.lines["yaw_rate"].startswith("null")):
         proposal.take("heading", pose["heading"])
     if "wheel_angle" not in proposal.lines:
         proposal.drop("wheel_angle")

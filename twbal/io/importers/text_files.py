@@ -1,6 +1,7 @@
 """Text files of columns: commas, semicolons, tabs or blanks between them, comments, a header or none."""
 
 import codecs
+import csv
 import io
 import re
 from collections.abc import Sequence
@@ -19,6 +20,7 @@ from twbal.io.importers.formats import readable
 BLANKS = "blanks"
 _DELIMITERS = {";": ";", "\t": "\t", ",": ",", BLANKS: r"\s+"}  # what is looked for, in this order
 _COMMENTS = "%#"
+_MOST_QUOTED = 100_000  # characters of a line; `csv` takes no longer fields
 _LOOKED_AT = 200  # lines from which the layout is told
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|[+-]?(nan|inf)|0[xX][0-9a-fA-F]+|", re.IGNORECASE)
 _BEGUN = re.compile(r"[+-]|[+-]?(\d+\.?\d*|\.\d+)[eE][+-]?")  # a number that was cut off, and none by itself
@@ -63,7 +65,7 @@ def layout_of(path: Path, lines: Sequence[str]) -> Layout:
         raise LogError(f"{path} is empty{' but for comments' if comment else ''}: no rows of numbers in it.")
     delimiter = _delimiter(first)
     rows = [fields_of(line, delimiter) for line in first]
-    comma = delimiter != "," and any(_DECIMAL_COMMA.fullmatch(field) for row in rows for field in row)
+    comma = any(_DECIMAL_COMMA.fullmatch(field) for row in rows for field in row)
     header = rows[0] if not all(_is_number(field, comma) for field in rows[0]) else None
     units = _units_below(path, first, rows, comma) if header and len(rows) > 2 else ()
     if units:
@@ -128,7 +130,7 @@ def read_text(path: Path, wanted: Sequence[Name], names: Sequence[str] = ()) -> 
     if layout.decimal == ",":
         notes.append("numbers with decimal commas were read as such")
     values = _numbers(path, [lines[row] for row in rows], layout, where, rows)
-    return Columns(values, np.array(rows) + 1, "line", tuple(notes))
+    return Columns(values, np.array(rows) + 1, np.arange(len(rows)), "line", tuple(notes))
 
 
 def lines_of(path: Path) -> list[str]:
@@ -187,8 +189,13 @@ def _first_lines(lines: Sequence[str]) -> tuple[list[str], str, tuple[str, ...]]
 
 
 def fields_of(line: str, delimiter: str) -> list[str]:
-    """The fields of a line."""
-    parts = line.split() if delimiter == BLANKS else line.split(delimiter)
+    """The fields of a line; a delimiter in quotation marks is none."""
+    if delimiter == BLANKS:
+        parts = line.split()
+    elif '"' in line and len(line) < _MOST_QUOTED:
+        parts = next(csv.reader([line], delimiter=delimiter, skipinitialspace=True))
+    else:
+        parts = line.split(delimiter)
     return [part.strip().strip('"') for part in parts]
 
 

@@ -28,6 +28,11 @@ def formats() -> dict[str, Content]:
     return {ending: module.content for module in modules for ending in module.ENDINGS}
 
 
+def reader_of(path: Path) -> Content | None:
+    """What reads a file, in whatever letters its ending is; None: it may be text."""
+    return formats().get(path.suffix.lower())
+
+
 def readable() -> str:
     """All that can be read, for messages."""
     return f"Text and files that end in {', '.join(formats())} can be read"
