@@ -28,11 +28,13 @@ class Even(NamedTuple):
         values: (K + 1, C).
         commands: (K,), each of which acted between an instant and the next.
         measured: (K + 1,), False at instants whose row was lost: their values are worked out from the others.
+        late: (K + 1,) by which each sample was taken after its instant [s]; 0 where nothing was moved.
     """
 
     values: Array
     commands: Array
     measured: Mask
+    late: Array
 
 
 class Pace(NamedTuple):
@@ -106,22 +108,23 @@ def evened(
         uneven: whether the loop is as uneven as its stamps (`is_uneven`); else only lost rows are made up for.
     """
     if len(times) < _FEW:
-        return Even(values, commands, np.ones(len(times), bool))
+        return Even(values, commands, np.ones(len(times), bool), np.zeros(len(times)))
     numbers, late = _late(times, period)
+    every = np.arange(numbers[-1] + 1)
+    measured, moved_by = np.zeros(len(every), bool), np.zeros(len(every))
+    measured[numbers] = True
     if uneven and np.abs(late).max() > _EVEN * period:
         values = values.copy()
         moved = late[:, None] * np.gradient(values[:, angles], times, axis=0)
         values[:, angles] -= moved
         values[:, rates] -= late[:, None] * _slopes(values[:, rates], times, late)
-        commands = _means(commands, late / period, numbers)
-    every = np.arange(numbers[-1] + 1)
-    measured = np.zeros(len(every), bool)
-    measured[numbers] = True
+        commands = means_over_periods(commands, late / period, numbers)
+        moved_by[numbers] = late
     if not measured.all():
         values = np.column_stack([np.interp(every, numbers, column) for column in values.T])
         commands = np.repeat(commands, np.diff(numbers))
         values, commands = refilled(values, commands, measured)
-    return Even(values, commands, measured)
+    return Even(values, commands, measured, moved_by)
 
 
 def pace_of(times: Array, angles: Array, period: float) -> Pace:
@@ -182,7 +185,7 @@ def _slopes(rates: Array, times: Array, late: Array) -> Array:
     return np.where(late[:, None] > 0.0, before, after)
 
 
-def _means(commands: Array, late: Array, numbers: NDArray[np.int64]) -> Array:
+def means_over_periods(commands: Array, late: Array, numbers: NDArray[np.int64]) -> Array:
     """Means (T,) of the commands over periods of an even loop, where each came late by a share of a period, or early.
 
     Where rows were lost between two samples, their command acts longer, and what its neighbours take of it is less.

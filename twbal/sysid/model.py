@@ -1,11 +1,12 @@
 """A model of the recordings: the twin with values for what is free, and what it leaves of the data."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.signal import lfilter
 
 from twbal.core.gaussian import Array, Mask
 from twbal.planar.parameters import TwinParameters
@@ -187,9 +188,9 @@ class Data:
 
     def predictions(self, model: Model, kalman: Filter) -> list[Prediction]:
         """What a model predicts of each recording with a filter."""
-        lead = self.lead - model.angle_lead
+        lead, rate = self.lead - model.angle_lead, model.twin.tilt_filter_rate
         found = [
-            predict(model.twin_for(k), recording, self.substeps, lead, kalman)
+            predict(model.twin_for(k), _of_even_loop(recording, rate), self.substeps, lead, kalman)
             for k, recording in enumerate(self.recordings)
         ]
         for prediction in found:
@@ -246,3 +247,12 @@ class Data:
         return model._replace(
             noise=fit_noise(linear, model.noise, list(errors), self.usable, limits, iterations, afresh)
         )
+
+
+def _of_even_loop(recording: Recording, filter_rate: float) -> Recording:
+    """The recording with the tilt that a filter of a rate [1/s] would have shown, had the loop been even."""
+    if recording.uneven_sum is None or filter_rate == 0.0:
+        return recording
+    measured, kept = recording.measured.copy(), np.exp(-filter_rate * recording.period)
+    measured[:, 0] -= lfilter([1.0], [1.0, -kept], recording.uneven_sum)
+    return replace(recording, measured=measured)

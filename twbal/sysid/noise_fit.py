@@ -7,6 +7,7 @@ Another gain K' in place of K changes the prediction errors as the linear twin s
 so noise is fitted without running the twin again.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -17,11 +18,15 @@ from twbal.core.compiled import kernel
 from twbal.core.gaussian import Array, Mask
 from twbal.sysid.kalman import Covariances, Filter, LinearTwin, kalman_filter, solution
 from twbal.sysid.likelihood import cost
-from twbal.sysid.noise import LASTING, Noise, discrepancy_penalty, discrepancy_sigmas
+from twbal.sysid.noise import LASTING, UNSENSED, Noise, discrepancy_penalty, discrepancy_sigmas
 from twbal.sysid.noise_slope import of_one_level_each, slope_of_levels
 
 _IMPOSSIBLE = 1e12
 _LEAST_LEVEL = 1e-12
+_CLIPPED = 6.0  # medians of the sizes of errors, beyond which one counts as so many: four standard deviations
+_SWINGS = 0.2  # of the errors' variance, which their autocovariance at lag 1 is below 0
+_LOUDER = 4.0  # times the variance that a sensor's noise has already
+_CALM = 0.1  # of the torques, where a search for louder sensors begins
 _SHARED = 0.3  # of the other, where a search for white torques and a discrepancy of the same size begins
 
 
@@ -76,7 +81,10 @@ def fit_noise(
     begin = np.log(np.maximum(_fitted_levels(noise), _LEAST_LEVEL))
     low, high = (np.log(np.maximum(np.concatenate(limit), _LEAST_LEVEL))[: len(begin)] for limit in limits)
     begin = np.clip(begin, low, np.maximum(low, high))
-    found = [_descend(objective, start, low, high, iterations) for start in _noise_starts(noise, afresh)]
+    starts = _noise_starts(noise, afresh)
+    if noise.has_discrepancy and (louder := louder_sensors(noise, errors, usable)) is not None:
+        starts.append(np.log(_fitted_levels(louder)))
+    found = [_descend(objective, start, low, high, iterations) for start in starts]
     levels, least = min(found, key=lambda pair: pair[1])
     return _levels(levels if least <= objective.value(begin) else begin)
 
@@ -161,6 +169,34 @@ def _noise_starts(noise: Noise, afresh: bool) -> list[Array]:
         shared = noise._replace(torques=both, discrepancy=np.append(_SHARED * both, noise.discrepancy[2:]))
         starts.append(np.log(_fitted_levels(shared)))
     return starts
+
+
+def louder_sensors(noise: Noise, errors: Sequence[Array], usable: Sequence[Mask]) -> Noise | None:
+    """Noise in which sensors are as loud as the errors of a filter tell, and torques calm; None where they are so.
+
+    A filter that takes the noise of a sensor for motion finds that motion gone at the next instant. Its errors swing
+    back: their autocovariance at lag 1 is minus the variance of that noise. There the likelihood has an optimum of its
+    own, with loud torques and a sensor without noise, which a search that begins beside it does not leave. (R. K.
+    Mehra: On the identification of variances and adaptive Kalman filtering, IEEE Transactions on Automatic Control 15
+    (2), 1970, 175-184.)
+
+    Args:
+        noise: with whose filter the errors were made.
+        errors: (T + 1, 4) of each recording.
+        usable: (T + 1,) of each recording.
+    """
+    sensors = noise.sensors.copy()
+    for i in np.flatnonzero(noise.sensors < 0.5 * UNSENSED):
+        values = [each[:, i] for each in errors]
+        most = _CLIPPED * np.median(np.abs(np.concatenate([v[u] for v, u in zip(values, usable, strict=True)])))
+        parts = [(np.clip(v, -most, most), u[1:] & u[:-1]) for v, u in zip(values, usable, strict=True)]
+        now, before = (np.concatenate([v[begin : len(v) - 1 + begin][u] for v, u in parts]) for begin in (1, 0))
+        swing, variance = -float(now @ before) / max(len(now), 1), float(now @ now) / max(len(now), 1)
+        if swing > max(_SWINGS * variance, _LOUDER * float(noise.sensors[i]) ** 2):
+            sensors[i] = np.sqrt(swing)
+    if np.array_equal(sensors, noise.sensors):
+        return None
+    return noise._replace(sensors=sensors, torques=_CALM * noise.torques)
 
 
 def _fitted_levels(noise: Noise) -> Array:

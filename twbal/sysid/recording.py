@@ -12,7 +12,7 @@ from twbal.core.errors import DataError
 from twbal.core.gaussian import Array, Mask
 from twbal.core.plant import Observation
 from twbal.core.robot_parameters import RobotParameters
-from twbal.core.time_base import LATE, Pace, evened, is_uneven, pace_of, places_of
+from twbal.core.time_base import LATE, Even, Pace, evened, is_uneven, means_over_periods, pace_of, places_of
 
 MEASURED = ("tilt", "tilt_rate", "wheel_angle", "wheel_rate")
 """Channels whose prediction errors count, in this order."""
@@ -45,6 +45,8 @@ class Recording:
             was lost.
         sensed: (4,); False for channels that no sensor measured: what stands there was worked out from others, and its
             errors do not count.
+        uneven_sum: (T + 1,) what each control period of an uneven loop adds to a tilt that sums up the gyro [rad]; see
+            `uneven_sum`. None: the loop was even.
     """
 
     name: str
@@ -54,6 +56,7 @@ class Recording:
     yaw_rate: Array
     usable: Mask
     sensed: Mask
+    uneven_sum: Array | None = None
 
     def __len__(self) -> int:
         return len(self.commands)
@@ -67,7 +70,8 @@ class Recording:
     def part(self, begin: int, end: int) -> "Recording":
         """What lies between two instants, which both belong to it."""
         instants = {name: getattr(self, name)[begin : end + 1] for name in ("measured", "yaw_rate", "usable")}
-        return replace(self, commands=self.commands[begin:end], **instants)
+        added = None if self.uneven_sum is None else self.uneven_sum[begin : end + 1]
+        return replace(self, commands=self.commands[begin:end], uneven_sum=added, **instants)
 
 
 @dataclass(frozen=True)
@@ -189,7 +193,32 @@ def _read(episode: Episode, name: str, robot: RobotParameters, usability: Usabil
     even = evened(seen[:end, _TIME], values, commands, robot.control_period, _ANGLES, _RATES, uneven)
     usable = even.measured & (np.abs(even.values[:, -1]) <= usability.max_yaw_rate)
     smooth = uniform_filter1d(even.values[:, -1], _YAW_MEAN, mode="nearest")
-    return Recording(name, robot.control_period, even.commands, even.values[:, :-1], smooth, usable, sensed)
+    added = uneven_sum(even, measured[:end, 0], measured[:end, 1], robot.control_period) if sensed[1] else None
+    return Recording(name, robot.control_period, even.commands, even.values[:, :-1], smooth, usable, sensed, added)
+
+
+def uneven_sum(even: Even, tilts: Array, rates: Array, period: float) -> Array | None:
+    """What each control period of an uneven loop adds to a tilt that sums up the gyro, (K + 1,) [rad]; None: nothing.
+
+    A complementary filter adds up the gyro's reading times the time since the one before, and what its accelerometer
+    tells over that time. Of an even loop both would be over a control period. The difference does not end with that
+    period: the filter forgets it at its rate. At instants beside a lost row nothing is known of it.
+
+    Args:
+        even: the samples on an even time base.
+        tilts: as they were measured (T + 1,) [rad].
+        rates: likewise [rad/s].
+        period: control period [s].
+    """
+    if not even.late.any():
+        return None
+    numbers = np.flatnonzero(even.measured)
+    late = even.late[numbers]
+    lasted = period * np.diff(numbers) + np.diff(late)
+    by_accelerometer = np.diff(tilts) / lasted - rates[1:]  # [rad/s]
+    slopes = np.repeat(means_over_periods(by_accelerometer, late / period, numbers), np.diff(numbers))
+    added = np.diff(even.values[:, 0]) - period * (even.values[1:, 1] + slopes)
+    return np.concatenate([[0.0], np.where(even.measured[1:] & even.measured[:-1], added, 0.0)])
 
 
 def differenced_rates(measured: Array, times: Array) -> set[str]:
