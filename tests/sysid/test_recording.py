@@ -2,10 +2,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from twbal.core.episode import Episode, Outcome, Provenance
 from twbal.core.errors import DataError
-from twbal.sysid.recording import Usability, differenced_rates, read_recordings, what_is_not_used
+from twbal.core.time_base import evened
+from twbal.sysid.recording import Usability, differenced_rates, read_recordings, uneven_sum, what_is_not_used
 
 USABILITY = Usability(min_length=20, min_samples=50, max_yaw_rate=1.5, max_tilt=0.6)
 
@@ -142,3 +144,55 @@ def test_what_is_not_read_of_an_episode_is_said(paper):
 def test_recordings_of_a_robot_that_lies_are_refused_with_when_and_why(paper):
     with pytest.raises(DataError, match=r"The tilt of episode run0 is 57\.3° at 0 s, beyond the limit of 34\.4°"):
         read_recordings([episode(channel=1, value=1.0)], ["run0"], paper, Usability(0, 0, 1.5, 0.6))
+
+
+def tilt_filter(times, rates, directions, time_constant):
+    """A complementary filter as firmware has it: rectangles of the gyro, and the direction that its accelerometer sees.
+
+    Args:
+        times: (T + 1,) of its loop [s].
+        rates: (T + 1,) readings of the gyro [rad/s].
+        directions: (T,) mean over each step [rad].
+        time_constant: [s].
+    """
+    tilts = [0.0]
+    for elapsed, rate, direction in zip(np.diff(times), rates[1:], directions, strict=True):
+        share = elapsed / (time_constant + elapsed)
+        tilts.append((1.0 - share) * (tilts[-1] + elapsed * rate) + share * direction)
+    return np.array(tilts)
+
+
+@pytest.mark.parametrize("shaking", [2.0, 8.0])
+def test_a_filtered_tilt_of_an_uneven_loop_is_what_an_even_one_would_have_shown(shaking):
+    """A body that swings, and is shaken by torques that change with each command [rad/s²]."""
+    period, time_constant, rng = 0.01, 0.5, np.random.default_rng(3)
+    instants = period * np.arange(1201)
+    late = 0.1 * period * np.clip(rng.standard_normal(1201), -3.0, 3.0)
+    late[0] = 0.0
+    times = instants + late
+    fine = np.linspace(0.0, max(times[-1], instants[-1]), 400_001)
+    pushes = shaking * np.diff(rng.uniform(-1.0, 1.0, 1202))
+    acting = pushes[np.clip(np.searchsorted(times, fine, side="right") - 1, 0, 1200)]
+    step = fine[1]
+    rate = 0.7 * np.cos(7.0 * fine) + np.cumsum(acting) * step
+    tilt, along = np.cumsum(rate) * step, 0.02 * rate  # the IMU sits 0.2 m above the axle: v = 0.02 g θ̇
+
+    def seen(loop):
+        rates, speeds, tilts = (np.interp(loop, fine, values) for values in (rate, along, tilt))
+        directions = tilts[1:] - np.arctan(np.diff(speeds) / np.diff(loop))  # of gravity and acceleration [g]
+        return rates, tilt_filter(loop, rates, directions, time_constant)
+
+    (rates, tilts), (_, expected) = seen(times), seen(instants)
+    values = np.column_stack([tilts, rates])
+    even = evened(times, values, pushes[:-1], period, [0], [1], uneven=True)
+    kept = np.exp(-period / time_constant)
+    made_up = even.values[:, 0] - lfilter([1.0], [1.0, -kept], uneven_sum(even, tilts, rates, period))
+    before, after = (np.sqrt(np.mean((each - expected)[10:] ** 2)) for each in (even.values[:, 0], made_up))
+    assert after < 0.35 * before
+
+
+def test_an_even_loop_adds_nothing_to_a_sum():
+    times = 0.01 * np.arange(100)
+    values = np.column_stack([np.sin(times), np.cos(times)])
+    even = evened(times, values, times[1:], 0.01, [0], [1], uneven=True)
+    assert uneven_sum(even, values[:, 0], values[:, 1], 0.01) is None
