@@ -244,6 +244,13 @@ def test_parts_of_all_trials_of_a_policy_count() -> None:
     assert ("those of 0" in table, "and for 40.0 s in trials" in table) == (True, True)
 
 
+def test_the_worst_distance_is_that_of_all_trials_that_are_counted():
+    parts = {"upright": 10, "settled": 10, "in_place": 10, "quiet": 10, "place_by": PlaceBy.POSE}
+    first = iteration(0, 10, farthest_median_m=0.03, farthest_worst_m=0.04, **parts)
+    again = iteration(1, 10, same_policy_as=0, farthest_median_m=0.05, farthest_worst_m=0.06, **parts)
+    assert "at most 0.04 m from where it was put (median; 0.06 m in the worst)" in headline(summary(first, again))
+
+
 @pytest.mark.parametrize("part", ["upright", "settled", "in_place", "quiet"])
 @pytest.mark.parametrize("count", [2, 11, -1])
 def test_fewer_trials_of_a_part_than_successes_or_more_than_trials_are_refused(part: str, count: int) -> None:

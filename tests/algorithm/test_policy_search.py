@@ -148,7 +148,7 @@ def test_what_rollouts_tell_is_refused_where_no_robots_are_asked_for(paper):
 
 def test_regulators_are_sought_anew_only_where_rollouts_tell_of_other_robots(paper):
     first, _ = find(paper)
-    (regulator,) = [c.origin for c in first.candidates if c.origin.startswith("regulator of robot")]
+    (regulator,) = [c.origin for c in first.candidates if c.origin.startswith("regulator of sampled robot")]
     by_sheet, _ = find(paper, earlier=[first.best.policy])
     assert {c.origin for c in by_sheet.candidates} == {"policy 0", "search from policy 0"}
     known = identify(paper, {}, [falls_at_once(paper, 12)], lambda line: None).known

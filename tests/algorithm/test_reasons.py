@@ -81,7 +81,7 @@ def test_a_policy_that_was_searched_for_margin_tells_of_how_many_changed_robots_
 def test_where_all_earlier_policies_were_set_aside_a_policy_with_margin_says_so():
     assert reason_in_words(Reason.MARGIN, MARGIN_ALONE, [iteration(0)]) == (
         "Searched for more margin: it succeeds with 70% of sampled robots that changed. No earlier policy was a "
-        "candidate: under each of them the robot fell, or its tilt oscillated."
+        "candidate: under each of them the robot fell in a trial, or its tilt oscillated in the worst one."
     )
 
 

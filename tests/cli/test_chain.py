@@ -175,7 +175,7 @@ def test_only_trials_that_are_not_there_are_driven(chain, tmp_path):
 
 def test_the_simulation_says_how_often_the_robot_fell_and_when(tmp_path, capsys):
     run("sim-collect", tmp_path / "long", "policy=random", "rollouts=3", "steps=200")
-    said = re.search(r"the robot fell in (\d) of 3 rollouts, after (\S+) to (\S+) s", capsys.readouterr().out)
+    said = re.search(r"the simulated robot fell in (\d) of 3 rollouts, after (\S+) to (\S+) s", capsys.readouterr().out)
     lengths = [
         len(episode.commands) * episode.control_period
         for episode in read_episodes(tmp_path / "long" / "episodes")
@@ -184,7 +184,7 @@ def test_the_simulation_says_how_often_the_robot_fell_and_when(tmp_path, capsys)
     assert int(said[1]) == len(lengths) > 0
     assert [float(said[2]), float(said[3])] == pytest.approx([min(lengths), max(lengths)], rel=0.05)
     run("sim-collect", tmp_path / "short", "policy=random", "rollouts=2", "steps=3")
-    assert "the robot fell in none of 2 rollouts" in capsys.readouterr().out
+    assert "the simulated robot fell in none of 2 rollouts" in capsys.readouterr().out
 
 
 def test_other_settings_do_not_touch_a_run_folder(chain, capsys):

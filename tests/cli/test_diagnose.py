@@ -245,6 +245,16 @@ def test_where_no_experiment_is_safe_none_is_the_next_command(tmp_path, monkeypa
     assert suggested_next(tmp_path) == "twbal real-rollout"
 
 
+def test_where_a_repetition_tells_more_it_is_what_comes_next(tmp_path, monkeypatch):
+    monkeypatch.setattr("twbal.cli.stages.diagnose.next_command", lambda stage, settings, *kept: f"twbal {stage}")
+    told = {"verdict": "unknown", "next_experiment": {"command": "a new one", "separation": 1.1, "repetition": 1.7}}
+    (tmp_path / "diagnosis.json").write_text(json.dumps(told))
+    assert suggested_next(tmp_path).startswith("record the robot again as before")
+    told["next_experiment"]["separation"] = 2.0
+    (tmp_path / "diagnosis.json").write_text(json.dumps(told))
+    assert suggested_next(tmp_path) == "a new one"
+
+
 @pytest.mark.parametrize(("after", "sim"), [(0.0019, False), (0.0016, True), (None, True)])
 def test_a_refitted_data_sheet_that_predicts_worse_is_not_the_next_simulation(after, sim, tmp_path, monkeypatch):
     monkeypatch.setattr("twbal.cli.stages.diagnose.next_command", lambda stage, settings, *kept: (stage, settings))

@@ -69,7 +69,7 @@ def drive(policy, out, *words):
 def test_a_robot_turns_over_the_link_and_that_is_kept_told_and_drawn(policy, tmp_path, capsys):
     episode, trial = drive(policy, tmp_path / "out", 'link.overrides=["faults=light"]')
     said = capsys.readouterr().out
-    assert "heading off by at most" in said and "from its start at the end" in said
+    assert "heading off by at most" in said and "m from its start" in said
     assert np.degrees(episode.poses[-1, 2]) == pytest.approx(90.0, abs=3.0)
     assert np.degrees(episode.headings[-1, [0, 2]]) == pytest.approx(90.0, abs=3.0)
     assert np.degrees(trial["turned"]) == pytest.approx(90.0, abs=3.0)

@@ -150,7 +150,7 @@ def test_what_is_known_of_the_robot_is_an_input_and_a_search_with_it_is_repeatab
     (record,) = read_manifest(folder / "known").inputs["known"]
     assert record.path == str(folder / "identified" / "robot_distribution.pt")
     origins = [c.origin for c in load_prediction(folder / "known" / "prediction.pt").candidates]
-    assert any(origin.startswith("regulator of robot 0") for origin in origins)
+    assert any(origin.startswith("regulator of sampled robot 0") for origin in origins)
     made = {path: path.stat().st_mtime_ns for path in (folder / "known").glob("*.pt")}
     capsys.readouterr()
     search(folder, "known", *ROBUST, known)

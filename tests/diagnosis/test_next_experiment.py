@@ -192,4 +192,4 @@ def test_what_to_do_by_hand_is_said_where_no_experiment_would_decide(comparison,
     found = NextExperiment({}, 10.0, separation, repetition, (), 0)
     advice = on_next_experiment(found, comparison, [ProbableEffect("dead_zone", 0.6, False, {}, (), "By hand.")])
     assert ("By hand." in advice) is told
-    assert ("repetition is expected to tell more" in advice[0]) is (repetition > separation)
+    assert ("record again as before: that is expected to tell more" in advice[0]) is (repetition > separation)

@@ -13,11 +13,11 @@ from twbal.algorithm.summary import Summary
 from twbal.core.streams import Stream, generator
 
 METRICS = {
-    "success": ("trials that succeed, best policy", "", True),
-    "upright": ("upright trials, best policy", "", True),
-    "settled": ("settled trials, best policy", "", True),
-    "in_place": ("trials in place, best policy", "", True),
-    "quiet": ("quiet trials, best policy", "", True),
+    "success": ("share of trials that succeed, best policy", "", True),
+    "upright": ("share of upright trials, best policy", "", True),
+    "settled": ("share of settled trials, best policy", "", True),
+    "in_place": ("share of trials in place, best policy", "", True),
+    "quiet": ("share of quiet trials, best policy", "", True),
     "seconds": ("real seconds to all trials", "s", False),
     "trial_seconds": ("seconds of trials up to there", "s", False),
     "cost": ("real long-term cost, best policy", "", False),

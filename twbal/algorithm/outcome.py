@@ -4,6 +4,7 @@ Every sentence is made from what `summary.json` notes of each iteration, none fr
 """
 
 from math import degrees
+from statistics import median
 
 from twbal.algorithm.iteration import Iteration
 from twbal.algorithm.summary import Summary
@@ -38,7 +39,7 @@ def headline(summary: Summary) -> str:
             f"The robot is not reliably balanced: the best, policy {best.index}, succeeded in {successes} of {trials} "
             f"trials. {_learned_from(summary)}{_parts(summary)}"
         )
-    return f"{said} {best.index} succeeded in {successes} of {trials} trials. {_learned_from(summary)}{_place(best)}"
+    return f"{said} {best.index} succeeded in {successes} of {trials} trials. {_learned_from(summary)}{_place(summary)}"
 
 
 def rule_in_words(rule: SuccessCriterion, control_period: float) -> str:
@@ -71,14 +72,17 @@ def _parts(summary: Summary) -> str:
     return f" Of the {counted(trials, 'trial')} of policy {best}, {', '.join(shown)}."
 
 
-def _place(best: Iteration) -> str:
-    """How far from where it was put the best policy lets the robot go."""
-    if best.farthest_median_m is None or best.farthest_worst_m is None:
+def _place(summary: Summary) -> str:
+    """How far from where it was put the best policy lets the robot go, in all of its trials."""
+    best, tried = summary.best, [i for i in summary.tried(summary.best.index) if i.trials]
+    medians = [i.farthest_median_m for i in tried if i.farthest_median_m is not None]
+    worst = max((i.farthest_worst_m for i in tried if i.farthest_worst_m is not None), default=None)
+    if not medians or worst is None:
         return "" if best.drift_m is None else f" In a trial it rolled {best.drift_m:.1f} m away (median)."
     told_by = "odometry" if best.place_by is PlaceBy.ODOMETRY else "its true pose"
     return (
-        f" Late in a trial it was at most {best.farthest_median_m:.2f} m from where it was put (median; "
-        f"{best.farthest_worst_m:.2f} m in the worst), by {told_by}."
+        f" Late in a trial it was at most {median(medians):.2f} m from where it was put (median; "
+        f"{worst:.2f} m in the worst), by {told_by}."
     )
 
 

@@ -74,7 +74,7 @@ def _margin_alone(best: Assessment) -> str:
     """Of a policy that was searched for more margin where no earlier policy was a candidate."""
     return (
         f"Searched for more margin: it succeeds with {best.margin:.0%} of sampled robots that changed. No earlier "
-        "policy was a candidate: under each of them the robot fell, or its tilt oscillated."
+        "policy was a candidate: under each of them the robot fell in a trial, or its tilt oscillated in the worst one."
     )
 
 

@@ -13,6 +13,7 @@ from twbal.api.configured import setup as configured
 from twbal.api.files import load_policy
 from twbal.core.channels import Channels
 from twbal.core.episode import Episode, Provenance
+from twbal.core.errors import ConfigError
 from twbal.core.evaluation import Verdict, drift, judged, real_cost
 from twbal.core.plant import Plant
 from twbal.core.robot_parameters import RobotParameters
@@ -107,7 +108,8 @@ def evaluate(
         overrides: settings of `twbal iterate`, such as `["success.place_radii=null"]`.
 
     Raises:
-        ConfigError: a setting cannot be right, or the plant is not the robot that was named.
+        ConfigError: a setting cannot be right, there is no trial or no policy, or the plant is not the robot that was
+            named.
         CheckpointError: the policy cannot be read.
         LinkError: the robot fell silent, measures the same again and again, or does not confirm that it has stopped.
 
@@ -117,6 +119,8 @@ def evaluate(
     >>> found.successes, found.trials
     (2, 2)
     """
+    if policy is None or trials < 1:
+        raise ConfigError(f"Trials need a policy, and there must be at least one; found {policy} and {trials} trials.")
     driver = _policy(policy)
     assert driver is not None
     setup = configured(robot, [*overrides, *_state_of(driver)])

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from hydra import compose
-from hydra.errors import HydraException
+from hydra.errors import HydraException, InstantiationException
 from hydra.utils import instantiate
 from omegaconf import DictConfig
 from omegaconf.errors import OmegaConfBaseException
@@ -12,6 +12,7 @@ from twbal.cli.composition import composing
 from twbal.cli.config_check import check_configuration
 from twbal.cli.hydra_errors import explained
 from twbal.cli.sim_files import with_files
+from twbal.core.errors import TwbalError
 
 
 def composed(stage: str, overrides: Sequence[str] = ()) -> DictConfig:
@@ -34,5 +35,14 @@ def composed(stage: str, overrides: Sequence[str] = ()) -> DictConfig:
 
 
 def built(cfg: DictConfig, part: str) -> object:
-    """What a part of a configuration describes."""
-    return instantiate(cfg[part])
+    """What a part of a configuration describes.
+
+    Raises:
+        TwbalError: it cannot be made, as of a robot that cannot be reached.
+    """
+    try:
+        return instantiate(cfg[part])
+    except InstantiationException as error:
+        if isinstance(error.__cause__, TwbalError):
+            raise error.__cause__ from None
+        raise

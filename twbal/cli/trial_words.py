@@ -44,6 +44,6 @@ def print_course(trials: Sequence[FollowedCourse]) -> None:
 def _turned(trial: FollowedCourse) -> str:
     """What became of the heading, as the end of a line."""
     if trial.heading_error is not None:
-        returned = "" if trial.from_start is None else f", {trial.from_start:.2f} m from its start at the end"
+        returned = "" if trial.from_start is None else f"; at the end {trial.from_start:.2f} m from its start"
         return f"; heading off by at most {degrees(trial.heading_error):.1f}° from 5 s on{returned}"
     return "" if trial.turned is None else f", turned by {degrees(trial.turned):.0f}°, which nothing controls"

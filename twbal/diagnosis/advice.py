@@ -92,12 +92,13 @@ def on_next_experiment(
     expected = f"a log likelihood ratio of {separation} between the true one and another"
     before = f"{found.seconds:g} s like those before bring {repetition}"
     if found.repetition > found.separation:
-        before += ", so a repetition is expected to tell more"
+        before += ", so record again as before: that is expected to tell more"
     if found.is_decisive:
         said += f"By simulation, {found.seconds:g} s of the suggested experiment bring {expected}; {before}."
         return (said,)
     said += f"No experiment that the robot can do by itself is expected to tell them apart: {found.seconds:g} s of the "
-    return (f"{said}best one, which is suggested, bring {expected}; {before}.", *by_hand)
+    which = "best one" if found.repetition > found.separation else "best one, which is suggested,"
+    return (f"{said}{which} bring {expected}; {before}.", *by_hand)
 
 
 def on_disagreements(found: Sequence[Disagreement]) -> tuple[str, ...]:

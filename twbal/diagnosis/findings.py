@@ -94,6 +94,7 @@ class Findings:
         nominal_errors: per recording (T + 1, 4): measured less what the simulation as it is predicts from the state of
             `named` at the instant before, in the order of `MEASURED`; 0 at the first instants.
         refitted: with its data sheet refitted within the tolerances.
+        refitted_data_sheet: shifts of the data-sheet parameters of `refitted`, the largest first.
         comparison: the likeliest sets with their fits; None where no sets were weighed, as of wheels in the air.
         without: `named` without one of its effects and fitted again, by the effect's name.
         named: with what is named too; of an `unknown`, with the likeliest effects where each is more likely missing
@@ -115,6 +116,7 @@ class Findings:
     refitted: FilterResult
     named: FilterResult
     without: Mapping[str, FilterResult]
+    refitted_data_sheet: tuple[Shift, ...] = ()
     comparison: ModelComparison | None = None
 
     @property

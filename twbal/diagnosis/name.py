@@ -120,10 +120,11 @@ def name_effects(
         named=refitted if named is selection.base else _filter_result(data, named, effects),
         without={
             effect.name: refitted
-            if len(named.candidates) == 1 and named.temperature == 1.0
+            if len(named.candidates) == 1
             else _filter_result(data, without(problem, named, effect), effects)
             for effect in named.effects
         },
+        refitted_data_sheet=shifts_of(selection.base, settings),
         comparison=comparison,
     )
 

@@ -92,7 +92,8 @@ def objections(
     limit = autocorrelation_limit(len(chosen.fit.white) // 4, settings)
     found = list[Objection]()
     if chosen.autocorrelation > limit:
-        said = f"The residuals stay autocorrelated: {chosen.autocorrelation:.3g}, where noise has 1; "
+        said = f"The residuals stay autocorrelated: their Ljung-Box statistic is {chosen.autocorrelation:.3g} times "
+        said += "that of white noise; "
         is_near = chosen.autocorrelation < _FAR * limit
         found.append(Objection(f"{said}the limit is {limit:.3g}.", is_of_errors=is_near))
     if not chosen.effects:

@@ -301,7 +301,10 @@ def _reviewed(diagnosis: Diagnosis, found: Findings, settings: Settings) -> tupl
         if found.added
         else diagnosis.effects
     )
-    diagnosis = replace(diagnosis, verdict=verdict, effects=effects, data_sheet_class=(), advice=advice)
+    shifts = found.refitted_data_sheet
+    diagnosis = replace(
+        diagnosis, verdict=verdict, effects=effects, data_sheet=shifts, data_sheet_class=(), advice=advice
+    )
     return diagnosis, replace(found, named=found.refitted, added=(), effects=effects)
 
 

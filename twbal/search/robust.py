@@ -98,7 +98,8 @@ class RankedPolicy(NamedTuple):
     """A policy and how it did on the sampled robots.
 
     Attributes:
-        origin: what it was designed for.
+        origin: what it was designed for: a sampled robot; factors on the widths of the cost for place, changes of the
+            command and command; and the share of the dead zone and the friction that it makes up for.
         policy: the policy.
         success: share of the robots under which it succeeds.
         use: mean share of the limits that the robots used (`Driven`), those that changed among them.
@@ -290,17 +291,19 @@ class SampledRobots:
             linear = sampled_with_delay(model, robot.control_period, len(self.channels.lags))
             A, B = state_space(linear, self.channels)
             friction = model.dead_zone_width + 2.0 * model.coulomb_friction_torque / model.torque_gain_gain
-            for scales in product(settings.position_scales, settings.change_scales, settings.command_widths):
-                place, change, width = scales
+            for place, change, width in product(
+                settings.position_scales, settings.change_scales, settings.command_widths
+            ):
                 cost = scaled(self.cost, self.channels, settings.width_scales, place, change)
                 gain = regulator(A, B, cost, width * limit)
                 if gain is None:
                     continue
+                asked = f"place {place:g}, changes {change:g}, command {width:g}"
                 for share in settings.compensations:
                     compensation = min(share * friction / limit, _MOST_COMPENSATION)
                     jump = (compensation, linear.balance, settings.compensation_tilt)
                     policy = linear_law(self.channels.names, gain, limit, *jump)
-                    yield f"regulator of robot {number} ({', '.join(f'{s:g}' for s in (*scales, share))})", policy
+                    yield f"regulator of sampled robot {number} ({asked}, friction {share:g})", policy
 
 
 def scaled(cost: Cost, channels: Channels, by_name: Mapping[str, float], place: float, change: float) -> Cost:

@@ -1,6 +1,7 @@
 """Groups of runs beside each other: every run a dot, medians as lines."""
 
 from collections.abc import Mapping, Sequence
+from textwrap import fill
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -8,6 +9,8 @@ from matplotlib.figure import Figure
 from twbal.algorithm.comparison import METRICS, Run
 from twbal.core.palette import MUTED, PREDICTED, REAL
 from twbal.viz.canvas import panels, styled
+
+_TITLE = 38  # characters of a line of a panel's title
 
 
 @styled
@@ -33,5 +36,5 @@ def comparison_figure(groups: Mapping[str, Sequence[Run]]) -> Figure:
         panel.set_xticks(range(len(groups)), list(groups))
         panel.set_xlim(-0.5, len(groups) - 0.5)
         panel.set_ylim(0.0, 1.12 * top)
-        panel.set_title(f"{what} [{unit}]" if unit else what, fontsize=8.5)
+        panel.set_title(fill(f"{what} [{unit}]" if unit else what, _TITLE), fontsize=8.5)
     return figure

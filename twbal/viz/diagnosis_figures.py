@@ -132,7 +132,7 @@ def whiteness_figure(whiteness: Sequence[Whiteness], after: str | None) -> Figur
     panel.set_yscale("log")
     panel.grid(visible=False, axis="x")
     panel.set_ylabel("autocorrelation")
-    panel.set_title("residual autocorrelation (1 is white)")
+    panel.set_title("Ljung-Box statistic of the residuals (1: white noise)")
     legend(figure, panel)
     return figure
 

@@ -59,8 +59,8 @@ def _draw_coverage(axes: Axes, summary: Summary) -> None:
         if i.coverage95 is not None and i.tilt_band_widest is not None:
             width = f"±{angle(i.tilt_band_widest)}"
             axes.annotate(width, (i.index, i.coverage95), (0, -14), textcoords="offset points", ha="center")
-    axes.set_ylim(-0.12, 1.1)
-    axes.set_title("real states in the 95 % band (± of tilt)")
+    axes.set_ylim(-0.2, 1.1)
+    axes.set_title("states in the 95 % band (± of tilt)")
     axes.set_ylabel("share of states")
 
 

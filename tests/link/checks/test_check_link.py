@@ -104,6 +104,21 @@ def test_dead_time_is_that_of_the_robot(delay):
     assert abs(milliseconds * 1e-3 - delay * PERIOD) <= 0.6 * PERIOD
 
 
+class Sticking(HeldRobot):
+    """Its wheels give way by 0.012 rad and stick there, as in tyres or gears."""
+
+    def step(self, command):
+        seen = super().step(command)
+        return seen._replace(wheel_angle=min(seen.wheel_angle, 0.012), wheel_rate=0.0)
+
+
+def test_wheels_that_move_and_stick_tell_no_dead_time():
+    bench = Bench(Sticking(delay=2))
+    bench.verdicts()
+    found = bench.found["dead time"]
+    assert found.verdict is Verdict.SKIPPED and "larger pulse" in found.advice and not found.measured
+
+
 def test_a_watchdog_that_does_not_bite_is_found_and_the_motors_are_not_driven_after_it():
     bench = Bench(HeldRobot(), SilentWatchdog, clock=Clock.REAL_TIME)
     assert bench.problems() == {"watchdog"}

@@ -18,6 +18,7 @@ from twbal.diagnosis.diagnosis_file import (
     has_no_safe_experiment,
     is_better_unchanged,
     suggested_in,
+    tells_more_again,
     verdict_in,
     write_diagnosis,
 )
@@ -37,6 +38,7 @@ NOT_RECORDED = ("episodes", "test_episodes")
 REPORT, FIGURES = "report.html", "figures"
 _UNITS = {"tilt": "rad", "tilt_rate": "rad/s", "wheel_angle": "rad", "wheel_rate": "rad/s"}
 _MOST_RIVALS = 10
+_FAR = 3.0  # tolerances by which a nominal parameter must be off to stand for something else
 
 
 def main(cfg: DictConfig) -> None:
@@ -74,6 +76,8 @@ def suggested_next(out: Path, recorded_by: object = None) -> str:
         return next_command("sim-collect", {"sim": out / AUGMENTED}, "robot")
     if has_no_safe_experiment(out / DIAGNOSIS):
         return f"see the advice above, and {out / REPORT}: no experiment that twbal knows is safe for this robot"
+    if tells_more_again(out / DIAGNOSIS):
+        return "record the robot again as before, and diagnose all recordings together: episodes=[..., ...]"
     return suggested_in(out / DIAGNOSIS) or next_command("real-rollout", gently(recorded_by), "robot")
 
 
@@ -106,7 +110,8 @@ def _diagnose_to_files(
         settings_of_it = {"experiment": "excite", **diagnosis.next_experiment.settings}
         command = next_command("real-rollout", settings_of_it, "robot")
         diagnosis = replace(diagnosis, next_experiment=diagnosis.next_experiment._replace(command=command))
-    print("\n  ".join([headline_text(diagnosis), *effect_lines(diagnosis), *diagnosis.advice]))
+    said = f"verdict {diagnosis.verdict}: {headline_text(diagnosis)}"
+    print("\n  ".join([said, *effect_lines(diagnosis), *diagnosis.advice]))
     write_diagnosis(out / DIAGNOSIS, diagnosis)
     write_atomically(out / AUGMENTED, simulation_text(result.simulation.effects, result.simulation.physics_step, title))
     pictures, drawn = _draw(diagnosis, out / FIGURES)
@@ -132,6 +137,10 @@ def _title(result: DiagnosisResult) -> str:
         content += " and " + ", ".join(added).replace("_", " ")
     if result.diagnosis.lost_commands is not None:
         content += ", and lost commands"
+    far = [shift for shift in result.diagnosis.data_sheet if abs(shift.sigmas) > _FAR]
+    if far:
+        values = ", ".join(f"{shift.name.replace('_', ' ')} × {shift.factor:.2g}" for shift in far)
+        content += f"; far beyond their tolerances, and so for what is not explained: {values}"
     return f"No finding (verdict {verdict}): {content}." if verdict.is_open else f"Verdict {verdict}: {content}."
 
 

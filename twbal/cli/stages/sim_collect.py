@@ -82,5 +82,6 @@ def _write(episodes: Iterable[Episode], folder: Path) -> list[Path]:
 def _told(fallen: Sequence[float], rollouts: int) -> str:
     """How many rollouts ended beyond the tilt limit, and when [s]."""
     if not fallen:
-        return f"the robot fell in none of {rollouts} rollouts"
-    return f"the robot fell in {len(fallen)} of {rollouts} rollouts, after {min(fallen):.2g} to {max(fallen):.2g} s"
+        return f"the simulated robot fell in none of {rollouts} rollouts"
+    when = f"after {min(fallen):.2g} to {max(fallen):.2g} s"
+    return f"the simulated robot fell in {len(fallen)} of {rollouts} rollouts, {when}"

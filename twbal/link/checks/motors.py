@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from math import ceil, degrees, sqrt
-from statistics import linear_regression, pstdev
+from statistics import fmean, linear_regression, pstdev
 from typing import NamedTuple
 
 from twbal.core.check import Check, Measurement, Verdict
@@ -16,6 +16,8 @@ LONGEST_PULSE = 0.3
 
 _MOTION = 0.01  # least angle that counts as motion [rad]
 _SIGMAS = 6.0
+_FEW = 3  # samples of a motion, below which its begin is not known
+_EARLY = 1.0  # control periods by which the begin that is found may lie before the command
 _ON_LINE = 4  # samples by which the begin of a motion is found
 _LONG = 4.0  # control periods of dead time
 
@@ -95,10 +97,16 @@ def dead_time_check(plant: SerialPlant, pulse: Pulse) -> Check:
     least, began = pulse.least("wheel_angle"), _began(plant, pulse.during)
     moved = zip(pulse.during.elapsed(), map(abs, pulse.moved("wheel_angle")), strict=False)
     seen = [(time - began, sqrt(angle)) for time, angle in moved if angle > least][:_ON_LINE]
-    if len(seen) < 2:
-        return Check("dead time", Verdict.SKIPPED, "the wheels hardly moved")
+    larger = "Against dry friction, try a larger pulse=."
+    if len(seen) < _FEW:
+        return Check("dead time", Verdict.SKIPPED, "the wheels hardly moved", "", larger)
     line = linear_regression(*zip(*seen, strict=True))
-    late = max(0.0, -line.intercept / line.slope) if line.slope > 0 else seen[0][0]
+    late = -line.intercept / line.slope if line.slope > 0 else -1.0
+    off = _error_of_zero(seen, line.slope, line.intercept) if late >= 0.0 else 0.0
+    if late < -_EARLY * plant.control_period or off > plant.control_period:
+        found = f"the wheels began to move too slowly to tell: they were seen to move after {seen[0][0] * 1e3:.0f} ms"
+        return Check("dead time", Verdict.SKIPPED, found, "", larger)
+    late = max(late, 0.0)
     periods = late / plant.control_period
     found = (
         f"{late * 1e3:.0f} ms, {periods:.1f} control periods, from the command to the wheels' motion, which was seen "
@@ -109,6 +117,15 @@ def dead_time_check(plant: SerialPlant, pulse: Pulse) -> Check:
         advice = "Balancing needs less: look for filters, slow motor drivers and a busy line."
         return Check("dead time", Verdict.WARNING, found, f"at most {_LONG:g} control periods", advice, measured)
     return Check("dead time", Verdict.OK, found, measured=measured)
+
+
+def _error_of_zero(points: Sequence[tuple[float, float]], slope: float, intercept: float) -> float:
+    """Standard error of where a line that was fitted to points is 0, in the unit of their first coordinate."""
+    times = [time for time, _ in points]
+    middle, zero = fmean(times), -intercept / slope
+    left = sum((value - intercept - slope * time) ** 2 for time, value in points) / max(len(points) - 2, 1)
+    spread = sum((time - middle) ** 2 for time in times)
+    return sqrt(left * (1.0 / len(points) + (zero - middle) ** 2 / spread)) / slope
 
 
 def turning_check(pulse: Pulse) -> Check:
