@@ -51,7 +51,7 @@ def _places(layers: Mapping[str, int]) -> dict[str, tuple[float, float]]:
     for level in sorted(set(layers.values())):
         row = [name for name in layers if layers[name] == level]
         for i, name in enumerate(row):
-            x = _LEFT + (_WIDTH - _LEFT) * (i + 0.5) / len(row)
+            x = _LEFT + (_WIDTH - _LEFT - 20) * (i + 0.5) / len(row)
             found[name] = (x + 20 * (level % 2) * (len(row) > 1), _ROW * (top - level + 0.5))
     return found
 

@@ -11,7 +11,7 @@ from omegaconf import OmegaConf
 from twbal.cli.commands import text
 from twbal.cli.composition import composing
 from twbal.cli.main import main
-from twbal.cli.sim_files import simulation_text, with_files
+from twbal.cli.sim_files import as_given, simulation_text, with_files
 from twbal.core.errors import ConfigError
 from twbal.diagnosis.inputs import Simulated
 from twbal.effects.library import nodes
@@ -314,3 +314,12 @@ def test_a_folder_without_a_simulation_or_with_two_is_refused(gain, tmp_path, re
 def test_a_link_to_a_simulation_is_followed(gain, tmp_path):
     (tmp_path / "link.yaml").symlink_to(gain)
     assert simulation(f"sim={tmp_path / 'link.yaml'}") == JUST_GAIN
+
+
+def test_the_words_of_a_file_are_told_as_they_were_given(gain):
+    given = f"sim={gain}"
+    words = with_files(["seed=1", given, "updates=2"])
+    assert len(words) > 3
+    assert as_given(words) == [given, "seed=1", "updates=2"]
+    assert as_given([*words, "more=1"]) == [given, "seed=1", "updates=2", "more=1"]
+    assert as_given(["sim=nominal", "seed=1"]) == ["sim=nominal", "seed=1"]

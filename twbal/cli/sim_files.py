@@ -29,6 +29,7 @@ AUGMENTED, IDENTIFIED = "augmented.yaml", "identified.yaml"
 _KEY, _ENDINGS = "sim=", (".yaml", ".yml")
 _ADDED = re.compile(r"\+?\+?[\w/]+@sim\.effects\.(\w+)=")
 _PARTS = ("physics_step", "effects")
+_CONTENTS: dict[str, list[str]] = {}  # of the files that this process was given, by the word that names them
 _LARGEST = 1e6  # of any effect's values, in whichever SI unit
 _NUMBER = re.compile(r"[+-]?(\d{1,40}\.?\d{0,40}|\.\d{1,40})([eE][+-]?\d{1,3})?")
 
@@ -53,7 +54,17 @@ def with_files(words: Sequence[str]) -> list[str]:
     again = [name for word in others if (name := _added(word)) in effects]
     if again:
         raise ConfigError(f"{path} has {again[0]} already; change its values by sim.effects.{again[0]}.<name>=...")
-    return ["sim=nominal", *step, *(f"++sim.effects.{name}={text(node)}" for name, node in effects.items()), *others]
+    content = ["sim=nominal", *step, *(f"++sim.effects.{name}={text(node)}" for name, node in effects.items())]
+    _CONTENTS[chosen[-1]] = content
+    return [*content, *others]
+
+
+def as_given(words: Sequence[str]) -> list[str]:
+    """Words of `with_files` as a person gave them: with the file in the place of what it says."""
+    for given, content in _CONTENTS.items():
+        if list(words[: len(content)]) == content:
+            return [given, *words[len(content) :]]
+    return list(words)
 
 
 def is_simulation_file(word: str) -> bool:

@@ -38,7 +38,9 @@ def print_course(trials: Sequence[FollowedCourse]) -> None:
     """Print how the robot followed the course."""
     print(*course_table(trials), sep="\n")
     for trial in trials:
-        print(f"trial {trial.trial}: {'fell' if trial.fell else 'upright'}; places by {trial.place_by}{_turned(trial)}")
+        gave = f"; the reference gave way {trial.gave_way} times" if trial.gave_way else ""
+        how = "fell" if trial.fell else "upright"
+        print(f"trial {trial.trial}: {how}; places by {trial.place_by}{_turned(trial)}{gave}")
 
 
 def _turned(trial: FollowedCourse) -> str:

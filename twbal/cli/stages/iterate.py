@@ -25,6 +25,7 @@ from twbal.cli.link_gate import HEED, SAME_ROBOT
 from twbal.cli.manifest import MANIFEST, Manifest, Step, is_of_this_code, perform, read_manifest
 from twbal.cli.robot_link import virtual_command
 from twbal.cli.script import HASHES, SCRIPT, hash_list, script
+from twbal.cli.sim_files import as_given
 from twbal.cli.stage_steps import StageSteps
 from twbal.cli.stages.real_rollout import check_robot_is_there, rollout_settings
 from twbal.cli.trials_at_once import robots_at_once
@@ -57,8 +58,13 @@ def main(cfg: DictConfig) -> float | None:
     out, hydra, flags = run_folder(), HydraConfig.get(), configuration_flags()
     words = [word for word in hydra.overrides.task if not word.startswith("hydra.")]
     known_robot(cfg)  # what cannot be used is refused before any word of going on
-    print(f"After an interruption, this goes on where it was: {_again(flags, words, out)}\n", flush=True)
-    run(cfg, out, hydra.runtime.choices, flags)
+    again = f"After an interruption, this goes on where it was: {_again(flags, words, out)}"
+    print(f"{again}\n", flush=True)
+    try:
+        run(cfg, out, hydra.runtime.choices, flags)
+    except KeyboardInterrupt:
+        print(f"\n{again}", flush=True)  # once more, as it is far up by now
+        raise
     summary = read_summary(out / SUMMARY)
     print(f"\n{rule_in_words(instantiate(cfg.success), cfg.robot.control_period)}")
     print(f"\n{summary_table(summary)}\n")
@@ -73,7 +79,7 @@ def main(cfg: DictConfig) -> float | None:
 
 def _again(flags: Sequence[str], words: Sequence[str], out: Path) -> str:
     """The command that goes on in `out`."""
-    return shlex.join(["twbal", "iterate", *flags, *words, f"hydra.run.dir={text(str(out))}"])
+    return shlex.join(["twbal", "iterate", *flags, *as_given(words), f"hydra.run.dir={text(str(out))}"])
 
 
 def _following(summary: Summary, out: Path, flags: Sequence[str], words: Sequence[str], updates: int) -> list[str]:
