@@ -159,7 +159,7 @@ def test_residuals_with_memory_are_told_with_their_autocorrelation(paper, driven
         autocorrelations=np.full(4, 12.0)
     )
     (found,) = objections(hypothesis, largest_noise(paper), (), settings())
-    assert "autocorrelated: 12, where noise has 1; the limit is 8" in found.text
+    assert "autocorrelated: their Ljung-Box statistic is 12 times that of white noise; the limit is 8" in found.text
     assert found.concerns("any effect")
     assert found.is_of_errors
 

@@ -132,7 +132,7 @@ def evaluate(
         episodes = tuple(driven(setup.simulation.having(effects), driver, channels, settings, source))
     else:
         check_robot(plant, setup.simulation.robot)
-        check_sensors(plant, channels)
+        check_sensors(plant, channels.names)
         plan = RolloutPlan(lambda: plant, driver, channels, rule.steps, rule.tilt_limit, new_watch=FrozenSensors)
         source = Provenance(name, "robot", seed=seed)
         episodes = tuple(plan.drive_on(plant, [replace(source, trial=trial) for trial in settings.numbers]))

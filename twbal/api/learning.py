@@ -81,7 +81,7 @@ def learn(
     """
     setup = configured(robot, overrides) if setup is None else setup
     check_robot(plant, setup.simulation.robot)
-    check_sensors(plant, setup.search.channels)
+    check_sensors(plant, setup.search.channels.names)
     began, steps = time.monotonic(), InMemory(plant, setup, progress)
     learned = Algorithm(steps, setup.algorithm, setup.driving, setup.rule).run()
     found = findings(learned, steps, setup.measures)

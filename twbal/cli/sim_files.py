@@ -55,13 +55,14 @@ def with_files(words: Sequence[str]) -> list[str]:
     if again:
         raise ConfigError(f"{path} has {again[0]} already; change its values by sim.effects.{again[0]}.<name>=...")
     content = ["sim=nominal", *step, *(f"++sim.effects.{name}={text(node)}" for name, node in effects.items())]
+    _CONTENTS.pop(chosen[-1], None)
     _CONTENTS[chosen[-1]] = content
     return [*content, *others]
 
 
 def as_given(words: Sequence[str]) -> list[str]:
     """Words of `with_files` as a person gave them: with the file in the place of what it says."""
-    for given, content in _CONTENTS.items():
+    for given, content in reversed(_CONTENTS.items()):  # of two of one content, the last one
         if list(words[: len(content)]) == content:
             return [given, *words[len(content) :]]
     return list(words)

@@ -1,6 +1,7 @@
 """Whether the robot on a link is that of a data sheet, before it is armed."""
 
-from twbal.core.channels import Channels
+from collections.abc import Sequence
+
 from twbal.core.errors import ConfigError
 from twbal.core.plant import Plant
 from twbal.core.robot_parameters import RobotParameters
@@ -29,12 +30,12 @@ def check_robot(plant: Plant, robot: RobotParameters) -> None:
         )
 
 
-def check_sensors(plant: Plant, channels: Channels) -> None:
-    """Raise ConfigError where a robot on a link does not measure what the state needs."""
+def check_sensors(plant: Plant, channels: Sequence[str]) -> None:
+    """Raise ConfigError where a robot on a link does not measure what a state of these channels needs."""
     if not isinstance(plant, SerialPlant):
         return
     for name in ("acceleration", "yaw_rate"):
-        if name in channels.names and Sensors[name.upper()] not in plant.sensors:
+        if name in channels and Sensors[name.upper()] not in plant.sensors:
             raise ConfigError(
                 f"The robot {plant.robot_name!r} on the link does not measure its {name.replace('_', ' ')}, which is a "
                 "channel of the state. Choose a state without it, such as state=default."

@@ -139,7 +139,7 @@ def run(
             robot_link(link, launch) as plant,
         ):
             check_robot(plant, driven.robot)
-            check_sensors(plant, driven.channels)
+            check_sensors(plant, driven.channels.names)
             if heeds(cfg, cfg.link):
                 heed_last_check(plant, driven.robot)
             with in_time(plant):

@@ -245,7 +245,7 @@ def record(
     """
     with stopped_once(), open_link() as plant, in_time(plant):
         check_robot(plant, robot)
-        check_sensors(plant, channels)
+        check_sensors(plant, channels.names)
         steps = settings.steps if course is None else course.steps(plant.control_period)
         headings = None if course is None else _heading_course(course, plant)
         targets = course or standing_targets(settings.yield_to_pushes, robot, channels.names)
