@@ -154,6 +154,13 @@ def test_a_stage_ends_with_what_it_made_and_the_next_command(chain, capsys):
     ]
 
 
+def test_an_f_of_the_robot_itself_is_warned_of(chain, tmp_path, capsys):
+    run("fit-sim-gp", tmp_path / "f", f"episodes={chain / 'real'}", *QUICK)
+    assert "WARNING: 2 of 2 episodes are not of a simulation" in capsys.readouterr().out
+    run("fit-sim-gp", tmp_path / "sim", f"episodes={chain / 'sim'}", *QUICK)
+    assert "WARNING" not in capsys.readouterr().out
+
+
 def test_the_next_command_is_for_the_same_robot_and_state(tmp_path, capsys):
     run("sim-collect", tmp_path / "sim", "rollouts=1", "steps=3", "robot=regbot", "state=paper", "robot.body_mass=2")
     assert capsys.readouterr().out.splitlines()[-1] == (

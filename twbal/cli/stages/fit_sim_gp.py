@@ -8,7 +8,7 @@ from omegaconf import DictConfig
 
 from twbal.algorithm.model_file import SavedModel, save_model
 from twbal.cli.artefacts import MODEL, episode_files, episodes_of, hashes
-from twbal.cli.console import next_command, print_result, run_folder
+from twbal.cli.console import next_command, print_result, run_folder, say
 from twbal.cli.manifest import Manifest, Step, perform
 from twbal.cli.typed_config import recorded, typed
 from twbal.core.channels import Channels
@@ -46,6 +46,12 @@ def fit_to_file(files: list[Path], robot: str, channels: Channels, recipe: Model
     Raises:
         DataError: a log is of another robot, or cannot be used.
     """
-    learned = recipe.learn_simulation(episodes_of(files, robot), channels, seed)
+    episodes = episodes_of(files, robot)
+    if measured := sum(episode.provenance.source != "simulation" for episode in episodes):
+        say(
+            f"WARNING: {measured} of {len(episodes)} episodes are not of a simulation. f is what simulations say; what "
+            "the robot shows is for fit-diff-gp"
+        )
+    learned = recipe.learn_simulation(episodes, channels, seed)
     save_model(path, SavedModel(learned.model, {"simulation": hashes(files)}))
     return path
