@@ -13,7 +13,7 @@ from twbal.models.fit import fit_gp
 from twbal.models.fit_settings import FitSettings
 from twbal.models.gp import condition, squared_exponential
 from twbal.models.hyperparameters import Hyperparameters
-from twbal.models.sparse import SparseSettings, choose_inducing, condition_sparse, fit_sparse_gp
+from twbal.models.sparse import SparseSettings, choose_inducing, condition_sparse, fit_sparse_gp, greedy_choice
 
 FIT = FitSettings(
     starts=2,
@@ -96,6 +96,12 @@ def test_greedy_choice_beats_a_random_one():
     greedy = condition_sparse(inputs, targets, choose_inducing(inputs, HYPER, 25, 0.0), HYPER).log_evidence
     random = [condition_sparse(inputs, targets, inputs[k : k + 25], HYPER).log_evidence for k in range(0, 175, 25)]
     assert greedy.sum() > np.max(np.sum(random, axis=1))
+
+
+def test_where_there_is_nothing_but_noise_one_input_is_left():
+    """Samples of which even all together would tell next to nothing."""
+    rows = lambda number: [np.eye(5)[number]]  # noqa: E731
+    assert len(greedy_choice(rows, np.ones((1, 5)), np.array([1e-9]), count=3, tolerance=1e-3)) == 1
 
 
 def test_fit_is_nearly_as_good_as_the_exact_fit_on_all_samples():

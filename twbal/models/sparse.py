@@ -99,7 +99,7 @@ def choose_inducing(inputs: Array, hyperparameters: Hyperparameters, count: int,
 def greedy_choice(
     rows: Callable[[int], Iterable[Array]], prior: Array, gain: Array, count: int, tolerance: float
 ) -> list[int]:
-    """Numbers of the samples that leave the least variance unexplained, at most `count`.
+    """Numbers of the samples that leave the least variance unexplained, at most `count` and at least one.
 
     Each is the sample with the largest Σ_a v_a/(2σ_a²), v_a being output a's variance given those chosen before: its
     own part of what the bound loses (a pivoted Cholesky factorisation; Burt, Rasmussen and van der Wilk 2020).
@@ -114,7 +114,7 @@ def greedy_choice(
     (outputs, n), left = prior.shape, prior.copy()
     roots = np.zeros((outputs, min(count, n), n))
     chosen: list[int] = []
-    while len(chosen) < min(count, n) and np.sum(gain @ left) > tolerance:
+    while len(chosen) < min(count, n) and (not chosen or np.sum(gain @ left) > tolerance):
         pivot, step = int(np.argmax(gain @ left)), len(chosen)
         for a, row in enumerate(rows(pivot)):
             unexplained = row - roots[a, :step, pivot] @ roots[a, :step]
