@@ -7,6 +7,7 @@ from parameter_walk.code import Code
 from parameter_walk.walk import walks
 
 _WIDTH, _ROW, _BOX, _LEFT, _KEY = 900, 92, (112, 44), 40, 26
+_SHIFT = 20  # to the right, of every other row, so that arrows pass between boxes
 _COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#8a6d00")
 
 
@@ -51,8 +52,8 @@ def _places(layers: Mapping[str, int]) -> dict[str, tuple[float, float]]:
     for level in sorted(set(layers.values())):
         row = [name for name in layers if layers[name] == level]
         for i, name in enumerate(row):
-            x = _LEFT + (_WIDTH - _LEFT - 20) * (i + 0.5) / len(row)
-            found[name] = (x + 20 * (level % 2) * (len(row) > 1), _ROW * (top - level + 0.5))
+            x = _LEFT + (_WIDTH - _LEFT - _SHIFT) * (i + 0.5) / len(row)
+            found[name] = (x + _SHIFT * (level % 2) * (len(row) > 1), _ROW * (top - level + 0.5))
     return found
 
 

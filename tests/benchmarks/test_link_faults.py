@@ -262,8 +262,7 @@ def test_a_host_that_was_killed_must_say_next_time_what_was_kept(tmp_path):
     done = with_episode(happened(tmp_path, "host killed"))
     killed = replace(done, code=137, complaints=[], again=0)
     assert (
-        misses(replace(killed, said_again="an earlier start was cut short; kept are 1 whole trials, 0 interrupted"))
-        == ""
+        misses(replace(killed, said_again="an earlier start was cut short; trials kept: 1 whole, 0 interrupted")) == ""
     )
     assert misses(killed) == "the next start does not say what was kept"
     assert "the next start ends with 1" in misses(replace(killed, again=1))

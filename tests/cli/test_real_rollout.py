@@ -268,7 +268,7 @@ def test_what_a_start_that_was_cut_short_left_is_said_as_it_is(tmp_path):
     for name in ("episodes/trial_000", "episodes/trial_001", "interrupted/trial_002_link_lost_0"):
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / f"{name}.mcap").touch()
-    assert what_is_kept(tmp_path) == "an earlier start was cut short; kept are 2 whole trials, 1 interrupted"
+    assert what_is_kept(tmp_path) == "an earlier start was cut short; trials kept: 2 whole, 1 interrupted"
 
 
 def test_a_policy_beside_another_programs_manifest_is_driven_to_the_end(tmp_path, capsys):

@@ -19,7 +19,7 @@ def what_is_kept(out: Path) -> str:
     complete, short = (len(list((out / name).glob("*.mcap"))) for name in ("episodes", "interrupted"))
     if not complete + short:
         return "an earlier start was cut short; nothing of it is kept"
-    return f"an earlier start was cut short; kept are {complete} whole trials, {short} interrupted"
+    return f"an earlier start was cut short; trials kept: {complete} whole, {short} interrupted"
 
 
 def keep(file: Path, episode: Episode) -> None:

@@ -51,7 +51,7 @@ def suggested_in(path: Path) -> str:
     return str((read_json(path).get("next_experiment") or {}).get("command", ""))
 
 
-def tells_more_again(path: Path) -> bool:
+def repetition_tells_more(path: Path) -> bool:
     """Whether a `diagnosis.json` expects more of a repetition of what was recorded than of the suggested experiment."""
     suggested = read_json(path).get("next_experiment") or {}
     return float(suggested.get("repetition", 0.0)) > float(suggested.get("separation", 0.0))

@@ -58,19 +58,19 @@ def agreement(
     for begin in range(0, count, _BLOCK):
         states = sampled_states(widths, min(_BLOCK, count - begin), rng)
         expected = rounding_of(policy, states)
-        off = _no_less_than_wrong(np.abs(compiled.commands(states) - expected.command))
+        off = _infinite_for_nan(np.abs(compiled.commands(states) - expected.command))
         error, share = max(error, float(off.max())), max(share, float((off / expected.bound).max()))
         for channel, width in enumerate(widths):
             ours, theirs = _differences(compiled, policy, states, channel, _STEP * width)
-            gain_error[channel] = max(gain_error[channel], float(_no_less_than_wrong(np.abs(ours - theirs)).max()))
+            gain_error[channel] = max(gain_error[channel], float(_infinite_for_nan(np.abs(ours - theirs)).max()))
             gain[channel] = max(gain[channel], float(np.abs(theirs).max()))
     by_channel = {n: float(e / g) if g else 0.0 for n, e, g in zip(policy.channels, gain_error, gain, strict=True)}
     largest = float(gain.max()) or 1.0
     return Agreement(count, error, share, float(gain_error.max()) / largest, by_channel)
 
 
-def _no_less_than_wrong(errors: Array) -> Array:
-    """The same, and infinite where the header computes no number."""
+def _infinite_for_nan(errors: Array) -> Array:
+    """The same errors; infinite where the header computes no number, which no comparison would see."""
     return np.where(np.isnan(errors), np.inf, errors)
 
 

@@ -17,8 +17,8 @@ from twbal.core.files import write_atomically
 from twbal.diagnosis.diagnosis_file import (
     has_no_safe_experiment,
     is_better_unchanged,
+    repetition_tells_more,
     suggested_in,
-    tells_more_again,
     verdict_in,
     write_diagnosis,
 )
@@ -76,7 +76,7 @@ def suggested_next(out: Path, recorded_by: object = None) -> str:
         return next_command("sim-collect", {"sim": out / AUGMENTED}, "robot")
     if has_no_safe_experiment(out / DIAGNOSIS):
         return f"see the advice above, and {out / REPORT}: no experiment that twbal knows is safe for this robot"
-    if tells_more_again(out / DIAGNOSIS):
+    if repetition_tells_more(out / DIAGNOSIS):
         return "record the robot again as before, and diagnose all recordings together: episodes=[..., ...]"
     return suggested_in(out / DIAGNOSIS) or next_command("real-rollout", gently(recorded_by), "robot")
 
@@ -138,10 +138,11 @@ def _title(result: DiagnosisResult) -> str:
     if result.diagnosis.lost_commands is not None:
         content += ", and lost commands"
     far = [shift for shift in result.diagnosis.data_sheet if abs(shift.sigmas) > _FAR]
+    said = f"No finding (verdict {verdict}): {content}." if verdict.is_open else f"Verdict {verdict}: {content}."
     if far:
         values = ", ".join(f"{shift.name.replace('_', ' ')} × {shift.factor:.2g}" for shift in far)
-        content += f"; far beyond their tolerances, and so for what is not explained: {values}"
-    return f"No finding (verdict {verdict}): {content}." if verdict.is_open else f"Verdict {verdict}: {content}."
+        said += f" Nominal parameters far beyond their tolerances, which stand for what is not explained: {values}."
+    return said
 
 
 def _offsets(filtered: FilterResult, names: Sequence[str]) -> list[tuple[str, str]]:

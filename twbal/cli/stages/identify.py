@@ -44,7 +44,7 @@ def _identify_to_files(
     if found.nothing_told:
         say(f"the robot by its sheet alone: {found.nothing_told}")
     print("\n".join(f"  {line}" for line in found.table()), flush=True)
-    say("± is right where the robot lacks nothing but these parameters; what else it lacks makes values further off")
+    say("± holds if nothing but these parameters differs from the sheet; other effects can put the values further off")
     told = "by its sheet alone, as the rollouts tell nothing" if found.nothing_told else "by its rollouts"
     if found.at_bound:
         say(

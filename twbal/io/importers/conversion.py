@@ -171,11 +171,12 @@ def _of_one_wheel(mapping: LogMapping) -> Iterator[Doubt]:
 
 def _without_nan(path: Path, columns: Columns) -> tuple[Columns, list[str]]:
     """The columns without rows that have an empty field, no finite number, or one so large that its square is none."""
-    good = (np.abs(columns.values) <= _LARGEST).all(axis=1)  # not so of a NaN
+    usable = np.abs(columns.values) <= _LARGEST  # not so of a NaN
+    good = usable.all(axis=1)
     if good.all():
         return columns, []
     if not good.any():
-        has_some = np.isfinite(columns.values).any(axis=0)
+        has_some = usable.any(axis=0)
         why = f"the mapping's column {int(np.argmin(has_some)) + 1} is empty throughout"
         if has_some.all():
             why = "its sensors are logged in different rows. Fill each column with its last value before the import"

@@ -5,6 +5,7 @@ import csv
 import io
 import re
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
@@ -20,7 +21,6 @@ from twbal.io.importers.formats import readable
 BLANKS = "blanks"
 _DELIMITERS = {";": ";", "\t": "\t", ",": ",", BLANKS: r"\s+"}  # what is looked for, in this order
 _COMMENTS = "%#"
-_MOST_QUOTED = 100_000  # characters of a line; `csv` takes no longer fields
 _LOOKED_AT = 200  # lines from which the layout is told
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?|[+-]?(nan|inf)|0[xX][0-9a-fA-F]+|", re.IGNORECASE)
 _BEGUN = re.compile(r"[+-]|[+-]?(\d+\.?\d*|\.\d+)[eE][+-]?")  # a number that was cut off, and none by itself
@@ -190,12 +190,10 @@ def _first_lines(lines: Sequence[str]) -> tuple[list[str], str, tuple[str, ...]]
 
 def fields_of(line: str, delimiter: str) -> list[str]:
     """The fields of a line; a delimiter in quotation marks is none."""
-    if delimiter == BLANKS:
-        parts = line.split()
-    elif '"' in line and len(line) < _MOST_QUOTED:
-        parts = next(csv.reader([line], delimiter=delimiter, skipinitialspace=True))
-    else:
-        parts = line.split(delimiter)
+    parts = line.split() if delimiter == BLANKS else line.split(delimiter)
+    if delimiter != BLANKS and '"' in line:
+        with suppress(csv.Error):  # a field beyond its limit, or an end of a line within one
+            parts = next(csv.reader([line], delimiter=delimiter, skipinitialspace=True))
     return [part.strip().strip('"') for part in parts]
 
 
