@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.driving.driven import Driver, digest
-from benchmarks.hidden_robots.robots import FAMILIES
+from benchmarks.hidden_robots.families import FAMILIES
 from twbal.core.files import write_atomically
 
 DONE = Path("outputs/bench/driving")

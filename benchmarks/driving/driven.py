@@ -14,7 +14,8 @@ from hydra.utils import instantiate
 from benchmarks.driving.judging import Driven, measured_of, passed
 from benchmarks.driving.pushed import PushedOnce
 from benchmarks.driving.tasks import Task, tasks
-from benchmarks.hidden_robots.robots import Family, Workshop
+from benchmarks.hidden_robots.families import Family
+from benchmarks.hidden_robots.robots import Workshop
 from twbal.algorithm.rollout import rollout
 from twbal.cli.composition import composing
 from twbal.core.channels import Channels

@@ -27,11 +27,12 @@ from hydra.utils import instantiate
 
 from benchmarks.hidden_robots.afterwards import push, stand_a_minute
 from benchmarks.hidden_robots.data_sheet import with_integral_action
+from benchmarks.hidden_robots.families import FAMILIES
 from benchmarks.hidden_robots.pushes import RESULTS_OF_PUSHES
 from benchmarks.hidden_robots.reached import References
 from benchmarks.hidden_robots.record import iteration_records, robot_record
 from benchmarks.hidden_robots.reference import Reached
-from benchmarks.hidden_robots.robots import FAMILIES, Workshop, identified, iterate, learn_words
+from benchmarks.hidden_robots.robots import Workshop, identified, iterate, learn_words
 from twbal.cli.composition import composing
 from twbal.core.channels import Channels
 from twbal.core.files import write_atomically

@@ -10,7 +10,8 @@ from itertools import count
 import numpy as np
 import scipy.linalg
 
-from benchmarks.hidden_robots.robots import FAMILIES, Workshop
+from benchmarks.hidden_robots.families import FAMILIES
+from benchmarks.hidden_robots.robots import Workshop
 from twbal.algorithm.rollout import rollout
 from twbal.core.channels import Channels
 from twbal.core.episode import Provenance

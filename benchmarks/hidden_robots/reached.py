@@ -13,10 +13,11 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from benchmarks.hidden_robots.families import FAMILIES
 from benchmarks.hidden_robots.pushes import PushVerdict
 from benchmarks.hidden_robots.reference import Reached, pushed, search
 from benchmarks.hidden_robots.reference_law import Compensation, Design
-from benchmarks.hidden_robots.robots import FAMILIES, Workshop
+from benchmarks.hidden_robots.robots import Workshop
 from twbal.core.files import write_atomically
 
 RESULTS = Path("benchmarks/results")

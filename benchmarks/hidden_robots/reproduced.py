@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.hidden_robots.__main__ import RECIPES, RESULTS, ROOT
-from benchmarks.hidden_robots.robots import FAMILIES
+from benchmarks.hidden_robots.families import FAMILIES
 from twbal.core.files import write_atomically
 
 _DEFAULTS = {"recipe": "default", "robots": "3"}

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 from hydra import compose
 from hydra.utils import instantiate
 
+from benchmarks.hidden_robots.families import FAMILIES, Family
 from benchmarks.hidden_robots.reference import Rules
 from twbal.algorithm.tested_robot import TestedRobot
 from twbal.cli.artefacts import read_logs
@@ -18,27 +19,6 @@ from twbal.core.robot_parameters import RobotParameters
 from twbal.virtual_robot.drawn import draw_ground_truth
 from twbal.virtual_robot.ground_truth import GroundTruth
 from twbal.virtual_robot.mujoco_robot import MujocoRobot
-
-
-class Family(NamedTuple):
-    """Robots of one data sheet that hide about as much.
-
-    Attributes:
-        sheet: of conf/robot.
-        faults: of conf/groups/faults.yaml.
-    """
-
-    sheet: str
-    faults: str
-
-
-FAMILIES = {
-    "hard": Family("paper", "hard"),
-    "moderate": Family("paper", "moderate"),
-    "regbot": Family("regbot", "moderate"),
-    "balboa": Family("balboa", "moderate"),
-    "esp32": Family("esp32", "moderate"),
-}
 
 
 class Workshop:

@@ -7,8 +7,9 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
+from benchmarks.hidden_robots.families import FAMILIES
 from benchmarks.hidden_robots.pushes import RESULTS_OF_PUSHES
-from benchmarks.hidden_robots.robots import FAMILIES, Workshop
+from benchmarks.hidden_robots.robots import Workshop
 from twbal.core.yielding import yields_to_pushes
 
 RESULTS = Path(__file__).resolve().parent.parent / "results"

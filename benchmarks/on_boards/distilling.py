@@ -17,8 +17,9 @@ from typing import Any
 
 import numpy as np
 
+from benchmarks.hidden_robots.families import FAMILIES
 from benchmarks.hidden_robots.record import trial_record
-from benchmarks.hidden_robots.robots import FAMILIES, Workshop, run
+from benchmarks.hidden_robots.robots import Workshop, run
 from benchmarks.on_boards.avr import taken
 from twbal.core.files import write_atomically
 from twbal.io.logs import read_episode

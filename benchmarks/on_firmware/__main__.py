@@ -23,8 +23,9 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from benchmarks.hidden_robots.families import FAMILIES
 from benchmarks.hidden_robots.record import iteration_records
-from benchmarks.hidden_robots.robots import FAMILIES, Workshop, iterate
+from benchmarks.hidden_robots.robots import Workshop, iterate
 from twbal.cli.commands import text
 from twbal.core.files import write_atomically
 

@@ -18,7 +18,8 @@ from hydra import compose
 from hydra.utils import instantiate
 
 from benchmarks.hidden_robots.__main__ import INTEGRAL, RECIPES
-from benchmarks.hidden_robots.robots import FAMILIES, Workshop, iterate, learn_words
+from benchmarks.hidden_robots.families import FAMILIES
+from benchmarks.hidden_robots.robots import Workshop, iterate, learn_words
 from benchmarks.robustness.integral_policy import IntegralPolicy
 from twbal.algorithm.perturbations import Perturbations
 from twbal.algorithm.robustness import (

@@ -11,6 +11,7 @@ from benchmarks.hidden_robots.prediction import (
     Forecast,
     Share,
     bands_hold,
+    brier_of_knowing_more,
     costs_hold,
     diagram,
     figures,
@@ -37,6 +38,10 @@ def robot(*steps):
     return {"seed": 1, "iterations": list(steps)}
 
 
+def family(*robots, name="hard"):
+    return {"family": name, "robots": list(robots)}
+
+
 def noted(probability, successes, **more):
     return step(successes, success_probability=probability, crps_ratio=1.2, reason="expected better", **more)
 
@@ -56,6 +61,19 @@ def test_always_giving_the_overall_share_is_no_improvement_and_knowing_is_all_of
     assert reliability([Forecast(0.0, 0, 10), Forecast(1.0, 10, 10)]).improvement == pytest.approx(1.0)
     assert reliability([Forecast(0.9, 10, 10)]).improvement is None  # nobody can do better than that share
     assert reliability([]) is None
+
+
+def test_the_best_forecaster_knows_the_share_of_a_sheet_before_a_robot_drives_and_later_all_outcomes():
+    def learned(first, last):
+        return robot(noted(0.7, first, index=0), noted(0.9, last, index=1))
+
+    paper = [family(learned(0, 9)), family(learned(10, 10), name="moderate")]
+    knowing = np.repeat([0.5, 0.5, 0.9, 1.0], 10)
+    outcome = np.concatenate([np.arange(10) < successes for successes in (0, 10, 9, 10)])
+    assert brier_of_knowing_more(paper) == pytest.approx(((knowing - outcome) ** 2).mean())
+    other_sheet = [paper[0], family(learned(10, 10), name="regbot")]
+    assert brier_of_knowing_more(other_sheet) == pytest.approx(0.9 * 0.1 / 4)
+    assert brier_of_knowing_more([family(robot(step()))]) is None
 
 
 def test_policies_that_refute_their_probability_fail_more_than_half_of_their_trials():
@@ -105,15 +123,19 @@ def test_bands_hold_if_they_cover_what_they_should_and_are_sharp(coverage, ratio
 
 
 def test_results_of_older_versions_give_a_dash():
-    found = figures([robot(step(), step())])
+    found = figures([family(robot(step(), step()))])
     assert found["last predicted over real cost 0.8-1.25"] == "1 of 1 (100%)"
-    for name in ("last coverage 0.85-0.99, CRPS at most 2 × that of the trials", "Brier score", "below that by"):
+    for name in (
+        "last coverage 0.85-0.99, CRPS at most 2 × that of the trials",
+        "Brier score",
+        "below that of the overall share by",
+    ):
         assert found[name] == "-"
     assert reliability_table([{"family": "hard", "robots": [robot(step())]}]) == ["Not measured yet."]
 
 
 def test_the_last_iteration_is_told_apart_from_the_earlier_ones():
-    found = figures([robot(noted(0.5, 0, predicted_cost=40.0), noted(0.9, 10))])
+    found = figures([family(robot(noted(0.5, 0, predicted_cost=40.0), noted(0.9, 10)))])
     assert found["last predicted over real cost 0.8-1.25"] == "1 of 1 (100%)"
     assert found["earlier iterations with 0.8-1.25"] == "0 of 1 (0%)"
 

@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 
 from benchmarks.hidden_robots import pushes, reference
+from benchmarks.hidden_robots.families import Family
 from benchmarks.hidden_robots.linear_truth import POSITION, SPEED, TILT, linear_truth, sample
 from benchmarks.hidden_robots.reached import References
 from benchmarks.hidden_robots.reference import TRIALS, Reached, designs, drive, is_sticky, search
 from benchmarks.hidden_robots.reference_law import Law
-from benchmarks.hidden_robots.robots import Family, Workshop
+from benchmarks.hidden_robots.robots import Workshop
 from twbal.core.evaluation import judged
 from twbal.core.start_pose import StartPose
 from twbal.virtual_robot.mujoco_robot import MujocoRobot

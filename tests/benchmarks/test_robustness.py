@@ -5,8 +5,9 @@ import json
 import numpy as np
 
 from benchmarks.hidden_robots.data_sheet import regulator
+from benchmarks.hidden_robots.families import FAMILIES
 from benchmarks.hidden_robots.reference import drive
-from benchmarks.hidden_robots.robots import FAMILIES, Workshop
+from benchmarks.hidden_robots.robots import Workshop
 from benchmarks.robustness.__main__ import METHODS, perturbations
 from benchmarks.robustness.integral_policy import IntegralPolicy
 from benchmarks.robustness.tables import robustness
