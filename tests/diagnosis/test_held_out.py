@@ -84,6 +84,24 @@ def test_rollouts_of_a_filtered_tilt_begin_at_what_the_filter_showed(paper):
     assert tilt.excess == 0.0  # all three are one model
 
 
+@pytest.mark.parametrize("effects", [{"tilt_filter": {"rate": 0.6, "lead": 0.004}}, {"gyro_bias": {"rate": 0.02}}])
+@pytest.mark.parametrize("late", [{}, {"imu_delay": {"delay": 0.03}}])
+def test_rollouts_are_those_of_sensors_that_remember_the_whole_past(paper, effects, late, monkeypatch):
+    effects = {**effects, **late}
+    recording = synthetic_recording(paper, effects, seed=6, periods=800, tolerance=0.0)
+    kept_back = held_out([recording], 0.25).kept_back
+    seen = filter_recordings(paper, effects, Noise(LEVELS, np.array([0.01, 0.01])), 0.0, kept_back, SUBSTEPS)
+
+    def gaps():
+        stretches = Stretches(5, 5, 12, 5)
+        models = Models(seen, seen, seen)
+        return measure_gaps(models, kept_back, partial(run, paper), [5], stretches, LEVELS, paper.wheel_radius)
+
+    short = [(gap.after, gap.noise_floor) for gap in gaps()]
+    monkeypatch.setattr("twbal.diagnosis.gap._IMU_MEMORY", 1e3)
+    np.testing.assert_allclose(short, [(gap.after, gap.noise_floor) for gap in gaps()], rtol=1e-9)
+
+
 def test_worse_is_what_is_worse_rollout_by_rollout(split, seen, paper):
     """A model that is off by a fifth more everywhere is worse; one with one rollout to blame may be so by chance."""
     rng = np.random.default_rng(5)

@@ -82,6 +82,15 @@ def test_a_limit_near_a_low_bound_is_there_only_where_the_bound_itself_is_near(v
     assert is_at_bound(free, value) == reached
 
 
+def test_what_has_no_ends_or_may_lie_at_them_has_no_bounds(paper):
+    """All of the wheels' inertia may turn with the rotors, as behind a high gear ratio; no gap is that wide."""
+    frees = {free.name: free for candidate in candidates_for(paper) for free in candidate.frees}
+    for name in ("backlash.rotor_share", "cogging.phase"):
+        assert not is_at_bound(frees[name], frees[name].high)
+    for name in ("backlash.gap", "cogging.torque", "rotor_inertia.share"):
+        assert is_at_bound(frees[name], frees[name].high)
+
+
 def test_a_candidate_that_is_taken_away_leaves_nothing_behind(paper):
     """A limit at the upper end of its range is no such thing: a slew limit still takes 2 ms for a step of 4 N·m."""
     data = Data([synthetic_recording(paper, {}, seed=2, periods=200)], 10)

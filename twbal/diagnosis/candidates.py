@@ -26,6 +26,7 @@ class Parameter(NamedTuple):
         high: upper bound.
         start: where its gradient is not zero.
         none: where it does nothing, or next to nothing, within the bounds.
+        covers_all: whether the bounds enclose all values that a robot can have.
     """
 
     name: str
@@ -34,6 +35,12 @@ class Parameter(NamedTuple):
     high: float
     start: float
     none: float
+    covers_all: bool = False
+
+    @property
+    def has_bounds(self) -> bool:
+        """Whether a value at an end of the range tells of a misfit: a phase has no ends."""
+        return not (self.name == _PHASE or self.covers_all)
 
     @property
     def is_limit(self) -> bool:
@@ -99,7 +106,7 @@ class Candidate(NamedTuple):
             Free(
                 self.field(p),
                 *(p.low, p.high, p.none, float("inf"), _NUDGE * (p.high - p.low)),
-                *(self.name, p.name, p.name == _PHASE),
+                *(self.name, p.name, p.has_bounds),
             )
             for p in self.parameters
         )

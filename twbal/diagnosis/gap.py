@@ -17,6 +17,7 @@ from twbal.core.plant import Observation
 from twbal.core.start_pose import InitialState
 from twbal.diagnosis.findings import FilterResult, Trajectory
 from twbal.diagnosis.record import Gap
+from twbal.planar.robot_distribution import TILT_FILTER
 from twbal.sim.replay import ReplayStart
 from twbal.sim.restart_state import RestartState
 from twbal.sysid.recording import MEASURED, Recording
@@ -27,6 +28,7 @@ Replay = Callable[[FilterResult, Sequence[ReplayStart], Array], Array]
 _COLUMNS = [Observation._fields.index(name) for name in MEASURED]
 _FLOOR_STARTS = 12  # from which the floor is found
 _DIVERGED = math.pi  # rad; a filter that sees a larger tilt, or no number, has diverged
+_IMU_MEMORY = 1.0  # s; a late IMU shows nothing older
 _FLAT = 0.1  # share of the floor by which `before` must exceed it for a share of the gap to mean anything
 
 
@@ -157,7 +159,8 @@ def _rollouts(
     the tilt shows is all that it remembers, so in a model that has one the tilt begins at what was measured. By as much
     as the engine's own filter shows something else there, it is off later, less what it forgets.
     """
-    starts = [_start(result.trajectories[r], recordings[r], t) for r, t in places]
+    remembered = _remembered(result, recordings[0].period)
+    starts = [_start(result.trajectories[r], recordings[r], t, remembered) for r, t in places]
     seen = np.array([recordings[r].measured[t : t + commands.shape[1] + 1] for r, t in places])  # (n, S + 1, 4)
     courses = replay(result, starts, commands)[:, :, _COLUMNS]
     errors = courses - seen
@@ -189,8 +192,20 @@ def _places(
     return [found[int(i)] for i in np.linspace(0, len(found) - 1, stretches.most)]
 
 
-def _start(trajectory: Trajectory, recording: Recording, t: int) -> ReplayStart:
+def _remembered(result: FilterResult, period: float) -> int | None:
+    """Control periods of past motion that sensors of a model still know of at the start of a rollout; None for all.
+
+    A filter of the tilt never quite forgets, but what it remembers is replaced by what was measured. One that follows
+    no accelerometer (rate 0) forgets nothing.
+    """
+    if TILT_FILTER in result.effects and result.filter_rate == 0.0:
+        return None
+    return math.ceil(_IMU_MEMORY / period)
+
+
+def _start(trajectory: Trajectory, recording: Recording, t: int, remembered: int | None) -> ReplayStart:
     """The motion that a model's filter sees at an instant, with the past that its effects remember."""
+    past = slice(0 if remembered is None else max(t - remembered, 0), t)
     return ReplayStart(
         initial=InitialState(trajectory.tilt[t], trajectory.tilt_rate[t], trajectory.speed[t]),
         restart=RestartState(
@@ -202,7 +217,7 @@ def _start(trajectory: Trajectory, recording: Recording, t: int) -> ReplayStart:
             rotor_ahead=trajectory.gap[t],
         ),
         past_commands=recording.commands[:t],
-        past_motion=np.column_stack([trajectory.tilt, trajectory.tilt_rate, trajectory.speed])[:t],
+        past_motion=np.column_stack([trajectory.tilt, trajectory.tilt_rate, trajectory.speed])[past],
     )
 
 

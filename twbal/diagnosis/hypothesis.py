@@ -101,14 +101,14 @@ class FittedHypothesis(NamedTuple):
 
 
 def is_at_bound(free: Free, value: float) -> bool:
-    """Whether a free value ran to a bound; the mean of its prior is none, and a phase has none.
+    """Whether a free value ran to a bound; the mean of its prior is none, and not all values have bounds.
 
     Limits have ranges over decades: how near their low bound is, that bound says.
     """
     is_limit = free.mean == free.high
     margin = _OF_BOUND * free.low if is_limit else _AT_BOUND * (free.high - free.low)
     ends = [end for end in (free.low, free.high) if end != free.mean]
-    return not free.is_periodic and any(abs(value - end) < margin for end in ends)
+    return free.has_bounds and any(abs(value - end) < margin for end in ends)
 
 
 class Round(NamedTuple):

@@ -33,6 +33,7 @@ class Backlash(DriveEffect):
         least=0.01,
         below=1.0,
         changes=replaces(Quantity.ROTOR_SHARE),
+        covers_all=True,
         is_optional=True,
     )
     reference = (

@@ -46,6 +46,7 @@ class Parameter(NamedTuple):
         below: what every value is below.
         changes: of a robot's quantities that the parameter makes, for both engines.
         is_of_each_wheel: whether it is that of one wheel, not of both together.
+        covers_all: whether its range holds all values that a robot can have, so that its ends are as good as any other.
     """
 
     meaning: str
@@ -60,6 +61,7 @@ class Parameter(NamedTuple):
     below: float
     changes: tuple[tuple[Quantity, Change], ...]
     is_of_each_wheel: bool
+    covers_all: bool
 
     def size(self, robot: RobotParameters) -> float:
         """What its range is to be multiplied by for a robot."""
@@ -80,6 +82,7 @@ def parameter(
     below: float = inf,
     changes: Iterable[tuple[Quantity, Change]] = (),
     is_of_each_wheel: bool = False,
+    covers_all: bool = False,
     is_optional: bool = False,
 ) -> Any:  # Any: what dataclasses.field returns stands for a value of the field's own type
     """A field of an effect with what is known of it.
@@ -88,7 +91,7 @@ def parameter(
     that were written before it was there are still read.
     """
     known = Parameter(
-        meaning, unit, *prior, neutral, start, value, scale, least, below, tuple(changes), is_of_each_wheel
+        meaning, unit, *prior, neutral, start, value, scale, least, below, tuple(changes), is_of_each_wheel, covers_all
     )
     return field(default=value if is_optional else MISSING, metadata={"parameter": known})
 

@@ -54,7 +54,7 @@ class Free(NamedTuple):
         nudge: step of finite differences.
         effect: that it is a parameter of; "" where it is none.
         parameter: its name there.
-        is_periodic: whether its range is a circle, without bounds.
+        has_bounds: whether a value at an end of its range tells of a misfit.
     """
 
     field: Field
@@ -65,7 +65,7 @@ class Free(NamedTuple):
     nudge: float
     effect: str = ""
     parameter: str = ""
-    is_periodic: bool = False
+    has_bounds: bool = True
 
     @property
     def name(self) -> str:
