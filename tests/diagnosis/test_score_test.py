@@ -4,9 +4,15 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from synthetic_recordings import NOISE, synthetic_recording
 
 from twbal.diagnosis import score_test
-from twbal.diagnosis.score_test import _over_angle, _over_periods, _Waves, _within_periods
+from twbal.diagnosis.effect_candidates import candidates_for
+from twbal.diagnosis.score_test import _over_angle, _over_periods, _Waves, _within_periods, score_candidates
+from twbal.planar.parameters import twin_parameters
+from twbal.sysid.fit import Fit
+from twbal.sysid.model import Data, Model
+from twbal.sysid.noise import Noise
 
 
 def test_waves_are_averaged_over_control_periods_and_both_wheels():
@@ -42,3 +48,23 @@ def test_errors_that_grow_without_end_tell_of_no_wave(grown, monkeypatch):
         count, size = _over_angle(data, fit, SimpleNamespace(B=np.zeros((2, 2))), waves, np.array([3.0, 4.0]))
     assert count == 3.0
     assert size == 0.0
+
+
+@pytest.mark.parametrize(("name", "size"), [("periodic_disturbance", 3.0), ("torque_saturation", 1.2)])
+def test_what_a_usual_size_would_have_gained_is_what_it_gains_where_it_is(paper, name, size):
+    """Waves and limits, too: on a clean recording their usual size is none of the sizes that are tried."""
+    (candidate,) = (each for each in candidates_for(paper) if each.name == name)
+    first, *others = candidate.parameters
+    candidate = candidate._replace(parameters=(first._replace(start=size), *others))
+    values = {p.name: p.start for p in candidate.parameters}
+    clean, other = (
+        Data([synthetic_recording(paper, effects, seed=3, periods=900, tolerance=0.0)], 10)
+        for effects in ({}, {name: values})
+    )
+    model = Model(twin_parameters(paper, {}), 0.0, Noise(np.array([*NOISE.values()]), np.array([0.02, 0.02])))
+    fits = [Fit(model, (), 0.0, data.filter(model), data.white(model, data.filter(model))) for data in (clean, other)]
+    (said,) = score_candidates(clean, fits[0], [candidate])
+    present = other.white(model.put({f"{name}_{key}": value for key, value in values.items()}), fits[1].kalman)
+    gained = float(fits[1].white @ fits[1].white - present @ present)
+    assert gained > 1000.0
+    assert 0.25 < said.detectability / gained < 4.0  # to first order, and the other robot takes another course

@@ -17,6 +17,11 @@ UNEXPLAINED = (
     "Something moves this robot that no effect of the library explains; the map of the disagreement says where."
 )
 
+UNCONFIRMED = (
+    "WARNING: no rollout could be made on held-out data, so nothing confirms what the fit says. Record longer, or give "
+    "other recordings as test_episodes=..."
+)
+
 OUTWEIGHED = "The set of effects that was found is less likely than others are together, so it is not named."
 
 

@@ -11,7 +11,7 @@ from twbal.core.engine import dividing_step
 from twbal.core.episode import Episode
 from twbal.core.gaussian import Array
 from twbal.core.robot_parameters import RobotParameters
-from twbal.diagnosis.advice import OUTWEIGHED, UNEXPLAINED, on_disagreements, on_falls, on_next_experiment
+from twbal.diagnosis.advice import OUTWEIGHED, UNCONFIRMED, UNEXPLAINED, on_disagreements, on_falls, on_next_experiment
 from twbal.diagnosis.agreement import disagreements
 from twbal.diagnosis.candidates import always_free, tilt_offsets
 from twbal.diagnosis.commands_that_acted import without_lost_commands
@@ -291,7 +291,10 @@ def _reviewed(diagnosis: Diagnosis, found: Findings, settings: Settings) -> tupl
 
     What is named in the findings then falls back to the data sheet refitted.
     """
-    verdict, contradiction = review(found.verdict, found.added, diagnosis.headline)
+    head = diagnosis.headline
+    if head is None and found.verdict in (Verdict.NAMED, Verdict.DATA_SHEET, Verdict.NONE):
+        return replace(diagnosis, advice=(UNCONFIRMED, *diagnosis.advice)), found
+    verdict, contradiction = review(found.verdict, found.added, head)
     if not contradiction:
         return diagnosis, found
     kept = diagnosis.advice if found.verdict in (Verdict.NONE, Verdict.UNKNOWN) else ()
@@ -305,6 +308,9 @@ def _reviewed(diagnosis: Diagnosis, found: Findings, settings: Settings) -> tupl
     diagnosis = replace(
         diagnosis, verdict=verdict, effects=effects, data_sheet=shifts, data_sheet_class=(), advice=advice
     )
+    if found.added:
+        left = head.left_by_refit if head else None
+        diagnosis = replace(diagnosis, contradicted=True, remaining=diagnosis.remaining._replace(share=left))
     return diagnosis, replace(found, named=found.refitted, added=(), effects=effects)
 
 

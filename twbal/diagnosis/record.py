@@ -232,10 +232,15 @@ class Gap(NamedTuple):
         return self._share(self.after - self.noise_floor)
 
     @property
+    def left_by_refit(self) -> float | None:
+        """As `remaining`, of the refitted data sheet."""
+        return self._share(self.refitted - self.noise_floor)
+
+    @property
     def interval_scale(self) -> float:
         """By how much 95 % intervals are wider than standard errors make them: `after` over `noise_floor`, at least 1.
 
-        Where the simulation that the diagnosis comes to is farther off than noise alone would make it, something is
+        Where the simulation that has the effects is farther off than noise alone would make it, something is
         wrong that standard errors do not know of (Birge, Phys. Rev. 40, 1932; the scale factor of the Particle Data
         Group's Review of Particle Physics, introduction). Only the tilt is asked, as in `is_near_floor`.
         """
@@ -299,6 +304,7 @@ class Diagnosis:
         free_form: functions of one variable that explain a part of what remains; drawn, and not named.
         motor_difference: by how much one motor is stronger than the other; None where the yaw rate does not show it.
         lost_commands: how many commands did not reach the robot; None where the measurements show none.
+        contradicted: whether rollouts on held-out data speak against the fit, so that what was added is no finding.
     """
 
     verdict: Verdict
@@ -320,6 +326,7 @@ class Diagnosis:
     free_form: tuple[FreeForm, ...] = ()
     motor_difference: MotorDifference | None = None
     lost_commands: CommandLoss | None = None
+    contradicted: bool = False
 
     @property
     def named_effects(self) -> tuple[ProbableEffect, ...]:

@@ -101,7 +101,8 @@ def _predict(data: Data, fit: Fit, J: Array, candidate: Candidate) -> ScoredCand
     cost is a parabola, whose lowest point is the predicted gain. So is what a larger size gains as it is, or with the
     data sheet put back, where the lack of the candidate has pulled it far away.
     """
-    start = _values(candidate, "start") | _tone(data, fit, candidate)
+    usual = _values(candidate, "start")
+    start = usual | _tone(data, fit, candidate)
     none, low, high = (_values(candidate, which) for which in ("none", "low", "high"))
     if candidate.is_wave:  # of a wave, only the size is tried at several values
         none = {f: value if i else none[f] for i, (f, value) in enumerate(start.items())}
@@ -116,6 +117,11 @@ def _predict(data: Data, fit: Fit, J: Array, candidate: Candidate) -> ScoredCand
     far = shift > _FAR
     best, gain, detectability = np.inf, -np.inf, 0.0
     model = fit.model.put(now)
+
+    def power_of(change: Array) -> float:
+        pull = frozen.T @ change
+        return float(change @ change - pull @ normal @ pull)
+
     for size in (*((0.0,) if own else ()), *_sizes(candidate)):
         values = {f: min(max(none[f] + size * (start[f] - none[f]), low[f]), high[f]) for f in start} if size else now
         tried = fit.model.put(values)
@@ -123,8 +129,7 @@ def _predict(data: Data, fit: Fit, J: Array, candidate: Candidate) -> ScoredCand
         if not np.isfinite(white).all():
             continue
         change = white - fit.white
-        pull = frozen.T @ change
-        power = float(change @ change - pull @ normal @ pull)
+        power = power_of(change)
         slope = -float(change @ fit.white)
         small = abs(size) <= _SMALL and not own
         predicted = slope**2 / power if small and slope > 0.0 and power > 1e-6 else 0.0
@@ -140,6 +145,9 @@ def _predict(data: Data, fit: Fit, J: Array, candidate: Candidate) -> ScoredCand
             gain = max(gain, shift + float(fit.white @ fit.white) - cost)
             if cost - shift < best:
                 best, model = cost - shift, home
+    if candidate.is_wave or candidate.parameters[0].is_limit:  # their usual size is none of those that are tried
+        change = data.white(fit.model.put(usual), fit.kalman) - fit.white
+        detectability = power_of(change) if np.isfinite(change).all() else np.inf
     return ScoredCandidate(candidate, gain, model, detectability)
 
 

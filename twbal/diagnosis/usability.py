@@ -10,8 +10,8 @@ class Amount(NamedTuple):
     """How much data a diagnosis needs, as in `Usability`.
 
     Attributes:
-        min_length: control periods of an episode, below which it is left out.
-        min_samples: control periods of all episodes together.
+        min_length: control periods of an episode that count, below which it is left out.
+        min_samples: control periods of all episodes together that count.
     """
 
     min_length: int

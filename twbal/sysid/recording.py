@@ -62,6 +62,11 @@ class Recording:
         return len(self.commands)
 
     @property
+    def counted(self) -> int:
+        """Control periods whose prediction errors count."""
+        return int(self.usable[1:].sum())
+
+    @property
     def heading(self) -> Array:
         """(T + 1,) angle by which the robot has turned since the first instant [rad]."""
         turns = 0.5 * self.period * (self.yaw_rate[:-1] + self.yaw_rate[1:])
@@ -79,8 +84,8 @@ class Usability:
     """What recordings must have.
 
     Attributes:
-        min_length: periods of an episode, below which it is left out.
-        min_samples: periods of all episodes together.
+        min_length: periods of an episode that count, below which it is left out.
+        min_samples: periods of all episodes together that count.
         max_yaw_rate: yaw rate beyond which instants do not count [rad/s].
         max_tilt: tilt at which a recording is cut off, as the robot has fallen [rad].
         needs_tilt: whether a tilt must have been measured; not where the robot lies and its wheels turn in the air.
@@ -113,14 +118,14 @@ def read_recordings(
         _check_episode(episode, name, robot)
     uneven = is_uneven([_pace(episode, usability) for episode in episodes])
     found = [_read(episode, name, robot, usability, uneven) for episode, name in zip(episodes, names, strict=True)]
-    recordings = tuple(recording for recording in found if len(recording) >= max(usability.min_length, 1))
-    total, needed = sum(map(len, recordings)), max(usability.min_samples, 1)
+    recordings = tuple(recording for recording in found if recording.counted >= max(usability.min_length, 1))
+    total, needed = sum(recording.counted for recording in recordings), max(usability.min_samples, 1)
     if total < needed:
         not_used = what_is_not_used(episodes, names, recordings, usability)
         cut = "".join(f"{said[0].upper()}{said[1:]}. " for said in not_used)
         raise DataError(
             f"Needed are {needed} control periods ({needed * robot.control_period:.3g} s) in episodes of at least "
-            f"{max(usability.min_length, 1)}, upright; found {total} in {len(recordings)} of {len(episodes)} episodes. "
+            f"{max(usability.min_length, 1)}, upright and not turning fast; found {total} in {len(recordings)} of {len(episodes)} episodes. "
             f"{cut}Record longer: twbal real-rollout experiment=excite; if the robot falls, with "
             "policy.command_width=0.1."
         )
@@ -133,7 +138,7 @@ def read_recordings(
 def what_is_not_used(
     episodes: Sequence[Episode], names: Sequence[str], recordings: Sequence[Recording], usability: Usability
 ) -> list[str]:
-    """A sentence for each episode of which not all is read: where its tilt first passes the limit, or that it is short.
+    """What is not read of episodes: from where on the robot has fallen, what turns too fast, and what is too short.
 
     Args:
         episodes: that were to be read.
@@ -145,13 +150,20 @@ def what_is_not_used(
     for episode, name in zip(episodes, names, strict=True):
         times, tilts = episode.observations[:, _TIME], episode.observations[:, _COLUMNS[0]]
         fallen = np.flatnonzero(np.abs(tilts) > usability.max_tilt)
+        is_fast = np.abs(episode.observations[: _end(episode, usability), _YAW]) > usability.max_yaw_rate
+        fast = float(np.mean(is_fast)) if len(is_fast) else 0.0
         at, whole = times[fallen[0] if len(fallen) else -1] - times[0], times[-1] - times[0]
         if len(fallen) and (name not in read or whole - at > _SOME):
             used = f"only its first {at:.3g} s of {whole:.3g} s are used" if name in read else "it is left out"
             first = f"the tilt of episode {name} is {degrees(tilts[fallen[0]]):.3g}° at {at:.3g} s"
             found.append(f"{first}, beyond the limit of {degrees(usability.max_tilt):.3g}°: {used}")
-        elif name not in read:
+        elif name not in read and fast == 0.0:
             found.append(f"episode {name} is left out: it has {len(episode)} samples of {max(usability.min_length, 1)}")
+        if fast > _ODD:
+            found.append(
+                f"episode {name} turns faster than {usability.max_yaw_rate:.3g} rad/s in {fast:.0%} of its samples, "
+                f"which do not count{'' if name in read else ', and is left out'}; is its yaw rate in rad/s?"
+            )
     return found
 
 
