@@ -158,18 +158,31 @@ def test_gaps_part_a_recording_and_small_ones_are_filled(brought):
     kept[100:102] = False
     kept[200:230] = False
     imported = brought(ROWS[kept])
-    assert [len(episode) for episode in imported.episodes] == [199, 169]
-    assert seen(imported.episodes[0], "tilt") == pytest.approx(ROWS[:200, 1], abs=1e-4)
+    assert [len(episode) for episode in imported.episodes] == [197, 169]
+    first = imported.episodes[0]
+    assert seen(first, "tilt") == pytest.approx(ROWS[:200][kept[:200], 1], abs=1e-8)
+    assert seen(first, "time") == pytest.approx(ROWS[:200][kept[:200], 0] - ROWS[0, 0], abs=1e-6)
+    assert first.commands == pytest.approx(ROWS[:199][kept[:199], 7], abs=1e-8)
+    assert len(first.states) == 198
     said = " ".join(imported.notes)
-    assert "2 missing samples are interpolated" in said
+    assert "2 missing samples are left out" in said
     assert "30 samples are missing before line 200" in said
+
+
+def test_many_missing_samples_are_interpolated_as_no_diagnosis_takes_them_else(brought):
+    kept = np.arange(len(ROWS)) % 9 != 5
+    imported = brought(ROWS[kept])
+    (episode,) = imported.episodes
+    assert len(episode) == len(ROWS) - 1
+    assert seen(episode, "tilt") == pytest.approx(ROWS[:, 1], abs=1e-3)
+    assert "missing samples are interpolated, as they are many" in " ".join(imported.notes)
 
 
 def test_repeated_rows_backward_time_and_nan_are_handled_and_said(brought):
     rows = np.concatenate([ROWS[:150], ROWS[149:150], ROWS[150:], ROWS])
     rows[20, 1] = np.nan
     imported = brought(rows)
-    assert [len(episode) for episode in imported.episodes] == [len(ROWS) - 1] * 2
+    assert [len(episode) for episode in imported.episodes] == [len(ROWS) - 2, len(ROWS) - 1]
     said = " ".join(imported.notes)
     assert "1 rows with an empty field, NaN, infinity or more than 1e+30 are left out, the first in line 22" in said
     assert "1 rows that repeat the one before" in said

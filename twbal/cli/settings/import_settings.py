@@ -25,5 +25,5 @@ IMPORT = (
     Setting("import.command_is_sample", YesNo(), "the command is an instant of a faster loop"),
     Setting("import.command_before_sample", YesNo(), "a row's command acted before its sample"),
     Setting("import.skip", Number(0.0, 1e6, "s"), "time left out at the beginning of each recording"),
-    Setting("import.fill", Whole(0, 10_000, "samples"), "samples in a row that are interpolated"),
+    Setting("import.fill", Whole(0, 10_000, "samples"), "samples in a row that may be missing"),
 )

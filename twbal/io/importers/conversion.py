@@ -22,7 +22,7 @@ from twbal.io.importers.columns import Columns
 from twbal.io.importers.formats import reader_of
 from twbal.io.importers.mapping import SIDES, UNITS
 from twbal.io.importers.mapping import Mapping as LogMapping
-from twbal.io.importers.sampling import stretches
+from twbal.io.importers.sampling import FILLED, stretches
 from twbal.io.importers.text_files import read_text
 
 _LOOKED_AT = 20_000  # samples that are checked
@@ -129,7 +129,7 @@ def _part(signals: Mapping[str, Array], period: float, mapping: LogMapping, want
     begin = min(
         int(np.searchsorted(signals["time"], signals["time"][0] + mapping.skip - 1e-9)), len(signals["time"]) - 8
     )
-    rest = {name: values[max(begin, 0) :][:_LOOKED_AT] for name, values in signals.items()}
+    rest = {name: values[max(begin, 0) :][:_LOOKED_AT] for name, values in signals.items() if name != FILLED}
     commands = _commands(rest, 1, mapping)
     rest = {name: values[: len(commands) + 1] for name, values in rest.items()}
     whole = {name: values for name, values in rest.items() if " " not in name}
@@ -245,7 +245,8 @@ def _episode(
         doubt = sum(e.sd**2 for e in estimated if e.channel in ("tilt_rate", "wheel_rate"))
         off = max(radius * float(np.sqrt(doubt)), noise_sd(speed))  # measured rates have noise, too
         estimated.append(Estimated("acceleration", float(np.sqrt(2.0)) * off / period))
-    time = taken["time"] - taken["time"][0]
+    kept = np.flatnonzero(taken[FILLED] == 0.0) if FILLED in taken and every == 1 else np.arange(len(taken["time"]))
+    time = taken["time"] - taken["time"][kept[0]]
     columns = {
         "time": time,
         "tilt": tilt,
@@ -260,9 +261,9 @@ def _episode(
     return Episode(
         channels=channels.names,
         control_period=period,
-        observations=observations,
-        states=channels.states(observations, commands),
-        commands=commands,
+        observations=observations[kept],
+        states=channels.states(observations, commands)[kept],
+        commands=commands[kept[:-1]],
         outcome=Outcome.COMPLETED,
         provenance=provenance,
         events=tuple(events),

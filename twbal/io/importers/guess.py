@@ -30,7 +30,7 @@ _MOTOR = """motor:  # both together, as one; from its data sheet
 _REST = """command_is_sample: false      # true: the command is an instant of a loop that runs faster than the log
 command_before_sample: false  # true: a row's command acted before the row's sample, not after it
 skip: 0.0                     # s; left out at the beginning of each recording
-fill: 3                       # missing samples in a row that are interpolated; a longer gap begins a new recording
+fill: 3                       # missing samples in a row within a recording; a longer gap begins a new recording
 """
 
 

@@ -88,7 +88,7 @@ class Mapping:
         command_is_sample: the command column is an instant of a loop that runs faster than the log.
         command_before_sample: a row's command acted before the row's sample, not after it.
         skip: what is left out at the beginning of each recording [s].
-        fill: missing samples in a row that are interpolated; a longer gap parts the recording.
+        fill: missing samples in a row within a recording; a longer gap parts it.
 
     Raises:
         ConfigError: what it says cannot be.

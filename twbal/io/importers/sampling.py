@@ -13,12 +13,16 @@ from twbal.core.time_base import LATE, places_of
 from twbal.io.importers.columns import Columns
 
 _MOST_BACKWARD = 0.01  # share of the samples at which time may run backwards
-_MOST_ODD = 0.05  # share of the samples that may be over half a period late; a diagnosis refuses more
+_MOST_ODD = 0.05  # share of the samples that may be lost, or over half a period late; a diagnosis refuses more
 _EXACT = 1e-6  # share of a period by which steps vary that were worked out and not measured
 _CLOCK = 2e-4  # share to which a period that was measured is known at best: so far off are clocks
 _LOOSEST = 5e-3  # and at worst
 _FAR = 5  # periods from which on a step is a gap and no jitter
 _DIGITS = 12  # of a period or a rate that are tried
+
+
+FILLED = "filled"
+"""Name of the column that is 1 where a sample was missing, and 0 elsewhere."""
 
 
 class Period(NamedTuple):
@@ -53,7 +57,7 @@ class Stretches(NamedTuple):
     """The parts of a log between its gaps.
 
     Attributes:
-        parts: quantities by name, (n,) each.
+        parts: quantities by name, (n,) each, and `FILLED` where missing samples are to be left out again.
         period: between samples.
         notes: what was done.
         doubts: what looks wrong.
@@ -68,11 +72,14 @@ class Stretches(NamedTuple):
 def stretches(path: Path, signals: Mapping[str, Array], columns: Columns, fill: int) -> Stretches:
     """Cut a log at its gaps, after repeated rows were left out and short gaps were filled.
 
+    What was filled serves checks and filters. A diagnosis does better without it, as it knows how robots move; but it
+    takes no log in which many samples are missing.
+
     Args:
         path: of the log, for errors.
         signals: quantities by name, `time` among them [s].
         columns: that they were made from.
-        fill: missing samples in a row that are interpolated.
+        fill: missing samples in a row up to which a recording goes on.
 
     Raises:
         LogError: time does not run forward.
@@ -109,8 +116,10 @@ def stretches(path: Path, signals: Mapping[str, Array], columns: Columns, fill: 
     if len(cuts) > 3:
         notes.append(f"and so in {len(cuts) - 3} more places")
     filled = int(missing[(missing > 0) & (missing <= fill)].sum())
+    are_few = filled <= _MOST_ODD * (len(time) + filled)
     if filled:
-        notes.append(f"{filled} missing samples are interpolated")
+        what = "are left out, as a diagnosis does not count them" if are_few else "are interpolated, as they are many"
+        notes.append(f"{filled} missing samples {what}")
     period = _period(steps, typical)
     rows = [kept[part] for part in np.split(np.arange(len(kept)), cuts + 1)]
     late = np.concatenate([places_of(signals["time"][part], period.mean).late for part in rows])
@@ -121,7 +130,7 @@ def stretches(path: Path, signals: Mapping[str, Array], columns: Columns, fill: 
             doubts.append(f"{told}, and diagnose takes {_MOST_ODD:.0%} at most. {_evenly(steps, typical)}")
         else:
             notes.append(told)
-    parts = [_filled({name: values[part] for name, values in signals.items()}, typical) for part in rows]
+    parts = [_filled({name: values[part] for name, values in signals.items()}, typical, are_few) for part in rows]
     return Stretches(parts, period, notes, doubts)
 
 
@@ -143,11 +152,12 @@ def _period(steps: Array, typical: float) -> Period:
     return Period(mean, float(np.clip(2.0 * spread / np.sqrt(len(single)), _CLOCK * mean, _LOOSEST * mean)))
 
 
-def _filled(signals: Mapping[str, Array], period: float) -> dict[str, Array]:
-    """Signals with missing samples interpolated."""
+def _filled(signals: Mapping[str, Array], period: float, is_told: bool) -> dict[str, Array]:
+    """Signals with missing samples interpolated, and `FILLED` where it is to be told which."""
     time = signals["time"]
     counts = np.maximum(np.round(np.diff(time) / period).astype(int), 1)
     if not len(counts) or counts.max() == 1:
         return dict(signals)
     at: NDArray[np.float64] = np.concatenate([[0.0], np.cumsum(np.repeat(1.0 / counts, counts))])
-    return {name: np.interp(at, np.arange(len(time)), values) for name, values in signals.items()}
+    found = {name: np.interp(at, np.arange(len(time)), values) for name, values in signals.items()}
+    return found | {FILLED: (np.abs(at - np.round(at)) > 1e-6).astype(float)} if is_told else found
