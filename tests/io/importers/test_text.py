@@ -191,6 +191,42 @@ def test_a_row_with_more_fields_than_the_header_names_is_told_by_number(log):
         read_text(log(content), [1, 2])
 
 
+@pytest.mark.parametrize("read", [all_columns, lambda path: read_text(path, ["millis", "pitch"])])
+@pytest.mark.parametrize(
+    ("header", "row", "advice"),
+    [
+        ("millis,pitch,gyro_y,enc_l,enc_r,pwm", "{},-9,67,5,11,0,0,-58", "decimal commas"),
+        ("millis,pitch,enc", "{},0.9,5,7", "one name"),
+        ("millis,pitch,enc,pwm", "{},0,5", "one name"),
+        ("millis;pitch;enc", "{};-9;5;7", "one name"),
+        ("millis;pitch", "{};1;2;", "one name"),
+    ],
+)
+def test_a_header_with_another_number_of_columns_is_an_error(header, row, advice, read, log):
+    content = "\n".join([header, *(row.format(10 * k) for k in range(30))]) + "\n"
+    with pytest.raises(LogError, match=rf"header of .* names \d columns, and the first row .* has \d .*{advice}"):
+        read(log(content))
+
+
+@pytest.mark.parametrize(("after_header", "after_rows"), [(",", ""), ("", ","), (",", ",")])
+def test_one_delimiter_at_line_ends_is_no_column(after_header, after_rows, log):
+    header, *rows = text(ROWS).splitlines()
+    content = "\n".join([header + after_header, *(row + after_rows for row in rows)]) + "\n"
+    assert read_text(log(content), WANTED).values == pytest.approx(ROWS[:, PLACES], abs=1e-8)
+    assert [column.name for column in all_columns(log(content))][: len(NAMES)] == list(NAMES)
+
+
+def test_names_of_the_mapping_that_do_not_fit_the_columns_are_an_error(log):
+    with pytest.raises(LogError, match=r"no header, and the mapping names 7 columns, and the first row of .* has 8"):
+        read_text(log(text(ROWS, names=None)), WANTED, NAMES[:-2] + NAMES[-1:])
+
+
+def test_decimal_commas_in_some_numbers_alone_are_named_in_the_error(log):
+    content = "millis,pitch\n" + "".join(f"{k},0,{k}\n" for k in range(30)) + "31,4\n32,0,1\n"
+    with pytest.raises(LogError, match=r"Line 32 of .* has 2 columns, those before it 3. .* decimal commas"):
+        read_text(log(content), [1, 2])
+
+
 def test_a_column_that_is_wanted_twice_comes_twice_and_its_errors_once(log):
     twice = read_text(log(text(ROWS)), ["tilt", "time", "tilt"])
     assert twice.values == pytest.approx(ROWS[:, [1, 0, 1]], abs=1e-8)

@@ -12,7 +12,7 @@ from twbal.core.gaussian import Array
 from twbal.io.importers.arrays import named_arrays
 from twbal.io.importers.column_names import Meaning, meaning_of, names_in_comments
 from twbal.io.importers.formats import reader_of
-from twbal.io.importers.text_files import fields_of, layout_of, lines_of, read_text
+from twbal.io.importers.text_files import check_names, fields_of, layout_of, lines_of, read_text
 
 _SHOWN = 5
 
@@ -43,6 +43,7 @@ def all_columns(path: Path) -> list[Column]:
         arrays = named_arrays(path)
         return _columns(list(arrays), list(arrays), list(arrays.values()))
     layout = layout_of(path, lines_of(path))
+    check_names(path, layout)
     numbers = [k for k in range(layout.width) if all(_plain(row[k]) for row in layout.sample if k < len(row))]
     if not numbers:
         raise LogError(

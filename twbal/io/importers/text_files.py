@@ -27,6 +27,12 @@ _BEGUN = re.compile(r"[+-]|[+-]?(\d+\.?\d*|\.\d+)[eE][+-]?")  # a number that wa
 _FEWEST = 20  # rows by which a last field is judged
 _SHORT = 0.05  # share of the other fields that are as short as one that was cut off, at most
 _FAR = 3.0  # of the largest other step, by which such a field is off
+_COMMAS = (
+    "The numbers seem to have decimal commas, which cannot be told from the commas between columns. Write the file with "
+    "semicolons between columns, or with decimal points."
+)
+_DAMAGED = "Was it damaged on its way, or is it two files in one? Mend or cut the file there."
+_WRONG_NAMES = "Give each column one name, or begin the header with # and map columns by their numbers."
 _DECIMAL_COMMA = re.compile(r"[+-]?\d*,\d+([eE][+-]?\d+)?")
 
 
@@ -105,6 +111,38 @@ def _units_below(path: Path, first: Sequence[str], rows: Sequence[Sequence[str]]
     )
 
 
+def check_names(path: Path, layout: Layout, given: Sequence[str] = ()) -> None:
+    """Check that there is a name for each column; one delimiter too many may end the header, or each line.
+
+    Args:
+        path: of the file, for errors.
+        layout: of the file.
+        given: names of the columns, where the file has no header; empty: there are none.
+
+    Raises:
+        LogError: there are more or fewer, so that nobody knows which name belongs to which column.
+    """
+    names = layout.names or tuple(given)
+    count, width = len(names), layout.width
+    is_ended = width == count + 1 and not any(len(row) == width and row[-1] for row in layout.sample)
+    if not names or count == width or is_ended or (count == width + 1 and not names[-1]):
+        return
+    which = f"The header of {path} names" if layout.names else f"{path} has no header, and the mapping names"
+    found = f"{which} {count} column{'s' if count > 1 else ''}, and the first row of numbers has {width}"
+    row = (" " if layout.delimiter == BLANKS else layout.delimiter).join(layout.sample[0])
+    raise LogError(f"{found} ({row[:60]!r}). {_decimal_commas(layout) or _WRONG_NAMES}")
+
+
+def _decimal_commas(layout: Layout) -> str:
+    """What to do about numbers with decimal commas between commas, where the fields may be parts of such numbers."""
+    rows = [row for row in layout.sample if len(row) == layout.width]
+    after_comma = [all(field.isdigit() for field in column) for column in list(zip(*rows, strict=True))[1:]]
+    surplus = layout.width - len(layout.names)
+    if layout.delimiter != "," or any("." in field for row in rows for field in row):
+        return ""
+    return _COMMAS if 0 < surplus <= min(sum(after_comma), len(layout.names)) else ""
+
+
 def read_text(path: Path, wanted: Sequence[Name], names: Sequence[str] = ()) -> Columns:
     """Columns of a text file.
 
@@ -120,6 +158,8 @@ def read_text(path: Path, wanted: Sequence[Name], names: Sequence[str] = ()) -> 
     """
     lines = lines_of(path)
     layout = layout_of(path, lines)
+    if any(isinstance(name, str) and not name.isdigit() for name in wanted):
+        check_names(path, layout, names)
     where = places(path, layout.names or tuple(names), layout.width, wanted)
     rows, cut = _rows(path, lines, layout)
     notes = []
@@ -239,7 +279,7 @@ def _rows(path: Path, lines: Sequence[str], layout: Layout) -> tuple[list[int], 
             return rows[:-1], row + 1
         raise LogError(
             f"Line {row + 1} of {path} has {width} columns, those before it {layout.width}. "
-            "Was it damaged on its way, or is it two files in one? Mend or cut the file there."
+            f"{_decimal_commas(layout) or _DAMAGED}"
         )
     ends_within = rows[-1] == len(lines) - 1  # no newline at the end of the file
     if ends_within and _is_cut([lines[row] for row in rows[-_LOOKED_AT:]], layout):
