@@ -50,6 +50,20 @@ def test_a_rate_of_the_row_before_is_doubted(driven, paper):
     assert "after tilt: is one of them from another row, or filtered?" in sentence
 
 
+@pytest.mark.parametrize("wrong", ["tilt", "tilt_rate", ""])
+def test_a_wrong_sign_of_tilt_or_gyro_does_not_make_the_time_unknown(wrong, driven, paper):
+    seen, commands = driven
+    signals = {"tilt": seen[:, 1], "tilt_rate": seen[:, 2], "wheel_angle": seen[:, 4]}
+    signals |= {wrong: -signals[wrong]} if wrong else {}
+    part = LogPart(paper.control_period, signals, commands, {}, False, False, paper)
+    found = list(doubts({"time": seen[:, 0], **signals}, part))
+    assert [doubt.quantity for doubt in found if doubt.kind is Kind.SIGN] == [wrong] * bool(wrong)
+    assert not any("time is right" in doubt.sentence for doubt in found)
+    without = {name: values for name, values in signals.items() if name != "tilt_rate"}
+    told = [each.sentence for each in doubts({"time": seen[:, 0], **without}, part._replace(signals=without))]
+    assert any("time is right" in sentence for sentence in told)
+
+
 def turning(driven, paper, size):
     """Doubts on the sides of a log of that robot, turning to and fro, whose yaw rate is `size` times too large."""
     seen, commands = driven
@@ -72,3 +86,31 @@ def test_a_yaw_rate_in_another_unit_is_doubted(driven, paper, size):
     (doubt,) = turning(driven, paper, size)
     assert doubt.kind is Kind.UNIT and doubt.quantity == "yaw_rate"
     assert f"the robot turns {size:.2g} times as far by its yaw_rate" in doubt.sentence
+
+
+def standing(driven, paper, unit, offset=0.0, swing=0.01, noise=0.02):
+    """Doubts on the sides of a log of that robot, which hardly turns, with a noisy yaw rate in another unit."""
+    seen, commands = driven
+    rng, time = np.random.default_rng(7), seen[:, 0]
+    apart = 0.5 * swing * np.sin(0.8 * time) * paper.track / paper.wheel_radius
+    sides = {"wheel_angle": (seen[:, 4] - apart, seen[:, 4] + apart)}
+    yaw_rate = unit * (0.8 * swing * np.cos(0.8 * time) + offset + noise * rng.standard_normal(len(time)))
+    signals = {"tilt": seen[:, 1], "tilt_rate": seen[:, 2], "wheel_angle": seen[:, 4], "yaw_rate": yaw_rate}
+    return LogPart(paper.control_period, signals, commands, sides, False, False, paper)
+
+
+@pytest.mark.parametrize(("offset", "noise"), [(0.0, 0.1), (0.1, 0.02), (0.1, 0.0)])
+def test_a_yaw_rate_in_degrees_is_doubted_also_where_it_is_offset_and_noise(offset, noise, driven, paper):
+    """6 "rad/s" throughout."""
+    part = standing(driven, paper, 180.0 / np.pi, offset, noise=noise)
+    (doubt,) = (doubt for doubt in side_doubts(part) if doubt.kind is Kind.UNIT)
+    assert doubt.quantity == "yaw_rate" and "another unit" in doubt.sentence
+    (note,) = side_doubts(part._replace(sides={}))  # of one wheel alone nobody can tell
+    assert note.kind is Kind.UNTOLD and "Log both wheels" in note.sentence
+
+
+@pytest.mark.parametrize(("offset", "noise"), [(0.0, 0.3), (0.35, 0.05), (-0.2, 0.2)])
+def test_offset_and_noise_of_a_gyro_are_no_doubt(offset, noise, driven, paper):
+    part = standing(driven, paper, 1.0, offset, noise=noise)
+    assert [doubt for doubt in side_doubts(part) if doubt.kind is not Kind.UNTOLD] == []
+    assert list(side_doubts(part._replace(sides={}))) == []

@@ -28,8 +28,8 @@ _FEWEST = 20  # rows by which a last field is judged
 _SHORT = 0.05  # share of the other fields that are as short as one that was cut off, at most
 _FAR = 3.0  # of the largest other step, by which such a field is off
 _COMMAS = (
-    "The numbers seem to have decimal commas, which cannot be told from the commas between columns. Write the file with "
-    "semicolons between columns, or with decimal points."
+    "The numbers seem to have decimal commas, which cannot be told from the commas between columns. Write the file "
+    "with semicolons between columns, or with decimal points."
 )
 _DAMAGED = "Was it damaged on its way, or is it two files in one? Mend or cut the file there."
 _WRONG_NAMES = "Give each column one name, or begin the header with # and map columns by their numbers."

@@ -84,12 +84,18 @@ def doubts(signals: Mapping[str, Array], part: LogPart) -> Iterator[Doubt]:
     yield from (doubt for doubt in motion if not (time and doubt.kind in (Kind.TIME, Kind.UNIT)))
     if not (time or rates or motion or sides or smooth):
         yield from _row_doubts(part, pairs, found, by_gyro is found)
-    if not (time or any(doubt.kind is Kind.TIME for doubt in motion) or any(pair.agrees for pair in pairs)):
+    if not (time or any(doubt.kind is Kind.TIME for doubt in motion) or any(map(_needs_no_note, pairs))):
         sentence = (
             "whether its time is right to better than a factor of two: it has no rate that is measured apart from its "
             "angle. Log the gyro's"
         )
         yield Doubt(Kind.UNTOLD, "time", sentence)
+
+
+def _needs_no_note(pair: Agreement) -> bool:
+    """Whether a rate and its angle agree about time, or are said not to go together, as a gyro and the tilt are."""
+    is_of_gyro = pair.angle == "tilt" and (pair.has_wrong_scale or pair.is_unrelated)
+    return pair.agrees or pair.has_wrong_sign or is_of_gyro
 
 
 def _row_doubts(part: LogPart, pairs: Sequence[Agreement], found: Mechanics, is_by_gyro: bool) -> Iterator[Doubt]:

@@ -17,6 +17,8 @@ SCALE_OF_EACH = "give each its scale: [s, -s] in the place of a scale s"
 _SPAN = 0.3  # s over which turns are taken
 _TURNS = 0.5  # correlation of wheels and yaw from which its sign counts
 _OFF = 3.0  # times by which turns may be larger or smaller than the wheels tell: tyres scrub, tracks are guesses
+_OFFSET = 0.5  # rad/s that the yaw rate of a robot at rest may be off: gyros have up to 0.35, and noise
+_FAST = 2.0  # rad/s, beyond which hardly any robot turns all the time
 _MORE = 0.2  # of the wheels' acceleration by which their difference must tell more than their mean
 
 
@@ -24,6 +26,7 @@ def side_doubts(part: LogPart) -> Iterator[Doubt]:
     """Sentences on wheels that are mixed up."""
     sides = next((part.sides[name] for name in ("wheel_angle", "distance", "wheel_rate") if name in part.sides), None)
     if sides is None:
+        yield from _fast_turns_of_one_wheel(part)
         return
     is_angle = "wheel_angle" in part.sides or "distance" in part.sides
     against = list(_against_each_other(part, sides)) if is_angle else []
@@ -32,8 +35,9 @@ def side_doubts(part: LogPart) -> Iterator[Doubt]:
         return
     told = [found for found in (_by_yaw(part, sides, is_angle), _by_motors(part, sides, is_angle)) if found]
     yield from (each.doubt for each in told if each.sign < 0)
-    yield from (each.of_size for each in told if each.sign > 0 and each.of_size is not None)
-    if told and not any(each.sign for each in told):
+    sizes = [each.of_size for each in told if each.sign > 0 and each.of_size is not None]
+    yield from sizes or (sizes := list(_turns_too_fast(part, sides, is_angle)))
+    if told and not (sizes or any(each.sign for each in told)):
         sentence = (
             "which of its wheels is the left one: it hardly turns. Turn it on the spot for a while, and log the gyro's "
             "yaw rate"
@@ -122,6 +126,43 @@ def _of_size(part: LogPart, fit: Regression, turns: Array, name: str) -> Doubt |
         part.period, turns, f"turn by {name} [rad]", fit.fitted, "turn by the wheels, scaled to it [rad]"
     )
     return Doubt(Kind.UNIT, name, sentence, evidence)
+
+
+def _turns_too_fast(part: LogPart, sides: tuple[Array, Array], is_angle: bool) -> Iterator[Doubt]:
+    """A sentence on a yaw rate far beyond what the wheels tell, also where the two do not go together.
+
+    A robot that stands has little more than noise in its yaw rate, and noise in another unit is large, too.
+    """
+    if part.robot is None or "yaw_rate" not in part.signals:
+        return
+    span = max(1, round(_SPAN / part.period))
+    by_gyro = turned(part.signals["yaw_rate"], span, part.period)
+    apart = (sides[1] - sides[0]) * part.robot.wheel_radius / part.robot.track
+    by_wheels = changes(apart, span) if is_angle else turned(apart, span, part.period)
+    gyro, wheels = (_rms(values) / (span * part.period) for values in (by_gyro, by_wheels))
+    if gyro < _OFFSET + _OFF * wheels:
+        return
+    sentence = (
+        f"the robot turns at {gyro:.2g} rad/s by its yaw_rate, and at {wheels:.2g} rad/s by its wheels and the data "
+        "sheet's track (root mean squares): has yaw_rate another unit, or an offset?"
+    )
+    evidence = Evidence(part.period, by_gyro, "turn by yaw_rate [rad]", by_wheels, "turn by the wheels [rad]")
+    yield Doubt(Kind.UNIT, "yaw_rate", sentence, evidence)
+
+
+def _fast_turns_of_one_wheel(part: LogPart) -> Iterator[Doubt]:
+    """A note on a yaw rate that is large, and that one column of wheels cannot confirm."""
+    rate = _rms(part.signals["yaw_rate"]) if "yaw_rate" in part.signals else 0.0
+    if rate > _FAST:
+        sentence = (
+            f"whether its yaw_rate has the right unit: it is {rate:.2g} rad/s throughout (root mean square), which a "
+            "robot seldom turns at. Log both wheels"
+        )
+        yield Doubt(Kind.UNTOLD, "yaw_rate", sentence)
+
+
+def _rms(values: Array) -> float:
+    return float(np.sqrt(np.mean(values**2)))
 
 
 def _by_motors(part: LogPart, sides: tuple[Array, Array], is_angle: bool) -> _Told | None:
