@@ -40,11 +40,18 @@ def test_it_is_identified_and_its_simulation_evaluated(recorded, tmp_path, capsy
 
 def test_it_is_not_the_robot_of_another_sheet(recorded, tmp_path, capsys):
     out = f"hydra.run.dir={tmp_path / 'identified'}"
-    assert main(["identify", "robot=regbot", f"episodes={recorded}", out]) == 1
-    assert (
-        "is an episode of the robot 'its_firmware', recorded with the sheet 'paper'; expected is 'regbot'"
-        in capsys.readouterr().err
-    )
+    for command in ("identify", "diagnose"):
+        assert main([command, "robot=regbot", f"episodes={recorded}", out]) == 1
+        assert (
+            "is an episode of the robot 'its_firmware', recorded with the sheet 'paper'; expected is 'regbot'"
+            in capsys.readouterr().err
+        )
+
+
+def test_a_period_of_another_sheet_is_refused(recorded, tmp_path, capsys):
+    out = f"hydra.run.dir={tmp_path / 'identified'}"
+    assert main(["identify", "robot.control_period=0.03", f"episodes={recorded}", out]) == 1
+    assert "set its period by robot.control_period=0.02" in capsys.readouterr().err
 
 
 def test_a_recording_that_is_given_twice_is_said_to_count_twice(recorded, tmp_path, capsys):

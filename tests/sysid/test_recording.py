@@ -7,7 +7,14 @@ from scipy.signal import lfilter
 from twbal.core.episode import Episode, Outcome, Provenance
 from twbal.core.errors import DataError
 from twbal.core.time_base import evened
-from twbal.sysid.recording import Usability, differenced_rates, read_recordings, uneven_sum, what_is_not_used
+from twbal.sysid.recording import (
+    Usability,
+    check_episodes,
+    differenced_rates,
+    read_recordings,
+    uneven_sum,
+    what_is_not_used,
+)
 
 USABILITY = Usability(min_length=20, min_samples=50, max_yaw_rate=1.5, max_tilt=0.6)
 
@@ -133,12 +140,32 @@ def test_what_is_not_read_of_an_episode_is_said(paper):
         episode(periods=10),
     )
     given, names = [whole, falls, lies, short], ["whole", "falls", "lies", "short"]
-    said = what_is_not_used(given, names, read_recordings(given[:2], names[:2], paper, USABILITY), USABILITY)
+    said = what_is_not_used(given, names, names[:2], USABILITY)
     assert said == [
         "the tilt of episode falls is 57.3° at 1.2 s, beyond the limit of 34.4°: only its first 1.2 s of 2 s are used",
         "the tilt of episode lies is 57.3° at 0 s, beyond the limit of 34.4°: it is left out",
         "episode short is left out: it has 10 samples of 20",
     ]
+
+
+@pytest.mark.parametrize(("fast", "is_read"), [(60, True), (90, False)])
+def test_instants_that_do_not_count_are_not_taken_for_enough_and_said(paper, fast, is_read):
+    turning = episode(channel=6, value=np.where(np.arange(101) < fast, 6.0, 0.1))
+    usability = Usability(min_length=20, min_samples=30, max_yaw_rate=1.5, max_tilt=0.6)
+    said = f"turns faster than 1.5 rad/s in {fast / 101:.0%} of its samples, which do not count"
+    if is_read:
+        read_recordings([turning], ["run"], paper, usability)
+        assert said in what_is_not_used([turning], ["run"], ["run"], usability)[0]
+    else:
+        with pytest.raises(DataError, match=f"found 0 in 0 of 1 episodes.*{said}, and is left out; is its yaw rate"):
+            read_recordings([turning], ["run"], paper, usability)
+
+
+@pytest.mark.parametrize("words", ["Channel wheel_rate", "The command is 1 N", "control period of 0.01 s"])
+def test_what_nothing_can_be_learned_from_is_refused_however_long_it_is(paper, words):
+    with pytest.raises(DataError, match=words):
+        check_episodes(next(given for said, given in BAD.items() if words in said), ["run"], paper)
+    check_episodes([episode(periods=4)], ["run"], paper)
 
 
 def test_recordings_of_a_robot_that_lies_are_refused_with_when_and_why(paper):

@@ -101,7 +101,8 @@ def diagnose_episodes(
         usability = replace(usability, min_samples=data.min_length, needs_tilt=False)
         measured, tests = _upright(measured), _upright(tests)
     split = _split(measured, tests, simulated.robot, usability, data.held_out)
-    for said in what_is_not_used([*measured.episodes], [*measured.names], [*split.fitted, *split.kept_back], usability):
+    read = [recording.name for recording in (*split.fitted, *split.kept_back)]
+    for said in what_is_not_used([*measured.episodes], [*measured.names], read, usability):
         progress(said)
     progress(_how_many(split))
     name = identify_friction if in_air else name_effects

@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import least_squares
+from scipy.special import ndtri, stdtrit
 
 from twbal.core.gaussian import Array
 from twbal.core.robot_parameters import RobotParameters
@@ -104,6 +105,7 @@ def identify_friction(
     tolerance = settings.tolerances.of(_GAIN)
     progress(f"wheels in the air: fitting {len(forms_tried)} forms of drag")
     base, *forms = [_fit(turns, twin, candidate, tolerance) for candidate in (None, *forms_tried)]
+    stronger = _fit(turns, twin, None, np.inf)  # motors of any strength
     least = min(form.misfit for form in (base, *forms))
     near = [form for form in forms if form.misfit - least < settings.lines.margin]
     chosen = near[0] if near else base
@@ -133,7 +135,7 @@ def identify_friction(
         whiteness=whiteness_of(data, nominal, named),
         is_autocorrelated=False,  # wheels in the air are judged by windows
         noise=sensed_values(data, named.noise.sensors),
-        advice=_advice(turns, base, near, verdict, tolerance),
+        advice=_advice(turns, stronger, chosen, near, verdict, settings),
         nominal=first,
         nominal_errors=one_step_errors(data, nominal, named),
         refitted=refitted,
@@ -163,20 +165,37 @@ def _fit(turns: Turns, twin: TwinParameters, candidate: Candidate | None, tolera
         result = least_squares(misfit, x, bounds=(low, high), x_scale=high - low)
         x, off = result.x, sigma * result.fun[:-1]
         sigma = float(np.sqrt(np.mean(off**2) + turns.floor**2))
-    errors = np.sqrt(np.diag(np.linalg.pinv(result.jac.T @ result.jac)))
     count = len(off)
     price = len(parameters) * float(np.log(count))
     ends = 1e-3 * (high - low)
     return _Form(
         candidate,
         value=float(x[-1]) if candidate else 0.0,
-        error=float(errors[-1]),
+        error=_standard_error(result.jac),
         gain=float(x[0]),
         strength=float(x[0] / gain),
         misfit=2.0 * count * float(np.log(sigma)) + float(result.fun[-1] ** 2) + price,
         rms=float(np.sqrt(np.mean(off**2))),
         at_bound=bool(candidate and x[-1] > high[-1] - ends[-1]),
     )
+
+
+def _standard_error(J: Array) -> float:
+    """Standard error of the last of P parameters, for intervals of a normal distribution.
+
+    The spread of the windows is known from these alone. So its share counts by Student's distribution, of as many
+    degrees of freedom as windows exceed the parameters that they determine; the share of the motors' strength, whose
+    tolerance is known, does not.
+
+    Args:
+        J: (n + 1, P) derivatives of n windows, each over the windows' spread, and of the prior.
+    """
+    covariance = np.linalg.pinv(J.T @ J)
+    of_windows = float(np.sum((J[:-1] @ covariance[:, -1]) ** 2))
+    count = len(J) - 1
+    free = max(count - float(np.sum((J[:-1] @ covariance) * J[:-1])), 1.0)
+    scale = count / free * (stdtrit(free, 0.975) / ndtri(0.975)) ** 2
+    return float(np.sqrt(covariance[-1, -1] + (scale - 1.0) * of_windows))
 
 
 def _verdict(turns: Turns, twin: TwinParameters, base: _Form, chosen: _Form, settings: Settings) -> Verdict:
@@ -226,8 +245,10 @@ def _probable(
     return (effect,) if effect.probability >= LISTED else ()
 
 
-def _advice(turns: Turns, base: _Form, near: Sequence[_Form], verdict: Verdict, tolerance: float) -> tuple[str, ...]:
-    """What the recordings do not carry."""
+def _advice(
+    turns: Turns, stronger: _Form, chosen: _Form, near: Sequence[_Form], verdict: Verdict, settings: Settings
+) -> tuple[str, ...]:
+    """What the recordings do not carry; `stronger` has no drag, and motors of whatever strength fits best."""
     low, high = np.quantile([window.rate for window in turns.windows], [0.0, 1.0])
     found = [f"The wheels turn at {low:.3g} to {high:.3g} rad/s in {len(turns.windows)} windows of {WINDOW} s."]
     if verdict is Verdict.NAMED and len(near) > 1:
@@ -237,9 +258,11 @@ def _advice(turns: Turns, base: _Form, near: Sequence[_Form], verdict: Verdict, 
             if form.candidate
         ]
         found.append(f"Each of these alone would do: {', '.join(values)}. {SEPARATE_BY}")
-    if verdict in (Verdict.NAMED, Verdict.UNKNOWN) and abs(base.strength - 1.0) > tolerance:
+    off = abs(stronger.strength - 1.0) / settings.tolerances.of(_GAIN)
+    does_as_well = stronger.misfit - chosen.misfit < settings.lines.margin
+    if verdict in (Verdict.NAMED, Verdict.UNKNOWN) and does_as_well and off > 1.0:
         found.append(
-            f"So would motors of {base.strength:.2g} times the simulation's torque, "
-            f"{abs(base.strength - 1.0) / tolerance:.0f} tolerances off: that is no finding."
+            f"So would motors of {stronger.strength:.2g} times the simulation's torque do, {off:.0f} tolerances off: "
+            "if the motors may be that far from the data sheet, these recordings do not tell one from the other."
         )
     return tuple(found)

@@ -47,8 +47,10 @@ _BALANCE_SD = 0.003  # rad; a filter of the tilt drifts by as much with the nois
 _TIME = Observation._fields.index("time")
 _COLUMNS = [Observation._fields.index(name) for name in MEASURED]
 _NUDGE = 2e-5  # of finite differences, in prior standard deviations: posterior ones can be a hundredth of these
-_FALLEN = 0.3  # rad; what comes after is no balancing, but saturation and wheels that slip
-_SHORTEST = 5  # control periods
+FALLEN = 0.3
+"""Tilt [rad] from which on nothing of an episode is used: that is no balancing, but saturation and wheels that slip."""
+SHORTEST = 5
+"""Control periods, below which an episode is left out."""
 
 
 class _Attempt(NamedTuple):
@@ -76,7 +78,7 @@ def posterior(prior: RobotDistribution, episodes: Sequence[Episode]) -> RobotDis
         DataError: no episode has a few control periods of a robot that stands.
     """
     if not _recordings(prior, episodes, 0.0):
-        raise DataError(f"None of {len(episodes)} episodes has {_SHORTEST} control periods of a robot that stands.")
+        raise DataError(f"None of {len(episodes)} episodes has {SHORTEST} control periods of a robot that stands.")
     attempts = _attempts(prior, episodes)
     costs = {rate: attempt.cost for rate, attempt in attempts.items()}
     data, fit, _ = attempts[_best(attempts)]
@@ -213,12 +215,12 @@ def _vertex(costs: Mapping[float, float], most: float) -> tuple[float, float]:
 
 def _recordings(robots: RobotDistribution, episodes: Sequence[Episode], filter_rate: float) -> list[Recording]:
     """The episodes that are long enough, each with what all of them measured; a rate that was worked out is none."""
-    found = [r for e in episodes if len(r := _recording(e, robots, filter_rate)) >= _SHORTEST]
+    found = [r for e in episodes if len(r := _recording(e, robots, filter_rate)) >= SHORTEST]
     return [replace(recording, sensed=np.all([r.sensed for r in found], axis=0)) for recording in found]
 
 
 def _recording(episode: Episode, robots: RobotDistribution, filter_rate: float) -> Recording:
-    """An episode up to `_FALLEN`, its tilt without the error of a filter of a rate [1/s]; missed periods do not count.
+    """An episode up to `FALLEN`, its tilt without the error of a filter of a rate [1/s]; missed periods do not count.
 
     What the robot did in a period whose sample is missing is worked out from the others: the command before was held.
     """
@@ -226,7 +228,7 @@ def _recording(episode: Episode, robots: RobotDistribution, filter_rate: float) 
     even = evened(times, episode.observations, episode.commands, episode.control_period, angles, rates, uneven=False)
     seen = even.values.copy()
     seen[:, _COLUMNS[0]] -= tilt_error(seen, robots.robot.wheel_radius, episode.control_period, filter_rate)
-    fallen = np.flatnonzero(np.abs(seen[:, _COLUMNS[0]]) > _FALLEN)
+    fallen = np.flatnonzero(np.abs(seen[:, _COLUMNS[0]]) > FALLEN)
     end = int(fallen[0]) if len(fallen) else len(seen)
     worked_out = {channel for channel, _ in episode.estimated}
     return Recording(

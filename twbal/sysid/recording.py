@@ -1,6 +1,6 @@
 """What a diagnosis reads of an episode, checked."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from math import degrees
 
@@ -121,11 +121,12 @@ def read_recordings(
     recordings = tuple(recording for recording in found if recording.counted >= max(usability.min_length, 1))
     total, needed = sum(recording.counted for recording in recordings), max(usability.min_samples, 1)
     if total < needed:
-        not_used = what_is_not_used(episodes, names, recordings, usability)
+        not_used = what_is_not_used(episodes, names, [recording.name for recording in recordings], usability)
         cut = "".join(f"{said[0].upper()}{said[1:]}. " for said in not_used)
         raise DataError(
             f"Needed are {needed} control periods ({needed * robot.control_period:.3g} s) in episodes of at least "
-            f"{max(usability.min_length, 1)}, upright and not turning fast; found {total} in {len(recordings)} of {len(episodes)} episodes. "
+            f"{max(usability.min_length, 1)}, upright and not turning fast; found {total} in {len(recordings)} of "
+            f"{len(episodes)} episodes. "
             f"{cut}Record longer: twbal real-rollout experiment=excite; if the robot falls, with "
             "policy.command_width=0.1."
         )
@@ -135,18 +136,36 @@ def read_recordings(
     return recordings
 
 
+def check_episodes(episodes: Sequence[Episode], names: Sequence[str], robot: RobotParameters) -> None:
+    """Raise where nothing of a robot can be learned from episodes, however long they are.
+
+    Args: as of `read_recordings`.
+
+    Raises:
+        DataError: an episode has another control period than the robot, a value that is no number, or no clock; or a
+            sensor was off in all of them, or the torque never varied.
+    """
+    everything = Usability(0, 0, np.inf, np.inf)
+    for episode, name in zip(episodes, names, strict=True):
+        _check_episode(episode, name, robot)
+    recordings = [_read(e, name, robot, everything, False) for e, name in zip(episodes, names, strict=True)]
+    sensed = np.all([recording.sensed for recording in recordings], axis=0)
+    if sum(map(len, recordings)) >= _FEW:
+        _check_signals([replace(recording, sensed=sensed) for recording in recordings], needs_tilt=True)
+
+
 def what_is_not_used(
-    episodes: Sequence[Episode], names: Sequence[str], recordings: Sequence[Recording], usability: Usability
+    episodes: Sequence[Episode], names: Sequence[str], read: Collection[str], usability: Usability
 ) -> list[str]:
     """What is not read of episodes: from where on the robot has fallen, what turns too fast, and what is too short.
 
     Args:
         episodes: that were to be read.
         names: of them.
-        recordings: what was read.
+        read: names of those of which something was read.
         usability: by which.
     """
-    read, found = {recording.name for recording in recordings}, list[str]()
+    found = list[str]()
     for episode, name in zip(episodes, names, strict=True):
         times, tilts = episode.observations[:, _TIME], episode.observations[:, _COLUMNS[0]]
         fallen = np.flatnonzero(np.abs(tilts) > usability.max_tilt)
@@ -276,7 +295,7 @@ def _check_signals(recordings: Sequence[Recording], needs_tilt: bool) -> None:
     measured = np.concatenate([recording.measured for recording in recordings])
     sensed = recordings[0].sensed
     if (needs_tilt and not sensed[0]) or not sensed[2:].any():
-        raise DataError("A diagnosis needs a measured tilt, and wheels whose angle or rate is measured.")
+        raise DataError("Needed are a measured tilt, and wheels whose angle or rate is measured.")
     for i, channel in enumerate(MEASURED):
         if sensed[i] and np.ptp(measured[:, i]) <= 1e-9:
             raise DataError(
@@ -286,6 +305,6 @@ def _check_signals(recordings: Sequence[Recording], needs_tilt: bool) -> None:
     commands = np.concatenate([recording.commands for recording in recordings])
     if np.ptp(commands) <= 1e-9:
         raise DataError(
-            f"The command is {commands[0]:.6g} N·m throughout {len(commands)} control periods; a diagnosis needs "
-            "one that varies. Record with twbal real-rollout experiment=excite."
+            f"The command is {commands[0]:.6g} N·m throughout {len(commands)} control periods; needed is one that "
+            "varies. Record with twbal real-rollout experiment=excite."
         )

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from omegaconf import DictConfig, OmegaConf
 
-from twbal.cli.artefacts import DIAGNOSIS, episode_files, say_duplicates
+from twbal.cli.artefacts import DIAGNOSIS, episode_files, episodes_of, say_duplicates
 from twbal.cli.console import gently, next_command, print_result, run_folder, say, say_link
 from twbal.cli.diagnosis_config import diagnosis_of
 from twbal.cli.manifest import Manifest, Step, perform
@@ -24,6 +24,7 @@ from twbal.diagnosis.diagnosis_file import (
 )
 from twbal.diagnosis.findings import FilterResult
 from twbal.diagnosis.inputs import DataSettings, Named, Simulated
+from twbal.diagnosis.log_names import distinct_names
 from twbal.diagnosis.pipeline import DiagnosisResult, diagnose_episodes
 from twbal.diagnosis.record import Diagnosis
 from twbal.diagnosis.settings import Settings
@@ -99,8 +100,10 @@ def _diagnose_to_files(
     data: DataSettings,
     out: Path,
 ) -> list[Path]:
+    names = distinct_names([*files, *tests])
     measured, kept_back = (
-        Named([read_episode(file) for file in these], [file.stem for file in these]) for these in (files, tests)
+        Named(episodes_of(these, simulation.robot.name), of)
+        for these, of in ((files, names[: len(files)]), (tests, names[len(files) :]))
     )
     result = diagnose_episodes(measured, kept_back, simulation, settings, data, say)
     title, diagnosis = _title(result), result.diagnosis

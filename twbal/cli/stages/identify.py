@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
 from hydra.utils import instantiate
 from omegaconf import DictConfig
 
@@ -13,11 +14,18 @@ from twbal.cli.console import next_command, print_result, run_folder, say, say_l
 from twbal.cli.manifest import Manifest, Step, perform
 from twbal.cli.sim_files import IDENTIFIED, simulation_text
 from twbal.cli.typed_config import members, recorded
+from twbal.core.episode import Episode
 from twbal.core.files import write_atomically
+from twbal.core.plant import Observation
 from twbal.core.robot_parameters import RobotParameters
+from twbal.diagnosis.log_names import distinct_names
 from twbal.effects.library import values_of
+from twbal.sysid.posterior import FALLEN, SHORTEST
+from twbal.sysid.recording import Usability, check_episodes, what_is_not_used
 
 NOT_RECORDED = ("episodes",)
+_TURNING = 1.5  # rad/s; slower turns hardly change how the body tilts
+_SOME = 0.05  # share of the samples that is worth a word
 
 
 def main(cfg: DictConfig) -> None:
@@ -40,7 +48,11 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
 def _identify_to_files(
     files: Sequence[Path], robot: RobotParameters, simulated: EffectValues, physics_step: float, out: Path
 ) -> list[Path]:
-    found = identify(robot, simulated, episodes_of(files, robot.name), progress=lambda line: None)
+    episodes, names = episodes_of(files, robot.name), distinct_names(files)
+    check_episodes(episodes, names, robot)
+    for said in _not_used(episodes, names):
+        say(said)
+    found = identify(robot, simulated, episodes, progress=lambda line: None)
     if found.nothing_told:
         say(f"the robot by its sheet alone: {found.nothing_told}")
     print("\n".join(f"  {line}" for line in found.table()), flush=True)
@@ -55,3 +67,22 @@ def _identify_to_files(
     save_distribution(out / DISTRIBUTION, found.known)
     write_atomically(out / IDENTIFIED, simulation_text(found.effects, physics_step, title))
     return [out / DISTRIBUTION, out / IDENTIFIED]
+
+
+def _not_used(episodes: Sequence[Episode], names: Sequence[str]) -> list[str]:
+    """A sentence for each episode of which not all is used, or that turns although turning is left out."""
+    usability = Usability(SHORTEST, 0, float("inf"), FALLEN)
+    columns = Observation._fields.index("tilt"), Observation._fields.index("yaw_rate")
+    read, turning = list[str](), list[str]()
+    for episode, name in zip(episodes, names, strict=True):
+        tilt, yaw_rate = np.abs(episode.observations[:, columns]).T
+        upright = int(np.argmax(tilt > FALLEN)) if (tilt > FALLEN).any() else len(tilt)
+        if upright > SHORTEST:
+            read.append(name)
+        share = float(np.mean(yaw_rate[:upright] > _TURNING)) if upright else 0.0
+        if share > _SOME:
+            turning.append(
+                f"WARNING: episode {name} turns faster than {_TURNING:g} rad/s in {share:.0%} of its samples, which "
+                "the estimate knows nothing of; is its yaw rate in rad/s?"
+            )
+    return [*what_is_not_used(episodes, names, read, usability), *turning]
