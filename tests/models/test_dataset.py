@@ -6,7 +6,7 @@ import pytest
 from twbal.core.channels import Channels
 from twbal.core.episode import Episode, Outcome, Provenance
 from twbal.core.errors import DataError
-from twbal.models.dataset import residuals, transitions
+from twbal.models.dataset import residuals, transitions, unbroken
 from twbal.models.gp import condition
 
 CHANNELS = Channels(("tilt", "command_1", "tilt_rate"), 0.15)
@@ -45,6 +45,18 @@ def test_a_change_over_two_periods_is_none_of_one():
     torn = replace(told, observations=told.observations * np.array([2.0, *np.ones(6)]))
     with pytest.raises(DataError, match="no control period with both of its samples"):
         transitions([torn], CHANNELS)
+
+
+def test_an_episode_is_parted_where_samples_are_missing():
+    told = episode(9, 0)
+    kept = [0, 1, 2, 4, 6, 7, 8, 9]
+    broken = replace(told, observations=told.observations[kept], states=told.states[kept], commands=told.commands[:7])
+    first, last = unbroken([broken, episode(0, 1)])
+    np.testing.assert_array_equal(first.states, told.states[:3])
+    np.testing.assert_array_equal(last.states, told.states[6:])
+    np.testing.assert_array_equal(first.commands, told.commands[:2])
+    np.testing.assert_array_equal(last.commands, told.commands[4:7])
+    assert unbroken([told]) == [told]
 
 
 def test_samples_do_not_tell_where_the_robot_was():

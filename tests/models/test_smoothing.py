@@ -167,6 +167,20 @@ def coasting(seed, source, noise_sd, steps=60):
     return episode(SPEED.names, (x + noise_sd * rng.standard_normal(steps + 1))[:, None], commands)
 
 
+def test_a_missing_sample_parts_an_episode_and_is_no_noise():
+    settings = replace(SETTINGS, rounds=2, sensor_sd={"speed": 0.1})
+    recipe = ModelRecipe(FIT, FIT, keep_f_variance=False, smoothing=settings)
+    f = recipe.learn_simulation([coasting(seed, "simulation", 0.0) for seed in range(3)], SPEED, seed=0).model
+    whole = coasting(10, "robot", SENSOR_SD, steps=80)
+    kept = np.delete(np.arange(81), [20, 41, 63])
+    late = replace(
+        whole, observations=whole.observations[kept], states=whole.states[kept], commands=whole.commands[kept[:-1]]
+    )
+    intact, broken = (recipe.learn_difference(f, [each], seed=0) for each in (whole, late))
+    assert len(broken.data.inputs) == 80 - 2 * 3
+    assert broken.model.process_noise[0] < 2.0 * intact.model.process_noise[0]
+
+
 def test_smoothing_removes_the_spurious_damping_that_sensor_noise_in_the_inputs_makes():
     settings = replace(SETTINGS, rounds=3, sensor_sd={"speed": 0.1})
     raw = ModelRecipe(FIT, FIT, keep_f_variance=False, smoothing=None)

@@ -1,6 +1,7 @@
 """From episodes to the samples that a GP learns from."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -69,6 +70,35 @@ def _is_one_period(episode: Episode) -> Mask:
     """(T,) whether no sample is missing between the two that begin and end a control period."""
     steps = np.diff(episode.observations[:, _TIME])
     return np.asarray(steps < _MISSING * episode.control_period)
+
+
+def unbroken(episodes: Sequence[Episode]) -> list[Episode]:
+    """The stretches of episodes in which no sample is missing, those without a control period left out.
+
+    Args:
+        episodes: over ground.
+    """
+    found: list[Episode] = []
+    for episode in episodes:
+        is_whole = _is_one_period(episode)
+        if len(episode) and is_whole.all():
+            found.append(episode)
+            continue
+        edges = np.flatnonzero(np.diff(np.concatenate([[False], is_whole, [False]])))
+        for begin, end in edges.reshape(-1, 2):
+            rows = slice(begin, end + 1)
+            part = replace(
+                episode,
+                observations=episode.observations[rows],
+                states=episode.states[rows],
+                commands=episode.commands[begin:end],
+                poses=None,
+                references=None,
+                headings=None,
+                events=(),
+            )
+            found.append(part)
+    return found
 
 
 def residuals(data: Transitions, f: Posterior) -> Transitions:

@@ -9,7 +9,7 @@ import numpy as np
 from twbal.core.channels import Channels
 from twbal.core.episode import Episode
 from twbal.core.gaussian import Array
-from twbal.models.dataset import Transitions, residuals, transitions
+from twbal.models.dataset import Transitions, residuals, transitions, unbroken
 from twbal.models.dynamics import DynamicsModel, without_simulation
 from twbal.models.fit import Fit
 from twbal.models.fit_settings import Reference, input_scales
@@ -112,11 +112,13 @@ class ModelRecipe:
     def learn_smoothed(self, learned: LearnedModel, episodes: Sequence[Episode], seed: int) -> LearnedModel:
         """What was learned from episodes as measured, learned again from smoothed states, where that is asked for.
 
+        Where samples are missing, an episode ends, and what comes after them is one of its own.
+
         Raises: as `learn_difference`.
         """
         if self.smoothing is None:
             return learned
-        base, episodes = replace(learned.model, g=None), [episode.over_ground() for episode in episodes]
+        base, episodes = replace(learned.model, g=None), unbroken([episode.over_ground() for episode in episodes])
         names = [base.channels.names[i] for i in base.channels.measured]
         levels = NoiseLevels(self.smoothing.sensor_variances(names), learned.model.process_noise)
         for _ in range(self.smoothing.rounds):
