@@ -10,8 +10,9 @@ from pathlib import Path
 import pytest
 
 from twbal.cli.main import main
-from twbal.cli.stages.regress import _read, _tolerances
+from twbal.cli.stages.regress import Baseline, _read, _tolerances
 from twbal.core.errors import TwbalError
+from twbal.core.json_records import write_record
 
 ROOT = Path(__file__).resolve().parents[2]
 DATA = ROOT / "data" / "regression"
@@ -87,6 +88,27 @@ def test_a_measure_that_moved_fails_and_is_named(tmp_path, capsys):
     assert name in said.out
     assert "1 of " in said.err
     assert '<failure message="' in (tmp_path / "out" / "junit.xml").read_text()
+
+
+def test_an_update_rewrites_what_moved_alone(tmp_path, monkeypatch, capsys):
+    names = {part: f"{part}/number" for part in ("fit", "search")}  # with a tolerance of 10 %, and of 1e-5
+    found = Baseline({"policy.pt": "1"}, "2", {names["fit"]: 1.01, names["search"]: 1.01})
+    monkeypatch.setattr("twbal.cli.stages.regress.measure", lambda cfg, folder: found.measures)
+    monkeypatch.setattr("twbal.cli.stages.regress._hashes", lambda folder: found.data)
+    path, words = tmp_path / "baseline.json", ["regress", f"data={DATA}", "update=true", f"hydra.run.dir={tmp_path}"]
+    for before, kept in (
+        (None, 1.01),
+        ("no baseline", 1.01),
+        (Baseline({"policy.pt": "1"}, "1", {names["fit"]: 1.0, names["search"]: 1.0, "search/gone": 1.0}), 1.0),
+        (Baseline({"policy.pt": "0"}, "1", {names["fit"]: 1.0, names["search"]: 1.0}), 1.01),  # of other data
+    ):
+        if isinstance(before, Baseline):
+            write_record(path, before)
+        elif before is not None:
+            path.write_text(before)
+        assert main([*words, f"baseline={path}"]) == 0
+        assert _read(path).measures == {names["fit"]: kept, names["search"]: 1.01}
+    assert "2 measures; 2 are new, gone or moved" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from twbal.cli.regression.baseline import Tolerance, compare, junit, table
+from twbal.cli.regression.baseline import Tolerance, compare, junit, table, updated
 from twbal.core.errors import ConfigError
 
 TOLERANCES = [Tolerance("*", 0.0, 1e-9), Tolerance("fit/*", 0.1, 0.0)]
@@ -45,6 +45,13 @@ def test_junit_has_a_case_for_each_measure():
     assert counts == {"fit": ("1", "0"), "logs": ("3", "3"), "diagnosis": ("1", "1")}
     failed = [case.get("name") for case in whole.iter("testcase") if case.find("failure") is not None]
     assert sorted(failed) == ["fresh", "gone", "samples", "verdict"]
+    assert {case.get("classname") for case in whole.iter("testcase")} == {
+        f"twbal.regress.{part}" for part in ("fit", "logs", "diagnosis")
+    }
+
+
+def test_an_update_keeps_the_digits_of_what_did_not_move():
+    assert updated(compare(BEFORE, NOW, TOLERANCES)) == {**NOW, "fit/error": BEFORE["fit/error"]}
 
 
 def test_a_measure_without_a_tolerance_is_an_error():

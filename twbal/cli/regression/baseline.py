@@ -80,6 +80,16 @@ def _compared(
     return Compared(name, before, now, allowed, not abs(now - before) <= allowed)  # NaN has moved
 
 
+def updated(compared: Sequence[Compared]) -> dict[str, float | str]:
+    """The measures of the next baseline: those that moved as they are now, the others with the digits that they had."""
+    found: dict[str, float | str] = {}
+    for each in compared:
+        value = each.before if not each.moved else each.now
+        if value is not None:  # None: it is not measured any more
+            found[each.name] = value
+    return found
+
+
 def table(compared: Sequence[Compared]) -> str:
     """What moved, measure by measure, and how many of each part stayed."""
     moved = [each for each in compared if each.moved]
@@ -100,7 +110,7 @@ def junit(compared: Sequence[Compared]) -> str:
         part, _, what = each.name.partition("/")
         if part not in suites:
             suites[part] = ElementTree.SubElement(whole, "testsuite", name=part)
-        case = ElementTree.SubElement(suites[part], "testcase", classname=f"twbal.check.{part}", name=what)
+        case = ElementTree.SubElement(suites[part], "testcase", classname=f"twbal.regress.{part}", name=what)
         if each.moved:
             ElementTree.SubElement(case, "failure", message=each.words)
     for suite in suites.values():
