@@ -69,3 +69,18 @@ def test_kernels_that_are_kept_are_ok_and_none_or_lost_ones_a_warning(tmp_path, 
     check = kernels_check(tmp_path)
     assert (check.verdict, check.found) == (Verdict.OK, f"1 in {tmp_path}")
     assert kernels_check(tmp_path / "gone").verdict is Verdict.PROBLEM
+
+
+def test_kernels_of_many_other_versions_are_told(tmp_path, monkeypatch):
+    monkeypatch.setattr("tempfile.tempdir", "/somewhere/else")
+    folders = [tmp_path / f"kernels-{version}" for version in range(11)]
+    for folder in folders:
+        folder.mkdir()
+        (folder / "one.nbc").touch()
+    check = kernels_check(folders[0])
+    assert (check.verdict, check.found) == (
+        Verdict.OK,
+        f"1 in {folders[0]}, and folders of 10 other versions beside it",
+    )
+    folders[-1].rename(tmp_path / "other")
+    assert kernels_check(folders[0]).found == f"1 in {folders[0]}"

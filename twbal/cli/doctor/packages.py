@@ -15,6 +15,7 @@ from twbal.core.check import Check, Verdict
 
 _INSTALL = "Install by `make .venv/.installed` in the checkout, or `pip install -e . -c constraints.txt`"
 _LISTED = 3
+_MANY_CACHES = 10  # folders of some 30 MB each
 
 
 def installed_version(package: str) -> str | None:
@@ -97,7 +98,11 @@ def kernels_check(folder: Path) -> Check:
     if not kept:
         advice = "The first commands compile for minutes: run `twbal iterate` with the virtual robot before yours."
         return Check("compiled kernels", Verdict.WARNING, f"none yet in {folder}", advice=advice)
-    return Check("compiled kernels", Verdict.OK, f"{kept} in {folder}")
+    others = len(list(folder.parent.glob("kernels-*"))) - 1
+    if others < _MANY_CACHES:
+        return Check("compiled kernels", Verdict.OK, f"{kept} in {folder}")
+    found = f"{kept} in {folder}, and folders of {others} other versions beside it"
+    return Check("compiled kernels", Verdict.OK, found, advice="docs/troubleshooting.md says how to remove old ones.")
 
 
 def _fits(needed: Requirement, found: str | None) -> bool:
