@@ -15,6 +15,10 @@ def test_the_worst_trial_counts():
     assert shown_by([verdict(), verdict(False, None, inf)]) == Shown(0.5, inf, inf)
 
 
+def test_trials_that_are_too_short_to_show_an_oscillation_show_none():
+    assert shown_by([verdict(oscillation=None), verdict(oscillation=None)]) == Shown(1.0, 0.0, 0.5)
+
+
 def test_success_comes_before_oscillation_and_that_before_how_close_it_is_to_failing():
     ordered = [Shown(1.0, 0.05, 0.5), Shown(1.0, 0.05, 0.9), Shown(1.0, 0.05, 0.95), Shown(1.0, 0.12, 0.6)]
     ordered.append(Shown(1.0, 0.13, 0.5))

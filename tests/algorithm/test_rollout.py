@@ -75,6 +75,14 @@ def test_commands_act_between_the_observations_that_frame_them():
     assert (episode.channels, episode.provenance) == (CHANNELS.names, PROVENANCE)
 
 
+def test_commands_are_recorded_as_the_plant_cuts_them():
+    plant = Toy()
+    plant.torque_limit = 0.0025
+    episode = drive(plant)
+    assert plant.given[-1] > plant.torque_limit
+    np.testing.assert_array_equal(episode.commands, np.minimum(plant.given, 0.0025))
+
+
 def test_the_same_seed_and_trial_repeat_the_rollout():
     assert np.array_equal(drive(Toy()).commands, drive(Toy()).commands)
 

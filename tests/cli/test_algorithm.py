@@ -48,6 +48,9 @@ class NotedSteps(StageSteps):
         self._rocking, self._kept = rocking, kept
         self._solved, self._samples, self._useless, self._likeliest = solved, samples, useless, likeliest
 
+    def was_driven(self, place):
+        return False
+
     def episodes(self, rollouts):
         return tuple(self._episode(str(r)) for r in rollouts)
 
@@ -360,6 +363,14 @@ def test_the_first_policy_that_solves_it_is_followed_by_one_more_update_that_ask
     calls, learning = learn(solved=(*SOLVED_TWICE, "iteration_3/trials"), **IMPROVING)
     assert searches(calls) == [False, True, None]
     assert only(calls, "optimise-policy")[-1].overrides["initial_policies"] == [learning.policies[2].policy / POLICY]
+
+
+def test_a_run_that_was_recalibrated_when_it_had_fewer_updates_ends_as_it_did(monkeypatch):
+    """Where the update with margin would have its folder lies the recalibration."""
+    monkeypatch.setattr(NotedSteps, "was_driven", lambda self, place: place == Path("iteration_1/calibration"))
+    calls, learning = learn(solved=(*SOLVED_TWICE, "iteration_3/trials"), **IMPROVING)
+    assert searches(calls) == [False, None]
+    assert [learned.recalibrates for learned in learning.policies] == [False, False, True]
 
 
 def test_where_the_policy_with_margin_fails_the_one_before_is_recalibrated():

@@ -243,6 +243,10 @@ def test_it_tells_what_it_does_and_what_comes_next(folder, capsys):
     [
         (["state=paper"], "Choose the state and robot that it was made with"),
         (["robot=regbot"], "of a robot with a wheel radius of 0.15 m; here it is"),
+        (["optimise=false"], "optimise=false judges policies without a search: give initial_policies=[...]"),
+        (["search.particles=1"], "search.particles must be 0 or at least 2"),
+        (["search.degrees=[4,2]"], "search.degrees must rise"),
+        (["search.degrees=[0]"], "search.degrees"),
         (["initial_policies=[none.pt]"], "Cannot read none.pt"),
         (["initial_policies=none.pt"], "Cannot read none.pt"),
     ],

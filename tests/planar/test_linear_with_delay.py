@@ -4,9 +4,12 @@ import numpy as np
 import pytest
 import scipy.linalg
 
+from twbal.core.start_pose import StartPose
+from twbal.effects.library import effects_from
 from twbal.planar import linearised
 from twbal.planar.linearised import linearise, sampled_with_delay
 from twbal.planar.parameters import twin_parameters
+from twbal.planar.planar_plant import PlanarPlant
 
 PERIODS = (0.0, 0.5, 1.3, 2.0)  # of the delay
 
@@ -76,4 +79,14 @@ def test_what_sticks_is_no_part_of_it_and_what_scales_is(paper):
 @pytest.mark.parametrize("angle", [0.0, 0.08])
 def test_the_balance_is_where_the_robot_stands_still(paper, angle):
     found = sampled_with_delay(twin_parameters(paper, {"com_offset": {"angle": angle}}), paper.control_period, 0)
-    assert found.balance == pytest.approx(-angle, abs=1e-9)
+    assert found.balance == found.true_balance == pytest.approx(-angle, abs=1e-9)
+
+
+def test_the_balance_is_shown_as_the_imu_is_mounted(paper):
+    effects = {"com_offset": {"angle": 0.03}, "imu_mount_angle": {"angle": 0.05}}
+    found = sampled_with_delay(twin_parameters(paper, effects), paper.control_period, 0)
+    assert found.true_balance == pytest.approx(-0.03, abs=1e-9)
+    resting = PlanarPlant(
+        robot=paper, effects=effects_from(effects), start=StartPose(-0.03, 0, 0, 0), physics_step=0.001, seed=0
+    )
+    assert found.balance == pytest.approx(resting.reset(0).tilt, abs=1e-9)

@@ -171,6 +171,16 @@ def test_every_channel_is_where_the_state_has_it(paper, names):
     assert found.costs[0] * rule.steps == pytest.approx(real_cost(episode, cost, rule.steps), rel=1e-9)
 
 
+def test_sensors_that_are_off_are_so_from_the_first_instant_on(paper):
+    channels, rule = Channels(NAMES, paper.wheel_radius, paper.control_period), rule_for(paper)
+    policy = policy_for(paper, channels, CASES["it stays"])
+    cost = cost_over(NAMES, WIDTHS, 1.0, paper.torque_limit)
+    off = Case({"imu_mount_angle": {"angle": 0.05}, "gyro_bias": {"rate": 0.02}}, WIDTHS, 1.0, 0.0, (True,) * 4)
+    episode, _, shown = driven(paper, off, policy, channels, rule, cost, (0.0,) * 4, 0)
+    steps = len(episode.states) - 1
+    np.testing.assert_allclose(shown[:steps], episode.states[:steps], rtol=1e-9, atol=1e-9)
+
+
 def test_robots_do_not_see_each_other(paper):
     channels, rule = Channels(NAMES, paper.wheel_radius, paper.control_period), rule_for(paper)
     cost, rng = cost_over(NAMES, WIDTHS, 1.0, paper.torque_limit), np.random.default_rng(0)

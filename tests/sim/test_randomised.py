@@ -5,6 +5,7 @@ import pytest
 
 from twbal.core.errors import ConfigError
 from twbal.core.start_pose import StartPose
+from twbal.effects.torque_gain import TorqueGain
 from twbal.sim.bullet_plant import SimPlant
 from twbal.sim.randomised import RandomisedPlant
 
@@ -34,6 +35,15 @@ def test_a_trial_is_that_of_a_simulation_with_the_drawn_effects(paper):
     start = StartPose(-0.1, 0.0, 0.0, 0.0)
     with SimPlant(robot=paper, effects=effects, start=start, physics_step=0.001, seed=4) as plant:
         np.testing.assert_array_equal(found, course(plant, 3))
+
+
+def test_a_drawn_effect_takes_the_place_of_one_of_its_kind(paper):
+    start = StartPose(-0.1, 0.0, 0.0, 0.0)
+    alone = RandomisedPlant(
+        robot=paper, effects=[TorqueGain(0.3)], draws=DRAWS, start=start, physics_step=0.001, seed=4
+    )
+    with alone, randomised(paper) as plant:
+        np.testing.assert_array_equal(course(alone, 3), course(plant, 3))
 
 
 def test_effects_that_the_planar_model_does_not_have_are_drawn_too(paper):

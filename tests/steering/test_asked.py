@@ -51,6 +51,16 @@ def test_silence_of_half_a_second_ends_what_keys_asked_for_and_not_before():
     assert steered.events == [event]  # said once
 
 
+def test_with_more_time_for_keys_a_turn_outlasts_the_wait_for_the_first_repeat():
+    steered = Steering(Response(STEP, TURN, 1.0, False))
+    steered.take(0.0, Key.LEFT)
+    for time in (0.3, 0.65, 0.99):
+        steered.wait(time)
+        assert steered.asked.turn == TURN
+    steered.wait(1.01)
+    assert steered.asked == Asked()
+
+
 def test_a_key_that_is_held_down_goes_on_as_long_as_it_repeats():
     steered, last = after(*[Key.FASTER] * 2, *[Key.KEEP] * 200, every=0.04)
     assert last > 5 * TIMEOUT

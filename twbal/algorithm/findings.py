@@ -116,7 +116,7 @@ def _rank(having: Sequence[Iteration], most: float | None) -> tuple[float, ...]:
     share = sum(i.successes for i in tried) / sum(i.trials for i in tried)
     told = having[0]  # by whose trials a run decides which policy to recalibrate
     used = inf if told.used_worst is None else told.used_worst
-    oscillation = inf if isinf(used) or told.oscillation_worst is None else told.oscillation_worst
+    oscillation = inf if isinf(used) else told.oscillation_worst or 0.0
     shown = Shown(share, oscillation, used)
     has_margin = share == 1.0 and any(iteration.margin is not None for iteration in having)
     return (*shown.rank(most), -first if has_margin else 1.0, float(np.mean(costs)), first)

@@ -73,6 +73,8 @@ class Algorithm(Generic[R, M, P, S, K]):
         if newest.recalibrates:
             return None
         best = min(solving, key=self._rank)
+        if self._steps.was_driven(_calibration(newest)):  # of a run with fewer updates, which ends as it did
+            return self._recalibrated(best, policies)
         wanted = MAX_MARGIN_UPDATES if self._falls_or_oscillates(best) else 1
         if settings.improve and is_update_left and newest.index - solving[0].index < wanted and self._steps.identifies:
             return self._updated(policies, with_margin=True)
@@ -161,8 +163,7 @@ class Algorithm(Generic[R, M, P, S, K]):
             steps=settings.calibration_steps,
             exploration=0.0,
         )
-        place = Path(f"iteration_{newest.index}") / "calibration"
-        rollouts = self._steps.drive(place, solving.policy, undisturbed)
+        rollouts = self._steps.drive(_calibration(newest), solving.policy, undisturbed)
         inputs = _inputs(newest, (rollouts,), [solving.policy])
         drivers = tuple(each.policy for each in policies)
         inputs = replace(inputs, f=solving.f, recalibration=(rollouts,), drivers=drivers)
@@ -234,6 +235,11 @@ class Algorithm(Generic[R, M, P, S, K]):
 
     def _is_enough(self, learned: LearnedPolicy[R, M, P]) -> bool:
         return self._settings.stop_when_solved and learned.trials is not None and self._update.solved(learned.trials)
+
+
+def _calibration(newest: LearnedPolicy[R, M, P]) -> Path:
+    """Where the robot is driven to recalibrate the model, after the newest policy."""
+    return Path(f"iteration_{newest.index}") / "calibration"
 
 
 def _inputs(newest: LearnedPolicy[R, M, P], rollouts: tuple[R, ...], earlier: Sequence[P]) -> UpdateInputs[R, M, P]:

@@ -1,7 +1,7 @@
 """Which of several policies is the best, by what their trials show."""
 
 from collections.abc import Iterable
-from math import inf
+from math import inf, isinf
 from typing import NamedTuple
 
 from twbal.core.evaluation import Verdict
@@ -14,7 +14,8 @@ class Shown(NamedTuple):
 
     Attributes:
         share: of them that succeed.
-        oscillation: of the tilt, the greatest [rad].
+        oscillation: of the tilt, the greatest [rad]; infinite where a trial ended early, 0 where all are too short to
+            show it.
         used: greatest share of a limit of success that one of them used; infinite where one ended early.
     """
 
@@ -35,6 +36,6 @@ class Shown(NamedTuple):
 def shown_by(verdicts: Iterable[Verdict]) -> Shown:
     """What one or more trials show."""
     found = list(verdicts)
-    swings = [inf if verdict.oscillation is None else verdict.oscillation for verdict in found]
+    swings = [inf if isinf(verdict.used) else verdict.oscillation or 0.0 for verdict in found]
     share = sum(verdict.succeeded for verdict in found) / len(found)
     return Shown(share, max(swings), max(verdict.used for verdict in found))

@@ -140,7 +140,8 @@ def _drive(
             plant.steer(record.heading.difference(command))
         observation = plant.step(command)
         applied = plant.applied()
-        record.commands.append(command if applied is None else applied)
+        sent = min(max(command, -plant.torque_limit), plant.torque_limit)
+        record.commands.append(sent if applied is None else applied)
         record.note(observation, plant.pose(), plant.wheel_difference())
 
 

@@ -4,6 +4,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 
+from twbal.core.errors import ConfigError
 from twbal.core.plant import Plant
 from twbal.core.robot_parameters import RobotParameters
 from twbal.core.start_pose import StartPose
@@ -46,10 +47,16 @@ class Simulation:
         """The robot, at rest; all randomness comes from `seed`.
 
         Raises:
-            ConfigError: the physics step does not divide the control period.
+            ConfigError: the physics step does not divide the control period, or robots of the planar model are to be
+                drawn.
         """
         robot, start, step = self.robot, self.start, self.physics_step
         if self.engine is Engine.PLANAR:
+            if self.draws:
+                raise ConfigError(
+                    f"The planar model draws no robots; found {', '.join(self.draws)} in sim.draws. Leave sim.engine "
+                    "out, or choose another sim."
+                )
             return PlanarPlant(robot=robot, effects=self.effects, start=start, physics_step=step, seed=seed)
         if self.draws:
             return RandomisedPlant(

@@ -24,7 +24,7 @@ from twbal.algorithm.steps import (
 from twbal.cli.artefacts import DIAGNOSIS, DISTRIBUTION, EVIDENCE, MODEL, POLICY, PREDICTION, read_logs
 from twbal.cli.chain import Chain, StageCall
 from twbal.cli.known_robot import distribution_file
-from twbal.cli.manifest import Manifest
+from twbal.cli.manifest import Manifest, read_manifest
 from twbal.cli.robot_link import virtual_command
 from twbal.cli.sim_files import AUGMENTED, IDENTIFIED
 from twbal.cli.trials_at_once import robots_at_once, waits
@@ -57,6 +57,11 @@ class StageSteps(Steps[Path, Path, Path, Path, Path]):
     def begun_ahead(self, work: Callable[[], object], drives: bool = False) -> AbstractContextManager[None]:
         """In a copy of this process: the same stages are asked for after it, and found in their folders."""
         return begun_ahead(work) if not drives or self._robots_are_ready() else nullcontext()
+
+    def was_driven(self, place: Path) -> bool:
+        """As its folder says."""
+        made = read_manifest(self._chain.root / place)
+        return made is not None and made.complete
 
     def _robots_are_ready(self) -> bool:
         """Whether there are robots that a copy of this process can drive."""

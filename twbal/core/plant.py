@@ -5,6 +5,7 @@ body back. The command u is the sum of the two wheel torques [N·m].
 """
 
 from abc import ABC, abstractmethod
+from math import inf
 from typing import NamedTuple, Self
 
 from twbal.core.errors import ConfigError
@@ -69,6 +70,7 @@ class Plant(ABC):
     """
 
     control_period: float  # [s]
+    torque_limit: float = inf  # to which commands are cut [N·m]
     turns: bool = False  # whether its wheels can be driven apart
     has_yaw_gyro: bool = True  # whether `Observation.yaw_rate` is measured
 

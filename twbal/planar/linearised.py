@@ -59,11 +59,13 @@ class DelayedModel(NamedTuple):
         A: (3, 3), of x = (tilt - balance, tilt rate, speed) as the sensors show it.
         B: (K + 1, 3), by age: that of the period's own command first.
         balance: what the sensors show of the tilt where the robot stands still without torque [rad].
+        true_balance: the tilt there [rad].
     """
 
     A: Array
     B: Array
     balance: float
+    true_balance: float
 
 
 def sampled_with_delay(model: TwinParameters, period: float, ages: int) -> DelayedModel:
@@ -98,8 +100,8 @@ def sampled_with_delay(model: TwinParameters, period: float, ages: int) -> Delay
     A = np.array([(after(e * direction, none) - rest) / e for direction in np.eye(3)]).T
     B = np.array([(after(np.zeros(3), e * direction) - rest) / e for direction in np.eye(ages + 1)[::-1]])
     standing = TwinState(-k.offset, *(0.0,) * (len(TwinState._fields) - 1))
-    shown = read_sensors(smooth, k, standing, imu_settled(k, standing, 2), 0, 0.0)
-    return DelayedModel(A, B, float(shown.tilt))
+    shown = read_sensors(model, k, standing, imu_settled(k, standing, 2), 0, 0.0)
+    return DelayedModel(A, B, float(shown.tilt), -float(k.offset))
 
 
 def torque_response(model: TwinParameters, period: float) -> Array:

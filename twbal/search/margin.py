@@ -74,6 +74,6 @@ class Margin:
         for number, model in enumerate(models):
             if number % 2:
                 outside = torque if number % 4 == 1 else -torque  # on the wheels
-                start[number] = (sampled_with_delay(model, period, ages).balance, 0.0, 0.0)
+                start[number] = (sampled_with_delay(model, period, ages).true_balance, 0.0, 0.0)
                 jolts[number, :steps] += torque_response(model, period) @ np.array([0.0, outside])
         return drawn._replace(start=start, jolts=jolts)

@@ -14,12 +14,14 @@ from twbal.core.channels import Channels
 from twbal.core.compiled import kernel, of_row
 from twbal.core.cost import Cost, CostNumbers, price
 from twbal.core.gaussian import Array
+from twbal.core.robot_model import Reading
 from twbal.core.robot_parameters import GRAVITY
 from twbal.models.moments.multi_index import Integers
 from twbal.planar.constants import Constants, constants
 from twbal.planar.parameters import TwinParameters
 from twbal.planar.planar_plant import drive_on, standing
 from twbal.planar.sensing import imu_settled
+from twbal.planar.terms import sense
 from twbal.planar.twin_state import TwinState
 from twbal.policies.rbf import RbfPolicy
 from twbal.policies.rbf_moments import Network
@@ -215,7 +217,7 @@ def _rollout(  # type: ignore[no-untyped-def]
     s = standing(k, start[0], start[1], start[2], 0.0)
     imu = imu_settled(k, s, substeps * (2 + int(k.imu_delay / period)))
     used, total, restless, lowest, highest = 0.0, 0.0, 0.0, np.inf, -np.inf
-    tilt, rate, wheel, wheel_rate = start[0], start[1], 0.0, start[2] / k.radius - start[1]
+    tilt, rate, wheel, wheel_rate = sense(p, Reading(start[0], start[1], 0.0, start[2] / k.radius - start[1]), 0.0)
     turning = wheel_rate  # as it is; `wheel_rate` is what is measured
     origin, position, integral, speed = 0.0, 0.0, 0.0, start[2]
     astray, axle = 0.0, start[2]  # error of a tilt that takes speeding up for leaning [rad]; true speed of the axle

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from twbal.core.cost import Cost
+from twbal.core.errors import ConfigError
 from twbal.core.gaussian import Array, Gaussian, moment_matched_mixture
 from twbal.models.dynamics import DynamicsModel
 from twbal.models.moments.truncation import Truncation
@@ -65,6 +66,12 @@ class SearchSettings:
     particles: int
     tolerance: float
     degrees: tuple[int, ...]
+
+    def __post_init__(self) -> None:
+        if self.particles == 1:
+            raise ConfigError("search.particles must be 0 or at least 2, as one particle has no spread; found 1.")
+        if list(self.degrees) != sorted(set(self.degrees)):
+            raise ConfigError(f"search.degrees must rise from degree to degree; found {list(self.degrees)}.")
 
 
 class Candidate(NamedTuple):
@@ -147,7 +154,7 @@ class Task:
     def _particles(self, horizon: int) -> list["ParticleObjective"]:
         from twbal.search.particles import ParticleObjective  # here, as PyTorch takes two seconds to import
 
-        count = math.ceil(self.settings.particles / len(self.models))
+        count = max(math.ceil(self.settings.particles / len(self.models)), 2)
         features, penalty = self.validation.features, self.settings.weight_penalty
         return [
             ParticleObjective(model, self.cost, self.start, horizon, count, features, self.seed, penalty)

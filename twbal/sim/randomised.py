@@ -41,7 +41,7 @@ class RandomisedPlant(Plant):
         physics_step: float,
         seed: int,
     ) -> None:
-        self.control_period = robot.control_period
+        self.control_period, self.torque_limit = robot.control_period, robot.torque_limit
         self._robot, self._effects, self._draws = robot, list(effects), draws
         self._start, self._physics_step, self._seed = start, physics_step, seed
         for name, ranges in draws.items():
@@ -56,7 +56,7 @@ class RandomisedPlant(Plant):
         self._plant: SimPlant | None = None
 
     def drawn(self, trial: int) -> list[Effect]:
-        """What the robot of a trial has beyond those effects that all have."""
+        """What the robot of a trial has beside those effects that all have, or in the place of one of a kind."""
         rng = generator(Stream.DOMAIN_RANDOMISATION, self._seed, trial)
         return [
             all_effects()[name](**{key: float(rng.uniform(pair[0], pair[1])) for key, pair in ranges.items()})
@@ -66,9 +66,11 @@ class RandomisedPlant(Plant):
     def reset(self, trial: int) -> Observation:
         """Begin the rollout that (seed, trial) names, with another robot."""
         self.close()
+        drawn = self.drawn(trial)
+        kinds = {type(effect) for effect in drawn}
         self._plant = SimPlant(
             robot=self._robot,
-            effects=[*self._effects, *self.drawn(trial)],
+            effects=[*(own for own in self._effects if type(own) not in kinds), *drawn],
             start=self._start,
             physics_step=self._physics_step,
             seed=self._seed,

@@ -7,7 +7,8 @@ from typing import NamedTuple
 from twbal.core.episode import Event
 
 TURN_TIME = 0.5
-"""A turn ends this long after the last key for it [s]: a terminal does not tell when a key is let go."""
+"""A turn ends this long after the last key for it, or as long as keys count [s]: a terminal does not tell of a key that
+is let go."""
 _NONE = 1e-9  # of a share
 
 
@@ -115,7 +116,7 @@ class Steering:
         """Notice at a time [s] what has not come."""
         if self._by_sticks:
             return
-        if time - self._turned > TURN_TIME:
+        if time - self._turned > max(TURN_TIME, self._response.input_timeout):
             self.asked = self.asked._replace(turn=0.0)
         silence = self._response.input_timeout
         if self.asked != Asked() and not self._response.hold and time - self._heard > silence:

@@ -58,7 +58,7 @@ SEARCH = (
     Setting("search.weight_penalty", Number(0.0, 1e6), "penalty of the squared weights"),
     Setting("search.particles", Whole(0, 1_000_000), "particles for costs; 0: moment matching"),
     Setting("search.tolerance", Number(1e-15, 1.0), "tolerance of the series of moment matching"),
-    Setting("search.degrees", ListOf(Whole(0, 20), 0, 20), "degrees of these series; []: sums over pairs"),
+    Setting("search.degrees", ListOf(Whole(1, 20), 0, 20), "degrees of these series; []: sums over pairs"),
 )
 
 RULE = (

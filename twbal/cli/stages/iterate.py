@@ -44,6 +44,7 @@ NOT_RECORDED = (
     f"real_rollout.{HEED}",
     "sim_collect.workers",
     "optimise_policy.workers",
+    "real_rollout.workers",
 )
 SUMMARY, REPORT, FIGURES, BEST_POLICY = "summary.json", "report.html", "figures", "best_policy.pt"
 

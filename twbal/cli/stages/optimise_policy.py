@@ -59,6 +59,8 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
             "calibration_episodes=[...] are rollouts of the one policy in initial_policies=[...], with optimise=false; "
             f"found {len(earlier)} of them and optimise={str(settings.optimise).lower()}."
         )
+    if not (settings.optimise or earlier):
+        raise ConfigError("optimise=false judges policies without a search: give initial_policies=[...].")
     known = distribution_file(cfg.known)
     inputs = {"dynamics": dynamics, "initial_policies": earlier}
     for name, files in (
