@@ -149,6 +149,18 @@ def test_intervals_are_as_wide_as_rollouts_on_held_out_data_ask_for(after, noise
     assert widened([effect], None) == (effect,)
 
 
+def test_intervals_have_nothing_that_no_robot_can_have():
+    """No delay is negative; an angle may be."""
+    sizes = {"delay": Estimate(0.003, -0.001, 0.007, "s")}, {"angle": Estimate(0.01, -0.02, 0.04, "rad")}
+    late, leaning = (
+        replace(EFFECT, name=name, parameters=each)
+        for name, each in zip(("actuation_delay", "com_offset"), sizes, strict=True)
+    )
+    found = widened([late, leaning], None)
+    assert found[0].parameters["delay"][:3] == (0.003, 0.0, 0.007)
+    assert found[1] == leaning
+
+
 @pytest.mark.slow
 def test_a_finding_is_not_lost_where_not_all_is_explained(part_explained):
     assert part_explained.verdict is Verdict.UNKNOWN

@@ -7,9 +7,12 @@ from dataclasses import replace
 from twbal.diagnosis.findings import Findings
 from twbal.diagnosis.record import Gap, ProbableEffect, Remaining
 from twbal.diagnosis.where import disagreement
+from twbal.effects.library import library
+from twbal.effects.parameter import parameters_of
 from twbal.sysid.recording import Recording
 
 _REGIONS = 5  # in which most remains
+_ANY = -math.inf, math.inf
 
 
 def with_shares(
@@ -31,12 +34,17 @@ def with_shares(
 
 
 def widened(effects: Sequence[ProbableEffect], head: Gap | None) -> tuple[ProbableEffect, ...]:
-    """Effects with intervals as wide as rollouts on held-out data ask for; arguments as of `with_shares`."""
-    scale = 1.0 if head is None else head.interval_scale
-    return tuple(
-        replace(effect, parameters={name: of.widened(scale) for name, of in effect.parameters.items()})
-        for effect in effects
-    )
+    """Effects with intervals as wide as rollouts on held-out data ask for, but within what a robot can have.
+
+    Arguments as of `with_shares`.
+    """
+    scale, found = 1.0 if head is None else head.interval_scale, list[ProbableEffect]()
+    for effect in effects:
+        known = parameters_of(library()[effect.name]) if effect.name in library() else {}
+        ends = {name: (p.least, p.below) for name, p in known.items()}
+        sizes = {name: of.widened(scale, *ends.get(name, _ANY)) for name, of in effect.parameters.items()}
+        found.append(replace(effect, parameters=sizes))
+    return tuple(found)
 
 
 def remaining_of(found: Findings, recordings: Sequence[Recording], head: Gap | None, bins: int) -> Remaining:

@@ -71,10 +71,10 @@ class Estimate(NamedTuple):
     high95: float
     unit: str
 
-    def widened(self, scale: float) -> Self:
-        """With an interval that is `scale` times as wide."""
+    def widened(self, scale: float, least: float, below: float) -> Self:
+        """With an interval that is `scale` times as wide, as far as it is between `least` and `below`."""
         low, high = (self.value + scale * (end - self.value) for end in (self.low95, self.high95))
-        return self._replace(low95=low, high95=high)
+        return self._replace(low95=max(low, min(least, self.value)), high95=min(high, max(below, self.value)))
 
 
 @dataclass(frozen=True)
