@@ -42,7 +42,7 @@ class Written:
     def mapping(self) -> LogMapping:
         """For the import."""
         told = {name: dict(source) for name, source in self.quantities.items()}
-        return mapping(told, [], self.rate, self.motor, False, self.comes_before, 0.0, 3)
+        return mapping(told, [], self.rate, False, self.comes_before, 0.0, 3, motor=self.motor)
 
     def changed(self, quantity: str, **source: Any) -> "Written":
         """With another source of a quantity."""

@@ -200,7 +200,20 @@ def test_a_part_that_cannot_be_built_is_named(stage, capsys):
     assert main(["sim-collect", "+policy.path=that/of/another/kind.pt"]) == 1
     said = only_error(capsys)
     assert said.startswith("policy cannot be built")
-    assert "unexpected keyword argument 'path'" in said
+    assert "it has no entry 'path': take it out. Its entries are: " in said
+
+
+def test_what_a_part_lacks_is_named(stage, capsys):
+    from hydra.utils import instantiate
+
+    stage.main = lambda cfg: instantiate(
+        {"_target_": "twbal.io.importers.mapping.mapping", "quantities": {}, "skip": 0}
+    )
+    assert main(["sim-collect"]) == 1
+    said = only_error(capsys)
+    assert "cannot be built from its settings: it lacks 'names', 'rate', 'command_is_sample'" in said
+    assert "add `names: ...`" in said and "Its entries are: quantities, names, rate" in said
+    assert "TypeError" not in said and "'motor'" not in said
 
 
 def test_a_missing_value_names_the_setting(stage, capsys):

@@ -138,6 +138,26 @@ def test_a_guess_is_a_mapping_that_works(run, tmp_path):
     assert episode.tilt == pytest.approx(rows[:, 1], abs=1e-6)
 
 
+def test_a_duty_cycle_is_imported_by_the_torque_limit_as_the_comments_of_its_guess_say(run, tmp_path):
+    """The block `motor` may be gone, too."""
+    path, rows = tmp_path / "theirs.csv", columns()
+    pwm = np.round(250 * rows[:, 7])
+    theirs = np.column_stack([rows[:, 0], rows[:, 1], rows[:, 5], pwm])
+    path.write_text(text(theirs, names=("t [s]", "pitch [rad]", "wheel_angle [rad]", "pwm")))
+    code, said, _ = run("import-log", "guess=true", f"files={path}", "robot=balboa", out="guess")
+    assert code == 0 and "without the data of a motor: take the command from the torque_limit" in said
+    mapping = tmp_path / "guess" / "import" / "my_log.yaml"
+    lines = [line for line in mapping.read_text().splitlines() if not line.startswith(("  command:", "  voltage:"))]
+    first = next(k for k, line in enumerate(lines) if line.startswith("motor:"))
+    del lines[first : first + 6]
+    lines = ["  " + line[4:] if line.startswith("#   ") else line for line in lines]
+    mapping.write_text("\n".join(lines))
+    words = (f"--config-dir={tmp_path / 'guess'}", "import=my_log", f"files={path}", "robot=balboa", ROBOT)
+    assert run("import-log", *words, out="imported")[0] == 0
+    episode = read_episode(tmp_path / "imported" / "episodes" / "theirs.mcap")
+    assert episode.commands == pytest.approx(1.99 / 255 * pwm[:-1], rel=1e-4)
+
+
 @pytest.mark.parametrize("format", ["csv", "parquet"])
 @pytest.mark.parametrize("robot", [pytest.param("paper", marks=pytest.mark.slow), "regbot"])
 def test_a_guess_of_an_exported_table_brings_the_same_numbers_back(format, robot, run, log, tmp_path):
@@ -379,6 +399,16 @@ def test_an_episode_is_drawn_and_filmed_beside_the_simulation(run, episode, tmp_
     drawn = (tmp_path / "shown" / "figures" / "courses.svg").read_text()
     assert "simulated" in drawn
     assert "measured" in drawn
+
+
+def test_an_episode_is_drawn_with_the_robot_of_its_log_where_none_is_said(run, episode, tmp_path):
+    code, told, said = run("plot", f"episode={episode}", "film=false", out="shown")
+    assert code == 0, said
+    assert "the robot is the one that the log was recorded with, 'paper'" in told
+    assert "simulated" in (tmp_path / "shown" / "figures" / "courses.svg").read_text()
+    code, told, said = run("plot", f"episode={episode}", "robot=paper", "film=false", out="other")
+    assert code == 1
+    assert "Choose the robot by robot=..." in said
 
 
 def test_an_episode_becomes_a_recording_of_the_robot_in_space(run, episode, tmp_path):

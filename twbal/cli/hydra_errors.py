@@ -1,6 +1,7 @@
 """Turns what Hydra and OmegaConf complain of into one clear error."""
 
 import difflib
+import inspect
 import re
 import traceback
 from collections.abc import Sequence
@@ -9,6 +10,7 @@ from pathlib import Path
 import yaml
 from hydra import compose
 from hydra.errors import InstantiationException, MissingConfigException, OverrideParseException
+from hydra.utils import get_object
 from omegaconf import OmegaConf
 from omegaconf.errors import MissingMandatoryValue, OmegaConfBaseException
 
@@ -23,12 +25,13 @@ _SIMULATIONS = "sim/"
 _PLUGINS = ("hydra/launcher", "hydra/sweeper", "hydra/sweeper/sampler")
 
 
-def explained(error: Exception, stage: str) -> TwbalError:
+def explained(error: Exception, stage: str, in_python: bool = False) -> TwbalError:
     """What `error`, raised by Hydra or OmegaConf, means to the person who typed the command.
 
     Args:
         error: as Hydra raised it.
         stage: its name on the command line.
+        in_python: whether a function of the library was called in place of a command.
     """
     own = _own_cause(error)
     if own is not None:
@@ -41,17 +44,22 @@ def explained(error: Exception, stage: str) -> TwbalError:
             "Is the experiment one of another stage?"
         )
     if isinstance(error, MissingConfigException):
-        return ConfigError(_no_such_choice(error))
+        return ConfigError(_no_such_choice(error, in_python))
     if isinstance(error, OverrideParseException):
-        return ConfigError(_no_override(str(error.override)))
+        return ConfigError(_no_override(str(error.override), in_python))
     if isinstance(error, MissingMandatoryValue):
-        return ConfigError(f"{stage} needs {error.full_key}=...; `twbal {stage} --help` says what it is.")
+        return ConfigError(f"{stage} needs {error.full_key}=...; {_where(stage, in_python)} says what it is.")
     if isinstance(error, InstantiationException):
         return ConfigError(_not_built(error))
     unknown = re.match(r"Could not (?:override|delete from config\.) '([^']+)'", str(error))
     if unknown:
-        return ConfigError(_no_such_key(unknown.group(1), stage))
+        return ConfigError(_no_such_key(unknown.group(1), stage, in_python))
     return ConfigError(_plain(error))
+
+
+def _where(stage: str, in_python: bool) -> str:
+    """Where settings are described."""
+    return "docs/settings.md" if in_python else f"`twbal {stage} --help`"
 
 
 def unreadable_yaml(error: yaml.YAMLError | UnicodeDecodeError) -> ConfigError:
@@ -84,7 +92,7 @@ def _own_cause(error: BaseException) -> TwbalError | None:
     return cause
 
 
-def _no_such_choice(error: MissingConfigException) -> str:
+def _no_such_choice(error: MissingConfigException, in_python: bool) -> str:
     group, _, choice = (error.missing_cfg_file or "").rpartition("/")
     if not group or not error.options:
         return _line(error, 0)
@@ -97,7 +105,7 @@ def _no_such_choice(error: MissingConfigException) -> str:
     more = f" Others come with {install_advice('sweeps')}." if group in _PLUGINS else ""
     for file in sorted(Path.cwd().glob(f"*/{group}/{choice}.yaml"))[:1]:
         folder = file.relative_to(Path.cwd()).parts[0]
-        more += f" There is one in the folder {folder}: add --config-dir={folder}."
+        more += f" There is one in the folder {folder}: {_of_folder(group, choice, folder, in_python)}."
     if group.startswith(_SIMULATIONS):
         more += f" Nor is there a file or run folder {group.removeprefix(_SIMULATIONS)}/{choice}."
     return (
@@ -106,19 +114,29 @@ def _no_such_choice(error: MissingConfigException) -> str:
     )
 
 
-def _no_override(word: str) -> str:
+def _of_folder(group: str, choice: str, folder: str, in_python: bool) -> str:
+    """How a choice in a folder of one's own is chosen."""
+    if not in_python:
+        return f"add --config-dir={folder}"
+    if group == "robot":
+        return f"give its path, '{folder}/robot/{choice}.yaml', in place of the name"
+    return f"add 'hydra.searchpath=[{folder}]' to the overrides"
+
+
+def _no_override(word: str, in_python: bool) -> str:
     key, equals, _ = word.partition("=")
     if not equals:
         return f"{word!r} is not an override; expected key=value."
     foreign = "".join(dict.fromkeys(letter for letter in word if letter.isalpha() and not letter.isascii()))
     also = f", or with letters such as {foreign}," if foreign else ""
+    kept = "" if in_python else " that the shell does not take away"
     return (
         f"{word!r} is not an override: its value cannot be read. Put text with any of = , : ( ) [ ] {{ }}{also} in "
-        f"quotes that the shell does not take away, as in '{key}=\"text\"', or in a list '{key}=[\"text\"]'."
+        f"quotes{kept}, as in '{key}=\"text\"', or in a list '{key}=[\"text\"]'."
     )
 
 
-def _no_such_key(key: str, stage: str) -> str:
+def _no_such_key(key: str, stage: str, in_python: bool) -> str:
     with composing():
         cfg = compose(stage.replace("-", "_"))
     tree = OmegaConf.to_container(cfg)
@@ -130,7 +148,7 @@ def _no_such_key(key: str, stage: str) -> str:
     if key in leaves:
         return (
             f"{stage} has the setting {key}, but not with what was chosen here: an experiment or a choice of a group "
-            f"has other settings in its place. `twbal {stage} --cfg job` with the same choices shows which."
+            f"has other settings in its place. {_shown(stage, in_python)} with the same choices shows which."
         )
     now = name_now(key)
     if now in known:
@@ -140,15 +158,47 @@ def _no_such_key(key: str, stage: str) -> str:
         return f"The simulation has no effect {name!r} to set {key} of. Add it by +effect@{_EFFECTS}{name}={name}."
     top = ", ".join(str(name) for name in cfg)
     guess = _guess(key, known)
-    return f"{stage} has no setting {key!r}{guess}. Its settings are: {top}; `twbal {stage} --cfg job` shows all."
+    return f"{stage} has no setting {key!r}{guess}. Its settings are: {top}; {_shown(stage, in_python)} shows all."
+
+
+def _shown(stage: str, in_python: bool) -> str:
+    """What shows the settings of a stage."""
+    return f"`twbal {stage} --cfg job`{', on the command line,' * in_python}"
 
 
 def _not_built(error: InstantiationException) -> str:
     key = re.search(r"full_key: (\S+)", str(error))
     what = key.group(1) if key else "A part of the configuration"
     cause = error.__cause__
+    wrong = _wrong_entries(str(error), str(cause)) if isinstance(cause, TypeError) else ""
+    if wrong:
+        return f"{what} cannot be built from its settings: it {wrong}"
     reason = f"{type(cause).__name__}: {cause}" if cause else _plain(error)
     return f"{what} cannot be built from its settings ({reason}). Is each of them of the right kind, and none left out?"
+
+
+def _wrong_entries(message: str, cause: str) -> str:
+    """What is missing of a configuration or too much in it, out of what Python says of a call's arguments; else ""."""
+    target = re.search(r"call to target '([^']+)'", message)
+    takes = _arguments(target.group(1)) if target else []
+    missing = re.search(r"missing \d+ required (?:positional|keyword-only) arguments?: (.*)", cause)
+    if missing:
+        names = re.findall(r"'([^']+)'", missing.group(1))
+        lines = ", ".join(f"`{name}: ...`" for name in names)
+        return f"lacks {', '.join(map(repr, names))}: add {lines}. Its entries are: {', '.join(takes)}."
+    unknown = re.search(r"unexpected keyword argument '([^']+)'", cause)
+    if unknown:
+        name = unknown.group(1)
+        return f"has no entry {name!r}{_guess(name, takes)}: take it out. Its entries are: {', '.join(takes)}."
+    return ""
+
+
+def _arguments(target: str) -> list[str]:
+    """Names of all that a `_target_` takes."""
+    try:
+        return [name for name in inspect.signature(get_object(target)).parameters if name != "self"]
+    except (ValueError, TypeError):  # compiled ones have none
+        return []
 
 
 def _guess(word: str, known: Sequence[str]) -> str:

@@ -142,6 +142,28 @@ def test_whole_numbers_are_percent_where_their_name_says_so(name, largest, unit,
     assert found.open == (("motor",) if unit == "%" else ("scale of voltage", "motor"))
 
 
+@pytest.mark.parametrize(
+    ("name", "largest", "full"),
+    [
+        ("pwm", 115, 255),
+        ("pwm", 300, 400),
+        ("pwm", 1000, 1000),
+        ("pwm", 1023, 1023),
+        ("duty", 0.8, 1),
+        ("duty", 90, 100),
+    ],
+)
+def test_a_proposal_has_the_torque_limit_over_the_full_value_worked_out(
+    name, largest, full, looked_at, paper, tmp_path
+):
+    duty = largest * COLUMN["u"] / np.abs(COLUMN["u"]).max()
+    looked_at(**plain(**{name: np.round(duty) if name == "pwm" else duty}))
+    found = guess(tmp_path / "log.csv", paper)
+    assert found.is_duty and f"scale: {20.0 / full:.6g}}}  # 20 N·m / full duty {full}" in found.mapping
+    looked_at(**plain(torque=COLUMN["u"]))
+    assert "full duty" not in guess(tmp_path / "log.csv", paper).mapping
+
+
 @pytest.mark.parametrize("unit", ["ticks", "counts", "steps"])
 def test_encoders_whose_header_says_that_they_count_are_taken_with_a_scale_to_fill_in(unit, looked_at):
     encoder = np.round(500 * np.cumsum(COLUMN["u"]))

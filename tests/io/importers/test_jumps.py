@@ -56,7 +56,7 @@ def test_a_column_of_which_the_mapping_tells_the_range_is_unwrapped_also_where_s
     told = {"tilt": "tilt", "wheel_angle": angle, "command": "drive"}
     columns = np.column_stack([tilt, counted, (wraps - counted) % wraps, tilt])
     read = Columns(columns, np.arange(len(tilt)) + 1, np.arange(len(tilt)), "row", ())
-    signals = mapping(told, [], 100.0, None, False, False, 0.0, 3).signals(read)
+    signals = mapping(told, [], 100.0, False, False, 0.0, 3).signals(read)
     there = np.isfinite(signals["wheel_angle"])
     assert np.flatnonzero(~there).tolist() == missing.tolist()
     for name in ("wheel_angle", "left wheel_angle", "right wheel_angle"):
@@ -67,7 +67,7 @@ def test_a_column_of_which_the_mapping_tells_the_range_is_unwrapped_also_where_s
 def test_a_range_that_cannot_be_is_refused():
     told = {"tilt": "tilt", "wheel_angle": {"from": "w", "wraps": -360}, "command": "drive"}
     with pytest.raises(ConfigError, match=r"`wraps` of wheel_angle is the range .* found -360"):
-        mapping(told, [], 100.0, None, False, False, 0.0, 3)
+        mapping(told, [], 100.0, False, False, 0.0, 3)
 
 
 def test_a_fast_wheel_that_wraps_every_few_samples_is_said():

@@ -29,7 +29,7 @@ def test_units_may_be_written_in_several_ways(quantity, unit, plain):
     def made(unit):
         told = {"time": {"from": 1}, "tilt": {"from": 2}, "wheel_angle": {"from": 3}, "command": {"from": 4}}
         told[quantity] = {"from": 5, "unit": unit}
-        return mapping(told, [], None, None, False, False, 0.0, 3).quantities[quantity]
+        return mapping(told, [], None, False, False, 0.0, 3).quantities[quantity]
 
     assert made(unit) == made(plain)
 
@@ -37,13 +37,13 @@ def test_units_may_be_written_in_several_ways(quantity, unit, plain):
 def test_two_columns_may_have_a_scale_each():
     told = {"time": {"from": 1}, "tilt": {"from": 2}, "command": {"from": 3}}
     wheels = {"from": [4, 5], "scale": [1, -2]}
-    made = mapping({**told, "wheel_angle": wheels}, [], None, None, False, False, 0.0, 3)
+    made = mapping({**told, "wheel_angle": wheels}, [], None, False, False, 0.0, 3)
     values = np.array([[0.0, 0.1, 1.0, 3.0, -1.0]])
     signals = made.signals(Columns(values, np.array([1]), np.array([0]), "row", ()))
     assert signals["wheel_angle"] == pytest.approx([2.5])
     assert (signals["left wheel_angle"][0], signals["right wheel_angle"][0]) == (3.0, 2.0)
     with pytest.raises(ConfigError, match="has 1 scales for 2 columns"):
-        mapping({**told, "wheel_angle": {"from": [4, 5], "scale": [1]}}, [], None, None, False, False, 0.0, 3)
+        mapping({**told, "wheel_angle": {"from": [4, 5], "scale": [1]}}, [], None, False, False, 0.0, 3)
 
 
 def test_two_wheels_that_cancel_out_are_told_from_a_sensor_that_was_off():

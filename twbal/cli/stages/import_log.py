@@ -53,7 +53,7 @@ def main(cfg: DictConfig) -> None:
     """Run the stage in Hydra's run folder."""
     out = run_folder()
     if cfg.guess:
-        propose(_files(cfg.files), out)
+        propose(_files(cfg.files), out, instantiate(cfg.robot))
         return
     manifest = run(cfg, out)
     logs = [out / made.path for made in manifest.outputs if PurePosixPath(made.path).parent.name == EPISODES]
@@ -109,8 +109,13 @@ def _diagnosis_of(out: Path, period: float, robot_period: float) -> str:
     return command if same else f"{command} robot.control_period={period!r}"
 
 
-def propose(files: Sequence[Path], out: Path) -> None:
+def propose(files: Sequence[Path], out: Path, robot: RobotParameters) -> None:
     """Print what files look like, and write a mapping to fill in; one for each kind of file, where they differ.
+
+    Args:
+        files: to look at.
+        out: folder for the mappings.
+        robot: whose torque limit makes a torque of a duty cycle.
 
     Raises:
         DataError: a file cannot be read; the mappings of the others are written.
@@ -119,7 +124,7 @@ def propose(files: Sequence[Path], out: Path) -> None:
     unread: list[Path] = []
     for file in files:
         try:
-            found.append((file, guess(file)))
+            found.append((file, guess(file, robot)))
         except DataError as error:
             if len(files) == 1 or (not found and file is files[-1]):
                 raise
@@ -156,6 +161,8 @@ def _propose(group: Alike, out: Path, name: str) -> None:
     write_atomically(out / "import" / name, found.mapping)
     if found.open:
         print(f"fill in (???): {'; '.join(found.open)}")
+    if found.is_duty:
+        print("or, without the data of a motor: take the command from the torque_limit, as the mapping's comments say")
     if found.unknown_units:
         print(f"check the units of: {', '.join(found.unknown_units)}")
     print(f"made  {out / 'import' / name}")

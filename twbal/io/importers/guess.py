@@ -7,9 +7,11 @@ from typing import NamedTuple
 import numpy as np
 
 from twbal.core.plant import Observation
+from twbal.core.robot_parameters import RobotParameters
 from twbal.io.importers.all_columns import Column, all_columns, row_of
 from twbal.io.importers.column_choice import Unit, choose, counts, grows, is_even, unit_of
 from twbal.io.importers.column_names import DUTY
+from twbal.io.importers.duty_torque import full_duty, torque_way
 from twbal.io.importers.mapping import QUANTITIES, UNITS
 from twbal.io.importers.rate_units import rate_unit
 
@@ -42,12 +44,14 @@ class Guess(NamedTuple):
         mapping: a yaml file for the group `import`, with ??? where nothing could be told for certain.
         open: quantities that a person has to fill in, each with the reason.
         unknown_units: quantities of which the unit was taken to be SI.
+        is_duty: whether the command is a duty cycle, of which a torque can be made without the data of a motor.
     """
 
     table: tuple[str, ...]
     mapping: str
     open: tuple[str, ...]
     unknown_units: tuple[str, ...]
+    is_duty: bool
 
 
 class _Proposal:
@@ -58,6 +62,7 @@ class _Proposal:
         self.open: list[str] = []
         self.unknown_units: list[str] = []
         self.motor = False
+        self.duty: tuple[str, float] | None = None
 
     def take(
         self, quantity: str, columns: Sequence[Column], scale: str = "", why: str = "", by_others: Unit | None = None
@@ -89,8 +94,12 @@ class _Proposal:
         self.lines[quantity] = f"null{'  # ' if reason else ''}{reason}"
 
 
-def guess(path: Path) -> Guess:
+def guess(path: Path, robot: RobotParameters | None = None) -> Guess:
     """Propose a mapping for a log.
+
+    Args:
+        path: of the log.
+        robot: whose torque limit a duty cycle may be a share of; None says nothing of that.
 
     Raises:
         LogError: it cannot be read.
@@ -103,13 +112,14 @@ def guess(path: Path) -> Guess:
         "_target_: twbal.io.importers.mapping.mapping",
         "quantities:",
         *(f"  {name}: {proposal.lines[name]}" for name in QUANTITIES if name in proposal.lines),
+        *(torque_way(*proposal.duty, robot).splitlines() if proposal.duty and robot else ()),
         "names: []  # of all columns, where files have no header",
         "rate: null # samples a second, where there is no time [Hz]",
     ]
     rest = (_MOTOR if proposal.motor else "motor: null\n") + _REST
     table = [row_of(number, column) for number, column in enumerate(columns, start=1)]
     mapping = "\n".join(lines) + "\n" + rest
-    return Guess(tuple(table), mapping, tuple(proposal.open), tuple(proposal.unknown_units))
+    return Guess(tuple(table), mapping, tuple(proposal.open), tuple(proposal.unknown_units), proposal.duty is not None)
 
 
 def _of_an_export(columns: Sequence[Column]) -> _Proposal | None:
@@ -240,9 +250,11 @@ def _take_duty(proposal: _Proposal, duty: Sequence[Column], why: str) -> None:
     is_whole = all((column.values % 1.0 == 0.0).all() for column in duty)
     is_counted = is_whole and (largest > _WHOLE_PERCENT or any("pwm" in column.meaning.stem for column in duty))
     is_told = all(column.meaning.unit == "%" for column in duty)
-    if is_told or (_PERCENT[0] < largest <= _PERCENT[1] and not is_counted):
-        sources = ", ".join(column.source for column in duty)
-        sources = f"[{sources}]" if len(duty) > 1 else sources
+    is_percent = is_told or (_PERCENT[0] < largest <= _PERCENT[1] and not is_counted)
+    sources = ", ".join(column.source for column in duty)
+    sources = f"[{sources}]" if len(duty) > 1 else sources
+    proposal.duty = sources, full_duty(duty, is_percent, is_counted)
+    if is_percent:
         names = " and ".join(column.name for column in duty)
         told = f"{names}: {why}a duty cycle, in percent of the supply by its largest value, {largest:.3g}"
         proposal.lines["voltage"] = f"{{from: {sources}, unit: '%'}}  # {told}"

@@ -149,11 +149,12 @@ def mapping(
     quantities: Mappings[str, Any],
     names: list[str],
     rate: float | None,
-    motor: Motor | None,
     command_is_sample: bool,
     command_before_sample: bool,
     skip: float,
     fill: int,
+    *,
+    motor: Motor | None = None,
 ) -> Mapping:
     """A mapping as the group `import` says it: as `Mapping`, and sources with from, unit, scale, offset, wraps.
 
