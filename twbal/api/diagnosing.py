@@ -2,32 +2,34 @@
 
 from collections.abc import Callable, Sequence
 
-from twbal.api.configured import words_for
+from twbal.api.arguments import check_progress
+from twbal.api.files import GivenEpisodes, episodes_in
+from twbal.api.sheets import RobotLike, words_for
 from twbal.cli.diagnosis_config import composed_diagnosis, diagnosis_of
-from twbal.core.episode import Episode
-from twbal.core.robot_parameters import RobotParameters
 from twbal.diagnosis.inputs import Named
 from twbal.diagnosis.pipeline import DiagnosisResult, diagnose_episodes
 
 
 def diagnose(
-    episodes: Sequence[Episode],
-    robot: str | RobotParameters = "paper",
+    episodes: GivenEpisodes,
+    robot: RobotLike = "paper",
     overrides: Sequence[str] = (),
     *,
-    test_episodes: Sequence[Episode] = (),
+    test_episodes: GivenEpisodes = (),
     progress: Callable[[str], None] = lambda line: None,
 ) -> DiagnosisResult:
     """Name what the simulation of a robot lacks to explain measured episodes, with sizes and 95 % intervals.
 
     Args:
-        episodes: measured, of one robot; best of one that balances and is shaken (`experiment=excite`).
-        robot: name of a packaged robot, or its nominal parameters.
+        episodes: measured, of one robot, or paths as `twbal.read_episodes` takes them; best of one that balances and is
+            shaken (`experiment=excite`).
+        robot: name of a packaged robot, path of a sheet, or nominal parameters.
         overrides: settings of `twbal diagnose`, as on its command line: `["diagnosis=real_logs", "sim=regbot"]`.
         test_episodes: that nothing is fitted to, and the gap is measured on; without, a share of `episodes`.
         progress: is told what is being done, a line at a time; `print` shows it.
 
     Raises:
+        LogError: a log is not there, or cannot be read.
         DataError: the episodes cannot be used; the message says why and what to try.
         ConfigError: a setting cannot be right.
 
@@ -41,13 +43,9 @@ def diagnose(
     >>> result.diagnosis.effects[0].probability > 0.5
     True
     """
+    check_progress(progress)
+    names, measured = episodes_in("episode", episodes)
+    test_names, tests = episodes_in("test episode", test_episodes)
     simulation, settings, data = diagnosis_of(composed_diagnosis(words_for(robot, overrides)))
-    measured, tests = (
-        Named(episodes, _names("episode", episodes)),
-        Named(test_episodes, _names("test episode", test_episodes)),
-    )
-    return diagnose_episodes(measured, tests, simulation, settings, data, progress)
-
-
-def _names(what: str, episodes: Sequence[Episode]) -> list[str]:
-    return [f"{what} {number}" for number in range(len(episodes))]
+    given = Named(measured, names), Named(tests, test_names)
+    return diagnose_episodes(*given, simulation, settings, data, progress)

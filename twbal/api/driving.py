@@ -9,14 +9,15 @@ import numpy as np
 from twbal.algorithm.collection import RolloutPlan
 from twbal.algorithm.collection import simulate as driven
 from twbal.algorithm.settings import RolloutSettings
+from twbal.api.arguments import check_plant, check_policy, check_whole, checked_effects
 from twbal.api.configured import setup as configured
 from twbal.api.files import load_policy
+from twbal.api.sheets import RobotLike
 from twbal.core.channels import Channels
 from twbal.core.episode import Episode, Provenance
 from twbal.core.errors import ConfigError
 from twbal.core.evaluation import Verdict, drift, judged, real_cost
 from twbal.core.plant import Plant
-from twbal.core.robot_parameters import RobotParameters
 from twbal.effects.effect import Effect
 from twbal.link.frozen_sensors import FrozenSensors
 from twbal.link.sheet_check import check_robot, check_sensors
@@ -48,7 +49,7 @@ class Evaluation:
 
 
 def simulate(
-    robot: str | RobotParameters = "paper",
+    robot: RobotLike = "paper",
     policy: Policy | str | Path | None = None,
     *,
     effects: Sequence[Effect] = (),
@@ -60,7 +61,7 @@ def simulate(
     """Rollouts of the simulated robot in PyBullet; trial k with one seed is always the same rollout.
 
     Args:
-        robot: name of a packaged robot, or its nominal parameters.
+        robot: name of a packaged robot, path of a sheet, or nominal parameters.
         policy: that drives it, or the path of a `policy.pt`; None drives at random.
         effects: what the nominal parameters leave out (twbal/effects/), beside those of the settings.
         trials: how many rollouts.
@@ -78,8 +79,12 @@ def simulate(
     >>> episode.observations.shape, episode.commands.shape
     ((11, 7), (10,))
     """
-    setup, driver = configured(robot, overrides), _policy(policy)
-    simulation = setup.simulation.having(effects)
+    _check_counts(trials, seed)
+    check_whole("steps", steps, 1)
+    given = checked_effects(effects)
+    driver = None if policy is None else _policy(policy)
+    setup = configured(robot, overrides)
+    simulation = setup.simulation.having(given)
     settings = RolloutSettings(seed, trials, 0, steps, setup.simulated.tilt_limit, exploration=0.0)
     channels = _channels(driver, setup.search.channels)
     source = Provenance(simulation.robot.name, "simulation", seed=seed)
@@ -88,7 +93,7 @@ def simulate(
 
 def evaluate(
     policy: Policy | str | Path,
-    robot: str | RobotParameters = "paper",
+    robot: RobotLike = "paper",
     *,
     plant: Plant | None = None,
     effects: Sequence[Effect] = (),
@@ -100,7 +105,7 @@ def evaluate(
 
     Args:
         policy: that drives, or the path of a `policy.pt`.
-        robot: name of a packaged robot, or its nominal parameters.
+        robot: name of a packaged robot, path of a sheet, or nominal parameters.
         plant: the robot to drive; None drives the simulated one.
         effects: of the simulated robot, what the nominal parameters leave out.
         trials: how many.
@@ -119,18 +124,20 @@ def evaluate(
     >>> found.successes, found.trials
     (2, 2)
     """
-    if policy is None or trials < 1:
-        raise ConfigError(f"Trials need a policy, and there must be at least one; found {policy} and {trials} trials.")
+    _check_counts(trials, seed)
+    given = checked_effects(effects)
     driver = _policy(policy)
-    assert driver is not None
     setup = configured(robot, [*overrides, *_state_of(driver)])
     rule, cost, horizon = setup.rule, setup.search.cost, setup.search.search.horizon
     channels, name = _channels(driver, setup.search.channels), setup.simulation.robot.name
     settings = RolloutSettings(seed, trials, 0, rule.steps, rule.tilt_limit, exploration=0.0)
     if plant is None:
         source = Provenance(name, "simulation", seed=seed)
-        episodes = tuple(driven(setup.simulation.having(effects), driver, channels, settings, source))
+        episodes = tuple(driven(setup.simulation.having(given), driver, channels, settings, source))
     else:
+        check_plant(plant)
+        if given:
+            raise ConfigError("effects are those of the simulated robot, and here a plant is driven; give one of both.")
         check_robot(plant, setup.simulation.robot)
         check_sensors(plant, channels.names)
         plan = RolloutPlan(lambda: plant, driver, channels, rule.steps, rule.tilt_limit, new_watch=FrozenSensors)
@@ -146,8 +153,14 @@ def evaluate(
     )
 
 
-def _policy(policy: Policy | str | Path | None) -> Policy | None:
+def _check_counts(trials: int, seed: int) -> None:
+    check_whole("trials", trials, 1)
+    check_whole("seed", seed, 0)
+
+
+def _policy(policy: Policy | str | Path) -> Policy:
     """The policy itself, or that of a file."""
+    check_policy(policy)
     return load_policy(policy) if isinstance(policy, str | Path) else policy
 
 

@@ -2,11 +2,12 @@
 
 from collections.abc import Callable, Mapping, Sequence
 
-from twbal.api.configured import words_for
+from twbal.api.arguments import check_progress
+from twbal.api.files import GivenEpisodes, episodes_in
+from twbal.api.sheets import RobotLike, words_for
 from twbal.cli.commands import text
 from twbal.cli.evaluation_config import composed_evaluation
-from twbal.core.episode import Episode
-from twbal.core.robot_parameters import RobotParameters
+from twbal.core.errors import ConfigError
 from twbal.diagnosis.evaluation import evaluate_simulations
 from twbal.diagnosis.evaluation_inputs import GivenLog
 from twbal.diagnosis.evaluation_record import SimulationEvaluation
@@ -14,8 +15,8 @@ from twbal.diagnosis.evaluation_record import SimulationEvaluation
 
 def evaluate_simulation(
     simulations: Mapping[str, str],
-    episodes: Sequence[Episode],
-    robot: str | RobotParameters = "paper",
+    episodes: GivenEpisodes,
+    robot: RobotLike = "paper",
     overrides: Sequence[str] = (),
     *,
     progress: Callable[[str], None] = lambda line: None,
@@ -24,12 +25,13 @@ def evaluate_simulation(
 
     Args:
         simulations: by name, files such as the `augmented.yaml` of a diagnosis, or choices such as `regbot`.
-        episodes: measured, of one robot.
-        robot: name of a packaged robot, or its nominal parameters.
+        episodes: measured, of one robot, or paths as `twbal.read_episodes` takes them.
+        robot: name of a packaged robot, path of a sheet, or nominal parameters.
         overrides: settings of `twbal evaluate-sim`, as on its command line: `["sim=regbot", "horizons=[0.1,0.2]"]`.
         progress: is told what is being done, a line at a time; `print` shows it.
 
     Raises:
+        LogError: a log is not there, or cannot be read.
         DataError: an episode is of another robot or too short; the message says which and what to try.
         ConfigError: a simulation or a setting cannot be right.
 
@@ -45,7 +47,15 @@ def evaluate_simulation(
     >>> found.score("friction", "all logs", "tilt", 0.16).is_better
     True
     """
-    words = [*words_for(robot, overrides), f"sims={text(dict(simulations))}"]
+    check_progress(progress)
+    if not isinstance(simulations, Mapping):
+        raise ConfigError(
+            "simulations must be files or choices by name, such as {'mine': 'augmented.yaml'}; found "
+            f"{simulations!r:.80}."
+        )
+    names, measured = episodes_in("episode", episodes)
+    sims = {name: str(each) for name, each in simulations.items()}
+    words = [*words_for(robot, overrides), f"sims={text(sims or None)}"]
     given, parameters, settings = composed_evaluation(words)
-    logs = [GivenLog(f"episode {k}", "in memory", "", episode) for k, episode in enumerate(episodes)]
+    logs = [GivenLog(name, "in memory", "", episode) for name, episode in zip(names, measured, strict=True)]
     return evaluate_simulations(given, logs, parameters, settings, progress)

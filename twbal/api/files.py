@@ -5,11 +5,11 @@ from pathlib import Path
 
 from twbal import __version__
 from twbal.algorithm import model_file
-from twbal.api.robots import robot as packaged
+from twbal.api.arguments import check_list, check_policy, check_saved, check_whole
+from twbal.api.sheets import RobotLike, sheet_of
 from twbal.cli.artefacts import episode_files
 from twbal.core.channels import Channels
 from twbal.core.episode import Episode
-from twbal.core.robot_parameters import RobotParameters
 from twbal.core.streams import Stream, generator
 from twbal.embedded.export import Export, export_to
 from twbal.io.checkpoint import save_checkpoint
@@ -19,6 +19,9 @@ from twbal.policies import saved
 from twbal.policies.saved import SavedPolicy
 
 PathLike = str | Path
+GivenEpisodes = PathLike | Sequence[Episode | PathLike]
+"""Episodes, or what `read_episodes` reads."""
+
 _TILT_LIMIT, _CHECKED = 0.5236, 20_000  # of the working range [rad], and states of it at which the header is checked
 
 
@@ -45,6 +48,7 @@ def save_policy(path: PathLike, policy: SavedPolicy) -> str:
     """Write a policy as a `policy.pt`, which every command takes; returns the sha256 of the file.
 
     Raises:
+        ConfigError: it is no policy that a file can hold.
         DataError: the file cannot be written.
 
     >>> import tempfile, twbal
@@ -54,18 +58,20 @@ def save_policy(path: PathLike, policy: SavedPolicy) -> str:
     >>> len(sha256)
     64
     """
+    check_saved(policy)
     return save_checkpoint(Path(path), "policy", policy.to_payload())
 
 
 def export_policy(
-    policy: SavedPolicy | PathLike, folder: PathLike, robot: str | RobotParameters = "paper", distil: int | None = None
+    policy: SavedPolicy | PathLike, folder: PathLike, robot: RobotLike = "paper", distil: int | None = None
 ) -> Export:
     """Write a policy as a C header for the robot's own processor, with test vectors and a self-test beside it.
 
     Args:
         policy: the policy, or the path of a `policy.pt`.
         folder: for `policy.h`, `policy_vectors.h` and `policy_selftest.c`.
-        robot: name of a packaged robot, or its nominal parameters: wheel radius and control period are theirs.
+        robot: name of a packaged robot, path of a sheet, or nominal parameters; its wheel radius and control period
+            enter the header.
         distil: basis functions that are left; None: all.
 
     Raises:
@@ -78,8 +84,11 @@ def export_policy(
     >>> [(need.board, need.fits) for need in made.on_board.needs]
     [('ESP32', True), ('ATmega32U4', True)]
     """
+    if distil is not None:
+        check_whole("distil", distil, 0)
+    check_policy(policy)
     read = load_policy(policy) if isinstance(policy, str | Path) else policy
-    sheet = packaged(robot) if isinstance(robot, str) else robot
+    sheet = sheet_of(robot)
     channels = Channels(tuple(read.channels), sheet.wheel_radius, sheet.control_period)
     origin = f"Made by twbal {__version__} for {sheet.name}."
     return export_to(
@@ -116,5 +125,30 @@ def read_episodes(paths: PathLike | Sequence[PathLike]) -> list[Episode]:
     >>> episodes[0].observations.shape[1]  # time, tilt, tilt rate, ...; see `twbal.core.plant.Observation`
     7
     """
+    if not isinstance(paths, str | Path):
+        check_list("paths", paths, (str, Path), "the path of a log or of a folder of logs, or a list of such paths")
     sources = [paths] if isinstance(paths, str | Path) else list(paths)
     return [read_episode(file) for file in episode_files([str(source) for source in sources])]
+
+
+def episodes_in(name: str, given: GivenEpisodes) -> tuple[list[str], list[Episode]]:
+    """Names, for reports and errors, and episodes that were given as such or by paths.
+
+    Args:
+        name: of the argument, in the singular.
+        given: episodes, paths, or both.
+
+    Raises:
+        ConfigError: something else was given.
+        LogError: see `read_episodes`.
+    """
+    if not isinstance(given, str | Path):
+        example = "a list of episodes, or paths as twbal.read_episodes takes them"
+        check_list(f"{name}s", given, (Episode, str, Path), example)
+    names: list[str] = []
+    episodes: list[Episode] = []
+    for item in [given] if isinstance(given, str | Path) else given:
+        files = [] if isinstance(item, Episode) else episode_files([str(item)])
+        episodes += [item] if isinstance(item, Episode) else [read_episode(file) for file in files]
+        names += [f"{name} {len(names)}"] if isinstance(item, Episode) else [str(file) for file in files]
+    return names, episodes

@@ -9,13 +9,17 @@ from twbal.algorithm.in_memory import InMemory
 from twbal.algorithm.learning import Algorithm
 from twbal.algorithm.setup import Setup
 from twbal.algorithm.summary import Summary
+from twbal.api.arguments import check_plant, check_progress
 from twbal.api.configured import setup as configured
+from twbal.api.sheets import RobotLike, sheet_of
 from twbal.core.episode import Episode
+from twbal.core.errors import ConfigError
 from twbal.core.plant import Plant
-from twbal.core.robot_parameters import RobotParameters
 from twbal.link.sheet_check import check_robot, check_sensors
 from twbal.models.dynamics import DynamicsModel
 from twbal.policies.saved import SavedPolicy
+
+_DEFAULT_ROBOT = "paper"
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +46,7 @@ class LearningResult:
 
 def learn(
     plant: Plant,
-    robot: str | RobotParameters = "paper",
+    robot: RobotLike = _DEFAULT_ROBOT,
     overrides: Sequence[str] = (),
     *,
     setup: Setup | None = None,
@@ -54,13 +58,14 @@ def learn(
 
     Args:
         plant: the robot to drive: of `twbal.connect`, or any `twbal.core.plant.Plant`; stays open.
-        robot: name of a packaged robot, or its nominal parameters.
+        robot: name of a packaged robot, path of a sheet, or nominal parameters.
         overrides: settings of `twbal iterate`, as on its command line: `["updates=2", "method=pilco", "seed=1"]`.
-        setup: in place of `robot` and `overrides`: of `twbal.setup`, maybe with parts replaced.
+        setup: in place of `overrides`: of `twbal.setup` for the same robot, maybe with parts replaced.
         progress: is told what is being done, a line at a time; `print` shows it.
 
     Raises:
-        ConfigError: a setting cannot be right, or the plant is not the robot that was named.
+        ConfigError: a setting cannot be right, the plant is not the robot that was named, or the set-up is of another
+            robot or comes with overrides.
         LinkError: the robot fell silent, measures the same again and again, or does not confirm that it has stopped.
         FitError: a model cannot be learned from the rollouts.
         SearchError: no policy has a finite cost.
@@ -79,7 +84,9 @@ def learn(
     >>> result.summary.best.trials, len(result.policies)
     (1, 1)
     """
-    setup = configured(robot, overrides) if setup is None else setup
+    check_plant(plant)
+    check_progress(progress)
+    setup = configured(robot, overrides) if setup is None else _checked(setup, robot, overrides)
     check_robot(plant, setup.simulation.robot)
     check_sensors(plant, setup.search.channels.names)
     began, steps = time.monotonic(), InMemory(plant, setup, progress)
@@ -100,3 +107,21 @@ def learn(
         trials=tuple(each.trials for each in found),
         summary=summary,
     )
+
+
+def _checked(setup: Setup, robot: RobotLike, overrides: Sequence[str]) -> Setup:
+    """A set-up that was given, if nothing that was given beside it contradicts it."""
+    if not isinstance(setup, Setup):
+        raise ConfigError(f"setup must be what twbal.setup(...) returns; found a {type(setup).__name__}.")
+    if overrides:
+        raise ConfigError(
+            f"overrides={list(overrides)!r:.200} would not act beside a set-up. Give them to the set-up: "
+            "twbal.setup(robot, overrides)."
+        )
+    given, own = sheet_of(robot), setup.simulation.robot
+    if robot != _DEFAULT_ROBOT and given != own:
+        raise ConfigError(
+            f"The robot is {given.name!r}, and the set-up is of {own.name!r} or of other parameters of it. Make the "
+            "set-up by twbal.setup(robot, overrides), or leave robot out."
+        )
+    return setup

@@ -1,42 +1,49 @@
-"""Robots by name: their nominal parameters, and the way to one that can be driven."""
+"""Robots by name or by their sheets: their nominal parameters, and the way to one that can be driven."""
 
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
+from pathlib import Path
 
+from twbal.api.sheets import RobotLike, is_packaged, sheet_of, words_for, words_of_sheet
 from twbal.cli.composed import built, composed
+from twbal.cli.robot_link import with_own_sheet
 from twbal.core.robot_parameters import RobotParameters
 from twbal.link.serial_plant import SerialPlant
 
 
-def robot(name: str = "paper") -> RobotParameters:
-    """The nominal parameters of a packaged robot (conf/robot/), in SI units.
+def robot(name: str | Path = "paper") -> RobotParameters:
+    """The nominal parameters of a robot, in SI units.
+
+    Args:
+        name: of a packaged robot (conf/robot/), or the path of a sheet, such as `twbal new-robot` writes.
 
     Raises:
-        ConfigError: there is no such robot; the message has the names.
+        ConfigError: there is no such robot, and the message has the names; or the sheet cannot be used.
 
     >>> import twbal
     >>> twbal.robot("regbot").wheel_radius  # m
     0.03
+    >>> twbal.robot("data/ev3/robot/ev3.yaml").wheel_radius
+    0.028
     >>> from dataclasses import replace
     >>> heavier = replace(twbal.robot(), body_mass=12.0)  # kg
     """
-    parameters = built(composed("lqr", [f"robot={name}"]), "robot")
-    assert isinstance(parameters, RobotParameters)
-    return parameters
+    return sheet_of(name)
 
 
 def connect(
-    port: str | None = None, robot: str = "paper", overrides: Sequence[str] = ()
+    port: str | Path | None = None, robot: RobotLike = "paper", overrides: Sequence[str] = ()
 ) -> AbstractContextManager[SerialPlant]:
     """A robot to drive, for the length of a `with` block; its motors stop on every way out.
 
     Args:
         port: such as `/dev/ttyUSB0`, `socket://host:port` or `rfc2217://host:port`; None starts a virtual robot, which
             has effects that its nominal parameters leave out.
-        robot: name of the packaged robot.
+        robot: name of a packaged robot, path of a sheet, or nominal parameters.
         overrides: of the settings of the link, such as `["link.seed=3"]`: which virtual robot.
 
     Raises:
+        ConfigError: there is no such robot or setting.
         LinkError: the robot cannot be reached.
 
     >>> import twbal
@@ -44,7 +51,10 @@ def connect(
     ...     plant.control_period  # s
     0.02
     """
-    link = ["link=virtual"] if port is None else ["link=serial", f"link.port={port!r}"]
-    plant = built(composed("real-rollout", ["policy=random", f"robot={robot}", *link, *overrides]), "link")
+    link = ["link=virtual"] if port is None else ["link=serial", f"link.port={str(port)!r}"]
+    cfg = composed("real-rollout", ["policy=random", *words_for(robot, link), *overrides])
+    if not is_packaged(robot):
+        cfg = with_own_sheet(cfg, words_of_sheet(sheet_of(robot)))
+    plant = built(cfg, "link")
     assert isinstance(plant, AbstractContextManager)
     return plant

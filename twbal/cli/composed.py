@@ -1,5 +1,6 @@
 """Packaged configurations for Python: what a command would run with, composed outside of any command."""
 
+import warnings
 from collections.abc import Sequence
 
 from hydra import compose
@@ -11,8 +12,13 @@ from omegaconf.errors import OmegaConfBaseException
 from twbal.cli.composition import composing
 from twbal.cli.config_check import check_configuration
 from twbal.cli.hydra_errors import explained
+from twbal.cli.sheet_doubts import doubts_of
 from twbal.cli.sim_files import with_files
 from twbal.core.errors import TwbalError
+from twbal.core.robot_parameters import RobotParameters
+from twbal.sheets.doubts import doubts
+
+_OUTSIDE = 4  # calls from here to who calls the library, as a rule
 
 
 def composed(stage: str, overrides: Sequence[str] = ()) -> DictConfig:
@@ -24,14 +30,25 @@ def composed(stage: str, overrides: Sequence[str] = ()) -> DictConfig:
 
     Raises:
         ConfigError: an override that the stage does not take, or a value that cannot be right.
+
+    Warns:
+        UserWarning: a value of the robot's sheet is hardly right.
     """
     try:
         with composing():
             cfg = compose(stage.replace("-", "_"), with_files(overrides))
             check_configuration(cfg, stage)
-            return cfg
     except (HydraException, OmegaConfBaseException) as error:
-        raise explained(error, stage) from error
+        raise explained(error, stage, in_python=True) from error
+    for doubt in doubts_of(cfg):
+        warnings.warn(doubt, stacklevel=_OUTSIDE)
+    return cfg
+
+
+def warn_of_doubts(robot: RobotParameters) -> None:
+    """Warn of values of a sheet that are hardly right."""
+    for doubt in doubts(robot):
+        warnings.warn(doubt, stacklevel=_OUTSIDE)
 
 
 def built(cfg: DictConfig, part: str) -> object:

@@ -1,6 +1,6 @@
 """The robot on the other end of a link: reached, and held against what is to drive it."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from typing import cast
 
@@ -34,6 +34,20 @@ def virtual_command(link: DictConfig) -> list[str]:
 def _overrides(link: DictConfig) -> list[str]:
     flags = configuration_flags() if HydraConfig.initialized() else []
     return [*flags, *link.overrides]
+
+
+def with_own_sheet(cfg: DictConfig, words: Sequence[str]) -> DictConfig:
+    """The same configuration, but its virtual robot, a process of its own, is told the values of a sheet.
+
+    Args:
+        cfg: of a stage with a link, which may be one to a port.
+        words: overrides that put these values in the place of those of the packaged robot `paper`.
+    """
+    if "overrides" not in cfg.link:
+        return cfg
+    changed = OmegaConf.merge(cfg, {"link": {"robot": "paper", "overrides": [*words, *cfg.link.overrides]}})
+    assert isinstance(changed, DictConfig)
+    return changed
 
 
 def commanded_from_here(link: DictConfig) -> DictConfig:

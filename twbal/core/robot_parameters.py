@@ -4,6 +4,7 @@ import hashlib
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields
+from numbers import Real
 from typing import Any
 
 from twbal.core.errors import ConfigError
@@ -62,7 +63,14 @@ class RobotParameters:
     def __post_init__(self) -> None:
         for item in fields(self):
             value = getattr(self, item.name)
-            if item.name in ("name", "com_offset", "tolerance_factors"):
+            if item.name in ("name", "tolerance_factors"):
+                continue
+            if not _is_number(value):
+                raise ConfigError(
+                    f"{item.name} of robot {self.name!r} must be a number, in SI units and without a unit; found "
+                    f"{value!r:.80}."
+                )
+            if item.name == "com_offset":
                 continue
             if not 0 < value < float("inf"):
                 raise ConfigError(f"{item.name} of robot {self.name!r} must be positive and finite; found {value}.")
@@ -77,6 +85,10 @@ class RobotParameters:
                 f"axle; found {self.com_offset}. Was it given in degrees?"
             )
         check_inertias(self.name, self.body_inertia_roll, self.body_inertia_pitch, self.body_inertia_yaw)
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, Real) and not isinstance(value, bool)
 
 
 def check_inertias(name: str, roll: float, pitch: float, yaw: float) -> None:

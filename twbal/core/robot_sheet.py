@@ -104,8 +104,16 @@ def provenance_of(name: str, provenance: Mapping[str, Sequence[str]]) -> dict[st
 
 
 def provenance_by_factor(factors: Mapping[str, float]) -> dict[Provenance, list[str]]:
-    """Names of values by a provenance that gives their tolerance factors; values without one are published."""
+    """Names of values by a provenance that gives their tolerance factors; values without one are published.
+
+    Raises:
+        ConfigError: no provenance gives such a factor.
+    """
     kinds = {factor: kind for kind, factor in reversed(TOLERANCE_FACTORS.items())}
+    for value, factor in factors.items():
+        if factor not in kinds:
+            known = ", ".join(f"{kind:g}" for kind in sorted(kinds))
+            raise ConfigError(f"The tolerance factor of {value} must be one of {known}; found {factor!r:.80}.")
     found: dict[Provenance, list[str]] = {}
     for value in VALUES:
         found.setdefault(kinds[factors.get(value, TOLERANCE_FACTORS[Provenance.DATA_SHEET])], []).append(value)

@@ -1,0 +1,144 @@
+"""An argument that cannot be meant is one clear error, before anything is done."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import twbal
+from twbal.core.errors import ConfigError, LogError
+from twbal.effects.dead_zone import DeadZone
+from twbal.policies.policy import Policy
+from twbal.policies.random import RandomPolicy
+
+ROOT = Path(__file__).parents[2]
+POLICY = ROOT / "data/regression/policy.pt"
+EXCITED = ROOT / "data/regression/excited"
+
+
+class Constant:
+    """A policy that is derived from nothing."""
+
+    def controller(self, rng):
+        return lambda state: 1.0
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"steps": -5}, "steps must be a whole number of at least 1; found -5"),
+        ({"steps": 20.5}, "steps must be a whole number of at least 1; found 20.5"),
+        ({"steps": True}, "steps must be a whole number .*found True"),
+        ({"trials": -2}, "trials must be a whole number of at least 1; found -2"),
+        ({"trials": "3"}, "trials must be a whole number of at least 1; found '3'"),
+        ({"seed": -1}, "seed must be a whole number of at least 0; found -1"),
+        ({"effects": DeadZone(1.0)}, r"must be a list.*found an effect alone\. Write \[DeadZone\(width=1\.0\)\]"),
+        ({"effects": [DeadZone]}, r"found the class DeadZone among them\. Give it its values: DeadZone\(\.\.\.\)"),
+        ({"effects": ["dead_zone"]}, "found 'dead_zone' among them.*`from twbal.effects.dead_zone import DeadZone`"),
+        ({"effects": "dead_zone"}, "found 'dead_zone'.*import DeadZone"),
+        ({"effects": [3]}, "found 3 among them"),
+        ({"effects": None}, "found None"),
+        ({"policy": "paper"}, "there is no file 'paper'. Are two arguments swapped"),
+        ({"policy": lambda s: 0.0}, "found the function <lambda>.*derived from twbal.policies.policy.Policy"),
+        ({"policy": RandomPolicy}, r"RandomPolicy is a class: make a policy of it by RandomPolicy\(\.\.\.\)"),
+        ({"policy": 3}, "must be a policy, or the path of a policy.pt; found 3"),
+        ({"overrides": "updates=2"}, r"must be a list of texts; found the text 'updates=2'. Write \['updates=2'\]"),
+        ({"overrides": [2]}, "must be texts such as 'updates=2'; found 2 among them"),
+        ({"overrides": None}, r"must be a list such as \['updates=2'\]; found None"),
+    ],
+)
+def test_an_argument_of_a_rollout_that_cannot_be_meant_is_one_clear_error(arguments, message):
+    with pytest.raises(ConfigError, match=message):
+        twbal.simulate(**arguments)
+
+
+def test_robot_and_policy_that_are_swapped_are_told():
+    with pytest.raises(ConfigError, match="swapped"):
+        twbal.simulate(POLICY, "paper")
+    with pytest.raises(ConfigError, match=r"found the parameters of the robot 'paper'. Are two arguments swapped"):
+        twbal.evaluate(twbal.robot(), POLICY)
+
+
+def test_numbers_of_numpy_are_whole_numbers_and_a_class_with_a_controller_is_a_policy():
+    (episode,) = twbal.simulate(policy=Constant(), steps=np.int64(3), seed=np.int32(1))
+    np.testing.assert_array_equal(episode.commands, 1.0)
+
+
+def test_trials_need_a_policy_and_one_at_least():
+    with pytest.raises(ConfigError, match="trials must be a whole number of at least 1; found 0"):
+        twbal.evaluate(POLICY, trials=0)
+    with pytest.raises(ConfigError, match=r"must be a policy, or the path of a policy.pt; found None"):
+        twbal.evaluate(None)
+
+
+def test_effects_of_a_plant_are_not_left_out_in_silence():
+    with twbal.setup().simulation.plant(seed=0) as plant, pytest.raises(ConfigError, match="here a plant is driven"):
+        twbal.evaluate(POLICY, plant=plant, effects=[DeadZone(1.0)])
+
+
+def test_what_is_no_plant_is_told():
+    with pytest.raises(ConfigError, match=r"plant must be a robot to drive.*found 'paper'. Are two arguments swapped"):
+        twbal.learn("paper", None)
+    with pytest.raises(ConfigError, match="a connection that is not open yet"):
+        twbal.learn(twbal.connect())
+    with pytest.raises(ConfigError, match=r"plant must be a robot to drive.*found 3"):
+        twbal.evaluate(POLICY, plant=3)
+
+
+def test_what_a_set_up_would_overrule_is_told():
+    setup = twbal.setup()
+    with setup.simulation.plant(seed=0) as plant:
+        with pytest.raises(ConfigError, match=r"progress must be a function .*found True"):
+            twbal.learn(plant, setup=setup, progress=True)
+        with pytest.raises(ConfigError, match=r"overrides=\['updates=3'\] would not act beside a set-up"):
+            twbal.learn(plant, "paper", ["updates=3"], setup=setup)
+        with pytest.raises(ConfigError, match="The robot is 'regbot', and the set-up is of 'paper'"):
+            twbal.learn(plant, "regbot", setup=setup)
+        with pytest.raises(ConfigError, match=r"setup must be what twbal.setup\(\.\.\.\) returns; found a dict"):
+            twbal.learn(plant, setup={})
+
+
+def test_a_value_of_a_robot_with_a_unit_is_told():
+    with pytest.raises(ConfigError, match=r"body_mass of robot 'paper' must be a number.*found '11 kg'"):
+        replace(twbal.robot(), body_mass="11 kg")
+    with pytest.raises(ConfigError, match=r"com_offset of robot 'paper' must be a number.*found None"):
+        replace(twbal.robot(), com_offset=None)
+
+
+def test_a_diagnosis_and_an_evaluation_of_simulations_take_paths():
+    with pytest.raises(LogError, match="there_is_none is not there"):
+        twbal.diagnose("there_is_none")
+    with pytest.raises(LogError, match="there_is_none is not there"):
+        twbal.diagnose([EXCITED], test_episodes="there_is_none")
+    quick = ["horizons=[0.15]"]
+    by_path = twbal.evaluate_simulation({}, EXCITED, overrides=quick)
+    by_value = twbal.evaluate_simulation({}, twbal.read_episodes(EXCITED), overrides=quick)
+    assert by_path.score("nominal", "all logs", "tilt", 0.16) == by_value.score("nominal", "all logs", "tilt", 0.16)
+
+
+@pytest.mark.parametrize("use", [twbal.diagnose, lambda episodes: twbal.evaluate_simulation({}, episodes)])
+def test_what_is_no_list_of_episodes_is_told(use):
+    (episode,) = twbal.simulate(steps=2)
+    with pytest.raises(ConfigError, match=r"a list of episodes, or paths.*found an Episode, which is no list"):
+        use(episode)
+    with pytest.raises(ConfigError, match="found 3 among them"):
+        use([3])
+    with pytest.raises(ConfigError, match="found None, which is no list"):
+        use(None)
+
+
+def test_simulations_need_names():
+    with pytest.raises(ConfigError, match=r"files or choices by name.*found 'augmented.yaml'"):
+        twbal.evaluate_simulation("augmented.yaml", EXCITED)
+
+
+def test_what_no_file_can_hold_is_told(tmp_path):
+    policy = RandomPolicy(0.1, 20.0, hold=1)
+    assert isinstance(policy, Policy)
+    with pytest.raises(ConfigError, match=r"one that a file can hold \(RbfPolicy, .*found a RandomPolicy"):
+        twbal.save_policy(tmp_path / "policy.pt", policy)
+    with pytest.raises(ConfigError, match="distil must be a whole number of at least 0; found -1"):
+        twbal.export_policy(POLICY, tmp_path, distil=-1)
+    with pytest.raises(ConfigError, match="found 3 among them"):
+        twbal.read_episodes([3])
