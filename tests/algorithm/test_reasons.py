@@ -67,7 +67,7 @@ def test_the_sentence_tells_both_probabilities_and_names_the_policy_by_its_first
         "Expected to be better: to succeed with probability 0.89, policy 0 with 0.25."
     )
     assert reason_in_words(Reason.AS_LIKELY, AS_LIKELY, before) == (
-        "Expected to succeed about as often as policy 0 (probability 0.87 and 0.91); driven as it ranks first by how "
+        "Expected to succeed about as often as policy 0 (probability 0.87 and 0.91); chosen as it ranks first by how "
         "the sampled robots balance."
     )
 

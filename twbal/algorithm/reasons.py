@@ -65,7 +65,7 @@ def reason_in_words(reason: Reason | None, prediction: Prediction | None, before
     if reason is Reason.BETTER:
         return f"Expected to be better: to succeed with probability {ours:.2f}, {than} with {theirs:.2f}."
     return (
-        f"Expected to succeed about as often as {than} (probability {ours:.2f} and {theirs:.2f}); driven as it ranks "
+        f"Expected to succeed about as often as {than} (probability {ours:.2f} and {theirs:.2f}); chosen as it ranks "
         "first by how the sampled robots balance."
     )
 

@@ -76,6 +76,9 @@ def fit_sparse_gp(
         from twbal.models.kernels.induced import fit_induced  # here, as GPyTorch takes a while to import
 
         return fit_induced(inputs, targets, kernel, settings, seed, reference)
+    least = inputs.shape[1] + 2
+    if settings.subset < least:
+        raise ConfigError(f"A fit of {inputs.shape[1]} inputs needs a subset of {least} samples; found {settings.subset}.")
     subset = random_subset(len(inputs), settings.subset, seed)
     found = fit_hyperparameters(inputs[subset], targets[subset], settings.fit, seed, reference, near)
     if settings.iterations:
