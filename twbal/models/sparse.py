@@ -78,7 +78,7 @@ def fit_sparse_gp(
         return fit_induced(inputs, targets, kernel, settings, seed, reference)
     least = inputs.shape[1] + 2
     if settings.subset < least:
-        raise ConfigError(f"A fit of {inputs.shape[1]} inputs needs a subset of {least} samples; found {settings.subset}.")
+        raise ConfigError(f"A fit of {inputs.shape[1]} inputs needs a subset of {least}; found {settings.subset}.")
     subset = random_subset(len(inputs), settings.subset, seed)
     found = fit_hyperparameters(inputs[subset], targets[subset], settings.fit, seed, reference, near)
     if settings.iterations:
