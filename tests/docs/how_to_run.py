@@ -267,6 +267,8 @@ TABLE: Mapping[str, How] = {
     _SMALL_MODEL: Stage(slow=True, after=(_SMALL_DATA,)),
     "twbal optimise-policy dynamics=small/model/model.pt search.restarts=1 search.iterations=3 "
     "search.long_iterations=0": Stage(slow=True, after=(_SMALL_DATA, _SMALL_MODEL)),
+    "twbal iterate robot=<name> robust=none ensemble=none updates=1 trials=2 sim_collect.rollouts=6 search.restarts=1 "
+    "search.iterations=3 search.long_iterations=0": Stage({"<name>": "balboa"}, slow=True),
     "python -m pytest tests/link/conformance --robot=/dev/ttyUSB0": _TRIED,
     f"python -m pytest tests/link/conformance --robot='{_PERL_ROBOT}'": _TRIED,
     "python scripts/effects.py": Elsewhere(("tests/docs/test_effects_page.py", "page()"), "writes a page"),

@@ -1,8 +1,14 @@
 """For which robot's sheet a log was recorded."""
 
+from collections.abc import Mapping
+from typing import Any
+
 import yaml
 
 from twbal.core.episode import Provenance
+from twbal.core.errors import ConfigError
+from twbal.core.robot_parameters import RobotParameters
+from twbal.core.robot_sheet import VALUES
 
 
 def is_of_sheet(provenance: Provenance, sheet: str) -> bool:
@@ -25,12 +31,27 @@ def told_robot(provenance: Provenance) -> str:
     return f"{provenance.robot!r}{recorded}"
 
 
+def recorded_robot(provenance: Provenance) -> RobotParameters | None:
+    """The robot of the sheet that an episode was recorded with; None where its log says none that a robot can have."""
+    said = _robot(provenance.config)
+    values: dict[str, Any] = {name: said.get(name) for name in ("name", *VALUES)}
+    try:
+        return RobotParameters(**values) if isinstance(values["name"], str) else None
+    except ConfigError:
+        return None
+
+
 def _configured(config: str) -> str | None:
     """The name of the robot's sheet in a configuration, as yaml text; None where it says none."""
+    name = _robot(config).get("name")
+    return name if isinstance(name, str) else None
+
+
+def _robot(config: str) -> Mapping[str, Any]:
+    """What a configuration, as yaml text, says of the robot; empty where it says nothing."""
     try:
         said = yaml.safe_load(config)
     except (yaml.YAMLError, ValueError, OverflowError, RecursionError):  # of a log that twbal did not write
-        return None
+        return {}
     robot = said.get("robot") if isinstance(said, dict) else None
-    name = robot.get("name") if isinstance(robot, dict) else None
-    return name if isinstance(name, str) else None
+    return robot if isinstance(robot, dict) else {}

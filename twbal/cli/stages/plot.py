@@ -4,12 +4,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import zip_longest
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 from hydra.utils import instantiate
-from omegaconf import DictConfig
+from omegaconf import DictConfig, OmegaConf
 
-from twbal.cli.console import print_result, run_folder
+from twbal.cli.console import chosen_overrides, print_result, run_folder
 from twbal.cli.manifest import Manifest, Step, perform
 from twbal.cli.typed_config import members, recorded, typed
 from twbal.core.episode import Episode
@@ -18,9 +19,11 @@ from twbal.core.gaussian import Array
 from twbal.core.palette import GOOD, PREDICTED, REAL
 from twbal.core.plant import Observation
 from twbal.core.robot_parameters import RobotParameters
+from twbal.core.robot_sheet import VALUES
 from twbal.core.start_pose import InitialState
 from twbal.effects.effect import Effect
 from twbal.io.logs import read_episode
+from twbal.io.recorded_sheet import recorded_robot
 from twbal.sim.film import Role, film
 from twbal.sim.replay import ReplayStart, replay
 from twbal.sim.restart_state import RestartState
@@ -58,7 +61,18 @@ class Settings:
 def main(cfg: DictConfig) -> None:
     """Run the stage in Hydra's run folder."""
     out = run_folder()
+    if not chosen_overrides("robot"):
+        cfg = _with_recorded_robot(cfg)
     print_result(run(cfg, out), out, f"look at what lies in {out}")
+
+
+def _with_recorded_robot(cfg: DictConfig) -> DictConfig:
+    """The configuration with the robot that the log was recorded with, if the log says it."""
+    robot = recorded_robot(read_episode(Path(cfg.episode)).provenance)
+    if robot is None or robot == instantiate(cfg.robot):
+        return cfg
+    print(f"  the robot is the one that the log was recorded with, {robot.name!r}", flush=True)
+    return cast(DictConfig, OmegaConf.merge(cfg, {"robot": {name: getattr(robot, name) for name in ("name", *VALUES)}}))
 
 
 def run(cfg: DictConfig, out: Path) -> Manifest:
