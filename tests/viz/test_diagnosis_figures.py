@@ -171,6 +171,7 @@ def test_gaps_are_drawn_in_degrees_over_milliseconds():
     assert refitted.get_ydata()[1] == pytest.approx(np.degrees(0.016))
     assert floor.get_ydata()[1] == pytest.approx(np.degrees(0.002))
     assert "°" in panel.get_ylabel()
+    assert panel.get_yscale() == "log"  # small errors can be told from each other beside large ones
 
 
 @pytest.mark.parametrize("channels", [("tilt",), ("tilt", "tilt_rate")])

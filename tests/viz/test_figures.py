@@ -13,6 +13,7 @@ from matplotlib.collections import PolyCollection
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
+from matplotlib.text import Text
 
 from twbal.algorithm.iteration import Iteration, PolicyFile
 from twbal.algorithm.summary import SimData, Summary
@@ -203,6 +204,48 @@ def test_the_cost_is_drawn_as_it_is_charged() -> None:
     degrees, c = np.asarray(tilt.get_lines()[0].get_xydata()).T
     np.testing.assert_allclose(c, 1 - np.exp(-0.5 * ((np.radians(degrees) - 0.05) / 0.25) ** 2), atol=1e-12)
     assert tilt_rate.get_xlabel() == "tilt rate [°/s]"
+
+
+def test_the_mark_of_a_cost_is_on_the_curve_also_where_changes_of_the_command_are_priced() -> None:
+    names, units = ("tilt", "command_1", "command_2"), ("rad", "N·m", "N·m")
+    widths, change = np.array([0.25, 20.0, np.inf]), np.array([0.0, 1.0, -1.0]) / 6.0
+    for cost, expected in (
+        (SaturatingCost(np.zeros(3), widths, change), 1.0 / np.sqrt(1 / 20**2 + 1 / 6**2)),
+        (SaturatingCost(np.zeros(3), widths), 20.0),
+    ):
+        figure = cost_figure([0.5], cost, names, units)
+        curve, mark = figure.axes[2].get_lines()
+        ends, level = np.asarray(mark.get_xydata()).T
+        np.testing.assert_allclose(ends, [-expected, expected], rtol=1e-5)
+        np.testing.assert_allclose(np.interp(ends, *np.asarray(curve.get_xydata()).T), level, atol=1e-3)
+        (note,) = figure.axes[2].texts
+        assert note.get_text() == f"± {expected:.3g}"
+        assert (figure.axes[2].get_title("left"), figure.axes[2].get_xlabel()) == ("last command", "last command [N·m]")
+
+
+def test_past_commands_are_called_so_in_predictions() -> None:
+    names, units = ("tilt", "command_1", "command_2"), ("rad", "N·m", "N·m")
+    states = [Gaussian(np.zeros(3), np.eye(3)) for _ in range(5)]
+    figure = prediction_figure(states, [], names, units, PERIOD, "iteration 0")
+    assert [panel.get_title("left") for panel in figure.axes] == ["tilt", "last command", "the one before"]
+    assert [panel.get_ylabel() for panel in figure.axes][1:] == ["last command [N·m]", "the one before [N·m]"]
+
+
+def test_the_axis_of_a_share_holds_shares_and_the_titles_of_the_learning_curve_fit() -> None:
+    figure = DRAWINGS["learning"]()
+    figure.draw_without_rendering()
+    *_, coverage = figure.axes
+    assert -0.1 < coverage.get_ylim()[0] < 0.0 and min(coverage.get_yticks()) >= 0.0
+    for panel in figure.axes:
+        (title,) = (text for text in panel.findobj(Text) if text.get_text() == panel.get_title("left"))
+        assert title.get_window_extent().x1 < figure.bbox.x1 - 5.0
+
+
+def test_the_words_of_the_tilt_figure_are_outside_its_panels() -> None:
+    figure = draw_tilt()
+    assert not any(panel.texts for panel in figure.axes)
+    (placed,) = figure.legends
+    assert [text.get_text() for text in placed.get_texts()] == ["must stay in here from 0.4 s on", "falls"]
 
 
 def test_the_learning_curve_shows_counts_marks_the_best_and_skips_what_was_not_measured() -> None:

@@ -56,6 +56,8 @@ _PATH = re.compile(r' d="[^"]*"')
 _SURPLUS_DIGITS = re.compile(r"(\.\d\d)\d+")
 _LEGEND_SHARE = 0.95  # of the figure's width that a legend may take: fonts differ where an SVG is shown
 _DEGREES = {"rad": "°", "rad/s": "°/s"}
+_PAST_COMMANDS = {"command_1": "last command", "command_2": "the one before"}
+_PAST_COMMANDS |= {f"command_{k}": f"{k}th last command" for k in range(4, 10)} | {"command_3": "3rd last command"}
 
 P = ParamSpec("P")
 
@@ -91,9 +93,14 @@ def shown(unit: str) -> tuple[float, str]:
     return (float(np.degrees(1.0)), _DEGREES[unit]) if unit in _DEGREES else (1.0, unit)
 
 
+def in_words(name: str) -> str:
+    """Name of a channel as people read it: `tilt_rate` -> `tilt rate`, `command_1` -> `last command`."""
+    return _PAST_COMMANDS.get(name) or name.replace("_", " ")
+
+
 def label(name: str, unit: str) -> str:
     """Axis label of a channel: `tilt_rate`, `rad/s` -> `tilt rate [rad/s]`."""
-    return f"{name.replace('_', ' ')} [{unit}]"
+    return f"{in_words(name)} [{unit}]"
 
 
 def legend(figure: Figure, axes: Axes) -> None:

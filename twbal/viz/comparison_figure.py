@@ -4,37 +4,65 @@ from collections.abc import Mapping, Sequence
 from textwrap import fill
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from twbal.algorithm.comparison import METRICS, Run
-from twbal.core.palette import MUTED, PREDICTED, REAL
+from twbal.core.gaussian import Array
+from twbal.core.palette import INK, LINE, MUTED, PREDICTED, REAL
 from twbal.viz.canvas import panels, styled
 
 _TITLE = 38  # characters of a line of a panel's title
+_ROOM = 0.06  # of an axis, below 0 and above the largest value, so that dots at its ends are whole
+_NEVER = (1.12, 1.28)  # where the strip begins that has runs which never got there, and where they stand in it
+_TICKS = MaxNLocator(5, steps=[1, 2, 2.5, 5, 10])
+_TAKES = {"crps_ratio": "takes three trials or more of a policy"}
+"""What it takes to measure a metric, where that is not clear."""
 
 
 @styled
 def comparison_figure(groups: Mapping[str, Sequence[Run]]) -> Figure:
-    """Draw each metric of each run; runs that never got there stand in a row of their own, on top."""
+    """Draw each metric of each run; runs that never got there stand in a strip above the numbers of the axis."""
     figure, axes = panels(len(METRICS), columns=3, width=3.6, height=2.7)
     jitter = np.random.default_rng(0)
     for panel, (metric, (what, unit, _)) in zip(axes, METRICS.items(), strict=True):
-        known = [run.values[metric] for runs in groups.values() for run in runs if np.isfinite(run.values[metric])]
-        top = 1.15 * max(known, default=1.0) or 1.0
-        for place, runs in enumerate(groups.values()):
-            values = np.array([run.values[metric] for run in runs])
-            values = values[~np.isnan(values)]
-            across = place + 0.12 * jitter.uniform(-1, 1, len(values))
-            never = np.isinf(values)
-            panel.plot(across[~never], values[~never], "o", color=REAL.light, markersize=4, alpha=0.7)
-            panel.plot(across[never], np.full(never.sum(), top), "x", color=MUTED.light, markersize=6)
-            if (~never).any():
-                middle = float(np.median(values))  # infinite where half of the runs never got there
-                panel.plot([place - 0.25, place + 0.25], [min(middle, top)] * 2, color=PREDICTED.light, linewidth=2.2)
-        if any(np.isinf(run.values[metric]) for runs in groups.values() for run in runs):
-            panel.annotate("never", (-0.45, top), (0, 3), textcoords="offset points", color=MUTED.light)
+        values = [np.array([run.values[metric] for run in runs]) for runs in groups.values()]
+        _draw_metric(panel, [each[~np.isnan(each)] for each in values], "share" in what or metric == "coverage", jitter)
+        if all(np.isnan(each).all() for each in values):
+            reason = f"measured in none of these runs{f': {_TAKES[metric]}' if metric in _TAKES else ''}"
+            middle = (0.5, 0.5)
+            text = fill(reason, _TITLE - 8)
+            panel.annotate(text, middle, xycoords="axes fraction", ha="center", va="center", color=MUTED.light)
+            panel.set_yticks([])
         panel.set_xticks(range(len(groups)), list(groups))
         panel.set_xlim(-0.5, len(groups) - 0.5)
-        panel.set_ylim(0.0, 1.12 * top)
+        panel.grid(visible=False, axis="x")
         panel.set_title(fill(f"{what} [{unit}]" if unit else what, _TITLE), fontsize=8.5)
     return figure
+
+
+def _draw_metric(panel: Axes, groups: Sequence[Array], is_share: bool, jitter: np.random.Generator) -> None:
+    """Draw one metric, (n,) values a group, of which the infinite ones are of runs that never got there."""
+    known = [float(value) for values in groups for value in values if np.isfinite(value)]
+    top = 1.0 if is_share else max(known, default=0.0) or 1.0
+    has_never = any(np.isinf(values).any() for values in groups)
+    begins, never = (top * share for share in _NEVER)
+    for place, values in enumerate(groups):
+        across = place + 0.12 * jitter.uniform(-1, 1, len(values))
+        is_never = np.isinf(values)
+        panel.plot(across[~is_never], values[~is_never], "o", color=REAL.light, markersize=4, alpha=0.7)
+        panel.plot(across[is_never], np.full(is_never.sum(), never), "x", color=MUTED.light, markersize=6)
+        if len(values):
+            middle = float(np.median(values))  # infinite where half of the runs never got there
+            middle = never if np.isinf(middle) else middle
+            panel.plot([place - 0.25, place + 0.25], [middle] * 2, color=PREDICTED.light, linewidth=2.2)
+    ticks = [float(tick) for tick in _TICKS.tick_values(0.0, top) if 0.0 <= tick <= top] if known else []
+    panel.set_yticks(
+        [*ticks, never] if has_never else ticks, [*(f"{tick:g}" for tick in ticks), *["never"] * has_never]
+    )
+    end = 2.0 * never - begins if has_never else (1.0 + _ROOM) * top
+    panel.set_ylim(-_ROOM * end, end)
+    if has_never:
+        panel.axhspan(begins, end, color=LINE.light, alpha=0.5, linewidth=0)
+        panel.get_yticklabels()[-1].set_color(INK.light)

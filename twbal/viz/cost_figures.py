@@ -10,10 +10,11 @@ from matplotlib.figure import Figure
 
 from twbal.core.cost import Cost, SaturatingCost
 from twbal.core.palette import INK, MUTED, PREDICTED
-from twbal.viz.canvas import label, panels, shown, styled
+from twbal.viz.canvas import in_words, label, panels, shown, styled
 
 _REACH = 3.5  # widths on either side of the target that are drawn; beyond, the cost is flat
 _AT_WIDTH = 1.0 - math.exp(-0.5)  # cost of a state one width off
+_POINTS = 4001  # at which a cost is looked at
 _DASHES = ("-", "--", "-.", ":")
 
 
@@ -49,13 +50,34 @@ def _draw_shapes(axes: Axes, shapes: Sequence[float]) -> None:
 
 
 def _draw_channel(axes: Axes, cost: Cost, i: int, name: str, unit: str) -> None:
+    """Draw the cost over one channel, and how far off it costs `_AT_WIDTH`.
+
+    That is the channel's width, unless its changes are priced, too: a last command costs more where the one before is
+    at its target.
+    """
     factor, drawn_unit = shown(unit)
-    target, width = float(cost.target[i]), float(cost.widths[i])
+    target = float(cost.target[i])
+    width = _half_width(cost, i)
+    reach = _REACH * (width or float(cost.widths[i]))
     states = np.tile(cost.target, (301, 1))
-    states[:, i] += width * np.linspace(-_REACH, _REACH, 301)
+    states[:, i] += reach * np.linspace(-1.0, 1.0, 301)
     axes.plot(factor * states[:, i], cost(states), color=PREDICTED.light)
-    axes.plot(factor * np.array([target - width, target + width]), [_AT_WIDTH] * 2, color=MUTED.light, linestyle=":")
-    note = f"± {factor * width:.3g}"
-    axes.annotate(note, (factor * target, _AT_WIDTH), (0, 4), textcoords="offset points", ha="center")
-    axes.set_title(name.replace("_", " "))
+    if width is not None:
+        ends = factor * np.array([target - width, target + width])
+        axes.plot(ends, [_AT_WIDTH] * 2, color=MUTED.light, linestyle=":")
+        note, at = f"± {factor * width:.3g}", (factor * target, _AT_WIDTH)
+        axes.annotate(note, at, (0, 4), textcoords="offset points", ha="center")
+    axes.set_title(in_words(name))
     axes.set_xlabel(label(name, drawn_unit))
+
+
+def _half_width(cost: Cost, i: int) -> float | None:
+    """Distance from the target at which the cost over a channel is `_AT_WIDTH`; None where it never is."""
+    distance = _REACH * float(cost.widths[i]) * np.linspace(0.0, 1.0, _POINTS)
+    states = np.tile(cost.target, (_POINTS, 1))
+    states[:, i] += distance
+    costs = cost(states)
+    if costs.max() < _AT_WIDTH:
+        return None
+    after = int(np.argmax(costs >= _AT_WIDTH))
+    return float(np.interp(_AT_WIDTH, costs[after - 1 : after + 1], distance[after - 1 : after + 1]))

@@ -106,7 +106,8 @@ def gap_figure(gaps: Sequence[Gap], units: Mapping[str, str], after: str | None)
         }
         for name, (kind, colour, form) in kinds.items():
             panel.plot(horizons, [factor * getattr(g, kind) for g in rows], form, color=colour.light, label=name)
-        panel.set_ylim(bottom=0)
+        panel.set_yscale("log")  # errors near the noise are far below those of the data sheet
+        panel.set_xlim(left=0)
         panel.set_xlabel("horizon [ms]")
         panel.set_ylabel(label(f"error of {channel}", unit))
         panel.set_title(channel.replace("_", " "))

@@ -11,6 +11,8 @@ from twbal.algorithm.tables import angle
 from twbal.core.palette import GOOD, MUTED, PREDICTED, REAL
 from twbal.viz.canvas import panels, styled
 
+_SHARES = (-0.04, 1.1)  # axis of a share: points at 0 and 1 are whole
+
 
 @styled
 def learning_curve_figure(summary: Summary) -> Figure:
@@ -57,11 +59,14 @@ def _draw_coverage(axes: Axes, summary: Summary) -> None:
     _draw_line(axes, [i.coverage95 for i in summary.iterations], PREDICTED.light, "o-", "coverage")
     for i in summary.iterations:
         if i.coverage95 is not None and i.tilt_band_widest is not None:
-            width = f"±{angle(i.tilt_band_widest)}"
-            axes.annotate(width, (i.index, i.coverage95), (0, -14), textcoords="offset points", ha="center")
-    axes.set_ylim(-0.2, 1.1)
-    axes.set_title("states in the 95 % band (± of tilt)")
-    axes.set_ylabel("share of states")
+            below = i.coverage95 > 0.5  # of the point, so that the text stays within the panel
+            width, offset = f"±{angle(i.tilt_band_widest)}", (0, -8 if below else 8)
+            at, side = (i.index, i.coverage95), "top" if below else "bottom"
+            axes.annotate(width, at, offset, textcoords="offset points", fontsize=9, ha="center", va=side)
+    axes.set_ylim(*_SHARES)
+    axes.set_yticks([0.0, 0.25, 0.5, 0.75, 1.0])
+    axes.set_title("states in the 95 % band")
+    axes.set_ylabel("share of states; ± tilt")
 
 
 def _draw_line(axes: Axes, values: Sequence[float | None], colour: str, form: str, name: str) -> None:

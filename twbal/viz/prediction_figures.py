@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from twbal.core.gaussian import HALF_WIDTH_95, Array, Gaussian
 from twbal.core.palette import MUTED, PREDICTED, REAL
-from twbal.viz.canvas import label, legend, panels, shown, styled
+from twbal.viz.canvas import in_words, label, legend, panels, shown, styled
 
 _ROOM = 0.6  # of the range that the robot used, left above and below it: what the model says beyond is cut off
 
@@ -48,7 +48,7 @@ def prediction_figure(
         courses = [factor * x[: len(predicted), i] for x in trajectories]
         within = None if varies is None else factor * varies[:, i]
         _draw_channel(panel, control_period, factor * mean[:, i], factor * half_width[:, i], within, courses)
-        panel.set_title(channels[i].replace("_", " "))
+        panel.set_title(in_words(channels[i]))
         panel.set_xlabel("time [s]")
         panel.set_ylabel(label(channels[i], unit))
     figure.suptitle(title, x=0.01, ha="left")

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from twbal.core.evaluation import SuccessCriterion
 from twbal.core.gaussian import Array
 from twbal.core.palette import GOOD, MUTED, REAL
-from twbal.viz.canvas import panels, styled
+from twbal.viz.canvas import legend, panels, styled
 
 _COLUMNS = 3  # panels in a row of the drift figure
 
@@ -45,6 +45,7 @@ def tilt_figure(groups: Sequence[Trials], control_period: float, rule: SuccessCr
         panel.set_ylim(*(1.25 * np.degrees([-rule.tilt_limit, rule.tilt_limit])))
         panel.set_xlabel("time [s]")
         panel.set_ylabel("tilt [°]")
+    legend(figure, axes[0])  # below, where no course runs
     return figure
 
 
@@ -78,11 +79,10 @@ def drift_figure(groups: Sequence[Trials], control_period: float, rule: SuccessC
 def _draw_rule(axes: Axes, period: float, rule: SuccessCriterion) -> None:
     end, settled = period * rule.steps, period * rule.settle_step
     inner, outer = float(np.degrees(rule.settled_tilt_limit)), float(np.degrees(rule.tilt_limit))
-    axes.fill_between([settled, end], -inner, inner, color=GOOD.light, alpha=0.15, linewidth=0)
-    for side in (-outer, outer):
-        axes.axhline(side, color=MUTED.light, linestyle="--", linewidth=1.1)
-    axes.annotate("falls", (end, outer), (-2, 3), textcoords="offset points", ha="right", color=MUTED.light)
-    axes.annotate("must stay in here", (end, -inner), (-2, 3), textcoords="offset points", ha="right", color=GOOD.light)
+    name = f"must stay in here from {settled:.3g} s on"
+    axes.fill_between([settled, end], -inner, inner, color=GOOD.light, alpha=0.15, linewidth=0, label=name)
+    for side, name in ((-outer, "_"), (outer, "falls")):
+        axes.axhline(side, color=MUTED.light, linestyle="--", linewidth=1.1, label=name)
 
 
 def _draw_courses(axes: Axes, courses: Sequence[Array], period: float, steps: int) -> None:

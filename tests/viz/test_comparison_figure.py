@@ -1,0 +1,67 @@
+"""Runs beside each other: dots where the values are, and nowhere on the numbers of an axis what has none."""
+
+import math
+
+import numpy as np
+import pytest
+
+from twbal.algorithm.comparison import METRICS, Run
+from twbal.core.palette import MUTED, PREDICTED, REAL
+from twbal.viz.comparison_figure import comparison_figure
+
+
+def runs(**values):
+    """Runs of which some metrics differ, a value each."""
+    count = len(next(iter(values.values())))
+    plain = dict.fromkeys(METRICS, 0.5)
+    return [Run((str(k),), plain | {name: each[k] for name, each in values.items()}) for k in range(count)]
+
+
+def drawn(groups, metric):
+    figure = comparison_figure(groups)
+    figure.draw_without_rendering()
+    return figure.axes[list(METRICS).index(metric)]
+
+
+def heights(panel, colour, marker):
+    lines = [line for line in panel.lines if line.get_color() == colour and line.get_marker() == marker]
+    return np.concatenate([np.asarray(line.get_ydata(), dtype=float) for line in lines])
+
+
+def numbers(panel):
+    ticks = zip(panel.get_yticks(), panel.get_yticklabels(), strict=True)
+    return [tick for tick, name in ticks if name.get_text() != "never"]
+
+
+@pytest.mark.parametrize("seconds", [(6.0, 10.0, math.inf, math.inf), (math.inf,) * 3])
+def test_runs_that_never_got_there_stand_above_all_numbers_of_the_axis(seconds):
+    panel = drawn({"all": runs(seconds=seconds)}, "seconds")
+    never = heights(panel, MUTED.light, "x")
+    finite = [value for value in seconds if math.isfinite(value)]
+    assert len(never) == len(seconds) - len(finite)
+    assert all(value > max([*numbers(panel), *finite], default=0.0) for value in never)
+    assert panel.get_yticklabels()[-1].get_text() == "never" and panel.get_yticks()[-1] == never[0]
+    assert (len(numbers(panel)) > 0) == bool(finite)
+    assert heights(panel, PREDICTED.light, "None").max() == never[0]  # the median of these is infinite
+
+
+@pytest.mark.parametrize("metric", ["success", "coverage", "upright"])
+def test_the_axis_of_a_share_ends_at_0_and_1_and_cuts_no_dot(metric):
+    panel = drawn({"all": runs(**{metric: (0.0, 0.2, 1.0)}), "other": runs(**{metric: (0.1, 0.2)})}, metric)
+    low, high = panel.get_ylim()
+    assert -0.1 < low < -0.02 and 1.02 < high < 1.1
+    assert (min(numbers(panel)), max(numbers(panel))) == (0.0, 1.0)
+
+
+def test_dots_are_where_the_values_are():
+    panel = drawn({"all": runs(cost=(0.0, 20.0, math.nan))}, "cost")
+    assert sorted(heights(panel, REAL.light, "o")) == [0.0, 20.0]
+    assert panel.get_ylim()[0] < 0.0 and min(numbers(panel)) == 0.0
+
+
+def test_a_panel_without_a_value_says_why():
+    panel = drawn({"all": runs(crps_ratio=(math.nan, math.nan))}, "crps_ratio")
+    (text,) = panel.texts
+    said = " ".join(text.get_text().split())
+    assert said == "measured in none of these runs: takes three trials or more of a policy"
+    assert list(panel.get_yticks()) == []
