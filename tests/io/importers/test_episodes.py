@@ -1,6 +1,7 @@
 """Foreign logs into episodes: units, signs, gaps, what was not measured, and what looks wrong."""
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -361,8 +362,6 @@ WRONG = {
 
 @pytest.mark.parametrize("doubt", WRONG)
 def test_what_looks_wrong_is_said(doubt, brought):
-    import re
-
     name, factor = WRONG[doubt]
     rows = ride()
     assert np.abs(rows[:, 1]).max() < 0.3
@@ -413,7 +412,7 @@ def test_files_of_arrays_read_like_text(suffix, tmp_path):
 def test_a_file_that_only_has_their_name_is_refused(suffix, tmp_path):
     path = tmp_path / f"log{suffix}"
     path.write_text("no such thing")
-    with pytest.raises(LogError, match=r"cannot be read|needs the package pyarrow"):
+    with pytest.raises(LogError, match=re.escape(str(path))):
         import_file(path, mapping(), Wanted(CHANNELS, None, 50), SOURCE)
 
 

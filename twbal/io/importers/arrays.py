@@ -39,7 +39,7 @@ def named_arrays(path: Path) -> dict[str, Array]:
 
 
 def read_arrays(path: Path, wanted: Sequence[Name], names: Sequence[str] = ()) -> Columns:
-    """Columns of such a file; arguments as of `text.read_text`.
+    """Columns of such a file; arguments as of `text_files.read_text`.
 
     Raises:
         LogError: the file cannot be read, or has no such column.

@@ -4,10 +4,11 @@ A format is a module with
 
 - `ENDINGS`, a tuple of file endings in small letters, such as `(".json",)`, and
 - `content(path)`, which returns the columns by name: numbers as lists or arrays, (n,) or (n, k). It takes the bytes
-  from `columns.file_data`, raises what it likes at a damaged file, and a `LogError` where it has advice.
+  from `columns.file_data`, raises what it likes at a damaged file, and a `LogError` that names the file where it has
+  advice.
 
-`twbal.io.importers.arrays` does the rest: entries that are no numbers or of another length are passed over, and errors
-name the file.
+`twbal.io.importers.arrays` does the rest: entries that are no numbers or of another length are passed over, and
+all other errors become one that names the file.
 """
 
 import importlib
