@@ -1,5 +1,6 @@
 """Sweeps in one process: where jobs lie, what a second go does, and what is said of those that fail."""
 
+import json
 import os
 import pickle
 import subprocess
@@ -11,7 +12,8 @@ from hydra.core.plugins import Plugins
 
 from twbal.cli.main import main
 from twbal.cli.manifest import read_manifest
-from twbal.cli.sweeps import FailedJobError, Job, job_folder
+from twbal.cli.sweep_results import job_lines
+from twbal.cli.sweeps import FailedJobError, Job, job_folder, with_job_folders
 from twbal.core.files import file_hash
 
 QUICK = ("rollouts=1", "steps=4", "workers=1")
@@ -27,7 +29,7 @@ def command(*words):
 @pytest.fixture
 def place(tmp_path):
     """Folder of the job with a seed."""
-    return lambda seed: tmp_path / "sweep" / f"rollouts-1__seed-{seed}__steps-4__workers-1"
+    return lambda seed: tmp_path / "sweep" / job_folder([*QUICK, f"seed={seed}"], ["seed"])
 
 
 def episodes(folder):
@@ -57,6 +59,53 @@ def test_jobs_of_a_sweep_make_what_single_runs_make(tmp_path, place):
         assert main(["sim-collect", *QUICK, f"seed={seed}", f"hydra.run.dir=single_{seed}"]) == 0
         single, job = read_manifest(tmp_path / f"single_{seed}"), read_manifest(place(seed))
         assert (job.fingerprint, job.outputs) == (single.fingerprint, single.outputs)
+
+
+def test_a_sweep_finds_the_folders_of_jobs_that_it_named_by_all_they_were_told(tmp_path, place):
+    """As twbal did before it left out what is not swept."""
+    assert main(command("seed=1,2")) == 0
+    before = episodes(tmp_path)
+    for seed in (1, 2):
+        place(seed).rename(tmp_path / "sweep" / job_folder([*QUICK, f"seed={seed}"]))
+    assert main(command("seed=1,2")) == 0
+    assert list(episodes(tmp_path).values()) == list(before.values())
+
+
+def test_a_sweep_that_sweeps_another_key_besides_finds_what_it_has(tmp_path):
+    assert main(command("seed=1,2")) == 0
+    before = episodes(tmp_path)
+    assert main(command("seed=1,2", "start.tilt_mean=0,0.01")) == 0
+    assert len(episodes(tmp_path)) == 6
+    (tmp_path / "sweep").rename(tmp_path / "other")
+    quick = [*QUICK[:1], *QUICK[2:]]
+    assert main(["sim-collect", *quick, "-m", "hydra.sweep.dir=other", "seed=1", "steps=4,5"]) == 0
+    after = episodes(tmp_path)
+    assert len(after) == 7 and set(before.values()) < set(after.values())
+
+
+def test_the_end_of_a_sweep_has_one_line_a_job(place, capsys):
+    assert main(command("seed=1,2")) == 0
+    said = capsys.readouterr().out.splitlines()
+    at = said.index("sweep sweep")
+    assert said[at + 1 : at + 3] == [f"  {place(1).name}  done", f"  {place(2).name}  done"]
+    assert main(command("seed=1,-2")) == 1
+    told = capsys.readouterr().out
+    assert f"{place(-2).name}  failed: sim-collect cannot have seed=-2" in told
+    assert f"{place(1).name}   done" in told
+
+
+def test_runs_of_iterate_are_told_by_their_best_policy(tmp_path):
+    from test_compare import summary
+
+    for name, successes in (("b", [0, 4]), ("a", [3, 10])):
+        (tmp_path / name / ".hydra").mkdir(parents=True)
+        (tmp_path / name / "summary.json").write_text(json.dumps(summary(successes, 3.0, 1)))
+        (tmp_path / name / "iteration_0" / ".hydra").mkdir(parents=True)
+    (tmp_path / "c" / ".hydra").mkdir(parents=True)
+    first, second, third = job_lines(tmp_path)
+    assert first == "  a  10 of 10 trials succeed; the best policy is that of iteration 1; 3 s driven to learn"
+    assert second.startswith("  b  4 of 10 trials succeed")
+    assert third == "  c  not finished"
 
 
 def test_an_unfinished_job_is_finished_by_the_next_go(tmp_path, place):
@@ -163,6 +212,34 @@ def test_two_sweeps_in_one_folder_at_once_end_at_the_same_files(tmp_path, place)
 )
 def test_a_job_folder_is_named_by_the_overrides_in_any_order(overrides, name):
     assert job_folder(overrides) == name
+
+
+def test_a_job_folder_is_named_by_the_swept_keys_and_told_apart_by_the_others():
+    rest = [f"robot.value_{k}=0.123456" for k in range(9)]
+    names = [job_folder([*rest, f"link.seed={seed}"], ["link.seed"]) for seed in (1, 2)]
+    assert [name[:12] for name in names] == ["link.seed-1_", "link.seed-2_"]
+    assert all(len(name) < 30 for name in names)
+    assert job_folder([*rest[1:], "link.seed=1"], ["link.seed"]) != names[0]
+    assert job_folder(["link.seed=1", *rest[::-1]], ["link.seed"]) == names[0]
+    assert job_folder(["+effect@sim.effects.delay=delay", "seed=1"], ["effect@sim.effects.delay", "seed"]).endswith(
+        job_folder(["+effect@sim.effects.delay=delay", "seed=1"])
+    )
+
+
+@pytest.mark.parametrize(
+    ("words", "swept"),
+    [
+        (["-m", "seed=1,2", "steps=3"], "['seed']"),
+        (["-m", "link.seed=range(3)", "state=choice(a,b)"], "['link.seed','state']"),
+        (["seed=1,2"], None),
+        (["-m", "seed=1", "'a b"], None),
+        (["-m", "seed=1,2", "hydra.sweep.subdir=mine"], None),
+    ],
+)
+def test_a_sweep_names_its_folders_by_what_it_sweeps(words, swept):
+    added = with_job_folders(words)[len(words) :]
+    assert with_job_folders(words)[: len(words)] == words
+    assert [swept in word for word in added] == ([True] if swept else [])
 
 
 @pytest.mark.parametrize(

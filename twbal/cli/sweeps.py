@@ -14,12 +14,13 @@ import secrets
 import shlex
 import traceback
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
 from hydra.core.hydra_config import HydraConfig
-from hydra.errors import HydraException
+from hydra.core.override_parser.overrides_parser import OverridesParser
+from hydra.errors import HydraException, OverrideParseException
 from hydra.experimental.callback import Callback
 from hydra.types import RunMode
 from omegaconf import DictConfig, OmegaConf
@@ -30,31 +31,65 @@ from twbal.cli.config_check import check_configuration
 from twbal.cli.console import say
 from twbal.cli.hydra_errors import explained
 from twbal.cli.sheet_doubts import doubts_of
+from twbal.cli.sweep_results import FAILURE, job_lines
 from twbal.core.errors import SweepError, TwbalError
 from twbal.core.files import write_atomically
 from twbal.core.threads import asked_threads
 
-FAILURE = "failure.log"
 _FULL_ERROR = "HYDRA_FULL_ERROR"
 _CHECKED_BY = "sweep"  # the name of `Announcement` in conf/base.yaml
 _LONGEST = 160  # characters of a job folder's name, of the 255 that a file system takes
+_LONGEST_OF_SWEPT = 80  # characters, where the name has swept keys alone
+_DIGITS = 10  # of the hash in a name
 _LISTED = 3  # failed jobs that are named one by one
 
 
-def job_folder(overrides: Sequence[str]) -> str:
+def job_folder(overrides: Sequence[str], swept: Sequence[str] = (), sweep: str = "") -> str:
     """The name of a job's folder within that of its sweep: `link.seed-1__updates-2`, in alphabetical order.
 
-    It has nothing that would have to be quoted in an override or a shell. What had to give way to that or was cut off
-    for length is told apart by a hash.
+    It has nothing that would have to be quoted in an override or a shell. What had to give way to that, was cut off
+    for length or is not swept is told apart by a hash of all overrides: `link.seed-1_8f9a0c1d2e`. A folder that the
+    sweep has already, maybe from when it swept other keys, is taken as it is.
 
     Args:
         overrides: of the job.
+        swept: keys of those that differ among the jobs; the others are left out of the name. Empty: all are in it.
+        sweep: folder of the sweep; "" looks for none.
     """
     whole = "__".join(sorted(overrides)).replace("=", "-")
-    name = re.sub(r"[^\w.@-]", "_", whole, flags=re.ASCII)[:_LONGEST]
-    if name == whole:
-        return name or "default"
-    return f"{name}_{hashlib.sha256(whole.encode()).hexdigest()[:10]}"
+    digest = hashlib.sha256(whole.encode()).hexdigest()[:_DIGITS]
+    if not swept:
+        return _folder_name(whole, whole, digest, _LONGEST)
+    told = [word for word in sorted(overrides) if word.partition("=")[0].lstrip("+~") in swept]
+    name = _folder_name("__".join(told).replace("=", "-"), whole, digest, _LONGEST_OF_SWEPT)
+    before = [Path(sweep) / job_folder(overrides), *sorted(Path(sweep).glob(f"*_{digest}"))] if sweep else []
+    return next((folder.name for folder in before if folder.is_dir()), name)
+
+
+def _folder_name(told: str, whole: str, digest: str, longest: int) -> str:
+    """What is told of the overrides as a name, with the hash where that is not the whole."""
+    name = re.sub(r"[^\w.@-]", "_", told, flags=re.ASCII)[:longest]
+    return name or "default" if name == whole else f"{name}_{digest}"
+
+
+def with_job_folders(words: Sequence[str]) -> list[str]:
+    """The words of a sweep, with the one that names the folders of its jobs by the keys that it sweeps.
+
+    Others, and those of a person who names the folders, stay as they are.
+    """
+    if not {"-m", "--multirun"} & set(words) or any(word.startswith("hydra.sweep.subdir=") for word in words):
+        return list(words)
+    parser, swept = OverridesParser.create(), []
+    for word in words:
+        with suppress(OverrideParseException):  # Hydra says what is wrong
+            override = parser.parse_override(word) if "=" in word and not word.startswith("-") else None
+            if override is not None and override.is_sweep_override() and not override.is_hydra_override():
+                swept.append(override.key_or_group)
+    if not swept:
+        return list(words)
+    keys = ",".join(f"'{key}'" for key in swept)
+    name = f"${{job_folder:${{hydra.overrides.task}},[{keys}],${{hydra.sweep.dir}}}}"
+    return [*words, f'hydra.sweep.subdir="{name}"']
 
 
 OmegaConf.register_new_resolver("job_folder", job_folder, replace=True)
@@ -144,6 +179,7 @@ class Job:
             first: failure that Hydra told of.
             words: with which the stage was called.
         """
+        print("\n".join(job_lines(first.sweep)), flush=True)
         files = sorted(first.sweep.glob(f"*/**/{FAILURE}"))
         logs = [lines for file in files if len(lines := file.read_text(encoding="utf-8").split("\n", 3)) == 4]
         ours = [f"{told or 'default'} ({said})" for told, said, sweep, _ in logs if sweep == f"sweep {self._sweep}"]
@@ -182,7 +218,7 @@ def full_error(value: str | None) -> Iterator[None]:
 
 
 class Announcement(Callback):
-    """Says at a sweep's begin how it goes on after an interruption, and at its end what comes next.
+    """Says at a sweep's begin how it goes on after an interruption; at its end what jobs came to, and what comes next.
 
     A single run begins with a check of its configuration, as Hydra has made no folder for it yet.
     """
@@ -205,6 +241,6 @@ class Announcement(Callback):
 
     def on_multirun_end(self, config: DictConfig, **kwargs: Any) -> None:
         """Print the command that compares the jobs, where there is one."""
-        print(f"sweep {config.hydra.sweep.dir}")
+        print("\n".join([f"sweep {config.hydra.sweep.dir}", *job_lines(Path(config.hydra.sweep.dir))]))
         if config.hydra.job.name == "iterate":
             print(f"next  twbal compare {shlex.quote(f'runs={text(str(config.hydra.sweep.dir))}')}")
