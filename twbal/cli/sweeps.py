@@ -28,9 +28,7 @@ from omegaconf.errors import OmegaConfBaseException
 
 from twbal.cli.commands import refuse_experiment_of_another_stage, text
 from twbal.cli.config_check import check_configuration
-from twbal.cli.console import say
 from twbal.cli.hydra_errors import explained
-from twbal.cli.sheet_doubts import doubts_of
 from twbal.cli.sweep_results import FAILURE, job_lines
 from twbal.core.errors import SweepError, TwbalError
 from twbal.core.files import write_atomically
@@ -146,9 +144,11 @@ class Job:
             refuse_experiment_of_another_stage(self._stage, hydra.runtime.choices)
             if sweeps or _CHECKED_BY not in hydra.callbacks:  # a single run was checked as it began
                 check_configuration(cfg, self._stage)
-            for doubt in doubts_of(cfg):
-                say(f"WARNING: {doubt}")
             # Imported here: help, tab completion and --cfg need none of the libraries that a stage works with.
+            from twbal.cli.sheet_doubts import doubts_of
+
+            for doubt in doubts_of(cfg):
+                print(f"  WARNING: {doubt}", flush=True)
             with full_error(self._full_error):  # for processes that the stage starts
                 stage_module = importlib.import_module(f"twbal.cli.stages.{self._stage.replace('-', '_')}")
                 gc.enable()
