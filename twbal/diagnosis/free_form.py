@@ -134,7 +134,7 @@ class _Refined(NamedTuple):
     """A candidate in place of some effects, with the noise fitted beside it.
 
     Attributes:
-        tried: the candidate.
+        fitted: the candidate.
         in_place_of: names of the effects.
         dispersion: that it leaves.
         cost: -2 log likelihood, and log prior of the noise, but for a constant.

@@ -38,7 +38,7 @@ class FittedHypothesis(NamedTuple):
         candidates: the effects; none for the data sheet refitted.
         fit: with all that is always free.
         autocorrelations: of the errors that it leaves, in each channel that was measured; 1 is white.
-        price: of its parameters, in -2 log likelihood.
+        bic_penalty: of its parameters, in -2 log likelihood.
         overriding: names of effects that swallow nearly all the commands' variation (`actuation.equivalent_gain`).
         temperature: by which the log likelihood was divided for its values (`tempered.settled`).
         unsettled: autocorrelation that it left before; None where its values are those of the likelihood as it is.
@@ -64,7 +64,7 @@ class FittedHypothesis(NamedTuple):
 
     @property
     def bic(self) -> float:
-        """Cost and price."""
+        """Cost and penalty."""
         return self.fit.cost + self.bic_penalty
 
     @property

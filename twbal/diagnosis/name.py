@@ -70,7 +70,7 @@ def name_effects(
         recordings: of the robot; long enough, and checked (`recording.read_recordings`).
         robot: data sheet.
         effects: that the simulation has already, without the sensors' noise.
-        candidates: that may be missing (`library.candidates`).
+        candidates: that may be missing (`effect_candidates.candidates_for`).
         settings: of the diagnosis.
         progress: is told what is being done, a line at a time.
 

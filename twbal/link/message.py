@@ -54,6 +54,7 @@ class Message:
     """A message.
 
     Attributes:
+        seq: its number.
         TYPE: its first byte.
         LAYOUT: its fields after that.
         PACKING: of all that has a fixed length.

@@ -23,6 +23,10 @@ class Objective:
     """What is minimised: the long-term cost on `model` over `horizon` steps, and a little of the weights' size.
 
     Attributes:
+        model: of the dynamics.
+        cost: of a state.
+        start: distribution of the first state.
+        horizon: steps.
         truncation: of the moment matching.
         weight_penalty: on Σ w²; keeps basis functions from cancelling each other.
     """

@@ -180,6 +180,7 @@ class Either(Kind):
     """A value of one kind or of another.
 
     Attributes:
+        first, second: the kinds.
         range: of both.
     """
 

@@ -53,8 +53,8 @@ class VariationalModel(gpytorch.models.ApproximateGP):  # type: ignore[misc]
     """E outputs with kernels of their own over shared inducing inputs, on inputs and targets in units of their scales.
 
     Attributes:
-        inducing: (m, d), learned.
         kernel: of E outputs.
+        likelihood: noise of E outputs.
     """
 
     def __init__(self, inducing: Array, prior: KernelProcess) -> None:
