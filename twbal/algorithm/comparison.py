@@ -71,12 +71,10 @@ class Paired(NamedTuple):
     """One group against another, run by run.
 
     Attributes:
-        pairs: runs that both have.
-        better, worse: how many are so; ties are neither.
+        better, worse: how many of the runs that both have are so; ties are neither.
         p: two-sided, of the sign test; 1 without pairs that differ.
     """
 
-    pairs: int
     better: int
     worse: int
     p: float
@@ -135,12 +133,11 @@ def paired(group: Sequence[Run], other: Sequence[Run], metric: str) -> Paired:
     """`group` against `other` in one metric, over runs whose key both have once, by the sign test."""
     mine, theirs = _by_key(group), _by_key(other)
     values = [(mine[key].values[metric], theirs[key].values[metric]) for key in mine if key in theirs]
-    known = [(a, b) for a, b in values if not (math.isnan(a) or math.isnan(b))]
-    more = sum(a > b for a, b in known)
-    less = sum(a < b for a, b in known)
+    more = sum(a > b for a, b in values)  # neither, where one of them is NaN
+    less = sum(a < b for a, b in values)
     better, worse = (more, less) if METRICS[metric][2] else (less, more)
     p = float(binomtest(better, better + worse).pvalue) if better + worse else 1.0
-    return Paired(len(known), better, worse, p)
+    return Paired(better, worse, p)
 
 
 def rows(groups: Mapping[str, Sequence[Run]], seed: int) -> list[dict[str, str]]:

@@ -26,6 +26,11 @@ def observation_of(seen: Telemetry, sensors: Sensors, time: float) -> Observatio
     )
 
 
+def is_telemetry(answer: Message) -> bool:
+    """Whether an answer is telemetry."""
+    return isinstance(answer, Telemetry)
+
+
 def says_off(answer: Message) -> bool:
     """Whether an answer is telemetry of a robot whose motors are off."""
     return isinstance(answer, Telemetry) and not answer.status & Status.ARMED

@@ -6,9 +6,9 @@ from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from twbal.core.errors import LinkError, LinkLostError
-from twbal.link.message import Message
 from twbal.link.protocol import Status, Stop, Telemetry
 from twbal.link.serial_plant import SerialPlant
+from twbal.link.telemetry_meaning import is_telemetry
 from twbal.link.wheel_commands import WheelCommands
 
 HostClock = Callable[[], float]
@@ -104,7 +104,7 @@ def ping(plant: SerialPlant, count: int, clock: HostClock = time.monotonic) -> P
     for _ in range(count):
         sent = clock()
         try:
-            answer = plant.line.ask(Stop(plant.line.next_number()), _PATIENCE, _is_telemetry, resend_after=math.inf)
+            answer = plant.line.ask(Stop(plant.line.next_number()), _PATIENCE, is_telemetry, resend_after=math.inf)
         except LinkLostError:
             raise
         except LinkError:
@@ -115,7 +115,3 @@ def ping(plant: SerialPlant, count: int, clock: HostClock = time.monotonic) -> P
             counts.append(answer.dropped)
     dropped = (counts[-1] - counts[0]) % 2**16 if counts else 0
     return Pings(tuple(round_trips), sum(trip > _LATE for trip in round_trips), lost, dropped)
-
-
-def _is_telemetry(message: Message) -> bool:
-    return isinstance(message, Telemetry)

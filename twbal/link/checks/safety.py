@@ -5,6 +5,7 @@ from twbal.core.errors import LinkError, LinkLostError
 from twbal.link.message import Message
 from twbal.link.protocol import VERSION, WATCHDOG, Clock, Command, Status, Stop, Telemetry
 from twbal.link.serial_plant import SerialPlant
+from twbal.link.telemetry_meaning import is_telemetry
 
 _SILENCE = 0.2  # beyond the watchdog, in which the host says nothing [s]
 _AFTER_STOP = 0.3  # in which a command that follows Stop may be answered [s]
@@ -71,7 +72,7 @@ def stop_check(plant: SerialPlant, torque: float) -> Check:
     plant.reset(0)
     try:
         plant.step(torque)
-        answer = plant.line.ask(Stop(plant.line.next_number()), _AFTER_STOP, _is_telemetry)
+        answer = plant.line.ask(Stop(plant.line.next_number()), _AFTER_STOP, is_telemetry)
     finally:
         plant.stop()
     assert isinstance(answer, Telemetry)
@@ -93,7 +94,3 @@ def _answer_after_stop(plant: SerialPlant) -> Message | None:
         raise
     except LinkError:
         return None
-
-
-def _is_telemetry(message: Message) -> bool:
-    return isinstance(message, Telemetry)
