@@ -1,13 +1,17 @@
 """A diagnosis as a page and as JSON says what the record says."""
 
 import json
-from dataclasses import replace
+from dataclasses import fields, replace
+from types import SimpleNamespace
 
 import pytest
 
+from twbal.diagnosis.advice import UNCONFIRMED
 from twbal.diagnosis.diagnosis_file import suggested_in, write_diagnosis
+from twbal.diagnosis.findings import Findings
 from twbal.diagnosis.follow_up import Disagreement, NextExperiment
 from twbal.diagnosis.free_form_record import FreeForm
+from twbal.diagnosis.pipeline import _reviewed
 from twbal.diagnosis.record import (
     Diagnosis,
     Estimate,
@@ -20,6 +24,7 @@ from twbal.diagnosis.record import (
     Verdict,
     Whiteness,
 )
+from twbal.diagnosis.settings import Credence
 from twbal.viz.canvas import svg
 from twbal.viz.diagnosis_page import DiagnosisPictures, DiagnosisSetting, write_diagnosis_report
 from twbal.viz.free_form_figure import free_form_figure
@@ -94,6 +99,31 @@ def test_the_page_says_what_was_named_how_surely_and_what_it_could_be_instead(tm
     for said in ("coulomb friction", "0.31 N·m", "0.27", "0.35", "97", "viscous friction", "Drive at several speeds."):
         assert said in html
     assert "run/augmented.yaml" in html
+
+
+def test_the_page_does_not_offer_a_simulation_that_held_out_rollouts_contradict(tmp_path):
+    html = page(tmp_path, replace(NAMED, contradicted=True))
+    assert "any stage takes it as" not in html
+    assert "with what was named, refitted with their tolerances" not in html
+    assert "with what was named, refitted with their tolerances" in page(tmp_path, NAMED)
+    assert "any stage takes it as" in page(tmp_path, NAMED)
+
+
+def test_held_out_rollouts_contradict_or_confirm_a_fit_or_could_not_be_made():
+    """What is worse than the refitted data sheet alone is no finding, and what remains is what that one leaves."""
+    worse = (Gap("tilt", 0.15, 0.10, 0.06, 0.14, 0.02, -0.5, 0.02, 9.0),)
+    found = Findings(
+        **dict.fromkeys(field.name for field in fields(Findings))
+        | {"verdict": Verdict.NAMED, "added": ("coulomb_friction",), "data_sheet": (), "effects": (FRICTION,)}
+    )
+    told, left = _reviewed(replace(NAMED, gap=worse), found, SimpleNamespace(credence=Credence(1.0, 0.8, 0.5)))
+    assert (told.verdict, told.contradicted, left.added) == (Verdict.UNKNOWN, True, ())
+    assert told.remaining.share == pytest.approx((0.06 - 0.02) / (0.10 - 0.02))
+    told, left = _reviewed(NAMED, found, None)
+    assert (told, left) == (NAMED, found)
+    told, _ = _reviewed(replace(NAMED, gap=()), found, None)
+    assert told.verdict is Verdict.NAMED
+    assert told.advice[0] == UNCONFIRMED
 
 
 def test_the_page_gives_the_suggested_command_and_what_to_do_by_hand_where_it_would_not_decide(tmp_path):
