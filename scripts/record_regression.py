@@ -13,6 +13,8 @@ import sys
 import tempfile
 from pathlib import Path
 
+from twbal import load_policy, save_policy
+
 FRICTION = "+effect@sim.effects.coulomb_friction=coulomb_friction"
 ROLLING = ("state=rolling",)
 NOISE = "+effect@sim.effects.sensor_noise=sensor_noise"
@@ -47,8 +49,8 @@ def main(folder: Path) -> None:
             shutil.rmtree(folder / part.name, ignore_errors=True)
             shutil.copytree(part / "episodes", folder / part.name)
         shutil.copy(both / "model.pt", folder / "model.pt")
-        shutil.copy(policy / "policy.pt", folder / "policy.pt")
-        shutil.copy(keeper / "policy.pt", folder / "placed.pt")
+        save_policy(folder / "policy.pt", load_policy(policy / "policy.pt"))  # which then tells its control period
+        save_policy(folder / "placed.pt", load_policy(keeper / "policy.pt"))
 
 
 def place_kept(work: Path, small: list[str]) -> tuple[Path, Path]:

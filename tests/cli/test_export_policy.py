@@ -3,11 +3,13 @@
 import json
 import shutil
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from twbal.cli.main import main
+from twbal.io.checkpoint import save_checkpoint
 from twbal.policies.saved import load_policy
 
 POLICY = Path(__file__).resolve().parents[2] / "data" / "regression" / "policy.pt"
@@ -66,7 +68,9 @@ def test_a_policy_without_as_many_functions_is_left_as_it_is(export):
 
 @needs_compiler
 def test_where_it_does_not_fit_it_says_what_to_do(export):
-    code, said, _ = export("states=100", "robot.control_period=0.005")
+    faster = replace(load_policy(POLICY), control_period=0.005)
+    save_checkpoint(Path("faster.pt"), "policy", faster.to_payload())
+    code, said, _ = export("states=100", "robot.control_period=0.005", "policy.path=faster.pt")
     assert code == 0
     assert "ATmega32U4: too much time (" in said
     assert "distil=<number>" in said

@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -104,3 +106,13 @@ def test_the_extremes_that_are_taken_command_a_number(policy, saved):
     found = load_policy(saved({**policy.to_payload(), **extreme}), NAMES)
     with np.errstate(over="ignore"):
         assert np.abs(found.command(np.array([[1e38, -1e38], [0.0, 0.0], [1e9, 1e9]]))).max() <= 4.0
+
+
+@pytest.mark.parametrize("policy", [LINEAR, NETWORK, MLP], ids=["linear", "network", "mlp"])
+def test_a_file_tells_the_control_period_that_is_known_and_those_without_are_read_as_before(policy, saved):
+    assert "control_period" not in policy.to_payload()
+    assert load_policy(saved(policy), NAMES).control_period is None
+    known = replace(policy, control_period=0.02)
+    assert load_policy(saved(known), NAMES).control_period == 0.02
+    with pytest.raises(CheckpointError, match="control_period must be within"):
+        load_policy(saved({**known.to_payload(), "control_period": -0.02}), NAMES)

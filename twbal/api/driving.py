@@ -9,7 +9,8 @@ import numpy as np
 from twbal.algorithm.collection import RolloutPlan
 from twbal.algorithm.collection import simulate as driven
 from twbal.algorithm.settings import RolloutSettings
-from twbal.api.arguments import check_plant, check_policy, check_whole, checked_effects
+from twbal.algorithm.setup import Setup
+from twbal.api.arguments import check_plant, check_policy, check_whole, checked_effects, warn_of
 from twbal.api.configured import setup as configured
 from twbal.api.files import load_policy
 from twbal.api.sheets import RobotLike
@@ -21,6 +22,7 @@ from twbal.core.plant import Plant
 from twbal.effects.effect import Effect
 from twbal.link.frozen_sensors import FrozenSensors
 from twbal.link.sheet_check import check_robot, check_sensors
+from twbal.policies.made_for import check_made_for, other_past_commands
 from twbal.policies.policy import Policy, PolicyOfChannels
 
 
@@ -70,8 +72,11 @@ def simulate(
         overrides: settings of `twbal iterate`, such as `["sim=regbot", "state=paper"]`.
 
     Raises:
-        ConfigError: a setting cannot be right.
+        ConfigError: an argument or a setting cannot be right, or the policy was made for another control period.
         CheckpointError: the policy cannot be read.
+
+    Warns:
+        UserWarning: the policy or a value of the sheet is hardly right for this robot.
 
     >>> import twbal
     >>> from twbal.effects.dead_zone import DeadZone
@@ -85,6 +90,8 @@ def simulate(
     driver = None if policy is None else _policy(policy)
     setup = configured(robot, overrides)
     simulation = setup.simulation.having(given)
+    if driver is not None:
+        _check_made_for(driver, setup)
     settings = RolloutSettings(seed, trials, 0, steps, setup.simulated.tilt_limit, exploration=0.0)
     channels = _channels(driver, setup.search.channels)
     source = Provenance(simulation.robot.name, "simulation", seed=seed)
@@ -113,10 +120,13 @@ def evaluate(
         overrides: settings of `twbal iterate`, such as `["success.place_radii=null"]`.
 
     Raises:
-        ConfigError: a setting cannot be right, there is no trial or no policy, or the plant is not the robot that was
-            named.
+        ConfigError: an argument or a setting cannot be right, the policy was made for another control period, or the
+            plant is not the robot that was named.
         CheckpointError: the policy cannot be read.
         LinkError: the robot fell silent, measures the same again and again, or does not confirm that it has stopped.
+
+    Warns:
+        UserWarning: the policy or a value of the sheet is hardly right for this robot.
 
     >>> import twbal
     >>> shorter = ["success.duration=4", "success.place_radii=null"]
@@ -127,7 +137,10 @@ def evaluate(
     _check_counts(trials, seed)
     given = checked_effects(effects)
     driver = _policy(policy)
-    setup = configured(robot, [*overrides, *_state_of(driver)])
+    setup = configured(robot, overrides)
+    _check_made_for(driver, setup)
+    if _channels(driver, setup.search.channels) != setup.search.channels:
+        setup = configured(robot, [*overrides, *_state_of(driver)])
     rule, cost, horizon = setup.rule, setup.search.cost, setup.search.search.horizon
     channels, name = _channels(driver, setup.search.channels), setup.simulation.robot.name
     settings = RolloutSettings(seed, trials, 0, rule.steps, rule.tilt_limit, exploration=0.0)
@@ -162,6 +175,12 @@ def _policy(policy: Policy | str | Path) -> Policy:
     """The policy itself, or that of a file."""
     check_policy(policy)
     return load_policy(policy) if isinstance(policy, str | Path) else policy
+
+
+def _check_made_for(policy: Policy, setup: Setup) -> None:
+    """Hold what a policy tells of the robot that it was made for against the one that it is to drive."""
+    robot, configured_state = setup.simulation.robot, setup.search.channels.names
+    warn_of([*check_made_for(policy, robot), *other_past_commands(policy, configured_state, robot)])
 
 
 def _state_of(policy: Policy) -> list[str]:

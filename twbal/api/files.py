@@ -5,9 +5,10 @@ from pathlib import Path
 
 from twbal import __version__
 from twbal.algorithm import model_file
-from twbal.api.arguments import check_list, check_policy, check_saved, check_whole
+from twbal.api.arguments import check_list, check_policy, check_saved, check_whole, warn_of
 from twbal.api.sheets import RobotLike, sheet_of
 from twbal.cli.artefacts import episode_files
+from twbal.cli.policy_origin import with_control_period
 from twbal.core.channels import Channels
 from twbal.core.episode import Episode
 from twbal.core.streams import Stream, generator
@@ -16,6 +17,7 @@ from twbal.io.checkpoint import save_checkpoint
 from twbal.io.logs import read_episode
 from twbal.models.dynamics import DynamicsModel
 from twbal.policies import saved
+from twbal.policies.made_for import check_made_for
 from twbal.policies.saved import SavedPolicy
 
 PathLike = str | Path
@@ -26,7 +28,7 @@ _TILT_LIMIT, _CHECKED = 0.5236, 20_000  # of the working range [rad], and states
 
 
 def load_policy(path: PathLike, channels: Sequence[str] | None = None) -> SavedPolicy:
-    """The policy in a `policy.pt`.
+    """The policy in a `policy.pt`, with the control period that it was made for where the file or its run folder tells.
 
     Args:
         path: of the file.
@@ -41,7 +43,7 @@ def load_policy(path: PathLike, channels: Sequence[str] | None = None) -> SavedP
     >>> policy.channels
     ('tilt', 'tilt_rate', 'speed', 'command_1', 'command_2')
     """
-    return saved.load_policy(path, channels)
+    return with_control_period(saved.load_policy(path, channels), Path(path))
 
 
 def save_policy(path: PathLike, policy: SavedPolicy) -> str:
@@ -76,7 +78,7 @@ def export_policy(
 
     Raises:
         CheckpointError: the policy cannot be read.
-        ConfigError: it cannot be exported, or not be made smaller so.
+        ConfigError: it was made for another control period, cannot be exported, or not be made smaller so.
 
     >>> import tempfile, twbal
     >>> with tempfile.TemporaryDirectory() as folder:
@@ -89,6 +91,7 @@ def export_policy(
     check_policy(policy)
     read = load_policy(policy) if isinstance(policy, str | Path) else policy
     sheet = sheet_of(robot)
+    warn_of(check_made_for(read, sheet))
     channels = Channels(tuple(read.channels), sheet.wheel_radius, sheet.control_period)
     origin = f"Made by twbal {__version__} for {sheet.name}."
     return export_to(

@@ -120,9 +120,18 @@ _Loader.add_implicit_resolver(*FLOAT)
 
 def loaded(file: Path) -> dict[str, Any]:
     """What a yaml file of conf/ says, as `OmegaConf.load` reads it."""
-    node = yaml.load(file.read_bytes(), _Loader)
+    node = loaded_text(file.read_bytes())
     assert isinstance(node, dict)
     return node
+
+
+def loaded_text(text: str | bytes) -> object:
+    """What yaml text says, as `OmegaConf.create` reads it.
+
+    Raises:
+        YAMLError: it is no yaml.
+    """
+    return yaml.load(text, _Loader)
 
 
 def seconds_of(periods: int, control_period: float) -> float:

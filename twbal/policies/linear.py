@@ -7,7 +7,15 @@ import numpy as np
 
 from twbal.core.gaussian import Array
 from twbal.core.payload import Payload
-from twbal.policies.policy import LARGEST, Controller, Policy, channels_in, max_command_in
+from twbal.policies.policy import (
+    LARGEST,
+    Controller,
+    Policy,
+    channels_in,
+    control_period_in,
+    known_values,
+    max_command_in,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -19,12 +27,14 @@ class LinearPolicy(Policy):
         gain: k (D,) [N·m / unit of each channel].
         bias: u_0 [N·m].
         max_command: u_max [N·m].
+        control_period: of the robot that it was made for [s]; None: not known.
     """
 
     channels: tuple[str, ...]
     gain: Array
     bias: float
     max_command: float
+    control_period: float | None = None
 
     def command(self, states: Array) -> Array:
         """u [N·m] of shape (...) for states (..., D)."""
@@ -37,7 +47,7 @@ class LinearPolicy(Policy):
 
     def to_payload(self) -> dict[str, Any]:
         """Plain values and arrays, for a checkpoint."""
-        return {"law": "linear", **vars(self), "channels": list(self.channels)}
+        return {"law": "linear", **known_values(self), "channels": list(self.channels)}
 
     @classmethod
     def from_payload(cls, payload: dict[str, Any]) -> Self:
@@ -53,4 +63,5 @@ class LinearPolicy(Policy):
             gain=found.numbers("gain", (len(channels),), -LARGEST, LARGEST),
             bias=found.number("bias", -LARGEST, LARGEST),
             max_command=max_command_in(found),
+            control_period=control_period_in(found),
         )

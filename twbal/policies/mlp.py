@@ -9,7 +9,15 @@ import numpy as np
 from twbal.core.errors import CheckpointError
 from twbal.core.gaussian import Array
 from twbal.core.payload import Payload
-from twbal.policies.policy import LARGEST, Controller, Policy, channels_in, max_command_in
+from twbal.policies.policy import (
+    LARGEST,
+    Controller,
+    Policy,
+    channels_in,
+    control_period_in,
+    known_values,
+    max_command_in,
+)
 
 _Function = Callable[[Array], Array]
 _ACTIVATIONS: Mapping[str, _Function] = {"tanh": np.tanh, "relu": lambda x: np.maximum(x, 0.0)}
@@ -31,6 +39,7 @@ class MlpPolicy(Policy):
         activation: a, "tanh" or "relu".
         squash: σ, "tanh", or "clip" to [-1, 1].
         max_command: u_max [N·m].
+        control_period: of the robot that it was made for [s]; None: not known.
 
     Raises:
         CheckpointError: the layers do not fit together, or a function is not known.
@@ -42,6 +51,7 @@ class MlpPolicy(Policy):
     activation: str
     squash: str
     max_command: float
+    control_period: float | None = None
 
     def __post_init__(self) -> None:
         for name, known in (("activation", _ACTIVATIONS), ("squash", _SQUASHES)):
@@ -75,7 +85,7 @@ class MlpPolicy(Policy):
     def to_payload(self) -> dict[str, Any]:
         """Plain values and arrays, for a checkpoint."""
         lists = {name: list(getattr(self, name)) for name in ("channels", "weights", "biases")}
-        return {"law": "mlp", **vars(self), **lists}
+        return {"law": "mlp", **known_values(self), **lists}
 
     @classmethod
     def from_payload(cls, payload: dict[str, Any]) -> Self:
@@ -87,7 +97,8 @@ class MlpPolicy(Policy):
         found = Payload("policy", payload)
         weights, biases = (_layers(found, name, rank) for name, rank in (("weights", 2), ("biases", 1)))
         activation, squash = found.text("activation"), found.text("squash")
-        return cls(channels_in(found), weights, biases, activation, squash, max_command_in(found))
+        limit, period = max_command_in(found), control_period_in(found)
+        return cls(channels_in(found), weights, biases, activation, squash, limit, period)
 
 
 def _layers(found: Payload, name: str, rank: int) -> tuple[Array, ...]:

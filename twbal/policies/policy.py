@@ -2,7 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from typing import Protocol, runtime_checkable
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 
@@ -14,6 +14,7 @@ LARGEST = 1e9
 """Parameters of a saved policy beyond ± this are refused: with them a command could overflow."""
 _MOST_CHANNELS = 64
 _STRONGEST = 1e6  # N·m
+_PERIODS = (1e-6, 1e3)  # s
 Controller = Callable[[Array], float]
 """One rollout's law: from the state (D,) to the command [N·m]."""
 
@@ -37,6 +38,15 @@ class BoundedPolicy(Protocol):
     @property
     def max_command(self) -> float:
         """u_max [N·m]."""
+
+
+@runtime_checkable
+class PeriodicPolicy(Protocol):
+    """A policy that may tell the control period of the robot that it was made for."""
+
+    @property
+    def control_period(self) -> float | None:
+        """[s]; None: not known."""
 
 
 @runtime_checkable
@@ -65,3 +75,13 @@ def channels_in(payload: Payload) -> tuple[str, ...]:
 def max_command_in(payload: Payload) -> float:
     """The largest command of a saved policy [N·m]; positive."""
     return payload.number("max_command", 1e-9, _STRONGEST)
+
+
+def known_values(policy: Policy) -> dict[str, Any]:
+    """The fields of a policy for its checkpoint; without the control period where that is not known."""
+    return {name: value for name, value in vars(policy).items() if name != "control_period" or value is not None}
+
+
+def control_period_in(payload: Payload) -> float | None:
+    """The control period that a saved policy was made for [s]; None: it does not say."""
+    return payload.number("control_period", *_PERIODS) if "control_period" in payload.names else None

@@ -8,7 +8,15 @@ import numpy as np
 from twbal.core.errors import CheckpointError
 from twbal.core.gaussian import Array
 from twbal.core.payload import Payload
-from twbal.policies.policy import LARGEST, Controller, Policy, channels_in, max_command_in
+from twbal.policies.policy import (
+    LARGEST,
+    Controller,
+    Policy,
+    channels_in,
+    control_period_in,
+    known_values,
+    max_command_in,
+)
 from twbal.policies.rbf_moments import Network
 from twbal.policies.squash import COMPENSATION_WIDTH, NARROWEST, WIDEST, compensation_of, squash
 
@@ -35,6 +43,7 @@ class RbfPolicy(Policy):
         bias: b; holds a robot that balances at another tilt than 0.
         compensation: share of u_max that is kept for friction compensation (`squash`); 0 is the paper's policy.
         compensation_width: of the activation, within about ±2 of which the compensation changes its sign.
+        control_period: of the robot that it was made for [s]; None: not known.
     """
 
     channels: tuple[str, ...]
@@ -46,6 +55,7 @@ class RbfPolicy(Policy):
     compensation: float = 0.0
     bias: float = 0.0
     compensation_width: float = COMPENSATION_WIDTH
+    control_period: float | None = None
 
     @property
     def network(self) -> Network:
@@ -79,7 +89,7 @@ class RbfPolicy(Policy):
 
     def to_payload(self) -> dict[str, Any]:
         """Plain values and arrays, for a checkpoint."""
-        return {**vars(self), "channels": list(self.channels)}
+        return {**known_values(self), "channels": list(self.channels)}
 
     @classmethod
     def from_payload(cls, payload: dict[str, Any]) -> Self:
@@ -100,6 +110,7 @@ class RbfPolicy(Policy):
             lengths=found.numbers("lengths", (len(channels),), _SHORTEST, _FAR),
             gain=found.numbers("gain", (len(channels),), -LARGEST, LARGEST),
             max_command=max_command_in(found),
+            control_period=control_period_in(found),
             **_later_numbers(found),
         )
 

@@ -18,6 +18,7 @@ from twbal.cli.kept_episodes import INTERRUPTED, keep, keep_interrupted
 from twbal.cli.link_gate import HEED, SAME_ROBOT, heed_last_check, heeds
 from twbal.cli.manifest import Manifest, Step, perform
 from twbal.cli.policy_on_board import FOLDER, prepared_link
+from twbal.cli.policy_origin import say_doubts_of_policy
 from twbal.cli.robot_link import check_torque, in_time, robot_link, why_not_turned
 from twbal.cli.signals import on_hang_up, stopped_once
 from twbal.cli.typed_config import recorded, typed
@@ -113,6 +114,7 @@ def run(
     settings = typed(DriveSettings, cfg)
     driven = Steered(*(instantiate(cfg[part]) for part in ("robot", "policy", "state", "steering")))
     check_torque(driven.policy, driven.robot)
+    say_doubts_of_policy(driven.policy, policy_files(cfg.policy), driven.robot)
     driven.channels.index("position")  # raises where the policy cannot see how far it is off
     provenance = Provenance(
         robot=driven.robot.name,

@@ -10,6 +10,7 @@ from twbal import __version__
 from twbal.cli.artefacts import POLICY, policy_files, policy_hash
 from twbal.cli.console import next_command, print_result, run_folder, say
 from twbal.cli.manifest import Manifest, Step, perform
+from twbal.cli.policy_origin import say_doubts_of_policy
 from twbal.cli.typed_config import recorded, typed
 from twbal.core.json_records import read_record, write_record
 from twbal.core.streams import Stream, generator
@@ -47,6 +48,7 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
     """Write the policy that `cfg` names into `out` as C, unless it is there already."""
     settings = typed(Settings, cfg)
     robot, channels, policy = (instantiate(cfg[part]) for part in ("robot", "state", "policy"))
+    say_doubts_of_policy(policy, policy_files(cfg.policy), robot)
     origin = f"Made by twbal {__version__} export-policy for {robot.name}; policy {policy_hash(cfg.policy)[:16]}."
     rng = generator(Stream.ON_BOARD, settings.seed)
     files = {"policy": policy_files(cfg.policy)}

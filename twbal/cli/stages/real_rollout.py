@@ -20,6 +20,7 @@ from twbal.cli.kept_episodes import INTERRUPTED, keep, keep_interrupted, what_is
 from twbal.cli.link_gate import HEED, SAME_ROBOT, heed_last_check, heeds
 from twbal.cli.manifest import Manifest, Step, perform, read_manifest
 from twbal.cli.policy_on_board import FOLDER, prepared_link
+from twbal.cli.policy_origin import say_doubts_of_policy
 from twbal.cli.robot_link import (
     check_torque,
     commanded_from_here,
@@ -137,6 +138,7 @@ def run(cfg: DictConfig, out: Path, launch: Launch = launch, advise: bool = True
     if settings.yield_to_pushes is None and isinstance(policy, RandomPolicy | Excitation):
         settings = replace(settings, yield_to_pushes=False)  # a test signal is no push
     check_torque(policy, robot)
+    say_doubts_of_policy(policy, policy_files(cfg.policy), robot)
     if isinstance(policy, Excitation):
         say(floor_of_excitation(policy, settings.steps * robot.control_period))
     policy = explored(policy, settings, robot.torque_limit)

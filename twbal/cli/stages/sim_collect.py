@@ -12,6 +12,7 @@ from twbal.algorithm.settings import RolloutSettings
 from twbal.cli.artefacts import episode_file, policy_files, policy_hash
 from twbal.cli.console import counted, next_command, print_result, run_folder, say
 from twbal.cli.manifest import Manifest, Step, perform
+from twbal.cli.policy_origin import say_doubts_of_policy
 from twbal.cli.simulation_config import simulation_of
 from twbal.cli.typed_config import recorded, typed
 from twbal.core.episode import Episode, Outcome, Provenance
@@ -52,6 +53,8 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
     """Collect what `cfg` asks for into `out`/episodes, unless it is there already."""
     settings = typed(Settings, cfg)
     text, simulation, rollouts = recorded(cfg, NOT_RECORDED), simulation_of(cfg), settings.rollout_settings
+    policy = instantiate(cfg.policy)
+    say_doubts_of_policy(policy, policy_files(cfg.policy), simulation.robot)
     provenance = Provenance(
         robot=simulation.robot.name,
         source="simulation",
@@ -60,9 +63,7 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
         seed=settings.seed,
         config=text,
     )
-    episodes = simulate(
-        simulation, instantiate(cfg.policy), instantiate(cfg.state), rollouts, provenance, settings.workers
-    )
+    episodes = simulate(simulation, policy, instantiate(cfg.state), rollouts, provenance, settings.workers)
     step = Step("sim-collect", out, text, {"policy": policy_files(cfg.policy)}, settings.seed)
     return perform(step, lambda: _write(counted(episodes, "rollouts", settings.rollouts), out / "episodes"))
 

@@ -1,0 +1,59 @@
+"""Which robot a policy was made for, by its file and by the manifest of the run folder in which it lies."""
+
+from collections.abc import Iterable
+from dataclasses import replace
+from pathlib import Path
+
+import yaml
+
+from twbal.cli.composition import loaded_text
+from twbal.cli.console import say
+from twbal.cli.manifest import read_manifest
+from twbal.core.errors import DataError
+from twbal.core.files import file_hash
+from twbal.core.robot_parameters import RobotParameters
+from twbal.policies.made_for import check_made_for
+from twbal.policies.policy import Policy
+from twbal.policies.saved import SavedPolicy
+
+
+def say_doubts_of_policy(policy: Policy, files: Iterable[Path], robot: RobotParameters) -> None:
+    """Warn of what speaks against a policy being made for the robot that it is to drive.
+
+    Args:
+        policy: that is to drive.
+        files: its checkpoint; none where it is of no file.
+        robot: its sheet.
+
+    Raises:
+        ConfigError: it was made for another control period.
+    """
+    for file in files:
+        if isinstance(policy, SavedPolicy):
+            policy = with_control_period(policy, file)
+    for doubt in check_made_for(policy, robot):
+        say(f"WARNING: {doubt}")
+
+
+def with_control_period(policy: SavedPolicy, file: Path) -> SavedPolicy:
+    """The same policy, with the control period that it was made for, if its file does not tell it and its folder does.
+
+    Args:
+        policy: of a checkpoint.
+        file: the checkpoint.
+    """
+    return policy if policy.control_period is not None else replace(policy, control_period=_period_beside(file))
+
+
+def _period_beside(file: Path) -> float | None:
+    """Control period of the robot in the settings of the run folder that made a file [s]; None: not told."""
+    try:
+        manifest = read_manifest(file.parent)
+        if manifest is None or (file.name, file_hash(file)) not in ((o.path, o.sha256) for o in manifest.outputs):
+            return None
+        settings = loaded_text(manifest.settings)
+    except (DataError, yaml.YAMLError):  # of another version of twbal
+        return None
+    robot = settings.get("robot") if isinstance(settings, dict) else None
+    period = robot.get("control_period") if isinstance(robot, dict) else None
+    return period if isinstance(period, float) and period > 0.0 else None
