@@ -240,6 +240,47 @@ def test_ctrl_c_exits_130(stage, capsys):
     assert capsys.readouterr().err == "twbal: stopped\n"
 
 
+def test_ctrl_c_while_libraries_load_exits_130(monkeypatch, capsys):
+    def stop():
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("twbal.core.threads.default_to_one_thread", stop)
+    assert main(["sim-collect"]) == 130
+    assert capsys.readouterr().err == "twbal: stopped\n"
+
+
+def test_little_is_loaded_before_ctrl_c_is_caught():
+    code = "import sys; import twbal.cli.main; print({'hydra', 'numpy', 'yaml', 'concurrent'} & set(sys.modules))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=environment(), check=True)
+    assert done.stdout == "set()\n"
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        (["diagnose", "diagnosis.starts=2"], "no setting 'diagnosis.starts' (did you mean 'starts'?)"),
+        (["sim-collect", "robot.target=2"], "no setting 'robot.target'"),
+        (["sim-collect", "robot.body_mass=0,9"], "several values. For a list write 'robot.body_mass=[0,9]'"),
+        (["sim-collect", "robot.body_mass=0,9"], "a number with a decimal point write robot.body_mass=0.9."),
+        (["sim-collect", "seed=a,b"], "for a sweep over them add -m."),
+        (["sim-collect", "robot.body_mass='0,9'"], "Is a decimal point meant? Write 0.9."),
+        (["lqr", "robot._target_=x.y"], "robot has the _target_ x.y, which cannot be loaded"),
+        (["plot", "episode=runs"], "runs is a folder; expected is an episode log, such as runs/episodes/a.mcap."),
+        (["optimise-policy", "dynamics=model"], "model is a folder; expected is a file, such as model/model.pt."),
+        (["regress"], "There is no folder data/regression here. Run it in the checkout"),
+    ],
+)
+def test_messages_name_what_is_likely_meant(words, expected, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    for path in ("runs/episodes/a.mcap", "runs/manifest.txt", "model/model.pt"):
+        (tmp_path / path).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / path).touch()
+    assert main(words) == 1
+    said = only_error(capsys)
+    assert expected in said
+    assert "_target_'?" not in said and "did you mean 'robot._" not in said
+
+
 def test_a_reader_that_leaves_early_sees_no_complaint(tmp_path):
     words = f"{sys.executable} -u -m twbal sim-collect --help | head -n 1; exit ${{PIPESTATUS[0]}}"
     done = subprocess.run(["bash", "-c", words], capture_output=True, text=True, env=environment(), cwd=tmp_path)
@@ -316,6 +357,8 @@ def test_a_robot_of_ones_own_without_a_target_is_refused(tmp_path, capsys):
     ("right", "wrong", "expected"),
     [
         ("com_height:", "# com_height:", "The sheet of robot 'paper' lacks com_height. A sheet has name"),
+        ("name: paper", " name wobbly", "robot has a second line in its _target_, 'name wobbly'"),
+        ("body_mass: 10.0", "body_mass: 10,0", "Is a decimal point meant? Write 10.0."),
         ("com_height:", "com_heigth:", "no setting 'robot.com_heigth' (did you mean 'robot.com_height'?)"),
         ("wheel_radius: ", "wheel_radius: m ", "cannot have robot.wheel_radius=m 0.15; expected a number from"),
     ],

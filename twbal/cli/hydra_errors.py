@@ -15,6 +15,7 @@ from omegaconf import OmegaConf
 from omegaconf.errors import MissingMandatoryValue, OmegaConfBaseException
 
 from twbal.cli.composition import composing
+from twbal.cli.settings.comma_number import is_comma_number
 from twbal.cli.settings.nested import ancestors, flattened
 from twbal.cli.settings.renamed import CHOICES, CHOICES_INSTEAD, name_now, renamed
 from twbal.core.errors import ConfigError, TwbalError, install_advice
@@ -22,6 +23,7 @@ from twbal.core.errors import ConfigError, TwbalError, install_advice
 _EFFECTS = "sim.effects."
 _DEFAULTS = "Expected is a list, as in `defaults: [base, {robot: paper}, _self_]`."
 _SIMULATIONS = "sim/"
+_HYDRAS_OWN = re.compile(r"_[a-z]+_")
 _PLUGINS = ("hydra/launcher", "hydra/sweeper", "hydra/sweeper/sampler")
 
 
@@ -51,6 +53,9 @@ def explained(error: Exception, stage: str, in_python: bool = False) -> TwbalErr
         return ConfigError(f"{stage} needs {error.full_key}=...; {_where(stage, in_python)} says what it is.")
     if isinstance(error, InstantiationException):
         return ConfigError(_not_built(error))
+    if str(error).startswith("Ambiguous value"):
+        word = str(error).splitlines()[0].removeprefix("Ambiguous value for argument ").strip("'")
+        return ConfigError(_ambiguous(word))
     unknown = re.match(r"Could not (?:override|delete from config\.) '([^']+)'", str(error))
     if unknown:
         return ConfigError(_no_such_key(unknown.group(1), stage, in_python))
@@ -136,6 +141,15 @@ def _no_override(word: str, in_python: bool) -> str:
     )
 
 
+def _ambiguous(word: str) -> str:
+    """What is said of several values without a sweep."""
+    key, _, value = word.partition("=")
+    point = (
+        f"; for a number with a decimal point write {key}={value.replace(',', '.')}" if is_comma_number(value) else ""
+    )
+    return f"{word!r} has several values. For a list write '{key}=[{value}]', for a sweep over them add -m{point}."
+
+
 def _no_such_key(key: str, stage: str, in_python: bool) -> str:
     with composing():
         cfg = compose(stage.replace("-", "_"))
@@ -173,8 +187,24 @@ def _not_built(error: InstantiationException) -> str:
     wrong = _wrong_entries(str(error), str(cause)) if isinstance(cause, TypeError) else ""
     if wrong:
         return f"{what} cannot be built from its settings: it {wrong}"
+    nowhere = re.search(r"Error (?:loading|locating target) '([^']+)'", f"{cause}\n{error}")
+    if nowhere:
+        missing = re.search(r"No module named '[^']+'", f"{cause}")
+        return f"{what} {_target_of_nothing(nowhere.group(1), missing.group() if missing else '')}"
     reason = f"{type(cause).__name__}: {cause}" if cause else _plain(error)
     return f"{what} cannot be built from its settings ({reason}). Is each of them of the right kind, and none left out?"
+
+
+def _target_of_nothing(target: str, reason: str) -> str:
+    """What is said of a `_target_` that cannot be loaded."""
+    first, blank, rest = target.partition(" ")
+    if blank:
+        return (
+            f"has a second line in its _target_, {rest!r}: yaml takes a line that is indented or has no colon for a "
+            f"part of the one before. Write `_target_: {first}`, and below it, without blanks before it, `name: value`."
+        )
+    told = f" ({reason})" if reason else ""
+    return f"has the _target_ {target}, which cannot be loaded{told}. Is it misspelt, or its module not on PYTHONPATH?"
 
 
 def _wrong_entries(message: str, cause: str) -> str:
@@ -202,9 +232,18 @@ def _arguments(target: str) -> list[str]:
 
 
 def _guess(word: str, known: Sequence[str]) -> str:
-    whole = difflib.get_close_matches(word, known, n=1)
-    ends = {name.split(".")[-1]: name for name in sorted(known, key=_depth, reverse=True)}
-    near = whole or [ends[end] for end in difflib.get_close_matches(word.split(".")[-1], ends, n=1)]
+    """The known name that is likeliest meant: one of the same last part, one that is alike, or one whose last part is.
+
+    Hydra's own keys, such as `_target_`, are none that a person means.
+    """
+    ends: dict[str, list[str]] = {}
+    for name in sorted(known, key=_depth):
+        if not _HYDRAS_OWN.fullmatch(end := name.split(".")[-1]):
+            ends.setdefault(end, []).append(name)
+    last = word.split(".")[-1]
+    near = difflib.get_close_matches(word, ends.get(last, []), n=1, cutoff=0.0)
+    near = near or difflib.get_close_matches(word, [name for names in ends.values() for name in names], n=1)
+    near = near or [ends[end][0] for end in difflib.get_close_matches(last, ends, n=1)]
     return f" (did you mean {near[0]!r}?)" if near else ""
 
 

@@ -1,6 +1,7 @@
 """The command line: takes the stage off the arguments and hands the rest to Hydra.
 
-Nothing heavy is imported before a stage is chosen, so that `twbal --help` answers at once.
+Nothing heavy is imported before a stage is chosen, so that `twbal --help` answers at once, and Ctrl-C while libraries
+load ends a command as it does later.
 """
 
 import difflib
@@ -11,9 +12,7 @@ import traceback
 from collections.abc import Sequence
 
 from twbal import __version__
-from twbal.cli.settings import renamed
 from twbal.core.errors import TwbalError
-from twbal.core.threads import default_to_one_thread
 
 STAGES = {
     "iterate": "learn to balance a robot, from simulation to improved policy (Algorithm 1): runs the next stages",
@@ -107,6 +106,8 @@ def usage() -> str:
 
 
 def _unknown_stage(word: str) -> str:
+    from twbal.cli.settings import renamed
+
     if word.replace("_", "-") in renamed.STAGES:
         return f"no stage {word!r} any more: it is called {renamed.STAGES[word.replace('_', '-')]!r} now."
     near = difflib.get_close_matches(word.replace("_", "-"), STAGES, n=1)
@@ -115,11 +116,13 @@ def _unknown_stage(word: str) -> str:
 
 
 def _run(stage: str, words: list[str], program: str | None = None) -> int:
-    default_to_one_thread()
     gc.disable()  # while libraries load, which makes many objects and drops few: a twentieth of a short command
-    from twbal.cli.launch import run_stage
-
     try:
+        from twbal.core.threads import default_to_one_thread
+
+        default_to_one_thread()  # before anything numeric is loaded
+        from twbal.cli.launch import run_stage
+
         run_stage(stage, words, program or f"twbal {stage}")
     except KeyboardInterrupt:
         print("twbal: stopped", file=sys.stderr)

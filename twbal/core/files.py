@@ -146,9 +146,21 @@ def file_hash(path: Path) -> str:
         with _ordinary(path) as stream:
             return hashlib.file_digest(stream, "sha256").hexdigest()
     except IsADirectoryError as error:
-        raise DataError(f"{path} is a folder; expected is a file, such as one in it.") from error
+        raise DataError(f"{path} is a folder; expected is a file{one_within(path, '.pt', '.mcap')}.") from error
     except OSError as error:
         raise DataError(f"Cannot read {path}: {error.strerror or error}.") from error
+
+
+def one_within(folder: Path, *endings: str) -> str:
+    """Words that name a file in a folder, or in one right below it, as an example of what is expected; "" without one.
+
+    Args:
+        folder: that was given in place of a file.
+        endings: of the files that may be meant, the likeliest first.
+    """
+    forms = [form for ending in endings for form in (f"*{ending}", f"*/*{ending}")]
+    example = next((path for form in forms for path in sorted(folder.glob(form))), None)
+    return f", such as {example}" if example is not None else ""
 
 
 def _sync_folder(folder: Path) -> None:

@@ -5,6 +5,7 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
+from twbal.cli.settings.comma_number import is_comma_number
 from twbal.cli.settings.help_text import shown
 from twbal.cli.settings.lookup import Leaf, Table, effects_in, leaves
 from twbal.cli.settings.nested import ancestors
@@ -55,8 +56,9 @@ def check(stage: str, tree: Mapping[str, Any]) -> None:
     more = f" and {len(others) - _NAMED} more" if len(others) > _NAMED else ""
     also = f" Wrong as well: {named}{more}." if others else ""
     value = shown(first.found, _LONGEST_VALUE)
+    point = f" Is a decimal point meant? Write {first.found.replace(',', '.')}." if is_comma_number(first.found) else ""
     raise ConfigError(
-        f"{stage} cannot have {first.key}={value}; expected {first.expected}{meaning}.{also} "
+        f"{stage} cannot have {first.key}={value}; expected {first.expected}{meaning}.{point}{also} "
         f"`twbal {stage} --help` shows all settings with their ranges."
     )
 

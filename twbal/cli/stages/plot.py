@@ -14,7 +14,8 @@ from twbal.cli.console import chosen_overrides, print_result, run_folder
 from twbal.cli.manifest import Manifest, Step, perform
 from twbal.cli.typed_config import members, recorded, typed
 from twbal.core.episode import Episode
-from twbal.core.errors import ConfigError
+from twbal.core.errors import ConfigError, LogError
+from twbal.core.files import one_within
 from twbal.core.gaussian import Array
 from twbal.core.palette import GOOD, PREDICTED, REAL
 from twbal.core.plant import Observation
@@ -61,6 +62,9 @@ class Settings:
 def main(cfg: DictConfig) -> None:
     """Run the stage in Hydra's run folder."""
     out = run_folder()
+    for path in map(Path, (cfg.episode, *cfg.compare_with)):
+        if path.is_dir():
+            raise LogError(f"{path} is a folder; expected is an episode log{one_within(path, '.mcap')}.")
     if not chosen_overrides("robot"):
         cfg = _with_recorded_robot(cfg)
     print_result(run(cfg, out), out, f"look at what lies in {out}")

@@ -154,8 +154,11 @@ def _tolerances(path: Path) -> list[Tolerance]:
         found = read_yaml(path)
         return [Tolerance(str(pattern), float(t["relative"]), float(t["absolute"])) for pattern, t in found.items()]
     except FileNotFoundError as error:
-        missing = f"There are no tolerances {path}. Give a file by tolerances=...; data/regression has one."
-        raise ConfigError(missing) from error
+        where = f"There are no tolerances {path}" if path.parent.is_dir() else f"There is no folder {path.parent} here"
+        raise ConfigError(
+            f"{where}. Run it in the checkout, whose data/regression has all it needs, or give a folder like that by "
+            "data=..., or a file of tolerances by tolerances=..."
+        ) from error
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise ConfigError(
             f"{path} does not say tolerances ({type(error).__name__}: {error}). Expected is `pattern: {{relative: ..., "
