@@ -13,6 +13,7 @@ from twbal.sysid.recording import (
     differenced_rates,
     read_recordings,
     uneven_sum,
+    what_is_cut,
     what_is_not_used,
 )
 
@@ -166,6 +167,12 @@ def test_what_nothing_can_be_learned_from_is_refused_however_long_it_is(paper, w
     with pytest.raises(DataError, match=words):
         check_episodes(next(given for said, given in BAD.items() if words in said), ["run"], paper)
     check_episodes([episode(periods=4)], ["run"], paper)
+
+
+def test_commands_in_another_unit_are_doubted(paper):
+    usual, thousandths = episode(), episode(commands=1000.0 * np.sin(np.arange(100)))
+    (said,) = what_is_cut([usual, thousandths], ["usual", "thousandths"], paper)
+    assert "98% of the commands of episode thousandths are beyond the torque limit of 20 N·m" in said
 
 
 def test_recordings_of_a_robot_that_lies_are_refused_with_when_and_why(paper):

@@ -186,6 +186,19 @@ def what_is_not_used(
     return found
 
 
+def what_is_cut(episodes: Sequence[Episode], names: Sequence[str], robot: RobotParameters) -> list[str]:
+    """A sentence for each episode of which many commands are beyond the robot's torque limit."""
+    found = []
+    for episode, name in zip(episodes, names, strict=True):
+        share = float(np.mean(np.abs(episode.commands) > (1.0 + _ODD) * robot.torque_limit)) if len(episode) else 0.0
+        if share > _ODD:
+            found.append(
+                f"WARNING: {share:.0%} of the commands of episode {name} are beyond the torque limit of "
+                f"{robot.torque_limit:.3g} N·m, and are cut to it; is their unit N·m, of both wheels together?"
+            )
+    return found
+
+
 def _check_episode(episode: Episode, name: str, robot: RobotParameters) -> None:
     """Raise where an episode has another control period than the robot, a value that is no number, or no clock."""
     if abs(episode.control_period - robot.control_period) > 1e-6:
