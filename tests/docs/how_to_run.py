@@ -145,7 +145,7 @@ _SAC = (
 )
 _CHECK = Stage(slow=True)
 _DIAGNOSE = "twbal diagnose episodes=outputs/real-rollout/... diagnosis.tolerances.data_sheet=0.15"
-_GUESS = "twbal import-log guess=true files=ride.csv"
+_GUESS = "twbal import-log guess=true files=ride.csv robot=..."
 _IMPORT = "twbal import-log --config-dir=<run folder> import=my_log files=[a.csv,b.csv] robot=..."
 _IMPORT_REGBOT = "twbal import-log import=regbot robot=regbot files=[test3a.txt,test4.txt]"
 _MINE = {f"outputs/{stage}/...": f"outputs/{stage}/mine" for stage in ("real-rollout", "identify")}
@@ -321,7 +321,7 @@ TABLE: Mapping[str, How] = {
     "twbal real-rollout --config-dir=my_conf robot=my_robot policy.path=outputs/my_lqr/policy.pt steps=500": Stage(
         slow=True, after=(_MY_LQR,)
     ),
-    _GUESS: Stage(small=("hydra.run.dir=guessed",)),
+    _GUESS: Stage({"robot=...": "robot=paper"}, small=("hydra.run.dir=guessed",)),
     _IMPORT: Stage(
         {"<run folder>": "guessed", "robot=...": "robot=paper"},
         small=("hydra.run.dir=imported",),
