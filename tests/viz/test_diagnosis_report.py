@@ -101,6 +101,12 @@ def test_the_page_says_what_was_named_how_surely_and_what_it_could_be_instead(tm
     assert "run/augmented.yaml" in html
 
 
+def test_a_named_effect_that_another_could_be_has_its_probability_in_the_headline():
+    assert "lacks coulomb friction (or viscous friction)." in headline_text(NAMED)
+    doubtful = replace(NAMED, effects=(replace(FRICTION, probability=0.64),))
+    assert "lacks coulomb friction (or viscous friction) (64%)." in headline_text(doubtful)
+
+
 def test_the_page_does_not_offer_a_simulation_that_held_out_rollouts_contradict(tmp_path):
     html = page(tmp_path, replace(NAMED, contradicted=True))
     assert "any stage takes it as" not in html

@@ -4,6 +4,8 @@ from collections.abc import Iterable, Sequence
 
 from twbal.diagnosis.record import CLOSED, Diagnosis, Gap, ProbableEffect, Verdict
 
+_HIGH = 0.9  # probability of a named effect from which on it goes without saying
+
 
 def headline_text(diagnosis: Diagnosis) -> str:
     """What the diagnosis comes to, in a few sentences."""
@@ -17,7 +19,7 @@ def headline_text(diagnosis: Diagnosis) -> str:
 def _verdict(diagnosis: Diagnosis) -> str:
     head = diagnosis.headline
     if diagnosis.verdict is Verdict.NAMED:
-        text = f"The simulation lacks {_listed(map(_described, diagnosis.named_effects))}."
+        text = f"The simulation lacks {_listed(map(_with_doubt, diagnosis.named_effects))}."
         if head is not None:
             text = f"{text} {_what_closes(head, diagnosis.named_effects)} {_errors(head, 'what was named')}"
         if diagnosis.remaining.is_beyond_noise:
@@ -103,6 +105,12 @@ def _listed(parts: Iterable[str]) -> str:
     """One, two and three."""
     *most, last = parts
     return f"{', '.join(most)}{' and ' if most else ''}{last}"
+
+
+def _with_doubt(effect: ProbableEffect) -> str:
+    """A named effect, with its probability where that is not high."""
+    doubt = "" if effect.probability >= _HIGH else f" ({effect.probability:.0%})"
+    return f"{_described(effect)}{doubt}"
 
 
 def _described(effect: ProbableEffect) -> str:
