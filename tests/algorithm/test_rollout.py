@@ -77,9 +77,9 @@ def test_commands_act_between_the_observations_that_frame_them():
 
 def test_commands_are_recorded_as_the_plant_cuts_them():
     plant = Toy()
-    plant.torque_limit = 0.0025
+    plant.command_limit = 0.0025
     episode = drive(plant)
-    assert plant.given[-1] > plant.torque_limit
+    assert plant.given[-1] > plant.command_limit
     np.testing.assert_array_equal(episode.commands, np.minimum(plant.given, 0.0025))
 
 

@@ -173,7 +173,7 @@ def test_unusable_data_get_one_clear_error(change, complaint, measured, tmp_path
 
 def test_another_robots_data_are_refused(measured, tmp_path, capsys):
     assert main(["diagnose", f"episodes={measured}", "robot=regbot", f"hydra.run.dir={tmp_path}"]) == 1
-    assert "control period" in capsys.readouterr().err
+    assert "is an episode of the robot 'paper'; expected is 'regbot'" in capsys.readouterr().err
 
 
 def recording(name, periods):

@@ -13,7 +13,6 @@ from twbal.sysid.recording import (
     differenced_rates,
     read_recordings,
     uneven_sum,
-    what_is_cut,
     what_is_not_used,
 )
 
@@ -171,7 +170,8 @@ def test_what_nothing_can_be_learned_from_is_refused_however_long_it_is(paper, w
 
 def test_commands_in_another_unit_are_doubted(paper):
     usual, thousandths = episode(), episode(commands=1000.0 * np.sin(np.arange(100)))
-    (said,) = what_is_cut([usual, thousandths], ["usual", "thousandths"], paper)
+    names = ["usual", "thousandths"]
+    (said,) = what_is_not_used([usual, thousandths], names, names, USABILITY, paper)
     assert "97% of the commands of episode thousandths are beyond the torque limit of 20 N·m" in said
 
 

@@ -140,7 +140,7 @@ def _drive(
             plant.steer(record.heading.difference(command))
         observation = plant.step(command)
         applied = plant.applied()
-        sent = min(max(command, -plant.torque_limit), plant.torque_limit)
+        sent = min(max(command, -plant.command_limit), plant.command_limit)
         record.commands.append(sent if applied is None else applied)
         record.note(observation, plant.pose(), plant.wheel_difference())
 

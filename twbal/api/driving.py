@@ -14,6 +14,7 @@ from twbal.api.arguments import check_plant, check_policy, check_whole, checked_
 from twbal.api.configured import setup as configured
 from twbal.api.files import load_policy
 from twbal.api.sheets import RobotLike
+from twbal.cli.made_for import check_made_for, other_past_commands
 from twbal.core.channels import Channels
 from twbal.core.episode import Episode, Provenance
 from twbal.core.errors import ConfigError
@@ -22,7 +23,6 @@ from twbal.core.plant import Plant
 from twbal.effects.effect import Effect
 from twbal.link.frozen_sensors import FrozenSensors
 from twbal.link.sheet_check import check_robot, check_sensors
-from twbal.policies.made_for import check_made_for, other_past_commands
 from twbal.policies.policy import Policy, PolicyOfChannels
 
 

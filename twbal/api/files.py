@@ -8,6 +8,7 @@ from twbal.algorithm import model_file
 from twbal.api.arguments import check_list, check_policy, check_saved, check_whole, warn_of
 from twbal.api.sheets import RobotLike, sheet_of
 from twbal.cli.artefacts import episode_files
+from twbal.cli.made_for import check_made_for
 from twbal.cli.policy_origin import with_control_period
 from twbal.core.channels import Channels
 from twbal.core.episode import Episode
@@ -17,7 +18,6 @@ from twbal.io.checkpoint import save_checkpoint
 from twbal.io.logs import read_episode
 from twbal.models.dynamics import DynamicsModel
 from twbal.policies import saved
-from twbal.policies.made_for import check_made_for
 from twbal.policies.saved import SavedPolicy
 
 PathLike = str | Path

@@ -9,12 +9,9 @@ from hydra.utils import instantiate
 from omegaconf import DictConfig, OmegaConf
 
 from twbal.cli.console import configuration_flags, say
-from twbal.core.errors import ConfigError
-from twbal.core.robot_parameters import RobotParameters
 from twbal.link.protocol import Clock
 from twbal.link.real_time import punctual
 from twbal.link.serial_plant import SerialPlant
-from twbal.policies.policy import BoundedPolicy, Policy
 from twbal.virtual_robot.process import Launch, settings_of, virtual_robot_command
 
 
@@ -70,16 +67,6 @@ def in_time(plant: SerialPlant) -> Iterator[None]:
         if not has_priority:
             say("this command has no real-time priority, so a busy computer makes it late; see `twbal doctor`")
         yield
-
-
-def check_torque(policy: Policy, robot: RobotParameters) -> None:
-    """Raise ConfigError where a policy commands more than the robot of a sheet takes."""
-    most = float(policy.max_command) if isinstance(policy, BoundedPolicy) else 0.0
-    if not most <= robot.torque_limit * (1 + 1e-9):
-        raise ConfigError(
-            f"The policy commands up to {most:g} N·m; the robot {robot.name!r} takes "
-            f"{robot.torque_limit:g} N·m. Choose the robot that it was made for by robot=..., or make one for it."
-        )
 
 
 def why_not_turned(plant: SerialPlant) -> str:

@@ -73,7 +73,7 @@ class EnginePlant(Plant):
     """
 
     def __init__(self, machine: Machine, engine: Engine, start: StartPose, physics_step: float, seed: int) -> None:
-        self.control_period, self.torque_limit = machine.robot.control_period, machine.torque_limit
+        self.control_period, self.command_limit = machine.robot.control_period, machine.torque_limit
         self._machine = machine
         self._engine = engine
         self._start = start

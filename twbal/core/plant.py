@@ -70,7 +70,7 @@ class Plant(ABC):
     """
 
     control_period: float  # [s]
-    torque_limit: float = inf  # to which commands are cut [N·m]
+    command_limit: float = inf  # to which commands are cut [N·m]
     turns: bool = False  # whether its wheels can be driven apart
     has_yaw_gyro: bool = True  # whether `Observation.yaw_rate` is measured
 

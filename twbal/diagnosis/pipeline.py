@@ -40,7 +40,7 @@ from twbal.planar.joint_damping import joint_damping_rate
 from twbal.planar.parameters import twin_parameters
 from twbal.sim.replay import ReplayStart, replay
 from twbal.sysid.held_out import Split, held_out
-from twbal.sysid.recording import MEASURED, Recording, Usability, read_recordings, what_is_cut, what_is_not_used
+from twbal.sysid.recording import MEASURED, Recording, Usability, read_recordings, what_is_not_used
 
 Progress = Callable[[str], None]
 """Is told what is being done, a line at a time."""
@@ -102,8 +102,7 @@ def diagnose_episodes(
         measured, tests = _upright(measured), _upright(tests)
     split = _split(measured, tests, simulated.robot, usability, data.held_out)
     read = [recording.name for recording in (*split.fitted, *split.kept_back)]
-    named = [*measured.episodes], [*measured.names]
-    for said in (*what_is_not_used(*named, read, usability), *what_is_cut(*named, simulated.robot)):
+    for said in what_is_not_used([*measured.episodes], [*measured.names], read, usability, simulated.robot):
         progress(said)
     progress(_how_many(split))
     name = identify_friction if in_air else name_effects

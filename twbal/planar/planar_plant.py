@@ -148,7 +148,7 @@ class PlanarPlant(Plant):
         physics_step: float,
         seed: int,
     ) -> None:
-        self.control_period, self.torque_limit = robot.control_period, robot.torque_limit
+        self.control_period, self.command_limit = robot.control_period, robot.torque_limit
         self._twin = twin_parameters(robot, values_of(effects))
         self._substeps = substeps(robot.control_period, physics_step)
         self._constants: Constants = constants(self._twin, physics_step)

@@ -41,7 +41,7 @@ class RandomisedPlant(Plant):
         physics_step: float,
         seed: int,
     ) -> None:
-        self.control_period, self.torque_limit = robot.control_period, robot.torque_limit
+        self.control_period, self.command_limit = robot.control_period, robot.torque_limit
         self._robot, self._effects, self._draws = robot, list(effects), draws
         self._start, self._physics_step, self._seed = start, physics_step, seed
         for name, ranges in draws.items():

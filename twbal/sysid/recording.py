@@ -155,15 +155,22 @@ def check_episodes(episodes: Sequence[Episode], names: Sequence[str], robot: Rob
 
 
 def what_is_not_used(
-    episodes: Sequence[Episode], names: Sequence[str], read: Collection[str], usability: Usability
+    episodes: Sequence[Episode],
+    names: Sequence[str],
+    read: Collection[str],
+    usability: Usability,
+    robot: RobotParameters | None = None,
 ) -> list[str]:
     """What is not read of episodes: from where on the robot has fallen, what turns too fast, and what is too short.
+
+    And commands that are cut, where they are many.
 
     Args:
         episodes: that were to be read.
         names: of them.
         read: names of those of which something was read.
         usability: by which.
+        robot: to whose torque limit commands are cut; None: they are not looked at.
     """
     found = list[str]()
     for episode, name in zip(episodes, names, strict=True):
@@ -183,19 +190,13 @@ def what_is_not_used(
                 f"episode {name} turns faster than {usability.max_yaw_rate:.3g} rad/s in {fast:.0%} of its samples, "
                 f"which do not count{'' if name in read else ', and is left out'}; is its yaw rate in rad/s?"
             )
-    return found
-
-
-def what_is_cut(episodes: Sequence[Episode], names: Sequence[str], robot: RobotParameters) -> list[str]:
-    """A sentence for each episode of which many commands are beyond the robot's torque limit."""
-    found = []
-    for episode, name in zip(episodes, names, strict=True):
-        share = float(np.mean(np.abs(episode.commands) > (1.0 + _ODD) * robot.torque_limit)) if len(episode) else 0.0
-        if share > _ODD:
-            found.append(
-                f"WARNING: {share:.0%} of the commands of episode {name} are beyond the torque limit of "
-                f"{robot.torque_limit:.3g} N·m, and are cut to it; is their unit N·m, of both wheels together?"
-            )
+        if robot is not None and len(episode):
+            cut = float(np.mean(np.abs(episode.commands) > (1.0 + _ODD) * robot.torque_limit))
+            if cut > _ODD:
+                found.append(
+                    f"WARNING: {cut:.0%} of the commands of episode {name} are beyond the torque limit of "
+                    f"{robot.torque_limit:.3g} N·m, and are cut to it; is their unit N·m, of both wheels together?"
+                )
     return found
 
 

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from twbal.cli.made_for import check_made_for, other_past_commands
 from twbal.core.errors import ConfigError
 from twbal.policies.linear import LinearPolicy
-from twbal.policies.made_for import check_made_for, other_past_commands
 from twbal.policies.random import RandomPolicy
 
 NAMES = ("tilt", "tilt_rate", "speed", "command_1", "command_2")

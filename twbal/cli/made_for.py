@@ -10,6 +10,16 @@ _SAME_PERIOD = 1e-6  # [s]
 _MOST_COMMAND, _LEAST_COMMAND = 1.05, 0.5  # of the robot's torque limit: a policy is made for all of it
 
 
+def check_torque(policy: Policy, robot: RobotParameters) -> None:
+    """Raise ConfigError where a policy commands more than the robot of a sheet takes."""
+    most = float(policy.max_command) if isinstance(policy, BoundedPolicy) else 0.0
+    if not most <= robot.torque_limit * (1 + 1e-9):
+        raise ConfigError(
+            f"The policy commands up to {most:g} N·m; the robot {robot.name!r} takes "
+            f"{robot.torque_limit:g} N·m. Choose the robot that it was made for by robot=..., or make one for it."
+        )
+
+
 def check_made_for(policy: Policy, robot: RobotParameters) -> list[str]:
     """What speaks against a policy being made for a robot, a sentence each; none where nothing does.
 
