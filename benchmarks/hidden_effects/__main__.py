@@ -62,7 +62,7 @@ def drive(each: Set) -> Mapping[str, Any]:
     driven = replace(policy, multisine=0.0, prbs=0.0, speed=0.0) if each.still else policy
     plant = HiddenRobot(robot, body, hidden, each.surface, each.seed)
     for trial in range(_EPISODES):
-        source = Provenance("hidden", "robot", seed=each.seed, trial=trial)
+        source = Provenance(robot.name, "robot", seed=each.seed, trial=trial)
         write_episode(
             folder / "episodes" / f"trial_{trial}.mcap", rollout(plant, driven, channels, _PERIODS, 0.6, source)
         )
