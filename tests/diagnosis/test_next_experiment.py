@@ -72,6 +72,12 @@ def test_the_separation_is_the_mean_over_pairs_drawn_by_their_probabilities():
     assert expected_separation(found, p) == pytest.approx(drawn, rel=0.01)
 
 
+def test_nothing_is_expected_where_one_model_is_certain_or_predictions_are_no_numbers():
+    apart = np.array([[0.0, 3.0], [5.0, 0.0]])
+    assert expected_separation(apart, [1.0, 0.0]) == 0.0
+    assert expected_separation(np.where(apart > 4.0, np.nan, apart), [0.5, 0.5]) == 0.0
+
+
 def test_the_divergence_is_the_mean_log_likelihood_ratio_of_data_that_one_of_them_makes(paper, comparison):
     """By Monte Carlo over the sensors' noise, both models being as they are (a prior that lets nothing move).
 

@@ -227,7 +227,9 @@ TABLE: Mapping[str, How] = {
     (
         "twbal diagnose --config-dir=my_conf robot=my_robot episodes=outputs/real-rollout/... "
         "diagnosis.tolerances.data_sheet=0.15"
-    ): Stage(small=(*SMALL["diagnose"], "hydra.run.dir=outputs/diagnose/mine"), slow=True),
+    ): Stage(
+        _MINE, small=(*SMALL["diagnose"], "hydra.run.dir=outputs/diagnose/mine"), slow=True, after=(_RECORD_MINE,)
+    ),
     "twbal real-rollout experiment=excite policy.command_width=0.1 link.seed=7": Stage(slow=True),
     _DIAGNOSE: Stage(small=(*SMALL["diagnose"], "hydra.run.dir=outputs/diagnose/..."), slow=True),
     "twbal iterate sim=outputs/identify/.../identified.yaml known=outputs/identify/... link.seed=7": Stage(

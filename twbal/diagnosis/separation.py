@@ -83,8 +83,10 @@ def projected(distance: Array, J: Array, H: Array) -> float:
 def expected_separation(divergences: Array, probabilities: Sequence[float]) -> float:
     """Mean of D_ij over pairs of different models, weighed by the probabilities of both [nats].
 
-    That is Box and Hill's criterion over the probability that two models drawn at random are different ones.
+    That is Box and Hill's criterion over the probability that two models drawn at random are different ones. It is 0
+    where one model is certain, to the accuracy of the numbers, or predictions are no numbers.
     """
     p = np.asarray(probabilities)
     weights = np.outer(p, p) * (1.0 - np.eye(len(p)))
-    return float((weights * divergences).sum() / weights.sum())
+    expected = float((weights * divergences).sum() / weights.sum()) if weights.any() else 0.0
+    return expected if np.isfinite(expected) else 0.0

@@ -105,7 +105,7 @@ def _to_diagnose(summary: Summary, out: Path) -> list[str]:
         return []
     places = [out / f"iteration_{iteration.index}" for iteration in summary.iterations]
     rollouts = [rollout for place in places for rollout in sorted(place.glob("rollout*"))]
-    trials = [place / "trials" for place in places]
+    trials = [trials for place in places if (trials := place / "trials").is_dir()]  # a policy that stays has none
     for folders in (rollouts, [*rollouts, *trials]):
         if enough_for_diagnosis(read_logs(folders)):
             return [str(folder) for folder in folders]
