@@ -57,7 +57,7 @@ def test_a_command_warns_of_a_policy_of_a_much_weaker_robot(regulator, as_from_a
     words = ["robot.control_period=0.015", "state=rolling", "policy=saved", f"policy.path={regulator}"]
     assert main(["sim-collect", *words, "rollouts=1", "steps=3", "hydra.run.dir=out"]) == 0
     said = capsys.readouterr().out
-    assert said.count("WARNING: the policy commands up to 0.49 N·m; the torque limit of the robot 'paper' is 20") == 1
+    assert said.count("WARNING: The policy commands up to 0.49 N·m; the torque limit of the robot 'paper' is 20") == 1
 
 
 @pytest.mark.parametrize("kind", ["path", "policy"])

@@ -1,6 +1,5 @@
 """Whether the arguments of a function of the library can be meant, before anything is done with them."""
 
-import warnings
 from collections.abc import Callable, Iterable, Sequence
 from numbers import Integral
 from pathlib import Path
@@ -14,7 +13,6 @@ from twbal.effects.library import all_effects
 from twbal.policies.policy import Policy
 from twbal.policies.saved import SavedPolicy
 
-_OUTSIDE = 4  # calls from a warning to who calls the library, as a rule
 _EXPECTED_POLICY = "a policy, or the path of a policy.pt"
 _EXPECTED_EFFECTS = "effects must be a list of effects, such as [DeadZone(width=1.0)] of twbal.effects.dead_zone"
 
@@ -73,12 +71,6 @@ def checked_effects(effects: object) -> tuple[Effect, ...]:
         if not isinstance(effect, Effect):
             raise ConfigError(f"{_EXPECTED_EFFECTS}; found {_said(effect)} among them.{_about_name(effect)}")
     return found
-
-
-def warn_of(doubts: Iterable[str]) -> None:
-    """Warn of what may be meant and as a rule is not."""
-    for doubt in doubts:
-        warnings.warn(doubt[0].upper() + doubt[1:], stacklevel=_OUTSIDE)
 
 
 def check_plant(plant: object) -> None:

@@ -10,11 +10,12 @@ from twbal.algorithm.collection import RolloutPlan
 from twbal.algorithm.collection import simulate as driven
 from twbal.algorithm.settings import RolloutSettings
 from twbal.algorithm.setup import Setup
-from twbal.api.arguments import check_plant, check_policy, check_whole, checked_effects, warn_of
+from twbal.api.arguments import check_plant, check_policy, check_whole, checked_effects
 from twbal.api.configured import setup as configured
 from twbal.api.files import load_policy
 from twbal.api.sheets import RobotLike
-from twbal.cli.made_for import check_made_for, other_past_commands
+from twbal.cli.composed import warn_of
+from twbal.cli.policy_check import check_made_for, other_past_commands
 from twbal.core.channels import Channels
 from twbal.core.episode import Episode, Provenance
 from twbal.core.errors import ConfigError

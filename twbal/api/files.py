@@ -5,10 +5,11 @@ from pathlib import Path
 
 from twbal import __version__
 from twbal.algorithm import model_file
-from twbal.api.arguments import check_list, check_policy, check_saved, check_whole, warn_of
+from twbal.api.arguments import check_list, check_policy, check_saved, check_whole
 from twbal.api.sheets import RobotLike, sheet_of
 from twbal.cli.artefacts import episode_files
-from twbal.cli.made_for import check_made_for
+from twbal.cli.composed import warn_of
+from twbal.cli.policy_check import check_made_for
 from twbal.cli.policy_origin import with_control_period
 from twbal.core.channels import Channels
 from twbal.core.episode import Episode

@@ -4,11 +4,12 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from twbal.cli.commands import text
-from twbal.cli.composed import built, composed, warn_of_doubts
+from twbal.cli.composed import built, composed, warn_of
 from twbal.cli.robot_file import is_robot_file, robot_in
 from twbal.core.errors import ConfigError
 from twbal.core.robot_parameters import RobotParameters
 from twbal.core.robot_sheet import VALUES, provenance_by_factor
+from twbal.sheets.doubts import doubts
 
 RobotLike = str | Path | RobotParameters
 """Name of a packaged robot, path of a yaml sheet, or nominal parameters."""
@@ -31,7 +32,7 @@ def sheet_of(robot: RobotLike) -> RobotParameters:
         return robot
     if not is_packaged(robot):
         found = robot_in(Path(robot))
-        warn_of_doubts(found)
+        warn_of(doubts(found))
         return found
     parameters = built(composed("lqr", [f"robot={robot}"]), "robot")
     assert isinstance(parameters, RobotParameters)

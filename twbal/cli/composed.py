@@ -1,7 +1,7 @@
 """Packaged configurations for Python: what a command would run with, composed outside of any command."""
 
 import warnings
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from hydra import compose
 from hydra.errors import HydraException, InstantiationException
@@ -15,8 +15,6 @@ from twbal.cli.hydra_errors import explained
 from twbal.cli.sheet_doubts import doubts_of
 from twbal.cli.sim_files import with_files
 from twbal.core.errors import TwbalError
-from twbal.core.robot_parameters import RobotParameters
-from twbal.sheets.doubts import doubts
 
 _OUTSIDE = 4  # calls from here to who calls the library, as a rule
 
@@ -40,14 +38,13 @@ def composed(stage: str, overrides: Sequence[str] = ()) -> DictConfig:
             check_configuration(cfg, stage)
     except (HydraException, OmegaConfBaseException) as error:
         raise explained(error, stage, in_python=True) from error
-    for doubt in doubts_of(cfg):
-        warnings.warn(doubt, stacklevel=_OUTSIDE)
+    warn_of(doubts_of(cfg))
     return cfg
 
 
-def warn_of_doubts(robot: RobotParameters) -> None:
-    """Warn of values of a sheet that are hardly right."""
-    for doubt in doubts(robot):
+def warn_of(doubts: Iterable[str]) -> None:
+    """Warn of what may be meant and as a rule is not."""
+    for doubt in doubts:
         warnings.warn(doubt, stacklevel=_OUTSIDE)
 
 

@@ -8,8 +8,8 @@ import yaml
 
 from twbal.cli.composition import loaded_text
 from twbal.cli.console import say
-from twbal.cli.made_for import check_made_for
 from twbal.cli.manifest import read_manifest
+from twbal.cli.policy_check import check_made_for
 from twbal.core.errors import DataError
 from twbal.core.files import file_hash
 from twbal.core.robot_parameters import RobotParameters

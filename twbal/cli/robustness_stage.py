@@ -18,8 +18,8 @@ from twbal.algorithm.robustness import (
 )
 from twbal.cli.artefacts import POLICY_ENDING
 from twbal.cli.console import Progress, say
-from twbal.cli.made_for import check_torque
 from twbal.cli.manifest import Step, perform
+from twbal.cli.policy_check import check_torque
 from twbal.cli.tested_robots import FoundRobot, described, robot_of_link, robot_of_run
 from twbal.cli.typed_config import recorded
 from twbal.core.channels import Channels

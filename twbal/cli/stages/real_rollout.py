@@ -18,8 +18,8 @@ from twbal.cli.artefacts import COURSE, episode_file, policy_files, policy_hash,
 from twbal.cli.console import gently, next_command, print_result, run_folder, say
 from twbal.cli.kept_episodes import INTERRUPTED, keep, keep_interrupted, what_is_kept
 from twbal.cli.link_gate import HEED, SAME_ROBOT, heed_last_check, heeds
-from twbal.cli.made_for import check_torque
 from twbal.cli.manifest import Manifest, Step, perform, read_manifest
+from twbal.cli.policy_check import check_torque
 from twbal.cli.policy_on_board import FOLDER, prepared_link
 from twbal.cli.policy_origin import say_doubts_of_policy
 from twbal.cli.robot_link import (

@@ -40,7 +40,7 @@ def check_made_for(policy: Policy, robot: RobotParameters) -> list[str]:
     if _LEAST_COMMAND * robot.torque_limit <= most <= _MOST_COMMAND * robot.torque_limit:
         return []
     return [
-        f"the policy commands up to {most:g} N·m; the torque limit of the robot {robot.name!r} is "
+        f"The policy commands up to {most:g} N·m; the torque limit of the robot {robot.name!r} is "
         f"{robot.torque_limit:g} N·m. Was it made for another robot?"
     ]
 
@@ -59,7 +59,7 @@ def other_past_commands(policy: Policy, channels: Sequence[str], robot: RobotPar
     if _past(own) == _past(channels):
         return []
     return [
-        f"the policy reads {_past(own)} past commands; the state of the robot {robot.name!r} has {_past(channels)}, by "
+        f"The policy reads {_past(own)} past commands; the state of the robot {robot.name!r} has {_past(channels)}, by "
         f"its control period of {robot.control_period:g} s. Was it made for another robot? If not, give its state in "
         "the overrides, such as 'state=rolling'."
     ]

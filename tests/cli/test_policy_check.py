@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from twbal.cli.made_for import check_made_for, other_past_commands
+from twbal.cli.policy_check import check_made_for, other_past_commands
 from twbal.core.errors import ConfigError
 from twbal.policies.linear import LinearPolicy
 from twbal.policies.random import RandomPolicy
