@@ -4,6 +4,7 @@
 #include <Balboa32U4.h>
 #include <Wire.h>
 #include <avr/wdt.h>
+#include <string.h>
 
 #include "../arduino_loop.h"
 
@@ -72,12 +73,32 @@ public:
         motors_.setSpeeds(static_cast<int16_t>(400.0f * left), static_cast<int16_t>(400.0f * right));
     }
 
+    // What the host does not read fast enough is left out by whole frames, so that it does not hold the loop.
     void write(const uint8_t* bytes, size_t size)
     {
-        if (Serial.availableForWrite() >= static_cast<int>(size)) { // a host that does not read must not hold the loop
-            Serial.write(bytes, size);
+        if (size <= sizeof waiting_ - waits_) {
+            memcpy(waiting_ + waits_, bytes, size);
+            waits_ += size;
         }
+        send_waiting();
     }
+
+    // USB has room for 64 bytes at a time, and a frame of telemetry has 71: the rest goes in the next turns of the loop.
+    // A byte of the room stays free, as Arduino waits for the host after a packet that is full.
+    void send_waiting()
+    {
+        size_t sent = 0;
+        for (int room = Serial.availableForWrite() - 1; room > 0 && sent < waits_;
+             room = Serial.availableForWrite() - 1) {
+            const size_t left = waits_ - sent, part = left < static_cast<size_t>(room) ? left : static_cast<size_t>(room);
+            Serial.write(waiting_ + sent, part);
+            sent += part;
+        }
+        waits_ -= sent;
+        memmove(waiting_, waiting_ + sent, waits_);
+    }
+
+    void forget_waiting() { waits_ = 0; }
 
 private:
     static void set_register(uint8_t place, uint8_t value)
@@ -91,6 +112,8 @@ private:
     Balboa32U4Motors motors_;
     Balboa32U4Encoders encoders_;
     int32_t left_ = 0, right_ = 0;
+    uint8_t waiting_[144]; // two frames of telemetry
+    size_t waits_ = 0;
 };
 
 Hardware hardware;
@@ -120,6 +143,8 @@ void loop()
     wdt_reset();
     if (!Serial.dtr()) { // no host has the port open
         robot.port_closed();
+        hardware.forget_waiting();
     }
     cycle.turn();
+    hardware.send_waiting();
 }

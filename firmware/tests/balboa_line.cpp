@@ -1,0 +1,105 @@
+// The Balboa's board file on this computer, with USB that holds as much as Arduino's: two packets of 64 bytes, of which
+// the host fetches one each millisecond. Prints what the robot sends, as hexadecimal digits, and how often a write had to
+// wait for the host.
+//
+//     balboa_line <ms that it lasts> <1: the host reads, 0: it does not> <frames of the host, 5 ms apart, as hexadecimal>
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "../boards/balboa/main.cpp"
+
+namespace {
+
+const size_t PACKET = 64;
+
+uint64_t now_us = 0;
+const char* said = ""; // by the host, and not yet read by the robot
+size_t filled = 0, ready = 0; // bytes in the packet that is being filled, and in the one that waits for the host
+unsigned waited = 0;          // writes that could not end before the host had fetched a packet
+int reading = 0;              // of the IMU; its last digit changes
+
+// A packet that is full, or as old as a millisecond, is for the host, if the one before was fetched.
+void hand_over()
+{
+    if (ready == 0) {
+        ready = filled;
+        filled = 0;
+    }
+}
+
+} // namespace
+
+unsigned long micros() { return static_cast<unsigned long>(now_us); }
+
+int SerialStub::available() { return static_cast<int>(strcspn(said, " ") / 2); }
+int SerialStub::read()
+{
+    const char digits[3] = {said[0], said[1], 0};
+    said += 2;
+    return static_cast<int>(strtol(digits, nullptr, 16));
+}
+int SerialStub::availableForWrite() { return static_cast<int>(filled == PACKET ? 0 : PACKET - filled); }
+size_t SerialStub::write(const uint8_t* bytes, size_t size)
+{
+    for (size_t k = 0; k < size; ++k) {
+        if (filled == PACKET) {
+            ready = 0; // at last
+            hand_over();
+        }
+        printf("%02x", static_cast<unsigned>(bytes[k]));
+        if (++filled == PACKET) {
+            waited += ready > 0; // Arduino ends a full packet by the next one, for which there is no room
+            hand_over();
+        }
+    }
+    return size;
+}
+bool SerialStub::dtr() { return true; }
+void SerialStub::begin(unsigned long) {}
+SerialStub Serial;
+
+void WireStub::begin() {}
+void WireStub::setClock(uint32_t) {}
+void WireStub::setWireTimeout(uint32_t, bool) {}
+void WireStub::beginTransmission(uint8_t) {}
+void WireStub::write(uint8_t) {}
+uint8_t WireStub::endTransmission(bool) { return 0; }
+uint8_t WireStub::requestFrom(uint8_t, uint8_t count)
+{
+    ++reading;
+    return count;
+}
+int WireStub::read() { return reading & 1; }
+WireStub Wire;
+
+void Balboa32U4Motors::setSpeeds(int16_t, int16_t) {}
+int16_t Balboa32U4Encoders::getCountsAndResetLeft() { return 0; }
+int16_t Balboa32U4Encoders::getCountsAndResetRight() { return 0; }
+uint16_t readBatteryMillivolts() { return 7200; }
+void wdt_enable(int) {}
+void wdt_reset() {}
+
+int main(int count, char** words)
+{
+    if (count != 4) {
+        return 2;
+    }
+    const int lasts = atoi(words[1]);
+    const bool host_reads = atoi(words[2]) != 0;
+    setup();
+    for (int ms = 0; ms < lasts; ++ms) {
+        if (ms >= 20 && ms % 5 == 0) { // the first samples are taken by then
+            said = ms == 20 ? words[3] : (*said == ' ' ? said + 1 : said);
+        }
+        for (int turn = 0; turn < 5; ++turn) {
+            loop();
+            now_us += 200;
+        }
+        if (host_reads) {
+            ready = 0;
+        }
+        hand_over();
+    }
+    printf("\n%u\n", waited);
+    return 0;
+}
