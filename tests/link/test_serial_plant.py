@@ -401,7 +401,7 @@ def test_a_host_later_than_the_watchdog_has_lost_the_robot():
     plant.reset(0)
     plant.step(1.0)
     line.pass_time(200_000)
-    late = r"watchdog\). By its clock 2[02]0 ms passed until .* the host was late: close other programs"
+    late = r"watchdog\). By its clock 2[0-4]\d ms passed .* the host was late: close other programs"
     with pytest.raises(LinkLostError, match=late):
         plant.step(1.0)
     assert pendulum.torques[-1] == 0.0

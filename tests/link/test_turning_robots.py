@@ -14,9 +14,10 @@ from twbal.core.errors import ConfigError, DataError, LinkLostError, ProtocolErr
 from twbal.core.motor import Motor
 from twbal.core.plant import WheelDifference
 from twbal.link.decoder import Decoder, to_wire
-from twbal.link.protocol import NEEDED, Arm, Clock, Command, Drive, Follow, Hello, Sensors, Telemetry, Welcome
+from twbal.link.protocol import NEEDED, Arm, Clock, Command, Drive, Follow, Hello, Sensors, Status, Telemetry, Welcome
 from twbal.link.serial_plant import SerialPlant
 from twbal.link.version_1 import VERSION_1
+from twbal.link.wheel_commands import WheelLimits
 from twbal.policies.linear import LinearPolicy
 from twbal.virtual_robot.firmware import Firmware, Identity
 
@@ -231,6 +232,50 @@ def test_frames_that_the_robot_dropped_are_noted():
     plant.step(0.0)
     plant.step(0.0)
     assert [event.text for event in plant.events] == ["the robot dropped 2 damaged or outdated frames"]
+
+
+def test_commands_that_the_robot_cut_below_the_limit_that_it_announced_are_noted_once():
+    plant, line = plant_of(Turning())
+    plant.reset(0)
+    plant.step(20.0)
+    line.firmware._limits = WheelLimits(5.0, 5.0)  # such as where its battery sags
+    for command in (5.0, 6.0, 1.0, -20.0):
+        plant.step(command)
+    (event,) = plant.events
+    assert event.text.startswith("in 2 control periods the robot cut the command below the limit that it announced")
+    assert event.time == pytest.approx(0.04)
+
+
+@pytest.mark.parametrize("on_board", [Status(0), Status.ON_BOARD])
+def test_a_cut_by_the_board_is_noted_where_the_host_commands(on_board):
+    def cut(said):
+        return replace(said, status=said.status | Status.LIMITED | on_board) if isinstance(said, Telemetry) else said
+
+    plant, _ = plant_of(Turning(), change=cut)
+    plant.reset(0)
+    plant.step(1.0)
+    assert len(plant.events) == (0 if on_board else 1)
+
+
+def test_after_a_watchdog_it_is_said_how_old_the_last_command_was_and_not_the_last_measurement():
+    class Slow(MemoryTransport):
+        asleep_us = 0
+
+        def write(self, data):
+            super().write(data)
+            self.pass_time(self.asleep_us)
+
+    line = Slow(Firmware(Pendulum(), replace(LOCKSTEP, clock=Clock.REAL_TIME)), us_per_read=1000)
+    plant = SerialPlant(line, 0.5, 0.5, 0.5)
+    plant.reset(0)
+    line.asleep_us = 60_000  # in which three measurements come
+    plant.step(1.0)
+    line.asleep_us = 0
+    line.pass_time(45_000)
+    with pytest.raises(
+        LinkLostError, match=r"By its clock 1[12]\d ms passed from the last command that it took to the"
+    ):
+        plant.step(1.0)
 
 
 @pytest.mark.parametrize(

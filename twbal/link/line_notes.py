@@ -2,7 +2,7 @@
 
 from twbal.core.episode import Event
 from twbal.link.exchange import Exchange, Sending
-from twbal.link.protocol import Telemetry
+from twbal.link.protocol import Status, Telemetry
 
 
 class LineNotes:
@@ -24,12 +24,16 @@ class LineNotes:
         self._noted: list[tuple[float, str | Sending]] = []
         self.missed_periods = 0
         self._counter_stands = False
+        self._cut_periods, self._cut_first = 0, 0.0  # in which the robot cut a command; time of the first [s]
         self._heard_damaged = self._line.bad_frames
 
     @property
     def events(self) -> tuple[Event, ...]:
         """All so far. Whether a command was sent in vain is known once the next one is answered."""
-        texts = ((time, _in_words(note) if isinstance(note, Sending) else note) for time, note in self._noted)
+        texts = [(time, _in_words(note) if isinstance(note, Sending) else note) for time, note in self._noted]
+        if self._cut_periods:
+            cut = f"in {self._cut_periods} control periods the robot cut the command below the limit that it announced"
+            texts.append((self._cut_first, f"{cut}: what acted is less than what is recorded"))
         return tuple(Event(time, text) for time, text in texts if text)
 
     def add(self, time: float, text: str) -> None:
@@ -53,6 +57,9 @@ class LineNotes:
         dropped = (now.dropped - before.dropped) % 2**16
         if 0 < dropped < 2**15:
             self.add(time, f"the robot dropped {dropped} damaged or outdated frames")
+        if now.status & Status.LIMITED and not now.status & Status.ON_BOARD:  # the host keeps to what was announced
+            self._cut_first = self._cut_first if self._cut_periods else time
+            self._cut_periods += 1
         if damaged := self._line.bad_frames - self._heard_damaged:
             self.add(time, f"{damaged} damaged frames came from the robot")
         if self._line.sending.repeated:

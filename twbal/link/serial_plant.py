@@ -193,7 +193,7 @@ class SerialPlant(Plant):
             raise LinkLostError(str(error)) from error
         self._notes.follow(before, self._last, self._elapsed)
         if not self._last.status & (Status.ARMED | Status.TILT_STOPPED):  # the command may not have acted
-            reason, advice = why_stopped(self._last), advice_on_silence(before, self._last)
+            reason, advice = why_stopped(self._last), advice_on_silence(before, self._last, self.version)
             raise LinkLostError(f"The robot {self.robot_name} stopped itself: {reason}.{advice}")
         self._follow_clock(before, self._last)
         if self._on_board and not abs(self._last.applied) <= MAX_TORQUE:  # not so of a NaN

@@ -5,6 +5,7 @@ import math
 from twbal.core.plant import Observation
 from twbal.link.message import Message
 from twbal.link.protocol import Sensors, Status, Telemetry
+from twbal.link.version_1 import VERSION_1
 
 
 def observation_of(seen: Telemetry, sensors: Sensors, time: float) -> Observation:
@@ -50,12 +51,22 @@ def why_stopped(seen: Telemetry) -> str:
     return "it was stopped at its own side"
 
 
-def advice_on_silence(before: Telemetry, seen: Telemetry) -> str:
-    """What to do where the watchdog stopped a robot; empty where something else did."""
+def advice_on_silence(before: Telemetry, seen: Telemetry, version: int) -> str:
+    """What to do where the watchdog stopped a robot; empty where something else did.
+
+    Args:
+        before: the telemetry that the host answered too late.
+        seen: the one that says that the motors are off.
+        version: of the protocol; in version 1 a robot does not say when it took the last command.
+    """
     if not seen.status & Status.WATCHDOG_STOPPED:
         return ""
-    silence = (seen.time_us - before.time_us) % 2**32 * 1e-3
+    if version == VERSION_1:
+        since, silence = before.time_us, "passed until a measurement was answered"
+    else:
+        since, silence = seen.command_us, "passed from the last command that it took to the next one"
+    passed = (seen.time_us - since) % 2**32 * 1e-3
     return (
-        f" By its clock {silence:.0f} ms passed until a measurement was answered. If the line is sound, the host was "
-        "late: close other programs, or allow real-time priority (`twbal doctor` says how)."
+        f" By its clock {passed:.0f} ms {silence}. If the line is sound, the host was late: close other programs, or "
+        "allow real-time priority (`twbal doctor` says how)."
     )
