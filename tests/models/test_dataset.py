@@ -40,23 +40,38 @@ def test_a_change_over_two_periods_is_none_of_one():
         commands=told.commands[[0, 1, 2, 4, 5]],
     )
     whole, data = transitions([told], CHANNELS), transitions([late], CHANNELS)
-    np.testing.assert_array_equal(data.inputs, whole.inputs[[0, 1, 4, 5]])
-    np.testing.assert_array_equal(data.targets, whole.targets[[0, 1, 4, 5]])
+    np.testing.assert_array_equal(data.inputs, whole.inputs[[0, 1, 5]])  # what acted just before sample 4 is not known
+    np.testing.assert_array_equal(data.targets, whole.targets[[0, 1, 5]])
     torn = replace(told, observations=told.observations * np.array([2.0, *np.ones(6)]))
-    with pytest.raises(DataError, match="no control period with both of its samples"):
+    with pytest.raises(DataError, match="no control period with both of its samples and known past commands"):
         transitions([torn], CHANNELS)
+
+
+@pytest.mark.parametrize("lags", [0, 1, 2])
+def test_no_input_holds_a_command_that_acted_where_a_sample_is_missing(lags):
+    channels = Channels(("tilt", *[f"command_{1 + k}" for k in range(lags)]), 0.15)
+    told = episode(12, 0, channels.names)
+    told = replace(told, states=channels.states(told.observations, told.commands))
+    kept = np.delete(np.arange(13), 5)
+    observations, commands = told.observations[kept], told.commands[kept[:-1]]
+    late = replace(told, observations=observations, states=channels.states(observations, commands), commands=commands)
+    data, whole = transitions([late], channels), transitions([told], channels)
+    expected = [0, 1, 2, 3, *range(6 + lags, 12)]
+    np.testing.assert_array_equal(data.inputs, whole.inputs[expected])
+    np.testing.assert_array_equal(data.targets, whole.targets[expected])
+    assert [len(part) for part in unbroken([late], channels)] == [4, 6 - lags]
 
 
 def test_an_episode_is_parted_where_samples_are_missing():
     told = episode(9, 0)
     kept = [0, 1, 2, 4, 6, 7, 8, 9]
     broken = replace(told, observations=told.observations[kept], states=told.states[kept], commands=told.commands[:7])
-    first, last = unbroken([broken, episode(0, 1)])
+    first, last = unbroken([broken, episode(0, 1)], CHANNELS)
     np.testing.assert_array_equal(first.states, told.states[:3])
-    np.testing.assert_array_equal(last.states, told.states[6:])
+    np.testing.assert_array_equal(last.states, told.states[7:])
     np.testing.assert_array_equal(first.commands, told.commands[:2])
-    np.testing.assert_array_equal(last.commands, told.commands[4:7])
-    assert unbroken([told]) == [told]
+    np.testing.assert_array_equal(last.commands, told.commands[5:7])
+    assert unbroken([told], CHANNELS) == [told]
 
 
 def test_samples_do_not_tell_where_the_robot_was():
@@ -79,7 +94,7 @@ def test_mixed_control_periods_are_refused():
 
 @pytest.mark.parametrize("episodes", [[], [episode(0, 0)]])
 def test_no_samples_at_all_is_an_error(episodes):
-    with pytest.raises(DataError, match=f"both of its samples in {len(episodes)} episodes"):
+    with pytest.raises(DataError, match=f"both of its samples and known past commands in {len(episodes)} episodes"):
         transitions(episodes, CHANNELS)
 
 

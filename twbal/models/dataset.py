@@ -33,12 +33,13 @@ def transitions(episodes: Sequence[Episode], channels: Channels) -> Transitions:
     """The control periods of all episodes, in order.
 
     Left out are those at whose end a sample is missing: a host that was late, or a row that was lost, makes a change of
-    two periods or more. Past commands among the channels are inputs only: they are copied from step to step, so there
-    is nothing to learn. Of an episode with a reference the states are those over ground.
+    two periods or more. So are those whose past commands reach back to such a gap: what acted there is not known. Past
+    commands among the channels are inputs only: they are copied from step to step, so there is nothing to learn. Of an
+    episode with a reference the states are those over ground.
 
     Raises:
         DataError: an episode has other channels than `channels`, the control periods differ, or there is no change over
-            one period.
+            one period with known commands.
     """
     for number, episode in enumerate(episodes):
         if episode.channels != channels.names:
@@ -52,39 +53,49 @@ def transitions(episodes: Sequence[Episode], channels: Channels) -> Transitions:
         raise DataError(
             f"The episodes have control periods of {periods} s; a model of one-step changes needs a single one."
         )
-    whole = [_is_one_period(episode) for episode in episodes]
-    if not any(each.any() for each in whole):
+    usable = [_is_usable(episode, channels) for episode in episodes]
+    if not any(each.any() for each in usable):
+        past = " and known past commands" if channels.lags else ""
         raise DataError(
-            f"There is no control period with both of its samples in {len(episodes)} episodes. Collect at least one "
-            "rollout."
+            f"There is no control period with both of its samples{past} in {len(episodes)} episodes. Collect at least "
+            "one rollout."
         )
     kept, measured = list(channels.inputs), list(channels.measured)
     rows = [np.column_stack([episode.states[:-1], episode.commands])[:, kept] for episode in episodes]
-    inputs = [row[one] for row, one in zip(rows, whole, strict=True)]
+    inputs = [row[one] for row, one in zip(rows, usable, strict=True)]
     steps = [np.diff(episode.states, axis=0)[:, measured] for episode in episodes]
-    changes = [step[one] for step, one in zip(steps, whole, strict=True)]
+    changes = [step[one] for step, one in zip(steps, usable, strict=True)]
     return Transitions(np.concatenate(inputs), np.concatenate(changes))
 
 
-def _is_one_period(episode: Episode) -> Mask:
-    """(T,) whether no sample is missing between the two that begin and end a control period."""
-    steps = np.diff(episode.observations[:, _TIME])
-    return np.asarray(steps < _MISSING * episode.control_period)
+def _is_usable(episode: Episode, channels: Channels) -> Mask:
+    """(T,) whether no sample is missing between the two of a control period, nor where its past commands acted.
+
+    In a period that a host or a line missed, the command before it acted, or the one after it for a part of the period.
+    """
+    is_whole = np.asarray(np.diff(episode.observations[:, _TIME]) < _MISSING * episode.control_period)
+    found = is_whole.copy()
+    for lag in channels.lags.values():
+        found[lag:] &= is_whole[:-lag]
+    return found
 
 
-def unbroken(episodes: Sequence[Episode]) -> list[Episode]:
-    """The stretches of episodes in which no sample is missing, those without a control period left out.
+def unbroken(episodes: Sequence[Episode], channels: Channels) -> list[Episode]:
+    """The stretches of episodes in which no sample is missing and all past commands are known.
+
+    Those without a control period are left out.
 
     Args:
         episodes: over ground.
+        channels: of their states.
     """
     found: list[Episode] = []
     for episode in episodes:
-        is_whole = _is_one_period(episode)
-        if len(episode) and is_whole.all():
+        is_usable = _is_usable(episode, channels)
+        if len(episode) and is_usable.all():
             found.append(episode)
             continue
-        edges = np.flatnonzero(np.diff(np.concatenate([[False], is_whole, [False]])))
+        edges = np.flatnonzero(np.diff(np.concatenate([[False], is_usable, [False]])))
         for begin, end in edges.reshape(-1, 2):
             rows = slice(begin, end + 1)
             part = replace(

@@ -112,13 +112,14 @@ class ModelRecipe:
     def learn_smoothed(self, learned: LearnedModel, episodes: Sequence[Episode], seed: int) -> LearnedModel:
         """What was learned from episodes as measured, learned again from smoothed states, where that is asked for.
 
-        Where samples are missing, an episode ends, and what comes after them is one of its own.
+        Where samples are missing, an episode ends; the next begins as soon as all past commands are known again.
 
         Raises: as `learn_difference`.
         """
         if self.smoothing is None:
             return learned
-        base, episodes = replace(learned.model, g=None), unbroken([episode.over_ground() for episode in episodes])
+        base = replace(learned.model, g=None)
+        episodes = unbroken([episode.over_ground() for episode in episodes], base.channels)
         names = [base.channels.names[i] for i in base.channels.measured]
         levels = NoiseLevels(self.smoothing.sensor_variances(names), learned.model.process_noise)
         for _ in range(self.smoothing.rounds):
