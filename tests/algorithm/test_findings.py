@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from twbal.algorithm.findings import Findings, _note, _predicted_by, _with_parts, summarise
-from twbal.algorithm.iteration import Diagnosis, Iteration, PolicyFile, Search
+from twbal.algorithm.iteration import Base, Diagnosis, Iteration, PolicyFile, Search
 from twbal.algorithm.prediction import Assessment, PredictedBy, Prediction
 from twbal.core.evaluation import PlaceBy, SuccessCriterion, Verdict
 from twbal.core.gaussian import Gaussian
@@ -141,6 +141,14 @@ def test_policy_0_that_an_earlier_round_in_simulation_found_is_no_repetition():
 def test_policies_that_fell_in_rehearsal_are_told_of(diagnosis, searches, said):
     note = _note(iteration(1, 10, diagnosis=diagnosis), [], searches)
     assert note == ("Searched 3 times: what came before did not balance in the corrected simulation." if said else "")
+
+
+def test_the_f_that_g_was_learned_on_is_told_with_its_lead_in_evidence():
+    note = _note(iteration(1, 10, base=Base.IDENTIFIED, evidence_gain=28.4), [iteration(0)], 1)
+    assert note == (
+        "g was learned on top of the f of the identified simulation, which explains the rollouts best: their log "
+        "evidence is higher by 28 than under the next best f."
+    )
 
 
 def test_a_policy_that_is_driven_for_the_models_sake_is_not_called_a_failed_search():

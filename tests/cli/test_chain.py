@@ -101,6 +101,19 @@ def matern(chain, tmp_path_factory):
     return folder
 
 
+def test_of_several_candidates_for_f_the_evidence_of_each_is_printed_and_which_is_taken(chain, tmp_path, capsys):
+    capsys.readouterr()
+    f = chain / "f" / "model.pt"
+    run("fit-diff-gp", tmp_path, f"dynamics=[{f},null]", f"episodes={chain / 'real'}", *QUICK)
+    lines = capsys.readouterr().out.splitlines()[:2]
+    told = [
+        re.fullmatch(rf"  log evidence of the episodes {under}: (-?\d+\.\d)( \(the highest: g is learned .+\))?", line)
+        for under, line in zip((f"under the f of {re.escape(str(f))}", "without a simulation"), lines, strict=True)
+    ]
+    (taken,) = (float(each[1]) for each in told if each[2])
+    assert taken == max(float(each[1]) for each in told)
+
+
 @pytest.mark.slow
 def test_a_model_with_another_kernel_is_searched_by_particles(chain, matern, tmp_path):
     model = load_model(matern / "f" / "model.pt").model

@@ -1,6 +1,7 @@
 """Algorithm 1 as one command, in small: what it leaves, what it says, and what it does the second time."""
 
 import json
+import re
 import sys
 
 import numpy as np
@@ -148,6 +149,7 @@ def test_a_second_go_does_nothing_and_says_the_same(folder, capsys):
     assert {path: path.stat().st_mtime_ns for path in stamps} == stamps
     assert f"report  {folder / 'report.html'}" in said
     assert f"policy  {folder / 'best_policy.pt'}" in said
+    assert f"script  {folder / 'commands.sh'} (runs the same stages one by one)" in said
     assert "->" not in said
     searched, updated = check(folder, said)
     assert searched.searched and updated.searched  # what this kind of run is
@@ -189,7 +191,9 @@ def test_other_settings_are_refused_before_anything_is_done(folder, capsys):
 
 def test_a_step_that_fails_is_named_with_its_folder(tmp_path, capsys):
     assert iterate(tmp_path, "sim_collect.rollouts=1", "sim_collect.steps=3") == 1
-    lines = [line for line in capsys.readouterr().err.splitlines() if line.startswith("twbal: error:")]
+    printed = capsys.readouterr()
+    assert re.search(r"^  took \d+\.\d s$", printed.out, re.MULTILINE)  # sim-collect, which did not fail
+    lines = [line for line in printed.err.splitlines() if line.startswith("twbal: error:")]
     (line,) = lines
     assert line.startswith(f"twbal: error: fit-sim-gp in {tmp_path / 'simulation/0_model'}: Too few samples")
 
@@ -197,5 +201,5 @@ def test_a_step_that_fails_is_named_with_its_folder(tmp_path, capsys):
 def test_it_says_how_to_go_on_after_an_interruption(folder, capsys):
     assert iterate(folder) == 0
     first = capsys.readouterr().out.splitlines()[0]
-    assert first.startswith("After an interruption, this goes on where it was: twbal iterate updates=1 ")
+    assert first.startswith("If this run is interrupted, this command resumes it: twbal iterate updates=1 ")
     assert first.endswith(f" hydra.run.dir={folder}")

@@ -147,6 +147,10 @@ def test_what_is_known_of_the_robot_is_an_input_and_a_search_with_it_is_repeatab
     assert record.path == str(driven / "episodes" / "trial_000.mcap")
     known = f"known={folder / 'identified'}"
     search(folder, "known", *ROBUST, known)
+    assert re.search(
+        r"  regulator of sampled robot 0 \(.+\): \d+% of \d+ sampled robots succeed; the learned model expects",
+        capsys.readouterr().out,
+    )
     (record,) = read_manifest(folder / "known").inputs["known"]
     assert record.path == str(folder / "identified" / "robot_distribution.pt")
     origins = [c.origin for c in load_prediction(folder / "known" / "prediction.pt").candidates]
@@ -155,7 +159,7 @@ def test_what_is_known_of_the_robot_is_an_input_and_a_search_with_it_is_repeatab
     capsys.readouterr()
     search(folder, "known", *ROBUST, known)
     assert {path: path.stat().st_mtime_ns for path in made} == made
-    assert "of the long rollouts succeed" not in capsys.readouterr().out
+    assert "the learned model expects a cost of" not in capsys.readouterr().out
     search(folder, "known_again", *ROBUST, known)
     assert output_hashes(folder / "known_again") == output_hashes(folder / "known")
     search(folder, "sheet", *ROBUST)
@@ -232,7 +236,10 @@ def test_the_same_command_gives_the_same_bytes(folder):
 def test_it_tells_what_it_does_and_what_comes_next(folder, capsys):
     search(folder, "told")
     *progress, policy, prediction, following = capsys.readouterr().out.splitlines()
-    assert all("of the long rollouts succeed" in line for line in progress)
+    judged = (
+        r"  .+: \d+% of 3 robots sampled from the learned model succeed; the learned model expects a cost of \d\.\d\d"
+    )
+    assert all(re.fullmatch(judged, line) for line in progress)
     assert progress
     assert (policy, prediction) == tuple(f"made  {folder / 'told' / name}.pt" for name in ("policy", "prediction"))
     assert following == f"next  twbal real-rollout policy.path={folder / 'told' / 'policy.pt'}"

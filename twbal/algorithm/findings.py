@@ -260,8 +260,8 @@ def _note(iteration: Iteration, before: Sequence[Iteration], searches: int) -> s
         notes.append(f"It was not tested again: the trials shown are those of iteration {iteration.trials_of}.")
     if iteration.base is not None and iteration.evidence_gain is not None:
         notes.append(
-            f"g was learned on the {iteration.base} simulation's f, under which the rollouts are likelier by "
-            f"{iteration.evidence_gain:.0f} nats than under the next best."
+            f"g was learned on top of the f of the {iteration.base} simulation, which explains the rollouts best: "
+            f"their log evidence is higher by {iteration.evidence_gain:.0f} than under the next best f."
         )
     if iteration.diagnosis is Diagnosis.USED and searches > 1:
         notes.append(f"Searched {searches} times: what came before did not balance in the corrected simulation.")

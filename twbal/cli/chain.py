@@ -146,7 +146,7 @@ class Chain:
         kept = manifest == before
         wall_s = manifest.wall_s if kept else time.monotonic() - began
         is_old = kept and manifest.started < self._began  # else it was begun ahead, in this run
-        print("  is there already" if is_old else f"  {wall_s:.1f} s", flush=True)
+        print("  is there already" if is_old else f"  took {wall_s:.1f} s", flush=True)
         inherited = words[: len(words) - len(overrides)]
         self.commands.append(command_line(call.stage, [*self._flags, *inherited, *by_hand], ROOT / call.folder))
         self.outputs |= {(call.folder / made.path).as_posix(): made.sha256 for made in manifest.outputs}

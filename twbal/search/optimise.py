@@ -133,8 +133,14 @@ def judge_policy(task: Task, policy: RbfPolicy, progress: Callable[[str], None],
 
 
 def _in_words(found: Candidate) -> str:
-    """How a candidate was judged."""
-    return f"{found.origin}: cost {found.cost:.2f}, {found.judged.success:.0%} of the long rollouts succeed"
+    """How a candidate was judged: by sampled robots, which decide, and by the learned model."""
+    whose = "robots sampled from the learned model" if found.robots is None else "sampled robots"
+    margin = None if found.robots is None else found.robots.margin
+    changed = "" if margin is None else f", and {margin:.0%} of as many that changed"
+    return (
+        f"{found.origin}: {found.judged.success:.0%} of {found.sampled} {whose} succeed{changed}; the learned model "
+        f"expects a cost of {found.cost:.2f}"
+    )
 
 
 def _searched(task: Task, short: Minimised, start: Start, scales: Array, linear: bool) -> RbfPolicy:

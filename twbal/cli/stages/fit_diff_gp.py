@@ -82,8 +82,9 @@ def fit_likeliest_to_files(
         chosen=learned.chosen,
     )
     for number, (base, total) in enumerate(zip(bases, evidence.totals, strict=True)):
-        kept = " (kept)" if number == learned.chosen else ""
-        say(f"log evidence {total:.1f} on {'no simulation' if base is None else base}{kept}")
+        under = "without a simulation" if base is None else f"under the f of {base}"
+        chosen = " (the highest: g is learned on top of it)" if number == learned.chosen else ""
+        say(f"log evidence of the episodes {under}: {total:.1f}{chosen}")
     episodes = {**before[learned.chosen].episodes, "robot": hashes(files)}
     save_model(out / MODEL, SavedModel(learned.learned.model, episodes))
     write_record(out / EVIDENCE, evidence)

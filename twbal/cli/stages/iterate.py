@@ -59,7 +59,7 @@ def main(cfg: DictConfig) -> float | None:
     out, hydra, flags = run_folder(), HydraConfig.get(), configuration_flags()
     words = [word for word in hydra.overrides.task if not word.startswith("hydra.")]
     known_robot(cfg)  # what cannot be used is refused before any word of going on
-    again = f"After an interruption, this goes on where it was: {_again(flags, words, out)}"
+    again = f"If this run is interrupted, this command resumes it: {_again(flags, words, out)}"
     print(f"{again}\n", flush=True)
     try:
         run(cfg, out, hydra.runtime.choices, flags)
@@ -70,8 +70,8 @@ def main(cfg: DictConfig) -> float | None:
     print(f"\n{rule_in_words(instantiate(cfg.success), cfg.robot.control_period)}")
     print(f"\n{summary_table(summary)}\n")
     print(f"policy  {out / BEST_POLICY}")
-    print(f"by hand {out / SCRIPT}")
     print(f"report  {out / REPORT}")
+    print(f"script  {out / SCRIPT} (runs the same stages one by one)")
     for command in _following(summary, out, flags, words, cfg.updates):
         print(f"next    {command}")
     best = summary.best
