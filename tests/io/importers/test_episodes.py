@@ -139,6 +139,23 @@ def test_a_pose_gives_the_way_whatever_the_heading(brought):
     assert np.std(seen(episode, "yaw_rate") - turning) < 0.02
 
 
+def test_what_was_worked_out_is_said_once_for_all_recordings(brought):
+    rows = np.concatenate([ROWS, np.random.default_rng(0).normal(1.0, 0.01, ROWS.shape) * ROWS + [9, *[0] * 7]])
+    gone = "import.quantities={tilt_rate:null,acceleration:null,wheel_rate:null}"
+    imported = brought(rows[np.argsort(rows[:, 0])], gone)
+    (note,) = (note for note in imported.notes if "worked out" in note)
+    assert len(imported.episodes) > 1
+    assert note.count("tilt_rate (to") == note.count("wheel_rate (to") == note.count("acceleration (to") == 1
+
+
+def test_a_header_again_needs_a_column_of_time(brought, tmp_path):
+    """Else nothing tells whether a recording goes on."""
+    (tmp_path / "log.csv").write_text(text(ROWS[:200, 1:], names=NAMES[1:]) + text(ROWS[200:, 1:], names=NAMES[1:]))
+    of_rate = mapping("import.quantities={time:null}", "import.rate=100")
+    with pytest.raises(LogError, match=r"Line 202 of .* is its header again, and without a column of time"):
+        import_file(tmp_path / "log.csv", of_rate, Wanted(CHANNELS, None, 50), SOURCE)
+
+
 def test_a_rate_stands_in_for_time(brought):
     rows = ROWS[:, 1:]
     episode = only(brought(rows, "import.quantities={time:null}", "import.rate=100", names=NAMES[1:]))

@@ -86,3 +86,18 @@ def test_an_object_with_other_names_is_refused_by_its_row(tmp_path):
     path.write_text(json.dumps(rows))
     with pytest.raises(LogError, match="Row 8 has the names of imu gyro; expected are those of the first row: pitch"):
         named_arrays(path)
+
+
+def test_times_of_day_are_seconds_from_the_first(tmp_path):
+    stamps = [f"2024-05-03T12:34:{50 + time:06.3f}Z" for time in ROWS[:, 0]]
+    (tmp_path / "log.json").write_text(json.dumps({"stamp": [*stamps[:-1], None], "tilt": ROWS[:, 1].tolist()}))
+    read = named_arrays(tmp_path / "log.json")["stamp"]
+    assert read[:-1] == pytest.approx(ROWS[:-1, 0]) and np.isnan(read[-1])
+    stamped = np.array([stamp[:-1] for stamp in stamps], dtype="datetime64[us]")
+    np.savez(tmp_path / "log.npz", stamp=stamped, tilt=ROWS[:, 1])
+    assert named_arrays(tmp_path / "log.npz")["stamp"] == pytest.approx(ROWS[:, 0])
+
+
+def test_words_are_no_times_of_day(tmp_path):
+    (tmp_path / "log.json").write_text(json.dumps({"mode": ["12:34:50", "idle"], "tilt": [0.1, 0.2]}))
+    assert list(named_arrays(tmp_path / "log.json")) == ["tilt"]

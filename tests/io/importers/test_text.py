@@ -138,13 +138,103 @@ def test_units_may_be_missing_and_a_first_row_of_text_and_empty_fields_is_a_samp
     assert len(read_text(path, ["tilt", "command"]).values) == 6
 
 
-@pytest.mark.parametrize(
-    ("content", "wrong"),
-    [(with_second_row("float,float,float"), "float,float,float"), ("My robot\n" + text(ROWS), "My robot")],
-)
-def test_of_two_lines_of_text_the_error_says_which_to_remove(content, wrong, log):
+def test_of_two_lines_of_text_the_error_says_which_to_remove(log):
+    wrong = "float,float,float"
     with pytest.raises(LogError, match=rf"two lines of text before its numbers.* Begin '{wrong}' with # or remove"):
-        read_text(log(content), WANTED)
+        read_text(log(with_second_row(wrong)), WANTED)
+
+
+BOOT = "rst:0x1 (POWERON_RESET),boot:0x13 (SPI_FAST_FLASH_BOOT)\nMPU6050 connected\n\nReady.\n"
+
+
+@pytest.mark.parametrize("before", ["My robot\n", BOOT, "0.03,0.01\n"])
+@pytest.mark.parametrize("delimiter", [",", ";", "\t", " "])
+def test_text_before_the_columns_begin_is_left_out_and_said(before, delimiter, log):
+    """Boot messages and titles, and a line whose beginning the recording missed."""
+    path = log(before.replace(",", delimiter) + text(ROWS, delimiter))
+    read = read_text(path, WANTED)
+    assert read.values == pytest.approx(ROWS[:, PLACES], abs=1e-8)
+    assert read.lines[0] == before.count("\n") + 2
+    assert any("before its columns begin: left out" in note for note in read.notes)
+    assert [column.name for column in all_columns(path)] == list(NAMES)
+
+
+@pytest.mark.parametrize("before", ["Log of May\n", "0.01,0.1\n"])
+def test_text_before_columns_without_a_header_is_left_out(before, log):
+    path = log(before + text(ROWS, names=None))
+    assert read_text(path, [1, 2, 8]).values == pytest.approx(ROWS[:, PLACES], abs=1e-8)
+
+
+def test_names_above_a_row_of_units_that_do_not_fit_are_not_taken_for_a_title(log):
+    path = log("time [s] tilt wheel\ns rad rad\n" + text(ROWS[:, :3], " ", names=None))
+    with pytest.raises(LogError, match=r"two lines of text|names 4 columns"):
+        read_text(path, ["time"])
+
+
+def test_the_stamps_of_a_serial_monitor_are_not_read(log):
+    content = "\n".join(f"12:34:{k % 60:02d}.789 -> {line}" for k, line in enumerate(text(ROWS).splitlines()))
+    assert read_text(log(content + "\n"), WANTED).values == pytest.approx(ROWS[:, PLACES], abs=1e-8)
+
+
+LONG = columns(400)
+
+
+def test_a_few_torn_lines_are_left_out_and_said(log):
+    """A serial line loses characters, so that two lines become one, or a part of one."""
+    lines = text(LONG).splitlines()
+    lines[100] = lines[100][:9] + lines[101][20:]
+    lines[300] = "0.1"
+    read = read_text(log("\n".join(lines) + "\n"), WANTED)
+    assert read.values == pytest.approx(np.delete(LONG[:, PLACES], [99, 299], axis=0), abs=1e-8)
+    assert list(read.rows[98:100]) == [98, 100]  # a row is missing between them
+    assert "2 lines have another number of columns, first line 101: left out" in read.notes
+
+
+def test_many_torn_lines_are_an_error_that_gives_the_first(log):
+    lines = text(LONG).splitlines()
+    for k in range(100, 110):
+        lines[k] = "0.1"
+    with pytest.raises(LogError, match=r"Line 101 of .* has 1 columns, those before it 8"):
+        read_text(log("\n".join(lines) + "\n"), WANTED)
+
+
+def test_a_field_that_is_no_number_now_and_then_is_taken_as_missing(log):
+    lines = text(LONG).splitlines()
+    lines[50] = ",".join(["0.49", "0.1.2", *lines[50].split(",")[2:]])
+    read = read_text(log("\n".join(lines) + "\n"), WANTED)
+    assert np.isnan(read.values[49, 1]) and np.isfinite(np.delete(read.values, 49, axis=0)).all()
+    assert "'0.1.2' in column 2 (tilt) of line 51 is taken as missing" in read.notes
+
+
+@pytest.mark.parametrize("word", ["-", "--", "N/A", "NA", "none", "NULL", "-nan", "NaN", ""])
+def test_whatever_says_that_a_number_is_missing_is_no_reason_to_pass_its_column_over(word, log):
+    lines = [line.split(",") for line in text(ROWS).splitlines()]
+    for k in range(1, 60, 7):
+        lines[k][1] = word
+    path = log("\n".join(map(",".join, lines)) + "\n")
+    assert np.isnan(read_text(path, WANTED).values[::7, 1]).all()
+    (tilt,) = (column for column in all_columns(path) if column.name == "tilt")
+    assert np.isfinite(tilt.values).sum() == 51
+
+
+@pytest.mark.parametrize("begin", ["2024-05-03T12:34:", "2024-05-03 12:34:", "12:34:"])
+@pytest.mark.parametrize("end", ["", "Z", "+02:00"])
+@pytest.mark.parametrize("names", [NAMES, None])
+def test_times_of_day_are_seconds_from_the_first(begin, end, names, log):
+    rows = [line.split(",") for line in text(LONG, names=names).splitlines()]
+    for row, time in zip(rows[bool(names) :], LONG[:, 0], strict=True):
+        row[0] = f"{begin}{time + 50:06.3f}{end}"
+    path = log("\n".join(map(",".join, rows)) + "\n")
+    read = read_text(path, [1, 2])
+    assert read.values == pytest.approx(LONG[:, :2], abs=1e-8)
+    assert any("seconds from the first" in note for note in read.notes)
+    assert all_columns(path)[0].values == pytest.approx(LONG[:, 0], abs=1e-8)
+
+
+@pytest.mark.parametrize(("begin", "named"), [(b"\x1f\x8b\x08\0", "gzip.* gunzip"), (b"PK\x03\x04\0\0", "workbook")])
+def test_a_compressed_file_is_said_to_be_one(begin, named, log):
+    with pytest.raises(LogError, match=f"compressed by .*{named}"):
+        read_text(log(begin * 30), WANTED)
 
 
 def test_an_empty_field_is_no_number(log):
@@ -285,7 +375,8 @@ def test_damaged_files_are_read_or_refused_and_never_crash(log):
         assert read.values.shape == (len(read.lines), 3)
 
 
-def test_a_header_that_comes_again_is_said_to_be_one(log):
-    path = log(text(ROWS[:20]) + text(ROWS[20:]))
-    with pytest.raises(LogError, match=r"Line 22 of .* is its header again: expected is one recording a file"):
-        read_text(path, WANTED)
+def test_a_header_that_comes_again_after_a_reset_is_left_out_and_said(log):
+    read = read_text(log(text(ROWS[:20]) + text(ROWS[20:])), WANTED)
+    assert read.values == pytest.approx(ROWS[:, PLACES], abs=1e-8)
+    assert read.lines[20] == 23
+    assert "its header comes again, first in line 22: left out" in read.notes

@@ -11,10 +11,14 @@ from twbal.core.errors import LogError
 from twbal.core.gaussian import Array
 from twbal.io.importers.arrays import named_arrays
 from twbal.io.importers.column_names import Meaning, meaning_of, names_in_comments
+from twbal.io.importers.fields import MISSING, is_time
 from twbal.io.importers.formats import reader_of
-from twbal.io.importers.text_files import check_names, fields_of, layout_of, lines_of, read_text
+from twbal.io.importers.text_files import read_text
+from twbal.io.importers.text_layout import check_names, fields_of, layout_of
+from twbal.io.importers.text_lines import lines_of
 
 _SHOWN = 5
+_ODD = 0.01  # share of the fields of a column of numbers that are none, at most
 
 
 class Column(NamedTuple):
@@ -44,7 +48,7 @@ def all_columns(path: Path) -> list[Column]:
         return _columns(list(arrays), list(arrays), list(arrays.values()))
     layout = layout_of(path, lines_of(path))
     check_names(path, layout)
-    numbers = [k for k in range(layout.width) if all(_plain(row[k]) for row in layout.sample if k < len(row))]
+    numbers = [k for k in range(layout.width) if _is_of_numbers([row[k] for row in layout.sample])]
     if not numbers:
         raise LogError(
             f"{path} has no column in which all fields are numbers. Are there lines of text before its header, or does "
@@ -72,10 +76,18 @@ def _columns(
     return found
 
 
+def _is_of_numbers(fields: Sequence[str]) -> bool:
+    """Whether fields are numbers or times of day, but for a few that say that one is missing, or are torn."""
+    there = [field for field in fields if field.lower() not in MISSING]
+    hexadecimal = any(field[:2].lower() == "0x" for field in there)
+    odd = sum(not (_plain(field) or is_time(field)) for field in there)
+    return not hexadecimal and odd <= _ODD * len(there)
+
+
 def _plain(field: str) -> bool:
-    """Whether a field is empty or a number that is not hexadecimal."""
+    """Whether a field is a number that is not hexadecimal."""
     try:
-        float(field.replace(",", ".") or "nan")
+        float(field.replace(",", "."))
     except ValueError:
         return False
     return "_" not in field

@@ -9,6 +9,7 @@ import numpy as np
 from twbal.core.errors import LogError, printable
 from twbal.core.gaussian import Array
 from twbal.io.importers.columns import Columns, Name, places
+from twbal.io.importers.fields import seconds_of, seconds_since_first
 from twbal.io.importers.formats import reader_of
 
 
@@ -54,10 +55,15 @@ def read_arrays(path: Path, wanted: Sequence[Name], names: Sequence[str] = ()) -
 
 
 def _array(value: Any) -> Array:
-    """An array, in which empty entries of a list (null, "") are NaN."""
+    """An array, in which empty entries of a list (null, "") are NaN, and times of day are seconds from the first."""
+    if isinstance(value, list | tuple) and value and isinstance(value[0], str):
+        fields = ["" if item is None else item for item in value]
+        if all(isinstance(item, str) for item in fields) and (seconds := seconds_of(fields)) is not None:
+            return seconds
     if isinstance(value, list) and any(item is None or item == "" for item in value):
         value = [np.nan if item is None or item == "" else item for item in value]
-    return np.asarray(value)
+    array = np.asarray(value)
+    return seconds_since_first(array) if array.dtype.kind == "M" and array.ndim == 1 and len(array) else array
 
 
 def _columns(prefix: str, tree: Mapping[str, Any]) -> list[tuple[str, Array]]:

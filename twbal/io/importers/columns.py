@@ -26,6 +26,7 @@ class Columns(NamedTuple):
         rows: (n,) the same among rows of numbers alone, from 0 on: empty lines and comments do not count.
         row: what such a number counts, "line" or "row".
         notes: what was odd, and what was done about it.
+        header_again: number of the first line that repeats the header; 0 where none does.
     """
 
     values: Array
@@ -33,6 +34,7 @@ class Columns(NamedTuple):
     rows: NDArray[np.int64]
     row: str
     notes: tuple[str, ...]
+    header_again: int = 0
 
 
 def file_data(path: Path) -> bytes:

@@ -74,6 +74,11 @@ def import_file(path: Path, mapping: LogMapping, wanted: Wanted, provenance: Pro
     columns, notes = _without_nan(path, _with_last_command(columns, mapping))
     signals = mapping.signals(columns)
     if mapping.rate is not None:
+        if columns.header_again:
+            raise LogError(
+                f"Line {columns.header_again} of {path} is its header again, and without a column of time nothing "
+                "tells whether a new recording begins there: expected is one recording a file. Cut the file there."
+            )
         signals["time"] = (columns.rows - columns.rows[0]) / mapping.rate  # rows left out leave gaps
     if "heading" in signals:
         signals["heading"] = np.unwrap(signals["heading"])  # means and lost samples are between two of one turn
@@ -105,7 +110,10 @@ def import_file(path: Path, mapping: LogMapping, wanted: Wanted, provenance: Pro
         )
     if mapping.skip:
         notes.append(f"the first {mapping.skip:g} s of each recording are left out")
-    worked_out = dict.fromkeys(f"{e.channel} ({_accuracy(e)})" for episode in episodes for e in episode.estimated)
+    worst: dict[str, Estimated] = {}
+    for each in (each for episode in episodes for each in episode.estimated):
+        worst[each.channel] = max(worst.get(each.channel, each), each, key=lambda known: known.sd)
+    worked_out = [f"{each.channel} ({_accuracy(each)})" for each in worst.values()]
     if worked_out:
         notes.append(f"not measured, and worked out: {', '.join(worked_out)}")
     looked_at = _part(max(parts, key=lambda part: len(part["time"])), period.of(1, wanted.period), mapping, wanted)

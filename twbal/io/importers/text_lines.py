@@ -1,0 +1,69 @@
+"""The lines of a text file, whatever its encoding and the ends of its lines."""
+
+import codecs
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+from twbal.core.errors import LogError
+from twbal.io.importers.columns import file_data
+from twbal.io.importers.formats import readable
+
+_COMPRESSED = {
+    b"\x1f\x8b": "gzip: unpack it first, by gunzip",
+    b"BZh": "bzip2: unpack it first, by bunzip2",
+    b"\xfd7zXZ\0": "xz: unpack it first, by unxz",
+    b"\x28\xb5\x2f\xfd": "zstd: unpack it first, by unzstd",
+    b"PK\x03\x04": "zip: unpack it first, or export it as CSV where it is a workbook of a spreadsheet",
+}
+"""What compressed files begin with, and what to do about them."""
+_STAMP = re.compile(r"\d{1,2}:\d\d:\d\d[.,]\d+ -> ?")  # as the serial monitor of Arduino writes them
+
+
+def lines_of(path: Path) -> list[str]:
+    """The lines of a text file, without the time that Arduino's serial monitor writes before each (`... -> `).
+
+    Raises:
+        LogError: it cannot be read, or is no text.
+    """
+    data = file_data(path)
+    if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):  # as Excel and PowerShell write it
+        try:
+            return _without_stamps(_parted(data.decode("utf-16")))
+        except UnicodeDecodeError as error:
+            raise LogError(f"{path} begins as text in UTF-16, and breaks off or is none: {error}.") from error
+    for begin, advice in _COMPRESSED.items():
+        if data.startswith(begin):
+            raise LogError(f"{path} is no text file, but compressed by {advice}.")
+    if b"\0" in data[:65536]:
+        raise LogError(
+            f"{path} is no text file (it has zero bytes in it), whatever its name says. "
+            f"{readable()}; an .mcap file of twbal's needs no import."
+        )
+    text = _decoded(data)
+    looked_at = text[: 1 << 18]
+    odd = sum(not (c.isprintable() or c in "\t\n\r") for c in looked_at)
+    if odd > 0.02 * len(looked_at):
+        raise LogError(f"{path} is no text file: {odd} of its first {len(looked_at)} bytes are no characters.")
+    return _without_stamps(_parted(text))
+
+
+def _parted(text: str) -> list[str]:
+    """The lines of a text, whose ends are LF, CR LF, or CR throughout."""
+    text = text.replace("\r\n", "\n")
+    return text.split("\n" if "\n" in text else "\r")
+
+
+def _decoded(data: bytes) -> str:
+    """Text in UTF-8, with or without a byte-order mark; else in Latin-1, which any bytes are."""
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return data.removeprefix(b"\xef\xbb\xbf").decode("latin-1")
+
+
+def _without_stamps(lines: Sequence[str]) -> list[str]:
+    """Lines without the stamps of a serial monitor, where the first one that is not empty has one."""
+    if not _STAMP.match(next((line for line in lines if line.strip()), "")):
+        return list(lines)
+    return [_STAMP.sub("", line, count=1) if _STAMP.match(line) else line for line in lines]
