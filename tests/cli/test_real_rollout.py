@@ -1,6 +1,7 @@
 import gc
 import os
 import signal
+import tempfile
 from contextlib import closing, contextmanager
 
 import numpy as np
@@ -10,6 +11,7 @@ from hydra.utils import instantiate
 
 from twbal.algorithm.rollout import rollout
 from twbal.algorithm.settings import RolloutSettings
+from twbal.cli import kept_episodes
 from twbal.cli.composition import composing
 from twbal.cli.conf_folder import conf_folder
 from twbal.cli.kept_episodes import what_is_kept
@@ -203,22 +205,53 @@ def test_ctrl_c_while_a_trial_is_logged_loses_nothing_of_it(cfg, tmp_path, monke
     assert len(read_episode(pressed[0])) == 8
 
 
-def test_a_trial_that_cannot_be_logged_is_an_error_and_the_robot_is_off(cfg, tmp_path):
+@pytest.fixture
+def temporary(tmp_path, monkeypatch):
+    """The temporary folder."""
+    folder = tmp_path / "temporary"
+    folder.mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(folder))
+    return folder
+
+
+def test_a_trial_that_cannot_be_logged_is_an_error_the_robot_is_off_and_the_trial_is_kept_elsewhere(
+    cfg, tmp_path, temporary
+):
     (tmp_path / "episodes").write_text("a file where a folder belongs")
     events = []
-    with pytest.raises(DataError, match=r"Cannot write .*trial_000\.mcap.* Is there room on the disk"):
+    said = r"Cannot write .*trial_000\.mcap.* Is there room.* 8 samples of trial 0 are kept in .*: move that to"
+    with pytest.raises(DataError, match=said):
         drive(cfg, Trap(lambda: None), tmp_path, lambda: watched(cfg.link, events))
     assert events[: events.index("left")] == ["reset", "stop"]
+    (log,) = temporary.rglob("*.mcap")
+    assert (log.name, len(read_episode(log))) == ("trial_000.mcap", 8)
 
 
-def test_ctrl_c_in_a_trial_that_cannot_be_logged_ends_the_stage_as_ever(cfg, tmp_path, capsys):
+def test_a_trial_that_cannot_be_logged_anywhere_is_said_to_be_lost(cfg, tmp_path, temporary, monkeypatch):
+    def full(file, episode):
+        raise DataError(f"Cannot write {file}.")
+
+    monkeypatch.setattr(kept_episodes, "write_episode", full)
+    with pytest.raises(DataError, match=r"Cannot write .*trial_000\.mcap\. 8 samples of trial 0 are lost\.$"):
+        drive(cfg, Trap(lambda: None), tmp_path, lambda: instantiate(cfg.link))
+    assert not list(temporary.iterdir())
+    monkeypatch.setattr(kept_episodes, "mkdtemp", lambda prefix: os.mkdir(tmp_path / "nowhere" / prefix))
+    with pytest.raises(DataError, match=r"8 samples of trial 0 are lost\.$"):
+        drive(cfg, Trap(lambda: None), tmp_path, lambda: instantiate(cfg.link))
+
+
+def test_ctrl_c_in_a_trial_that_cannot_be_logged_ends_the_stage_as_ever(cfg, tmp_path, capsys, temporary):
     def press():
         raise KeyboardInterrupt
 
     (tmp_path / "interrupted").write_text("a file where a folder belongs")
     with pytest.raises(KeyboardInterrupt):
         drive(cfg, Trap(press), tmp_path, lambda: instantiate(cfg.link))
-    assert "5 samples of trial 0 are lost. Cannot write" in capsys.readouterr().out
+    (log,) = temporary.rglob("*.mcap")
+    said = capsys.readouterr().out
+    assert "Cannot write" in said
+    assert f"5 samples of trial 0 are kept in {log}: move that to" in said
+    assert len(read_episode(log)) == 5
 
 
 def test_a_policy_that_commands_no_number_ends_the_stage_and_the_trial_so_far_is_kept(cfg, tmp_path):
