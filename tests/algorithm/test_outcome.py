@@ -1,6 +1,7 @@
 """Sentences and the table say what the summary says, and nothing else."""
 
 import dataclasses
+import re
 from math import radians
 
 import pytest
@@ -144,7 +145,11 @@ def test_the_table_has_expected_successes_beside_real_ones_scores_and_why_a_poli
     first = iteration(0, 3, **SCORED, success_probability=0.83, reason=Reason.FIRST)
     kept = iteration(1, 4, crps=0.5, same_policy_as=0, search=Search.KEPT, reason=Reason.KEPT)
     above, header, line, other = summary_table(summary(first, kept)).splitlines()[:4]
-    for upper, lower in (("cost", "predicted"), ("CRPS", "/ of trials")):  # one above the other
+    for upper, lower in (
+        ("cost", "predicted"),
+        ("driven in", "trials"),
+        ("CRPS", "/ of trials"),
+    ):  # one above the other
         assert above.index(upper) + len(upper) == header.index(lower) + len(lower)
     assert above.index("succeeds") + len("succeeds") == header.rindex("predicted") + len("predicted")
     assert "new, first" in line and "0.83  3 of 10" in line and "0.012 / 0.01" in line
@@ -212,6 +217,7 @@ def test_a_headline_says_how_far_the_robot_went_and_what_told_it(by: PlaceBy, wo
 def test_the_table_of_trials_has_each_part_and_says_what_was_not_asked() -> None:
     about = summary(iteration(0, 3, **SHOWN), iteration(1, 0))
     text = summary_table(about)
+    assert re.search(r"from where it was put: median, worst  +place by  +command change  +tilt, peak to peak", text)
     (line,) = (line for line in text.splitlines() if "not asked" in line)
     assert line.split() == [
         "*",

@@ -7,14 +7,14 @@ from twbal.algorithm.following import FollowedCourse, FollowedSegment
 from twbal.algorithm.iteration import PARTS, Iteration
 from twbal.algorithm.summary import Summary
 
-_ABOVE = ("", "", "", "cost", "", "succeeds", "", "", "in 95 %", "CRPS", "tilt band,", "", "")
+_ABOVE = ("", "", "", "cost", "", "succeeds", "", "driven in", "in 95 %", "CRPS", "tilt band:", "", "")
 _ITERATIONS = (
     *("iteration", "policy", "real data", "predicted", "real", "predicted", "real", "trials"),
-    *("band", "/ of trials", "widest", "fit", "search"),
+    *("band", "/ of trials", "median, widest", "fit", "search"),
 )
 _TRIALS = (
-    *("iteration", "trials", *PARTS.values(), "from where it was put, worst", "told by", "command step"),
-    "tilt, peak to peak",
+    *("iteration", "trials", *PARTS.values(), "from where it was put: median, worst", "place by"),
+    *("command change", "tilt, peak to peak"),
 )
 _COURSE = ("trial", "from", "to", "asked", "driven", "off by", "from the reference, farthest", "at the end", "heading")
 
