@@ -139,6 +139,26 @@ def test_a_pose_gives_the_way_whatever_the_heading(brought):
     assert np.std(seen(episode, "yaw_rate") - turning) < 0.02
 
 
+def test_rows_out_of_order_are_an_error_that_says_so(brought):
+    order = np.arange(len(ROWS))
+    order[10:-10:20], order[11:-9:20] = order[11:-9:20].copy(), order[10:-10:20].copy()
+    with pytest.raises(LogError, match=r"time runs backwards 19 times, .* were they swapped\? Sort the file by"):
+        brought(ROWS[order])
+
+
+def test_a_scale_that_is_no_number_is_an_error_of_the_mapping(brought):
+    with pytest.raises(Exception, match="The scale and the offset of tilt are to be numbers; found None"):
+        mapping("import.quantities.tilt={from:tilt,scale:null}")
+
+
+@pytest.mark.parametrize(("lies", "warns"), [(slice(0, 50), True), (slice(360, 400), True), (slice(50, 60), False)])
+def test_a_robot_that_lies_for_a_while_is_warned_of(lies, warns, brought):
+    rows = ROWS.copy()
+    rows[lies, 1] = 1.3
+    found = [sentence for sentence in sentences(brought(rows)) if "the robot lies or is held for" in sentence]
+    assert len(found) == warns
+
+
 def test_what_was_worked_out_is_said_once_for_all_recordings(brought):
     rows = np.concatenate([ROWS, np.random.default_rng(0).normal(1.0, 0.01, ROWS.shape) * ROWS + [9, *[0] * 7]])
     gone = "import.quantities={tilt_rate:null,acceleration:null,wheel_rate:null}"

@@ -337,3 +337,120 @@ def test_a_left_and_a_right_rate_are_the_wheels(names, looked_at):
 def test_a_unit_with_a_slash_is_part_of_no_name(looked_at):
     mapping, _ = looked_at(**plain(**{"gyro_y_deg/s": COLUMN["rate"]}))
     assert mapping["quantities"]["tilt_rate"] == {"from": "gyro_y_deg/s", "unit": "deg/s"}
+
+
+def test_the_axis_of_a_gyro_that_the_tilt_changes_by_is_taken(looked_at):
+    rng = np.random.default_rng(5)
+    gyro = {"gyro_x": 0.02 * rng.standard_normal(len(ROWS)), "gyro_y": COLUMN["rate"], "gyro_z": COLUMN["yaw"]}
+    mapping, found = looked_at(**plain(**gyro))
+    assert mapping["quantities"]["tilt_rate"]["from"] == "gyro_y"
+    assert "of gyro_x and gyro_y the one that tilt changes by" in found.mapping
+    assert not any("tilt_rate" in each for each in found.open)
+
+
+def test_raw_numbers_of_a_gyro_are_taken_with_a_scale_to_fill_in(looked_at):
+    """An MPU-6050 at ±250 deg/s gives 131 for one deg/s."""
+    raw = {axis: np.round(131 * np.rad2deg(COLUMN[name])) for axis, name in (("gy", "rate"), ("gz", "yaw"))}
+    mapping, found = looked_at(time=COLUMN["t"], tilt_deg=np.rad2deg(COLUMN["tilt"]), torque=COLUMN["u"], **raw)
+    for quantity in ("tilt_rate", "yaw_rate"):
+        assert mapping["quantities"][quantity]["unit"] == "deg/s"
+        assert mapping["quantities"][quantity]["scale"] == "???"
+        assert f"scale of {quantity}" in found.open
+    assert "about 0.0076 by the changes of tilt_deg" in found.mapping
+
+
+def test_whole_degrees_a_second_need_no_scale(looked_at):
+    tilt, rate = 10 * np.rad2deg(COLUMN["tilt"]), np.round(10 * np.rad2deg(COLUMN["rate"]))
+    mapping, _ = looked_at(time=COLUMN["t"], tilt_deg=tilt, gyro=rate, torque=COLUMN["u"])
+    assert mapping["quantities"]["tilt_rate"] == {"from": "gyro", "unit": "deg/s"}
+
+
+@pytest.mark.parametrize(("bits", "unit"), [(16, "ms"), (16, "us"), (32, "us")])
+def test_a_counter_of_time_that_begins_anew_is_unwrapped(bits, unit, looked_at, tmp_path):
+    counter = (np.round(COLUMN["t"] * {"ms": 1e3, "us": 1e6}[unit]) + 2.0**bits - 1000) % 2**bits
+    mapping, _ = looked_at(micros=counter, tilt=COLUMN["tilt"], gyro=COLUMN["rate"], wheel_angle=COLUMN["wheel"])
+    assert mapping["quantities"]["time"] == {"from": "micros", "unit": unit, "wraps": 2**bits}
+
+
+def test_a_time_that_begins_at_zero_again_is_of_two_recordings_and_wraps_nowhere(looked_at):
+    again = np.concatenate([COLUMN["t"][:200], COLUMN["t"][:200]])
+    mapping, _ = looked_at(time=1e3 * again, tilt=COLUMN["tilt"], wheel_angle=COLUMN["wheel"])
+    assert mapping["quantities"]["time"] == {"from": "time", "unit": "ms"}
+
+
+@pytest.mark.parametrize(
+    ("wheel", "wraps"),
+    [
+        (np.round(20000 * COLUMN["wheel"] + 32768) % 65536 - 32768, 65536),
+        (np.rad2deg(3 * COLUMN["wheel"]) % 360, 360),
+        ((3 * COLUMN["wheel"]) % (2 * np.pi), pytest.approx(2 * np.pi)),
+        (COLUMN["wheel"], None),
+    ],
+)
+def test_angles_of_the_wheels_that_begin_anew_at_the_end_of_their_range_are_unwrapped(wheel, wraps, looked_at):
+    name = "wheel_angle_deg" if wraps == 360 else "wheel_angle"
+    mapping, _ = looked_at(time=COLUMN["t"], tilt=COLUMN["tilt"], torque=COLUMN["u"], **{name: wheel})
+    assert mapping["quantities"]["wheel_angle"].get("wraps") == wraps
+
+
+def test_rows_out_of_order_are_the_reason_why_a_time_is_not_taken(looked_at):
+    order = np.arange(len(ROWS))
+    order[10:-10:20], order[11:-9:20] = order[11:-9:20].copy(), order[10:-10:20].copy()
+    _, found = looked_at(time_ms=1e3 * COLUMN["t"][order], tilt=COLUMN["tilt"], wheel_angle=COLUMN["wheel"])
+    assert "time (time_ms runs backwards 19 times: are the rows in order?)" in found.open
+
+
+def test_a_column_with_words_among_its_numbers_is_named(tmp_path):
+    rows = [line.split(",") for line in text(ROWS[:, :2], names=("time", "tilt")).splitlines()]
+    for row in rows[5::9]:
+        row[1] = "off"
+    (tmp_path / "log.csv").write_text("\n".join(map(",".join, rows)) + "\n")
+    _, found = proposed(tmp_path / "log.csv")
+    assert "tilt (tilt: not all of its fields are numbers)" in found.open
+
+
+def test_a_quaternion_and_a_current_are_named_with_what_to_do(looked_at):
+    quaternion = {f"/imu/orientation/{axis}": COLUMN["tilt"] for axis in "xyzw"}
+    mapping, found = looked_at(time=COLUMN["t"], wheel_angle=COLUMN["wheel"], motor_current=COLUMN["u"], **quaternion)
+    assert mapping["quantities"]["tilt"]["from"] == mapping["quantities"]["command"]["from"] == "???"
+    reasons = "; ".join(found.open)
+    assert "are a quaternion: add a column with the pitch, asin(2 (w y - z x))" in reasons
+    assert "perhaps motor_current: a current of a motor times torque constant and gear is a torque" in reasons
+
+
+ROS = {
+    **{"/imu/data/header/stamp": "t", "/imu/pitch": "tilt", "/imu/data/angular_velocity/y": "rate"},
+    **{"/imu/data/angular_velocity/z": "yaw", "/joint_states/left_wheel_joint/position": "wheel"},
+    **{"/joint_states/right_wheel_joint/position": "wheel", "/joint_states/left_wheel_joint/velocity": "wheel_rate"},
+    **{"/joint_states/right_wheel_joint/velocity": "wheel_rate", "/joint_states/left_wheel_joint/effort": "u"},
+    "/joint_states/right_wheel_joint/effort": "u",
+}
+ARDUINO = {
+    **{"millis": "t", "Angle": "tilt", "AngleRate": "rate", "PosL": "wheel", "PosR": "wheel", "SpeedL": "wheel_rate"},
+    **{"SpeedR": "wheel_rate", "PWML": "u", "PWMR": "u"},
+}
+
+
+def test_names_of_topics_are_understood(looked_at):
+    mapping, found = looked_at(**{name: COLUMN[column] for name, column in ROS.items()})
+    names = list(ROS)
+    sources = {name: told["from"] for name, told in mapping["quantities"].items() if told}
+    assert sources == {
+        **{"time": names[0], "tilt": names[1], "tilt_rate": names[2], "yaw_rate": names[3]},
+        **{"wheel_angle": names[4:6], "wheel_rate": names[6:8], "command": "???"},
+    }
+    assert any(f"perhaps both {names[8]} and {names[9]}" in reason for reason in found.open)
+
+
+def test_names_that_are_written_as_one_are_understood(looked_at):
+    mapping, found = looked_at(**{name: COLUMN[column] for name, column in ARDUINO.items()})
+    sources = {name: told["from"] for name, told in mapping["quantities"].items() if told}
+    assert sources["tilt"] == "Angle" and sources["tilt_rate"] == "AngleRate"
+    assert sources["voltage"] == ["PWML", "PWMR"]
+    assert any("perhaps both PosL and PosR" in reason for reason in found.open)
+    assert "perhaps both SpeedL and SpeedR" in found.mapping
+
+
+def test_wheels_of_which_the_name_does_not_say_what_are_named(looked_at):
+    _, found = looked_at(time=COLUMN["t"], tilt=COLUMN["tilt"], wheel_left=COLUMN["wheel"], wheel_right=COLUMN["wheel"])
+    assert any("wheel_angle (perhaps both wheel_left and wheel_right" in reason for reason in found.open)

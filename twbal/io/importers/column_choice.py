@@ -9,6 +9,7 @@ from twbal.core.gaussian import Array
 from twbal.io.importers.all_columns import Column
 from twbal.io.importers.column_names import COUNTED
 from twbal.io.importers.mapping import QUANTITIES, UNITS
+from twbal.io.importers.wraps import time_wrap
 
 _LARGEST_TILT = 3.5  # rad; a larger one is in degrees
 _STEPS = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
@@ -37,17 +38,26 @@ class Choice(NamedTuple):
 
 
 class Unit(NamedTuple):
-    """The unit of a column, what is to be said of it, and whether it is one that nothing but habit speaks for."""
+    """The unit of a column.
+
+    Attributes:
+        unit: of it.
+        comment: what is to be said of it.
+        is_assumed: whether nothing but habit speaks for it.
+        is_scaled: whether its numbers are in it; else they are to be scaled to it.
+    """
 
     unit: str
     comment: str = ""
     is_assumed: bool = False
+    is_scaled: bool = True
 
 
 def choose(quantity: str, columns: Sequence[Column]) -> Choice:
     """The columns of a quantity."""
     unit = QUANTITIES.get(quantity, "")
-    meant = [column for column in columns if column.meaning.quantity == quantity and np.isfinite(column.values).any()]
+    named = [column for column in columns if column.meaning.quantity == quantity]
+    meant = [column for column in named if np.isfinite(column.values).any()]
     units = {"", *UNITS.get(unit, ()), *(COUNTED if quantity in _OF_WHEELS else ())}
     fitting = [c for c in meant if c.meaning.unit in units or not unit]
     certain = [column for column in fitting if column.meaning.certain]
@@ -62,17 +72,22 @@ def choose(quantity: str, columns: Sequence[Column]) -> Choice:
         return Choice((), f"{' or '.join(column.name for column in certain)}?", is_for_person=True)
     if fitting:
         names = " or ".join(column.name for column in fitting)
+        if len(fitting) == 2 and {column.meaning.side for column in fitting} == {"left", "right"}:
+            names = f"both {fitting[0].name} and {fitting[1].name}"
         told = f"perhaps {names}: such a name may mean other things. If it is the {_SAID.get(quantity, quantity)}, "
         return Choice((), f"{told}fill in its name and unit")
     if meant:
         return Choice((), f"{meant[0].name} is in {meant[0].meaning.unit}: to take it, fill in a scale to {unit}")
+    if any(column.meaning.certain for column in named):
+        names = " and ".join(column.name for column in named)
+        return Choice((), f"{names}: not all of its fields are numbers")
     return Choice()
 
 
 def grows(values: Array) -> bool:
-    """Whether values go up from row to row, but for one in a hundred."""
+    """Whether values go up from row to row, but for one in a hundred, or for a counter that begins anew."""
     steps = np.diff(values[np.isfinite(values)])
-    return bool(len(steps) and np.median(steps) > 0 and np.mean(steps < 0) <= 0.01)
+    return bool(len(steps) and np.median(steps) > 0 and np.mean(steps < 0) <= 0.01) or time_wrap(values) is not None
 
 
 def is_even(values: Array) -> bool:

@@ -9,6 +9,9 @@ from twbal.io.importers.mapping import UNITS
 DUTY = "duty cycle"
 """What a drive is given in place of a voltage: no quantity of a mapping, but one needs only be scaled."""
 
+CURRENT, QUATERNION = "current", "quaternion"
+"""What a torque and a tilt can be worked out of: no quantities of a mapping."""
+
 _RATE = {"rate", "vel", "velocity", "speed", "dot", "omega", "rpm"}
 _ANGLE = {"angle", "pos", "position", "count", "counts", "tick", "ticks", "rad", "deg"}
 _BODY = {"tilt", "pitch", "roll", "lean", "inclination"}
@@ -24,10 +27,18 @@ _DRIVE = {"torque": "command", "tau": "command", "voltage": "voltage", "volt": "
 _WAY = {"dist", "distance", "odo", "odometry", "travel"}
 _PLACE = {"pose", "pos", "position", "odom"}
 _AXES = {"x", "y", "z"}
+_CURRENT = {"current", "currents", "amps"}
+_QUATERNION = {"quaternion", "quat", "orientation"}
 _VAGUE = {  # a letter that books use for this and for that; a command of what it does not say
     **{"theta": "tilt", "psi": "tilt", "phi": "wheel_angle", "dtheta": "tilt_rate", "dpsi": "tilt_rate"},
     **{"dphi": "wheel_rate", "u": "command", "command": "command", "cmd": "command", "control": "command"},
+    **{"effort": "command", "effort command": "command", "wheel": "wheel_angle", "wheels": "wheel_angle"},
 }
+_OF_SIDES = {"rpm": "wheel_rate", "tick": "wheel_angle", "ticks": "wheel_angle", "counts": "wheel_angle"}
+_PERHAPS_OF_SIDES = {"pos": "wheel_angle", "position": "wheel_angle", "angle": "wheel_angle", "speed": "wheel_rate"} | {
+    word: "wheel_rate" for word in ("vel", "velocity")
+}
+"""What else has a left and a right one is of the wheels; a speed may be in m/s."""
 _SIDES = {"left": "left", "l": "left", "right": "right", "r": "right"}
 _ELSE = {
     *("ref", "reference", "target", "setpoint", "desired", "des", "limit", "max", "min", "error", "err", "offset"),
@@ -38,12 +49,15 @@ _ELSE = {
 _FILLING = {
     *("estimated", "est", "filtered", "raw", "measured", "meas", "mean", "avg", "loop", "start", "cycle"),
     *("angular", "imu", "robot", "body", "sensor", "axle"),
+    *("data", "joint", "joints", "states", "controller", "header", "linear"),
 }
 """Words of columns that change nothing about their quantity."""
 _GLUED = (  # words that are written as one
     (r"([a-z0-9])([A-Z])", r"\1 \2"),
     (r"(?i)\b(gyro|gyr|acc|accel)([xyz])\b", r"\1 \2"),
     (r"(?i)\bg([xyz])\b", r"gyro \1"),
+    (r"(?i)\bq([wxyz])\b", r"quaternion \1"),
+    (r"(?i)\b(pwm|duty|torque|enc|encoder|ticks|pos|speed|vel|rpm|wheel|motor)([lr])\b", r"\1 \2"),
     (r"(?i)(wheel|motor|encoder|pitch|tilt|yaw|roll|body)(?=angle|rate|speed|vel|pos|dot|count|tick)", r"\1 "),
     (r"([A-Za-z])(\d)", r"\1 \2"),
 )
@@ -94,8 +108,12 @@ def meaning_of(name: str) -> Meaning:
     if _ELSE & set(stem):
         return Meaning(None, False, "", stem, unit)
     quantity, understood = _quantity(set(stem), unit)
-    if quantity is None and sides and not set(stem) - {"rpm"} and (stem or unit in UNITS["rad/s"]):
-        quantity, understood = "wheel_rate", {"rpm"}  # what else has a left and a right one
+    if sides and (quantity is None or stem == ("angle",)):
+        if not stem and unit in UNITS["rad/s"]:
+            quantity = "wheel_rate"
+        elif len(stem) == 1:
+            quantity = _OF_SIDES.get(stem[0], _PERHAPS_OF_SIDES.get(stem[0], quantity))
+            understood = set(_OF_SIDES)
     certain = not set(stem) - understood - _FILLING and len(sides) < 2
     return Meaning(quantity, certain, sides[0] if len(sides) == 1 else "", stem, unit)
 
@@ -172,13 +190,17 @@ def _quantity(words: set[str], unit: str) -> tuple[str | None, set[str]]:
     rate = bool(words & _RATE) or unit in UNITS["rad/s"]
     angle = bool(words & _ANGLE) or unit in UNITS["rad"]
     axis = words & _AXES
+    if words - _FILLING - _WHEEL <= _CURRENT and (words & _CURRENT or (unit in ("A", "mA") and words & _WHEEL)):
+        return CURRENT, _CURRENT | _WHEEL
+    if words & _QUATERNION and (axis or "w" in words):
+        return QUATERNION, _QUATERNION | _AXES | {"w"}
     if drive := words & set(_DRIVE):
         return _DRIVE[min(drive)], drive | _WHEEL
     if words & _WHEEL and unit in UNITS["V"]:
         return "voltage", _WHEEL
     if words & _TIME:
         return "time", _TIME
-    if words & _GYRO and not words & _ANGLE:
+    if (words & _GYRO and not words & _ANGLE) or ("angular" in words and axis and rate and not words & _WHEEL):
         return ("yaw_rate" if words & _YAW or "z" in axis else "tilt_rate"), _GYRO | _RATE | _BODY | _YAW | _AXES
     if words & _ACCELEROMETER:
         return "acceleration", {"acceleration", "forward", "platform"}  # of an IMU it has gravity in it: not certain
@@ -186,7 +208,7 @@ def _quantity(words: set[str], unit: str) -> tuple[str | None, set[str]]:
         return ("wheel_rate" if rate else "wheel_angle"), _WHEEL | _ENCODER | _RATE | _ANGLE
     if words & _YAW:
         return ("yaw_rate" if rate else "heading"), _YAW | _RATE | _ANGLE | _PLACE
-    if words & (_BODY | _GYRO) or words - _FILLING == {"angle"}:
+    if words & (_BODY | _GYRO) or words - _FILLING - _RATE == {"angle"}:
         return ("tilt_rate" if rate else "tilt"), _BODY | _GYRO | _RATE | _ANGLE | _PLACE
     if words & _WAY:
         return "distance", _WAY | _WHEEL
@@ -194,4 +216,5 @@ def _quantity(words: set[str], unit: str) -> tuple[str | None, set[str]]:
         return axis.pop(), _AXES | _PLACE
     if words - _PLACE == {"h"}:
         return "heading", {"h"} | _PLACE
-    return _VAGUE.get(" ".join(words)), set()
+    rest = words - _FILLING
+    return _VAGUE.get(" ".join(sorted(rest - _WHEEL or rest, reverse=True))), set()

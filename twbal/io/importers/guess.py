@@ -10,15 +10,12 @@ from twbal.core.plant import Observation
 from twbal.core.robot_parameters import RobotParameters
 from twbal.io.importers.all_columns import Column, all_columns, row_of
 from twbal.io.importers.column_choice import Unit, choose, counts, grows, is_even, unit_of
-from twbal.io.importers.column_names import DUTY
+from twbal.io.importers.column_names import CURRENT, DUTY, QUATERNION
 from twbal.io.importers.duty_torque import full_duty, torque_way
-from twbal.io.importers.mapping import QUANTITIES, UNITS
-from twbal.io.importers.rate_units import rate_unit
+from twbal.io.importers.mapping import QUANTITIES
+from twbal.io.importers.rate_choice import are_alike, rate_choice, unit_by_angle
+from twbal.io.importers.wraps import angle_wrap, time_wrap
 
-_OFF = {"tilt": 1.5, "wheel_angle": 1.1}
-"""Times by which a rate and the changes of its angle may differ: a tilt is filtered, and its gyro is of few per cent; a
-speed in cm/s may look like one in rpm."""
-_AXES = {"x", "y", "z"}
 _OPEN = "'???'"  # in quotes, without which it is no yaml within braces
 _PERCENT = (2.0, 130.0)  # largest values of a duty cycle in percent, before it is clipped
 _WHOLE_PERCENT = 100.0  # above it, whole numbers are steps of a timer, such as 255 for full
@@ -68,8 +65,11 @@ class _Proposal:
         self, quantity: str, columns: Sequence[Column], scale: str = "", why: str = "", by_others: Unit | None = None
     ) -> None:
         """Take columns for a quantity, in the unit that others tell, or that they have by themselves."""
-        unit, said, is_assumed = by_others or unit_of(quantity, columns[0])
-        if said and counts(quantity, columns[0]) and not scale:
+        unit, said, is_assumed, is_scaled = by_others or unit_of(quantity, columns[0])
+        if not is_scaled:
+            scale = _OPEN
+            self.open.append(f"scale of {quantity}")
+        elif said and counts(quantity, columns[0]) and not scale:
             scale, said = _OPEN, f"whole numbers: fill in the scale, {QUANTITIES[quantity]} for one"
             self.open.append(f"scale of {quantity}")
         elif is_assumed and scale == _OPEN:
@@ -79,6 +79,9 @@ class _Proposal:
         sources = ", ".join(column.source for column in columns)
         sources = f"[{sources}]" if len(columns) > 1 else sources
         scaled = f", scale: {scale}" if scale else ""
+        if wrap := _wrap_of(quantity, columns, unit):
+            scaled += f", wraps: {wrap:.10g}"
+            said = "; ".join(text for text in (said, "it begins anew at the end of its range") if text)
         comment = "; ".join(text for text in (why, said) if text)
         names = " and ".join(column.name or "without a name" for column in columns)
         told = f"{names}{': ' if comment else ''}{comment}"
@@ -92,6 +95,15 @@ class _Proposal:
     def drop(self, quantity: str, reason: str = "") -> None:
         """Say that a log does not have a quantity."""
         self.lines[quantity] = f"null{'  # ' if reason else ''}{reason}"
+
+
+def _wrap_of(quantity: str, columns: Sequence[Column], unit: str) -> float | None:
+    """The range after which columns jump back; None where they do not."""
+    if quantity == "time":
+        return time_wrap(columns[0].values)
+    if quantity != "wheel_angle":
+        return None
+    return next((wrap for column in columns if (wrap := angle_wrap(column.values, unit))), None)
 
 
 def guess(path: Path, robot: RobotParameters | None = None) -> Guess:
@@ -143,16 +155,17 @@ def _by_names(columns: Sequence[Column]) -> _Proposal:
     if tilt.columns:
         proposal.take("tilt", tilt.columns)
     else:
-        proposal.leave("tilt", tilt.reason or "not found among the names")
+        proposal.leave("tilt", tilt.reason or _by_quaternion(columns) or "not found among the names")
     for name in ("tilt_rate", "acceleration", "yaw_rate", "wheel_rate"):
-        choice = choose(name, columns)
+        choice, why = rate_choice(name, columns)
         if choice.columns:
-            told = _of_angle(name, choice.columns, columns)
-            if name == "yaw_rate" and gyro is not None and _are_alike(gyro[0], choice.columns[0]):
-                told = gyro[1]._replace(comment=f"unit as that of {gyro[0].name}")
+            told = unit_by_angle(name, choice.columns, columns)
+            if name == "yaw_rate" and gyro is not None and are_alike(gyro[0], choice.columns[0]):
+                what = "unit as that" if gyro[1].is_scaled else "unit and scale as those"
+                told = gyro[1]._replace(comment=f"{what} of {gyro[0].name}")
             if name == "tilt_rate" and told is not None:
                 gyro = choice.columns[0], told
-            proposal.take(name, choice.columns, by_others=told)
+            proposal.take(name, choice.columns, why=why, by_others=told)
         elif choice.is_for_person:
             proposal.leave(name, choice.reason)
         else:
@@ -162,37 +175,36 @@ def _by_names(columns: Sequence[Column]) -> _Proposal:
     return proposal
 
 
-def _are_alike(one: Column, other: Column) -> bool:
-    """Whether two columns are axes of one gyro whose names tell no unit: `gyro_y` and `gyro_z`."""
-    return not other.meaning.unit and set(one.meaning.stem) - _AXES == set(other.meaning.stem) - _AXES
-
-
-def _of_angle(rate: str, columns: Sequence[Column], others: Sequence[Column]) -> Unit | None:
-    """The unit of a rate by the changes of its angle; None where its name says it, or they do not."""
-    name = {"tilt_rate": "tilt", "wheel_rate": "wheel_angle"}.get(rate, "")
-    angle, time = choose(name, others).columns, choose("time", [each for each in others if grows(each.values)]).columns
-    if columns[0].meaning.unit or not angle or not time or counts(name, angle[0]):
-        return None
-    unit, _, is_assumed = unit_of(name, angle[0])
-    if is_assumed and name == "wheel_angle":
-        return None
-    seconds = UNITS["s"][unit_of("time", time[0]).unit] * time[0].values
-    turned = UNITS["rad"][unit] * np.mean([each.values for each in angle], axis=0)
-    found = rate_unit(seconds, turned, np.mean([each.values for each in columns], axis=0), _OFF[name])
-    if is_assumed and found == QUANTITIES[rate]:  # both may be in degrees
-        return None
-    return Unit(found, f"unit by the changes of {' and '.join(each.name for each in angle)}") if found else None
-
-
 def _time(proposal: _Proposal, columns: Sequence[Column]) -> None:
     growing = [column for column in columns if grows(column.values)]
     choice = choose("time", growing)
     if choice.columns:
         proposal.take("time", choice.columns)
         return
+    if named := choose("time", columns).columns:
+        back = int(np.sum(np.diff(named[0].values) < 0.0))
+        if back:
+            proposal.leave("time", f"{named[0].name} runs backwards {back} times: are the rows in order?")
+            return
     even = [column.name or f"column {column.source}" for column in growing if is_even(column.values)]
     hint = f"no name says so; {' and '.join(even)} grows by even steps" if even else "not found; or null and a `rate`"
     proposal.leave("time", choice.reason or hint)
+
+
+def _by_quaternion(columns: Sequence[Column]) -> str:
+    """What to do about a tilt that a log tells as a quaternion; "" where it does not."""
+    parts = [column.name for column in columns if column.meaning.quantity == QUATERNION]
+    if len(parts) < 4:
+        return ""
+    names = ", ".join(parts[:4])
+    return f"{names} are a quaternion: add a column with the pitch, asin(2 (w y - z x)) where y points to the left"
+
+
+def _by_current(columns: Sequence[Column]) -> str:
+    """What to do about a torque that a log tells as a current; "" where it does not."""
+    found = [column.name for column in columns if column.meaning.quantity == CURRENT]
+    told = "a current of a motor times torque constant and gear is a torque: fill in its name and that scale"
+    return f"perhaps {' and '.join(found)}: {told}, N·m/A" if found else ""
 
 
 def _wheels(proposal: _Proposal, columns: Sequence[Column]) -> None:
@@ -237,7 +249,9 @@ def _command(proposal: _Proposal, columns: Sequence[Column]) -> None:
         proposal.motor = True
         proposal.drop("command")
         return
-    proposal.leave("command", torque.reason or volts.reason or duty.reason or "not found among the names")
+    proposal.leave(
+        "command", torque.reason or volts.reason or duty.reason or _by_current(columns) or "not found among the names"
+    )
 
 
 def _take_duty(proposal: _Proposal, duty: Sequence[Column], why: str) -> None:

@@ -11,6 +11,7 @@ from twbal.core.errors import ConfigError
 from twbal.core.gaussian import Array
 from twbal.core.motor import Motor
 from twbal.io.importers.columns import Columns, Name
+from twbal.io.importers.wraps import unwrapped
 
 QUANTITIES = {
     "time": "s",
@@ -71,7 +72,7 @@ class Source:
     def signal(self, values: Array) -> Array:
         """(n, m) columns in SI units, of (n, m) columns as they are written."""
         if self.wraps is not None:
-            values = np.column_stack([_unwrapped(column, self.wraps) for column in values.T])
+            values = np.column_stack([unwrapped(column, self.wraps) for column in values.T])
         si_values: Array = values * np.array(self.factors) + self.offset
         return si_values
 
@@ -185,8 +186,13 @@ def _source(name: str, told: Any, supply: float | None) -> Source:
     if unit not in known:
         raise ConfigError(f"{name} cannot be in {unit!r}; it can be in: {', '.join(known)}.")
     columns = told["from"] if isinstance(told["from"], list | tuple) else [told["from"]]
-    scale, offset = told.get("scale", 1.0), float(told.get("offset", 0.0))
-    scales = [float(each) for each in scale] if isinstance(scale, list | tuple) else [float(scale)] * len(columns)
+    scale = told.get("scale", 1.0)
+    try:
+        offset = float(told.get("offset", 0.0))
+        scales = [float(each) for each in scale] if isinstance(scale, list | tuple) else [float(scale)] * len(columns)
+    except (TypeError, ValueError) as error:
+        found = f"{scale} and {told.get('offset', 0.0)}"
+        raise ConfigError(f"The scale and the offset of {name} are to be numbers; found {found}.") from error
     if len(scales) != len(columns):
         raise ConfigError(
             f"The source of {name} has {len(scales)} scales for {len(columns)} columns; give one for all, or one each."
@@ -197,11 +203,3 @@ def _source(name: str, told: Any, supply: float | None) -> Source:
     if wraps is not None and not (np.isfinite(wraps) and wraps > 0.0):
         raise ConfigError(f"`wraps` of {name} is the range after which a column jumps back; found {wraps}.")
     return Source(tuple(columns), tuple(each * known[unit] for each in scales), offset, wraps)
-
-
-def _unwrapped(values: Array, wraps: float) -> Array:
-    """(n,) values without jumps by `wraps`; what is missing stays so."""
-    there = np.isfinite(values)
-    straight = values.copy()
-    straight[there] = np.unwrap(values[there], period=wraps)
-    return straight

@@ -21,6 +21,9 @@ _FAR = 5  # periods from which on a step is a gap and no jitter
 _DIGITS = 12  # of a period or a rate that are tried
 
 
+_EVEN = 0.25  # share of a step by which even ones differ at most
+_SORT = "In order of time its rows are evenly apart: were they swapped? Sort the file by that column."
+_OTHER = "Is another column the time, or is its unit wrong?"
 FILLED = "filled"
 """Name of the column that is 1 where a sample was missing, and 0 elsewhere."""
 
@@ -105,7 +108,7 @@ def stretches(path: Path, signals: Mapping[str, Array], columns: Columns, fill: 
         raise LogError(
             f"In {path} time runs backwards {len(back)} times, first in {columns.row} {line} "
             f"({time[back[0]]:g} s, then {time[back[0] + 1]:g} s). "
-            + (_evenly(steps, typical) if jitters else "Is another column the time, or is its unit wrong?")
+            + (_SORT if _is_out_of_order(time) else _evenly(steps, typical) if jitters else _OTHER)
         )
     missing = np.round(steps / typical).astype(int) - 1
     cuts = np.flatnonzero((steps < 0) | (missing > fill))
@@ -132,6 +135,12 @@ def stretches(path: Path, signals: Mapping[str, Array], columns: Columns, fill: 
             notes.append(told)
     parts = [_filled({name: values[part] for name, values in signals.items()}, typical, are_few) for part in rows]
     return Stretches(parts, period, notes, doubts)
+
+
+def _is_out_of_order(time: Array) -> bool:
+    """Whether stamps are evenly apart once they are sorted, so that the rows were swapped."""
+    steps = np.diff(np.sort(time))
+    return bool(np.mean(np.abs(steps - np.median(steps)) < _EVEN * np.median(steps)) > 1.0 - _MOST_BACKWARD)
 
 
 def _evenly(steps: Array, typical: float) -> str:

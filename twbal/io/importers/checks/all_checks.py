@@ -10,6 +10,7 @@ from twbal.io.importers.checks.mechanics import Mechanics, expected, mechanics
 from twbal.io.importers.checks.motion_doubts import motion_doubts, signs, time_doubts
 from twbal.io.importers.checks.ranges import (
     constant_doubts,
+    lying_part_doubts,
     one_way_doubts,
     period_doubts,
     smooth_command_doubts,
@@ -51,6 +52,7 @@ def doubts(signals: Mapping[str, Array], part: LogPart) -> Iterator[Doubt]:
     yield from tilt
     if tilt:
         return
+    yield from lying_part_doubts(part)
     yield from one_way_doubts(part)
     yield from torque_doubts(part)
     pairs = agreements(part)

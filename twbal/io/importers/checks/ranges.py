@@ -10,6 +10,7 @@ from twbal.io.importers.checks.doubt import Doubt, Evidence, Kind, LogPart
 from twbal.io.importers.checks.wheel_sides import SCALE_OF_EACH
 
 _LYING = 0.9  # rad; a robot that tilts more does not balance
+_LYING_TIME = 0.3  # s, from which on that is no sample that is off
 _STILL = 0.15  # rad by which the tilt of a robot that lies changes at most
 _WHOLE_TURN = 6.3  # rad; no tilt is more
 _PERIODS = (0.0005, 0.3)  # s; of what balances
@@ -73,6 +74,22 @@ def tilt_doubts(part: LogPart) -> Iterator[Doubt]:
             "from elsewhere (mend `offset`)?"
         )
         yield Doubt(Kind.LYING, "tilt", sentence, evidence)
+
+
+def lying_part_doubts(part: LogPart) -> Iterator[Doubt]:
+    """A sentence on parts of a log in which the robot lies, is held, or falls, before or after it balances."""
+    tilt = part.signals["tilt"]
+    lies = np.abs(tilt) > _LYING
+    share = float(part.period * lies.sum())
+    if share < _LYING_TIME:
+        return
+    first = int(np.argmax(lies))
+    sentence = (
+        f"the robot lies or is held for {share:.2g} s, first at {part.period * first:.3g} s, with a tilt of "
+        f"{np.degrees(tilt[first]):.0f}° (0 is upright): leave these parts out of the file (the mapping's `skip` "
+        "leaves out the beginning), as nothing balances there"
+    )
+    yield Doubt(Kind.LYING, "tilt", sentence, Evidence(part.period, tilt, "tilt [rad]"))
 
 
 def smooth_command_doubts(part: LogPart) -> Iterator[Doubt]:
