@@ -9,7 +9,7 @@ from twbal.policies.mlp import MlpPolicy
 
 _FUNCTION_ULPS = 4.0
 _DEVIATIONS = 6.0
-_ACTIVATION = {"tanh": "tanhf(a)", "relu": "a > 0.0f ? a : 0.0f"}
+_ACTIVATION = {"tanh": "tanhf(a)", "relu": "a < 0.0f ? 0.0f : a"}  # of no number it makes none
 _SQUASH = {"tanh": "tanhf(a)", "clip": "a > 1.0f ? 1.0f : (a < -1.0f ? -1.0f : a)"}
 _LAYER = """\
     for (i = 0; i < {rows}; ++i) {{
