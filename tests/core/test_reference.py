@@ -387,6 +387,12 @@ def test_a_segment_that_says_too_little_or_too_much_is_refused(segment: dict[str
         course(segment)
 
 
+@pytest.mark.parametrize("segment", [{"seconds": 1e9, "speed": 0.1}, {"position": 1e9}, {"turn": 1e9}])
+def test_a_course_that_lasts_for_hours_is_refused_with_what_it_lasts(segment: dict[str, float]) -> None:
+    with pytest.raises(ConfigError, match=r"The course lasts \d\S+ s; expected at most 10000 s"):
+        course(segment)
+
+
 def test_a_speed_beyond_the_limit_is_refused_with_the_limit() -> None:
     with pytest.raises(ConfigError, match=r"asks for 3 m/s; the limit is 1.05 m/s"):
         course({"seconds": 1.0, "speed": 3.0})

@@ -19,6 +19,8 @@ STANDING_GIVE_WAY = 1.0
 BRAKING_LEAN = radians(10.0)
 """Of the body, in which a robot that was pushed off its place brakes, and comes back. It is twice that of a course, as
 the robot is to be back soon; the rest of the tilt that it may have is for balancing."""
+LONGEST = 10_000.0
+"""Of a course [s]; a recording of it has half a million samples at 50 Hz."""
 _SEGMENTS = (
     {"seconds", "speed"}, {"seconds", "share"}, {"seconds", "position"}, {"position"}, {"seconds", "radii"}, {"radii"},
     {"seconds", "turn"}, {"turn"},
@@ -152,6 +154,11 @@ class Course:
             )
         turning = MotionLimits.of_turning(robot, limits.speed, yaw_rate_limit, yaw_acceleration_limit)
         planned = _Plan(limits, turning, robot.wheel_radius).of(segments)
+        if not planned[-1].end <= LONGEST:
+            raise ConfigError(
+                f"The course lasts {planned[-1].end:.4g} s; expected at most {LONGEST:g} s. Give its segments fewer "
+                "seconds, and places that are nearer."
+            )
         heading = HeadingCourse(planned, turning, give_way * turning.speed) if control_heading else None
         return cls(planned, limits, give_way * limits.speed, heading)
 
