@@ -9,7 +9,7 @@ import pytest
 from hydra import compose
 from hydra.utils import instantiate
 
-from twbal.algorithm.following import floor_needed, followed
+from twbal.algorithm.following import FollowedCourse, FollowedSegment, floor_needed, followed
 from twbal.algorithm.rollout import rollout
 from twbal.algorithm.tables import course_table
 from twbal.cli.composition import composing
@@ -196,6 +196,15 @@ def test_segments_that_were_not_reached_are_not_told_of_and_the_table_has_a_line
     assert found.segments[0].speed == pytest.approx(0.0) and found.segments[0].speed_error is None
     _, *lines = course_table([found])
     assert len(lines) == 2 and "to 1.00 m" in lines[1] and lines[0].split()[0] == "7"
+
+
+def test_the_table_says_which_heading_was_asked_for_where_it_is_controlled() -> None:
+    turned = FollowedSegment(0.0, 2.0, 0.0, None, 0.0, None, 0.1, 0.0, asked_heading=np.pi / 2, heading_off_at_end=0.1)
+    uncontrolled = FollowedSegment(2.0, 3.0, 0.0, None, 0.0, None, 0.1, 0.0)
+    course = FollowedCourse(0, Outcome.COMPLETED, False, 3.0, PlaceBy.POSE, None, 0, (turned, uncontrolled))
+    header, first, second = course_table([course])
+    assert header.endswith("asked heading  heading off at the end")
+    assert first.split()[-2:] == ["90°", "+5.7°"] and second.split()[-2:] == ["-", "-"]
 
 
 def test_a_segment_between_two_samples_is_left_out() -> None:

@@ -54,13 +54,17 @@ def test_two_sweeps_make_one_table_and_one_page(sweeps, tmp_path, capsys):
     assert main(["compare", f"runs={{old:{sweeps / 'old'},new:{sweeps / 'new'}}}", f"hydra.run.dir={out}"]) == 0
     with (out / "table.csv").open() as file:
         old, new = csv.DictReader(file)
-    assert old["real seconds to all trials [s]"].startswith("6 ")
-    assert new["real seconds to all trials [s]"].startswith("2 ")
-    assert new["real seconds to all trials: better, worse, p"] == "6, 0, 0.031"
+    assert old["driven to learn until all trials succeed [s]"].startswith("6 ")
+    assert new["driven to learn until all trials succeed [s]"].startswith("2 ")
+    assert new["driven to learn until all trials succeed: better, worse, p"] == "6, 0, 0.031"
     assert len((out / "runs.csv").read_text().splitlines()) == 13
     assert "<svg" in (out / "comparison.html").read_text()
     assert (out / "table.tex").read_text().startswith(r"\begin{tabular}")
-    assert "real seconds to all trials" in capsys.readouterr().out
+    *table, last = capsys.readouterr().out.splitlines()
+    assert any(line.startswith("driven to learn until all trials succeed") for line in table)
+    rows = [line for line in table if not line.startswith("made ")]
+    assert len({len(line) for line in rows}) == 1  # the columns stand under each other
+    assert last == f"next  look at {out / 'comparison.html'}"
 
 
 @pytest.mark.parametrize(

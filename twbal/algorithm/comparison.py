@@ -18,18 +18,18 @@ METRICS = {
     "settled": ("share of settled trials, best policy", "", True),
     "in_place": ("share of trials in place, best policy", "", True),
     "quiet": ("share of quiet trials, best policy", "", True),
-    "seconds": ("real seconds to all trials", "s", False),
-    "trial_seconds": ("seconds of trials up to there", "s", False),
+    "seconds": ("driven to learn until all trials succeed", "s", False),
+    "trial_seconds": ("driven in trials until then", "s", False),
     "cost": ("real long-term cost, best policy", "", False),
     "coverage": ("real states in the 95 % band, best policy", "", True),
     "crps_ratio": ("CRPS over that of the trials' own spread, best policy", "", False),
     "tilt_band": ("widest 95 % band of the tilt, best policy", "rad", False),
     "farthest": ("late distance from the start, best policy", "m", False),
-    "farthest_worst": ("the same in its worst trial", "m", False),
-    "command_change": ("change of the command a step per torque limit, best policy", "", False),
+    "farthest_worst": ("late distance from the start in the worst trial, best policy", "m", False),
+    "command_change": ("change of the command from step to step over the torque limit, best policy", "", False),
     "oscillation": ("late oscillation of the tilt, best policy", "rad", False),
     "drift": ("drift in a trial, best policy", "m", False),
-    "search": ("fits and searches", "s", False),
+    "search": ("computed in fits and searches", "s", False),
 }
 """What is compared: in words, its unit, and whether more is better."""
 

@@ -16,7 +16,10 @@ _TRIALS = (
     *("iteration", "trials", *PARTS.values(), "from where it was put: median, worst", "place by"),
     *("command change", "tilt, peak to peak"),
 )
-_COURSE = ("trial", "from", "to", "asked", "driven", "off by", "from the reference, farthest", "at the end", "heading")
+_COURSE = (
+    *("trial", "from", "to", "asked", "driven", "speed off by", "farthest from reference", "off at the end"),
+    *("asked heading", "heading off at the end"),
+)
 
 
 def iterations_table(summary: Summary) -> list[str]:
@@ -90,6 +93,7 @@ def _of_segment(trial: FollowedCourse, segment: FollowedSegment) -> tuple[str, .
         _number(segment.speed_error, "+.1f", " %"),
         f"{segment.farthest:.2f} m",
         f"{segment.off_at_end:+.2f} m",
+        "-" if segment.asked_heading is None else f"{degrees(segment.asked_heading):.0f}°",
         "-" if segment.heading_off_at_end is None else f"{degrees(segment.heading_off_at_end):+.1f}°",
     )
 

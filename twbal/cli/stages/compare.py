@@ -54,6 +54,8 @@ def main(cfg: DictConfig) -> None:
         made += compare_robustness(cfg, tested, out)
     for file in made:
         print(f"made  {file}")
+    pages = [str(file) for file in made if file.suffix == ".html"]
+    print(f"next  look at {' and '.join(pages)}")
 
 
 def _compare_runs(groups: Mapping[str, Sequence[Run]], out: Path, settings: Settings) -> list[Path]:
@@ -69,8 +71,9 @@ def _compare_runs(groups: Mapping[str, Sequence[Run]], out: Path, settings: Sett
     write_atomically(out / "table.csv", _csv(names, table))
     write_atomically(out / "runs.csv", _csv(["group", "key", *_metrics(groups)], _each(groups)))
     write_atomically(out / "table.tex", latex(table))
+    widest = max(map(len, names))
     for name in names:
-        print(f"{name:58}", *(f"{row.get(name, ''):>28}" for row in table))
+        print(f"{name:{widest}}", *(f"{row.get(name, ''):>28}" for row in table))
     return [out / name for name in ("comparison.html", "comparison.svg", "table.csv", "runs.csv", "table.tex")]
 
 

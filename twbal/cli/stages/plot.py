@@ -67,7 +67,7 @@ def main(cfg: DictConfig) -> None:
             raise LogError(f"{path} is a folder; expected is an episode log{one_within(path, '.mcap')}.")
     if not chosen_overrides("robot"):
         cfg = _with_recorded_robot(cfg)
-    print_result(run(cfg, out), out, f"look at what lies in {out}")
+    print_result(run(cfg, out), out, f"look at the files in {out}")
 
 
 def _with_recorded_robot(cfg: DictConfig) -> DictConfig:
