@@ -142,6 +142,46 @@ def test_a_robot_that_has_started_anew_in_a_rollout_confirms_its_stop_after_a_he
     assert kinds_of(line.got)[-3:] == [Stop, Hello, Stop]
 
 
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"torque_limit": 5.0}, "torque limit 5 instead of 20"),
+        ({"name": "other"}, "name other instead of pendulum"),
+        ({"firmware": 7}, "firmware 7 instead of 0"),
+    ],
+)
+@pytest.mark.parametrize("in_a_rollout", [True, False])
+def test_a_robot_that_is_another_one_after_it_has_started_anew_is_not_driven(change, said, in_a_rollout):
+    line = Line()
+    plant = plant_on(line)
+
+    def other():
+        line.firmware = Firmware(Pendulum(), replace(LOCKSTEP, **change))
+
+    if in_a_rollout:
+        assert drive(plant, Catch(1, other)).outcome is Outcome.LINK_LOST
+    else:
+        other()
+        with pytest.raises(
+            LinkError, match=r"no handshake.* So it has started anew since the last one: does its supply"
+        ):
+            plant.reset(0)
+        plant.stop()
+    with pytest.raises(ProtocolError, match=f"is not what it was before the link was lost: {said}"):
+        plant.reset(1)
+    assert kinds_of(line.got)[-1] is Hello
+
+
+def test_a_robot_that_has_started_anew_between_rollouts_is_driven_again_after_one_error():
+    line = Line()
+    plant = plant_on(line)
+    drive(plant)
+    line.firmware = Firmware(Pendulum(), LOCKSTEP)
+    with pytest.raises(LinkError, match="no handshake"):
+        drive(plant)
+    assert drive(plant).outcome is Outcome.COMPLETED
+
+
 def test_an_arming_that_is_not_answered_and_not_undone_says_that_the_motors_may_be_on():
     line = Line()
     plant = plant_on(line)

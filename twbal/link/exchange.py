@@ -12,6 +12,7 @@ from twbal.link.protocol import VERSION, Fault, PoseReport, Telemetry
 from twbal.link.transport import Transport
 from twbal.link.version_1 import VERSION_1, downgraded, upgraded
 
+_STRANGE = "no handshake"  # in the Fault of a robot that has heard no Hello since it was switched on
 _RESEND_AFTER = 0.05  # an unanswered message is sent again: within the robot's watchdog of 0.1 s [s]
 
 
@@ -112,7 +113,7 @@ class Exchange:
                     self._said = answer
                 elif answer.seq == message.seq:
                     if isinstance(answer, Fault):
-                        raise LinkError(f"The robot on {self.transport.name} cannot follow: {answer.text}.")
+                        raise LinkError(self._why_refused(answer))
                     newest, self.pose = answer, self._pose_at(answer)
                     self._period = answer.period if isinstance(answer, Telemetry) else self._period
                 elif self._is_later(answer) and resend_after < math.inf:
@@ -155,6 +156,12 @@ class Exchange:
         if said is None or not isinstance(answer, Telemetry):
             return None
         return said if (said.seq, said.period) == (answer.seq, answer.period) else None
+
+    def _why_refused(self, fault: Fault) -> str:
+        found = f"The robot on {self.transport.name} cannot follow: {fault.text}."
+        if _STRANGE not in fault.text:
+            return found
+        return f"{found} So it has started anew since the last one: does its supply hold when the motors run?"
 
     def _why_none(self, sent: str, timeout: float, newest: Message | None) -> str:
         where = f"from the robot on {self.transport.name} within {timeout:.3g} s"

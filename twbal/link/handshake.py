@@ -70,3 +70,17 @@ def shake_hands(line: Exchange, port: str, timeout: float, needs: Needs) -> Welc
             "link.motor=null to send torques."
         )
     return welcome
+
+
+def what_changed(before: Welcome, now: Welcome) -> str:
+    """What a robot says of itself that it did not say before, as part of a sentence; empty where nothing."""
+    said = {field.name: (getattr(before, field.name), getattr(now, field.name)) for field in before.LAYOUT[1:]}
+    return ", ".join(
+        f"{name.replace('_', ' ')} {_shown(value)} instead of {_shown(former)}"
+        for name, (former, value) in said.items()
+        if former is not value and former != value  # what is absent is one and the same NaN
+    )
+
+
+def _shown(value: float | str) -> str:
+    return f"{value:g}" if isinstance(value, float) else str(value)

@@ -10,7 +10,7 @@ from twbal.core.errors import ConfigError, DataError, LinkError, LinkLostError, 
 from twbal.core.motor import Motor
 from twbal.core.plant import Observation, Plant, Pose, WheelDifference
 from twbal.link.exchange import Exchange
-from twbal.link.handshake import Needs, greet, shake_hands
+from twbal.link.handshake import Needs, greet, shake_hands, what_changed
 from twbal.link.line_notes import LineNotes
 from twbal.link.message import Message
 from twbal.link.protocol import (
@@ -22,6 +22,7 @@ from twbal.link.protocol import (
     Status,
     Stop,
     Telemetry,
+    Welcome,
 )
 from twbal.link.ranges import MAX_CLOCK_STEP_US, MAX_TORQUE, MAX_TRIAL, check_timeouts, odd_values
 from twbal.link.telemetry_meaning import advice_on_silence, observation_of, says_off, why_stopped
@@ -87,6 +88,7 @@ class SerialPlant(Plant):
         self._armed = self._lost = False
         self._unstopped: MotorsOnError | None = None  # what is known of motors that may still be on
         self._notes = LineNotes(self._line)
+        self._announced: Welcome | None = None
         self._pose: Pose | None = None
         self._difference = 0.0  # of the wheel torques [N·m]
         self._elapsed_us = 0  # on the robot's clock, in the current rollout [µs]
@@ -143,7 +145,7 @@ class SerialPlant(Plant):
         """Have the robot placed, arm it and return its first observation; see `Plant.reset`.
 
         Raises:
-            LinkError: it does not answer, or does not arm.
+            LinkError: it does not answer, does not arm, or is another one than before the link was lost.
             LinkLostError: it measures what cannot be.
             ConfigError: the number does not fit into a message.
         """
@@ -303,11 +305,18 @@ class SerialPlant(Plant):
                     raise
             with suppress(LinkError):
                 greet(self._line, patience)
+                self._lost = True  # it may have started anew: the next rollout begins with a whole handshake
 
     def _shake_hands(self) -> None:
         """Learn who the robot is."""
         needs = Needs(voltages=self._motor is not None, policy_on_board=self._on_board)
         welcome = shake_hands(self._line, self._port, self._connect_timeout, needs)
+        if self._announced and (changed := what_changed(self._announced, welcome)):
+            raise ProtocolError(
+                f"The robot on {self._port} is not what it was before the link was lost: {changed}. Connect to it "
+                "anew, so that it is held against its sheet."
+            )
+        self._announced = welcome
         self.control_period = welcome.control_period_us * 1e-6
         self.robot_name, self.clock = welcome.name, welcome.clock
         self.firmware, self.policy = welcome.firmware, welcome.policy
