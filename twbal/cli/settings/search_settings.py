@@ -78,10 +78,10 @@ RULE = (
 
 ROBUST = (
     Setting("robust", Part(), "policies for robots of the parameter distribution; none: on models alone"),
-    Setting("robust.robots", Whole(1, 100_000), "robots of the parameter distribution that a policy must hold"),
-    Setting("robust.designs", Whole(1, 1000), "of them that regulators are designed for"),
-    Setting("robust.screening", Whole(1, 100_000), "of them on which all regulators are driven"),
-    Setting("robust.finalists", Whole(1, 10_000), "regulators that are driven on all of them"),
+    Setting("robust.robots", Whole(1, 100_000), "sampled robots that a policy must hold"),
+    Setting("robust.designs", Whole(1, 1000), "sampled robots that regulators are designed for"),
+    Setting("robust.screening", Whole(1, 100_000), "sampled robots on which all regulators are driven"),
+    Setting("robust.finalists", Whole(1, 10_000), "regulators that are driven on all sampled robots"),
     *(
         Setting(f"robust.width_scales.{name}", _FACTOR, "factor on its width in regulators")
         for name in ("speed", "position_integral")
@@ -89,15 +89,21 @@ ROBUST = (
     Setting("robust.position_scales", _SHARES, "more factors on the widths of position and its integral"),
     Setting("robust.change_scales", _SHARES, "factors on the width of changes of the command"),
     Setting("robust.command_widths", _SHARES, "command widths of the regulators, per torque limit"),
-    Setting("robust.compensations", ListOf(Number(0.0, 2.0), 1, 100), "shares of friction compensation"),
+    Setting(
+        "robust.compensations",
+        ListOf(Number(0.0, 2.0), 1, 100),
+        "shares of dead zone and friction that are compensated",
+    ),
     Setting("robust.compensation_tilt", Number(0.0, 0.5, "rad"), "tilt over which the command jumps"),
     Setting("robust.improved", Whole(0, 1000), "regulators that are improved by direct search"),
     Setting("robust.evaluations", Whole(1, 100_000), "evaluations of each direct search, at most"),
-    Setting("robust.improving", Whole(1, 100_000), "robots on which they are improved"),
+    Setting("robust.improving", Whole(1, 100_000), "sampled robots on which they are improved"),
     Setting("robust.enough", Number(0.0, 4.0), "mean share of the limits that robots use at which none is improved"),
-    Setting("robust.doubt", Number(0.0, 100.0), "factor on the doubts of what is known"),
-    Setting("robust.margin.doubt", Number(0.0, 100.0), "doubts about their numbers, as a share of those of the sheet"),
-    Setting("robust.margin.delay", Number(0.0, 10.0, CONTROL_PERIODS), "by which their commands are later, at most"),
+    Setting("robust.doubt", Number(0.0, 100.0), "factor on the sd of what is known"),
+    Setting("robust.margin.doubt", Number(0.0, 100.0), "sd added to their parameters, as a share of the sheet's"),
+    Setting(
+        "robust.margin.delay", Number(0.0, 10.0, CONTROL_PERIODS), "time by which their commands are later, at most"
+    ),
     Setting("robust.margin.noise", Number(0.0, 100.0), "factor on the noise of their sensors"),
     Setting("robust.margin.push", Number(0.0, 100.0, "N·s/kg"), "impulse on every other of them, at the start"),
     Setting("robust.margin.push_duration", Number(0.001, 2.0, "s"), "length of that push"),

@@ -90,7 +90,7 @@ STAGES: Mapping[str, tuple[Setting, ...]] = {
         _common("view", OrNull(Text("window, file, or address")), "a live view: window, file, or a viewer's address"),
         _YIELDS,
         _HEED,
-        Setting("pace", Number(0.01, 100.0), "seconds of a virtual robot in lockstep in one of the person"),
+        Setting("pace", Number(0.01, 100.0), "simulated seconds in a second, of a virtual robot in lockstep"),
         *STEERING,
     ),
     "fit-diff-gp": (
@@ -170,7 +170,7 @@ STAGES: Mapping[str, tuple[Setting, ...]] = {
         _common("compare_with", PATHS_OR_NONE, "other logs, to drive beside it in the film"),
         Setting("captions", ListOf(Text()), "names of the robots in the film; []: of files"),
         Setting("simulate", YesNo(), "the simulation drives beside it"),
-        Setting("resync", Number(0.01, 1e4, "s"), "time after which it begins at the data anew"),
+        Setting("resync", Number(0.01, 1e4, "s"), "time after which the simulation starts from the data anew"),
         Setting("film", YesNo(), "false: plots alone"),
         Setting("seconds", Number(0.01, 1e4, "s"), "length of the film, at most"),
         Setting("frame_rate", Number(0.01, 1000.0, "1/s"), "frames a second of the film"),

@@ -9,8 +9,8 @@ _BUTTON = Whole(0, 255)
 _NOT_STEERED = ("course", "course.segments")
 
 STEERING = (
-    Setting("steering.speed_step", _SHARE, "of a key for the speed, per speed limit", common=True),
-    Setting("steering.turn", _SHARE, "of a key for a turn, per limit of the yaw rate", common=True),
+    Setting("steering.speed_step", _SHARE, "change of the speed by a key, per speed limit", common=True),
+    Setting("steering.turn", _SHARE, "yaw rate while a key asks for a turn, per limit", common=True),
     Setting("steering.input_timeout", Number(0.05, 60.0, "s"), "time without a key before the reference ramps to rest"),
     Setting("steering.hold", YesNo(), "the asked speed stays where no key comes", common=True),
     *(row._replace(key=row.key.replace("course", "steering", 1)) for row in COURSE if row.key not in _NOT_STEERED),
