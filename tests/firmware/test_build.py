@@ -67,6 +67,13 @@ def test_the_esp32s_board_file_is_compiled_by_the_compilers_that_are_here(tmp_pa
     assert all(re.search("bytes of flash, .* of RAM|not compiled: .* not here", line) for line in said)
 
 
+@pytest.mark.parametrize(("version", "most_ms"), [(2, 1000), (3, 200)])
+def test_an_esp32_whose_loop_hangs_is_reset_as_soon_as_arduino_can(version, most_ms):
+    started = build_folder() / f"esp32_start_{version}"
+    make(str(started))
+    assert 0 < int(subprocess.run([started], capture_output=True, text=True, check=True).stdout) <= most_ms
+
+
 def test_another_policy_or_none_builds_the_program_anew_and_the_same_one_does_not(tmp_path):
     """With a compiler that only notes how it is called."""
     compiler, built = tmp_path / "compiler", tmp_path / "build" / "robot_posix"

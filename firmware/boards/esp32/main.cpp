@@ -1,6 +1,7 @@
 // ESP32 DevKit, MPU6050, and a TB6612 or L298N bridge with two geared motors. Edit robot_config.h, not this file.
 #include <Arduino.h>
 #include <Wire.h>
+#include <esp_task_wdt.h>
 
 #include "../arduino_loop.h"
 #include "robot_config.h"
@@ -142,6 +143,18 @@ twbal::NoPolicy policy;
 twbal::Robot<decltype(body), decltype(policy)> robot(ME, body, policy);
 twbal::ArduinoLoop<decltype(body), decltype(robot), decltype(Serial)> cycle(body, robot, Serial);
 
+// A loop that hangs resets the board, whose pins are then off. Left alone, Arduino waits for 5 s.
+void watch_loop()
+{
+#if ESP_ARDUINO_VERSION_MAJOR >= 3
+    const esp_task_wdt_config_t config = {200, 0, true}; // ms; idle tasks are not watched; reset
+    esp_task_wdt_reconfigure(&config);
+#else
+    esp_task_wdt_init(1, true); // s, the least that there is
+#endif
+    enableLoopWDT();
+}
+
 } // namespace
 
 void setup()
@@ -149,7 +162,7 @@ void setup()
     Serial.setRxBufferSize(1024);
     Serial.begin(921600);
     hardware.begin();
-    enableLoopWDT(); // a loop that hangs resets the board, whose pins are then off
+    watch_loop();
 }
 
 void loop() { cycle.turn(); }
