@@ -79,6 +79,8 @@ def test_the_ends_of_ranges_are_rounded_alike_and_no_more_than_tells_them_apart(
     assert said("close")[-3:] == ["0.468", "0.489", "0.490"]
     assert said("large")[:4] == ["-1234", "-987", "-500", "0"]
     assert [text.get_text() for text in map_of("tilt", [-0.1, 0.0, 0.2]).get_xticklabels()] == ["-6", "0", "11"]
+    halves = map_of("time", [0.0, 2.5, 5.0, 7.5]).get_xticklabels()
+    assert [text.get_text() for text in halves] == ["0.0", "2.5", "5.0", "7.5"]  # and not 0, 2, 5, 8
 
 
 def test_a_range_that_was_left_out_is_an_empty_field():

@@ -22,3 +22,10 @@ def test_the_sentence_is_not_cut_off(has_expected):
     (title,) = [text for text in figure.texts if "late" in text.get_text()]
     box = title.get_window_extent()
     assert box.x0 >= 0.0 and box.x1 <= figure.bbox.width
+
+
+def test_a_curve_alone_has_its_name_at_its_axis_and_two_have_a_legend():
+    course = np.sin(np.arange(300.0))
+    alone = doubt_figure(SENTENCE, Evidence(0.02, course, "tilt [rad]"))
+    assert alone.axes[0].get_ylabel() == "tilt [rad]" and not alone.legends
+    assert doubt_figure(SENTENCE, Evidence(0.02, course, "tilt [rad]", 1.1 * course, "of the gyro [rad]")).legends

@@ -227,8 +227,8 @@ def test_past_commands_are_called_so_in_predictions() -> None:
     names, units = ("tilt", "command_1", "command_2"), ("rad", "N·m", "N·m")
     states = [Gaussian(np.zeros(3), np.eye(3)) for _ in range(5)]
     figure = prediction_figure(states, [], names, units, PERIOD, "iteration 0")
-    assert [panel.get_title("left") for panel in figure.axes] == ["tilt", "last command", "the one before"]
-    assert [panel.get_ylabel() for panel in figure.axes][1:] == ["last command [N·m]", "the one before [N·m]"]
+    assert [panel.get_title("left") for panel in figure.axes] == ["tilt", "last command", "2nd last command"]
+    assert [panel.get_ylabel() for panel in figure.axes][1:] == ["last command [N·m]", "2nd last command [N·m]"]
 
 
 def test_the_axis_of_a_share_holds_shares_and_the_titles_of_the_learning_curve_fit() -> None:
@@ -245,7 +245,22 @@ def test_the_words_of_the_tilt_figure_are_outside_its_panels() -> None:
     figure = draw_tilt()
     assert not any(panel.texts for panel in figure.axes)
     (placed,) = figure.legends
-    assert [text.get_text() for text in placed.get_texts()] == ["must stay in here from 0.4 s on", "falls"]
+    assert [text.get_text() for text in placed.get_texts()] == [
+        *("must stay in here from 0.4 s on", "falls"),
+        "trial ends early",
+    ]
+
+
+def test_the_legend_of_the_drift_tells_crosses_of_any_panel_and_the_place() -> None:
+    fallen = Trials("iteration 1", [np.linspace(0.0, 0.4, 21)])
+    rule = replace(RULE, place_radii=1.0, wheel_radius=0.15, place_step=30)
+    (placed,) = drift_figure([Trials("iteration 0", [np.zeros(61)]), fallen], PERIOD, rule).legends
+    assert [text.get_text() for text in placed.get_texts()] == ["must stay in here from 0.6 s on", "trial ends early"]
+
+
+def test_the_legend_of_the_cost_says_what_its_marks_are() -> None:
+    (placed,) = DRAWINGS["cost"]().legends
+    assert [text.get_text() for text in placed.get_texts()] == ["distance from the target at which a state costs 0.39"]
 
 
 def test_the_learning_curve_shows_counts_marks_the_best_and_skips_what_was_not_measured() -> None:

@@ -31,7 +31,7 @@ def test_each_axis_has_a_line_a_method_from_the_unchanged_robot_on(robustness):
     assert [tuple(line.get_ydata()) for line in delay.lines] == [(1.0, 0.8, 0.2), (1.0, 1.0, 1.0)]
     assert [tuple(line.get_ydata()) for line in pushes.lines] == [(1.0, 1.0, 0.5, 0.0), (1.0, 0.3, 0.2, 0.1)]
     assert [tick.get_text() for tick in pushes.get_xticklabels()] == ["0", "5", "10", "15"]
-    assert pushes.get_xlabel() == "[N·s for 10 kg]"
+    assert pushes.get_xlabel() == "pushes [N·s for 10 kg]"
 
 
 def test_lines_of_the_same_share_do_not_lie_on_each_other(robustness):

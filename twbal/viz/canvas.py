@@ -9,13 +9,15 @@ from typing import Any, ParamSpec
 
 import matplotlib
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
 from twbal.core.errors import ConfigError
 from twbal.core.files import write_atomically
-from twbal.core.palette import INK, LINE, MUTED, PAPER
+from twbal.core.gaussian import Array
+from twbal.core.palette import INK, LINE, MUTED, PAPER, REAL
 
 STYLE: Any = {  # Any: matplotlib's own type for this lists every setting of one version
     "font.family": "sans-serif",
@@ -56,7 +58,7 @@ _PATH = re.compile(r' d="[^"]*"')
 _SURPLUS_DIGITS = re.compile(r"(\.\d\d)\d+")
 _LEGEND_SHARE = 0.95  # of the figure's width that a legend may take: fonts differ where an SVG is shown
 _DEGREES = {"rad": "°", "rad/s": "°/s"}
-_PAST_COMMANDS = {"command_1": "last command", "command_2": "the one before"}
+_PAST_COMMANDS = {"command_1": "last command", "command_2": "2nd last command"}
 _PAST_COMMANDS |= {f"command_{k}": f"{k}th last command" for k in range(4, 10)} | {"command_3": "3rd last command"}
 
 P = ParamSpec("P")
@@ -103,14 +105,52 @@ def label(name: str, unit: str) -> str:
     return f"{in_words(name)} [{unit}]"
 
 
-def legend(figure: Figure, axes: Axes) -> None:
-    """Put the legend of `axes` below all panels, where it hides no data, in as few rows as fit its width."""
-    handles, names = axes.get_legend_handles_labels()
+def legend(figure: Figure, *axes: Axes) -> None:
+    """Put the legend of `axes` below all panels, where it hides no data, in as few rows as fit its width.
+
+    What several of them have, by its name, is in it once.
+    """
+    found: dict[str, Artist] = {}
+    for panel in axes:
+        for handle, name in zip(*panel.get_legend_handles_labels(), strict=True):
+            found.setdefault(name, handle)
+    handles, names = list(found.values()), list(found)
     for columns in range(len(names), 0, -1):
         placed = figure.legend(handles, names, loc="outside lower center", ncols=columns)
         if columns == 1 or placed.get_window_extent().width <= _LEGEND_SHARE * figure.bbox.width:
             return
         placed.remove()
+
+
+def ended_at(axes: Axes, time: float, value: float) -> None:
+    """Draw the cross in which the course of a trial ends that ends early."""
+    axes.plot(
+        *([time], [value], "x"),
+        color=REAL.light,
+        markersize=6.5,
+        markeredgewidth=1.9,
+        linestyle="none",
+        label="trial ends early",
+    )
+
+
+def limits(seen: Array, others: Array, room: float) -> tuple[float, float]:
+    """Range of an axis: all that was seen, and of the others what does not dwarf it.
+
+    Args:
+        seen: what the robot did; where it is empty, all others are in range.
+        others: what a model or a simulation says.
+        room: share of the range of `seen` that is left for the others above and below it.
+    """
+    seen, others = (values[np.isfinite(values)] for values in (seen, others))
+    every = np.concatenate([seen, others])
+    bottom, top = float(every.min()), float(every.max())
+    if len(seen):
+        least, most = float(seen.min()), float(seen.max())
+        spare = room * (most - least)
+        bottom, top = max(bottom, least - spare), min(top, most + spare)
+    margin = 0.06 * (top - bottom) or 1.0
+    return bottom - margin, top + margin
 
 
 def svg(figure: Figure) -> str:

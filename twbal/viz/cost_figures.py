@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from twbal.core.cost import Cost, SaturatingCost
 from twbal.core.palette import INK, MUTED, PREDICTED
-from twbal.viz.canvas import in_words, label, panels, shown, styled
+from twbal.viz.canvas import in_words, label, legend, panels, shown, styled
 
 _REACH = 3.5  # widths on either side of the target that are drawn; beyond, the cost is flat
 _AT_WIDTH = 1.0 - math.exp(-0.5)  # cost of a state one width off
@@ -36,6 +36,7 @@ def cost_figure(shapes: Sequence[float], cost: Cost, channels: Sequence[str], un
     for panel in axes:
         panel.set_ylim(0.0, 1.05)
         panel.set_ylabel("cost c(x)")
+    legend(figure, *axes[1:])
     return figure
 
 
@@ -64,7 +65,8 @@ def _draw_channel(axes: Axes, cost: Cost, i: int, name: str, unit: str) -> None:
     axes.plot(factor * states[:, i], cost(states), color=PREDICTED.light)
     if width is not None:
         ends = factor * np.array([target - width, target + width])
-        axes.plot(ends, [_AT_WIDTH] * 2, color=MUTED.light, linestyle=":")
+        mark = f"distance from the target at which a state costs {_AT_WIDTH:.2f}"
+        axes.plot(ends, [_AT_WIDTH] * 2, color=MUTED.light, linestyle=":", label=mark)
         note, at = f"± {factor * width:.3g}", (factor * target, _AT_WIDTH)
         axes.annotate(note, at, (0, 4), textcoords="offset points", ha="center")
     axes.set_title(in_words(name))

@@ -42,7 +42,10 @@ def doubt_figure(sentence: str, evidence: Evidence) -> Figure:
         axes[1].set_ylabel("found")
         axes[1].set_title("grey: as expected", color=MUTED.light)
     figure.suptitle("\n".join(textwrap.wrap(sentence, _WIDTH * len(axes))))
-    legend(figure, axes[0])
+    if evidence.expected is None:
+        axes[0].set_ylabel(evidence.found_name)
+    else:
+        legend(figure, axes[0])
     return figure
 
 

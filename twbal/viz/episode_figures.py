@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from typing import NamedTuple
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
@@ -11,10 +12,11 @@ from twbal.core.episode import Episode
 from twbal.core.gaussian import Array
 from twbal.core.palette import MUTED, PREDICTED, REAL
 from twbal.core.plant import Observation
-from twbal.viz.canvas import label, legend, panels, shown, styled
+from twbal.viz.canvas import label, legend, limits, panels, shown, styled
 
 _UNITS = {**MEASURED_UNITS, "wheel_angle": "rad", "wheel_rate": "rad/s", "command": "N·m"}
 _CHANNELS = ("tilt", "tilt_rate", "wheel_angle", "wheel_rate", "acceleration", "command")
+_ROOM = 0.6  # of the range of what was measured, left above and below it for the simulation
 _MOST_POINTS = 1500  # of a line; more are drawn as the band between their least and their most
 
 
@@ -34,6 +36,8 @@ class Stretch(NamedTuple):
 def courses_figure(episode: Episode, title: str, simulated: Sequence[Stretch] = ()) -> Figure:
     """Draw each channel over time; channels that no sensor measured are drawn in grey.
 
+    The axes are those of what was measured. Where the simulation goes far beyond it, a note in the panel says how far.
+
     Args:
         episode: what was measured.
         title: over the figure.
@@ -50,18 +54,44 @@ def courses_figure(episode: Episode, title: str, simulated: Sequence[Stretch] = 
         for number, piece in enumerate(simulated):
             if name != "command":
                 column = factor * piece.observations[:, Observation._fields.index(name)]
-                panel.plot(
-                    piece.time, column, color=PREDICTED.light, linewidth=1.1, label=None if number else "simulated"
-                )
+                told = None if number else _simulated(simulated)
+                panel.plot(piece.time, column, color=PREDICTED.light, linewidth=1.1, label=told)
         panel.set_ylabel(label(name, unit))
         panel.set_xlabel("time [s]")
         panel.margins(x=0)
         if name in estimated:
-            panel.set_title("not measured: worked out from others", color=MUTED.light)
+            panel.set_title("estimated, not measured", color=MUTED.light)
+        if simulated and name != "command":
+            place = Observation._fields.index(name)
+            _fit(panel, factor * values, factor * np.concatenate([piece.observations[:, place] for piece in simulated]))
     figure.suptitle(title)
     if simulated:
         legend(figure, axes[0])
     return figure
+
+
+def _fit(axes: Axes, values: Array, simulated: Array) -> None:
+    """Set the range of an axis: a simulated robot that falls would make a line of one that stands."""
+    bottom, top = limits(values, simulated, _ROOM)
+    axes.set_ylim(bottom, top)
+    if simulated.min() < bottom or simulated.max() > top:
+        for drawn in (*axes.get_lines()[:1], *axes.collections):  # what was measured, over what hides it
+            drawn.set_zorder(3.0)
+        note = f"simulated: {_short(simulated.min())} to {_short(simulated.max())}"
+        axes.set_title(note, loc="right", color=PREDICTED.light, fontsize=8, fontweight="normal")
+
+
+def _short(value: float) -> str:
+    """With two digits at least, and without an exponent."""
+    return f"{value:.2g}" if abs(value) < 10.0 else f"{value:.0f}"
+
+
+def _simulated(pieces: Sequence[Stretch]) -> str:
+    """What the simulated lines are."""
+    if len(pieces) == 1:
+        return "simulated"
+    every = float(pieces[1].time[0] - pieces[0].time[0])
+    return f"simulated under the same commands, put back onto the measured motion every {every:.3g} s"
 
 
 def _column(episode: Episode, name: str) -> Array:

@@ -13,6 +13,7 @@ DIRECTION = "direction"
 """The axis whose two regions are no ranges of values."""
 
 _SPAN = 1e-2  # share of the whole range that need not be told apart
+_MOVED = 0.15  # share of the smallest distance by which rounding may move an edge: 2.5 s are neither 2 nor 3
 
 
 class MapAxis(NamedTuple):
@@ -66,6 +67,11 @@ def range_text(region: Region) -> str:
 
 
 def _decimals(edges: Array) -> int:
-    """The fewest decimals that show half the smallest distance of edges, or a small share of their whole range."""
-    step = max(0.5 * float(np.diff(edges).min()), _SPAN * float(edges[-1] - edges[0]))
-    return max(0, int(np.ceil(-np.log10(step))))
+    """The fewest decimals that show half the smallest distance of edges, or a small share of their whole range.
+
+    One more where the edges would not be where they are written.
+    """
+    smallest, span = float(np.diff(edges).min()), float(edges[-1] - edges[0])
+    decimals = max(0, int(np.ceil(-np.log10(max(0.5 * smallest, _SPAN * span)))))
+    moved = float(np.abs(np.round(edges, decimals) - edges).max())
+    return decimals + (moved > max(_MOVED * smallest, _SPAN * span))

@@ -54,7 +54,7 @@ def number(value: float | None, form: str) -> str:
 
 def percent(share: float | None) -> str:
     """A share in per cent; a dash where it was not measured."""
-    return "–" if share is None else f"{100 * share:.0f}\u00a0%"
+    return "–" if share is None else f"{100 * share:z.0f}\u00a0%"
 
 
 def _source(template: str) -> str:

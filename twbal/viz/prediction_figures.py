@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from twbal.core.gaussian import HALF_WIDTH_95, Array, Gaussian
 from twbal.core.palette import MUTED, PREDICTED, REAL
-from twbal.viz.canvas import in_words, label, legend, panels, shown, styled
+from twbal.viz.canvas import ended_at, in_words, label, legend, limits, panels, shown, styled
 
 _ROOM = 0.6  # of the range that the robot used, left above and below it: what the model says beyond is cut off
 
@@ -71,9 +71,9 @@ def _draw_channel(
         name = f"robot, {len(courses)} trials" if i == 0 else None
         axes.plot(time[: len(course)], course, color=REAL.light, linewidth=0.9, alpha=0.8, label=name)
         if len(course) < len(mean):
-            axes.plot(time[len(course) - 1], course[-1], "x", color=REAL.light, markersize=6, markeredgewidth=1.8)
+            ended_at(axes, time[len(course) - 1], course[-1])
     axes.set_xlim(0.0, time[-1])
-    bottom, top = _limits(low, high, courses)
+    bottom, top = limits(np.concatenate([[], *courses]), np.concatenate([low, high]), _ROOM)
     axes.set_ylim(bottom, top)
     if low.min() < bottom or high.max() > top:
         note = f"band: {_short(low.min())} to {_short(high.max())}"
@@ -83,15 +83,3 @@ def _draw_channel(
 def _short(value: float) -> str:
     """With two digits at least."""
     return f"{value:.2g}" if abs(value) < 10 else f"{value:.0f}"
-
-
-def _limits(low: Array, high: Array, courses: Sequence[Array]) -> tuple[float, float]:
-    """Range to draw: all that the robot did, and of the band what does not dwarf it; without trials, the band."""
-    bottom, top = float(low.min()), float(high.max())
-    if courses:
-        seen = np.concatenate(courses)
-        least, most = float(seen.min()), float(seen.max())
-        room = _ROOM * (most - least)
-        bottom, top = min(least, max(bottom, least - room)), max(most, min(top, most + room))
-    margin = 0.06 * (top - bottom) or 1.0
-    return bottom - margin, top + margin

@@ -45,8 +45,9 @@ def _draw_levels(panel: Axes, axis: AxisLevels, methods: tuple[MethodRobustness,
         colour, form = _style(number)
         panel.plot(places + aside, shares, form, color=colour, markersize=4.5, linewidth=1.3, label=method.name)
     panel.set_xticks(places, ["0", *(f"{level:g}" for level in axis.levels)])
-    panel.set_xlabel(f"[{axis.unit}]")
-    panel.set_title(axis.name.replace("_", " "))
+    name = axis.name.replace("_", " ")
+    panel.set_xlabel(f"{name} [{axis.unit}]")
+    panel.set_title(name)
     panel.set_ylim(-0.06, 1.06)
     panel.yaxis.set_major_formatter(PercentFormatter(1.0))
 

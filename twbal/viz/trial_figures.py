@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from twbal.core.evaluation import SuccessCriterion
 from twbal.core.gaussian import Array
 from twbal.core.palette import GOOD, MUTED, REAL
-from twbal.viz.canvas import legend, panels, styled
+from twbal.viz.canvas import ended_at, legend, panels, styled
 
 _COLUMNS = 3  # panels in a row of the drift figure
 
@@ -45,7 +45,7 @@ def tilt_figure(groups: Sequence[Trials], control_period: float, rule: SuccessCr
         panel.set_ylim(*(1.25 * np.degrees([-rule.tilt_limit, rule.tilt_limit])))
         panel.set_xlabel("time [s]")
         panel.set_ylabel("tilt [°]")
-    legend(figure, axes[0])  # below, where no course runs
+    legend(figure, *axes)  # below, where no course runs
     return figure
 
 
@@ -66,13 +66,17 @@ def drift_figure(groups: Sequence[Trials], control_period: float, rule: SuccessC
         panel.axhline(0.0, color=MUTED.light, linewidth=0.8)
         if rule.place_limit is not None:
             late = [control_period * rule.place_step, control_period * steps]
-            panel.fill_between(late, -rule.place_limit, rule.place_limit, color=GOOD.light, alpha=0.15, linewidth=0)
+            name, green = f"must stay in here from {late[0]:.3g} s on", GOOD.light
+            panel.fill_between(
+                late, -rule.place_limit, rule.place_limit, color=green, alpha=0.15, linewidth=0, label=name
+            )
         _draw_courses(panel, group.courses, control_period, steps)
         panel.set_title(group.title)
         panel.set_xlim(0.0, steps * control_period)
         panel.set_ylim(float(seen.min()) - margin, float(seen.max()) + margin)
         panel.set_xlabel("time [s]")
         panel.set_ylabel("position [m]" if i % _COLUMNS == 0 else "")
+    legend(figure, *axes)
     return figure
 
 
@@ -91,4 +95,4 @@ def _draw_courses(axes: Axes, courses: Sequence[Array], period: float, steps: in
         time = period * np.arange(len(drawn))
         axes.plot(time, drawn, color=REAL.light, linewidth=1.0, alpha=0.85)
         if len(drawn) <= steps:
-            axes.plot(time[-1], drawn[-1], "x", color=REAL.light, markersize=7, markeredgewidth=2.0)
+            ended_at(axes, time[-1], drawn[-1])

@@ -1,0 +1,51 @@
+"""The courses of an episode are what their axes show, whatever the simulation makes of the same commands."""
+
+import numpy as np
+import pytest
+
+from twbal.core.channels import Channels
+from twbal.core.episode import Episode, Outcome, Provenance
+from twbal.core.plant import Observation
+from twbal.viz.episode_figures import Stretch, courses_figure
+from twbal.viz.page import percent
+
+CHANNELS = Channels(("tilt", "tilt_rate"), 0.1)
+TIME = 0.01 * np.arange(101)
+
+
+@pytest.fixture
+def episode():
+    measured = np.zeros((101, len(Observation._fields)))
+    measured[:, 0] = TIME
+    measured[:, 1] = 0.1 * np.sin(TIME)
+    commands = np.cos(TIME[:-1])
+    states = CHANNELS.states(measured, commands)
+    return Episode(CHANNELS.names, 0.01, measured, states, commands, Outcome.COMPLETED, Provenance("mine", "robot"))
+
+
+def pieces(episode, tilt):
+    found = [episode.observations[k : k + 51].copy() for k in (0, 50)]
+    for part in found:
+        part[:, 1] = np.linspace(0.0, tilt, 51)
+    return [Stretch(TIME[k : k + 51], part) for k, part in zip((0, 50), found, strict=True)]
+
+
+@pytest.mark.parametrize(("tilt", "is_cut"), [(0.1, False), (3.0, True)])
+def test_a_simulated_robot_that_falls_makes_no_line_of_one_that_stands(tilt, is_cut, episode):
+    panel = courses_figure(episode, "mine", pieces(episode, tilt)).axes[0]
+    bottom, top = panel.get_ylim()
+    stands = np.degrees(episode.observations[:, 1])
+    assert bottom < stands.min() and stands.max() < top
+    assert np.ptp(stands) > 0.3 * (top - bottom)
+    assert panel.get_title("right") == ("simulated: 0 to 172" if is_cut else "")
+
+
+def test_the_legend_says_what_the_simulated_pieces_are(episode):
+    (placed,) = courses_figure(episode, "mine", pieces(episode, 0.1)).legends
+    measured, simulated = (text.get_text() for text in placed.get_texts())
+    assert measured == "measured"
+    assert simulated.endswith("put back onto the measured motion every 0.5 s")
+
+
+def test_a_share_that_rounds_to_nothing_has_no_sign():
+    assert percent(-0.001) == "0\u00a0%"
