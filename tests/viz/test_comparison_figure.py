@@ -65,3 +65,10 @@ def test_a_panel_without_a_value_says_why():
     said = " ".join(text.get_text().split())
     assert said == "measured in none of these runs: takes three trials or more of a policy"
     assert list(panel.get_yticks()) == []
+
+
+@pytest.mark.parametrize("last", [12.0, math.inf])
+def test_the_legend_says_what_dots_lines_and_crosses_are(last):
+    (placed,) = comparison_figure({"all": runs(seconds=(6.0, 10.0, last)), "other": runs(cost=(1.0, 2.0))}).legends
+    told = [text.get_text() for text in placed.get_texts()]
+    assert told == ["a run", "median of the runs", *["a run that never got there"] * math.isinf(last)]

@@ -11,7 +11,7 @@ from matplotlib.ticker import MaxNLocator
 from twbal.algorithm.comparison import METRICS, Run
 from twbal.core.gaussian import Array
 from twbal.core.palette import INK, LINE, MUTED, PREDICTED, REAL
-from twbal.viz.canvas import panels, styled
+from twbal.viz.canvas import legend, panels, styled
 
 _TITLE = 38  # characters of a line of a panel's title
 _ROOM = 0.06  # of an axis, below 0 and above the largest value, so that dots at its ends are whole
@@ -39,6 +39,7 @@ def comparison_figure(groups: Mapping[str, Sequence[Run]]) -> Figure:
         panel.set_xlim(-0.5, len(groups) - 0.5)
         panel.grid(visible=False, axis="x")
         panel.set_title(fill(f"{what} [{unit}]" if unit else what, _TITLE), fontsize=8.5)
+    legend(figure, *axes)
     return figure
 
 
@@ -51,12 +52,17 @@ def _draw_metric(panel: Axes, groups: Sequence[Array], is_share: bool, jitter: n
     for place, values in enumerate(groups):
         across = place + 0.12 * jitter.uniform(-1, 1, len(values))
         is_never = np.isinf(values)
-        panel.plot(across[~is_never], values[~is_never], "o", color=REAL.light, markersize=4, alpha=0.7)
-        panel.plot(across[is_never], np.full(is_never.sum(), never), "x", color=MUTED.light, markersize=6)
+        panel.plot(across[~is_never], values[~is_never], "o", color=REAL.light, markersize=4, alpha=0.7, label="a run")
+        if is_never.any():
+            among = np.full(is_never.sum(), never)
+            panel.plot(
+                across[is_never], among, "x", color=MUTED.light, markersize=6, label="a run that never got there"
+            )
         if len(values):
             middle = float(np.median(values))  # infinite where half of the runs never got there
             middle = never if np.isinf(middle) else middle
-            panel.plot([place - 0.25, place + 0.25], [middle] * 2, color=PREDICTED.light, linewidth=2.2)
+            across_all = [place - 0.25, place + 0.25]
+            panel.plot(across_all, [middle] * 2, color=PREDICTED.light, linewidth=2.2, label="median of the runs")
     ticks = [float(tick) for tick in _TICKS.tick_values(0.0, top) if 0.0 <= tick <= top] if known else []
     panel.set_yticks(
         [*ticks, never] if has_never else ticks, [*(f"{tick:g}" for tick in ticks), *["never"] * has_never]
