@@ -1,5 +1,6 @@
 """Where bytes go in and out; the only file that knows pyserial."""
 
+import errno
 import os
 import select
 from abc import ABC, abstractmethod
@@ -11,6 +12,7 @@ from twbal.core.errors import ConfigError, LinkError, LinkLostError
 
 _POLL = 0.02  # a read waits at most this long [s]: short beside any timeout, long beside a round trip
 _MOST = 4096  # that is read at once [bytes]
+_BUSY = (errno.EAGAIN, errno.EBUSY)  # of the lock of another program, and of a port that is open for one alone
 _WRITE_TIMEOUT = 1.0  # a line that takes no bytes for so long is dead [s]
 
 
@@ -70,7 +72,7 @@ class SerialTransport(Transport):
             self._port = serial.serial_for_url(
                 port, baudrate=baud_rate, timeout=_POLL, write_timeout=_WRITE_TIMEOUT, exclusive=True
             )
-        except (OSError, ValueError) as error:
+        except (OSError, ValueError, OverflowError) as error:
             raise LinkError(_cannot_open(port, error)) from error
         is_file = os.name == "posix" and isinstance(self._port, serial.Serial)
         self._file: int | None = self._port.fileno() if is_file else None  # select() takes it
@@ -133,6 +135,8 @@ def _cannot_open(port: str, error: Exception) -> str:
     if _is_no_terminal(port):
         return f"{port} is no serial port. Serial ports that are there: {ports}."
     code = getattr(error, "errno", None)
+    if code in _BUSY:
+        return f"Cannot open the port {port}: another program has it open, such as another twbal or a serial monitor."
     why = os.strerror(code) if code else error  # pyserial's own words have the port and the reason twice
     return (
         f"Cannot open the port {port}: {why}. Serial ports that are there: {ports}. Is the robot plugged in, its "
