@@ -1,4 +1,8 @@
 import io
+import os
+import pty
+import threading
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -6,7 +10,7 @@ from hydra.utils import instantiate
 from omegaconf import OmegaConf
 
 from twbal.core.errors import LinkError
-from twbal.link.person import confirm_placed
+from twbal.link.person import ask_again, ask_for_motion, confirm_lifted, confirm_placed
 
 
 class Terminal(io.StringIO):
@@ -41,3 +45,30 @@ def test_the_serial_link_asks_by_default(monkeypatch, capsys):
     monkeypatch.setattr("sys.stdin", Terminal("\n"))
     instantiate(link.confirm_placed)(5)
     assert "Trial 5" in capsys.readouterr().out
+
+
+@pytest.fixture
+def terminal(monkeypatch):
+    """The far end of the terminal at which this program asks."""
+    far, near = pty.openpty()
+    with os.fdopen(near) as keys:
+        monkeypatch.setattr("sys.stdin", keys)
+        yield far
+    with suppress(OSError):
+        os.close(far)
+
+
+@pytest.mark.parametrize(
+    "ask",
+    [lambda: confirm_placed(1), confirm_lifted, lambda: ask_for_motion("Lean it"), lambda: ask_again("It fell")],
+    ids=["placed", "lifted", "moved", "again"],
+)
+def test_an_enter_that_was_pressed_before_the_question_is_no_answer(ask, terminal):
+    os.write(terminal, b"\n\n")
+    answered = threading.Event()
+    person = threading.Thread(target=lambda: (ask(), answered.set()), daemon=True)
+    person.start()
+    assert not answered.wait(0.3)
+    os.write(terminal, b"\n")
+    assert answered.wait(5.0)
+    person.join()

@@ -1,6 +1,8 @@
 """The person beside a real robot."""
 
 import sys
+import termios
+from contextlib import suppress
 
 from twbal.core.errors import LinkError
 
@@ -48,6 +50,7 @@ def ask_again(found: str) -> bool:
     Args:
         found: what it came to, as a line.
     """
+    _forget_what_was_typed()
     try:
         return input(f"  {found}\nEnter to do it once more, n and Enter to go on: ").strip().lower() not in ("n", "no")
     except EOFError:
@@ -60,6 +63,7 @@ def _ask(question: str, what: str) -> None:
     try:
         if not sys.stdin.isatty():
             raise EOFError  # a pipe may say Enter before anyone stands beside the robot
+        _forget_what_was_typed()
         input(question)
     except EOFError as error:
         print()  # the error begins a line of its own
@@ -67,3 +71,9 @@ def _ask(question: str, what: str) -> None:
             f"The robot has to be {what} by a person, but this program has no terminal to ask at. Run it in a "
             "terminal, or set link.confirm_placed=null for a robot that places itself."
         ) from error
+
+
+def _forget_what_was_typed() -> None:
+    """Discard what was typed before a question: Enter pressed in the rollout before must not arm the next one."""
+    with suppress(AttributeError, OSError, ValueError, termios.error):  # no file of a terminal is behind it
+        termios.tcflush(sys.stdin.fileno(), termios.TCIFLUSH)
