@@ -11,6 +11,8 @@ from twbal.io.importers.checks.wheel_sides import SCALE_OF_EACH
 
 _LYING = 0.9  # rad; a robot that tilts more does not balance
 _LYING_TIME = 0.3  # s, from which on that is no sample that is off
+_UPRIGHT = 0.2  # rad; a robot that tilts less after it lay may balance
+_SOON = 1.0  # s from the beginning, where a robot may be put down or switched on
 _STILL = 0.15  # rad by which the tilt of a robot that lies changes at most
 _WHOLE_TURN = 6.3  # rad; no tilt is more
 _PERIODS = (0.0005, 0.3)  # s; of what balances
@@ -77,17 +79,20 @@ def tilt_doubts(part: LogPart) -> Iterator[Doubt]:
 
 
 def lying_part_doubts(part: LogPart) -> Iterator[Doubt]:
-    """A sentence on parts of a log in which the robot lies, is held, or falls, before or after it balances."""
+    """A sentence on a robot that lies or is held before it balances: later stages use a log up to there."""
     tilt = part.signals["tilt"]
     lies = np.abs(tilt) > _LYING
     share = float(part.period * lies.sum())
-    if share < _LYING_TIME:
-        return
     first = int(np.argmax(lies))
+    stands = np.flatnonzero(np.abs(tilt[first:]) < _UPRIGHT)
+    if share < _LYING_TIME or not len(stands):  # one that falls at the end does no harm
+        return
+    till = part.period * (first + stands[0])
+    is_begin = part.period * first < _SOON
+    advice = f"give import.skip={np.ceil(10.0 * till) / 10.0:.1f}" if is_begin else "cut the file there into two"
     sentence = (
-        f"the robot lies or is held for {share:.2g} s, first at {part.period * first:.3g} s, with a tilt of "
-        f"{np.degrees(tilt[first]):.0f}° (0 is upright): leave these parts out of the file (the mapping's `skip` "
-        "leaves out the beginning), as nothing balances there"
+        f"the robot lies or is held for {share:.2g} s, first from {part.period * first:.3g} s to {till:.3g} s with a "
+        f"tilt of {np.degrees(tilt[first]):.0f}° (0 is upright), and later stages use nothing after that: {advice}"
     )
     yield Doubt(Kind.LYING, "tilt", sentence, Evidence(part.period, tilt, "tilt [rad]"))
 
