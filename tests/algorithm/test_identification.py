@@ -39,7 +39,7 @@ def test_rollouts_that_tell_nothing_leave_the_prior_and_say_so(paper):
         np.testing.assert_array_equal(getattr(found.known, name), getattr(prior_of(paper), name))
     said = "None of 2 episodes has 5 control periods of a robot that stands."
     assert found.nothing_told == said
-    assert lines == [f"the robot by its sheet alone: {said}"]
+    assert lines == [f"nothing was estimated, all values are those of the sheet: {said}"]
 
 
 def test_what_the_simulation_was_given_is_where_the_estimate_begins_and_stays_where_nothing_is_told(paper):
@@ -61,7 +61,7 @@ def test_one_rollout_that_tells_something_is_enough(paper):
     assert not found.nothing_told
     assert not np.array_equal(found.known.mean, found.prior.mean)
     (line,) = lines
-    assert line.startswith("the robot by its rollouts: torque_gain_gain ")
+    assert line.startswith("estimated from the rollouts: torque_gain_gain ")
 
 
 def test_the_table_has_parameters_with_units_before_and_after(paper):

@@ -90,9 +90,9 @@ def identify(
     try:
         known = posterior(prior, episodes)
     except DataError as error:
-        progress(f"the robot by its sheet alone: {error}")
+        progress(f"nothing was estimated, all values are those of the sheet: {error}")
         return Identification(prior, prior, simulated, str(error))
-    progress(f"the robot by its rollouts: {known}")
+    progress(f"estimated from the rollouts: {known}")
     return Identification(prior, known, simulated)
 
 

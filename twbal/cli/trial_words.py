@@ -5,14 +5,20 @@ from math import degrees, radians
 
 from twbal.algorithm.following import FloorNeeded, FollowedCourse
 from twbal.algorithm.tables import course_table
-from twbal.core.episode import Episode
+from twbal.core.episode import Episode, Outcome
 from twbal.policies.excitation import Excitation
 
 
 def trial_in_words(episode: Episode) -> str:
     """How a trial ended."""
-    trial, outcome = episode.provenance.trial, episode.outcome.replace("_", " ")
-    return f"trial {trial}: {outcome} after {episode.duration:.2f} s, {len(episode)} samples"
+    return f"trial {episode.provenance.trial}: {end_in_words(episode)}"
+
+
+def end_in_words(episode: Episode) -> str:
+    """How an episode ended, and after how long."""
+    fell = episode.outcome is Outcome.TILT_LIMIT
+    outcome = "fell (tilt limit)" if fell else episode.outcome.replace("_", " ")
+    return f"{outcome} after {episode.duration:.2f} s, {len(episode)} samples"
 
 
 def floor_of_course(need: FloorNeeded) -> str:

@@ -22,6 +22,7 @@ from twbal.cli.policy_on_board import FOLDER, prepared_link
 from twbal.cli.policy_origin import say_doubts_of_policy
 from twbal.cli.robot_link import in_time, robot_link, why_not_turned
 from twbal.cli.signals import on_hang_up, stopped_once
+from twbal.cli.trial_words import end_in_words
 from twbal.cli.typed_config import recorded, typed
 from twbal.core.channels import Channels
 from twbal.core.episode import Episode, Event, Outcome, Provenance
@@ -95,7 +96,7 @@ def main(cfg: DictConfig) -> None:
     log = next(out / made.path for made in manifest.outputs if made.path.endswith(".mcap"))
     episode = read_episode(log)
     before = "" if driven else ", driven before; without hydra.run.dir, or with another one, it drives again"
-    print(f"{episode.outcome.replace('_', ' ')} after {episode.duration:.2f} s, {len(episode)} samples{before}")
+    print(f"{end_in_words(episode)}{before}")
     for event in episode.events:
         print(f"  {event.time:7.2f} s  {event.text}")
     print_result(manifest, out, next_command("plot", {"episode": log}, "robot", "sim"))

@@ -49,8 +49,8 @@ def fit_to_file(files: list[Path], robot: str, channels: Channels, recipe: Model
     episodes = episodes_of(files, robot)
     if measured := sum(episode.provenance.source != "simulation" for episode in episodes):
         say(
-            f"WARNING: {measured} of {len(episodes)} episodes are not of a simulation. f is what simulations say; what "
-            "the robot shows is for fit-diff-gp"
+            f"WARNING: {measured} of {len(episodes)} episodes are not of a simulation. f is to be learned from "
+            "simulated episodes; learn from those of a robot by fit-diff-gp"
         )
     learned = recipe.learn_simulation(episodes, channels, seed)
     save_model(path, SavedModel(learned.model, {"simulation": hashes(files)}))

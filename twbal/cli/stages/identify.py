@@ -54,7 +54,7 @@ def _identify_to_files(
         say(said)
     found = identify(robot, simulated, episodes, progress=lambda line: None)
     if found.nothing_told:
-        say(f"the robot by its sheet alone: {found.nothing_told}")
+        say(f"nothing was estimated, all values are those of the sheet: {found.nothing_told}")
     print("\n".join(f"  {line}" for line in found.table()), flush=True)
     say("± holds if nothing but these parameters differs from the sheet; other effects can put the values further off")
     told = "by its sheet alone, as the rollouts tell nothing" if found.nothing_told else "by its rollouts"
