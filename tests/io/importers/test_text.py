@@ -179,6 +179,20 @@ def test_the_stamps_of_a_serial_monitor_are_not_read(log):
 LONG = columns(400)
 
 
+@pytest.mark.parametrize("between", [",", "\t", "  ", ", "])
+@pytest.mark.parametrize("sign", [":", "=", ": "])
+@pytest.mark.parametrize("before", ["", "Ready.\n"])
+def test_numbers_with_their_names_before_them_are_columns_of_these_names(between, sign, before, log):
+    """As the serial plotter of Arduino wants it."""
+    lines = [between.join(f"{n}{sign}{x:.9g}" for n, x in zip(NAMES, row, strict=True)) for row in LONG]
+    lines[100] = lines[100][:30]
+    path = log(before + "\n".join(lines) + "\n")
+    read = read_text(path, WANTED)
+    assert read.values == pytest.approx(np.delete(LONG[:, PLACES], 100, axis=0), abs=1e-8)
+    assert read.lines[0] == 1 + bool(before)
+    assert [column.name for column in all_columns(path)] == list(NAMES)
+
+
 def test_a_few_torn_lines_are_left_out_and_said(log):
     """A serial line loses characters, so that two lines become one, or a part of one."""
     lines = text(LONG).splitlines()

@@ -15,7 +15,7 @@ from twbal.io.importers.fields import MISSING, is_time
 from twbal.io.importers.formats import reader_of
 from twbal.io.importers.text_files import read_text
 from twbal.io.importers.text_layout import check_names, fields_of, layout_of
-from twbal.io.importers.text_lines import lines_of
+from twbal.io.importers.text_lines import text_of
 
 _SHOWN = 5
 _ODD = 0.01  # share of the fields of a column of numbers that are none, at most
@@ -46,7 +46,7 @@ def all_columns(path: Path) -> list[Column]:
     if reader_of(path) is not None:
         arrays = named_arrays(path)
         return _columns(list(arrays), list(arrays), list(arrays.values()))
-    layout = layout_of(path, lines_of(path))
+    layout = layout_of(path, text_of(path))
     check_names(path, layout)
     numbers = [k for k in range(layout.width) if _is_of_numbers([row[k] for row in layout.sample])]
     if not numbers:

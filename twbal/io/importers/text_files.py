@@ -25,7 +25,7 @@ from twbal.io.importers.text_layout import (
     fields_of,
     layout_of,
 )
-from twbal.io.importers.text_lines import lines_of
+from twbal.io.importers.text_lines import text_of
 
 _TORN = 0.01  # share of the rows up to which lines that are torn, or fields that are no numbers, are left out
 _BEGUN = re.compile(r"[+-]|[+-]?(\d+\.?\d*|\.\d+)[eE][+-]?")  # a number that was cut off, and none by itself
@@ -65,8 +65,8 @@ def read_text(path: Path, wanted: Sequence[Name], names: Sequence[str] = ()) -> 
     Raises:
         LogError: the file cannot be read; the message says in which line and why.
     """
-    lines = lines_of(path)
-    layout = layout_of(path, lines)
+    text = text_of(path)
+    lines, layout = text.lines, layout_of(path, text)
     if any(isinstance(name, str) and not name.isdigit() for name in wanted):
         check_names(path, layout, names)
     where = places(path, layout.names or tuple(names), layout.width, wanted)
@@ -109,7 +109,7 @@ def _rows(path: Path, lines: Sequence[str], layout: Layout) -> _Rows:
     rows = [k for k, line in enumerate(lines) if (stripped := line.strip()) and stripped[0] not in comment]
     rows = rows[layout.before :]
     again: tuple[int, ...] = ()
-    if layout.names:
+    if layout.has_header:
         header = lines[rows[0]].strip()
         rows = rows[2:] if layout.units else rows[1:]
         again = tuple(row for row in rows if lines[row].strip() == header)

@@ -10,6 +10,7 @@ from twbal.core.errors import LogError, printable
 from twbal.io.importers.column_names import is_unit
 from twbal.io.importers.fields import DECIMAL_COMMA, MISSING, is_number, is_time
 from twbal.io.importers.formats import readable
+from twbal.io.importers.text_lines import Text
 
 BLANKS = "blanks"
 DELIMITERS = {";": ";", "\t": "\t", ",": ",", BLANKS: r"\s+"}  # what is looked for, in this order
@@ -35,6 +36,7 @@ class Layout(NamedTuple):
         sample: fields of some lines, for whoever guesses what they mean.
         comments: lines before the first of these that are comments, without what begins them.
         before: lines of text before the header that are neither comments nor columns, such as boot messages.
+        has_header: whether the names stand in a row of their own.
     """
 
     delimiter: str
@@ -46,15 +48,16 @@ class Layout(NamedTuple):
     sample: tuple[tuple[str, ...], ...]
     comments: tuple[str, ...]
     before: int
+    has_header: bool
 
 
-def layout_of(path: Path, lines: Sequence[str]) -> Layout:
+def layout_of(path: Path, text: Text) -> Layout:
     """Tell the layout of a text from its first lines.
 
     Raises:
         LogError: it has no columns of numbers.
     """
-    first, comment, comments = _first_lines(lines)
+    first, comment, comments = _first_lines(text.lines)
     if not first:
         raise LogError(f"{path} is empty{' but for comments' if comment else ''}: no rows of numbers in it.")
     delimiter = _delimiter(first)
@@ -62,7 +65,8 @@ def layout_of(path: Path, lines: Sequence[str]) -> Layout:
     comma = any(DECIMAL_COMMA.fullmatch(field) for row in rows for field in row)
     before = _before(rows, comma)
     first, rows = first[before:], rows[before:]
-    header = rows[0] if not all(_is_value(field, comma) for field in rows[0]) else None
+    is_header = not text.names and not all(_is_value(field, comma) for field in rows[0])
+    header = rows[0] if is_header else None
     units = _units_below(path, first, rows, comma) if header and len(rows) > 2 else ()
     if units:
         body = rows[2:]
@@ -71,9 +75,11 @@ def layout_of(path: Path, lines: Sequence[str]) -> Layout:
     names = tuple(map(printable, header)) if header and body is not rows else ()
     if not any(is_number(field, comma) and field for row in body for field in row):
         raise LogError(f"{path} has no columns of numbers; its first line is {first[0][:60]!r}. {readable()}.")
+    has_header = bool(names)
+    names = names or text.names
     width = len(names) if names and len(names) == _most(body) else len(body[0])
     sample = tuple(tuple(row) for row in body if len(row) == width)
-    return Layout(delimiter, "," if comma else ".", comment, names, width, units, sample, comments, before)
+    return Layout(delimiter, "," if comma else ".", comment, names, width, units, sample, comments, before, has_header)
 
 
 def _is_value(field: str, comma: bool) -> bool:

@@ -4,6 +4,7 @@ import codecs
 import re
 from collections.abc import Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 from twbal.core.errors import LogError
 from twbal.io.importers.columns import file_data
@@ -17,11 +18,26 @@ _COMPRESSED = {
     b"PK\x03\x04": "zip: unpack it first, or export it as CSV where it is a workbook of a spreadsheet",
 }
 """What compressed files begin with, and what to do about them."""
+_LABELLED = re.compile(  # without blanks before it: searches in long lines of blanks would take minutes
+    r"(?<![^,;\s])([^\W\d][^\s:=,;\"'{}]*)\s*[:=]\s*([+-]?[\d.][^\s:=,;\"'{}]*|[+-]?nan|[+-]?inf)(?=[,;\s]|$)", re.I
+)
+_LOOKED_AT = 100  # lines by which it is told whether numbers have their names before them
+_MOST = 0.8  # share of them that have, at least
 _STAMP = re.compile(r"\d{1,2}:\d\d:\d\d[.,]\d+ -> ?")  # as the serial monitor of Arduino writes them
 
 
-def lines_of(path: Path) -> list[str]:
-    """The lines of a text file, without the time that Arduino's serial monitor writes before each (`... -> `).
+class Text(NamedTuple):
+    """The lines of a text file, and the names of its columns where each number has one before it (`pitch:0.1`)."""
+
+    lines: list[str]
+    names: tuple[str, ...] = ()
+
+
+def text_of(path: Path) -> Text:
+    """The lines of a text file.
+
+    They come without the time that Arduino's serial monitor writes before each (`... -> `), and without the names that
+    its plotter wants before each number.
 
     Raises:
         LogError: it cannot be read, or is no text.
@@ -29,7 +45,7 @@ def lines_of(path: Path) -> list[str]:
     data = file_data(path)
     if data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):  # as Excel and PowerShell write it
         try:
-            return _without_stamps(_parted(data.decode("utf-16")))
+            return _plain(_parted(data.decode("utf-16")))
         except UnicodeDecodeError as error:
             raise LogError(f"{path} begins as text in UTF-16, and breaks off or is none: {error}.") from error
     for begin, advice in _COMPRESSED.items():
@@ -45,7 +61,7 @@ def lines_of(path: Path) -> list[str]:
     odd = sum(not (c.isprintable() or c in "\t\n\r") for c in looked_at)
     if odd > 0.02 * len(looked_at):
         raise LogError(f"{path} is no text file: {odd} of its first {len(looked_at)} bytes are no characters.")
-    return _without_stamps(_parted(text))
+    return _plain(_parted(text))
 
 
 def _parted(text: str) -> list[str]:
@@ -60,6 +76,35 @@ def _decoded(data: bytes) -> str:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError:
         return data.removeprefix(b"\xef\xbb\xbf").decode("latin-1")
+
+
+def _plain(lines: Sequence[str]) -> Text:
+    return _without_labels(_without_stamps(lines))
+
+
+def _without_labels(lines: list[str]) -> Text:
+    """Lines such as `time:0,pitch:0.1` as `0,0.1` with the names `time` and `pitch`; others as they are."""
+    looked_at = [line for line in lines if line.strip()][:_LOOKED_AT]
+    labels = [_labels(line) for line in looked_at]
+    if not labels:
+        return Text(lines)
+    names = max(labels, key=labels.count)
+    if len(names) < 2 or len(set(names)) < len(names) or labels.count(names) < _MOST * len(labels):
+        return Text(lines)
+    return Text([_values(line) if _labels(line) == names else line for line in lines], names)
+
+
+def _labels(line: str) -> tuple[str, ...]:
+    """The names in a line of names and values; none in any other line."""
+    return tuple(each[1] for each in _LABELLED.finditer(line)) if _is_labelled(line) else ()
+
+
+def _values(line: str) -> str:
+    return ",".join(each[2] for each in _LABELLED.finditer(line))
+
+
+def _is_labelled(line: str) -> bool:
+    return not _LABELLED.sub("", line).strip(", ;\t")
 
 
 def _without_stamps(lines: Sequence[str]) -> list[str]:
