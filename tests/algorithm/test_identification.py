@@ -137,3 +137,11 @@ def test_a_parameter_at_a_bound_of_its_range_is_no_estimate_but_none_is_one_of_n
     assert told.at_bound == ("com_height.factor",)
     (row,) = (row for row in told.table() if row.startswith("com_height.factor"))
     assert row.endswith("at its bound")
+
+
+@pytest.mark.parametrize(("gain", "told"), [(0.2000355, ("torque_gain.gain",)), (0.21, ())])
+def test_an_estimate_that_stopped_a_little_before_a_bound_is_told_as_one_at_it(paper, gain, told):
+    prior = prior_of(paper)
+    mean = prior.mean.copy()
+    mean[prior.fields.index("torque_gain_gain")] = gain  # its range begins at 0.2
+    assert Identification(prior, replace(prior, mean=mean), {}).at_bound == told

@@ -16,6 +16,7 @@ from twbal.sysid.posterior import posterior
 
 EffectValues = dict[str, dict[str, float]]
 """By the names of effects and of their parameters."""
+_AT_BOUND = 1e-3  # share of a range from its end within which an estimate stands at a bound
 
 
 @dataclass(frozen=True)
@@ -53,7 +54,8 @@ class Identification:
         """Parameters whose estimate stands at a bound of its range; 0 is none, as friction and delay begin there."""
         known = self.known
         bounds = np.stack([known.low, known.high])
-        is_there = (np.isclose(known.mean, bounds, rtol=1e-6, atol=0.0) & (bounds != 0.0)).any(axis=0)
+        near = _AT_BOUND * (known.high - known.low)  # a fit may end a little before a bound that it ran to
+        is_there = ((np.abs(known.mean - bounds) <= near) & (bounds != 0.0)).any(axis=0)
         return tuple(name for name, there in zip(_names_and_units(known)[0], is_there, strict=True) if there)
 
     def table(self) -> list[str]:
