@@ -454,3 +454,10 @@ def test_names_that_are_written_as_one_are_understood(looked_at):
 def test_wheels_of_which_the_name_does_not_say_what_are_named(looked_at):
     _, found = looked_at(time=COLUMN["t"], tilt=COLUMN["tilt"], wheel_left=COLUMN["wheel"], wheel_right=COLUMN["wheel"])
     assert any("wheel_angle (perhaps both wheel_left and wheel_right" in reason for reason in found.open)
+
+
+def test_without_names_the_reason_asks_for_numbers(tmp_path):
+    path = tmp_path / "log.txt"
+    path.write_text(text(ROWS[:, :3], names=None))
+    _, found = proposed(path)
+    assert "tilt (the file has no names of columns: fill in the column's number)" in found.open

@@ -155,7 +155,7 @@ def _by_names(columns: Sequence[Column]) -> _Proposal:
     if tilt.columns:
         proposal.take("tilt", tilt.columns)
     else:
-        proposal.leave("tilt", tilt.reason or _by_quaternion(columns) or "not found among the names")
+        proposal.leave("tilt", tilt.reason or _by_quaternion(columns) or _not_found(columns))
     for name in ("tilt_rate", "acceleration", "yaw_rate", "wheel_rate"):
         choice, why = rate_choice(name, columns)
         if choice.columns:
@@ -191,6 +191,12 @@ def _time(proposal: _Proposal, columns: Sequence[Column]) -> None:
     proposal.leave("time", choice.reason or hint)
 
 
+def _not_found(columns: Sequence[Column]) -> str:
+    """Why a quantity is left to a person whom no name helps."""
+    has_names = any(column.name for column in columns)
+    return "not found among the names" if has_names else "the file has no names of columns: fill in the column's number"
+
+
 def _by_quaternion(columns: Sequence[Column]) -> str:
     """What to do about a tilt that a log tells as a quaternion; "" where it does not."""
     parts = [column.name for column in columns if column.meaning.quantity == QUATERNION]
@@ -223,7 +229,7 @@ def _wheels(proposal: _Proposal, columns: Sequence[Column]) -> None:
     elif not proposal.lines["wheel_rate"].startswith("null") and _OPEN not in proposal.lines["wheel_rate"]:
         proposal.drop("wheel_angle", "the sum of wheel_rate")
     else:
-        proposal.leave("wheel_angle", angle.reason or "not found among the names")
+        proposal.leave("wheel_angle", angle.reason or _not_found(columns))
     if pose["heading"] and ("x" in proposal.lines or proposal.lines["yaw_rate"].startswith("null")):
         proposal.take("heading", pose["heading"])
     if "wheel_angle" not in proposal.lines:
@@ -250,7 +256,7 @@ def _command(proposal: _Proposal, columns: Sequence[Column]) -> None:
         proposal.drop("command")
         return
     proposal.leave(
-        "command", torque.reason or volts.reason or duty.reason or _by_current(columns) or "not found among the names"
+        "command", torque.reason or volts.reason or duty.reason or _by_current(columns) or _not_found(columns)
     )
 
 
