@@ -60,9 +60,9 @@ def _identify_to_files(
     told = "by its sheet alone, as the rollouts tell nothing" if found.nothing_told else "by its rollouts"
     if found.at_bound:
         say(
-            f"WARNING: {', '.join(found.at_bound)} ran to a bound of the range: the robot has something that none of the "
-            "parameters describes, or the recordings are too short or faulty. See how well the estimate predicts by twbal "
-            "evaluate-sim"
+            f"WARNING: {', '.join(found.at_bound)} ran to a bound of the range: the robot has something that none of "
+            "the parameters describes, or the recordings are too short or faulty. See how well the estimate predicts by "
+            "twbal evaluate-sim"
         )
     title = f"Robot {robot.name} with the mean of its parameters, {told}."
     save_distribution(out / DISTRIBUTION, found.known)
