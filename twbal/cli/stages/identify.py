@@ -61,8 +61,8 @@ def _identify_to_files(
     if found.at_bound:
         say(
             f"WARNING: {', '.join(found.at_bound)} ran to a bound of the range: the robot has something that none of "
-            "the parameters describes, or the recordings are too short or faulty. See how well the estimate predicts by "
-            "twbal evaluate-sim"
+            "the parameters describes, or the recordings are too short or faulty. See how well the estimate predicts "
+            "by twbal evaluate-sim"
         )
     title = f"Robot {robot.name} with the mean of its parameters, {told}."
     save_distribution(out / DISTRIBUTION, found.known)
