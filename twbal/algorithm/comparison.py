@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy.stats import binomtest
+from scipy.special import bdtr
 
 from twbal.algorithm.iteration import PARTS, Iteration
 from twbal.algorithm.summary import Summary
@@ -136,7 +136,7 @@ def paired(group: Sequence[Run], other: Sequence[Run], metric: str) -> Paired:
     more = sum(a > b for a, b in values)  # neither, where one of them is NaN
     less = sum(a < b for a, b in values)
     better, worse = (more, less) if METRICS[metric][2] else (less, more)
-    p = float(binomtest(better, better + worse).pvalue) if better + worse else 1.0
+    p = min(2.0 * float(bdtr(min(better, worse), better + worse, 0.5)), 1.0) if better + worse else 1.0
     return Paired(better, worse, p)
 
 

@@ -9,7 +9,7 @@ Student's t of m - 1 degrees of freedom takes the place of the normal distributi
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.stats import t
+from scipy.special import stdtrit
 
 from twbal.core.gaussian import Array
 
@@ -53,5 +53,5 @@ def interval95(value: float, resampled: Array, blocks: int) -> tuple[float, floa
         blocks: how many are drawn, at least `FEWEST_BLOCKS`.
     """
     sd = float(np.std(np.log(np.maximum(resampled, 1e-300)))) * np.sqrt(blocks / (blocks - 1.0))
-    factor = float(np.exp(min(t.ppf(0.975, blocks - 1) * sd, 100.0)))
+    factor = float(np.exp(min(stdtrit(blocks - 1, 0.975) * sd, 100.0)))
     return value / factor, value * factor

@@ -18,7 +18,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from scipy.stats import t as student
+from scipy.special import stdtr
 
 from twbal.core.gaussian import Array
 from twbal.diagnosis.candidates import Candidate
@@ -93,7 +93,7 @@ class Difference(NamedTuple):
     @property
     def p_value(self) -> float:
         """Probability of at least as large a difference, either way, if there is none (Student's t)."""
-        return float(2.0 * student.sf(self.size / self.wide, self.freedom))
+        return float(2.0 * stdtr(self.freedom, -self.size / self.wide))
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,9 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.ndimage import maximum_filter1d
 from scipy.optimize import minimize
-from scipy.special import betaln, expit, logit
-from scipy.stats import beta
-from scipy.stats import t as t_distribution
+from scipy.special import betaincinv, betaln, expit, logit, stdtrit
 
 from twbal.core.gaussian import Array, Mask
 from twbal.diagnosis.held_commands import HeldScores, SentCommands, held_scores, sent_commands, with_several_lost
@@ -245,11 +243,11 @@ def _loss(mixture: Mixture, asked: Sequence[HeldScores], lost: Sequence[Mask]) -
     command shows does not depend on whether it is lost, so that the share of these is that of all. The interval is that
     of Clopper and Pearson (1934).
     """
-    clear = 2.0 * mixture.scale * float(t_distribution.ppf(0.99, mixture.degrees))
+    clear = 2.0 * mixture.scale * float(stdtrit(mixture.degrees, 0.99))
     shows = np.concatenate([each.sizes > clear for each in asked])
     count, total = int(np.sum(np.concatenate(lost) & shows)), int(np.sum(shows))
     if count == 0:
         return None
-    low = float(beta.ppf(0.025, count, total - count + 1))
-    high = float(beta.ppf(0.975, count + 1, total - count)) if count < total else 1.0
+    low = float(betaincinv(count, total - count + 1, 0.025))
+    high = float(betaincinv(count + 1, total - count, 0.975)) if count < total else 1.0
     return CommandLoss(count / total, low, high, count, total)

@@ -9,7 +9,6 @@ from dataclasses import replace
 
 import numpy as np
 from scipy.ndimage import uniform_filter1d
-from scipy.signal import detrend
 
 from twbal.core.episode import Episode, Estimated
 from twbal.core.errors import DataError
@@ -94,6 +93,8 @@ def _is_down(episode: Episode, max_tilt: float) -> bool:
 
 def _swing(episode: Episode) -> float:
     """Range of the tilt [rad], but for one sample in twenty, without steady drift and noise."""
+    from scipy.signal import detrend  # loads slowly, and few robots lie
+
     count = max(1, round(_SMOOTH / episode.control_period))
     return _range(uniform_filter1d(detrend(np.unwrap(episode.tilt)), count, mode="nearest"))
 

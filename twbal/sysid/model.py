@@ -6,7 +6,6 @@ from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.signal import lfilter
 
 from twbal.core.gaussian import Array, Mask
 from twbal.planar.parameters import TwinParameters
@@ -253,6 +252,8 @@ def _of_even_loop(recording: Recording, filter_rate: float) -> Recording:
     """The recording with the tilt that a filter of a rate [1/s] would have shown, had the loop been even."""
     if recording.uneven_sum is None or filter_rate == 0.0:
         return recording
+    from scipy.signal import lfilter  # loads slowly, and few loops are uneven
+
     measured, kept = recording.measured.copy(), np.exp(-filter_rate * recording.period)
     measured[:, 0] -= lfilter([1.0], [1.0, -kept], recording.uneven_sum)
     return replace(recording, measured=measured)
