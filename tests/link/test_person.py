@@ -28,10 +28,17 @@ def test_the_person_is_asked_and_waited_for(monkeypatch, capsys):
     assert keys.read() == "left over"
 
 
-def test_without_a_person_it_is_an_error_that_says_what_to_do(monkeypatch):
+def test_a_terminal_that_ends_is_an_error_that_says_what_to_do(monkeypatch):
     monkeypatch.setattr("sys.stdin", Terminal(""))
-    with pytest.raises(LinkError, match=r"link\.confirm_placed=null"):
+    with pytest.raises(LinkError, match=r"terminal has ended \(Ctrl-D.* press Enter; or set link\.confirm_placed=null"):
         confirm_placed(0)
+
+
+def test_without_standard_input_there_is_no_terminal_to_ask_at(monkeypatch):
+    monkeypatch.setattr("sys.stdin", None)
+    for ask in (lambda: confirm_placed(0), confirm_lifted):
+        with pytest.raises(LinkError, match=r"no terminal to ask at.* link\.confirm_placed=null"):
+            ask()
 
 
 def test_a_pipe_cannot_arm_a_robot(monkeypatch):

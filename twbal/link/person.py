@@ -60,16 +60,19 @@ def ask_again(found: str) -> bool:
 
 def _ask(question: str, what: str) -> None:
     """Ask, and wait for Enter; `what` has to be done to the robot."""
+    if sys.stdin is None or not sys.stdin.isatty():  # a pipe may say Enter before anyone stands beside the robot
+        raise LinkError(
+            f"The robot has to be {what} by a person, but this program has no terminal to ask at. Run it in a "
+            "terminal, or set link.confirm_placed=null for a robot that places itself."
+        )
+    _forget_what_was_typed()
     try:
-        if not sys.stdin.isatty():
-            raise EOFError  # a pipe may say Enter before anyone stands beside the robot
-        _forget_what_was_typed()
         input(question)
     except EOFError as error:
         print()  # the error begins a line of its own
         raise LinkError(
-            f"The robot has to be {what} by a person, but this program has no terminal to ask at. Run it in a "
-            "terminal, or set link.confirm_placed=null for a robot that places itself."
+            f"The robot has to be {what} by a person, but the terminal has ended (Ctrl-D, or it was closed). Give the "
+            "same command again and press Enter; or set link.confirm_placed=null for a robot that places itself."
         ) from error
 
 
