@@ -15,7 +15,7 @@ from twbal.algorithm.rollout import rollout
 from twbal.cli.composition import composing
 from twbal.cli.console import gently
 from twbal.cli.main import main
-from twbal.cli.stages.diagnose import suggested_next
+from twbal.cli.stages.diagnose import drives_a_robot, suggested_next
 from twbal.core.episode import Outcome, Provenance
 from twbal.core.start_pose import StartPose
 from twbal.diagnosis.advice import on_falls
@@ -241,8 +241,10 @@ def test_where_no_experiment_is_safe_none_is_the_next_command(tmp_path, monkeypa
     opened = {"verdict": "unknown", "next_experiment": None, "no_safe_experiment": True}
     (tmp_path / "diagnosis.json").write_text(json.dumps(opened))
     assert "real-rollout" not in suggested_next(tmp_path)
+    assert not drives_a_robot(suggested_next(tmp_path))
     (tmp_path / "diagnosis.json").write_text(json.dumps({**opened, "no_safe_experiment": False}))
     assert suggested_next(tmp_path) == "twbal real-rollout"
+    assert drives_a_robot(suggested_next(tmp_path))
 
 
 def test_where_a_repetition_tells_more_it_is_what_comes_next(tmp_path, monkeypatch):
@@ -250,6 +252,7 @@ def test_where_a_repetition_tells_more_it_is_what_comes_next(tmp_path, monkeypat
     told = {"verdict": "unknown", "next_experiment": {"command": "a new one", "separation": 1.1, "repetition": 1.7}}
     (tmp_path / "diagnosis.json").write_text(json.dumps(told))
     assert suggested_next(tmp_path).startswith("record the robot again as before")
+    assert not drives_a_robot(suggested_next(tmp_path))  # so nothing is said of the link of a next command
     told["next_experiment"]["separation"] = 2.0
     (tmp_path / "diagnosis.json").write_text(json.dumps(told))
     assert suggested_next(tmp_path) == "a new one"
