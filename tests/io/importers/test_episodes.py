@@ -231,8 +231,8 @@ def test_repeated_rows_backward_time_and_nan_are_handled_and_said(brought):
     imported = brought(rows)
     assert [len(episode) for episode in imported.episodes] == [len(ROWS) - 2, len(ROWS) - 1]
     said = " ".join(imported.notes)
-    assert "1 rows with an empty field, NaN, infinity or more than 1e+30 are left out, the first in line 22" in said
-    assert "1 rows that repeat the one before" in said
+    assert "1 row with an empty field, NaN, infinity or more than 1e+30 is left out, the first in line 22" in said
+    assert "1 row that repeats the one before is left out" in said
     assert f"time runs backwards before line {len(ROWS) + 3}" in said
     pair = list(duplicated(imported.episodes, ["a", "b"]))
     assert len(pair) == 1

@@ -190,7 +190,9 @@ def _without_nan(path: Path, columns: Columns) -> tuple[Columns, list[str]]:
             why = "its sensors are logged in different rows. Fill each column with its last value before the import"
         raise LogError(f"{path} has no row with a number in each of the mapping's columns: {why}.")
     first = columns.lines[np.argmin(good)]
-    what = f"{int((~good).sum())} rows with an empty field, NaN, infinity or more than {_LARGEST:g} are left out"
+    count = int((~good).sum())
+    rows, are = ("1 row", "is") if count == 1 else (f"{count} rows", "are")
+    what = f"{rows} with an empty field, NaN, infinity or more than {_LARGEST:g} {are} left out"
     kept = columns._replace(values=columns.values[good], lines=columns.lines[good], rows=columns.rows[good])
     return kept, [f"{what}, the first in {columns.row} {first}"]
 

@@ -96,8 +96,10 @@ def stretches(path: Path, signals: Mapping[str, Array], columns: Columns, fill: 
     if repeated.any():
         where = columns.lines[np.argmax(repeated)]
         same = bool((columns.values[1:][repeated[1:]] == columns.values[:-1][repeated[1:]]).all())
-        what = "rows that repeat the one before" if same else "rows whose time repeats that of the one before"
-        notes.append(f"{int(repeated.sum())} {what} are left out, the first in {columns.row} {where}")
+        count = int(repeated.sum())
+        told, repeat, are = ("1 row", "repeats", "is") if count == 1 else (f"{count} rows", "repeat", "are")
+        what = f"that {repeat} the one before" if same else "whose time is that of the one before"
+        notes.append(f"{told} {what} {are} left out, the first in {columns.row} {where}")
     kept = np.flatnonzero(~repeated)
     time = time[kept]
     steps = np.diff(time)
