@@ -30,6 +30,16 @@ def only_error(capsys) -> str:
     return lines[0].removeprefix("twbal: error: ")
 
 
+@pytest.mark.parametrize("closed", ["<&-", ">&-", "2>&-"])
+def test_what_is_opened_does_not_take_the_place_of_a_closed_stream(closed, tmp_path):
+    program = (
+        "import sys; from twbal.cli.main import main; code = main(['--version']);"
+        f"port = open({str(tmp_path / 'port')!r}, 'wb'); sys.exit(code or port.fileno() < 3)"
+    )
+    done = subprocess.run(["sh", "-c", f'exec "$0" -c "$1" {closed}', sys.executable, program], capture_output=True)
+    assert (done.returncode, done.stderr) == (0, b"")
+
+
 def test_help_lists_every_stage(capsys):
     assert main(["--help"]) == 0
     said = capsys.readouterr().out

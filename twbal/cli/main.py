@@ -64,6 +64,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         arguments: what follows `twbal`; None takes them from the process.
     """
     words = list(sys.argv[1:] if arguments is None else arguments)
+    _stand_in_for_closed_streams()
     try:
         code = _answer(words)
         sys.stdout.flush()
@@ -81,6 +82,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
         _drop_output()
         return 1
     return code
+
+
+def _stand_in_for_closed_streams() -> None:
+    """Let the null device be what is closed of standard input, output and errors.
+
+    The file that is opened next, such as the port of a robot, would have its number, and get what is printed there.
+    """
+    for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, mode))  # noqa: SIM115, it lasts as long as the process
 
 
 def _answer(words: list[str]) -> int:
