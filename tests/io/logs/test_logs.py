@@ -18,6 +18,7 @@ from mcap.stream_reader import StreamReader, get_chunk_data_stream
 from mcap.writer import CompressionType, Writer
 from zstandard import ZstdError
 
+from twbal.core.channels import Channels
 from twbal.core.episode import Episode, Event, Outcome, Provenance
 from twbal.core.errors import DataError, LogError
 from twbal.core.plant import Observation
@@ -319,6 +320,19 @@ def test_metadata_and_configuration_can_be_read_by_other_tools(data: bytes) -> N
     assert expected.items() <= record.metadata.items()
     [attachment] = reader.iter_attachments()
     assert (attachment.name, attachment.data.decode()) == ("config.yaml", CONFIG)
+
+
+def test_every_state_channel_has_its_unit(tmp_path: Path) -> None:
+    channels = Channels(("tilt", "speed", "command_1", "position", "position_integral"), 0.1, 0.02)
+    states = np.zeros((5, len(channels.names)))
+    write_episode(tmp_path / "e.mcap", replace(an_episode(4), channels=channels.names, states=states))
+    reader = make_reader(BytesIO((tmp_path / "e.mcap").read_bytes()))
+    [record] = reader.iter_metadata()
+    assert tuple(record.metadata["units"].split(",")) == channels.units == ("rad", "m/s", "N·m", "m", "m·s")
+    summary = reader.get_summary()
+    assert summary is not None
+    of_state = {channel.topic: channel.metadata for channel in summary.channels.values()}["/state"]
+    assert of_state == dict(zip(channels.names, channels.units, strict=True))
 
 
 def rewritten(

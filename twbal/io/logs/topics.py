@@ -9,7 +9,7 @@ from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
 from mcap.records import Schema
 from mcap_protobuf.decoder import DecoderFactory
 
-from twbal.core.channels import MEASURED_UNITS
+from twbal.core.channels import KINEMATIC_UNITS, MEASURED_UNITS
 
 _FIELD = descriptor_pb2.FieldDescriptorProto
 
@@ -77,4 +77,5 @@ class Topic:
 
 def unit_of(channel: str) -> str:
     """Unit of a state channel; empty where twbal does not know the channel."""
-    return MEASURED_UNITS.get(channel, "N·m" if channel.startswith("command_") else "")
+    known = {**MEASURED_UNITS, **KINEMATIC_UNITS}
+    return known.get(channel, "N·m" if channel.startswith("command_") else "")
