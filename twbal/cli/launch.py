@@ -14,6 +14,7 @@ from twbal.cli import settings_help  # noqa: F401, help asks for it
 from twbal.cli.composition import register_nodes
 from twbal.cli.conf_folder import conf_folder
 from twbal.cli.hydra_errors import explained, invalid_defaults, unreadable_yaml
+from twbal.cli.robot_words import with_sheet_folder
 from twbal.cli.sim_files import with_files
 from twbal.cli.sweeps import FailedJobError, Job, StageFailed, full_error, translated, with_job_folders
 from twbal.core.errors import ConfigError
@@ -40,6 +41,7 @@ def run_stage(stage: str, words: list[str], program: str) -> None:
     if empty is not None:
         raise ConfigError(f"{empty} names no folder. Is a variable of the shell empty?")
     name = stage.replace("-", "_")
+    words = with_sheet_folder(words)
     sys.argv = [program, *_overrides_first(with_job_folders(with_files(words)))]
     register_nodes()
     job = Job(stage)

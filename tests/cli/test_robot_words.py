@@ -1,0 +1,56 @@
+"""A robot may be named by the path of its sheet, as in the library."""
+
+from pathlib import Path
+
+import pytest
+
+from twbal.cli.main import main
+from twbal.cli.robot_words import with_sheet_folder
+from twbal.core.errors import ConfigError
+
+PACKAGED = Path(__file__).parents[2] / "conf" / "robot"
+
+
+@pytest.fixture
+def sheet(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    path = Path("my_conf", "robot", "mine.yaml")
+    path.parent.mkdir(parents=True)
+    path.write_text((PACKAGED / "balboa.yaml").read_text().replace("name: balboa", "name: mine"))
+    return path
+
+
+def test_a_sheet_is_a_choice_of_its_folder(sheet):
+    chosen = ["robot=mine", "seed=1", "--config-dir=my_conf"]
+    assert with_sheet_folder([f"robot={sheet}", "seed=1"]) == chosen
+    assert with_sheet_folder([f"robot={sheet}", "seed=1", "--config-dir=my_conf"]) == chosen
+    absolute = [f"robot={sheet.resolve()}", "-cd", "my_conf"]
+    assert with_sheet_folder(absolute) == ["robot=mine", "-cd", "my_conf"]
+    assert with_sheet_folder(chosen) == chosen
+    assert with_sheet_folder(["sim=a.yaml", "robot=paper"]) == ["sim=a.yaml", "robot=paper"]
+
+
+def test_its_values_are_those_of_the_file_and_the_next_command_finds_it_too(sheet, capsys):
+    assert main(["lqr", f"robot={sheet}", "hydra.run.dir=by_path"]) == 0
+    said = capsys.readouterr().out
+    assert f"--config-dir={sheet.parents[1].resolve()}" in said and "robot=mine" in said
+    assert main(["lqr", "--config-dir=my_conf", "robot=mine", "hydra.run.dir=by_name"]) == 0
+    assert Path("by_path/policy.pt").read_bytes() == Path("by_name/policy.pt").read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("place", "words", "said"),
+    [
+        ("none.yaml", [], "no robot sheet none.yaml.*twbal new-robot"),
+        ("mine.yaml", [], "cannot be chosen where it lies.*robot=my_conf/robot/mine.yaml"),
+        ("my_conf/robot/mine.yml", [], "cannot be chosen where it lies"),
+        ("my_conf/robot/balboa.yaml", [], "file name of a packaged robot"),
+        ("my_conf/robot/mine.yaml", ["--config-dir=other"], "not in other, and Hydra takes a single --config-dir"),
+        ("my_conf/robot/mine.yaml", ["--config-dir", "other"], "not in other"),
+    ],
+)
+def test_what_cannot_be_chosen_is_refused_with_what_to_do(sheet, place, words, said):
+    if place != "none.yaml":
+        Path(place).write_text(sheet.read_text())
+    with pytest.raises(ConfigError, match=said):
+        with_sheet_folder([f"robot={place}", *words])
