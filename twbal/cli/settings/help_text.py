@@ -15,6 +15,10 @@ _CHOICES = (
     "Choices: group=option; [this] is chosen. docs/glossary.md says what they are.",
     "Settings below are those of what is chosen: give group=option before --help to see those of another option.",
 )
+_FILES = {
+    "robot": "or a sheet: <folder>/robot/<name>.yaml",
+    "sim": "or what diagnose or identify wrote: <file>.yaml, <run folder>",
+}
 _LONGEST_VALUE = 32
 _INDENT, _GAP = 2, 2
 _NARROWEST_WORD, _WIDEST_WORD = 26, 46
@@ -47,6 +51,7 @@ def _choice_lines(choices: Mapping[str, tuple[str, Sequence[str]]]) -> Iterator[
     width = max(map(len, choices))
     for group, (chosen, options) in choices.items():
         words = " ".join(f"[{option}]" if option == chosen else option for option in options)
+        words += f", {_FILES[group]}" if group in _FILES else ""
         indent = " " * (width + 4)
         yield from textwrap.wrap(
             f"  {group:{width}}  {words}",
