@@ -7,7 +7,7 @@ import numpy as np
 from twbal.core.errors import DataError
 from twbal.core.robot_parameters import RobotParameters
 from twbal.diagnosis.evaluation_inputs import EvaluationSettings, GivenLog
-from twbal.diagnosis.prediction_errors import Indices, Prediction
+from twbal.diagnosis.prediction_errors import Indices, PredictionWindows
 from twbal.io.recorded_sheet import is_of_sheet, told_robot
 from twbal.sysid.model import Data
 from twbal.sysid.noise import Noise
@@ -28,7 +28,7 @@ class ReadLog(NamedTuple):
 
     data: Data
     noise: Noise
-    plan: Prediction
+    plan: PredictionWindows
     blocks: Indices
 
     @property
@@ -66,7 +66,7 @@ def read_log(log: GivenLog, robot: RobotParameters, settings: EvaluationSettings
     return ReadLog(
         Data([recording], settings.substeps),
         noise,
-        Prediction(starts, horizons, settings.max_tilt),
+        PredictionWindows(starts, horizons, settings.max_tilt),
         _blocks(starts, horizons, recording.period, settings),
     )
 

@@ -9,7 +9,7 @@ from twbal.core.gaussian import Array, Mask
 from twbal.planar.constants import constants
 from twbal.sysid.kalman import Filter
 from twbal.sysid.model import Data, Model
-from twbal.sysid.predictor import Prediction
+from twbal.sysid.predictor import PredictorOutput
 
 _FRACTIONS = (np.arange(5) + 0.5) / 5  # of a control period, over which a function is averaged
 _TURN = 2.0 * np.pi
@@ -88,7 +88,9 @@ class Course(NamedTuple):
     at: Array
 
 
-def courses(data: Data, model: Model, kalman: Filter, predictions: Sequence[Prediction]) -> dict[str, list[Course]]:
+def courses(
+    data: Data, model: Model, kalman: Filter, predictions: Sequence[PredictorOutput]
+) -> dict[str, list[Course]]:
     """The variables over each recording, by name: what the model sees at an instant, and expects a period later.
 
     No value depends on a measurement that it is to explain: that would be correlated with its noise.
@@ -99,7 +101,7 @@ def courses(data: Data, model: Model, kalman: Filter, predictions: Sequence[Pred
     return {name: [each[name] for each in made] for name in made[0]}
 
 
-def _courses(data: Data, model: Model, kalman: Filter, number: int, prediction: Prediction) -> dict[str, Course]:
+def _courses(data: Data, model: Model, kalman: Filter, number: int, prediction: PredictorOutput) -> dict[str, Course]:
     recording = data.recordings[number]
     count = len(recording)
     k = constants(model.twin, data.period)

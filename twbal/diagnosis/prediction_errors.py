@@ -38,7 +38,7 @@ class PredictionErrors(NamedTuple):
     fell: Mask
 
 
-class Prediction(NamedTuple):
+class PredictionWindows(NamedTuple):
     """From where and how far predictions go.
 
     Attributes:
@@ -52,7 +52,7 @@ class Prediction(NamedTuple):
     limit: float
 
 
-def prediction_errors(data: Data, model: Model, plan: Prediction, rng: np.random.Generator) -> PredictionErrors:
+def prediction_errors(data: Data, model: Model, plan: PredictionWindows, rng: np.random.Generator) -> PredictionErrors:
     """Errors of a model's predictions on a recording.
 
     Args:
@@ -85,7 +85,7 @@ def prediction_errors(data: Data, model: Model, plan: Prediction, rng: np.random
     return PredictionErrors(errors, np.asarray(floor), right.fell[:, None] <= plan.horizons)
 
 
-def _predicted(data: Data, twin: TwinParameters, states: Array, plan: Prediction, off: Array) -> OpenLoop:
+def _predicted(data: Data, twin: TwinParameters, states: Array, plan: PredictionWindows, off: Array) -> OpenLoop:
     recording, steps = data.recordings[0], int(plan.horizons.max())
     return predict_open_loop(twin, recording, data.substeps, states, plan.starts, off, steps, plan.limit)
 

@@ -19,7 +19,7 @@ SQUARED_EXPONENTIAL = "se"
 """Name of the kernel that evidence and moment matching have closed forms for."""
 
 
-class Prediction(NamedTuple):
+class MarginalPrediction(NamedTuple):
     """Marginal predictions at m inputs.
 
     Attributes:
@@ -97,7 +97,7 @@ class Posterior(ABC):
         pairs = zip(self.covariances(np.atleast_2d(inputs)), self.weights, strict=True)
         return np.stack([k @ weights for k, weights in pairs], axis=1)
 
-    def predict(self, inputs: Array) -> Prediction:
+    def predict(self, inputs: Array) -> MarginalPrediction:
         """Mean and variance of the latent functions at `inputs` (m, d), eq. 2 and 3; noise is not in the variance."""
         inputs = np.atleast_2d(inputs)
         means, variances = [], []
@@ -106,7 +106,7 @@ class Posterior(ABC):
             means.append(k @ self.weights[a])
             explained = np.einsum("mn,mn->m", k @ self.variance_matrix[a], k)
             variances.append(np.maximum(prior[a] - explained, 0.0))
-        return Prediction(np.stack(means, axis=1), np.stack(variances, axis=1))
+        return MarginalPrediction(np.stack(means, axis=1), np.stack(variances, axis=1))
 
     def root(self, output: int) -> Array:
         """R of one output, (n, n)."""

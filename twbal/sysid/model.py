@@ -14,7 +14,7 @@ from twbal.sysid.kalman import Filter, LinearTwin, error_variances, kalman_filte
 from twbal.sysid.likelihood import robustify, whiten
 from twbal.sysid.noise import LASTING, UNSENSED, Noise, discrepancy_penalty
 from twbal.sysid.noise_fit import fit_noise
-from twbal.sysid.predictor import Prediction, predict
+from twbal.sysid.predictor import PredictorOutput, predict
 from twbal.sysid.recording import Recording
 
 ANGLE_LEAD = "angle_lead"
@@ -185,7 +185,7 @@ class Data:
         """The Kalman filter of a model."""
         return kalman_filter(self.linear(model), model.noise)
 
-    def predictions(self, model: Model, kalman: Filter) -> list[Prediction]:
+    def predictions(self, model: Model, kalman: Filter) -> list[PredictorOutput]:
         """What a model predicts of each recording with a filter."""
         lead, rate = self.lead - model.angle_lead, model.twin.tilt_filter_rate
         found = [

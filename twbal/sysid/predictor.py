@@ -191,7 +191,7 @@ def run_predictor(
         states[n, 8], states[n, 9], states[n, 10] = s.position, s.asked, imu[now, 2]
 
 
-class Prediction(NamedTuple):
+class PredictorOutput(NamedTuple):
     """What the predictor makes of a recording.
 
     Attributes:
@@ -203,11 +203,11 @@ class Prediction(NamedTuple):
     states: Array
 
 
-def predict(twin: TwinParameters, recording: Recording, substeps: int, lead: float, kalman: Filter) -> Prediction:
+def predict(twin: TwinParameters, recording: Recording, substeps: int, lead: float, kalman: Filter) -> PredictorOutput:
     """Run the predictor of a twin with a filter over a recording; arguments as of `run_predictor`."""
     errors, states = np.empty((len(recording) + 1, 4)), np.empty((len(recording) + 1, TRACK))
     run_predictor(
         twin, recording.commands, recording.measured, recording.yaw_rate, recording.period, substeps, lead,
         kalman.gains, kalman.pushes, kalman.decay, kalman.summed, errors, states,
     )  # fmt: skip
-    return Prediction(errors, states)
+    return PredictorOutput(errors, states)

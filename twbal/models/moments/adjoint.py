@@ -6,7 +6,7 @@ from twbal.core.compiled import kernel
 from twbal.core.gaussian import Array
 from twbal.models.moments.hermite import higher_covariance_adjoint, term_weights
 from twbal.models.moments.multi_index import Integers, MultiIndices
-from twbal.models.moments.prediction import Prediction
+from twbal.models.moments.prediction import MomentPrediction
 from twbal.models.moments.truncation import EXACT
 
 
@@ -29,7 +29,12 @@ def _first_moments_adjoint(T: Array, by_value: Array, by_slope: Array, up: Integ
 
 @kernel()
 def predict_adjoint(  # type: ignore[no-untyped-def]
-    prediction: Prediction, covariance: Array, indices: MultiIndices, by_value: Array, by_slope: Array, by_rest: Array
+    prediction: MomentPrediction,
+    covariance: Array,
+    indices: MultiIndices,
+    by_value: Array,
+    by_slope: Array,
+    by_rest: Array,
 ):
     """From the derivatives by mean, slope and rest to those by the input's mean (d,) and covariance (d, d) (eq. 15-16).
 

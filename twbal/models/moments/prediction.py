@@ -22,7 +22,7 @@ from twbal.models.moments.truncation import EXACT, LOWEST, Series, Truncation, l
 _REST = 4  # predictions by pairs without a trial, after a trial that failed
 
 
-class Prediction(NamedTuple):
+class MomentPrediction(NamedTuple):
     """Moments of the E outputs at an uncertain input of d channels, with what the way back needs.
 
     Attributes:
@@ -86,7 +86,7 @@ def _axes(typical: Array, covariance: Array):  # type: ignore[no-untyped-def]
 @kernel()
 def predict_by_series(
     f: KernelSum, g: KernelSum, mean: Array, covariance: Array, cut: Series, start_degree: int, reference: Array
-) -> Prediction:
+) -> MomentPrediction:
     """`predict` with the truncation's tables at hand; reference (E,)."""
     d, outputs = len(mean), len(f.weights)
     typical = np.empty(d)
@@ -131,7 +131,7 @@ def predict_by_series(
             if kernels.variance_matrix.shape[1] > 0:
                 add_model_variance(kernels, mean, covariance, rest, by_mean, by_covariance)
     value = T[:, 0].copy()
-    return Prediction(
+    return MomentPrediction(
         value, slope, rest, degree, enough, truncated, T, eigenvalues, basis, inverse_basis, by_mean, by_covariance
     )
 
@@ -144,7 +144,7 @@ def predict(
     truncation: Truncation,
     start_degree: int = 2,
     reference: Array | float = 0.0,
-) -> Prediction:
+) -> MomentPrediction:
     """Moments of f(x) + g(x) for x ~ N(mean, covariance) (eq. 7-8 with an uncertain input).
 
     Args:
