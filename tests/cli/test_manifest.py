@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from twbal.cli.manifest import MANIFEST, Step, _source_hash, perform, read_manifest
+from twbal.cli.manifest import MANIFEST, StageWork, _source_hash, perform, read_manifest
 from twbal.core.errors import ConfigError, DataError
 
 
@@ -27,7 +27,7 @@ class Work:
 def step(tmp_path):
     data = tmp_path / "data.txt"
     data.write_text("abc")
-    return Step("count", tmp_path / "out", "factor: 1\n", {"data": [data]}, seed=7)
+    return StageWork("count", tmp_path / "out", "factor: 1\n", {"data": [data]}, seed=7)
 
 
 def test_the_manifest_tells_what_made_what(step, tmp_path):

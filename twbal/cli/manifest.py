@@ -27,7 +27,7 @@ PACKAGES = (
 
 
 @dataclass(frozen=True)
-class Step:
+class StageWork:
     """One piece of work, and all that decides its result.
 
     Attributes:
@@ -68,7 +68,7 @@ class Manifest:
         fingerprint: sha256 over stage, twbal's version and source code, settings, seed and the content of the inputs;
             not over paths.
         seed: of its randomness.
-        settings: as in `Step`.
+        settings: as in `StageWork`.
         inputs: by what they are.
         outputs: what was made.
         versions: of Python, twbal and the packages that numbers depend on.
@@ -88,7 +88,7 @@ class Manifest:
     wall_s: float
 
 
-def perform(step: Step, work: Callable[[], Sequence[Path]]) -> Manifest:
+def perform(step: StageWork, work: Callable[[], Sequence[Path]]) -> Manifest:
     """Do `work`, unless the manifest in the step's folder says that it is done already.
 
     A second process with the same folder waits for the first, and then finds the work done. The manifest is written
@@ -115,7 +115,7 @@ def perform(step: Step, work: Callable[[], Sequence[Path]]) -> Manifest:
         return _done_before(step, inputs, fingerprint) or _do(step, inputs, fingerprint, work)
 
 
-def _done_before(step: Step, inputs: Mapping[str, tuple[FileRecord, ...]], fingerprint: str) -> Manifest | None:
+def _done_before(step: StageWork, inputs: Mapping[str, tuple[FileRecord, ...]], fingerprint: str) -> Manifest | None:
     """The manifest in the step's folder, if it says that the work is done."""
     before = read_manifest(step.out)
     if before is None:
@@ -126,7 +126,7 @@ def _done_before(step: Step, inputs: Mapping[str, tuple[FileRecord, ...]], finge
 
 
 def _do(
-    step: Step,
+    step: StageWork,
     inputs: Mapping[str, tuple[FileRecord, ...]],
     fingerprint: str,
     work: Callable[[], Sequence[Path]],
@@ -172,7 +172,7 @@ def read_manifest(folder: Path) -> Manifest | None:
 
 def is_of_this_code(manifest: Manifest) -> bool:
     """Whether the version and source code of twbal that are running wrote it."""
-    step = Step(manifest.stage, Path(), manifest.settings, {}, manifest.seed)
+    step = StageWork(manifest.stage, Path(), manifest.settings, {}, manifest.seed)
     return manifest.fingerprint == _fingerprint(step, manifest.inputs)
 
 
@@ -193,7 +193,7 @@ def _versions() -> dict[str, str]:
     return found
 
 
-def _fingerprint(step: Step, inputs: Mapping[str, tuple[FileRecord, ...]]) -> str:
+def _fingerprint(step: StageWork, inputs: Mapping[str, tuple[FileRecord, ...]]) -> str:
     hashes = {name: [record.sha256 for record in records] for name, records in inputs.items()}
     what = [step.stage, __version__, _source_hash(), step.settings, step.seed, hashes]
     return hashlib.sha256(json.dumps(what, sort_keys=True).encode()).hexdigest()
@@ -235,7 +235,7 @@ def _told(settings: str) -> list[str]:
     return [f"{key}={value}" for key, value in values.items()]
 
 
-def _other_work(step: Step, inputs: Mapping[str, tuple[FileRecord, ...]], before: Manifest) -> str:
+def _other_work(step: StageWork, inputs: Mapping[str, tuple[FileRecord, ...]], before: Manifest) -> str:
     """Why `before` is not a manifest of `step`."""
     if before.stage != step.stage:
         what = f"stage {before.stage}"

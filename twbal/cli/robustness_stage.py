@@ -18,7 +18,7 @@ from twbal.algorithm.robustness import (
 )
 from twbal.cli.artefacts import POLICY_ENDING
 from twbal.cli.console import Progress, say
-from twbal.cli.manifest import Step, perform
+from twbal.cli.manifest import StageWork, perform
 from twbal.cli.policy_check import check_torque
 from twbal.cli.tested_robots import FoundRobot, described, robot_of_link, robot_of_run
 from twbal.cli.typed_config import recorded
@@ -138,7 +138,7 @@ def _driven(tested: Tested, cfg: DictConfig, perturbations: Perturbations, folde
         write_record(record, found)
         return [record]
 
-    perform(Step("compare", folder, recorded(asked, ()), {"policy": [tested.file]}, cfg.seed), drive)
+    perform(StageWork("compare", folder, recorded(asked, ()), {"policy": [tested.file]}, cfg.seed), drive)
     return read_record(PolicyRobustness, record)
 
 

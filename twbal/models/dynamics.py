@@ -13,7 +13,7 @@ from twbal.core.payload import Payload
 from twbal.models.gp import GaussianProcess, Posterior
 
 
-class Step(NamedTuple):
+class OneStepPrediction(NamedTuple):
     """One-step prediction from m known states and commands.
 
     Attributes:
@@ -122,7 +122,7 @@ class DynamicsModel:
         inputs = np.column_stack([states, commands])
         return inputs @ self.transition_matrix.T + self.change(inputs) @ self.selection.T
 
-    def step_distribution(self, states: Array, commands: Array) -> Step:
+    def step_distribution(self, states: Array, commands: Array) -> OneStepPrediction:
         """Distribution of the next states from `states` (m, D) and `commands` (m,) [N·m], eq. 7."""
         inputs = np.column_stack([states, commands])
         variance = np.zeros((len(inputs), self.f.outputs))
@@ -130,7 +130,7 @@ class DynamicsModel:
             variance += self.f.predict(inputs[:, list(self.inputs)]).variance
         if self.g is not None:
             variance += self.g.predict(inputs[:, list(self.inputs)]).variance
-        return Step(self.step_mean(states, commands), variance)
+        return OneStepPrediction(self.step_mean(states, commands), variance)
 
     def to_payload(self) -> dict[str, Any]:
         """Plain values and arrays from which `from_payload` makes the same model."""

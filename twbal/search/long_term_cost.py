@@ -10,7 +10,7 @@ from twbal.core.gaussian import Gaussian
 from twbal.models.moments.truncation import EXACT, Series, Truncation, series
 from twbal.policies.rbf import RbfPolicy
 from twbal.policies.rbf_moments import Network
-from twbal.search.transition import PolicyGradient, Step, TransitionModel, step_backward, step_forward
+from twbal.search.transition import ForwardStep, PolicyGradient, TransitionModel, step_backward, step_forward
 
 
 class LongTermCost(NamedTuple):
@@ -29,9 +29,9 @@ class LongTermCost(NamedTuple):
 
 def propagate(
     model: TransitionModel, policy: RbfPolicy, start: Gaussian, horizon: int, truncation: Truncation
-) -> list[Step]:
+) -> list[ForwardStep]:
     """Steps of the closed loop in distribution from N(x_0), `horizon` of them."""
-    steps: list[Step] = []
+    steps: list[ForwardStep] = []
     network, cut = policy.network, series(truncation, len(model.inputs))
     state, degree = _plain(start), 0
     for _ in range(horizon):

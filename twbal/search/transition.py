@@ -77,7 +77,7 @@ def _kernels(gp: Posterior, uncertain: bool) -> KernelSum:
     return KernelSum(gp.centres, gp.length_scales, gp.signal_variance, gp.weights, variance)
 
 
-class Step(NamedTuple):
+class ForwardStep(NamedTuple):
     """One step forward, with what the way back needs.
 
     Attributes:
@@ -120,7 +120,9 @@ def marginal(joint: Gaussian, kept: Integers) -> Gaussian:
 
 
 @kernel()
-def step_forward(model: TransitionModel, network: Network, state: Gaussian, cut: Series, start_degree: int) -> Step:
+def step_forward(
+    model: TransitionModel, network: Network, state: Gaussian, cut: Series, start_degree: int
+) -> ForwardStep:
     """One step. The policy sees x + ε; as x and x + ε are jointly normal, Cov(x, u) = S E[∇π] (Stein's lemma)."""
     mean, S = state
     D, predicted = len(mean), model.predicted
@@ -148,12 +150,17 @@ def step_forward(model: TransitionModel, network: Network, state: Gaussian, cut:
     for j in range(D):
         for k in range(D):
             next_covariance[j, k] = 0.5 * (moved_covariance[j, k] + moved_covariance[k, j])
-    return Step(state, activation, squashed, joint, prediction, jacobian, Gaussian(next_mean, next_covariance))
+    return ForwardStep(state, activation, squashed, joint, prediction, jacobian, Gaussian(next_mean, next_covariance))
 
 
 @kernel()
 def step_backward(  # type: ignore[no-untyped-def]
-    model: TransitionModel, network: Network, step: Step, indices: MultiIndices, by_mean: Array, by_covariance: Array
+    model: TransitionModel,
+    network: Network,
+    step: ForwardStep,
+    indices: MultiIndices,
+    by_mean: Array,
+    by_covariance: Array,
 ):
     """From the derivatives by the next state to those by the state and by the policy.
 

@@ -10,7 +10,7 @@ from omegaconf import DictConfig, OmegaConf
 from twbal.cli.artefacts import DIAGNOSIS, episode_files, episodes_of, say_duplicates
 from twbal.cli.console import gently, next_command, print_result, run_folder, say, say_link
 from twbal.cli.diagnosis_config import diagnosis_of
-from twbal.cli.manifest import Manifest, Step, perform
+from twbal.cli.manifest import Manifest, StageWork, perform
 from twbal.cli.sim_files import AUGMENTED, simulation_text
 from twbal.cli.typed_config import recorded
 from twbal.core.files import write_atomically
@@ -94,7 +94,7 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
     tests = episode_files(cfg.test_episodes) if cfg.test_episodes else []
     say_duplicates([*files, *tests])
     simulation, settings, data = diagnosis_of(cfg)
-    step = Step("diagnose", out, recorded(cfg, NOT_RECORDED), {"episodes": files, "test episodes": tests}, 0)
+    step = StageWork("diagnose", out, recorded(cfg, NOT_RECORDED), {"episodes": files, "test episodes": tests}, 0)
     return perform(step, lambda: _diagnose_to_files(files, tests, simulation, settings, data, out))
 
 

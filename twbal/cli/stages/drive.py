@@ -16,7 +16,7 @@ from twbal.cli.artefacts import episode_file, policy_files, policy_hash
 from twbal.cli.console import next_command, print_result, run_folder, say
 from twbal.cli.kept_episodes import INTERRUPTED, keep, keep_interrupted
 from twbal.cli.link_gate import HEED, SAME_ROBOT, heed_last_check, heeds
-from twbal.cli.manifest import Manifest, Step, perform
+from twbal.cli.manifest import Manifest, StageWork, perform
 from twbal.cli.policy_check import check_torque
 from twbal.cli.policy_on_board import FOLDER, prepared_link
 from twbal.cli.policy_origin import say_doubts_of_policy
@@ -129,7 +129,7 @@ def run(
     )
     layout: Layout = instantiate(cfg.gamepad)
     inputs = {"policy": policy_files(cfg.policy)}
-    step = Step("drive", out, recorded(cfg, NOT_RECORDED), inputs, settings.seed)
+    step = StageWork("drive", out, recorded(cfg, NOT_RECORDED), inputs, settings.seed)
     if settings.view is not None:
         check_target(settings.view)
 

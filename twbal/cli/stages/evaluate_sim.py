@@ -9,7 +9,7 @@ from omegaconf import DictConfig, OmegaConf
 from twbal.cli.artefacts import DISTRIBUTION, EVALUATION, episode_files
 from twbal.cli.console import next_command, print_result, run_folder, say, say_link
 from twbal.cli.evaluation_config import simulation_files, simulations_of
-from twbal.cli.manifest import Manifest, Step, perform
+from twbal.cli.manifest import Manifest, StageWork, perform
 from twbal.cli.sim_files import IDENTIFIED
 from twbal.cli.typed_config import recorded, typed
 from twbal.core.files import file_hash, write_atomically
@@ -66,7 +66,7 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
         OmegaConf.create({"simulations": {each.name: dict(each.effects) for each in simulations}})
     )
     inputs = {"episodes": files, "simulations": simulation_files(simulations)}
-    step = Step("evaluate-sim", out, f"{recorded(cfg, NOT_RECORDED)}{names}", inputs, settings.seed)
+    step = StageWork("evaluate-sim", out, f"{recorded(cfg, NOT_RECORDED)}{names}", inputs, settings.seed)
     return perform(step, lambda: _evaluate_to_files(files, simulations, robot, settings, out))
 
 

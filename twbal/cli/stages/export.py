@@ -10,7 +10,7 @@ from omegaconf import DictConfig
 
 from twbal.cli.artefacts import episode_files
 from twbal.cli.console import print_result, run_folder
-from twbal.cli.manifest import Manifest, Step, perform
+from twbal.cli.manifest import Manifest, StageWork, perform
 from twbal.cli.typed_config import recorded, typed
 from twbal.core.episode import Episode
 from twbal.core.errors import ConfigError, install_advice
@@ -41,7 +41,7 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
     """Write the episodes that `cfg` names as tables into `out`, unless that is done there already."""
     settings = typed(Settings, cfg)
     files = episode_files(cfg.episodes)
-    step = Step("export", out, recorded(cfg, NOT_RECORDED), {"episodes": files}, 0)
+    step = StageWork("export", out, recorded(cfg, NOT_RECORDED), {"episodes": files}, 0)
     return perform(step, lambda: _export(files, settings.format, out))
 
 

@@ -9,7 +9,7 @@ from omegaconf import DictConfig
 from twbal import __version__
 from twbal.cli.artefacts import POLICY, policy_files, policy_hash
 from twbal.cli.console import next_command, print_result, run_folder, say
-from twbal.cli.manifest import Manifest, Step, perform
+from twbal.cli.manifest import Manifest, StageWork, perform
 from twbal.cli.policy_origin import say_doubts_of_policy
 from twbal.cli.typed_config import recorded, typed
 from twbal.core.json_records import read_record, write_record
@@ -52,7 +52,7 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
     origin = f"Made by twbal {__version__} export-policy for {robot.name}; policy {policy_hash(cfg.policy)[:16]}."
     rng = generator(Stream.ON_BOARD, settings.seed)
     files = {"policy": policy_files(cfg.policy)}
-    step = Step("export-policy", out, recorded(cfg, NOT_RECORDED), files, settings.seed)
+    step = StageWork("export-policy", out, recorded(cfg, NOT_RECORDED), files, settings.seed)
 
     def make() -> list[Path]:
         made = export_to(

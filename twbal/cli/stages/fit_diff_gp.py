@@ -11,7 +11,7 @@ from twbal.algorithm.base_evidence import BaseEvidence
 from twbal.algorithm.model_file import SavedModel, load_model, save_model
 from twbal.cli.artefacts import EVIDENCE, MODEL, episode_files, hashes
 from twbal.cli.console import next_command, print_result, run_folder, say
-from twbal.cli.manifest import Manifest, Step, perform
+from twbal.cli.manifest import Manifest, StageWork, perform
 from twbal.cli.typed_config import recorded, typed
 from twbal.core.channels import Channels
 from twbal.core.files import file_hash
@@ -45,7 +45,7 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
     inputs = {"dynamics": [base for base in bases if base is not None], "episodes": files}
     if len(bases) > 1 and None in bases:
         inputs["no dynamics"] = []
-    step = Step("fit-diff-gp", out, recorded(cfg, NOT_RECORDED), inputs, settings.seed)
+    step = StageWork("fit-diff-gp", out, recorded(cfg, NOT_RECORDED), inputs, settings.seed)
 
     def learn() -> list[Path]:
         if len(bases) > 1:

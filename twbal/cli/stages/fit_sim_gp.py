@@ -9,7 +9,7 @@ from omegaconf import DictConfig
 from twbal.algorithm.model_file import SavedModel, save_model
 from twbal.cli.artefacts import MODEL, episode_files, episodes_of, hashes
 from twbal.cli.console import next_command, print_result, run_folder, say
-from twbal.cli.manifest import Manifest, Step, perform
+from twbal.cli.manifest import Manifest, StageWork, perform
 from twbal.cli.typed_config import recorded, typed
 from twbal.core.channels import Channels
 from twbal.models.recipe import ModelRecipe
@@ -35,7 +35,7 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
     settings = typed(Settings, cfg)
     files = episode_files(cfg.episodes)
     recipe, channels = instantiate(cfg.model), instantiate(cfg.state)
-    step = Step("fit-sim-gp", out, recorded(cfg, NOT_RECORDED), {"episodes": files}, settings.seed)
+    step = StageWork("fit-sim-gp", out, recorded(cfg, NOT_RECORDED), {"episodes": files}, settings.seed)
     robot, path = str(cfg.robot.name), out / MODEL
     return perform(step, lambda: [fit_to_file(files, robot, channels, recipe, settings.seed, path)])
 

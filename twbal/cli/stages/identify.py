@@ -11,7 +11,7 @@ from twbal.algorithm.distribution_file import save_distribution
 from twbal.algorithm.identification import EffectValues, identify
 from twbal.cli.artefacts import DISTRIBUTION, episode_files, episodes_of, say_duplicates
 from twbal.cli.console import next_command, print_result, run_folder, say, say_link
-from twbal.cli.manifest import Manifest, Step, perform
+from twbal.cli.manifest import Manifest, StageWork, perform
 from twbal.cli.sim_files import IDENTIFIED, simulation_text
 from twbal.cli.typed_config import members, recorded
 from twbal.core.episode import Episode
@@ -40,7 +40,7 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
     """Identify the robot of the episodes that `cfg` names into `out`, unless that is done there already."""
     files = episode_files(cfg.episodes)
     say_duplicates(files)
-    step = Step("identify", out, recorded(cfg, NOT_RECORDED), {"episodes": files}, 0)
+    step = StageWork("identify", out, recorded(cfg, NOT_RECORDED), {"episodes": files}, 0)
     simulated, physics_step = values_of(members(cfg.sim.effects)), float(cfg.sim.physics_step)
     return perform(step, lambda: _identify_to_files(files, instantiate(cfg.robot), simulated, physics_step, out))
 

@@ -16,7 +16,7 @@ from omegaconf import DictConfig, OmegaConf
 from twbal.cli.commands import text
 from twbal.cli.console import configuration_flags, counted, next_command, print_result, run_folder
 from twbal.cli.imported_before import imported_before
-from twbal.cli.manifest import Manifest, Step, perform
+from twbal.cli.manifest import Manifest, StageWork, perform
 from twbal.cli.typed_config import recorded, typed
 from twbal.core.episode import Episode, Provenance
 from twbal.core.errors import ConfigError, DataError, LogError
@@ -81,7 +81,7 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
     config = recorded(cfg, NOT_RECORDED)
     provenance = Provenance(robot.name, "robot", parameter_hash=parameter_hash(robot), config=config)
     wanted = Wanted(instantiate(cfg.state), settings.period, settings.min_length, robot)
-    step = Step("import-log", out, config, {"files": files}, 0)
+    step = StageWork("import-log", out, config, {"files": files}, 0)
     manifest = perform(step, lambda: _import_to_files(files, unreadable, mapping, wanted, provenance, out))
     for sentence in imported_before(manifest, out):
         print(f"  WARNING: {sentence}")

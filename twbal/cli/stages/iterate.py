@@ -22,7 +22,7 @@ from twbal.cli.commands import text
 from twbal.cli.console import configuration_flags, next_command, run_folder
 from twbal.cli.known_robot import known_robot
 from twbal.cli.link_gate import HEED, SAME_ROBOT
-from twbal.cli.manifest import MANIFEST, Manifest, Step, is_of_this_code, perform, read_manifest
+from twbal.cli.manifest import MANIFEST, Manifest, StageWork, is_of_this_code, perform, read_manifest
 from twbal.cli.robot_link import virtual_command
 from twbal.cli.script import HASHES, SCRIPT, hash_list, script
 from twbal.cli.sim_files import as_given
@@ -126,7 +126,7 @@ def run(cfg: DictConfig, out: Path, choices: Mapping[str, str], flags: Sequence[
     """
     settings = typed(AlgorithmSettings, cfg)
     _allow_more_updates(cfg, out, settings.updates)
-    step = Step("iterate", out, recorded(cfg, NOT_RECORDED), {}, settings.seed)
+    step = StageWork("iterate", out, recorded(cfg, NOT_RECORDED), {}, settings.seed)
     with KeptRobots() as robots:
         chain = Chain(cfg, choices, out, flags, robots.launch)
         return perform(step, lambda: _learn_and_write(cfg, chain, choices, settings, robots))

@@ -8,7 +8,7 @@ from omegaconf import DictConfig
 
 from twbal.cli.artefacts import POLICY, episode_files
 from twbal.cli.console import next_command, print_result, run_folder, say
-from twbal.cli.manifest import Manifest, Step, perform
+from twbal.cli.manifest import Manifest, StageWork, perform
 from twbal.cli.typed_config import recorded, typed
 from twbal.io.checkpoint import save_checkpoint
 from twbal.io.logs import read_episode
@@ -34,7 +34,7 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
     """Write the regulator that `cfg` asks for to `out`/policy.pt, unless it is there already."""
     settings = typed(Settings, cfg)
     files = episode_files(cfg.episodes) if cfg.episodes else []
-    step = Step("lqr", out, recorded(cfg, NOT_RECORDED), {"episodes": files}, 0)
+    step = StageWork("lqr", out, recorded(cfg, NOT_RECORDED), {"episodes": files}, 0)
 
     def make() -> list[Path]:
         episodes = [read_episode(file) for file in files]

@@ -14,7 +14,7 @@ from twbal.algorithm.prediction import load_prediction, prediction_of, save_pred
 from twbal.cli.artefacts import POLICY, PREDICTION, episode_files, hashes
 from twbal.cli.console import next_command, print_result, run_folder, say
 from twbal.cli.known_robot import distribution_file
-from twbal.cli.manifest import Manifest, Step, perform
+from twbal.cli.manifest import Manifest, StageWork, perform
 from twbal.cli.typed_config import members, recorded, typed
 from twbal.core.channels import Channels
 from twbal.core.errors import ConfigError
@@ -69,7 +69,7 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
         ("residual_on", [Path(cfg.residual_on)] if cfg.residual_on else []),
     ):
         inputs |= {name: files} if files else {}
-    step = Step("optimise-policy", out, recorded(cfg, NOT_RECORDED), inputs, settings.seed)
+    step = StageWork("optimise-policy", out, recorded(cfg, NOT_RECORDED), inputs, settings.seed)
     return perform(step, lambda: _search_to_files(cfg, dynamics, earlier, calibration_episodes, known, settings, out))
 
 

@@ -11,7 +11,7 @@ from hydra.utils import instantiate
 from omegaconf import DictConfig, OmegaConf
 
 from twbal.cli.console import chosen_overrides, print_result, run_folder
-from twbal.cli.manifest import Manifest, Step, perform
+from twbal.cli.manifest import Manifest, StageWork, perform
 from twbal.cli.typed_config import members, recorded, typed
 from twbal.core.episode import Episode
 from twbal.core.errors import ConfigError, LogError
@@ -89,7 +89,7 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
         check_installed()
     robot: RobotParameters = instantiate(cfg.robot)
     effects: Sequence[Effect] = members(cfg.sim.effects)
-    step = Step("plot", out, recorded(cfg, NOT_RECORDED), {"episode": files}, 0)
+    step = StageWork("plot", out, recorded(cfg, NOT_RECORDED), {"episode": files}, 0)
     return perform(step, lambda: _draw(files, robot, effects, float(cfg.sim.physics_step), settings, out))
 
 

@@ -18,7 +18,7 @@ from twbal.cli.artefacts import COURSE, episode_file, policy_files, policy_hash,
 from twbal.cli.console import gently, next_command, print_result, run_folder, say
 from twbal.cli.kept_episodes import INTERRUPTED, keep, keep_interrupted, what_is_kept
 from twbal.cli.link_gate import HEED, SAME_ROBOT, heed_last_check, heeds
-from twbal.cli.manifest import Manifest, Step, perform, read_manifest
+from twbal.cli.manifest import Manifest, StageWork, perform, read_manifest
 from twbal.cli.policy_check import check_torque
 from twbal.cli.policy_on_board import FOLDER, prepared_link
 from twbal.cli.policy_origin import say_doubts_of_policy
@@ -151,7 +151,7 @@ def run(cfg: DictConfig, out: Path, launch: Launch = launch, advise: bool = True
         config=recorded(cfg, NOT_IN_EPISODES),
     )
     inputs = {"policy": policy_files(cfg.policy)}
-    step = Step("real-rollout", out, recorded(cfg, NOT_RECORDED), inputs, settings.seed)
+    step = StageWork("real-rollout", out, recorded(cfg, NOT_RECORDED), inputs, settings.seed)
     channels, course = instantiate(cfg.state), instantiate(cfg.course) if cfg.course else None
     if course is not None:
         channels.index("position")  # raises where the policy cannot see how far it is off

@@ -6,7 +6,7 @@ from pathlib import Path
 from omegaconf import DictConfig
 
 from twbal.cli.console import next_command, print_result, run_folder
-from twbal.cli.manifest import Manifest, Step, perform
+from twbal.cli.manifest import Manifest, StageWork, perform
 from twbal.cli.typed_config import recorded
 from twbal.core.errors import LogError
 from twbal.core.files import unused
@@ -24,7 +24,7 @@ def main(cfg: DictConfig) -> None:
 def run(cfg: DictConfig, out: Path) -> Manifest:
     """Save what is left of the logs that `cfg` names into `out`/episodes, unless that is done there already."""
     files = _logs(cfg.logs)
-    step = Step("repair", out, recorded(cfg, ("logs",)), {"logs": files}, 0)
+    step = StageWork("repair", out, recorded(cfg, ("logs",)), {"logs": files}, 0)
     return perform(step, lambda: _recover(files, out))
 
 

@@ -11,7 +11,7 @@ from twbal.algorithm.collection import simulate
 from twbal.algorithm.settings import RolloutSettings
 from twbal.cli.artefacts import episode_file, policy_files, policy_hash
 from twbal.cli.console import counted, next_command, print_result, run_folder, say
-from twbal.cli.manifest import Manifest, Step, perform
+from twbal.cli.manifest import Manifest, StageWork, perform
 from twbal.cli.policy_origin import say_doubts_of_policy
 from twbal.cli.simulation_config import simulation_of
 from twbal.cli.typed_config import recorded, typed
@@ -64,7 +64,7 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
         config=text,
     )
     episodes = simulate(simulation, policy, instantiate(cfg.state), rollouts, provenance, settings.workers)
-    step = Step("sim-collect", out, text, {"policy": policy_files(cfg.policy)}, settings.seed)
+    step = StageWork("sim-collect", out, text, {"policy": policy_files(cfg.policy)}, settings.seed)
     return perform(step, lambda: _write(counted(episodes, "rollouts", settings.rollouts), out / "episodes"))
 
 

@@ -10,7 +10,7 @@ from twbal.algorithm.collection import simulate
 from twbal.algorithm.settings import RolloutSettings
 from twbal.cli.artefacts import POLICY
 from twbal.cli.console import Progress, next_command, print_result, run_folder
-from twbal.cli.manifest import Manifest, Step, perform
+from twbal.cli.manifest import Manifest, StageWork, perform
 from twbal.cli.simulation_config import simulation_of
 from twbal.cli.typed_config import recorded, typed
 from twbal.core.episode import Provenance
@@ -45,7 +45,7 @@ def run(cfg: DictConfig, out: Path) -> Manifest:
     """Train the agent that `cfg` asks for into `out`/policy.pt, unless it is there already."""
     settings = typed(Settings, cfg)
     recipe: AgentRecipe = instantiate(cfg.agent)
-    step = Step("train-agent", out, recorded(cfg, NOT_RECORDED), {}, settings.seed)
+    step = StageWork("train-agent", out, recorded(cfg, NOT_RECORDED), {}, settings.seed)
     return perform(step, lambda: [_trained(cfg, recipe, settings, out / POLICY)])
 
 
