@@ -8,7 +8,7 @@ import pytest
 from twbal.algorithm.findings import Findings, _note, _predicted_by, _with_parts, summarise
 from twbal.algorithm.iteration import Base, Diagnosis, Iteration, PolicyFile, Search
 from twbal.algorithm.prediction import Assessment, PredictedBy, Prediction
-from twbal.core.evaluation import PlaceBy, SuccessCriterion, Verdict
+from twbal.core.evaluation import PlaceBy, SuccessCriterion, TrialVerdict
 from twbal.core.gaussian import Gaussian
 from twbal.search.predictor import Predictor
 
@@ -157,7 +157,7 @@ def test_a_policy_that_is_driven_for_the_models_sake_is_not_called_a_failed_sear
 
 
 def verdict(farthest, in_place=True, by=PlaceBy.POSE, **changes):
-    return Verdict(True, True, in_place, None, by, farthest, 0.04, 0.1, 10.0)._replace(**changes)
+    return TrialVerdict(True, True, in_place, None, by, farthest, 0.04, 0.1, 10.0)._replace(**changes)
 
 
 def test_parts_are_counted_and_distances_are_the_median_and_the_worst():

@@ -3,11 +3,11 @@
 from math import inf
 
 from twbal.algorithm.ranking import Shown, shown_by
-from twbal.core.evaluation import Verdict
+from twbal.core.evaluation import TrialVerdict
 
 
 def verdict(succeeded=True, oscillation=0.03, used=0.5):
-    return Verdict(succeeded, succeeded, None, None, None, None, None, oscillation, 10.0, used=used)
+    return TrialVerdict(succeeded, succeeded, None, None, None, None, None, oscillation, 10.0, used=used)
 
 
 def test_the_worst_trial_counts():

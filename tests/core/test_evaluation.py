@@ -11,7 +11,7 @@ from twbal.core.errors import ConfigError, DataError
 from twbal.core.evaluation import (
     PlaceBy,
     SuccessCriterion,
-    Verdict,
+    TrialVerdict,
     drift,
     judged,
     positions,
@@ -267,7 +267,7 @@ class Course:
             headings=self.headings,
         )
 
-    def verdict(self, **changes: float | None) -> Verdict:
+    def verdict(self, **changes: float | None) -> TrialVerdict:
         return judged(self.episode, as_a_user_sees_it(self.period, **changes))
 
 

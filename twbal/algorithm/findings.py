@@ -17,7 +17,7 @@ from twbal.core.channels import Channels
 from twbal.core.cost import Cost
 from twbal.core.coverage import coverage95, half_widths95
 from twbal.core.episode import Episode
-from twbal.core.evaluation import PlaceBy, SuccessCriterion, Verdict, drift, judged, real_cost
+from twbal.core.evaluation import PlaceBy, SuccessCriterion, TrialVerdict, drift, judged, real_cost
 from twbal.core.gaussian import Array
 from twbal.core.scores import scores
 
@@ -186,7 +186,7 @@ def _with_scores(
     return iteration if found is None else replace(iteration, **found._asdict())
 
 
-def _with_parts(iteration: Iteration, verdicts: Sequence[Verdict]) -> Iteration:
+def _with_parts(iteration: Iteration, verdicts: Sequence[TrialVerdict]) -> Iteration:
     """The iteration with what its trials show part by part."""
     swings = [verdict.oscillation for verdict in verdicts if verdict.oscillation is not None]
     away = [verdict.farthest for verdict in verdicts if verdict.farthest is not None]

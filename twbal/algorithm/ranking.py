@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from math import inf, isinf
 from typing import NamedTuple
 
-from twbal.core.evaluation import Verdict
+from twbal.core.evaluation import TrialVerdict
 
 _ENOUGH = 0.8  # share of the limits of success: a policy that uses more of one is close to failing
 
@@ -33,7 +33,7 @@ class Shown(NamedTuple):
         return (-self.share, oscillation, max(self.used, _ENOUGH))
 
 
-def shown_by(verdicts: Iterable[Verdict]) -> Shown:
+def shown_by(verdicts: Iterable[TrialVerdict]) -> Shown:
     """What one or more trials show."""
     found = list(verdicts)
     swings = [inf if isinf(verdict.used) else verdict.oscillation or 0.0 for verdict in found]

@@ -10,7 +10,7 @@ from twbal.algorithm.tested_robot import TestedRobot, perturbed_plant
 from twbal.core.channels import Channels
 from twbal.core.course import standing_targets
 from twbal.core.episode import Provenance
-from twbal.core.evaluation import SuccessCriterion, Verdict, judged
+from twbal.core.evaluation import SuccessCriterion, TrialVerdict, judged
 from twbal.core.feed_forward import FeedForward
 from twbal.core.plant import Plant
 from twbal.core.robot_parameters import RobotParameters
@@ -20,7 +20,7 @@ from twbal.virtual_robot.pushed_robot import PushedRobot
 SUCCEEDED = "succeeded"
 UPRIGHT = "upright"
 PARTS = (UPRIGHT, "settled", "in_place", "quiet")
-"""Of success; see `Verdict`."""
+"""Of success; see `TrialVerdict`."""
 
 
 class Cell(NamedTuple):
@@ -182,7 +182,7 @@ def policy_robustness(
 
 def trial_verdict(
     plant: Plant, policy: Policy, channels: Channels, sheet: RobotParameters, trial: int, rule: SuccessCriterion
-) -> Verdict:
+) -> TrialVerdict:
     """What becomes of one trial, driven as `twbal real-rollout` does by default.
 
     Where the robot is pushed, the rule's times begin anew at the end of the push.
@@ -212,7 +212,7 @@ def after(rule: SuccessCriterion, step: int) -> SuccessCriterion:
     )
 
 
-def _cell(level: float, verdicts: Sequence[Verdict]) -> Cell:
+def _cell(level: float, verdicts: Sequence[TrialVerdict]) -> Cell:
     parts = (sum(getattr(verdict, part) is not False for verdict in verdicts) for part in PARTS)
     return Cell(level, len(verdicts), sum(verdict.succeeded for verdict in verdicts), *parts)
 

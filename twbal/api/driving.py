@@ -19,7 +19,7 @@ from twbal.cli.policy_check import check_made_for, other_past_commands
 from twbal.core.channels import Channels
 from twbal.core.episode import Episode, Provenance
 from twbal.core.errors import ConfigError
-from twbal.core.evaluation import Verdict, drift, judged, real_cost
+from twbal.core.evaluation import TrialVerdict, drift, judged, real_cost
 from twbal.core.plant import Plant
 from twbal.effects.effect import Effect
 from twbal.link.frozen_sensors import FrozenSensors
@@ -43,7 +43,7 @@ class Evaluation:
     cost: float
     drift: float
     episodes: tuple[Episode, ...]
-    verdicts: tuple[Verdict, ...]
+    verdicts: tuple[TrialVerdict, ...]
 
     @property
     def trials(self) -> int:

@@ -10,7 +10,7 @@ from hydra.core.hydra_config import HydraConfig
 
 from twbal.cli.conf_folder import conf_folder
 from twbal.cli.console import say
-from twbal.core.check import Check, Measurement, Verdict
+from twbal.core.check import Check, CheckStatus, Measurement
 from twbal.core.errors import ConfigError
 from twbal.core.files import write_atomically
 from twbal.core.robot_parameters import RobotParameters
@@ -94,9 +94,9 @@ def sheet_check(torque_limit: float, robot: RobotParameters, file: SheetFile) ->
         _number(sheet, key)
     found = f"{robot.name!r}, torque limit {robot.torque_limit:g} N·m"
     if robot.torque_limit <= _OTHER_ROBOT * torque_limit:
-        return Check("sheet", Verdict.OK, found)
+        return Check("sheet", CheckStatus.OK, found)
     return Check(
-        *("sheet", Verdict.PROBLEM, found, f"about the robot's, {torque_limit:g} N·m"),
+        *("sheet", CheckStatus.PROBLEM, found, f"about the robot's, {torque_limit:g} N·m"),
         "It is hardly this robot's: choose its own by --config-dir=<folder> robot=<name>.",
     )
 

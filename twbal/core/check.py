@@ -6,7 +6,7 @@ from enum import StrEnum
 from typing import NamedTuple
 
 
-class Verdict(StrEnum):
+class CheckStatus(StrEnum):
     """What a check says."""
 
     OK = "ok"
@@ -43,7 +43,7 @@ class Check:
     """
 
     name: str
-    verdict: Verdict
+    verdict: CheckStatus
     found: str
     expected: str = ""
     advice: str = ""
@@ -51,7 +51,7 @@ class Check:
 
     def line(self, width: int) -> str:
         """All of it in one line, with the name in a column of `width` characters."""
-        expected = f" (expected {self.expected})" if self.expected and self.verdict is not Verdict.OK else ""
+        expected = f" (expected {self.expected})" if self.expected and self.verdict is not CheckStatus.OK else ""
         advice = f". {self.advice}" if self.advice else ""
         return f"{self.verdict:8} {self.name:{width}}  {self.found}{expected}{advice}"
 
@@ -64,4 +64,4 @@ def check_lines(checks: Sequence[Check]) -> Iterator[str]:
 
 def problems(checks: Iterable[Check]) -> list[str]:
     """Names of those that are a problem."""
-    return [check.name for check in checks if check.verdict is Verdict.PROBLEM]
+    return [check.name for check in checks if check.verdict is CheckStatus.PROBLEM]

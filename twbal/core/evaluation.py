@@ -147,7 +147,7 @@ class PlaceBy(StrEnum):
     """The robot's own wheels and its tilt, by the wheel radius of the data sheet."""
 
 
-class Verdict(NamedTuple):
+class TrialVerdict(NamedTuple):
     """What a trial shows, part by part. One that ended early has none of the parts that are asked.
 
     Attributes:
@@ -189,7 +189,7 @@ class Verdict(NamedTuple):
         return all(part is not False for part in parts)
 
 
-def judged(episode: Episode, rule: SuccessCriterion) -> Verdict:
+def judged(episode: Episode, rule: SuccessCriterion) -> TrialVerdict:
     """What a trial shows of what `rule` asks; what comes after `rule.steps` does not count.
 
     The distance is that of the true poses where each sample from the place step on has one, else that of odometry.
@@ -201,7 +201,7 @@ def judged(episode: Episode, rule: SuccessCriterion) -> Verdict:
     farthest = float(away.max()) if len(away) else None
     off = _heading_off(episode.heading_errors, late)
     limit = None if episode.headings is None else rule.heading_limit
-    return Verdict(
+    return TrialVerdict(
         upright=bool(lasted and tilt.max() <= rule.tilt_limit),
         settled=bool(lasted and tilt[rule.settle_step :].max() < rule.settled_tilt_limit),
         in_place=None if rule.place_limit is None else lasted and farthest is not None and farthest <= rule.place_limit,
@@ -223,7 +223,7 @@ def succeeded(episode: Episode, rule: SuccessCriterion) -> bool:
 
 
 def _used(tilt: float, farthest: float | None, change: float | None, rule: SuccessCriterion) -> float:
-    """Greatest share of a limit; see `Verdict`."""
+    """Greatest share of a limit; see `TrialVerdict`."""
     pairs = ((tilt, rule.settled_tilt_limit), (farthest, rule.place_limit), (change, rule.command_change))
     return max(value / limit for value, limit in pairs if value is not None and limit is not None)
 
@@ -238,7 +238,7 @@ def _distances(episode: Episode, part: slice, wheel_radius: float | None) -> tup
 
 
 def _heading_off(errors: Array | None, part: slice) -> float | None:
-    """Most by which the heading was off at the samples of `part` [rad]; see `Verdict`."""
+    """Most by which the heading was off at the samples of `part` [rad]; see `TrialVerdict`."""
     return None if errors is None or not len(errors[part]) else float(np.abs(errors[part]).max())
 
 

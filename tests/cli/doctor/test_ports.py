@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from twbal.cli.doctor.ports import latency_check, port_check, port_checks
-from twbal.core.check import Verdict
+from twbal.core.check import CheckStatus
 
 NOBODY = 65534
 
@@ -54,13 +54,13 @@ def as_user(number, body):
 
 def test_a_pseudo_terminal_is_a_port_that_may_be_used_and_has_no_timer(terminal, tmp_path):
     found = port_checks(terminal, tmp_path)
-    assert [check.verdict for check in found] == [Verdict.OK, Verdict.OK]
+    assert [check.verdict for check in found] == [CheckStatus.OK, CheckStatus.OK]
     assert "no latency timer" in found[1].found
 
 
 def test_a_port_that_is_not_there_is_a_problem_and_the_adapter_is_not_looked_at(tmp_path):
     (check,) = port_checks(str(tmp_path / "ttyUSB7"), tmp_path)
-    assert check.verdict is Verdict.PROBLEM
+    assert check.verdict is CheckStatus.PROBLEM
     assert "ttyUSB7: No such file or directory" in check.found
     assert "ports that are there" in check.advice
 
@@ -69,14 +69,14 @@ def test_a_file_and_a_folder_are_no_ports(tmp_path):
     (tmp_path / "file").touch()
     for path in (tmp_path / "file", tmp_path):
         check = port_check(path, Path("/sys"))
-        assert (check.verdict, check.found) == (Verdict.PROBLEM, f"{path} is no serial device")
+        assert (check.verdict, check.found) == (CheckStatus.PROBLEM, f"{path} is no serial device")
 
 
 @pytest.mark.skipif(not Path("/sys/dev/char").is_dir(), reason="this system does not tell of its devices")
 def test_a_device_that_is_no_terminal_is_no_port(terminal):
     check = port_check(Path("/dev/null"), Path("/sys"))
-    assert (check.verdict, check.found) == (Verdict.PROBLEM, "/dev/null is no serial device")
-    assert port_check(Path(terminal), Path("/sys")).verdict is Verdict.OK
+    assert (check.verdict, check.found) == (CheckStatus.PROBLEM, "/dev/null is no serial device")
+    assert port_check(Path(terminal), Path("/sys")).verdict is CheckStatus.OK
 
 
 @pytest.mark.skipif(os.geteuid() != 0, reason="only root may become another user")
@@ -110,12 +110,12 @@ def test_the_adapters_timer_is_read_where_the_kernel_has_it(text, verdict, sysfs
 def test_a_port_by_its_other_name_has_the_same_timer(sysfs, tmp_path):
     (tmp_path / "ttyUSB3").touch()
     (tmp_path / "usb-FTDI_42").symlink_to("ttyUSB3")
-    assert latency_check(tmp_path / "usb-FTDI_42", sysfs("ttyUSB3", "16")).verdict is Verdict.WARNING
+    assert latency_check(tmp_path / "usb-FTDI_42", sysfs("ttyUSB3", "16")).verdict is CheckStatus.WARNING
 
 
 @pytest.mark.parametrize("port", [None, "socket://robot:2000"])
 def test_what_is_no_port_of_this_computer_is_skipped(port, tmp_path):
-    assert [check.verdict for check in port_checks(port, tmp_path)] == [Verdict.SKIPPED]
+    assert [check.verdict for check in port_checks(port, tmp_path)] == [CheckStatus.SKIPPED]
 
 
 def test_the_port_is_not_opened(terminal, tmp_path, monkeypatch):

@@ -16,7 +16,7 @@ from twbal.cli.doctor.timing import (
     priority_check,
     sleep_check,
 )
-from twbal.core.check import Verdict
+from twbal.core.check import CheckStatus
 
 
 class LateClock:
@@ -74,7 +74,7 @@ def test_a_core_must_be_left(cores, load, verdict):
 def test_priority_is_allowed_where_chrt_can_give_it():
     allowed = subprocess.run(["chrt", "--fifo", "1", "true"], capture_output=True).returncode == 0
     check = priority_check()
-    assert check.verdict == (Verdict.OK if allowed else Verdict.WARNING)
+    assert check.verdict == (CheckStatus.OK if allowed else CheckStatus.WARNING)
     assert ("limits.conf" in check.advice) != allowed
     assert os.sched_getscheduler(0) == os.SCHED_OTHER
 
@@ -84,7 +84,7 @@ def test_who_may_keep_cores_awake_is_told_so(tmp_path):
     allowed.touch()
     assert "keep them awake" in sleep_check(allowed).found
     not_there = sleep_check(tmp_path / "none")
-    assert not_there.verdict == Verdict.OK
+    assert not_there.verdict == CheckStatus.OK
     assert f"who may write to {tmp_path / 'none'}" in not_there.found
 
 
@@ -93,5 +93,5 @@ def test_who_may_change_a_thread_of_the_kernel_is_told_that_the_line_goes_first(
     thread = subprocess.run(["pgrep", "kworker/u"], capture_output=True, text=True).stdout.split()
     allowed = bool(thread) and subprocess.run(["chrt", "--other", "--pid", "0", thread[0]]).returncode == 0
     check = line_check()
-    assert check.verdict == Verdict.OK
+    assert check.verdict == CheckStatus.OK
     assert ("let them go before" in check.found) == allowed

@@ -6,7 +6,7 @@ import pytest
 from held_robot import PERIOD, DeafToStop, HeldRobot, SilentWatchdog, WakesUp, damaging, lossy
 from pendulum import MemoryTransport, Pendulum
 
-from twbal.core.check import Check, Verdict
+from twbal.core.check import Check, CheckStatus
 from twbal.core.errors import LinkLostError
 from twbal.link.checks.line import clock_check
 from twbal.link.checks.procedure import LinkTrial, check_link
@@ -67,7 +67,7 @@ def test_swapped_torque_signs_are_found():
     bench = Bench(HeldRobot(signs=(-1.0, -1.0)))
     assert bench.problems() == {"torque sign"}
     assert "backward" in bench.found["torque sign"].found
-    assert bench.found["difference sign"].verdict is Verdict.SKIPPED
+    assert bench.found["difference sign"].verdict is CheckStatus.SKIPPED
 
 
 @pytest.mark.parametrize(
@@ -83,7 +83,7 @@ def test_one_wheel_that_does_not_follow_is_found_and_nothing_else_is_said_of_it(
     assert bench.problems() == {"torque sign"}
     assert wheel in bench.found["torque sign"].found
     assert bench.found["torque sign"].advice.startswith(advice)
-    assert {bench.found[name].verdict for name in ("dead time", "difference sign")} == {Verdict.SKIPPED}
+    assert {bench.found[name].verdict for name in ("dead time", "difference sign")} == {CheckStatus.SKIPPED}
 
 
 def test_swapped_wheels_are_found_by_the_difference_alone():
@@ -116,14 +116,14 @@ def test_wheels_that_move_and_stick_tell_no_dead_time():
     bench = Bench(Sticking(delay=2))
     bench.verdicts()
     found = bench.found["dead time"]
-    assert found.verdict is Verdict.SKIPPED and "larger pulse" in found.advice and not found.measured
+    assert found.verdict is CheckStatus.SKIPPED and "larger pulse" in found.advice and not found.measured
 
 
 def test_a_watchdog_that_does_not_bite_is_found_and_the_motors_are_not_driven_after_it():
     bench = Bench(HeldRobot(), SilentWatchdog, clock=Clock.REAL_TIME)
     assert bench.problems() == {"watchdog"}
     assert "the motors were still on" in bench.found["watchdog"].found
-    assert bench.found["motors"].verdict is Verdict.SKIPPED
+    assert bench.found["motors"].verdict is CheckStatus.SKIPPED
 
 
 def test_a_watchdog_that_bites_late_is_found():
@@ -137,13 +137,13 @@ def test_a_robot_that_does_not_obey_stop_is_found_and_the_motors_are_not_driven_
     bench = Bench(HeldRobot(), DeafToStop, clock=Clock.REAL_TIME)
     assert bench.problems() == {"stop"}
     assert bench.found["stop"].found == "it answers Stop, and its motors stay on"
-    assert bench.found["motors"].verdict is Verdict.SKIPPED
+    assert bench.found["motors"].verdict is CheckStatus.SKIPPED
 
 
 def test_a_robot_that_never_switches_off_is_said_to_be_still_on():
     bench = Bench(HeldRobot(), DeafToStop)
     bench.verdicts()
-    said = " ".join(check.found for check in bench.report.checks if check.verdict is Verdict.PROBLEM)
+    said = " ".join(check.found for check in bench.report.checks if check.verdict is CheckStatus.PROBLEM)
     assert "MAY STILL BE ON" in said
     assert bench.report.motors_may_be_on
 
@@ -210,10 +210,10 @@ def test_a_line_that_breaks_is_a_problem_and_what_follows_is_skipped():
 def test_a_sheet_of_another_robot_is_a_problem_before_anything_is_tried():
     bench, robot = Bench(HeldRobot()), "paper, torque limit 20 N·m"
     said = []
-    sheet = Check("sheet", Verdict.PROBLEM, robot)
+    sheet = Check("sheet", CheckStatus.PROBLEM, robot)
     report = check_link(bench.plant, TRIAL, said.append, clock=bench.time, sheet=sheet)
     assert [check.name for check in report.checks][:3] == ["handshake", "sheet", "line"]
-    assert {check.verdict for check in report.checks[2:]} == {Verdict.SKIPPED}
+    assert {check.verdict for check in report.checks[2:]} == {CheckStatus.SKIPPED}
     assert not said
 
 
@@ -221,9 +221,9 @@ def test_many_missed_periods_are_a_warning_of_the_clock():
     bench = Bench(HeldRobot(), clock=Clock.REAL_TIME)
     bench.plant.reset(0)
     rest = record(bench.plant, [WheelCommands(0.0)] * 100, bench.time)
-    assert clock_check(bench.plant, rest._replace(missed=1)).verdict is Verdict.OK
+    assert clock_check(bench.plant, rest._replace(missed=1)).verdict is CheckStatus.OK
     late = clock_check(bench.plant, rest._replace(missed=8))
-    assert late.verdict is Verdict.WARNING
+    assert late.verdict is CheckStatus.WARNING
     assert "8 of 100 periods missed" in late.found
     assert len(late.measured) == 2
 

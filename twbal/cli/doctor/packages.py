@@ -11,7 +11,7 @@ from pathlib import Path
 from packaging.requirements import Requirement
 from packaging.version import Version
 
-from twbal.core.check import Check, Verdict
+from twbal.core.check import Check, CheckStatus
 
 _INSTALL = "Install by `make .venv/.installed` in the checkout, or `pip install -e . -c constraints.txt`"
 _LISTED = 3
@@ -35,7 +35,7 @@ def package_checks(pins: Mapping[str, str]) -> list[Check]:
     try:
         own = metadata.metadata("twbal")
     except metadata.PackageNotFoundError:
-        return [Check("packages", Verdict.PROBLEM, "twbal itself is not installed", advice=f"{_INSTALL}.")]
+        return [Check("packages", CheckStatus.PROBLEM, "twbal itself is not installed", advice=f"{_INSTALL}.")]
     return [python_check(own["Requires-Python"]), packages_check(own.get_all("Requires-Dist") or (), pins)]
 
 
@@ -47,7 +47,7 @@ def python_check(needed: str, found: str = platform.python_version()) -> Check:
         found: its version.
     """
     fits = Version(found) in Requirement(f"python{needed}").specifier
-    verdict = Verdict.OK if fits else Verdict.PROBLEM
+    verdict = CheckStatus.OK if fits else CheckStatus.PROBLEM
     return Check("python", verdict, f"{found} ({sys.executable})", needed, "" if fits else f"{_INSTALL}.")
 
 
@@ -65,12 +65,12 @@ def packages_check(
     found = {each.name: version(each.name) for each in needed}
     wrong = [_lacking(each, found[each.name]) for each in needed if not _fits(each, found[each.name])]
     if wrong:
-        return Check("packages", Verdict.PROBLEM, _some(wrong), advice=f"{_INSTALL}.")
+        return Check("packages", CheckStatus.PROBLEM, _some(wrong), advice=f"{_INSTALL}.")
     moved = [f"{name} {now} (tested with {pins[name]})" for name, now in found.items() if _differs(now, pins.get(name))]
     if moved:
-        return Check("packages", Verdict.WARNING, _some(moved), advice=f"{_INSTALL} where something fails.")
+        return Check("packages", CheckStatus.WARNING, _some(moved), advice=f"{_INSTALL} where something fails.")
     tested = ", in the versions of constraints.txt" if pins else ""
-    return Check("packages", Verdict.OK, f"all {len(needed)} that twbal needs{tested}")
+    return Check("packages", CheckStatus.OK, f"all {len(needed)} that twbal needs{tested}")
 
 
 def pinned_versions(constraints: Path) -> dict[str, str]:
@@ -90,19 +90,21 @@ def kernels_check(folder: Path) -> Check:
     """
     if not os.access(folder, os.W_OK | os.X_OK):
         advice = "Set XDG_CACHE_HOME, or NUMBA_CACHE_DIR, to a folder that you may write to."
-        return Check("compiled kernels", Verdict.PROBLEM, f"{folder} cannot be written to", advice=advice)
+        return Check("compiled kernels", CheckStatus.PROBLEM, f"{folder} cannot be written to", advice=advice)
     kept = len(list(folder.rglob("*.nbc")))
     if folder.is_relative_to(tempfile.gettempdir()):
         advice = "Set XDG_CACHE_HOME to a folder that stays, so that they are not compiled anew."
-        return Check("compiled kernels", Verdict.WARNING, f"kept in the temporary folder {folder}", advice=advice)
+        return Check("compiled kernels", CheckStatus.WARNING, f"kept in the temporary folder {folder}", advice=advice)
     if not kept:
         advice = "The first commands compile for minutes: run `twbal iterate` with the virtual robot before yours."
-        return Check("compiled kernels", Verdict.WARNING, f"none yet in {folder}", advice=advice)
+        return Check("compiled kernels", CheckStatus.WARNING, f"none yet in {folder}", advice=advice)
     others = len(list(folder.parent.glob("kernels-*"))) - 1
     if others < _MANY_CACHES:
-        return Check("compiled kernels", Verdict.OK, f"{kept} in {folder}")
+        return Check("compiled kernels", CheckStatus.OK, f"{kept} in {folder}")
     found = f"{kept} in {folder}, and folders of {others} other versions beside it"
-    return Check("compiled kernels", Verdict.OK, found, advice="docs/troubleshooting.md says how to remove old ones.")
+    return Check(
+        "compiled kernels", CheckStatus.OK, found, advice="docs/troubleshooting.md says how to remove old ones."
+    )
 
 
 def _fits(needed: Requirement, found: str | None) -> bool:

@@ -6,7 +6,7 @@ import pwd
 import stat
 from pathlib import Path
 
-from twbal.core.check import Check, Verdict
+from twbal.core.check import Check, CheckStatus
 from twbal.link.transport import serial_ports
 
 _LARGEST_LATENCY_MS = 4
@@ -24,12 +24,16 @@ def port_checks(port: str | None, sysfs: Path) -> list[Check]:
         there = ", ".join(serial_ports()) or "none"
         advice = "Add link=serial link.port=/dev/ttyUSB0, or where your robot is."
         return [
-            Check("serial port", Verdict.SKIPPED, f"link=virtual has none; ports that are there: {there}", "", advice)
+            Check(
+                "serial port", CheckStatus.SKIPPED, f"link=virtual has none; ports that are there: {there}", "", advice
+            )
         ]
     if "://" in port:
-        return [Check("serial port", Verdict.SKIPPED, f"{port} is on the network", "", "Try it by `twbal check-link`.")]
+        return [
+            Check("serial port", CheckStatus.SKIPPED, f"{port} is on the network", "", "Try it by `twbal check-link`.")
+        ]
     check = port_check(Path(port), sysfs)
-    return [check] if check.verdict is Verdict.PROBLEM else [check, latency_check(Path(port), sysfs)]
+    return [check] if check.verdict is CheckStatus.PROBLEM else [check, latency_check(Path(port), sysfs)]
 
 
 def port_check(port: Path, sysfs: Path) -> Check:
@@ -45,14 +49,14 @@ def port_check(port: Path, sysfs: Path) -> Check:
     except OSError as error:
         there = ", ".join(serial_ports()) or "none"
         advice = f"Plug the robot in, or choose another link.port; ports that are there: {there}."
-        return Check(name, Verdict.PROBLEM, f"{port}: {error.strerror}", "a serial port", advice)
+        return Check(name, CheckStatus.PROBLEM, f"{port}: {error.strerror}", "a serial port", advice)
     if not stat.S_ISCHR(found.st_mode) or _is_of_another_kind(found.st_rdev, sysfs):
         advice = "Choose another link.port, such as /dev/ttyUSB0."
-        return Check(name, Verdict.PROBLEM, f"{port} is no serial device", "a serial port", advice)
+        return Check(name, CheckStatus.PROBLEM, f"{port} is no serial device", "a serial port", advice)
     if not os.access(port, os.R_OK | os.W_OK, effective_ids=True):
         who = f"{_owner(found.st_uid)} and group {_group(found.st_gid)}, {stat.filemode(found.st_mode)}"
-        return Check(name, Verdict.PROBLEM, f"{port} may not be used by you: it is of {who}", "", _permit(found))
-    return Check(name, Verdict.OK, f"{port} is there, and you may use it")
+        return Check(name, CheckStatus.PROBLEM, f"{port} may not be used by you: it is of {who}", "", _permit(found))
+    return Check(name, CheckStatus.OK, f"{port} is there, and you may use it")
 
 
 def latency_check(port: Path, sysfs: Path) -> Check:
@@ -67,16 +71,16 @@ def latency_check(port: Path, sysfs: Path) -> Check:
     try:
         milliseconds = int(timer.read_text())
     except FileNotFoundError:
-        return Check(name, Verdict.OK, f"{tty} has no latency timer; only some USB adapters have one")
+        return Check(name, CheckStatus.OK, f"{tty} has no latency timer; only some USB adapters have one")
     except (OSError, ValueError) as error:
-        return Check(name, Verdict.WARNING, f"{timer} cannot be read ({error})")
+        return Check(name, CheckStatus.WARNING, f"{timer} cannot be read ({error})")
     if milliseconds <= _LARGEST_LATENCY_MS:
-        return Check(name, Verdict.OK, f"{milliseconds} ms")
+        return Check(name, CheckStatus.OK, f"{milliseconds} ms")
     advice = (
         f"`setserial {port} low_latency` or `echo 1 | sudo tee {timer}`; twbal asks the driver for it, too, when it "
         "opens the port."
     )
-    return Check(name, Verdict.WARNING, f"the adapter holds bytes for up to {milliseconds} ms", "1 ms", advice)
+    return Check(name, CheckStatus.WARNING, f"the adapter holds bytes for up to {milliseconds} ms", "1 ms", advice)
 
 
 def _is_of_another_kind(device: int, sysfs: Path) -> bool:

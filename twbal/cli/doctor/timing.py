@@ -9,7 +9,7 @@ from contextlib import suppress
 from pathlib import Path
 from statistics import median
 
-from twbal.core.check import Check, Verdict
+from twbal.core.check import Check, CheckStatus
 from twbal.link.line_workers import may_raise
 from twbal.link.protocol import WATCHDOG
 from twbal.link.real_time import WAKE_UP
@@ -26,7 +26,7 @@ def priority_check() -> Check:
     name, limit = "real-time priority", resource.getrlimit(resource.RLIMIT_RTPRIO)[0]
     policy, parameters = os.sched_getscheduler(0), os.sched_getparam(0)
     if policy in (os.SCHED_FIFO, os.SCHED_RR):
-        return Check(name, Verdict.OK, f"this process has it, {parameters.sched_priority}")
+        return Check(name, CheckStatus.OK, f"this process has it, {parameters.sched_priority}")
     try:
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(1))
     except OSError as error:
@@ -34,10 +34,10 @@ def priority_check() -> Check:
         advice = (
             f"Append {line} to /etc/security/limits.conf and log in again: commands that drive then take it themselves."
         )
-        return Check(name, Verdict.WARNING, f"not allowed ({error.strerror}; RLIMIT_RTPRIO is {limit})", "", advice)
+        return Check(name, CheckStatus.WARNING, f"not allowed ({error.strerror}; RLIMIT_RTPRIO is {limit})", "", advice)
     with suppress(OSError):  # to lower it is always allowed
         os.sched_setscheduler(0, policy, parameters)
-    return Check(name, Verdict.OK, "allowed; commands that drive a robot in real time take it by themselves")
+    return Check(name, CheckStatus.OK, "allowed; commands that drive a robot in real time take it by themselves")
 
 
 def sleep_check(wake_up: Path = WAKE_UP) -> Check:
@@ -48,10 +48,10 @@ def sleep_check(wake_up: Path = WAKE_UP) -> Check:
     """
     name = "sleeping cores"
     if os.access(wake_up, os.W_OK):
-        return Check(name, Verdict.OK, "commands that drive a robot in real time keep them awake")
+        return Check(name, CheckStatus.OK, "commands that drive a robot in real time keep them awake")
     return Check(
         name,
-        Verdict.OK,
+        CheckStatus.OK,
         f"may sleep between two measurements; who may write to {wake_up} (root, or by a rule of udev) keeps them awake",
     )
 
@@ -60,9 +60,9 @@ def line_check() -> Check:
     """Whether this process may let the threads of Linux that carry the line's bytes go before ordinary programs."""
     name = "the line's threads"
     if may_raise():
-        return Check(name, Verdict.OK, "commands that drive a robot in real time let them go before other programs")
+        return Check(name, CheckStatus.OK, "commands that drive a robot in real time let them go before other programs")
     found = "have ordinary priority: beside busy programs the line can be late by some milliseconds"
-    return Check(name, Verdict.OK, f"{found}; root, or who has CAP_SYS_NICE, lets them go first")
+    return Check(name, CheckStatus.OK, f"{found}; root, or who has CAP_SYS_NICE, lets them go first")
 
 
 def load_check(cores: int, load: float) -> Check:
@@ -75,8 +75,8 @@ def load_check(cores: int, load: float) -> Check:
     found = f"{cores} cores, a load of {load:.1f} over the last minute"
     if cores < 2 or load > cores - 1:
         advice = "Close other programs before you drive, or use real-time priority."
-        return Check("cores and load", Verdict.WARNING, found, "a core to spare", advice)
-    return Check("cores and load", Verdict.OK, found)
+        return Check("cores and load", CheckStatus.WARNING, found, "a core to spare", advice)
+    return Check("cores and load", CheckStatus.OK, found)
 
 
 def clock_check() -> Check:
@@ -85,8 +85,8 @@ def clock_check() -> Check:
     found = f"resolves {resolution * 1e9:.3g} ns"
     if resolution > _COARSE:
         advice = "Use a kernel with high-resolution timers."
-        return Check("clock", Verdict.PROBLEM, found, f"at most {_COARSE * 1e3:g} ms", advice)
-    return Check("clock", Verdict.OK, found)
+        return Check("clock", CheckStatus.PROBLEM, found, f"at most {_COARSE * 1e3:g} ms", advice)
+    return Check("clock", CheckStatus.OK, found)
 
 
 def lateness(
@@ -120,12 +120,16 @@ def lateness_check(late: Sequence[float]) -> Check:
     advice = "Close other programs, and use real-time priority."
     expected = f"at most {_LATE * 1e3:g} ms"
     if middle > WATCHDOG / 2:
-        return Check("lateness", Verdict.PROBLEM, f"{found}: the watchdog would end every rollout", expected, advice)
+        return Check(
+            "lateness", CheckStatus.PROBLEM, f"{found}: the watchdog would end every rollout", expected, advice
+        )
     if worst > WATCHDOG:
-        return Check("lateness", Verdict.WARNING, f"{found}: the watchdog would have ended a rollout", expected, advice)
+        return Check(
+            "lateness", CheckStatus.WARNING, f"{found}: the watchdog would have ended a rollout", expected, advice
+        )
     if worst > _LATE:
-        return Check("lateness", Verdict.WARNING, found, expected, advice)
-    return Check("lateness", Verdict.OK, found)
+        return Check("lateness", CheckStatus.WARNING, found, expected, advice)
+    return Check("lateness", CheckStatus.OK, found)
 
 
 def _user() -> str:

@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from math import degrees, inf, pi, tau
 from typing import NamedTuple
 
-from twbal.core.check import Check, Verdict
+from twbal.core.check import Check, CheckStatus
 from twbal.link.checks.recording import Recording, record
 from twbal.link.protocol import Sensors
 from twbal.link.serial_plant import SerialPlant
@@ -50,7 +50,7 @@ def by_hand_checks(plant: SerialPlant, seconds: float, helper: Helper) -> list[C
         return record(plant, [WheelCommands(0.0)] * count)
 
     def tried(what: str, judge: Callable[[Recording], Check]) -> Check:
-        while (check := judge(watched(what))).verdict is Verdict.PROBLEM:
+        while (check := judge(watched(what))).verdict is CheckStatus.PROBLEM:
             if not helper.again(check.line(0)):
                 return check
         helper.tell(check.line(0))
@@ -80,13 +80,15 @@ def lean_check(lean: Recording) -> Check:
     change, integral = tilt[at] - tilt[0], _integral(lean, "tilt_rate", at)
     found = f"the tilt changed by {degrees(change):+.1f}°, its rate adds up to {degrees(integral):+.1f}°"
     if abs(change) < _LEAST_LEAN and abs(integral) < _LEAST_LEAN:
-        return Check(name, Verdict.PROBLEM, found, expected, "Did you lean it? Once more; else check the IMU's axes.")
+        return Check(
+            name, CheckStatus.PROBLEM, found, expected, "Did you lean it? Once more; else check the IMU's axes."
+        )
     if change < 0 and integral < 0:
-        return Check(name, Verdict.PROBLEM, found, expected, "Turn the sign of both, or the IMU, around.")
+        return Check(name, CheckStatus.PROBLEM, found, expected, "Turn the sign of both, or the IMU, around.")
     if not _RATIO[0] <= (change / integral if integral else inf) <= _RATIO[1]:
         advice = f"Check sign, axis, unit and range of gyro and accelerometer (rate at the start: {bias:+.3f} rad/s)."
-        return Check(name, Verdict.PROBLEM, found, expected, advice)
-    return Check(name, Verdict.OK, found)
+        return Check(name, CheckStatus.PROBLEM, found, expected, advice)
+    return Check(name, CheckStatus.OK, found)
 
 
 def turn_check(plant: SerialPlant, turn: Recording, side: str) -> Check:
@@ -105,19 +107,19 @@ def turn_check(plant: SerialPlant, turn: Recording, side: str) -> Check:
     found = ", ".join(f"the {which} wheel turned by {degrees(angle):+.0f}°" for which, angle in wheels.items())
     own = wheels.get(side, 2.0 * change)
     if max(map(abs, wheels.values())) < _LEAST_TURN:
-        return Check(name, Verdict.PROBLEM, found, expected, "Did you turn it? Once more; else check the encoder.")
+        return Check(name, CheckStatus.PROBLEM, found, expected, "Did you turn it? Once more; else check the encoder.")
     if abs(own) < max(map(abs, wheels.values())) / 2:
         advice = f"Was it the {side} wheel that you turned, as seen from behind? If so, swap left and right encoder."
-        return Check(name, Verdict.PROBLEM, found, expected, advice)
+        return Check(name, CheckStatus.PROBLEM, found, expected, advice)
     if own < 0:
-        return Check(name, Verdict.PROBLEM, found, expected, "Swap the encoder's channels, or its sign.")
+        return Check(name, CheckStatus.PROBLEM, found, expected, "Swap the encoder's channels, or its sign.")
     if not _RATIO[0] <= (change / integral if integral else inf) <= _RATIO[1]:
         off = f"{found}; its rate adds up to {degrees(2.0 * integral):+.0f}°"
-        return Check(name, Verdict.PROBLEM, off, expected, "Check sign, unit and filter of the wheel rates.")
+        return Check(name, CheckStatus.PROBLEM, off, expected, "Check sign, unit and filter of the wheel rates.")
     if not _TURN_RATIO[0] <= own / tau <= _TURN_RATIO[1]:
         advice = "If you turned it once: check ticks a turn, and the gear's ratio."
-        return Check(name, Verdict.WARNING, found, expected, advice)
-    return Check(name, Verdict.OK, found)
+        return Check(name, CheckStatus.WARNING, found, expected, advice)
+    return Check(name, CheckStatus.OK, found)
 
 
 def yaw_check(plant: SerialPlant, turn: Recording) -> Check:
@@ -129,19 +131,21 @@ def yaw_check(plant: SerialPlant, turn: Recording) -> Check:
     """
     name, expected = "yaw rate sign", "to the left is positive, and it adds up to 90°"
     if plant.version == VERSION_1 and not any(turn.values("yaw_rate")):  # which cannot say that it does not measure it
-        return Check(name, Verdict.SKIPPED, "it is always 0: the robot does not measure it")
+        return Check(name, CheckStatus.SKIPPED, "it is always 0: the robot does not measure it")
     angle = _integral(turn, "yaw_rate", len(turn.seen) - 1)
     found = f"the yaw rate adds up to {degrees(angle):+.0f}° (at first it was {turn.values('yaw_rate')[0]:+.3f} rad/s)"
     if abs(angle) < _LEAST_TURN:
-        return Check(name, Verdict.PROBLEM, found, expected, "Did you turn it? Once more; else check the gyro's axes.")
+        return Check(
+            name, CheckStatus.PROBLEM, found, expected, "Did you turn it? Once more; else check the gyro's axes."
+        )
     if angle < 0:
-        return Check(name, Verdict.PROBLEM, found, expected, "Turn the sign of the yaw rate around.")
+        return Check(name, CheckStatus.PROBLEM, found, expected, "Turn the sign of the yaw rate around.")
     if angle > 2.0 * pi:
-        return Check(name, Verdict.PROBLEM, found, expected, "Check the gyro's unit: it must be rad/s.")
+        return Check(name, CheckStatus.PROBLEM, found, expected, "Check the gyro's unit: it must be rad/s.")
     if not _QUARTER_RATIO[0] <= angle / (pi / 2) <= _QUARTER_RATIO[1]:
         advice = "If it was a quarter turn: check the gyro's unit and range."
-        return Check(name, Verdict.WARNING, found, expected, advice)
-    return Check(name, Verdict.OK, found)
+        return Check(name, CheckStatus.WARNING, found, expected, advice)
+    return Check(name, CheckStatus.OK, found)
 
 
 def _farthest(values: Sequence[float]) -> int:

@@ -3,7 +3,7 @@
 from math import isnan
 from statistics import linear_regression, median
 
-from twbal.core.check import Check, Measurement, Verdict
+from twbal.core.check import Check, CheckStatus, Measurement
 from twbal.link.checks.recording import Pings, Recording
 from twbal.link.protocol import Clock, Sensors
 from twbal.link.serial_plant import SerialPlant
@@ -25,7 +25,7 @@ def handshake_check(plant: SerialPlant) -> Check:
         f"most {plant.torque_limit:g} N·m, {drives}, clock {plant.clock.name.lower().replace('_', ' ')}; does not "
         f"measure: {', '.join(lacks) or 'nothing'}"
     )
-    return Check("handshake", Verdict.OK, found)
+    return Check("handshake", CheckStatus.OK, found)
 
 
 def round_trip_check(pings: Pings, control_period: float) -> Check:
@@ -37,17 +37,17 @@ def round_trip_check(pings: Pings, control_period: float) -> Check:
     """
     name, expected = "round trip", f"99 % within half a control period, {control_period * 5e2:g} ms"
     if not pings.round_trips:
-        return Check(name, Verdict.PROBLEM, "no message was answered", expected, "Is the line alive both ways?")
+        return Check(name, CheckStatus.PROBLEM, "no message was answered", expected, "Is the line alive both ways?")
     trips = sorted(pings.round_trips)
     most = trips[min(len(trips) - 1, round(0.99 * len(trips)))]
     found = f"{median(trips) * 1e3:.2f} ms (median), {most * 1e3:.2f} ms (99 %), {trips[-1] * 1e3:.2f} ms (longest)"
     measured = (Measurement("round trip, median", median(trips), "s"), Measurement("round trip, 99 %", most, "s"))
     advice = "See `twbal doctor` for latency timer and priority; try a higher baud rate."
     if median(trips) > control_period:
-        return Check(name, Verdict.PROBLEM, found, expected, advice)
+        return Check(name, CheckStatus.PROBLEM, found, expected, advice)
     if most > control_period / 2:
-        return Check(name, Verdict.WARNING, found, expected, advice, measured)
-    return Check(name, Verdict.OK, found, measured=measured)
+        return Check(name, CheckStatus.WARNING, found, expected, advice, measured)
+    return Check(name, CheckStatus.OK, found, measured=measured)
 
 
 def loss_check(pings: Pings, bad_frames: int) -> Check:
@@ -62,8 +62,8 @@ def loss_check(pings: Pings, bad_frames: int) -> Check:
     found = f"{pings.lost} of {sent} lost, {pings.late} late, {damaged}"
     advice = "Check cable, plugs, ground and supply of the robot; try a lower baud rate."
     bad = pings.lost + bad_frames + pings.dropped
-    verdict = Verdict.PROBLEM if bad > _FEW * sent else Verdict.WARNING if bad or pings.late else Verdict.OK
-    return Check("losses", verdict, found, "none", "" if verdict is Verdict.OK else advice)
+    verdict = CheckStatus.PROBLEM if bad > _FEW * sent else CheckStatus.WARNING if bad or pings.late else CheckStatus.OK
+    return Check("losses", verdict, found, "none", "" if verdict is CheckStatus.OK else advice)
 
 
 def clock_check(plant: SerialPlant, rest: Recording) -> Check:
@@ -75,10 +75,10 @@ def clock_check(plant: SerialPlant, rest: Recording) -> Check:
     """
     name, expected = "clock", f"within {_DRIFT:.0%}"
     if plant.clock is Clock.LOCKSTEP:
-        return Check(name, Verdict.SKIPPED, "in lockstep the robot's clock waits for the host")
+        return Check(name, CheckStatus.SKIPPED, "in lockstep the robot's clock waits for the host")
     times, periods = rest.elapsed(), (rest.seen[-1].period - rest.seen[0].period) % 2**16
     if times[-1] < _SHORTEST or periods == 0:
-        return Check(name, Verdict.SKIPPED, f"only {times[-1]:.2f} s were recorded; a drift needs {_SHORTEST:g} s")
+        return Check(name, CheckStatus.SKIPPED, f"only {times[-1]:.2f} s were recorded; a drift needs {_SHORTEST:g} s")
     drift = linear_regression(rest.host_times, times).slope - 1.0
     tick = times[-1] / periods
     found = (
@@ -87,9 +87,9 @@ def clock_check(plant: SerialPlant, rest: Recording) -> Check:
     )
     if isnan(drift) or abs(drift) > _DRIFT or abs(tick / plant.control_period - 1.0) > _DRIFT:
         advice = "Does `time_us` count microseconds, and is the announced control period that of the loop?"
-        return Check(name, Verdict.PROBLEM, found, expected, advice)
+        return Check(name, CheckStatus.PROBLEM, found, expected, advice)
     measured = (Measurement(CONTROL_PERIOD, tick, "s"), Measurement("drift of the robot's clock", drift, ""))
     if rest.missed > _FEW * periods:
         advice = "This computer, or the line, is late: `twbal doctor` looks for what makes it so."
-        return Check(name, Verdict.WARNING, found, f"{_FEW:.0%} of periods missed at most", advice, measured)
-    return Check(name, Verdict.OK, found, measured=measured)
+        return Check(name, CheckStatus.WARNING, found, f"{_FEW:.0%} of periods missed at most", advice, measured)
+    return Check(name, CheckStatus.OK, found, measured=measured)

@@ -5,7 +5,7 @@ from math import ceil, degrees, sqrt
 from statistics import fmean, linear_regression, pstdev
 from typing import NamedTuple
 
-from twbal.core.check import Check, Measurement, Verdict
+from twbal.core.check import Check, CheckStatus, Measurement
 from twbal.link.checks.recording import Recording
 from twbal.link.protocol import VERSION, Clock, Sensors
 from twbal.link.serial_plant import SerialPlant
@@ -74,14 +74,14 @@ def torque_check(plant: SerialPlant, pulse: Pulse) -> Check:
     if all(abs(angle) < least for angle in wheels.values()):
         alone = " Or does one of them run backward?" if len(wheels) == 1 else ""
         advice = f"Are the motors powered? Against dry friction, try a larger pulse=.{alone}"
-        return Check(name, Verdict.PROBLEM, f"{found}: no motion", f"more than {degrees(least):.1f}°", advice)
+        return Check(name, CheckStatus.PROBLEM, f"{found}: no motion", f"more than {degrees(least):.1f}°", advice)
     if all(angle < -least for angle in wheels.values()):
         advice = "Swap the leads of both motors, or their sign in the firmware; or the sign of the encoders is wrong."
-        return Check(name, Verdict.PROBLEM, f"{found}: backward", expected, advice)
+        return Check(name, CheckStatus.PROBLEM, f"{found}: backward", expected, advice)
     if not all(angle > least for angle in wheels.values()):
         advice = " ".join(_against(wheel, angle, least) for wheel, angle in wheels.items() if not angle > least)
-        return Check(name, Verdict.PROBLEM, found, expected, advice)
-    return Check(name, Verdict.OK, found)
+        return Check(name, CheckStatus.PROBLEM, found, expected, advice)
+    return Check(name, CheckStatus.OK, found)
 
 
 def dead_time_check(plant: SerialPlant, pulse: Pulse) -> Check:
@@ -99,13 +99,13 @@ def dead_time_check(plant: SerialPlant, pulse: Pulse) -> Check:
     seen = [(time - began, sqrt(angle)) for time, angle in moved if angle > least][:_ON_LINE]
     larger = "Against dry friction, try a larger pulse=."
     if len(seen) < _FEW:
-        return Check("dead time", Verdict.SKIPPED, "the wheels hardly moved", "", larger)
+        return Check("dead time", CheckStatus.SKIPPED, "the wheels hardly moved", "", larger)
     line = linear_regression(*zip(*seen, strict=True))
     late = -line.intercept / line.slope if line.slope > 0 else -1.0
     off = _error_of_zero(seen, line.slope, line.intercept) if late >= 0.0 else 0.0
     if late < -_EARLY * plant.control_period or off > plant.control_period:
         found = f"the wheels began to move too slowly to tell: they were seen to move after {seen[0][0] * 1e3:.0f} ms"
-        return Check("dead time", Verdict.SKIPPED, found, "", larger)
+        return Check("dead time", CheckStatus.SKIPPED, found, "", larger)
     late = max(late, 0.0)
     periods = late / plant.control_period
     found = (
@@ -115,8 +115,8 @@ def dead_time_check(plant: SerialPlant, pulse: Pulse) -> Check:
     measured = (Measurement("dead time", late, "s"),)
     if periods > _LONG:
         advice = "Balancing needs less: look for filters, slow motor drivers and a busy line."
-        return Check("dead time", Verdict.WARNING, found, f"at most {_LONG:g} control periods", advice, measured)
-    return Check("dead time", Verdict.OK, found, measured=measured)
+        return Check("dead time", CheckStatus.WARNING, found, f"at most {_LONG:g} control periods", advice, measured)
+    return Check("dead time", CheckStatus.OK, found, measured=measured)
 
 
 def _error_of_zero(points: Sequence[tuple[float, float]], slope: float, intercept: float) -> float:
@@ -138,11 +138,11 @@ def turning_check(pulse: Pulse) -> Check:
     found = f"{pulse.command.difference:.3g} N·m turned the right wheel {degrees(apart):+.0f}° ahead of the left one"
     if abs(apart) < least:
         advice = "Against dry friction, try a larger pulse=."
-        return Check("difference sign", Verdict.PROBLEM, f"{found}: no motion", "ahead", advice)
+        return Check("difference sign", CheckStatus.PROBLEM, f"{found}: no motion", "ahead", advice)
     if apart < 0:
         advice = "Left and right are swapped, of the motors or of the encoders."
-        return Check("difference sign", Verdict.PROBLEM, found, "ahead", advice)
-    return Check("difference sign", Verdict.OK, found)
+        return Check("difference sign", CheckStatus.PROBLEM, found, "ahead", advice)
+    return Check("difference sign", CheckStatus.OK, found)
 
 
 def _each_wheel(plant: SerialPlant, pulse: Pulse, mean: float) -> dict[str, float]:

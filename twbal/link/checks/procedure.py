@@ -4,7 +4,7 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
-from twbal.core.check import Check, Verdict, problems
+from twbal.core.check import Check, CheckStatus, problems
 from twbal.core.errors import LinkError, MotorsOnError
 from twbal.link.checks.by_hand import Helper, by_hand_checks
 from twbal.link.checks.line import clock_check, handshake_check, loss_check, round_trip_check
@@ -106,13 +106,13 @@ def check_link(
     failed, may_be_on = ("sheet" if problems(checks) else ""), False
     for name, part in parts.items():
         if failed:
-            checks.append(Check(name, Verdict.SKIPPED, f"not tried after the problem of the part {failed!r}"))
+            checks.append(Check(name, CheckStatus.SKIPPED, f"not tried after the problem of the part {failed!r}"))
             continue
         say(_told(name, trial))
         try:
             found = list(part())
         except LinkError as error:
-            found = [Check(name, Verdict.PROBLEM, str(error).rstrip("."), "", _BROKEN)]
+            found = [Check(name, CheckStatus.PROBLEM, str(error).rstrip("."), "", _BROKEN)]
             failed, may_be_on = name, isinstance(error, MotorsOnError)
         checks += found
         failed = name if name in _MUST_HOLD and problems(found) else failed
@@ -153,7 +153,7 @@ def _by_hand(plant: SerialPlant, trial: LinkTrial, helper: Helper) -> list[Check
         return by_hand_checks(plant, trial.hand_time, helper)
     why = "by_hand=false" if trial.is_held else "nobody can move a virtual robot, or one that places itself, by hand"
     advice = "Signs of tilt and encoders are not known: docs/your_robot.md has a table of them."
-    return [Check("signs by hand", Verdict.SKIPPED, why, "", advice)]
+    return [Check("signs by hand", CheckStatus.SKIPPED, why, "", advice)]
 
 
 def _motors(plant: SerialPlant, trial: LinkTrial) -> Iterator[Check]:
@@ -161,15 +161,15 @@ def _motors(plant: SerialPlant, trial: LinkTrial) -> Iterator[Check]:
     ahead = _pulse(plant, WheelCommands(torque), trial.pulse_time)
     sign = torque_check(plant, ahead)
     yield sign
-    if sign.verdict is Verdict.PROBLEM:
+    if sign.verdict is CheckStatus.PROBLEM:
         for name in ("dead time", "difference sign"):
-            yield Check(name, Verdict.SKIPPED, f"not tried after the problem of the {sign.name}")
+            yield Check(name, CheckStatus.SKIPPED, f"not tried after the problem of the {sign.name}")
         return
     yield dead_time_check(plant, ahead)
     if plant.turns and plant.sensors & Sensors.WHEEL_DIFFERENCE:
         yield turning_check(_pulse(plant, WheelCommands(0.0, torque), trial.pulse_time))
     else:
-        yield Check("difference sign", Verdict.SKIPPED, "it does not turn, or does not tell its wheels apart")
+        yield Check("difference sign", CheckStatus.SKIPPED, "it does not turn, or does not tell its wheels apart")
 
 
 def _pulse(plant: SerialPlant, command: WheelCommands, seconds: float) -> Pulse:

@@ -3,7 +3,7 @@
 from math import degrees
 from statistics import fmean, pstdev
 
-from twbal.core.check import Check, Measurement, Verdict
+from twbal.core.check import Check, CheckStatus, Measurement
 from twbal.link.checks.recording import Recording
 
 _MOVED = 0.05  # tilt, from lowest to highest, beyond which it was not at rest [rad]
@@ -26,9 +26,9 @@ def rest_check(rest: Recording, is_held: bool) -> Check:
     if len(tilt) < _ENOUGH or moved > _MOVED or turned > _TURNED:
         found = f"it moved: tilt by {degrees(moved):.1f}°, wheels by {degrees(turned):.1f}°, in {len(tilt)} samples"
         if not is_held:
-            return Check(name, Verdict.SKIPPED, f"{found}; nobody holds a virtual robot")
+            return Check(name, CheckStatus.SKIPPED, f"{found}; nobody holds a virtual robot")
         return Check(
-            name, Verdict.PROBLEM, found, "no motion", "Hold or clamp it still, near upright, wheels in the air."
+            name, CheckStatus.PROBLEM, found, "no motion", "Hold or clamp it still, near upright, wheels in the air."
         )
     bias, noise, wobble = fmean(rate), pstdev(rate), pstdev(tilt)
     found = (
@@ -42,11 +42,11 @@ def rest_check(rest: Recording, is_held: bool) -> Check:
     )
     if abs(bias) > _BIAS:
         advice = "Let the firmware measure the gyro's bias at rest when it starts."
-        return Check(name, Verdict.PROBLEM, found, f"a bias within {_BIAS:g} rad/s", advice)
+        return Check(name, CheckStatus.PROBLEM, found, f"a bias within {_BIAS:g} rad/s", advice)
     if noise > _RATE_NOISE or wobble > _TILT_NOISE:
         expected = f"noise within {_RATE_NOISE:g} rad/s and {degrees(_TILT_NOISE):.1f}°"
-        return Check(name, Verdict.PROBLEM, found, expected, "Fasten the IMU; check its range and its filter.")
+        return Check(name, CheckStatus.PROBLEM, found, expected, "Fasten the IMU; check its range and its filter.")
     if noise == 0.0:
         advice = "A real gyro's last digits change: is it read in each period?"
-        return Check(name, Verdict.WARNING, found, "some noise", advice, measured)
-    return Check(name, Verdict.OK, found, measured=measured)
+        return Check(name, CheckStatus.WARNING, found, "some noise", advice, measured)
+    return Check(name, CheckStatus.OK, found, measured=measured)

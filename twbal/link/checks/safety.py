@@ -1,6 +1,6 @@
 """Whether the robot stops its motors when the host falls silent, and when it says Stop."""
 
-from twbal.core.check import Check, Verdict
+from twbal.core.check import Check, CheckStatus
 from twbal.core.errors import LinkError, LinkLostError
 from twbal.link.message import Message
 from twbal.link.protocol import VERSION, WATCHDOG, Clock, Command, Status, Stop, Telemetry
@@ -23,7 +23,7 @@ def watchdog_check(plant: SerialPlant, torque: float) -> Check:
     """
     name = "watchdog"
     if plant.clock is Clock.LOCKSTEP:
-        return Check(name, Verdict.SKIPPED, "a robot in lockstep waits for its host, and has none")
+        return Check(name, CheckStatus.SKIPPED, "a robot in lockstep waits for its host, and has none")
     plant.reset(0)
     try:
         plant.step(torque)
@@ -41,20 +41,22 @@ def _judged(heard: list[Telemetry], since_us: int, period: float) -> Check:
     expected = f"motors off at most {WATCHDOG * 1e3:g} ms and two control periods after the last command"
     advice = "Do not drive this robot. Let its firmware switch the motors off 100 ms after the last valid command."
     if not heard:
-        return Check(name, Verdict.PROBLEM, "the robot said nothing while the host was silent", expected, advice)
+        return Check(name, CheckStatus.PROBLEM, "the robot said nothing while the host was silent", expected, advice)
     off = next((each for each in heard if not each.status & Status.ARMED), None)
     if off is None:
         silent = (heard[-1].time_us - since_us) % 2**32 * 1e-6
         found = f"the motors were still on {silent * 1e3:.0f} ms after the last command"
-        return Check(name, Verdict.PROBLEM, found, expected, advice)
+        return Check(name, CheckStatus.PROBLEM, found, expected, advice)
     if off.status & Status.TILT_STOPPED:
-        return Check(name, Verdict.SKIPPED, "it stopped because of its tilt before", "", "Hold it upright.")
+        return Check(name, CheckStatus.SKIPPED, "it stopped because of its tilt before", "", "Hold it upright.")
     late = (off.time_us - since_us) % 2**32 * 1e-6
     torques = [each.applied for each in heard if (each.period - off.period) % 2**16 in range(1, 2**15)]
     found = f"motors off {late * 1e3:.0f} ms after the last command, by the robot's clock"
     if any(abs(torque) > 0.0 for torque in torques):  # NaN where it does not say
-        return Check(name, Verdict.PROBLEM, f"{found}, but {torques[-1]:.3g} N·m were applied", expected, advice)
-    return Check(name, Verdict.PROBLEM if late > limit else Verdict.OK, found, expected, advice if late > limit else "")
+        return Check(name, CheckStatus.PROBLEM, f"{found}, but {torques[-1]:.3g} N·m were applied", expected, advice)
+    return Check(
+        name, CheckStatus.PROBLEM if late > limit else CheckStatus.OK, found, expected, advice if late > limit else ""
+    )
 
 
 def stop_check(plant: SerialPlant, torque: float) -> Check:
@@ -77,13 +79,13 @@ def stop_check(plant: SerialPlant, torque: float) -> Check:
         plant.stop()
     assert isinstance(answer, Telemetry)
     if answer.status & Status.ARMED:
-        return Check(name, Verdict.PROBLEM, "it answers Stop, and its motors stay on", expected, advice)
+        return Check(name, CheckStatus.PROBLEM, "it answers Stop, and its motors stay on", expected, advice)
     if answer.status & Status.WATCHDOG_STOPPED:
-        return Check(name, Verdict.PROBLEM, "not Stop switched it off, but its watchdog", expected, advice)
+        return Check(name, CheckStatus.PROBLEM, "not Stop switched it off, but its watchdog", expected, advice)
     later = _answer_after_stop(plant)
     if isinstance(later, Telemetry) and later.status & Status.ARMED:
-        return Check(name, Verdict.PROBLEM, "a command after Stop switched it on again", expected, advice)
-    return Check(name, Verdict.OK, "confirmed, and a command after it was not followed")
+        return Check(name, CheckStatus.PROBLEM, "a command after Stop switched it on again", expected, advice)
+    return Check(name, CheckStatus.OK, "confirmed, and a command after it was not followed")
 
 
 def _answer_after_stop(plant: SerialPlant) -> Message | None:
