@@ -39,7 +39,7 @@ _LEFT = 0.5  # share of what windows are off by that a finding may leave
 _ROUNDS, _NOISE_ROUNDS = 6, 30
 
 
-class _Form(NamedTuple):
+class _FrictionFit(NamedTuple):
     """Drag of one form, fitted together with the motors' strength.
 
     Attributes:
@@ -144,7 +144,7 @@ def identify_friction(
     )
 
 
-def _fit(turns: Turns, twin: TwinParameters, candidate: Candidate | None, tolerance: float) -> _Form:
+def _fit(turns: Turns, twin: TwinParameters, candidate: Candidate | None, tolerance: float) -> _FrictionFit:
     """Fit one form of drag, or none, and the motors' strength within its tolerance.
 
     Both start from what the simulation has already; drag may double where that is more than robots usually have.
@@ -168,7 +168,7 @@ def _fit(turns: Turns, twin: TwinParameters, candidate: Candidate | None, tolera
     count = len(off)
     price = len(parameters) * float(np.log(count))
     ends = 1e-3 * (high - low)
-    return _Form(
+    return _FrictionFit(
         candidate,
         value=float(x[-1]) if candidate else 0.0,
         error=_standard_error(result.jac),
@@ -198,7 +198,9 @@ def _standard_error(J: Array) -> float:
     return float(np.sqrt(covariance[-1, -1] + (scale - 1.0) * of_windows))
 
 
-def _verdict(turns: Turns, twin: TwinParameters, base: _Form, chosen: _Form, settings: Settings) -> Verdict:
+def _verdict(
+    turns: Turns, twin: TwinParameters, base: _FrictionFit, chosen: _FrictionFit, settings: Settings
+) -> Verdict:
     """What the fits come to."""
     lines = settings.lines
     shift = abs(base.strength - 1.0) / settings.tolerances.of(_GAIN)
@@ -212,7 +214,7 @@ def _verdict(turns: Turns, twin: TwinParameters, base: _Form, chosen: _Form, set
     return Verdict.NONE
 
 
-def _probabilities(forms: Sequence[_Form], settings: Settings) -> Mapping[tuple[str, ...], float]:
+def _probabilities(forms: Sequence[_FrictionFit], settings: Settings) -> Mapping[tuple[str, ...], float]:
     """Of each form, by what it names."""
     odds = np.log(settings.prior / (1.0 - settings.prior)) * np.array([len(form.names) for form in forms])
     scores = odds - np.array([form.misfit for form in forms]) / (2.0 * settings.temperature)
@@ -221,8 +223,8 @@ def _probabilities(forms: Sequence[_Form], settings: Settings) -> Mapping[tuple[
 
 
 def _probable(
-    chosen: _Form,
-    near: Sequence[_Form],
+    chosen: _FrictionFit,
+    near: Sequence[_FrictionFit],
     weights: Mapping[tuple[str, ...], float],
     verdict: Verdict,
     settings: Settings,
@@ -246,7 +248,12 @@ def _probable(
 
 
 def _advice(
-    turns: Turns, stronger: _Form, chosen: _Form, near: Sequence[_Form], verdict: Verdict, settings: Settings
+    turns: Turns,
+    stronger: _FrictionFit,
+    chosen: _FrictionFit,
+    near: Sequence[_FrictionFit],
+    verdict: Verdict,
+    settings: Settings,
 ) -> tuple[str, ...]:
     """What the recordings do not carry; `stronger` has no drag, and motors of whatever strength fits best."""
     low, high = np.quantile([window.rate for window in turns.windows], [0.0, 1.0])

@@ -139,7 +139,7 @@ def _rows(path: Path, lines: Sequence[str], layout: Layout) -> _Rows:
     return _Rows(kept, tuple(rows[k] for k in wrong), again, cut)
 
 
-def _is_cut(lines: Sequence[str], layout: Layout) -> bool:
+def _is_cut(lines: Sequence[str], layout: TextLayout) -> bool:
     """Whether the last field of a text that ends without a newline is the beginning of a number.
 
     Many programs write no newline at the end, and many numbers are short. So both must tell: the field is shorter
@@ -188,7 +188,7 @@ def _numbers(
     return np.asarray(values, dtype=np.float64), notes
 
 
-def _parse(lines: Sequence[str], layout: Layout, where: list[int], kind: type) -> pandas.DataFrame:
+def _parse(lines: Sequence[str], layout: TextLayout, where: list[int], kind: type) -> pandas.DataFrame:
     return pandas.read_csv(
         io.StringIO("\n".join(lines)),
         sep=DELIMITERS[layout.delimiter],

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from twbal.core.episode import Event
 from twbal.core.errors import LogError
 from twbal.core.gaussian import Array
-from twbal.io.logs.layout import Layout, layout_of
+from twbal.io.logs.layout import SampleLayout, layout_of
 from twbal.io.logs.metadata import CONFIG_NAME, METADATA_NAME, Description, description_of
 from twbal.io.logs.records import MAGIC, DamageError, Span, attachment_at, check_end, parse, span_at, spans, unpacked
 from twbal.io.logs.topics import Topic
@@ -43,7 +43,7 @@ class Contents:
         self.config = ""
         self.topics: list[str] = []
         self.damage = ""
-        self._layout: Layout | None = None
+        self._layout: SampleLayout | None = None
         self._has_chunks = False
         self._unfolded = 0
         self._schemas: dict[int, Schema] = {}

@@ -28,7 +28,7 @@ _MOST_CHANNELS = 256
 _FIELD_NAME = re.compile(r"[a-z][a-z0-9_]*")
 
 
-class _Form(NamedTuple):
+class _Template(NamedTuple):
     """Where things lie in the bytes of one sample, of K numbers and M messages.
 
     Attributes:
@@ -45,7 +45,7 @@ class _Form(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Layout:
+class SampleLayout:
     """The messages of one sample: IMU, wheels, state, true pose, the reference that was followed, the command given.
 
     Attributes:
@@ -116,14 +116,14 @@ class Layout:
         return len(self._records(b"\0"))
 
     @cached_property
-    def _form(self) -> _Form:
+    def _form(self) -> _Template:
         ones, twos = (np.frombuffer(self._records(byte), np.uint8) for byte in (b"\x01", b"\x02"))
         changing = ones != twos
         begins = np.flatnonzero(np.diff(changing, prepend=False) & changing)
         # Sequence, log time and publish time of each message lie together, and then its numbers, a tag before each.
         firsts = np.cumsum([0] + [1 + len(topic.fields) for topic in self.samples[:-1]])
         sequences, numbers = begins[firsts], np.delete(begins, firsts)
-        return _Form(
+        return _Template(
             ones[~changing],
             np.flatnonzero(~changing),
             (sequences[:, None] + np.arange(4)).ravel(),
@@ -158,6 +158,6 @@ class Layout:
 @lru_cache(maxsize=32)
 def layout_of(
     channels: tuple[str, ...], poses: bool = False, references: bool = False, headings: bool = False
-) -> Layout:
+) -> SampleLayout:
     """The layout for these state channels, with or without true poses, references and headings, made once."""
-    return Layout(channels, poses, references, headings)
+    return SampleLayout(channels, poses, references, headings)

@@ -12,7 +12,7 @@ from twbal.core.episode import Episode
 from twbal.core.errors import DataError
 from twbal.core.files import replacing
 from twbal.core.gaussian import Array
-from twbal.io.logs.layout import Layout, layout_of
+from twbal.io.logs.layout import SampleLayout, layout_of
 from twbal.io.logs.metadata import CONFIG_NAME, METADATA_NAME, metadata_of
 from twbal.io.logs.rows import columns_of
 
@@ -62,7 +62,7 @@ def write_episode(
         writer.finish()  # type: ignore[no-untyped-call]
 
 
-def _register(writer: Writer, layout: Layout) -> None:
+def _register(writer: Writer, layout: SampleLayout) -> None:
     """Write the schemas and channels; they get the ids of their topics, which count from 1."""
     for topic in layout.topics:
         writer.register_schema(topic.schema.name, topic.schema.encoding, topic.schema.data)
@@ -71,7 +71,7 @@ def _register(writer: Writer, layout: Layout) -> None:
         writer.register_channel(topic.name, "protobuf", topic.id, units)
 
 
-def _add_samples(writer: Writer, layout: Layout, first: int, times: NDArray[np.uint64], values: Array) -> None:
+def _add_samples(writer: Writer, layout: SampleLayout, first: int, times: NDArray[np.uint64], values: Array) -> None:
     """Write the messages of samples `first`, `first` + 1, ...; no command follows the last observation: it is NaN."""
     kinds = [(topic, topic.message_class, part) for topic, part in layout.parts]
     for number, (time, row) in enumerate(zip(times.tolist(), values.tolist(), strict=True), first):
