@@ -12,7 +12,7 @@ from benchmarks.import_checks.robot import Ride, drawn
 from twbal.core.channels import Channels
 from twbal.core.episode import Provenance
 from twbal.core.errors import LogError
-from twbal.io.importers.checks.doubt import Doubt, Kind
+from twbal.io.importers.checks.doubt import Doubt, DoubtKind
 from twbal.io.importers.conversion import Wanted, import_file
 
 _CHANNELS = ("tilt", "tilt_rate", "speed")
@@ -35,7 +35,7 @@ def doubts_of(log: Written, ride: Ride) -> tuple[list[Doubt], list[str]]:
             imported = import_file(path, log.mapping, wanted, Provenance("drawn", "robot"))
             return list(imported.doubts), list(imported.untold)
         except LogError as error:
-            return [Doubt(Kind.TIME, "time", str(error))], []
+            return [Doubt(DoubtKind.TIME, "time", str(error))], []
 
 
 def correct(seed: int) -> dict[str, Any]:

@@ -8,7 +8,7 @@ import numpy as np
 
 from benchmarks.import_checks.conventions import Written
 from twbal.core.gaussian import Array
-from twbal.io.importers.checks.doubt import Kind
+from twbal.io.importers.checks.doubt import DoubtKind
 
 _TURN = 1.0  # rad by which the wheels must differ
 _WRAPPED = 7.0  # rad over which a wheel must turn to wrap
@@ -37,7 +37,7 @@ class Fault(NamedTuple):
     """
 
     plant: Callable[[Written, np.random.Generator], Planted | None]
-    kinds: tuple[Kind, ...]
+    kinds: tuple[DoubtKind, ...]
 
 
 def _drive(log: Written) -> str:
@@ -149,12 +149,12 @@ def _with_column(log: Written, column: str, values: Array, what: str) -> Planted
 
 
 FAULTS: Mapping[str, Fault] = {
-    "sign": Fault(_sign, (Kind.SIGN,)),
-    "unit": Fault(_unit, (Kind.UNIT,)),
-    "shifted row": Fault(_row, (Kind.ROW,)),
-    "swapped wheels": Fault(_swap, (Kind.SIDES,)),
-    "wrong rate": Fault(_rate, (Kind.TIME,)),
-    "duplicate": Fault(_duplicate, (Kind.REPEATED,)),
-    "wrong column": Fault(_column, (Kind.COLUMN,)),
-    "jump": Fault(_jump, (Kind.JUMP,)),
+    "sign": Fault(_sign, (DoubtKind.SIGN,)),
+    "unit": Fault(_unit, (DoubtKind.UNIT,)),
+    "shifted row": Fault(_row, (DoubtKind.ROW,)),
+    "swapped wheels": Fault(_swap, (DoubtKind.SIDES,)),
+    "wrong rate": Fault(_rate, (DoubtKind.TIME,)),
+    "duplicate": Fault(_duplicate, (DoubtKind.REPEATED,)),
+    "wrong column": Fault(_column, (DoubtKind.COLUMN,)),
+    "jump": Fault(_jump, (DoubtKind.JUMP,)),
 }

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 
-from twbal.io.importers.checks.doubt import Evidence
+from twbal.io.importers.checks.doubt import Curves
 from twbal.viz.doubt_figure import doubt_figure
 
 SENTENCE = (
@@ -16,7 +16,7 @@ SENTENCE = (
 @pytest.mark.parametrize("has_expected", [False, True])
 def test_the_sentence_is_not_cut_off(has_expected):
     course = np.sin(np.arange(300.0))
-    evidence = Evidence(0.02, course, "tilt [rad]", *((1.1 * course, "of the gyro [rad]") if has_expected else ()))
+    evidence = Curves(0.02, course, "tilt [rad]", *((1.1 * course, "of the gyro [rad]") if has_expected else ()))
     figure = doubt_figure(SENTENCE, evidence)
     FigureCanvasAgg(figure).draw()
     (title,) = [text for text in figure.texts if "late" in text.get_text()]

@@ -23,7 +23,7 @@ from twbal.diagnosis.linear_errors import LinearErrors, linear_errors, weights_o
 from twbal.sysid.kalman import Filter
 from twbal.sysid.likelihood import cost
 from twbal.sysid.model import Data, Free, Model
-from twbal.sysid.smooth_regression import Evidence, evidence, null_gains
+from twbal.sysid.smooth_regression import PriorFit, evidence, null_gains
 
 _SURE = 0.05  # p-value above which nothing is drawn
 _LEAST = 10.0  # gain in log evidence below which nothing is drawn [nats]
@@ -183,7 +183,7 @@ def _judged(fitted: Fitted, dispersion: float) -> Fitted:
 def _tried(candidate: FreeFormCandidate, at: LinearErrors) -> Fitted:
     functions = at.functions(candidate)
     left = at.left_by(candidate, functions)
-    return Fitted(candidate, at, functions, left, at.against(left), Evidence(0.0, np.zeros(0)))
+    return Fitted(candidate, at, functions, left, at.against(left), PriorFit(0.0, np.zeros(0)))
 
 
 def _p_value(best: Fitted, dispersion: float) -> float:

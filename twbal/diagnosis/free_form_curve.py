@@ -14,7 +14,7 @@ from twbal.sysid.intervals import NORMAL95
 from twbal.sysid.kalman import Filter, LinearTwin
 from twbal.sysid.model import Data, Free, Model
 from twbal.sysid.smooth_function import Smooth
-from twbal.sysid.smooth_regression import Evidence, Projected, Weights, posterior_weights
+from twbal.sysid.smooth_regression import PriorFit, Projected, Weights, posterior_weights
 
 _AHEAD = 0.15  # s over which predictions are held against each other, as of the headline of a gap
 _POINTS = 61  # of the drawn function
@@ -39,7 +39,7 @@ class Fitted(NamedTuple):
     functions: Smooth
     left: list[Array]
     found: Projected
-    evidence: Evidence
+    evidence: PriorFit
 
     def weights(self, dispersion: float) -> Weights:
         """Of its functions, after the data."""

@@ -39,7 +39,7 @@ class Projected(NamedTuple):
     moved: Array
 
 
-class Evidence(NamedTuple):
+class PriorFit(NamedTuple):
     """The best length and size of a function.
 
     Attributes:
@@ -78,7 +78,7 @@ def projected(A: Array, y: Array, J: Array, precision: Array) -> Projected:
     return Projected(0.5 * (M + M.T), A.T @ y + JA.T @ moved, float(y @ y + Jy @ moved), shift, moved)
 
 
-def evidence(found: Projected, spectra: Array, dispersion: float) -> Evidence:
+def evidence(found: Projected, spectra: Array, dispersion: float) -> PriorFit:
     """The evidence for a function, at its best length and size.
 
     Args:
@@ -86,7 +86,7 @@ def evidence(found: Projected, spectra: Array, dispersion: float) -> Evidence:
         spectra: (L, m), as of `Smooth`.
         dispersion: κ.
     """
-    best = Evidence(0.0, np.zeros(len(found.b)))
+    best = PriorFit(0.0, np.zeros(len(found.b)))
     for spectrum in spectra:
         values, vectors, roots = _principal(found.M, spectrum, dispersion)
         along = (vectors.T @ (roots * found.b)) / dispersion
@@ -94,7 +94,7 @@ def evidence(found: Projected, spectra: Array, dispersion: float) -> Evidence:
         gains = _gains(values, along[None, :] ** 2, sizes)[0]
         place = int(np.argmax(gains))
         if gains[place] > best.gain:
-            best = Evidence(float(gains[place]), sizes[place] * spectrum)
+            best = PriorFit(float(gains[place]), sizes[place] * spectrum)
     return best
 
 

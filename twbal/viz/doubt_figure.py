@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 
 from twbal.core.gaussian import Array
 from twbal.core.palette import MUTED, PREDICTED, REAL
-from twbal.io.importers.checks.doubt import Evidence
+from twbal.io.importers.checks.doubt import Curves
 from twbal.viz.canvas import legend, panels, styled
 
 _SHOWN = 6.0  # s; of a longer log, those in which most happens
@@ -16,7 +16,7 @@ _WIDTH = 44  # characters of a line of the title for each panel
 
 
 @styled
-def doubt_figure(sentence: str, evidence: Evidence) -> Figure:
+def doubt_figure(sentence: str, evidence: Curves) -> Figure:
     """Draw the evidence of a doubt under its sentence.
 
     Args:
@@ -49,7 +49,7 @@ def doubt_figure(sentence: str, evidence: Evidence) -> Figure:
     return figure
 
 
-def _busiest(evidence: Evidence) -> slice:
+def _busiest(evidence: Curves) -> slice:
     """The stretch of the log in which the curve moves most."""
     count = round(_SHOWN / evidence.period) if evidence.period != 1.0 else _MOST_POINTS
     values: Array = evidence.found if evidence.expected is None else evidence.expected

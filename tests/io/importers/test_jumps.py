@@ -5,7 +5,7 @@ import pytest
 
 from twbal.core.errors import ConfigError
 from twbal.io.importers.checks.all_checks import doubts
-from twbal.io.importers.checks.doubt import Kind, LogPart
+from twbal.io.importers.checks.doubt import DoubtKind, LogPart
 from twbal.io.importers.checks.jumps import TILT, WHEEL, jumps, without_jumps
 from twbal.io.importers.columns import Columns
 from twbal.io.importers.mapping import mapping
@@ -38,7 +38,7 @@ def test_a_wheel_angle_that_wraps_is_said_with_its_size_and_can_be_mended(period
     wrapped = (wheel + 3.0) % range_of
     (doubt,), rest = without_jumps(part(tilt, wrapped, period))
     count = int((np.abs(np.diff(wrapped)) > 0.5 * range_of).sum())
-    assert doubt.kind is Kind.JUMP and doubt.quantity == "wheel_angle"
+    assert doubt.kind is DoubtKind.JUMP and doubt.quantity == "wheel_angle"
     assert f"in {count} places" in doubt.sentence and "does it wrap round" in doubt.sentence
     assert np.abs(jumps(wrapped, period, WHEEL).sizes).max() == pytest.approx(range_of, rel=0.1)
     assert rest.signals["wheel_angle"] - rest.signals["wheel_angle"][0] == pytest.approx(
@@ -91,7 +91,7 @@ def test_a_single_sample_of_the_tilt_that_is_off_is_said(period, size):
     right = tilt.copy()
     tilt[300] += size
     (doubt,), rest = without_jumps(part(tilt, wheel, period))
-    assert doubt.kind is Kind.JUMP and doubt.quantity == "tilt"
+    assert doubt.kind is DoubtKind.JUMP and doubt.quantity == "tilt"
     assert doubt.sentence.startswith("the tilt is ") and f"at {300 * period:.6g} s" in doubt.sentence
     assert rest.signals["tilt"] == pytest.approx(right, abs=0.02)
 
@@ -113,7 +113,7 @@ def test_the_checks_say_a_jump_and_go_on_with_the_rest():
     tilt, wheel = ride(0.01)
     tilt[500] += 3.0
     kinds = [doubt.kind for doubt in doubts({}, part(tilt, wheel, 0.01))]
-    assert kinds[0] is Kind.JUMP and len(kinds) > 1
+    assert kinds[0] is DoubtKind.JUMP and len(kinds) > 1
 
 
 @pytest.mark.parametrize("period", [0.002, 0.01, 1 / 30, 0.1])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from twbal.core.block_regression import Regression
-from twbal.io.importers.checks.doubt import Kind, LogPart
+from twbal.io.importers.checks.doubt import DoubtKind, LogPart
 from twbal.io.importers.checks.mechanics import Mechanics, expected
 from twbal.io.importers.checks.motion_doubts import motion_doubts
 
@@ -34,13 +34,13 @@ def doubts(robot, share, half):
 
 def test_a_command_whose_effect_is_lost_in_friction_is_not_said_to_have_another_unit(paper):
     (doubt,) = doubts(paper, 0.002, 0.015)
-    assert doubt.kind is Kind.COLUMN
+    assert doubt.kind is DoubtKind.COLUMN
     assert "friction or back-EMF takes nearly all of it" in doubt.sentence
 
 
 def test_a_weak_effect_that_is_sure_has_another_unit(paper):
     (doubt,) = doubts(paper, 0.001, 0.0003)
-    assert doubt.kind is Kind.UNIT
+    assert doubt.kind is DoubtKind.UNIT
     assert "0.001 times as strongly" in doubt.sentence
     assert "mNm" in doubt.sentence
 

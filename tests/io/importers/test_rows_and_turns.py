@@ -5,7 +5,7 @@ import pytest
 
 from twbal.core.start_pose import StartPose
 from twbal.io.importers.checks.all_checks import doubts
-from twbal.io.importers.checks.doubt import Kind, LogPart
+from twbal.io.importers.checks.doubt import DoubtKind, LogPart
 from twbal.io.importers.checks.wheel_sides import side_doubts
 from twbal.planar.planar_plant import PlanarPlant
 
@@ -37,7 +37,7 @@ def rows(driven, paper, wheel_rate):
     signals["wheel_rate"] = wheel_rate
     signals = {name: values[3:] for name, values in signals.items()}
     part = LogPart(period, signals, commands[3:], {}, False, False, paper)
-    return [doubt.sentence for doubt in doubts({"time": seen[3:, 0], **signals}, part) if doubt.kind is Kind.ROW]
+    return [doubt.sentence for doubt in doubts({"time": seen[3:, 0], **signals}, part) if doubt.kind is DoubtKind.ROW]
 
 
 def test_a_rate_that_is_differenced_from_counts_is_half_a_row_late_and_no_doubt(driven, paper):
@@ -57,7 +57,7 @@ def test_a_wrong_sign_of_tilt_or_gyro_does_not_make_the_time_unknown(wrong, driv
     signals |= {wrong: -signals[wrong]} if wrong else {}
     part = LogPart(paper.control_period, signals, commands, {}, False, False, paper)
     found = list(doubts({"time": seen[:, 0], **signals}, part))
-    assert [doubt.quantity for doubt in found if doubt.kind is Kind.SIGN] == [wrong] * bool(wrong)
+    assert [doubt.quantity for doubt in found if doubt.kind is DoubtKind.SIGN] == [wrong] * bool(wrong)
     assert not any("time is right" in doubt.sentence for doubt in found)
     without = {name: values for name, values in signals.items() if name != "tilt_rate"}
     told = [each.sentence for each in doubts({"time": seen[:, 0], **without}, part._replace(signals=without))]
@@ -84,7 +84,7 @@ def test_turns_about_as_far_as_the_wheels_tell_are_no_doubt(driven, paper, size)
 @pytest.mark.parametrize("size", [180.0 / np.pi, np.pi / 180.0])
 def test_a_yaw_rate_in_another_unit_is_doubted(driven, paper, size):
     (doubt,) = turning(driven, paper, size)
-    assert doubt.kind is Kind.UNIT and doubt.quantity == "yaw_rate"
+    assert doubt.kind is DoubtKind.UNIT and doubt.quantity == "yaw_rate"
     assert f"the robot turns {size:.2g} times as far by its yaw_rate" in doubt.sentence
 
 
@@ -103,14 +103,14 @@ def standing(driven, paper, unit, offset=0.0, swing=0.01, noise=0.02):
 def test_a_yaw_rate_in_degrees_is_doubted_also_where_it_is_offset_and_noise(offset, noise, driven, paper):
     """6 "rad/s" throughout."""
     part = standing(driven, paper, 180.0 / np.pi, offset, noise=noise)
-    (doubt,) = (doubt for doubt in side_doubts(part) if doubt.kind is Kind.UNIT)
+    (doubt,) = (doubt for doubt in side_doubts(part) if doubt.kind is DoubtKind.UNIT)
     assert doubt.quantity == "yaw_rate" and "another unit" in doubt.sentence
     (note,) = side_doubts(part._replace(sides={}))  # of one wheel alone nobody can tell
-    assert note.kind is Kind.UNTOLD and "Log both wheels" in note.sentence
+    assert note.kind is DoubtKind.UNTOLD and "Log both wheels" in note.sentence
 
 
 @pytest.mark.parametrize(("offset", "noise"), [(0.0, 0.3), (0.35, 0.05), (-0.2, 0.2)])
 def test_offset_and_noise_of_a_gyro_are_no_doubt(offset, noise, driven, paper):
     part = standing(driven, paper, 1.0, offset, noise=noise)
-    assert [doubt for doubt in side_doubts(part) if doubt.kind is not Kind.UNTOLD] == []
+    assert [doubt for doubt in side_doubts(part) if doubt.kind is not DoubtKind.UNTOLD] == []
     assert list(side_doubts(part._replace(sides={}))) == []

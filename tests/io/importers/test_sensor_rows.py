@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from twbal.io.importers.checks.doubt import Kind, LogPart
+from twbal.io.importers.checks.doubt import DoubtKind, LogPart
 from twbal.io.importers.checks.ranges import smooth_command_doubts
 from twbal.io.importers.checks.sensor_rows import is_differenced, tilt_row_doubts, wheel_row_doubts
 
@@ -44,7 +44,7 @@ def test_a_filtered_tilt_in_its_row_is_right_and_one_of_the_row_before_is_late(s
     wheel = motion(seed + 50)[0]
     assert list(tilt_row_doubts(part(tilt=tilt, tilt_rate=gyro, wheel_angle=wheel))) == []
     (doubt,) = tilt_row_doubts(part(tilt=late(tilt), tilt_rate=gyro, wheel_angle=wheel))
-    assert doubt.kind is Kind.ROW and doubt.quantity == "tilt" and "in a row (10 ms) late" in doubt.sentence
+    assert doubt.kind is DoubtKind.ROW and doubt.quantity == "tilt" and "in a row (10 ms) late" in doubt.sentence
 
 
 @pytest.mark.parametrize("seed", range(5))
@@ -52,12 +52,14 @@ def test_an_angle_that_is_measured_by_itself_is_right_in_its_row(seed):
     angle, rate = motion(seed)
     noise = np.random.default_rng([seed, 2]).standard_normal((2, COUNT))
     signals = {"tilt_rate": rate + 0.02 * noise[1], "wheel_angle": motion(seed + 50)[0]}
-    assert all(doubt.kind is Kind.UNTOLD for doubt in tilt_row_doubts(part(tilt=angle + 1e-4 * noise[0], **signals)))
+    assert all(
+        doubt.kind is DoubtKind.UNTOLD for doubt in tilt_row_doubts(part(tilt=angle + 1e-4 * noise[0], **signals))
+    )
 
 
 def test_a_tilt_without_a_gyro_is_not_told():
     (doubt,) = tilt_row_doubts(part(tilt=motion(1)[0], wheel_angle=motion(2)[0]))
-    assert doubt.kind is Kind.UNTOLD and "no tilt_rate" in doubt.sentence
+    assert doubt.kind is DoubtKind.UNTOLD and "no tilt_rate" in doubt.sentence
 
 
 @pytest.mark.parametrize("window", [1, 2, 3])
@@ -67,7 +69,7 @@ def test_a_rate_of_ticks_tells_the_row_of_the_angle(window):
     right, wrong = part(wheel_angle=ticks, wheel_rate=rate), part(wheel_angle=late(ticks), wheel_rate=rate)
     assert is_differenced(right) and list(wheel_row_doubts(right)) == []
     (doubt,) = wheel_row_doubts(wrong)
-    assert doubt.kind is Kind.ROW and doubt.quantity == "wheel_angle"
+    assert doubt.kind is DoubtKind.ROW and doubt.quantity == "wheel_angle"
 
 
 def test_a_rate_that_is_measured_by_itself_tells_no_row():
@@ -82,7 +84,7 @@ def test_a_command_without_noise_is_doubted_only_where_the_sensors_have_some():
     slow = np.sin(2.0 * PERIOD * np.arange(COUNT - 1))
     noisy = {"tilt": angle, "tilt_rate": rate + 0.1 * noise}
     (doubt,) = smooth_command_doubts(part(slow, **noisy))
-    assert doubt.kind is Kind.COLUMN and doubt.quantity == "command"
+    assert doubt.kind is DoubtKind.COLUMN and doubt.quantity == "command"
     assert list(smooth_command_doubts(part(slow + 0.05 * noise[:-1], **noisy))) == []
     smooth = np.sin(3.0 * PERIOD * np.arange(COUNT))
     assert list(smooth_command_doubts(part(slow, tilt=smooth, tilt_rate=3.0 * np.cos(3.0 * smooth)))) == []

@@ -17,7 +17,7 @@ from twbal.core.robot_parameters import RobotParameters
 from twbal.core.smoothing import noise_sd
 from twbal.io.importers.arrays import read_arrays
 from twbal.io.importers.checks.all_checks import doubts
-from twbal.io.importers.checks.doubt import Doubt, Evidence, Kind, LogPart
+from twbal.io.importers.checks.doubt import Curves, Doubt, DoubtKind, LogPart
 from twbal.io.importers.columns import Columns
 from twbal.io.importers.formats import reader_of
 from twbal.io.importers.mapping import SIDES, UNITS
@@ -117,11 +117,11 @@ def import_file(path: Path, mapping: LogMapping, wanted: Wanted, provenance: Pro
     if worked_out:
         notes.append(f"not measured, and worked out: {', '.join(worked_out)}")
     looked_at = _part(max(parts, key=lambda part: len(part["time"])), period.of(1, wanted.period), mapping, wanted)
-    steps = Evidence(1.0, np.diff(signals["time"]), "time between rows, by their number [s]")
-    found = [Doubt(Kind.TIME, "time", sentence, steps) for sentence in odd]
+    steps = Curves(1.0, np.diff(signals["time"]), "time between rows, by their number [s]")
+    found = [Doubt(DoubtKind.TIME, "time", sentence, steps) for sentence in odd]
     found += [*_of_one_wheel(mapping), *doubts(signals, looked_at)]
-    untold = tuple(doubt.sentence for doubt in found if doubt.kind is Kind.UNTOLD)
-    doubted = tuple(doubt for doubt in found if doubt.kind is not Kind.UNTOLD)
+    untold = tuple(doubt.sentence for doubt in found if doubt.kind is DoubtKind.UNTOLD)
+    doubted = tuple(doubt for doubt in found if doubt.kind is not DoubtKind.UNTOLD)
     return Imported(tuple(episodes), tuple(notes), doubted, untold)
 
 
@@ -174,7 +174,7 @@ def _of_one_wheel(mapping: LogMapping) -> Iterator[Doubt]:
             f"command is the mean of {left} and {right}: where these are the torques of the two wheels, their sum is "
             "meant; give it scale: 2"
         )
-        yield Doubt(Kind.UNIT, "command", sentence)
+        yield Doubt(DoubtKind.UNIT, "command", sentence)
 
 
 def _without_nan(path: Path, columns: Columns) -> tuple[Columns, list[str]]:

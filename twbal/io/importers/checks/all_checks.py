@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from twbal.core.gaussian import Array
 from twbal.io.importers.checks.command_rows import command_row_doubts
-from twbal.io.importers.checks.doubt import Doubt, Evidence, Kind, LogPart
+from twbal.io.importers.checks.doubt import Curves, Doubt, DoubtKind, LogPart
 from twbal.io.importers.checks.jumps import without_jumps
 from twbal.io.importers.checks.mechanics import Mechanics, expected, mechanics
 from twbal.io.importers.checks.motion_doubts import motion_doubts, signs, time_doubts
@@ -73,8 +73,8 @@ def doubts(signals: Mapping[str, Array], part: LogPart) -> Iterator[Doubt]:
     found = by_tilt if blamed == "tilt_rate" else by_gyro
     of_sides = list(side_doubts(part))
     yield from of_sides
-    sides = [doubt for doubt in of_sides if doubt.kind is not Kind.UNTOLD]
-    motion = [] if any(doubt.kind is Kind.SIGN for doubt in sides) else list(motion_doubts(part, found, pairs))
+    sides = [doubt for doubt in of_sides if doubt.kind is not DoubtKind.UNTOLD]
+    motion = [] if any(doubt.kind is DoubtKind.SIGN for doubt in sides) else list(motion_doubts(part, found, pairs))
     smooth = list(smooth_command_doubts(part)) if signs(found)[1:] == (0, 0) else []
     if smooth:
         motion = [doubt for doubt in motion if doubt.quantity != "command"]
@@ -82,16 +82,16 @@ def doubts(signals: Mapping[str, Array], part: LogPart) -> Iterator[Doubt]:
     time = list(time_doubts(pairs, found, expected(part.robot) if part.robot else None))
     rates = list(rate_doubts(pairs, {"tilt": blamed}))
     yield from time
-    yield from (doubt for doubt in rates if not (time and doubt.kind is Kind.UNIT))
-    yield from (doubt for doubt in motion if not (time and doubt.kind in (Kind.TIME, Kind.UNIT)))
+    yield from (doubt for doubt in rates if not (time and doubt.kind is DoubtKind.UNIT))
+    yield from (doubt for doubt in motion if not (time and doubt.kind in (DoubtKind.TIME, DoubtKind.UNIT)))
     if not (time or rates or motion or sides or smooth):
         yield from _row_doubts(part, pairs, found, by_gyro is found)
-    if not (time or any(doubt.kind is Kind.TIME for doubt in motion) or any(map(_needs_no_note, pairs))):
+    if not (time or any(doubt.kind is DoubtKind.TIME for doubt in motion) or any(map(_needs_no_note, pairs))):
         sentence = (
             "whether its time is right to better than a factor of two: it has no rate that is measured apart from its "
             "angle. Log the gyro's"
         )
-        yield Doubt(Kind.UNTOLD, "time", sentence)
+        yield Doubt(DoubtKind.UNTOLD, "time", sentence)
 
 
 def _needs_no_note(pair: Agreement) -> bool:
@@ -105,18 +105,18 @@ def _row_doubts(part: LogPart, pairs: Sequence[Agreement], found: Mechanics, is_
     tilt = [*lateness_doubts(part, pairs)] or [*tilt_row_doubts(part)]
     wheels = [*wheel_row_doubts(part)]
     lags = [] if wheels else [*_lag_doubts(part, found, is_by_gyro and "tilt_rate" in part.signals)]
-    said = [doubt for doubt in (*tilt, *wheels, *lags) if doubt.kind is not Kind.UNTOLD]
+    said = [doubt for doubt in (*tilt, *wheels, *lags) if doubt.kind is not DoubtKind.UNTOLD]
     yield from said
     rows = [*command_row_doubts(part)]
     yield from rows
-    if said or any(doubt.kind is Kind.ROW for doubt in rows):
+    if said or any(doubt.kind is DoubtKind.ROW for doubt in rows):
         return
-    yield from (doubt for doubt in tilt if doubt.kind is Kind.UNTOLD)
+    yield from (doubt for doubt in tilt if doubt.kind is DoubtKind.UNTOLD)
     if not is_differenced(part) and not _tells_lag(found, is_by_gyro and "tilt_rate" in part.signals):
         sentence = (
             "whether the wheels are of their row: log their rate as it is differenced from the counts, and the gyro's"
         )
-        yield Doubt(Kind.UNTOLD, "wheel_angle", sentence)
+        yield Doubt(DoubtKind.UNTOLD, "wheel_angle", sentence)
 
 
 def _tells_lag(found: Mechanics, is_by_gyro: bool) -> bool:
@@ -149,11 +149,11 @@ def _lag_doubts(part: LogPart, found: Mechanics, is_by_gyro: bool) -> Iterator[D
             f"{last} comes {abs(lag):.2g} rows ({1e3 * abs(lag) * part.period:.2g} ms) after {first}: is one of them "
             "from another row, or filtered?"
         ).replace("the wheels comes", "what the wheels do comes")
-        evidence = Evidence(
+        evidence = Curves(
             part.period,
             found.wheel_acceleration,
             "wheels' acceleration [rad/s²]",
             found.motion.fitted,
             "what the tilt demands [rad/s²]",
         )
-        yield Doubt(Kind.ROW, "tilt" if lag > 0 else "wheel_angle", sentence, evidence)
+        yield Doubt(DoubtKind.ROW, "tilt" if lag > 0 else "wheel_angle", sentence, evidence)

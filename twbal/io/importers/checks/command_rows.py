@@ -11,7 +11,7 @@ import numpy as np
 
 from twbal.core.block_regression import Regression, regression
 from twbal.core.gaussian import Array
-from twbal.io.importers.checks.doubt import Doubt, Evidence, Kind, LogPart
+from twbal.io.importers.checks.doubt import Curves, Doubt, DoubtKind, LogPart
 
 _CREEP = 0.3  # rad/s below which dry friction has not its full size
 _PAST = 4  # rows of measurements from which the next one is predicted
@@ -39,7 +39,7 @@ def command_row_doubts(part: LogPart) -> Iterator[Doubt]:
     later = commands[_PAST : len(commands)]
     if _is_clipped(commands):
         sentence = "which row the commands belong to: they stand at their limits. Drive more gently"
-        yield Doubt(Kind.UNTOLD, "command", sentence)
+        yield Doubt(DoubtKind.UNTOLD, "command", sentence)
         return
     early, correlation = _partial(new, earlier[0], [*past, *earlier[1:]], part.period)
     if early.coefficients[0] > early.half_widths[0] and correlation > _ANSWERED:
@@ -48,13 +48,13 @@ def command_row_doubts(part: LogPart) -> Iterator[Doubt]:
                 "which row the commands belong to: they answer what the tilt does in the row after them, but a rate "
                 "that is differenced from it spreads over rows. Log the gyro's rate"
             )
-            yield Doubt(Kind.UNTOLD, "command", sentence)
+            yield Doubt(DoubtKind.UNTOLD, "command", sentence)
             return
         sentence = (
             "the command answers the measurement of the row after it, which it cannot know: commands stand a row too "
             f"early{_advice(part, False)}"
         )
-        yield Doubt(Kind.ROW, "command", sentence, _evidence(part, commands[_PAST - 1 : -1], new))
+        yield Doubt(DoubtKind.ROW, "command", sentence, _evidence(part, commands[_PAST - 1 : -1], new))
         return
     own, answered = _partial(new, later, [*past, *earlier], part.period)
     count = len(new) - 1
@@ -64,14 +64,14 @@ def command_row_doubts(part: LogPart) -> Iterator[Doubt]:
         sentence = (
             f"the body answers the command a row before it is given: commands stand a row too late{_advice(part, True)}"
         )
-        yield Doubt(Kind.ROW, "command", sentence, _evidence(part, -later, new, "-command"))
+        yield Doubt(DoubtKind.ROW, "command", sentence, _evidence(part, -later, new, "-command"))
         return
     if own.coefficients[0] < -own.half_widths[0]:
         sentence = (
             "the command answers the measurements of its row and of the next one against them: it seems to have the "
             "wrong sign"
         )
-        yield Doubt(Kind.SIGN, "command", sentence, _evidence(part, later, new))
+        yield Doubt(DoubtKind.SIGN, "command", sentence, _evidence(part, later, new))
         return
     answers, answers_then = _is_positive(own), _is_positive(following)
     if answers_then and not answers and then > _ANSWERED and abs(answered) < _LITTLE * then:
@@ -79,13 +79,13 @@ def command_row_doubts(part: LogPart) -> Iterator[Doubt]:
             "the command answers the measurement of the row before it, and not that of its own: commands stand a row "
             f"too late{_advice(part, True)}, unless the control loop itself takes a period to answer"
         )
-        yield Doubt(Kind.ROW, "command", sentence, _evidence(part, commands[_PAST + 1 :], new[:count]))
+        yield Doubt(DoubtKind.ROW, "command", sentence, _evidence(part, commands[_PAST + 1 :], new[:count]))
     elif not (answers and answered > _ANSWERED) and early.coefficients[0] > -early.half_widths[0]:
         sentence = (
             "which row the commands belong to: they hardly answer any measurement, nor the body them. Drive with "
             "less noise on the command, or log more digits"
         )
-        yield Doubt(Kind.UNTOLD, "command", sentence)
+        yield Doubt(DoubtKind.UNTOLD, "command", sentence)
 
 
 def _is_positive(fit: Regression) -> bool:
@@ -121,8 +121,8 @@ def _partial(y: Array, x: Array, others: list[Array], period: float) -> tuple[Re
     return whole, float(np.sign(whole.coefficients[0]) * np.sqrt(max(share, 0.0)))
 
 
-def _evidence(part: LogPart, commands: Array, rate: Array, name: str = "command") -> Evidence:
+def _evidence(part: LogPart, commands: Array, rate: Array, name: str = "command") -> Curves:
     n = min(len(commands), len(rate))
     scale = float(np.std(rate)) / (float(np.std(commands)) or 1.0)
     centred = (commands[:n] - commands.mean()) * scale
-    return Evidence(part.period, rate[:n] - rate.mean(), "tilt rate [rad/s]", centred, f"{name}, scaled to it [rad/s]")
+    return Curves(part.period, rate[:n] - rate.mean(), "tilt rate [rad/s]", centred, f"{name}, scaled to it [rad/s]")

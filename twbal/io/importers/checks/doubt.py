@@ -8,7 +8,7 @@ from twbal.core.gaussian import Array
 from twbal.core.robot_parameters import RobotParameters
 
 
-class Kind(StrEnum):
+class DoubtKind(StrEnum):
     """What seems to be wrong."""
 
     SIGN = "sign"
@@ -25,7 +25,7 @@ class Kind(StrEnum):
     """Nothing seems wrong, but the log does not tell; said as a note and no warning."""
 
 
-class Evidence(NamedTuple):
+class Curves(NamedTuple):
     """Two curves of which one should follow the other, or one curve alone.
 
     Attributes:
@@ -53,10 +53,10 @@ class Doubt(NamedTuple):
         evidence: for a picture; None where there is nothing to draw.
     """
 
-    kind: Kind
+    kind: DoubtKind
     quantity: str
     sentence: str
-    evidence: Evidence | None = None
+    evidence: Curves | None = None
 
 
 class LogPart(NamedTuple):

@@ -13,7 +13,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
 from twbal.core.gaussian import Array
-from twbal.io.importers.checks.doubt import Doubt, Evidence, Kind, LogPart
+from twbal.io.importers.checks.doubt import Curves, Doubt, DoubtKind, LogPart
 
 _SIDE = 5  # steps before and after, whose medians are what a step should be
 _NEARBY = 25  # steps before and after that tell how large ordinary changes are
@@ -154,7 +154,7 @@ def _doubts(part: LogPart, quantity: str, name: str, values: Array, found: Jumps
             f"{name} is {size} rad off its neighbours {places}: are these faulty samples? Empty these fields to have "
             "them interpolated"
         )
-    yield Doubt(Kind.JUMP, quantity, sentence, Evidence(part.period, values, f"{quantity} [rad]"))
+    yield Doubt(DoubtKind.JUMP, quantity, sentence, Curves(part.period, values, f"{quantity} [rad]"))
 
 
 def _interpolated(values: Array, wrong: NDArray[np.int64]) -> Array:

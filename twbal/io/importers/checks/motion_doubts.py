@@ -6,7 +6,7 @@ from math import log, sqrt
 import numpy as np
 
 from twbal.core.gaussian import Array
-from twbal.io.importers.checks.doubt import Doubt, Evidence, Kind, LogPart
+from twbal.io.importers.checks.doubt import Curves, Doubt, DoubtKind, LogPart
 from twbal.io.importers.checks.factors import guessed_reason
 from twbal.io.importers.checks.mechanics import Expected, Mechanics, expected
 from twbal.io.importers.checks.rates import Agreement
@@ -51,16 +51,16 @@ def _sign_doubts(part: LogPart, found: Mechanics) -> Iterator[Doubt]:
         evidence = _wheels_and_tilt(part, found, abs(float(found.motion.coefficients[1])))
         if body < 0 or (body == 0 and wheels > 0):
             sentence = "the tilt seems to have the wrong sign: the body must turn back while the wheels speed up"
-            yield Doubt(Kind.SIGN, "tilt", sentence, evidence)
+            yield Doubt(DoubtKind.SIGN, "tilt", sentence, evidence)
         elif wheels < 0 or body > 0:
             sentence = "the wheels seem to have the wrong sign: they must speed up forward while the body turns back"
-            yield Doubt(Kind.SIGN, "wheel_angle", sentence, evidence)
+            yield Doubt(DoubtKind.SIGN, "wheel_angle", sentence, evidence)
         else:
             sentence = "tilt or wheels have the wrong sign: the body must turn back while the wheels speed up"
-            yield Doubt(Kind.SIGN, "tilt", sentence, evidence)
+            yield Doubt(DoubtKind.SIGN, "tilt", sentence, evidence)
     elif (body < 0 and wheels <= 0) or (wheels < 0 and body <= 0):
         sentence = "the command seems to have the wrong sign: a positive one must drive the wheels forward"
-        yield Doubt(Kind.SIGN, "command", sentence, _command_and_wheels(part, found))
+        yield Doubt(DoubtKind.SIGN, "command", sentence, _command_and_wheels(part, found))
 
 
 def _coupling_doubts(part: LogPart, found: Mechanics, sheet: Expected, pairs: Sequence[Agreement]) -> Iterator[Doubt]:
@@ -75,16 +75,16 @@ def _coupling_doubts(part: LogPart, found: Mechanics, sheet: Expected, pairs: Se
             "wheels and tilt do not move together as they must on any robot: is one of them from another column, or "
             "do the two wheels count against each other?"
         )
-        yield Doubt(Kind.COLUMN, _blamed(pairs), sentence, evidence)
+        yield Doubt(DoubtKind.COLUMN, _blamed(pairs), sentence, evidence)
     elif high < 1.0 / _SHEET and ratio < -_AGAINST:
         sentence = "wheels and tilt seem to move against mechanics: has one of them the wrong sign?"
-        yield Doubt(Kind.SIGN, _blamed(pairs), sentence, evidence)
+        yield Doubt(DoubtKind.SIGN, _blamed(pairs), sentence, evidence)
     elif high < 1.0 / _SHEET or low > _SHEET:
         sentence = (
             f"the wheels answer the tilt {ratio:.3g} times as strongly as the data sheet of {name} says"
             f"{guessed_reason(ratio, log(_SHEET))}: is the unit of tilt or wheels wrong, or the data sheet?"
         )
-        yield Doubt(Kind.UNIT, _blamed(pairs), sentence, evidence)
+        yield Doubt(DoubtKind.UNIT, _blamed(pairs), sentence, evidence)
     elif not any(pair.agrees for pair in pairs):
         factor, within = time_factor(found, sheet)
         if factor / within > _GRAVITY or factor * within < 1.0 / _GRAVITY:
@@ -92,7 +92,7 @@ def _coupling_doubts(part: LogPart, found: Mechanics, sheet: Expected, pairs: Se
                 f"the robot falls as if time ran {factor:.2g} times too slow in this log: is the rate or the unit of "
                 f"time wrong, or the data sheet of {name}?"
             )
-            yield Doubt(Kind.TIME, "time", sentence, evidence)
+            yield Doubt(DoubtKind.TIME, "time", sentence, evidence)
 
 
 def time_factor(found: Mechanics, sheet: Expected) -> tuple[float, float]:
@@ -123,32 +123,32 @@ def _command_doubts(part: LogPart, found: Mechanics, sheet: Expected) -> Iterato
     evidence = _command_and_wheels(part, found)
     if value + half < 1.0 / _RUBBED and fit.explained < _EXPLAINED:
         sentence = "the robot does not answer the command: is the command from another column?"
-        yield Doubt(Kind.COLUMN, "command", sentence, evidence)
+        yield Doubt(DoubtKind.COLUMN, "command", sentence, evidence)
     elif value < -_NOTHING and value + half < _NOTHING:
         sentence = (
             "the command seems to have the wrong sign, or is another column: a positive one must drive the wheels "
             "forward"
         )
-        yield Doubt(Kind.SIGN, "command", sentence, evidence)
+        yield Doubt(DoubtKind.SIGN, "command", sentence, evidence)
     elif value + half < 1.0 / _RUBBED and value <= half:
         sentence = (
             "the accelerations in this log do not show the command: friction or back-EMF takes nearly all of it, as in "
             "geared motors, or is the command another column?"
         )
-        yield Doubt(Kind.COLUMN, "command", sentence, evidence)
+        yield Doubt(DoubtKind.COLUMN, "command", sentence, evidence)
     elif value + half < 1.0 / _RUBBED or value - half > _SHEET:
         sentence = (
             f"the robot answers the command {value:.3g} times as strongly as the data sheet of {name} says"
             f"{guessed_reason(max(value, 1e-12), log(_SHEET)) if value > 0 else ''}: is its unit or scale wrong, or is "
             "it another column?"
         )
-        yield Doubt(Kind.UNIT, "command", sentence, evidence)
+        yield Doubt(DoubtKind.UNIT, "command", sentence, evidence)
     elif half > _UNKNOWN * max(abs(value), 1.0):
         sentence = (
             "what the command does cannot be estimated from this log: it hardly varies but as tilt and wheels do. "
             "Drive with more excitation, such as a reference that moves or noise on the command"
         )
-        yield Doubt(Kind.UNINFORMATIVE, "command", sentence, evidence)
+        yield Doubt(DoubtKind.UNINFORMATIVE, "command", sentence, evidence)
 
 
 def time_doubts(pairs: Sequence[Agreement], found: Mechanics, sheet: Expected | None) -> Iterator[Doubt]:
@@ -171,7 +171,7 @@ def time_doubts(pairs: Sequence[Agreement], found: Mechanics, sheet: Expected | 
         f"time runs {factor:.3g} times too slow in this log: every rate is that much faster than its angle changes. Is "
         "the rate or the unit of time wrong?"
     )
-    yield Doubt(Kind.TIME, "time", sentence, evidence)
+    yield Doubt(DoubtKind.TIME, "time", sentence, evidence)
 
 
 def _off_as_the_fall(
@@ -199,17 +199,17 @@ def _both_off(found: Mechanics, sheet: Expected, pair: Agreement) -> bool:
     return is_clear and abs(log(fall / pair.factor)) < log(_SAME)
 
 
-def _wheels_and_tilt(part: LogPart, found: Mechanics, coupling: float) -> Evidence:
+def _wheels_and_tilt(part: LogPart, found: Mechanics, coupling: float) -> Curves:
     """The wheels' acceleration, and what the tilt says that it must be."""
     told = -coupling * found.tilt_acceleration
-    return Evidence(
+    return Curves(
         part.period, found.wheel_acceleration, "wheels' acceleration [rad/s²]", told, "what the tilt demands [rad/s²]"
     )
 
 
-def _command_and_wheels(part: LogPart, found: Mechanics) -> Evidence:
+def _command_and_wheels(part: LogPart, found: Mechanics) -> Curves:
     wheels = found.wheel_acceleration - found.wheel_acceleration.mean()
     torque = found.torque - found.torque.mean()
     spread = float(np.std(torque)) or 1.0
     scaled: Array = torque * float(np.std(wheels)) / spread
-    return Evidence(part.period, wheels, "wheels' acceleration [rad/s²]", scaled, "command, scaled to it [rad/s²]")
+    return Curves(part.period, wheels, "wheels' acceleration [rad/s²]", scaled, "command, scaled to it [rad/s²]")

@@ -6,7 +6,7 @@ import numpy as np
 
 from twbal.core.gaussian import Array
 from twbal.core.smoothing import noise_sd
-from twbal.io.importers.checks.doubt import Doubt, Evidence, Kind, LogPart
+from twbal.io.importers.checks.doubt import Curves, Doubt, DoubtKind, LogPart
 from twbal.io.importers.checks.wheel_sides import SCALE_OF_EACH
 
 _LYING = 0.9  # rad; a robot that tilts more does not balance
@@ -29,10 +29,10 @@ def constant_doubts(signals: Mapping[str, Array], sides: Mapping[str, tuple[Arra
         if name != "time" and np.ptp(values) == 0.0:
             if name in sides and np.ptp(sides[name][0]) > 0.0:
                 of_both = f"the mean of both wheels' {name} is {values[0]:g} throughout, and each moves"
-                yield Doubt(Kind.SIGN, name, f"{of_both}: {SCALE_OF_EACH}")
+                yield Doubt(DoubtKind.SIGN, name, f"{of_both}: {SCALE_OF_EACH}")
                 continue
             sentence = f"{name} is {values[0]:g} throughout: its sensor was off, or it is another column"
-            yield Doubt(Kind.COLUMN, name, sentence)
+            yield Doubt(DoubtKind.COLUMN, name, sentence)
 
 
 def period_doubts(part: LogPart) -> Iterator[Doubt]:
@@ -42,7 +42,7 @@ def period_doubts(part: LogPart) -> Iterator[Doubt]:
             f"a sample every {part.period:.3g} s is none of a balancing robot ({_PERIODS[0]:g} to {_PERIODS[1]:g} s): "
             "is the unit of time wrong?"
         )
-        yield Doubt(Kind.TIME, "time", sentence)
+        yield Doubt(DoubtKind.TIME, "time", sentence)
 
 
 def torque_doubts(part: LogPart) -> Iterator[Doubt]:
@@ -54,14 +54,14 @@ def torque_doubts(part: LogPart) -> Iterator[Doubt]:
             f"{part.robot.torque_limit:.3g} N·m: is it no torque (a voltage or duty cycle belongs to `voltage`), or is "
             "its unit, its scale or the motor another?"
         )
-        yield Doubt(Kind.UNIT, "command", sentence, Evidence(part.period, part.commands, "command [N·m]"))
+        yield Doubt(DoubtKind.UNIT, "command", sentence, Curves(part.period, part.commands, "command [N·m]"))
 
 
 def tilt_doubts(part: LogPart) -> Iterator[Doubt]:
     """A sentence on a robot that lies, or on a tilt that no robot has."""
     tilt = part.signals["tilt"]
     middle, spread = float(np.median(tilt)), float(np.ptp(np.quantile(tilt, [0.01, 0.99])))
-    evidence = Evidence(part.period, tilt, "tilt [rad]")
+    evidence = Curves(part.period, tilt, "tilt [rad]")
     if np.median(np.abs(tilt)) <= _LYING and np.abs(tilt).max() <= _WHOLE_TURN:
         return
     if spread > _STILL * max(abs(middle), 1.0) or np.abs(tilt).max() > _WHOLE_TURN:
@@ -69,13 +69,13 @@ def tilt_doubts(part: LogPart) -> Iterator[Doubt]:
             f"the tilt goes from {tilt.min():.3g} to {tilt.max():.3g} rad, which no robot that balances does: is it in "
             "degrees, or another column?"
         )
-        yield Doubt(Kind.UNIT, "tilt", sentence, evidence)
+        yield Doubt(DoubtKind.UNIT, "tilt", sentence, evidence)
     else:
         sentence = (
             f"the robot lies: its tilt is {np.degrees(middle):.0f}° (0 is upright). Is that so, or is tilt counted "
             "from elsewhere (mend `offset`)?"
         )
-        yield Doubt(Kind.LYING, "tilt", sentence, evidence)
+        yield Doubt(DoubtKind.LYING, "tilt", sentence, evidence)
 
 
 def lying_part_doubts(part: LogPart) -> Iterator[Doubt]:
@@ -109,7 +109,7 @@ def smooth_command_doubts(part: LogPart) -> Iterator[Doubt]:
             "the command is far smoother than the sensors, so that it cannot answer them: is it what was asked for, or "
             "another column?"
         )
-        yield Doubt(Kind.COLUMN, "command", sentence, Evidence(part.period, commands, "command [N·m]"))
+        yield Doubt(DoubtKind.COLUMN, "command", sentence, Curves(part.period, commands, "command [N·m]"))
 
 
 def one_way_doubts(part: LogPart) -> Iterator[Doubt]:
@@ -121,4 +121,4 @@ def one_way_doubts(part: LogPart) -> Iterator[Doubt]:
         sentence = (
             "the command never changes its sign: is it a battery's voltage, or a duty cycle without its direction?"
         )
-        yield Doubt(Kind.COLUMN, "command", sentence, Evidence(part.period, commands, "command [N·m]"))
+        yield Doubt(DoubtKind.COLUMN, "command", sentence, Curves(part.period, commands, "command [N·m]"))

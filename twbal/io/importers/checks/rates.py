@@ -8,7 +8,7 @@ import numpy as np
 from twbal.core.block_regression import regression
 from twbal.core.gaussian import Array
 from twbal.core.smoothing import noise_sd
-from twbal.io.importers.checks.doubt import Doubt, Evidence, Kind, LogPart
+from twbal.io.importers.checks.doubt import Curves, Doubt, DoubtKind, LogPart
 from twbal.io.importers.checks.factors import guessed_reason
 
 PAIRS = {"tilt": "tilt_rate", "wheel_angle": "wheel_rate", "heading": "yaw_rate"}
@@ -57,7 +57,7 @@ class Agreement(NamedTuple):
     inverse: float
     inverse_half_width: float
     rate_clarity: float
-    evidence: Evidence
+    evidence: Curves
 
     @property
     def has_wrong_sign(self) -> bool:
@@ -130,7 +130,7 @@ def _agreement(part: LogPart, angle: str, rate: str) -> Agreement:
         inverse,
         float(backward.half_widths[0]),
         max(1.0 - span * (noise_sd(rates) * dt) ** 2 / float(np.var(y)), 0.0),
-        Evidence(dt, y - y.mean(), f"{rate} over {span * dt:.2g} s [rad]", x - x.mean(), f"change of {angle} [rad]"),
+        Curves(dt, y - y.mean(), f"{rate} over {span * dt:.2g} s [rad]", x - x.mean(), f"change of {angle} [rad]"),
     )
 
 
@@ -164,16 +164,16 @@ def rate_doubts(found: Sequence[Agreement], to_blame: Mapping[str, str]) -> Iter
                 f"wheel_rate goes with the changes of wheel_angle only roughly (correlation {pair.correlation:.2f}), "
                 "which one encoder does not: is one of them taken from another column?"
             )
-            yield Doubt(Kind.COLUMN, "wheel_rate", sentence, pair.evidence)
+            yield Doubt(DoubtKind.COLUMN, "wheel_rate", sentence, pair.evidence)
         elif pair.has_wrong_sign:
             sentence = f"{pair.rate} runs against {pair.angle}: {which} has the wrong sign"
-            yield Doubt(Kind.SIGN, wrong or pair.rate, sentence, pair.evidence)
+            yield Doubt(DoubtKind.SIGN, wrong or pair.rate, sentence, pair.evidence)
         elif pair.has_wrong_scale and pair.angle == "tilt" and abs(np.log(pair.factor)) < np.log(_NO_UNIT):
             sentence = (
                 f"tilt_rate is {pair.factor:.3g} times as fast as tilt changes, which no unit explains: is the rate or "
                 "the unit of time wrong, or the scale of one of them?"
             )
-            yield Doubt(Kind.TIME, "time", sentence, pair.evidence)
+            yield Doubt(DoubtKind.TIME, "time", sentence, pair.evidence)
         elif pair.has_wrong_scale:
             reason = guessed_reason(pair.factor)
             column = "" if reason else " or from another column"
@@ -181,13 +181,13 @@ def rate_doubts(found: Sequence[Agreement], to_blame: Mapping[str, str]) -> Iter
                 f"{pair.rate} is {pair.factor:.3g} times as fast as {pair.angle} changes{reason}: is {which} in "
                 f"another unit{column}, or is the time base wrong?"
             )
-            yield Doubt(Kind.UNIT, wrong or pair.rate, sentence, pair.evidence)
+            yield Doubt(DoubtKind.UNIT, wrong or pair.rate, sentence, pair.evidence)
         elif pair.is_unrelated:
             sentence = (
                 f"{pair.rate} does not follow {pair.angle} (correlation {pair.correlation:.2f}): is {which} taken "
                 "from another column?"
             )
-            yield Doubt(Kind.COLUMN, wrong or pair.rate, sentence, pair.evidence)
+            yield Doubt(DoubtKind.COLUMN, wrong or pair.rate, sentence, pair.evidence)
 
 
 def lateness_doubts(part: LogPart, found: Sequence[Agreement]) -> Iterator[Doubt]:
@@ -210,4 +210,4 @@ def lateness_doubts(part: LogPart, found: Sequence[Agreement]) -> Iterator[Doubt
                 f"tilt comes {late:.2g} rows ({1e3 * late * dt:.2g} ms) after tilt_rate: is one of them from another "
                 "row, or filtered?"
             )
-            yield Doubt(Kind.ROW, "tilt", sentence, pair.evidence)
+            yield Doubt(DoubtKind.ROW, "tilt", sentence, pair.evidence)

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from twbal.core.gaussian import Array
-from twbal.io.importers.checks.doubt import Doubt, Evidence, Kind, LogPart
+from twbal.io.importers.checks.doubt import Curves, Doubt, DoubtKind, LogPart
 
 _CHANCE = 30.0  # bits beyond those of all pairs of rows: one log in 10⁹ repeats so much by chance
 
@@ -23,8 +23,8 @@ def repeat_doubts(part: LogPart) -> Iterator[Doubt]:
     )
     again = np.full(len(part.signals["tilt"]), np.nan)
     again[first : first + count] = again[second : second + count] = part.signals["tilt"][first : first + count]
-    evidence = Evidence(part.period, part.signals["tilt"], "tilt [rad]", again, "rows that come twice [rad]")
-    yield Doubt(Kind.REPEATED, "", sentence, evidence)
+    evidence = Curves(part.period, part.signals["tilt"], "tilt [rad]", again, "rows that come twice [rad]")
+    yield Doubt(DoubtKind.REPEATED, "", sentence, evidence)
 
 
 def longest_repeat(signals: Mapping[str, Array]) -> tuple[int, int, int] | None:

@@ -13,7 +13,7 @@ import numpy as np
 from twbal.core.block_regression import Regression, regression
 from twbal.core.gaussian import Array
 from twbal.core.smoothing import noise_sd
-from twbal.io.importers.checks.doubt import Doubt, Evidence, Kind, LogPart
+from twbal.io.importers.checks.doubt import Curves, Doubt, DoubtKind, LogPart
 
 _BEFORE = 6  # rows that are left out at the beginning, for lags
 _RATES, _STEPS = 4, 3  # rows of the gyro and of the wheels before, from which the tilt's change is predicted
@@ -32,7 +32,7 @@ def tilt_row_doubts(part: LogPart) -> Iterator[Doubt]:
     """
     if not {"tilt", "tilt_rate"} <= set(part.signals):
         yield Doubt(
-            Kind.UNTOLD,
+            DoubtKind.UNTOLD,
             "tilt",
             "whether the tilt is of its row: the log has no tilt_rate. Log the gyro's rate of each row",
         )
@@ -50,10 +50,10 @@ def tilt_row_doubts(part: LogPart) -> Iterator[Doubt]:
             "value of the loop before?"
         )
         names = "change of the tilt [rad]", "turn by the gyro's rate of the same row [rad]"
-        yield Doubt(Kind.ROW, "tilt", sentence, Evidence(part.period, change[_BEFORE:], names[0], own, names[1]))
+        yield Doubt(DoubtKind.ROW, "tilt", sentence, Curves(part.period, change[_BEFORE:], names[0], own, names[1]))
     elif beyond > -half:
         yield Doubt(
-            Kind.UNTOLD,
+            DoubtKind.UNTOLD,
             "tilt",
             "whether the tilt is of its row: it hardly has more of one row of the gyro than of the next. Log more "
             "digits, or move the robot more quickly",
@@ -82,7 +82,7 @@ def wheel_row_doubts(part: LogPart) -> Iterator[Doubt]:
         angle = part.signals["wheel_angle"]
         change = np.diff(angle, prepend=angle[:1])[_BEFORE : _BEFORE + len(rate)] / part.period
         names = "wheel_rate [rad/s]", "change of wheel_angle up to the same row [rad/s]"
-        yield Doubt(Kind.ROW, "wheel_angle", sentence, Evidence(part.period, rate, names[0], change, names[1]))
+        yield Doubt(DoubtKind.ROW, "wheel_angle", sentence, Curves(part.period, rate, names[0], change, names[1]))
 
 
 def _rest_of_rate(part: LogPart) -> tuple[Regression, bool]:

@@ -8,7 +8,7 @@ import numpy as np
 from twbal.core.block_regression import CREEP, Regression, regression
 from twbal.core.gaussian import Array
 from twbal.core.smoothing import lengths, smoothed
-from twbal.io.importers.checks.doubt import Doubt, Evidence, Kind, LogPart
+from twbal.io.importers.checks.doubt import Curves, Doubt, DoubtKind, LogPart
 from twbal.io.importers.checks.mechanics import mechanics
 from twbal.io.importers.checks.rates import changes, turned
 
@@ -42,7 +42,7 @@ def side_doubts(part: LogPart) -> Iterator[Doubt]:
             "which of its wheels is the left one: it hardly turns. Turn it on the spot for a while, and log the gyro's "
             "yaw rate"
         )
-        yield Doubt(Kind.UNTOLD, "wheel_angle", sentence)
+        yield Doubt(DoubtKind.UNTOLD, "wheel_angle", sentence)
 
 
 class _Told(NamedTuple):
@@ -77,8 +77,8 @@ def _against_each_other(part: LogPart, sides: tuple[Array, Array]) -> Iterator[D
         told = apart.motion.fitted
         mean = np.zeros_like(told) if together is None else together.wheel_acceleration
         names = "mean of the wheels' accelerations [rad/s²]", "what the tilt demands of it [rad/s²]"
-        evidence = Evidence(part.period, mean, names[0], told, names[1])
-        yield Doubt(Kind.SIGN, "wheel_angle", sentence, evidence)
+        evidence = Curves(part.period, mean, names[0], told, names[1])
+        yield Doubt(DoubtKind.SIGN, "wheel_angle", sentence, evidence)
 
 
 def _sign(fit: Regression) -> int:
@@ -105,10 +105,12 @@ def _by_yaw(part: LogPart, sides: tuple[Array, Array], is_angle: bool) -> _Told 
         f"the robot turns right by its {name} while its right wheel runs ahead: are the wheels swapped (the left "
         f"one comes first), or has {name} the wrong sign?"
     )
-    evidence = Evidence(
+    evidence = Curves(
         part.period, turns, f"turn by {name} [rad]", -fit.fitted, "turn by the wheels, scaled to it [rad]"
     )
-    return _Told(_sign(fit), Doubt(Kind.SIDES, "wheel_angle", sentence, evidence), _of_size(part, fit, turns, name))
+    return _Told(
+        _sign(fit), Doubt(DoubtKind.SIDES, "wheel_angle", sentence, evidence), _of_size(part, fit, turns, name)
+    )
 
 
 def _of_size(part: LogPart, fit: Regression, turns: Array, name: str) -> Doubt | None:
@@ -122,10 +124,8 @@ def _of_size(part: LogPart, fit: Regression, turns: Array, name: str) -> Doubt |
         f"the robot turns {size:.2g} times as far by its {name} as its wheels and the data sheet's track tell: has "
         f"{name} another unit?"
     )
-    evidence = Evidence(
-        part.period, turns, f"turn by {name} [rad]", fit.fitted, "turn by the wheels, scaled to it [rad]"
-    )
-    return Doubt(Kind.UNIT, name, sentence, evidence)
+    evidence = Curves(part.period, turns, f"turn by {name} [rad]", fit.fitted, "turn by the wheels, scaled to it [rad]")
+    return Doubt(DoubtKind.UNIT, name, sentence, evidence)
 
 
 def _turns_too_fast(part: LogPart, sides: tuple[Array, Array], is_angle: bool) -> Iterator[Doubt]:
@@ -146,8 +146,8 @@ def _turns_too_fast(part: LogPart, sides: tuple[Array, Array], is_angle: bool) -
         f"the robot turns at {gyro:.2g} rad/s by its yaw_rate, and at {wheels:.2g} rad/s by its wheels and the data "
         "sheet's track (root mean squares): has yaw_rate another unit, or an offset?"
     )
-    evidence = Evidence(part.period, by_gyro, "turn by yaw_rate [rad]", by_wheels, "turn by the wheels [rad]")
-    yield Doubt(Kind.UNIT, "yaw_rate", sentence, evidence)
+    evidence = Curves(part.period, by_gyro, "turn by yaw_rate [rad]", by_wheels, "turn by the wheels [rad]")
+    yield Doubt(DoubtKind.UNIT, "yaw_rate", sentence, evidence)
 
 
 def _fast_turns_of_one_wheel(part: LogPart) -> Iterator[Doubt]:
@@ -158,7 +158,7 @@ def _fast_turns_of_one_wheel(part: LogPart) -> Iterator[Doubt]:
             f"whether its yaw_rate has the right unit: it is {rate:.2g} rad/s throughout (root mean square), which a "
             "robot seldom turns at. Log both wheels"
         )
-        yield Doubt(Kind.UNTOLD, "yaw_rate", sentence)
+        yield Doubt(DoubtKind.UNTOLD, "yaw_rate", sentence)
 
 
 def _rms(values: Array) -> float:
@@ -184,14 +184,14 @@ def _by_motors(part: LogPart, sides: tuple[Array, Array], is_angle: bool) -> _To
         "the right wheel slows down where the right motor drives more than the left one: are the wheels swapped, "
         "or the motors (the left one comes first)?"
     )
-    evidence = Evidence(
+    evidence = Curves(
         part.period,
         rolling,
         "right less left wheel's acceleration [rad/s²]",
         drive * float(np.std(rolling) / (np.std(drive) or 1.0)),
         "right less left motor, scaled to it [rad/s²]",
     )
-    return _Told(_sign(fit), Doubt(Kind.SIDES, "wheel_angle", sentence, evidence))
+    return _Told(_sign(fit), Doubt(DoubtKind.SIDES, "wheel_angle", sentence, evidence))
 
 
 def _driven(
