@@ -11,7 +11,7 @@ from twbal.core.start_pose import InitialState, StartPose
 from twbal.core.streams import Stream, generator
 
 
-class Motion(NamedTuple):
+class RobotMotion(NamedTuple):
     """True motion of a robot at one instant.
 
     Attributes:
@@ -43,7 +43,7 @@ class Engine(ABC):
         """Take physics steps; in each, the joints get what `running` makes of the held command [N·m]."""
 
     @abstractmethod
-    def motion(self) -> Motion:
+    def motion(self) -> RobotMotion:
         """The motion now."""
 
     @abstractmethod

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from functools import partial
 from math import atan2, cos, hypot, sin
 
-from twbal.core.engine import Motion
+from twbal.core.engine import RobotMotion
 from twbal.core.plant import Pose
 from twbal.core.robot_model import Machine
 from twbal.core.robot_parameters import RobotParameters
@@ -126,7 +126,7 @@ class BulletRobot:
         ahead = [force * r[4] / level, -force * r[1] / level, 0]
         self._client.applyExternalForce(self._id, _BODY, forceObj=ahead, posObj=axle, flags=pybullet.WORLD_FRAME)
 
-    def motion(self, vertical: Vector) -> Motion:
+    def motion(self, vertical: Vector) -> RobotMotion:
         """Read the motion off the base and the joints.
 
         Args:
@@ -141,7 +141,7 @@ class BulletRobot:
         axle_x = velocity[0] - (spin[1] * arm[2] - spin[2] * arm[1])
         axle_y = velocity[1] - (spin[2] * arm[0] - spin[0] * arm[2])
         wheels = self._client.getJointStates(self._id, _WHEELS)
-        return Motion(
+        return RobotMotion(
             tilt=atan2(-_dot(vertical, forward), _dot(vertical, up)),
             tilt_rate=sum(w * e for w, e in zip(spin, left, strict=True)),
             speed=(axle_x * forward[0] + axle_y * forward[1]) / level,

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from twbal.core.engine import Motion
+from twbal.core.engine import RobotMotion
 from twbal.core.mobility import wheel_mobility
 from twbal.core.robot_model import Machine
 from twbal.core.robot_parameters import RobotParameters
@@ -40,7 +40,7 @@ class Gears:
         self._rotor = self._rate = self._wheel_rate = self._contact = 0.0
         self._begins = True
 
-    def pass_on(self, torque: float, motion: Motion) -> float:
+    def pass_on(self, torque: float, motion: RobotMotion) -> float:
         """Torque that the wheels get of what the motors make [N·m], for one physics step.
 
         What moves the wheels beside the contact is taken to be as in the step before.

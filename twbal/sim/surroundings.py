@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from twbal.core.engine import Motion
+from twbal.core.engine import RobotMotion
 from twbal.core.mobility import wheel_mobility
 from twbal.core.robot_model import AxleMotion, Machine
 from twbal.core.robot_parameters import GRAVITY
@@ -48,7 +48,7 @@ class Surroundings:
         """Begin a rollout, or go on with one that has gone so far [m] for so long [s]."""
         self._position, self._time, self._held = position, time, 0.0
 
-    def act(self, motion: Motion, apart: float) -> Outside:
+    def act(self, motion: RobotMotion, apart: float) -> Outside:
         """What acts in the step that begins with this motion, one wheel being `apart` ahead of the mean [rad]."""
         rate = motion.wheel_rate + motion.tilt_rate
         torque = -self._viscous * rate

@@ -5,7 +5,7 @@ Its contacts have no slop, or the robot falls 10 µm before the ground carries i
 
 from math import atan2, cos, sin
 
-from twbal.core.engine import Engine, Motion
+from twbal.core.engine import Engine, RobotMotion
 from twbal.core.errors import ConfigError
 from twbal.core.plant import Pose
 from twbal.core.robot_model import JointMotion, Machine, Running
@@ -112,7 +112,7 @@ class World(Engine):
                 drive(command)
                 step()
 
-    def motion(self) -> Motion:
+    def motion(self) -> RobotMotion:
         """The motion now."""
         return self._robot.motion(self._vertical)
 

@@ -10,7 +10,7 @@ from twbal.core.streams import Stream, generator
 from twbal.virtual_robot.constants import Memory, constants, fresh_memory
 from twbal.virtual_robot.ground_truth import GroundTruth
 from twbal.virtual_robot.mjcf import mjcf
-from twbal.virtual_robot.physics import Buffers, Motion, drive_steps, encoders, present_motion
+from twbal.virtual_robot.physics import BodyMotion, Buffers, drive_steps, encoders, present_motion
 from twbal.virtual_robot.placement import place
 from twbal.virtual_robot.readout import Readout
 
@@ -50,7 +50,7 @@ class MujocoRobot(Plant):
             self._model._address, data._address, data.qpos, data.qvel, data.qfrc_applied, data.xfrc_applied
         )
         self._memory: Memory
-        self._motion: Motion
+        self._motion: BodyMotion
         self.reset(0)  # the first of all compiles, which takes seconds: now, and not while a host waits
         drive_steps(self._constants, self._memory, self._buffers, 0, 0, 0, 0.0, 0.0)
 
@@ -122,7 +122,7 @@ class MujocoRobot(Plant):
         return Pose(float(x), float(y), self._motion.heading, self._motion.tilt)
 
     @property
-    def true_motion(self) -> Motion:
+    def true_motion(self) -> BodyMotion:
         """How it moves, whatever its sensors show."""
         return self._motion
 

@@ -20,7 +20,7 @@ _mj_step = foreign_function("mj_step", _LIBRARY, pointers=2)  # called from Pyth
 _SCRUB_RATE = 0.5  # yaw rate at which a tyre's scrubbing is about fully there [rad/s]
 
 
-class Motion(NamedTuple):
+class BodyMotion(NamedTuple):
     """How the robot stands and moves.
 
     Attributes:
@@ -50,7 +50,7 @@ class Buffers(NamedTuple):
 
 
 @kernel(is_kept=False)
-def motion(q: Array, v: Array, slope: float) -> Motion:
+def motion(q: Array, v: Array, slope: float) -> BodyMotion:
     """From a free joint's position (x, y, z, quaternion) and velocity (the angular one in the body's axes)."""
     a, b, c, d = q[3], q[4], q[5], q[6]
     forward_x, forward_z = 1.0 - 2.0 * (c * c + d * d), 2.0 * (b * d - a * c)
@@ -61,7 +61,7 @@ def motion(q: Array, v: Array, slope: float) -> Motion:
     left = sine * left_x + cosine * left_z
     up = sine * up_x + cosine * up_z
     heading = np.arctan2(-left_x, left_y)
-    return Motion(
+    return BodyMotion(
         tilt=np.arctan2(-forward, up),
         tilt_rate=v[4],
         heading=heading,
@@ -71,7 +71,7 @@ def motion(q: Array, v: Array, slope: float) -> Motion:
 
 
 @kernel(is_kept=False)
-def surround(c: Constants, b: Buffers, now: Motion, push: float) -> None:
+def surround(c: Constants, b: Buffers, now: BodyMotion, push: float) -> None:
     """Forces from outside: waves of the ground and the push at the axle, drag and scrubbing tyres on the body.
 
     On waves the ground's normal force leans by their slope, so that the robot's weight pushes its axle.
@@ -86,7 +86,7 @@ def surround(c: Constants, b: Buffers, now: Motion, push: float) -> None:
 
 
 @kernel(is_kept=False)
-def filter_imu(c: Constants, m: Memory, now: Motion, bias: float) -> None:
+def filter_imu(c: Constants, m: Memory, now: BodyMotion, bias: float) -> None:
     """Complementary filter of gyro and accelerometer, which takes an accelerating robot for a leaning one; low-pass."""
     acceleration = (now.speed - m.imu[0]) / c.step
     m.imu[0] = now.speed
@@ -110,7 +110,7 @@ def encoder(c: Constants, m: Memory, q: Array, wheel: int) -> float:
 @kernel()
 def drive_steps(
     c: Constants, m: Memory, b: Buffers, number: int, begin: int, end: int, bias: float, push: float
-) -> Motion:
+) -> BodyMotion:
     """Drive through a part of control period `number`, and return the motion at the end of it.
 
     Args:
@@ -135,7 +135,7 @@ def drive_steps(
 
 
 @kernel()
-def present_motion(b: Buffers, slope: float) -> Motion:
+def present_motion(b: Buffers, slope: float) -> BodyMotion:
     """How the robot moves now."""
     return motion(b.qpos, b.qvel, slope)
 
