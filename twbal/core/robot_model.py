@@ -122,7 +122,7 @@ class Joint(Protocol):
 
 
 @dataclass(frozen=True)
-class Drive:
+class DriveTrain:
     """What lies between motors and wheels, friction of each wheel's joint above all.
 
     Attributes:
@@ -184,7 +184,7 @@ class Machine:
 
     robot: RobotParameters
     torque_limit: float
-    drive: Drive = Drive()
+    drive: DriveTrain = DriveTrain()
     ground: Ground = Ground()
     joints: tuple[Joint, ...] = ()
     pushes: tuple[Push, ...] = ()

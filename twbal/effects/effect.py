@@ -27,7 +27,7 @@ from twbal.core.quantities import changed
 from twbal.core.robot_model import (
     Actuator,
     AxleMotion,
-    Drive,
+    DriveTrain,
     Ground,
     JointMotion,
     JointTorque,
@@ -40,7 +40,7 @@ from twbal.core.robot_model import (
 from twbal.core.robot_parameters import RobotParameters
 from twbal.effects.parameter import parameters_of
 
-Part = TypeVar("Part", RobotParameters, Drive, Ground)
+Part = TypeVar("Part", RobotParameters, DriveTrain, Ground)
 
 
 class Place(IntEnum):
@@ -256,7 +256,7 @@ def assemble(robot: RobotParameters, effects: Sequence[Effect]) -> Machine:
     Commands are cut at the data sheet's torque limit.
     """
     ordered = sorted(effects, key=lambda effect: (effect.place, type(effect).__name__))
-    drive, ground = Drive(), Ground()
+    drive, ground = DriveTrain(), Ground()
     torque_limit = robot.torque_limit
     for effect in ordered:
         robot, drive, ground = effect.alter(robot), effect.alter(drive), effect.alter(ground)

@@ -13,7 +13,7 @@ from twbal.core.compiled import kernel, method_kernel, specialised, type_of
 from twbal.core.gaussian import Array
 from twbal.core.quantities import Quantity
 from twbal.core.quantities import changed as _changed
-from twbal.core.robot_model import AxleMotion, Drive, Ground, JointMotion, Reading
+from twbal.core.robot_model import AxleMotion, DriveTrain, Ground, JointMotion, Reading
 from twbal.effects.effect import AxleTerm, JointTerm, SensorTerm, TorqueTerm
 from twbal.effects.parameter import parameters_of
 from twbal.planar.parameters import SHEET, Own, TwinParameters
@@ -87,7 +87,7 @@ def _start(quantity: Quantity) -> tuple[int, float]:
     name = quantity.name.lower()
     if name in SHEET:
         return SHEET.index(name), 0.0
-    return -1, float(getattr(Drive(), name, getattr(Ground(), name, 0.0)))
+    return -1, float(getattr(DriveTrain(), name, getattr(Ground(), name, 0.0)))
 
 
 @specialised(_through(TorqueTerm, "drive"))

@@ -8,7 +8,16 @@ import numpy as np
 from twbal.core.robot_parameters import GRAVITY, RobotParameters
 from twbal.core.streams import Stream, generator
 from twbal.virtual_robot.distribution import FaultDistribution
-from twbal.virtual_robot.ground_truth import Body, Drive, Friction, GroundTruth, Noise, Pair, Sensors, Surroundings
+from twbal.virtual_robot.ground_truth import (
+    Actuation,
+    Body,
+    Friction,
+    GroundTruth,
+    Noise,
+    Pair,
+    SensorModel,
+    Surroundings,
+)
 
 _AIR_DENSITY = 1.2  # [kg/m³]
 _GEAR_WINDUP = 0.0087  # 0.5 degrees, by which gears and shafts twist under the motor's greatest torque [rad]
@@ -74,10 +83,10 @@ def _body(drawn: _Values, sheet: RobotParameters, phases: Pair) -> Body:
     )
 
 
-def _drive(drawn: _Values, sheet: RobotParameters, body: Body, torque: float, phases: Pair) -> Drive:
+def _drive(drawn: _Values, sheet: RobotParameters, body: Body, torque: float, phases: Pair) -> Actuation:
     zone, skew = drawn["dead_zone"] * torque, drawn["dead_zone_skew"]
     stiffness = 0.5 * sheet.torque_limit / _GEAR_WINDUP
-    return Drive(
+    return Actuation(
         torque_limit=sheet.torque_limit,
         delay=drawn["delay"] + drawn["delay_periods"] * sheet.control_period,
         dead_zone=(zone * (1.0 - max(-skew, 0.0)), zone * (1.0 - max(skew, 0.0))),
@@ -124,8 +133,8 @@ def _surroundings(drawn: _Values, sheet: RobotParameters, body: Body, phase: flo
     )
 
 
-def _sensors(drawn: _Values, sheet: RobotParameters, noise: Noise) -> Sensors:
-    return Sensors(
+def _sensors(drawn: _Values, sheet: RobotParameters, noise: Noise) -> SensorModel:
+    return SensorModel(
         mounting_angle=drawn["mounting_angle"],
         fusion_time=drawn["fusion_time"],
         filter_time=drawn["filter_time"],

@@ -40,7 +40,7 @@ class Body:
 
 
 @dataclass(frozen=True)
-class Drive:
+class Actuation:
     """From the command to the shafts of the motors.
 
     Attributes:
@@ -143,7 +143,7 @@ class Noise:
 
 
 @dataclass(frozen=True)
-class Sensors:
+class SensorModel:
     """What the robot makes of its motion.
 
     Attributes:
@@ -174,7 +174,7 @@ class GroundTruth:
     """One robot."""
 
     body: Body
-    drive: Drive
+    drive: Actuation
     friction: Friction
     surroundings: Surroundings
-    sensors: Sensors
+    sensors: SensorModel

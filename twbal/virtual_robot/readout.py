@@ -5,7 +5,7 @@ from dataclasses import astuple
 import numpy as np
 
 from twbal.core.plant import Observation
-from twbal.virtual_robot.ground_truth import Sensors
+from twbal.virtual_robot.ground_truth import SensorModel
 
 
 class Readout:
@@ -23,7 +23,7 @@ class Readout:
     """
 
     def __init__(
-        self, sensors: Sensors, control_period: float, rng: np.random.Generator, apart: np.random.Generator
+        self, sensors: SensorModel, control_period: float, rng: np.random.Generator, apart: np.random.Generator
     ) -> None:
         self._mounting_angle = sensors.mounting_angle
         self._noise = np.array([0.0, *astuple(sensors.noise)])  # the clock is exact
