@@ -13,7 +13,7 @@ from synthetic_recordings import synthetic_recording
 from twbal.cli.composition import composing
 from twbal.core.episode import Episode, Outcome, Provenance
 from twbal.diagnosis import pipeline
-from twbal.diagnosis.candidates import Candidate, Parameter
+from twbal.diagnosis.candidates import Candidate, CandidateParameter
 from twbal.diagnosis.effect_candidates import candidates_for
 from twbal.diagnosis.graded import contradicted, widened, with_shares
 from twbal.diagnosis.inputs import DataSettings, Named, Simulated
@@ -94,7 +94,7 @@ def test_what_speaks_against_an_effect_counts_more_than_what_speaks_against_its_
 @pytest.mark.parametrize("neutral", [0.0, 1.0])
 @pytest.mark.parametrize(("value", "error"), [(0.0, 0.02), (0.05, 0.02), (-0.04, 0.03), (0.5, 0.1), (0.01, 0.001)])
 def test_an_effect_is_larger_than_a_trifle_with_the_share_of_what_it_may_be_that_is(neutral, value, error):
-    size = Parameter("size", "", -3.0, 3.0, neutral - 2.0, neutral)  # usual size 2: a trifle is at most 0.04
+    size = CandidateParameter("size", "", -3.0, 3.0, neutral - 2.0, neutral)  # usual size 2: a trifle is at most 0.04
     found = {"size": Estimate(neutral + value, neutral + value - 1.96 * error, neutral + value + 1.96 * error, "")}
     drawn = np.random.default_rng(3).normal(value, error, 100_000)
     chance = chance_of_size(Candidate("any", (size,), (), (), ""), found, 0.02)
@@ -102,7 +102,7 @@ def test_an_effect_is_larger_than_a_trifle_with_the_share_of_what_it_may_be_that
 
 
 def test_of_several_sizes_the_larger_one_counts():
-    sizes = (Parameter("a", "", 0.0, 3.0, 1.0, 0.0), Parameter("b", "", 0.0, 3.0, 1.0, 0.0))
+    sizes = (CandidateParameter("a", "", 0.0, 3.0, 1.0, 0.0), CandidateParameter("b", "", 0.0, 3.0, 1.0, 0.0))
     found = {"a": Estimate(0.0, -0.001, 0.001, ""), "b": Estimate(0.5, 0.4, 0.6, "")}
     assert chance_of_size(Candidate("any", sizes, (), (), ""), found, 0.02) == pytest.approx(1.0)
 

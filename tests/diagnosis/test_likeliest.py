@@ -9,7 +9,7 @@ from omegaconf import OmegaConf
 
 from twbal.cli.conf_folder import conf_folder
 from twbal.diagnosis import likeliest, probable, select
-from twbal.diagnosis.candidates import Candidate, Parameter
+from twbal.diagnosis.candidates import Candidate, CandidateParameter
 from twbal.diagnosis.hypothesis import FittedHypothesis, Round
 from twbal.diagnosis.verdict import probabilities
 from twbal.sysid.fit import Fit
@@ -17,7 +17,7 @@ from twbal.sysid.model import Free
 
 SETTINGS = instantiate(OmegaConf.load(conf_folder() / "groups" / "diagnosis.yaml").default)
 COLOUR = 2.0
-SIZE = Parameter("size", "", 0.0, 1.0, 0.5, 0.0)
+SIZE = CandidateParameter("size", "", 0.0, 1.0, 0.5, 0.0)
 
 
 def hypothesis(score, *names, value=0.5):

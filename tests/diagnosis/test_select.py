@@ -13,7 +13,7 @@ from synthetic_recordings import synthetic_recording
 from twbal.cli.composition import composing
 from twbal.cli.conf_folder import conf_folder
 from twbal.diagnosis import name, select, tempered
-from twbal.diagnosis.candidates import Candidate, Parameter
+from twbal.diagnosis.candidates import Candidate, CandidateParameter
 from twbal.diagnosis.effect_candidates import candidates_for
 from twbal.diagnosis.hypothesis import FittedHypothesis, Round
 from twbal.diagnosis.name import name_effects
@@ -30,7 +30,7 @@ AT_BOUND = SimpleNamespace(put=lambda values: values, value=lambda field: 1.0)
 
 
 def candidate(name):
-    size = Parameter("size", "", 0.0, 1.0, 0.5, 0.0)
+    size = CandidateParameter("size", "", 0.0, 1.0, 0.5, 0.0)
     return Candidate(name, (size,), (), KIN.get(name, ()), "")
 
 

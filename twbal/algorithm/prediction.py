@@ -13,7 +13,7 @@ from twbal.core.payload import Payload
 from twbal.io.checkpoint import load_checkpoint, save_checkpoint
 from twbal.search.optimise import SearchResult
 from twbal.search.predictor import Predictor
-from twbal.search.task import Candidate
+from twbal.search.task import PolicyCandidate
 
 KIND = "prediction"
 _EARLIER = re.compile(r"policy (\d+)")
@@ -192,7 +192,7 @@ def _earlier(found: Payload) -> int | None:
     return None if found["earlier"] is None else int(found.number("earlier", 0, 1e9))
 
 
-def _assessment(candidate: Candidate) -> Assessment:
+def _assessment(candidate: PolicyCandidate) -> Assessment:
     validation = candidate.judged
     return Assessment(
         origin=candidate.origin,

@@ -16,7 +16,7 @@ _COUNTERS = ("frequency", "count", "waves")
 _NUDGE = 1e-7  # of finite differences, as a share of a parameter's range; a larger one bends the gradient
 
 
-class Parameter(NamedTuple):
+class CandidateParameter(NamedTuple):
     """A parameter of a candidate.
 
     Attributes:
@@ -64,7 +64,7 @@ class Candidate(NamedTuple):
     """
 
     name: str
-    parameters: tuple[Parameter, ...]
+    parameters: tuple[CandidateParameter, ...]
     same_as: tuple[str, ...]
     hard_to_tell_from: tuple[str, ...]
     separate_by: str
@@ -80,17 +80,17 @@ class Candidate(NamedTuple):
         return any(p.name == _PHASE for p in self.parameters)
 
     @property
-    def counter(self) -> Parameter | None:
+    def counter(self) -> CandidateParameter | None:
         """Of a wave, the parameter that counts its periods, which is looked for among many values; None: one a turn."""
         return next((p for p in self.parameters if p.name in _COUNTERS), None) if self.is_wave else None
 
     @property
-    def sizes(self) -> tuple[Parameter, ...]:
+    def sizes(self) -> tuple[CandidateParameter, ...]:
         """Those of its parameters that say how large it is: the first, and others that do nothing at their low end."""
         more = () if self.is_wave else tuple(p for p in self.parameters[1:] if p.none == p.low)
         return (self.parameters[0], *more)
 
-    def field(self, parameter: Parameter) -> str:
+    def field(self, parameter: CandidateParameter) -> str:
         """The field of the planar model that a parameter is."""
         return f"{self.name}_{parameter.name}"
 

@@ -1,7 +1,7 @@
 """What the effects of the simulation tell a diagnosis."""
 
 from twbal.core.robot_parameters import RobotParameters
-from twbal.diagnosis.candidates import Candidate, Parameter
+from twbal.diagnosis.candidates import Candidate, CandidateParameter
 from twbal.effects.effect import Effect
 from twbal.effects.library import library
 from twbal.effects.parameter import parameters_of
@@ -18,5 +18,5 @@ def _candidate(name: str, kind: type[Effect], robot: RobotParameters) -> Candida
         size = p.size(robot)
         low, high = size * p.low, size * p.high
         neutral = min(max(size * p.neutral, low), high)  # what no limit is: the far end of the range
-        parameters.append(Parameter(key, p.unit, low, high, size * p.start, neutral, p.covers_all))
+        parameters.append(CandidateParameter(key, p.unit, low, high, size * p.start, neutral, p.covers_all))
     return Candidate(name, tuple(parameters), kind.same_as, kind.nearly_same_as, kind.separate_by)

@@ -22,13 +22,13 @@ from twbal.search.starts import (
     starting_policies,
     starts_on,
 )
-from twbal.search.task import Candidate, Task
+from twbal.search.task import PolicyCandidate, Task
 
 _MOST, _LEAST_KEPT = 0.5, 0.5  # of the robots; a search that keeps less of them over the short horizon ends there
 
 
 class _Judged(NamedTuple):
-    """A policy that is to be judged; see `Candidate`."""
+    """A policy that is to be judged; see `PolicyCandidate`."""
 
     origin: str
     policy: RbfPolicy
@@ -45,8 +45,8 @@ class SearchResult(NamedTuple):
             first is the one to take, and alone where they are not to be compared.
     """
 
-    best: Candidate
-    candidates: tuple[Candidate, ...]
+    best: PolicyCandidate
+    candidates: tuple[PolicyCandidate, ...]
     predictions: tuple[PredictedRollout, ...]
 
 
@@ -94,7 +94,7 @@ def search_policy(
     if searches_anew and not (robust or chosen):
         chosen = _promising(_starts(task, shape, torque_limit, begin, base), short, max(settings.restarts, 1), workers)
 
-    def told(found: Candidate) -> Candidate:
+    def told(found: PolicyCandidate) -> PolicyCandidate:
         progress(_in_words(found))
         return found
 
@@ -151,7 +151,9 @@ def _searched(task: Task, short: Minimised, start: Start, scales: Array, linear:
     return descend(task.whole, found, scales, linear, task.settings.iterations)
 
 
-def _searched_long(task: Task, candidates: Sequence[Candidate], scales: Array, linear: bool) -> tuple[str, RbfPolicy]:
+def _searched_long(
+    task: Task, candidates: Sequence[PolicyCandidate], scales: Array, linear: bool
+) -> tuple[str, RbfPolicy]:
     """The best of the new candidates, searched on over the long horizon, and what it is called."""
     near, settings = next(c for c in candidates if c.earlier is None), task.settings
     long = task.objective(settings.long_horizon)
@@ -201,7 +203,7 @@ def _not_driven_twice(earlier: Sequence[RbfPolicy]) -> list[int]:
     return [i for i, key in enumerate(keys) if keys.count(key) == 1]
 
 
-def _rank(candidate: Candidate) -> tuple[float, ...]:
+def _rank(candidate: PolicyCandidate) -> tuple[float, ...]:
     """Less is better: success in tenths, then the sampled cost; what is not a number comes last.
 
     Where there are robots of the parameter distribution, they decide, and among policies that hold as many, how they

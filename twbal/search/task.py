@@ -74,7 +74,7 @@ class SearchSettings:
             raise ConfigError(f"search.degrees must rise from degree to degree; found {list(self.degrees)}.")
 
 
-class Candidate(NamedTuple):
+class PolicyCandidate(NamedTuple):
     """A policy that was considered.
 
     Attributes:
@@ -161,7 +161,7 @@ class Task:
             for model in self.models
         ]
 
-    def validated(self, origin: str, policy: RbfPolicy, earlier: int | None = None) -> Candidate:
+    def validated(self, origin: str, policy: RbfPolicy, earlier: int | None = None) -> PolicyCandidate:
         """A policy with its cost and the result of its validation, whose robots the models share."""
         share = replace(self.validation, robots=math.ceil(self.validation.robots / len(self.models)))
         found = [validate(model, policy, self.cost, self.start, share, self.seed) for model in self.models]
@@ -169,9 +169,11 @@ class Task:
         robots = self.robots.ranked(origin, policy) if self.robots is not None else None
         sampled = share.robots * len(self.models) if self.robots is None else self.robots.settings.robots
         reliability = AS_IT_IS if self.robots is None else self.robots.reliability
-        return Candidate(origin, policy, self.whole.value(policy), validation, earlier, robots, sampled, reliability)
+        return PolicyCandidate(
+            origin, policy, self.whole.value(policy), validation, earlier, robots, sampled, reliability
+        )
 
-    def prediction(self, candidate: Candidate) -> PredictedRollout:
+    def prediction(self, candidate: PolicyCandidate) -> PredictedRollout:
         """The prediction of rollouts under a policy that is to be taken where no rollouts tell: that of the robots.
 
         Where there are none, the models predict.
@@ -181,7 +183,7 @@ class Task:
 
     def judged(
         self, origin: str, policy: RbfPolicy, earlier: int | None, workers: int = 1
-    ) -> tuple[Candidate, tuple[PredictedRollout, ...]]:
+    ) -> tuple[PolicyCandidate, tuple[PredictedRollout, ...]]:
         """A policy as `validated`, and all predictions of rollouts under it, `prediction` first.
 
         `workers` threads do not change what is found.
