@@ -37,7 +37,7 @@ class Even(NamedTuple):
     late: Array
 
 
-class Pace(NamedTuple):
+class LoopJitter(NamedTuple):
     """What angles tell of whether a loop is as uneven as its time stamps.
 
     Attributes:
@@ -127,7 +127,7 @@ def evened(
     return Even(values, commands, measured, moved_by)
 
 
-def pace_of(times: Array, angles: Array, period: float) -> Pace:
+def pace_of(times: Array, angles: Array, period: float) -> LoopJitter:
     """What one recording tells of whether its loop is as uneven as its stamps: these may jitter where it does not.
 
     A motion is smooth, so it leaves little in second differences of its angles; there the changes that an uneven loop
@@ -139,18 +139,18 @@ def pace_of(times: Array, angles: Array, period: float) -> Pace:
         period: control period [s].
     """
     if len(times) < _FEW:
-        return Pace(0.0, 0.0)
+        return LoopJitter(0.0, 0.0)
     numbers, late = _late(times, period)
     if np.abs(late).max() <= _EVEN * period:
-        return Pace(0.0, 0.0)
+        return LoopJitter(0.0, 0.0)
     moved = late[:, None] * np.gradient(angles, times, axis=0)
     whole = np.diff(numbers, 2) + 2 * np.diff(numbers)[:-1] == 2  # differences over lost rows do not count
     found, wanted = np.diff(angles, 2, axis=0)[whole], np.diff(moved, 2, axis=0)[whole]
     weights = 1.0 / np.maximum(found.var(axis=0), _LEAST)
-    return Pace(float((weights * found * wanted).sum()), float((weights * wanted**2).sum()))
+    return LoopJitter(float((weights * found * wanted).sum()), float((weights * wanted**2).sum()))
 
 
-def is_uneven(paces: Sequence[Pace]) -> bool:
+def is_uneven(paces: Sequence[LoopJitter]) -> bool:
     """Whether the loop of one robot is as uneven as its stamps, by all of its recordings.
 
     Together they tell it where one alone could not: the slope of found on wanted is about 1, or 0 where only the stamps

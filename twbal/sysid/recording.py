@@ -12,7 +12,7 @@ from twbal.core.errors import DataError
 from twbal.core.gaussian import Array, Mask
 from twbal.core.plant import Observation
 from twbal.core.robot_parameters import RobotParameters
-from twbal.core.time_base import LATE, Even, Pace, evened, is_uneven, means_over_periods, pace_of, places_of
+from twbal.core.time_base import LATE, Even, LoopJitter, evened, is_uneven, means_over_periods, pace_of, places_of
 
 MEASURED = ("tilt", "tilt_rate", "wheel_angle", "wheel_rate")
 """Channels whose prediction errors count, in this order."""
@@ -220,7 +220,7 @@ def _end(episode: Episode, usability: Usability) -> int:
     return int(fallen[0]) if len(fallen) else len(episode.observations)
 
 
-def _pace(episode: Episode, usability: Usability) -> Pace:
+def _pace(episode: Episode, usability: Usability) -> LoopJitter:
     """What one episode tells of whether the loop is as uneven as its stamps."""
     seen = episode.observations[: _end(episode, usability)]
     return pace_of(seen[:, _TIME], seen[:, _COLUMNS][:, _ANGLES], episode.control_period)

@@ -20,7 +20,7 @@ from twbal.io.importers.checks.ranges import (
 from twbal.io.importers.checks.rates import (
     LATE,
     LATE_ROWS,
-    Agreement,
+    RateAgreement,
     agreements,
     lateness_doubts,
     rate_doubts,
@@ -94,13 +94,13 @@ def doubts(signals: Mapping[str, Array], part: LogPart) -> Iterator[Doubt]:
         yield Doubt(DoubtKind.UNTOLD, "time", sentence)
 
 
-def _needs_no_note(pair: Agreement) -> bool:
+def _needs_no_note(pair: RateAgreement) -> bool:
     """Whether a rate and its angle agree about time, or are said not to go together, as a gyro and the tilt are."""
     is_of_gyro = pair.angle == "tilt" and (pair.has_wrong_scale or pair.is_unrelated)
     return pair.agrees or pair.has_wrong_sign or is_of_gyro
 
 
-def _row_doubts(part: LogPart, pairs: Sequence[Agreement], found: Mechanics, is_by_gyro: bool) -> Iterator[Doubt]:
+def _row_doubts(part: LogPart, pairs: Sequence[RateAgreement], found: Mechanics, is_by_gyro: bool) -> Iterator[Doubt]:
     """Sentences on columns of another row, and on what of it the log does not tell."""
     tilt = [*lateness_doubts(part, pairs)] or [*tilt_row_doubts(part)]
     wheels = [*wheel_row_doubts(part)]

@@ -9,7 +9,7 @@ from twbal.core.gaussian import Array
 from twbal.io.importers.checks.doubt import Curves, Doubt, DoubtKind, LogPart
 from twbal.io.importers.checks.factors import guessed_reason
 from twbal.io.importers.checks.mechanics import Expected, Mechanics, expected
-from twbal.io.importers.checks.rates import Agreement
+from twbal.io.importers.checks.rates import RateAgreement
 
 _SHEET = 3.0  # factor by which what a data sheet makes of Q and d may well be off: loads, rotors, gears
 _GRAVITY = 1.5  # factor by which time may seem off, as its square goes with G / Q
@@ -34,7 +34,7 @@ def _sign(value: float, half_width: float) -> int:
     return 0 if abs(value) <= half_width else int(np.sign(value))
 
 
-def motion_doubts(part: LogPart, found: Mechanics, pairs: Sequence[Agreement]) -> Iterator[Doubt]:
+def motion_doubts(part: LogPart, found: Mechanics, pairs: Sequence[RateAgreement]) -> Iterator[Doubt]:
     """Sentences on what contradicts mechanics."""
     sign = list(_sign_doubts(part, found))
     yield from sign
@@ -63,7 +63,9 @@ def _sign_doubts(part: LogPart, found: Mechanics) -> Iterator[Doubt]:
         yield Doubt(DoubtKind.SIGN, "command", sentence, _command_and_wheels(part, found))
 
 
-def _coupling_doubts(part: LogPart, found: Mechanics, sheet: Expected, pairs: Sequence[Agreement]) -> Iterator[Doubt]:
+def _coupling_doubts(
+    part: LogPart, found: Mechanics, sheet: Expected, pairs: Sequence[RateAgreement]
+) -> Iterator[Doubt]:
     """Tilt and wheels in units of their own, or one of them from another column, or time."""
     name = part.robot.name if part.robot else ""
     coupling, half = -float(found.motion.coefficients[1]), float(found.motion.half_widths[1])
@@ -106,7 +108,7 @@ def time_factor(found: Mechanics, sheet: Expected) -> tuple[float, float]:
     return 1.0 / sqrt(share), float(np.exp(0.5 * relative))
 
 
-def _blamed(pairs: Sequence[Agreement]) -> str:
+def _blamed(pairs: Sequence[RateAgreement]) -> str:
     """Which of tilt and wheels is the more likely: that whose rate does not agree with it."""
     good = {pair.angle for pair in pairs if not (pair.is_unrelated or pair.has_wrong_scale or pair.has_wrong_sign)}
     return "tilt" if "wheel_angle" in good and "tilt" not in good else "wheel_angle" if "tilt" in good else ""
@@ -151,7 +153,7 @@ def _command_doubts(part: LogPart, found: Mechanics, sheet: Expected) -> Iterato
         yield Doubt(DoubtKind.UNINFORMATIVE, "command", sentence, evidence)
 
 
-def time_doubts(pairs: Sequence[Agreement], found: Mechanics, sheet: Expected | None) -> Iterator[Doubt]:
+def time_doubts(pairs: Sequence[RateAgreement], found: Mechanics, sheet: Expected | None) -> Iterator[Doubt]:
     """Where two rates are off by one factor, or one and the fall of the robot, it is time that is wrong.
 
     Args:
@@ -175,8 +177,8 @@ def time_doubts(pairs: Sequence[Agreement], found: Mechanics, sheet: Expected | 
 
 
 def _off_as_the_fall(
-    found: Mechanics, sheet: Expected, pairs: Sequence[Agreement], off: Sequence[Agreement]
-) -> Agreement | None:
+    found: Mechanics, sheet: Expected, pairs: Sequence[RateAgreement], off: Sequence[RateAgreement]
+) -> RateAgreement | None:
     """A pair that is off as the robot's fall is; of those that are off by themselves (`off`), it must be the only one.
 
     None where there is none.
@@ -192,7 +194,7 @@ def _falls_so(found: Mechanics, sheet: Expected, factor: float) -> bool:
     return abs(log(fall / factor)) < abs(log(fall)) and log(within) < abs(log(factor))
 
 
-def _both_off(found: Mechanics, sheet: Expected, pair: Agreement) -> bool:
+def _both_off(found: Mechanics, sheet: Expected, pair: RateAgreement) -> bool:
     """Whether a rate and the fall are both off by `_BOTH`, and by about the same factor."""
     fall, within = time_factor(found, sheet)
     is_clear = abs(log(pair.factor)) > log(_BOTH) and abs(log(fall)) - log(within) > log(_BOTH)

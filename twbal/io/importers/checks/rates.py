@@ -26,7 +26,7 @@ LATE_ROWS, LATE = 0.75, 0.005
 """Rows and s by which a tilt may well be late or early: filters that sum rates take half a row, those of IMUs 5 ms."""
 
 
-class Agreement(NamedTuple):
+class RateAgreement(NamedTuple):
     """How a rate and the changes of its angle go together.
 
     Attributes:
@@ -91,7 +91,7 @@ class Agreement(NamedTuple):
         return (self.clarity > _CLEAR and not told) or (self.rate_clarity > _CLEAR and not followed)
 
 
-def agreements(part: LogPart) -> list[Agreement]:
+def agreements(part: LogPart) -> list[RateAgreement]:
     """All pairs of which both were measured, and the angle moved."""
     found = []
     for angle, rate in PAIRS.items():
@@ -105,7 +105,7 @@ def agreements(part: LogPart) -> list[Agreement]:
     return found
 
 
-def _agreement(part: LogPart, angle: str, rate: str) -> Agreement:
+def _agreement(part: LogPart, angle: str, rate: str) -> RateAgreement:
     values, rates, dt = part.signals[angle], part.signals[rate], part.period
     values = np.unwrap(values) if angle == "heading" else values
     spans = sorted({max(1, round(span / dt)) for span in _SPANS if span / dt < len(values) / 8} or {1})
@@ -117,7 +117,7 @@ def _agreement(part: LogPart, angle: str, rate: str) -> Agreement:
     slope, inverse = float(forward.coefficients[0]), float(backward.coefficients[0])
     low = slope - float(forward.half_widths[0])
     most = inverse - float(backward.half_widths[0])
-    return Agreement(
+    return RateAgreement(
         angle,
         rate,
         float(np.sqrt(abs(slope / inverse))) if inverse else 0.0,
@@ -149,7 +149,7 @@ def turned(rates: Array, span: int, period: float) -> Array:
     return changes(sums, span)
 
 
-def rate_doubts(found: Sequence[Agreement], to_blame: Mapping[str, str]) -> Iterator[Doubt]:
+def rate_doubts(found: Sequence[RateAgreement], to_blame: Mapping[str, str]) -> Iterator[Doubt]:
     """Sentences on rates that their angles contradict.
 
     Args:
@@ -190,7 +190,7 @@ def rate_doubts(found: Sequence[Agreement], to_blame: Mapping[str, str]) -> Iter
             yield Doubt(DoubtKind.COLUMN, wrong or pair.rate, sentence, pair.evidence)
 
 
-def lateness_doubts(part: LogPart, found: Sequence[Agreement]) -> Iterator[Doubt]:
+def lateness_doubts(part: LogPart, found: Sequence[RateAgreement]) -> Iterator[Doubt]:
     """A sentence on a tilt that comes after its rate: Δθ = x - late x', with the angle x that the rate turns through.
 
     One that comes before it is none: a complementary filter's tilt, which has the robot's acceleration in it, does.
