@@ -23,7 +23,7 @@ _OF_WHEELS = ("wheel_angle", "wheel_rate", "distance")  # what an encoder may co
 _WHOLE = 10  # a column of whole numbers that spans more counts something
 
 
-class Choice(NamedTuple):
+class ColumnChoice(NamedTuple):
     """Columns of a quantity.
 
     Attributes:
@@ -53,7 +53,7 @@ class Unit(NamedTuple):
     is_scaled: bool = True
 
 
-def choose(quantity: str, columns: Sequence[Column]) -> Choice:
+def choose(quantity: str, columns: Sequence[Column]) -> ColumnChoice:
     """The columns of a quantity."""
     unit = QUANTITIES.get(quantity, "")
     named = [column for column in columns if column.meaning.quantity == quantity]
@@ -63,19 +63,19 @@ def choose(quantity: str, columns: Sequence[Column]) -> Choice:
     certain = [column for column in fitting if column.meaning.certain]
     sides = {column.meaning.side for column in certain}
     if len(certain) == 1 and sides == {""}:
-        return Choice(certain)
+        return ColumnChoice(certain)
     if len(certain) == 2 and sides == {"left", "right"} and certain[0].meaning.stem == certain[1].meaning.stem:
-        return Choice(certain)
+        return ColumnChoice(certain)
     if len(certain) == 1:
-        return Choice((), f"{certain[0].name} is of one wheel only: is that enough?", is_for_person=True)
+        return ColumnChoice((), f"{certain[0].name} is of one wheel only: is that enough?", is_for_person=True)
     if certain:
-        return Choice((), f"{' or '.join(column.name for column in certain)}?", is_for_person=True)
+        return ColumnChoice((), f"{' or '.join(column.name for column in certain)}?", is_for_person=True)
     if fitting:
         names = " or ".join(column.name for column in fitting)
         if len(fitting) == 2 and {column.meaning.side for column in fitting} == {"left", "right"}:
             names = f"both {fitting[0].name} and {fitting[1].name}"
         told = f"perhaps {names}: such a name may mean other things. If it is the {_SAID.get(quantity, quantity)}, "
-        return Choice((), f"{told}fill in its name and unit")
+        return ColumnChoice((), f"{told}fill in its name and unit")
     if meant:
         return Choice((), f"{meant[0].name} is in {meant[0].meaning.unit}: to take it, fill in a scale to {unit}")
     if any(column.meaning.certain for column in named):

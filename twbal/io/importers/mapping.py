@@ -51,7 +51,7 @@ _KEYS = ("from", "unit", "scale", "offset", "wraps")
 
 
 @dataclass(frozen=True)
-class Source:
+class QuantitySource:
     """Where a quantity comes from: the mean over its columns of scale · unit · column, + offset.
 
     A column that wraps is unwrapped before: it jumps back where it reaches the end of its range. From one sample to the
@@ -95,7 +95,7 @@ class Mapping:
         ConfigError: what it says cannot be.
     """
 
-    quantities: Mappings[str, Source]
+    quantities: Mappings[str, QuantitySource]
     names: tuple[str, ...]
     rate: float | None
     motor: Motor | None
@@ -170,7 +170,7 @@ def mapping(
     return Mapping(sources, tuple(names), rate, motor, command_is_sample, command_before_sample, skip, fill)
 
 
-def _source(name: str, told: Any, supply: float | None) -> Source:
+def _source(name: str, told: Any, supply: float | None) -> QuantitySource:
     """One source, checked. A voltage may be a duty cycle: percent of the motor's supply."""
     told = dict(told) if isinstance(told, Mappings) else {"from": told}
     odd = sorted(set(told) - set(_KEYS))

@@ -56,7 +56,7 @@ class Period(NamedTuple):
         return mean
 
 
-class Stretches(NamedTuple):
+class SampledParts(NamedTuple):
     """The parts of a log between its gaps.
 
     Attributes:
@@ -72,7 +72,7 @@ class Stretches(NamedTuple):
     doubts: list[str]
 
 
-def stretches(path: Path, signals: Mapping[str, Array], columns: Columns, fill: int) -> Stretches:
+def stretches(path: Path, signals: Mapping[str, Array], columns: Columns, fill: int) -> SampledParts:
     """Cut a log at its gaps, after repeated rows were left out and short gaps were filled.
 
     What was filled serves checks and filters. A diagnosis does better without it, as it knows how robots move; but it
@@ -136,7 +136,7 @@ def stretches(path: Path, signals: Mapping[str, Array], columns: Columns, fill: 
         else:
             notes.append(told)
     parts = [_filled({name: values[part] for name, values in signals.items()}, typical, are_few) for part in rows]
-    return Stretches(parts, period, notes, doubts)
+    return SampledParts(parts, period, notes, doubts)
 
 
 def _is_out_of_order(time: Array) -> bool:
